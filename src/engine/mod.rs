@@ -1,0 +1,135 @@
+//! The one pure function: input bytes and a spec to output bytes, warnings and a report.
+//!
+//! Knows no file system, no network, no clock but the one it is handed, and no job. Called by the command line, by the
+//! workers of the service, by tests and by benches alike.
+
+mod failure;
+mod inspect;
+
+pub use failure::{Failure, FailureCode, FieldError};
+pub use inspect::{Inspection, inspect};
+
+use serde::Serialize;
+
+use crate::{
+    formats::{Format, Limits},
+    model::{Control, Warning},
+};
+
+/// A file as it came: its name (only its ending matters) and its bytes.
+#[derive(Clone, Copy, Debug)]
+pub struct NamedBytes<'a> {
+    /// The file's name, without a folder.
+    pub name: &'a str,
+    /// Its content.
+    pub bytes: &'a [u8],
+}
+
+/// What a retarget works on.
+#[derive(Clone, Copy, Debug)]
+pub struct Inputs<'a> {
+    /// The file with the animation.
+    pub source: NamedBytes<'a>,
+    /// The file with the character that it goes onto.
+    pub target: NamedBytes<'a>,
+    /// The source rig in its rest pose, where the source file does not hold it.
+    pub source_rest: Option<NamedBytes<'a>>,
+    /// The target rig in its rest pose, where the target file does not hold it.
+    pub target_rest: Option<NamedBytes<'a>>,
+    /// The retarget spec, JSON or YAML, or a config of another tool that we read.
+    pub config: Option<NamedBytes<'a>>,
+    /// Formats that the caller wants; they win over the spec's `output`. Empty: what the spec says, else GLB.
+    pub formats: &'a [Format],
+}
+
+/// One file that came out.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Output {
+    /// Its format.
+    pub format: Format,
+    /// A file name for it.
+    pub name: String,
+    /// Its content.
+    pub bytes: Vec<u8>,
+}
+
+/// What came out of a retarget.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// At least one file, in the order asked for.
+    pub outputs: Vec<Output>,
+    /// What was measured.
+    pub report: Report,
+    /// The spec with everything found out filled in; run again, it gives the same result.
+    pub resolved_spec: serde_json::Value,
+}
+
+/// What was measured, as it goes to users.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Report {
+    /// Wall time per phase.
+    pub timings: Timings,
+    /// How much there was.
+    pub counts: Counts,
+    /// Deviations, guesses and losses.
+    pub warnings: Vec<WarningView>,
+    /// The measures themselves, by name.
+    pub measures: serde_json::Value,
+}
+
+/// Wall time per phase, in seconds.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Timings {
+    /// Decoding the input files.
+    pub read_seconds: f64,
+    /// Recognising, aligning, compiling.
+    pub plan_seconds: f64,
+    /// Plan and frame loop, nothing else.
+    pub retarget_seconds: f64,
+    /// Encoding the outputs.
+    pub write_seconds: f64,
+    /// All of it.
+    pub total_seconds: f64,
+}
+
+/// How much there was.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Counts {
+    /// Frames of the clip.
+    pub frames: usize,
+    /// Joints of the source.
+    pub source_joints: usize,
+    /// Joints of the target.
+    pub target_joints: usize,
+    /// Target joints that the plan drives.
+    pub driven_joints: usize,
+}
+
+/// A warning as it goes to users.
+#[derive(Clone, Debug, Serialize)]
+pub struct WarningView {
+    /// Stable code.
+    pub code: &'static str,
+    /// Where.
+    pub place: String,
+    /// What was seen and done.
+    pub detail: String,
+    /// What the user can do.
+    pub hint: String,
+}
+
+impl From<Warning> for WarningView {
+    fn from(warning: Warning) -> Self {
+        let Warning { code, place, detail, hint } = warning;
+        Self { code, place, detail, hint }
+    }
+}
+
+/// Retargets.
+///
+/// # Errors
+/// When an input cannot be read, the spec does not fit, there is nothing to retarget, or the work is canceled.
+pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Result<Outcome, Failure> {
+    let _ = (inputs, limits, control);
+    todo!("wired when the parts land")
+}

@@ -1,0 +1,90 @@
+//! Which format some bytes are of. The bytes decide; a name only tells apart what the bytes cannot.
+
+use super::{ErrorKind, Format, FormatError};
+
+/// Finds the format of a file from its first bytes; `file_name` only separates formats that share them (`.vrm` from
+/// `.glb`).
+///
+/// # Errors
+/// When the bytes are of no format that can be read.
+pub fn sniff(bytes: &[u8], file_name: &str) -> Result<Format, FormatError> {
+    let named = Format::from_file_name(file_name);
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    if bytes.starts_with(b"glTF") {
+        return Ok(match named {
+            Some(Format::Vrm) => Format::Vrm,
+            Some(Format::Vrma) => Format::Vrma,
+            _ => Format::Glb,
+        });
+    }
+    if bytes.starts_with(b"Kaydara FBX Binary") {
+        return Ok(Format::Fbx);
+    }
+    if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
+        return Ok(Format::PosesNpz);
+    }
+    if text.starts_with(b"{") {
+        // glTF and pose arrays are both JSON objects; a glTF document must have a member `asset`, pose arrays `joint_names`.
+        let is_poses = find(text, b"\"joint_names\"").is_some() && find(text, b"\"asset\"").is_none();
+        return Ok(if is_poses { Format::PosesJson } else { Format::Gltf });
+    }
+    if text.len() >= 9 && text[..9].eq_ignore_ascii_case(b"HIERARCHY") {
+        return Ok(Format::Bvh);
+    }
+    let looks_like_text_fbx =
+        text.starts_with(b"; FBX") || find(&text[..text.len().min(4096)], b"FBXHeaderExtension").is_some();
+    if looks_like_text_fbx {
+        return Ok(Format::Fbx);
+    }
+    Err(unknown(bytes, file_name))
+}
+
+fn find(haystack: &[u8], needle: &[u8]) -> Option<usize> {
+    haystack.windows(needle.len()).position(|window| window == needle)
+}
+
+fn unknown(bytes: &[u8], file_name: &str) -> FormatError {
+    let (detail, hint) = if bytes.is_empty() {
+        ("the file is empty", "check that the upload or the export was complete")
+    } else if bytes.starts_with(b"version https://git-lfs.github.com/spec/") {
+        ("this is a Git LFS pointer, not the file itself", "run 'git lfs pull' and send the file that it fetches")
+    } else if bytes.starts_with(b"\x93NUMPY") {
+        (
+            "a single NumPy array (.npy) does not say which joints it is about",
+            "send a .npz archive with the keys of the poses format",
+        )
+    } else {
+        (
+            "the first bytes are of no format that can be read",
+            "send .glb, .gltf, .vrm, .vrma, .fbx, .bvh, .npz or poses .json",
+        )
+    };
+    FormatError {
+        kind: ErrorKind::UnsupportedFormat,
+        phase: "sniff",
+        place: file_name.to_owned(),
+        detail: detail.into(),
+        hint: hint.into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_decide_and_names_only_refine() {
+        assert_eq!(sniff(b"glTF\x02\0\0\0", "a.fbx"), Ok(Format::Glb), "bytes over name");
+        assert_eq!(sniff(b"glTF\x02\0\0\0", "a.VRM"), Ok(Format::Vrm), "name refines");
+        assert_eq!(sniff(b"\xef\xbb\xbfHIERARCHY\n", ""), Ok(Format::Bvh), "byte order mark");
+        assert_eq!(sniff(b"{\"joint_names\": []}", ""), Ok(Format::PosesJson), "pose arrays");
+        assert_eq!(sniff(b"{\"asset\": {}}", ""), Ok(Format::Gltf), "glTF");
+    }
+
+    #[test]
+    fn what_is_nothing_says_what_it_is() {
+        let error = sniff(b"version https://git-lfs.github.com/spec/v1\n", "a.fbx").expect_err("a pointer");
+        assert!(error.detail.contains("Git LFS"), "names the problem: {error}");
+        assert!(sniff(b"", "a.glb").expect_err("empty").detail.contains("empty"), "names the problem");
+    }
+}

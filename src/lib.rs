@@ -1,0 +1,42 @@
+//! `retargetd` moves character animation from any rig to any rig.
+//!
+//! # Map
+//!
+//! A **pure half** (no async runtime, no file system, no clock, no environment) under a **service half**:
+//!
+//! | module | answers | may import |
+//! |---|---|---|
+//! | [`model`] | what a skeleton, pose, clip, scene is; spaces, axes, units, warnings | nothing |
+//! | [`formats`] | bytes to model and back, under budgets | `model` |
+//! | [`rig`] | what the joints mean: roles, chains, rest pose, alignment, the retarget spec | `model` |
+//! | [`retarget`] | the algorithm: a plan compiled once, then a loop over frames; and its measures | `model`, `rig` |
+//! | [`engine`] | the one pure function: input bytes and spec to output bytes, warnings and report | all above |
+//! | [`store`] | durable facts: records and blobs | `config` |
+//! | [`jobs`] | scheduling: states, admission, queue, workers | `engine`, `store`, `config`, `telemetry` |
+//! | [`http`] | translation only: routes, views, problems | `jobs`, `config`, spec types |
+//! | [`config`], [`telemetry`] | settings; logs, metrics, clock | nothing |
+//! | [`samples`] | the clip and the character that the demo and the tests use, made by code | `model`, `formats` |
+//! | [`cli`], [`app`] | subcommands; the composition root | everything |
+//!
+//! A test (`tests/it/architecture.rs`) reads every `use crate::` against this table.
+//!
+//! # Data flow
+//!
+//! ```text
+//! bytes ─formats::read(budget)→ Scene ─rig::resolve(spec)→ Rig ─Plan::new→ Plan ─run(control)→ Clip ─formats::write→ bytes
+//! ```
+//!
+//! Data changes type as it is validated, so what is not validated cannot go on. Per frame there are indices and
+//! constants only: no names, no look-ups, no allocation.
+//!
+//! # Words
+//!
+//! *Source* and *target* are the two sides. A *joint* is a node of a skeleton; a *chain* is a run of joints; a *role* is
+//! what a joint means (`left_forearm`). A *clip* is an animation, a *frame* one of its key times, a *pose* the transforms
+//! of all joints at one frame. The *rest pose* is the pose that retargeting measures from. The *root* is the top joint
+//! that moves the character, the *pelvis* the joint that carries the body. *Local* is relative to the parent, *model* is
+//! relative to the scene.
+
+pub mod engine;
+pub mod formats;
+pub mod model;

@@ -1,0 +1,210 @@
+//! An animation: key times, and the tracks of every joint at them.
+
+use glam::{Quat, Vec3};
+
+use super::{LocalPose, Skeleton, Track, Transform};
+
+/// An animation of a skeleton, sampled at key times that all channels share.
+///
+/// Tracks lie joint by joint, so that one channel is one run of memory: that is what a reader decodes, what the retarget
+/// loop streams through and what a glTF accessor holds. Values are f32, arithmetic on them is f64.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Clip {
+    name: String,
+    times_seconds: Vec<f64>,
+    joints: Vec<JointTracks>,
+}
+
+/// The three channels of one joint, local.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct JointTracks {
+    /// Metres, in the parent's space.
+    pub translation: Track<Vec3>,
+    /// Unit quaternions, each on the same hemisphere as the one before.
+    pub rotation: Track<Quat>,
+    /// Factors.
+    pub scale: Track<Vec3>,
+}
+
+/// Why tracks and times are no clip.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ClipError {
+    /// Times must be finite and rise.
+    #[error("key time {frame} is not finite or not later than the one before it")]
+    TimesNotRising {
+        /// Index of the first offending time.
+        frame: usize,
+    },
+    /// A clip has at least one frame.
+    #[error("the clip has no frame")]
+    NoFrame,
+    /// A sampled track has one value per frame.
+    #[error("a track of joint {joint} has {actual} values where the clip has {frames} frames")]
+    TrackLength {
+        /// Index of the joint.
+        joint: usize,
+        /// Number of values found.
+        actual: usize,
+        /// Number of frames.
+        frames: usize,
+    },
+    /// A sample is NaN or infinite.
+    #[error("a track of joint {joint} is not finite at frame {frame}")]
+    NotFinite {
+        /// Index of the joint.
+        joint: usize,
+        /// Index of the frame.
+        frame: usize,
+    },
+}
+
+impl Clip {
+    /// Takes key times and one entry per joint of the skeleton.
+    ///
+    /// # Errors
+    /// When times do not rise, a track's length is not the number of frames, or a value is not finite.
+    pub fn new(name: String, times_seconds: Vec<f64>, joints: Vec<JointTracks>) -> Result<Self, ClipError> {
+        let frames = times_seconds.len();
+        if frames == 0 {
+            return Err(ClipError::NoFrame);
+        }
+        for (frame, time) in times_seconds.iter().enumerate() {
+            let rises = frame == 0 || times_seconds[frame - 1] < *time;
+            if !time.is_finite() || !rises {
+                return Err(ClipError::TimesNotRising { frame });
+            }
+        }
+        for (joint, tracks) in joints.iter().enumerate() {
+            check_track(&tracks.translation, joint, frames, |value| value.is_finite())?;
+            check_track(&tracks.rotation, joint, frames, |value| value.is_finite())?;
+            check_track(&tracks.scale, joint, frames, |value| value.is_finite())?;
+        }
+        Ok(Self { name, times_seconds, joints })
+    }
+
+    /// The clip's name; may be empty.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The same clip under another name.
+    #[must_use]
+    pub fn renamed(self, name: String) -> Self {
+        Self { name, ..self }
+    }
+
+    /// Key times in seconds, rising.
+    #[must_use]
+    pub fn times_seconds(&self) -> &[f64] {
+        &self.times_seconds
+    }
+
+    /// One entry per joint, in the skeleton's order.
+    #[must_use]
+    pub fn joints(&self) -> &[JointTracks] {
+        &self.joints
+    }
+
+    /// How many frames there are; at least one.
+    #[must_use]
+    pub fn frame_count(&self) -> usize {
+        self.times_seconds.len()
+    }
+
+    /// Last key time minus first.
+    #[must_use]
+    pub fn duration_seconds(&self) -> f64 {
+        self.times_seconds[self.times_seconds.len() - 1] - self.times_seconds[0]
+    }
+
+    /// Frames per second where the keys are evenly spaced (to a thousandth of a frame, or the rounding of an f32 time);
+    /// nothing for a single frame or uneven keys.
+    #[must_use]
+    pub fn uniform_fps(&self) -> Option<f64> {
+        let frames = self.times_seconds.len();
+        let duration = self.duration_seconds();
+        if frames < 2 || duration <= 0.0 {
+            return None;
+        }
+        let step = duration / (frames - 1) as f64;
+        let slack = (step * 1e-3).max(self.times_seconds[frames - 1].abs() * 1e-6);
+        let even = |(frame, time): (usize, &f64)| (self.times_seconds[0] + frame as f64 * step - time).abs() <= slack;
+        self.times_seconds.iter().enumerate().all(even).then(|| step.recip())
+    }
+
+    /// Whether any channel of any joint is animated.
+    #[must_use]
+    pub fn is_animated(&self) -> bool {
+        self.joints
+            .iter()
+            .any(|joint| joint.translation.is_animated() || joint.rotation.is_animated() || joint.scale.is_animated())
+    }
+
+    /// The pose at one frame.
+    ///
+    /// # Panics
+    /// When the frame is past the end.
+    #[must_use]
+    pub fn local_pose(&self, skeleton: &Skeleton, frame: usize) -> LocalPose {
+        let local = |(tracks, joint): (&JointTracks, &super::Joint)| Transform {
+            translation: tracks.translation.at(frame, joint.rest.translation.as_vec3()).as_dvec3(),
+            rotation: tracks.rotation.at(frame, joint.rest.rotation.as_quat()).as_dquat().normalize(),
+            scale: tracks.scale.at(frame, joint.rest.scale.as_vec3()).as_dvec3(),
+        };
+        LocalPose::new(self.joints.iter().zip(skeleton.joints()).map(local).collect())
+    }
+
+    /// Takes the clip apart: name, key times, tracks.
+    #[must_use]
+    pub fn into_parts(self) -> (String, Vec<f64>, Vec<JointTracks>) {
+        (self.name, self.times_seconds, self.joints)
+    }
+}
+
+fn check_track<T: Copy>(
+    track: &Track<T>,
+    joint: usize,
+    frames: usize,
+    is_finite: impl Fn(&T) -> bool,
+) -> Result<(), ClipError> {
+    match track {
+        Track::Rest => Ok(()),
+        Track::Constant(value) if is_finite(value) => Ok(()),
+        Track::Constant(_) => Err(ClipError::NotFinite { joint, frame: 0 }),
+        Track::Sampled(values) if values.len() != frames => {
+            Err(ClipError::TrackLength { joint, actual: values.len(), frames })
+        }
+        Track::Sampled(values) => values
+            .iter()
+            .position(|value| !is_finite(value))
+            .map_or(Ok(()), |frame| Err(ClipError::NotFinite { joint, frame })),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_must_rise() {
+        let error = Clip::new(String::new(), vec![0.0, 0.0], Vec::new()).expect_err("equal times");
+        assert_eq!(error, ClipError::TimesNotRising { frame: 1 }, "the error names the frame");
+    }
+
+    #[test]
+    fn tracks_are_as_long_as_the_clip() {
+        let tracks = JointTracks { translation: Track::Sampled(vec![Vec3::ZERO]), ..JointTracks::default() };
+        let error = Clip::new(String::new(), vec![0.0, 1.0], vec![tracks]).expect_err("too short");
+        assert_eq!(error, ClipError::TrackLength { joint: 0, actual: 1, frames: 2 }, "the error counts");
+    }
+
+    #[test]
+    fn even_keys_have_a_rate() {
+        let times = (0..31).map(|frame| f64::from(frame) / 30.0).collect();
+        let clip = Clip::new(String::new(), times, Vec::new()).expect("valid");
+        assert!((clip.uniform_fps().expect("even") - 30.0).abs() < 1e-9, "thirty");
+        let uneven = Clip::new(String::new(), vec![0.0, 0.1, 0.3], Vec::new()).expect("valid");
+        assert_eq!(uneven.uniform_fps(), None, "uneven keys have none");
+    }
+}

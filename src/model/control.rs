@@ -1,0 +1,100 @@
+//! How long work reports progress and hears that it is no longer wanted.
+
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
+
+/// The work was canceled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the work was canceled")]
+pub struct Canceled;
+
+/// What a job is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Phase {
+    /// Not begun.
+    Waiting,
+    /// Decoding the input files.
+    Read,
+    /// Recognising rigs, aligning rest poses, compiling the plan.
+    Plan,
+    /// The loop over frames.
+    Retarget,
+    /// Encoding the outputs.
+    Write,
+}
+
+impl Phase {
+    const ALL: [Self; 5] = [Self::Waiting, Self::Read, Self::Plan, Self::Retarget, Self::Write];
+
+    /// The name on the wire.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Waiting => "waiting",
+            Self::Read => "read",
+            Self::Plan => "plan",
+            Self::Retarget => "retarget",
+            Self::Write => "write",
+        }
+    }
+}
+
+/// A reading of how far the work is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// What it is doing.
+    pub phase: Phase,
+    /// Units done in this phase (frames while retargeting).
+    pub done: u64,
+    /// Units of this phase; zero where unknown.
+    pub total: u64,
+}
+
+/// Shared between the one who does the work and the one who watches it.
+#[derive(Debug, Default)]
+pub struct Control {
+    canceled: AtomicBool,
+    phase: AtomicU8,
+    done: AtomicU64,
+    total: AtomicU64,
+}
+
+impl Control {
+    /// A control that nobody has canceled.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Asks the work to stop; it does so at its next check.
+    pub fn cancel(&self) {
+        self.canceled.store(true, Ordering::Relaxed);
+    }
+
+    /// To be called at least every few milliseconds of work.
+    ///
+    /// # Errors
+    /// When the work has been canceled.
+    pub fn check(&self) -> Result<(), Canceled> {
+        if self.canceled.load(Ordering::Relaxed) { Err(Canceled) } else { Ok(()) }
+    }
+
+    /// Begins a phase of `total` units.
+    pub fn enter(&self, phase: Phase, total: u64) {
+        self.done.store(0, Ordering::Relaxed);
+        self.total.store(total, Ordering::Relaxed);
+        self.phase.store(phase as u8, Ordering::Relaxed);
+    }
+
+    /// Counts units as done.
+    pub fn advance(&self, units: u64) {
+        self.done.fetch_add(units, Ordering::Relaxed);
+    }
+
+    /// How far the work is.
+    #[must_use]
+    pub fn progress(&self) -> Progress {
+        let phase = Phase::ALL[usize::from(self.phase.load(Ordering::Relaxed)).min(Phase::ALL.len() - 1)];
+        Progress { phase, done: self.done.load(Ordering::Relaxed), total: self.total.load(Ordering::Relaxed) }
+    }
+}

@@ -1,0 +1,26 @@
+//! What a skeleton, a pose, a clip and a scene are.
+//!
+//! Pure data and geometry. Knows no file format, no rig convention and no algorithm.
+//!
+//! Conventions, everywhere below: right-handed, +Y up, +Z front, metres, seconds, radians; quaternions `x y z w`,
+//! Hamilton product, active rotations; `a * b` applies `b` first. `parent_from_child` names read by adjacency.
+
+mod axes;
+mod clip;
+mod control;
+mod pose;
+mod scene;
+mod skeleton;
+mod track;
+mod transform;
+mod warning;
+
+pub use axes::{Axes, AxesError, SignedAxis};
+pub use clip::{Clip, ClipError, JointTracks};
+pub use control::{Canceled, Control, Phase, Progress};
+pub use pose::{LocalPose, ModelPose};
+pub use scene::{Payload, Scene, Skin};
+pub use skeleton::{Joint, Skeleton, SkeletonError};
+pub use track::Track;
+pub use transform::Transform;
+pub use warning::{Reporter, Warning};

@@ -1,0 +1,65 @@
+//! What a file holds, once it has been read.
+
+use std::{any::Any, fmt};
+
+use super::{Axes, Clip, Skeleton, Transform};
+
+/// An imported file: one forest of joints, its clips and skins, in our axes and metres, and the file's own document for
+/// writing back what we do not understand.
+///
+/// Made by a format's reader only, which guarantees that every index in it is in range and every number finite.
+#[derive(Debug, Default)]
+pub struct Scene {
+    /// All nodes, parents before children.
+    pub skeleton: Skeleton,
+    /// Animations of that skeleton; each has one entry per joint.
+    pub clips: Vec<Clip>,
+    /// Skins, where the file has meshes bound to joints.
+    pub skins: Vec<Skin>,
+    /// `model_from_joint` of the pose in which the skins were bound, per joint; `None` for joints that no skin binds.
+    /// Empty where the file says nothing.
+    pub bind_pose: Vec<Option<Transform>>,
+    /// Roles that the file itself declares (a VRM humanoid map): role name of that format, and joint.
+    pub declared_roles: Vec<(String, usize)>,
+    /// The name of the convention that `declared_roles` follows, such as `vrm`.
+    pub declared_convention: Option<&'static str>,
+    /// The file's axes, before the reader turned everything into ours. `None` where the file does not say (BVH).
+    pub file_axes: Option<Axes>,
+    /// Metres per unit of the file, before the reader turned everything into metres. `None` where the file does not say.
+    pub file_unit_metres: Option<f64>,
+    /// What the format needs to write this scene back.
+    pub payload: Payload,
+}
+
+/// A set of joints that deform a mesh, and where its weighted points lie.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Skin {
+    /// The skin's or mesh's name; may be empty.
+    pub name: String,
+    /// Joints of the skeleton.
+    pub joints: Vec<usize>,
+}
+
+/// A format's own document, opaque to everybody else.
+#[derive(Default)]
+pub struct Payload(Option<Box<dyn Any + Send + Sync>>);
+
+impl Payload {
+    /// Wraps a format's document.
+    #[must_use]
+    pub fn new<T: Any + Send + Sync>(document: T) -> Self {
+        Self(Some(Box::new(document)))
+    }
+
+    /// The document, where it is of that type.
+    #[must_use]
+    pub fn get<T: Any>(&self) -> Option<&T> {
+        self.0.as_deref().and_then(|document| document.downcast_ref())
+    }
+}
+
+impl fmt::Debug for Payload {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(if self.0.is_some() { "Payload(..)" } else { "Payload(none)" })
+    }
+}

@@ -1,0 +1,57 @@
+//! The values of one channel over the frames of a clip.
+
+/// One channel of one joint: a translation, a rotation or a scale.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Track<T> {
+    /// Not animated: the joint's own rest value holds.
+    #[default]
+    Rest,
+    /// Animated, with one value at all frames.
+    Constant(T),
+    /// One value per frame of the clip.
+    Sampled(Vec<T>),
+}
+
+impl<T: Copy> Track<T> {
+    /// The value at a frame, or `rest` where the channel is not animated.
+    ///
+    /// # Panics
+    /// When the frame is past the end of a sampled track.
+    #[must_use]
+    pub fn at(&self, frame: usize, rest: T) -> T {
+        match self {
+            Self::Rest => rest,
+            Self::Constant(value) => *value,
+            Self::Sampled(values) => values[frame],
+        }
+    }
+
+    /// Whether the file animates this channel.
+    #[must_use]
+    pub const fn is_animated(&self) -> bool {
+        !matches!(self, Self::Rest)
+    }
+
+    /// The number of samples, where there are any.
+    #[must_use]
+    pub const fn sample_count(&self) -> Option<usize> {
+        match self {
+            Self::Sampled(values) => Some(values.len()),
+            Self::Rest | Self::Constant(_) => None,
+        }
+    }
+
+    /// Makes a sampled track whose values are all the same into a constant one.
+    #[must_use]
+    pub fn compacted(self) -> Self
+    where
+        T: PartialEq,
+    {
+        match self {
+            Self::Sampled(values) if values.windows(2).all(|pair| pair[0] == pair[1]) => {
+                values.first().map_or(Self::Rest, |first| Self::Constant(*first))
+            }
+            other => other,
+        }
+    }
+}
