@@ -1,0 +1,1 @@
+//! The import law of the crate docs, and the other rules that a machine can check.

@@ -1,0 +1,1 @@
+//! Real files, where the corpus of real files is there.

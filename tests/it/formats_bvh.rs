@@ -1,0 +1,1 @@
+//! The bvh reader and writer.

@@ -1,0 +1,1 @@
+//! The fbx reader and writer.

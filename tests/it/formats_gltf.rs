@@ -1,0 +1,1 @@
+//! The gltf reader and writer.

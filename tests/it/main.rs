@@ -1,0 +1,16 @@
+//! All integration tests, in one binary for the sake of link time.
+
+mod support;
+
+mod architecture;
+mod cli;
+mod corpus;
+mod demo;
+mod formats_bvh;
+mod formats_fbx;
+mod formats_gltf;
+mod formats_poses;
+mod http;
+mod parity;
+mod quality;
+mod rig_recognition;

@@ -1,0 +1,1 @@
+//! The reference cases of the IK rig retargeter.

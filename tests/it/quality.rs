@@ -1,0 +1,1 @@
+//! What the retarget gives on real and generated rigs, measured.

@@ -1,0 +1,1 @@
+//! Roles found by name on real and generated rigs.
