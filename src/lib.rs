@@ -37,6 +37,7 @@
 //! that moves the character, the *pelvis* the joint that carries the body. *Local* is relative to the parent, *model* is
 //! relative to the scene.
 
+pub mod cli;
 pub mod engine;
 pub mod formats;
 pub mod model;

@@ -7,7 +7,7 @@
 //! # How to add a format
 //!
 //! 1. Add a variant to [`Format`] and its row in [`Format::info`]; the compiler then names every `match` to extend.
-//! 2. Make a folder with `read.rs` (bytes to [`Scene`], in our axes and metres) and, where it is written, `write.rs`.
+//! 2. Make a folder with `read.rs` (bytes to [`Scene`], saying its axes and unit) and, where it is written, `write.rs`.
 //! 3. Teach [`sniff`] its first bytes.
 //! 4. Add a hostile file of each kind (cut short, counts too large, NaN, cycles) to the format's tests, and real files to
 //!    `tests/it/corpus.rs`.
@@ -26,7 +26,8 @@ use crate::model::{Clip, Control, Reporter, Scene};
 
 /// Decodes a file.
 ///
-/// `format` comes from [`sniff`]. Everything in the result is in our axes and metres, in range and finite.
+/// `format` comes from [`sniff`]. Every index in the result is in range and every
+/// number finite; [`Scene::axes`] and [`Scene::unit_metres`] say what space it is in.
 ///
 /// # Errors
 /// When the bytes are not of that format, break its rules, or exceed the budget; or when the work is canceled.

@@ -4,8 +4,8 @@ use std::{any::Any, fmt};
 
 use super::{Axes, Clip, Skeleton, Transform};
 
-/// An imported file: one forest of joints, its clips and skins, in our axes and metres, and the file's own document for
-/// writing back what we do not understand.
+/// An imported file: one forest of joints, its clips and skins, and the file's own document for writing back what we do not
+/// understand.
 ///
 /// Made by a format's reader only, which guarantees that every index in it is in range and every number finite.
 #[derive(Debug, Default)]
@@ -23,10 +23,11 @@ pub struct Scene {
     pub declared_roles: Vec<(String, usize)>,
     /// The name of the convention that `declared_roles` follows, such as `vrm`.
     pub declared_convention: Option<&'static str>,
-    /// The file's axes, before the reader turned everything into ours. `None` where the file does not say (BVH).
-    pub file_axes: Option<Axes>,
-    /// Metres per unit of the file, before the reader turned everything into metres. `None` where the file does not say.
-    pub file_unit_metres: Option<f64>,
+    /// The axes that everything here is in. glTF and FBX arrive in ours; pose arrays stay in the axes that they declare; `None`
+    /// where the file does not say (BVH).
+    pub axes: Option<Axes>,
+    /// Metres per unit of length of everything here: 1 for glTF and FBX; `None` where the file does not say (BVH).
+    pub unit_metres: Option<f64>,
     /// What the format needs to write this scene back.
     pub payload: Payload,
 }

@@ -1,0 +1,51 @@
+//! The subcommands. Each is one file with its arguments and a `run`; none has logic of its own beyond reading files,
+//! calling the engine or the service, and telling the user.
+
+mod demo;
+mod exit;
+mod health;
+mod inspect;
+mod openapi;
+mod retarget;
+mod serve;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Moves character animation from any rig to any rig.
+#[derive(Debug, Parser)]
+#[command(name = "retargetd", version, about, propagate_version = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run the HTTP service: API and workers in one process.
+    Serve(serve::Arguments),
+    /// Retarget one clip onto one character, without a server.
+    Retarget(retarget::Arguments),
+    /// Say what a file holds: skeleton, clips, recognised rig, roles, rest pose, units, warnings.
+    Inspect(inspect::Arguments),
+    /// Run the main job over HTTP on an empty data folder, with a sample that the binary carries.
+    Demo(demo::Arguments),
+    /// Print the OpenAPI document.
+    Openapi(openapi::Arguments),
+    /// Ask a running service whether it is ready; for container health checks.
+    Health(health::Arguments),
+}
+
+/// Parses the command line and runs the subcommand.
+#[must_use]
+pub fn run() -> ExitCode {
+    match Arguments::parse().command {
+        Command::Serve(arguments) => serve::run(arguments),
+        Command::Retarget(arguments) => retarget::run(&arguments),
+        Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Demo(arguments) => demo::run(arguments),
+        Command::Openapi(arguments) => openapi::run(&arguments),
+        Command::Health(arguments) => health::run(arguments),
+    }
+}
