@@ -41,3 +41,5 @@ pub mod cli;
 pub mod engine;
 pub mod formats;
 pub mod model;
+pub mod retarget;
+pub mod rig;
