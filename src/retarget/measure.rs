@@ -81,7 +81,7 @@ pub fn measure(
         let local = result.local_pose(target.skeleton(), frame);
         let target_pose = local.to_model(target.skeleton());
         for (limb, angles) in limbs.iter().zip(&mut angles) {
-            let wanted = mapping.target_from_source.rotation * limb.direction(source_pose.transforms(), limb.source);
+            let wanted = mapping.target_from_source() * limb.direction(source_pose.transforms(), limb.source);
             let found = limb.direction(target_pose.transforms(), limb.target);
             angles.push(wanted.angle_between(found).to_degrees());
         }

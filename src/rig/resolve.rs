@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use crate::model::{Clip, LocalPose, Reporter, Skeleton, Transform};
+use crate::model::{Axes, Clip, Reporter, Skeleton, Transform};
 
 use super::{
     align::align,
@@ -48,16 +48,19 @@ pub fn resolve(
         Align::Off => target.rest.clone(),
         Align::Auto | Align::Direction => align(source, target, &pairs),
     };
-    let space = Transform {
+    let carried = is_carried(&ops);
+    let ours_from_plan = if carried { Axes::Z_UP_Y_FRONT.ours_from_this() } else { target.work_from_scene };
+    let plan_from_source = Transform {
         translation: DVec3::ZERO,
-        rotation: (target.work_from_scene.conjugate() * source.work_from_scene).normalize(),
+        rotation: (ours_from_plan.conjugate() * source.work_from_scene).normalize(),
         scale: DVec3::splat(source.unit_metres / target.unit_metres),
     };
     let mut mapping = Mapping {
         source_rest: source.rest.clone(),
-        target_hold: hold_pose(spec, target, &ops),
+        target_hold: if carried { target.rest_local.clone() } else { target.skeleton().rest_pose() },
         target_rest: aligned,
-        target_from_source: space,
+        plan_from_source,
+        plan_from_target: (ours_from_plan.conjugate() * target.work_from_scene).normalize(),
         pelvis: None,
         chains: Vec::new(),
         global_scale: 1.0,
@@ -87,11 +90,10 @@ fn default_ops() -> Vec<Op> {
     vec![Op::Pelvis(PelvisOp::default()), Op::Fk(FkOp::default())]
 }
 
-/// What idle target joints keep: their node transform; with chains carried by their parents (ikrigretarget) the rest pose, as
-/// that program does.
-fn hold_pose(spec: &RetargetSpec, target: &Side<'_>, ops: &[Op]) -> LocalPose {
-    let carried = ops.iter().any(|op| matches!(op, Op::Fk(op) if op.carry == Carry::Parent));
-    if carried && spec.map.is_some() { target.rest_local.clone() } else { target.skeleton().rest_pose() }
+/// Whether chains are carried along by their parents, as ikrigretarget does it. Idle joints then keep the rest pose, as in that
+/// program, and not their node transform.
+fn is_carried(ops: &[Op]) -> bool {
+    ops.iter().any(|op| matches!(op, Op::Fk(op) if op.enabled && op.carry == Carry::Parent))
 }
 
 /// The pairs of chains, each with joints on both sides.
@@ -277,7 +279,7 @@ fn resolve_pelvis(
     };
     let source_height = Height::measure(source, &spec.source, op.source_height, source_pelvis)?;
     let target_height = Height::measure(target, &spec.target, op.target_height, target_pelvis)?;
-    let unit = mapping.target_from_source.scale.x;
+    let unit = mapping.plan_from_source.scale.x;
     let ratio = target_height.value / if source_height.value < LEAST_HEIGHT { 1.0 } else { source_height.value };
     mapping.global_scale = ratio / unit;
     if !op.enabled {
@@ -292,8 +294,8 @@ fn resolve_pelvis(
         ScaleOrigin::Origin => (DVec3::ZERO, DVec3::ZERO),
         ScaleOrigin::Floor => {
             let floor = clip_floor(source, clip, source_pelvis, source_height.floor);
-            // Both origins are in the target's space and unit; up is the same direction there.
-            (target.up() * floor * unit, target.up() * target_height.floor)
+            let up = mapping.plan_from_target * target.up();
+            (up * floor * unit, up * target_height.floor)
         }
     };
     mapping.pelvis = Some(PelvisPair {
@@ -302,7 +304,7 @@ fn resolve_pelvis(
         rotation_alpha: op.alpha * op.rotation_alpha,
         translation_alpha: op.alpha * op.translation_alpha,
         position: PelvisPosition {
-            work_from_target: target.work_from_scene,
+            ours_from_plan: (target.work_from_scene * mapping.plan_from_target.conjugate()).normalize(),
             scale: DVec3::new(op.scale_horizontal, op.scale_vertical, op.scale_horizontal) * scale,
             source_origin,
             target_origin,

@@ -131,9 +131,7 @@ impl<'a> Poses<'a> {
         let tracks = &self.clip.joints()[joint];
         values(match channel {
             Channel::Translation => Value::Vector(tracks.translation.at(frame, rest.translation.as_vec3()).to_array()),
-            Channel::Rotation => {
-                Value::Rotation(unit(tracks.rotation.at(frame, rest.rotation.as_quat()).as_dquat()))
-            }
+            Channel::Rotation => Value::Rotation(unit(tracks.rotation.at(frame, rest.rotation.as_quat()).as_dquat())),
             Channel::Scale => Value::Vector(tracks.scale.at(frame, rest.scale.as_vec3()).to_array()),
         })
     }
@@ -156,8 +154,12 @@ fn values(value: Value) -> impl Iterator<Item = f32> + use<> {
     values.into_iter().take(width)
 }
 
+/// Unit but for rounding, as it stands; anything else normalised.
 fn unit(rotation: DQuat) -> [f32; 4] {
-    rotation.normalize().as_quat().to_array()
+    const ROUNDING: f64 = 1e-4;
+    let off = (rotation.length() - 1.0).abs() > ROUNDING;
+    let unit = if off { rotation.normalize() } else { rotation };
+    unit.as_quat().to_array()
 }
 
 /// The joints and everything above them; all nodes where the file calls none a joint.
@@ -180,7 +182,8 @@ fn joints_to_write(skeleton: &Skeleton) -> Vec<usize> {
 
 fn warn_of_lost_motion(target: &Scene, clip: &Clip, joints: &[usize], reporter: &mut Reporter) {
     for (index, tracks) in clip.joints().iter().enumerate() {
-        let is_animated = tracks.translation.is_animated() || tracks.rotation.is_animated() || tracks.scale.is_animated();
+        let is_animated =
+            tracks.translation.is_animated() || tracks.rotation.is_animated() || tracks.scale.is_animated();
         if is_animated && joints.binary_search(&index).is_err() {
             reporter.warn(
                 "poses_node_left_out",
