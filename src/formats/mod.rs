@@ -15,6 +15,7 @@
 pub mod budget;
 mod error;
 mod format;
+mod gltf;
 mod sniff;
 
 pub use budget::{Budget, Limit, Limits};
@@ -40,8 +41,10 @@ pub fn read(
 ) -> Result<Scene, FormatError> {
     let mut budget = Budget::new(limits, control);
     budget.take(Limit::FileBytes, bytes.len() as u64, "file")?;
-    let _ = (format, &mut budget, reporter);
-    todo!("wired when the formats land")
+    match format {
+        Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma => gltf::read(bytes, format, &mut budget, reporter),
+        Format::Fbx | Format::Bvh | Format::PosesNpz | Format::PosesJson => todo!("wired when the formats land"),
+    }
 }
 
 /// What to write, and how.
@@ -88,6 +91,10 @@ pub fn write(
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Vec<u8>, FormatError> {
-    let _ = (target, clip, options, control, reporter);
-    todo!("wired when the formats land")
+    match options.format {
+        Format::Glb | Format::Gltf | Format::Vrm => gltf::write(target, clip, options, control, reporter),
+        Format::Vrma | Format::Fbx | Format::Bvh | Format::PosesNpz | Format::PosesJson => {
+            todo!("wired when the formats land")
+        }
+    }
 }
