@@ -43,3 +43,4 @@ pub mod formats;
 pub mod model;
 pub mod retarget;
 pub mod rig;
+pub mod samples;
