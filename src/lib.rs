@@ -41,3 +41,4 @@ pub mod cli;
 pub mod engine;
 pub mod formats;
 pub mod model;
+pub mod rig;
