@@ -12,11 +12,11 @@ use super::{
     error::{SpecError, SpecErrorKind, SpecField},
     floor::{clip_floor, rest_floor},
     mapping::{ChainPair, Drive, Mapping, PelvisPair, PelvisPosition},
-    side::Side,
     spec::{
         Align, Carry, ChainMap, FkOp, HeightRule, Op, PelvisOp, PelvisScale, PelvisScaleRule, RetargetSpec, RigSpec,
         ScaleOrigin,
     },
+    understand::Rig,
 };
 
 /// ikrigretarget's guard: a source height below this counts as one.
@@ -37,8 +37,8 @@ pub struct Resolved {
 /// When the spec names what does not exist, a chain is not connected, or nothing can be mapped.
 pub fn resolve(
     spec: &RetargetSpec,
-    source: &Side<'_>,
-    target: &Side<'_>,
+    source: &Rig<'_>,
+    target: &Rig<'_>,
     clip: &Clip,
     reporter: &mut Reporter,
 ) -> Result<Resolved, SpecError> {
@@ -97,7 +97,7 @@ fn is_carried(ops: &[Op]) -> bool {
 }
 
 /// The pairs of chains, each with joints on both sides.
-fn find_pairs(spec: &RetargetSpec, source: &Side<'_>, target: &Side<'_>) -> Result<Vec<NamedPair>, SpecError> {
+fn find_pairs(spec: &RetargetSpec, source: &Rig<'_>, target: &Rig<'_>) -> Result<Vec<NamedPair>, SpecError> {
     let mut fields = Vec::new();
     let source_chains = explicit_chains(source, &spec.source, &mut fields);
     let target_chains = explicit_chains(target, &spec.target, &mut fields);
@@ -135,7 +135,7 @@ fn find_pairs(spec: &RetargetSpec, source: &Side<'_>, target: &Side<'_>) -> Resu
     SpecError::from_fields(fields).map_or(Ok(pairs), Err)
 }
 
-fn explicit_chains(side: &Side<'_>, spec: &RigSpec, fields: &mut Vec<SpecField>) -> BTreeMap<String, Vec<usize>> {
+fn explicit_chains(side: &Rig<'_>, spec: &RigSpec, fields: &mut Vec<SpecField>) -> BTreeMap<String, Vec<usize>> {
     let mut chains = BTreeMap::new();
     for (name, [start, end]) in &spec.chains {
         let pointer = format!("/{}/chains/{name}", side.name);
@@ -160,14 +160,14 @@ type Chains = BTreeMap<String, Vec<usize>>;
 fn mapped_pairs(
     entry: &ChainMap,
     index: usize,
-    (source, source_chains): (&Side<'_>, &Chains),
-    (target, target_chains): (&Side<'_>, &Chains),
+    (source, source_chains): (&Rig<'_>, &Chains),
+    (target, target_chains): (&Rig<'_>, &Chains),
     fields: &mut Vec<SpecField>,
 ) -> Vec<NamedPair> {
     let both_roles = !source_chains.contains_key(&entry.source) && !target_chains.contains_key(&entry.target);
     if both_roles {
         let (from, to) = (roles_of(&entry.source), roles_of(&entry.target));
-        let complete = |side: &Side<'_>, roles: &[&str]| roles.iter().all(|role| !side.role(role).is_empty());
+        let complete = |side: &Rig<'_>, roles: &[&str]| roles.iter().all(|role| !side.role(role).is_empty());
         if from.len() == to.len() && complete(source, &from) && complete(target, &to) {
             let pair = |(from, to): (&str, &str)| NamedPair {
                 name: to.to_owned(),
@@ -178,7 +178,7 @@ fn mapped_pairs(
             return from.into_iter().zip(to).map(pair).collect();
         }
     }
-    let mut joints_of = |side: &Side<'_>, chains: &Chains, name: &str, end: &str| -> Option<Vec<usize>> {
+    let mut joints_of = |side: &Rig<'_>, chains: &Chains, name: &str, end: &str| -> Option<Vec<usize>> {
         let from_roles = || {
             let joints: Vec<usize> = roles_of(name).iter().flat_map(|role| side.role(role).iter().copied()).collect();
             (!joints.is_empty()).then_some(joints)
@@ -207,8 +207,8 @@ fn resolve_fk(
     op_index: usize,
     spec: &RetargetSpec,
     pairs: &[NamedPair],
-    source: &Side<'_>,
-    target: &Side<'_>,
+    source: &Rig<'_>,
+    target: &Rig<'_>,
     fields: &mut Vec<SpecField>,
 ) -> Vec<ChainPair> {
     let _ = source;
@@ -257,8 +257,8 @@ fn order_chains(chains: &mut [ChainPair]) {
 
 fn resolve_pelvis(
     op: &PelvisOp,
-    source: &Side<'_>,
-    target: &Side<'_>,
+    source: &Rig<'_>,
+    target: &Rig<'_>,
     spec: &RetargetSpec,
     clip: &Clip,
     mapping: &mut Mapping,
@@ -320,7 +320,7 @@ struct Height {
 }
 
 impl Height {
-    fn measure(side: &Side<'_>, spec: &RigSpec, rule: HeightRule, pelvis: usize) -> Result<Self, SpecError> {
+    fn measure(side: &Rig<'_>, spec: &RigSpec, rule: HeightRule, pelvis: usize) -> Result<Self, SpecError> {
         let ground = match &spec.ground {
             Some(name) if rule != HeightRule::AboveOrigin => {
                 let joint = side.joint(name, &format!("/{}/ground", side.name)).map_err(|field| {
@@ -340,8 +340,8 @@ impl Height {
     }
 }
 
-fn nothing_to_map(source: &Side<'_>, target: &Side<'_>) -> SpecError {
-    let describe = |side: &Side<'_>| {
+fn nothing_to_map(source: &Rig<'_>, target: &Rig<'_>) -> SpecError {
+    let describe = |side: &Rig<'_>| {
         let kind = side.recognition.recognised_as.clone().unwrap_or_else(|| "no known rig".into());
         format!("{} ({} joints, {kind}, {} roles)", side.name, side.skeleton().len(), side.roles.len())
     };
@@ -355,8 +355,8 @@ fn nothing_to_map(source: &Side<'_>, target: &Side<'_>) -> SpecError {
 /// The spec with what was found out written in: roles, axes, units, ops.
 fn filled_in(
     spec: &RetargetSpec,
-    source: &Side<'_>,
-    target: &Side<'_>,
+    source: &Rig<'_>,
+    target: &Rig<'_>,
     pairs: &[NamedPair],
     ops: Vec<Op>,
 ) -> RetargetSpec {
@@ -390,7 +390,7 @@ fn filled_in(
     filled
 }
 
-fn filled_in_side(spec: &RigSpec, side: &Side<'_>) -> RigSpec {
+fn filled_in_side(spec: &RigSpec, side: &Rig<'_>) -> RigSpec {
     use super::spec::{OneOrMany, UnitSpec};
     let label = |joint: &usize| side.skeleton().label(*joint);
     let roles = side.roles.iter().map(|(role, joints)| {
@@ -407,6 +407,6 @@ fn filled_in_side(spec: &RigSpec, side: &Side<'_>) -> RigSpec {
     }
 }
 
-fn axes_are_exact(side: &Side<'_>) -> bool {
+fn axes_are_exact(side: &Rig<'_>) -> bool {
     side.axes.ours_from_this().dot(side.work_from_scene).abs() > 1.0 - 1e-12
 }

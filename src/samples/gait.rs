@@ -46,8 +46,7 @@ pub(super) fn walk(figure: &Figure) -> Clip {
         }
         let translations = poses.iter().map(|pose| pose.transforms()[joint].translation.as_vec3()).collect();
         // Only the hips travel; the length of a bone is no animation.
-        let translation =
-            if skeleton.parent(joint).is_none() { Track::Sampled(translations) } else { Track::Rest };
+        let translation = if skeleton.parent(joint).is_none() { Track::Sampled(translations) } else { Track::Rest };
         JointTracks { translation, rotation: Track::Sampled(rotations).compacted(), scale: Track::Rest }
     };
     Clip::new("Walk".into(), times.clone(), (0..figure.len()).map(track).collect())
@@ -124,7 +123,8 @@ impl<'a> Walker<'a> {
         let (sway, yaw) = ((cycle * TAU).sin(), (cycle * TAU).cos());
         let mut turn = |name: &str, rotation: DQuat| turns[index(self.figure, name)] = rotation;
         // At 0 the left heel strikes: the left hip is in front, so the pelvis is turned to the right.
-        let pelvis = DQuat::from_rotation_y(-0.09 * yaw) * DQuat::from_rotation_z(0.05 * sway) * DQuat::from_rotation_x(0.04);
+        let pelvis =
+            DQuat::from_rotation_y(-0.09 * yaw) * DQuat::from_rotation_z(0.05 * sway) * DQuat::from_rotation_x(0.04);
         turn("mixamorig:Hips", pelvis);
         let counter = DQuat::from_rotation_y(0.075 * yaw) * DQuat::from_rotation_z(-0.025 * sway);
         for name in ["mixamorig:Spine", "mixamorig:Spine1", "mixamorig:Spine2"] {
