@@ -68,8 +68,11 @@ impl<'a> Compiler<'a> {
         }
         let carries = carried_slots > 0;
         let needs = self.target_needs(&drivers, carries);
-        let (target_steps, slots) = self.lay_out_target(drivers, &needs);
+        let (mut target_steps, slots) = self.lay_out_target(drivers, &needs);
         let outputs = self.outputs(&target_steps, &slots, carries);
+        for (index, output) in outputs.iter().enumerate() {
+            target_steps[output.slot].output = Some(index);
+        }
         Plan {
             source_steps: self.source_steps,
             target_steps,
@@ -248,7 +251,7 @@ impl<'a> Compiler<'a> {
                 (Driver::Hold, Parent::Constant(above), _) => Parent::Constant(above.then_child(&hold)),
                 (_, _, Some(needs)) => {
                     slots[joint] = Some(steps.len());
-                    steps.push(TargetStep { parent, hold, needs, driver });
+                    steps.push(TargetStep { parent, hold, needs, driver, output: None });
                     Parent::Slot(steps.len() - 1)
                 }
                 // Nothing below it is driven, so nobody asks for it as a parent.

@@ -6,7 +6,7 @@
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 /// Frames that are worked on at once.
-pub(super) const LANES: usize = 16;
+pub(super) const LANES: usize = 8;
 
 /// One number per frame.
 pub(super) type Lane = [f64; LANES];
@@ -42,35 +42,38 @@ impl QuatLanes {
     }
 
     /// Takes up to [`LANES`] samples; lanes past the end repeat the last one.
-    #[inline]
-    pub(super) fn load(samples: &[Quat]) -> Self {
-        let mut result = Self::IDENTITY;
+    #[inline(always)]
+    pub(super) fn load(&mut self, samples: &[Quat]) {
         if let Ok(samples) = <&[Quat; LANES]>::try_from(samples) {
             for lane in 0..LANES {
                 let [x, y, z, w] = samples[lane].to_array();
-                result.x[lane] = f64::from(x);
-                result.y[lane] = f64::from(y);
-                result.z[lane] = f64::from(z);
-                result.w[lane] = f64::from(w);
+                self.x[lane] = f64::from(x);
+                self.y[lane] = f64::from(y);
+                self.z[lane] = f64::from(z);
+                self.w[lane] = f64::from(w);
             }
         } else {
             let last = samples.len().saturating_sub(1);
             for lane in 0..LANES {
                 let sample = samples.get(lane.min(last)).copied().unwrap_or(Quat::IDENTITY);
-                result.set(lane, sample.as_dquat());
+                self.set(lane, sample.as_dquat());
             }
         }
-        result
     }
 
-    /// Writes as many lanes as `samples` is long.
-    #[inline]
-    pub(super) fn store(&self, samples: &mut [Quat]) {
-        for (lane, sample) in samples.iter_mut().enumerate().take(LANES) {
-            #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
-            let component = |values: &Lane| values[lane] as f32;
-            *sample = Quat::from_xyzw(component(&self.x), component(&self.y), component(&self.z), component(&self.w));
+    /// Writes as many lanes as `samples` is long, each on the hemisphere of the one before; `before` is the last one of the
+    /// previous call, and is brought up to date.
+    #[inline(always)]
+    #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
+    pub(super) fn store(&self, samples: &mut [Quat], before: &mut Quat) {
+        let mut previous = *before;
+        for lane in 0..samples.len().min(LANES) {
+            let (x, y, z, w) = (self.x[lane] as f32, self.y[lane] as f32, self.z[lane] as f32, self.w[lane] as f32);
+            let sample = Quat::from_xyzw(x, y, z, w);
+            previous = if sample.dot(previous) < 0.0 { -sample } else { sample };
+            samples[lane] = previous;
         }
+        *before = previous;
     }
 
     pub(super) fn set(&mut self, lane: usize, rotation: DQuat) {
@@ -82,33 +85,71 @@ impl QuatLanes {
         DQuat::from_xyzw(self.x[lane], self.y[lane], self.z[lane], self.w[lane])
     }
 
+    /// Becomes `first * second`.
+    #[inline(always)]
+    pub(super) fn set_product(&mut self, first: &Self, second: &Self) {
+        for lane in 0..LANES {
+            let (ax, ay, az, aw) = (first.x[lane], first.y[lane], first.z[lane], first.w[lane]);
+            let (bx, by, bz, bw) = (second.x[lane], second.y[lane], second.z[lane], second.w[lane]);
+            self.x[lane] = aw * bx + ax * bw + ay * bz - az * by;
+            self.y[lane] = aw * by - ax * bz + ay * bw + az * bx;
+            self.z[lane] = aw * bz + ax * by - ay * bx + az * bw;
+            self.w[lane] = aw * bw - ax * bx - ay * by - az * bz;
+        }
+    }
+
+    /// Becomes `first * constant`.
+    #[inline(always)]
+    pub(super) fn set_product_with_constant(&mut self, first: &Self, constant: DQuat) {
+        let (bx, by, bz, bw) = constant.into();
+        for lane in 0..LANES {
+            let (ax, ay, az, aw) = (first.x[lane], first.y[lane], first.z[lane], first.w[lane]);
+            self.x[lane] = aw * bx + ax * bw + ay * bz - az * by;
+            self.y[lane] = aw * by - ax * bz + ay * bw + az * bx;
+            self.z[lane] = aw * bz + ax * by - ay * bx + az * bw;
+            self.w[lane] = aw * bw - ax * bx - ay * by - az * bz;
+        }
+    }
+
+    /// Becomes `constant * second`.
+    #[inline(always)]
+    pub(super) fn set_product_of_constant(&mut self, constant: DQuat, second: &Self) {
+        let (ax, ay, az, aw) = constant.into();
+        for lane in 0..LANES {
+            let (bx, by, bz, bw) = (second.x[lane], second.y[lane], second.z[lane], second.w[lane]);
+            self.x[lane] = aw * bx + ax * bw + ay * bz - az * by;
+            self.y[lane] = aw * by - ax * bz + ay * bw + az * bx;
+            self.z[lane] = aw * bz + ax * by - ay * bx + az * bw;
+            self.w[lane] = aw * bw - ax * bx - ay * by - az * bz;
+        }
+    }
+
+    /// Becomes `conjugate(first) * second`: the rotation of `second` as seen from `first`.
+    #[inline(always)]
+    pub(super) fn set_relative(&mut self, first: &Self, second: &Self) {
+        for lane in 0..LANES {
+            let (ax, ay, az, aw) = (first.x[lane], first.y[lane], first.z[lane], first.w[lane]);
+            let (bx, by, bz, bw) = (second.x[lane], second.y[lane], second.z[lane], second.w[lane]);
+            self.x[lane] = aw * bx - ax * bw - ay * bz + az * by;
+            self.y[lane] = aw * by + ax * bz - ay * bw - az * bx;
+            self.z[lane] = aw * bz - ax * by + ay * bx - az * bw;
+            self.w[lane] = aw * bw + ax * bx + ay * by + az * bz;
+        }
+    }
+
     /// `self * other`.
     #[inline]
     pub(super) fn times(&self, other: &Self) -> Self {
         let mut result = Self::IDENTITY;
-        for lane in 0..LANES {
-            let (ax, ay, az, aw) = (self.x[lane], self.y[lane], self.z[lane], self.w[lane]);
-            let (bx, by, bz, bw) = (other.x[lane], other.y[lane], other.z[lane], other.w[lane]);
-            result.x[lane] = aw * bx + ax * bw + ay * bz - az * by;
-            result.y[lane] = aw * by - ax * bz + ay * bw + az * bx;
-            result.z[lane] = aw * bz + ax * by - ay * bx + az * bw;
-            result.w[lane] = aw * bw - ax * bx - ay * by - az * bz;
-        }
+        result.set_product(self, other);
         result
     }
 
     /// `self * constant`.
     #[inline]
     pub(super) fn times_constant(&self, constant: DQuat) -> Self {
-        let (bx, by, bz, bw) = constant.into();
         let mut result = Self::IDENTITY;
-        for lane in 0..LANES {
-            let (ax, ay, az, aw) = (self.x[lane], self.y[lane], self.z[lane], self.w[lane]);
-            result.x[lane] = aw * bx + ax * bw + ay * bz - az * by;
-            result.y[lane] = aw * by - ax * bz + ay * bw + az * bx;
-            result.z[lane] = aw * bz + ax * by - ay * bx + az * bw;
-            result.w[lane] = aw * bw - ax * bx - ay * by - az * bz;
-        }
+        result.set_product_with_constant(self, constant);
         result
     }
 
@@ -116,15 +157,24 @@ impl QuatLanes {
     #[inline]
     pub(super) fn conjugate_times(&self, other: &Self) -> Self {
         let mut result = Self::IDENTITY;
-        for lane in 0..LANES {
-            let (ax, ay, az, aw) = (self.x[lane], self.y[lane], self.z[lane], self.w[lane]);
-            let (bx, by, bz, bw) = (other.x[lane], other.y[lane], other.z[lane], other.w[lane]);
-            result.x[lane] = aw * bx - ax * bw - ay * bz + az * by;
-            result.y[lane] = aw * by + ax * bz - ay * bw - az * bx;
-            result.z[lane] = aw * bz - ax * by + ay * bx - az * bw;
-            result.w[lane] = aw * bw + ax * bx + ay * by + az * bz;
-        }
+        result.set_relative(self, other);
         result
+    }
+
+    /// Brings quaternions that are unit ones but for rounding back to unit length, without a root or a division: two Newton
+    /// steps for the inverse root, which leave a length that was off by a share e off by about e to the fourth.
+    #[inline(always)]
+    pub(super) fn refine_length(&mut self) {
+        for lane in 0..LANES {
+            let (x, y, z, w) = (self.x[lane], self.y[lane], self.z[lane], self.w[lane]);
+            let square = x * x + y * y + z * z + w * w;
+            let first = 1.5 - 0.5 * square;
+            let factor = first * (1.5 - 0.5 * square * first * first);
+            self.x[lane] = x * factor;
+            self.y[lane] = y * factor;
+            self.z[lane] = z * factor;
+            self.w[lane] = w * factor;
+        }
     }
 
     /// Unit length in every lane. Lanes of length zero become the identity.
@@ -308,9 +358,22 @@ mod tests {
     }
 
     #[test]
+    fn lengths_are_refined_and_hemispheres_kept() {
+        let unit = sample(0.9);
+        let mut lanes = QuatLanes::splat(unit * 1.001);
+        lanes.refine_length();
+        assert!((lanes.get(2).length() - 1.0).abs() < 1e-11, "length {}", lanes.get(2).length());
+        let mut samples = [Quat::IDENTITY; 3];
+        let mut before = -unit.as_quat();
+        lanes.store(&mut samples, &mut before);
+        assert!(samples.iter().all(|sample| sample.dot(-unit.as_quat()) > 0.99), "on the side of the one before");
+    }
+
+    #[test]
     fn short_loads_repeat_the_last_sample() {
         let samples = [Quat::IDENTITY, Quat::from_xyzw(1.0, 0.0, 0.0, 0.0)];
-        let lanes = QuatLanes::load(&samples);
+        let mut lanes = QuatLanes::IDENTITY;
+        lanes.load(&samples);
         assert!(lanes.get(0).w == 1.0 && lanes.get(LANES - 1).x == 1.0, "last sample repeats");
     }
 }

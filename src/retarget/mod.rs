@@ -7,6 +7,7 @@ mod lanes;
 mod measure;
 mod plan;
 mod run;
+mod workspace;
 
 pub use measure::{LimbDirection, Measures, measure};
 pub use plan::Plan;

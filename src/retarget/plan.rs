@@ -71,6 +71,8 @@ pub(super) struct TargetStep {
     pub(super) hold: Transform,
     pub(super) needs: Needs,
     pub(super) driver: Driver,
+    /// Index into the plan's outputs, where the joint gets tracks.
+    pub(super) output: Option<usize>,
 }
 
 /// What decides a target joint's transform.

@@ -1,0 +1,330 @@
+//! What one thread works in: the joints of both sides for a few frames.
+
+use glam::{DQuat, DVec3, Quat, Vec3};
+
+use crate::model::{JointTracks, Track, Transform};
+
+use super::{
+    lanes::{LANES, QuatLanes, VecLanes},
+    plan::{
+        CarryStep, Driver, ModelDriver, Needs, Parent, PelvisDriver, Plan, Sample, SourceStep, TargetStep, Translation,
+    },
+};
+
+/// A run of frames of all results.
+pub(super) struct Chunk<'a> {
+    pub(super) first_frame: usize,
+    pub(super) frames: usize,
+    /// One entry per output of the plan.
+    pub(super) tracks: Vec<ChunkTracks<'a>>,
+}
+
+/// A run of frames of one driven joint's results.
+pub(super) struct ChunkTracks<'a> {
+    pub(super) rotations: &'a mut [Quat],
+    pub(super) translations: &'a mut [Vec3],
+    pub(super) scales: &'a mut [Vec3],
+    /// The rotation before the one that is written next; its hemisphere is kept.
+    pub(super) before: Quat,
+}
+
+/// Position and scale of one joint in plan space.
+#[derive(Clone, Copy)]
+struct Place {
+    position: VecLanes,
+    scale: VecLanes,
+}
+
+impl Place {
+    const ORIGIN: Self = Self { position: VecLanes::ZERO, scale: VecLanes::splat(DVec3::ONE) };
+
+    fn splat(transform: &Transform) -> Self {
+        Self { position: VecLanes::splat(transform.translation), scale: VecLanes::splat(transform.scale) }
+    }
+}
+
+/// Rotation and place together, where speed does not matter.
+#[derive(Clone, Copy)]
+struct Frame {
+    rotation: QuatLanes,
+    place: Place,
+}
+
+impl Frame {
+    const IDENTITY: Self = Self { rotation: QuatLanes::IDENTITY, place: Place::ORIGIN };
+
+    fn splat(transform: &Transform) -> Self {
+        Self { rotation: QuatLanes::splat(transform.rotation), place: Place::splat(transform) }
+    }
+
+    fn point(&self, point: &VecLanes) -> VecLanes {
+        self.place.position.plus(&self.rotation.rotate(&self.place.scale.times(point)))
+    }
+
+    fn then_child(&self, child: &Self) -> Self {
+        let place =
+            Place { position: self.point(&child.place.position), scale: self.place.scale.times(&child.place.scale) };
+        Self { rotation: self.rotation.times(&child.rotation), place }
+    }
+
+    /// The inverse of `then_child`, with the conjugate as the inverse rotation.
+    fn relative(&self, child: &Self) -> Self {
+        let offset = self.rotation.rotate_back(&child.place.position.minus(&self.place.position));
+        let place =
+            Place { position: offset.over(&self.place.scale), scale: child.place.scale.over(&self.place.scale) };
+        Self { rotation: self.rotation.conjugate_times(&child.rotation), place }
+    }
+}
+
+/// Slots of both sides. Made once per run of chunks, never per frame.
+pub(super) struct Workspace {
+    source: Vec<QuatLanes>,
+    source_places: Vec<Place>,
+    target: Vec<QuatLanes>,
+    target_places: Vec<Place>,
+    carried: Vec<Frame>,
+}
+
+impl Workspace {
+    pub(super) fn new(plan: &Plan) -> Self {
+        Self {
+            source: vec![QuatLanes::IDENTITY; plan.source_steps.len()],
+            source_places: vec![Place::ORIGIN; plan.source_steps.len()],
+            target: vec![QuatLanes::IDENTITY; plan.target_steps.len()],
+            target_places: vec![Place::ORIGIN; plan.target_steps.len()],
+            carried: vec![Frame::IDENTITY; plan.carried_slots],
+        }
+    }
+
+    /// Retargets a chunk, [`LANES`] frames at a time.
+    pub(super) fn run(&mut self, plan: &Plan, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
+        for first in (0..chunk.frames).step_by(LANES) {
+            let span = Span { frame: chunk.first_frame + first, first, count: LANES.min(chunk.frames - first) };
+            for (slot, step) in plan.source_steps.iter().enumerate() {
+                self.accumulate(slot, step, &tracks[step.joint], span);
+            }
+            for (slot, step) in plan.target_steps.iter().enumerate() {
+                self.compute(plan, slot, step, &mut chunk.tracks, span);
+            }
+        }
+    }
+
+    fn accumulate(&mut self, slot: usize, step: &SourceStep, tracks: &JointTracks, span: Span) {
+        let (done, rest) = self.source.split_at_mut(slot);
+        let result = &mut rest[0];
+        match (&tracks.rotation, step.parent) {
+            (Track::Sampled(values), Parent::Slot(parent)) => {
+                let mut local = QuatLanes::IDENTITY;
+                local.load(&values[span.frame..span.frame + span.count]);
+                result.set_product(&done[parent], &local);
+            }
+            (Track::Sampled(values), Parent::Constant(above)) => {
+                let mut local = QuatLanes::IDENTITY;
+                local.load(&values[span.frame..span.frame + span.count]);
+                result.set_product_of_constant(above.rotation, &local);
+            }
+            (still, parent) => {
+                let local = if let Track::Constant(value) = still { value.as_dquat() } else { step.rest.rotation };
+                match parent {
+                    Parent::Slot(parent) => result.set_product_with_constant(&done[parent], local),
+                    Parent::Constant(above) => *result = QuatLanes::splat(above.rotation * local),
+                }
+            }
+        }
+        if step.needs == Needs::Transform {
+            let parent = self.source_parent(step.parent);
+            let translation = load_vector(&tracks.translation, step.rest.translation, span);
+            let scale = load_vector(&tracks.scale, step.rest.scale, span);
+            self.source_places[slot] =
+                Place { position: parent.point(&translation), scale: parent.place.scale.times(&scale) };
+        }
+    }
+
+    fn compute(&mut self, plan: &Plan, slot: usize, step: &TargetStep, tracks: &mut [ChunkTracks<'_>], span: Span) {
+        match &step.driver {
+            Driver::Hold => self.hold(slot, step),
+            Driver::Model(driver) => self.follow(slot, step, driver),
+            Driver::Pelvis(driver) => self.move_pelvis(slot, step, driver),
+            Driver::Carried(driver) => {
+                let parent = self.target_parent(step.parent);
+                if let Some(begin) = &driver.begin {
+                    self.carry(begin, &parent);
+                }
+                let (rotation, scale) = self.sample_carried(driver.sample);
+                self.target[slot].set_product_with_constant(&rotation, driver.rotation);
+                self.blend_rotation(slot, step, driver.rotation_alpha);
+                self.target_places[slot] = Place {
+                    position: parent.point(&VecLanes::splat(step.hold.translation)),
+                    scale: scale.plus(&VecLanes::splat(driver.scale_offset)),
+                };
+            }
+        }
+        if let Some(output) = step.output {
+            self.store(plan, slot, step, output, &mut tracks[output], span);
+        }
+    }
+
+    fn hold(&mut self, slot: usize, step: &TargetStep) {
+        let (done, rest) = self.target.split_at_mut(slot);
+        match step.parent {
+            Parent::Slot(parent) => rest[0].set_product_with_constant(&done[parent], step.hold.rotation),
+            Parent::Constant(above) => rest[0] = QuatLanes::splat(above.rotation * step.hold.rotation),
+        }
+        if step.needs == Needs::Transform {
+            let parent = self.target_parent(step.parent);
+            self.target_places[slot] = Place {
+                position: parent.point(&VecLanes::splat(step.hold.translation)),
+                scale: parent.place.scale.times(&VecLanes::splat(step.hold.scale)),
+            };
+        }
+    }
+
+    fn follow(&mut self, slot: usize, step: &TargetStep, driver: &ModelDriver) {
+        match driver.sample {
+            Sample::At(source) => self.target[slot].set_product_with_constant(&self.source[source], driver.rotation),
+            Sample::Between { first, second, fraction } => {
+                let between = self.source[first].blend(&self.source[second], fraction);
+                self.target[slot].set_product_with_constant(&between, driver.rotation);
+            }
+        }
+        self.blend_rotation(slot, step, driver.rotation_alpha);
+        if step.needs == Needs::Transform {
+            let parent = self.target_parent(step.parent);
+            let mut position = parent.point(&VecLanes::splat(step.hold.translation));
+            if let Some((moved, alpha)) = self.moved(driver.sample, driver.translation, &parent) {
+                position = position.blend(&moved, alpha);
+            }
+            let scale = parent.place.scale.times(&VecLanes::splat(step.hold.scale));
+            self.target_places[slot] = Place { position, scale };
+        }
+    }
+
+    fn move_pelvis(&mut self, slot: usize, step: &TargetStep, driver: &PelvisDriver) {
+        self.target[slot] = self.source[driver.source_slot].times_constant(driver.rotation).normalized();
+        self.blend_rotation(slot, step, driver.rotation_alpha);
+        let source = &self.source_places[driver.source_slot].position;
+        let mut position = VecLanes::ZERO;
+        for lane in 0..LANES {
+            let wanted = driver.matrix * DVec3::new(source.x[lane], source.y[lane], source.z[lane]) + driver.offset;
+            let placed = driver.rest_position.lerp(wanted, driver.translation_alpha);
+            (position.x[lane], position.y[lane], position.z[lane]) = placed.into();
+        }
+        self.target_places[slot] = Place { position, scale: VecLanes::splat(driver.rest_scale) };
+    }
+
+    /// Goes back toward the rest rotation below the parent where the alpha is not one.
+    fn blend_rotation(&mut self, slot: usize, step: &TargetStep, alpha: f64) {
+        #[expect(clippy::float_cmp, reason = "exactly one means that there is nothing to blend")]
+        if alpha == 1.0 {
+            return;
+        }
+        let parent = self.target_parent(step.parent).rotation;
+        let local = parent.conjugate_times(&self.target[slot]).normalized();
+        self.target[slot] = parent.times(&local.scaled_from(step.hold.rotation, alpha));
+    }
+
+    fn source_parent(&self, parent: Parent) -> Frame {
+        match parent {
+            Parent::Slot(slot) => Frame { rotation: self.source[slot], place: self.source_places[slot] },
+            Parent::Constant(above) => Frame::splat(&above),
+        }
+    }
+
+    fn target_parent(&self, parent: Parent) -> Frame {
+        match parent {
+            Parent::Slot(slot) => Frame { rotation: self.target[slot], place: self.target_places[slot] },
+            Parent::Constant(above) => Frame::splat(&above),
+        }
+    }
+
+    fn sample_position(&self, sample: Sample) -> VecLanes {
+        match sample {
+            Sample::At(slot) => self.source_places[slot].position,
+            Sample::Between { first, second, fraction } => {
+                self.source_places[first].position.blend(&self.source_places[second].position, fraction)
+            }
+        }
+    }
+
+    /// Where a translation mode puts a joint, and how much of it is wanted.
+    fn moved(&self, sample: Sample, translation: Translation, parent: &Frame) -> Option<(VecLanes, f64)> {
+        match translation {
+            Translation::Hold => None,
+            Translation::Absolute { alpha } => Some((self.sample_position(sample), alpha)),
+            Translation::Scaled { parent_slot, factor, alpha } => {
+                let from = parent_slot.map_or(VecLanes::ZERO, |slot| self.source_places[slot].position);
+                let offset = self.sample_position(sample).minus(&from);
+                let scaled = offset.times(&VecLanes::splat(DVec3::splat(factor)));
+                Some((parent.place.position.plus(&scaled), alpha))
+            }
+        }
+    }
+
+    fn carry(&mut self, step: &CarryStep, parent: &Frame) {
+        let mut current = parent.then_child(&Frame::splat(&step.parent_from_carried));
+        for (offset, (above, joint)) in step.joints.iter().enumerate() {
+            let above = self.source_parent(*above);
+            current = current.then_child(&above.relative(&self.source_parent(Parent::Slot(*joint))));
+            self.carried[step.first_slot + offset] = current;
+        }
+    }
+
+    fn sample_carried(&self, sample: Sample) -> (QuatLanes, VecLanes) {
+        match sample {
+            Sample::At(slot) => (self.carried[slot].rotation, self.carried[slot].place.scale),
+            Sample::Between { first, second, fraction } => {
+                let (first, second) = (&self.carried[first], &self.carried[second]);
+                let scale = first.place.scale.blend(&second.place.scale, fraction);
+                (first.rotation.blend(&second.rotation, fraction), scale)
+            }
+        }
+    }
+
+    fn store(
+        &self,
+        plan: &Plan,
+        slot: usize,
+        step: &TargetStep,
+        output: usize,
+        tracks: &mut ChunkTracks<'_>,
+        span: Span,
+    ) {
+        let range = span.first..span.first + span.count;
+        let mut local = QuatLanes::IDENTITY;
+        match step.parent {
+            Parent::Slot(parent) => local.set_relative(&self.target[parent], &self.target[slot]),
+            Parent::Constant(above) => {
+                local.set_product_of_constant(DQuat::conjugate(above.rotation), &self.target[slot]);
+            }
+        }
+        if plan.normalizes {
+            local.refine_length();
+        }
+        local.store(&mut tracks.rotations[range.clone()], &mut tracks.before);
+        let output = &plan.outputs[output];
+        if output.translation {
+            let joint = Frame { rotation: self.target[slot], place: self.target_places[slot] };
+            let local = self.target_parent(step.parent).relative(&joint).place;
+            local.position.store(&mut tracks.translations[range.clone()]);
+            if output.scale {
+                local.scale.store(&mut tracks.scales[range]);
+            }
+        }
+    }
+}
+
+/// Which frames are being worked on: the clip's frame, the same within the chunk, and how many.
+#[derive(Clone, Copy)]
+struct Span {
+    frame: usize,
+    first: usize,
+    count: usize,
+}
+
+fn load_vector(track: &Track<Vec3>, rest: DVec3, span: Span) -> VecLanes {
+    match track {
+        Track::Sampled(values) => VecLanes::load(&values[span.frame..span.frame + span.count]),
+        Track::Constant(value) => VecLanes::splat(value.as_dvec3()),
+        Track::Rest => VecLanes::splat(rest),
+    }
+}
