@@ -149,8 +149,8 @@ fn read_rotation(value: &Cursor<'_, '_>, reporter: &mut Reporter) -> Result<DQua
         let detail = format!("the rotation has the length {length:.4} instead of 1; it was normalised");
         reporter.warn("rotation_not_unit", value.to_string(), detail, "");
     }
-    // What is a unit quaternion already keeps its bits.
-    Ok(if length == 1.0 { rotation } else { rotation / length })
+    // What is a unit quaternion already keeps its bits, so that reading what was written changes nothing.
+    Ok(if (length - 1.0).abs() < 1e-12 { rotation } else { rotation / length })
 }
 
 fn read_matrix(value: &Cursor<'_, '_>, reporter: &mut Reporter) -> Result<Transform, FormatError> {
