@@ -15,13 +15,14 @@ use crate::{
 };
 
 /// What is reported once per file, however often it is seen: code, what was done, what the user can do.
-const NOTES: [(&str, &str, &str); 10] = [
+const NOTES: [(&str, &str, &str); 11] = [
     ("channel_without_node", "a channel has no target node and was left out", ""),
     ("weights_skipped", "morph weights are not retargeted", ""),
     ("animation_pointer_skipped", "an animation pointer drives something else than a joint and is not retargeted", ""),
     ("unknown_path", "a channel drives a property that is not known and was left out", ""),
     ("duplicate_channel", "two channels drive one property of one node; the first was used", ""),
     ("animated_matrix_node", "a channel drives a node with a matrix, which was split for it", ""),
+    ("key_bounds_missing", "an accessor of key times does not say its bounds, which glTF asks for", ""),
     ("equal_key_times", "two keys have one time; the later one was used", ""),
     ("negative_key_time", "keys lie before the time zero", "move the animation so that it starts at zero"),
     ("keyframe_rotation_not_unit", "a rotation is not of length 1 and was normalised", "normalise rotations on export"),
@@ -94,7 +95,8 @@ pub(super) fn read(
         clips.push(reader.clip(&animation)?);
     }
     if reader.keys_added > 0 {
-        let detail = format!("{} keys were added where the file has curves or steps between keys", reader.keys_added);
+        let detail =
+            format!("the file has curves or steps between keys; keys were added to keep them: {}", reader.keys_added);
         reporter.warn("keys_densified", "/animations", detail, "export the animation sampled, with linear keys");
     }
     reader.notes.report(reporter);
@@ -258,6 +260,9 @@ impl Reader<'_, '_, '_> {
         }
         if times[0] < 0.0 {
             self.notes.add("negative_key_time", input);
+        }
+        if !accessor.has_bounds {
+            self.notes.add("key_bounds_missing", input);
         }
         let count = times.len();
         let mut kept = None;

@@ -53,7 +53,12 @@ impl Builder {
             _ => 16,
         };
         let view = self.view(bytemuck::cast_slice(floats));
-        self.accessor(view, 5126, floats.len() / width, shape)
+        let index = self.accessor(view, 5126, floats.len() / width, shape);
+        if shape == "SCALAR" {
+            self.json["accessors"][index]["min"] = json!([floats[0]]);
+            self.json["accessors"][index]["max"] = json!([floats[floats.len() - 1]]);
+        }
+        index
     }
 
     /// Adds an animation with one channel.

@@ -157,6 +157,17 @@ fn curves_and_steps_keep_their_shape() {
 }
 
 #[test]
+fn a_step_that_is_only_rounding_adds_no_key() {
+    let mut builder = Builder::new();
+    let input = builder.floats(&[0.0, 0.5], "SCALAR");
+    let output = builder.floats(&[1.0, 0.0, 0.0, 1.000_000_1, 0.0, 0.0], "VEC3");
+    builder.animation(0, "scale", json!({"input": input, "output": output, "interpolation": "STEP"}));
+    let (scene, warnings) = builder.read().expect("readable");
+    assert_eq!(scene.clips[0].times_seconds(), [0.0, 0.5], "the keys of the file");
+    assert_eq!(codes(&warnings), [""; 0], "nothing was added");
+}
+
+#[test]
 fn rotations_are_repaired_and_said_so() {
     let mut builder = Builder::new();
     let input = builder.floats(&[0.0, 1.0, 2.0], "SCALAR");

@@ -162,7 +162,7 @@ fn a_scene_from_elsewhere_becomes_a_skeleton() {
         scene.skeleton.joints().iter().map(|joint| (joint.name.clone(), joint.parent, joint.rest)).collect()
     };
     assert_eq!(listed(&back), listed(&scene), "names, parents and rest");
-    assert_eq!(back.clips, [clip.clone()], "the clip");
+    assert_eq!(back.clips, std::slice::from_ref(&clip), "the clip");
     assert_eq!(back.skins.len(), 2, "a skin for each tree");
     let bound = back.bind_pose[1].expect("bound").translation;
     assert!((bound - glam::DVec3::new(0.0, 1.5, 0.2)).length() < 1e-6, "bound in the rest pose: {bound}");
