@@ -1,6 +1,9 @@
 //! `animations` to clips: one clip per animation, all channels on the union of the key times that drive nodes.
 
-use std::{collections::BTreeMap, rc::Rc};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    rc::Rc,
+};
 
 use glam::{Quat, Vec3};
 
@@ -282,17 +285,18 @@ impl Reader<'_, '_, '_> {
     fn common_times(&mut self, curves: &BTreeMap<usize, JointCurves>, place: &str) -> Result<Vec<f32>, FormatError> {
         let most = self.budget.limits().frames_per_clip;
         let mut all: Vec<Rc<Vec<f32>>> = Vec::new();
+        let mut seen = BTreeSet::new();
         let mut between = Vec::new();
         let mut add = |times: &Rc<Vec<f32>>, more: Result<Vec<f32>, u64>| -> Result<(), FormatError> {
             let more =
                 more.or_else(|count| self.budget.check(Limit::FramesPerClip, count, place).map(|()| Vec::new()))?;
             between.extend(more);
-            if all.last().is_none_or(|last| !Rc::ptr_eq(last, times)) {
+            if seen.insert(Rc::as_ptr(times)) {
                 self.budget.take_array(times.len() as u64, size_of::<f32>() as u64, place)?;
                 all.push(Rc::clone(times));
             }
-            // Many channels have the same times in between.
-            if between.len() as u64 > most {
+            // Many channels have the same times in between. Twice the limit, so that sorting pays off before the next time.
+            if between.len() as u64 > most.saturating_mul(2) {
                 between.sort_by(f32::total_cmp);
                 between.dedup();
                 self.budget.check(Limit::FramesPerClip, between.len() as u64, place)?;
