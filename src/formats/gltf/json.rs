@@ -89,7 +89,9 @@ impl<'d, 'p> Cursor<'d, 'p> {
 
     /// One element of an array.
     pub(super) fn element(&self, index: usize) -> Result<Cursor<'d, '_>, FormatError> {
-        self.elements()?.nth(index).ok_or_else(|| self.malformed(format!("there is no element {index}")))
+        let array = self.value.as_array().ok_or_else(|| self.wrong_type("an array"))?;
+        let value = array.get(index).ok_or_else(|| self.malformed(format!("there is no element {index}")))?;
+        Ok(Cursor { value, step: Step::Index(index), parent: Some(self) })
     }
 
     /// How many elements the array has.

@@ -1,6 +1,6 @@
 //! Typed arrays: every component type, normalised integers, strides, sparse values, compressed views.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, btree_map::Entry};
 
 use bytemuck::{Pod, Zeroable};
 
@@ -43,6 +43,8 @@ pub(super) struct Accessor {
     pub(super) count: usize,
     /// Its own place in `accessors`.
     pub(super) index: usize,
+    /// Whether it says between which bounds its values lie.
+    pub(super) has_bounds: bool,
     shape: Shape,
     component: Component,
     normalized: bool,
@@ -187,6 +189,7 @@ impl<'d> Accessors<'d> {
         Ok(Accessor {
             count: count.size()?,
             index,
+            has_bounds: object.get("min")?.is_some() && object.get("max")?.is_some(),
             shape,
             component: read_component(&object)?,
             normalized: object.get("normalized")?.map_or(Ok(false), |value| value.boolean())?,
@@ -320,13 +323,15 @@ impl<'d> Accessors<'d> {
             place.malformed(format!("the data is in buffer {buffer}, whose content is not in the file"))
         };
         let compressed = view.compressed.as_ref().ok_or_else(|| missing(view.buffer))?;
-        if !self.decompressed.contains_key(&index) {
-            let encoded = buffers[compressed.buffer].bytes.as_ref().ok_or_else(|| missing(compressed.buffer))?;
-            let encoded = &encoded[compressed.offset..compressed.offset + compressed.length];
-            let decoded = meshopt::decode(encoded, compressed, &format!("/bufferViews/{index}"), budget)?;
-            self.decompressed.insert(index, decoded);
+        match self.decompressed.entry(index) {
+            Entry::Occupied(entry) => Ok(entry.into_mut()),
+            Entry::Vacant(entry) => {
+                let encoded = buffers[compressed.buffer].bytes.as_ref().ok_or_else(|| missing(compressed.buffer))?;
+                let encoded = &encoded[compressed.offset..compressed.offset + compressed.length];
+                let place = format!("/bufferViews/{index}");
+                Ok(entry.insert(meshopt::decode(encoded, compressed, &place, budget)?))
+            }
         }
-        Ok(self.decompressed.get(&index).map_or(&[], Vec::as_slice))
     }
 }
 

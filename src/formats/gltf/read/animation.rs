@@ -1,6 +1,9 @@
 //! `animations` to clips: one clip per animation, all channels on the union of the key times that drive nodes.
 
-use std::{collections::BTreeMap, rc::Rc};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    rc::Rc,
+};
 
 use glam::{Quat, Vec3};
 
@@ -15,13 +18,14 @@ use crate::{
 };
 
 /// What is reported once per file, however often it is seen: code, what was done, what the user can do.
-const NOTES: [(&str, &str, &str); 10] = [
+const NOTES: [(&str, &str, &str); 11] = [
     ("channel_without_node", "a channel has no target node and was left out", ""),
     ("weights_skipped", "morph weights are not retargeted", ""),
     ("animation_pointer_skipped", "an animation pointer drives something else than a joint and is not retargeted", ""),
     ("unknown_path", "a channel drives a property that is not known and was left out", ""),
     ("duplicate_channel", "two channels drive one property of one node; the first was used", ""),
     ("animated_matrix_node", "a channel drives a node with a matrix, which was split for it", ""),
+    ("key_bounds_missing", "an accessor of key times does not say its bounds, which glTF asks for", ""),
     ("equal_key_times", "two keys have one time; the later one was used", ""),
     ("negative_key_time", "keys lie before the time zero", "move the animation so that it starts at zero"),
     ("keyframe_rotation_not_unit", "a rotation is not of length 1 and was normalised", "normalise rotations on export"),
@@ -94,7 +98,8 @@ pub(super) fn read(
         clips.push(reader.clip(&animation)?);
     }
     if reader.keys_added > 0 {
-        let detail = format!("{} keys were added where the file has curves or steps between keys", reader.keys_added);
+        let detail =
+            format!("the file has curves or steps between keys; keys were added to keep them: {}", reader.keys_added);
         reporter.warn("keys_densified", "/animations", detail, "export the animation sampled, with linear keys");
     }
     reader.notes.report(reporter);
@@ -259,6 +264,9 @@ impl Reader<'_, '_, '_> {
         if times[0] < 0.0 {
             self.notes.add("negative_key_time", input);
         }
+        if !accessor.has_bounds {
+            self.notes.add("key_bounds_missing", input);
+        }
         let count = times.len();
         let mut kept = None;
         if times.windows(2).any(|pair| pair[0] == pair[1]) {
@@ -277,17 +285,18 @@ impl Reader<'_, '_, '_> {
     fn common_times(&mut self, curves: &BTreeMap<usize, JointCurves>, place: &str) -> Result<Vec<f32>, FormatError> {
         let most = self.budget.limits().frames_per_clip;
         let mut all: Vec<Rc<Vec<f32>>> = Vec::new();
+        let mut seen = BTreeSet::new();
         let mut between = Vec::new();
         let mut add = |times: &Rc<Vec<f32>>, more: Result<Vec<f32>, u64>| -> Result<(), FormatError> {
             let more =
                 more.or_else(|count| self.budget.check(Limit::FramesPerClip, count, place).map(|()| Vec::new()))?;
             between.extend(more);
-            if all.last().is_none_or(|last| !Rc::ptr_eq(last, times)) {
+            if seen.insert(Rc::as_ptr(times)) {
                 self.budget.take_array(times.len() as u64, size_of::<f32>() as u64, place)?;
                 all.push(Rc::clone(times));
             }
-            // Many channels have the same times in between.
-            if between.len() as u64 > most {
+            // Many channels have the same times in between. Twice the limit, so that sorting pays off before the next time.
+            if between.len() as u64 > most.saturating_mul(2) {
                 between.sort_by(f32::total_cmp);
                 between.dedup();
                 self.budget.check(Limit::FramesPerClip, between.len() as u64, place)?;

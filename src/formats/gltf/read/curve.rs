@@ -39,7 +39,12 @@ pub(super) trait Value: Pod + PartialEq {
     fn weighted(terms: [(Self, f64); 4]) -> Self;
     /// Whether all components are zero.
     fn is_zero(self) -> bool;
+    /// Whether two values differ by no more than rounding; exporters write constant tracks that way.
+    fn is_about(self, other: Self) -> bool;
 }
+
+/// Relative for lengths and factors, in radians for rotations.
+const ROUNDING: f64 = 1e-5;
 
 impl Value for Vec3 {
     fn linear(from: Self, to: Self, fraction: f64) -> Self {
@@ -53,6 +58,11 @@ impl Value for Vec3 {
 
     fn is_zero(self) -> bool {
         self == Self::ZERO
+    }
+
+    fn is_about(self, other: Self) -> bool {
+        let (one, other) = (self.as_dvec3(), other.as_dvec3());
+        one.distance(other) <= ROUNDING * one.length().max(other.length())
     }
 }
 
@@ -70,6 +80,13 @@ impl Value for Quat {
 
     fn is_zero(self) -> bool {
         self.to_array() == [0.0; 4]
+    }
+
+    fn is_about(self, other: Self) -> bool {
+        let (one, other) = (self.as_dquat(), other.as_dquat());
+        // The chord of a small rotation is half its angle; both signs are one rotation.
+        let chord = (one - other).length().min((one + other).length());
+        chord <= ROUNDING / 2.0
     }
 }
 
@@ -93,7 +110,7 @@ impl<T: Value> Curve<T> {
             match self.interpolation {
                 Interpolation::Linear => {}
                 Interpolation::Step => {
-                    if self.values[key] != self.values[key + 1] {
+                    if !self.values[key].is_about(self.values[key + 1]) {
                         let lead = ((end - STEP_LEAD_SECONDS) as f32).min(pair[1].next_down());
                         between.extend((lead > pair[0]).then_some(lead));
                     }
@@ -119,7 +136,7 @@ impl<T: Value> Curve<T> {
     /// Whether a cubic segment stays at one value.
     fn is_flat(&self, key: usize) -> bool {
         let at = |offset: usize| self.values[key * 3 + offset];
-        at(1) == at(4) && at(2).is_zero() && at(3).is_zero()
+        at(1).is_about(at(4)) && at(2).is_zero() && at(3).is_zero()
     }
 
     /// The values at `times`, which rise. Before the first key and after the last, their values hold. Moves the values where

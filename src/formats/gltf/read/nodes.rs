@@ -16,6 +16,8 @@ pub(super) struct Graph {
     pub(super) joint_of_node: Vec<usize>,
     /// Whether the node gives its transform as a matrix, per joint.
     pub(super) has_matrix: Vec<bool>,
+    /// The joint at the top of the tree that a joint is in, per joint.
+    pub(super) root_of: Vec<usize>,
 }
 
 impl Graph {
@@ -60,11 +62,12 @@ pub(super) fn read(root: &Cursor<'_, '_>, budget: &Budget<'_>, reporter: &mut Re
     for (joint, node) in order.iter().enumerate() {
         joint_of_node[*node] = joint;
     }
-    let mut graph = Graph { joints: Vec::with_capacity(count), joint_of_node, has_matrix: Vec::with_capacity(count) };
+    let mut graph = Graph { joint_of_node, ..Graph::default() };
     for node in order {
         let cursor = nodes.element(node)?;
         let parent = parents[node].map(|parent| graph.joint_of_node[parent]);
         let name = cursor.get("name")?.map_or(Ok(""), |name| name.text())?.to_owned();
+        graph.root_of.push(parent.map_or(graph.joints.len(), |parent| graph.root_of[parent]));
         graph.has_matrix.push(cursor.get("matrix")?.is_some());
         graph.joints.push(Joint { name, parent, rest: read_transform(&cursor, reporter)?, is_joint: false, node });
     }
@@ -149,8 +152,8 @@ fn read_rotation(value: &Cursor<'_, '_>, reporter: &mut Reporter) -> Result<DQua
         let detail = format!("the rotation has the length {length:.4} instead of 1; it was normalised");
         reporter.warn("rotation_not_unit", value.to_string(), detail, "");
     }
-    // What is a unit quaternion already keeps its bits.
-    Ok(if length == 1.0 { rotation } else { rotation / length })
+    // What is a unit quaternion already keeps its bits, so that reading what was written changes nothing.
+    Ok(if (length - 1.0).abs() < 1e-12 { rotation } else { rotation / length })
 }
 
 fn read_matrix(value: &Cursor<'_, '_>, reporter: &mut Reporter) -> Result<Transform, FormatError> {

@@ -39,6 +39,11 @@ pub(super) fn read(
         if joints.is_empty() {
             reporter.warn("skin_without_joints", list.to_string(), "the skin lists no joint", "");
         }
+        if joints.windows(2).any(|pair| graph.root_of[pair[0]] != graph.root_of[pair[1]]) {
+            let detail =
+                "the joints of the skin are in several trees, which glTF does not allow; they were kept as they are";
+            reporter.warn("skin_without_common_root", list.to_string(), detail, "");
+        }
         if let Some(skeleton) = object.get("skeleton")? {
             graph.joint(&skeleton)?;
         }
