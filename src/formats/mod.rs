@@ -13,7 +13,9 @@
 //!    `tests/it/corpus.rs`.
 
 pub mod budget;
+mod bvh;
 mod error;
+mod fbx;
 mod format;
 mod sniff;
 
@@ -40,8 +42,11 @@ pub fn read(
 ) -> Result<Scene, FormatError> {
     let mut budget = Budget::new(limits, control);
     budget.take(Limit::FileBytes, bytes.len() as u64, "file")?;
-    let _ = (format, &mut budget, reporter);
-    todo!("wired when the formats land")
+    match format {
+        Format::Fbx => fbx::read(bytes, &mut budget, reporter),
+        Format::Bvh => bvh::read(bytes, &mut budget, reporter),
+        _ => todo!("wired when the formats land"),
+    }
 }
 
 /// What to write, and how.
@@ -88,6 +93,8 @@ pub fn write(
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Vec<u8>, FormatError> {
-    let _ = (target, clip, options, control, reporter);
-    todo!("wired when the formats land")
+    match options.format {
+        Format::Bvh => bvh::write(target, clip, options, control, reporter),
+        _ => todo!("wired when the formats land"),
+    }
 }
