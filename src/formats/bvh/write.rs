@@ -42,11 +42,10 @@ const FRAMES_PER_CHECK: usize = 64;
 pub(in crate::formats) fn write(
     target: &Scene,
     clip: &Clip,
-    options: &WriteOptions,
+    _options: &WriteOptions,
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Vec<u8>, FormatError> {
-    let _ = options;
     let skeleton = &target.skeleton;
     if clip.joints().len() != skeleton.len() || skeleton.is_empty() {
         let detail = format!("the clip has {} joints and the skeleton {}", clip.joints().len(), skeleton.len());

@@ -27,6 +27,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
     let nodes = nodes::Nodes::collect(&file, budget, reporter)?;
     let skeleton = Skeleton::new(nodes.joints(&file))
         .map_err(|error| FormatError::malformed("nodes", "Objects", error.to_string()))?;
+    nodes::report_shear(&file, &nodes, &skeleton, reporter);
     let clips = clips::read_all(&file, &nodes, budget, reporter)?;
     let declared_roles = skins::declared_roles(&file, &nodes);
     Ok(Scene {

@@ -6,11 +6,13 @@ use glam::{DQuat, DVec3};
 
 use crate::{
     formats::{Budget, FormatError, Limit},
-    model::{Joint, Reporter, Transform},
+    model::{Joint, Reporter, Skeleton, Transform},
 };
 
 /// Anything larger is no length or factor, and would become infinite as an f32.
 const LARGEST: f64 = 1e30;
+/// Shear that moves no joint by more than this part of the size is rounding.
+const SHEAR: f64 = 1e-4;
 
 /// Which of the parser's nodes is which joint of ours. The parser's own root is no joint.
 #[derive(Debug)]
@@ -122,6 +124,34 @@ pub(super) fn is_sane(transform: &Transform) -> bool {
         && transform.translation.abs().max_element() < LARGEST
         && transform.scale.abs().max_element() < LARGEST
         && transform.rotation.length_squared() > 0.5
+}
+
+/// Warns where the file has shear, which [`Transform`] cannot hold: a scale that differs by axis above turned joints.
+pub(super) fn report_shear(file: &ufbx::Scene, nodes: &Nodes, skeleton: &Skeleton, reporter: &mut Reporter) {
+    let model = skeleton.rest_pose().to_model(skeleton);
+    let mut worst = (0.0_f64, 0);
+    let mut size = f64::MIN_POSITIVE;
+    for (joint, ours) in model.transforms().iter().enumerate() {
+        let world = &nodes.node(file, joint).node_to_world;
+        let position = DVec3::new(world.m03, world.m13, world.m23);
+        let distance = position.distance(ours.translation);
+        size = size.max(position.length());
+        if distance.is_finite() && distance > worst.0 {
+            worst = (distance, joint);
+        }
+    }
+    if worst.0 > size * SHEAR {
+        reporter.warn(
+            "shear_lost",
+            skeleton.label(worst.1),
+            format!(
+                "a scale that differs by axis lies above turned joints; without its shear this one is {:.2} % of the \
+                 character's size away from where the file has it",
+                worst.0 / size * 100.0
+            ),
+            "apply the scale of the armature before exporting",
+        );
+    }
 }
 
 /// Whether a node does not inherit the scale of its parent (Maya's segment scale compensation).
