@@ -68,6 +68,7 @@ pub(super) fn read(
     }
     let samples = (frames as u64).saturating_mul(hierarchy.joints.len() as u64);
     budget.take(Limit::Samples, samples, "MOTION")?;
+    budget.take_array(hierarchy.joints.len() as u64, size_of::<JointTracks>() as u64, "MOTION")?;
     budget.take_array(samples, (size_of::<Quat>() + size_of::<Vec3>()) as u64, "MOTION")?;
     let times_seconds: Vec<f64> = (0..frames).map(|frame| frame as f64 * header.frame_time_seconds).collect();
     Ok(Some(Motion { times_seconds, tracks: tracks(hierarchy, &values, frames) }))

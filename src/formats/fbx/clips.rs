@@ -85,6 +85,7 @@ fn read_stack(
     let (moves, facts) = survey(file, nodes, stack, budget)?;
     let times = keys::key_times(facts, fps, budget.limits().frames_per_clip);
     report(&times, &name, densified, reporter);
+    budget.take_array(nodes.len() as u64, size_of::<JointTracks>() as u64, &name)?;
     let mut tracks = vec![JointTracks::default(); nodes.len()];
     if moves.is_empty() || times.seconds.is_empty() {
         return clip(name, vec![0.0], tracks);
@@ -102,13 +103,14 @@ fn read_stack(
         let stack = &file.anim_stacks[stack_index];
         Sampler { file, nodes, stack, times: &times.seconds, moves: &moves, control }.run(*joint, *flags)
     };
-    let sampled: Vec<JointTracks> = if moving.len() * times.seconds.len() < PARALLEL_EVALUATIONS {
-        moving.iter().map(sample).collect::<Result<_, _>>()?
+    let sampled: Vec<Result<JointTracks, FormatError>> = if moving.len() * times.seconds.len() < PARALLEL_EVALUATIONS {
+        moving.iter().map(sample).collect()
     } else {
-        moving.par_iter().map(sample).collect::<Result<_, _>>()?
+        moving.par_iter().map(sample).collect()
     };
+    // In order, so that of several errors the same one is told every time.
     for ((joint, _), sampled) in moving.iter().zip(sampled) {
-        tracks[*joint] = sampled;
+        tracks[*joint] = sampled?;
     }
     let first = times.seconds[0];
     clip(name, times.seconds.iter().map(|time| time - first).collect(), tracks)

@@ -78,6 +78,10 @@ fn refusal(error: &ufbx::Error, budget: &Budget<'_>) -> FormatError {
             (limit(Limit::HierarchyDepth), "flatten the hierarchy, or ask the operator to raise the limit")
         }
         ErrorType::Cancelled => return Canceled.into(),
+        // The parser gives bytes that are nothing like an FBX no kind of their own.
+        _ if &*error.description == "Not an FBX file" => {
+            (ErrorKind::UnsupportedFormat, "check that this is an FBX file")
+        }
         ErrorType::UnrecognizedFileFormat => (ErrorKind::UnsupportedFormat, "check that this is an FBX file"),
         ErrorType::UnsupportedVersion | ErrorType::FeatureDisabled => {
             (ErrorKind::UnsupportedFeature, "export as FBX 2014 (7.4) or later, binary")
@@ -131,7 +135,7 @@ fn report(file: &ufbx::Scene, reporter: &mut Reporter) {
             );
         }
     }
-    if file.constraints.len() > 0 {
+    if !file.constraints.is_empty() {
         reporter.warn(
             "constraints_ignored",
             "Objects",

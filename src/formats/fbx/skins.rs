@@ -1,5 +1,7 @@
 //! Skins, the pose that they were bound in, and the roles that a HumanIK characterization declares.
 
+use std::collections::BTreeSet;
+
 use glam::{DMat4, DVec3};
 
 use crate::model::{Reporter, Skeleton, Skin, Transform};
@@ -14,13 +16,9 @@ pub(super) fn skins(file: &ufbx::Scene, nodes: &Nodes) -> Vec<Skin> {
     file.skin_deformers
         .into_iter()
         .map(|deformer| {
-            let mut joints = Vec::new();
-            for cluster in &deformer.clusters {
-                let joint = cluster.bone_node.as_ref().and_then(|node| nodes.joint(node));
-                if let Some(joint) = joint.filter(|joint| !joints.contains(joint)) {
-                    joints.push(joint);
-                }
-            }
+            let mut seen = BTreeSet::new();
+            let bound = deformer.clusters.into_iter().filter_map(|cluster| nodes.joint(cluster.bone_node.as_ref()?));
+            let joints = bound.filter(|joint| seen.insert(*joint)).collect();
             Skin { name: mesh_name(deformer), joints }
         })
         .filter(|skin| !skin.joints.is_empty())
@@ -54,7 +52,7 @@ pub(super) fn bind_pose(
             None => bind[joint] = Some(transform),
             Some(first) if first.translation.distance(transform.translation) > size * DISAGREEMENT => reporter.warn(
                 "bind_poses_differ",
-                skeleton.label(joint),
+                nodes.node(file, joint).element.name.to_string(),
                 "the skins bind this joint in different places; the first one is taken",
                 "give a T-pose file as the rest pose if the result looks wrong",
             ),
