@@ -17,6 +17,8 @@ mod bvh;
 mod error;
 mod fbx;
 mod format;
+mod gltf;
+mod poses;
 mod sniff;
 
 pub use budget::{Budget, Limit, Limits};
@@ -43,9 +45,10 @@ pub fn read(
     let mut budget = Budget::new(limits, control);
     budget.take(Limit::FileBytes, bytes.len() as u64, "file")?;
     match format {
+        Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma => gltf::read(bytes, format, &mut budget, reporter),
         Format::Fbx => fbx::read(bytes, &mut budget, reporter),
         Format::Bvh => bvh::read(bytes, &mut budget, reporter),
-        _ => todo!("wired when the formats land"),
+        Format::PosesNpz | Format::PosesJson => poses::read(bytes, format, &mut budget, reporter),
     }
 }
 
@@ -94,7 +97,14 @@ pub fn write(
     reporter: &mut Reporter,
 ) -> Result<Vec<u8>, FormatError> {
     match options.format {
+        Format::Glb | Format::Gltf | Format::Vrm => gltf::write(target, clip, options, control, reporter),
         Format::Bvh => bvh::write(target, clip, options, control, reporter),
-        _ => todo!("wired when the formats land"),
+        Format::PosesNpz | Format::PosesJson => poses::write(target, clip, options, control, reporter),
+        Format::Vrma | Format::Fbx => Err(FormatError::unsupported(
+            "write",
+            "",
+            format!("{} files can be read but not written", options.format.info().name),
+            "ask for glb, gltf, bvh, npz or poses json",
+        )),
     }
 }
