@@ -64,8 +64,8 @@ fn worst_distance(before: (&Scene, &Clip), after: (&Scene, &Clip)) -> f64 {
         let was = positions(before.0, before.1, frame);
         let is = positions(after.0, after.1, frame);
         let size = size(&was);
-        for (name, at) in &is {
-            let (_, expected) = was.iter().find(|(other, _)| other == name).expect("a joint of the clip");
+        for (name, expected) in &was {
+            let (_, at) = is.iter().find(|(other, _)| other == name).expect("every joint is written");
             worst = worst.max(at.distance(*expected) / size);
         }
     }
@@ -351,6 +351,30 @@ fn the_corpus_reads_as_described_and_survives_writing() {
         let (bytes, _) = write(&scene, clip);
         let (back, codes) = read(&bytes);
         assert!(codes.iter().all(|code| *code == "names_repeated"), "{path}: what we write is a good file: {codes:?}");
+        let worst = worst_distance((&scene, clip), (&back, &back.clips[0]));
+        assert!(worst < 1e-6, "{path}: {worst} of the size");
+    }
+}
+
+#[test]
+fn rigs_of_other_formats_keep_their_positions() {
+    for path in [
+        "mixamo/fbx/walking_noskin.fbx",
+        "readyplayerme/rpm_talking_noskin.fbx",
+        "smpl/text2motion_smpl_skeleton.fbx",
+        // Joints scaled by [-1, -1, -1].
+        "misc-rigs/ozz_pab_walk.fbx",
+        // Below an armature scaled by 100.
+        "misc-rigs/17_keypoints_walk.fbx",
+        "roblox-r15/g9_roblox_facs.fbx",
+    ] {
+        let Some(file) = corpus_file(path) else { continue };
+        let bytes = std::fs::read(file).expect("the file can be read");
+        let mut reporter = Reporter::new();
+        let scene = formats::read(&bytes, Format::Fbx, &Limits::default(), &Control::new(), &mut reporter);
+        let scene = scene.unwrap_or_else(|error| panic!("{path}: {error}"));
+        let clip = scene.clips.iter().find(|clip| clip.is_animated()).expect("a clip that moves");
+        let (back, _) = read(&write(&scene, clip).0);
         let worst = worst_distance((&scene, clip), (&back, &back.clips[0]));
         assert!(worst < 1e-6, "{path}: {worst} of the size");
     }
