@@ -13,7 +13,9 @@
 //!    `tests/it/corpus.rs`.
 
 pub mod budget;
+mod bvh;
 mod error;
+mod fbx;
 mod format;
 mod gltf;
 mod poses;
@@ -44,8 +46,9 @@ pub fn read(
     budget.take(Limit::FileBytes, bytes.len() as u64, "file")?;
     match format {
         Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma => gltf::read(bytes, format, &mut budget, reporter),
+        Format::Fbx => fbx::read(bytes, &mut budget, reporter),
+        Format::Bvh => bvh::read(bytes, &mut budget, reporter),
         Format::PosesNpz | Format::PosesJson => poses::read(bytes, format, &mut budget, reporter),
-        Format::Fbx | Format::Bvh => todo!("wired when the formats land"),
     }
 }
 
@@ -95,7 +98,13 @@ pub fn write(
 ) -> Result<Vec<u8>, FormatError> {
     match options.format {
         Format::Glb | Format::Gltf | Format::Vrm => gltf::write(target, clip, options, control, reporter),
+        Format::Bvh => bvh::write(target, clip, options, control, reporter),
         Format::PosesNpz | Format::PosesJson => poses::write(target, clip, options, control, reporter),
-        Format::Vrma | Format::Fbx | Format::Bvh => todo!("wired when the formats land"),
+        Format::Vrma | Format::Fbx => Err(FormatError::unsupported(
+            "write",
+            "",
+            format!("{} files can be read but not written", options.format.info().name),
+            "ask for glb, gltf, bvh, npz or poses json",
+        )),
     }
 }
