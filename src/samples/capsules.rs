@@ -98,7 +98,8 @@ fn rings(shape: &Shape, length: f64) -> Vec<Ring> {
     let mut rings = Vec::new();
     let quarter = std::f64::consts::FRAC_PI_2;
     let cap = |radii: DVec2, at: f64, angle: f64| {
-        let height = radii.min_element();
+        // The cap of a short bone is flat, or it would stick out of its neighbours.
+        let height = radii.min_element().min(length * 0.6);
         Ring {
             along: at + height * angle.sin(),
             radii: radii * angle.cos().max(0.0),

@@ -129,10 +129,8 @@ impl<'a> Document<'a> {
                 samplers.push(json!({"input": input, "output": output}));
             }
         }
-        self.members.insert(
-            "animations".into(),
-            json!([{"name": clip.name(), "channels": channels, "samplers": samplers}]),
-        );
+        self.members
+            .insert("animations".into(), json!([{"name": clip.name(), "channels": channels, "samplers": samplers}]));
         self
     }
 
@@ -174,9 +172,8 @@ impl<'a> Document<'a> {
         }
         self.binary.extend_from_slice(bytes);
         self.binary.resize(self.binary.len().next_multiple_of(4), 0);
-        self.accessors.push(
-            json!({"bufferView": self.views.len(), "componentType": component, "count": count, "type": kind}),
-        );
+        self.accessors
+            .push(json!({"bufferView": self.views.len(), "componentType": component, "count": count, "type": kind}));
         self.views.push(view);
         self.accessors.len() - 1
     }

@@ -65,7 +65,8 @@ impl Figure {
     }
 
     fn push(&mut self, row: &Row, mirrored: Option<&Sides>, axes: BoneAxes) {
-        let rename = |name: &str| mirrored.map_or_else(|| name.to_owned(), |sides| name.replace(sides.left, sides.right));
+        let rename =
+            |name: &str| mirrored.map_or_else(|| name.to_owned(), |sides| name.replace(sides.left, sides.right));
         let parent = self.index(&rename(row.parent));
         let flip = |point: DVec3| if mirrored.is_some() { point * DVec3::new(-1.0, 1.0, 1.0) } else { point };
         let left_direction = (row.end != DVec3::ZERO).then(|| (row.end - row.position).normalize());

@@ -46,8 +46,7 @@ pub(super) fn walk(figure: &Figure) -> Clip {
         }
         let translations = poses.iter().map(|pose| pose.transforms()[joint].translation.as_vec3()).collect();
         // Only the hips travel; the length of a bone is no animation.
-        let translation =
-            if skeleton.parent(joint).is_none() { Track::Sampled(translations) } else { Track::Rest };
+        let translation = if skeleton.parent(joint).is_none() { Track::Sampled(translations) } else { Track::Rest };
         JointTracks { translation, rotation: Track::Sampled(rotations).compacted(), scale: Track::Rest }
     };
     Clip::new("Walk".into(), times.clone(), (0..figure.len()).map(track).collect())
@@ -124,7 +123,8 @@ impl<'a> Walker<'a> {
         let (sway, yaw) = ((cycle * TAU).sin(), (cycle * TAU).cos());
         let mut turn = |name: &str, rotation: DQuat| turns[index(self.figure, name)] = rotation;
         // At 0 the left heel strikes: the left hip is in front, so the pelvis is turned to the right.
-        let pelvis = DQuat::from_rotation_y(-0.09 * yaw) * DQuat::from_rotation_z(0.05 * sway) * DQuat::from_rotation_x(0.04);
+        let pelvis =
+            DQuat::from_rotation_y(-0.09 * yaw) * DQuat::from_rotation_z(0.05 * sway) * DQuat::from_rotation_x(0.04);
         turn("mixamorig:Hips", pelvis);
         let counter = DQuat::from_rotation_y(0.075 * yaw) * DQuat::from_rotation_z(-0.025 * sway);
         for name in ["mixamorig:Spine", "mixamorig:Spine1", "mixamorig:Spine2"] {
@@ -134,7 +134,7 @@ impl<'a> Walker<'a> {
             turn(name, DQuat::from_rotation_y(-0.0675 * yaw) * DQuat::from_rotation_z(0.012 * sway));
         }
         // Highest over the standing leg, lowest while both feet are down shortly after a heel strike.
-        let height = 0.942 - 0.016 * ((cycle - 0.045) * 2.0 * TAU).cos();
+        let height = 0.958 - 0.016 * ((cycle - 0.045) * 2.0 * TAU).cos();
         let surge = 0.008 * ((cycle - 0.2) * 2.0 * TAU).sin();
         dvec3(0.018 * sway, height, WALK_SPEED * CYCLE_SECONDS * cycle + surge)
     }
@@ -144,8 +144,8 @@ impl<'a> Walker<'a> {
         let swing = ((cycle + side.ahead) * TAU).cos();
         let down = DQuat::from_rotation_z(-side.sign * ARM_DOWN);
         // Front is a negative turn about +X for an arm that hangs.
-        let upper = DQuat::from_rotation_x(0.42 * swing + 0.05) * down;
-        let bend = 0.38 - 0.16 * swing;
+        let upper = DQuat::from_rotation_x(0.36 * swing + 0.04) * down;
+        let bend = 0.3 - 0.12 * swing;
         turns[side.upper_arm] = upper;
         // A turn of the hanging arm's sagittal plane, said in the axes of the T pose.
         turns[side.forearm] = down.conjugate() * DQuat::from_rotation_x(-bend) * down;

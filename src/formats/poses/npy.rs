@@ -86,7 +86,10 @@ pub(super) fn read_header(reader: &mut impl Read, key: &str) -> Result<Header, F
         version => return Err(unsupported(key, format!("version {version} of the NumPy array format"))),
     };
     if length > MOST_HEADER_BYTES {
-        return Err(invalid(key, format!("the array header is {length} bytes long; at most {MOST_HEADER_BYTES} make sense")));
+        return Err(invalid(
+            key,
+            format!("the array header is {length} bytes long; at most {MOST_HEADER_BYTES} make sense"),
+        ));
     }
     let mut text = vec![0; length as usize];
     fill(reader, &mut text, key)?;
@@ -102,9 +105,10 @@ pub(super) fn numbers(header: &Header, data: &[u8], key: &str) -> Result<NumberA
     let big = header.big_endian;
     let (element, values) = (header.element, data.chunks_exact(size.max(1)));
     let values = match element {
-        Element::Float(4) => {
-            Values::Single(in_row_major(header, values.map(|bytes| f32::from_bits(unsigned(bytes, big) as u32)).collect()))
-        }
+        Element::Float(4) => Values::Single(in_row_major(
+            header,
+            values.map(|bytes| f32::from_bits(unsigned(bytes, big) as u32)).collect(),
+        )),
         Element::Unicode(_) | Element::Bytes(_) => {
             return Err(invalid(key, "the array holds text where numbers are needed"));
         }
@@ -138,7 +142,8 @@ pub(super) fn strings(header: &Header, data: &[u8], key: &str) -> Result<Vec<Str
 /// Appends magic, version 1 and a header for a little-endian, row-major array.
 pub(super) fn write_header(output: &mut Vec<u8>, description: &str, shape: &[usize]) {
     let lengths: Vec<String> = shape.iter().map(usize::to_string).collect();
-    let shape = if let [only] = lengths.as_slice() { format!("({only},)") } else { format!("({})", lengths.join(", ")) };
+    let shape =
+        if let [only] = lengths.as_slice() { format!("({only},)") } else { format!("({})", lengths.join(", ")) };
     let mut text = format!("{{'descr': '{description}', 'fortran_order': False, 'shape': {shape}, }}");
     // The data must start at a multiple of 64 bytes, and the header ends with a line feed.
     let padding = (64 - (10 + text.len() + 1) % 64) % 64;

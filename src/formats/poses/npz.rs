@@ -29,8 +29,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>) -> Result<Arrays, Form
         return Err(invalid("archive", format!("the archive has more than {MOST_MEMBERS} members")));
     }
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| zip_error(&error, "archive"))?;
-    let names: Vec<String> =
-        archive.file_names_raw().map(|name| String::from_utf8_lossy(name).into_owned()).collect();
+    let names: Vec<String> = archive.file_names_raw().map(|name| String::from_utf8_lossy(name).into_owned()).collect();
     let keys: Vec<&str> = names.iter().map(|name| name.strip_suffix(".npy").unwrap_or(name)).collect();
     refuse_other_layouts(&keys)?;
 
@@ -53,7 +52,8 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>) -> Result<Arrays, Form
             let [text] = texts.as_slice() else {
                 return Err(invalid(*key, format!("there are {} strings where one is needed", texts.len())));
             };
-            arrays.meta = serde_json::from_str(text).map_err(|error| invalid(*key, format!("no valid JSON: {error}")))?;
+            arrays.meta =
+                serde_json::from_str(text).map_err(|error| invalid(*key, format!("no valid JSON: {error}")))?;
         } else {
             arrays.ignored.push((*key).to_owned());
         }
@@ -122,7 +122,10 @@ impl Members<'_, '_, '_, '_> {
         if zip_bytes != header.header_bytes + data_bytes as u64 {
             return Err(invalid(
                 key,
-                format!("the shape {:?} asks for {data_bytes} bytes, but the member holds {zip_bytes} with its header", header.shape),
+                format!(
+                    "the shape {:?} asks for {data_bytes} bytes, but the member holds {zip_bytes} with its header",
+                    header.shape
+                ),
             ));
         }
 
@@ -188,9 +191,9 @@ impl Archive {
 
 fn zip_error(error: &ZipError, place: &str) -> FormatError {
     let kind = match error {
-        ZipError::UnsupportedArchive(_)
-        | ZipError::CompressionMethodNotSupported(_)
-        | ZipError::InvalidPassword => ErrorKind::UnsupportedFeature,
+        ZipError::UnsupportedArchive(_) | ZipError::CompressionMethodNotSupported(_) | ZipError::InvalidPassword => {
+            ErrorKind::UnsupportedFeature
+        }
         _ => ErrorKind::Malformed,
     };
     FormatError {

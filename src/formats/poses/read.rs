@@ -38,7 +38,10 @@ pub(super) fn scene(
 }
 
 fn axes(meta: &Meta) -> Result<Axes, FormatError> {
-    meta.axes.as_deref().map_or(Ok(Axes::default()), str::parse).map_err(|error| invalid("meta.axes", error.to_string()))
+    meta.axes
+        .as_deref()
+        .map_or(Ok(Axes::default()), str::parse)
+        .map_err(|error| invalid("meta.axes", error.to_string()))
 }
 
 fn unit_metres(meta: &Meta) -> Result<f64, FormatError> {
@@ -224,7 +227,8 @@ fn key_times(times: Option<&NumberArray>, frames: usize, fps: Option<f64>) -> Re
             Some(fps) => Ok((0..frames).map(|frame| frame as f64 / fps).collect()),
             None if frames == 0 => Ok(Vec::new()),
             None => {
-                Err(missing("times").with_hint("add an array of key times in seconds, or a frame rate as 'fps' in 'meta'"))
+                Err(missing("times")
+                    .with_hint("add an array of key times in seconds, or a frame rate as 'fps' in 'meta'"))
             }
         };
     };

@@ -131,9 +131,7 @@ impl<'a> Poses<'a> {
         let tracks = &self.clip.joints()[joint];
         values(match channel {
             Channel::Translation => Value::Vector(tracks.translation.at(frame, rest.translation.as_vec3()).to_array()),
-            Channel::Rotation => {
-                Value::Rotation(unit(tracks.rotation.at(frame, rest.rotation.as_quat()).as_dquat()))
-            }
+            Channel::Rotation => Value::Rotation(unit(tracks.rotation.at(frame, rest.rotation.as_quat()).as_dquat())),
             Channel::Scale => Value::Vector(tracks.scale.at(frame, rest.scale.as_vec3()).to_array()),
         })
     }
@@ -180,7 +178,8 @@ fn joints_to_write(skeleton: &Skeleton) -> Vec<usize> {
 
 fn warn_of_lost_motion(target: &Scene, clip: &Clip, joints: &[usize], reporter: &mut Reporter) {
     for (index, tracks) in clip.joints().iter().enumerate() {
-        let is_animated = tracks.translation.is_animated() || tracks.rotation.is_animated() || tracks.scale.is_animated();
+        let is_animated =
+            tracks.translation.is_animated() || tracks.rotation.is_animated() || tracks.scale.is_animated();
         if is_animated && joints.binary_search(&index).is_err() {
             reporter.warn(
                 "poses_node_left_out",
