@@ -177,7 +177,8 @@ fn both_codecs_give_back_what_they_were_given() {
             }
         }
         let again = write(&back, &back.clips[0], format, Some(serde_json::json!({"version": "1"})));
-        assert_eq!(read(&again, format).expect("our own file").0.clips, back.clips, "{format:?}: a fixed point");
+        let settled = read(&again, format).expect("our own file").0;
+        assert!(settled.clips == back.clips, "{format:?}: a second round changes nothing");
     }
 }
 

@@ -154,8 +154,11 @@ fn values(value: Value) -> impl Iterator<Item = f32> + use<> {
     values.into_iter().take(width)
 }
 
+/// What is a unit quaternion as far as single precision can say keeps its bits, so that reading and writing settle.
 fn unit(rotation: DQuat) -> [f32; 4] {
-    rotation.normalize().as_quat().to_array()
+    let is_unit = (rotation.length() - 1.0).abs() < 5e-7;
+    let rotation = if is_unit { rotation } else { rotation.normalize() };
+    rotation.as_quat().to_array()
 }
 
 /// The joints and everything above them; all nodes where the file calls none a joint.
