@@ -1,6 +1,6 @@
 //! Bringing a scene and a clip into the axes and unit that an output format wants.
 
-use glam::{DQuat, DVec3, Quat, Vec3};
+use glam::{DQuat, Quat, Vec3};
 
 use crate::model::{Axes, Clip, ClipError, Joint, JointTracks, Payload, Scene, Skeleton, Track, Transform};
 
@@ -83,6 +83,8 @@ pub(super) fn into_ours(axes: Axes, unit_metres: f64) -> Conversion {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
 
     #[test]

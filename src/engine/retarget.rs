@@ -5,7 +5,7 @@ use crate::{
     model::{Clip, Control, Phase, Reporter, Scene},
     retarget::{Plan, RunError, measure, run},
     rig::{
-        ClipChoice, IncludeSpec, OutputChoice, OutputSpec, ReportDetail, Resolved, RetargetSpec, Side, SpecError,
+        ClipChoice, IncludeSpec, OutputChoice, OutputSpec, ReportDetail, Resolved, RetargetSpec, Rig, SpecError,
         SpecErrorKind, SpecField, TargetClipsSpec, parse_spec, resolve,
     },
 };
@@ -94,15 +94,15 @@ impl Files {
         })
     }
 
-    fn source_side(&self, spec: &RetargetSpec, reporter: &mut Reporter) -> Result<Side<'_>, Failure> {
+    fn source_side(&self, spec: &RetargetSpec, reporter: &mut Reporter) -> Result<Rig<'_>, Failure> {
         let rest = self.source_rest.as_ref().map(|loaded| &loaded.scene);
-        Side::new("source", &self.source.scene, rest, &spec.source, reporter)
+        Rig::new("source", &self.source.scene, rest, &spec.source, reporter)
             .map_err(|error| in_config_or(error, "source"))
     }
 
-    fn target_side(&self, spec: &RetargetSpec, reporter: &mut Reporter) -> Result<Side<'_>, Failure> {
+    fn target_side(&self, spec: &RetargetSpec, reporter: &mut Reporter) -> Result<Rig<'_>, Failure> {
         let rest = self.target_rest.as_ref().map(|loaded| &loaded.scene);
-        Side::new("target", &self.target.scene, rest, &spec.target, reporter)
+        Rig::new("target", &self.target.scene, rest, &spec.target, reporter)
             .map_err(|error| in_config_or(error, "target"))
     }
 }
@@ -197,7 +197,7 @@ fn unwritable_format(format: Format) -> Failure {
 
 fn write_outputs(
     wanted: &[Wanted],
-    target: &Side<'_>,
+    target: &Rig<'_>,
     result: Clip,
     resolved_spec: &serde_json::Value,
     control: &Control,
@@ -239,7 +239,7 @@ fn write_outputs(
 /// glTF is +Y up and metres by definition, so targets that are not are turned on the way out; BVH and pose arrays keep the
 /// target's own space.
 fn write_one(
-    target: &Side<'_>,
+    target: &Rig<'_>,
     clip: Clip,
     options: &WriteOptions,
     control: &Control,
@@ -275,7 +275,7 @@ fn joint_count(scene: &Scene) -> usize {
     scene.skeleton.joints().iter().filter(|joint| joint.is_joint).count()
 }
 
-fn facts(side: &Side<'_>, format: Format) -> RigFacts {
+fn facts(side: &Rig<'_>, format: Format) -> RigFacts {
     RigFacts {
         format: format.info().name,
         recognised_as: side.recognition.recognised_as.clone(),

@@ -15,6 +15,7 @@
 pub mod budget;
 mod error;
 mod format;
+mod gltf;
 mod poses;
 mod sniff;
 
@@ -42,8 +43,9 @@ pub fn read(
     let mut budget = Budget::new(limits, control);
     budget.take(Limit::FileBytes, bytes.len() as u64, "file")?;
     match format {
+        Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma => gltf::read(bytes, format, &mut budget, reporter),
         Format::PosesNpz | Format::PosesJson => poses::read(bytes, format, &mut budget, reporter),
-        _ => todo!("wired when the formats land"),
+        Format::Fbx | Format::Bvh => todo!("wired when the formats land"),
     }
 }
 
@@ -92,7 +94,8 @@ pub fn write(
     reporter: &mut Reporter,
 ) -> Result<Vec<u8>, FormatError> {
     match options.format {
+        Format::Glb | Format::Gltf | Format::Vrm => gltf::write(target, clip, options, control, reporter),
         Format::PosesNpz | Format::PosesJson => poses::write(target, clip, options, control, reporter),
-        _ => todo!("wired when the formats land"),
+        Format::Vrma | Format::Fbx | Format::Bvh => todo!("wired when the formats land"),
     }
 }

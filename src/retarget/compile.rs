@@ -27,8 +27,10 @@ struct Compiler<'a> {
     source: &'a Skeleton,
     target: &'a Skeleton,
     mapping: &'a Mapping,
-    /// Source rest in target space and unit.
+    /// Source rest in plan space.
     source_rest: Vec<Transform>,
+    /// Target rest in plan space.
+    target_rest: Vec<Transform>,
     /// Slot of each source joint that is accumulated.
     source_slots: Vec<Option<usize>>,
     source_steps: Vec<SourceStep>,
@@ -36,12 +38,19 @@ struct Compiler<'a> {
 
 impl<'a> Compiler<'a> {
     fn new(source: &'a Skeleton, target: &'a Skeleton, mapping: &'a Mapping) -> Self {
-        let below = |rest: &Transform| mapping.target_from_source.then_child(rest);
+        let below = |rest: &Transform| mapping.plan_from_source.then_child(rest);
+        let plan_from_target = Transform::from_rotation(mapping.plan_from_target);
         Self {
             source,
             target,
             mapping,
             source_rest: mapping.source_rest.transforms().iter().map(below).collect(),
+            target_rest: mapping
+                .target_rest
+                .transforms()
+                .iter()
+                .map(|rest| plan_from_target.then_child(rest))
+                .collect(),
             source_slots: vec![None; source.len()],
             source_steps: Vec::new(),
         }
@@ -57,15 +66,17 @@ impl<'a> Compiler<'a> {
         if let Some(pelvis) = &self.mapping.pelvis {
             drivers[pelvis.target] = Driver::Pelvis(self.compile_pelvis(pelvis));
         }
-        let needs = self.target_needs(&drivers);
+        let carries = carried_slots > 0;
+        let needs = self.target_needs(&drivers, carries);
         let (target_steps, slots) = self.lay_out_target(drivers, &needs);
-        let outputs = self.outputs(&target_steps, &slots);
+        let outputs = self.outputs(&target_steps, &slots, carries);
         Plan {
             source_steps: self.source_steps,
             target_steps,
             carried_slots,
             outputs,
             target_joint_count: self.target.len(),
+            normalizes: !carries,
         }
     }
 
@@ -75,10 +86,12 @@ impl<'a> Compiler<'a> {
         if let Some(pelvis) = &self.mapping.pelvis {
             self.need_with_ancestors(&mut needs, pelvis.source, Needs::Transform);
         }
-        for chain in self.mapping.chains.iter().filter(|chain| chain.drive.carry == Carry::Model) {
-            let wanted = match chain.drive.translation {
-                TranslationMode::None => Needs::Rotation,
-                TranslationMode::GloballyScaled | TranslationMode::Absolute => Needs::Transform,
+        for chain in &self.mapping.chains {
+            let wanted = match (chain.drive.carry, chain.drive.translation) {
+                (Carry::Model, TranslationMode::None) => Needs::Rotation,
+                (Carry::Parent, _) | (_, TranslationMode::GloballyScaled | TranslationMode::Absolute) => {
+                    Needs::Transform
+                }
             };
             for &joint in &chain.source {
                 self.need_with_ancestors(&mut needs, joint, wanted);
@@ -86,10 +99,7 @@ impl<'a> Compiler<'a> {
         }
         for (joint, wanted) in needs.into_iter().enumerate() {
             let Some(needs) = wanted else { continue };
-            let parent = match self.source.parent(joint).and_then(|parent| self.source_slots[parent]) {
-                Some(slot) => Parent::Slot(slot),
-                None => Parent::Constant(self.mapping.target_from_source),
-            };
+            let parent = self.source_parent(joint);
             self.source_slots[joint] = Some(self.source_steps.len());
             let rest = self.source.joints()[joint].rest;
             self.source_steps.push(SourceStep { joint, parent, rest, needs });
@@ -107,13 +117,21 @@ impl<'a> Compiler<'a> {
         }
     }
 
+    /// What a source joint hangs below; ancestors are laid out before.
+    fn source_parent(&self, joint: usize) -> Parent {
+        match self.source.parent(joint).and_then(|parent| self.source_slots[parent]) {
+            Some(slot) => Parent::Slot(slot),
+            None => Parent::Constant(self.mapping.plan_from_source),
+        }
+    }
+
     fn slot(&self, joint: usize) -> usize {
         self.source_slots[joint].expect("every joint of a mapped chain was laid out")
     }
 
     fn compile_pelvis(&self, pair: &PelvisPair) -> PelvisDriver {
-        let rest = self.mapping.target_rest.transforms()[pair.target];
-        let turn = DMat3::from_quat(pair.position.work_from_target);
+        let rest = self.target_rest[pair.target];
+        let turn = DMat3::from_quat(pair.position.ours_from_plan);
         let matrix = turn.transpose() * DMat3::from_diagonal(pair.position.scale) * turn;
         PelvisDriver {
             source_slot: self.slot(pair.source),
@@ -128,14 +146,14 @@ impl<'a> Compiler<'a> {
     }
 
     fn compile_chain(&self, chain: &ChainPair, drivers: &mut [Driver], carried_slots: &mut usize) {
-        let places = places(chain, &self.source_rest, self.mapping.target_rest.transforms());
+        let places = places(chain, &self.source_rest, &self.target_rest);
         let first_slot = *carried_slots;
         let mut begin = (chain.drive.carry == Carry::Parent).then(|| {
             *carried_slots += chain.source.len();
             Box::new(self.carry_step(chain, first_slot))
         });
         for (&joint, place) in chain.target.iter().zip(places) {
-            let rest = self.mapping.target_rest.transforms()[joint];
+            let rest = self.target_rest[joint];
             let Some(place) = place else {
                 drivers[joint] = Driver::Hold;
                 continue;
@@ -176,18 +194,21 @@ impl<'a> Compiler<'a> {
     fn carry_step(&self, chain: &ChainPair, first_slot: usize) -> CarryStep {
         let target_parent = self.target.parent(chain.target[0]);
         let source_parent = self.source.parent(chain.source[0]);
-        let target_rest =
-            target_parent.map_or(Transform::IDENTITY, |joint| self.mapping.target_rest.transforms()[joint]);
-        let source_rest = source_parent.map_or(self.mapping.target_from_source, |joint| self.source_rest[joint]);
+        let target_rest = target_parent.map_or(Transform::IDENTITY, |joint| self.target_rest[joint]);
+        let source_rest = source_parent.map_or(self.mapping.plan_from_source, |joint| self.source_rest[joint]);
         CarryStep {
             parent_from_carried: target_rest.relative(&source_rest),
             first_slot,
-            joints: chain.source.iter().map(|&joint| (joint, self.source.joints()[joint].rest)).collect(),
+            joints: chain.source.iter().map(|&joint| (self.source_parent(joint), self.slot(joint))).collect(),
         }
     }
 
-    /// Of which target joints the position is needed: those whose output has a translation, and all above them.
-    fn target_needs(&self, drivers: &[Driver]) -> Vec<Option<Needs>> {
+    /// Of which target joints the position is needed: those whose output has a translation, and all above them. Where chains are
+    /// carried along, all joints are recomputed in model space and taken back, idle ones too.
+    fn target_needs(&self, drivers: &[Driver], carries: bool) -> Vec<Option<Needs>> {
+        if carries {
+            return vec![Some(Needs::Transform); drivers.len()];
+        }
         let mut needs: Vec<Option<Needs>> = vec![None; drivers.len()];
         for (joint, driver) in drivers.iter().enumerate() {
             let wanted = match driver {
@@ -216,8 +237,8 @@ impl<'a> Compiler<'a> {
         let mut slots = vec![None; drivers.len()];
         let mut steps: Vec<TargetStep> = Vec::new();
         for (joint, driver) in drivers.into_iter().enumerate() {
-            let parent =
-                self.target.parent(joint).map_or(Parent::Constant(Transform::IDENTITY), |parent| parents[parent]);
+            let above = Parent::Constant(Transform::from_rotation(self.mapping.plan_from_target));
+            let parent = self.target.parent(joint).map_or(above, |parent| parents[parent]);
             let mut hold = self.mapping.target_hold.transforms()[joint];
             if !matches!(driver, Driver::Hold) {
                 // Alphas start from the rest pose that motion is put onto, not from the one that idle joints keep.
@@ -239,18 +260,19 @@ impl<'a> Compiler<'a> {
     }
 
     fn local_rest_rotation(&self, joint: usize) -> DQuat {
-        let rest = self.mapping.target_rest.transforms();
-        let parent = self.target.parent(joint).map_or(DQuat::IDENTITY, |parent| rest[parent].rotation);
-        parent.conjugate() * rest[joint].rotation
+        let above = self.mapping.plan_from_target;
+        let parent = self.target.parent(joint).map_or(above, |parent| self.target_rest[parent].rotation);
+        parent.conjugate() * self.target_rest[joint].rotation
     }
 
-    fn outputs(&self, steps: &[TargetStep], slots: &[Option<usize>]) -> Vec<Output> {
+    fn outputs(&self, steps: &[TargetStep], slots: &[Option<usize>], carries: bool) -> Vec<Output> {
         let mut outputs = Vec::new();
         for (joint, slot) in slots.iter().enumerate() {
             let Some(slot) = *slot else { continue };
             let (translation, scale) = match &steps[slot].driver {
+                Driver::Hold if carries => (true, true),
                 Driver::Hold => continue,
-                Driver::Pelvis(_) => (true, false),
+                Driver::Pelvis(_) => (true, carries),
                 Driver::Model(model) => (!matches!(model.translation, Translation::Hold), false),
                 Driver::Carried(_) => (true, true),
             };

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::{
     model::{Clip, Skeleton, Transform},
-    rig::{Mapping, Side},
+    rig::{Mapping, Rig},
 };
 
 /// Limbs whose direction is compared: role of the start, roles of the end in order of preference.
@@ -63,8 +63,8 @@ pub struct LimbDirection {
 #[must_use]
 pub fn measure(
     mapping: &Mapping,
-    source: &Side<'_>,
-    target: &Side<'_>,
+    source: &Rig<'_>,
+    target: &Rig<'_>,
     source_clip: &Clip,
     result: &Clip,
     per_frame: bool,
@@ -81,7 +81,7 @@ pub fn measure(
         let local = result.local_pose(target.skeleton(), frame);
         let target_pose = local.to_model(target.skeleton());
         for (limb, angles) in limbs.iter().zip(&mut angles) {
-            let wanted = mapping.target_from_source.rotation * limb.direction(source_pose.transforms(), limb.source);
+            let wanted = mapping.target_from_source() * limb.direction(source_pose.transforms(), limb.source);
             let found = limb.direction(target_pose.transforms(), limb.target);
             angles.push(wanted.angle_between(found).to_degrees());
         }
@@ -110,9 +110,9 @@ struct Limb {
 }
 
 impl Limb {
-    fn find(start: &str, ends: &[&str], source: &Side<'_>, target: &Side<'_>) -> Option<Self> {
+    fn find(start: &str, ends: &[&str], source: &Rig<'_>, target: &Rig<'_>) -> Option<Self> {
         let end = ends.iter().find(|end| !source.role(end).is_empty() && !target.role(end).is_empty())?;
-        let joints = |side: &Side<'_>| Some((*side.role(start).first()?, *side.role(end).first()?));
+        let joints = |side: &Rig<'_>| Some((*side.role(start).first()?, *side.role(end).first()?));
         Some(Self { role: start.to_string(), source: joints(source)?, target: joints(target)? })
     }
 

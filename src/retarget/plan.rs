@@ -6,8 +6,7 @@ use crate::model::Transform;
 
 /// A compiled retarget: constants and indices only.
 ///
-/// Everything is in the target scene's space and unit; source joints get there because their roots hang below
-/// `target_from_source`.
+/// Everything is in plan space: the roots of both skeletons hang below constants that take them there.
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub(super) source_steps: Vec<SourceStep>,
@@ -15,6 +14,9 @@ pub struct Plan {
     pub(super) carried_slots: usize,
     pub(super) outputs: Vec<Output>,
     pub(super) target_joint_count: usize,
+    /// Whether quaternions are brought back to unit length. Chains that are carried along take them as they are, with the
+    /// conjugate as inverse: that is how ikrigretarget counts, whose numbers they reproduce.
+    pub(super) normalizes: bool,
 }
 
 impl Plan {
@@ -133,13 +135,17 @@ pub(super) struct CarriedDriver {
 }
 
 /// Lays the source chain's current local transforms end to end below the target's parent.
+///
+/// The locals are taken from the accumulated source pose, not from its tracks: where quaternions are unit ones but for
+/// rounding, the two differ by what ikrigretarget's numbers show.
 #[derive(Clone, Debug)]
 pub(super) struct CarryStep {
     /// `T0[parent]⁻¹ ∘ S0[parent]`, below the target's parent.
     pub(super) parent_from_carried: Transform,
-    /// First carried slot, and one source joint with its rest per slot from there.
+    /// First carried slot; one per source joint from there.
     pub(super) first_slot: usize,
-    pub(super) joints: Vec<(usize, Transform)>,
+    /// Source slots of the chain's joints, each with its parent.
+    pub(super) joints: Vec<(Parent, usize)>,
 }
 
 /// One source slot, or a place between two.

@@ -123,7 +123,24 @@ impl Slot {
         }
     }
 
-    /// A child's position and scale under this.
+    fn then_child(&self, child: &Self) -> Self {
+        Self {
+            rotation: self.rotation.times(&child.rotation),
+            position: self.place(&child.position),
+            scale: self.scale.times(&child.scale),
+        }
+    }
+
+    /// The inverse of `then_child`, with the conjugate as the inverse rotation.
+    fn relative(&self, child: &Self) -> Self {
+        Self {
+            rotation: self.rotation.conjugate_times(&child.rotation),
+            position: self.rotation.rotate_back(&child.position.minus(&self.position)).over(&self.scale),
+            scale: child.scale.over(&self.scale),
+        }
+    }
+
+    /// A child's position under this.
     fn place(&self, translation: &VecLanes) -> VecLanes {
         self.position.plus(&self.rotation.rotate(&self.scale.times(translation)))
     }
@@ -157,7 +174,7 @@ impl Workspace {
                 self.accumulate_source(slot, step, &tracks[step.joint], frame, count);
             }
             for (slot, step) in plan.target_steps.iter().enumerate() {
-                self.compute_target(slot, step, tracks, frame, count);
+                self.compute_target(plan.normalizes, slot, step);
             }
             self.store(plan, chunk, first, count);
         }
@@ -172,10 +189,7 @@ impl Workspace {
         };
         if step.needs == Needs::Transform {
             let parent = match step.parent {
-                Parent::Slot(parent) => {
-                    let (position, scale) = self.source_places[parent];
-                    Slot { rotation: self.source[parent], position, scale }
-                }
+                Parent::Slot(parent) => self.source_slot(parent),
                 Parent::Constant(above) => Slot::splat(&above),
             };
             let translation = load_vector(&tracks.translation, step.rest.translation, frame, count);
@@ -186,12 +200,12 @@ impl Workspace {
     }
 
     #[inline]
-    fn compute_target(&mut self, slot: usize, step: &TargetStep, tracks: &[JointTracks], frame: usize, count: usize) {
+    fn compute_target(&mut self, normalizes: bool, slot: usize, step: &TargetStep) {
         match &step.driver {
             Driver::Hold => self.hold(slot, step),
             Driver::Model(driver) => {
                 let wanted = self.sample_source(driver.sample).times_constant(driver.rotation);
-                self.turn(slot, step, wanted, driver.rotation_alpha);
+                self.turn(normalizes, slot, step, wanted, driver.rotation_alpha);
                 if step.needs == Needs::Transform {
                     let parent = self.parent(step);
                     let mut position = parent.place(&VecLanes::splat(step.hold.translation));
@@ -203,18 +217,18 @@ impl Workspace {
                 }
             }
             Driver::Pelvis(driver) => {
-                let wanted = self.source[driver.source_slot].times_constant(driver.rotation);
-                self.turn(slot, step, wanted, driver.rotation_alpha);
+                let wanted = self.source[driver.source_slot].times_constant(driver.rotation).normalized();
+                self.turn(normalizes, slot, step, wanted, driver.rotation_alpha);
                 self.target[slot].position = pelvis_position(driver, &self.source_places[driver.source_slot].0);
                 self.target[slot].scale = VecLanes::splat(driver.rest_scale);
             }
             Driver::Carried(driver) => {
                 let parent = self.parent(step);
                 if let Some(begin) = &driver.begin {
-                    self.carry(begin, &parent, tracks, frame, count);
+                    self.carry(begin, &parent);
                 }
                 let (rotation, scale) = self.sample_carried(driver.sample);
-                self.turn(slot, step, rotation.times_constant(driver.rotation), driver.rotation_alpha);
+                self.turn(normalizes, slot, step, rotation.times_constant(driver.rotation), driver.rotation_alpha);
                 self.target[slot].position = parent.place(&VecLanes::splat(step.hold.translation));
                 self.target[slot].scale = scale.plus(&VecLanes::splat(driver.scale_offset));
             }
@@ -234,17 +248,21 @@ impl Workspace {
         if step.needs == Needs::Transform {
             self.target[slot].position = parent.place(&VecLanes::splat(step.hold.translation));
             self.target[slot].scale = parent.scale.times(&VecLanes::splat(step.hold.scale));
+            self.local_rotations[slot] = parent.rotation.conjugate_times(&self.target[slot].rotation);
         }
     }
 
     /// Sets a joint's rotation in model space, and what it is relative to its parent.
     #[inline]
-    fn turn(&mut self, slot: usize, step: &TargetStep, wanted: QuatLanes, alpha: f64) {
+    fn turn(&mut self, normalizes: bool, slot: usize, step: &TargetStep, wanted: QuatLanes, alpha: f64) {
         let parent = match step.parent {
             Parent::Slot(parent) => self.target[parent].rotation,
             Parent::Constant(above) => QuatLanes::splat(above.rotation),
         };
-        let mut local = parent.conjugate_times(&wanted).normalized();
+        let mut local = parent.conjugate_times(&wanted);
+        if normalizes {
+            local = local.normalized();
+        }
         let mut rotation = wanted;
         #[expect(clippy::float_cmp, reason = "exactly one means that there is nothing to blend")]
         if alpha != 1.0 {
@@ -286,24 +304,21 @@ impl Workspace {
         }
     }
 
-    fn carry(&mut self, step: &CarryStep, parent: &Slot, tracks: &[JointTracks], frame: usize, count: usize) {
-        let above = Slot::splat(&step.parent_from_carried);
-        let mut current = Slot {
-            rotation: parent.rotation.times(&above.rotation),
-            position: parent.place(&above.position),
-            scale: parent.scale.times(&above.scale),
-        };
-        for (offset, (joint, rest)) in step.joints.iter().enumerate() {
-            let local = &tracks[*joint];
-            let translation = load_vector(&local.translation, rest.translation, frame, count);
-            let scale = load_vector(&local.scale, rest.scale, frame, count);
-            current = Slot {
-                position: current.place(&translation),
-                rotation: current.rotation.times(&load_rotation(&local.rotation, rest.rotation, frame, count)),
-                scale: current.scale.times(&scale),
+    fn carry(&mut self, step: &CarryStep, parent: &Slot) {
+        let mut current = parent.then_child(&Slot::splat(&step.parent_from_carried));
+        for (offset, (above, joint)) in step.joints.iter().enumerate() {
+            let above = match above {
+                Parent::Slot(slot) => self.source_slot(*slot),
+                Parent::Constant(above) => Slot::splat(above),
             };
+            current = current.then_child(&above.relative(&self.source_slot(*joint)));
             self.carried[step.first_slot + offset] = current;
         }
+    }
+
+    fn source_slot(&self, slot: usize) -> Slot {
+        let (position, scale) = self.source_places[slot];
+        Slot { rotation: self.source[slot], position, scale }
     }
 
     fn sample_carried(&self, sample: Sample) -> (QuatLanes, VecLanes) {
@@ -323,11 +338,10 @@ impl Workspace {
                 continue;
             }
             let parent = self.parent(&plan.target_steps[output.slot]);
-            let joint = &self.target[output.slot];
-            let offset = parent.rotation.rotate_back(&joint.position.minus(&parent.position));
-            offset.over(&parent.scale).store(&mut tracks.translations[first..first + count]);
+            let local = parent.relative(&self.target[output.slot]);
+            local.position.store(&mut tracks.translations[first..first + count]);
             if output.scale {
-                joint.scale.over(&parent.scale).store(&mut tracks.scales[first..first + count]);
+                local.scale.store(&mut tracks.scales[first..first + count]);
             }
         }
     }

@@ -9,7 +9,7 @@ use glam::{DQuat, DVec3};
 
 use crate::model::{ModelPose, Skeleton, Transform};
 
-use super::{auto_map::NamedPair, side::Side};
+use super::{auto_map::NamedPair, understand::Rig};
 
 /// How a role's bones find their direction.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -47,7 +47,7 @@ fn rule(part: &str) -> Rule {
 /// The target's rest pose, in the target's own space and unit, turned to look like the source's.
 ///
 /// `pairs` are the chains that roles paired; their joints are turned, all others ride their parents.
-pub(super) fn align(source: &Side<'_>, target: &Side<'_>, pairs: &[NamedPair]) -> ModelPose {
+pub(super) fn align(source: &Rig<'_>, target: &Rig<'_>, pairs: &[NamedPair]) -> ModelPose {
     let target_from_source = target.work_from_scene.conjugate() * source.work_from_scene;
     let skeleton = target.skeleton();
     let mut wishes: Vec<Option<Wish>> = vec![None; skeleton.len()];
@@ -73,8 +73,8 @@ enum Wish {
 }
 
 fn collect_wishes(
-    source: &Side<'_>,
-    target: &Side<'_>,
+    source: &Rig<'_>,
+    target: &Rig<'_>,
     pair: &NamedPair,
     role: &str,
     target_from_source: DQuat,
@@ -123,7 +123,7 @@ fn collect_wishes(
     }
 }
 
-fn turn(skeleton: &Skeleton, target: &Side<'_>, wishes: &[Option<Wish>]) -> ModelPose {
+fn turn(skeleton: &Skeleton, target: &Rig<'_>, wishes: &[Option<Wish>]) -> ModelPose {
     let rest = target.rest.transforms();
     let mut turned: Vec<Transform> = Vec::with_capacity(rest.len());
     // model_from_model: how far each joint's orientation has been turned from its own.
@@ -157,7 +157,7 @@ fn arc(from: DVec3, to: DVec3, stable: DVec3) -> DQuat {
     DQuat::from_axis_angle(axis, std::f64::consts::PI)
 }
 
-fn direction(side: &Side<'_>, from: usize, to: usize) -> Option<DVec3> {
+fn direction(side: &Rig<'_>, from: usize, to: usize) -> Option<DVec3> {
     let position = |joint: usize| side.rest.transforms()[joint].translation;
     (position(to) - position(from)).try_normalize()
 }

@@ -1,6 +1,6 @@
 //! Which chains drive which, when the spec does not say: equal roles, then equal names.
 
-use super::side::Side;
+use super::understand::Rig;
 
 /// A chain on one side: its name and its joints from the body outward.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,14 +29,14 @@ pub(super) fn roles_of(name: &str) -> Vec<&str> {
 }
 
 /// Names that a chain may be called by on a side, besides those that the spec defines.
-pub(super) fn known_names(side: &Side<'_>) -> Vec<String> {
+pub(super) fn known_names(side: &Rig<'_>) -> Vec<String> {
     let limbs = LIMBS.iter().filter(|(_, roles)| roles.iter().all(|role| !side.role(role).is_empty()));
     let roles = side.roles.keys().filter(|role| !NO_CHAINS.contains(&role.as_str())).cloned();
     roles.chain(limbs.map(|(limb, _)| (*limb).to_owned())).collect()
 }
 
 /// Pairs by role: every role that both sides have.
-pub(super) fn by_role(source: &Side<'_>, target: &Side<'_>) -> Vec<NamedPair> {
+pub(super) fn by_role(source: &Rig<'_>, target: &Rig<'_>) -> Vec<NamedPair> {
     let roles = target.roles.iter().filter(|(role, _)| !NO_CHAINS.contains(&role.as_str()));
     roles
         .filter_map(|(role, joints)| {
@@ -54,12 +54,12 @@ pub(super) fn by_role(source: &Side<'_>, target: &Side<'_>) -> Vec<NamedPair> {
 
 /// Pairs of joints that are called the same and that no role took on either side. Only below the pelvis, and only joints:
 /// armatures and meshes of equal names mean nothing.
-pub(super) fn by_name(source: &Side<'_>, target: &Side<'_>, taken: &[NamedPair]) -> Vec<NamedPair> {
+pub(super) fn by_name(source: &Rig<'_>, target: &Rig<'_>, taken: &[NamedPair]) -> Vec<NamedPair> {
     let (Some(&source_pelvis), Some(&target_pelvis)) = (source.role("pelvis").first(), target.role("pelvis").first())
     else {
         return Vec::new();
     };
-    let free = |side: &Side<'_>, joint: usize, joints: fn(&NamedPair) -> &[usize]| {
+    let free = |side: &Rig<'_>, joint: usize, joints: fn(&NamedPair) -> &[usize]| {
         side.skeleton().joints()[joint].is_joint
             && !taken.iter().any(|pair| joints(pair).contains(&joint))
             && !side.role("pelvis").contains(&joint)

@@ -2,7 +2,7 @@
 
 use crate::model::{Clip, ModelPose};
 
-use super::side::Side;
+use super::understand::Rig;
 
 /// A lowest point closer to the origin than this share of the pelvis height counts as standing on the origin: ankles, balls
 /// and toes lie a little above the sole.
@@ -11,7 +11,7 @@ const STANDS_ON_ORIGIN: f64 = 0.15;
 const FRAMES_LOOKED_AT: usize = 240;
 
 /// Height of the floor at rest along the side's up axis, in the scene's unit, for a pelvis joint.
-pub(super) fn rest_floor(side: &Side<'_>, pelvis: usize) -> f64 {
+pub(super) fn rest_floor(side: &Rig<'_>, pelvis: usize) -> f64 {
     let lowest = lowest(side, &side.rest, &supports(side, pelvis));
     let height = side.rest_height(pelvis) - lowest;
     if lowest.abs() <= STANDS_ON_ORIGIN * height { lowest.min(0.0) } else { lowest }
@@ -21,7 +21,7 @@ pub(super) fn rest_floor(side: &Side<'_>, pelvis: usize) -> f64 {
 ///
 /// Where that is within a foot's height of the origin or of the rest floor, it is that: clips jump and crouch, and the floor
 /// does not.
-pub(super) fn clip_floor(side: &Side<'_>, clip: &Clip, pelvis: usize, rest_floor: f64) -> f64 {
+pub(super) fn clip_floor(side: &Rig<'_>, clip: &Clip, pelvis: usize, rest_floor: f64) -> f64 {
     let supports = supports(side, pelvis);
     let step = clip.frame_count().div_ceil(FRAMES_LOOKED_AT).max(1);
     let mut heights: Vec<f64> = (0..clip.frame_count())
@@ -47,7 +47,7 @@ pub(super) fn clip_floor(side: &Side<'_>, clip: &Clip, pelvis: usize, rest_floor
 }
 
 /// The joints that can touch the floor: feet and toes with all below them, else everything below the pelvis.
-fn supports(side: &Side<'_>, pelvis: usize) -> Vec<usize> {
+fn supports(side: &Rig<'_>, pelvis: usize) -> Vec<usize> {
     let feet: Vec<usize> = ["left_foot", "right_foot", "left_toe", "right_toe"]
         .iter()
         .flat_map(|role| side.role(role).iter().copied())
@@ -60,7 +60,7 @@ fn supports(side: &Side<'_>, pelvis: usize) -> Vec<usize> {
     if feet.is_empty() { below(&[pelvis]) } else { below(&feet) }
 }
 
-fn lowest(side: &Side<'_>, pose: &ModelPose, joints: &[usize]) -> f64 {
+fn lowest(side: &Rig<'_>, pose: &ModelPose, joints: &[usize]) -> f64 {
     let up = side.up();
     joints.iter().map(|&joint| pose.transforms()[joint].translation.dot(up)).fold(f64::INFINITY, f64::min)
 }

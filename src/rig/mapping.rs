@@ -15,8 +15,13 @@ pub struct Mapping {
     pub target_rest: ModelPose,
     /// The local pose of target joints that nothing drives.
     pub target_hold: LocalPose,
-    /// How source space lies in target space: a rotation, and target units per source unit as the scale.
-    pub target_from_source: Transform,
+    /// How source space lies in plan space: a rotation, and target units per source unit as the scale.
+    ///
+    /// Plan space is the space that the plan counts in: the target scene's for chains that are measured in the model; +Z up, +Y
+    /// front for chains that their parents carry, because ikrigretarget's last digits depend on it. Its unit is the target's.
+    pub plan_from_source: Transform,
+    /// How target space lies in plan space.
+    pub plan_from_target: DQuat,
     /// The pelvis, when it is driven.
     pub pelvis: Option<PelvisPair>,
     /// The chains, in the order in which they are evaluated. A target joint that is in several belongs to the last.
@@ -36,18 +41,19 @@ pub struct PelvisPair {
     pub rotation_alpha: f64,
     /// 1 takes the scaled source position, 0 keeps the rest position.
     pub translation_alpha: f64,
-    /// Source position (in target space and unit) to target position.
+    /// Source position to target position.
     pub position: PelvisPosition,
 }
 
-/// `target = target_origin + turn⁻¹ · (scale ∘ (turn · (source − source_origin)))`, with `turn` = `work_from_target`.
+/// `target = target_origin + turn⁻¹ · (scale ∘ (turn · (source − source_origin)))`, with `turn` = `ours_from_plan`, all in plan
+/// space.
 #[derive(Clone, Copy, Debug)]
 pub struct PelvisPosition {
-    /// The target scene's rotation into +Y up, +Z front.
-    pub work_from_target: DQuat,
+    /// The rotation into +Y up, +Z front.
+    pub ours_from_plan: DQuat,
     /// Factors along right, up and front.
     pub scale: glam::DVec3,
-    /// The point of the source (in target space and unit) that is scaled about.
+    /// The point of the source that is scaled about.
     pub source_origin: glam::DVec3,
     /// Where that point goes.
     pub target_origin: glam::DVec3,
@@ -94,6 +100,12 @@ impl Default for Drive {
 }
 
 impl Mapping {
+    /// The rotation of source space into target space.
+    #[must_use]
+    pub fn target_from_source(&self) -> DQuat {
+        self.plan_from_target.conjugate() * self.plan_from_source.rotation
+    }
+
     /// Which target joints the mapping drives.
     #[must_use]
     pub fn driven(&self) -> Vec<bool> {

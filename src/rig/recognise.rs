@@ -1,64 +1,273 @@
-//! stub until the rig branch lands
+//! What the joints of a skeleton mean.
+//!
+//! Names first: what each may mean ([`super::lexicon`]), then which meaning the hierarchy allows ([`super::limbs`],
+//! [`super::trunk`], [`super::fingers`]), then the rest pose as a witness ([`super::facing`], [`super::quadruped`]). A joint
+//! that nothing points to has no role: an absent role can be given by hand, a wrong one has to be found first.
+
+use std::collections::BTreeMap;
+
+use super::{
+    BodyFrame, Part, RestPoseKind, Role, RoleFinding, Side,
+    body::Body,
+    body_frame,
+    facing::sides_contradict_feet,
+    finding::Findings,
+    fingers::find_fingers,
+    lexicon::Sense,
+    limbs::{find_arm, find_leg},
+    names::ParsedName,
+    quadruped, rest_pose_kind, template,
+    trunk::{Limbs, find_details, find_trunk},
+};
 use crate::model::{ModelPose, Skeleton};
-use glam::DVec3;
-use std::{collections::BTreeMap, fmt, str::FromStr};
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Role(String);
-impl fmt::Display for Role {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-impl FromStr for Role {
-    type Err = ();
-    fn from_str(s: &str) -> Result<Self, ()> {
-        Ok(Self(s.into()))
-    }
-}
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+
+/// What kind of body a skeleton is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum RigKind {
+    /// Two legs, or two arms on a trunk.
     Biped,
+    /// Four legs.
     Quadruped,
+    /// Anything else: props, single hands, spiders, skeletons whose names say nothing.
+    #[default]
     Other,
 }
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RestPoseKind {
-    T,
-    A,
-    ArmsDown,
-    Other,
-}
-#[derive(Clone, Debug)]
-pub struct RoleFinding {
-    pub joints: Vec<usize>,
-    pub confidence: f64,
-    pub alternatives: Vec<Vec<usize>>,
-    pub reasons: Vec<String>,
-}
-#[derive(Clone, Copy, Debug)]
-pub struct BodyFrame {
-    pub up: DVec3,
-    pub forward: DVec3,
-    pub left: DVec3,
-}
-#[derive(Clone, Debug)]
+
+/// What the joints of a skeleton mean.
+#[derive(Clone, Debug, Default)]
 pub struct Recognition {
+    /// What kind of body it is. [`RigKind::Other`] has no limbs, only what is named beyond doubt.
     pub kind: RigKind,
+    /// The naming convention, where it is one with a name.
     pub recognised_as: Option<String>,
+    /// How sure all of it is, from 0 to 1; missing parts of a whole body count as 0.
     pub confidence: f64,
+    /// The joints of every role that was found.
     pub roles: BTreeMap<Role, RoleFinding>,
+    /// Joints beside the limbs that carry part of their twist; in no role.
     pub twist_helpers: Vec<usize>,
+    /// Up, forward and left of the body in the rest pose, in model space.
     pub body: Option<BodyFrame>,
+    /// How the rest pose holds the arms.
     pub rest_pose: RestPoseKind,
 }
-pub fn recognise(_: &Skeleton, _: &ModelPose, _: &[(String, usize)], _: Option<&str>) -> Recognition {
-    Recognition {
-        kind: RigKind::Other,
-        recognised_as: None,
-        confidence: 0.0,
-        roles: BTreeMap::new(),
-        twist_helpers: vec![],
-        body: None,
-        rest_pose: RestPoseKind::Other,
+
+impl RigKind {
+    /// The name on the wire.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Biped => "biped",
+            Self::Quadruped => "quadruped",
+            Self::Other => "other",
+        }
     }
+}
+
+/// Parts that a lone hand, a bust or a creature may still be said to have; limbs only come with a body.
+const PARTS_WITHOUT_BODY: [Part; 17] = [
+    Part::Pelvis,
+    Part::Spine,
+    Part::Neck,
+    Part::Head,
+    Part::Jaw,
+    Part::Eye,
+    Part::Hand,
+    Part::Thumb,
+    Part::Index,
+    Part::Middle,
+    Part::Ring,
+    Part::Pinky,
+    Part::IndexMetacarpal,
+    Part::MiddleMetacarpal,
+    Part::RingMetacarpal,
+    Part::PinkyMetacarpal,
+    Part::Tail,
+];
+
+/// Finds out what the joints of a skeleton mean.
+///
+/// `rest` is whatever pose the caller takes for the rest pose, in model space; it has one transform per joint. `declared`
+/// are roles that the file itself declares, by the names of `convention` (a VRM humanoid map); they win over names.
+///
+/// Pure and deterministic. Where the file holds several skeletons, the one with the most known parts is looked at.
+#[must_use]
+pub fn recognise(
+    skeleton: &Skeleton,
+    rest: &ModelPose,
+    declared: &[(String, usize)],
+    convention: Option<&str>,
+) -> Recognition {
+    let declared = declared_roles(skeleton, declared);
+    let flagged = |joint: &usize| skeleton.joints()[*joint].is_joint;
+    let mut recognition = Recognition::default();
+    let joints_only = skeleton.joints().iter().any(|joint| joint.is_joint) && declared.values().flatten().all(flagged);
+    if joints_only {
+        recognition = attempt(skeleton, rest, &declared, true);
+    }
+    if recognition.kind == RigKind::Other {
+        // No skin, or a skin of a prop only: the body may be made of plain nodes.
+        let of_nodes = attempt(skeleton, rest, &declared, false);
+        if !joints_only || of_nodes.kind != RigKind::Other {
+            recognition = of_nodes;
+        }
+    }
+    if recognition.kind != RigKind::Other {
+        let named = template::convention(skeleton).map(str::to_owned);
+        let declared_name = convention.filter(|_| !declared.is_empty());
+        let is_vrm = declared_name.is_some_and(|name| name.starts_with("vrm"));
+        recognition.recognised_as =
+            if is_vrm { Some("vrm".to_owned()) } else { named.or_else(|| declared_name.map(str::to_owned)) };
+    }
+    recognition
+}
+
+fn attempt(
+    skeleton: &Skeleton,
+    rest: &ModelPose,
+    declared: &BTreeMap<Role, Vec<usize>>,
+    joints_only: bool,
+) -> Recognition {
+    let body = Body::new(skeleton, rest, joints_only);
+    let mut findings = Findings::new(declared.clone());
+    let four_named = quadruped::find_named_legs(&body, &mut findings);
+    if !four_named {
+        for side in Side::BOTH {
+            find_arm(&body, side, &mut findings);
+            find_leg(&body, side, &mut findings);
+        }
+    }
+    find_trunk(&body, limbs(&findings, four_named), &mut findings);
+    let mut kind = if four_named { RigKind::Quadruped } else { kind_of(&findings) };
+    if kind == RigKind::Biped && declared.is_empty() && quadruped::stands_on_four(&findings.roles, rest) {
+        quadruped::arms_to_legs(&body, &mut findings);
+        kind = RigKind::Quadruped;
+    }
+    for side in Side::BOTH {
+        find_fingers(&body, side, &mut findings);
+    }
+    find_details(&body, &mut findings);
+    let twist_helpers = twist_helpers(&body, &findings);
+    let mut roles = findings.roles;
+    if kind == RigKind::Other {
+        roles.retain(|role, _| PARTS_WITHOUT_BODY.contains(&role.part));
+    }
+    let mut frame = body_frame(&roles, rest).filter(|_| kind != RigKind::Other);
+    if let Some(contradicted) = frame.filter(|frame| sides_contradict_feet(&roles, rest, frame)) {
+        if declared.is_empty() {
+            roles = swapped(roles);
+            frame = body_frame(&roles, rest);
+        } else {
+            // The file insists on its sides, so its feet point backward.
+            frame = Some(contradicted);
+        }
+    }
+    let confidence = confidence(kind, &roles);
+    let rest_pose = rest_pose_kind(&roles, rest, frame.as_ref());
+    let twist_helpers = if kind == RigKind::Other { Vec::new() } else { twist_helpers };
+    Recognition { kind, recognised_as: None, confidence, roles, twist_helpers, body: frame, rest_pose }
+}
+
+/// The roles behind a file's own names for them. Names that say nothing, and joints that do not exist, are left out.
+fn declared_roles(skeleton: &Skeleton, declared: &[(String, usize)]) -> BTreeMap<Role, Vec<usize>> {
+    let mut roles: BTreeMap<Role, Vec<usize>> = BTreeMap::new();
+    for (name, joint) in declared.iter().filter(|(_, joint)| *joint < skeleton.len()) {
+        let parsed = ParsedName::parse(name);
+        let Some(part) = parsed.sense.and_then(declared_part) else { continue };
+        let role = Role { side: parsed.side.unwrap_or(Side::Center), part };
+        let joints = roles.entry(role).or_default();
+        if part.is_central() == parsed.side.is_none() && !joints.contains(joint) {
+            joints.push(*joint);
+        }
+    }
+    roles.retain(|_, joints| !joints.is_empty());
+    // Parents come before children, so this is from the body outward.
+    roles.values_mut().for_each(|joints| joints.sort_unstable());
+    roles
+}
+
+const fn declared_part(sense: Sense) -> Option<Part> {
+    Some(match sense {
+        Sense::Pelvis => Part::Pelvis,
+        Sense::Spine => Part::Spine,
+        Sense::Neck => Part::Neck,
+        Sense::Head => Part::Head,
+        Sense::Jaw => Part::Jaw,
+        Sense::Eye => Part::Eye,
+        Sense::Clavicle | Sense::Shoulder => Part::Clavicle,
+        Sense::UpperArm | Sense::Arm => Part::UpperArm,
+        Sense::Forearm => Part::Forearm,
+        Sense::Hand => Part::Hand,
+        Sense::Thigh => Part::Thigh,
+        Sense::Shin | Sense::Leg => Part::Shin,
+        Sense::Foot => Part::Foot,
+        Sense::Toe => Part::Toe,
+        Sense::Finger(finger) => finger,
+        _ => return None,
+    })
+}
+
+fn limbs(findings: &Findings, four_named: bool) -> Limbs {
+    let first = |parts: &[Part]| Side::BOTH.map(|side| parts.iter().find_map(|part| findings.first(side, *part)));
+    if four_named {
+        return Limbs { arms: first(&[Part::FrontLeg]), legs: first(&[Part::HindLeg]) };
+    }
+    Limbs { arms: first(&[Part::Clavicle, Part::UpperArm, Part::Forearm]), legs: first(&[Part::Thigh, Part::Shin]) }
+}
+
+fn kind_of(findings: &Findings) -> RigKind {
+    let has = |side: Side, part: Part| findings.first(side, part).is_some();
+    let center = |part: Part| has(Side::Center, part);
+    let limb = |upper: Part, lower: Part, end: Part| {
+        Side::BOTH.iter().all(|side| has(*side, upper) && (has(*side, lower) || has(*side, end)))
+    };
+    let legs = limb(Part::Thigh, Part::Shin, Part::Foot);
+    let arms = limb(Part::UpperArm, Part::Forearm, Part::Hand);
+    let trunk = center(Part::Spine) || center(Part::Head);
+    if (legs && center(Part::Pelvis) && (trunk || arms)) || (arms && trunk) { RigKind::Biped } else { RigKind::Other }
+}
+
+fn twist_helpers(body: &Body<'_>, findings: &Findings) -> Vec<usize> {
+    let mut inside = vec![false; body.skeleton.len()];
+    for finding in findings.roles.values() {
+        for joint in &finding.joints {
+            inside[*joint] = true;
+        }
+    }
+    let mut helpers = Vec::new();
+    for joint in 0..body.skeleton.len() {
+        if let Some(parent) = body.skeleton.parent(joint) {
+            inside[joint] |= inside[parent];
+        }
+        let name = &body.names[joint];
+        let is_helper = name.is_twist && !name.is_end && !name.is_control;
+        if inside[joint] && body.members[joint] && is_helper && !findings.is_taken(joint) {
+            helpers.push(joint);
+        }
+    }
+    helpers
+}
+
+fn swapped(roles: BTreeMap<Role, RoleFinding>) -> BTreeMap<Role, RoleFinding> {
+    let swap = |(role, mut finding): (Role, RoleFinding)| {
+        if role.side != Side::Center {
+            finding.reasons.push("its name says the other side, but the feet say which way the body faces".into());
+        }
+        (role.mirrored(), finding)
+    };
+    roles.into_iter().map(swap).collect()
+}
+
+fn confidence(kind: RigKind, roles: &BTreeMap<Role, RoleFinding>) -> f64 {
+    const CENTER: [Part; 3] = [Part::Pelvis, Part::Spine, Part::Head];
+    let paired: &[Part] = match kind {
+        RigKind::Biped => &[Part::UpperArm, Part::Forearm, Part::Hand, Part::Thigh, Part::Shin, Part::Foot],
+        RigKind::Quadruped => &[Part::FrontLeg, Part::HindLeg],
+        RigKind::Other => return 0.0,
+    };
+    let center = CENTER.iter().map(|part| Role::center(*part));
+    let both = Side::BOTH.iter().flat_map(|side| paired.iter().map(|part| Role::new(*side, *part)));
+    let expected: Vec<Role> = center.chain(both).collect();
+    let sum: f64 = expected.iter().filter_map(|role| roles.get(role)).map(|finding| finding.confidence).sum();
+    sum / expected.len() as f64
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use crate::model::{Clip, LocalPose, Reporter, Skeleton, Transform};
+use crate::model::{Axes, Clip, Reporter, Skeleton, Transform};
 
 use super::{
     align::align,
@@ -12,11 +12,11 @@ use super::{
     error::{SpecError, SpecErrorKind, SpecField},
     floor::{clip_floor, rest_floor},
     mapping::{ChainPair, Drive, Mapping, PelvisPair, PelvisPosition},
-    side::Side,
     spec::{
         Align, Carry, ChainMap, FkOp, HeightRule, Op, PelvisOp, PelvisScale, PelvisScaleRule, RetargetSpec, RigSpec,
         ScaleOrigin,
     },
+    understand::Rig,
 };
 
 /// ikrigretarget's guard: a source height below this counts as one.
@@ -37,8 +37,8 @@ pub struct Resolved {
 /// When the spec names what does not exist, a chain is not connected, or nothing can be mapped.
 pub fn resolve(
     spec: &RetargetSpec,
-    source: &Side<'_>,
-    target: &Side<'_>,
+    source: &Rig<'_>,
+    target: &Rig<'_>,
     clip: &Clip,
     reporter: &mut Reporter,
 ) -> Result<Resolved, SpecError> {
@@ -48,16 +48,19 @@ pub fn resolve(
         Align::Off => target.rest.clone(),
         Align::Auto | Align::Direction => align(source, target, &pairs),
     };
-    let space = Transform {
+    let carried = is_carried(&ops);
+    let ours_from_plan = if carried { Axes::Z_UP_Y_FRONT.ours_from_this() } else { target.work_from_scene };
+    let plan_from_source = Transform {
         translation: DVec3::ZERO,
-        rotation: (target.work_from_scene.conjugate() * source.work_from_scene).normalize(),
+        rotation: (ours_from_plan.conjugate() * source.work_from_scene).normalize(),
         scale: DVec3::splat(source.unit_metres / target.unit_metres),
     };
     let mut mapping = Mapping {
         source_rest: source.rest.clone(),
-        target_hold: hold_pose(spec, target, &ops),
+        target_hold: if carried { target.rest_local.clone() } else { target.skeleton().rest_pose() },
         target_rest: aligned,
-        target_from_source: space,
+        plan_from_source,
+        plan_from_target: (ours_from_plan.conjugate() * target.work_from_scene).normalize(),
         pelvis: None,
         chains: Vec::new(),
         global_scale: 1.0,
@@ -87,15 +90,14 @@ fn default_ops() -> Vec<Op> {
     vec![Op::Pelvis(PelvisOp::default()), Op::Fk(FkOp::default())]
 }
 
-/// What idle target joints keep: their node transform; with chains carried by their parents (ikrigretarget) the rest pose, as
-/// that program does.
-fn hold_pose(spec: &RetargetSpec, target: &Side<'_>, ops: &[Op]) -> LocalPose {
-    let carried = ops.iter().any(|op| matches!(op, Op::Fk(op) if op.carry == Carry::Parent));
-    if carried && spec.map.is_some() { target.rest_local.clone() } else { target.skeleton().rest_pose() }
+/// Whether chains are carried along by their parents, as ikrigretarget does it. Idle joints then keep the rest pose, as in that
+/// program, and not their node transform.
+fn is_carried(ops: &[Op]) -> bool {
+    ops.iter().any(|op| matches!(op, Op::Fk(op) if op.enabled && op.carry == Carry::Parent))
 }
 
 /// The pairs of chains, each with joints on both sides.
-fn find_pairs(spec: &RetargetSpec, source: &Side<'_>, target: &Side<'_>) -> Result<Vec<NamedPair>, SpecError> {
+fn find_pairs(spec: &RetargetSpec, source: &Rig<'_>, target: &Rig<'_>) -> Result<Vec<NamedPair>, SpecError> {
     let mut fields = Vec::new();
     let source_chains = explicit_chains(source, &spec.source, &mut fields);
     let target_chains = explicit_chains(target, &spec.target, &mut fields);
@@ -133,7 +135,7 @@ fn find_pairs(spec: &RetargetSpec, source: &Side<'_>, target: &Side<'_>) -> Resu
     SpecError::from_fields(fields).map_or(Ok(pairs), Err)
 }
 
-fn explicit_chains(side: &Side<'_>, spec: &RigSpec, fields: &mut Vec<SpecField>) -> BTreeMap<String, Vec<usize>> {
+fn explicit_chains(side: &Rig<'_>, spec: &RigSpec, fields: &mut Vec<SpecField>) -> BTreeMap<String, Vec<usize>> {
     let mut chains = BTreeMap::new();
     for (name, [start, end]) in &spec.chains {
         let pointer = format!("/{}/chains/{name}", side.name);
@@ -158,14 +160,14 @@ type Chains = BTreeMap<String, Vec<usize>>;
 fn mapped_pairs(
     entry: &ChainMap,
     index: usize,
-    (source, source_chains): (&Side<'_>, &Chains),
-    (target, target_chains): (&Side<'_>, &Chains),
+    (source, source_chains): (&Rig<'_>, &Chains),
+    (target, target_chains): (&Rig<'_>, &Chains),
     fields: &mut Vec<SpecField>,
 ) -> Vec<NamedPair> {
     let both_roles = !source_chains.contains_key(&entry.source) && !target_chains.contains_key(&entry.target);
     if both_roles {
         let (from, to) = (roles_of(&entry.source), roles_of(&entry.target));
-        let complete = |side: &Side<'_>, roles: &[&str]| roles.iter().all(|role| !side.role(role).is_empty());
+        let complete = |side: &Rig<'_>, roles: &[&str]| roles.iter().all(|role| !side.role(role).is_empty());
         if from.len() == to.len() && complete(source, &from) && complete(target, &to) {
             let pair = |(from, to): (&str, &str)| NamedPair {
                 name: to.to_owned(),
@@ -176,7 +178,7 @@ fn mapped_pairs(
             return from.into_iter().zip(to).map(pair).collect();
         }
     }
-    let mut joints_of = |side: &Side<'_>, chains: &Chains, name: &str, end: &str| -> Option<Vec<usize>> {
+    let mut joints_of = |side: &Rig<'_>, chains: &Chains, name: &str, end: &str| -> Option<Vec<usize>> {
         let from_roles = || {
             let joints: Vec<usize> = roles_of(name).iter().flat_map(|role| side.role(role).iter().copied()).collect();
             (!joints.is_empty()).then_some(joints)
@@ -205,8 +207,8 @@ fn resolve_fk(
     op_index: usize,
     spec: &RetargetSpec,
     pairs: &[NamedPair],
-    source: &Side<'_>,
-    target: &Side<'_>,
+    source: &Rig<'_>,
+    target: &Rig<'_>,
     fields: &mut Vec<SpecField>,
 ) -> Vec<ChainPair> {
     let _ = source;
@@ -255,8 +257,8 @@ fn order_chains(chains: &mut [ChainPair]) {
 
 fn resolve_pelvis(
     op: &PelvisOp,
-    source: &Side<'_>,
-    target: &Side<'_>,
+    source: &Rig<'_>,
+    target: &Rig<'_>,
     spec: &RetargetSpec,
     clip: &Clip,
     mapping: &mut Mapping,
@@ -277,7 +279,7 @@ fn resolve_pelvis(
     };
     let source_height = Height::measure(source, &spec.source, op.source_height, source_pelvis)?;
     let target_height = Height::measure(target, &spec.target, op.target_height, target_pelvis)?;
-    let unit = mapping.target_from_source.scale.x;
+    let unit = mapping.plan_from_source.scale.x;
     let ratio = target_height.value / if source_height.value < LEAST_HEIGHT { 1.0 } else { source_height.value };
     mapping.global_scale = ratio / unit;
     if !op.enabled {
@@ -292,8 +294,8 @@ fn resolve_pelvis(
         ScaleOrigin::Origin => (DVec3::ZERO, DVec3::ZERO),
         ScaleOrigin::Floor => {
             let floor = clip_floor(source, clip, source_pelvis, source_height.floor);
-            // Both origins are in the target's space and unit; up is the same direction there.
-            (target.up() * floor * unit, target.up() * target_height.floor)
+            let up = mapping.plan_from_target * target.up();
+            (up * floor * unit, up * target_height.floor)
         }
     };
     mapping.pelvis = Some(PelvisPair {
@@ -302,7 +304,7 @@ fn resolve_pelvis(
         rotation_alpha: op.alpha * op.rotation_alpha,
         translation_alpha: op.alpha * op.translation_alpha,
         position: PelvisPosition {
-            work_from_target: target.work_from_scene,
+            ours_from_plan: (target.work_from_scene * mapping.plan_from_target.conjugate()).normalize(),
             scale: DVec3::new(op.scale_horizontal, op.scale_vertical, op.scale_horizontal) * scale,
             source_origin,
             target_origin,
@@ -318,7 +320,7 @@ struct Height {
 }
 
 impl Height {
-    fn measure(side: &Side<'_>, spec: &RigSpec, rule: HeightRule, pelvis: usize) -> Result<Self, SpecError> {
+    fn measure(side: &Rig<'_>, spec: &RigSpec, rule: HeightRule, pelvis: usize) -> Result<Self, SpecError> {
         let ground = match &spec.ground {
             Some(name) if rule != HeightRule::AboveOrigin => {
                 let joint = side.joint(name, &format!("/{}/ground", side.name)).map_err(|field| {
@@ -338,8 +340,8 @@ impl Height {
     }
 }
 
-fn nothing_to_map(source: &Side<'_>, target: &Side<'_>) -> SpecError {
-    let describe = |side: &Side<'_>| {
+fn nothing_to_map(source: &Rig<'_>, target: &Rig<'_>) -> SpecError {
+    let describe = |side: &Rig<'_>| {
         let kind = side.recognition.recognised_as.clone().unwrap_or_else(|| "no known rig".into());
         format!("{} ({} joints, {kind}, {} roles)", side.name, side.skeleton().len(), side.roles.len())
     };
@@ -353,8 +355,8 @@ fn nothing_to_map(source: &Side<'_>, target: &Side<'_>) -> SpecError {
 /// The spec with what was found out written in: roles, axes, units, ops.
 fn filled_in(
     spec: &RetargetSpec,
-    source: &Side<'_>,
-    target: &Side<'_>,
+    source: &Rig<'_>,
+    target: &Rig<'_>,
     pairs: &[NamedPair],
     ops: Vec<Op>,
 ) -> RetargetSpec {
@@ -388,7 +390,7 @@ fn filled_in(
     filled
 }
 
-fn filled_in_side(spec: &RigSpec, side: &Side<'_>) -> RigSpec {
+fn filled_in_side(spec: &RigSpec, side: &Rig<'_>) -> RigSpec {
     use super::spec::{OneOrMany, UnitSpec};
     let label = |joint: &usize| side.skeleton().label(*joint);
     let roles = side.roles.iter().map(|(role, joints)| {
@@ -405,6 +407,6 @@ fn filled_in_side(spec: &RigSpec, side: &Side<'_>) -> RigSpec {
     }
 }
 
-fn axes_are_exact(side: &Side<'_>) -> bool {
+fn axes_are_exact(side: &Rig<'_>) -> bool {
     side.axes.ours_from_this().dot(side.work_from_scene).abs() > 1.0 - 1e-12
 }

@@ -10,6 +10,41 @@ const BONE_LENGTH_TOLERANCE: f64 = 0.05;
 /// Rotations closer than this are the same pose.
 const SAME_POSE_RADIANS: f64 = 0.02;
 
+/// Where a rest pose came from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RestSource {
+    /// A file that was uploaded for it.
+    Upload,
+    /// A frame of a clip that the spec names.
+    ClipFrame,
+    /// The pose in which the skins were bound.
+    Bind,
+    /// The node transforms.
+    Nodes,
+}
+
+impl RestSource {
+    /// The name on the wire.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Upload => "upload",
+            Self::ClipFrame => "clip_frame",
+            Self::Bind => "bind",
+            Self::Nodes => "nodes",
+        }
+    }
+}
+
+/// The rest pose of a file where nobody says otherwise: the bind pose where skins give one, else the node transforms.
+#[must_use]
+pub fn scene_rest(scene: &Scene, reporter: &mut Reporter, place: &str) -> (LocalPose, RestSource) {
+    match bind_pose(scene, reporter, place) {
+        Some(pose) => (pose, RestSource::Bind),
+        None => (scene.skeleton.rest_pose(), RestSource::Nodes),
+    }
+}
+
 /// The local pose in which the skins were bound, where the file says so believably.
 ///
 /// Inverse bind matrices are relative to a space that files are free to choose (the mesh's, the armature's), so only what

@@ -9,42 +9,16 @@ use crate::model::{Axes, LocalPose, ModelPose, Reporter, Scene, SignedAxis, Skel
 use super::{
     error::{SpecError, SpecErrorKind, SpecField},
     recognise::{Recognition, recognise},
-    rest::{bind_pose, take_over},
+    rest::{RestSource, bind_pose, take_over},
     spec::{ClipChoice, RestRule, RestSpec, RigSpec, UnitSpec},
 };
 
 /// Cosine below which the body's own axis contradicts the axis that the file declares.
 const CONTRADICTION_COSINE: f64 = 0.5;
 
-/// Where a rest pose came from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RestSource {
-    /// A file that was uploaded for it.
-    Upload,
-    /// A frame of a clip that the spec names.
-    ClipFrame,
-    /// The pose in which the skins were bound.
-    Bind,
-    /// The node transforms.
-    Nodes,
-}
-
-impl RestSource {
-    /// The name on the wire.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Upload => "upload",
-            Self::ClipFrame => "clip_frame",
-            Self::Bind => "bind",
-            Self::Nodes => "nodes",
-        }
-    }
-}
-
 /// One rig: its scene, the pose that is measured from, what its joints mean and how its space lies.
 #[derive(Debug)]
-pub struct Side<'a> {
+pub struct Rig<'a> {
     /// `source` or `target`; the first part of every pointer into the spec.
     pub name: &'static str,
     /// The file.
@@ -67,7 +41,7 @@ pub struct Side<'a> {
     pub unit_metres: f64,
 }
 
-impl<'a> Side<'a> {
+impl<'a> Rig<'a> {
     /// Finds out about one rig.
     ///
     /// # Errors

@@ -1,0 +1,214 @@
+//! A skeleton with its names read: the joints that may stand for a part of the body, and who is below whom.
+//!
+//! What the limbs, the trunk and the fingers are looked for in. Knows names and hierarchy; decides no role.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DVec3;
+
+use super::{
+    Side,
+    lexicon::Sense,
+    names::{Layer, ParsedName},
+};
+use crate::model::{ModelPose, Skeleton};
+
+/// Two sides times a few senses are a body; a hostile file could offer every joint as a candidate for one part.
+const MOST_CANDIDATES: usize = 64;
+
+/// An unexplained word on so large a share of the joints is a prefix, such as a character's name.
+const PREFIX_SHARE: f64 = 0.3;
+
+/// Fewer distinct parts than this are no layer of a control rig and no reason to join pieces of a skeleton.
+const FEW_PARTS: usize = 4;
+
+pub(super) struct Body<'a> {
+    pub skeleton: &'a Skeleton,
+    pub names: Vec<ParsedName>,
+    /// Where the joints are in the rest pose, model space.
+    pub positions: Vec<DVec3>,
+    /// Whether the joint belongs to the body that is looked at (its name may still say nothing).
+    pub members: Vec<bool>,
+    /// Whether the joint may stand for a part by its name.
+    eligible: Vec<bool>,
+    /// Preorder interval of every subtree.
+    enter: Vec<usize>,
+    size: Vec<usize>,
+    pub depth: Vec<usize>,
+}
+
+impl<'a> Body<'a> {
+    /// Reads all names and picks the largest body. With `joints_only`, nodes that the file does not call joints are
+    /// passed over.
+    pub(super) fn new(skeleton: &'a Skeleton, rest: &ModelPose, joints_only: bool) -> Self {
+        let names: Vec<ParsedName> = skeleton.joints().iter().map(|joint| ParsedName::parse(&joint.name)).collect();
+        let positions = (0..skeleton.len())
+            .map(|joint| rest.transforms().get(joint).map_or(DVec3::ZERO, |transform| transform.translation))
+            .collect();
+        let (enter, size, depth) = preorder(skeleton);
+        let members = vec![true; skeleton.len()];
+        let mut body = Self { skeleton, eligible: members.clone(), names, positions, members, enter, size, depth };
+        body.judge_names();
+        body.keep_largest(joints_only);
+        body.keep_layer();
+        body
+    }
+
+    /// Whether `joint` is below `ancestor`, and not the same.
+    pub(super) fn is_below(&self, joint: usize, ancestor: usize) -> bool {
+        self.enter[joint] > self.enter[ancestor] && self.enter[joint] < self.enter[ancestor] + self.size[ancestor]
+    }
+
+    /// The lowest joint that both are below or equal to.
+    pub(super) fn common_ancestor(&self, first: usize, second: usize) -> Option<usize> {
+        let mut current = Some(first);
+        while let Some(joint) = current {
+            if joint == second || self.is_below(second, joint) {
+                return current;
+            }
+            current = self.skeleton.parent(joint);
+        }
+        None
+    }
+
+    /// Joints of a side that have one of the senses, higher ones first. Twist helpers, ends and controls are left out.
+    pub(super) fn candidates(&self, side: Option<Side>, senses: &[Sense]) -> Vec<usize> {
+        let fits = |joint: &usize| {
+            let name = &self.names[*joint];
+            self.eligible[*joint] && name.side == side && name.sense.is_some_and(|sense| senses.contains(&sense))
+        };
+        let mut found: Vec<usize> =
+            (0..self.skeleton.len()).filter(|joint| fits(joint) && !self.names[*joint].is_twist).collect();
+        found.sort_by_key(|joint| (self.depth[*joint], *joint));
+        found.truncate(MOST_CANDIDATES);
+        found
+    }
+
+    /// Those of `joints` that have no other of them above them.
+    pub(super) fn topmost(&self, joints: &[usize]) -> Vec<usize> {
+        let is_top = |joint: &usize| !joints.iter().any(|other| self.is_below(*joint, *other));
+        joints.iter().copied().filter(is_top).collect()
+    }
+
+    /// Those of `joints` that are below `ancestor`.
+    pub(super) fn below(&self, joints: &[usize], ancestor: usize) -> Vec<usize> {
+        joints.iter().copied().filter(|joint| self.is_below(*joint, ancestor)).collect()
+    }
+
+    /// Those of `joints` that are above `joint`, higher ones first.
+    pub(super) fn above(&self, joints: &[usize], joint: usize) -> Vec<usize> {
+        joints.iter().copied().filter(|ancestor| self.is_below(joint, *ancestor)).collect()
+    }
+
+    /// The joints from `start` down to `end`, both included; nothing when they are not connected.
+    pub(super) fn path(&self, start: usize, end: usize) -> Option<Vec<usize>> {
+        if start == end || self.is_below(end, start) { self.skeleton.path(start, end) } else { None }
+    }
+
+    /// Whether the joint's name is one of those senses.
+    pub(super) fn means(&self, joint: usize, senses: &[Sense]) -> bool {
+        self.eligible[joint] && self.names[joint].sense.is_some_and(|sense| senses.contains(&sense))
+    }
+
+    fn judge_names(&mut self) {
+        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+        for name in &self.names {
+            for word in name.unexplained.iter().collect::<BTreeSet<_>>() {
+                *counts.entry(word).or_default() += 1;
+            }
+        }
+        let named = self.names.iter().filter(|name| name.sense.is_some()).count();
+        let enough = ((named as f64 * PREFIX_SHARE) as usize).max(FEW_PARTS);
+        let is_odd = |name: &ParsedName| name.unexplained.iter().any(|word| counts[word.as_str()] < enough);
+        self.eligible = self
+            .names
+            .iter()
+            .map(|name| name.sense.is_some() && !name.is_control && !name.is_end && !name.is_dummy && !is_odd(name))
+            .collect();
+    }
+
+    /// A file may hold several skeletons, and a skeleton may come in pieces below one node (Rigify's deform bones).
+    fn keep_largest(&mut self, joints_only: bool) {
+        let joints = self.skeleton.joints();
+        let counts: Vec<bool> = joints.iter().map(|joint| joint.is_joint || !joints_only).collect();
+        // The piece of a joint is named by its top joint.
+        let mut piece: Vec<usize> = (0..joints.len()).collect();
+        for (index, joint) in joints.iter().enumerate() {
+            if let Some(parent) = joint.parent.filter(|parent| counts[*parent]) {
+                piece[index] = piece[parent];
+            }
+        }
+        let mut parts_of_piece: BTreeMap<usize, BTreeSet<(Option<Side>, Sense)>> = BTreeMap::new();
+        let mut parts_of_group: BTreeMap<Option<usize>, BTreeSet<(Option<Side>, Sense)>> = BTreeMap::new();
+        let mut joints_of_piece: BTreeMap<usize, usize> = BTreeMap::new();
+        for index in (0..joints.len()).filter(|index| counts[*index]) {
+            *joints_of_piece.entry(piece[index]).or_default() += 1;
+            if let Some(sense) = self.names[index].sense.filter(|_| self.eligible[index]) {
+                let part = (self.names[index].side, sense);
+                parts_of_piece.entry(piece[index]).or_default().insert(part);
+                parts_of_group.entry(joints[piece[index]].parent).or_default().insert(part);
+            }
+        }
+        // The first of the largest: reversed, because `max_by_key` gives the last.
+        let best_piece =
+            parts_of_piece.iter().rev().max_by_key(|(top, parts)| (parts.len(), joints_of_piece.get(top).copied()));
+        let best_group = parts_of_group.iter().rev().max_by_key(|(_, parts)| parts.len());
+        let (Some((top, single)), Some((parent, grouped))) = (best_piece, best_group) else { return };
+        let (top, parent, join) = (*top, *parent, grouped.len() >= single.len() + FEW_PARTS);
+        for index in 0..joints.len() {
+            let inside = if join { joints[piece[index]].parent == parent } else { piece[index] == top };
+            self.members[index] = counts[index] && inside;
+            // Finger tips that no vertex is bound to are plain nodes in glTF.
+            let goes_on = joints[index].parent.is_some_and(|parent| {
+                self.members[parent]
+                    && matches!(self.names[index].sense, Some(Sense::Finger(_)))
+                    && self.names[parent].sense == self.names[index].sense
+            });
+            self.members[index] |= goes_on;
+            self.eligible[index] &= self.members[index];
+        }
+    }
+
+    /// In a full control rig only one layer stands for the body: the deform bones, else the plain skeleton.
+    fn keep_layer(&mut self) {
+        for layer in [Layer::Deform, Layer::Original] {
+            let parts: BTreeSet<_> = (0..self.names.len())
+                .filter(|joint| self.eligible[*joint] && self.names[*joint].layer == layer)
+                .map(|joint| (self.names[joint].side, self.names[joint].sense))
+                .collect();
+            if parts.len() > FEW_PARTS {
+                for joint in 0..self.names.len() {
+                    self.eligible[joint] &= self.names[joint].layer == layer;
+                }
+                return;
+            }
+        }
+    }
+}
+
+/// Start and length of every joint's subtree in preorder, and its depth.
+fn preorder(skeleton: &Skeleton) -> (Vec<usize>, Vec<usize>, Vec<usize>) {
+    let count = skeleton.len();
+    let (mut size, mut depth) = (vec![1; count], vec![0; count]);
+    for joint in (0..count).rev() {
+        if let Some(parent) = skeleton.parent(joint) {
+            size[parent] += size[joint];
+        }
+    }
+    let mut enter = vec![0; count];
+    let mut next_below = vec![0; count];
+    let mut next_root = 0;
+    for joint in 0..count {
+        let slot = match skeleton.parent(joint) {
+            Some(parent) => {
+                depth[joint] = depth[parent] + 1;
+                &mut next_below[parent]
+            }
+            None => &mut next_root,
+        };
+        enter[joint] = *slot;
+        *slot += size[joint];
+        next_below[joint] = enter[joint] + 1;
+    }
+    (enter, size, depth)
+}

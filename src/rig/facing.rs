@@ -1,0 +1,111 @@
+//! Which way a body stands and looks, from where its joints are.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::{Part, Role, RoleFinding, Side};
+use crate::model::ModelPose;
+
+/// A body's own directions, as unit vectors in the scene's model space, at right angles to one another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyFrame {
+    /// From the hips to the shoulders; for a quadruped from the paws to the back.
+    pub up: DVec3,
+    /// Where the character faces.
+    pub forward: DVec3,
+    /// The character's own left; `up × forward`.
+    pub left: DVec3,
+}
+
+/// Shorter than this share of the body, a difference of two positions has no direction.
+const SHORTEST_SHARE: f64 = 1e-3;
+
+/// The directions of a body in a pose.
+///
+/// Left goes from the right limbs to the left ones, so the frame is right for a character whose sides are named right.
+/// Nothing where the roles do not span a body: no pair of limbs, or all in one place or line.
+#[must_use]
+pub fn body_frame(roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose) -> Option<BodyFrame> {
+    let points = Points { roles, pose };
+    let quadruped = points.pair(Part::FrontLeg).zip(points.pair(Part::HindLeg));
+    let (up, across) = match quadruped {
+        Some(((front_left, front_right), (hind_left, hind_right))) => {
+            let mut ground = DVec3::ZERO;
+            for side in Side::BOTH {
+                ground +=
+                    points.last(Role::new(side, Part::FrontLeg))? + points.last(Role::new(side, Part::HindLeg))?;
+            }
+            let high = front_left + front_right + hind_left + hind_right;
+            (high - ground, (front_left - front_right) + (hind_left - hind_right))
+        }
+        None => {
+            let pairs = [Part::Thigh, Part::UpperArm, Part::Clavicle, Part::Foot].map(|part| points.pair(part));
+            let across = pairs.iter().flatten().fold(DVec3::ZERO, |sum, (left, right)| sum + (*left - *right));
+            let middle = |pair: Option<(DVec3, DVec3)>| pair.map(|(left, right)| left.midpoint(right));
+            let low = middle(pairs[0]).or_else(|| points.center(Part::Pelvis))?;
+            let high = middle(pairs[1]).or_else(|| points.center(Part::Head)).or_else(|| points.center(Part::Neck))?;
+            (high - low, across)
+        }
+    };
+    let reach = up.length().max(across.length());
+    let left_of = |up: DVec3| across - across.dot(up) * up;
+    let up = up.try_normalize()?;
+    let left = left_of(up);
+    if !(left.length() > reach * SHORTEST_SHARE) {
+        return None;
+    }
+    let left = left.try_normalize()?;
+    Some(BodyFrame { up, forward: left.cross(up), left })
+}
+
+/// Whether the feet point against where the sides say that front is: then left and right are named the wrong way round.
+///
+/// Only where both feet have toes that point the same way and clearly forward or backward; nothing is said otherwise.
+pub(super) fn sides_contradict_feet(roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose, frame: &BodyFrame) -> bool {
+    let points = Points { roles, pose };
+    let against = |side: Side| {
+        let foot = points.at(Role::new(side, Part::Foot));
+        let toe = points.at(Role::new(side, Part::Toe));
+        let thigh = points.at(Role::new(side, Part::Thigh));
+        foot.zip(toe).zip(thigh).is_some_and(|((foot, toe), thigh)| {
+            let (leg, step) = (thigh - foot, toe - foot);
+            // A leg that does not stand is no measure: some zero poses lay all bones along one axis.
+            let stands = leg.normalize_or_zero().dot(frame.up) > 0.7;
+            let along = step.dot(frame.forward);
+            stands && along < 0.0 && along.abs() > 0.5 * step.length() && step.length() > 0.02 * leg.length()
+        })
+    };
+    against(Side::Left) && against(Side::Right)
+}
+
+/// Positions of roles in a pose.
+pub(super) struct Points<'a> {
+    pub roles: &'a BTreeMap<Role, RoleFinding>,
+    pub pose: &'a ModelPose,
+}
+
+impl Points<'_> {
+    /// Where the first joint of a role is.
+    pub(super) fn at(&self, role: Role) -> Option<DVec3> {
+        self.of(*self.roles.get(&role)?.joints.first()?)
+    }
+
+    /// Where the last joint of a role is.
+    pub(super) fn last(&self, role: Role) -> Option<DVec3> {
+        self.of(*self.roles.get(&role)?.joints.last()?)
+    }
+
+    pub(super) fn center(&self, part: Part) -> Option<DVec3> {
+        self.at(Role::center(part))
+    }
+
+    /// Where the first joints of both sides are, left first.
+    pub(super) fn pair(&self, part: Part) -> Option<(DVec3, DVec3)> {
+        self.at(Role::new(Side::Left, part)).zip(self.at(Role::new(Side::Right, part)))
+    }
+
+    fn of(&self, joint: usize) -> Option<DVec3> {
+        self.pose.transforms().get(joint).map(|transform| transform.translation)
+    }
+}

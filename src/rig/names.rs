@@ -1,0 +1,248 @@
+//! How a joint's name is cut into words, and what the words say.
+//!
+//! Looks at one name at a time. Which joint of several gets a role is decided in [`super::recognise`], with the hierarchy.
+
+use super::{
+    Side,
+    lexicon::{CONTROLS, ENDS, JAPANESE, LEFT, NEVER_GLUED, NOISE, OTHER_WORDS, RIGHT, SENSES, Sense, TWISTS},
+};
+
+/// A name, read.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct ParsedName {
+    /// Lower-case words in order, without sides and digits.
+    pub words: Vec<String>,
+    /// Runs of digits in order, as they are written.
+    pub digits: Vec<String>,
+    /// The side that the name says.
+    pub side: Option<Side>,
+    /// What the words mean.
+    pub sense: Option<Sense>,
+    /// Words that neither the sense nor any table of the lexicon explains.
+    pub unexplained: Vec<String>,
+    /// Steers, marks or holds something.
+    pub is_control: bool,
+    /// Marks the end of a chain.
+    pub is_end: bool,
+    /// Carries part of a limb's twist.
+    pub is_twist: bool,
+    /// Which layer of a control rig it belongs to.
+    pub layer: Layer,
+    /// Begins with two underscores, as helper joints of MakeHuman do.
+    pub is_dummy: bool,
+}
+
+/// The layers of a Rigify control rig.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Layer {
+    #[default]
+    None,
+    /// `DEF-`: deforms the mesh.
+    Deform,
+    /// `ORG-`: the plain skeleton that the controls move.
+    Original,
+}
+
+/// Longer words are never taken apart; no word of a body is near as long.
+const LONGEST_GLUED: usize = 32;
+
+impl ParsedName {
+    /// Reads a name. Any text gives a result; text without known words gives one without a sense.
+    pub(super) fn parse(name: &str) -> Self {
+        let mut parsed = Self { is_dummy: name.starts_with("__"), ..Self::default() };
+        for token in tokens(name) {
+            if token.starts_with(|character: char| character.is_ascii_digit()) {
+                parsed.digits.push(token);
+            } else if LEFT.contains(&token.as_str()) {
+                parsed.side = Some(Side::Left);
+            } else if RIGHT.contains(&token.as_str()) {
+                parsed.side = Some(Side::Right);
+            } else {
+                parsed.words.push(token);
+            }
+        }
+        let has = |table: &[&str]| parsed.words.iter().any(|word| table.contains(&word.as_str()));
+        (parsed.is_control, parsed.is_end, parsed.is_twist) = (has(CONTROLS), has(ENDS), has(TWISTS));
+        parsed.layer = match parsed.words.first().map(String::as_str) {
+            Some("def") => Layer::Deform,
+            Some("org") => Layer::Original,
+            _ => Layer::None,
+        };
+        parsed.find_sense();
+        parsed
+    }
+
+    /// Whether the name has that word.
+    pub(super) fn has(&self, word: &str) -> bool {
+        self.words.iter().any(|own| own == word)
+    }
+
+    fn find_sense(&mut self) {
+        let row = SENSES.iter().find(|(row, _)| row.iter().all(|word| self.has(word)));
+        let Some((row, sense)) = row else { return };
+        self.sense = match (*sense, self.side) {
+            (Sense::Nothing, _) => None,
+            // `LeftHip` is a thigh or a helper above one; `pelvis.L` is never a joint that a limb turns about.
+            (Sense::Pelvis, Some(_)) => self.words.iter().any(|word| word.starts_with("hip")).then_some(Sense::Hip),
+            (Sense::Hip, None) => self.has("hip").then_some(Sense::Pelvis),
+            (Sense::Spine | Sense::Neck | Sense::Head, Some(_)) => None,
+            (sense, _) => Some(sense),
+        };
+        // A bone of the palm may say which finger it belongs to.
+        let names_finger = |word: &str| {
+            let is_finger = |(row, sense): &(&[&str], Sense)| matches!(sense, Sense::Finger(_)) && row.contains(&word);
+            *sense == Sense::Metacarpal && SENSES.iter().any(is_finger)
+        };
+        let explained = |word: &str| {
+            row.contains(&word)
+                || names_finger(word)
+                || [NOISE, CONTROLS, ENDS, TWISTS].iter().any(|table| table.contains(&word))
+        };
+        // The words of a quadruped's leg (`Front_Leg_Shoulder_L`) name its segments; none of them contradicts it.
+        if !matches!(sense, Sense::FrontLeg | Sense::HindLeg) {
+            self.unexplained = self.words.iter().filter(|word| !explained(word)).cloned().collect();
+        }
+    }
+}
+
+/// Lower-case words, single letters and runs of digits, in order.
+fn tokens(name: &str) -> Vec<String> {
+    // Namespaces of Maya and MotionBuilder, paths of some exporters.
+    let bare = name.rsplit([':', '|']).find(|part| !part.is_empty()).unwrap_or("");
+    let mut text = bare.to_owned();
+    if !text.is_ascii() {
+        for (japanese, english) in JAPANESE {
+            text = text.replace(japanese, english);
+        }
+    }
+    let mut found = Vec::new();
+    for run in text.split(|character: char| !character.is_alphanumeric()) {
+        for word in split_case(run) {
+            push_word(&mut found, &word.to_lowercase());
+        }
+    }
+    found
+}
+
+/// Splits `LeftUpLeg01` into `Left`, `Up`, `Leg`, `01`, and `LThumb` into `L`, `Thumb`.
+fn split_case(run: &str) -> Vec<String> {
+    let characters: Vec<char> = run.chars().collect();
+    let mut words = Vec::new();
+    let mut word = String::new();
+    for (index, &character) in characters.iter().enumerate() {
+        if let Some(&before) = index.checked_sub(1).and_then(|before| characters.get(before)) {
+            let after_is_lower = characters.get(index + 1).is_some_and(|after| after.is_lowercase());
+            let digit_edge = before.is_ascii_digit() != character.is_ascii_digit();
+            let rises =
+                character.is_uppercase() && (before.is_lowercase() || (before.is_uppercase() && after_is_lower));
+            if digit_edge || rises {
+                words.push(std::mem::take(&mut word));
+            }
+        }
+        word.push(character);
+    }
+    words.push(word);
+    words.retain(|word| !word.is_empty());
+    words
+}
+
+/// Adds a word, taken apart where it is glued from known ones (`lowerback`, `lhip`, `righthand`).
+fn push_word(found: &mut Vec<String>, word: &str) {
+    if is_known(word) || word.len() > LONGEST_GLUED || !word.is_ascii() {
+        found.push(word.to_owned());
+    } else if let Some(pieces) = unglue(word) {
+        found.extend(pieces.into_iter().map(str::to_owned));
+    } else if let Some((side, pieces)) =
+        word.split_at_checked(1).filter(|(side, _)| matches!(*side, "l" | "r")).and_then(|(side, rest)| {
+            if is_gluable(rest) { Some((side, vec![rest])) } else { unglue(rest).map(|pieces| (side, pieces)) }
+        })
+    {
+        found.push(side.to_owned());
+        found.extend(pieces.into_iter().map(str::to_owned));
+    } else {
+        found.push(word.to_owned());
+    }
+}
+
+/// The fewest known words that a word is glued from, where there are at least two.
+fn unglue(word: &str) -> Option<Vec<&str>> {
+    let mut best: Vec<Option<Vec<&str>>> = vec![None; word.len() + 1];
+    best[0] = Some(Vec::new());
+    for end in 1..=word.len() {
+        for start in 0..end {
+            let piece = &word[start..end];
+            if let Some(before) = best[start].as_ref().filter(|_| is_gluable(piece)) {
+                let shorter = best[end].as_ref().is_none_or(|known| before.len() + 1 < known.len());
+                if shorter {
+                    best[end] = Some(before.iter().copied().chain([piece]).collect());
+                }
+            }
+        }
+    }
+    best.pop().flatten().filter(|pieces| pieces.len() > 1)
+}
+
+fn is_known(word: &str) -> bool {
+    [NOISE, CONTROLS, ENDS, TWISTS, LEFT, RIGHT, OTHER_WORDS].iter().any(|table| table.contains(&word))
+        || SENSES.iter().any(|(row, _)| row.contains(&word))
+}
+
+fn is_gluable(word: &str) -> bool {
+    word.len() > 1 && !NEVER_GLUED.contains(&word) && is_known(word)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rig::Part;
+
+    #[test]
+    fn names_of_every_convention_have_one_side_and_sense() {
+        let cases: &[(&str, Option<Side>, Sense)] = &[
+            ("mixamorig7:LeftUpLeg", Some(Side::Left), Sense::Thigh),
+            ("mixamorig_RightForeArm", Some(Side::Right), Sense::Forearm),
+            ("Avatar_LeftShoulder", Some(Side::Left), Sense::Shoulder),
+            ("CC_Base_R_Upperarm", Some(Side::Right), Sense::UpperArm),
+            ("DEF-upper_arm.L.001", Some(Side::Left), Sense::UpperArm),
+            ("ValveBiped.Bip01_L_Calf", Some(Side::Left), Sense::Shin),
+            ("Bip01 R Toe0", Some(Side::Right), Sense::Toe),
+            ("J_Bip_C_UpperChest", None, Sense::Spine),
+            ("Character1_LeftHandMiddle2", Some(Side::Left), Sense::Finger(Part::Middle)),
+            ("lShldrBend", Some(Side::Left), Sense::Shoulder),
+            ("lowerback", None, Sense::Spine),
+            ("rclavicle", Some(Side::Right), Sense::Clavicle),
+            ("Lefthand", Some(Side::Left), Sense::Hand),
+            ("UpArm_L", Some(Side::Left), Sense::UpperArm),
+            ("LThumb", Some(Side::Left), Sense::Finger(Part::Thumb)),
+            ("LHipJoint", Some(Side::Left), Sense::Hip),
+            ("hip", None, Sense::Pelvis),
+            ("左ひじ", Some(Side::Left), Sense::Forearm),
+            ("下半身", None, Sense::Pelvis),
+            ("thigh_stretch.r", Some(Side::Right), Sense::Thigh),
+            ("b_LeftLeg01_015", Some(Side::Left), Sense::Leg),
+            ("RightInHandIndex", Some(Side::Right), Sense::Metacarpal),
+        ];
+        for (name, side, sense) in cases {
+            let parsed = ParsedName::parse(name);
+            assert_eq!((parsed.side, parsed.sense), (*side, Some(*sense)), "{name}");
+            assert!(parsed.unexplained.is_empty(), "{name}: {:?}", parsed.unexplained);
+        }
+    }
+
+    #[test]
+    fn what_is_no_part_of_the_body_is_marked() {
+        for name in ["r-LEGCONTROL", "ik_foot_l", "headtracker", "handslot.r", "LeftHeelRoll", "PoleTarget.L"] {
+            assert!(ParsedName::parse(name).is_control, "{name} is a control");
+        }
+        for name in ["HeadTop_End", "Bip01LFinger0Nub", "ENDSITE", "ball_leaf_l", "JawEND", "Head.tip"] {
+            assert!(ParsedName::parse(name).is_end, "{name} is an end");
+        }
+        for name in ["DEF-side_hair.L", "forehead", "HeadBand", "LeftShoulderArmor", "earring_l"] {
+            let parsed = ParsedName::parse(name);
+            assert!(parsed.sense.is_none() || !parsed.unexplained.is_empty(), "{name} has words left over");
+        }
+        for name in ["", ":", "\u{1F600}", "....", "__"] {
+            assert_eq!(ParsedName::parse(name).sense, None, "{name:?} says nothing");
+        }
+    }
+}
