@@ -1,16 +1,96 @@
-//! A scene and a clip to a file.
+//! A scene and a clip to a file: the target's own document with one more animation, or a new document with the skeleton.
 
+mod animation;
+mod binary;
+mod edit;
+mod pack;
+mod skeleton;
+
+use serde_json::{Map, Value};
+
+use super::document::Document;
 use crate::{
-    formats::{FormatError, WriteOptions},
+    formats::{Format, FormatError, Include, WriteOptions},
     model::{Clip, Control, Reporter, Scene},
 };
+use binary::Binary;
 
+/// A document whose buffers are one run of bytes.
+#[derive(Debug)]
+struct Output<'a> {
+    json: Map<String, Value>,
+    binary: Binary<'a>,
+}
+
+/// Encodes the clip as the first animation of the target.
+///
+/// A target that came from glTF keeps everything that it had, with all buffers merged into one; accessors of animations
+/// that are dropped stay in place without use. Any other target, and [`Include::SkeletonAndAnimation`], give a new
+/// document with nodes, one skin per tree of joints, and the animation. The target must be in +Y up, +Z front and metres.
+///
+/// # Errors
+/// When the clip is not of the target's skeleton, when a VRM is asked for and the target is none, when the output would be
+/// larger than a GLB can be; or when the work is canceled.
 pub(in crate::formats) fn write(
-    _target: &Scene,
-    _clip: &Clip,
-    _options: &WriteOptions,
-    _control: &Control,
-    _reporter: &mut Reporter,
+    target: &Scene,
+    clip: &Clip,
+    options: &WriteOptions,
+    control: &Control,
+    reporter: &mut Reporter,
 ) -> Result<Vec<u8>, FormatError> {
-    todo!()
+    if clip.joints().len() != target.skeleton.len() {
+        let (tracks, joints) = (clip.joints().len(), target.skeleton.len());
+        let detail = format!("the clip has tracks for {tracks} joints, but the target has {joints}");
+        return Err(FormatError::malformed("write", "", detail).with_hint("write the clip onto the rig it was made for"));
+    }
+    let document = target.payload.get::<Document>().filter(|_| options.include == Include::Everything);
+    if options.format == Format::Vrm && !document.is_some_and(is_vrm) {
+        return Err(FormatError::unsupported(
+            "write",
+            "",
+            "a .vrm can only be written from a VRM target, with everything in it",
+            "ask for .glb, or send a VRM as the target",
+        ));
+    }
+    let mut output = match document {
+        Some(document) => edit::edit(document, target, clip, options, control, reporter)?,
+        None => skeleton::build(target, clip, control, reporter)?,
+    };
+    if let Some(extras) = &options.extras {
+        merge_extras(&mut output.json, extras, reporter);
+    }
+    control.check()?;
+    if options.format == Format::Gltf { pack::gltf(output) } else { pack::glb(output) }
+}
+
+fn is_vrm(document: &Document) -> bool {
+    let extensions = document.json.get("extensions");
+    extensions.is_some_and(|extensions| extensions.get("VRM").is_some() || extensions.get("VRMC_vrm").is_some())
+}
+
+/// Provenance goes to `asset.extras.retargetd`, beside whatever is there.
+fn merge_extras(json: &mut Map<String, Value>, extras: &Value, reporter: &mut Reporter) {
+    let asset = json.get_mut("asset").and_then(Value::as_object_mut);
+    let place = asset.map(|asset| asset.entry("extras").or_insert_with(|| Value::Object(Map::new())));
+    let Some(Value::Object(place)) = place else {
+        let detail = "the document's asset.extras is no object; what the output was made from could not be noted in it";
+        reporter.warn("extras_not_merged", "/asset/extras", detail, "");
+        return;
+    };
+    match (place.get_mut("retargetd"), extras) {
+        (Some(Value::Object(present)), Value::Object(new)) => {
+            present.extend(new.iter().map(|(key, value)| (key.clone(), value.clone())));
+        }
+        _ => {
+            place.insert("retargetd".into(), extras.clone());
+        }
+    }
+}
+
+/// The array of that name, made where it is not there.
+fn array<'j>(json: &'j mut Map<String, Value>, key: &str) -> Result<&'j mut Vec<Value>, FormatError> {
+    let value = json.entry(key).or_insert_with(|| Value::Array(Vec::new()));
+    value
+        .as_array_mut()
+        .ok_or_else(|| FormatError::malformed("write", format!("/{key}"), "this must be an array"))
 }

@@ -1,0 +1,191 @@
+//! A clip to an animation, its accessors and one buffer view.
+
+use std::borrow::Cow;
+
+use serde_json::{Map, Value, json};
+
+use super::{Output, array};
+use crate::{
+    formats::FormatError,
+    model::{Clip, Control, Joint, Reporter, Scene, Track},
+};
+
+const FLOAT: u64 = 5126;
+
+/// Adds the clip's data to the document and returns the animation that refers to it; nothing where the target has no node
+/// that could be animated. `node_of` gives the node of a joint, by its index and itself.
+///
+/// All tracks lie in one buffer view. Tracks with a value per frame share one time accessor. Constant tracks have one key,
+/// or two where nothing else makes the animation as long as the clip.
+pub(super) fn append<'a>(
+    output: &mut Output<'a>,
+    target: &Scene,
+    clip: &'a Clip,
+    node_of: impl Fn(usize, &Joint) -> usize,
+    control: &Control,
+    reporter: &mut Reporter,
+) -> Result<Option<Value>, FormatError> {
+    if target.skeleton.is_empty() {
+        reporter.warn("clip_left_out", "", "the target has no node, so there is nothing to animate", "");
+        return Ok(None);
+    }
+    let times = key_times(clip.times_seconds(), reporter);
+    let is_sampled = clip.joints().iter().any(|tracks| {
+        [tracks.translation.sample_count(), tracks.rotation.sample_count(), tracks.scale.sample_count()]
+            .iter()
+            .any(Option::is_some)
+    });
+    let constant_times = match times.as_slice() {
+        [first, .., last] if !is_sampled => vec![*first, *last],
+        [first, ..] => vec![*first],
+        [] => Vec::new(),
+    };
+    let mut writer = Writer::new(output, is_sampled.then_some(times), constant_times)?;
+    for (index, (joint, tracks)) in target.skeleton.joints().iter().zip(clip.joints()).enumerate() {
+        control.check()?;
+        let node = node_of(index, joint);
+        writer.track(&tracks.translation, node, "translation", "VEC3")?;
+        writer.track(&tracks.rotation, node, "rotation", "VEC4")?;
+        writer.track(&tracks.scale, node, "scale", "VEC3")?;
+    }
+    if writer.channels.is_empty() {
+        let joint = &target.skeleton.joints()[0];
+        let detail = "the clip animates nothing; it was written as the first node standing still, for its length";
+        reporter.warn("clip_without_channels", clip.name(), detail, "");
+        writer.constant(joint.rest.translation.as_vec3(), node_of(0, joint), "translation", "VEC3")?;
+    }
+    let mut animation = Map::new();
+    if !clip.name().is_empty() {
+        animation.insert("name".into(), clip.name().into());
+    }
+    let (channels, samplers) = writer.finish()?;
+    animation.insert("channels".into(), Value::Array(channels));
+    animation.insert("samplers".into(), Value::Array(samplers));
+    Ok(Some(Value::Object(animation)))
+}
+
+struct Writer<'o, 'a> {
+    output: &'o mut Output<'a>,
+    view: usize,
+    view_offset: usize,
+    sampled_input: Option<usize>,
+    constant_input: usize,
+    constant_keys: usize,
+    channels: Vec<Value>,
+    samplers: Vec<Value>,
+}
+
+impl<'o, 'a> Writer<'o, 'a> {
+    fn new(
+        output: &'o mut Output<'a>,
+        times: Option<Vec<f32>>,
+        constant_times: Vec<f32>,
+    ) -> Result<Self, FormatError> {
+        let view = array(&mut output.json, "bufferViews")?.len();
+        let view_offset = output.binary.push(Cow::Borrowed(&[]));
+        let mut writer = Self {
+            output,
+            view,
+            view_offset,
+            sampled_input: None,
+            constant_input: 0,
+            constant_keys: constant_times.len(),
+            channels: Vec::new(),
+            samplers: Vec::new(),
+        };
+        if let Some(times) = times {
+            writer.sampled_input = Some(writer.input(times)?);
+        }
+        writer.constant_input = writer.input(constant_times)?;
+        Ok(writer)
+    }
+
+    /// An accessor of times, with the bounds that the specification asks for.
+    fn input(&mut self, times: Vec<f32>) -> Result<usize, FormatError> {
+        let (first, last) = (times.first().copied().unwrap_or(0.0), times.last().copied().unwrap_or(0.0));
+        let index = self.accessor(Cow::Owned(bytemuck::cast_slice(&times).to_vec()), times.len(), "SCALAR")?;
+        let accessor = &mut array(&mut self.output.json, "accessors")?[index];
+        accessor["min"] = json!([f64::from(first)]);
+        accessor["max"] = json!([f64::from(last)]);
+        Ok(index)
+    }
+
+    fn accessor(&mut self, bytes: Cow<'a, [u8]>, count: usize, shape: &str) -> Result<usize, FormatError> {
+        let offset = self.output.binary.push(bytes) - self.view_offset;
+        let accessors = array(&mut self.output.json, "accessors")?;
+        accessors.push(json!({
+            "bufferView": self.view,
+            "byteOffset": offset,
+            "componentType": FLOAT,
+            "count": count,
+            "type": shape,
+        }));
+        Ok(accessors.len() - 1)
+    }
+
+    fn track<T: bytemuck::Pod>(
+        &mut self,
+        track: &'a Track<T>,
+        node: usize,
+        path: &str,
+        shape: &str,
+    ) -> Result<(), FormatError> {
+        match (track, self.sampled_input) {
+            (Track::Constant(value), _) => self.constant(*value, node, path, shape),
+            (Track::Sampled(values), Some(input)) => {
+                let output = self.accessor(Cow::Borrowed(bytemuck::cast_slice(values)), values.len(), shape)?;
+                self.channel(input, output, node, path);
+                Ok(())
+            }
+            // Where there is a sampled track, there is an input for it.
+            (Track::Rest, _) | (Track::Sampled(_), None) => Ok(()),
+        }
+    }
+
+    fn constant<T: bytemuck::Pod>(&mut self, value: T, node: usize, path: &str, shape: &str) -> Result<(), FormatError> {
+        let values = vec![value; self.constant_keys];
+        let bytes = Cow::Owned(bytemuck::cast_slice(&values).to_vec());
+        let output = self.accessor(bytes, values.len(), shape)?;
+        self.channel(self.constant_input, output, node, path);
+        Ok(())
+    }
+
+    fn channel(&mut self, input: usize, output: usize, node: usize, path: &str) {
+        self.channels.push(json!({"sampler": self.samplers.len(), "target": {"node": node, "path": path}}));
+        self.samplers.push(json!({"input": input, "interpolation": "LINEAR", "output": output}));
+    }
+
+    /// Adds the buffer view, now that its length is known.
+    fn finish(self) -> Result<(Vec<Value>, Vec<Value>), FormatError> {
+        array(&mut self.output.json, "bufferViews")?.push(json!({
+            "buffer": 0,
+            "byteOffset": self.view_offset,
+            "byteLength": self.output.binary.length() - self.view_offset,
+        }));
+        Ok((self.channels, self.samplers))
+    }
+}
+
+/// Times as f32, not negative and strictly rising, as the specification asks.
+fn key_times(times_seconds: &[f64], reporter: &mut Reporter) -> Vec<f32> {
+    let shift = times_seconds.first().map_or(0.0, |first| (-first).max(0.0));
+    if shift > 0.0 {
+        let detail = format!("the clip begins {shift} s before zero, which glTF does not allow; it was moved to zero");
+        reporter.warn("times_shifted", "", detail, "");
+    }
+    let mut times: Vec<f32> = Vec::with_capacity(times_seconds.len());
+    let mut nudged = 0_usize;
+    for seconds in times_seconds {
+        let mut time = (seconds + shift) as f32;
+        if let Some(previous) = times.last().filter(|previous| time <= **previous) {
+            time = previous.next_up();
+            nudged += 1;
+        }
+        times.push(time);
+    }
+    if nudged > 0 {
+        let detail = format!("{nudged} key times are equal in single precision; each was moved to the next larger one");
+        reporter.warn("times_nudged", "", detail, "use fewer frames, or a clip that begins near zero");
+    }
+    times
+}
