@@ -13,9 +13,9 @@ use super::arrays::{Arrays, Meta, NumberArray, invalid};
 
 /// A quaternion whose length is off by more than this was no rounded unit quaternion.
 const LENGTH_SLACK: f64 = 1e-3;
-/// A quaternion that is a unit one up to this keeps its bits: what single precision can say, and what double can.
-const SINGLE_ROUNDING: f64 = 5e-7;
-const DOUBLE_ROUNDING: f64 = 1e-12;
+/// A quaternion that is a unit one but for the rounding of a chain of single precision products keeps its bits: written
+/// back it is the same, and the figures of tools that compute in single precision are met.
+const ROUNDING: f64 = 1e-5;
 /// A quaternion shorter than this has no direction.
 const SHORTEST: f64 = 1e-9;
 
@@ -95,7 +95,7 @@ fn skeleton(arrays: &mut Arrays, budget: &mut Budget<'_>, reporter: &mut Reporte
         require_rest(scales, "rest_scales", count, 3)?;
     }
 
-    let mut lengths = LengthCheck::new("rest_rotations", DOUBLE_ROUNDING);
+    let mut lengths = LengthCheck::new("rest_rotations");
     let mut joints = Vec::with_capacity(count);
     for (index, (name, parent)) in names.into_iter().zip(parents).enumerate() {
         let rotation = match &rotations {
@@ -204,7 +204,7 @@ fn clip(
     let bytes: u64 = sample_bytes.iter().filter(|(array, _)| array.is_some()).map(|(_, bytes)| bytes).sum();
     budget.take_array((frames as u64).saturating_mul(joints as u64), bytes, first_key)?;
 
-    let mut lengths = LengthCheck::new("rotations", SINGLE_ROUNDING);
+    let mut lengths = LengthCheck::new("rotations");
     let mut tracks = Vec::with_capacity(joints);
     for joint in 0..joints {
         budget.check_canceled()?;
@@ -286,15 +286,14 @@ fn rotation_track(
 /// Makes quaternions unit ones, and remembers how many were far from it.
 struct LengthCheck {
     key: &'static str,
-    rounding: f64,
     off: usize,
     first: String,
     worst: f64,
 }
 
 impl LengthCheck {
-    const fn new(key: &'static str, rounding: f64) -> Self {
-        Self { key, rounding, off: 0, first: String::new(), worst: 1.0 }
+    const fn new(key: &'static str) -> Self {
+        Self { key, off: 0, first: String::new(), worst: 1.0 }
     }
 
     fn unit(&mut self, array: &NumberArray, row: usize) -> Result<DQuat, FormatError> {
@@ -315,7 +314,7 @@ impl LengthCheck {
             }
             self.off += 1;
         }
-        Ok(if error > self.rounding { rotation / length } else { rotation })
+        Ok(if error > ROUNDING { rotation / length } else { rotation })
     }
 
     fn place(&self, array: &NumberArray, row: usize) -> String {

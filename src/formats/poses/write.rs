@@ -154,9 +154,9 @@ fn values(value: Value) -> impl Iterator<Item = f32> + use<> {
     values.into_iter().take(width)
 }
 
-/// What is a unit quaternion as far as single precision can say keeps its bits, so that reading and writing settle.
+/// What is a unit quaternion but for the rounding of single precision keeps its bits, so that reading and writing settle.
 fn unit(rotation: DQuat) -> [f32; 4] {
-    let is_unit = (rotation.length() - 1.0).abs() < 5e-7;
+    let is_unit = (rotation.length() - 1.0).abs() < 1e-5;
     let rotation = if is_unit { rotation } else { rotation.normalize() };
     rotation.as_quat().to_array()
 }

@@ -76,11 +76,7 @@ struct Writer<'o, 'a> {
 }
 
 impl<'o, 'a> Writer<'o, 'a> {
-    fn new(
-        output: &'o mut Output<'a>,
-        times: Option<Vec<f32>>,
-        constant_times: Vec<f32>,
-    ) -> Result<Self, FormatError> {
+    fn new(output: &'o mut Output<'a>, times: Option<Vec<f32>>, constant_times: Vec<f32>) -> Result<Self, FormatError> {
         let view = array(&mut output.json, "bufferViews")?.len();
         let view_offset = output.binary.push(Cow::Borrowed(&[]));
         let mut writer = Self {
@@ -142,7 +138,13 @@ impl<'o, 'a> Writer<'o, 'a> {
         }
     }
 
-    fn constant<T: bytemuck::Pod>(&mut self, value: T, node: usize, path: &str, shape: &str) -> Result<(), FormatError> {
+    fn constant<T: bytemuck::Pod>(
+        &mut self,
+        value: T,
+        node: usize,
+        path: &str,
+        shape: &str,
+    ) -> Result<(), FormatError> {
         let values = vec![value; self.constant_keys];
         let bytes = Cow::Owned(bytemuck::cast_slice(&values).to_vec());
         let output = self.accessor(bytes, values.len(), shape)?;

@@ -159,7 +159,8 @@ fn follow_animations(json: &mut Map<String, Value>, shift: usize, clips: TargetC
     };
     let uses_components = uses("MOZ_hubs_components");
     if uses("KHR_interactivity") || (uses_components && clips == TargetClips::Drop) {
-        let detail = "the document has behaviours that refer to its animations by number; they may start another one now";
+        let detail =
+            "the document has behaviours that refer to its animations by number; they may start another one now";
         reporter.warn("animation_references", "/extensions", detail, "check the behaviours of the output");
     }
     if clips == TargetClips::Drop {

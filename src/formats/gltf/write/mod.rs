@@ -41,7 +41,9 @@ pub(in crate::formats) fn write(
     if clip.joints().len() != target.skeleton.len() {
         let (tracks, joints) = (clip.joints().len(), target.skeleton.len());
         let detail = format!("the clip has tracks for {tracks} joints, but the target has {joints}");
-        return Err(FormatError::malformed("write", "", detail).with_hint("write the clip onto the rig it was made for"));
+        return Err(
+            FormatError::malformed("write", "", detail).with_hint("write the clip onto the rig it was made for")
+        );
     }
     let document = target.payload.get::<Document>().filter(|_| options.include == Include::Everything);
     if options.format == Format::Vrm && !document.is_some_and(is_vrm) {
@@ -90,7 +92,5 @@ fn merge_extras(json: &mut Map<String, Value>, extras: &Value, reporter: &mut Re
 /// The array of that name, made where it is not there.
 fn array<'j>(json: &'j mut Map<String, Value>, key: &str) -> Result<&'j mut Vec<Value>, FormatError> {
     let value = json.entry(key).or_insert_with(|| Value::Array(Vec::new()));
-    value
-        .as_array_mut()
-        .ok_or_else(|| FormatError::malformed("write", format!("/{key}"), "this must be an array"))
+    value.as_array_mut().ok_or_else(|| FormatError::malformed("write", format!("/{key}"), "this must be an array"))
 }

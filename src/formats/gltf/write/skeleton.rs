@@ -94,7 +94,8 @@ fn add_skins(output: &mut Output<'_>, target: &Scene, reporter: &mut Reporter) {
         let mut columns: Vec<f32> = Vec::with_capacity(members.len() * 16);
         for joint in members {
             columns.extend(inverse_bind(&model_from_joint[*joint]).unwrap_or_else(|| {
-                let detail = "the rest pose flattens this joint, so it has no inverse bind matrix; the identity was written";
+                let detail =
+                    "the rest pose flattens this joint, so it has no inverse bind matrix; the identity was written";
                 reporter.warn("bind_matrix_singular", target.skeleton.label(*joint), detail, "");
                 glam::Mat4::IDENTITY.to_cols_array()
             }));
