@@ -49,7 +49,7 @@ pub(super) fn walk(figure: &Figure) -> Clip {
         let translation = if skeleton.parent(joint).is_none() { Track::Sampled(translations) } else { Track::Rest };
         JointTracks { translation, rotation: Track::Sampled(rotations).compacted(), scale: Track::Rest }
     };
-    Clip::new("Walk".into(), times.clone(), (0..figure.len()).map(track).collect())
+    Clip::new("Walk".into(), times, (0..figure.len()).map(track).collect())
         .expect("times rise and every value is the result of finite arithmetic")
 }
 

@@ -90,7 +90,7 @@ pub(super) fn write(poses: &Poses<'_>, control: &Control) -> Result<Vec<u8>, For
         let packing = if channel == Channel::Rotation { Packing::Stored } else { Packing::Deflated };
         archive.add(channel.key(), &member, packing)?;
     }
-    archive.add("meta", &npy::unicode_array(&[&poses.meta()], &[]), Packing::Deflated)?;
+    archive.add("meta", &npy::unicode_array(&[poses.meta()], &[]), Packing::Deflated)?;
     let bytes = archive.zip.finish().map_err(|error| zip_error(&error, "archive"))?;
     Ok(bytes.into_inner())
 }
