@@ -38,6 +38,8 @@
 //! relative to the scene.
 
 pub mod cli;
+pub mod config;
 pub mod engine;
 pub mod formats;
 pub mod model;
+pub mod telemetry;
