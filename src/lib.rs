@@ -42,4 +42,5 @@ pub mod config;
 pub mod engine;
 pub mod formats;
 pub mod model;
+pub mod store;
 pub mod telemetry;

@@ -111,11 +111,14 @@ impl Metrics {
         let buckets = [0.001, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 60.0, 120.0];
         let builder =
             PrometheusBuilder::new().set_buckets_for_metric(Matcher::Suffix("_seconds".to_owned()), &buckets)?;
-        let recorder = builder.build_recorder();
-        let handle = STARTED.get_or_init(|| recorder.handle());
-        if metrics::set_global_recorder(recorder).is_ok() {
-            describe();
-        }
+        let handle = STARTED.get_or_init(|| {
+            let recorder = builder.build_recorder();
+            let handle = recorder.handle();
+            if metrics::set_global_recorder(recorder).is_ok() {
+                describe();
+            }
+            handle
+        });
         Ok(Self(handle.clone()))
     }
 
