@@ -41,6 +41,7 @@ pub mod cli;
 pub mod config;
 pub mod engine;
 pub mod formats;
+pub mod jobs;
 pub mod model;
 pub mod store;
 pub mod telemetry;

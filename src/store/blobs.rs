@@ -66,7 +66,10 @@ impl Blobs {
     /// When the store fails.
     pub async fn write(&self, bytes: Bytes) -> Result<UnnamedBlob, StoreError> {
         let mut writer = self.begin().await?;
-        writer.write(&bytes).await?;
+        // In pieces, so that hashing a large file does not hold a thread of the runtime for long.
+        for piece in bytes.chunks(PART_BYTES) {
+            writer.write(piece).await?;
+        }
         writer.finish().await
     }
 

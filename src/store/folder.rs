@@ -20,8 +20,10 @@ impl DataFolder {
     /// # Errors
     /// [`StoreError::Locked`] when another process has it; [`StoreError::Folder`] when it cannot be written to.
     pub fn take(root: &Path) -> Result<Self, StoreError> {
-        let failed =
-            |error: std::io::Error| StoreError::Folder { folder: root.display().to_string(), reason: error.to_string() };
+        let failed = |error: std::io::Error| StoreError::Folder {
+            folder: root.display().to_string(),
+            reason: error.to_string(),
+        };
         fs::create_dir_all(root).map_err(failed)?;
         let lock = File::create(root.join("lock")).map_err(failed)?;
         match lock.try_lock() {

@@ -51,7 +51,8 @@ impl Records {
     /// # Errors
     /// When the database fails.
     pub async fn asset(&self, id: &AssetId) -> Result<Option<AssetRecord>, StoreError> {
-        let row = sqlx::query("SELECT * FROM assets WHERE id = $1").bind(id.as_str()).fetch_optional(&self.pool).await?;
+        let row =
+            sqlx::query("SELECT * FROM assets WHERE id = $1").bind(id.as_str()).fetch_optional(&self.pool).await?;
         row.as_ref().map(read).transpose()
     }
 

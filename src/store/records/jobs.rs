@@ -22,7 +22,9 @@ fn read(row: &SqliteRow) -> Result<JobRecord, StoreError> {
         request: from_json(row.try_get("request")?).map_err(unreadable)?,
         input_bytes: count(row, "input_bytes")?,
         attempt: u32::try_from(count(row, "attempt")?).unwrap_or(u32::MAX),
-        retry_of: retry_of.map(|text| JobId::parse(&text).map_err(|error| unreadable(error.to_string()))).transpose()?,
+        retry_of: retry_of
+            .map(|text| JobId::parse(&text).map_err(|error| unreadable(error.to_string())))
+            .transpose()?,
         created_at: time(row, "created_at")?,
         started_at: optional_time(row, "started_at")?,
         finished_at: optional_time(row, "finished_at")?,
@@ -62,13 +64,13 @@ impl Records {
             .execute(&mut *transaction)
             .await?;
         for (_, input) in job.request.inputs() {
-            let query = "INSERT OR IGNORE INTO job_inputs (job_id, asset_id) SELECT $1, id FROM assets WHERE id = $2 \
-                         RETURNING asset_id";
-            let known = "SELECT 1 FROM assets WHERE id = $1";
-            sqlx::query(query).bind(job.id.as_str()).bind(input.asset.as_str()).execute(&mut *transaction).await?;
-            if sqlx::query(known).bind(input.asset.as_str()).fetch_optional(&mut *transaction).await?.is_none() {
+            let query = "SELECT 1 FROM assets WHERE id = $1";
+            if sqlx::query(query).bind(input.asset.as_str()).fetch_optional(&mut *transaction).await?.is_none() {
                 return Ok(false);
             }
+            // One file may be both source and target.
+            let query = "INSERT OR IGNORE INTO job_inputs (job_id, asset_id) VALUES ($1, $2)";
+            sqlx::query(query).bind(job.id.as_str()).bind(input.asset.as_str()).execute(&mut *transaction).await?;
         }
         transaction.commit().await?;
         Ok(true)
