@@ -8,7 +8,7 @@ use std::{
 
 use crate::engine::{Failure, FailureCode};
 
-/// The arguments do not make sense together.
+/// The command line or the environment cannot be used.
 pub(super) const BAD_USAGE: u8 = 2;
 /// An input was refused.
 pub(super) const INPUT_REFUSED: u8 = 3;
@@ -88,6 +88,12 @@ pub(super) fn one_line(text: &str) -> String {
 
 fn quoted(names: &[String]) -> String {
     names.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(" or ")
+}
+
+/// Tells the reason on standard error and gives the exit code.
+pub(super) fn refuse(code: u8, reason: &dyn Display) -> ExitCode {
+    say(format_args!("error: {reason}"));
+    ExitCode::from(code)
 }
 
 #[cfg(test)]
