@@ -112,7 +112,7 @@ fn tell_result(report: &Value, files: &[PathBuf], took: Duration) -> anyhow::Res
         }
     }
     let warnings = report["warnings"].as_array().map_or(0, Vec::len);
-    tell(&format!("Warnings: {warnings}. The report has every measure and, for the files:"))?;
+    tell(&format!("Warnings: {warnings}. Every measure is in the report. The files:"))?;
     for file in files {
         tell(&format!("  {}", file.display()))?;
     }
