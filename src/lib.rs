@@ -37,10 +37,16 @@
 //! that moves the character, the *pelvis* the joint that carries the body. *Local* is relative to the parent, *model* is
 //! relative to the scene.
 
+pub mod app;
 pub mod cli;
+pub mod config;
 pub mod engine;
 pub mod formats;
+pub mod http;
+pub mod jobs;
 pub mod model;
 pub mod retarget;
 pub mod rig;
 pub mod samples;
+pub mod store;
+pub mod telemetry;

@@ -1,18 +1,115 @@
-//! Exit codes, and how a failure is told on standard error.
+//! Exit codes, and how failures and warnings are told on standard error.
 
-use std::process::ExitCode;
+use std::{
+    fmt::Display,
+    io::{self, Write},
+    process::ExitCode,
+};
 
 use crate::engine::{Failure, FailureCode};
 
+/// The command line or the environment cannot be used.
+pub(super) const BAD_USAGE: u8 = 2;
 /// An input was refused.
 pub(super) const INPUT_REFUSED: u8 = 3;
 /// The work failed for a reason that is not the input's.
 pub(super) const FAILED: u8 = 4;
 
-/// The exit code of a failure: 3 when the input is to blame, 4 otherwise.
-pub(super) fn exit_code(failure: &Failure) -> ExitCode {
+/// Why a subcommand ends without its result: what to say, and the exit code.
+#[derive(Debug)]
+pub(super) struct Exit {
+    pub(super) code: u8,
+    pub(super) message: String,
+    pub(super) hint: String,
+    /// One line each: the single things that are wrong.
+    pub(super) details: Vec<String>,
+}
+
+impl Exit {
+    pub(super) fn new(code: u8, message: impl Into<String>, hint: impl Into<String>) -> Self {
+        Self { code, message: message.into(), hint: hint.into(), details: Vec::new() }
+    }
+
+    /// A failure of the engine; `subject` names the input that it is about, as the user gave it.
+    pub(super) fn from_failure(failure: &Failure, subject: &str) -> Self {
+        let message = if subject.is_empty() { failure.to_string() } else { format!("{subject}: {failure}") };
+        let details = failure.errors.iter().map(|error| {
+            let pointer = if error.pointer.is_empty() { error.code } else { &error.pointer };
+            let suggestion = match error.did_you_mean.as_slice() {
+                [] => String::new(),
+                names => format!(" (did you mean {}?)", quoted(names)),
+            };
+            format!("{pointer}: {}{suggestion}", error.detail)
+        });
+        Self { details: details.collect(), ..Self::new(exit_code(failure), message, failure.hint.clone()) }
+    }
+
+    /// Says it on standard error and gives the exit code.
+    pub(super) fn tell(&self) -> ExitCode {
+        say(format_args!("error: {}", one_line(&self.message)));
+        for detail in &self.details {
+            say(format_args!("  {}", one_line(detail)));
+        }
+        if !self.hint.is_empty() {
+            say(format_args!("hint: {}", one_line(&self.hint)));
+        }
+        ExitCode::from(self.code)
+    }
+}
+
+/// 3 when the input is to blame, 4 otherwise.
+fn exit_code(failure: &Failure) -> u8 {
     match failure.code {
-        FailureCode::Canceled | FailureCode::Internal => ExitCode::from(FAILED),
-        _ => ExitCode::from(INPUT_REFUSED),
+        FailureCode::Canceled | FailureCode::Internal => FAILED,
+        _ => INPUT_REFUSED,
+    }
+}
+
+/// One line on standard error. That it is closed is no reason to fail.
+pub(super) fn say(line: impl Display) {
+    let _ = writeln!(io::stderr().lock(), "{line}");
+}
+
+/// Text on standard output. A reader that has gone away (`| head`) ends the work quietly.
+pub(super) fn print(text: &str) -> Result<(), Exit> {
+    let mut output = io::stdout().lock();
+    match output.write_all(text.as_bytes()).and_then(|()| output.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Exit::new(FAILED, format!("standard output cannot be written: {error}"), ""))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Text from files may hold line feeds and control characters; a message is one line and moves no cursor.
+pub(super) fn one_line(text: &str) -> String {
+    text.chars().map(|character| if character.is_control() { ' ' } else { character }).collect()
+}
+
+fn quoted(names: &[String]) -> String {
+    names.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(" or ")
+}
+
+/// Tells the reason on standard error and gives the exit code.
+pub(super) fn refuse(code: u8, reason: &dyn Display) -> ExitCode {
+    say(format_args!("error: {reason}"));
+    ExitCode::from(code)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn failures_of_ours_are_not_the_inputs() {
+        let code = |code| exit_code(&Failure::new(code, ""));
+        assert_eq!(code(FailureCode::AssetMalformed), INPUT_REFUSED, "the file is to blame");
+        assert_eq!(code(FailureCode::Canceled), FAILED, "nobody is to blame");
+        assert_eq!(code(FailureCode::Internal), FAILED, "we are to blame");
+    }
+
+    #[test]
+    fn a_message_is_one_line() {
+        assert_eq!(one_line("a\nb\x1b[31m"), "a b [31m", "no line feed and no escape sequence");
     }
 }

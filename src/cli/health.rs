@@ -1,12 +1,33 @@
-//! The `health` subcommand.
+//! The `health` subcommand: for containers that have no shell to ask with.
 
-use std::process::ExitCode;
+use std::{process::ExitCode, time::Duration};
+
+use super::exit;
 
 /// Arguments of `retargetd health`.
 #[derive(Debug, clap::Args)]
-pub(super) struct Arguments {}
+pub(super) struct Arguments {
+    /// Where the service listens.
+    #[arg(long, env = "RETARGETD_URL", default_value = "http://127.0.0.1:8080")]
+    url: String,
+}
 
 pub(super) fn run(arguments: Arguments) -> ExitCode {
-    let _ = arguments;
-    todo!("wired when its parts land")
+    let runtime = match tokio::runtime::Builder::new_current_thread().enable_all().build() {
+        Ok(runtime) => runtime,
+        Err(error) => return exit::refuse(exit::FAILED, &error),
+    };
+    match runtime.block_on(ask(arguments.url.trim_end_matches('/'))) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(reason) => exit::refuse(exit::FAILED, &reason),
+    }
+}
+
+async fn ask(url: &str) -> Result<(), String> {
+    const PATIENCE: Duration = Duration::from_secs(3);
+    let url = format!("{url}/readyz");
+    let unreachable = |error: reqwest::Error| format!("{url} does not answer: {error}");
+    let client = reqwest::Client::builder().timeout(PATIENCE).no_proxy().build().map_err(unreachable)?;
+    let status = client.get(&url).send().await.map_err(unreachable)?.status();
+    if status.is_success() { Ok(()) } else { Err(format!("{url} says {status}; the service is not ready")) }
 }

@@ -3,11 +3,13 @@
 
 mod demo;
 mod exit;
+mod files;
 mod health;
 mod inspect;
 mod openapi;
 mod retarget;
 mod serve;
+mod watch;
 
 use std::process::ExitCode;
 

@@ -1,5 +1,7 @@
 //! What a file holds, as users see it.
 
+use std::fmt;
+
 use serde::Serialize;
 
 use crate::{
@@ -13,6 +15,12 @@ use crate::{
 pub struct Inspection {
     /// Wire name of the format.
     pub format: &'static str,
+}
+
+impl fmt::Display for Inspection {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(formatter, "format: {}", self.format)
+    }
 }
 
 /// Reads a file and says what it holds.

@@ -13,9 +13,15 @@ pub use failure::{Failure, FailureCode, FieldError};
 pub use inspect::{Inspection, inspect};
 pub use retarget::retarget;
 
+// The words that callers need to speak with the engine; the service half sees the pure half through this door only.
+pub use crate::{
+    formats::{Format, FormatInfo, Limits, sniff},
+    model::{Control, Phase, Progress},
+};
+
 use serde::Serialize;
 
-use crate::{formats::Format, model::Warning, retarget::Measures};
+use crate::{model::Warning, retarget::Measures};
 
 /// A file as it came: its name (only its ending matters) and its bytes.
 #[derive(Clone, Copy, Debug)]

@@ -43,7 +43,9 @@ pub(super) fn mesh(figure: &Figure, shapes: &[Shape]) -> Mesh {
 fn add(mesh: &mut Mesh, figure: &Figure, shape: &Shape) {
     let joint = joint_index(figure, &shape.joint);
     let helpers: Vec<u8> = shape.helpers.iter().map(|name| joint_index(figure, name)).collect();
-    let parent = figure.parent(usize::from(joint)).map_or(joint, |parent| parent as u8);
+    // The root stays on the ground while the pelvis travels, so nothing hangs on it.
+    let parent = figure.parent(usize::from(joint)).filter(|parent| figure.parent(*parent).is_some());
+    let parent = parent.map_or(joint, |parent| parent as u8);
     let start = figure.model(usize::from(joint)).translation;
     let axis = (shape.end - start).normalize();
     // Across the bone: one direction to the side, one to the front (or up, for bones that point to the front).
@@ -98,7 +100,8 @@ fn rings(shape: &Shape, length: f64) -> Vec<Ring> {
     let mut rings = Vec::new();
     let quarter = std::f64::consts::FRAC_PI_2;
     let cap = |radii: DVec2, at: f64, angle: f64| {
-        let height = radii.min_element();
+        // The cap of a short bone is flat, or it would stick out of its neighbours.
+        let height = radii.min_element().min(length * 0.6);
         Ring {
             along: at + height * angle.sin(),
             radii: radii * angle.cos().max(0.0),
@@ -123,7 +126,7 @@ fn rings(shape: &Shape, length: f64) -> Vec<Ring> {
 
 /// The start of a bone hangs half on its parent, so that joints do not tear; twist joints take the shaft.
 fn weights(joint: u8, parent: u8, helpers: &[u8], part: f64) -> ([u8; 4], [u8; 4]) {
-    let of_parent = (0.4 * (1.0 - part / 0.15)).clamp(0.0, 0.4);
+    let of_parent = if parent == joint { 0.0 } else { (0.4 * (1.0 - part / 0.15)).clamp(0.0, 0.4) };
     let mut shares = vec![(joint, 1.0 - of_parent), (parent, of_parent)];
     for (place, helper) in helpers.iter().enumerate() {
         let centre = (place + 1) as f64 / (helpers.len() + 1) as f64;

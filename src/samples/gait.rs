@@ -49,7 +49,7 @@ pub(super) fn walk(figure: &Figure) -> Clip {
         let translation = if skeleton.parent(joint).is_none() { Track::Sampled(translations) } else { Track::Rest };
         JointTracks { translation, rotation: Track::Sampled(rotations).compacted(), scale: Track::Rest }
     };
-    Clip::new("Walk".into(), times.clone(), (0..figure.len()).map(track).collect())
+    Clip::new("Walk".into(), times, (0..figure.len()).map(track).collect())
         .expect("times rise and every value is the result of finite arithmetic")
 }
 
@@ -134,7 +134,7 @@ impl<'a> Walker<'a> {
             turn(name, DQuat::from_rotation_y(-0.0675 * yaw) * DQuat::from_rotation_z(0.012 * sway));
         }
         // Highest over the standing leg, lowest while both feet are down shortly after a heel strike.
-        let height = 0.942 - 0.016 * ((cycle - 0.045) * 2.0 * TAU).cos();
+        let height = 0.958 - 0.016 * ((cycle - 0.045) * 2.0 * TAU).cos();
         let surge = 0.008 * ((cycle - 0.2) * 2.0 * TAU).sin();
         dvec3(0.018 * sway, height, WALK_SPEED * CYCLE_SECONDS * cycle + surge)
     }
@@ -144,8 +144,8 @@ impl<'a> Walker<'a> {
         let swing = ((cycle + side.ahead) * TAU).cos();
         let down = DQuat::from_rotation_z(-side.sign * ARM_DOWN);
         // Front is a negative turn about +X for an arm that hangs.
-        let upper = DQuat::from_rotation_x(0.42 * swing + 0.05) * down;
-        let bend = 0.38 - 0.16 * swing;
+        let upper = DQuat::from_rotation_x(0.36 * swing + 0.04) * down;
+        let bend = 0.3 - 0.12 * swing;
         turns[side.upper_arm] = upper;
         // A turn of the hanging arm's sagittal plane, said in the axes of the T pose.
         turns[side.forearm] = down.conjugate() * DQuat::from_rotation_x(-bend) * down;

@@ -159,7 +159,7 @@ pub(super) fn shapes() -> Vec<Shape> {
     add("spine_05", dvec3(0.0, 1.325, -0.015), dvec2(0.135, 0.093), dvec2(0.085, 0.062), &[]);
     add("neck_01", dvec3(0.0, 1.42, -0.01), dvec2(0.05, 0.052), dvec2(0.045, 0.048), &[]);
     add("neck_02", dvec3(0.0, 1.455, 0.0), dvec2(0.045, 0.048), dvec2(0.045, 0.048), &[]);
-    add("head", dvec3(0.0, 1.565, 0.012), dvec2(0.052, 0.062), dvec2(0.076, 0.088), &[]);
+    add("head", dvec3(0.0, 1.575, 0.012), dvec2(0.058, 0.07), dvec2(0.075, 0.09), &[]);
     let mut both = |joint: &str, end: DVec3, from: DVec2, to: DVec2, helpers: &[&str]| {
         add(joint, end, from, to, helpers);
         let right = |name: &str| format!("{}_r", name.trim_end_matches("_l"));

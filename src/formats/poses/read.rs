@@ -13,6 +13,9 @@ use super::arrays::{Arrays, Meta, NumberArray, invalid};
 
 /// A quaternion whose length is off by more than this was no rounded unit quaternion.
 const LENGTH_SLACK: f64 = 1e-3;
+/// A quaternion that is a unit one but for the rounding of a chain of single precision products keeps its bits: written
+/// back it is the same, and the figures of tools that compute in single precision are met.
+const ROUNDING: f64 = 1e-5;
 /// A quaternion shorter than this has no direction.
 const SHORTEST: f64 = 1e-9;
 
@@ -311,8 +314,7 @@ impl LengthCheck {
             }
             self.off += 1;
         }
-        // What is a unit quaternion but for rounding keeps its bits: written back, it is the same.
-        Ok(if error > LENGTH_SLACK { rotation / length } else { rotation })
+        Ok(if error > ROUNDING { rotation / length } else { rotation })
     }
 
     fn place(&self, array: &NumberArray, row: usize) -> String {

@@ -154,12 +154,11 @@ fn values(value: Value) -> impl Iterator<Item = f32> + use<> {
     values.into_iter().take(width)
 }
 
-/// Unit but for rounding, as it stands; anything else normalised.
+/// What is a unit quaternion but for the rounding of single precision keeps its bits, so that reading and writing settle.
 fn unit(rotation: DQuat) -> [f32; 4] {
-    const ROUNDING: f64 = 1e-4;
-    let off = (rotation.length() - 1.0).abs() > ROUNDING;
-    let unit = if off { rotation.normalize() } else { rotation };
-    unit.as_quat().to_array()
+    let is_unit = (rotation.length() - 1.0).abs() < 1e-5;
+    let rotation = if is_unit { rotation } else { rotation.normalize() };
+    rotation.as_quat().to_array()
 }
 
 /// The joints and everything above them; all nodes where the file calls none a joint.

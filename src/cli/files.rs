@@ -1,0 +1,102 @@
+//! Files in and out: inputs under their limit, outputs all or nothing.
+
+use std::{
+    fs::{self, File},
+    io::{self, Read, Write},
+    path::{Path, PathBuf},
+};
+
+use crate::{engine::NamedBytes, formats::Limits};
+
+use super::exit::{Exit, FAILED, INPUT_REFUSED};
+
+/// A file of the command line, read whole.
+pub(super) struct InputFile {
+    pub(super) path: PathBuf,
+    name: String,
+    bytes: Vec<u8>,
+}
+
+impl InputFile {
+    /// Reads a file; one that is larger than the limit is refused before it is read.
+    pub(super) fn read(part: &str, path: &Path, limits: &Limits) -> Result<Self, Exit> {
+        let shown = path.display();
+        let refused = |error: io::Error| {
+            let hint = match error.kind() {
+                io::ErrorKind::NotFound => "check the path",
+                io::ErrorKind::PermissionDenied => "check that you may read the file",
+                _ => "",
+            };
+            Exit::new(INPUT_REFUSED, format!("{part} {shown}: the file cannot be read: {error}"), hint)
+        };
+        let too_large = |bytes: u64| {
+            let most = limits.file_bytes;
+            let message = format!("{part} {shown}: the file has {bytes} bytes where at most {most} are read");
+            Exit::new(INPUT_REFUSED, message, "send only the skeleton and its animation, or split the file")
+        };
+        let file = File::open(path).map_err(refused)?;
+        let metadata = file.metadata().map_err(refused)?;
+        if metadata.is_dir() {
+            return Err(Exit::new(
+                INPUT_REFUSED,
+                format!("{part} {shown}: this is a folder, not a file"),
+                "name a file",
+            ));
+        }
+        if metadata.len() > limits.file_bytes {
+            return Err(too_large(metadata.len()));
+        }
+        // A pipe says nothing about its length, so the limit holds while reading as well.
+        let mut bytes = Vec::new();
+        file.take(limits.file_bytes.saturating_add(1)).read_to_end(&mut bytes).map_err(refused)?;
+        if bytes.len() as u64 > limits.file_bytes {
+            return Err(too_large(bytes.len() as u64));
+        }
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        Ok(Self { path: path.to_owned(), name, bytes })
+    }
+
+    pub(super) fn as_named(&self) -> NamedBytes<'_> {
+        NamedBytes { name: &self.name, bytes: &self.bytes }
+    }
+}
+
+/// Files that are complete but not yet in their places; dropped before that, they leave nothing behind.
+#[derive(Default)]
+pub(super) struct StagedFiles {
+    staged: Vec<(PathBuf, PathBuf)>,
+}
+
+impl StagedFiles {
+    /// Writes beside the place, so that the final rename stays within one file system.
+    pub(super) fn add(&mut self, path: &Path, bytes: &[u8]) -> Result<(), Exit> {
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let temporary = path.with_file_name(format!(".{name}.{}.{}.part", std::process::id(), self.staged.len()));
+        let failed = |error: &io::Error| {
+            Exit::new(FAILED, format!("output {}: the file cannot be written: {error}", path.display()), "")
+        };
+        let mut file = File::create_new(&temporary).map_err(|error| failed(&error))?;
+        self.staged.push((temporary, path.to_owned()));
+        file.write_all(bytes).and_then(|()| file.sync_all()).map_err(|error| failed(&error))
+    }
+
+    /// Puts every file in its place.
+    pub(super) fn commit(mut self) -> Result<(), Exit> {
+        while let Some((temporary, path)) = self.staged.first() {
+            fs::rename(temporary, path).map_err(|error| {
+                Exit::new(FAILED, format!("output {}: the file cannot be put in place: {error}", path.display()), "")
+            })?;
+            self.staged.remove(0);
+        }
+        Ok(())
+    }
+}
+
+impl Drop for StagedFiles {
+    fn drop(&mut self) {
+        for (temporary, _) in &self.staged {
+            // Nothing is left to be told about it; the name says what it is.
+            let _ = fs::remove_file(temporary);
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! While the engine works: a progress bar, and Ctrl-C.
+
+use std::{
+    io::IsTerminal,
+    sync::{
+        Arc, LazyLock,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread::{self, JoinHandle},
+    time::{Duration, Instant},
+};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::model::{Control, Phase};
+
+const REDRAW: Duration = Duration::from_millis(80);
+
+/// Seconds since the first call, for the timings of the report.
+pub(super) fn seconds() -> f64 {
+    static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
+    BEGIN.elapsed().as_secs_f64()
+}
+
+/// Cancels the work at the first Ctrl-C. The thread that waits for it ends with the process.
+pub(super) fn cancel_on_interrupt(control: &Arc<Control>) {
+    let control = Arc::clone(control);
+    thread::spawn(move || {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+        // Without a signal handler Ctrl-C still ends the process, only less politely.
+        if let Ok(runtime) = runtime
+            && runtime.block_on(tokio::signal::ctrl_c()).is_ok()
+        {
+            control.cancel();
+        }
+    });
+}
+
+/// Draws a bar on standard error until it is dropped.
+pub(super) struct ProgressWatch {
+    finished: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl ProgressWatch {
+    /// Draws on a terminal only, since a pipe has no cursor to move; on one that calls itself dumb only when asked for.
+    pub(super) fn start(control: &Arc<Control>, asked_for: bool) -> Option<Self> {
+        let is_dumb = std::env::var_os("TERM").is_some_and(|terminal| terminal == "dumb");
+        if !std::io::stderr().is_terminal() || (is_dumb && !asked_for) {
+            return None;
+        }
+        let finished = Arc::new(AtomicBool::new(false));
+        let (control, stop) = (Arc::clone(control), Arc::clone(&finished));
+        let thread = thread::spawn(move || draw(&control, &stop));
+        Some(Self { finished, thread: Some(thread) })
+    }
+}
+
+impl Drop for ProgressWatch {
+    fn drop(&mut self) {
+        self.finished.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            thread.thread().unpark();
+            // A bar that could not be drawn changes nothing about the result.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn draw(control: &Control, finished: &AtomicBool) {
+    let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::stderr());
+    let style = ProgressStyle::with_template("{msg:>8} {bar:32} {pos}/{len}");
+    if let Ok(style) = style {
+        bar.set_style(style);
+    }
+    while !finished.load(Ordering::Relaxed) {
+        let progress = control.progress();
+        if progress.phase != Phase::Waiting {
+            bar.set_message(progress.phase.name());
+            bar.set_length(progress.total);
+            bar.set_position(progress.done);
+        }
+        thread::park_timeout(REDRAW);
+    }
+    bar.finish_and_clear();
+}

@@ -1,0 +1,12 @@
+//! What the operator decides: every setting, its default, its bounds, and what it is called on each surface.
+//!
+//! One table ([`settings`](Settings::TABLE)) is the only place where a setting stands. The flags of `serve`, the
+//! environment variables, `/v1/limits` and the documentation are all made from it. Reading is in two steps: raw texts come
+//! in, a [`Settings`] of validated types comes out, and everything that is wrong is said at once. Nothing here reads the
+//! environment or the command line; the caller hands in a look-up.
+
+mod settings;
+mod value;
+
+pub use settings::{LimitView, Setting, SettingError, SettingErrors, Settings};
+pub use value::{ByteSize, LogFormat, Period, SettingValue, Unit, Workers};

@@ -1,0 +1,290 @@
+//! The table of settings, and the struct that it becomes.
+
+use std::{fmt, net::SocketAddr, path::PathBuf};
+
+use super::value::{ByteSize, LogFormat, Period, SettingValue, Unit, Workers};
+
+/// What is known about a setting before it has a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Setting {
+    /// Its name, in snake case; flag and environment variable follow from it.
+    pub name: &'static str,
+    /// The text that stands when nobody says otherwise.
+    pub default: &'static str,
+    /// What it decides.
+    pub help: &'static str,
+    /// Whether it bounds what users may ask for, so that users are told of it.
+    pub is_limit: bool,
+    /// In what it is counted.
+    pub unit: Unit,
+}
+
+impl Setting {
+    /// The flag, such as `--max-file-bytes`.
+    #[must_use]
+    pub fn flag(&self) -> String {
+        format!("--{}", self.name.replace('_', "-"))
+    }
+
+    /// The environment variable, such as `RETARGETD_MAX_FILE_BYTES`.
+    #[must_use]
+    pub fn variable(&self) -> String {
+        format!("RETARGETD_{}", self.name.to_ascii_uppercase())
+    }
+
+    /// The name of the limit that it sets: its own without `max_`.
+    #[must_use]
+    pub fn limit_name(&self) -> &'static str {
+        self.name.strip_prefix("max_").unwrap_or(self.name)
+    }
+}
+
+/// A limit and its value, as users are told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LimitView {
+    /// The setting that it comes from.
+    pub setting: &'static Setting,
+    /// Its value, in the setting's unit.
+    pub value: f64,
+}
+
+/// One setting that cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SettingError {
+    /// The flag.
+    pub flag: String,
+    /// The environment variable.
+    pub variable: String,
+    /// What was seen.
+    pub seen: String,
+    /// What was expected.
+    pub expected: String,
+    /// A text that would do.
+    pub example: &'static str,
+}
+
+/// Everything that is wrong with the settings.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SettingErrors(pub Vec<SettingError>);
+
+impl std::error::Error for SettingErrors {}
+
+impl fmt::Display for SettingErrors {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{} of the settings cannot be used:", self.0.len())?;
+        for error in &self.0 {
+            let SettingError { flag, variable, seen, expected, example } = error;
+            write!(formatter, "\n  {flag} ({variable}) is '{seen}': {expected}; for example {example}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Makes the struct, the table and the reading from one list, so that none of them can be forgotten.
+macro_rules! settings {
+    ($( $(#[doc = $help:literal])+ $kind:ident $name:ident: $type:ty = $default:literal $(in $low:literal..=$high:literal)?; )+) => {
+        /// Every setting, validated.
+        #[derive(Clone, Debug, PartialEq, Eq)]
+        pub struct Settings {
+            $( $(#[doc = $help])+ pub $name: $type, )+
+        }
+
+        impl Settings {
+            /// Every setting, in the order of the documentation.
+            pub const TABLE: &'static [Setting] = &[
+                $( Setting {
+                    name: stringify!($name),
+                    default: $default,
+                    help: concat!($($help),+),
+                    is_limit: settings!(@is_limit $kind),
+                    unit: <$type as SettingValue>::UNIT,
+                }, )+
+            ];
+
+            /// Validates. `look_up` gives the text of a setting, or `None` where the default stands.
+            ///
+            /// # Errors
+            /// All settings that cannot be used, at once.
+            pub fn read(look_up: impl Fn(&Setting) -> Option<String>) -> Result<Self, SettingErrors> {
+                let mut errors = Vec::new();
+                let mut table = Self::TABLE.iter();
+                $( let $name: Option<$type> = {
+                    let setting = table.next().expect("the table has one row per field");
+                    read_one(setting, &look_up, settings!(@bounds $($low, $high)?), &mut errors)
+                }; )+
+                match ($($name,)+) {
+                    ($(Some($name),)+) if errors.is_empty() => Ok(Self { $($name,)+ }),
+                    _ => Err(SettingErrors(errors)),
+                }
+            }
+
+            /// The settings that bound what users may ask for.
+            #[must_use]
+            pub fn limits(&self) -> Vec<LimitView> {
+                let numbers = [$( self.$name.number(), )+];
+                let rows = Self::TABLE.iter().zip(numbers);
+                rows.filter_map(|(setting, number)| {
+                    let value = number.filter(|_| setting.is_limit)?;
+                    Some(LimitView { setting, value })
+                })
+                .collect()
+            }
+        }
+    };
+    (@is_limit limit) => { true };
+    (@is_limit plain) => { false };
+    (@bounds) => { (f64::NEG_INFINITY, f64::INFINITY) };
+    (@bounds $low:literal, $high:literal) => { ($low as f64, $high as f64) };
+}
+
+settings! {
+    /// Address and port to listen on; port 0 takes any free one
+    plain listen: SocketAddr = "127.0.0.1:8080";
+    /// Folder for everything that must survive a restart; made when it is not there
+    plain data: PathBuf = "retargetd-data";
+    /// Jobs that run at the same time, or 'auto' for one per core
+    limit workers: Workers = "auto";
+    /// How log lines are written: auto, text or json
+    plain log_format: LogFormat = "auto";
+    /// Which log lines are written, as 'level' or 'level,module=level'
+    plain log: String = "info";
+
+    /// Bytes of one uploaded file
+    limit max_file_bytes: ByteSize = "256MiB" in 1..=1_099_511_627_776_u64;
+    /// Bytes of one multipart request, all its parts together
+    limit max_request_bytes: ByteSize = "512MiB" in 1..=4_398_046_511_104_u64;
+    /// Bytes of a JSON request and of a retarget config
+    limit max_document_bytes: ByteSize = "1MiB" in 1_024..=1_073_741_824_u64;
+    /// Bytes that decoding one file may allocate
+    limit max_decoded_bytes: ByteSize = "1GiB" in 1..=1_099_511_627_776_u64;
+    /// Decoded bytes per encoded byte of a compressed part of a file
+    limit max_decompression_ratio: u64 = "200" in 1..=1_000_000;
+    /// Nesting of a JSON document
+    limit max_json_depth: u64 = "64" in 1..=512;
+    /// Nodes of one file
+    limit max_nodes: u64 = "65536" in 1..=100_000_000;
+    /// Joints below one another
+    limit max_hierarchy_depth: u64 = "512" in 1..=65_536;
+    /// Clips of one file
+    limit max_clips: u64 = "256" in 1..=1_000_000;
+    /// Key times of one clip
+    limit max_frames_per_clip: u64 = "216000" in 1..=1_000_000_000;
+    /// Nodes times key times, over all clips of one file
+    limit max_samples: u64 = "50000000" in 1..=100_000_000_000_u64;
+
+    /// Jobs that may wait for a worker
+    limit max_queued_jobs: u64 = "256" in 1..=1_000_000;
+    /// Bytes of all inputs of the jobs that wait for a worker
+    limit max_queued_bytes: ByteSize = "8GiB" in 1..=1_125_899_906_842_624_u64;
+    /// How long one job may run
+    limit job_timeout: Period = "120s" in 1..=86_400;
+    /// How often a job may be started again after the process died under it
+    limit max_attempts: u64 = "3" in 1..=100;
+    /// Files that one job may give
+    limit max_outputs_per_job: u64 = "8" in 1..=8;
+    /// Labels of one job
+    limit max_labels: u64 = "16" in 0..=1_000;
+    /// Bytes of one label's name and of its value
+    limit max_label_bytes: ByteSize = "256" in 1..=65_536;
+    /// How long a one-shot request waits for its job unless it says otherwise
+    limit default_wait: Period = "30s" in 0..=3_600;
+    /// The longest wait that a request may ask for
+    limit max_wait: Period = "30s" in 0..=3_600;
+    /// Entries of one page of a list
+    limit max_page_items: u64 = "100" in 1..=1_000;
+
+    /// How long an uploaded file is kept
+    limit asset_retention: Period = "7d" in 1..=315_360_000;
+    /// How long a result is kept
+    limit result_retention: Period = "24h" in 1..=315_360_000;
+    /// How long the record of a finished job is kept
+    limit job_retention: Period = "7d" in 1..=315_360_000;
+    /// Bytes of all stored files together
+    limit max_stored_bytes: ByteSize = "64GiB" in 1..=1_125_899_906_842_624_u64;
+    /// How often what has expired is removed
+    plain sweep_interval: Period = "60s" in 0.05..=86_400;
+
+    /// Requests that are worked on at the same time
+    limit max_concurrent_requests: u64 = "512" in 1..=100_000;
+    /// Open connections
+    limit max_connections: u64 = "1024" in 1..=100_000;
+    /// Bytes of a request's headers
+    limit max_header_bytes: ByteSize = "32KiB" in 8_192..=1_048_576;
+    /// How long the headers of a request may take to arrive
+    limit header_timeout: Period = "10s" in 0.05..=600;
+    /// How long an upload may pause
+    limit upload_idle_timeout: Period = "30s" in 0.05..=3_600;
+    /// How long an upload may take in all
+    limit upload_timeout: Period = "15m" in 0.05..=86_400;
+
+    /// How long the service still takes requests after it was told to stop, for load balancers to notice
+    plain drain_delay: Period = "0s" in 0..=600;
+    /// How long running jobs may go on after the service was told to stop
+    plain grace_period: Period = "25s" in 0..=3_600;
+}
+
+fn read_one<T: SettingValue>(
+    setting: &Setting,
+    look_up: &impl Fn(&Setting) -> Option<String>,
+    (low, high): (f64, f64),
+    errors: &mut Vec<SettingError>,
+) -> Option<T> {
+    let seen = look_up(setting).unwrap_or_else(|| setting.default.to_owned());
+    let parsed = T::parse(seen.trim()).and_then(|value| match value.number() {
+        Some(number) if number < low || number > high => {
+            Err(format!("must be from {low} to {high} {}", setting.unit.name()))
+        }
+        _ => Ok(value),
+    });
+    match parsed {
+        Ok(value) => Some(value),
+        Err(expected) => {
+            let (flag, variable) = (setting.flag(), setting.variable());
+            errors.push(SettingError { flag, variable, seen, expected, example: T::EXAMPLE });
+            None
+        }
+    }
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self::read(|_| None).expect("a test reads every default")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_default_is_valid_and_every_number_among_the_limits() {
+        let settings = Settings::default();
+        assert_eq!(settings.max_file_bytes, ByteSize(256 << 20), "a default");
+        let limits = settings.limits();
+        assert!(limits.iter().all(|limit| limit.setting.unit != Unit::None), "limits are numbers");
+        assert_eq!(limits.len(), Settings::TABLE.iter().filter(|row| row.is_limit).count(), "none is lost");
+    }
+
+    #[test]
+    fn everything_wrong_is_said_at_once() {
+        let wrong = |setting: &Setting| match setting.name {
+            "listen" => Some("localhost".to_owned()),
+            "max_file_bytes" => Some("lots".to_owned()),
+            "job_timeout" => Some("9999d".to_owned()),
+            _ => None,
+        };
+        let errors = Settings::read(wrong).expect_err("three are wrong");
+        assert_eq!(errors.0.len(), 3, "{errors}");
+        let text = errors.to_string();
+        assert!(text.contains("--max-file-bytes (RETARGETD_MAX_FILE_BYTES) is 'lots'"), "names flag and value: {text}");
+        assert!(text.contains("must be from 1 to 86400 seconds"), "names the bounds: {text}");
+    }
+
+    #[test]
+    fn names_are_unique() {
+        let mut names: Vec<_> = Settings::TABLE.iter().map(Setting::limit_name).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), Settings::TABLE.len(), "limit names are names of settings without 'max_'");
+    }
+}

@@ -1,0 +1,247 @@
+//! The types that settings are validated into, and how each is written.
+
+use std::{fmt, net::SocketAddr, num::NonZeroUsize, path::PathBuf, time::Duration};
+
+/// In what a setting's number is counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// It is no number.
+    None,
+    /// Things.
+    Count,
+    /// Bytes.
+    Bytes,
+    /// Seconds.
+    Seconds,
+}
+
+impl Unit {
+    /// The name on the wire.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Count => "count",
+            Self::Bytes => "bytes",
+            Self::Seconds => "seconds",
+        }
+    }
+}
+
+/// A type that a setting's text is validated into.
+pub trait SettingValue: Sized {
+    /// In what it is counted.
+    const UNIT: Unit;
+    /// A text that is accepted.
+    const EXAMPLE: &'static str;
+
+    /// Reads the text.
+    ///
+    /// # Errors
+    /// A sentence that says what was expected.
+    fn parse(text: &str) -> Result<Self, String>;
+
+    /// The value as a number in [`Self::UNIT`]; `None` where it is no number.
+    fn number(&self) -> Option<f64>;
+}
+
+impl SettingValue for u64 {
+    const UNIT: Unit = Unit::Count;
+    const EXAMPLE: &'static str = "100";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        text.parse().map_err(|_| "expected a whole number that is not negative".to_owned())
+    }
+
+    fn number(&self) -> Option<f64> {
+        Some(*self as f64)
+    }
+}
+
+/// A number of bytes, written `512`, `64KiB`, `256MiB`, `8GiB` or with `KB`, `MB`, `GB` for powers of ten.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ByteSize(pub u64);
+
+impl SettingValue for ByteSize {
+    const UNIT: Unit = Unit::Bytes;
+    const EXAMPLE: &'static str = "256MiB";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        let expected = || "expected a number of bytes such as 65536, 64KiB, 256MiB or 8GiB".to_owned();
+        let (number, unit) = split_unit(text);
+        let factor: u64 = match unit {
+            "" | "B" => 1,
+            "KiB" => 1 << 10,
+            "MiB" => 1 << 20,
+            "GiB" => 1 << 30,
+            "TiB" => 1 << 40,
+            "KB" => 1_000,
+            "MB" => 1_000_000,
+            "GB" => 1_000_000_000,
+            _ => return Err(expected()),
+        };
+        let number: u64 = number.parse().map_err(|_| expected())?;
+        number.checked_mul(factor).map(Self).ok_or_else(expected)
+    }
+
+    fn number(&self) -> Option<f64> {
+        Some(self.0 as f64)
+    }
+}
+
+/// A length of time, written `500ms`, `30s`, `5m`, `24h` or `7d`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Period(pub Duration);
+
+impl SettingValue for Period {
+    const UNIT: Unit = Unit::Seconds;
+    const EXAMPLE: &'static str = "30s";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        let expected = || "expected a length of time such as 500ms, 30s, 5m, 24h or 7d".to_owned();
+        let (number, unit) = split_unit(text);
+        let milliseconds: u64 = match unit {
+            "ms" => 1,
+            "s" => 1_000,
+            "m" => 60_000,
+            "h" => 3_600_000,
+            "d" => 86_400_000,
+            _ => return Err(expected()),
+        };
+        let number: u64 = number.parse().map_err(|_| expected())?;
+        number.checked_mul(milliseconds).map(|total| Self(Duration::from_millis(total))).ok_or_else(expected)
+    }
+
+    fn number(&self) -> Option<f64> {
+        Some(self.0.as_secs_f64())
+    }
+}
+
+fn split_unit(text: &str) -> (&str, &str) {
+    let end = text.find(|character: char| !character.is_ascii_digit()).unwrap_or(text.len());
+    (&text[..end], text[end..].trim_start())
+}
+
+/// How many jobs run at the same time: a number, or `auto` for one per core.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Workers(pub NonZeroUsize);
+
+impl SettingValue for Workers {
+    const UNIT: Unit = Unit::Count;
+    const EXAMPLE: &'static str = "4";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        if text == "auto" {
+            return Ok(Self(std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)));
+        }
+        text.parse().map(Self).map_err(|_| "expected 'auto' or a number from 1 on".to_owned())
+    }
+
+    fn number(&self) -> Option<f64> {
+        Some(self.0.get() as f64)
+    }
+}
+
+impl SettingValue for SocketAddr {
+    const UNIT: Unit = Unit::None;
+    const EXAMPLE: &'static str = "127.0.0.1:8080";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        text.parse().map_err(|_| "expected an address and a port; 0.0.0.0 is every IPv4 interface".to_owned())
+    }
+
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
+impl SettingValue for PathBuf {
+    const UNIT: Unit = Unit::None;
+    const EXAMPLE: &'static str = "/data";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        if text.is_empty() { Err("expected a folder".to_owned()) } else { Ok(Self::from(text)) }
+    }
+
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
+impl SettingValue for String {
+    const UNIT: Unit = Unit::None;
+    const EXAMPLE: &'static str = "info,retargetd=debug";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        Ok(text.to_owned())
+    }
+
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
+/// How log lines are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LogFormat {
+    /// For people on a terminal, JSON otherwise.
+    Auto,
+    /// For people.
+    Text,
+    /// One JSON object per line.
+    Json,
+}
+
+impl SettingValue for LogFormat {
+    const UNIT: Unit = Unit::None;
+    const EXAMPLE: &'static str = "json";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        match text {
+            "auto" => Ok(Self::Auto),
+            "text" => Ok(Self::Text),
+            "json" => Ok(Self::Json),
+            _ => Err("expected auto, text or json".to_owned()),
+        }
+    }
+
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
+impl fmt::Display for ByteSize {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (factor, unit) in [(1u64 << 40, "TiB"), (1 << 30, "GiB"), (1 << 20, "MiB"), (1 << 10, "KiB")] {
+            if self.0 >= factor && self.0.is_multiple_of(factor) {
+                return write!(formatter, "{} {unit}", self.0 / factor);
+            }
+        }
+        write!(formatter, "{} bytes", self.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_and_periods_are_read_with_their_units() {
+        for (text, bytes) in [("512", 512), ("64KiB", 65_536), ("1 MiB", 1 << 20), ("2GB", 2_000_000_000)] {
+            assert_eq!(ByteSize::parse(text), Ok(ByteSize(bytes)), "{text}");
+        }
+        for (text, seconds) in [("1500ms", 1.5), ("30s", 30.0), ("5m", 300.0), ("7d", 604_800.0)] {
+            assert_eq!(Period::parse(text).map(|period| period.0.as_secs_f64()), Ok(seconds), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_size_or_period_is_refused() {
+        for text in ["", "MiB", "-1", "1.5GiB", "1 parsec", "99999999999999999999", "18446744073709551615KiB"] {
+            assert!(ByteSize::parse(text).is_err(), "size {text:?}");
+            assert!(Period::parse(text).is_err(), "period {text:?}");
+        }
+        assert!(Period::parse("30").is_err(), "a period without a unit could be anything");
+        assert!(Workers::parse("0").is_err(), "no workers, no work");
+    }
+}

@@ -1,0 +1,201 @@
+//! Every problem that the service can answer with, in one closed table.
+//!
+//! A code never changes its meaning or its status. To add one, add a row and run `retargetd openapi`'s sister test, which
+//! says how to render `openapi/problems.md` again.
+
+use axum::http::StatusCode;
+
+use crate::{engine::FailureCode, jobs::FailureReason};
+
+macro_rules! codes {
+    ($( $variant:ident = $name:literal, $status:ident, $retryable:literal, $title:literal, $help:literal; )+) => {
+        /// The codes.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum Code { $( #[doc = $help] $variant, )+ }
+
+        impl Code {
+            /// All of them.
+            pub const ALL: &'static [Self] = &[$( Self::$variant, )+];
+
+            /// The code on the wire.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $( Self::$variant => $name, )+ }
+            }
+
+            /// The HTTP status that it comes with.
+            #[must_use]
+            pub const fn status(self) -> StatusCode {
+                match self { $( Self::$variant => StatusCode::$status, )+ }
+            }
+
+            /// Whether the same request can succeed later.
+            #[must_use]
+            pub const fn is_retryable(self) -> bool {
+                match self { $( Self::$variant => $retryable, )+ }
+            }
+
+            /// A short sentence, the same for every occurrence.
+            #[must_use]
+            pub const fn title(self) -> &'static str {
+                match self { $( Self::$variant => $title, )+ }
+            }
+
+            /// What it means and what to do.
+            #[must_use]
+            pub const fn help(self) -> &'static str {
+                match self { $( Self::$variant => $help, )+ }
+            }
+        }
+    };
+}
+
+codes! {
+    MalformedRequest = "malformed_request", BAD_REQUEST, false, "The request cannot be read",
+        "The body, the query or a header breaks the rules of its format. The detail says where.";
+    UnknownField = "unknown_field", UNPROCESSABLE_ENTITY, false, "A field does not exist",
+        "A document has a field that does not exist. `errors` has a pointer to each and the nearest known names.";
+    InvalidValue = "invalid_value", UNPROCESSABLE_ENTITY, false, "A value cannot be used",
+        "A value is of the wrong type or out of its range. `errors` has a pointer to each.";
+    UnknownPart = "unknown_part", UNPROCESSABLE_ENTITY, false, "A multipart part does not exist",
+        "The parts are `source`, `target`, `source_rest`, `target_rest` and `config`, each at most once.";
+    MissingPart = "missing_part", UNPROCESSABLE_ENTITY, false, "A part is missing",
+        "`source` and `target` must both be sent.";
+    DigestMismatch = "digest_mismatch", BAD_REQUEST, true, "The bytes are not those that were announced",
+        "The digest in `Content-Digest` or `Repr-Digest` is not that of the bytes that arrived. Nothing was kept; send again.";
+    NotFound = "not_found", NOT_FOUND, false, "There is nothing here",
+        "Neither a route nor a resource is known by that name. What has expired long ago is not found either.";
+    Expired = "expired", GONE, false, "It has expired",
+        "It was kept until its `expires_at`. Upload the file or run the job again.";
+    MethodNotAllowed = "method_not_allowed", METHOD_NOT_ALLOWED, false, "The method is not allowed here",
+        "The `Allow` header lists the methods of this route.";
+    NotAcceptable = "not_acceptable", NOT_ACCEPTABLE, false, "No format fits the Accept header",
+        "`GET /v1/formats` lists the media types that can be written.";
+    UploadTooSlow = "upload_too_slow", REQUEST_TIMEOUT, true, "The upload took too long",
+        "The upload paused or took longer than a limit allows. Nothing was kept; send again.";
+    InUse = "in_use", CONFLICT, true, "It is in use",
+        "An unfinished job needs the file. Wait for the job or cancel it, then try again.";
+    WrongState = "wrong_state", CONFLICT, true, "The state does not allow it",
+        "The job is in a state in which this cannot be done. The detail names the state.";
+    BodyTooLarge = "body_too_large", PAYLOAD_TOO_LARGE, false, "The body is too large",
+        "`limit` names the limit, `maximum` is its value, `actual` what was seen. `GET /v1/limits` lists all limits.";
+    RangeNotSatisfiable = "range_not_satisfiable", RANGE_NOT_SATISFIABLE, false, "The range lies outside the file",
+        "`Content-Range` says how many bytes there are.";
+    UnsupportedMediaType = "unsupported_media_type", UNSUPPORTED_MEDIA_TYPE, false, "The body is of the wrong type",
+        "The detail names the content types that the route takes.";
+    UnsupportedFormat = "unsupported_format", UNSUPPORTED_MEDIA_TYPE, false, "The file is of no known format",
+        "The bytes decide, not the name. `GET /v1/formats` lists what is read.";
+    UnsupportedFeature = "unsupported_feature", UNPROCESSABLE_ENTITY, false, "The file needs a feature that is not supported",
+        "The detail names the feature. Export the file without it.";
+    AssetMalformed = "asset_malformed", UNPROCESSABLE_ENTITY, false, "The file breaks the rules of its format",
+        "`place` says where in the file. Check that the export was complete.";
+    AssetLimitExceeded = "asset_limit_exceeded", UNPROCESSABLE_ENTITY, false, "The file asks for more than a limit allows",
+        "The detail names the limit. `GET /v1/limits` lists all limits.";
+    MalformedConfig = "malformed_config", UNPROCESSABLE_ENTITY, false, "The config cannot be read",
+        "The retarget config is neither JSON nor YAML nor another config that is understood.";
+    UnknownJoint = "unknown_joint", UNPROCESSABLE_ENTITY, false, "A joint does not exist",
+        "The config names a joint that the skeleton does not have. `errors` has the nearest names.";
+    UnknownName = "unknown_name", UNPROCESSABLE_ENTITY, false, "A name does not exist",
+        "The config names a clip, a chain or a role that does not exist. `errors` has the nearest names.";
+    ChainNotConnected = "chain_not_connected", UNPROCESSABLE_ENTITY, false, "A chain is not connected",
+        "The end of a chain must lie below its start.";
+    SkeletonNotFound = "skeleton_not_found", UNPROCESSABLE_ENTITY, false, "The file has no skeleton",
+        "There are no joints to work on.";
+    NoAnimation = "no_animation", UNPROCESSABLE_ENTITY, false, "The source has no animation",
+        "Send a source file that has a clip.";
+    NothingToMap = "nothing_to_map", UNPROCESSABLE_ENTITY, false, "Source and target have nothing in common",
+        "Name the chains of both rigs in the config.";
+    StrictWarnings = "strict_warnings", UNPROCESSABLE_ENTITY, false, "There were warnings, and strict was asked for",
+        "`errors` lists the warnings.";
+    UnknownAsset = "unknown_asset", UNPROCESSABLE_ENTITY, false, "An asset does not exist",
+        "The job names an asset that is not there, or no longer.";
+    QueueFull = "queue_full", TOO_MANY_REQUESTS, true, "The queue is full",
+        "Wait as long as `Retry-After` says and send again.";
+    TooBusy = "too_busy", SERVICE_UNAVAILABLE, true, "Too many requests at the same time",
+        "Wait as long as `Retry-After` says and send again.";
+    Draining = "draining", SERVICE_UNAVAILABLE, true, "The service is shutting down",
+        "Send again; another instance or the next start will take it.";
+    Unavailable = "unavailable", SERVICE_UNAVAILABLE, true, "The service is not ready",
+        "Something that the service needs does not answer. The operator finds the reason in the log.";
+    StorageFull = "storage_full", INSUFFICIENT_STORAGE, true, "There is no room for more files",
+        "Delete assets or wait until some expire; the operator can raise `stored_bytes`.";
+    JobTimeout = "job_timeout", GATEWAY_TIMEOUT, false, "The job took too long",
+        "The limit is `job_timeout`. Send fewer frames, or ask the operator to raise it.";
+    WorkerCrashed = "worker_crashed", INTERNAL_SERVER_ERROR, false, "The service went down while working on the job",
+        "It happened several times with this job, so it is not tried again. Report it with the id of the job.";
+    Canceled = "canceled", CONFLICT, false, "The job was canceled",
+        "Somebody canceled the job. `POST /v1/jobs/{id}/retry` asks for the same again.";
+    Internal = "internal", INTERNAL_SERVER_ERROR, true, "A fault in the service",
+        "Report it with the `request_id`, and the id of the job where there is one.";
+}
+
+impl From<FailureCode> for Code {
+    fn from(code: FailureCode) -> Self {
+        match code {
+            FailureCode::UnsupportedFormat => Self::UnsupportedFormat,
+            FailureCode::UnsupportedFeature => Self::UnsupportedFeature,
+            FailureCode::AssetMalformed => Self::AssetMalformed,
+            FailureCode::AssetLimitExceeded => Self::AssetLimitExceeded,
+            FailureCode::MalformedConfig => Self::MalformedConfig,
+            FailureCode::UnknownField => Self::UnknownField,
+            FailureCode::InvalidValue => Self::InvalidValue,
+            FailureCode::UnknownJoint => Self::UnknownJoint,
+            FailureCode::UnknownName => Self::UnknownName,
+            FailureCode::ChainNotConnected => Self::ChainNotConnected,
+            FailureCode::SkeletonNotFound => Self::SkeletonNotFound,
+            FailureCode::NoAnimation => Self::NoAnimation,
+            FailureCode::NothingToMap => Self::NothingToMap,
+            FailureCode::StrictWarnings => Self::StrictWarnings,
+            FailureCode::Canceled => Self::Canceled,
+            FailureCode::Internal => Self::Internal,
+        }
+    }
+}
+
+impl From<FailureReason> for Code {
+    fn from(reason: FailureReason) -> Self {
+        match reason {
+            FailureReason::Engine(code) => code.into(),
+            FailureReason::JobTimeout => Self::JobTimeout,
+            FailureReason::WorkerCrashed => Self::WorkerCrashed,
+            FailureReason::StorageFull => Self::StorageFull,
+        }
+    }
+}
+
+/// The table as a page for people.
+#[must_use]
+pub fn problems_page() -> String {
+    let mut page = String::from(
+        "# Problems\n\nEvery answer that is no success is an RFC 9457 problem (`application/problem+json`) with one of these \
+         codes. A code\nnever changes its meaning. Made from `src/http/code.rs`; a test keeps it in step.\n\n\
+         | code | status | try again | title | what it means and what to do |\n|---|---|---|---|---|\n",
+    );
+    for code in Code::ALL {
+        let again = if code.is_retryable() { "yes" } else { "no" };
+        let (name, status, title, help) = (code.name(), code.status().as_u16(), code.title(), code.help());
+        page.push_str(&format!("| `{name}` | {status} | {again} | {title} | {help} |\n"));
+    }
+    page
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_of_failures_keep_their_names() {
+        for failure in FailureCode::ALL {
+            assert_eq!(Code::from(failure).name(), failure.name(), "one name on every surface");
+        }
+    }
+
+    #[test]
+    fn names_are_unique_and_every_status_is_an_error() {
+        let mut names: Vec<_> = Code::ALL.iter().map(|code| code.name()).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), Code::ALL.len(), "unique");
+        assert!(Code::ALL.iter().all(|code| code.status().as_u16() >= 400), "errors");
+    }
+}

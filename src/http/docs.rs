@@ -1,0 +1,52 @@
+//! The OpenAPI document, made from the routes, and the page that shows it.
+
+use std::sync::OnceLock;
+
+use axum::{Router, routing::get};
+use utoipa::{OpenApi, openapi::OpenApi as Document};
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_swagger_ui::{Config, SwaggerUi};
+
+use super::{ApiState, json_text, resources};
+
+#[derive(OpenApi)]
+#[openapi(
+    info(title = "retargetd", description = "Moves character animation from any rig to any rig."),
+    tags(
+        (name = "retarget", description = "Files in, file out"),
+        (name = "assets", description = "Uploaded files"),
+        (name = "jobs", description = "Retargets that run by themselves"),
+        (name = "results", description = "The files that jobs gave"),
+        (name = "service", description = "What the service says of itself"),
+    )
+)]
+struct Api;
+
+/// The routes that the document describes.
+pub(super) fn documented_routes() -> OpenApiRouter<ApiState> {
+    OpenApiRouter::with_openapi(Api::openapi())
+        .merge(resources::retarget::routes())
+        .merge(resources::assets::routes())
+        .merge(resources::jobs::routes())
+        .merge(resources::results::routes())
+        .merge(resources::describe::routes())
+        .merge(resources::probes::routes())
+}
+
+/// The OpenAPI document of the service.
+#[must_use]
+pub fn openapi_document() -> Document {
+    documented_routes().into_openapi()
+}
+
+/// The document itself, and the page that shows it. Everything that the page needs is in the binary.
+pub(super) fn pages() -> Router<ApiState> {
+    let page = SwaggerUi::new("/docs").config(Config::from("/openapi.json"));
+    Router::new().route("/openapi.json", get(document)).merge(Router::from(page))
+}
+
+async fn document() -> axum::response::Response {
+    static TEXT: OnceLock<String> = OnceLock::new();
+    let text = TEXT.get_or_init(|| openapi_document().to_pretty_json().unwrap_or_default());
+    json_text(text.clone())
+}

@@ -1,0 +1,199 @@
+//! Files that go out: conditional requests, ranges, names to save them under.
+
+use std::ops::Range;
+
+use axum::{
+    body::Body,
+    http::{HeaderMap, HeaderValue, Method, StatusCode, header},
+    response::{IntoResponse, Response},
+};
+
+use super::{code::Code, extract, problem::Problem};
+use crate::{
+    engine::Format,
+    jobs::{AssetRecord, Jobs, ResultRecord},
+};
+
+/// A file as it goes out.
+#[derive(Clone, Debug)]
+pub(super) struct File {
+    sha256: String,
+    bytes: u64,
+    media_type: &'static str,
+    file_name: String,
+}
+
+fn media_type(format: &str) -> &'static str {
+    Format::from_name(format).map_or("application/octet-stream", |format| format.info().media_type)
+}
+
+impl From<AssetRecord> for File {
+    fn from(asset: AssetRecord) -> Self {
+        let file_name = if asset.file_name.is_empty() { asset.id.to_string() } else { asset.file_name };
+        Self { sha256: asset.sha256, bytes: asset.bytes, media_type: media_type(&asset.format), file_name }
+    }
+}
+
+impl From<ResultRecord> for File {
+    fn from(result: ResultRecord) -> Self {
+        let ResultRecord { sha256, bytes, format, file_name, .. } = result;
+        Self { sha256, bytes, media_type: media_type(&format), file_name }
+    }
+}
+
+/// What of the file is wanted.
+#[derive(Debug, PartialEq, Eq)]
+enum Wanted {
+    All,
+    Part(Range<u64>),
+    Nothing,
+    OutOfRange,
+}
+
+impl File {
+    fn entity_tag(&self) -> String {
+        format!("\"{}\"", self.sha256)
+    }
+
+    /// All of it, whatever the request's conditions: the answer to a request that made the file.
+    pub(super) async fn whole(self, jobs: &Jobs) -> Result<Response, Problem> {
+        self.answer(&Method::GET, &HeaderMap::new(), jobs).await
+    }
+
+    /// What the request's method and headers ask for.
+    pub(super) async fn answer(self, method: &Method, headers: &HeaderMap, jobs: &Jobs) -> Result<Response, Problem> {
+        let (status, range) = match wanted(headers, &self.entity_tag(), self.bytes) {
+            Wanted::Nothing => return Ok(self.with_headers(StatusCode::NOT_MODIFIED.into_response())),
+            Wanted::OutOfRange => return Ok(self.out_of_range()),
+            Wanted::All => (StatusCode::OK, None),
+            Wanted::Part(range) => (StatusCode::PARTIAL_CONTENT, Some(range)),
+        };
+        let length = range.as_ref().map_or(self.bytes, |range| range.end - range.start);
+        let body = if *method == Method::HEAD {
+            Body::empty()
+        } else {
+            Body::from_stream(jobs.content(&self.sha256, range.clone()).await?)
+        };
+        let mut response = self.with_headers((status, body).into_response());
+        let headers = response.headers_mut();
+        headers.insert(header::CONTENT_LENGTH, HeaderValue::from(length));
+        headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(self.media_type));
+        headers.insert(header::CONTENT_DISPOSITION, disposition(&self.file_name));
+        if let Some(Range { start, end }) = range {
+            let text = format!("bytes {start}-{}/{}", end - 1, self.bytes);
+            headers.insert(header::CONTENT_RANGE, ascii(text));
+        }
+        Ok(response)
+    }
+
+    fn with_headers(&self, mut response: Response) -> Response {
+        let headers = response.headers_mut();
+        headers.insert(header::ETAG, ascii(self.entity_tag()));
+        headers.insert(header::ACCEPT_RANGES, HeaderValue::from_static("bytes"));
+        headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("private, max-age=31536000, immutable"));
+        response
+    }
+
+    fn out_of_range(&self) -> Response {
+        let detail = format!("the range lies outside the file, which has {} bytes", self.bytes);
+        let mut response = Problem::new(Code::RangeNotSatisfiable, detail).into_response();
+        response.headers_mut().insert(header::CONTENT_RANGE, ascii(format!("bytes */{}", self.bytes)));
+        response
+    }
+}
+
+fn wanted(headers: &HeaderMap, entity_tag: &str, bytes: u64) -> Wanted {
+    let known = extract::text(headers, &header::IF_NONE_MATCH);
+    let is_known = |tag: &str| tag == "*" || tag.strip_prefix("W/").unwrap_or(tag) == entity_tag;
+    if !known.is_empty() && known.split(',').map(str::trim).any(is_known) {
+        return Wanted::Nothing;
+    }
+    let condition = extract::text(headers, &header::IF_RANGE);
+    if !condition.is_empty() && condition != entity_tag {
+        return Wanted::All;
+    }
+    read_range(extract::text(headers, &header::RANGE), bytes)
+}
+
+/// One range of bytes. Several, or another unit, are answered with the whole file, as RFC 9110 allows.
+fn read_range(text: &str, bytes: u64) -> Wanted {
+    let Some((first, last)) = text.strip_prefix("bytes=").and_then(|range| range.trim().split_once('-')) else {
+        return Wanted::All;
+    };
+    let range = match (first.parse::<u64>(), last.parse::<u64>()) {
+        (Ok(first), Ok(last)) if first <= last => first..last.saturating_add(1).min(bytes),
+        (Ok(first), Err(_)) if last.is_empty() => first..bytes,
+        (Err(_), Ok(count)) if first.is_empty() => bytes.saturating_sub(count)..bytes,
+        _ => return Wanted::All,
+    };
+    if range.is_empty() { Wanted::OutOfRange } else { Wanted::Part(range) }
+}
+
+/// A download under a name; what is not plain ASCII goes into the extended form (RFC 6266, RFC 8187).
+fn disposition(file_name: &str) -> HeaderValue {
+    let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b" ._-()".contains(&byte);
+    let plain: String = file_name
+        .chars()
+        .map(|letter| if letter.is_ascii() && is_plain(letter as u8) { letter } else { '_' })
+        .collect();
+    if plain == file_name {
+        return ascii(format!("attachment; filename=\"{plain}\""));
+    }
+    let is_safe = |byte: &u8| byte.is_ascii_alphanumeric() || b"._-".contains(byte);
+    let encoded: String = file_name
+        .bytes()
+        .map(|byte| if is_safe(&byte) { char::from(byte).to_string() } else { format!("%{byte:02X}") })
+        .collect();
+    ascii(format!("attachment; filename=\"{plain}\"; filename*=UTF-8''{encoded}"))
+}
+
+/// A header value of text that is known to be ASCII.
+pub(super) fn ascii(text: String) -> HeaderValue {
+    HeaderValue::try_from(text).unwrap_or_else(|_| HeaderValue::from_static(""))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_cut_to_the_file() {
+        let cases = [
+            ("", Wanted::All),
+            ("bytes=0-9", Wanted::Part(0..10)),
+            ("bytes=90-", Wanted::Part(90..100)),
+            ("bytes=-10", Wanted::Part(90..100)),
+            ("bytes=-1000", Wanted::Part(0..100)),
+            ("bytes=0-18446744073709551615", Wanted::Part(0..100)),
+            ("bytes=100-", Wanted::OutOfRange),
+            ("bytes=-0", Wanted::OutOfRange),
+            ("bytes=9-0", Wanted::All),
+            ("bytes=0-1,5-6", Wanted::All),
+            ("joints=0-1", Wanted::All),
+        ];
+        for (text, expected) in cases {
+            assert_eq!(read_range(text, 100), expected, "{text}");
+        }
+        assert_eq!(read_range("bytes=0-", 0), Wanted::OutOfRange, "an empty file has no first byte");
+    }
+
+    #[test]
+    fn conditions_come_before_ranges() {
+        let headers = |name: &'static str, value: &'static str| {
+            let mut headers = HeaderMap::from_iter([(header::RANGE, HeaderValue::from_static("bytes=0-0"))]);
+            headers.insert(name, HeaderValue::from_static(value));
+            headers
+        };
+        assert_eq!(wanted(&headers("if-none-match", "\"x\", W/\"a\""), "\"a\"", 9), Wanted::Nothing, "known");
+        assert_eq!(wanted(&headers("if-range", "\"old\""), "\"a\"", 9), Wanted::All, "another file by now");
+        assert_eq!(wanted(&headers("if-range", "\"a\""), "\"a\"", 9), Wanted::Part(0..1), "the same file");
+    }
+
+    #[test]
+    fn names_cannot_break_out_of_the_header() {
+        let value = disposition("a\"b\r\nX: y é.glb");
+        let text = value.to_str().expect("ASCII");
+        assert!(!text.contains('\r') && text.matches('"').count() == 2, "quoted: {text}");
+        assert!(text.contains("%C3%A9.glb"), "the real name is there: {text}");
+    }
+}

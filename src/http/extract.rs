@@ -1,0 +1,126 @@
+//! Getting typed values out of requests; what does not fit becomes a problem.
+
+use axum::{
+    body::Body,
+    extract::{FromRequest, FromRequestParts, Path, Query, Request},
+    http::{HeaderMap, HeaderName, header, request::Parts},
+};
+use serde::de::DeserializeOwned;
+
+use super::{ApiState, code::Code, problem::Problem, upload::BodyReader};
+use crate::jobs::{AssetId, JobId, ResultId};
+
+/// An id in the path. What is no id names nothing, so it is not found.
+#[derive(Debug)]
+pub(super) struct Id<T>(pub(super) T);
+
+/// A kind of id.
+pub(super) trait PathId: Sized {
+    fn read(text: &str) -> Option<Self>;
+}
+
+impl PathId for AssetId {
+    fn read(text: &str) -> Option<Self> {
+        Self::parse(text).ok()
+    }
+}
+
+impl PathId for JobId {
+    fn read(text: &str) -> Option<Self> {
+        Self::parse(text).ok()
+    }
+}
+
+impl PathId for ResultId {
+    fn read(text: &str) -> Option<Self> {
+        Self::parse(text).ok()
+    }
+}
+
+impl<T: PathId, S: Send + Sync> FromRequestParts<S> for Id<T> {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
+        let not_found = |text: &str| Problem::new(Code::NotFound, format!("'{text}' is no id of anything here"));
+        let Path(text) = Path::<String>::from_request_parts(parts, state).await.map_err(|_| not_found("…"))?;
+        T::read(&text).map(Self).ok_or_else(|| not_found(&text.chars().take(64).collect::<String>()))
+    }
+}
+
+/// A query.
+#[derive(Debug)]
+pub(super) struct QueryOf<T>(pub(super) T);
+
+impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for QueryOf<T> {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
+        let query = Query::<T>::from_request_parts(parts, state).await;
+        query.map(|Query(query)| Self(query)).map_err(|error| {
+            Problem::new(Code::MalformedRequest, format!("the query cannot be read: {}", error.body_text()))
+        })
+    }
+}
+
+/// A JSON body.
+#[derive(Debug)]
+pub(super) struct JsonBody<T>(pub(super) T);
+
+impl<T: DeserializeOwned> FromRequest<ApiState> for JsonBody<T> {
+    type Rejection = Problem;
+
+    async fn from_request(request: Request<Body>, state: &ApiState) -> Result<Self, Problem> {
+        if !is_media_type(request.headers(), "application/json") {
+            return Err(Problem::new(Code::UnsupportedMediaType, "the body must be application/json")
+                .with_hint("send the header 'Content-Type: application/json'"));
+        }
+        let bytes = BodyReader::new(request, &state.settings).document("the body").await?;
+        read_json(&bytes).map(Self)
+    }
+}
+
+/// Reads JSON; errors point to where they are.
+pub(super) fn read_json<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
+    let mut deserializer = serde_json::Deserializer::from_slice(bytes);
+    serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
+        let pointer = json_pointer(error.path());
+        let inner = error.into_inner();
+        let detail = inner.to_string();
+        if !inner.is_data() {
+            return Problem::new(Code::MalformedRequest, format!("the body is no JSON: {detail}"));
+        }
+        let code = if detail.starts_with("unknown field") { Code::UnknownField } else { Code::InvalidValue };
+        let similar = if code == Code::UnknownField { similar_names(&detail) } else { Vec::new() };
+        Problem::new(code, detail).at(pointer, similar)
+    })
+}
+
+fn json_pointer(path: &serde_path_to_error::Path) -> String {
+    use serde_path_to_error::Segment;
+    path.iter().fold(String::new(), |pointer, segment| match segment {
+        Segment::Seq { index } => format!("{pointer}/{index}"),
+        Segment::Map { key } => format!("{pointer}/{}", key.replace('~', "~0").replace('/', "~1")),
+        Segment::Enum { .. } | Segment::Unknown => pointer,
+    })
+}
+
+/// The names in backticks: the first is the unknown one, the rest are those that exist.
+fn similar_names(detail: &str) -> Vec<String> {
+    let mut names = detail.split('`').skip(1).step_by(2);
+    let Some(seen) = names.next() else { return Vec::new() };
+    let mut ranked: Vec<(f64, &str)> = names.map(|name| (strsim::jaro_winkler(seen, name), name)).collect();
+    ranked.retain(|(score, _)| *score > 0.7);
+    ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+    ranked.into_iter().take(3).map(|(_, name)| name.to_owned()).collect()
+}
+
+/// Whether the content type is that media type, whatever its parameters.
+pub(super) fn is_media_type(headers: &HeaderMap, expected: &str) -> bool {
+    let media_type = text(headers, &header::CONTENT_TYPE).split(';').next().unwrap_or_default();
+    media_type.trim().eq_ignore_ascii_case(expected)
+}
+
+/// A header as text; empty when it is not there or no text.
+pub(super) fn text<'a>(headers: &'a HeaderMap, name: &HeaderName) -> &'a str {
+    headers.get(name).and_then(|value| value.to_str().ok()).unwrap_or_default()
+}

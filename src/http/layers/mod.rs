@@ -1,0 +1,28 @@
+//! What happens around every request: ids, log lines, metrics, headers, and writing problems.
+
+mod admission;
+mod headers;
+mod observe;
+mod problems;
+mod request_id;
+
+use axum::{Router, middleware};
+use tower_http::catch_panic::CatchPanicLayer;
+
+pub(super) use request_id::RequestId;
+
+use super::{ApiState, problem::Problem};
+
+/// Wraps the routes. The last layer is the outermost: ids exist before anything is logged, and problems are written after
+/// everything that can cause one.
+pub(super) fn wrap(router: Router<ApiState>, state: &ApiState) -> Router<ApiState> {
+    router
+        .layer(CatchPanicLayer::custom(|_: Box<dyn std::any::Any + Send>| {
+            axum::response::IntoResponse::into_response(Problem::internal(&"a handler panicked"))
+        }))
+        .layer(middleware::from_fn_with_state(state.clone(), admission::bound_concurrency))
+        .layer(middleware::from_fn(problems::write_problem))
+        .layer(middleware::from_fn(observe::observe))
+        .layer(middleware::from_fn(headers::add_security_headers))
+        .layer(middleware::from_fn(request_id::identify))
+}

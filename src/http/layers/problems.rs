@@ -1,0 +1,54 @@
+//! Writes the bodies of problems, and turns whatever a library answers into one.
+
+use axum::{
+    Json,
+    extract::Request,
+    http::{HeaderValue, StatusCode, header},
+    middleware::Next,
+    response::{IntoResponse, Response},
+};
+
+use super::RequestId;
+use crate::http::{code::Code, problem::Problem};
+
+const MEDIA_TYPE: HeaderValue = HeaderValue::from_static("application/problem+json");
+
+pub(super) async fn write_problem(request: Request, next: Next) -> Response {
+    let path = request.uri().path().to_owned();
+    let request_id = request.extensions().get::<RequestId>().cloned();
+    let mut response = next.run(request).await;
+    let problem = match response.extensions_mut().remove::<Box<Problem>>() {
+        Some(problem) => *problem,
+        None if needs_problem(&response) => of_status(response.status()),
+        None => return response,
+    };
+    let view = problem.view(&path, request_id.as_ref().map_or("", RequestId::as_str));
+    let mut written = (problem.code.status(), Json(view)).into_response();
+    for (name, value) in response.headers().iter().filter(|(name, _)| is_kept(name)) {
+        written.headers_mut().insert(name.clone(), value.clone());
+    }
+    written.headers_mut().insert(header::CONTENT_TYPE, MEDIA_TYPE);
+    written
+}
+
+fn is_kept(name: &header::HeaderName) -> bool {
+    *name != header::CONTENT_LENGTH && *name != header::CONTENT_TYPE
+}
+
+fn needs_problem(response: &Response) -> bool {
+    let status = response.status();
+    let is_written = response.headers().get(header::CONTENT_TYPE) == Some(&MEDIA_TYPE);
+    (status.is_client_error() || status.is_server_error()) && !is_written
+}
+
+/// What a library answered without telling more.
+fn of_status(status: StatusCode) -> Problem {
+    match status {
+        StatusCode::NOT_FOUND => Problem::new(Code::NotFound, "there is no such route"),
+        StatusCode::METHOD_NOT_ALLOWED => Problem::new(Code::MethodNotAllowed, "the method is not allowed here"),
+        StatusCode::UNSUPPORTED_MEDIA_TYPE => Problem::new(Code::UnsupportedMediaType, "the body is of the wrong type"),
+        StatusCode::PAYLOAD_TOO_LARGE => Problem::new(Code::BodyTooLarge, "the body is too large"),
+        status if status.is_client_error() => Problem::new(Code::MalformedRequest, "the request cannot be read"),
+        status => Problem::internal(&format!("a library answered {status}")),
+    }
+}

@@ -1,0 +1,92 @@
+//! The HTTP door: translation only.
+//!
+//! A request becomes a call to [`crate::jobs`], what comes back becomes a view. Nothing here schedules, stores or
+//! retargets. Every answer that is no success is a problem with a code of [`Code`]; the routes are one resource per file in
+//! `resources`, what happens around them is in `layers`.
+//!
+//! # How to add a route
+//!
+//! 1. Write the handler with its `utoipa::path` in the file of its resource, 25 lines at most, and add it to `routes`.
+//! 2. What it refuses becomes a code: a row in `code.rs`.
+//! 3. Render the document and the problems page again; the tests that compare them say how.
+
+mod code;
+mod digest;
+mod docs;
+mod download;
+mod extract;
+mod layers;
+mod negotiate;
+mod page;
+mod prefer;
+mod problem;
+mod resources;
+mod server;
+#[cfg(test)]
+mod tests;
+mod upload;
+mod views;
+
+pub use code::{Code, problems_page};
+pub use docs::openapi_document;
+pub use problem::{Problem, ProblemError, ProblemView};
+pub use server::{Server, ServerSettings};
+
+use std::sync::Arc;
+
+use axum::{
+    Router,
+    extract::FromRef,
+    http::header,
+    response::{IntoResponse, Response},
+};
+use tokio::sync::Semaphore;
+
+use crate::{
+    config::Settings,
+    jobs::{Assets, Jobs},
+    telemetry::Metrics,
+};
+
+/// A shared value as a handler gets it.
+pub(crate) type Shared<T> = Arc<T>;
+
+/// What handlers work with. They ask for the part that they need.
+#[derive(Clone, FromRef)]
+pub struct ApiState {
+    /// The jobs.
+    pub jobs: Jobs,
+    /// The uploaded files.
+    pub assets: Assets,
+    /// The settings.
+    pub settings: Shared<Settings>,
+    /// The metrics.
+    pub metrics: Metrics,
+    /// Gives the JSON Schema of the retarget spec.
+    #[from_ref(skip)]
+    pub spec_schema: fn() -> serde_json::Value,
+    /// One permit per request that may be worked on at the same time.
+    #[from_ref(skip)]
+    pub requests: Arc<Semaphore>,
+}
+
+/// All routes, ready to be served.
+#[must_use]
+pub fn router(state: ApiState) -> Router {
+    let (routes, _) = docs::documented_routes().split_for_parts();
+    let routes = routes.merge(docs::pages()).fallback(no_route).method_not_allowed_fallback(no_method);
+    layers::wrap(routes, &state).with_state(state)
+}
+
+async fn no_route() -> Problem {
+    Problem::new(Code::NotFound, "there is no such route").with_hint("GET / lists where to go, GET /docs explains it")
+}
+
+async fn no_method() -> Problem {
+    Problem::new(Code::MethodNotAllowed, "the method is not allowed here")
+}
+
+/// An answer of JSON text that was made before.
+fn json_text(text: String) -> Response {
+    ([(header::CONTENT_TYPE, "application/json")], text).into_response()
+}

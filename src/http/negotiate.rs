@@ -1,0 +1,82 @@
+//! Which format an `Accept` header asks for.
+
+use super::{code::Code, problem::Problem};
+use crate::engine::Format;
+
+/// The formats that a caller can ask for by media type. Where several share one, the first is meant.
+fn writable() -> impl Iterator<Item = (Format, &'static str)> {
+    let infos = Format::ALL.into_iter().map(|format| (format, format.info()));
+    infos.filter(|(_, info)| info.writes).map(|(format, info)| (format, info.media_type))
+}
+
+/// The format to make, or `None` when the caller leaves it open.
+///
+/// A header that takes anything as gladly as something in particular leaves it open: that is what HTTP libraries send when
+/// their user said nothing (`application/json, text/plain, */*`).
+///
+/// # Errors
+/// When the caller takes nothing that can be made.
+pub(super) fn wanted_format(accept: &str) -> Result<Option<Format>, Problem> {
+    if accept.trim().is_empty() {
+        return Ok(None);
+    }
+    let mut best: Option<(f32, Format)> = None;
+    let mut open = 0.0_f32;
+    for (media_type, quality) in accept.split(',').map(read_range) {
+        if media_type == "*/*" {
+            open = open.max(quality);
+        }
+        let found = writable().find(|(_, written)| matches(&media_type, written));
+        if let Some((format, _)) = found.filter(|_| quality > best.map_or(0.0, |(best, _)| best)) {
+            best = Some((quality, format));
+        }
+    }
+    match best {
+        Some((quality, format)) if quality > open => Ok(Some(format)),
+        _ if open > 0.0 => Ok(None),
+        _ => Err(Problem::new(Code::NotAcceptable, format!("nothing that can be made fits 'Accept: {accept}'"))
+            .with_hint("leave the header out for GLB, or ask for one of the media types that GET /v1/formats lists")),
+    }
+}
+
+fn read_range(range: &str) -> (String, f32) {
+    let mut parts = range.split(';').map(str::trim);
+    let media_type = parts.next().unwrap_or_default().to_ascii_lowercase();
+    let quality = parts.find_map(|parameter| parameter.strip_prefix("q=")).and_then(|text| text.parse().ok());
+    (media_type, quality.unwrap_or(1.0_f32).clamp(0.0, 1.0))
+}
+
+fn matches(range: &str, media_type: &str) -> bool {
+    range == media_type || range.strip_suffix("/*").is_some_and(|kind| media_type.split('/').next() == Some(kind))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_header_chooses_and_openness_leaves_it_open() {
+        let cases = [
+            ("", None),
+            ("*/*", None),
+            ("application/json, text/plain, */*", None),
+            ("model/gltf-binary", Some(Format::Glb)),
+            ("application/x-npz", Some(Format::PosesNpz)),
+            ("application/json", Some(Format::PosesJson)),
+            ("text/plain", Some(Format::Bvh)),
+            ("model/*", Some(Format::Glb)),
+            ("model/gltf+json;q=0.9, application/x-npz;q=0.5", Some(Format::Gltf)),
+            ("application/x-npz, */*;q=0.1", Some(Format::PosesNpz)),
+        ];
+        for (accept, format) in cases {
+            assert_eq!(wanted_format(accept).expect("acceptable"), format, "{accept}");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_made_is_refused() {
+        for accept in ["image/png", "model/gltf-binary;q=0", "*/*;q=0"] {
+            assert_eq!(wanted_format(accept).map_err(|problem| problem.code), Err(Code::NotAcceptable), "{accept}");
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! Problems: what every answer that is no success looks like (RFC 9457).
+
+use axum::{
+    http::{HeaderValue, header},
+    response::{IntoResponse, Response},
+};
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::code::Code;
+use crate::{
+    engine::{Failure, FieldError},
+    jobs::{FailureReason, JobFailure, Refusal, StoredFieldError},
+};
+
+/// How long to wait before trying again, in seconds, where nothing better is known.
+const RETRY_SECONDS: u32 = 2;
+
+/// A problem on its way out. [`super::layers`] adds what only the request knows and writes the body.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    pub(super) code: Code,
+    pub(super) detail: String,
+    pub(super) hint: String,
+    pub(super) errors: Vec<ProblemError>,
+    pub(super) part: String,
+    pub(super) place: String,
+    pub(super) limit: Option<LimitSeen>,
+}
+
+/// The limit that was reached.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LimitSeen {
+    pub(super) name: &'static str,
+    pub(super) maximum: u64,
+    pub(super) actual: u64,
+}
+
+/// The body of every answer that is no success.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+#[schema(as = Problem)]
+pub struct ProblemView {
+    /// A page about the code.
+    #[serde(rename = "type")]
+    #[schema(example = "/problems#queue_full")]
+    pub kind: String,
+    /// A short sentence, the same for every occurrence.
+    pub title: &'static str,
+    /// The HTTP status.
+    pub status: u16,
+    /// The stable code; branch on this.
+    #[schema(example = "queue_full")]
+    pub code: &'static str,
+    /// What is wrong this time.
+    pub detail: String,
+    /// The path of the request, or of the job.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub instance: String,
+    /// What can be done about it.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub hint: String,
+    /// Which input is meant: `source`, `target`, `source_rest`, `target_rest`, `config`.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub part: String,
+    /// Where in that input.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub place: String,
+    /// Every single thing that is wrong.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub errors: Vec<ProblemError>,
+    /// The limit that was reached, as in `/v1/limits`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limit: Option<&'static str>,
+    /// Its value.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub maximum: Option<u64>,
+    /// What was seen.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub actual: Option<u64>,
+    /// The id of the request, as in the log.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub request_id: String,
+    /// Whether the same request can succeed later.
+    pub retryable: bool,
+}
+
+/// One thing that is wrong with a document.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct ProblemError {
+    /// JSON pointer to it.
+    pub pointer: String,
+    /// Stable code.
+    pub code: String,
+    /// What is wrong.
+    pub detail: String,
+    /// Names that exist and look like the one that was seen.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub did_you_mean: Vec<String>,
+}
+
+impl Problem {
+    /// A problem with a code and a sentence.
+    #[must_use]
+    pub fn new(code: Code, detail: impl Into<String>) -> Self {
+        let (hint, part, place) = (String::new(), String::new(), String::new());
+        Self { code, detail: detail.into(), hint, errors: Vec::new(), part, place, limit: None }
+    }
+
+    /// The same, with what the caller can do.
+    #[must_use]
+    pub fn with_hint(self, hint: impl Into<String>) -> Self {
+        Self { hint: hint.into(), ..self }
+    }
+
+    /// The same, with one single error.
+    #[must_use]
+    pub fn at(mut self, pointer: impl Into<String>, did_you_mean: Vec<String>) -> Self {
+        let (code, detail) = (self.code.name().to_owned(), self.detail.clone());
+        self.errors.push(ProblemError { pointer: pointer.into(), code, detail, did_you_mean });
+        self
+    }
+
+    /// The same, about a limit.
+    #[must_use]
+    pub fn about_limit(self, name: &'static str, maximum: u64, actual: u64) -> Self {
+        Self { limit: Some(LimitSeen { name, maximum, actual }), ..self }
+    }
+
+    /// A fault of ours. What happened goes to the log, not to the caller.
+    pub(super) fn internal(cause: &dyn std::fmt::Display) -> Self {
+        tracing::error!(%cause, "a request failed because of a fault");
+        Self::new(Code::Internal, "the request failed because of a fault in the service")
+            .with_hint("try again; if it happens again, report it with the request_id")
+    }
+
+    /// The problem of a job that failed.
+    #[must_use]
+    pub fn of_job(failure: &JobFailure) -> Self {
+        let errors = failure.errors.iter().cloned().map(ProblemError::from).collect();
+        Self {
+            errors,
+            part: failure.part.clone(),
+            place: failure.place.clone(),
+            ..Self::new(FailureReason::of(failure).into(), failure.detail.clone()).with_hint(failure.hint.clone())
+        }
+    }
+
+    /// The body, for that path and request.
+    #[must_use]
+    pub fn view(&self, instance: &str, request_id: &str) -> ProblemView {
+        ProblemView {
+            kind: format!("/problems#{}", self.code.name()),
+            title: self.code.title(),
+            status: self.code.status().as_u16(),
+            code: self.code.name(),
+            detail: self.detail.clone(),
+            instance: instance.to_owned(),
+            hint: self.hint.clone(),
+            part: self.part.clone(),
+            place: self.place.clone(),
+            errors: self.errors.clone(),
+            limit: self.limit.map(|limit| limit.name),
+            maximum: self.limit.map(|limit| limit.maximum),
+            actual: self.limit.map(|limit| limit.actual),
+            request_id: request_id.to_owned(),
+            retryable: self.code.is_retryable(),
+        }
+    }
+}
+
+impl IntoResponse for Problem {
+    fn into_response(self) -> Response {
+        let mut response = self.code.status().into_response();
+        let loaded = matches!(self.code, Code::QueueFull | Code::TooBusy | Code::Draining | Code::Unavailable);
+        if loaded || self.code == Code::InUse {
+            response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(RETRY_SECONDS));
+        }
+        response.extensions_mut().insert(Box::new(self));
+        response
+    }
+}
+
+impl From<StoredFieldError> for ProblemError {
+    fn from(error: StoredFieldError) -> Self {
+        let StoredFieldError { pointer, code, detail, did_you_mean } = error;
+        Self { pointer, code, detail, did_you_mean }
+    }
+}
+
+impl From<FieldError> for ProblemError {
+    fn from(error: FieldError) -> Self {
+        let FieldError { pointer, code, detail, did_you_mean } = error;
+        Self { pointer, code: code.to_owned(), detail, did_you_mean }
+    }
+}
+
+impl From<Failure> for Problem {
+    fn from(failure: Failure) -> Self {
+        let Failure { code, detail, part, place, hint, errors } = failure;
+        let errors = errors.into_iter().map(ProblemError::from).collect();
+        Self { errors, part: part.to_owned(), place, ..Self::new(code.into(), detail).with_hint(hint) }
+    }
+}
+
+impl From<Refusal> for Problem {
+    fn from(refusal: Refusal) -> Self {
+        let detail = refusal.to_string();
+        match refusal {
+            Refusal::NotFound { .. } => Self::new(Code::NotFound, detail),
+            Refusal::Expired { .. } => Self::new(Code::Expired, detail),
+            Refusal::UnknownInput { role, .. } => {
+                Self::new(Code::UnknownAsset, detail).at(format!("/{}/asset", role.name()), Vec::new())
+            }
+            Refusal::QueueFull { limit, most, actual } => {
+                Self::new(Code::QueueFull, detail).about_limit(limit, most, actual)
+            }
+            Refusal::TooLarge { limit, most, actual, .. } => {
+                Self::new(Code::BodyTooLarge, detail).about_limit(limit, most, actual)
+            }
+            Refusal::DigestMismatch { .. } => Self::new(Code::DigestMismatch, detail),
+            Refusal::Draining => Self::new(Code::Draining, detail),
+            Refusal::StorageFull => Self::new(Code::StorageFull, detail),
+            Refusal::WrongState { .. } => Self::new(Code::WrongState, detail),
+            Refusal::InUse(_) => Self::new(Code::InUse, detail).with_hint("wait for the job, or cancel it"),
+            Refusal::Engine(failure) => failure.into(),
+            Refusal::Store(error) => Self::internal(&error),
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! `/v1/assets`: uploaded files.
+
+use axum::{
+    Json,
+    body::Body,
+    extract::{Request, State},
+    http::{HeaderMap, Method, StatusCode, header},
+    response::{IntoResponse, Response},
+};
+use serde::Deserialize;
+use utoipa::IntoParams;
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use crate::{
+    config::Settings,
+    http::{
+        ApiState, Shared,
+        download::{File, ascii},
+        extract::{Id, QueryOf},
+        page,
+        problem::{Problem, ProblemView},
+        upload::BodyReader,
+        views::{AssetPageView, AssetView},
+    },
+    jobs::{AssetId, Assets, Jobs},
+};
+
+pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
+    OpenApiRouter::new()
+        .routes(routes!(create, list))
+        .routes(routes!(show, delete))
+        .routes(routes!(content))
+        .routes(routes!(skeleton))
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct CreateQuery {
+    /// What the file is called; its ending tells `.vrm` from `.glb`.
+    #[serde(default)]
+    filename: String,
+}
+
+/// Uploads a file.
+///
+/// The body is the file itself. The same bytes of the same format are kept once: uploading them again gives the asset that
+/// is there, kept for longer.
+#[utoipa::path(post, path = "/v1/assets", tag = "assets", params(CreateQuery,
+    ("Content-Digest" = Option<String>, Header, description = "`sha-256=:…:` of the body; checked")),
+    request_body(content = String, content_type = "application/octet-stream", description = "the file"),
+    responses((status = 201, body = AssetView, description = "kept", headers(("Location" = String))),
+        (status = 200, body = AssetView, description = "these bytes are here already"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn create(
+    State(assets): State<Assets>,
+    State(settings): State<Shared<Settings>>,
+    QueryOf(query): QueryOf<CreateQuery>,
+    request: Request<Body>,
+) -> Result<Response, Problem> {
+    let (asset, is_new) = BodyReader::new(request, &settings).asset(&assets, &query.filename).await?;
+    let status = if is_new { StatusCode::CREATED } else { StatusCode::OK };
+    let location = [(header::LOCATION, ascii(format!("/v1/assets/{}", asset.id)))];
+    Ok((status, location, Json(AssetView::from(asset))).into_response())
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct ListQuery {
+    /// Entries of the page; cut down to the limit `page_items`.
+    limit: Option<u32>,
+    /// `next_cursor` of the page before.
+    cursor: Option<String>,
+}
+
+/// Lists uploaded files, newest first.
+#[utoipa::path(get, path = "/v1/assets", tag = "assets", params(ListQuery),
+    responses((status = 200, body = AssetPageView, description = "a page"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn list(
+    State(assets): State<Assets>,
+    State(settings): State<Shared<Settings>>,
+    QueryOf(query): QueryOf<ListQuery>,
+) -> Result<Json<AssetPageView>, Problem> {
+    let before = page::read_cursor(query.cursor.as_deref(), "", |text| AssetId::parse(text).ok())?;
+    let found = assets.list(before.as_ref(), page::items(query.limit, settings.max_page_items)).await?;
+    let last = found.items.last().filter(|_| found.has_more);
+    let next_cursor = last.map(|asset| page::cursor("", asset.id.as_str()));
+    let items = found.items.into_iter().map(AssetView::from).collect();
+    Ok(Json(AssetPageView { items, next_cursor }))
+}
+
+/// Shows what is known of a file.
+#[utoipa::path(get, path = "/v1/assets/{id}", tag = "assets", params(("id" = String, Path, description = "the asset")),
+    responses((status = 200, body = AssetView, description = "the asset"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn show(State(assets): State<Assets>, Id(id): Id<AssetId>) -> Result<Json<AssetView>, Problem> {
+    Ok(Json(assets.get(&id).await?.into()))
+}
+
+/// Removes a file.
+///
+/// Refused while an unfinished job needs it.
+#[utoipa::path(delete, path = "/v1/assets/{id}", tag = "assets", params(("id" = String, Path, description = "the asset")),
+    responses((status = 204, description = "removed"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn delete(State(assets): State<Assets>, Id(id): Id<AssetId>) -> Result<StatusCode, Problem> {
+    assets.delete(&id).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// Downloads a file.
+#[utoipa::path(get, path = "/v1/assets/{id}/content", tag = "assets", params(("id" = String, Path, description = "the asset"),
+    ("Range" = Option<String>, Header, description = "one range of bytes")),
+    responses((status = 200, content_type = "application/octet-stream", body = String, description = "the bytes"),
+        (status = 206, content_type = "application/octet-stream", body = String, description = "a range of the bytes"),
+        (status = 304, description = "the caller has them already"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn content(
+    State(assets): State<Assets>,
+    State(jobs): State<Jobs>,
+    Id(id): Id<AssetId>,
+    method: Method,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    File::from(assets.get(&id).await?).answer(&method, &headers, &jobs).await
+}
+
+/// Says what a file holds.
+///
+/// Skeletons, clips, the recognised rig, roles with confidence, the kind of rest pose, units and warnings. Found out once and
+/// remembered.
+#[utoipa::path(get, path = "/v1/assets/{id}/skeleton", tag = "assets", params(("id" = String, Path, description = "the asset")),
+    responses((status = 200, body = Object, description = "what the file holds, as `retargetd inspect --json` prints it"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn skeleton(State(assets): State<Assets>, Id(id): Id<AssetId>) -> Result<Response, Problem> {
+    Ok(crate::http::json_text(assets.inspect(&id).await?))
+}

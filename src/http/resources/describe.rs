@@ -1,0 +1,184 @@
+//! What the service says of itself: limits, formats, schemas, version, and where to go.
+
+use axum::{Json, extract::State, response::Response};
+use serde::Serialize;
+use utoipa::ToSchema;
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use crate::{
+    config::Settings,
+    engine::Format,
+    http::{ApiState, Shared, json_text},
+};
+
+pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
+    OpenApiRouter::new()
+        .routes(routes!(discovery))
+        .routes(routes!(version))
+        .routes(routes!(limits))
+        .routes(routes!(formats))
+        .routes(routes!(spec_schema))
+}
+
+/// Where to go from the root.
+#[derive(Debug, Serialize, ToSchema)]
+struct Discovery {
+    /// `retargetd`.
+    name: &'static str,
+    /// The version that runs.
+    version: &'static str,
+    /// One line.
+    description: &'static str,
+    /// How to begin.
+    try_this: &'static str,
+    /// Where things are.
+    links: Links,
+}
+
+/// Where things are.
+#[derive(Debug, Serialize, ToSchema)]
+struct Links {
+    docs: &'static str,
+    openapi: &'static str,
+    retarget: &'static str,
+    assets: &'static str,
+    jobs: &'static str,
+    formats: &'static str,
+    limits: &'static str,
+    retarget_spec_schema: &'static str,
+    ready: &'static str,
+    metrics: &'static str,
+}
+
+/// Says where to go.
+#[utoipa::path(get, path = "/", tag = "service", responses((status = 200, body = Discovery, description = "where to go")))]
+async fn discovery() -> Json<Discovery> {
+    Json(Discovery {
+        name: env!("CARGO_PKG_NAME"),
+        version: env!("CARGO_PKG_VERSION"),
+        description: env!("CARGO_PKG_DESCRIPTION"),
+        try_this: "curl -F source=@walk.bvh -F target=@hero.glb <this address>/v1/retarget -o out.glb",
+        links: Links {
+            docs: "/docs",
+            openapi: "/openapi.json",
+            retarget: "/v1/retarget",
+            assets: "/v1/assets",
+            jobs: "/v1/jobs",
+            formats: "/v1/formats",
+            limits: "/v1/limits",
+            retarget_spec_schema: "/v1/schemas/retarget-spec",
+            ready: "/readyz",
+            metrics: "/metrics",
+        },
+    })
+}
+
+/// What runs.
+#[derive(Debug, Serialize, ToSchema)]
+struct Version {
+    /// `retargetd`.
+    name: &'static str,
+    /// The version.
+    version: &'static str,
+}
+
+/// Says what runs.
+#[utoipa::path(get, path = "/version", tag = "service", responses((status = 200, body = Version, description = "what runs")))]
+async fn version() -> Json<Version> {
+    Json(Version { name: env!("CARGO_PKG_NAME"), version: env!("CARGO_PKG_VERSION") })
+}
+
+/// A limit.
+#[derive(Debug, Serialize, ToSchema)]
+struct Limit {
+    /// Its name, as in the member `limit` of problems.
+    #[schema(example = "file_bytes")]
+    name: &'static str,
+    /// Its value.
+    #[schema(value_type = f64, example = 268_435_456)]
+    value: serde_json::Number,
+    /// `bytes`, `seconds` or `count`.
+    unit: &'static str,
+    /// What it bounds.
+    bounds: &'static str,
+    /// The flag of `retargetd serve` that changes it.
+    flag: String,
+    /// The environment variable that changes it.
+    variable: String,
+}
+
+/// The limits.
+#[derive(Debug, Serialize, ToSchema)]
+struct Limits {
+    /// All of them.
+    limits: Vec<Limit>,
+}
+
+/// Lists every limit.
+#[utoipa::path(get, path = "/v1/limits", tag = "service", responses((status = 200, body = Limits, description = "every limit")))]
+async fn limits(State(settings): State<Shared<Settings>>) -> Json<Limits> {
+    let views = settings.limits().into_iter().map(|limit| Limit {
+        name: limit.setting.limit_name(),
+        value: number(limit.value),
+        unit: limit.setting.unit.name(),
+        bounds: limit.setting.help.trim(),
+        flag: limit.setting.flag(),
+        variable: limit.setting.variable(),
+    });
+    Json(Limits { limits: views.collect() })
+}
+
+/// Whole numbers are written without a fraction.
+fn number(value: f64) -> serde_json::Number {
+    let whole = value as u64;
+    if whole as f64 == value {
+        return whole.into();
+    }
+    serde_json::Number::from_f64(value).unwrap_or_else(|| 0.into())
+}
+
+/// A file format.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = Format)]
+struct FormatView {
+    /// Its name.
+    name: &'static str,
+    /// File endings, without the dot.
+    endings: &'static [&'static str],
+    /// The media type.
+    media_type: &'static str,
+    /// Whether it can be uploaded.
+    reads: bool,
+    /// Whether it can be a result.
+    writes: bool,
+    /// One line.
+    description: &'static str,
+}
+
+/// The formats.
+#[derive(Debug, Serialize, ToSchema)]
+struct Formats {
+    /// All of them.
+    formats: Vec<FormatView>,
+}
+
+/// Lists every file format.
+#[utoipa::path(get, path = "/v1/formats", tag = "service", responses((status = 200, body = Formats, description = "every format")))]
+async fn formats() -> Json<Formats> {
+    let views = Format::ALL.into_iter().map(Format::info).map(|info| FormatView {
+        name: info.name,
+        endings: info.endings,
+        media_type: info.media_type,
+        reads: info.reads,
+        writes: info.writes,
+        description: info.description,
+    });
+    Json(Formats { formats: views.collect() })
+}
+
+/// Gives the JSON Schema of the retarget spec.
+#[utoipa::path(get, path = "/v1/schemas/retarget-spec", tag = "service",
+    responses((status = 200, body = Object, description = "a JSON Schema")))]
+async fn spec_schema(State(state): State<ApiState>) -> Response {
+    json_text((state.spec_schema)().to_string())
+}

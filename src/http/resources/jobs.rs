@@ -1,0 +1,193 @@
+//! `/v1/jobs`: retargets that run by themselves.
+
+use axum::{
+    Json,
+    body::Body,
+    extract::{FromRequest, Request, State},
+    http::{StatusCode, header},
+    response::{IntoResponse, Response},
+};
+use serde::Deserialize;
+use utoipa::IntoParams;
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use super::new_job::NewJobBody;
+use crate::{
+    config::Settings,
+    http::{
+        ApiState, Shared,
+        code::Code,
+        download::ascii,
+        extract::{self, Id, JsonBody, QueryOf},
+        json_text, page,
+        prefer::Prefer,
+        problem::{Problem, ProblemView},
+        upload,
+        views::{JobPageView, JobView},
+    },
+    jobs::{JobId, JobSnapshot, JobState, Jobs},
+};
+
+pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
+    OpenApiRouter::new()
+        .routes(routes!(create, list))
+        .routes(routes!(show, delete))
+        .routes(routes!(cancel))
+        .routes(routes!(retry))
+        .routes(routes!(report))
+        .routes(routes!(config))
+}
+
+/// A job that was taken on, or is still at work: where it is, and when to look again.
+pub(in crate::http) fn accepted(snapshot: JobSnapshot, status: StatusCode) -> Response {
+    /// Most jobs take less than this.
+    const LOOK_AGAIN_SECONDS: &str = "1";
+    let id = snapshot.record.id.to_string();
+    let is_final = snapshot.record.state.is_final();
+    let mut response = (status, Json(JobView::from(snapshot))).into_response();
+    let headers = response.headers_mut();
+    headers.insert("job-id", ascii(id.clone()));
+    if status == StatusCode::ACCEPTED {
+        headers.insert(header::LOCATION, ascii(format!("/v1/jobs/{id}")));
+    }
+    if !is_final {
+        headers.insert(header::RETRY_AFTER, axum::http::HeaderValue::from_static(LOOK_AGAIN_SECONDS));
+    }
+    response
+}
+
+/// Asks for a retarget.
+///
+/// Either JSON that names uploaded files, or the same multipart form as `POST /v1/retarget`. When this is answered, the job
+/// survives a restart of the service.
+#[utoipa::path(post, path = "/v1/jobs", tag = "jobs",
+    params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds for its end")),
+    request_body(description = "the job", content(
+        (NewJobBody = "application/json"), (super::retarget::RetargetForm = "multipart/form-data"))),
+    responses((status = 202, body = JobView, description = "taken on", headers(("Location" = String), ("Retry-After" = u32))),
+        (status = 200, body = JobView, description = "ended within the wait"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn create(State(state): State<ApiState>, prefer: Prefer, request: Request<Body>) -> Result<Response, Problem> {
+    let ApiState { jobs, assets, settings, .. } = &state;
+    jobs.check_admission()?;
+    let new = if extract::is_media_type(request.headers(), "multipart/form-data") {
+        upload::read_job(request, assets, settings).await?
+    } else {
+        let JsonBody(body) = JsonBody::<NewJobBody>::from_request(request, &state).await?;
+        body.read(settings)?
+    };
+    let submitted = jobs.submit(new).await?;
+    let longest = settings.max_wait.0;
+    let snapshot = jobs.wait(&submitted.record.id, prefer.wait(std::time::Duration::ZERO, longest)).await?;
+    let status = if snapshot.record.state.is_final() { StatusCode::OK } else { StatusCode::ACCEPTED };
+    let mut response = accepted(snapshot, status);
+    response.headers_mut().extend(prefer.applied(longest));
+    Ok(response)
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct ListQuery {
+    /// Only jobs in this state.
+    state: Option<String>,
+    /// Entries of the page; cut down to the limit `page_items`.
+    limit: Option<u32>,
+    /// `next_cursor` of the page before.
+    cursor: Option<String>,
+}
+
+/// Lists jobs, newest first.
+#[utoipa::path(get, path = "/v1/jobs", tag = "jobs", params(ListQuery),
+    responses((status = 200, body = JobPageView, description = "a page"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn list(
+    State(jobs): State<Jobs>,
+    State(settings): State<Shared<Settings>>,
+    QueryOf(query): QueryOf<ListQuery>,
+) -> Result<Json<JobPageView>, Problem> {
+    let filter = query.state.as_deref().unwrap_or_default();
+    let state = read_state(query.state.as_deref())?;
+    let before = page::read_cursor(query.cursor.as_deref(), filter, |text| JobId::parse(text).ok())?;
+    let found = jobs.list(state, before.as_ref(), page::items(query.limit, settings.max_page_items)).await?;
+    let last = found.items.last().filter(|_| found.has_more);
+    let next_cursor = last.map(|job| page::cursor(filter, job.record.id.as_str()));
+    let items = found.items.into_iter().map(JobView::from).collect();
+    Ok(Json(JobPageView { items, next_cursor }))
+}
+
+fn read_state(name: Option<&str>) -> Result<Option<JobState>, Problem> {
+    let Some(name) = name else { return Ok(None) };
+    JobState::from_name(name).map(Some).ok_or_else(|| {
+        let known = JobState::ALL.map(JobState::name).join(", ");
+        let shown: String = name.chars().take(64).collect();
+        Problem::new(Code::MalformedRequest, format!("'{shown}' is no state of a job; they are {known}"))
+    })
+}
+
+/// Shows a job.
+///
+/// With `Prefer: wait=N` the answer comes when the job has ended, or after N seconds.
+#[utoipa::path(get, path = "/v1/jobs/{id}", tag = "jobs", params(("id" = String, Path, description = "the job"),
+    ("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds for its end")),
+    responses((status = 200, body = JobView, description = "the job; `Retry-After` while it has not ended"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn show(
+    State(jobs): State<Jobs>,
+    State(settings): State<Shared<Settings>>,
+    Id(id): Id<JobId>,
+    prefer: Prefer,
+) -> Result<Response, Problem> {
+    let longest = settings.max_wait.0;
+    let snapshot = jobs.wait(&id, prefer.wait(std::time::Duration::ZERO, longest)).await?;
+    let mut response = accepted(snapshot, StatusCode::OK);
+    response.headers_mut().extend(prefer.applied(longest));
+    Ok(response)
+}
+
+/// Stops a job.
+///
+/// May be called any number of times, whatever the load. A job that has ended stays as it is.
+#[utoipa::path(post, path = "/v1/jobs/{id}/cancel", tag = "jobs", params(("id" = String, Path, description = "the job")),
+    responses((status = 200, body = JobView, description = "the job as it is now"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn cancel(State(jobs): State<Jobs>, Id(id): Id<JobId>) -> Result<Response, Problem> {
+    Ok(accepted(jobs.cancel(&id).await?, StatusCode::OK))
+}
+
+/// Asks for the same again, as a new job.
+#[utoipa::path(post, path = "/v1/jobs/{id}/retry", tag = "jobs", params(("id" = String, Path, description = "the job")),
+    responses((status = 202, body = JobView, description = "the new job", headers(("Location" = String))),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn retry(State(jobs): State<Jobs>, Id(id): Id<JobId>) -> Result<Response, Problem> {
+    Ok(accepted(jobs.retry(&id).await?, StatusCode::ACCEPTED))
+}
+
+/// Removes a job and its results.
+///
+/// Refused while it has not ended.
+#[utoipa::path(delete, path = "/v1/jobs/{id}", tag = "jobs", params(("id" = String, Path, description = "the job")),
+    responses((status = 204, description = "removed"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn delete(State(jobs): State<Jobs>, Id(id): Id<JobId>) -> Result<StatusCode, Problem> {
+    jobs.delete(&id).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// Shows what was measured.
+#[utoipa::path(get, path = "/v1/jobs/{id}/report", tag = "jobs", params(("id" = String, Path, description = "the job")),
+    responses((status = 200, body = Object, description = "timings, counts, warnings and measures"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn report(State(jobs): State<Jobs>, Id(id): Id<JobId>) -> Result<Response, Problem> {
+    Ok(json_text(jobs.report(&id).await?))
+}
+
+/// Shows the resolved spec.
+///
+/// Everything that was found out is filled in; run again, it gives the same result.
+#[utoipa::path(get, path = "/v1/jobs/{id}/config", tag = "jobs", params(("id" = String, Path, description = "the job")),
+    responses((status = 200, body = Object, description = "the resolved spec"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn config(State(jobs): State<Jobs>, Id(id): Id<JobId>) -> Result<Response, Problem> {
+    Ok(json_text(jobs.resolved_spec(&id).await?))
+}

@@ -1,0 +1,9 @@
+//! The routes, one resource per file. A handler translates: request to a call, outcome to a view.
+
+pub(super) mod assets;
+pub(super) mod describe;
+pub(super) mod jobs;
+pub(super) mod new_job;
+pub(super) mod probes;
+pub(super) mod results;
+pub(super) mod retarget;

@@ -1,0 +1,123 @@
+//! The JSON that asks for a job.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+use utoipa::ToSchema;
+
+use crate::{
+    config::Settings,
+    engine::Format,
+    http::{code::Code, problem::Problem},
+    jobs::{AssetId, ConfigDocument, InputRole, NewJob},
+};
+
+/// Asks for a job on files that have been uploaded.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = NewJob)]
+pub(in crate::http) struct NewJobBody {
+    /// The file with the animation.
+    source: InputBody,
+    /// The file with the character that it goes onto.
+    target: InputBody,
+    /// The source rig in its rest pose, where the source file does not hold it.
+    source_rest: Option<InputBody>,
+    /// The target rig in its rest pose, where the target file does not hold it.
+    target_rest: Option<InputBody>,
+    /// The retarget spec; `/v1/schemas/retarget-spec` is its schema. Left out, everything is found out.
+    #[schema(value_type = Option<Object>)]
+    config: Option<serde_json::Map<String, serde_json::Value>>,
+    /// Names of the formats to make, as `/v1/formats` lists them. Left out, the config says, else `glb`.
+    #[serde(default)]
+    #[schema(example = json!(["glb", "poses_npz"]))]
+    output: Vec<String>,
+    /// Words of your own, given back with the job.
+    #[serde(default)]
+    labels: BTreeMap<String, String>,
+}
+
+/// A file of a job.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = NewJobInput)]
+pub(in crate::http) struct InputBody {
+    /// The id of an asset.
+    #[schema(example = "ast_01j9z3k8m0q4r6t8v0x2y4a6c8")]
+    asset: String,
+}
+
+impl NewJobBody {
+    /// What is asked for.
+    ///
+    /// # Errors
+    /// When an id, a format or a label cannot be used.
+    pub(in crate::http) fn read(self, settings: &Settings) -> Result<NewJob, Problem> {
+        let given = [Some(self.source), Some(self.target), self.source_rest, self.target_rest];
+        let mut inputs = BTreeMap::new();
+        for (role, input) in InputRole::ALL.into_iter().zip(given) {
+            if let Some(input) = input {
+                inputs.insert(role, asset_id(role, &input.asset)?);
+            }
+        }
+        let config = self.config.map(|config| ConfigDocument {
+            file_name: "config.json".to_owned(),
+            text: serde_json::Value::Object(config).to_string(),
+        });
+        let formats = read_formats(&self.output, settings.max_outputs_per_job)?;
+        Ok(NewJob { inputs, config, formats, labels: check_labels(self.labels, settings)? })
+    }
+}
+
+fn asset_id(role: InputRole, text: &str) -> Result<AssetId, Problem> {
+    AssetId::parse(text).map_err(|error| {
+        Problem::new(Code::InvalidValue, error.to_string()).at(format!("/{}/asset", role.name()), Vec::new())
+    })
+}
+
+fn read_formats(names: &[String], most: u64) -> Result<Vec<Format>, Problem> {
+    if names.len() as u64 > most {
+        let detail = format!("{} formats are asked for; the limit 'outputs_per_job' is {most}", names.len());
+        return Err(Problem::new(Code::InvalidValue, detail)
+            .about_limit("outputs_per_job", most, names.len() as u64)
+            .at("/output", Vec::new()));
+    }
+    let read = |(place, name): (usize, &String)| {
+        let format = Format::from_name(name).or_else(|| Format::from_file_name(&format!(".{name}")));
+        let seen_before = names[..place].contains(name);
+        format.filter(|format| format.info().writes && !seen_before).ok_or_else(|| {
+            let reason = if seen_before { "is asked for twice" } else { "is no format that can be written" };
+            let shown: String = name.chars().take(64).collect();
+            Problem::new(Code::InvalidValue, format!("'{shown}' {reason}"))
+                .at(format!("/output/{place}"), similar_formats(name))
+        })
+    };
+    names.iter().enumerate().map(read).collect()
+}
+
+fn similar_formats(name: &str) -> Vec<String> {
+    let writable = Format::ALL.into_iter().map(Format::info).filter(|info| info.writes);
+    let similar = writable.filter(|info| info.name != name && strsim::jaro_winkler(info.name, name) > 0.6);
+    similar.map(|info| info.name.to_owned()).collect()
+}
+
+fn check_labels(labels: BTreeMap<String, String>, settings: &Settings) -> Result<BTreeMap<String, String>, Problem> {
+    let (most, most_bytes) = (settings.max_labels, settings.max_label_bytes.0);
+    let count = labels.len() as u64;
+    if count > most {
+        let detail = format!("there are {count} labels; the limit 'labels' is {most}");
+        return Err(Problem::new(Code::InvalidValue, detail)
+            .about_limit("labels", most, count)
+            .at("/labels", Vec::new()));
+    }
+    match labels.iter().find(|(name, value)| name.len().max(value.len()) as u64 > most_bytes) {
+        Some((name, value)) => {
+            let actual = name.len().max(value.len()) as u64;
+            let detail = format!("a label is longer than the limit 'label_bytes' of {most_bytes} allows");
+            Err(Problem::new(Code::InvalidValue, detail)
+                .about_limit("label_bytes", most_bytes, actual)
+                .at("/labels", Vec::new()))
+        }
+        None => Ok(labels),
+    }
+}

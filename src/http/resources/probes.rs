@@ -1,0 +1,64 @@
+//! What machines ask: alive, ready, metrics.
+
+use axum::{
+    Json,
+    extract::State,
+    http::header,
+    response::{IntoResponse, Response},
+};
+use serde::Serialize;
+use utoipa::ToSchema;
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use crate::{
+    http::{
+        ApiState,
+        code::Code,
+        problem::{Problem, ProblemView},
+    },
+    jobs::{Jobs, Refusal},
+};
+
+pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
+    OpenApiRouter::new().routes(routes!(live)).routes(routes!(ready)).routes(routes!(metrics))
+}
+
+/// An answer to a probe.
+#[derive(Debug, Serialize, ToSchema)]
+struct Status {
+    /// `ok`.
+    status: &'static str,
+}
+
+/// Says that the process can answer.
+///
+/// Says nothing of load: a busy service is alive.
+#[utoipa::path(get, path = "/livez", tag = "service", responses((status = 200, body = Status, description = "alive")))]
+async fn live() -> Json<Status> {
+    Json(Status { status: "ok" })
+}
+
+/// Says whether to send work here.
+///
+/// Not while shutting down, and not when the store does not answer. A full queue is no reason: it is said to whoever asks
+/// for more.
+#[utoipa::path(get, path = "/readyz", tag = "service",
+    responses((status = 200, body = Status, description = "ready"),
+        (status = 503, body = ProblemView, content_type = "application/problem+json", description = "not ready")))]
+async fn ready(State(jobs): State<Jobs>) -> Result<Json<Status>, Problem> {
+    if jobs.is_draining() {
+        return Err(Refusal::Draining.into());
+    }
+    jobs.check_store().await.map_err(|error| {
+        tracing::error!(%error, "the store does not answer");
+        Problem::new(Code::Unavailable, "the store does not answer")
+    })?;
+    Ok(Json(Status { status: "ok" }))
+}
+
+/// Gives the metrics, as Prometheus reads them.
+#[utoipa::path(get, path = "/metrics", tag = "service",
+    responses((status = 200, body = String, content_type = "text/plain", description = "the metrics")))]
+async fn metrics(State(state): State<ApiState>) -> Response {
+    ([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], state.metrics.render()).into_response()
+}

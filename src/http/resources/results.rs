@@ -1,0 +1,51 @@
+//! `/v1/results`: the files that jobs gave.
+
+use axum::{
+    Json,
+    extract::State,
+    http::{HeaderMap, Method},
+    response::Response,
+};
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use crate::{
+    http::{
+        ApiState,
+        download::File,
+        extract::Id,
+        problem::{Problem, ProblemView},
+        views::ResultView,
+    },
+    jobs::{Jobs, ResultId},
+};
+
+pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
+    OpenApiRouter::new().routes(routes!(show)).routes(routes!(content))
+}
+
+/// Shows what is known of a result.
+#[utoipa::path(get, path = "/v1/results/{id}", tag = "results", params(("id" = String, Path, description = "the result")),
+    responses((status = 200, body = ResultView, description = "the result"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn show(State(jobs): State<Jobs>, Id(id): Id<ResultId>) -> Result<Json<ResultView>, Problem> {
+    Ok(Json(jobs.result(&id).await?.into()))
+}
+
+/// Downloads a result.
+///
+/// It never changes: `ETag` is its digest, and it may be cached for as long as it is kept.
+#[utoipa::path(get, path = "/v1/results/{id}/content", tag = "results", params(("id" = String, Path, description = "the result"),
+    ("Range" = Option<String>, Header, description = "one range of bytes"),
+    ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
+    responses((status = 200, content_type = "application/octet-stream", body = String, description = "the bytes, under the media type of the format"),
+        (status = 206, content_type = "application/octet-stream", body = String, description = "a range of the bytes"),
+        (status = 304, description = "the caller has them already"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn content(
+    State(jobs): State<Jobs>,
+    Id(id): Id<ResultId>,
+    method: Method,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    File::from(jobs.result(&id).await?).answer(&method, &headers, &jobs).await
+}

@@ -1,0 +1,147 @@
+//! `POST /v1/retarget`: files in, file out. A job with a wait, not a second way of working.
+
+use axum::{
+    body::Body,
+    extract::{Request, State},
+    http::{StatusCode, header},
+    response::{IntoResponse, Response},
+};
+use serde::Deserialize;
+use utoipa::ToSchema;
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use crate::{
+    http::{
+        ApiState,
+        code::Code,
+        download::{File, ascii},
+        extract, negotiate,
+        prefer::Prefer,
+        problem::{Problem, ProblemView},
+        resources::jobs::accepted,
+        upload,
+        views::JobView,
+    },
+    jobs::{JobId, JobSnapshot, JobState, Jobs},
+};
+
+pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
+    OpenApiRouter::new().routes(routes!(retarget))
+}
+
+/// The parts of a retarget, in any order.
+#[derive(ToSchema)]
+#[allow(dead_code, reason = "only its schema is used: parts are streamed, never held in one value")]
+pub(in crate::http) struct RetargetForm {
+    /// The file with the animation.
+    #[schema(content_media_type = "application/octet-stream")]
+    source: String,
+    /// The file with the character that it goes onto.
+    #[schema(content_media_type = "application/octet-stream")]
+    target: String,
+    /// The source rig in its rest pose, where the source file does not hold it.
+    #[schema(content_media_type = "application/octet-stream")]
+    source_rest: Option<String>,
+    /// The target rig in its rest pose, where the target file does not hold it.
+    #[schema(content_media_type = "application/octet-stream")]
+    target_rest: Option<String>,
+    /// The retarget spec (JSON or YAML), or a config of another tool that is understood.
+    #[schema(content_media_type = "application/json")]
+    config: Option<String>,
+}
+
+/// Stops the job when the caller goes away while waiting for it.
+struct StopUnlessAnswered {
+    jobs: Jobs,
+    id: Option<JobId>,
+}
+
+impl Drop for StopUnlessAnswered {
+    fn drop(&mut self) {
+        if let Some(id) = self.id.take() {
+            let jobs = self.jobs.clone();
+            tokio::spawn(async move {
+                if let Err(error) = jobs.cancel(&id).await {
+                    tracing::warn!(job_id = %id, %error, "a job whose caller went away could not be stopped");
+                }
+            });
+        }
+    }
+}
+
+/// Retargets files and gives the file back.
+///
+/// The format is that of `Accept`, else of the config's `output.format`, else GLB. When it takes longer than the wait, the
+/// answer is 202 with the job, which goes on.
+#[utoipa::path(post, path = "/v1/retarget", tag = "retarget",
+    params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds"),
+        ("Accept" = Option<String>, Header, description = "the media type of the format wanted")),
+    request_body(content = RetargetForm, content_type = "multipart/form-data"),
+    responses((status = 200, description = "the file", content((String = "model/gltf-binary"), (String = "model/gltf+json"),
+            (String = "text/plain"), (String = "application/x-npz"), (Object = "application/json")),
+            headers(("Job-Id" = String), ("ETag" = String), ("Server-Timing" = String), ("Warnings-Count" = u64),
+                ("Content-Disposition" = String))),
+        (status = 202, body = JobView, description = "not ended within the wait", headers(("Location" = String), ("Retry-After" = u32))),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn retarget(State(state): State<ApiState>, prefer: Prefer, request: Request<Body>) -> Result<Response, Problem> {
+    let ApiState { jobs, assets, settings, .. } = &state;
+    jobs.check_admission()?;
+    let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
+    let mut new = upload::read_job(request, assets, settings).await?;
+    new.formats.extend(format);
+    let id = jobs.submit(new).await?.record.id;
+    let mut stop = StopUnlessAnswered { jobs: jobs.clone(), id: Some(id.clone()) };
+    let longest = settings.max_wait.0;
+    let snapshot = jobs.wait(&id, prefer.wait(settings.default_wait.0, longest)).await?;
+    stop.id = None;
+    let mut response = present(snapshot, jobs).await.unwrap_or_else(IntoResponse::into_response);
+    response.headers_mut().insert("job-id", ascii(id.to_string()));
+    response.headers_mut().extend(prefer.applied(longest));
+    Ok(response)
+}
+
+async fn present(snapshot: JobSnapshot, jobs: &Jobs) -> Result<Response, Problem> {
+    let JobSnapshot { record, results, .. } = &snapshot;
+    match (record.state, &record.failure) {
+        (JobState::Succeeded, _) => {
+            let first =
+                results.first().cloned().ok_or_else(|| Problem::internal(&"a job succeeded without results"))?;
+            let report = jobs.report(&record.id).await?;
+            let mut response = File::from(first).whole(jobs).await?;
+            response.headers_mut().insert("warnings-count", record.warnings.into());
+            response.headers_mut().insert("server-timing", ascii(server_timing(&report)));
+            Ok(response)
+        }
+        (JobState::Failed, Some(failure)) => Err(Problem::of_job(failure)),
+        (JobState::Failed, None) => Err(Problem::internal(&"a job failed without a reason")),
+        (JobState::Canceled, _) => Err(Problem::new(Code::Canceled, "the job was canceled while it was waited for")),
+        (JobState::Queued | JobState::Running | JobState::Canceling, _) => Ok(accepted(snapshot, StatusCode::ACCEPTED)),
+    }
+}
+
+/// The timings of a report as a `Server-Timing` header, in milliseconds.
+fn server_timing(report: &str) -> String {
+    #[derive(Deserialize, Default)]
+    struct Report {
+        #[serde(default)]
+        timings: serde_json::Map<String, serde_json::Value>,
+    }
+    let report: Report = serde_json::from_str(report).unwrap_or_default();
+    let phases = report.timings.iter().filter_map(|(name, seconds)| {
+        let name = name.strip_suffix("_seconds")?;
+        Some(format!("{name};dur={:.1}", seconds.as_f64()? * 1e3))
+    });
+    phases.collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn timings_become_a_header() {
+        let report = r#"{"timings": {"read_seconds": 0.0125, "total_seconds": 1.5}, "counts": {}}"#;
+        assert_eq!(server_timing(report), "read;dur=12.5, total;dur=1500.0", "milliseconds");
+        assert_eq!(server_timing("{}"), "", "nothing known");
+    }
+}

@@ -1,0 +1,265 @@
+//! Bodies that arrive: streamed, bounded in size and in time.
+
+use std::collections::BTreeMap;
+
+use axum::{
+    body::{Body, Bytes},
+    extract::{FromRequest, Multipart, Request, multipart::Field},
+    http::{HeaderMap, header},
+};
+use futures::{Stream, StreamExt};
+use tokio::time::Instant;
+
+use super::{code::Code, digest, extract, problem::Problem};
+use crate::{
+    config::Settings,
+    jobs::{AssetRecord, Assets, ConfigDocument, InputRole, NewJob, ReceivedFile, Upload},
+};
+
+/// How long a body may take.
+#[derive(Clone, Copy, Debug)]
+struct Pace {
+    idle: std::time::Duration,
+    end: Instant,
+}
+
+impl Pace {
+    fn new(settings: &Settings) -> Self {
+        Self { idle: settings.upload_idle_timeout.0, end: Instant::now() + settings.upload_timeout.0 }
+    }
+
+    /// Waits for what comes next, no longer than a pause may be.
+    async fn next<T>(self, arrival: impl Future<Output = T>) -> Result<T, Problem> {
+        let deadline = self.end.min(Instant::now() + self.idle);
+        tokio::time::timeout_at(deadline, arrival).await.map_err(|_| {
+            let (limit, seconds) = if Instant::now() >= self.end {
+                ("upload_timeout", None)
+            } else {
+                ("upload_idle_timeout", Some(self.idle.as_secs_f64()))
+            };
+            let seconds = seconds.map_or_else(String::new, |seconds| format!(" of {seconds} seconds"));
+            Problem::new(Code::UploadTooSlow, format!("the upload took longer than '{limit}'{seconds} allows"))
+                .with_hint("nothing was kept; send it again")
+        })
+    }
+}
+
+/// Reads a body that is no multipart.
+pub(super) struct BodyReader<'a> {
+    headers: HeaderMap,
+    body: axum::body::BodyDataStream,
+    settings: &'a Settings,
+    pace: Pace,
+}
+
+impl<'a> BodyReader<'a> {
+    pub(super) fn new(request: Request<Body>, settings: &'a Settings) -> Self {
+        let (parts, body) = request.into_parts();
+        Self { headers: parts.headers, body: body.into_data_stream(), settings, pace: Pace::new(settings) }
+    }
+
+    /// A document that is small enough for memory.
+    pub(super) async fn document(mut self, what: &str) -> Result<Vec<u8>, Problem> {
+        let most = self.settings.max_document_bytes.0;
+        collect(&mut self.body, most, what, self.pace).await
+    }
+
+    /// A file, kept as an asset. Gives the record and whether it is new.
+    pub(super) async fn asset(mut self, assets: &Assets, name: &str) -> Result<(AssetRecord, bool), Problem> {
+        let announced_digest = digest::announced(&self.headers)?;
+        let mut upload = assets.begin(&clean_name(name), content_length(&self.headers)).await?;
+        receive(&mut self.body, &mut upload, self.pace).await?;
+        let file = upload.finish(announced_digest.as_deref()).await?;
+        Ok(assets.keep(file).await?)
+    }
+}
+
+/// Reads the multipart body of a job: files go to the store as they come, in any order, and are kept only when all of them
+/// have arrived.
+pub(super) async fn read_job(request: Request<Body>, assets: &Assets, settings: &Settings) -> Result<NewJob, Problem> {
+    check_announced(request.headers(), settings)?;
+    let pace = Pace::new(settings);
+    let mut multipart = Multipart::from_request(request, &()).await.map_err(|error| {
+        Problem::new(Code::UnsupportedMediaType, format!("the body must be multipart/form-data: {}", error.body_text()))
+    })?;
+    let mut parts = JobParts::default();
+    while let Some(field) = pace.next(multipart.next_field()).await?.map_err(broken)? {
+        parts.take(field, assets, settings, pace).await?;
+    }
+    parts.into_job(assets).await
+}
+
+#[derive(Default)]
+struct JobParts {
+    files: BTreeMap<InputRole, ReceivedFile>,
+    config: Option<ConfigDocument>,
+    bytes: u64,
+}
+
+impl JobParts {
+    const NAMES: [&'static str; 5] = ["source", "target", "source_rest", "target_rest", "config"];
+
+    async fn take(
+        &mut self,
+        mut field: Field<'_>,
+        assets: &Assets,
+        settings: &Settings,
+        pace: Pace,
+    ) -> Result<(), Problem> {
+        let name = field.name().unwrap_or_default().to_owned();
+        let file_name = clean_name(field.file_name().unwrap_or_default());
+        if name == "config" && self.config.is_none() {
+            let what = "the part 'config'";
+            let bytes = collect(&mut field, settings.max_document_bytes.0, what, pace).await?;
+            self.config = Some(config_document(file_name, bytes)?);
+            return Ok(());
+        }
+        let Some(role) = InputRole::from_name(&name).filter(|role| !self.files.contains_key(role)) else {
+            return Err(unexpected(&name));
+        };
+        let most = settings.max_request_bytes.0;
+        let mut upload = assets.begin(&file_name, None).await?;
+        self.bytes += receive(&mut field, &mut upload, pace).await?;
+        if self.bytes > most {
+            return Err(too_large("the request", "request_bytes", most, self.bytes));
+        }
+        self.files.insert(role, upload.finish(None).await.map_err(|refusal| in_part(refusal.into(), role))?);
+        Ok(())
+    }
+
+    async fn into_job(self, assets: &Assets) -> Result<NewJob, Problem> {
+        for role in [InputRole::Source, InputRole::Target] {
+            if !self.files.contains_key(&role) {
+                let detail = format!("the part '{}' is missing", role.name());
+                let hint = "curl sends a file as -F source=@walk.bvh -F target=@hero.glb";
+                return Err(Problem::new(Code::MissingPart, detail).with_hint(hint));
+            }
+        }
+        let mut inputs = BTreeMap::new();
+        for (role, file) in self.files {
+            inputs.insert(role, assets.keep(file).await?.0.id);
+        }
+        Ok(NewJob { inputs, config: self.config, ..NewJob::default() })
+    }
+}
+
+fn unexpected(name: &str) -> Problem {
+    let shown: String = name.chars().take(64).collect();
+    if JobParts::NAMES.contains(&name) {
+        return Problem::new(Code::UnknownPart, format!("the part '{shown}' was sent twice"));
+    }
+    let known = JobParts::NAMES.join("', '");
+    let similar = JobParts::NAMES.into_iter().filter(|known| strsim::jaro_winkler(known, name) > 0.7);
+    let similar: Vec<String> = similar.map(str::to_owned).collect();
+    Problem::new(Code::UnknownPart, format!("there is no part '{shown}'; the parts are '{known}'"))
+        .at(format!("/{shown}"), similar)
+}
+
+fn in_part(problem: Problem, role: InputRole) -> Problem {
+    Problem { part: role.name().to_owned(), ..problem }
+}
+
+/// A config that came as bytes.
+fn config_document(file_name: String, bytes: Vec<u8>) -> Result<ConfigDocument, Problem> {
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let place = error.utf8_error().valid_up_to();
+        Problem::new(
+            Code::MalformedConfig,
+            format!("the config is no UTF-8 text; byte {place} is the first that is none"),
+        )
+    })?;
+    Ok(ConfigDocument { file_name, text })
+}
+
+/// Streams bytes into an upload. Gives how many.
+async fn receive<E: ArrivalError>(
+    chunks: &mut (impl Stream<Item = Result<Bytes, E>> + Unpin),
+    upload: &mut Upload,
+    pace: Pace,
+) -> Result<u64, Problem> {
+    let mut total = 0;
+    while let Some(chunk) = pace.next(chunks.next()).await? {
+        let chunk = chunk.map_err(E::problem)?;
+        total += chunk.len() as u64;
+        upload.write(&chunk).await?;
+    }
+    Ok(total)
+}
+
+async fn collect<E: ArrivalError>(
+    chunks: &mut (impl Stream<Item = Result<Bytes, E>> + Unpin),
+    most: u64,
+    what: &str,
+    pace: Pace,
+) -> Result<Vec<u8>, Problem> {
+    let mut bytes = Vec::new();
+    while let Some(chunk) = pace.next(chunks.next()).await? {
+        let chunk = chunk.map_err(E::problem)?;
+        let total = bytes.len() as u64 + chunk.len() as u64;
+        if total > most {
+            return Err(too_large(what, "document_bytes", most, total));
+        }
+        bytes.extend_from_slice(&chunk);
+    }
+    Ok(bytes)
+}
+
+/// A way in which bytes do not arrive.
+trait ArrivalError {
+    fn problem(self) -> Problem;
+}
+
+impl ArrivalError for axum::Error {
+    fn problem(self) -> Problem {
+        Problem::new(Code::MalformedRequest, "the body ended before it was complete")
+    }
+}
+
+impl ArrivalError for axum::extract::multipart::MultipartError {
+    fn problem(self) -> Problem {
+        broken(self)
+    }
+}
+
+fn broken(error: axum::extract::multipart::MultipartError) -> Problem {
+    Problem::new(Code::MalformedRequest, format!("the multipart body cannot be read: {}", error.body_text()))
+}
+
+fn too_large(what: &str, limit: &'static str, most: u64, actual: u64) -> Problem {
+    Problem::new(Code::BodyTooLarge, format!("{what} is larger than the limit '{limit}' of {most} bytes allows"))
+        .about_limit(limit, most, actual)
+}
+
+fn check_announced(headers: &HeaderMap, settings: &Settings) -> Result<(), Problem> {
+    let most = settings.max_request_bytes.0;
+    match content_length(headers) {
+        Some(announced) if announced > most => Err(too_large("the request", "request_bytes", most, announced)),
+        _ => Ok(()),
+    }
+}
+
+fn content_length(headers: &HeaderMap) -> Option<u64> {
+    extract::text(headers, &header::CONTENT_LENGTH).parse().ok()
+}
+
+/// A file name as it is kept: no folder, no control characters, not endless.
+fn clean_name(name: &str) -> String {
+    const MOST_LETTERS: usize = 200;
+    let last = name.rsplit(['/', '\\']).next().unwrap_or_default();
+    let kept: Vec<char> = last.chars().filter(|letter| !letter.is_control()).collect();
+    // The ending tells formats apart, so it is the beginning that goes.
+    kept[kept.len().saturating_sub(MOST_LETTERS)..].iter().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_lose_folders_and_control_characters() {
+        assert_eq!(clean_name("../../etc/passwd"), "passwd", "a path");
+        assert_eq!(clean_name("C:\\clips\\walk.bvh"), "walk.bvh", "a path of another system");
+        assert_eq!(clean_name("a\r\nb\0.glb"), "ab.glb", "control characters");
+        assert!(clean_name(&format!("{}.glb", "a".repeat(1000))).ends_with("a.glb"), "the ending stays");
+    }
+}

@@ -1,0 +1,208 @@
+//! Uploaded files: taking them, keeping them, looking into them.
+
+use std::sync::Arc;
+
+use tokio::sync::Semaphore;
+
+use super::{Jobs, Refusal, bridge::on_own_thread};
+use crate::{
+    engine::{Control, Failure, FailureCode, Format, NamedBytes, sniff},
+    store::{AssetId, AssetRecord, BlobWriter, Page, UnnamedBlob},
+    telemetry::Metric,
+};
+
+/// The uploaded files. Cheap to clone; all clones are the same.
+#[derive(Clone, Debug)]
+pub struct Assets {
+    jobs: Jobs,
+    /// As many files are looked into at the same time as jobs may run.
+    inspections: Arc<Semaphore>,
+}
+
+/// A file that is arriving. Dropping it leaves nothing.
+#[derive(Debug)]
+pub struct Upload {
+    writer: BlobWriter,
+    head: Vec<u8>,
+    file_name: String,
+    most_bytes: u64,
+}
+
+/// A file that has arrived and is not kept yet. Dropping it leaves nothing.
+#[derive(Debug)]
+pub struct ReceivedFile {
+    blob: UnnamedBlob,
+    format: Format,
+    file_name: String,
+}
+
+/// Enough of a file to tell its format: everything but JSON says so in its first bytes.
+const HEAD_BYTES: usize = 1 << 20;
+
+impl Assets {
+    /// The files that `jobs` work on.
+    #[must_use]
+    pub fn new(jobs: &Jobs) -> Self {
+        let inspections = Arc::new(Semaphore::new(jobs.0.settings.workers.0.get()));
+        Self { jobs: jobs.clone(), inspections }
+    }
+
+    /// Begins to take a file. `announced_bytes` is what the sender said it will be, so that too much is refused early.
+    ///
+    /// # Errors
+    /// When the file would be too large, there is no room, or the service is going down.
+    pub async fn begin(&self, file_name: &str, announced_bytes: Option<u64>) -> Result<Upload, Refusal> {
+        let inner = &self.jobs.0;
+        if self.jobs.is_draining() {
+            return Err(Refusal::Draining);
+        }
+        let most_bytes = inner.settings.max_file_bytes.0;
+        let announced = announced_bytes.unwrap_or(0);
+        if announced > most_bytes {
+            return Err(too_large(file_name, most_bytes, announced));
+        }
+        let stored = inner.store.records().stored_bytes().await?;
+        if stored.saturating_add(announced) > inner.settings.max_stored_bytes.0 {
+            Metric::AdmissionRejected.count([("reason", "storage_full".to_owned())], 1);
+            return Err(Refusal::StorageFull);
+        }
+        let writer = inner.store.blobs().begin().await?;
+        Ok(Upload { writer, head: Vec::new(), file_name: file_name.to_owned(), most_bytes })
+    }
+
+    /// Keeps a file that has arrived. The same bytes of the same format are kept once. Gives the record and whether it is new.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn keep(&self, file: ReceivedFile) -> Result<(AssetRecord, bool), Refusal> {
+        let inner = &self.jobs.0;
+        let _held = inner.store.hold_blobs().await;
+        let blob = file.blob.keep().await?;
+        let asset = AssetRecord {
+            id: AssetId::new(),
+            sha256: blob.sha256,
+            bytes: blob.bytes,
+            format: file.format.info().name.to_owned(),
+            file_name: file.file_name,
+            created_at: inner.clock.now(),
+            expires_at: inner.clock.after(inner.settings.asset_retention.0),
+        };
+        Ok(inner.store.records().add_asset(&asset).await?)
+    }
+
+    /// A file's record.
+    ///
+    /// # Errors
+    /// When there is none, or its time is over.
+    pub async fn get(&self, id: &AssetId) -> Result<AssetRecord, Refusal> {
+        let asset = self.jobs.0.store.records().asset(id).await?;
+        let asset = asset.ok_or_else(|| Refusal::NotFound { kind: "asset", id: id.to_string() })?;
+        if asset.expires_at <= self.jobs.0.clock.now() {
+            return Err(Refusal::Expired { kind: "asset", id: id.to_string() });
+        }
+        Ok(asset)
+    }
+
+    /// Up to `most` records, newest first, that are older than `before`.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn list(&self, before: Option<&AssetId>, most: usize) -> Result<Page<AssetRecord>, Refusal> {
+        Ok(self.jobs.0.store.records().assets(before, most).await?)
+    }
+
+    /// Removes a file.
+    ///
+    /// # Errors
+    /// When there is none, or an unfinished job needs it.
+    pub async fn delete(&self, id: &AssetId) -> Result<(), Refusal> {
+        let store = &self.jobs.0.store;
+        let removed = store.records().remove_asset(id).await?;
+        let removed = removed.ok_or_else(|| Refusal::NotFound { kind: "asset", id: id.to_string() })?;
+        Ok(store.remove_unnamed(&[removed.sha256]).await?)
+    }
+
+    /// What a file holds, as a JSON object. Found out once and remembered.
+    ///
+    /// # Errors
+    /// When there is no such file, or it cannot be read.
+    pub async fn inspect(&self, id: &AssetId) -> Result<String, Refusal> {
+        const VERSION: &str = env!("CARGO_PKG_VERSION");
+        let asset = self.get(id).await?;
+        let records = self.jobs.0.store.records();
+        if let Some(document) = records.inspection(&asset, VERSION).await? {
+            return Ok(document);
+        }
+        let document = self.inspect_now(&asset).await?.to_string();
+        records.add_inspection(&asset, VERSION, &document).await?;
+        Ok(document)
+    }
+
+    async fn inspect_now(&self, asset: &AssetRecord) -> Result<serde_json::Value, Refusal> {
+        let inner = Arc::clone(&self.jobs.0);
+        let permit = Arc::clone(&self.inspections).acquire_owned().await;
+        let bytes = inner.store.blobs().read(&asset.sha256).await?;
+        let name = asset.file_name.clone();
+        // Canceled when the caller goes away, so that nobody works for nobody.
+        let watched = CancelOnDrop(Arc::default());
+        let control = Arc::clone(&watched.0);
+        let limit = inner.settings.job_timeout.0;
+        let outcome = on_own_thread("inspect", move || {
+            // Given back when the thread ends, not when the caller goes away.
+            let _permit = permit;
+            inner.engine.inspect(NamedBytes { name: &name, bytes: &bytes }, &inner.limits, &control)
+        });
+        match tokio::time::timeout(limit, outcome).await {
+            Ok(Ok(Some(inspection))) => Ok(inspection?),
+            Ok(_) => Err(Failure::new(FailureCode::Internal, "looking into the file failed because of a fault").into()),
+            Err(_) => Err(Failure::new(FailureCode::AssetLimitExceeded, "looking into the file took too long")
+                .with_hint("the limit is 'job_timeout'")
+                .into()),
+        }
+    }
+}
+
+struct CancelOnDrop(Arc<Control>);
+
+impl Drop for CancelOnDrop {
+    fn drop(&mut self) {
+        self.0.cancel();
+    }
+}
+
+impl Upload {
+    /// Adds bytes.
+    ///
+    /// # Errors
+    /// When there are more than a file may have, or the store fails.
+    pub async fn write(&mut self, chunk: &[u8]) -> Result<(), Refusal> {
+        let total = self.writer.bytes() + chunk.len() as u64;
+        if total > self.most_bytes {
+            return Err(too_large(&self.file_name, self.most_bytes, total));
+        }
+        let room = HEAD_BYTES - self.head.len();
+        self.head.extend_from_slice(&chunk[..chunk.len().min(room)]);
+        Ok(self.writer.write(chunk).await?)
+    }
+
+    /// Ends the file: `announced` is the SHA-256 that the sender gave, in hexadecimal. Finds the format from the bytes.
+    ///
+    /// # Errors
+    /// When the bytes are not those announced, or of no format that is read.
+    pub async fn finish(self, announced: Option<&str>) -> Result<ReceivedFile, Refusal> {
+        let Self { writer, head, file_name, .. } = self;
+        let blob = writer.finish().await?;
+        let actual = blob.blob().sha256.clone();
+        if let Some(announced) = announced.filter(|announced| *announced != actual) {
+            return Err(Refusal::DigestMismatch { announced: announced.to_owned(), actual });
+        }
+        let format = sniff(&head, &file_name).map_err(Failure::from)?;
+        Metric::AssetBytesReceived.count([], blob.blob().bytes);
+        Ok(ReceivedFile { blob, format, file_name })
+    }
+}
+
+fn too_large(file_name: &str, most: u64, actual: u64) -> Refusal {
+    let what = if file_name.is_empty() { "the file".to_owned() } else { format!("the file '{file_name}'") };
+    Refusal::TooLarge { what, limit: "file_bytes", most, actual }
+}

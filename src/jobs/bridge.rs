@@ -1,0 +1,55 @@
+//! The engine as the service sees it.
+
+use crate::engine::{self, Control, Failure, Inputs, Limits, NamedBytes, Outcome};
+
+/// What does the work. Handed in, so that tests of the scheduling need no real files.
+pub trait Engine: Send + Sync + 'static {
+    /// Retargets. Must look at `control` every few milliseconds.
+    ///
+    /// # Errors
+    /// As [`engine::retarget`].
+    fn retarget(&self, inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Result<Outcome, Failure>;
+
+    /// Says what a file holds, as a JSON object.
+    ///
+    /// # Errors
+    /// As [`engine::inspect`].
+    fn inspect(&self, file: NamedBytes<'_>, limits: &Limits, control: &Control) -> Result<serde_json::Value, Failure>;
+}
+
+/// The real one.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RetargetEngine;
+
+impl Engine for RetargetEngine {
+    fn retarget(&self, inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Result<Outcome, Failure> {
+        engine::retarget(inputs, limits, control)
+    }
+
+    fn inspect(&self, file: NamedBytes<'_>, limits: &Limits, control: &Control) -> Result<serde_json::Value, Failure> {
+        let inspection = engine::inspect(file, limits, control)?;
+        serde_json::to_value(inspection)
+            .map_err(|error| Failure::new(engine::FailureCode::Internal, format!("the inspection is no JSON: {error}")))
+    }
+}
+
+/// Runs `work` on a thread of its own, with a stack of a size that does not depend on who asks. `None` when it panicked.
+///
+/// The thread goes on when the receiver is dropped; `work` ends early only when its control is canceled.
+pub(super) fn on_own_thread<T: Send + 'static>(
+    name: &str,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> tokio::sync::oneshot::Receiver<Option<T>> {
+    const STACK_BYTES: usize = 8 << 20;
+    let (sender, receiver) = tokio::sync::oneshot::channel();
+    let run = move || {
+        let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)).ok();
+        // Nobody is left to tell when the job was given up.
+        let _ = sender.send(outcome);
+    };
+    // When no thread can be made the sender is dropped, which the receiver sees.
+    if let Err(error) = std::thread::Builder::new().name(name.to_owned()).stack_size(STACK_BYTES).spawn(run) {
+        tracing::error!(%error, "no thread could be started");
+    }
+    receiver
+}

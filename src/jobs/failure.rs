@@ -1,0 +1,77 @@
+//! Why a job has no results, as it is kept.
+
+use crate::{
+    engine::{Failure, FailureCode, FieldError},
+    store::{JobFailure, StoredFieldError},
+};
+
+/// Every reason why a job can have failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FailureReason {
+    /// The engine said so.
+    Engine(FailureCode),
+    /// It ran longer than it may.
+    JobTimeout,
+    /// The process died under it, again and again.
+    WorkerCrashed,
+    /// Its results found no room.
+    StorageFull,
+}
+
+impl FailureReason {
+    /// The code on the wire.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Engine(code) => code.name(),
+            Self::JobTimeout => "job_timeout",
+            Self::WorkerCrashed => "worker_crashed",
+            Self::StorageFull => "storage_full",
+        }
+    }
+
+    /// The reason of a kept failure. A code that this version does not know is one of a bug of ours.
+    #[must_use]
+    pub fn of(failure: &JobFailure) -> Self {
+        let own = [Self::JobTimeout, Self::WorkerCrashed, Self::StorageFull];
+        own.into_iter()
+            .find(|reason| reason.name() == failure.code)
+            .unwrap_or_else(|| Self::Engine(FailureCode::from_name(&failure.code).unwrap_or(FailureCode::Internal)))
+    }
+
+    /// A failure for that reason.
+    #[must_use]
+    pub(super) fn because(self, detail: impl Into<String>, hint: &str) -> JobFailure {
+        JobFailure {
+            code: self.name().to_owned(),
+            detail: detail.into(),
+            part: String::new(),
+            place: String::new(),
+            hint: hint.to_owned(),
+            errors: Vec::new(),
+        }
+    }
+}
+
+/// A failure of the engine, as it is kept.
+pub(super) fn keep(failure: Failure) -> JobFailure {
+    let Failure { code, detail, part, place, hint, errors } = failure;
+    let errors = errors
+        .into_iter()
+        .map(|FieldError { pointer, code, detail, did_you_mean }| StoredFieldError {
+            pointer,
+            code: code.to_owned(),
+            detail,
+            did_you_mean,
+        })
+        .collect();
+    JobFailure { code: code.name().to_owned(), detail, part: part.to_owned(), place, hint, errors }
+}
+
+/// What users are told of a bug of ours; the log has the rest.
+pub(super) fn internal() -> JobFailure {
+    FailureReason::Engine(FailureCode::Internal).because(
+        "the job failed because of a fault in the service",
+        "try again; if it happens again, report it with the id of the job",
+    )
+}

@@ -1,0 +1,100 @@
+//! Why a request to the service half is not carried out.
+
+use crate::{
+    engine::Failure,
+    store::{InputRole, JobId, JobState, StoreError},
+};
+
+/// Why a request is not carried out. The door that the request came through puts it into its own words.
+#[derive(Debug, thiserror::Error)]
+pub enum Refusal {
+    /// Nothing has that id.
+    #[error("no {kind} has the id '{id}'; it may have been deleted, or have expired and been removed")]
+    NotFound {
+        /// What was looked for: `asset`, `job`, `result`.
+        kind: &'static str,
+        /// The id.
+        id: String,
+    },
+    /// It was there until its time was over.
+    #[error("the {kind} '{id}' has expired")]
+    Expired {
+        /// What was looked for.
+        kind: &'static str,
+        /// The id.
+        id: String,
+    },
+    /// A job names a file that is not there.
+    #[error("no asset has the id '{id}', which is given as {}; it may have expired", role.name())]
+    UnknownInput {
+        /// What it was to be to the job.
+        role: InputRole,
+        /// The id.
+        id: String,
+    },
+    /// The queue takes no more.
+    #[error("the queue is full: {actual} of at most {most} {limit}")]
+    QueueFull {
+        /// The limit that is reached.
+        limit: &'static str,
+        /// Its value.
+        most: u64,
+        /// What there would be.
+        actual: u64,
+    },
+    /// More than a limit allows.
+    #[error("{what} is larger than the limit '{limit}' of {most} allows")]
+    TooLarge {
+        /// What is too large.
+        what: String,
+        /// The limit.
+        limit: &'static str,
+        /// Its value.
+        most: u64,
+        /// What was seen, as far as it is known.
+        actual: u64,
+    },
+    /// The bytes are not those that were announced.
+    #[error("the bytes have the SHA-256 {actual}, but {announced} was announced")]
+    DigestMismatch {
+        /// What was announced, in hexadecimal.
+        announced: String,
+        /// What arrived, in hexadecimal.
+        actual: String,
+    },
+    /// The service is going down.
+    #[error("the service is shutting down and takes no new work")]
+    Draining,
+    /// The quota of stored bytes, or the disk, is full.
+    #[error("there is no room for more files")]
+    StorageFull,
+    /// The job is in a state that does not allow it.
+    #[error("the job '{id}' is {}, so it cannot be {action}", state.name())]
+    WrongState {
+        /// The job.
+        id: JobId,
+        /// Its state.
+        state: JobState,
+        /// What cannot be done: `deleted`, `retried`, `shown`.
+        action: &'static str,
+    },
+    /// An unfinished job needs the file.
+    #[error("the file is an input of the unfinished job '{0}'")]
+    InUse(JobId),
+    /// The engine refused a file.
+    #[error(transparent)]
+    Engine(#[from] Failure),
+    /// The store failed.
+    #[error(transparent)]
+    Store(StoreError),
+}
+
+impl From<StoreError> for Refusal {
+    fn from(error: StoreError) -> Self {
+        match error {
+            StoreError::InUse(job) => Self::InUse(job),
+            error if error.is_storage_full() => Self::StorageFull,
+            error => Self::Store(error),
+        }
+    }
+}

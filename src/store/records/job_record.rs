@@ -1,0 +1,219 @@
+//! What is kept of a job. Everything in it is plain data, so that any process can run it.
+
+use std::collections::BTreeMap;
+
+use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
+
+use crate::store::{AssetId, JobId, ResultRecord};
+
+/// Where a job is in its life.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum JobState {
+    /// Waits for a worker.
+    Queued,
+    /// A worker has it.
+    Running,
+    /// A worker has it and was told to stop.
+    Canceling,
+    /// Its results are there.
+    Succeeded,
+    /// It ended without results.
+    Failed,
+    /// It was stopped on request.
+    Canceled,
+}
+
+impl JobState {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::Queued, Self::Running, Self::Canceling, Self::Succeeded, Self::Failed, Self::Canceled];
+
+    /// The name on the wire.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Queued => "queued",
+            Self::Running => "running",
+            Self::Canceling => "canceling",
+            Self::Succeeded => "succeeded",
+            Self::Failed => "failed",
+            Self::Canceled => "canceled",
+        }
+    }
+
+    /// The state of that wire name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|state| state.name() == name)
+    }
+
+    /// Whether it never changes again.
+    #[must_use]
+    pub const fn is_final(self) -> bool {
+        matches!(self, Self::Succeeded | Self::Failed | Self::Canceled)
+    }
+}
+
+/// What a file is to a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum InputRole {
+    /// The file with the animation.
+    Source,
+    /// The file with the character.
+    Target,
+    /// The source rig in its rest pose.
+    SourceRest,
+    /// The target rig in its rest pose.
+    TargetRest,
+}
+
+impl InputRole {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Source, Self::Target, Self::SourceRest, Self::TargetRest];
+
+    /// The name on the wire.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Source => "source",
+            Self::Target => "target",
+            Self::SourceRest => "source_rest",
+            Self::TargetRest => "target_rest",
+        }
+    }
+
+    /// The role of that wire name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|role| role.name() == name)
+    }
+}
+
+/// A file that a job works on.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct JobInput {
+    /// The asset.
+    pub asset: AssetId,
+    /// Its digest, which together with the config says what the job computes.
+    pub sha256: String,
+    /// Its file name.
+    pub file_name: String,
+}
+
+/// The retarget config as it came.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ConfigDocument {
+    /// Its file name; the ending may tell formats apart.
+    pub file_name: String,
+    /// Its text.
+    pub text: String,
+}
+
+/// What was asked for.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct JobRequest {
+    /// The file with the animation.
+    pub source: JobInput,
+    /// The file with the character.
+    pub target: JobInput,
+    /// The source rig in its rest pose.
+    pub source_rest: Option<JobInput>,
+    /// The target rig in its rest pose.
+    pub target_rest: Option<JobInput>,
+    /// The retarget config.
+    pub config: Option<ConfigDocument>,
+    /// Wire names of the formats asked for. Empty: what the config says.
+    pub formats: Vec<String>,
+    /// The user's own words about it.
+    pub labels: BTreeMap<String, String>,
+}
+
+impl JobRequest {
+    /// The files, with what they are to the job.
+    pub fn inputs(&self) -> impl Iterator<Item = (InputRole, &JobInput)> {
+        let inputs = [Some(&self.source), Some(&self.target), self.source_rest.as_ref(), self.target_rest.as_ref()];
+        InputRole::ALL.into_iter().zip(inputs).filter_map(|(role, input)| Some((role, input?)))
+    }
+}
+
+/// Why a job has no results.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct JobFailure {
+    /// Stable code: one of the engine's, or `job_timeout`, `worker_crashed`.
+    pub code: String,
+    /// What is wrong.
+    pub detail: String,
+    /// Which input. May be empty.
+    pub part: String,
+    /// Where in it. May be empty.
+    pub place: String,
+    /// What the user can do. May be empty.
+    pub hint: String,
+    /// Every single thing that is wrong.
+    pub errors: Vec<StoredFieldError>,
+}
+
+/// One thing that is wrong with a document.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StoredFieldError {
+    /// JSON pointer.
+    pub pointer: String,
+    /// Stable code.
+    pub code: String,
+    /// What is wrong.
+    pub detail: String,
+    /// Names that look like the one that was seen.
+    pub did_you_mean: Vec<String>,
+}
+
+/// A job.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JobRecord {
+    /// Its name.
+    pub id: JobId,
+    /// Where it is in its life.
+    pub state: JobState,
+    /// What was asked for.
+    pub request: JobRequest,
+    /// Bytes of its input files.
+    pub input_bytes: u64,
+    /// How often it was started.
+    pub attempt: u32,
+    /// The job that it repeats.
+    pub retry_of: Option<JobId>,
+    /// When it was asked for.
+    pub created_at: Timestamp,
+    /// When it last started.
+    pub started_at: Option<Timestamp>,
+    /// When it reached its final state.
+    pub finished_at: Option<Timestamp>,
+    /// When it may be removed; not known before it has ended.
+    pub expires_at: Option<Timestamp>,
+    /// How many warnings its report has.
+    pub warnings: u64,
+    /// Why it has no results.
+    pub failure: Option<JobFailure>,
+}
+
+/// What is written when a job ends.
+#[derive(Clone, Debug)]
+pub struct FinishedJob {
+    /// The final state.
+    pub state: JobState,
+    /// When.
+    pub finished_at: Timestamp,
+    /// When the record may be removed.
+    pub expires_at: Timestamp,
+    /// Why there are no results.
+    pub failure: Option<JobFailure>,
+    /// The report, as JSON.
+    pub report: Option<String>,
+    /// The resolved spec, as JSON.
+    pub resolved_spec: Option<String>,
+    /// How many warnings the report has.
+    pub warnings: u64,
+    /// The files.
+    pub results: Vec<ResultRecord>,
+}

@@ -1,0 +1,62 @@
+//! Records of the files that jobs gave.
+
+use sqlx::{Row, Sqlite, Transaction, sqlite::SqliteRow};
+
+use super::{Records, ResultRecord, count, read_id, signed, time};
+use crate::store::{JobId, ResultId, StoreError};
+
+fn read(row: &SqliteRow) -> Result<ResultRecord, StoreError> {
+    Ok(ResultRecord {
+        id: read_id(row, "id", ResultId::parse)?,
+        job_id: read_id(row, "job_id", JobId::parse)?,
+        format: row.try_get("format")?,
+        file_name: row.try_get("file_name")?,
+        sha256: row.try_get("sha256")?,
+        bytes: count(row, "bytes")?,
+        created_at: time(row, "created_at")?,
+        expires_at: time(row, "expires_at")?,
+    })
+}
+
+/// Writes one; part of the transaction that ends its job.
+pub(super) async fn insert(
+    transaction: &mut Transaction<'static, Sqlite>,
+    result: &ResultRecord,
+    position: usize,
+) -> Result<(), StoreError> {
+    let query = "INSERT INTO results (id, job_id, position, format, file_name, sha256, bytes, created_at, expires_at) \
+                 VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)";
+    sqlx::query(query)
+        .bind(result.id.as_str())
+        .bind(result.job_id.as_str())
+        .bind(signed(position as u64))
+        .bind(&result.format)
+        .bind(&result.file_name)
+        .bind(&result.sha256)
+        .bind(signed(result.bytes))
+        .bind(result.created_at.as_millisecond())
+        .bind(result.expires_at.as_millisecond())
+        .execute(&mut **transaction)
+        .await?;
+    Ok(())
+}
+
+impl Records {
+    /// A result.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn result(&self, id: &ResultId) -> Result<Option<ResultRecord>, StoreError> {
+        let query = sqlx::query("SELECT * FROM results WHERE id = $1").bind(id.as_str());
+        query.fetch_optional(&self.pool).await?.as_ref().map(read).transpose()
+    }
+
+    /// The results of a job, in the order asked for.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn job_results(&self, id: &JobId) -> Result<Vec<ResultRecord>, StoreError> {
+        let query = sqlx::query("SELECT * FROM results WHERE job_id = $1 ORDER BY position").bind(id.as_str());
+        query.fetch_all(&self.pool).await?.iter().map(read).collect()
+    }
+}

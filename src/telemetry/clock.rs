@@ -1,0 +1,45 @@
+//! The time of day, which tests may move by hand.
+
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicI64, Ordering},
+    },
+    time::Duration,
+};
+
+use jiff::Timestamp;
+
+/// Tells the time of day. Lengths of time inside one process are measured with `Instant`, not with this.
+#[derive(Clone, Debug, Default)]
+pub struct Clock {
+    /// Milliseconds that the clock is ahead of the machine's.
+    ahead_milliseconds: Arc<AtomicI64>,
+}
+
+impl Clock {
+    /// The machine's clock.
+    #[must_use]
+    pub fn system() -> Self {
+        Self::default()
+    }
+
+    /// Now, to the millisecond, which is what records keep.
+    #[must_use]
+    pub fn now(&self) -> Timestamp {
+        let milliseconds = Timestamp::now().as_millisecond() + self.ahead_milliseconds.load(Ordering::Relaxed);
+        Timestamp::from_millisecond(milliseconds).unwrap_or(Timestamp::MAX)
+    }
+
+    /// A point in time that far from now.
+    #[must_use]
+    pub fn after(&self, period: Duration) -> Timestamp {
+        self.now().checked_add(period).unwrap_or(Timestamp::MAX)
+    }
+
+    /// Moves this clock and all its clones forward, so that a test need not wait.
+    pub fn advance(&self, period: Duration) {
+        let milliseconds = i64::try_from(period.as_millis()).unwrap_or(i64::MAX);
+        self.ahead_milliseconds.fetch_add(milliseconds, Ordering::Relaxed);
+    }
+}

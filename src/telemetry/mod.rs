@@ -1,0 +1,11 @@
+//! How the service is seen from outside: log lines, metrics, and the clock that everything reads.
+//!
+//! Knows no job and no request.
+
+mod clock;
+mod logs;
+mod metrics;
+
+pub use clock::Clock;
+pub use logs::start_logs;
+pub use metrics::{Metric, MetricKind, Metrics};
