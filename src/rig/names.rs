@@ -88,14 +88,17 @@ impl ParsedName {
             (Sense::Spine | Sense::Neck | Sense::Head, Some(_)) => None,
             (sense, _) => Some(sense),
         };
-        // A bone of the palm may say which finger it belongs to.
+        // A bone of the palm may say which finger it belongs to, a part of a tail that it is the middle one.
         let names_finger = |word: &str| {
             let is_finger = |(row, sense): &(&[&str], Sense)| matches!(sense, Sense::Finger(_)) && row.contains(&word);
-            *sense == Sense::Metacarpal && SENSES.iter().any(is_finger)
+            matches!(sense, Sense::Metacarpal | Sense::Tail) && SENSES.iter().any(is_finger)
         };
-        let explained = |word: &str| {
-            row.contains(&word)
-                || names_finger(word) || [NOISE, CONTROLS, ENDS, TWISTS].iter().any(|table| table.contains(&word))
+        // A letter is a prefix where it comes first (`b_Hip`); elsewhere it tells legs of a spider apart (`leg_b_1`).
+        let first = self.words.first();
+        let explained = |word: &String| {
+            let listed = [NOISE, CONTROLS, ENDS, TWISTS].iter().any(|table| table.contains(&word.as_str()));
+            let in_place = word.len() > 1 || word == "x" || Some(word) == first;
+            row.contains(&word.as_str()) || names_finger(word) || (listed && in_place)
         };
         // The words of a quadruped's leg (`Front_Leg_Shoulder_L`) name its segments; none of them contradicts it.
         if !matches!(sense, Sense::FrontLeg | Sense::HindLeg) {
