@@ -41,4 +41,6 @@ pub mod cli;
 pub mod engine;
 pub mod formats;
 pub mod model;
+pub mod retarget;
 pub mod rig;
+pub mod samples;

@@ -2,7 +2,11 @@
 
 use serde::Serialize;
 
-use crate::formats::{ErrorKind, FormatError};
+use crate::{
+    formats::{ErrorKind, FormatError},
+    model::Canceled,
+    rig::{SpecError, SpecErrorKind, SpecField},
+};
 
 /// Why the engine did not give a result.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -161,5 +165,40 @@ impl From<FormatError> for Failure {
         };
         let detail = error.to_string();
         Self { place: error.place, hint: error.hint, ..Self::new(code, detail) }
+    }
+}
+
+impl From<Canceled> for Failure {
+    fn from(canceled: Canceled) -> Self {
+        Self::new(FailureCode::Canceled, canceled.to_string())
+    }
+}
+
+impl From<SpecErrorKind> for FailureCode {
+    fn from(kind: SpecErrorKind) -> Self {
+        match kind {
+            SpecErrorKind::Malformed => Self::MalformedConfig,
+            SpecErrorKind::UnknownField => Self::UnknownField,
+            SpecErrorKind::InvalidValue => Self::InvalidValue,
+            SpecErrorKind::UnknownJoint => Self::UnknownJoint,
+            SpecErrorKind::UnknownName => Self::UnknownName,
+            SpecErrorKind::ChainNotConnected => Self::ChainNotConnected,
+            SpecErrorKind::NoSkeleton => Self::SkeletonNotFound,
+            SpecErrorKind::NothingToMap => Self::NothingToMap,
+        }
+    }
+}
+
+impl From<SpecError> for Failure {
+    fn from(error: SpecError) -> Self {
+        let field = |field: SpecField| FieldError {
+            pointer: field.pointer,
+            code: field.kind.code(),
+            detail: field.detail,
+            did_you_mean: field.did_you_mean,
+        };
+        Self::new(error.kind.into(), error.detail)
+            .with_hint(error.hint)
+            .with_errors(error.fields.into_iter().map(field).collect())
     }
 }

@@ -3,18 +3,19 @@
 //! Knows no file system, no network, no clock but the one it is handed, and no job. Called by the command line, by the
 //! workers of the service, by tests and by benches alike.
 
+mod convert;
 mod failure;
 mod inspect;
+mod load;
+mod retarget;
 
 pub use failure::{Failure, FailureCode, FieldError};
 pub use inspect::{Inspection, inspect};
+pub use retarget::retarget;
 
 use serde::Serialize;
 
-use crate::{
-    formats::{Format, Limits},
-    model::{Control, Warning},
-};
+use crate::{formats::Format, model::Warning, retarget::Measures};
 
 /// A file as it came: its name (only its ending matters) and its bytes.
 #[derive(Clone, Copy, Debug)]
@@ -73,8 +74,11 @@ pub struct Report {
     pub counts: Counts,
     /// Deviations, guesses and losses.
     pub warnings: Vec<WarningView>,
-    /// The measures themselves, by name.
-    pub measures: serde_json::Value,
+    /// What was found out about the two rigs.
+    pub rigs: Rigs,
+    /// The measures themselves, by name; absent when the spec asks for none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measures: Option<Measures>,
 }
 
 /// Wall time per phase, in seconds.
@@ -105,6 +109,32 @@ pub struct Counts {
     pub driven_joints: usize,
 }
 
+/// What was found out about the two rigs.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Rigs {
+    /// The source.
+    pub source: RigFacts,
+    /// The target.
+    pub target: RigFacts,
+}
+
+/// What was found out about a rig.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct RigFacts {
+    /// Wire name of the file's format.
+    pub format: &'static str,
+    /// The convention that the rig was recognised as, where it was.
+    pub recognised_as: Option<String>,
+    /// How sure that is, 0 to 1.
+    pub confidence: f64,
+    /// Where the rest pose came from: `upload`, `clip_frame`, `bind`, `nodes`.
+    pub rest_pose_from: &'static str,
+    /// Up and front axes.
+    pub axes: String,
+    /// Metres per unit of length.
+    pub unit_metres: f64,
+}
+
 /// A warning as it goes to users.
 #[derive(Clone, Debug, Serialize)]
 pub struct WarningView {
@@ -123,13 +153,4 @@ impl From<Warning> for WarningView {
         let Warning { code, place, detail, hint } = warning;
         Self { code, place, detail, hint }
     }
-}
-
-/// Retargets.
-///
-/// # Errors
-/// When an input cannot be read, the spec does not fit, there is nothing to retarget, or the work is canceled.
-pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Result<Outcome, Failure> {
-    let _ = (inputs, limits, control);
-    todo!("wired when the parts land")
 }

@@ -15,6 +15,8 @@
 pub mod budget;
 mod error;
 mod format;
+mod gltf;
+mod poses;
 mod sniff;
 
 pub use budget::{Budget, Limit, Limits};
@@ -40,8 +42,11 @@ pub fn read(
 ) -> Result<Scene, FormatError> {
     let mut budget = Budget::new(limits, control);
     budget.take(Limit::FileBytes, bytes.len() as u64, "file")?;
-    let _ = (format, &mut budget, reporter);
-    todo!("wired when the formats land")
+    match format {
+        Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma => gltf::read(bytes, format, &mut budget, reporter),
+        Format::PosesNpz | Format::PosesJson => poses::read(bytes, format, &mut budget, reporter),
+        Format::Fbx | Format::Bvh => todo!("wired when the formats land"),
+    }
 }
 
 /// What to write, and how.
@@ -88,6 +93,9 @@ pub fn write(
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Vec<u8>, FormatError> {
-    let _ = (target, clip, options, control, reporter);
-    todo!("wired when the formats land")
+    match options.format {
+        Format::Glb | Format::Gltf | Format::Vrm => gltf::write(target, clip, options, control, reporter),
+        Format::PosesNpz | Format::PosesJson => poses::write(target, clip, options, control, reporter),
+        Format::Vrma | Format::Fbx | Format::Bvh => todo!("wired when the formats land"),
+    }
 }

@@ -53,6 +53,7 @@ pub struct Progress {
 /// Shared between the one who does the work and the one who watches it.
 #[derive(Debug, Default)]
 pub struct Control {
+    clock: Option<fn() -> f64>,
     canceled: AtomicBool,
     phase: AtomicU8,
     done: AtomicU64,
@@ -64,6 +65,19 @@ impl Control {
     #[must_use]
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// A control with a clock that counts seconds from any moment on. The pure half has none of its own: without this one, all
+    /// its timings are zero.
+    #[must_use]
+    pub fn with_clock(seconds: fn() -> f64) -> Self {
+        Self { clock: Some(seconds), ..Self::default() }
+    }
+
+    /// What the clock says; zero without one.
+    #[must_use]
+    pub fn seconds(&self) -> f64 {
+        self.clock.map_or(0.0, |seconds| seconds())
     }
 
     /// Asks the work to stop; it does so at its next check.

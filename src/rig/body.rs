@@ -156,8 +156,7 @@ impl<'a> Body<'a> {
         let (Some((top, single)), Some((parent, grouped))) = (best_piece, best_group) else { return };
         let (top, parent, join) = (*top, *parent, grouped.len() >= single.len() + FEW_PARTS);
         for index in 0..joints.len() {
-            let inside =
-                if join { joints[piece[index]].parent == parent } else { piece[index] == top };
+            let inside = if join { joints[piece[index]].parent == parent } else { piece[index] == top };
             self.members[index] = counts[index] && inside;
             // Finger tips that no vertex is bound to are plain nodes in glTF.
             let goes_on = joints[index].parent.is_some_and(|parent| {

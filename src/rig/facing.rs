@@ -36,7 +36,8 @@ pub fn body_frame(roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose) -> Opti
         Some(((front_left, front_right), (hind_left, hind_right))) => {
             let mut ground = DVec3::ZERO;
             for side in Side::BOTH {
-                ground += points.last(Role::new(side, Part::FrontLeg))? + points.last(Role::new(side, Part::HindLeg))?;
+                ground +=
+                    points.last(Role::new(side, Part::FrontLeg))? + points.last(Role::new(side, Part::HindLeg))?;
             }
             let high = front_left + front_right + hind_left + hind_right;
             (high - ground, (front_left - front_right) + (hind_left - hind_right))

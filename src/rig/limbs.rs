@@ -117,10 +117,13 @@ fn choose_upper_arm(
 fn choose_clavicle(body: &Body<'_>, upper: usize, clavicles: &[usize], shoulders: &[usize]) -> Option<Choice> {
     let above = |joints: &[usize]| body.above(joints, upper).last().copied();
     let first_above = |joints: &[usize]| body.above(joints, upper).first().copied();
-    let apart = |joints: &[usize]| joints.iter().copied().find(|joint| *joint != upper && !body.is_below(*joint, upper));
+    let apart =
+        |joints: &[usize]| joints.iter().copied().find(|joint| *joint != upper && !body.is_below(*joint, upper));
     first_above(clavicles)
         .map(Choice::named)
-        .or_else(|| above(shoulders).map(|joint| Choice::decided(joint, "a shoulder joint with the upper arm below it")))
+        .or_else(|| {
+            above(shoulders).map(|joint| Choice::decided(joint, "a shoulder joint with the upper arm below it"))
+        })
         .or_else(|| apart(clavicles).map(|joint| Choice::misplaced(joint, "named so, but not above the upper arm")))
         .or_else(|| apart(shoulders).map(|joint| Choice::misplaced(joint, "named so, but not above the upper arm")))
 }
@@ -201,10 +204,9 @@ fn choose_toe(body: &Body<'_>, foot: usize, toes: &[usize], feet: &[usize]) -> O
     match (below.as_slice(), base.as_slice()) {
         ([toe], _) | (_, [toe]) => Some(Choice::named(*toe)),
         // SMPL: the joint below the ankle is called the foot.
-        ([], _) if body.means(foot, &[Sense::Ankle]) => body
-            .below(feet, foot)
-            .first()
-            .map(|toe| Choice::decided(*toe, "a foot joint below the ankle")),
+        ([], _) if body.means(foot, &[Sense::Ankle]) => {
+            body.below(feet, foot).first().map(|toe| Choice::decided(*toe, "a foot joint below the ankle"))
+        }
         _ => None,
     }
 }
@@ -218,8 +220,7 @@ fn segment(body: &Body<'_>, first: usize, next: Option<usize>, alike: &[Sense]) 
     });
     let Some(path) = end.and_then(|end| body.path(first, end)) else { return vec![first] };
     let belongs = |joint: &usize| {
-        *joint == first
-            || (Some(*joint) != next && (body.means(*joint, alike) || body.names[*joint].is_twist))
+        *joint == first || (Some(*joint) != next && (body.means(*joint, alike) || body.names[*joint].is_twist))
     };
     path.into_iter().filter(belongs).collect()
 }

@@ -11,8 +11,8 @@ use super::{
     body::Body,
     body_frame,
     facing::sides_contradict_feet,
-    fingers::find_fingers,
     finding::Findings,
+    fingers::find_fingers,
     lexicon::Sense,
     limbs::{find_arm, find_leg},
     names::ParsedName,
@@ -208,16 +208,11 @@ const fn declared_part(sense: Sense) -> Option<Part> {
 }
 
 fn limbs(findings: &Findings, four_named: bool) -> Limbs {
-    let first = |parts: &[Part]| {
-        Side::BOTH.map(|side| parts.iter().find_map(|part| findings.first(side, *part)))
-    };
+    let first = |parts: &[Part]| Side::BOTH.map(|side| parts.iter().find_map(|part| findings.first(side, *part)));
     if four_named {
         return Limbs { arms: first(&[Part::FrontLeg]), legs: first(&[Part::HindLeg]) };
     }
-    Limbs {
-        arms: first(&[Part::Clavicle, Part::UpperArm, Part::Forearm]),
-        legs: first(&[Part::Thigh, Part::Shin]),
-    }
+    Limbs { arms: first(&[Part::Clavicle, Part::UpperArm, Part::Forearm]), legs: first(&[Part::Thigh, Part::Shin]) }
 }
 
 fn kind_of(findings: &Findings) -> RigKind {
@@ -266,9 +261,7 @@ fn swapped(roles: BTreeMap<Role, RoleFinding>) -> BTreeMap<Role, RoleFinding> {
 fn confidence(kind: RigKind, roles: &BTreeMap<Role, RoleFinding>) -> f64 {
     const CENTER: [Part; 3] = [Part::Pelvis, Part::Spine, Part::Head];
     let paired: &[Part] = match kind {
-        RigKind::Biped => {
-            &[Part::UpperArm, Part::Forearm, Part::Hand, Part::Thigh, Part::Shin, Part::Foot]
-        }
+        RigKind::Biped => &[Part::UpperArm, Part::Forearm, Part::Hand, Part::Thigh, Part::Shin, Part::Foot],
         RigKind::Quadruped => &[Part::FrontLeg, Part::HindLeg],
         RigKind::Other => return 0.0,
     };

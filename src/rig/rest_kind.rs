@@ -41,11 +41,7 @@ impl RestPoseKind {
 
 /// How the arms are held in a pose; [`RestPoseKind::Other`] without arms or a body frame.
 #[must_use]
-pub fn rest_pose_kind(
-    roles: &BTreeMap<Role, RoleFinding>,
-    pose: &ModelPose,
-    body: Option<&BodyFrame>,
-) -> RestPoseKind {
+pub fn rest_pose_kind(roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose, body: Option<&BodyFrame>) -> RestPoseKind {
     let points = Points { roles, pose };
     let Some(frame) = body else { return RestPoseKind::Other };
     // A zero pose that lays all bones along one axis holds the arms somehow, but means nothing.

@@ -1,0 +1,107 @@
+//! Bringing a scene and a clip into the axes and unit that an output format wants.
+
+use glam::{DQuat, Quat, Vec3};
+
+use crate::model::{Axes, Clip, ClipError, Joint, JointTracks, Payload, Scene, Skeleton, Track, Transform};
+
+/// A rotation of the scene, and a factor on its lengths.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Conversion {
+    pub(super) rotation: DQuat,
+    pub(super) scale: f64,
+}
+
+impl Conversion {
+    pub(super) fn is_identity(&self) -> bool {
+        self.rotation.dot(DQuat::IDENTITY).abs() > 1.0 - 1e-12 && (self.scale - 1.0).abs() < 1e-12
+    }
+
+    fn root(&self, transform: &Transform) -> Transform {
+        Transform {
+            translation: self.rotation * transform.translation * self.scale,
+            rotation: self.rotation * transform.rotation,
+            scale: transform.scale,
+        }
+    }
+
+    fn below(&self, transform: &Transform) -> Transform {
+        Transform { translation: transform.translation * self.scale, ..*transform }
+    }
+}
+
+/// The same scene in +Y up, +Z front and metres, without its clips and payload: what skeleton-only files are written from.
+pub(super) fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
+    let convert = |joint: &Joint| {
+        let rest = if joint.parent.is_some() { conversion.below(&joint.rest) } else { conversion.root(&joint.rest) };
+        Joint { rest, ..joint.clone() }
+    };
+    let joints = scene.skeleton.joints().iter().map(convert).collect();
+    Scene {
+        skeleton: Skeleton::new(joints).expect("the order of a valid skeleton stays valid, and finite stays finite"),
+        clips: Vec::new(),
+        skins: scene.skins.clone(),
+        bind_pose: Vec::new(),
+        declared_roles: scene.declared_roles.clone(),
+        declared_convention: scene.declared_convention,
+        axes: Some(Axes::Y_UP_Z_FRONT),
+        unit_metres: Some(1.0),
+        payload: Payload::default(),
+    }
+}
+
+/// The same clip likewise.
+pub(super) fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -> Result<Clip, ClipError> {
+    let (name, times, tracks) = clip.into_parts();
+    let rotation = conversion.rotation.as_quat();
+    #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
+    let scale = conversion.scale as f32;
+    let joints = tracks.into_iter().zip(scene.skeleton.joints()).map(|(tracks, joint)| {
+        let is_root = joint.parent.is_none();
+        let place = |value: Vec3| if is_root { rotation * (value * scale) } else { value * scale };
+        let turn = |value: Quat| if is_root { (rotation * value).normalize() } else { value };
+        JointTracks {
+            translation: map(tracks.translation, place),
+            rotation: map(tracks.rotation, turn),
+            scale: tracks.scale,
+        }
+    });
+    Clip::new(name, times, joints.collect())
+}
+
+fn map<T: Copy>(track: Track<T>, change: impl Fn(T) -> T) -> Track<T> {
+    match track {
+        Track::Rest => Track::Rest,
+        Track::Constant(value) => Track::Constant(change(value)),
+        Track::Sampled(values) => Track::Sampled(values.into_iter().map(change).collect()),
+    }
+}
+
+/// From the axes and unit that a side was found to have to +Y up, +Z front and metres.
+pub(super) fn into_ours(axes: Axes, unit_metres: f64) -> Conversion {
+    Conversion { rotation: axes.ours_from_this(), scale: unit_metres }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    #[test]
+    fn z_up_inches_become_y_up_metres() {
+        let joint = |parent| Joint {
+            name: String::new(),
+            parent,
+            rest: Transform::from_translation(DVec3::new(0.0, 0.0, 10.0)),
+            is_joint: true,
+            node: 0,
+        };
+        let skeleton = Skeleton::new(vec![joint(None), joint(Some(0))]).expect("valid");
+        let scene = Scene { skeleton, ..Scene::default() };
+        let conversion = into_ours("+z-y".parse().expect("axes"), 0.0254);
+        let ours = convert_scene(&scene, &conversion);
+        let model = ours.skeleton.rest_pose().to_model(&ours.skeleton);
+        let wanted = DVec3::new(0.0, 20.0 * 0.0254, 0.0);
+        assert!((model.transforms()[1].translation - wanted).length() < 1e-12, "{:?}", model.transforms()[1]);
+    }
+}

@@ -1,0 +1,30 @@
+//! From named bytes to scenes.
+
+use crate::{
+    formats::{self, Format, Limits},
+    model::{Control, Reporter, Scene},
+};
+
+use super::{Failure, NamedBytes};
+
+/// A file that has been read.
+pub(super) struct Loaded {
+    pub(super) scene: Scene,
+    pub(super) format: Format,
+}
+
+/// Reads one input; its warnings carry the part's name.
+pub(super) fn load(
+    file: NamedBytes<'_>,
+    part: &'static str,
+    limits: &Limits,
+    control: &Control,
+    reporter: &mut Reporter,
+) -> Result<Loaded, Failure> {
+    let mut own = Reporter::new();
+    let format = formats::sniff(file.bytes, file.name).map_err(|error| Failure::from(error).in_part(part))?;
+    let scene = formats::read(file.bytes, format, limits, control, &mut own)
+        .map_err(|error| Failure::from(error).in_part(part))?;
+    reporter.absorb(part, own);
+    Ok(Loaded { scene, format })
+}

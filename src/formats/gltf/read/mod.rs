@@ -1,0 +1,75 @@
+//! A file to a [`Scene`].
+
+mod accessor;
+mod animation;
+mod curve;
+mod extensions;
+mod humanoid;
+mod meshopt;
+mod nodes;
+mod skins;
+
+use super::{container, document::Document, json};
+use crate::{
+    formats::{Budget, Format, FormatError},
+    model::{Axes, Joint, Payload, Reporter, Scene, Skeleton},
+};
+use accessor::Accessors;
+
+/// Decodes any of the glTF formats. The bytes, not `format`, decide between GLB and JSON, and humanoid maps are found in
+/// files of any name.
+///
+/// # Errors
+/// When the container, the JSON or anything about nodes, skins and animations is broken, lies in another file, needs an
+/// extension that we do not have, or exceeds the budget; or when the work is canceled. What is wrong with meshes,
+/// materials and images alone is no error.
+pub(in crate::formats) fn read(
+    bytes: &[u8],
+    format: Format,
+    budget: &mut Budget<'_>,
+    reporter: &mut Reporter,
+) -> Result<Scene, FormatError> {
+    let parts = container::split(bytes, reporter)?;
+    let json = json::parse(parts.json, budget)?;
+    let document = Document::new(json, &parts, budget, reporter)?;
+    let root = document.root();
+    extensions::check_required(&root, reporter)?;
+
+    let graph = nodes::read(&root, budget, reporter)?;
+    let mut accessors = Accessors::new(&document);
+    let skins = skins::read(&mut accessors, &graph, budget, reporter)?;
+    let humanoid = humanoid::read(&root, &graph, reporter)?;
+    let is_vrm = matches!(format, Format::Vrm | Format::Vrma);
+    if is_vrm && humanoid.is_none() {
+        let detail = "the file is named as VRM, but holds no humanoid map; its roles will have to be found";
+        reporter.warn("humanoid_missing", "/extensions", detail, "");
+    }
+    let clips = animation::read(&mut accessors, &graph, budget, reporter)?;
+
+    let (declared_convention, declared_roles) =
+        humanoid.map_or((None, Vec::new()), |map| (Some(map.convention), map.roles));
+    let skeleton = mark_joints(graph, skins.skins.iter().flat_map(|skin| &skin.joints), &declared_roles)?;
+    Ok(Scene {
+        skeleton,
+        clips,
+        skins: skins.skins,
+        bind_pose: skins.bind_pose,
+        declared_roles,
+        declared_convention,
+        axes: Some(Axes::Y_UP_Z_FRONT),
+        unit_metres: Some(1.0),
+        payload: Payload::new(document),
+    })
+}
+
+fn mark_joints<'a>(
+    graph: nodes::Graph,
+    skinned: impl Iterator<Item = &'a usize>,
+    roles: &'a [(String, usize)],
+) -> Result<Skeleton, FormatError> {
+    let mut joints: Vec<Joint> = graph.joints;
+    for joint in skinned.chain(roles.iter().map(|(_, joint)| joint)) {
+        joints[*joint].is_joint = true;
+    }
+    Skeleton::new(joints).map_err(|error| FormatError::malformed("nodes", "/nodes", error.to_string()))
+}

@@ -1,0 +1,201 @@
+//! A clip of a target as dense arrays, whatever the codec: which joints, which values, what `meta` says.
+
+use glam::DQuat;
+use serde::Serialize;
+
+use crate::{
+    formats::{FormatError, WriteOptions},
+    model::{Clip, Reporter, Scene, Skeleton},
+};
+
+/// The three local channels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Channel {
+    Translation,
+    Rotation,
+    Scale,
+}
+
+impl Channel {
+    pub(super) const ALL: [Self; 3] = [Self::Translation, Self::Rotation, Self::Scale];
+
+    /// The key of its array.
+    pub(super) const fn key(self) -> &'static str {
+        match self {
+            Self::Translation => "translations",
+            Self::Rotation => "rotations",
+            Self::Scale => "scales",
+        }
+    }
+
+    /// Numbers per value.
+    pub(super) const fn width(self) -> usize {
+        match self {
+            Self::Rotation => 4,
+            Self::Translation | Self::Scale => 3,
+        }
+    }
+}
+
+/// What is to be written.
+pub(super) struct Poses<'a> {
+    skeleton: &'a Skeleton,
+    clip: &'a Clip,
+    /// Index in the skeleton of every joint that is written, rising.
+    joints: Vec<usize>,
+    /// Index among the written joints, per joint of the skeleton.
+    written: Vec<Option<usize>>,
+    meta: String,
+}
+
+#[derive(Serialize)]
+struct MetaView<'a> {
+    name: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fps: Option<f64>,
+    axes: String,
+    unit: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    retargetd: Option<&'a serde_json::Value>,
+}
+
+impl<'a> Poses<'a> {
+    pub(super) fn new(
+        target: &'a Scene,
+        clip: &'a Clip,
+        options: &'a WriteOptions,
+        reporter: &mut Reporter,
+    ) -> Result<Self, FormatError> {
+        let skeleton = &target.skeleton;
+        if skeleton.is_empty() {
+            return Err(FormatError::unsupported(
+                "write",
+                "joint_names",
+                "the target has no node that could be written",
+                "choose a target with a skeleton",
+            ));
+        }
+        debug_assert_eq!(clip.joints().len(), skeleton.len(), "a clip belongs to its skeleton");
+        let joints = joints_to_write(skeleton);
+        warn_of_lost_motion(target, clip, &joints, reporter);
+        let mut written = vec![None; skeleton.len()];
+        for (position, joint) in joints.iter().enumerate() {
+            written[*joint] = Some(position);
+        }
+        let meta = MetaView {
+            name: clip.name(),
+            fps: clip.uniform_fps().map(tidy_rate),
+            axes: target.axes.unwrap_or_default().to_string(),
+            unit: target.unit_metres.unwrap_or(1.0),
+            retargetd: options.extras.as_ref(),
+        };
+        let meta = serde_json::to_string(&meta)
+            .map_err(|error| FormatError::malformed("write", "meta", format!("cannot be written as JSON: {error}")))?;
+        Ok(Self { skeleton, clip, joints, written, meta })
+    }
+
+    pub(super) fn joint_count(&self) -> usize {
+        self.joints.len()
+    }
+
+    pub(super) fn joint_names(&self) -> Vec<&'a str> {
+        self.joints.iter().map(|joint| self.skeleton.joints()[*joint].name.as_str()).collect()
+    }
+
+    /// Index of every joint's parent among the written ones, −1 for a root.
+    pub(super) fn parents(&self) -> impl Iterator<Item = i32> {
+        self.joints.iter().map(|joint| {
+            let parent = self.skeleton.parent(*joint).and_then(|parent| self.written[parent]);
+            parent.and_then(|parent| i32::try_from(parent).ok()).unwrap_or(-1)
+        })
+    }
+
+    pub(super) fn times(&self) -> &[f64] {
+        self.clip.times_seconds()
+    }
+
+    /// The local rest value of a written joint.
+    pub(super) fn rest(&self, channel: Channel, joint: usize) -> impl Iterator<Item = f32> + use<> {
+        let rest = &self.skeleton.joints()[self.joints[joint]].rest;
+        values(match channel {
+            Channel::Translation => Value::Vector(rest.translation.as_vec3().to_array()),
+            Channel::Rotation => Value::Rotation(unit(rest.rotation)),
+            Channel::Scale => Value::Vector(rest.scale.as_vec3().to_array()),
+        })
+    }
+
+    /// The local value of a written joint at a frame.
+    pub(super) fn value(&self, channel: Channel, joint: usize, frame: usize) -> impl Iterator<Item = f32> + use<> {
+        let joint = self.joints[joint];
+        let rest = &self.skeleton.joints()[joint].rest;
+        let tracks = &self.clip.joints()[joint];
+        values(match channel {
+            Channel::Translation => Value::Vector(tracks.translation.at(frame, rest.translation.as_vec3()).to_array()),
+            Channel::Rotation => Value::Rotation(unit(tracks.rotation.at(frame, rest.rotation.as_quat()).as_dquat())),
+            Channel::Scale => Value::Vector(tracks.scale.at(frame, rest.scale.as_vec3()).to_array()),
+        })
+    }
+
+    pub(super) fn meta(&self) -> &str {
+        &self.meta
+    }
+}
+
+enum Value {
+    Vector([f32; 3]),
+    Rotation([f32; 4]),
+}
+
+fn values(value: Value) -> impl Iterator<Item = f32> + use<> {
+    let (values, width) = match value {
+        Value::Vector([x, y, z]) => ([x, y, z, 0.0], 3),
+        Value::Rotation(values) => (values, 4),
+    };
+    values.into_iter().take(width)
+}
+
+/// Unit but for rounding, as it stands; anything else normalised.
+fn unit(rotation: DQuat) -> [f32; 4] {
+    const ROUNDING: f64 = 1e-4;
+    let off = (rotation.length() - 1.0).abs() > ROUNDING;
+    let unit = if off { rotation.normalize() } else { rotation };
+    unit.as_quat().to_array()
+}
+
+/// The joints and everything above them; all nodes where the file calls none a joint.
+fn joints_to_write(skeleton: &Skeleton) -> Vec<usize> {
+    let joints = skeleton.joints();
+    if !joints.iter().any(|joint| joint.is_joint) {
+        return (0..joints.len()).collect();
+    }
+    let mut wanted: Vec<bool> = joints.iter().map(|joint| joint.is_joint).collect();
+    // Parents come before children, so one pass from the end reaches every ancestor.
+    for index in (0..joints.len()).rev() {
+        if let Some(parent) = joints[index].parent
+            && wanted[index]
+        {
+            wanted[parent] = true;
+        }
+    }
+    wanted.iter().enumerate().filter(|(_, wanted)| **wanted).map(|(index, _)| index).collect()
+}
+
+fn warn_of_lost_motion(target: &Scene, clip: &Clip, joints: &[usize], reporter: &mut Reporter) {
+    for (index, tracks) in clip.joints().iter().enumerate() {
+        let is_animated =
+            tracks.translation.is_animated() || tracks.rotation.is_animated() || tracks.scale.is_animated();
+        if is_animated && joints.binary_search(&index).is_err() {
+            reporter.warn(
+                "poses_node_left_out",
+                target.skeleton.label(index),
+                "the node is animated but is no joint, so pose arrays do not hold it",
+                "write glTF when nodes outside the skeleton matter",
+            );
+        }
+    }
+}
+
+/// Key times that were rounded to single precision give 29.999998; nobody means that.
+fn tidy_rate(fps: f64) -> f64 {
+    if (fps - fps.round()).abs() < 1e-4 { fps.round() } else { fps }
+}

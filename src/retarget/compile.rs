@@ -1,0 +1,377 @@
+//! From a mapping to a plan.
+
+use glam::{DMat3, DQuat, DVec3};
+
+use crate::{
+    model::{Skeleton, Transform},
+    rig::{Carry, ChainPair, Mapping, PelvisPair, RotationMode, TranslationMode},
+};
+
+use super::plan::{
+    CarriedDriver, CarryStep, Driver, ModelDriver, Needs, Output, Parent, PelvisDriver, Plan, Sample, SourceStep,
+    TargetStep, Translation,
+};
+
+/// Below this distance from a chain's end, a place counts as the end.
+const CHAIN_END_TOLERANCE: f64 = 1e-4;
+
+impl Plan {
+    /// Compiles a mapping. The skeletons are those that the mapping's indices are about.
+    #[must_use]
+    pub fn new(source: &Skeleton, target: &Skeleton, mapping: &Mapping) -> Self {
+        Compiler::new(source, target, mapping).compile()
+    }
+}
+
+struct Compiler<'a> {
+    source: &'a Skeleton,
+    target: &'a Skeleton,
+    mapping: &'a Mapping,
+    /// Source rest in plan space.
+    source_rest: Vec<Transform>,
+    /// Target rest in plan space.
+    target_rest: Vec<Transform>,
+    /// Slot of each source joint that is accumulated.
+    source_slots: Vec<Option<usize>>,
+    source_steps: Vec<SourceStep>,
+}
+
+impl<'a> Compiler<'a> {
+    fn new(source: &'a Skeleton, target: &'a Skeleton, mapping: &'a Mapping) -> Self {
+        let below = |rest: &Transform| mapping.plan_from_source.then_child(rest);
+        let plan_from_target = Transform::from_rotation(mapping.plan_from_target);
+        Self {
+            source,
+            target,
+            mapping,
+            source_rest: mapping.source_rest.transforms().iter().map(below).collect(),
+            target_rest: mapping
+                .target_rest
+                .transforms()
+                .iter()
+                .map(|rest| plan_from_target.then_child(rest))
+                .collect(),
+            source_slots: vec![None; source.len()],
+            source_steps: Vec::new(),
+        }
+    }
+
+    fn compile(mut self) -> Plan {
+        self.lay_out_source();
+        let mut drivers: Vec<Driver> = vec![Driver::Hold; self.target.len()];
+        let mut carried_slots = 0;
+        for chain in &self.mapping.chains {
+            self.compile_chain(chain, &mut drivers, &mut carried_slots);
+        }
+        if let Some(pelvis) = &self.mapping.pelvis {
+            drivers[pelvis.target] = Driver::Pelvis(self.compile_pelvis(pelvis));
+        }
+        let carries = carried_slots > 0;
+        let needs = self.target_needs(&drivers, carries);
+        let (target_steps, slots) = self.lay_out_target(drivers, &needs);
+        let outputs = self.outputs(&target_steps, &slots, carries);
+        Plan {
+            source_steps: self.source_steps,
+            target_steps,
+            carried_slots,
+            outputs,
+            target_joint_count: self.target.len(),
+            normalizes: !carries,
+        }
+    }
+
+    /// Decides which source joints are accumulated, and of which the position is needed too.
+    fn lay_out_source(&mut self) {
+        let mut needs: Vec<Option<Needs>> = vec![None; self.source.len()];
+        if let Some(pelvis) = &self.mapping.pelvis {
+            self.need_with_ancestors(&mut needs, pelvis.source, Needs::Transform);
+        }
+        for chain in &self.mapping.chains {
+            let wanted = match (chain.drive.carry, chain.drive.translation) {
+                (Carry::Model, TranslationMode::None) => Needs::Rotation,
+                (Carry::Parent, _) | (_, TranslationMode::GloballyScaled | TranslationMode::Absolute) => {
+                    Needs::Transform
+                }
+            };
+            for &joint in &chain.source {
+                self.need_with_ancestors(&mut needs, joint, wanted);
+            }
+        }
+        for (joint, wanted) in needs.into_iter().enumerate() {
+            let Some(needs) = wanted else { continue };
+            let parent = self.source_parent(joint);
+            self.source_slots[joint] = Some(self.source_steps.len());
+            let rest = self.source.joints()[joint].rest;
+            self.source_steps.push(SourceStep { joint, parent, rest, needs });
+        }
+    }
+
+    fn need_with_ancestors(&self, needs: &mut [Option<Needs>], joint: usize, wanted: Needs) {
+        let mut current = Some(joint);
+        while let Some(index) = current {
+            if needs[index] == Some(Needs::Transform) || needs[index] == Some(wanted) {
+                return;
+            }
+            needs[index] = Some(wanted);
+            current = self.source.parent(index);
+        }
+    }
+
+    /// What a source joint hangs below; ancestors are laid out before.
+    fn source_parent(&self, joint: usize) -> Parent {
+        match self.source.parent(joint).and_then(|parent| self.source_slots[parent]) {
+            Some(slot) => Parent::Slot(slot),
+            None => Parent::Constant(self.mapping.plan_from_source),
+        }
+    }
+
+    fn slot(&self, joint: usize) -> usize {
+        self.source_slots[joint].expect("every joint of a mapped chain was laid out")
+    }
+
+    fn compile_pelvis(&self, pair: &PelvisPair) -> PelvisDriver {
+        let rest = self.target_rest[pair.target];
+        let turn = DMat3::from_quat(pair.position.ours_from_plan);
+        let matrix = turn.transpose() * DMat3::from_diagonal(pair.position.scale) * turn;
+        PelvisDriver {
+            source_slot: self.slot(pair.source),
+            rotation: self.source_rest[pair.source].rotation.conjugate() * rest.rotation,
+            rotation_alpha: pair.rotation_alpha,
+            matrix,
+            offset: pair.position.target_origin - matrix * pair.position.source_origin,
+            translation_alpha: pair.translation_alpha,
+            rest_position: rest.translation,
+            rest_scale: rest.scale,
+        }
+    }
+
+    fn compile_chain(&self, chain: &ChainPair, drivers: &mut [Driver], carried_slots: &mut usize) {
+        let places = places(chain, &self.source_rest, &self.target_rest);
+        let first_slot = *carried_slots;
+        let mut begin = (chain.drive.carry == Carry::Parent).then(|| {
+            *carried_slots += chain.source.len();
+            Box::new(self.carry_step(chain, first_slot))
+        });
+        for (&joint, place) in chain.target.iter().zip(places) {
+            let rest = self.target_rest[joint];
+            let Some(place) = place else {
+                drivers[joint] = Driver::Hold;
+                continue;
+            };
+            let source_rest = place.of(&chain.source, &self.source_rest);
+            let rotation = source_rest.rotation.conjugate() * rest.rotation;
+            drivers[joint] = match chain.drive.carry {
+                Carry::Model => Driver::Model(ModelDriver {
+                    sample: place.sample(|position| self.slot(chain.source[position])),
+                    rotation,
+                    rotation_alpha: chain.drive.rotation_alpha,
+                    translation: self.translation(chain, place),
+                }),
+                Carry::Parent => Driver::Carried(CarriedDriver {
+                    begin: begin.take(),
+                    sample: place.sample(|position| first_slot + position),
+                    rotation,
+                    rotation_alpha: chain.drive.rotation_alpha,
+                    scale_offset: rest.scale - source_rest.scale,
+                }),
+            };
+        }
+    }
+
+    fn translation(&self, chain: &ChainPair, place: Place) -> Translation {
+        let alpha = chain.drive.translation_alpha;
+        match chain.drive.translation {
+            TranslationMode::None => Translation::Hold,
+            TranslationMode::Absolute => Translation::Absolute { alpha },
+            TranslationMode::GloballyScaled => {
+                let joint = chain.source[place.nearest()];
+                let parent_slot = self.source.parent(joint).and_then(|parent| self.source_slots[parent]);
+                Translation::Scaled { parent_slot, factor: self.mapping.global_scale, alpha }
+            }
+        }
+    }
+
+    fn carry_step(&self, chain: &ChainPair, first_slot: usize) -> CarryStep {
+        let target_parent = self.target.parent(chain.target[0]);
+        let source_parent = self.source.parent(chain.source[0]);
+        let target_rest = target_parent.map_or(Transform::IDENTITY, |joint| self.target_rest[joint]);
+        let source_rest = source_parent.map_or(self.mapping.plan_from_source, |joint| self.source_rest[joint]);
+        CarryStep {
+            parent_from_carried: target_rest.relative(&source_rest),
+            first_slot,
+            joints: chain.source.iter().map(|&joint| (self.source_parent(joint), self.slot(joint))).collect(),
+        }
+    }
+
+    /// Of which target joints the position is needed: those whose output has a translation, and all above them. Where chains are
+    /// carried along, all joints are recomputed in model space and taken back, idle ones too.
+    fn target_needs(&self, drivers: &[Driver], carries: bool) -> Vec<Option<Needs>> {
+        if carries {
+            return vec![Some(Needs::Transform); drivers.len()];
+        }
+        let mut needs: Vec<Option<Needs>> = vec![None; drivers.len()];
+        for (joint, driver) in drivers.iter().enumerate() {
+            let wanted = match driver {
+                Driver::Hold => continue,
+                Driver::Pelvis(_) | Driver::Carried(_) => Needs::Transform,
+                Driver::Model(model) => match model.translation {
+                    Translation::Hold => Needs::Rotation,
+                    Translation::Scaled { .. } | Translation::Absolute { .. } => Needs::Transform,
+                },
+            };
+            let mut current = Some(joint);
+            while let Some(index) = current {
+                if needs[index] == Some(Needs::Transform) || needs[index] == Some(wanted) {
+                    break;
+                }
+                needs[index] = Some(wanted);
+                current = self.target.parent(index);
+            }
+        }
+        needs
+    }
+
+    /// Numbers the steps. Joints that nothing drives and that hang below constants only are folded into the constant.
+    fn lay_out_target(&self, drivers: Vec<Driver>, needs: &[Option<Needs>]) -> (Vec<TargetStep>, Vec<Option<usize>>) {
+        let mut parents: Vec<Parent> = Vec::with_capacity(drivers.len());
+        let mut slots = vec![None; drivers.len()];
+        let mut steps: Vec<TargetStep> = Vec::new();
+        for (joint, driver) in drivers.into_iter().enumerate() {
+            let above = Parent::Constant(Transform::from_rotation(self.mapping.plan_from_target));
+            let parent = self.target.parent(joint).map_or(above, |parent| parents[parent]);
+            let mut hold = self.mapping.target_hold.transforms()[joint];
+            if !matches!(driver, Driver::Hold) {
+                // Alphas start from the rest pose that motion is put onto, not from the one that idle joints keep.
+                hold.rotation = self.local_rest_rotation(joint);
+            }
+            let as_parent = match (&driver, parent, needs[joint]) {
+                (Driver::Hold, Parent::Constant(above), _) => Parent::Constant(above.then_child(&hold)),
+                (_, _, Some(needs)) => {
+                    slots[joint] = Some(steps.len());
+                    steps.push(TargetStep { parent, hold, needs, driver });
+                    Parent::Slot(steps.len() - 1)
+                }
+                // Nothing below it is driven, so nobody asks for it as a parent.
+                (_, _, None) => parent,
+            };
+            parents.push(as_parent);
+        }
+        (steps, slots)
+    }
+
+    fn local_rest_rotation(&self, joint: usize) -> DQuat {
+        let above = self.mapping.plan_from_target;
+        let parent = self.target.parent(joint).map_or(above, |parent| self.target_rest[parent].rotation);
+        parent.conjugate() * self.target_rest[joint].rotation
+    }
+
+    fn outputs(&self, steps: &[TargetStep], slots: &[Option<usize>], carries: bool) -> Vec<Output> {
+        let mut outputs = Vec::new();
+        for (joint, slot) in slots.iter().enumerate() {
+            let Some(slot) = *slot else { continue };
+            let (translation, scale) = match &steps[slot].driver {
+                Driver::Hold if carries => (true, true),
+                Driver::Hold => continue,
+                Driver::Pelvis(_) => (true, carries),
+                Driver::Model(model) => (!matches!(model.translation, Translation::Hold), false),
+                Driver::Carried(_) => (true, true),
+            };
+            outputs.push(Output { joint, slot, translation, scale });
+        }
+        outputs
+    }
+}
+
+/// A place on the source chain, by position in the chain.
+#[derive(Clone, Copy, Debug)]
+enum Place {
+    At(usize),
+    Between(usize, f64),
+}
+
+impl Place {
+    fn nearest(self) -> usize {
+        match self {
+            Self::At(position) => position,
+            Self::Between(position, fraction) => position + usize::from(fraction >= 0.5),
+        }
+    }
+
+    fn sample(self, slot: impl Fn(usize) -> usize) -> Sample {
+        match self {
+            Self::At(position) => Sample::At(slot(position)),
+            Self::Between(position, fraction) => {
+                Sample::Between { first: slot(position), second: slot(position + 1), fraction }
+            }
+        }
+    }
+
+    /// The transform at this place of a chain: linear in translation and scale, normalised linear the short way in rotation.
+    fn of(self, chain: &[usize], pose: &[Transform]) -> Transform {
+        match self {
+            Self::At(position) => pose[chain[position]],
+            Self::Between(position, fraction) => {
+                let (first, second) = (pose[chain[position]], pose[chain[position + 1]]);
+                let sign = if first.rotation.dot(second.rotation) < 0.0 { -1.0 } else { 1.0 };
+                Transform {
+                    translation: first.translation.lerp(second.translation, fraction),
+                    rotation: (first.rotation * (1.0 - fraction) + second.rotation * (fraction * sign)).normalize(),
+                    scale: first.scale.lerp(second.scale, fraction),
+                }
+            }
+        }
+    }
+}
+
+/// For every target joint of a chain, the place on the source chain that it follows; `None` keeps it at rest.
+fn places(chain: &ChainPair, source_rest: &[Transform], target_rest: &[Transform]) -> Vec<Option<Place>> {
+    let (sources, targets) = (chain.source.len(), chain.target.len());
+    let one_to_one = |position: usize| (position < sources).then_some(Place::At(position));
+    match chain.drive.rotation {
+        RotationMode::None => vec![None; targets],
+        RotationMode::OneToOne => (0..targets).map(one_to_one).collect(),
+        RotationMode::Auto if sources == targets => (0..targets).map(one_to_one).collect(),
+        RotationMode::OneToOneReversed => {
+            (0..targets).map(|position| (position + sources).checked_sub(targets).and_then(one_to_one)).collect()
+        }
+        RotationMode::Auto | RotationMode::Interpolated => {
+            let source_params = arc_lengths(&chain.source, source_rest);
+            let target_params = arc_lengths(&chain.target, target_rest);
+            target_params.into_iter().map(|param| Some(place_at(param, &source_params))).collect()
+        }
+    }
+}
+
+fn place_at(param: f64, params: &[f64]) -> Place {
+    let last = params.len() - 1;
+    if last == 0 || param < CHAIN_END_TOLERANCE {
+        return Place::At(0);
+    }
+    if param > 1.0 - CHAIN_END_TOLERANCE {
+        return Place::At(last);
+    }
+    let position = params.iter().rposition(|start| *start <= param).unwrap_or(0).min(last - 1);
+    let length = params[position + 1] - params[position];
+    let fraction = if length > 0.0 { (param - params[position]) / length } else { 0.0 };
+    Place::Between(position, fraction)
+}
+
+/// Normalised arc length of each joint along a chain at rest: 0 to 1; a single joint is at 1. A chain without length is
+/// spread evenly.
+fn arc_lengths(chain: &[usize], rest: &[Transform]) -> Vec<f64> {
+    let position = |joint: usize| -> DVec3 { rest[joint].translation };
+    let mut lengths = vec![0.0];
+    for pair in chain.windows(2) {
+        let so_far = lengths[lengths.len() - 1];
+        lengths.push(so_far + position(pair[0]).distance(position(pair[1])));
+    }
+    let total = lengths[lengths.len() - 1];
+    let last = chain.len() - 1;
+    if last == 0 {
+        return vec![1.0];
+    }
+    if total <= f64::MIN_POSITIVE {
+        return (0..=last).map(|index| index as f64 / last as f64).collect();
+    }
+    lengths.into_iter().map(|length| length / total).collect()
+}

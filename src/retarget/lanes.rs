@@ -1,0 +1,316 @@
+//! Rotations, points and scales of several frames at once.
+//!
+//! One value per frame in plain arrays, so that the compiler turns each loop below into vector instructions. The number of
+//! lanes is a constant: results do not depend on the machine.
+
+use glam::{DQuat, DVec3, Quat, Vec3};
+
+/// Frames that are worked on at once.
+pub(super) const LANES: usize = 16;
+
+/// One number per frame.
+pub(super) type Lane = [f64; LANES];
+
+/// One quaternion per frame.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(super) struct QuatLanes {
+    pub(super) x: Lane,
+    pub(super) y: Lane,
+    pub(super) z: Lane,
+    pub(super) w: Lane,
+}
+
+/// One vector per frame.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(super) struct VecLanes {
+    pub(super) x: Lane,
+    pub(super) y: Lane,
+    pub(super) z: Lane,
+}
+
+impl QuatLanes {
+    pub(super) const IDENTITY: Self = Self::splat_components(0.0, 0.0, 0.0, 1.0);
+
+    const fn splat_components(x: f64, y: f64, z: f64, w: f64) -> Self {
+        Self { x: [x; LANES], y: [y; LANES], z: [z; LANES], w: [w; LANES] }
+    }
+
+    pub(super) const fn splat(rotation: DQuat) -> Self {
+        Self::splat_components(rotation.x, rotation.y, rotation.z, rotation.w)
+    }
+
+    /// Takes up to [`LANES`] samples; lanes past the end repeat the last one.
+    #[inline]
+    pub(super) fn load(samples: &[Quat]) -> Self {
+        let mut result = Self::IDENTITY;
+        if let Ok(samples) = <&[Quat; LANES]>::try_from(samples) {
+            for lane in 0..LANES {
+                let [x, y, z, w] = samples[lane].to_array();
+                result.x[lane] = f64::from(x);
+                result.y[lane] = f64::from(y);
+                result.z[lane] = f64::from(z);
+                result.w[lane] = f64::from(w);
+            }
+        } else {
+            let last = samples.len().saturating_sub(1);
+            for lane in 0..LANES {
+                let sample = samples.get(lane.min(last)).copied().unwrap_or(Quat::IDENTITY);
+                result.set(lane, sample.as_dquat());
+            }
+        }
+        result
+    }
+
+    /// Writes as many lanes as `samples` is long.
+    #[inline]
+    pub(super) fn store(&self, samples: &mut [Quat]) {
+        for (lane, sample) in samples.iter_mut().enumerate().take(LANES) {
+            #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
+            let component = |values: &Lane| values[lane] as f32;
+            *sample = Quat::from_xyzw(component(&self.x), component(&self.y), component(&self.z), component(&self.w));
+        }
+    }
+
+    pub(super) fn set(&mut self, lane: usize, rotation: DQuat) {
+        (self.x[lane], self.y[lane], self.z[lane], self.w[lane]) = rotation.into();
+    }
+
+    #[cfg(test)]
+    pub(super) fn get(&self, lane: usize) -> DQuat {
+        DQuat::from_xyzw(self.x[lane], self.y[lane], self.z[lane], self.w[lane])
+    }
+
+    /// `self * other`.
+    #[inline]
+    pub(super) fn times(&self, other: &Self) -> Self {
+        let mut result = Self::IDENTITY;
+        for lane in 0..LANES {
+            let (ax, ay, az, aw) = (self.x[lane], self.y[lane], self.z[lane], self.w[lane]);
+            let (bx, by, bz, bw) = (other.x[lane], other.y[lane], other.z[lane], other.w[lane]);
+            result.x[lane] = aw * bx + ax * bw + ay * bz - az * by;
+            result.y[lane] = aw * by - ax * bz + ay * bw + az * bx;
+            result.z[lane] = aw * bz + ax * by - ay * bx + az * bw;
+            result.w[lane] = aw * bw - ax * bx - ay * by - az * bz;
+        }
+        result
+    }
+
+    /// `self * constant`.
+    #[inline]
+    pub(super) fn times_constant(&self, constant: DQuat) -> Self {
+        let (bx, by, bz, bw) = constant.into();
+        let mut result = Self::IDENTITY;
+        for lane in 0..LANES {
+            let (ax, ay, az, aw) = (self.x[lane], self.y[lane], self.z[lane], self.w[lane]);
+            result.x[lane] = aw * bx + ax * bw + ay * bz - az * by;
+            result.y[lane] = aw * by - ax * bz + ay * bw + az * bx;
+            result.z[lane] = aw * bz + ax * by - ay * bx + az * bw;
+            result.w[lane] = aw * bw - ax * bx - ay * by - az * bz;
+        }
+        result
+    }
+
+    /// `conjugate(self) * other`: the rotation of `other` as seen from `self`.
+    #[inline]
+    pub(super) fn conjugate_times(&self, other: &Self) -> Self {
+        let mut result = Self::IDENTITY;
+        for lane in 0..LANES {
+            let (ax, ay, az, aw) = (self.x[lane], self.y[lane], self.z[lane], self.w[lane]);
+            let (bx, by, bz, bw) = (other.x[lane], other.y[lane], other.z[lane], other.w[lane]);
+            result.x[lane] = aw * bx - ax * bw - ay * bz + az * by;
+            result.y[lane] = aw * by + ax * bz - ay * bw - az * bx;
+            result.z[lane] = aw * bz - ax * by + ay * bx - az * bw;
+            result.w[lane] = aw * bw + ax * bx + ay * by + az * bz;
+        }
+        result
+    }
+
+    /// Unit length in every lane. Lanes of length zero become the identity.
+    #[inline]
+    pub(super) fn normalized(&self) -> Self {
+        let mut result = Self::IDENTITY;
+        for lane in 0..LANES {
+            let (x, y, z, w) = (self.x[lane], self.y[lane], self.z[lane], self.w[lane]);
+            let square = x * x + y * y + z * z + w * w;
+            let usable = square > 0.0;
+            let factor = if usable { 1.0 / square.sqrt() } else { 0.0 };
+            result.x[lane] = x * factor;
+            result.y[lane] = y * factor;
+            result.z[lane] = z * factor;
+            result.w[lane] = if usable { w * factor } else { 1.0 };
+        }
+        result
+    }
+
+    /// Normalised linear interpolation the short way round: 0 gives `self`, 1 gives `other`.
+    #[inline]
+    pub(super) fn blend(&self, other: &Self, fraction: f64) -> Self {
+        let mut result = Self::IDENTITY;
+        for lane in 0..LANES {
+            let dot = self.x[lane] * other.x[lane]
+                + self.y[lane] * other.y[lane]
+                + self.z[lane] * other.z[lane]
+                + self.w[lane] * other.w[lane];
+            let theirs = if dot < 0.0 { -fraction } else { fraction };
+            let ours = 1.0 - fraction;
+            result.x[lane] = self.x[lane] * ours + other.x[lane] * theirs;
+            result.y[lane] = self.y[lane] * ours + other.y[lane] * theirs;
+            result.z[lane] = self.z[lane] * ours + other.z[lane] * theirs;
+            result.w[lane] = self.w[lane] * ours + other.w[lane] * theirs;
+        }
+        result.normalized()
+    }
+
+    /// Spherical interpolation from a constant rotation, per lane; also beyond 0 and 1.
+    pub(super) fn scaled_from(&self, from: DQuat, alpha: f64) -> Self {
+        let mut result = *self;
+        for lane in 0..LANES {
+            let to = DQuat::from_xyzw(self.x[lane], self.y[lane], self.z[lane], self.w[lane]);
+            let mut change = from.conjugate() * to;
+            if change.w < 0.0 {
+                change = -change;
+            }
+            let (axis, angle) = change.normalize().to_axis_angle();
+            result.set(lane, from * DQuat::from_axis_angle(axis, angle * alpha));
+        }
+        result
+    }
+
+    /// Turns vectors.
+    #[inline]
+    pub(super) fn rotate(&self, vectors: &VecLanes) -> VecLanes {
+        let mut result = VecLanes::ZERO;
+        for lane in 0..LANES {
+            let (qx, qy, qz, qw) = (self.x[lane], self.y[lane], self.z[lane], self.w[lane]);
+            let (vx, vy, vz) = (vectors.x[lane], vectors.y[lane], vectors.z[lane]);
+            let (tx, ty, tz) = (2.0 * (qy * vz - qz * vy), 2.0 * (qz * vx - qx * vz), 2.0 * (qx * vy - qy * vx));
+            result.x[lane] = vx + qw * tx + (qy * tz - qz * ty);
+            result.y[lane] = vy + qw * ty + (qz * tx - qx * tz);
+            result.z[lane] = vz + qw * tz + (qx * ty - qy * tx);
+        }
+        result
+    }
+
+    /// Turns vectors the other way.
+    #[inline]
+    pub(super) fn rotate_back(&self, vectors: &VecLanes) -> VecLanes {
+        self.conjugated().rotate(vectors)
+    }
+
+    #[inline]
+    pub(super) fn conjugated(&self) -> Self {
+        let mut result = *self;
+        for lane in 0..LANES {
+            result.x[lane] = -self.x[lane];
+            result.y[lane] = -self.y[lane];
+            result.z[lane] = -self.z[lane];
+        }
+        result
+    }
+}
+
+impl VecLanes {
+    pub(super) const ZERO: Self = Self::splat(DVec3::ZERO);
+
+    pub(super) const fn splat(vector: DVec3) -> Self {
+        Self { x: [vector.x; LANES], y: [vector.y; LANES], z: [vector.z; LANES] }
+    }
+
+    /// Takes up to [`LANES`] samples; lanes past the end repeat the last one.
+    #[inline]
+    pub(super) fn load(samples: &[Vec3]) -> Self {
+        let mut result = Self::ZERO;
+        let last = samples.len().saturating_sub(1);
+        for lane in 0..LANES {
+            let sample = samples.get(lane.min(last)).copied().unwrap_or(Vec3::ZERO);
+            result.x[lane] = f64::from(sample.x);
+            result.y[lane] = f64::from(sample.y);
+            result.z[lane] = f64::from(sample.z);
+        }
+        result
+    }
+
+    /// Writes as many lanes as `samples` is long.
+    #[inline]
+    pub(super) fn store(&self, samples: &mut [Vec3]) {
+        for (lane, sample) in samples.iter_mut().enumerate().take(LANES) {
+            #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
+            let component = |values: &Lane| values[lane] as f32;
+            *sample = Vec3::new(component(&self.x), component(&self.y), component(&self.z));
+        }
+    }
+
+    #[inline]
+    pub(super) fn zip(&self, other: &Self, combine: impl Fn(f64, f64) -> f64) -> Self {
+        let mut result = Self::ZERO;
+        for lane in 0..LANES {
+            result.x[lane] = combine(self.x[lane], other.x[lane]);
+            result.y[lane] = combine(self.y[lane], other.y[lane]);
+            result.z[lane] = combine(self.z[lane], other.z[lane]);
+        }
+        result
+    }
+
+    #[inline]
+    pub(super) fn plus(&self, other: &Self) -> Self {
+        self.zip(other, |ours, theirs| ours + theirs)
+    }
+
+    #[inline]
+    pub(super) fn minus(&self, other: &Self) -> Self {
+        self.zip(other, |ours, theirs| ours - theirs)
+    }
+
+    /// Component by component.
+    #[inline]
+    pub(super) fn times(&self, other: &Self) -> Self {
+        self.zip(other, |ours, theirs| ours * theirs)
+    }
+
+    /// Component by component; where the divisor is zero, the dividend stays.
+    #[inline]
+    pub(super) fn over(&self, other: &Self) -> Self {
+        self.zip(other, |ours, theirs| if theirs == 0.0 { ours } else { ours / theirs })
+    }
+
+    /// Linear interpolation: 0 gives `self`, 1 gives `other`.
+    #[inline]
+    pub(super) fn blend(&self, other: &Self, fraction: f64) -> Self {
+        self.zip(other, |ours, theirs| ours + (theirs - ours) * fraction)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample(seed: f64) -> DQuat {
+        DQuat::from_xyzw(seed.sin(), (seed * 1.7).cos(), (seed * 0.3).sin(), 0.4 + seed.cos().abs()).normalize()
+    }
+
+    #[test]
+    fn lanes_agree_with_single_values() {
+        let (a, b, v) = (sample(0.3), sample(2.1), DVec3::new(0.2, -1.5, 3.0));
+        let (left, right, vector) = (QuatLanes::splat(a), QuatLanes::splat(b), VecLanes::splat(v));
+        let near = |lanes: QuatLanes, single: DQuat| (lanes.get(LANES - 1) - single).length() < 1e-14;
+        assert!(near(left.times(&right), a * b), "product");
+        assert!(near(left.times_constant(b), a * b), "product with a constant");
+        assert!(near(left.conjugate_times(&right), a.conjugate() * b), "relative rotation");
+        assert!(near(left.blend(&right, 0.0), a) && near(right.blend(&right, 0.5), b), "blend at its ends");
+        assert!(near(left.scaled_from(b, 1.0), a) || near(left.scaled_from(b, 1.0), -a), "alpha one");
+        assert!(near(left.scaled_from(b, 0.0), b), "alpha zero");
+        let turned = left.rotate(&vector);
+        let expected = a * v;
+        assert!((turned.x[3] - expected.x).abs() < 1e-14 && (turned.z[3] - expected.z).abs() < 1e-14, "rotation");
+        assert!((left.rotate_back(&turned).y[0] - v.y).abs() < 1e-14, "and back");
+    }
+
+    #[test]
+    fn short_loads_repeat_the_last_sample() {
+        let samples = [Quat::IDENTITY, Quat::from_xyzw(1.0, 0.0, 0.0, 0.0)];
+        let lanes = QuatLanes::load(&samples);
+        assert!(lanes.get(0).w == 1.0 && lanes.get(LANES - 1).x == 1.0, "last sample repeats");
+    }
+}

@@ -1,0 +1,13 @@
+//! The algorithm: a [`Plan`] compiled once from a mapping and a clip, a loop over frames, and measures of the result.
+//!
+//! Per frame there are indices and constants only. Knows no format, no name and no file.
+
+mod compile;
+mod lanes;
+mod measure;
+mod plan;
+mod run;
+
+pub use measure::{LimbDirection, Measures, measure};
+pub use plan::Plan;
+pub use run::{RunError, run};

@@ -1,0 +1,165 @@
+//! What the frame loop executes: steps in an order in which every value is there before it is needed.
+
+use glam::{DMat3, DQuat, DVec3};
+
+use crate::model::Transform;
+
+/// A compiled retarget: constants and indices only.
+///
+/// Everything is in plan space: the roots of both skeletons hang below constants that take them there.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    pub(super) source_steps: Vec<SourceStep>,
+    pub(super) target_steps: Vec<TargetStep>,
+    pub(super) carried_slots: usize,
+    pub(super) outputs: Vec<Output>,
+    pub(super) target_joint_count: usize,
+    /// Whether quaternions are brought back to unit length. Chains that are carried along take them as they are, with the
+    /// conjugate as inverse: that is how ikrigretarget counts, whose numbers they reproduce.
+    pub(super) normalizes: bool,
+}
+
+impl Plan {
+    /// How many target joints get a track.
+    #[must_use]
+    pub fn driven_joint_count(&self) -> usize {
+        self.outputs.len()
+    }
+
+    /// How many joints the loop computes per frame, on both sides together.
+    #[must_use]
+    pub fn steps_per_frame(&self) -> usize {
+        self.source_steps.len() + self.target_steps.len()
+    }
+}
+
+/// What is known of a slot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Needs {
+    /// Its rotation only.
+    Rotation,
+    /// Rotation, position and scale.
+    Transform,
+}
+
+/// Accumulates one source joint.
+#[derive(Clone, Debug)]
+pub(super) struct SourceStep {
+    /// Joint of the source skeleton.
+    pub(super) joint: usize,
+    /// Slot of the parent, or the constant transform that it hangs below.
+    pub(super) parent: Parent,
+    /// The rest transform, for channels that are not animated.
+    pub(super) rest: Transform,
+    pub(super) needs: Needs,
+}
+
+/// Where a parent's transform comes from.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Parent {
+    /// An earlier slot of the same side.
+    Slot(usize),
+    /// A constant.
+    Constant(Transform),
+}
+
+/// Computes one target joint. Slots of the target side are numbered as the steps are.
+#[derive(Clone, Debug)]
+pub(super) struct TargetStep {
+    pub(super) parent: Parent,
+    /// The local transform where nothing drives it, and the local rest that alphas start from.
+    pub(super) hold: Transform,
+    pub(super) needs: Needs,
+    pub(super) driver: Driver,
+}
+
+/// What decides a target joint's transform.
+#[derive(Clone, Debug)]
+pub(super) enum Driver {
+    /// Nothing: it rides its parent.
+    Hold,
+    /// The pelvis op.
+    Pelvis(PelvisDriver),
+    /// A source joint or two, in model space: `G_T = blend(S_a, S_b) · constant`.
+    Model(ModelDriver),
+    /// A chain that is carried along under the target's parent.
+    Carried(CarriedDriver),
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct PelvisDriver {
+    pub(super) source_slot: usize,
+    /// `S0⁻¹ · T0`.
+    pub(super) rotation: DQuat,
+    pub(super) rotation_alpha: f64,
+    /// `target = matrix · source + offset`.
+    pub(super) matrix: DMat3,
+    pub(super) offset: DVec3,
+    pub(super) translation_alpha: f64,
+    /// Position in the rest pose.
+    pub(super) rest_position: DVec3,
+    /// Scale in model space, which stays at rest.
+    pub(super) rest_scale: DVec3,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct ModelDriver {
+    pub(super) sample: Sample,
+    /// `S0(u)⁻¹ · T0`.
+    pub(super) rotation: DQuat,
+    pub(super) rotation_alpha: f64,
+    pub(super) translation: Translation,
+}
+
+/// How a joint's translation is found.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Translation {
+    /// The hold translation.
+    Hold,
+    /// The source joint's offset from its own parent, times a factor.
+    Scaled { parent_slot: Option<usize>, factor: f64, alpha: f64 },
+    /// The source joint's position.
+    Absolute { alpha: f64 },
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct CarriedDriver {
+    /// Present on the chain's first target joint: fills the chain's carried slots.
+    pub(super) begin: Option<Box<CarryStep>>,
+    pub(super) sample: Sample,
+    /// `S0(u)⁻¹ · T0`.
+    pub(super) rotation: DQuat,
+    pub(super) rotation_alpha: f64,
+    /// `T0.scale − S0(u).scale`.
+    pub(super) scale_offset: DVec3,
+}
+
+/// Lays the source chain's current local transforms end to end below the target's parent.
+///
+/// The locals are taken from the accumulated source pose, not from its tracks: where quaternions are unit ones but for
+/// rounding, the two differ by what ikrigretarget's numbers show.
+#[derive(Clone, Debug)]
+pub(super) struct CarryStep {
+    /// `T0[parent]⁻¹ ∘ S0[parent]`, below the target's parent.
+    pub(super) parent_from_carried: Transform,
+    /// First carried slot; one per source joint from there.
+    pub(super) first_slot: usize,
+    /// Source slots of the chain's joints, each with its parent.
+    pub(super) joints: Vec<(Parent, usize)>,
+}
+
+/// One source slot, or a place between two.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Sample {
+    At(usize),
+    Between { first: usize, second: usize, fraction: f64 },
+}
+
+/// A target joint that gets tracks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Output {
+    pub(super) joint: usize,
+    pub(super) slot: usize,
+    pub(super) translation: bool,
+    pub(super) scale: bool,
+}

@@ -1,0 +1,102 @@
+//! Why a spec does not fit.
+
+/// Why a spec could not be read, or does not fit the two rigs: every single thing that is wrong.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{detail}")]
+pub struct SpecError {
+    /// The kind of the first thing that is wrong.
+    pub kind: SpecErrorKind,
+    /// One sentence about it.
+    pub detail: String,
+    /// What the user can do. May be empty.
+    pub hint: String,
+    /// All of them, where there are several or a place can be given.
+    pub fields: Vec<SpecField>,
+}
+
+/// One thing that is wrong with a spec.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SpecField {
+    /// JSON pointer into the spec.
+    pub pointer: String,
+    /// The kind.
+    pub kind: SpecErrorKind,
+    /// What is wrong, naming the value that was seen.
+    pub detail: String,
+    /// Names that exist and look like the one that was seen.
+    pub did_you_mean: Vec<String>,
+}
+
+/// The kinds of things that can be wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SpecErrorKind {
+    /// No JSON, no YAML, or not an object.
+    Malformed,
+    /// A field that does not exist.
+    UnknownField,
+    /// A value of the wrong type or out of range.
+    InvalidValue,
+    /// A joint that the skeleton does not have.
+    UnknownJoint,
+    /// A clip, chain or role that does not exist.
+    UnknownName,
+    /// A chain's end is not below its start.
+    ChainNotConnected,
+    /// A file without joints.
+    NoSkeleton,
+    /// Nothing that the two rigs have in common.
+    NothingToMap,
+}
+
+impl SpecErrorKind {
+    /// The code on the wire.
+    #[must_use]
+    pub const fn code(self) -> &'static str {
+        match self {
+            Self::Malformed => "malformed_config",
+            Self::UnknownField => "unknown_field",
+            Self::InvalidValue => "invalid_value",
+            Self::UnknownJoint => "unknown_joint",
+            Self::UnknownName => "unknown_name",
+            Self::ChainNotConnected => "chain_not_connected",
+            Self::NoSkeleton => "skeleton_not_found",
+            Self::NothingToMap => "nothing_to_map",
+        }
+    }
+}
+
+impl SpecError {
+    /// One thing that is wrong, without a place.
+    #[must_use]
+    pub fn new(kind: SpecErrorKind, detail: impl Into<String>, hint: impl Into<String>) -> Self {
+        Self { kind, detail: detail.into(), hint: hint.into(), fields: Vec::new() }
+    }
+
+    /// All that is wrong; `None` when nothing is.
+    #[must_use]
+    pub fn from_fields(fields: Vec<SpecField>) -> Option<Self> {
+        let first = fields.first()?;
+        let more = if fields.len() > 1 { format!(" (and {} more)", fields.len() - 1) } else { String::new() };
+        let place = if first.pointer.is_empty() { String::new() } else { format!("{}: ", first.pointer) };
+        let hint = match first.did_you_mean.as_slice() {
+            [] => "see the schema at /v1/schemas/retarget-spec".to_owned(),
+            names => format!("did you mean {}?", names.join(" or ")),
+        };
+        Some(Self { kind: first.kind, detail: format!("{place}{}{more}", first.detail), hint, fields })
+    }
+}
+
+impl SpecField {
+    /// One thing that is wrong at a place.
+    #[must_use]
+    pub fn new(kind: SpecErrorKind, pointer: impl Into<String>, detail: impl Into<String>) -> Self {
+        Self { pointer: pointer.into(), kind, detail: detail.into(), did_you_mean: Vec::new() }
+    }
+
+    /// The same, with names that exist and look alike.
+    #[must_use]
+    pub fn with_nearest<'a>(mut self, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
+        self.did_you_mean = super::nearest::nearest(name, known);
+        self
+    }
+}

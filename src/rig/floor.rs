@@ -1,0 +1,66 @@
+//! Where the floor is under a rig, at rest and in a clip.
+
+use crate::model::{Clip, ModelPose};
+
+use super::understand::Rig;
+
+/// A lowest point closer to the origin than this share of the pelvis height counts as standing on the origin: ankles, balls
+/// and toes lie a little above the sole.
+const STANDS_ON_ORIGIN: f64 = 0.15;
+/// Frames of a clip that are looked at, evenly spread.
+const FRAMES_LOOKED_AT: usize = 240;
+
+/// Height of the floor at rest along the side's up axis, in the scene's unit, for a pelvis joint.
+pub(super) fn rest_floor(side: &Rig<'_>, pelvis: usize) -> f64 {
+    let lowest = lowest(side, &side.rest, &supports(side, pelvis));
+    let height = side.rest_height(pelvis) - lowest;
+    if lowest.abs() <= STANDS_ON_ORIGIN * height { lowest.min(0.0) } else { lowest }
+}
+
+/// Height of the floor in a clip, likewise: what its feet touch.
+///
+/// Where that is within a foot's height of the origin or of the rest floor, it is that: clips jump and crouch, and the floor
+/// does not.
+pub(super) fn clip_floor(side: &Rig<'_>, clip: &Clip, pelvis: usize, rest_floor: f64) -> f64 {
+    let supports = supports(side, pelvis);
+    let step = clip.frame_count().div_ceil(FRAMES_LOOKED_AT).max(1);
+    let mut heights: Vec<f64> = (0..clip.frame_count())
+        .step_by(step)
+        .map(|frame| {
+            let pose = clip.local_pose(side.skeleton(), frame).to_model(side.skeleton());
+            lowest(side, &pose, &supports)
+        })
+        .collect();
+    heights.sort_by(f64::total_cmp);
+    let floor = heights.get(heights.len() / 20).copied().unwrap_or(rest_floor);
+    let height = (side.rest_height(pelvis) - rest_floor).abs();
+    let near = |candidate: f64| (floor - candidate).abs() <= STANDS_ON_ORIGIN * height;
+    if near(0.0) && near(rest_floor) {
+        rest_floor
+    } else if near(0.0) {
+        0.0
+    } else if near(rest_floor) {
+        rest_floor
+    } else {
+        floor
+    }
+}
+
+/// The joints that can touch the floor: feet and toes with all below them, else everything below the pelvis.
+fn supports(side: &Rig<'_>, pelvis: usize) -> Vec<usize> {
+    let feet: Vec<usize> = ["left_foot", "right_foot", "left_toe", "right_toe"]
+        .iter()
+        .flat_map(|role| side.role(role).iter().copied())
+        .collect();
+    let skeleton = side.skeleton();
+    let below = |roots: &[usize]| -> Vec<usize> {
+        let is_below = |joint: &usize| roots.iter().any(|root| skeleton.is_ancestor_or_self(*root, *joint));
+        (0..skeleton.len()).filter(is_below).collect()
+    };
+    if feet.is_empty() { below(&[pelvis]) } else { below(&feet) }
+}
+
+fn lowest(side: &Rig<'_>, pose: &ModelPose, joints: &[usize]) -> f64 {
+    let up = side.up();
+    joints.iter().map(|&joint| pose.transforms()[joint].translation.dot(up)).fold(f64::INFINITY, f64::min)
+}

@@ -1,0 +1,121 @@
+//! What drives what, in indices: the result of resolving a spec against two rigs, and the input of the plan.
+
+use glam::DQuat;
+
+use crate::model::{LocalPose, ModelPose, Transform};
+
+use super::spec::{Carry, RotationMode, TranslationMode};
+
+/// Everything that the plan needs to know about two rigs. All indices are in range of the two skeletons.
+#[derive(Clone, Debug)]
+pub struct Mapping {
+    /// The pose that source motion is measured from, in the source scene's space and unit.
+    pub source_rest: ModelPose,
+    /// The pose that it is put onto, in the target scene's space and unit, aligned with the source's.
+    pub target_rest: ModelPose,
+    /// The local pose of target joints that nothing drives.
+    pub target_hold: LocalPose,
+    /// How source space lies in plan space: a rotation, and target units per source unit as the scale.
+    ///
+    /// Plan space is the space that the plan counts in: the target scene's for chains that are measured in the model; +Z up, +Y
+    /// front for chains that their parents carry, because ikrigretarget's last digits depend on it. Its unit is the target's.
+    pub plan_from_source: Transform,
+    /// How target space lies in plan space.
+    pub plan_from_target: DQuat,
+    /// The pelvis, when it is driven.
+    pub pelvis: Option<PelvisPair>,
+    /// The chains, in the order in which they are evaluated. A target joint that is in several belongs to the last.
+    pub chains: Vec<ChainPair>,
+    /// Target pelvis height over source pelvis height, both in target units; what `globally_scaled` multiplies by.
+    pub global_scale: f64,
+}
+
+/// The pelvis of both rigs, and where the target's goes.
+#[derive(Clone, Copy, Debug)]
+pub struct PelvisPair {
+    /// Joint of the source.
+    pub source: usize,
+    /// Joint of the target.
+    pub target: usize,
+    /// 1 takes the source's rotation change, 0 keeps the rest rotation.
+    pub rotation_alpha: f64,
+    /// 1 takes the scaled source position, 0 keeps the rest position.
+    pub translation_alpha: f64,
+    /// Source position to target position.
+    pub position: PelvisPosition,
+}
+
+/// `target = target_origin + turn⁻¹ · (scale ∘ (turn · (source − source_origin)))`, with `turn` = `ours_from_plan`, all in plan
+/// space.
+#[derive(Clone, Copy, Debug)]
+pub struct PelvisPosition {
+    /// The rotation into +Y up, +Z front.
+    pub ours_from_plan: DQuat,
+    /// Factors along right, up and front.
+    pub scale: glam::DVec3,
+    /// The point of the source that is scaled about.
+    pub source_origin: glam::DVec3,
+    /// Where that point goes.
+    pub target_origin: glam::DVec3,
+}
+
+/// A source chain that drives a target chain.
+#[derive(Clone, Debug)]
+pub struct ChainPair {
+    /// For messages and reports: the target chain's name or role.
+    pub name: String,
+    /// Source joints from the body outward; at least one; each below the one before.
+    pub source: Vec<usize>,
+    /// Target joints from the body outward; at least one; each below the one before.
+    pub target: Vec<usize>,
+    /// How it is driven.
+    pub drive: Drive,
+}
+
+/// How a chain is driven, every question answered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive {
+    /// In which frame rotation changes are measured.
+    pub carry: Carry,
+    /// How rotations are found.
+    pub rotation: RotationMode,
+    /// How translations are found.
+    pub translation: TranslationMode,
+    /// 1 takes the source's rotation.
+    pub rotation_alpha: f64,
+    /// 1 takes the translation mode's translation.
+    pub translation_alpha: f64,
+}
+
+impl Default for Drive {
+    fn default() -> Self {
+        Self {
+            carry: Carry::Model,
+            rotation: RotationMode::Auto,
+            translation: TranslationMode::None,
+            rotation_alpha: 1.0,
+            translation_alpha: 1.0,
+        }
+    }
+}
+
+impl Mapping {
+    /// The rotation of source space into target space.
+    #[must_use]
+    pub fn target_from_source(&self) -> DQuat {
+        self.plan_from_target.conjugate() * self.plan_from_source.rotation
+    }
+
+    /// Which target joints the mapping drives.
+    #[must_use]
+    pub fn driven(&self) -> Vec<bool> {
+        let mut driven = vec![false; self.target_rest.transforms().len()];
+        for &joint in self.chains.iter().flat_map(|chain| &chain.target) {
+            driven[joint] = true;
+        }
+        if let Some(pelvis) = &self.pelvis {
+            driven[pelvis.target] = true;
+        }
+        driven
+    }
+}
