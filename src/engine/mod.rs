@@ -6,11 +6,12 @@
 mod convert;
 mod failure;
 mod inspect;
+mod inspect_text;
 mod load;
 mod retarget;
 
 pub use failure::{Failure, FailureCode, FieldError};
-pub use inspect::{Inspection, inspect};
+pub use inspect::{ClipView, Inspection, InspectionCounts, JointView, OneOrMore, RigView, RoleView, inspect};
 pub use retarget::retarget;
 
 use serde::Serialize;

@@ -1,6 +1,6 @@
 //! What a user should know about a recognition: guesses and contradictions, as warnings.
 
-use super::{BodySide, Recognition, RigKind};
+use super::{Recognition, RigKind, Side};
 use crate::model::{Reporter, Skeleton};
 
 /// Roles that are less sure than this are said to be guesses.
@@ -34,7 +34,7 @@ pub fn report_doubts(skeleton: &Skeleton, recognition: &Recognition, reporter: &
             format!("give roles.{role} in the config if this is wrong"),
         );
     }
-    for role in recognition.roles.keys().filter(|role| role.side == BodySide::Left) {
+    for role in recognition.roles.keys().filter(|role| role.side == Side::Left) {
         let twin = role.mirrored();
         if recognition.kind != RigKind::Other && !recognition.roles.contains_key(&twin) {
             reporter.warn("role_one_sided", place, format!("there is {role}, but no {twin}"), "give it in the config");

@@ -135,7 +135,8 @@ fn split_case(run: &str) -> Vec<String> {
         if let Some(&before) = index.checked_sub(1).and_then(|before| characters.get(before)) {
             let after_is_lower = characters.get(index + 1).is_some_and(|after| after.is_lowercase());
             let digit_edge = before.is_ascii_digit() != character.is_ascii_digit();
-            let rises = character.is_uppercase() && (before.is_lowercase() || (before.is_uppercase() && after_is_lower));
+            let rises =
+                character.is_uppercase() && (before.is_lowercase() || (before.is_uppercase() && after_is_lower));
             if digit_edge || rises {
                 words.push(std::mem::take(&mut word));
             }
@@ -153,9 +154,11 @@ fn push_word(found: &mut Vec<String>, word: &str) {
         found.push(word.to_owned());
     } else if let Some(pieces) = unglue(word) {
         found.extend(pieces.into_iter().map(str::to_owned));
-    } else if let Some((side, pieces)) = word.split_at_checked(1).filter(|(side, _)| matches!(*side, "l" | "r")).and_then(
-        |(side, rest)| if is_gluable(rest) { Some((side, vec![rest])) } else { unglue(rest).map(|pieces| (side, pieces)) },
-    ) {
+    } else if let Some((side, pieces)) =
+        word.split_at_checked(1).filter(|(side, _)| matches!(*side, "l" | "r")).and_then(|(side, rest)| {
+            if is_gluable(rest) { Some((side, vec![rest])) } else { unglue(rest).map(|pieces| (side, pieces)) }
+        })
+    {
         found.push(side.to_owned());
         found.extend(pieces.into_iter().map(str::to_owned));
     } else {
