@@ -13,7 +13,9 @@
 //!    `tests/it/corpus.rs`.
 
 pub mod budget;
+mod bvh;
 mod error;
+mod fbx;
 mod format;
 mod gltf;
 mod poses;
@@ -45,7 +47,8 @@ pub fn read(
     match format {
         Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma => gltf::read(bytes, format, &mut budget, reporter),
         Format::PosesNpz | Format::PosesJson => poses::read(bytes, format, &mut budget, reporter),
-        Format::Fbx | Format::Bvh => todo!("wired when the formats land"),
+        Format::Fbx => fbx::read(bytes, &mut budget, reporter),
+        Format::Bvh => bvh::read(bytes, &mut budget, reporter),
     }
 }
 
@@ -96,6 +99,7 @@ pub fn write(
     match options.format {
         Format::Glb | Format::Gltf | Format::Vrm => gltf::write(target, clip, options, control, reporter),
         Format::PosesNpz | Format::PosesJson => poses::write(target, clip, options, control, reporter),
-        Format::Vrma | Format::Fbx | Format::Bvh => todo!("wired when the formats land"),
+        Format::Bvh => bvh::write(target, clip, options, control, reporter),
+        Format::Vrma | Format::Fbx => todo!("wired when the formats land"),
     }
 }

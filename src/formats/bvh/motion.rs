@@ -1,0 +1,322 @@
+//! The MOTION part: rows of numbers into tracks.
+
+use glam::{DQuat, DVec3, Quat, Vec3};
+
+use crate::{
+    formats::{Budget, FormatError, Limit},
+    model::{JointTracks, Reporter, Track},
+};
+
+use super::{
+    hierarchy::{Channel, Hierarchy},
+    scanner::{Scanner, Value},
+};
+
+/// Anything larger is no length or angle, and would become infinite as an f32.
+const LARGEST: f64 = 1e30;
+/// Values between two looks at the budget and at cancellation.
+const VALUES_PER_CHECK: usize = 1 << 16;
+
+/// The motion of a file.
+#[derive(Debug)]
+pub(super) struct Motion {
+    /// Frame k at k · frame time.
+    pub(super) times_seconds: Vec<f64>,
+    /// One entry per joint.
+    pub(super) tracks: Vec<JointTracks>,
+}
+
+/// Reads what follows MOTION; nothing where there are no frames.
+///
+/// # Errors
+/// When the header or a row breaks the rules, or there is more than the budget allows.
+pub(super) fn read(
+    scanner: &mut Scanner<'_>,
+    hierarchy: &Hierarchy,
+    budget: &mut Budget<'_>,
+    reporter: &mut Reporter,
+) -> Result<Option<Motion>, FormatError> {
+    if scanner.peek_word().is_none() {
+        reporter.warn(
+            "no_frames",
+            scanner.place(),
+            "the file has no MOTION; only the skeleton was read",
+            "export the animation as well if there is one",
+        );
+        return Ok(None);
+    }
+    let header = header(scanner)?;
+    budget.check(Limit::FramesPerClip, header.frames, "Frames")?;
+    let values = values(scanner, hierarchy, &header, budget, reporter)?;
+    let frames = values.len().checked_div(hierarchy.channel_count).unwrap_or(0);
+    if frames == 0 {
+        reporter.warn(
+            "no_frames",
+            scanner.place(),
+            "the file has no frames; only the skeleton was read",
+            "export the animation as well if there is one",
+        );
+        return Ok(None);
+    }
+    if frames as u64 != header.frames {
+        reporter.warn(
+            "row_count_differs",
+            "MOTION",
+            format!("the file declares {} frames and has {frames} rows; all rows were read", header.frames),
+            "check the export if frames are missing",
+        );
+    }
+    let samples = (frames as u64).saturating_mul(hierarchy.joints.len() as u64);
+    budget.take(Limit::Samples, samples, "MOTION")?;
+    budget.take_array(samples, (size_of::<Quat>() + size_of::<Vec3>()) as u64, "MOTION")?;
+    let times_seconds: Vec<f64> = (0..frames).map(|frame| frame as f64 * header.frame_time_seconds).collect();
+    Ok(Some(Motion { times_seconds, tracks: tracks(hierarchy, &values, frames) }))
+}
+
+struct Header {
+    frames: u64,
+    frame_time_seconds: f64,
+}
+
+/// `Frames:` and `Frame Time:`, in this order or the other.
+fn header(scanner: &mut Scanner<'_>) -> Result<Header, FormatError> {
+    let (mut frames, mut frame_time_seconds) = (None, None);
+    while frames.is_none() || frame_time_seconds.is_none() {
+        let word = scanner.next_word().unwrap_or_default().to_ascii_lowercase();
+        match word.as_slice() {
+            b"frames:" => frames = Some(frame_count(scanner)?),
+            b"frames" if skip_word(scanner, b":") => frames = Some(frame_count(scanner)?),
+            b"frame" if skip_word(scanner, b"time:") || skip_word(scanner, b"time") && skip_word(scanner, b":") => {
+                frame_time_seconds = Some(frame_time(scanner)?);
+            }
+            _ => return Err(scanner.malformed("MOTION must begin with 'Frames: <count>' and 'Frame Time: <seconds>'")),
+        }
+    }
+    Ok(Header { frames: frames.unwrap_or(0), frame_time_seconds: frame_time_seconds.unwrap_or(0.0) })
+}
+
+fn skip_word(scanner: &mut Scanner<'_>, word: &[u8]) -> bool {
+    let is_next = scanner.peek_word().is_some_and(|next| next.eq_ignore_ascii_case(word));
+    if is_next {
+        scanner.next_word();
+    }
+    is_next
+}
+
+fn frame_count(scanner: &mut Scanner<'_>) -> Result<u64, FormatError> {
+    let count = scanner.expect_number("the number of Frames")?;
+    if count < 0.0 || count.fract() != 0.0 {
+        return Err(scanner.malformed(format!("the number of Frames is {count}; it must be a whole number, 0 or more")));
+    }
+    // A float this large saturates, and no limit allows it.
+    Ok(count as u64)
+}
+
+fn frame_time(scanner: &mut Scanner<'_>) -> Result<f64, FormatError> {
+    let seconds = scanner.expect_number("the Frame Time")?;
+    if !(1e-9..=1e6).contains(&seconds) {
+        return Err(scanner
+            .malformed(format!("the Frame Time is {seconds}; it must be seconds above 0"))
+            .with_hint("write the seconds of one frame, such as 0.0333333 for 30 frames per second"));
+    }
+    Ok(seconds)
+}
+
+/// All values of all complete rows. The number of declared frames decides nothing but whether rows that do not agree with
+/// the lines of the file are meant so.
+fn values(
+    scanner: &mut Scanner<'_>,
+    hierarchy: &Hierarchy,
+    header: &Header,
+    budget: &mut Budget<'_>,
+    reporter: &mut Reporter,
+) -> Result<Vec<f64>, FormatError> {
+    let channels = hierarchy.channel_count;
+    let mut values: Vec<f64> = Vec::new();
+    let mut rows = Rows { channels, broken: None, line_begin: 0 };
+    let mut paid = 0;
+    loop {
+        if values.len() == paid {
+            // No value is shorter than two bytes with what separates it, so that the file itself bounds what is reserved.
+            let more = VALUES_PER_CHECK.min(scanner.remaining() / 2 + 1);
+            budget.take_array(more as u64, size_of::<f64>() as u64, "MOTION")?;
+            budget.check_canceled()?;
+            if let Some(row) = values.len().checked_div(channels) {
+                budget.check(Limit::FramesPerClip, row as u64, "MOTION")?;
+            }
+            values.reserve(more);
+            paid += more;
+        }
+        let line = scanner.line();
+        match scanner.next_value() {
+            Value::Number(number) if number.abs() < LARGEST => values.push(number),
+            Value::Number(number) => return Err(bad_value(scanner, hierarchy, values.len(), &number.to_string())),
+            Value::NotANumber(word) => {
+                let what = value_name(hierarchy, values.len());
+                return Err(scanner.not_a_number(&what, word));
+            }
+            Value::LineEnd => rows.end_line(values.len(), line),
+            Value::End => {
+                rows.end_line(values.len(), line);
+                break;
+            }
+        }
+    }
+    if channels == 0 {
+        if values.is_empty() {
+            return Ok(values);
+        }
+        return Err(scanner.malformed("MOTION has numbers, but no joint has channels"));
+    }
+    rows.judge(&mut values, header.frames, reporter)?;
+    budget.check(Limit::FramesPerClip, (values.len() / channels) as u64, "MOTION")?;
+    Ok(values)
+}
+
+/// Whether lines and rows agree.
+struct Rows {
+    channels: usize,
+    /// The first line that does not end where a row ends.
+    broken: Option<BrokenLine>,
+    /// How many values there were when the current line began.
+    line_begin: usize,
+}
+
+struct BrokenLine {
+    line: usize,
+    row: usize,
+    values: usize,
+    end: usize,
+}
+
+impl Rows {
+    fn end_line(&mut self, values: usize, line: usize) {
+        if self.broken.is_none() && self.channels > 0 && !values.is_multiple_of(self.channels) {
+            let row = self.line_begin / self.channels;
+            self.broken = Some(BrokenLine { line, row, values: values - self.line_begin, end: values });
+        }
+        self.line_begin = values;
+    }
+
+    /// Rows may run over line ends where the count is right as a whole; a file may be cut off in its last row.
+    fn judge(&self, values: &mut Vec<f64>, declared: u64, reporter: &mut Reporter) -> Result<(), FormatError> {
+        let Some(broken) = &self.broken else { return Ok(()) };
+        let place = format!("line {}", broken.line);
+        let rows = values.len() / self.channels;
+        if values.len().is_multiple_of(self.channels) && rows as u64 == declared {
+            reporter.warn(
+                "rows_wrapped",
+                place,
+                "rows run over the ends of lines; the numbers were taken in order, as their count is right",
+                "",
+            );
+            return Ok(());
+        }
+        if broken.end == values.len() && rows > 0 {
+            reporter.warn(
+                "last_row_incomplete",
+                place,
+                format!(
+                    "the last row has {} values where the hierarchy has {} channels; it was left out",
+                    broken.values, self.channels
+                ),
+                "check that the upload or the export was complete",
+            );
+            values.truncate(rows * self.channels);
+            return Ok(());
+        }
+        let detail = format!(
+            "row {} of MOTION has {} values where the hierarchy has {} channels",
+            broken.row + 1,
+            broken.values,
+            self.channels
+        );
+        Err(FormatError::malformed("bvh", place, detail))
+    }
+}
+
+fn bad_value(scanner: &Scanner<'_>, hierarchy: &Hierarchy, index: usize, number: &str) -> FormatError {
+    scanner.malformed(format!("{} is {number}, which is absurdly large", value_name(hierarchy, index)))
+}
+
+/// `frame 3, Zrotation of 'Hips'` for a value by its index; rows are counted from 0 like everywhere.
+fn value_name(hierarchy: &Hierarchy, index: usize) -> String {
+    let Some(frame) = index.checked_div(hierarchy.channel_count) else { return "a value of MOTION".into() };
+    let mut left = index % hierarchy.channel_count;
+    for (joint, channels) in hierarchy.joints.iter().zip(&hierarchy.channels) {
+        if let Some(channel) = channels.get(left) {
+            return format!("frame {frame}, {} of '{}'", channel.name(), joint.name);
+        }
+        left -= channels.len();
+    }
+    format!("frame {frame}")
+}
+
+fn tracks(hierarchy: &Hierarchy, values: &[f64], frames: usize) -> Vec<JointTracks> {
+    let mut begin = 0;
+    let mut tracks = Vec::with_capacity(hierarchy.joints.len());
+    for (joint, channels) in hierarchy.joints.iter().zip(&hierarchy.channels) {
+        let rows = values.chunks_exact(hierarchy.channel_count).map(|row| &row[begin..begin + channels.len()]);
+        tracks.push(JointTracks {
+            translation: translation(channels, rows.clone(), joint.rest.translation, frames),
+            rotation: rotation(channels, rows, frames),
+            scale: Track::Rest,
+        });
+        begin += channels.len();
+    }
+    tracks
+}
+
+/// Position channels replace the offset, component by component.
+fn translation<'a>(
+    channels: &[Channel],
+    rows: impl Iterator<Item = &'a [f64]>,
+    offset: DVec3,
+    frames: usize,
+) -> Track<Vec3> {
+    if !channels.iter().any(|channel| matches!(channel, Channel::Position(_))) {
+        return Track::Rest;
+    }
+    let mut track = Vec::with_capacity(frames);
+    for row in rows {
+        let mut position = offset;
+        for (channel, value) in channels.iter().zip(row) {
+            if let Channel::Position(axis) = channel {
+                position[*axis] = *value;
+            }
+        }
+        track.push(position.as_vec3());
+    }
+    Track::Sampled(track).compacted()
+}
+
+/// The product of the turns in the order of the channels; each on the hemisphere of the one before.
+fn rotation<'a>(channels: &[Channel], rows: impl Iterator<Item = &'a [f64]>, frames: usize) -> Track<Quat> {
+    if !channels.iter().any(|channel| matches!(channel, Channel::Rotation(_))) {
+        return Track::Rest;
+    }
+    let mut track = Vec::with_capacity(frames);
+    let mut previous = DQuat::IDENTITY;
+    for row in rows {
+        let mut rotation = DQuat::IDENTITY;
+        for (channel, degrees) in channels.iter().zip(row) {
+            if let Channel::Rotation(axis) = channel {
+                rotation *= turn(*axis, degrees.to_radians());
+            }
+        }
+        if rotation.dot(previous) < 0.0 {
+            rotation = -rotation;
+        }
+        previous = rotation;
+        track.push(rotation.normalize().as_quat());
+    }
+    Track::Sampled(track).compacted()
+}
+
+fn turn(axis: usize, radians: f64) -> DQuat {
+    match axis {
+        0 => DQuat::from_rotation_x(radians),
+        1 => DQuat::from_rotation_y(radians),
+        _ => DQuat::from_rotation_z(radians),
+    }
+}
