@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::{
     engine::{Failure, NamedBytes, WarningView, load::load},
@@ -64,9 +64,9 @@ pub struct RigView {
     /// All joints, parents before children.
     pub joints: Vec<JointView>,
     /// Joints by role: one name, or names from the body outward.
-    pub roles: BTreeMap<String, OneOrMore>,
+    pub roles: ByRole<OneOrMore>,
     /// How sure each role is, and why.
-    pub role_details: BTreeMap<String, RoleView>,
+    pub role_details: ByRole<RoleView>,
     /// Joints that carry part of a limb's twist.
     pub twist_helpers: Vec<String>,
 }
@@ -90,6 +90,24 @@ pub enum OneOrMore {
     One(String),
     /// Several, from the body outward.
     More(Vec<String>),
+}
+
+/// Values by role, in the order of the body: the trunk, the left, the right. An object in JSON.
+#[derive(Clone, Debug)]
+pub struct ByRole<T>(pub Vec<(String, T)>);
+
+impl<T> ByRole<T> {
+    /// The value of a role.
+    #[must_use]
+    pub fn get(&self, role: &str) -> Option<&T> {
+        self.0.iter().find(|entry| entry.0 == role).map(|entry| &entry.1)
+    }
+}
+
+impl<T: Serialize> Serialize for ByRole<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(role, value)| (role, value)))
+    }
 }
 
 /// How sure a role is.
@@ -186,8 +204,10 @@ fn inspect_rig(scene: &Scene, reporter: &mut Reporter) -> Result<Vec<RigView>, F
         up: recognition.body.map(|body| axis(body.up)),
         height_metres: height(&rig, &in_rig),
         joints: in_rig.iter().map(|joint| joint_view(scene, &labels, &in_rig, *joint)).collect(),
-        roles: recognition.roles.iter().map(|(role, finding)| (role.to_string(), names(&finding.joints))).collect(),
-        role_details: recognition.roles.keys().map(|role| (role.to_string(), details(role))).collect(),
+        roles: ByRole(
+            recognition.roles.iter().map(|(role, finding)| (role.to_string(), names(&finding.joints))).collect(),
+        ),
+        role_details: ByRole(recognition.roles.keys().map(|role| (role.to_string(), details(role))).collect()),
         twist_helpers: recognition.twist_helpers.iter().map(|joint| labels.of(*joint)).collect(),
     }])
 }
@@ -216,11 +236,11 @@ fn joint_view(scene: &Scene, labels: &Labels<'_>, in_rig: &BTreeSet<usize>, join
     JointView { name: labels.of(joint), node: joints[joint].node, parent: parent.map(|parent| joints[parent].node) }
 }
 
-/// From the lowest to the highest joint that has a role, or of all where none has.
+/// From the lowest to the highest joint of the body, or of all joints where there is no body.
 fn height(rig: &Rig<'_>, in_rig: &BTreeSet<usize>) -> f64 {
     let with_role: BTreeSet<usize> =
         rig.recognition.roles.values().flat_map(|finding| finding.joints.iter().copied()).collect();
-    let measured = if with_role.is_empty() { in_rig } else { &with_role };
+    let measured = if rig.recognition.kind == RigKind::Other { in_rig } else { &with_role };
     let heights = measured.iter().map(|joint| rig.rest_height(*joint));
     let (low, high) =
         heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), height| (low.min(height), high.max(height)));

@@ -60,25 +60,14 @@ fn write_rig(formatter: &mut fmt::Formatter<'_>, rig: &RigView) -> fmt::Result {
         write!(facts, ", up {up}, facing {forward}")?;
     }
     writeln!(formatter, "{facts}, {:.2} m high", rig.height_metres)?;
-    let rows: Vec<String> = rig.roles.iter().map(|(role, joints)| format!("{role:<24}{joints}")).collect();
-    let width = rows.iter().map(|row| row.chars().count()).filter(|width| *width <= WIDEST_CELL).max().unwrap_or(0);
-    let mut cells = rows.iter().peekable();
-    while let Some(cell) = cells.next() {
-        // Two short cells share a line.
-        let next = cells.next_if(|next| cell.chars().count() <= width && next.chars().count() <= WIDEST_CELL);
-        match next {
-            Some(next) => writeln!(formatter, "  {cell:<width$}  {next}")?,
-            None => writeln!(formatter, "  {cell}")?,
-        }
+    for (role, joints) in &rig.roles.0 {
+        writeln!(formatter, "  {role:<24}{joints}")?;
     }
     if !rig.twist_helpers.is_empty() {
         writeln!(formatter, "  {:<24}{}", "twist helpers", rig.twist_helpers.join(", "))?;
     }
     Ok(())
 }
-
-/// Longer cells have a line of their own.
-const WIDEST_CELL: usize = 56;
 
 fn write_clip(formatter: &mut fmt::Formatter<'_>, clip: &ClipView) -> fmt::Result {
     let rate = clip.fps.map_or_else(|| "uneven keys".to_owned(), |fps| format!("{fps} fps"));

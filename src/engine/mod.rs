@@ -11,7 +11,7 @@ mod load;
 mod retarget;
 
 pub use failure::{Failure, FailureCode, FieldError};
-pub use inspect::{ClipView, Inspection, InspectionCounts, JointView, OneOrMore, RigView, RoleView, inspect};
+pub use inspect::{ByRole, ClipView, Inspection, InspectionCounts, JointView, OneOrMore, RigView, RoleView, inspect};
 pub use retarget::retarget;
 
 use serde::Serialize;

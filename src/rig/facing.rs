@@ -24,10 +24,14 @@ const SHORTEST_SHARE: f64 = 1e-3;
 /// How far the line from hips to shoulders may be from the axis that is up: 20°.
 const UPRIGHT_RADIANS: f64 = 0.35;
 
+/// Legs that point less clearly down than this do not carry the body: the cosine against up.
+const LEGS_DOWN_COSINE: f64 = -0.3;
+
 /// The directions of a body in a pose.
 ///
 /// Left goes from the right limbs to the left ones, so the frame is right for a character whose sides are named right.
-/// Nothing where the roles do not span a body: no pair of limbs, or all in one place or line.
+/// Nothing where the roles do not span a body that stands: no pair of limbs, all in one place or line, legs beside or above
+/// the hips.
 #[must_use]
 pub fn body_frame(roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose) -> Option<BodyFrame> {
     let points = Points { roles, pose };
@@ -59,6 +63,9 @@ pub fn body_frame(roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose) -> Opti
         return None;
     }
     let left = left.try_normalize()?;
+    if !points.legs_are_below(up) {
+        return None;
+    }
     Some(BodyFrame { up, forward: left.cross(up), left })
 }
 
@@ -98,6 +105,18 @@ pub(super) struct Points<'a> {
 }
 
 impl Points<'_> {
+    /// Whether the legs point down, as far as there are legs: some zero poses lay all bones along one axis, and say nothing
+    /// about how the body stands.
+    fn legs_are_below(&self, up: DVec3) -> bool {
+        let leg = |side: &Side| {
+            let thigh = self.at(Role::new(*side, Part::Thigh))?;
+            let end = self.at(Role::new(*side, Part::Foot)).or_else(|| self.at(Role::new(*side, Part::Shin)))?;
+            Some((end - thigh).normalize_or_zero().dot(up))
+        };
+        let cosines: Vec<f64> = Side::BOTH.iter().filter_map(leg).collect();
+        cosines.is_empty() || cosines.iter().sum::<f64>() < LEGS_DOWN_COSINE * cosines.len() as f64
+    }
+
     /// Where the first joint of a role is.
     pub(super) fn at(&self, role: Role) -> Option<DVec3> {
         self.of(*self.roles.get(&role)?.joints.first()?)
