@@ -24,7 +24,7 @@ const T_DEGREES: f64 = 18.0;
 /// Arms lower than this hang, in degrees.
 const A_DEGREES: f64 = 72.0;
 /// Arms that differ by more than this are no rest pose that we have a name for, in degrees.
-const UNLIKE_DEGREES: f64 = 40.0;
+const UNLIKE_DEGREES: f64 = 60.0;
 
 impl RestPoseKind {
     /// The name on the wire.
