@@ -93,16 +93,23 @@ impl ParsedName {
             let is_finger = |(row, sense): &(&[&str], Sense)| matches!(sense, Sense::Finger(_)) && row.contains(&word);
             matches!(sense, Sense::Metacarpal | Sense::Tail) && SENSES.iter().any(is_finger)
         };
-        // A letter is a prefix where it comes first (`b_Hip`); elsewhere it tells legs of a spider apart (`leg_b_1`).
-        let first = self.words.first();
-        let explained = |word: &String| {
+        // A letter is a prefix where it comes before the part (`b_Hip`, `J_Bip_C_Chest`); behind it, it tells the legs of a
+        // spider apart (`leg_b_1`).
+        let part = self.words.iter().position(|word| row.contains(&word.as_str())).unwrap_or(0);
+        let explained = |(index, word): (usize, &String)| {
             let listed = [NOISE, CONTROLS, ENDS, TWISTS].iter().any(|table| table.contains(&word.as_str()));
-            let in_place = word.len() > 1 || word == "x" || Some(word) == first;
+            let in_place = word.len() > 1 || word == "x" || index < part;
             row.contains(&word.as_str()) || names_finger(word) || (listed && in_place)
         };
         // The words of a quadruped's leg (`Front_Leg_Shoulder_L`) name its segments; none of them contradicts it.
         if !matches!(sense, Sense::FrontLeg | Sense::HindLeg) {
-            self.unexplained = self.words.iter().filter(|word| !explained(word)).cloned().collect();
+            self.unexplained = self
+                .words
+                .iter()
+                .enumerate()
+                .filter(|entry| !explained(*entry))
+                .map(|(_, word)| word.clone())
+                .collect();
         }
     }
 }
