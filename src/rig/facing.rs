@@ -59,7 +59,7 @@ pub fn body_frame(roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose) -> Opti
     let left_of = |up: DVec3| across - across.dot(up) * up;
     let up = upright(up.try_normalize()?);
     let left = left_of(up);
-    if !(left.length() > reach * SHORTEST_SHARE) {
+    if left.length() <= reach * SHORTEST_SHARE {
         return None;
     }
     let left = left.try_normalize()?;
