@@ -1,13 +1,15 @@
-//! What a file holds, as users see it.
+//! What a file holds, as users see it: the data. How it reads on a terminal is in [`super::inspect_text`].
 
-use std::fmt;
+use std::collections::{BTreeMap, BTreeSet};
 
-use serde::Serialize;
+use glam::DVec3;
+use serde::{Serialize, Serializer};
 
 use crate::{
-    engine::{Failure, NamedBytes},
-    formats::Limits,
-    model::Control,
+    engine::{Failure, NamedBytes, WarningView, load::load},
+    formats::{Format, Limits},
+    model::{Clip, Control, JointTracks, Reporter, Scene, SignedAxis},
+    rig::{Rig, RigKind, RigSpec, Role, report_doubts},
 };
 
 /// What a file holds.
@@ -15,12 +17,123 @@ use crate::{
 pub struct Inspection {
     /// Wire name of the format.
     pub format: &'static str,
+    /// How much there is.
+    pub counts: InspectionCounts,
+    /// The largest body; empty where there is no skeleton.
+    pub rigs: Vec<RigView>,
+    /// The animations, in the file's order.
+    pub clips: Vec<ClipView>,
+    /// Guesses, repairs and losses.
+    pub warnings: Vec<WarningView>,
 }
 
-impl fmt::Display for Inspection {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(formatter, "format: {}", self.format)
+/// How much a file holds.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct InspectionCounts {
+    /// Nodes of the scene.
+    pub nodes: usize,
+    /// glTF: distinct joints of all skins. Elsewhere: nodes that the file calls joints.
+    pub joints: usize,
+    /// Sets of joints that deform a mesh.
+    pub skins: usize,
+    /// Animations.
+    pub clips: usize,
+}
+
+/// What a skeleton means.
+#[derive(Clone, Debug, Serialize)]
+pub struct RigView {
+    /// The name of its top node.
+    pub name: String,
+    /// The naming convention, where it is one with a name.
+    pub recognised_as: Option<String>,
+    /// From 0 to 1.
+    pub confidence: f64,
+    /// `biped`, `quadruped` or `other`.
+    pub kind: &'static str,
+    /// `T`, `A`, `arms_down` or `other`.
+    pub rest_pose: &'static str,
+    /// Where the rest pose comes from: `bind` or `nodes`.
+    pub rest_source: &'static str,
+    /// The axis that the body faces, such as `+z`.
+    pub forward: Option<&'static str>,
+    /// The axis that is up, such as `+y`.
+    pub up: Option<&'static str>,
+    /// From the lowest to the highest joint of the body, where the unit is known or could be guessed.
+    pub height_metres: f64,
+    /// All joints, parents before children.
+    pub joints: Vec<JointView>,
+    /// Joints by role: one name, or names from the body outward.
+    pub roles: ByRole<OneOrMore>,
+    /// How sure each role is, and why.
+    pub role_details: ByRole<RoleView>,
+    /// Joints that carry part of a limb's twist.
+    pub twist_helpers: Vec<String>,
+}
+
+/// A joint.
+#[derive(Clone, Debug, Serialize)]
+pub struct JointView {
+    /// Its name, or `#<node index>` where it has none of its own.
+    pub name: String,
+    /// Its node's index in the file.
+    pub node: usize,
+    /// The node index of the joint that it hangs from.
+    pub parent: Option<usize>,
+}
+
+/// One name, or several.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(untagged)]
+pub enum OneOrMore {
+    /// One.
+    One(String),
+    /// Several, from the body outward.
+    More(Vec<String>),
+}
+
+/// Values by role, in the order of the body: the trunk, the left, the right. An object in JSON.
+#[derive(Clone, Debug)]
+pub struct ByRole<T>(pub Vec<(String, T)>);
+
+impl<T> ByRole<T> {
+    /// The value of a role.
+    #[must_use]
+    pub fn get(&self, role: &str) -> Option<&T> {
+        self.0.iter().find(|entry| entry.0 == role).map(|entry| &entry.1)
     }
+}
+
+impl<T: Serialize> Serialize for ByRole<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(role, value)| (role, value)))
+    }
+}
+
+/// How sure a role is.
+#[derive(Clone, Debug, Serialize)]
+pub struct RoleView {
+    /// From 0 to 1.
+    pub confidence: f64,
+    /// Other joints that could have been meant.
+    pub alternatives: Vec<OneOrMore>,
+    /// Why these joints.
+    pub reasons: Vec<String>,
+}
+
+/// An animation.
+#[derive(Clone, Debug, Serialize)]
+pub struct ClipView {
+    /// Its name; may be empty.
+    pub name: String,
+    /// Key times.
+    pub frames: usize,
+    /// Frames per second; nothing where keys are uneven.
+    pub fps: Option<f64>,
+    /// Last key time minus first.
+    pub duration_seconds: f64,
+    /// Joints with an animated channel.
+    pub animated_joints: usize,
 }
 
 /// Reads a file and says what it holds.
@@ -28,6 +141,150 @@ impl fmt::Display for Inspection {
 /// # Errors
 /// When the file cannot be read.
 pub fn inspect(file: NamedBytes<'_>, limits: &Limits, control: &Control) -> Result<Inspection, Failure> {
-    let _ = (file, limits, control);
-    todo!("wired when the rig module lands")
+    let mut reporter = Reporter::new();
+    let loaded = load(file, "source", limits, control, &mut reporter)?;
+    let scene = &loaded.scene;
+    let joints = count_joints(scene, loaded.format);
+    let counts =
+        InspectionCounts { nodes: scene.skeleton.len(), joints, skins: scene.skins.len(), clips: scene.clips.len() };
+    let rigs = if scene.skeleton.is_empty() { Vec::new() } else { inspect_rig(scene, &mut reporter)? };
+    Ok(Inspection {
+        format: loaded.format.info().name,
+        counts,
+        rigs,
+        clips: scene.clips.iter().map(inspect_clip).collect(),
+        warnings: reporter.into_warnings().into_iter().map(WarningView::from).collect(),
+    })
+}
+
+fn count_joints(scene: &Scene, format: Format) -> usize {
+    match format {
+        Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma => {
+            scene.skins.iter().flat_map(|skin| &skin.joints).collect::<BTreeSet<_>>().len()
+        }
+        Format::Fbx | Format::Bvh | Format::PosesNpz | Format::PosesJson => {
+            scene.skeleton.joints().iter().filter(|joint| joint.is_joint).count()
+        }
+    }
+}
+
+/// The rig as a retarget with an empty spec would see it.
+fn inspect_rig(scene: &Scene, reporter: &mut Reporter) -> Result<Vec<RigView>, Failure> {
+    let mut own = Reporter::new();
+    let rig = Rig::new("source", scene, None, &RigSpec::default(), &mut own)?;
+    let has_joints = scene.skeleton.joints().iter().any(|joint| joint.is_joint);
+    let recognition = &rig.recognition;
+    if recognition.kind == RigKind::Other && !has_joints && recognition.roles.is_empty() {
+        // Meshes, lamps and cameras: what was guessed about their axes is of no use to anyone.
+        return Ok(Vec::new());
+    }
+    reporter.absorb("", own);
+    report_doubts(&scene.skeleton, recognition, reporter, "source");
+    let labels = Labels::new(scene);
+    let names = |joints: &[usize]| labels.one_or_more(joints);
+    let hundredths = |value: f64| (value * 100.0).round() / 100.0;
+    let details = |role: &Role| {
+        let finding = &recognition.roles[role];
+        RoleView {
+            confidence: hundredths(finding.confidence),
+            alternatives: finding.alternatives.iter().map(|joints| names(joints)).collect(),
+            reasons: finding.reasons.clone(),
+        }
+    };
+    let in_rig = rig_joints(scene, recognition.roles.values().flat_map(|finding| &finding.joints), has_joints);
+    let axis = |direction: DVec3| SignedAxis::nearest(direction).name();
+    Ok(vec![RigView {
+        name: labels.of(top_of(scene, &in_rig)),
+        recognised_as: recognition.recognised_as.clone(),
+        confidence: hundredths(recognition.confidence),
+        kind: recognition.kind.name(),
+        rest_pose: recognition.rest_pose.name(),
+        rest_source: rig.rest_source.name(),
+        forward: recognition.body.map(|body| axis(body.forward)),
+        up: recognition.body.map(|body| axis(body.up)),
+        height_metres: height(&rig, &in_rig),
+        joints: in_rig.iter().map(|joint| joint_view(scene, &labels, &in_rig, *joint)).collect(),
+        roles: ByRole(
+            recognition.roles.iter().map(|(role, finding)| (role.to_string(), names(&finding.joints))).collect(),
+        ),
+        role_details: ByRole(recognition.roles.keys().map(|role| (role.to_string(), details(role))).collect()),
+        twist_helpers: recognition.twist_helpers.iter().map(|joint| labels.of(*joint)).collect(),
+    }])
+}
+
+/// What the file calls joints, and what has a role all the same; all nodes where it calls none so.
+fn rig_joints<'a>(scene: &Scene, with_role: impl Iterator<Item = &'a usize>, has_joints: bool) -> BTreeSet<usize> {
+    let joints = scene.skeleton.joints().iter().enumerate();
+    let flagged = joints.filter(|(_, joint)| joint.is_joint || !has_joints).map(|(index, _)| index);
+    flagged.chain(with_role.copied()).collect()
+}
+
+fn top_of(scene: &Scene, in_rig: &BTreeSet<usize>) -> usize {
+    let mut top = in_rig.first().copied().unwrap_or(0);
+    while let Some(parent) = scene.skeleton.parent(top) {
+        top = parent;
+    }
+    top
+}
+
+fn joint_view(scene: &Scene, labels: &Labels<'_>, in_rig: &BTreeSet<usize>, joint: usize) -> JointView {
+    let joints = scene.skeleton.joints();
+    let mut parent = joints[joint].parent;
+    while let Some(above) = parent.filter(|above| !in_rig.contains(above)) {
+        parent = joints[above].parent;
+    }
+    JointView { name: labels.of(joint), node: joints[joint].node, parent: parent.map(|parent| joints[parent].node) }
+}
+
+/// From the lowest to the highest joint of the body, or of all joints where there is no body.
+fn height(rig: &Rig<'_>, in_rig: &BTreeSet<usize>) -> f64 {
+    let with_role: BTreeSet<usize> =
+        rig.recognition.roles.values().flat_map(|finding| finding.joints.iter().copied()).collect();
+    let measured = if rig.recognition.kind == RigKind::Other { in_rig } else { &with_role };
+    let heights = measured.iter().map(|joint| rig.rest_height(*joint));
+    let (low, high) =
+        heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), height| (low.min(height), high.max(height)));
+    if low <= high { ((high - low) * rig.unit_metres * 1e3).round() / 1e3 } else { 0.0 }
+}
+
+fn inspect_clip(clip: &Clip) -> ClipView {
+    let is_animated = |joint: &&JointTracks| {
+        joint.translation.is_animated() || joint.rotation.is_animated() || joint.scale.is_animated()
+    };
+    ClipView {
+        name: clip.name().to_owned(),
+        frames: clip.frame_count(),
+        fps: clip.uniform_fps().map(|fps| (fps * 1e3).round() / 1e3),
+        duration_seconds: clip.duration_seconds(),
+        animated_joints: clip.joints().iter().filter(is_animated).count(),
+    }
+}
+
+/// What [`crate::model::Skeleton::label`] gives, for all joints at once.
+struct Labels<'a> {
+    scene: &'a Scene,
+    uses: BTreeMap<&'a str, usize>,
+}
+
+impl<'a> Labels<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        let mut uses = BTreeMap::new();
+        for joint in scene.skeleton.joints() {
+            *uses.entry(joint.name.as_str()).or_default() += 1;
+        }
+        Self { scene, uses }
+    }
+
+    fn of(&self, joint: usize) -> String {
+        let joint = &self.scene.skeleton.joints()[joint];
+        let is_unique = !joint.name.is_empty() && self.uses.get(joint.name.as_str()) == Some(&1);
+        if is_unique { joint.name.clone() } else { format!("#{}", joint.node) }
+    }
+
+    fn one_or_more(&self, joints: &[usize]) -> OneOrMore {
+        match joints {
+            [joint] => OneOrMore::One(self.of(*joint)),
+            joints => OneOrMore::More(joints.iter().map(|joint| self.of(*joint)).collect()),
+        }
+    }
 }

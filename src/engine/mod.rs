@@ -6,11 +6,12 @@
 mod convert;
 mod failure;
 mod inspect;
+mod inspect_text;
 mod load;
 mod retarget;
 
 pub use failure::{Failure, FailureCode, FieldError};
-pub use inspect::{Inspection, inspect};
+pub use inspect::{ByRole, ClipView, Inspection, InspectionCounts, JointView, OneOrMore, RigView, RoleView, inspect};
 pub use retarget::retarget;
 
 // The words that callers need to speak with the engine; the service half sees the pure half through this door only.

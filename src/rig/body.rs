@@ -2,7 +2,10 @@
 //!
 //! What the limbs, the trunk and the fingers are looked for in. Knows names and hierarchy; decides no role.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::{
+    cmp::Reverse,
+    collections::{BTreeMap, BTreeSet},
+};
 
 use glam::DVec3;
 
@@ -19,7 +22,7 @@ const MOST_CANDIDATES: usize = 64;
 /// An unexplained word on so large a share of the joints is a prefix, such as a character's name.
 const PREFIX_SHARE: f64 = 0.3;
 
-/// Fewer distinct parts than this are no layer of a control rig and no reason to join pieces of a skeleton.
+/// Fewer distinct parts than this are no layer of a control rig; fewer words than this no prefix.
 const FEW_PARTS: usize = 4;
 
 pub(super) struct Body<'a> {
@@ -49,8 +52,8 @@ impl<'a> Body<'a> {
         let members = vec![true; skeleton.len()];
         let mut body = Self { skeleton, eligible: members.clone(), names, positions, members, enter, size, depth };
         body.judge_names();
-        body.keep_largest(joints_only);
         body.keep_layer();
+        body.keep_largest(joints_only);
         body
     }
 
@@ -139,25 +142,27 @@ impl<'a> Body<'a> {
             }
         }
         let mut parts_of_piece: BTreeMap<usize, BTreeSet<(Option<Side>, Sense)>> = BTreeMap::new();
-        let mut parts_of_group: BTreeMap<Option<usize>, BTreeSet<(Option<Side>, Sense)>> = BTreeMap::new();
         let mut joints_of_piece: BTreeMap<usize, usize> = BTreeMap::new();
         for index in (0..joints.len()).filter(|index| counts[*index]) {
             *joints_of_piece.entry(piece[index]).or_default() += 1;
             if let Some(sense) = self.names[index].sense.filter(|_| self.eligible[index]) {
-                let part = (self.names[index].side, sense);
-                parts_of_piece.entry(piece[index]).or_default().insert(part);
-                parts_of_group.entry(joints[piece[index]].parent).or_default().insert(part);
+                parts_of_piece.entry(piece[index]).or_default().insert((self.names[index].side, sense));
             }
         }
-        // The first of the largest: reversed, because `max_by_key` gives the last.
-        let best_piece =
-            parts_of_piece.iter().rev().max_by_key(|(top, parts)| (parts.len(), joints_of_piece.get(top).copied()));
-        let best_group = parts_of_group.iter().rev().max_by_key(|(_, parts)| parts.len());
-        let (Some((top, single)), Some((parent, grouped))) = (best_piece, best_group) else { return };
-        let (top, parent, join) = (*top, *parent, grouped.len() >= single.len() + FEW_PARTS);
+        let mut pieces: Vec<_> = parts_of_piece.into_iter().collect();
+        pieces.sort_by_key(|(top, parts)| Reverse((parts.len(), joints_of_piece.get(top).copied())));
+        let mut pieces = pieces.into_iter();
+        let Some((top, mut found)) = pieces.next() else { return };
+        let mut inside = BTreeSet::from([top]);
+        for (other, parts) in pieces {
+            // A second body has the same parts once more; another piece of this one has other parts.
+            if joints[other].parent == joints[top].parent && found.is_disjoint(&parts) {
+                inside.insert(other);
+                found.extend(parts);
+            }
+        }
         for index in 0..joints.len() {
-            let inside = if join { joints[piece[index]].parent == parent } else { piece[index] == top };
-            self.members[index] = counts[index] && inside;
+            self.members[index] = counts[index] && inside.contains(&piece[index]);
             // Finger tips that no vertex is bound to are plain nodes in glTF.
             let goes_on = joints[index].parent.is_some_and(|parent| {
                 self.members[parent]

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::{Part, Role, RoleFinding, Side};
-use crate::model::ModelPose;
+use crate::model::{ModelPose, SignedAxis};
 
 /// A body's own directions, as unit vectors in the scene's model space, at right angles to one another.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,10 +21,17 @@ pub struct BodyFrame {
 /// Shorter than this share of the body, a difference of two positions has no direction.
 const SHORTEST_SHARE: f64 = 1e-3;
 
+/// How far the line from hips to shoulders may be from the axis that is up: 20°.
+const UPRIGHT_RADIANS: f64 = 0.35;
+
+/// Legs that point less clearly down than this do not carry the body: the cosine against up.
+const LEGS_DOWN_COSINE: f64 = -0.3;
+
 /// The directions of a body in a pose.
 ///
 /// Left goes from the right limbs to the left ones, so the frame is right for a character whose sides are named right.
-/// Nothing where the roles do not span a body: no pair of limbs, or all in one place or line.
+/// Nothing where the roles do not span a body that stands: no pair of limbs, all in one place or line, legs beside or above
+/// the hips.
 #[must_use]
 pub fn body_frame(roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose) -> Option<BodyFrame> {
     let points = Points { roles, pose };
@@ -50,13 +57,22 @@ pub fn body_frame(roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose) -> Opti
     };
     let reach = up.length().max(across.length());
     let left_of = |up: DVec3| across - across.dot(up) * up;
-    let up = up.try_normalize()?;
+    let up = upright(up.try_normalize()?);
     let left = left_of(up);
-    if !(left.length() > reach * SHORTEST_SHARE) {
+    if left.length() <= reach * SHORTEST_SHARE {
         return None;
     }
     let left = left.try_normalize()?;
+    if !points.legs_are_below(up) {
+        return None;
+    }
     Some(BodyFrame { up, forward: left.cross(up), left })
+}
+
+/// A body that nearly stands along an axis of its file stands along it: joints do not lie in one plane, and poses lean.
+fn upright(up: DVec3) -> DVec3 {
+    let axis = SignedAxis::nearest(up).direction();
+    if axis.angle_between(up) <= UPRIGHT_RADIANS { axis } else { up }
 }
 
 /// Whether the feet point against where the sides say that front is: then left and right are named the wrong way round.
@@ -68,12 +84,15 @@ pub(super) fn sides_contradict_feet(roles: &BTreeMap<Role, RoleFinding>, pose: &
         let foot = points.at(Role::new(side, Part::Foot));
         let toe = points.at(Role::new(side, Part::Toe));
         let thigh = points.at(Role::new(side, Part::Thigh));
-        foot.zip(toe).zip(thigh).is_some_and(|((foot, toe), thigh)| {
+        let knee = points.at(Role::new(side, Part::Shin));
+        foot.zip(toe).zip(thigh.zip(knee)).is_some_and(|((foot, toe), (thigh, knee))| {
             let (leg, step) = (thigh - foot, toe - foot);
-            // A leg that does not stand is no measure: some zero poses lay all bones along one axis.
-            let stands = leg.normalize_or_zero().dot(frame.up) > 0.7;
+            // A leg that does not stand straight is no measure: some files rest in mid-jump, and some zero poses lay all
+            // bones along one axis.
+            let stands = leg.normalize_or_zero().dot(frame.up) > 0.9;
+            let straight = thigh.distance(knee) + knee.distance(foot) < 1.1 * leg.length();
             let along = step.dot(frame.forward);
-            stands && along < 0.0 && along.abs() > 0.5 * step.length() && step.length() > 0.02 * leg.length()
+            stands && straight && along < -0.7 * step.length() && step.length() > 0.02 * leg.length()
         })
     };
     against(Side::Left) && against(Side::Right)
@@ -86,6 +105,18 @@ pub(super) struct Points<'a> {
 }
 
 impl Points<'_> {
+    /// Whether the legs point down, as far as there are legs: some zero poses lay all bones along one axis, and say nothing
+    /// about how the body stands.
+    fn legs_are_below(&self, up: DVec3) -> bool {
+        let leg = |side: &Side| {
+            let thigh = self.at(Role::new(*side, Part::Thigh))?;
+            let end = self.at(Role::new(*side, Part::Foot)).or_else(|| self.at(Role::new(*side, Part::Shin)))?;
+            Some((end - thigh).normalize_or_zero().dot(up))
+        };
+        let cosines: Vec<f64> = Side::BOTH.iter().filter_map(leg).collect();
+        cosines.is_empty() || cosines.iter().sum::<f64>() < LEGS_DOWN_COSINE * cosines.len() as f64
+    }
+
     /// Where the first joint of a role is.
     pub(super) fn at(&self, role: Role) -> Option<DVec3> {
         self.of(*self.roles.get(&role)?.joints.first()?)

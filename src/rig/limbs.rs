@@ -134,8 +134,7 @@ pub(super) fn find_leg(body: &Body<'_>, side: Side, findings: &mut Findings) {
     let (thighs, hips, legs) = (of(&[Sense::Thigh]), of(&[Sense::Hip]), of(&[Sense::Leg]));
     let (ankles, feet, toes) = (of(&[Sense::Ankle]), of(&[Sense::Foot]), of(&[Sense::Toe]));
     let shins = of(&[Sense::Shin]);
-    let too_many = [&thighs, &legs, &shins].iter().any(|joints| body.topmost(joints).len() >= TOO_MANY_LIMBS);
-    if too_many {
+    if [&thighs, &legs, &shins].iter().any(|joints| body.topmost(joints).len() >= TOO_MANY_LIMBS) {
         return;
     }
     let shin = findings.declared_first(side, Part::Shin).map(Choice::named).or_else(|| {

@@ -5,6 +5,7 @@
 mod align;
 mod auto_map;
 mod body;
+mod doubts;
 mod error;
 mod facing;
 mod finding;
@@ -29,6 +30,7 @@ mod trunk;
 mod understand;
 mod unknown_fields;
 
+pub use doubts::report_doubts;
 pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use facing::{BodyFrame, body_frame};
 pub use finding::RoleFinding;

@@ -88,19 +88,28 @@ impl ParsedName {
             (Sense::Spine | Sense::Neck | Sense::Head, Some(_)) => None,
             (sense, _) => Some(sense),
         };
-        // A bone of the palm may say which finger it belongs to.
+        // A bone of the palm may say which finger it belongs to, a part of a tail that it is the middle one.
         let names_finger = |word: &str| {
             let is_finger = |(row, sense): &(&[&str], Sense)| matches!(sense, Sense::Finger(_)) && row.contains(&word);
-            *sense == Sense::Metacarpal && SENSES.iter().any(is_finger)
+            matches!(sense, Sense::Metacarpal | Sense::Tail) && SENSES.iter().any(is_finger)
         };
-        let explained = |word: &str| {
-            row.contains(&word)
-                || names_finger(word)
-                || [NOISE, CONTROLS, ENDS, TWISTS].iter().any(|table| table.contains(&word))
+        // A letter is a prefix where it comes before the part (`b_Hip`, `J_Bip_C_Chest`); behind it, it tells the legs of a
+        // spider apart (`leg_b_1`).
+        let part = self.words.iter().position(|word| row.contains(&word.as_str())).unwrap_or(0);
+        let explained = |(index, word): (usize, &String)| {
+            let listed = [NOISE, CONTROLS, ENDS, TWISTS].iter().any(|table| table.contains(&word.as_str()));
+            let in_place = word.len() > 1 || word == "x" || index < part;
+            row.contains(&word.as_str()) || names_finger(word) || (listed && in_place)
         };
         // The words of a quadruped's leg (`Front_Leg_Shoulder_L`) name its segments; none of them contradicts it.
         if !matches!(sense, Sense::FrontLeg | Sense::HindLeg) {
-            self.unexplained = self.words.iter().filter(|word| !explained(word)).cloned().collect();
+            self.unexplained = self
+                .words
+                .iter()
+                .enumerate()
+                .filter(|entry| !explained(*entry))
+                .map(|(_, word)| word.clone())
+                .collect();
         }
     }
 }

@@ -50,6 +50,8 @@ pub struct Recognition {
     pub body: Option<BodyFrame>,
     /// How the rest pose holds the arms.
     pub rest_pose: RestPoseKind,
+    /// Whether left and right were exchanged because the feet contradict the names.
+    pub sides_swapped: bool,
 }
 
 impl RigKind {
@@ -153,19 +155,16 @@ fn attempt(
         roles.retain(|role, _| PARTS_WITHOUT_BODY.contains(&role.part));
     }
     let mut frame = body_frame(&roles, rest).filter(|_| kind != RigKind::Other);
-    if let Some(contradicted) = frame.filter(|frame| sides_contradict_feet(&roles, rest, frame)) {
-        if declared.is_empty() {
-            roles = swapped(roles);
-            frame = body_frame(&roles, rest);
-        } else {
-            // The file insists on its sides, so its feet point backward.
-            frame = Some(contradicted);
-        }
+    // Sides that the file declares stand, whatever its feet do.
+    let sides_swapped = declared.is_empty() && frame.is_some_and(|frame| sides_contradict_feet(&roles, rest, &frame));
+    if sides_swapped {
+        roles = swapped(roles);
+        frame = body_frame(&roles, rest);
     }
     let confidence = confidence(kind, &roles);
     let rest_pose = rest_pose_kind(&roles, rest, frame.as_ref());
     let twist_helpers = if kind == RigKind::Other { Vec::new() } else { twist_helpers };
-    Recognition { kind, recognised_as: None, confidence, roles, twist_helpers, body: frame, rest_pose }
+    Recognition { kind, recognised_as: None, confidence, roles, twist_helpers, body: frame, rest_pose, sides_swapped }
 }
 
 /// The roles behind a file's own names for them. Names that say nothing, and joints that do not exist, are left out.

@@ -24,7 +24,7 @@ const T_DEGREES: f64 = 18.0;
 /// Arms lower than this hang, in degrees.
 const A_DEGREES: f64 = 72.0;
 /// Arms that differ by more than this are no rest pose that we have a name for, in degrees.
-const UNLIKE_DEGREES: f64 = 40.0;
+const UNLIKE_DEGREES: f64 = 60.0;
 
 impl RestPoseKind {
     /// The name on the wire.
@@ -44,11 +44,6 @@ impl RestPoseKind {
 pub fn rest_pose_kind(roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose, body: Option<&BodyFrame>) -> RestPoseKind {
     let points = Points { roles, pose };
     let Some(frame) = body else { return RestPoseKind::Other };
-    // A zero pose that lays all bones along one axis holds the arms somehow, but means nothing.
-    let legs_up = Side::BOTH.iter().all(|side| {
-        let leg = points.at(Role::new(*side, Part::Thigh)).zip(points.at(Role::new(*side, Part::Foot)));
-        leg.is_some_and(|(thigh, foot)| (foot - thigh).dot(frame.up) > 0.0)
-    });
     let elevation = |side: Side| {
         let start = points.at(Role::new(side, Part::UpperArm))?;
         let end = points.at(Role::new(side, Part::Hand)).or_else(|| points.at(Role::new(side, Part::Forearm)))?;
@@ -60,7 +55,7 @@ pub fn rest_pose_kind(roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose, bod
         (Some(left), Some(right)) => Some(left.midpoint(right)),
         (one, other) => one.or(other),
     };
-    match elevation.filter(|_| !legs_up) {
+    match elevation {
         Some(degrees) if degrees.abs() <= T_DEGREES => RestPoseKind::T,
         Some(degrees) if degrees < -A_DEGREES => RestPoseKind::ArmsDown,
         Some(degrees) if degrees < 0.0 => RestPoseKind::A,

@@ -153,7 +153,12 @@ fn find_numbered_spine(body: &Body<'_>, limbs: Limbs, spines: &[usize], findings
     if body.names[first].layer == Layer::None || !chain.iter().all(|joint| spines.contains(joint)) {
         return false;
     }
-    let hung = limbs.chest(body).and_then(|chest| chain.iter().position(|joint| *joint == chest));
+    // In a full control rig the arms hang from the joint of another layer with the same number.
+    let hung = limbs.chest(body).and_then(|chest| {
+        let (name, same) = (&body.names[chest], |joint: &usize| body.names[*joint].digits == body.names[chest].digits);
+        let twin = || chain.iter().position(same).filter(|_| name.sense == Some(Sense::Spine));
+        chain.iter().position(|joint| *joint == chest).or_else(twin)
+    });
     let chest = hung.unwrap_or_else(|| {
         // Arms that hang from the armature: the last spine joint below the clavicles.
         let arms: Vec<usize> = limbs.arms.iter().flatten().copied().collect();

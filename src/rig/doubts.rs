@@ -1,0 +1,43 @@
+//! What a user should know about a recognition: guesses and contradictions, as warnings.
+
+use super::{Recognition, RigKind, Side};
+use crate::model::{Reporter, Skeleton};
+
+/// Roles that are less sure than this are said to be guesses.
+const SURE_ENOUGH: f64 = 0.6;
+
+/// Warns of everything in a recognition that is a guess. `place` says which rig.
+pub fn report_doubts(skeleton: &Skeleton, recognition: &Recognition, reporter: &mut Reporter, place: &str) {
+    if recognition.kind == RigKind::Other {
+        reporter.warn(
+            "rig_not_recognised",
+            place,
+            "the joints' names do not make up a body",
+            "give the roles or chains in the config, or name the joints by a known convention",
+        );
+    }
+    if recognition.sides_swapped {
+        reporter.warn(
+            "sides_swapped",
+            place,
+            "joints that are named left lie on the right of a body whose feet point forward; where they lie counts",
+            "give the roles in the config if the names are right",
+        );
+    }
+    for (role, finding) in recognition.roles.iter().filter(|(_, finding)| finding.confidence < SURE_ENOUGH) {
+        let joint = finding.joints.first().map_or_else(String::new, |joint| skeleton.label(*joint));
+        let reasons = finding.reasons.join("; ");
+        reporter.warn(
+            "role_uncertain",
+            place,
+            format!("{role} is taken to be '{joint}': {reasons}"),
+            format!("give roles.{role} in the config if this is wrong"),
+        );
+    }
+    for role in recognition.roles.keys().filter(|role| role.side == Side::Left) {
+        let twin = role.mirrored();
+        if recognition.kind != RigKind::Other && !recognition.roles.contains_key(&twin) {
+            reporter.warn("role_one_sided", place, format!("there is {role}, but no {twin}"), "give it in the config");
+        }
+    }
+}
