@@ -22,8 +22,6 @@ mod prefer;
 mod problem;
 mod resources;
 mod server;
-#[cfg(test)]
-mod tests;
 mod upload;
 mod views;
 

@@ -1,1 +1,7 @@
-//! The service, by running the real binary.
+//! The HTTP service, from outside.
+
+mod black_box;
+mod container;
+mod documents;
+mod service;
+mod support;
