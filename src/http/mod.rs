@@ -69,7 +69,6 @@ pub struct ApiState {
 }
 
 /// All routes, ready to be served.
-#[must_use]
 pub fn router(state: ApiState) -> Router {
     let (routes, _) = docs::documented_routes().split_for_parts();
     let routes = routes.merge(docs::pages()).fallback(no_route).method_not_allowed_fallback(no_method);

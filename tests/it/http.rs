@@ -3,5 +3,6 @@
 mod black_box;
 mod container;
 mod documents;
+mod real;
 mod service;
 mod support;
