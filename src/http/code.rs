@@ -1,7 +1,7 @@
 //! Every problem that the service can answer with, in one closed table.
 //!
-//! A code never changes its meaning or its status. To add one, add a row and run `retargetd openapi`'s sister test, which
-//! says how to render `openapi/problems.md` again.
+//! A code never changes its meaning or its status. To add one, add a row and render `openapi/problems.md` again with
+//! `retargetd openapi --problems`; a test compares the two.
 
 use axum::http::StatusCode;
 

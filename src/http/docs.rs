@@ -2,12 +2,17 @@
 
 use std::sync::OnceLock;
 
-use axum::{Router, routing::get};
+use axum::{
+    Router,
+    http::header,
+    response::{IntoResponse, Response},
+    routing::get,
+};
 use utoipa::{OpenApi, openapi::OpenApi as Document};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
-use super::{ApiState, json_text, resources};
+use super::{ApiState, code::problems_page, json_text, resources};
 
 #[derive(OpenApi)]
 #[openapi(
@@ -42,10 +47,15 @@ pub fn openapi_document() -> Document {
 /// The document itself, and the page that shows it. Everything that the page needs is in the binary.
 pub(super) fn pages() -> Router<ApiState> {
     let page = SwaggerUi::new("/docs").config(Config::from("/openapi.json"));
-    Router::new().route("/openapi.json", get(document)).merge(Router::from(page))
+    Router::new().route("/openapi.json", get(document)).route("/problems", get(problems)).merge(Router::from(page))
 }
 
-async fn document() -> axum::response::Response {
+/// The page that the `type` of every problem points to.
+async fn problems() -> Response {
+    ([(header::CONTENT_TYPE, "text/markdown; charset=utf-8")], problems_page()).into_response()
+}
+
+async fn document() -> Response {
     static TEXT: OnceLock<String> = OnceLock::new();
     let text = TEXT.get_or_init(|| openapi_document().to_pretty_json().unwrap_or_default());
     json_text(text.clone())

@@ -22,8 +22,6 @@ mod prefer;
 mod problem;
 mod resources;
 mod server;
-#[cfg(test)]
-mod tests;
 mod upload;
 mod views;
 
@@ -71,7 +69,6 @@ pub struct ApiState {
 }
 
 /// All routes, ready to be served.
-#[must_use]
 pub fn router(state: ApiState) -> Router {
     let (routes, _) = docs::documented_routes().split_for_parts();
     let routes = routes.merge(docs::pages()).fallback(no_route).method_not_allowed_fallback(no_method);

@@ -23,9 +23,9 @@ pub struct Problem {
     pub(super) detail: String,
     pub(super) hint: String,
     pub(super) errors: Vec<ProblemError>,
-    pub(super) part: String,
-    pub(super) place: String,
-    pub(super) limit: Option<LimitSeen>,
+    pub(super) part: Box<str>,
+    pub(super) place: Box<str>,
+    pub(super) limit: Option<Box<LimitSeen>>,
 }
 
 /// The limit that was reached.
@@ -102,8 +102,8 @@ impl Problem {
     /// A problem with a code and a sentence.
     #[must_use]
     pub fn new(code: Code, detail: impl Into<String>) -> Self {
-        let (hint, part, place) = (String::new(), String::new(), String::new());
-        Self { code, detail: detail.into(), hint, errors: Vec::new(), part, place, limit: None }
+        let (part, place) = (Box::default(), Box::default());
+        Self { code, detail: detail.into(), hint: String::new(), errors: Vec::new(), part, place, limit: None }
     }
 
     /// The same, with what the caller can do.
@@ -123,7 +123,7 @@ impl Problem {
     /// The same, about a limit.
     #[must_use]
     pub fn about_limit(self, name: &'static str, maximum: u64, actual: u64) -> Self {
-        Self { limit: Some(LimitSeen { name, maximum, actual }), ..self }
+        Self { limit: Some(Box::new(LimitSeen { name, maximum, actual })), ..self }
     }
 
     /// A fault of ours. What happened goes to the log, not to the caller.
@@ -139,8 +139,8 @@ impl Problem {
         let errors = failure.errors.iter().cloned().map(ProblemError::from).collect();
         Self {
             errors,
-            part: failure.part.clone(),
-            place: failure.place.clone(),
+            part: failure.part.as_str().into(),
+            place: failure.place.as_str().into(),
             ..Self::new(FailureReason::of(failure).into(), failure.detail.clone()).with_hint(failure.hint.clone())
         }
     }
@@ -156,12 +156,12 @@ impl Problem {
             detail: self.detail.clone(),
             instance: instance.to_owned(),
             hint: self.hint.clone(),
-            part: self.part.clone(),
-            place: self.place.clone(),
+            part: self.part.to_string(),
+            place: self.place.to_string(),
             errors: self.errors.clone(),
-            limit: self.limit.map(|limit| limit.name),
-            maximum: self.limit.map(|limit| limit.maximum),
-            actual: self.limit.map(|limit| limit.actual),
+            limit: self.limit.as_ref().map(|limit| limit.name),
+            maximum: self.limit.as_ref().map(|limit| limit.maximum),
+            actual: self.limit.as_ref().map(|limit| limit.actual),
             request_id: request_id.to_owned(),
             retryable: self.code.is_retryable(),
         }
@@ -198,7 +198,7 @@ impl From<Failure> for Problem {
     fn from(failure: Failure) -> Self {
         let Failure { code, detail, part, place, hint, errors } = failure;
         let errors = errors.into_iter().map(ProblemError::from).collect();
-        Self { errors, part: part.to_owned(), place, ..Self::new(code.into(), detail).with_hint(hint) }
+        Self { errors, part: part.into(), place: place.into(), ..Self::new(code.into(), detail).with_hint(hint) }
     }
 }
 

@@ -156,7 +156,7 @@ fn unexpected(name: &str) -> Problem {
 }
 
 fn in_part(problem: Problem, role: InputRole) -> Problem {
-    Problem { part: role.name().to_owned(), ..problem }
+    Problem { part: role.name().into(), ..problem }
 }
 
 /// A config that came as bytes.

@@ -1,1 +1,201 @@
+//! Scheduling, with an engine that does what the config says.
 
+use std::{collections::BTreeMap, sync::Arc, time::Duration};
+
+use super::{
+    AssetId, Assets, ConfigDocument, Engine, InputRole, JobSnapshot, JobState, Jobs, NewJob, Refusal, Workers,
+};
+use crate::{
+    config::Settings,
+    engine::{Control, Failure, FailureCode, Format, Inputs, Limits, NamedBytes, Outcome, Output, Report},
+    store::{DataFolder, Store},
+    telemetry::Clock,
+};
+
+/// Long enough for a busy machine; nothing waits this long when all is well.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+struct Obedient;
+
+impl Engine for Obedient {
+    fn retarget(&self, inputs: &Inputs<'_>, _limits: &Limits, control: &Control) -> Result<Outcome, Failure> {
+        match inputs.config.map_or(&b""[..], |config| config.bytes) {
+            b"panic" => panic!("as the config says"),
+            b"refuse" => return Err(Failure::new(FailureCode::NoAnimation, "the source has no animation")),
+            b"wait" => loop {
+                control.check().map_err(|_| Failure::new(FailureCode::Canceled, "canceled"))?;
+                std::thread::sleep(Duration::from_millis(1));
+            },
+            _ => {}
+        }
+        let output = Output { format: Format::Glb, name: "out.glb".to_owned(), bytes: inputs.target.bytes.to_vec() };
+        Ok(Outcome { outputs: vec![output], report: Report::default(), resolved_spec: serde_json::json!({}) })
+    }
+
+    fn inspect(&self, _: NamedBytes<'_>, _: &Limits, _: &Control) -> Result<serde_json::Value, Failure> {
+        Ok(serde_json::json!({"format": "bvh"}))
+    }
+}
+
+struct Fixture {
+    jobs: Jobs,
+    assets: Assets,
+    asset: AssetId,
+    clock: Clock,
+    _root: tempfile::TempDir,
+    _folder: DataFolder,
+}
+
+impl Fixture {
+    async fn new(settings: &[(&str, &str)]) -> Self {
+        let given: BTreeMap<_, _> = settings.iter().copied().collect();
+        let settings = Settings::read(|setting| given.get(setting.name).map(ToString::to_string)).expect("settings");
+        let root = tempfile::tempdir().expect("a temporary folder");
+        let folder = DataFolder::take(root.path()).expect("nobody has it");
+        let store = Arc::new(Store::open(&folder).await.expect("the store opens"));
+        let clock = Clock::system();
+        let jobs = Jobs::new(store, Arc::new(Obedient), Arc::new(settings), clock.clone());
+        let assets = Assets::new(&jobs);
+        let mut upload = assets.begin("walk.bvh", None).await.expect("begins");
+        upload.write(b"HIERARCHY").await.expect("writes");
+        let file = upload.finish(None).await.expect("finishes");
+        let asset = assets.keep(file).await.expect("is kept").0.id;
+        Self { jobs, assets, asset, clock, _root: root, _folder: folder }
+    }
+
+    async fn submit(&self, config: &str) -> Result<JobSnapshot, Refusal> {
+        let inputs = [InputRole::Source, InputRole::Target].map(|role| (role, self.asset.clone())).into();
+        let config = Some(ConfigDocument { file_name: "config.json".to_owned(), text: config.to_owned() });
+        self.jobs.submit(NewJob { inputs, config, ..NewJob::default() }).await
+    }
+
+    async fn until(&self, job: &JobSnapshot, state: JobState) {
+        let reached = async {
+            while self.jobs.get(&job.record.id).await.expect("is there").record.state != state {
+                tokio::time::sleep(Duration::from_millis(2)).await;
+            }
+        };
+        tokio::time::timeout(PATIENCE, reached).await.expect("the state is reached");
+    }
+
+    async fn end_of(&self, job: &JobSnapshot) -> JobSnapshot {
+        self.jobs.wait(&job.record.id, PATIENCE).await.expect("is there")
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn jobs_succeed_fail_and_panic_each_by_itself() {
+    let fixture = Fixture::new(&[("workers", "2")]).await;
+    let workers = Workers::start(&fixture.jobs, 2);
+    let mut ends = Vec::new();
+    for config in ["panic", "refuse", "fine", "panic", "fine"] {
+        ends.push(fixture.submit(config).await.expect("is taken"));
+    }
+    let mut codes = Vec::new();
+    for job in &ends {
+        let end = fixture.end_of(job).await;
+        codes.push(end.record.failure.map_or_else(|| end.record.state.name().to_owned(), |failure| failure.code));
+    }
+    assert_eq!(codes, ["internal", "no_animation", "succeeded", "internal", "succeeded"], "each has its own end");
+    let end = fixture.end_of(&ends[2]).await;
+    let result = end.results.first().expect("a result");
+    assert!(result.expires_at > result.created_at && end.record.expires_at.is_some(), "expiry is visible");
+    assert_eq!(fixture.jobs.resolved_spec(&end.record.id).await.expect("is there"), "{}", "the resolved spec");
+    workers.stop(PATIENCE).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn cancel_works_on_running_and_on_queued_jobs_with_a_full_queue() {
+    let fixture = Fixture::new(&[("workers", "1"), ("max_queued_jobs", "1")]).await;
+    let workers = Workers::start(&fixture.jobs, 1);
+    let running = fixture.submit("wait").await.expect("is taken");
+    fixture.until(&running, JobState::Running).await;
+    let queued = fixture.submit("fine").await.expect("is taken");
+    assert_eq!(queued.queue_position, Some(1), "it waits");
+    let refused = fixture.submit("fine").await;
+    assert!(matches!(refused, Err(Refusal::QueueFull { most: 1, .. })), "full: {refused:?}");
+    let canceled = fixture.jobs.cancel(&queued.record.id).await.expect("works");
+    assert_eq!(canceled.record.state, JobState::Canceled, "at once");
+    let canceling = fixture.jobs.cancel(&running.record.id).await.expect("works").record.state;
+    assert!(matches!(canceling, JobState::Canceling | JobState::Canceled), "on its way: {canceling:?}");
+    assert_eq!(fixture.end_of(&running).await.record.state, JobState::Canceled, "canceled");
+    let again = fixture.jobs.cancel(&running.record.id).await.expect("any number of times");
+    assert_eq!(again.record.state, JobState::Canceled, "final states never change");
+    workers.stop(PATIENCE).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_job_that_runs_too_long_is_stopped() {
+    let fixture = Fixture::new(&[("workers", "1"), ("job_timeout", "1s")]).await;
+    let workers = Workers::start(&fixture.jobs, 1);
+    let job = fixture.submit("wait").await.expect("is taken");
+    let failure = fixture.end_of(&job).await.record.failure.expect("it failed");
+    assert_eq!(failure.code, "job_timeout", "with its own code");
+    assert_eq!(
+        fixture.end_of(&fixture.submit("fine").await.expect("is taken")).await.results.len(),
+        1,
+        "the worker goes on"
+    );
+    workers.stop(PATIENCE).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_drain_gives_running_jobs_back_and_the_next_start_ends_them() {
+    let fixture = Fixture::new(&[("workers", "1")]).await;
+    let workers = Workers::start(&fixture.jobs, 1);
+    let running = fixture.submit("wait").await.expect("is taken");
+    fixture.until(&running, JobState::Running).await;
+    let queued = fixture.submit("fine").await.expect("is taken");
+    fixture.jobs.drain();
+    assert!(matches!(fixture.submit("fine").await, Err(Refusal::Draining)), "takes nothing new");
+    workers.stop(Duration::ZERO).await;
+    let record = fixture.jobs.get(&running.record.id).await.expect("is there").record;
+    assert_eq!((record.state, record.attempt), (JobState::Queued, 0), "handed back, and the attempt does not count");
+
+    let inner = &fixture.jobs.0;
+    let next = Jobs::new(Arc::clone(&inner.store), Arc::new(Obedient), Arc::clone(&inner.settings), Clock::system());
+    assert_eq!(next.recover().await.expect("recovers"), 2, "both are taken up");
+    let workers = Workers::start(&next, 2);
+    let end = next.wait(&queued.record.id, PATIENCE).await.expect("is there");
+    assert_eq!(end.record.state, JobState::Succeeded, "ended by the next start");
+    next.cancel(&running.record.id).await.expect("works");
+    workers.stop(PATIENCE).await;
+}
+
+#[tokio::test]
+async fn a_job_that_the_process_died_under_too_often_is_not_tried_again() {
+    let fixture = Fixture::new(&[("max_attempts", "2")]).await;
+    let jobs = [fixture.submit("fine").await.expect("is taken"), fixture.submit("fine").await.expect("is taken")];
+    let records = fixture.jobs.0.store.records();
+    for (job, attempt) in jobs.iter().zip([1, 2]) {
+        let change = (JobState::Queued, JobState::Running);
+        assert!(records.move_job(&job.record.id, change, attempt, None).await.expect("moves"), "as if it had started");
+    }
+    fixture.jobs.recover().await.expect("recovers");
+    let first = fixture.jobs.get(&jobs[0].record.id).await.expect("is there").record;
+    assert_eq!((first.state, first.attempt), (JobState::Queued, 1), "tried again");
+    let second = fixture.jobs.get(&jobs[1].record.id).await.expect("is there").record;
+    assert_eq!(second.failure.map(|failure| failure.code).as_deref(), Some("worker_crashed"), "given up");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn inputs_of_unfinished_jobs_stay_and_what_has_expired_goes() {
+    let fixture = Fixture::new(&[("workers", "1"), ("asset_retention", "1h"), ("result_retention", "1h")]).await;
+    let job = fixture.submit("fine").await.expect("is taken");
+    let in_use = fixture.assets.delete(&fixture.asset).await;
+    assert!(matches!(in_use, Err(Refusal::InUse(_))), "a queued job needs it: {in_use:?}");
+    fixture.clock.advance(Duration::from_secs(7200));
+    fixture.jobs.sweep().await;
+    let expired = fixture.assets.get(&fixture.asset).await;
+    assert!(matches!(expired, Err(Refusal::Expired { .. })), "expired, but still there for its job: {expired:?}");
+    let workers = Workers::start(&fixture.jobs, 1);
+    let result = fixture.end_of(&job).await.results.first().expect("a result").clone();
+    fixture.jobs.sweep().await;
+    let gone = fixture.assets.get(&fixture.asset).await;
+    assert!(matches!(gone, Err(Refusal::NotFound { .. })), "now nobody needs it: {gone:?}");
+    assert!(fixture.jobs.content(&result.sha256, None).await.is_ok(), "the result has the same bytes, so they stay");
+    fixture.clock.advance(Duration::from_secs(7200));
+    fixture.jobs.sweep().await;
+    assert!(fixture.jobs.content(&result.sha256, None).await.is_err(), "and go when it expires");
+    workers.stop(PATIENCE).await;
+}

@@ -36,8 +36,19 @@ impl Jobs {
             self.run(record, running).await
         };
         if let Err(refusal) = outcome.await {
-            // The record still says that the job has not ended, so the next start takes it up again.
             tracing::error!(job_id = %id, error = %refusal, "the end of a job could not be written");
+            self.give_up(&id).await;
+        }
+    }
+
+    /// Ends a job whose end could not be written, so that nobody waits for it in vain. Where that fails too, the record still
+    /// says that the job has not ended, and the next start takes it up again.
+    async fn give_up(&self, id: &JobId) {
+        for from in [JobState::Running, JobState::Canceling] {
+            let end = self.ending(JobState::Failed, Some(failure::internal()));
+            if let Err(error) = self.finish(id, from, end).await {
+                tracing::error!(job_id = %id, %error, "neither could that it failed");
+            }
         }
     }
 

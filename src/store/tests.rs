@@ -1,1 +1,112 @@
+//! The store: what is promised of records and blobs together.
 
+use std::{sync::Arc, time::Duration};
+
+use jiff::Timestamp;
+
+use super::{AssetId, AssetRecord, DataFolder, Store};
+
+fn asset(sha256: &str, bytes: u64) -> AssetRecord {
+    let created_at = Timestamp::UNIX_EPOCH;
+    AssetRecord {
+        id: AssetId::new(),
+        sha256: sha256.to_owned(),
+        bytes,
+        format: "bvh".to_owned(),
+        file_name: "walk.bvh".to_owned(),
+        created_at,
+        expires_at: created_at + Duration::from_secs(60),
+    }
+}
+
+async fn open() -> (tempfile::TempDir, DataFolder, Store) {
+    let root = tempfile::tempdir().expect("a temporary folder");
+    let folder = DataFolder::take(root.path()).expect("nobody has it");
+    let store = Store::open(&folder).await.expect("the store opens");
+    (root, folder, store)
+}
+
+#[tokio::test]
+async fn a_blob_is_visible_when_it_is_complete_and_not_before() {
+    let (_root, folder, store) = open().await;
+    let mut writer = store.blobs().begin().await.expect("begins");
+    writer.write(&[7; 3_000_000]).await.expect("more than one part");
+    let unnamed = writer.finish().await.expect("finishes");
+    let digest = unnamed.blob().sha256.clone();
+    assert!(!store.blobs().has(&digest).await.expect("answers"), "complete, but not kept yet");
+    let blob = unnamed.keep().await.expect("is kept");
+    assert_eq!((blob.bytes, blob.sha256.len()), (3_000_000, 64), "size and name");
+    let bytes = store.blobs().read(&digest).await.expect("reads");
+    assert!(bytes.len() == 3_000_000 && bytes.iter().all(|byte| *byte == 7), "the same bytes");
+    let left = std::fs::read_dir(folder.uploads()).expect("a folder").count();
+    assert_eq!(left, 0, "nothing is left where uploads are written");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_is_dropped_half_way_leaves_nothing() {
+    let (_root, folder, store) = open().await;
+    let mut writer = store.blobs().begin().await.expect("begins");
+    writer.write(&[1; 2_000_000]).await.expect("writes");
+    drop(writer);
+    drop(store.blobs().write(vec![2; 10].into()).await.expect("writes"));
+    for _ in 0..500 {
+        if std::fs::read_dir(folder.uploads()).expect("a folder").count() == 0 {
+            return;
+        }
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    }
+    panic!("something is left where uploads are written");
+}
+
+#[tokio::test]
+async fn the_same_bytes_have_one_record_which_is_kept_longer() {
+    let (_root, _folder, store) = open().await;
+    let first = asset("aa", 1);
+    let later = AssetRecord { expires_at: first.expires_at + Duration::from_secs(1), ..asset("aa", 1) };
+    assert!(store.records().add_asset(&first).await.expect("writes").1, "the first is new");
+    let (stored, is_new) = store.records().add_asset(&later).await.expect("writes");
+    assert!(!is_new && stored.id == first.id, "the same record");
+    assert_eq!(stored.expires_at, later.expires_at, "kept as long as the later asks for");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 4)]
+async fn many_writers_wait_for_one_another() {
+    let (_root, _folder, store) = open().await;
+    let store = Arc::new(store);
+    let tasks: Vec<_> = (0..8)
+        .map(|task| {
+            let store = Arc::clone(&store);
+            tokio::spawn(async move {
+                for number in 0..20 {
+                    let record = asset(&format!("{task}-{number}"), 1);
+                    store.records().add_asset(&record).await?;
+                    store.records().remove_asset(&record.id).await?;
+                    store.records().add_asset(&record).await?;
+                }
+                Ok::<_, super::StoreError>(())
+            })
+        })
+        .collect();
+    for task in tasks {
+        task.await.expect("no panic").expect("never 'database is locked'");
+    }
+    assert_eq!(store.records().stored_bytes().await.expect("answers"), 160, "all are there");
+}
+
+#[tokio::test]
+async fn expired_files_go_with_their_bytes_unless_another_record_names_them() {
+    let (_root, _folder, store) = open().await;
+    let blob = store.blobs().write(vec![3; 10].into()).await.expect("writes").keep().await.expect("is kept");
+    let short = asset(&blob.sha256, 10);
+    let long = AssetRecord {
+        format: "poses_json".to_owned(),
+        expires_at: short.expires_at + Duration::from_secs(60),
+        ..asset(&blob.sha256, 10)
+    };
+    store.records().add_asset(&short).await.expect("writes");
+    store.records().add_asset(&long).await.expect("another format of the same bytes");
+    assert_eq!(store.sweep(short.expires_at).await.expect("sweeps"), 1, "one has expired");
+    assert!(store.blobs().has(&blob.sha256).await.expect("answers"), "the other still names the bytes");
+    assert_eq!(store.sweep(long.expires_at).await.expect("sweeps"), 1, "now the other");
+    assert!(!store.blobs().has(&blob.sha256).await.expect("answers"), "nobody names the bytes");
+}

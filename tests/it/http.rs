@@ -1,1 +1,8 @@
-//! The service, by running the real binary.
+//! The HTTP service, from outside.
+
+mod black_box;
+mod container;
+mod documents;
+mod real;
+mod service;
+mod support;

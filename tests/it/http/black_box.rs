@@ -1,0 +1,157 @@
+//! The binary as a process: bad requests, restarts, signals.
+
+use std::{path::Path, process::Command};
+
+use reqwest::{Client, Response, StatusCode};
+use serde_json::json;
+
+use super::support::{BVH, PATIENCE, Server, form, header, json as read, problem};
+
+fn client() -> Client {
+    Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client")
+}
+
+async fn upload(server: &Server, body: &str) -> Response {
+    let url = format!("{}/v1/assets?filename=a.bvh", server.url);
+    client().post(url).body(body.to_owned()).send().await.expect("an answer")
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn every_bad_request_has_its_own_code_and_the_service_goes_on() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = Server::start(data.path(), &["--max-file-bytes", "64KiB", "--max-document-bytes", "2KiB"]);
+    let (client, url) = (client(), server.url.clone());
+    let at = |path: &str| format!("{url}{path}");
+    let post = |path: &str, body: String, media_type: &str| {
+        client.post(at(path)).header("content-type", media_type).body(body).send()
+    };
+    let parts = |parts: &[(&'static str, &str)]| client.post(at("/v1/retarget")).multipart(form(parts)).send();
+
+    problem(post("/v1/jobs", "x".into(), "text/csv").await.expect("an answer"), 415, "unsupported_media_type").await;
+    problem(post("/v1/retarget", "x".into(), "text/csv").await.expect("an answer"), 415, "unsupported_media_type")
+        .await;
+    problem(post("/v1/jobs", "{".into(), "application/json").await.expect("an answer"), 400, "malformed_request").await;
+    let typo = json!({"source": {"asset": "a"}, "target": {"asset": "a"}, "sorce_rest": {}}).to_string();
+    let typo =
+        problem(post("/v1/jobs", typo, "application/json").await.expect("an answer"), 422, "unknown_field").await;
+    assert_eq!(typo["errors"][0]["did_you_mean"][0], "source_rest", "the nearest name: {typo}");
+    let ids = json!({"source": {"asset": "a"}, "target": {"asset": "a"}}).to_string();
+    let ids = problem(post("/v1/jobs", ids, "application/json").await.expect("an answer"), 422, "invalid_value").await;
+    assert_eq!(ids["errors"][0]["pointer"], "/source/asset", "where: {ids}");
+    let unknown = "ast_00000000000000000000000000";
+    let gone = json!({"source": {"asset": unknown}, "target": {"asset": unknown}}).to_string();
+    problem(post("/v1/jobs", gone, "application/json").await.expect("an answer"), 422, "unknown_asset").await;
+    let large = format!("{{\"labels\": {{\"a\": \"{}\"}}}}", "x".repeat(4096));
+    let large =
+        problem(post("/v1/jobs", large, "application/json").await.expect("an answer"), 413, "body_too_large").await;
+    assert_eq!((&large["limit"], &large["maximum"]), (&json!("document_bytes"), &json!(2048)), "which limit");
+
+    problem(parts(&[("source", BVH)]).await.expect("an answer"), 422, "missing_part").await;
+    let part = problem(parts(&[("source", BVH), ("taget", BVH)]).await.expect("an answer"), 422, "unknown_part").await;
+    assert_eq!(part["errors"][0]["did_you_mean"][0], "target", "the nearest name: {part}");
+    problem(parts(&[("source", BVH), ("source", BVH)]).await.expect("an answer"), 422, "unknown_part").await;
+    let nonsense = problem(parts(&[("source", "nonsense")]).await.expect("an answer"), 415, "unsupported_format").await;
+    assert_eq!(nonsense["part"], "source", "which part: {nonsense}");
+    let cut = "--b\r\ncontent-disposition: form-data; name=\"source\"; filename=\"a.bvh\"\r\n\r\nHIERARCHY";
+    let cut = post("/v1/retarget", cut.into(), "multipart/form-data; boundary=b").await.expect("an answer");
+    problem(cut, 400, "malformed_request").await;
+
+    problem(upload(&server, "nonsense").await, 415, "unsupported_format").await;
+    problem(upload(&server, "").await, 415, "unsupported_format").await;
+    let too_large = problem(upload(&server, &"HIERARCHY".repeat(10_000)).await, 413, "body_too_large").await;
+    assert_eq!(too_large["limit"], "file_bytes", "which limit: {too_large}");
+    let digest = "sha-256=:47DEQpj8HBSa+/TImW+5JCeuQeRkm5NMpJWZG3hSuFU=:";
+    let wrong = client.post(at("/v1/assets")).header("content-digest", digest).body(BVH).send().await;
+    problem(wrong.expect("an answer"), 400, "digest_mismatch").await;
+
+    let get = |path: &str| client.get(at(path)).send();
+    problem(get(&format!("/v1/assets/{unknown}")).await.expect("an answer"), 404, "not_found").await;
+    problem(get("/v1/jobs/../../etc/passwd").await.expect("an answer"), 404, "not_found").await;
+    problem(get("/v1/results/res_").await.expect("an answer"), 404, "not_found").await;
+    let method = client.put(at("/v1/jobs")).send().await.expect("an answer");
+    assert!(header(&method, "allow").contains("POST"), "what is allowed");
+    problem(method, 405, "method_not_allowed").await;
+
+    let blobs = std::fs::read_dir(data.path().join("blobs")).expect("a folder").count();
+    assert_eq!(blobs, 0, "none of this was kept");
+    assert_eq!(upload(&server, BVH).await.status(), StatusCode::CREATED, "the service goes on");
+    assert_eq!(server.terminate(), Some(0), "SIGTERM ends it well");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_restart_keeps_assets_and_jobs() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = Server::start(data.path(), &["--workers", "1"]);
+    let asset = read(upload(&server, BVH).await).await["id"].as_str().expect("an id").to_owned();
+    let body = json!({"source": {"asset": asset}, "target": {"asset": asset}});
+    let answer = client().post(format!("{}/v1/jobs", server.url)).json(&body).send().await.expect("an answer");
+    assert_eq!(answer.status(), StatusCode::ACCEPTED, "taken on");
+    let job = read(answer).await["id"].as_str().expect("an id").to_owned();
+    // Killed, not stopped: what was acknowledged must be there without any goodbye.
+    drop(server);
+    let server = Server::start(data.path(), &["--workers", "1"]);
+    let again = upload(&server, BVH).await;
+    assert_eq!(again.status(), StatusCode::OK, "the same bytes are there");
+    assert_eq!(read(again).await["id"], asset.as_str(), "under the same id");
+    let wait = client().get(format!("{}/v1/jobs/{job}", server.url)).header("prefer", "wait=30");
+    let ended = read(wait.send().await.expect("an answer")).await;
+    let state = ended["state"].as_str().unwrap_or_default();
+    assert!(["succeeded", "failed"].contains(&state), "the job came to an end: {ended}");
+    assert_eq!(server.terminate(), Some(0), "SIGTERM ends it well");
+}
+
+#[test]
+fn one_server_per_data_folder_and_all_bad_settings_at_once() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let _server = Server::start(data.path(), &[]);
+    let (code, text) = serve(data.path(), &["--listen", "127.0.0.1:0"]);
+    assert_eq!(code, Some(4), "not started: {text}");
+    assert!(text.contains("another server is using the data folder"), "says why: {text}");
+    let (code, text) = serve(data.path(), &["--listen", "here", "--job-timeout", "soon"]);
+    assert_eq!(code, Some(2), "bad usage: {text}");
+    assert!(text.contains("--listen") && text.contains("RETARGETD_JOB_TIMEOUT"), "both are named: {text}");
+}
+
+fn serve(data: &Path, flags: &[&str]) -> (Option<i32>, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_retargetd"));
+    let output = command.args(["serve", "--log", "error", "--data"]).arg(data).args(flags).output().expect("it runs");
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+#[test]
+fn health_tells_ready_from_gone() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = Server::start(data.path(), &[]);
+    let health = |url: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_retargetd"));
+        command.args(["health", "--url", url]).output().expect("it runs").status.code()
+    };
+    assert_eq!(health(&server.url), Some(0), "ready");
+    let url = server.url.clone();
+    drop(server);
+    assert_eq!(health(&url), Some(4), "gone");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_docs_load_nothing_from_elsewhere() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = Server::start(data.path(), &[]);
+    let client = client();
+    let get = |path: &str| client.get(format!("{}{path}", server.url)).send();
+    let page = get("/docs/").await.expect("an answer");
+    assert!(header(&page, "content-security-policy").starts_with("default-src 'self'"), "nothing else may load");
+    let text = page.text().await.expect("a page");
+    let places: Vec<&str> = ["src=\"", "href=\""]
+        .into_iter()
+        .flat_map(|key| text.split(key).skip(1))
+        .filter_map(|rest| rest.split('"').next())
+        .collect();
+    assert!(places.len() >= 3, "scripts and styles: {text}");
+    for place in places {
+        assert!(!place.contains("//"), "'{place}' is no place of our own");
+        let path = format!("/docs/{}", place.trim_start_matches("./"));
+        assert_eq!(get(&path).await.expect("an answer").status(), StatusCode::OK, "'{path}' is there");
+    }
+    let script = get("/docs/swagger-initializer.js").await.expect("an answer").text().await.expect("a script");
+    assert!(script.contains("/openapi.json") && !script.contains("https://"), "it shows our document: {script}");
+}

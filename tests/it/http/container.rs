@@ -1,0 +1,58 @@
+//! The container files, as far as they can be checked without a container.
+
+use std::{collections::BTreeSet, path::Path, process::Command};
+
+use retargetd::config::Settings;
+
+fn read(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docker").join(name);
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{} cannot be read: {error}", path.display()))
+}
+
+fn variables(text: &str) -> BTreeSet<String> {
+    let is_name = |letter: char| letter.is_ascii_uppercase() || letter == '_' || letter.is_ascii_digit();
+    let places = text.match_indices("RETARGETD_");
+    places.map(|(start, _)| text[start..].chars().take_while(|letter| is_name(*letter)).collect()).collect()
+}
+
+#[test]
+fn every_variable_is_a_setting() {
+    let mut known: BTreeSet<String> = Settings::TABLE.iter().map(retargetd::config::Setting::variable).collect();
+    known.insert("RETARGETD_URL".to_owned());
+    for name in ["Dockerfile", "compose.yaml"] {
+        let seen = variables(&read(name));
+        assert!(!seen.is_empty(), "{name} sets something");
+        let unknown: Vec<_> = seen.difference(&known).collect();
+        assert!(unknown.is_empty(), "{name} names what is no setting: {unknown:?}");
+    }
+}
+
+#[test]
+fn ports_user_and_health_check_agree() {
+    let (image, compose) = (read("Dockerfile"), read("compose.yaml"));
+    assert!(image.contains("RETARGETD_LISTEN=0.0.0.0:8080") && image.contains("EXPOSE 8080"), "one port inside");
+    assert!(compose.contains(":8080\""), "and that port is published");
+    assert!(image.contains("USER 65532:65532"), "not root");
+    assert!(image.contains("RETARGETD_DATA=/data") && compose.contains(":/data"), "one data folder");
+    assert!(image.contains("HEALTHCHECK") && image.contains("[\"retargetd\", \"health\"]"), "asks itself");
+    assert!(compose.contains("read_only: true"), "the root is read-only");
+}
+
+#[test]
+fn the_entry_point_parses_and_the_variables_are_valid() {
+    let image = read("Dockerfile");
+    assert!(image.contains("ENTRYPOINT [\"retargetd\"]") && image.contains("CMD [\"serve\"]"), "what is run");
+    let pairs: Vec<(String, String)> = image
+        .split_whitespace()
+        .filter_map(|word| word.split_once('='))
+        .filter(|(name, _)| name.starts_with("RETARGETD_"))
+        .map(|(name, value)| (name.to_owned(), value.to_owned()))
+        .collect();
+    let settings = Settings::read(|setting| {
+        pairs.iter().find(|(name, _)| *name == setting.variable()).map(|(_, value)| value.clone())
+    });
+    assert!(settings.is_ok(), "the image's variables are valid: {settings:?}");
+    let help = Command::new(env!("CARGO_BIN_EXE_retargetd")).args(["serve", "--help"]).output().expect("it runs");
+    let help = String::from_utf8_lossy(&help.stdout).into_owned();
+    assert!(Settings::TABLE.iter().all(|setting| help.contains(&setting.flag())), "every setting has its flag: {help}");
+}

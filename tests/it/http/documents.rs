@@ -1,0 +1,68 @@
+//! The committed documents are those that the code makes, and the routes are those that the document has.
+
+use std::path::Path;
+
+use retargetd::http::{Code, openapi_document, problems_page};
+use serde_json::Value;
+
+use super::support::{Service, header};
+
+fn committed(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("openapi").join(name);
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{} cannot be read: {error}", path.display()))
+}
+
+#[test]
+fn the_committed_document_is_what_the_code_makes() {
+    let made = openapi_document().to_pretty_json().expect("JSON");
+    let is_same = made.trim() == committed("openapi.json").trim();
+    assert!(is_same, "run 'cargo run -- openapi > openapi/openapi.json' and look at what changed");
+}
+
+#[test]
+fn the_committed_problems_are_those_of_the_code() {
+    let is_same = problems_page() == committed("problems.md");
+    assert!(is_same, "run 'cargo run -- openapi --problems > openapi/problems.md' and look at what changed");
+    assert!(Code::ALL.iter().all(|code| problems_page().contains(code.name())), "every code is on the page");
+}
+
+#[test]
+fn every_operation_says_what_it_answers() {
+    let document: Value = serde_json::to_value(openapi_document()).expect("JSON");
+    let paths = document["paths"].as_object().expect("paths");
+    assert!(paths.len() > 15, "all routes are described");
+    for (path, item) in paths {
+        for (method, operation) in item.as_object().expect("operations") {
+            assert!(!operation["summary"].as_str().unwrap_or_default().is_empty(), "{method} {path} has a summary");
+            assert!(!operation["responses"].as_object().expect("responses").is_empty(), "{method} {path} answers");
+        }
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn every_route_answers_in_a_type_that_it_declares() {
+    let service = Service::start(&[]).await;
+    let document: Value = serde_json::to_value(openapi_document()).expect("JSON");
+    for (path, item) in document["paths"].as_object().expect("paths") {
+        if item.get("get").is_none() {
+            continue;
+        }
+        let id = path.trim_start_matches("/v1/").chars().next().map_or("", |first| match first {
+            'a' => "ast_00000000000000000000000000",
+            'j' => "job_00000000000000000000000000",
+            _ => "res_00000000000000000000000000",
+        });
+        let answer = service.get(&path.replace("{id}", id)).await;
+        let status = answer.status().as_u16().to_string();
+        let responses = &item["get"]["responses"];
+        let declared = responses.get(&status).or_else(|| responses.get("default"));
+        let declared = declared.unwrap_or_else(|| panic!("GET {path} answers {status}, which it does not declare"));
+        let media_type = header(&answer, "content-type").split(';').next().unwrap_or_default().to_owned();
+        let types: Vec<&String> =
+            declared["content"].as_object().map(|content| content.keys().collect()).unwrap_or_default();
+        assert!(types.contains(&&media_type), "GET {path} answers {status} {media_type}; declared are {types:?}");
+        assert_eq!(header(&answer, "x-content-type-options"), "nosniff", "GET {path} is not sniffed");
+        assert!(!header(&answer, "x-request-id").is_empty(), "GET {path} has a request id");
+    }
+    service.stop().await;
+}

@@ -1,0 +1,201 @@
+//! A service to talk to, as a child process or inside the test.
+
+use std::{
+    collections::BTreeMap,
+    io::{BufRead, BufReader},
+    process::{Child, Command, Stdio},
+    sync::Arc,
+    time::Duration,
+};
+
+use reqwest::{Client, Response, StatusCode};
+use retargetd::{
+    app::{self, Running},
+    config::Settings,
+    engine::{Control, Failure, FailureCode, Format, Inputs, Limits, NamedBytes, Outcome, Output, Report},
+    jobs::Engine,
+    telemetry::Clock,
+};
+use serde_json::Value;
+
+/// Long enough for a busy machine; nothing waits this long when all is well.
+pub(super) const PATIENCE: Duration = Duration::from_secs(60);
+
+/// The smallest file that is taken for a BVH.
+pub(super) const BVH: &str = "HIERARCHY\nROOT Hips\n";
+
+/// A server process. Dropping it kills it.
+pub(super) struct Server {
+    child: Child,
+    pub(super) url: String,
+}
+
+impl Server {
+    pub(super) fn start(data: &std::path::Path, flags: &[&str]) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_retargetd"))
+            .args(["serve", "--listen", "127.0.0.1:0", "--log", "warn", "--data"])
+            .arg(data)
+            .args(flags)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the binary starts");
+        let mut line = String::new();
+        let output = child.stdout.take().expect("its output is piped");
+        BufReader::new(output).read_line(&mut line).expect("it prints a line");
+        let url = line.split_whitespace().find(|word| word.starts_with("http://")).unwrap_or_default().to_owned();
+        assert!(!url.is_empty(), "the line has the address: {line:?}");
+        Self { child, url }
+    }
+
+    /// Sends SIGTERM and gives the exit code.
+    pub(super) fn terminate(mut self) -> Option<i32> {
+        let id = self.child.id().to_string();
+        Command::new("kill").args(["-TERM", &id]).status().expect("kill runs");
+        self.child.wait().expect("it ends").code()
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// An engine that does what the config says: `wait` until canceled, `refuse`, `panic`, else the target's bytes as GLB.
+pub(super) struct Obedient;
+
+impl Engine for Obedient {
+    fn retarget(&self, inputs: &Inputs<'_>, _limits: &Limits, control: &Control) -> Result<Outcome, Failure> {
+        let config = inputs.config.map_or(&b""[..], |config| config.bytes);
+        let says = |word: &str| String::from_utf8_lossy(config).contains(word);
+        if says("panic") {
+            panic!("as the config says");
+        }
+        if says("refuse") {
+            return Err(Failure::new(FailureCode::NoAnimation, "the source has no animation").in_part("source"));
+        }
+        while says("wait") {
+            control.check().map_err(|_| Failure::new(FailureCode::Canceled, "canceled"))?;
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let formats = if inputs.formats.is_empty() { &[Format::Glb] } else { inputs.formats };
+        let output = |format: &Format| Output {
+            format: *format,
+            name: format!("out.{}", format.info().endings[0]),
+            bytes: inputs.target.bytes.to_vec(),
+        };
+        let outputs = formats.iter().map(output).collect();
+        Ok(Outcome { outputs, report: Report::default(), resolved_spec: serde_json::json!({"version": 1}) })
+    }
+
+    fn inspect(&self, file: NamedBytes<'_>, _: &Limits, _: &Control) -> Result<Value, Failure> {
+        Ok(serde_json::json!({"format": "bvh", "name": file.name}))
+    }
+}
+
+/// A service inside the test, with the obedient engine.
+pub(super) struct Service {
+    pub(super) client: Client,
+    pub(super) url: String,
+    pub(super) clock: Clock,
+    pub(super) data: tempfile::TempDir,
+    running: Running,
+}
+
+impl Service {
+    pub(super) async fn start(settings: &[(&str, &str)]) -> Self {
+        let data = tempfile::tempdir().expect("a temporary folder");
+        let mut given: BTreeMap<&str, String> =
+            settings.iter().map(|(name, text)| (*name, (*text).to_owned())).collect();
+        given.insert("listen", "127.0.0.1:0".to_owned());
+        given.insert("data", data.path().display().to_string());
+        given.entry("workers").or_insert("1".to_owned());
+        let settings = Settings::read(|setting| given.get(setting.name).cloned()).expect("the settings are valid");
+        let clock = Clock::system();
+        let running = app::start_with(settings, Arc::new(Obedient), clock.clone()).await.expect("it starts");
+        let client = Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client");
+        Self { client, url: running.url(), clock, data, running }
+    }
+
+    pub(super) fn address(&self) -> std::net::SocketAddr {
+        self.running.address()
+    }
+
+    pub(super) fn at(&self, path: &str) -> String {
+        format!("{}{path}", self.url)
+    }
+
+    pub(super) async fn get(&self, path: &str) -> Response {
+        self.client.get(self.at(path)).send().await.expect("an answer")
+    }
+
+    pub(super) async fn post(&self, path: &str, body: &Value) -> Response {
+        self.client.post(self.at(path)).json(body).send().await.expect("an answer")
+    }
+
+    /// Uploads a file and gives its id.
+    pub(super) async fn upload(&self, bytes: &str) -> String {
+        let path = self.at("/v1/assets?filename=walk.bvh");
+        let answer = self.client.post(path).body(bytes.to_owned()).send().await.expect("an answer");
+        assert!(answer.status().is_success(), "the upload is taken: {}", answer.status());
+        json(answer).await["id"].as_str().expect("an id").to_owned()
+    }
+
+    /// Asks for a job whose config says `word`.
+    pub(super) async fn job(&self, asset: &str, word: &str) -> Response {
+        let body = serde_json::json!({"source": {"asset": asset}, "target": {"asset": asset}, "config": {"say": word}});
+        self.post("/v1/jobs", &body).await
+    }
+
+    /// The job in that state.
+    pub(super) async fn until(&self, id: &str, state: &str) -> Value {
+        let reached = async {
+            loop {
+                let job = json(self.get(&format!("/v1/jobs/{id}")).await).await;
+                if job["state"] == state {
+                    return job;
+                }
+                tokio::time::sleep(Duration::from_millis(5)).await;
+            }
+        };
+        tokio::time::timeout(PATIENCE, reached).await.expect("the state is reached")
+    }
+
+    pub(super) async fn stop(self) {
+        self.running.stop().await.expect("it stops");
+    }
+}
+
+pub(super) async fn json(answer: Response) -> Value {
+    answer.json().await.expect("JSON")
+}
+
+pub(super) fn header<'a>(answer: &'a Response, name: &str) -> &'a str {
+    answer.headers().get(name).and_then(|value| value.to_str().ok()).unwrap_or_default()
+}
+
+/// Checks that an answer is a problem of that status and code, whole and of the right type, and gives it.
+pub(super) async fn problem(answer: Response, status: u16, code: &str) -> Value {
+    assert_eq!(header(&answer, "content-type"), "application/problem+json", "the type of '{code}'");
+    let seen = answer.status();
+    let problem = json(answer).await;
+    assert_eq!(problem["code"], code, "the code: {problem}");
+    assert_eq!(seen, StatusCode::from_u16(status).expect("a status"), "the status of '{code}'");
+    assert_eq!(problem["status"], status, "the same status in the body of '{code}'");
+    for member in ["type", "title", "detail", "instance", "request_id"] {
+        assert!(!problem[member].as_str().unwrap_or_default().is_empty(), "'{code}' has a {member}: {problem}");
+    }
+    problem
+}
+
+/// A multipart form of text files.
+pub(super) fn form(parts: &[(&'static str, &str)]) -> reqwest::multipart::Form {
+    parts.iter().fold(reqwest::multipart::Form::new(), |form, (name, text)| {
+        let ending = if *name == "config" { "json" } else { "bvh" };
+        let part = reqwest::multipart::Part::text((*text).to_owned()).file_name(format!("{name}.{ending}"));
+        form.part(*name, part)
+    })
+}
