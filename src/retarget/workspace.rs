@@ -7,7 +7,8 @@ use crate::model::{JointTracks, Track, Transform};
 use super::{
     lanes::{LANES, QuatLanes, VecLanes},
     plan::{
-        CarryStep, Driver, ModelDriver, Needs, Parent, PelvisDriver, Plan, Sample, SourceStep, TargetStep, Translation,
+        CarryStep, ChordStep, Driver, ModelDriver, Needs, Parent, PelvisDriver, Plan, Sample, SourceStep, TargetStep,
+        Translation,
     },
 };
 
@@ -83,6 +84,7 @@ pub(super) struct Workspace {
     target: Vec<QuatLanes>,
     target_places: Vec<Place>,
     carried: Vec<Frame>,
+    chords: Vec<QuatLanes>,
 }
 
 impl Workspace {
@@ -93,6 +95,7 @@ impl Workspace {
             target: vec![QuatLanes::IDENTITY; plan.target_steps.len()],
             target_places: vec![Place::ORIGIN; plan.target_steps.len()],
             carried: vec![Frame::IDENTITY; plan.carried_slots],
+            chords: vec![QuatLanes::IDENTITY; plan.chord_slots],
         }
     }
 
@@ -187,6 +190,12 @@ impl Workspace {
                 self.target[slot].set_product_with_constant(&between, driver.rotation);
             }
         }
+        if let Some(begin) = &driver.begin {
+            self.chords[begin.slot] = self.chord_turn(begin);
+        }
+        if let Some(chord) = driver.chord {
+            self.target[slot] = self.chords[chord].times(&self.target[slot]);
+        }
         self.blend_rotation(slot, step, driver.rotation_alpha);
         if step.needs == Needs::Transform {
             let parent = self.target_parent(step.parent);
@@ -196,6 +205,38 @@ impl Workspace {
             }
             let scale = parent.place.scale.times(&VecLanes::splat(step.hold.scale));
             self.target_places[slot] = Place { position, scale };
+        }
+    }
+
+    /// The rotation R for which `R · turned + kept` points from the source chain's start to its end.
+    ///
+    /// With d that direction, the end lies at `t · d`, where `|t · d − kept| = |turned|`; R takes `turned` to `t · d − kept`.
+    /// Out of reach (the kept bone is longer than the others), t is the nearest.
+    fn chord_turn(&self, step: &ChordStep) -> QuatLanes {
+        let sum = |bones: &[(Sample, DVec3)]| {
+            bones.iter().fold(VecLanes::ZERO, |sum, (sample, bone)| {
+                sum.plus(&self.sample_rotation(*sample).rotate(&VecLanes::splat(*bone)))
+            })
+        };
+        let (turned, kept) = (sum(&step.turned), sum(&step.kept));
+        let (start, end) = (&self.source_places[step.source_start], &self.source_places[step.source_end]);
+        let wanted = end.position.minus(&start.position);
+        let mut goal = VecLanes::ZERO;
+        for lane in 0..LANES {
+            let vector = |lanes: &VecLanes| DVec3::new(lanes.x[lane], lanes.y[lane], lanes.z[lane]);
+            let (turned, kept) = (vector(&turned), vector(&kept));
+            let direction = vector(&wanted).try_normalize().unwrap_or_else(|| turned + kept);
+            let along = direction.dot(kept);
+            let reach = (along * along + turned.length_squared() - kept.length_squared()).max(0.0).sqrt();
+            (goal.x[lane], goal.y[lane], goal.z[lane]) = (direction * (along + reach) - kept).into();
+        }
+        QuatLanes::between(&turned, &goal)
+    }
+
+    fn sample_rotation(&self, sample: Sample) -> QuatLanes {
+        match sample {
+            Sample::At(slot) => self.source[slot],
+            Sample::Between { first, second, fraction } => self.source[first].blend(&self.source[second], fraction),
         }
     }
 
