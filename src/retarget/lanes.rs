@@ -6,7 +6,7 @@
 use glam::{DQuat, DVec3, DVec4, Mat4, Quat, Vec3, Vec4};
 
 /// Frames that are worked on at once.
-pub(super) const LANES: usize = 8;
+pub(super) const LANES: usize = 16;
 
 /// Frames whose components are exchanged at once when tracks are read or written; divides [`LANES`].
 const GROUP: usize = 4;

@@ -15,7 +15,7 @@ use super::{
 };
 
 /// Frames that are staged at once; a multiple of [`LANES`].
-const BLOCK: usize = 8 * LANES;
+const BLOCK: usize = 4 * LANES;
 /// Distance between two rows of a stage: not a power of two, so that rows spread over the cache.
 const STAGE_STRIDE: usize = BLOCK + 4;
 
