@@ -10,6 +10,7 @@ use crate::{
     config::Settings,
     http::{self, ApiState, Server, ServerSettings},
     jobs::{Assets, Engine, Jobs, RetargetEngine, Sweeper, Workers},
+    rig,
     store::{DataFolder, Store},
     telemetry::{Clock, Metrics},
 };
@@ -74,7 +75,7 @@ pub async fn start_with(settings: Settings, engine: Arc<dyn Engine>, clock: Cloc
         assets: Assets::new(&jobs),
         settings: Arc::clone(&settings),
         metrics,
-        spec_schema,
+        spec_schema: rig::spec_schema,
         requests: Arc::new(Semaphore::new(permits(settings.max_concurrent_requests))),
     };
     let server = Server::new(listener, http::router(state), server_settings(&settings));
@@ -132,13 +133,4 @@ fn server_settings(settings: &Settings) -> ServerSettings {
 
 fn permits(count: u64) -> usize {
     usize::try_from(count).unwrap_or(Semaphore::MAX_PERMITS).min(Semaphore::MAX_PERMITS)
-}
-
-/// The JSON Schema of the retarget spec.
-fn spec_schema() -> serde_json::Value {
-    serde_json::json!({
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "Retarget spec",
-        "type": "object"
-    })
 }

@@ -45,8 +45,8 @@ impl QuatLanes {
     #[inline(always)]
     pub(super) fn load(&mut self, samples: &[Quat]) {
         if let Ok(samples) = <&[Quat; LANES]>::try_from(samples) {
-            for lane in 0..LANES {
-                let [x, y, z, w] = samples[lane].to_array();
+            for (lane, sample) in samples.iter().enumerate() {
+                let [x, y, z, w] = sample.to_array();
                 self.x[lane] = f64::from(x);
                 self.y[lane] = f64::from(y);
                 self.z[lane] = f64::from(z);
