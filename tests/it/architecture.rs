@@ -198,9 +198,7 @@ fn every_route_is_in_a_test() {
         let pieces: Vec<&str> = route.split(['{', '}']).step_by(2).filter(|piece| !piece.is_empty()).collect();
         let has = |line: &String| {
             let mut rest = line.as_str();
-            let in_order = pieces.iter().all(|piece| {
-                rest.split_once(piece).map(|(_, behind)| rest = behind).is_some()
-            });
+            let in_order = pieces.iter().all(|piece| rest.split_once(piece).map(|(_, behind)| rest = behind).is_some());
             in_order && (route.ends_with('}') || rest.starts_with(['"', '?', '`', '#', ' ']))
         };
         if !tests.iter().any(has) {

@@ -75,7 +75,8 @@ impl Code {
             let rest = &self.bare[start + first.len()..];
             let before = self.bare[..start].trim_end();
             let is_first = !before.ends_with("::") && !before.ends_with('$') && !before.ends_with('.');
-            let names_crate = rest.trim_start().starts_with("::") || before.ends_with("use") || before.ends_with("crate");
+            let names_crate =
+                rest.trim_start().starts_with("::") || before.ends_with("use") || before.ends_with("crate");
             if is_first && names_crate {
                 let mut found = Vec::new();
                 unfold(rest, vec![first.to_owned()], &mut found);
@@ -218,7 +219,9 @@ fn raw_length(text: &str) -> usize {
 fn letter_length(text: &str) -> usize {
     let mut letters = text.char_indices().skip(1);
     match letters.next() {
-        Some((_, '\\')) => text[2..].char_indices().skip(1).find(|(_, letter)| *letter == '\'').map_or(0, |(at, _)| at + 3),
+        Some((_, '\\')) => {
+            text[2..].char_indices().skip(1).find(|(_, letter)| *letter == '\'').map_or(0, |(at, _)| at + 3)
+        }
         Some((at, letter)) if text[at + letter.len_utf8()..].starts_with('\'') => at + letter.len_utf8() + 1,
         _ => 0,
     }
@@ -240,6 +243,7 @@ fn comments_strings_and_trees_are_understood() {
         ("crate::app", 10, true),
     ];
     assert_eq!(seen, expected, "paths, lines, and whether they are test code");
-    let escaping = Code::new("use super::super::http;\nuse super::super::super::x;".to_owned(), Path::new("formats/gltf/read"));
+    let escaping =
+        Code::new("use super::super::http;\nuse super::super::super::x;".to_owned(), Path::new("formats/gltf/read"));
     assert_eq!(escaping.escapes(), [2], "three levels up is the crate's root");
 }

@@ -100,7 +100,8 @@ fn config() -> String {
             }
             let mut kind = Kind::default();
             kind.read(property, &schema);
-            let default = property.get("default").filter(|value| value.is_string() || value.is_number() || value.is_boolean());
+            let default =
+                property.get("default").filter(|value| value.is_string() || value.is_number() || value.is_boolean());
             let default = default.map(|value| format!("`{}`", value.to_string().trim_matches('"'))).unwrap_or_default();
             let about = property["description"].as_str().unwrap_or_default();
             let words = kind.words.iter().map(|(word, about)| format!("<br>`{word}`: {about}"));
@@ -188,7 +189,9 @@ impl Kind {
             self.add("an op".to_owned());
             for (variant, word) in tagged {
                 let object = match variant["$ref"].as_str() {
-                    Some(target) => schema.pointer(target.trim_start_matches('#')).expect("a reference leads somewhere"),
+                    Some(target) => {
+                        schema.pointer(target.trim_start_matches('#')).expect("a reference leads somewhere")
+                    }
                     None => variant,
                 };
                 self.objects.push((format!("op `{word}`"), object.clone()));

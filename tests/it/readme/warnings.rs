@@ -16,7 +16,8 @@ fn codes() -> BTreeMap<String, BTreeSet<String>> {
             let path = entry.expect("an entry").path();
             if path.is_dir() {
                 open.push(path);
-            } else if path.extension().is_some_and(|ending| ending == "rs") && !path.to_string_lossy().contains("tests") {
+            } else if path.extension().is_some_and(|ending| ending == "rs") && !path.to_string_lossy().contains("tests")
+            {
                 let text = std::fs::read_to_string(&path).expect("a file of the project");
                 let text = text.split("#[cfg(test)]").next().unwrap_or_default();
                 for code in codes_of(&path, text) {
@@ -37,7 +38,8 @@ fn giver(path: &Path) -> String {
 }
 
 fn codes_of(path: &Path, text: &str) -> BTreeSet<String> {
-    let is_code = |text: &str| text.len() > 3 && text.chars().all(|letter| letter.is_ascii_lowercase() || letter == '_');
+    let is_code =
+        |text: &str| text.len() > 3 && text.chars().all(|letter| letter.is_ascii_lowercase() || letter == '_');
     let literal = |text: &str| text.trim_start().strip_prefix('"')?.split_once('"').map(|(code, _)| code.to_owned());
     let mut codes = BTreeSet::new();
     for call in text.split(".warn(").skip(1) {
