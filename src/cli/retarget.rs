@@ -10,12 +10,13 @@ use crate::{
     engine::{self, Failure, Inputs, Outcome},
     formats::{Format, Limits},
     model::Control,
+    telemetry::monotonic_seconds,
 };
 
 use super::{
     exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED, one_line, say},
     files::{InputFile, StagedFiles},
-    watch::{ProgressWatch, cancel_on_interrupt, seconds},
+    watch::{ProgressWatch, cancel_on_interrupt},
 };
 
 /// Arguments of `retargetd retarget`.
@@ -79,7 +80,7 @@ fn retarget(arguments: &Arguments) -> Result<(), Exit> {
         }
     }
 
-    let control = Arc::new(Control::with_clock(seconds));
+    let control = Arc::new(Control::with_clock(monotonic_seconds));
     cancel_on_interrupt(&control);
     let watch = ProgressWatch::start(&control, arguments.progress);
     let result = engine::retarget(&files.inputs(&wanted), &limits, &control);

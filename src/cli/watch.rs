@@ -3,11 +3,11 @@
 use std::{
     io::IsTerminal,
     sync::{
-        Arc, LazyLock,
+        Arc,
         atomic::{AtomicBool, Ordering},
     },
     thread::{self, JoinHandle},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -15,12 +15,6 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use crate::model::{Control, Phase};
 
 const REDRAW: Duration = Duration::from_millis(80);
-
-/// Seconds since the first call, for the timings of the report.
-pub(super) fn seconds() -> f64 {
-    static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
-    BEGIN.elapsed().as_secs_f64()
-}
 
 /// Cancels the work at the first Ctrl-C. The thread that waits for it ends with the process.
 pub(super) fn cancel_on_interrupt(control: &Arc<Control>) {

@@ -8,7 +8,7 @@ use std::{
 use crate::{
     engine::{Control, Progress},
     store::JobId,
-    telemetry::Metric,
+    telemetry::{Metric, monotonic_seconds},
 };
 
 /// Why a running job was told to stop. The first reason stands.
@@ -23,11 +23,17 @@ pub(super) enum StopReason {
 }
 
 /// A job that a worker has.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct RunningJob {
     /// Shared with the engine.
     pub(super) control: Arc<Control>,
     reason: Mutex<Option<StopReason>>,
+}
+
+impl Default for RunningJob {
+    fn default() -> Self {
+        Self { control: Arc::new(Control::with_clock(monotonic_seconds)), reason: Mutex::new(None) }
+    }
 }
 
 impl RunningJob {

@@ -2,13 +2,20 @@
 
 use std::{
     sync::{
-        Arc,
+        Arc, LazyLock,
         atomic::{AtomicI64, Ordering},
     },
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use jiff::Timestamp;
+
+/// Seconds since the first call, from a clock that never goes back: what the engine measures its phases with.
+#[must_use]
+pub fn monotonic_seconds() -> f64 {
+    static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
+    BEGIN.elapsed().as_secs_f64()
+}
 
 /// Tells the time of day. Lengths of time inside one process are measured with `Instant`, not with this.
 #[derive(Clone, Debug, Default)]

@@ -6,6 +6,6 @@ mod clock;
 mod logs;
 mod metrics;
 
-pub use clock::Clock;
+pub use clock::{Clock, monotonic_seconds};
 pub use logs::start_logs;
 pub use metrics::{Metric, MetricKind, Metrics};

@@ -20,7 +20,6 @@ async fn retarget(server: &Server, config: Option<&'static str>) -> Option<Respo
 }
 
 #[tokio::test(flavor = "multi_thread")]
-#[ignore = "needs the engine"]
 async fn real_files_give_a_real_file_which_survives_a_restart() {
     let data = tempfile::tempdir().expect("a temporary folder");
     let server = Server::start(data.path(), &[]);
@@ -41,7 +40,6 @@ async fn real_files_give_a_real_file_which_survives_a_restart() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-#[ignore = "needs the engine"]
 async fn a_wrong_config_is_refused_with_a_pointer() {
     let data = tempfile::tempdir().expect("a temporary folder");
     let server = Server::start(data.path(), &[]);
