@@ -186,7 +186,7 @@ impl Kind {
             .filter_map(|variant| Some((variant, variant["properties"]["op"]["const"].as_str()?)))
             .collect();
         if !tagged.is_empty() {
-            self.add("an op".to_owned());
+            self.add("op".to_owned());
             for (variant, word) in tagged {
                 let object = match variant["$ref"].as_str() {
                     Some(target) => {

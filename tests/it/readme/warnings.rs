@@ -38,8 +38,10 @@ fn giver(path: &Path) -> String {
 }
 
 fn codes_of(path: &Path, text: &str) -> BTreeSet<String> {
-    let is_code =
-        |text: &str| text.len() > 3 && text.chars().all(|letter| letter.is_ascii_lowercase() || letter.is_ascii_digit() || letter == '_');
+    let is_code = |text: &str| {
+        text.len() > 3
+            && text.chars().all(|letter| letter.is_ascii_lowercase() || letter.is_ascii_digit() || letter == '_')
+    };
     let literal = |text: &str| text.trim_start().strip_prefix('"')?.split_once('"').map(|(code, _)| code.to_owned());
     let mut codes = BTreeSet::new();
     for call in text.split(".warn(").skip(1) {
