@@ -30,6 +30,26 @@
 //! Data changes type as it is validated, so what is not validated cannot go on. Per frame there are indices and
 //! constants only: no names, no look-ups, no allocation.
 //!
+//! The whole of it, as a library:
+//!
+//! ```
+//! use retargetd::{engine::{self, Control, Inputs, Limits, NamedBytes}, samples};
+//!
+//! let (walk, mannequin) = (samples::walk_clip(), samples::mannequin());
+//! let inputs = Inputs {
+//!     source: NamedBytes { name: "walk.glb", bytes: &walk },
+//!     target: NamedBytes { name: "mannequin.glb", bytes: &mannequin },
+//!     source_rest: None,
+//!     target_rest: None,
+//!     config: None,
+//!     formats: &[],
+//! };
+//! let outcome = engine::retarget(&inputs, &Limits::default(), &Control::new())?;
+//! assert_eq!(outcome.report.counts.frames, 121, "as long as the walk");
+//! assert!(outcome.outputs[0].bytes.starts_with(b"glTF"), "the mannequin, walking");
+//! # Ok::<(), engine::Failure>(())
+//! ```
+//!
 //! # Words
 //!
 //! *Source* and *target* are the two sides. A *joint* is a node of a skeleton; a *chain* is a run of joints; a *role* is
