@@ -277,19 +277,16 @@ impl Jobs {
                     self.0.queue.remove(id);
                     self.finish(id, record.state, self.ending(JobState::Canceled, None)).await?
                 }
+                _ if record.state == next => true,
                 _ => {
-                    self.0.running.stop(id, StopReason::Canceled);
-                    record.state == next
-                        || self
-                            .0
-                            .store
-                            .records()
-                            .move_job(id, (record.state, next), record.attempt, record.started_at)
-                            .await?
+                    let change = (record.state, next);
+                    self.0.store.records().move_job(id, change, record.attempt, record.started_at).await?
                 }
             };
             // Where it did not move, a worker was faster, and the loop looks again.
             if moved {
+                // The state comes first: a worker that stops looks there for what to write.
+                self.0.running.stop(id, StopReason::Canceled);
                 self.announce(id);
                 return self.get(id).await;
             }

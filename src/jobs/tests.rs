@@ -78,6 +78,12 @@ impl Fixture {
         tokio::time::timeout(PATIENCE, reached).await.expect("the state is reached");
     }
 
+    async fn until_not(&self, job: &JobSnapshot, state: JobState) {
+        while self.jobs.get(&job.record.id).await.expect("is there").record.state == state {
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+    }
+
     async fn end_of(&self, job: &JobSnapshot) -> JobSnapshot {
         self.jobs.wait(&job.record.id, PATIENCE).await.expect("is there")
     }
@@ -121,6 +127,23 @@ async fn cancel_works_on_running_and_on_queued_jobs_with_a_full_queue() {
     assert_eq!(fixture.end_of(&running).await.record.state, JobState::Canceled, "canceled");
     let again = fixture.jobs.cancel(&running.record.id).await.expect("any number of times");
     assert_eq!(again.record.state, JobState::Canceled, "final states never change");
+    workers.stop(PATIENCE).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn cancel_wins_or_loses_every_race_cleanly() {
+    let fixture = Fixture::new(&[("workers", "2")]).await;
+    let workers = Workers::start(&fixture.jobs, 2);
+    for number in 0..60 {
+        let job = fixture.submit(if number % 3 == 0 { "fine" } else { "wait" }).await.expect("is taken");
+        if number % 2 == 0 {
+            fixture.until_not(&job, JobState::Queued).await;
+        }
+        fixture.jobs.cancel(&job.record.id).await.expect("works");
+        let state = fixture.end_of(&job).await.record.state;
+        let may_have_been_done = number % 3 == 0 && state == JobState::Succeeded;
+        assert!(state == JobState::Canceled || may_have_been_done, "job {number} ended {state:?}");
+    }
     workers.stop(PATIENCE).await;
 }
 

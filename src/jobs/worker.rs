@@ -230,6 +230,8 @@ impl Jobs {
                 return Ok(());
             }
         }
+        tracing::error!(job_id = %record.id, ?event, "a job ended in a state in which it cannot");
+        self.give_up(&record.id).await;
         Ok(())
     }
 

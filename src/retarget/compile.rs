@@ -8,8 +8,8 @@ use crate::{
 };
 
 use super::plan::{
-    CarriedDriver, CarryStep, Driver, ModelDriver, Needs, Output, Parent, PelvisDriver, Plan, Sample, SourceStep,
-    TargetStep, Translation,
+    CarriedDriver, CarryStep, ChordStep, Driver, ModelDriver, Needs, Output, Parent, PelvisDriver, Plan, Sample,
+    SourceStep, TargetStep, Translation,
 };
 
 /// Below this distance from a chain's end, a place counts as the end.
@@ -59,9 +59,12 @@ impl<'a> Compiler<'a> {
     fn compile(mut self) -> Plan {
         self.lay_out_source();
         let mut drivers: Vec<Driver> = vec![Driver::Hold; self.target.len()];
-        let mut carried_slots = 0;
+        let (mut carried_slots, mut chord_slots) = (0, 0);
         for chain in &self.mapping.chains {
-            self.compile_chain(chain, &mut drivers, &mut carried_slots);
+            match chain.drive.carry {
+                Carry::Model => self.compile_chain(chain, &mut drivers, &mut chord_slots),
+                Carry::Parent => self.compile_carried_chain(chain, &mut drivers, &mut carried_slots),
+            }
         }
         if let Some(pelvis) = &self.mapping.pelvis {
             drivers[pelvis.target] = Driver::Pelvis(self.compile_pelvis(pelvis));
@@ -77,6 +80,7 @@ impl<'a> Compiler<'a> {
             source_steps: self.source_steps,
             target_steps,
             carried_slots,
+            chord_slots,
             outputs,
             target_joint_count: self.target.len(),
             normalizes: !carries,
@@ -98,6 +102,9 @@ impl<'a> Compiler<'a> {
             };
             for &joint in &chain.source {
                 self.need_with_ancestors(&mut needs, joint, wanted);
+            }
+            if let Some(chord) = &chain.chord {
+                self.need_with_ancestors(&mut needs, chord.source_end, Needs::Transform);
             }
         }
         for (joint, wanted) in needs.into_iter().enumerate() {
@@ -148,37 +155,85 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    fn compile_chain(&self, chain: &ChainPair, drivers: &mut [Driver], carried_slots: &mut usize) {
+    fn compile_chain(&self, chain: &ChainPair, drivers: &mut [Driver], chord_slots: &mut usize) {
+        let places = places(chain, &self.source_rest, &self.target_rest);
+        let mut begin = self.chord_step(chain, &places, *chord_slots).map(Box::new);
+        let chord = begin.as_ref().map(|step| step.slot);
+        *chord_slots += usize::from(chord.is_some());
+        let keeps_last = chain.chord.is_some_and(|chord| chord.keeps_last);
+        for (position, (&joint, place)) in chain.target.iter().zip(places).enumerate() {
+            let Some(place) = place else {
+                drivers[joint] = Driver::Hold;
+                continue;
+            };
+            let is_kept = keeps_last && position + 1 == chain.target.len();
+            drivers[joint] = Driver::Model(ModelDriver {
+                sample: place.sample(|position| self.slot(chain.source[position])),
+                rotation: self.rotation_from(chain, place, joint),
+                rotation_alpha: chain.drive.rotation_alpha,
+                translation: self.translation(chain, place),
+                chord: chord.filter(|_| !is_kept),
+                begin: begin.take(),
+            });
+        }
+    }
+
+    fn compile_carried_chain(&self, chain: &ChainPair, drivers: &mut [Driver], carried_slots: &mut usize) {
         let places = places(chain, &self.source_rest, &self.target_rest);
         let first_slot = *carried_slots;
-        let mut begin = (chain.drive.carry == Carry::Parent).then(|| {
-            *carried_slots += chain.source.len();
-            Box::new(self.carry_step(chain, first_slot))
-        });
+        *carried_slots += chain.source.len();
+        let mut begin = Some(Box::new(self.carry_step(chain, first_slot)));
         for (&joint, place) in chain.target.iter().zip(places) {
-            let rest = self.target_rest[joint];
             let Some(place) = place else {
                 drivers[joint] = Driver::Hold;
                 continue;
             };
             let source_rest = place.of(&chain.source, &self.source_rest);
-            let rotation = source_rest.rotation.conjugate() * rest.rotation;
-            drivers[joint] = match chain.drive.carry {
-                Carry::Model => Driver::Model(ModelDriver {
-                    sample: place.sample(|position| self.slot(chain.source[position])),
-                    rotation,
-                    rotation_alpha: chain.drive.rotation_alpha,
-                    translation: self.translation(chain, place),
-                }),
-                Carry::Parent => Driver::Carried(CarriedDriver {
-                    begin: begin.take(),
-                    sample: place.sample(|position| first_slot + position),
-                    rotation,
-                    rotation_alpha: chain.drive.rotation_alpha,
-                    scale_offset: rest.scale - source_rest.scale,
-                }),
-            };
+            drivers[joint] = Driver::Carried(CarriedDriver {
+                begin: begin.take(),
+                sample: place.sample(|position| first_slot + position),
+                rotation: self.rotation_from(chain, place, joint),
+                rotation_alpha: chain.drive.rotation_alpha,
+                scale_offset: self.target_rest[joint].scale - source_rest.scale,
+            });
         }
+    }
+
+    /// `S0(u)⁻¹ · T0`.
+    fn rotation_from(&self, chain: &ChainPair, place: Place, joint: usize) -> DQuat {
+        place.of(&chain.source, &self.source_rest).rotation.conjugate() * self.target_rest[joint].rotation
+    }
+
+    /// Nothing where a joint of the chain stays at rest, or an alpha asks for less than the whole motion.
+    fn chord_step(&self, chain: &ChainPair, places: &[Option<Place>], slot: usize) -> Option<ChordStep> {
+        let chord = chain.chord?;
+        #[expect(clippy::float_cmp, reason = "exactly one means the whole motion")]
+        if chain.drive.rotation_alpha != 1.0 || chain.drive.translation != TranslationMode::None {
+            return None;
+        }
+        let mut bones = Vec::with_capacity(chain.target.len());
+        for (position, &joint) in chain.target.iter().enumerate() {
+            let place = places[position]?;
+            let next = chain.target.get(position + 1).copied().unwrap_or(chord.target_end);
+            let sample = place.sample(|position| self.slot(chain.source[position]));
+            bones.push((sample, self.rotation_from(chain, place, joint) * self.bone(joint, next)?));
+        }
+        let kept = if chord.keeps_last { bones.split_off(bones.len() - 1) } else { Vec::new() };
+        Some(ChordStep {
+            slot,
+            source_start: self.slot(chain.source[0]),
+            source_end: self.slot(chord.source_end),
+            turned: bones,
+            kept,
+        })
+    }
+
+    /// From a target joint to one below it, in the joint's own space but for its scale.
+    fn bone(&self, joint: usize, below: usize) -> Option<DVec3> {
+        let path = self.target.path(joint, below)?;
+        let start = Transform { scale: self.target_rest[joint].scale, ..Transform::IDENTITY };
+        let hold = self.mapping.target_hold.transforms();
+        Some(path[1..].iter().fold(start, |above, &joint| above.then_child(&hold[joint])).translation)
     }
 
     fn translation(&self, chain: &ChainPair, place: Place) -> Translation {

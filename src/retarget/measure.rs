@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// Limbs whose direction is compared: role of the start, roles of the end in order of preference.
-const LIMBS: [(&str, &[&str]); 12] = [
+const LIMBS: [(&str, &[&str]); 10] = [
     ("spine", &["neck", "head"]),
     ("neck", &["head"]),
     ("left_upper_arm", &["left_forearm"]),
@@ -21,8 +21,6 @@ const LIMBS: [(&str, &[&str]); 12] = [
     ("left_shin", &["left_foot"]),
     ("right_thigh", &["right_shin"]),
     ("right_shin", &["right_foot"]),
-    ("left_foot", &["left_toe"]),
-    ("right_foot", &["right_toe"]),
 ];
 
 /// Frames that are looked at in a summary; more are spread evenly.

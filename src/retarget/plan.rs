@@ -12,6 +12,7 @@ pub struct Plan {
     pub(super) source_steps: Vec<SourceStep>,
     pub(super) target_steps: Vec<TargetStep>,
     pub(super) carried_slots: usize,
+    pub(super) chord_slots: usize,
     pub(super) outputs: Vec<Output>,
     pub(super) target_joint_count: usize,
     /// Whether quaternions are brought back to unit length. Chains that are carried along take them as they are, with the
@@ -111,6 +112,22 @@ pub(super) struct ModelDriver {
     pub(super) rotation: DQuat,
     pub(super) rotation_alpha: f64,
     pub(super) translation: Translation,
+    /// The slot of the chain's chord, where this joint is turned by it.
+    pub(super) chord: Option<usize>,
+    /// Present on the chain's first target joint: finds the turn of the chain's chord.
+    pub(super) begin: Option<Box<ChordStep>>,
+}
+
+/// Finds the rotation that makes a chain point as the source's does.
+#[derive(Clone, Debug)]
+pub(super) struct ChordStep {
+    pub(super) slot: usize,
+    /// Source slots of the chain's first joint and of the joint that it leads to.
+    pub(super) source_start: usize,
+    pub(super) source_end: usize,
+    /// Bones that are turned, and bones that stay: the place that each follows, and the bone in that place's space.
+    pub(super) turned: Vec<(Sample, DVec3)>,
+    pub(super) kept: Vec<(Sample, DVec3)>,
 }
 
 /// How a joint's translation is found.

@@ -7,7 +7,8 @@ use crate::model::{JointTracks, Track, Transform};
 use super::{
     lanes::{LANES, QuatLanes, VecLanes},
     plan::{
-        CarryStep, Driver, ModelDriver, Needs, Parent, PelvisDriver, Plan, Sample, SourceStep, TargetStep, Translation,
+        CarryStep, ChordStep, Driver, ModelDriver, Needs, Parent, PelvisDriver, Plan, Sample, SourceStep, TargetStep,
+        Translation,
     },
 };
 
@@ -83,6 +84,7 @@ pub(super) struct Workspace {
     target: Vec<QuatLanes>,
     target_places: Vec<Place>,
     carried: Vec<Frame>,
+    chords: Vec<QuatLanes>,
 }
 
 impl Workspace {
@@ -93,11 +95,35 @@ impl Workspace {
             target: vec![QuatLanes::IDENTITY; plan.target_steps.len()],
             target_places: vec![Place::ORIGIN; plan.target_steps.len()],
             carried: vec![Frame::IDENTITY; plan.carried_slots],
+            chords: vec![QuatLanes::IDENTITY; plan.chord_slots],
         }
     }
 
     /// Retargets a chunk, [`LANES`] frames at a time.
+    ///
+    /// The same code is compiled twice on x86-64, once for processors with 256-bit vectors. Both do the same operations in the
+    /// same order, without fused multiply-add, so they give the same bits.
     pub(super) fn run(&mut self, plan: &Plan, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") {
+            #[expect(unsafe_code, reason = "calling a function of a target feature that was detected one line above")]
+            // SAFETY: the processor has the feature that the function is compiled for.
+            unsafe {
+                self.run_with_wide_vectors(plan, tracks, chunk);
+            }
+            return;
+        }
+        self.run_frames(plan, tracks, chunk);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn run_with_wide_vectors(&mut self, plan: &Plan, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
+        self.run_frames(plan, tracks, chunk);
+    }
+
+    #[inline(always)]
+    fn run_frames(&mut self, plan: &Plan, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
         for first in (0..chunk.frames).step_by(LANES) {
             let span = Span { frame: chunk.first_frame + first, first, count: LANES.min(chunk.frames - first) };
             for (slot, step) in plan.source_steps.iter().enumerate() {
@@ -109,6 +135,7 @@ impl Workspace {
         }
     }
 
+    #[inline(always)]
     fn accumulate(&mut self, slot: usize, step: &SourceStep, tracks: &JointTracks, span: Span) {
         let (done, rest) = self.source.split_at_mut(slot);
         let result = &mut rest[0];
@@ -140,6 +167,7 @@ impl Workspace {
         }
     }
 
+    #[inline(always)]
     fn compute(&mut self, plan: &Plan, slot: usize, step: &TargetStep, tracks: &mut [ChunkTracks<'_>], span: Span) {
         match &step.driver {
             Driver::Hold => self.hold(slot, step),
@@ -164,6 +192,7 @@ impl Workspace {
         }
     }
 
+    #[inline(always)]
     fn hold(&mut self, slot: usize, step: &TargetStep) {
         let (done, rest) = self.target.split_at_mut(slot);
         match step.parent {
@@ -179,6 +208,7 @@ impl Workspace {
         }
     }
 
+    #[inline(always)]
     fn follow(&mut self, slot: usize, step: &TargetStep, driver: &ModelDriver) {
         match driver.sample {
             Sample::At(source) => self.target[slot].set_product_with_constant(&self.source[source], driver.rotation),
@@ -186,6 +216,12 @@ impl Workspace {
                 let between = self.source[first].blend(&self.source[second], fraction);
                 self.target[slot].set_product_with_constant(&between, driver.rotation);
             }
+        }
+        if let Some(begin) = &driver.begin {
+            self.chords[begin.slot] = self.chord_turn(begin);
+        }
+        if let Some(chord) = driver.chord {
+            self.target[slot] = self.chords[chord].times(&self.target[slot]);
         }
         self.blend_rotation(slot, step, driver.rotation_alpha);
         if step.needs == Needs::Transform {
@@ -196,6 +232,38 @@ impl Workspace {
             }
             let scale = parent.place.scale.times(&VecLanes::splat(step.hold.scale));
             self.target_places[slot] = Place { position, scale };
+        }
+    }
+
+    /// The rotation R for which `R · turned + kept` points from the source chain's start to its end.
+    ///
+    /// With d that direction, the end lies at `t · d`, where `|t · d − kept| = |turned|`; R takes `turned` to `t · d − kept`.
+    /// Out of reach (the kept bone is longer than the others), t is the nearest.
+    fn chord_turn(&self, step: &ChordStep) -> QuatLanes {
+        let sum = |bones: &[(Sample, DVec3)]| {
+            bones.iter().fold(VecLanes::ZERO, |sum, (sample, bone)| {
+                sum.plus(&self.sample_rotation(*sample).rotate(&VecLanes::splat(*bone)))
+            })
+        };
+        let (turned, kept) = (sum(&step.turned), sum(&step.kept));
+        let (start, end) = (&self.source_places[step.source_start], &self.source_places[step.source_end]);
+        let wanted = end.position.minus(&start.position);
+        let mut goal = VecLanes::ZERO;
+        for lane in 0..LANES {
+            let vector = |lanes: &VecLanes| DVec3::new(lanes.x[lane], lanes.y[lane], lanes.z[lane]);
+            let (turned, kept) = (vector(&turned), vector(&kept));
+            let direction = vector(&wanted).try_normalize().unwrap_or_else(|| turned + kept);
+            let along = direction.dot(kept);
+            let reach = (along * along + turned.length_squared() - kept.length_squared()).max(0.0).sqrt();
+            (goal.x[lane], goal.y[lane], goal.z[lane]) = (direction * (along + reach) - kept).into();
+        }
+        QuatLanes::between(&turned, &goal)
+    }
+
+    fn sample_rotation(&self, sample: Sample) -> QuatLanes {
+        match sample {
+            Sample::At(slot) => self.source[slot],
+            Sample::Between { first, second, fraction } => self.source[first].blend(&self.source[second], fraction),
         }
     }
 
@@ -280,6 +348,7 @@ impl Workspace {
         }
     }
 
+    #[inline(always)]
     fn store(
         &self,
         plan: &Plan,

@@ -70,6 +70,23 @@ pub struct ChainPair {
     pub target: Vec<usize>,
     /// How it is driven.
     pub drive: Drive,
+    /// Where the chain as a whole points, for chains whose joints do not correspond one by one (spines, necks).
+    pub chord: Option<Chord>,
+}
+
+/// The straight line from a chain's first joint to the joint that it leads to.
+///
+/// Spines of three and of five joints bend in other places, so equal rotations at equal places leave their ends pointing
+/// elsewhere. The chord is what an onlooker sees; it is made to point as the source's does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Chord {
+    /// The source joint that the chain leads to.
+    pub source_end: usize,
+    /// The target joint that the chain leads to; below the chain's last joint.
+    pub target_end: usize,
+    /// Whether the chain's last joint keeps the source's rotation exactly (a chest, from which the arms hang), so that only the
+    /// joints before it are turned.
+    pub keeps_last: bool,
 }
 
 /// How a chain is driven, every question answered.

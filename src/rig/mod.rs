@@ -34,7 +34,7 @@ pub use doubts::report_doubts;
 pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use facing::{BodyFrame, body_frame};
 pub use finding::RoleFinding;
-pub use mapping::{ChainPair, Drive, Mapping, PelvisPair, PelvisPosition};
+pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition};
 pub use parse::{parse_spec, parse_value};
 pub use recognise::{Recognition, RigKind, recognise};
 pub use resolve::{Resolved, resolve};

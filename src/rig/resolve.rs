@@ -11,7 +11,7 @@ use super::{
     auto_map::{NamedPair, by_name, by_role, known_names, roles_of},
     error::{SpecError, SpecErrorKind, SpecField},
     floor::{clip_floor, rest_floor},
-    mapping::{ChainPair, Drive, Mapping, PelvisPair, PelvisPosition},
+    mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition},
     spec::{
         Align, Carry, ChainMap, FkOp, HeightRule, Op, PelvisOp, PelvisScale, PelvisScaleRule, RetargetSpec, RigSpec,
         ScaleOrigin,
@@ -211,7 +211,6 @@ fn resolve_fk(
     target: &Rig<'_>,
     fields: &mut Vec<SpecField>,
 ) -> Vec<ChainPair> {
-    let _ = source;
     if !op.enabled {
         return Vec::new();
     }
@@ -245,9 +244,27 @@ fn resolve_fk(
                     translation_alpha: op.alpha
                         * entry.and_then(|entry| entry.translation_alpha).unwrap_or(op.translation_alpha),
                 },
+                chord: if spec.align == Align::Off { None } else { find_chord(pair, source, target) },
             }
         })
         .collect()
+}
+
+/// What a spine or a neck leads to, on both sides.
+fn find_chord(pair: &NamedPair, source: &Rig<'_>, target: &Rig<'_>) -> Option<Chord> {
+    let (ends, keeps_last): (&[&str], bool) = match pair.role.as_deref()? {
+        "spine" => (&["neck", "head"], pair.target.len() > 1),
+        "neck" => (&["head"], false),
+        _ => return None,
+    };
+    let end = ends.iter().find(|end| !source.role(end).is_empty() && !target.role(end).is_empty())?;
+    let (source_end, target_end) = (source.role(end)[0], target.role(end)[0]);
+    let below = |rig: &Rig<'_>, chain: &[usize], end: usize| {
+        let last = chain[chain.len() - 1];
+        last != end && rig.skeleton().is_ancestor_or_self(last, end)
+    };
+    let connected = below(source, &pair.source, source_end) && below(target, &pair.target, target_end);
+    connected.then_some(Chord { source_end, target_end, keeps_last })
 }
 
 /// Parents before children; ties by name, as ikrigretarget does it.
