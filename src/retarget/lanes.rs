@@ -3,7 +3,10 @@
 //! One value per frame in plain arrays, so that the compiler turns each loop below into vector instructions. The number of
 //! lanes is a constant: results do not depend on the machine.
 
-#![expect(clippy::needless_range_loop, reason = "a lane is a column of several arrays at once, and fixed bounds vectorise")]
+#![expect(
+    clippy::needless_range_loop,
+    reason = "a lane is a column of several arrays at once, and fixed bounds vectorise"
+)]
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 
