@@ -18,7 +18,7 @@ use retargetd::{
 };
 use serde_json::Value;
 
-use crate::support::corpus_file;
+use crate::support::{corpus_file, skip};
 
 const ENDINGS: [&str; 4] = ["glb", "gltf", "vrm", "vrma"];
 
@@ -221,7 +221,7 @@ fn damaged_bytes_never_panic() {
 /// Reads, and writes what could be read. Fails when that panics, or hangs for as long as no file may take.
 fn read_and_write_under_watch(bytes: Vec<u8>, file: &Path) {
     let name = file.display().to_string();
-    let (sender, receiver) = mpsc::channel();
+    let (sender, receiver) = mpsc::sync_channel(1);
     let path = file.to_owned();
     let worker = thread::spawn(move || {
         if let Ok((scene, _)) = read(&bytes, &path) {
@@ -326,10 +326,10 @@ fn gltf_files(folder: &Path, wanted: impl Fn(&Path) -> bool) -> Vec<PathBuf> {
 }
 
 /// One report per file from the Khronos validator. Nothing, said on standard error, when `RETARGETD_SKIP_NODE=1`.
-#[expect(clippy::print_stderr, reason = "no skip is silent")]
+#[expect(clippy::disallowed_methods, reason = "tests have no settings")]
 fn validate<'a>(files: &[&'a Path]) -> Option<BTreeMap<&'a Path, Value>> {
     if std::env::var_os("RETARGETD_SKIP_NODE").is_some_and(|value| value == "1") {
-        eprintln!("skipped: the Khronos validator, because RETARGETD_SKIP_NODE is 1");
+        skip("the Khronos validator, because RETARGETD_SKIP_NODE is 1");
         return None;
     }
     let tool = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tools/gltf_validator");
