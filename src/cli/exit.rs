@@ -41,7 +41,9 @@ impl Exit {
             };
             format!("{pointer}: {}{suggestion}", error.detail)
         });
-        Self { details: details.collect(), ..Self::new(exit_code(failure), message, failure.hint.clone()) }
+        // One thing that is wrong is told by the message and the hint; a list is for several.
+        let details = if failure.errors.len() > 1 { details.collect() } else { Vec::new() };
+        Self { details, ..Self::new(exit_code(failure), message, failure.hint.clone()) }
     }
 
     /// Says it on standard error and gives the exit code.

@@ -2,7 +2,7 @@
 
 use crate::{
     formats::{self, Format, FormatError, Include, Limits, TargetClips, WriteOptions},
-    model::{Clip, Control, Phase, Reporter, Scene},
+    model::{Axes, Clip, Control, Phase, Reporter, Scene},
     retarget::{Plan, RunError, measure, run},
     rig::{
         ClipChoice, IncludeSpec, OutputChoice, OutputSpec, ReportDetail, Resolved, RetargetSpec, Rig, SpecError,
@@ -60,7 +60,7 @@ pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Resu
     let rigs = Rigs { source: facts(&source, files.source.format), target: facts(&target, files.target.format) };
     let resolved_spec = serde_json::to_value(&resolved)
         .map_err(|error| Failure::new(FailureCode::Internal, format!("the resolved spec: {error}")))?;
-    let outputs = write_outputs(&wanted, &target, result, &resolved_spec, control, &mut reporter)?;
+    let outputs = write_outputs(&wanted, &target, &result, &resolved_spec, control, &mut reporter)?;
     let warnings: Vec<WarningView> = reporter.into_warnings().into_iter().map(WarningView::from).collect();
     if spec.strict && !warnings.is_empty() {
         return Err(strict_failure(&warnings));
@@ -198,7 +198,7 @@ fn unwritable_format(format: Format) -> Failure {
 fn write_outputs(
     wanted: &[Wanted],
     target: &Rig<'_>,
-    result: Clip,
+    result: &Clip,
     resolved_spec: &serde_json::Value,
     control: &Control,
     reporter: &mut Reporter,
@@ -211,10 +211,8 @@ fn write_outputs(
     let mut outputs = Vec::with_capacity(wanted.len());
     for output in wanted {
         control.check()?;
-        let clip = match &output.options.clip_name {
-            Some(name) => result.clone().renamed(name.clone()),
-            None => result.clone(),
-        };
+        let renamed = output.options.clip_name.as_ref().map(|name| result.clone().renamed(name.clone()));
+        let clip = renamed.as_ref().unwrap_or(result);
         let options = WriteOptions {
             format: output.format,
             include: match output.options.include {
@@ -240,26 +238,23 @@ fn write_outputs(
 /// target's own space.
 fn write_one(
     target: &Rig<'_>,
-    clip: Clip,
+    clip: &Clip,
     options: &WriteOptions,
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Vec<u8>, FormatError> {
-    let conversion = into_ours(target.axes, target.unit_metres);
-    let needs_ours = match options.format {
+    let is_ours = target.scene.axes == Some(Axes::Y_UP_Z_FRONT) && target.scene.unit_metres == Some(1.0);
+    let wants_ours = match options.format {
         Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma | Format::Fbx => true,
         Format::PosesNpz | Format::PosesJson => target.scene.axes.is_none(),
         Format::Bvh => false,
     };
-    let is_ours = target.scene.axes.is_some() && target.scene.unit_metres == Some(1.0);
-    if !needs_ours
-        || conversion.is_identity()
-        || (is_ours && target.scene.axes == Some(crate::model::Axes::Y_UP_Z_FRONT))
-    {
-        return formats::write(target.scene, &clip, options, control, reporter);
+    let conversion = into_ours(target.axes, target.unit_metres);
+    if is_ours || !wants_ours || conversion.is_identity() {
+        return formats::write(target.scene, clip, options, control, reporter);
     }
     let scene = convert_scene(target.scene, &conversion);
-    let clip = convert_clip(clip, target.scene, &conversion)
+    let clip = convert_clip(clip.clone(), target.scene, &conversion)
         .map_err(|error| FormatError::malformed("convert", "", error.to_string()))?;
     formats::write(&scene, &clip, options, control, reporter)
 }

@@ -45,12 +45,19 @@ impl QuatLanes {
     #[inline(always)]
     pub(super) fn load(&mut self, samples: &[Quat]) {
         if let Ok(samples) = <&[Quat; LANES]>::try_from(samples) {
+            // Two loops, so that the conversion to f64 is done on whole vectors.
+            let mut narrow = [[0.0_f32; LANES]; 4];
             for lane in 0..LANES {
-                let [x, y, z, w] = samples[lane].to_array();
-                self.x[lane] = f64::from(x);
-                self.y[lane] = f64::from(y);
-                self.z[lane] = f64::from(z);
-                self.w[lane] = f64::from(w);
+                let components = samples[lane].to_array();
+                for component in 0..4 {
+                    narrow[component][lane] = components[component];
+                }
+            }
+            for lane in 0..LANES {
+                self.x[lane] = f64::from(narrow[0][lane]);
+                self.y[lane] = f64::from(narrow[1][lane]);
+                self.z[lane] = f64::from(narrow[2][lane]);
+                self.w[lane] = f64::from(narrow[3][lane]);
             }
         } else {
             let last = samples.len().saturating_sub(1);
@@ -66,14 +73,32 @@ impl QuatLanes {
     #[inline(always)]
     #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
     pub(super) fn store(&self, samples: &mut [Quat], before: &mut Quat) {
-        let mut previous = *before;
-        for lane in 0..samples.len().min(LANES) {
-            let (x, y, z, w) = (self.x[lane] as f32, self.y[lane] as f32, self.z[lane] as f32, self.w[lane] as f32);
-            let sample = Quat::from_xyzw(x, y, z, w);
-            previous = if sample.dot(previous) < 0.0 { -sample } else { sample };
-            samples[lane] = previous;
+        let mut narrow = [[0.0_f32; LANES]; 4];
+        for lane in 0..LANES {
+            narrow[0][lane] = self.x[lane] as f32;
+            narrow[1][lane] = self.y[lane] as f32;
+            narrow[2][lane] = self.z[lane] as f32;
+            narrow[3][lane] = self.w[lane] as f32;
         }
-        *before = previous;
+        let at = |lane: usize| Quat::from_xyzw(narrow[0][lane], narrow[1][lane], narrow[2][lane], narrow[3][lane]);
+        // Products of continuous tracks are continuous, so neighbours nearly always lie together already.
+        let mut together = at(0).dot(*before) >= 0.0;
+        for lane in 1..LANES {
+            let dot = |component: usize| narrow[component][lane] * narrow[component][lane - 1];
+            together &= dot(0) + dot(1) + dot(2) + dot(3) >= 0.0;
+        }
+        if let (true, Ok(samples)) = (together, <&mut [Quat; LANES]>::try_from(&mut *samples)) {
+            for lane in 0..LANES {
+                samples[lane] = at(lane);
+            }
+            *before = samples[LANES - 1];
+            return;
+        }
+        for (lane, sample) in samples.iter_mut().enumerate().take(LANES) {
+            let rotation = at(lane);
+            *sample = if rotation.dot(*before) < 0.0 { -rotation } else { rotation };
+            *before = *sample;
+        }
     }
 
     pub(super) fn set(&mut self, lane: usize, rotation: DQuat) {
@@ -138,7 +163,7 @@ impl QuatLanes {
     }
 
     /// `self * other`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn times(&self, other: &Self) -> Self {
         let mut result = Self::IDENTITY;
         result.set_product(self, other);
@@ -146,7 +171,7 @@ impl QuatLanes {
     }
 
     /// `self * constant`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn times_constant(&self, constant: DQuat) -> Self {
         let mut result = Self::IDENTITY;
         result.set_product_with_constant(self, constant);
@@ -154,7 +179,7 @@ impl QuatLanes {
     }
 
     /// `conjugate(self) * other`: the rotation of `other` as seen from `self`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn conjugate_times(&self, other: &Self) -> Self {
         let mut result = Self::IDENTITY;
         result.set_relative(self, other);
@@ -178,7 +203,7 @@ impl QuatLanes {
     }
 
     /// Unit length in every lane. Lanes of length zero become the identity.
-    #[inline]
+    #[inline(always)]
     pub(super) fn normalized(&self) -> Self {
         let mut result = Self::IDENTITY;
         for lane in 0..LANES {
@@ -195,7 +220,7 @@ impl QuatLanes {
     }
 
     /// Normalised linear interpolation the short way round: 0 gives `self`, 1 gives `other`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn blend(&self, other: &Self, fraction: f64) -> Self {
         let mut result = Self::IDENTITY;
         for lane in 0..LANES {
@@ -214,6 +239,7 @@ impl QuatLanes {
     }
 
     /// Spherical interpolation from a constant rotation, per lane; also beyond 0 and 1.
+    #[inline(never)]
     pub(super) fn scaled_from(&self, from: DQuat, alpha: f64) -> Self {
         let mut result = *self;
         for lane in 0..LANES {
@@ -230,6 +256,7 @@ impl QuatLanes {
 
     /// The shortest rotations from one direction to another, per lane; the identity where either has no length. Opposite
     /// directions turn about an axis of no special choice.
+    #[inline(never)]
     pub(super) fn between(from: &VecLanes, to: &VecLanes) -> Self {
         let mut result = Self::IDENTITY;
         for lane in 0..LANES {
@@ -242,7 +269,7 @@ impl QuatLanes {
     }
 
     /// Turns vectors.
-    #[inline]
+    #[inline(always)]
     pub(super) fn rotate(&self, vectors: &VecLanes) -> VecLanes {
         let mut result = VecLanes::ZERO;
         for lane in 0..LANES {
@@ -257,12 +284,12 @@ impl QuatLanes {
     }
 
     /// Turns vectors the other way.
-    #[inline]
+    #[inline(always)]
     pub(super) fn rotate_back(&self, vectors: &VecLanes) -> VecLanes {
         self.conjugated().rotate(vectors)
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn conjugated(&self) -> Self {
         let mut result = *self;
         for lane in 0..LANES {
@@ -282,7 +309,7 @@ impl VecLanes {
     }
 
     /// Takes up to [`LANES`] samples; lanes past the end repeat the last one.
-    #[inline]
+    #[inline(always)]
     pub(super) fn load(samples: &[Vec3]) -> Self {
         let mut result = Self::ZERO;
         let last = samples.len().saturating_sub(1);
@@ -296,7 +323,7 @@ impl VecLanes {
     }
 
     /// Writes as many lanes as `samples` is long.
-    #[inline]
+    #[inline(always)]
     pub(super) fn store(&self, samples: &mut [Vec3]) {
         for (lane, sample) in samples.iter_mut().enumerate().take(LANES) {
             #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
@@ -305,7 +332,7 @@ impl VecLanes {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn zip(&self, other: &Self, combine: impl Fn(f64, f64) -> f64) -> Self {
         let mut result = Self::ZERO;
         for lane in 0..LANES {
@@ -316,30 +343,30 @@ impl VecLanes {
         result
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn plus(&self, other: &Self) -> Self {
         self.zip(other, |ours, theirs| ours + theirs)
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn minus(&self, other: &Self) -> Self {
         self.zip(other, |ours, theirs| ours - theirs)
     }
 
     /// Component by component.
-    #[inline]
+    #[inline(always)]
     pub(super) fn times(&self, other: &Self) -> Self {
         self.zip(other, |ours, theirs| ours * theirs)
     }
 
     /// Component by component; where the divisor is zero, the dividend stays.
-    #[inline]
+    #[inline(always)]
     pub(super) fn over(&self, other: &Self) -> Self {
         self.zip(other, |ours, theirs| if theirs == 0.0 { ours } else { ours / theirs })
     }
 
     /// Linear interpolation: 0 gives `self`, 1 gives `other`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn blend(&self, other: &Self, fraction: f64) -> Self {
         self.zip(other, |ours, theirs| ours + (theirs - ours) * fraction)
     }

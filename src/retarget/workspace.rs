@@ -100,7 +100,30 @@ impl Workspace {
     }
 
     /// Retargets a chunk, [`LANES`] frames at a time.
+    ///
+    /// The same code is compiled twice on x86-64, once for processors with 256-bit vectors. Both do the same operations in the
+    /// same order, without fused multiply-add, so they give the same bits.
     pub(super) fn run(&mut self, plan: &Plan, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") {
+            #[expect(unsafe_code, reason = "calling a function of a target feature that was detected one line above")]
+            // SAFETY: the processor has the feature that the function is compiled for.
+            unsafe {
+                self.run_with_wide_vectors(plan, tracks, chunk);
+            }
+            return;
+        }
+        self.run_frames(plan, tracks, chunk);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn run_with_wide_vectors(&mut self, plan: &Plan, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
+        self.run_frames(plan, tracks, chunk);
+    }
+
+    #[inline(always)]
+    fn run_frames(&mut self, plan: &Plan, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
         for first in (0..chunk.frames).step_by(LANES) {
             let span = Span { frame: chunk.first_frame + first, first, count: LANES.min(chunk.frames - first) };
             for (slot, step) in plan.source_steps.iter().enumerate() {
@@ -112,6 +135,7 @@ impl Workspace {
         }
     }
 
+    #[inline(always)]
     fn accumulate(&mut self, slot: usize, step: &SourceStep, tracks: &JointTracks, span: Span) {
         let (done, rest) = self.source.split_at_mut(slot);
         let result = &mut rest[0];
@@ -143,6 +167,7 @@ impl Workspace {
         }
     }
 
+    #[inline(always)]
     fn compute(&mut self, plan: &Plan, slot: usize, step: &TargetStep, tracks: &mut [ChunkTracks<'_>], span: Span) {
         match &step.driver {
             Driver::Hold => self.hold(slot, step),
@@ -167,6 +192,7 @@ impl Workspace {
         }
     }
 
+    #[inline(always)]
     fn hold(&mut self, slot: usize, step: &TargetStep) {
         let (done, rest) = self.target.split_at_mut(slot);
         match step.parent {
@@ -182,6 +208,7 @@ impl Workspace {
         }
     }
 
+    #[inline(always)]
     fn follow(&mut self, slot: usize, step: &TargetStep, driver: &ModelDriver) {
         match driver.sample {
             Sample::At(source) => self.target[slot].set_product_with_constant(&self.source[source], driver.rotation),
@@ -321,6 +348,7 @@ impl Workspace {
         }
     }
 
+    #[inline(always)]
     fn store(
         &self,
         plan: &Plan,
