@@ -43,6 +43,12 @@ pub fn rotation(world: &[DMat4], joint: usize) -> DQuat {
     world[joint].to_scale_rotation_translation().1
 }
 
+/// The angle between two rotations, exact for small ones too, where an arc cosine is not.
+pub fn degrees_between(first: DQuat, second: DQuat) -> f64 {
+    let turn = first.conjugate() * second;
+    2.0 * turn.xyz().length().atan2(turn.w.abs()).to_degrees()
+}
+
 /// The frames that a test looks at: all of a short clip, evenly spread ones of a long one, the last always.
 pub fn frames_of(clip: &Clip, most: usize) -> Vec<usize> {
     let last = clip.frame_count() - 1;

@@ -9,7 +9,7 @@ use retargetd::{
     samples,
 };
 
-use super::figure::{Figure, position, rotation, world};
+use super::figure::{Figure, degrees_between, position, rotation, world};
 use crate::support::corpus_file;
 
 const MOST_DEGREES: f64 = 0.01;
@@ -146,7 +146,7 @@ fn assert_same_motion(ours: &[Vec<(DVec3, DQuat)>], plain: &[Vec<(DVec3, DQuat)>
     let (mut metres, mut degrees) = (0.0_f64, 0.0_f64);
     for (ours, plain) in ours.iter().flatten().zip(plain.iter().flatten()) {
         metres = metres.max(ours.0.distance(plain.0));
-        degrees = degrees.max(ours.1.angle_between(plain.1).to_degrees());
+        degrees = degrees.max(degrees_between(ours.1, plain.1));
     }
     assert!(metres < MOST_METRES, "{what}: places differ by {metres} m");
     assert!(degrees < MOST_DEGREES, "{what}: rotations differ by {degrees}°");
@@ -253,7 +253,7 @@ fn assert_cuts_agree(source: &Scene, clip: &Clip, target: &Scene, what: &str) {
             for joint in 0..whole.len() {
                 let metres = position(&whole, joint).distance(position(&part, joint));
                 assert!(metres < MOST_METRES, "{what}: frame {frame} of {from}..{to}: {metres} m");
-                let degrees = rotation(&whole, joint).angle_between(rotation(&part, joint)).to_degrees();
+                let degrees = degrees_between(rotation(&whole, joint), rotation(&part, joint));
                 assert!(degrees < MOST_DEGREES, "{what}: frame {frame} of {from}..{to}: {degrees}°");
             }
         }

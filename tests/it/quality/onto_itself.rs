@@ -8,7 +8,7 @@ use retargetd::{
     rig::{Mapping, Resolved, RetargetSpec, Rig, resolve},
 };
 
-use super::figure::{frames_of, position, rotation, world};
+use super::figure::{degrees_between, frames_of, position, rotation, world};
 use crate::support::{corpus_file, files_below};
 
 const MOST_DEGREES: f64 = 0.01;
@@ -82,7 +82,7 @@ impl Comparison {
         for frame in frames_of(clip, FRAMES_LOOKED_AT) {
             let (before, after) = (world(skeleton, Some((clip, frame))), world(skeleton, Some((&result, frame))));
             for joint in (0..skeleton.len()).filter(|&joint| driven[joint]) {
-                let degrees = rotation(&before, joint).angle_between(rotation(&after, joint)).to_degrees();
+                let degrees = degrees_between(rotation(&before, joint), rotation(&after, joint));
                 if degrees > comparison.degrees {
                     comparison.degrees = degrees;
                     comparison.worst_turned = format!("{} at frame {frame}", skeleton.label(joint));
