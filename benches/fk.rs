@@ -15,7 +15,7 @@ use std::hint::black_box;
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
-const FRAMES: usize = 4096;
+const FRAMES: usize = 3600;
 
 /// The walk's skeleton with every joint turning, so that no track is constant.
 fn busy_clip(skeleton: &Skeleton) -> Clip {

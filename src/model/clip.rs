@@ -175,10 +175,12 @@ fn check_track<T: Copy>(
         Track::Sampled(values) if values.len() != frames => {
             Err(ClipError::TrackLength { joint, actual: values.len(), frames })
         }
-        Track::Sampled(values) => values
-            .iter()
-            .position(|value| !is_finite(value))
-            .map_or(Ok(()), |frame| Err(ClipError::NotFinite { joint, frame })),
+        // Looking at all values without stopping is several times faster than looking for the first wrong one.
+        Track::Sampled(values) if values.iter().fold(true, |all, value| all & is_finite(value)) => Ok(()),
+        Track::Sampled(values) => {
+            let frame = values.iter().position(|value| !is_finite(value)).unwrap_or_default();
+            Err(ClipError::NotFinite { joint, frame })
+        }
     }
 }
 

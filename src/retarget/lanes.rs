@@ -3,10 +3,13 @@
 //! One value per frame in plain arrays, so that the compiler turns each loop below into vector instructions. The number of
 //! lanes is a constant: results do not depend on the machine.
 
-use glam::{DQuat, DVec3, Quat, Vec3};
+use glam::{DQuat, DVec3, DVec4, Mat4, Quat, Vec3, Vec4};
 
 /// Frames that are worked on at once.
-pub(super) const LANES: usize = 8;
+pub(super) const LANES: usize = 16;
+
+/// Frames whose components are exchanged at once when tracks are read or written; divides [`LANES`].
+const GROUP: usize = 4;
 
 /// One number per frame.
 pub(super) type Lane = [f64; LANES];
@@ -45,19 +48,16 @@ impl QuatLanes {
     #[inline(always)]
     pub(super) fn load(&mut self, samples: &[Quat]) {
         if let Ok(samples) = <&[Quat; LANES]>::try_from(samples) {
-            // Two loops, so that the conversion to f64 is done on whole vectors.
-            let mut narrow = [[0.0_f32; LANES]; 4];
-            for lane in 0..LANES {
-                let components = samples[lane].to_array();
-                for component in 0..4 {
-                    narrow[component][lane] = components[component];
-                }
-            }
-            for lane in 0..LANES {
-                self.x[lane] = f64::from(narrow[0][lane]);
-                self.y[lane] = f64::from(narrow[1][lane]);
-                self.z[lane] = f64::from(narrow[2][lane]);
-                self.w[lane] = f64::from(narrow[3][lane]);
+            for group in (0..LANES).step_by(GROUP) {
+                let quat = |lane: usize| Vec4::from(samples[group + lane]);
+                let turned = Mat4::from_cols(quat(0), quat(1), quat(2), quat(3)).transpose();
+                let widen = |narrow: Vec4, wide: &mut Lane| {
+                    narrow.as_dvec4().write_to_slice(&mut wide[group..group + GROUP]);
+                };
+                widen(turned.x_axis, &mut self.x);
+                widen(turned.y_axis, &mut self.y);
+                widen(turned.z_axis, &mut self.z);
+                widen(turned.w_axis, &mut self.w);
             }
         } else {
             let last = samples.len().saturating_sub(1);
@@ -71,31 +71,29 @@ impl QuatLanes {
     /// Writes as many lanes as `samples` is long, each on the hemisphere of the one before; `before` is the last one of the
     /// previous call, and is brought up to date.
     #[inline(always)]
-    #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
     pub(super) fn store(&self, samples: &mut [Quat], before: &mut Quat) {
-        let mut narrow = [[0.0_f32; LANES]; 4];
-        for lane in 0..LANES {
-            narrow[0][lane] = self.x[lane] as f32;
-            narrow[1][lane] = self.y[lane] as f32;
-            narrow[2][lane] = self.z[lane] as f32;
-            narrow[3][lane] = self.w[lane] as f32;
+        let mut narrow = [Quat::IDENTITY; LANES];
+        for group in (0..LANES).step_by(GROUP) {
+            let column = |wide: &Lane| DVec4::from_slice(&wide[group..group + GROUP]).as_vec4();
+            let turned =
+                Mat4::from_cols(column(&self.x), column(&self.y), column(&self.z), column(&self.w)).transpose();
+            let columns = [turned.x_axis, turned.y_axis, turned.z_axis, turned.w_axis];
+            for (lane, column) in columns.into_iter().enumerate() {
+                narrow[group + lane] = Quat::from_vec4(column);
+            }
         }
-        let at = |lane: usize| Quat::from_xyzw(narrow[0][lane], narrow[1][lane], narrow[2][lane], narrow[3][lane]);
         // Products of continuous tracks are continuous, so neighbours nearly always lie together already.
-        let mut together = at(0).dot(*before) >= 0.0;
+        let mut together = narrow[0].dot(*before) >= 0.0;
         for lane in 1..LANES {
-            let dot = |component: usize| narrow[component][lane] * narrow[component][lane - 1];
-            together &= dot(0) + dot(1) + dot(2) + dot(3) >= 0.0;
+            let dot = |values: &Lane| values[lane] * values[lane - 1];
+            together &= dot(&self.x) + dot(&self.y) + dot(&self.z) + dot(&self.w) >= 0.0;
         }
         if let (true, Ok(samples)) = (together, <&mut [Quat; LANES]>::try_from(&mut *samples)) {
-            for lane in 0..LANES {
-                samples[lane] = at(lane);
-            }
-            *before = samples[LANES - 1];
+            *samples = narrow;
+            *before = narrow[LANES - 1];
             return;
         }
-        for (lane, sample) in samples.iter_mut().enumerate().take(LANES) {
-            let rotation = at(lane);
+        for (sample, rotation) in samples.iter_mut().zip(narrow) {
             *sample = if rotation.dot(*before) < 0.0 { -rotation } else { rotation };
             *before = *sample;
         }

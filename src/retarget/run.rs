@@ -1,5 +1,6 @@
 //! The loop over frames, in parallel.
 
+use bytemuck::zeroed_vec;
 use glam::{Quat, Vec3};
 use rayon::prelude::*;
 
@@ -61,9 +62,10 @@ struct ResultTracks {
 impl ResultTracks {
     fn new(frames: usize, translation: bool, scale: bool) -> Self {
         Self {
-            rotations: vec![Quat::from_xyzw(0.0, 0.0, 0.0, 0.0); frames],
-            translations: vec![Vec3::ZERO; if translation { frames } else { 0 }],
-            scales: vec![Vec3::ZERO; if scale { frames } else { 0 }],
+            // Zeroed by the allocator: fresh pages are zero already.
+            rotations: zeroed_vec(frames),
+            translations: zeroed_vec(if translation { frames } else { 0 }),
+            scales: zeroed_vec(if scale { frames } else { 0 }),
         }
     }
 }

@@ -1,5 +1,7 @@
 //! What one thread works in: the joints of both sides for a few frames.
 
+use std::ops::Range;
+
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 use crate::model::{JointTracks, Track, Transform};
@@ -11,6 +13,11 @@ use super::{
         Translation,
     },
 };
+
+/// Frames that are staged at once; a multiple of [`LANES`].
+const BLOCK: usize = 4 * LANES;
+/// Distance between two rows of a stage: not a power of two, so that rows spread over the cache.
+const STAGE_STRIDE: usize = BLOCK + 4;
 
 /// A run of frames of all results.
 pub(super) struct Chunk<'a> {
@@ -85,6 +92,11 @@ pub(super) struct Workspace {
     target_places: Vec<Place>,
     carried: Vec<Frame>,
     chords: Vec<QuatLanes>,
+    /// A joint's local rotation, on its way in or out.
+    local: QuatLanes,
+    /// A block of frames of every source track, and of every output.
+    staged_in: Vec<Quat>,
+    staged_out: Vec<Quat>,
 }
 
 impl Workspace {
@@ -96,6 +108,9 @@ impl Workspace {
             target_places: vec![Place::ORIGIN; plan.target_steps.len()],
             carried: vec![Frame::IDENTITY; plan.carried_slots],
             chords: vec![QuatLanes::IDENTITY; plan.chord_slots],
+            local: QuatLanes::IDENTITY,
+            staged_in: vec![Quat::IDENTITY; plan.source_steps.len() * STAGE_STRIDE],
+            staged_out: vec![Quat::IDENTITY; plan.outputs.len() * STAGE_STRIDE],
         }
     }
 
@@ -124,14 +139,36 @@ impl Workspace {
 
     #[inline(always)]
     fn run_frames(&mut self, plan: &Plan, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
-        for first in (0..chunk.frames).step_by(LANES) {
-            let span = Span { frame: chunk.first_frame + first, first, count: LANES.min(chunk.frames - first) };
-            for (slot, step) in plan.source_steps.iter().enumerate() {
-                self.accumulate(slot, step, &tracks[step.joint], span);
+        for block in (0..chunk.frames).step_by(BLOCK) {
+            let frames = BLOCK.min(chunk.frames - block);
+            self.stage_in(plan, tracks, chunk.first_frame + block, frames);
+            for first in (0..frames).step_by(LANES) {
+                let frame = chunk.first_frame + block + first;
+                let span = Span { frame, staged: first, in_chunk: block + first, count: LANES.min(frames - first) };
+                for (slot, step) in plan.source_steps.iter().enumerate() {
+                    self.accumulate(slot, step, &tracks[step.joint], span);
+                }
+                for (slot, step) in plan.target_steps.iter().enumerate() {
+                    self.compute(plan, slot, step, &mut chunk.tracks, span);
+                }
             }
-            for (slot, step) in plan.target_steps.iter().enumerate() {
-                self.compute(plan, slot, step, &mut chunk.tracks, span);
+            self.stage_out(chunk, block, frames);
+        }
+    }
+
+    /// Copies a block of every source track. A track is one long run of memory, and all tracks are of one length, so reading a
+    /// few frames of each in turn would touch as many pages and, at lengths that are powers of two, few cache sets.
+    fn stage_in(&mut self, plan: &Plan, tracks: &[JointTracks], frame: usize, frames: usize) {
+        for (step, staged) in plan.source_steps.iter().zip(self.staged_in.chunks_exact_mut(STAGE_STRIDE)) {
+            if let Track::Sampled(values) = &tracks[step.joint].rotation {
+                staged[..frames].copy_from_slice(&values[frame..frame + frames]);
             }
+        }
+    }
+
+    fn stage_out(&self, chunk: &mut Chunk<'_>, block: usize, frames: usize) {
+        for (tracks, staged) in chunk.tracks.iter_mut().zip(self.staged_out.chunks_exact(STAGE_STRIDE)) {
+            tracks.rotations[block..block + frames].copy_from_slice(&staged[..frames]);
         }
     }
 
@@ -140,15 +177,13 @@ impl Workspace {
         let (done, rest) = self.source.split_at_mut(slot);
         let result = &mut rest[0];
         match (&tracks.rotation, step.parent) {
-            (Track::Sampled(values), Parent::Slot(parent)) => {
-                let mut local = QuatLanes::IDENTITY;
-                local.load(&values[span.frame..span.frame + span.count]);
-                result.set_product(&done[parent], &local);
+            (Track::Sampled(_), Parent::Slot(parent)) => {
+                self.local.load(&self.staged_in[span.staged_range(slot)]);
+                result.set_product(&done[parent], &self.local);
             }
-            (Track::Sampled(values), Parent::Constant(above)) => {
-                let mut local = QuatLanes::IDENTITY;
-                local.load(&values[span.frame..span.frame + span.count]);
-                result.set_product_of_constant(above.rotation, &local);
+            (Track::Sampled(_), Parent::Constant(above)) => {
+                self.local.load(&self.staged_in[span.staged_range(slot)]);
+                result.set_product_of_constant(above.rotation, &self.local);
             }
             (still, parent) => {
                 let local = if let Track::Constant(value) = still { value.as_dquat() } else { step.rest.rotation };
@@ -359,7 +394,7 @@ impl Workspace {
 
     #[inline(always)]
     fn store(
-        &self,
+        &mut self,
         plan: &Plan,
         slot: usize,
         step: &TargetStep,
@@ -367,18 +402,17 @@ impl Workspace {
         tracks: &mut ChunkTracks<'_>,
         span: Span,
     ) {
-        let range = span.first..span.first + span.count;
-        let mut local = QuatLanes::IDENTITY;
+        let range = span.in_chunk..span.in_chunk + span.count;
         match step.parent {
-            Parent::Slot(parent) => local.set_relative(&self.target[parent], &self.target[slot]),
+            Parent::Slot(parent) => self.local.set_relative(&self.target[parent], &self.target[slot]),
             Parent::Constant(above) => {
-                local.set_product_of_constant(DQuat::conjugate(above.rotation), &self.target[slot]);
+                self.local.set_product_of_constant(DQuat::conjugate(above.rotation), &self.target[slot]);
             }
         }
         if plan.normalizes {
-            local.refine_length();
+            self.local.refine_length();
         }
-        local.store(&mut tracks.rotations[range.clone()], &mut tracks.before);
+        self.local.store(&mut self.staged_out[span.staged_range(output)], &mut tracks.before);
         let output = &plan.outputs[output];
         if output.translation {
             let joint = Frame { rotation: self.target[slot], place: self.target_places[slot] };
@@ -391,12 +425,20 @@ impl Workspace {
     }
 }
 
-/// Which frames are being worked on: the clip's frame, the same within the chunk, and how many.
+/// Which frames are being worked on: the first one's index in the clip, in the stage and in the chunk, and how many.
 #[derive(Clone, Copy)]
 struct Span {
     frame: usize,
-    first: usize,
+    staged: usize,
+    in_chunk: usize,
     count: usize,
+}
+
+impl Span {
+    fn staged_range(self, row: usize) -> Range<usize> {
+        let begin = row * STAGE_STRIDE + self.staged;
+        begin..begin + self.count
+    }
 }
 
 fn load_vector(track: &Track<Vec3>, rest: DVec3, span: Span) -> VecLanes {
