@@ -7,8 +7,6 @@ use super::understand::Rig;
 /// A lowest point closer to the origin than this share of the pelvis height counts as standing on the origin: ankles, balls
 /// and toes lie a little above the sole.
 const STANDS_ON_ORIGIN: f64 = 0.15;
-/// A pelvis that is further from the origin than this share of its height above the floor was put there on purpose.
-const PLACED: f64 = 0.5;
 /// Frames of a clip that are looked at, evenly spread.
 const FRAMES_LOOKED_AT: usize = 240;
 
@@ -17,13 +15,11 @@ const FRAMES_LOOKED_AT: usize = 240;
 pub(super) struct Stance {
     /// Height of the floor.
     pub(super) floor: f64,
-    /// How far the lowest joint of the feet is above the floor; nothing where the rest pose does not stand on the origin, so that
-    /// the lowest joint itself counts as the floor.
+    /// How far the lowest joint of the feet is above the floor; nothing where the rest pose does not stand on the origin, as in
+    /// files that have the pelvis there and leave the rest to their clips: the lowest joint itself counts as the floor.
     pub(super) sole: Option<f64>,
     /// The pelvis above the floor, on straight legs.
     pub(super) height: f64,
-    /// Whether the file puts the body anywhere: many have the pelvis at the origin and leave it to their clips.
-    pub(super) is_placed: bool,
 }
 
 impl Stance {
@@ -34,12 +30,7 @@ impl Stance {
         let stands = lowest.abs() <= STANDS_ON_ORIGIN * (pelvis_height - lowest);
         let floor = if stands { lowest.min(0.0) } else { lowest };
         let height = standing_height(side, pelvis, floor).unwrap_or(pelvis_height - floor);
-        Self {
-            floor,
-            sole: stands.then_some(lowest - floor),
-            height,
-            is_placed: stands || pelvis_height.abs() > PLACED * height,
-        }
+        Self { floor, sole: stands.then_some(lowest - floor), height }
     }
 }
 
@@ -54,17 +45,19 @@ fn standing_height(side: &Rig<'_>, pelvis: usize, floor: f64) -> Option<f64> {
             transforms[from].translation.distance(transforms[to].translation)
         };
         let hip = side.rest_height(pelvis) - side.rest_height(thigh);
-        Some(hip + bone(thigh, shin) + bone(shin, foot) + side.rest_height(foot) - floor)
+        Some((hip + bone(thigh, shin) + bone(shin, foot), side.rest_height(foot) - floor))
     };
     match (leg("left_"), leg("right_")) {
-        (Some(left), Some(right)) => Some((left + right) / 2.0),
-        (left, right) => left.or(right),
+        // A rest pose may be a frame of a walk: the lower ankle belongs to the foot that stands.
+        (Some(left), Some(right)) => Some((left.0 + right.0) / 2.0 + left.1.min(right.1)),
+        (left, right) => left.or(right).map(|(leg, ankle)| leg + ankle),
     }
 }
 
 /// Height of the floor in a clip, likewise: what its feet touch.
 ///
-/// Where that is within a foot's height of the origin or of the rest floor, it is that: clips jump and crouch, and the floor
+/// For a rig that does not stand at rest; one that does has its floor from there, however high it jumps in a clip. Where the
+/// feet come down within a foot's height of the origin or of the rest floor, it is that: clips jump and crouch, and the floor
 /// does not.
 pub(super) fn clip_floor(side: &Rig<'_>, clip: &Clip, pelvis: usize, rest_floor: f64) -> f64 {
     let supports = supports(side, pelvis);

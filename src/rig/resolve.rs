@@ -311,9 +311,13 @@ fn resolve_pelvis(
     let (source_origin, target_origin) = match op.origin {
         ScaleOrigin::Origin => (DVec3::ZERO, DVec3::ZERO),
         // Nothing says where the target's floor is, so it is where the source's is.
-        ScaleOrigin::Floor if !target_height.is_placed => (DVec3::ZERO, DVec3::ZERO),
+        ScaleOrigin::Floor if target_height.sole.is_none() => (DVec3::ZERO, DVec3::ZERO),
         ScaleOrigin::Floor => {
-            let floor = clip_floor(source, clip, source_pelvis, source_height.floor);
+            let floor = if source_height.stands {
+                source_height.floor
+            } else {
+                clip_floor(source, clip, source_pelvis, source_height.floor)
+            };
             let up = mapping.plan_from_target * target.up();
             (up * floor * unit, up * target_height.floor)
         }
@@ -337,8 +341,10 @@ fn resolve_pelvis(
 struct Height {
     value: f64,
     floor: f64,
+    /// As in [`Stance`].
     sole: Option<f64>,
-    is_placed: bool,
+    /// Whether the rest pose stands on the file's own floor, so that the floor of its clips is known too.
+    stands: bool,
 }
 
 impl Height {
@@ -354,17 +360,15 @@ impl Height {
         };
         let stance = Stance::of(side, pelvis);
         let height = side.rest_height(pelvis);
+        let stands = ground.is_none() && stance.sole.is_some();
+        let as_asked = |value: f64, floor: f64| Self { value, floor, sole: Some(0.0), stands };
         Ok(match (rule, ground) {
-            (HeightRule::AboveOrigin, _) => {
-                Self { value: height, floor: stance.floor, sole: Some(0.0), is_placed: true }
-            }
-            (_, Some(floor)) => Self { value: height - floor, floor, sole: Some(0.0), is_placed: true },
-            (HeightRule::AboveGroundJoint, None) => {
-                Self { value: height - stance.floor, floor: stance.floor, sole: Some(0.0), is_placed: true }
-            }
+            (HeightRule::AboveOrigin, _) => as_asked(height, stance.floor),
+            (_, Some(floor)) => as_asked(height - floor, floor),
+            (HeightRule::AboveGroundJoint, None) => as_asked(height - stance.floor, stance.floor),
             (HeightRule::AboveFloor, None) => {
-                let Stance { floor, sole, height, is_placed } = stance;
-                Self { value: height, floor, sole, is_placed }
+                let Stance { floor, sole, height } = stance;
+                Self { value: height, floor, sole, stands }
             }
         })
     }

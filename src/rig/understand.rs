@@ -61,28 +61,14 @@ impl<'a> Rig<'a> {
                 "send a file with a skeleton; 'retargetd inspect FILE' says what a file holds",
             ));
         }
-        let (mut rest_local, mut rest_source) = find_rest(name, scene, rest_scene, spec, reporter)?;
-        let mut rest = rest_local.to_model(skeleton);
-        let mut recognition = recognise(skeleton, &rest, &scene.declared_roles, scene.declared_convention);
-        if rest_source == RestSource::Nodes
-            && spec.rest == RestSpec::default()
-            && recognition.body.is_none()
-            && let Some((pose, model, found)) = first_standing_frame(scene)
-        {
-            reporter.warn(
-                "rest_pose_from_clip",
-                name,
-                "the rest pose of the file is no body that stands, as in motion capture that keeps all bones on one axis; the \
-                 first frame of the first clip is measured from",
-                format!("name a better pose in {name}.rest, or send a rest file"),
-            );
-            (rest_local, rest, recognition, rest_source) = (pose, model, found, RestSource::ClipFrame);
-        }
+        let (rest_local, rest_source) = find_rest(name, scene, rest_scene, spec, reporter)?;
+        let rest = rest_local.to_model(skeleton);
+        let recognition = recognise(skeleton, &rest, &scene.declared_roles, scene.declared_convention);
         let roles = find_roles(name, skeleton, &recognition, spec)?;
         let (work_from_scene, axes) = find_axes(name, scene, &recognition, spec, reporter);
         let unit_metres = match spec.unit {
             Some(UnitSpec::Metres(metres)) => metres,
-            _ => scene.unit_metres.unwrap_or_else(|| guess_unit(name, skeleton, &rest, reporter)),
+            _ => scene.unit_metres.unwrap_or_else(|| guess_unit(name, skeleton, &rest, &roles, reporter)),
         };
         Ok(Self { name, scene, rest_local, rest, rest_source, recognition, roles, work_from_scene, axes, unit_metres })
     }
@@ -118,15 +104,6 @@ impl<'a> Rig<'a> {
     pub fn joint(&self, name: &str, pointer: &str) -> Result<usize, SpecField> {
         find_joint(self.skeleton(), self.name, name, pointer)
     }
-}
-
-/// The first frame of the first clip, where a body stands in it.
-fn first_standing_frame(scene: &Scene) -> Option<(LocalPose, ModelPose, Recognition)> {
-    let clip = scene.clips.iter().find(|clip| clip.is_animated())?;
-    let pose = clip.local_pose(&scene.skeleton, 0);
-    let model = pose.to_model(&scene.skeleton);
-    let recognition = recognise(&scene.skeleton, &model, &scene.declared_roles, scene.declared_convention);
-    recognition.body.is_some().then_some((pose, model, recognition))
 }
 
 fn find_joint(skeleton: &Skeleton, side: &str, name: &str, pointer: &str) -> Result<usize, SpecField> {
@@ -315,11 +292,19 @@ fn find_axes(
     (DQuat::from_mat3(&scene_from_work).conjugate().normalize(), axes)
 }
 
-/// Metres per unit from how tall a figure is: people are between 0.5 and 3 metres.
-fn guess_unit(name: &'static str, skeleton: &Skeleton, rest: &ModelPose, reporter: &mut Reporter) -> f64 {
+/// Metres per unit from how tall a figure is: people are between 0.5 and 3 metres. A root above the pelvis may be anywhere.
+fn guess_unit(
+    name: &'static str,
+    skeleton: &Skeleton,
+    rest: &ModelPose,
+    roles: &BTreeMap<String, Vec<usize>>,
+    reporter: &mut Reporter,
+) -> f64 {
     const CANDIDATES: [(f64, &str); 5] =
         [(1.0, "metres"), (0.01, "centimetres"), (0.0254, "inches"), (0.056_444, "CMU units"), (0.001, "millimetres")];
-    let joints = skeleton.joints().iter().zip(rest.transforms()).map(|(_, transform)| transform.translation);
+    let pelvis = roles.get("pelvis").and_then(|joints| joints.first());
+    let is_body = |joint: &usize| pelvis.is_none_or(|pelvis| skeleton.is_ancestor_or_self(*pelvis, *joint));
+    let joints = (0..skeleton.len()).filter(is_body).map(|joint| rest.transforms()[joint].translation);
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for position in joints {
         low = low.min(position);

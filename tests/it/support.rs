@@ -10,7 +10,7 @@ use serde_json::Value;
 
 /// A file of the corpus of real files, which lies beside the checkout on the developers' machines and in CI and is not
 /// part of the project. Says so on standard error when it is not there, so that no skip is silent.
-pub fn corpus_file(path: &str) -> Option<PathBuf> {
+pub(crate) fn corpus_file(path: &str) -> Option<PathBuf> {
     let file = shared_folder().join("corpus").join(path);
     if file.exists() {
         return Some(file);
@@ -20,13 +20,13 @@ pub fn corpus_file(path: &str) -> Option<PathBuf> {
 }
 
 /// The folder of shared material beside the checkout; `RETARGETD_SHARED` names another place.
-pub fn shared_folder() -> PathBuf {
+pub(crate) fn shared_folder() -> PathBuf {
     std::env::var_os("RETARGETD_SHARED")
         .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared"), PathBuf::from)
 }
 
 /// All files below a folder, in order.
-pub fn files_below(folder: &Path) -> Vec<PathBuf> {
+pub(crate) fn files_below(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut open = vec![folder.to_owned()];
     while let Some(folder) = open.pop() {
@@ -40,7 +40,7 @@ pub fn files_below(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// The JSON of a glTF document, of whichever container.
-pub fn gltf_json(bytes: &[u8]) -> Value {
+pub(crate) fn gltf_json(bytes: &[u8]) -> Value {
     if !bytes.starts_with(b"glTF") {
         return serde_json::from_slice(bytes).expect("JSON");
     }
@@ -49,7 +49,7 @@ pub fn gltf_json(bytes: &[u8]) -> Value {
 }
 
 /// One report per file from the Khronos validator. Nothing, said on standard error, when `RETARGETD_SKIP_NODE=1`.
-pub fn validate_gltf<'a>(files: &[&'a Path]) -> Option<BTreeMap<&'a Path, Value>> {
+pub(crate) fn validate_gltf<'a>(files: &[&'a Path]) -> Option<BTreeMap<&'a Path, Value>> {
     if std::env::var_os("RETARGETD_SKIP_NODE").is_some_and(|value| value == "1") {
         eprintln!("skipped: the Khronos validator, because RETARGETD_SKIP_NODE is 1");
         return None;
