@@ -7,14 +7,59 @@ use super::understand::Rig;
 /// A lowest point closer to the origin than this share of the pelvis height counts as standing on the origin: ankles, balls
 /// and toes lie a little above the sole.
 const STANDS_ON_ORIGIN: f64 = 0.15;
+/// A pelvis that is further from the origin than this share of its height above the floor was put there on purpose.
+const PLACED: f64 = 0.5;
 /// Frames of a clip that are looked at, evenly spread.
 const FRAMES_LOOKED_AT: usize = 240;
 
-/// Height of the floor at rest along the side's up axis, in the scene's unit, for a pelvis joint.
-pub(super) fn rest_floor(side: &Rig<'_>, pelvis: usize) -> f64 {
-    let lowest = lowest(side, &side.rest, &supports(side, pelvis));
-    let height = side.rest_height(pelvis) - lowest;
-    if lowest.abs() <= STANDS_ON_ORIGIN * height { lowest.min(0.0) } else { lowest }
+/// How a rig stands at rest, along its up axis, in the scene's unit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stance {
+    /// Height of the floor.
+    pub(super) floor: f64,
+    /// How far the lowest joint of the feet is above the floor; nothing where the rest pose does not stand on the origin, so that
+    /// the lowest joint itself counts as the floor.
+    pub(super) sole: Option<f64>,
+    /// The pelvis above the floor, on straight legs.
+    pub(super) height: f64,
+    /// Whether the file puts the body anywhere: many have the pelvis at the origin and leave it to their clips.
+    pub(super) is_placed: bool,
+}
+
+impl Stance {
+    /// For a pelvis joint.
+    pub(super) fn of(side: &Rig<'_>, pelvis: usize) -> Self {
+        let lowest = lowest(side, &side.rest, &supports(side, pelvis));
+        let pelvis_height = side.rest_height(pelvis);
+        let stands = lowest.abs() <= STANDS_ON_ORIGIN * (pelvis_height - lowest);
+        let floor = if stands { lowest.min(0.0) } else { lowest };
+        let height = standing_height(side, pelvis, floor).unwrap_or(pelvis_height - floor);
+        Self {
+            floor,
+            sole: stands.then_some(lowest - floor),
+            height,
+            is_placed: stands || pelvis_height.abs() > PLACED * height,
+        }
+    }
+}
+
+/// The pelvis above the floor when thighs and shins are in line below it, as they are in a clip of somebody who stands: rest
+/// poses have their legs apart, or their knees bent.
+fn standing_height(side: &Rig<'_>, pelvis: usize, floor: f64) -> Option<f64> {
+    let leg = |prefix: &str| {
+        let joint = |part: &str| side.role(&format!("{prefix}{part}")).first().copied();
+        let (thigh, shin, foot) = (joint("thigh")?, joint("shin")?, joint("foot")?);
+        let bone = |from: usize, to: usize| {
+            let transforms = side.rest.transforms();
+            transforms[from].translation.distance(transforms[to].translation)
+        };
+        let hip = side.rest_height(pelvis) - side.rest_height(thigh);
+        Some(hip + bone(thigh, shin) + bone(shin, foot) + side.rest_height(foot) - floor)
+    };
+    match (leg("left_"), leg("right_")) {
+        (Some(left), Some(right)) => Some((left + right) / 2.0),
+        (left, right) => left.or(right),
+    }
 }
 
 /// Height of the floor in a clip, likewise: what its feet touch.

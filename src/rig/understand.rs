@@ -61,9 +61,23 @@ impl<'a> Rig<'a> {
                 "send a file with a skeleton; 'retargetd inspect FILE' says what a file holds",
             ));
         }
-        let (rest_local, rest_source) = find_rest(name, scene, rest_scene, spec, reporter)?;
-        let rest = rest_local.to_model(skeleton);
-        let recognition = recognise(skeleton, &rest, &scene.declared_roles, scene.declared_convention);
+        let (mut rest_local, mut rest_source) = find_rest(name, scene, rest_scene, spec, reporter)?;
+        let mut rest = rest_local.to_model(skeleton);
+        let mut recognition = recognise(skeleton, &rest, &scene.declared_roles, scene.declared_convention);
+        if rest_source == RestSource::Nodes
+            && spec.rest == RestSpec::default()
+            && recognition.body.is_none()
+            && let Some((pose, model, found)) = first_standing_frame(scene)
+        {
+            reporter.warn(
+                "rest_pose_from_clip",
+                name,
+                "the rest pose of the file is no body that stands, as in motion capture that keeps all bones on one axis; the \
+                 first frame of the first clip is measured from",
+                format!("name a better pose in {name}.rest, or send a rest file"),
+            );
+            (rest_local, rest, recognition, rest_source) = (pose, model, found, RestSource::ClipFrame);
+        }
         let roles = find_roles(name, skeleton, &recognition, spec)?;
         let (work_from_scene, axes) = find_axes(name, scene, &recognition, spec, reporter);
         let unit_metres = match spec.unit {
@@ -104,6 +118,15 @@ impl<'a> Rig<'a> {
     pub fn joint(&self, name: &str, pointer: &str) -> Result<usize, SpecField> {
         find_joint(self.skeleton(), self.name, name, pointer)
     }
+}
+
+/// The first frame of the first clip, where a body stands in it.
+fn first_standing_frame(scene: &Scene) -> Option<(LocalPose, ModelPose, Recognition)> {
+    let clip = scene.clips.iter().find(|clip| clip.is_animated())?;
+    let pose = clip.local_pose(&scene.skeleton, 0);
+    let model = pose.to_model(&scene.skeleton);
+    let recognition = recognise(&scene.skeleton, &model, &scene.declared_roles, scene.declared_convention);
+    recognition.body.is_some().then_some((pose, model, recognition))
 }
 
 fn find_joint(skeleton: &Skeleton, side: &str, name: &str, pointer: &str) -> Result<usize, SpecField> {
