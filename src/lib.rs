@@ -18,7 +18,8 @@
 //! | [`samples`] | the clip and the character that the demo and the tests use, made by code | `model`, `formats` |
 //! | [`cli`], [`app`] | subcommands; the composition root | everything |
 //!
-//! A test (`tests/it/architecture.rs`) reads every `use crate::` against this table.
+//! A test (`tests/it/architecture.rs`) reads every path that begins with `crate::` against this table, and keeps external
+//! crates, the file system, the clock and the environment behind the same walls. `main` only calls [`cli`].
 //!
 //! # Data flow
 //!
@@ -29,6 +30,26 @@
 //! Data changes type as it is validated, so what is not validated cannot go on. Per frame there are indices and
 //! constants only: no names, no look-ups, no allocation.
 //!
+//! The whole of it, as a library:
+//!
+//! ```
+//! use retargetd::{engine::{self, Control, Inputs, Limits, NamedBytes}, samples};
+//!
+//! let (walk, mannequin) = (samples::walk_clip(), samples::mannequin());
+//! let inputs = Inputs {
+//!     source: NamedBytes { name: "walk.glb", bytes: &walk },
+//!     target: NamedBytes { name: "mannequin.glb", bytes: &mannequin },
+//!     source_rest: None,
+//!     target_rest: None,
+//!     config: None,
+//!     formats: &[],
+//! };
+//! let outcome = engine::retarget(&inputs, &Limits::default(), &Control::new())?;
+//! assert_eq!(outcome.report.counts.frames, 121, "as long as the walk");
+//! assert!(outcome.outputs[0].bytes.starts_with(b"glTF"), "the mannequin, walking");
+//! # Ok::<(), engine::Failure>(())
+//! ```
+//!
 //! # Words
 //!
 //! *Source* and *target* are the two sides. A *joint* is a node of a skeleton; a *chain* is a run of joints; a *role* is
@@ -36,6 +57,21 @@
 //! of all joints at one frame. The *rest pose* is the pose that retargeting measures from. The *root* is the top joint
 //! that moves the character, the *pelvis* the joint that carries the body. *Local* is relative to the parent, *model* is
 //! relative to the scene.
+//!
+//! # To add something
+//!
+//! - *A file format*: a variant and its row in `formats/format.rs`, its marks in `formats/sniff.rs`, a folder with a reader that
+//!   asks the budget before it allocates, a line in `formats::read` or `formats::write`; hostile files in `tests/it`.
+//! - *A field of the config*: `rig/spec.rs` with a doc comment that says its unit, range and default; `rig::resolve` fills it in,
+//!   so that the resolved spec gives the same result again.
+//! - *A step of the retarget*: a variant of `rig::Op`, its constants in `retarget/plan.rs`, its work per frame in
+//!   `retarget/workspace.rs`; a measure that shows what it does.
+//! - *A warning*: a literal code in snake case at the place that knows the detail and the hint; its row in the README.
+//! - *A route*: one file in `http/resources`, its view in `http/views.rs`, a call of one method of [`jobs`]; a test that names it.
+//! - *A problem*: its row in `http/code.rs`, the one place with status, title and advice.
+//! - *A setting*: its row in `config/settings.rs`; flag, variable, limit and documentation follow from it.
+//!
+//! `openapi/` and the tables of the README are made from the code; the tests that compare them say how to write them anew.
 
 pub mod app;
 pub mod cli;

@@ -8,6 +8,7 @@ mod health;
 mod inspect;
 mod openapi;
 mod retarget;
+mod samples;
 mod serve;
 mod watch;
 
@@ -33,6 +34,8 @@ enum Command {
     Inspect(inspect::Arguments),
     /// Run the main job over HTTP on an empty data folder, with a sample that the binary carries.
     Demo(demo::Arguments),
+    /// Write a sample clip and a sample character, to try things with.
+    Samples(samples::Arguments),
     /// Print the OpenAPI document.
     Openapi(openapi::Arguments),
     /// Ask a running service whether it is ready; for container health checks.
@@ -47,6 +50,7 @@ pub fn run() -> ExitCode {
         Command::Retarget(arguments) => retarget::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Demo(arguments) => demo::run(arguments),
+        Command::Samples(arguments) => samples::run(&arguments),
         Command::Openapi(arguments) => openapi::run(&arguments),
         Command::Health(arguments) => health::run(arguments),
     }

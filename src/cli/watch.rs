@@ -39,6 +39,7 @@ pub(super) struct ProgressWatch {
 impl ProgressWatch {
     /// Draws on a terminal only, since a pipe has no cursor to move; on one that calls itself dumb only when asked for.
     pub(super) fn start(control: &Arc<Control>, asked_for: bool) -> Option<Self> {
+        #[expect(clippy::disallowed_methods, reason = "a fact about the terminal, not a setting of ours")]
         let is_dumb = std::env::var_os("TERM").is_some_and(|terminal| terminal == "dumb");
         if !std::io::stderr().is_terminal() || (is_dumb && !asked_for) {
             return None;

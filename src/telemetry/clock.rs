@@ -33,6 +33,7 @@ impl Clock {
 
     /// Now, to the millisecond, which is what records keep.
     #[must_use]
+    #[expect(clippy::disallowed_methods, reason = "the one place that reads the time of day")]
     pub fn now(&self) -> Timestamp {
         let milliseconds = Timestamp::now().as_millisecond() + self.ahead_milliseconds.load(Ordering::Relaxed);
         Timestamp::from_millisecond(milliseconds).unwrap_or(Timestamp::MAX)

@@ -1,1 +1,209 @@
 //! The import law of the crate docs, and the other rules that a machine can check.
+
+mod code;
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+};
+
+use code::{Code, code_files};
+
+/// The modules that know no runtime, no file system, no clock and no environment.
+const PURE: [&str; 6] = ["model", "formats", "rig", "retarget", "engine", "samples"];
+
+/// External crates, and the only modules that may name them. `main` is the binary.
+const FENCES: [(&str, &[&str]); 14] = [
+    ("axum", &["http"]),
+    ("hyper", &["http"]),
+    ("hyper_util", &["http"]),
+    ("tower", &["http"]),
+    ("tower_http", &["http"]),
+    ("utoipa", &["http"]),
+    ("utoipa_axum", &["http"]),
+    ("utoipa_swagger_ui", &["http"]),
+    ("sqlx", &["store"]),
+    ("object_store", &["store"]),
+    ("reqwest", &["cli"]),
+    ("clap", &["cli"]),
+    ("indicatif", &["cli"]),
+    ("mimalloc", &["main"]),
+];
+
+/// External crates that belong to the service half, wherever there.
+const SERVICE_HALF_ONLY: [&str; 7] = ["tokio", "tokio_util", "tokio_stream", "futures", "tracing", "metrics", "jiff"];
+
+/// Parts of the standard library that the pure half does not touch.
+const IMPURE: [&str; 6] = ["std::fs", "std::env", "std::net", "std::process", "std::thread", "std::io::stdin"];
+
+/// Names that make results depend on the clock or on the order of a hash.
+const IMPURE_NAMES: [&str; 4] = ["SystemTime", "Instant", "HashMap", "HashSet"];
+
+const MOST_LINES: usize = 600;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn sources() -> Vec<(PathBuf, Code)> {
+    let files = code_files(&root().join("src"));
+    assert!(files.len() > 100, "the sources are there, found {}", files.len());
+    files
+}
+
+/// Everything at once, so that nobody mends one line per run.
+fn none(broken: &[String], rule: &str) {
+    assert!(broken.is_empty(), "{rule}:\n  {}", broken.join("\n  "));
+}
+
+/// The law: which module may import which, from the table of the crate docs.
+fn law() -> BTreeMap<String, BTreeSet<String>> {
+    let text = std::fs::read_to_string(root().join("src/lib.rs")).expect("the crate docs");
+    let rows = text.lines().filter(|line| line.starts_with("//! | [`"));
+    let mut law: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for row in rows {
+        let cells: Vec<&str> = row.trim_start_matches("//! ").trim_matches(['|', ' ']).split(" | ").collect();
+        let [modules, _, allowed] = cells[..] else { panic!("a row has three cells: {row}") };
+        let allowed: BTreeSet<String> = match allowed.trim() {
+            "nothing" => BTreeSet::new(),
+            "all above" => law.keys().cloned().collect(),
+            "everything" => ["*".to_owned()].into(),
+            names => quoted(names),
+        };
+        law.extend(quoted(modules).into_iter().map(|module| (module, allowed.clone())));
+    }
+    law
+}
+
+fn quoted(text: &str) -> BTreeSet<String> {
+    text.split('`').skip(1).step_by(2).map(str::to_owned).collect()
+}
+
+#[test]
+fn the_table_of_the_crate_docs_has_every_module() {
+    let text = std::fs::read_to_string(root().join("src/lib.rs")).expect("the crate docs");
+    let modules: BTreeSet<&str> =
+        text.lines().filter_map(|line| line.strip_prefix("pub mod ")?.strip_suffix(';')).collect();
+    let law = law();
+    assert_eq!(modules, law.keys().map(String::as_str).collect(), "modules of the crate against rows of the table");
+    let named: BTreeSet<&String> = law.values().flatten().filter(|name| *name != "*").collect();
+    assert!(named.iter().all(|name| law.contains_key(*name)), "the table names modules only: {named:?}");
+}
+
+#[test]
+fn every_import_keeps_the_law() {
+    let law = law();
+    let mut broken = Vec::new();
+    for (path, code) in sources() {
+        let Some(module) = code.module.first() else { continue };
+        if module == "main" {
+            continue;
+        }
+        let allowed = law.get(module).unwrap_or_else(|| panic!("{module} is in the table"));
+        let is_pure = PURE.contains(&module.as_str());
+        let may = |name: &str| name == module || allowed.contains("*") || allowed.contains(name);
+        for place in code.paths("crate") {
+            let name = place.segment(1);
+            // Tests of a pure module may use samples, engine and the like: that does not bind the module.
+            let is_test_of_pure = place.in_test && is_pure && PURE.contains(&name);
+            if !may(name) && !is_test_of_pure {
+                broken.push(format!("{}:{}: {} may not import {name}", path.display(), place.line, module));
+            }
+        }
+        for place in code.escapes() {
+            let hint = "write crate:: instead, so that the law can be checked";
+            broken.push(format!("{}:{}: leaves {module} by super::; {hint}", path.display(), place));
+        }
+    }
+    none(&broken, "imports against the table of src/lib.rs");
+}
+
+#[test]
+fn external_crates_stay_behind_their_fences() {
+    let mut broken = Vec::new();
+    for (path, code) in sources() {
+        let module = code.module.first().map_or("lib", String::as_str);
+        let is_pure = PURE.contains(&module);
+        let fenced = FENCES.iter().filter(|(_, modules)| !modules.contains(&module)).map(|(name, _)| *name);
+        let service = SERVICE_HALF_ONLY.iter().copied().filter(|_| is_pure);
+        for name in fenced.chain(service) {
+            for place in code.paths(name).into_iter().filter(|place| !place.in_test) {
+                broken.push(format!("{}:{}: {module} may not name {name}", path.display(), place.line));
+            }
+        }
+    }
+    none(&broken, "external crates");
+}
+
+#[test]
+fn the_pure_half_is_pure() {
+    let mut broken = Vec::new();
+    for (path, code) in sources() {
+        if !code.module.first().is_some_and(|module| PURE.contains(&module.as_str())) {
+            continue;
+        }
+        for place in code.paths("std").into_iter().filter(|place| !place.in_test) {
+            let full = place.text();
+            if IMPURE.iter().any(|banned| full == *banned || full.starts_with(&format!("{banned}::"))) {
+                broken.push(format!("{}:{}: {full}", path.display(), place.line));
+            }
+        }
+        for name in IMPURE_NAMES {
+            broken.extend(code.words(name).map(|line| format!("{}:{line}: {name}", path.display())));
+        }
+    }
+    none(&broken, "no file system, clock, environment or hash order in the pure half");
+}
+
+#[test]
+fn no_shortcuts_outside_tests() {
+    let mut broken = Vec::new();
+    for (path, code) in sources() {
+        for shortcut in [".unwrap()", "todo!(", "unimplemented!(", "dbg!("] {
+            broken.extend(code.finds(shortcut).map(|line| format!("{}:{line}: {shortcut}", path.display())));
+        }
+    }
+    none(&broken, "an error is handled, or an `expect` names the invariant");
+}
+
+#[test]
+fn every_file_says_what_it_is_for_and_is_short() {
+    let mut broken = Vec::new();
+    let files = ["src", "tests/it", "benches"].map(|folder| code_files(&root().join(folder)));
+    for (path, code) in files.into_iter().flatten() {
+        let first = code.raw.lines().next().unwrap_or_default();
+        if !first.starts_with("//! ") || first.len() < 12 {
+            broken.push(format!("{}: begins without a //! line that says what it answers", path.display()));
+        }
+        let lines = code.raw.lines().count();
+        if lines > MOST_LINES {
+            broken.push(format!("{}: {lines} lines; at most {MOST_LINES}, so split it", path.display()));
+        }
+    }
+    none(&broken, "files");
+}
+
+#[test]
+fn every_route_is_in_a_test() {
+    let text = std::fs::read_to_string(root().join("openapi/openapi.json")).expect("the document");
+    let document: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let tests: Vec<String> = code_files(&root().join("tests/it"))
+        .into_iter()
+        .filter(|(path, _)| !path.ends_with("architecture.rs"))
+        .flat_map(|(_, code)| code.raw.lines().map(str::to_owned).collect::<Vec<_>>())
+        .collect();
+    let mut broken = Vec::new();
+    for route in document["paths"].as_object().expect("paths").keys() {
+        // "/v1/jobs/{id}/cancel" is in a line that has "/v1/jobs/" and, behind it, "/cancel".
+        let pieces: Vec<&str> = route.split(['{', '}']).step_by(2).filter(|piece| !piece.is_empty()).collect();
+        let has = |line: &String| {
+            let mut rest = line.as_str();
+            let in_order = pieces.iter().all(|piece| rest.split_once(piece).map(|(_, behind)| rest = behind).is_some());
+            in_order && (route.ends_with('}') || rest.starts_with(['"', '?', '`', '#', ' ']))
+        };
+        if !tests.iter().any(has) {
+            broken.push(route.clone());
+        }
+    }
+    none(&broken, "routes that no test names");
+}

@@ -219,7 +219,7 @@ fn damaged_bytes_never_panic() {
 /// Reads, and writes what could be read. Fails when that panics, or hangs for as long as no file may take.
 fn read_and_write_under_watch(bytes: Vec<u8>, file: &Path) {
     let name = file.display().to_string();
-    let (sender, receiver) = mpsc::channel();
+    let (sender, receiver) = mpsc::sync_channel(1);
     let path = file.to_owned();
     let worker = thread::spawn(move || {
         if let Ok((scene, _)) = read(&bytes, &path) {

@@ -13,7 +13,7 @@ use retargetd::{
 };
 use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
 
-use crate::support::corpus_file;
+use crate::support::{corpus_file, skip};
 
 const CODECS: [Format; 2] = [Format::PosesNpz, Format::PosesJson];
 
@@ -325,7 +325,7 @@ fn pickled_objects_are_never_decoded() {
 fn numpy_reads_what_is_written_and_the_other_way_round() {
     let importable = Command::new("python3").args(["-c", "import numpy"]).output();
     if !importable.is_ok_and(|output| output.status.success()) {
-        eprintln!("skipped: python3 with numpy is not there");
+        skip("python3 with numpy is not there");
         return;
     }
     let scene = samples::walk_scene();

@@ -3,6 +3,7 @@
 mod black_box;
 mod container;
 mod documents;
+mod facts;
 mod real;
 mod service;
 mod support;

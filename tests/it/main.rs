@@ -13,4 +13,5 @@ mod formats_poses;
 mod http;
 mod parity;
 mod quality;
+mod readme;
 mod rig_recognition;

@@ -2,6 +2,7 @@
 
 use std::{
     collections::BTreeMap,
+    io::Write,
     path::{Path, PathBuf},
     process::Command,
 };
@@ -15,11 +16,25 @@ pub(crate) fn corpus_file(path: &str) -> Option<PathBuf> {
     if file.exists() {
         return Some(file);
     }
-    eprintln!("skipped: {} is not there", file.display());
+    skip(&format!("{} is not there", file.display()));
     None
 }
 
+/// Says that this test leaves something out. `tests/run` counts the tests that did, in the file that it names.
+#[expect(clippy::print_stderr, clippy::disallowed_methods, reason = "no skip is silent, and this is how it is told")]
+pub(crate) fn skip(reason: &str) {
+    eprintln!("skipped: {reason}");
+    let Some(list) = std::env::var_os("RETARGETD_SKIPPED") else { return };
+    let test = std::thread::current().name().unwrap_or("main").to_owned();
+    let test = std::env::var("NEXTEST_TEST_NAME").unwrap_or(test);
+    // One write per line, so that tests that run side by side do not tear it.
+    let line = format!("{test}\t{reason}\n");
+    let written = std::fs::OpenOptions::new().append(true).create(true).open(list);
+    written.and_then(|mut list| list.write_all(line.as_bytes())).expect("the list of skips can be written");
+}
+
 /// The folder of shared material beside the checkout; `RETARGETD_SHARED` names another place.
+#[expect(clippy::disallowed_methods, reason = "tests have no settings")]
 pub(crate) fn shared_folder() -> PathBuf {
     std::env::var_os("RETARGETD_SHARED")
         .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared"), PathBuf::from)
@@ -49,9 +64,10 @@ pub(crate) fn gltf_json(bytes: &[u8]) -> Value {
 }
 
 /// One report per file from the Khronos validator. Nothing, said on standard error, when `RETARGETD_SKIP_NODE=1`.
+#[expect(clippy::disallowed_methods, reason = "tests have no settings")]
 pub(crate) fn validate_gltf<'a>(files: &[&'a Path]) -> Option<BTreeMap<&'a Path, Value>> {
     if std::env::var_os("RETARGETD_SKIP_NODE").is_some_and(|value| value == "1") {
-        eprintln!("skipped: the Khronos validator, because RETARGETD_SKIP_NODE is 1");
+        skip("the Khronos validator, because RETARGETD_SKIP_NODE is 1");
         return None;
     }
     let tool = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tools/gltf_validator");

@@ -212,7 +212,7 @@ impl Timing {
                 phase: "write",
                 place: "MOTION".into(),
                 detail: format!("evenly spaced frames at {fps} per second over {duration} s are too many for a BVH"),
-                hint: "ask for a lower rate with edit.fps".into(),
+                hint: "ask for glTF or pose arrays, which keep uneven keys".into(),
             });
         }
         reporter.warn(
@@ -221,7 +221,7 @@ impl Timing {
             format!(
                 "the keys are not evenly spaced, as a BVH needs; the clip was resampled at {fps} frames per second"
             ),
-            "choose the rate with edit.fps",
+            "ask for glTF or pose arrays to keep the keys as they are",
         );
         Ok(Self { frames: intervals as usize + 1, step_seconds: duration / intervals, is_resampled: true })
     }

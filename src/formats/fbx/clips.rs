@@ -66,7 +66,7 @@ fn frame_rate(file: &ufbx::Scene, reporter: &mut Reporter) -> f64 {
         "frame_rate_guessed",
         "GlobalSettings",
         format!("the file's frame rate, {fps}, makes no sense; {DEFAULT_FPS} frames per second were taken instead"),
-        "set the time mode of the file, or resample the output with edit.fps",
+        "set the time mode of the file before exporting",
     );
     DEFAULT_FPS
 }

@@ -56,3 +56,43 @@ fn the_entry_point_parses_and_the_variables_are_valid() {
     let help = String::from_utf8_lossy(&help.stdout).into_owned();
     assert!(Settings::TABLE.iter().all(|setting| help.contains(&setting.flag())), "every setting has its flag: {help}");
 }
+
+/// Copies a file or a folder.
+fn copy(from: &Path, to: &Path) {
+    if from.is_dir() {
+        std::fs::create_dir_all(to).expect("a folder");
+        for entry in std::fs::read_dir(from).expect("a folder of the project") {
+            let entry = entry.expect("an entry");
+            copy(&entry.path(), &to.join(entry.file_name()));
+        }
+    } else {
+        std::fs::copy(from, to).unwrap_or_else(|error| panic!("{}: {error}", from.display()));
+    }
+}
+
+#[test]
+fn what_the_image_copies_is_a_project_that_cargo_accepts() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let ignored = std::fs::read_to_string(root.join(".dockerignore")).expect("the list of what is left out");
+    let allowed: BTreeSet<&str> = ignored.lines().filter_map(|line| line.strip_prefix('!')).collect();
+    assert_eq!(ignored.lines().next(), Some("*"), "everything else is left out");
+    let context = tempfile::tempdir().expect("a folder");
+    let image = read("Dockerfile");
+    let copied = image.lines().filter_map(|line| line.strip_prefix("COPY ")).filter(|line| !line.starts_with("--"));
+    for line in copied {
+        let names: Vec<&str> = line.split_whitespace().collect();
+        let (sources, _) = names.split_at(names.len() - 1);
+        for name in sources {
+            assert!(allowed.contains(name), "{name} is copied, so .dockerignore must let it through");
+            copy(&root.join(name), &context.path().join(name));
+        }
+    }
+    // A target that is not there is asked for, because Cargo looks at the whole manifest before it says so.
+    let output = Command::new(env!("CARGO"))
+        .args(["build", "--offline", "--locked", "--bin", "absent"])
+        .current_dir(context.path())
+        .output()
+        .expect("cargo runs");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(error.contains("no bin target named `absent`"), "the manifest can be read: {error}");
+}

@@ -1,4 +1,4 @@
-//! The binary with the real engine and real files. Ignored until the engine's parts are there.
+//! The binary with the real engine and real files.
 
 use reqwest::{Client, Response, StatusCode};
 

@@ -45,7 +45,7 @@ fn every_clip_of_the_corpus() {
         let Some(scene) = animated_scene(&std::fs::read(&path).expect("readable"), &name) else { continue };
         match Comparison::of(&scene) {
             Err(_) if NO_BODY.contains(&name.as_str()) => {}
-            Err(error) => problems.push(format!("{name}: {error}")),
+            Err(error) => problems.push(format!("{name}: not retargeted: {error}")),
             Ok(comparison) => {
                 compared += 1;
                 with_moving_bones += usize::from(comparison.moving_bones > 0);

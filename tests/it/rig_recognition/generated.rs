@@ -69,7 +69,8 @@ fn sides_are_read_in_every_spelling_under_every_prefix() {
         "Bip01 ",
         "J_Bip_",
     ];
-    let spellings: [(&str, fn(&str, bool) -> String); 10] = [
+    type Spelling = fn(&str, bool) -> String;
+    let spellings: [(&str, Spelling); 10] = [
         ("LeftX", |part, left| format!("{}{part}", if left { "Left" } else { "Right" })),
         ("leftX", |part, left| format!("{}{part}", if left { "left" } else { "right" })),
         ("left_x", |part, left| format!("{}_{}", if left { "left" } else { "right" }, part.to_lowercase())),
@@ -156,8 +157,8 @@ fn odd_skeletons_are_no_body_and_no_trouble() {
     // Deep and wide, all with one name: must neither overflow the stack nor take forever.
     let count = 20_000;
     let joint = |node: usize| Joint {
-        name: if node % 2 == 0 { "LeftForeArm" } else { "LeftArm" }.to_owned(),
-        parent: (node > 0).then(|| if node % 3 == 0 { 0 } else { node - 1 }),
+        name: if node.is_multiple_of(2) { "LeftForeArm" } else { "LeftArm" }.to_owned(),
+        parent: (node > 0).then(|| if node.is_multiple_of(3) { 0 } else { node - 1 }),
         rest: Transform::IDENTITY,
         is_joint: true,
         node,
