@@ -49,7 +49,7 @@ const BODIES: &[Row] = &[
     ("bvh/fair1/dab_zup.bvh", "humanik", "T", "", &[s::LONG_SPINE]),
     ("bvh/misc/pybvh_mixed_orders.bvh", "humanik", "T", "", &[s::LONG_SPINE]),
     ("bvh/geno/Geno_bind.bvh", "humanik", "other", "", &[s::LONG_SPINE, s::MIXAMO_FINGERS]),
-    ("bvh/rokoko/jesse_dance.bvh", "perception_neuron", "other", "", &[s::MIXAMO, s::MIXAMO_FINGERS]),
+    ("bvh/rokoko/jesse_dance.bvh", "perception_neuron", "arms_down", "", &[s::MIXAMO, s::MIXAMO_FINGERS]),
     ("bvh/cmu/01_01_motionbuilder.bvh", "cmu", "T", "", &[s::CMU]),
     ("bvh/cmu/12_01_walk.bvh", "cmu", "T", "", &[s::CMU]),
     ("bvh/cmu/xia_angry_inches.bvh", "cmu", "T", "", &[s::CMU]),
@@ -64,7 +64,7 @@ const BODIES: &[Row] = &[
     ("bvh/100style/100style_character.fbx", "xsens", "T", "BVH:", &[s::BIOVISION, s::XSENS_SPINE]),
     ("bvh/misc/makehuman_tpose_173joints.bvh", "makehuman", "A", "", &[s::MAKEHUMAN]),
     // Its offsets lay one leg to the left and one to the right; as a rest pose that says nothing.
-    ("bvh/bandai-namco/dataset-1_walk_normal_001.bvh", "", "other", "", &[s::BANDAI_NAMCO]),
+    ("bvh/bandai-namco/dataset-1_walk_normal_001.bvh", "", "arms_down", "", &[s::BANDAI_NAMCO]),
     ("unreal/ue4_names_apose.glb", "unreal_4", "A", "", &[s::UNREAL]),
     ("unreal/ue4_names_apose_zup_xfwd.fbx", "unreal_4", "A", "", &[s::UNREAL]),
     ("unreal/m2m_human_male.glb", "unreal_4", "T", "", &[s::UNREAL]),
