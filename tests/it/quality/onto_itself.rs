@@ -19,7 +19,7 @@ const MOST_BENT_DEGREES: f64 = 10.0;
 const MAN_METRES: f64 = 1.7;
 const FRAMES_LOOKED_AT: usize = 60;
 
-/// Files with an animation in which no body is found, so that there is nothing to retarget.
+/// Files with an animation in which no body is found by names, so that there is nothing to retarget.
 const NO_BODY: [&str; 8] = [
     "cc0-stylised/kenney_platformer_noskin.glb",
     "khronos/CesiumMan.glb",
