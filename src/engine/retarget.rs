@@ -6,7 +6,7 @@ use crate::{
     retarget::{Plan, RunError, measure, run},
     rig::{
         ClipChoice, IncludeSpec, OutputChoice, OutputSpec, ReportDetail, Resolved, RetargetSpec, Rig, SpecError,
-        SpecErrorKind, SpecField, TargetClipsSpec, parse_spec, resolve,
+        SpecErrorKind, SpecField, TargetClipsSpec, parse_spec, resolve, with_standing_rest,
     },
 };
 
@@ -34,6 +34,7 @@ pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Resu
 
     let planning = control.seconds();
     control.enter(Phase::Plan, 0);
+    let spec = files.with_standing_rests(spec, &mut reporter);
     let source = files.source_side(&spec, &mut reporter)?;
     let target = files.target_side(&spec, &mut reporter)?;
     let clip = choose_clip(&spec, &files.source.scene, &mut reporter)?;
@@ -92,6 +93,17 @@ impl Files {
             source_rest: inputs.source_rest.map(|file| read(file, "source_rest")).transpose()?,
             target_rest: inputs.target_rest.map(|file| read(file, "target_rest")).transpose()?,
         })
+    }
+
+    /// Settles what is measured from where a file's own rest pose is none and nobody sent another.
+    fn with_standing_rests(&self, mut spec: RetargetSpec, reporter: &mut Reporter) -> RetargetSpec {
+        if self.source_rest.is_none() {
+            spec.source = with_standing_rest("source", &self.source.scene, &spec.source, reporter);
+        }
+        if self.target_rest.is_none() {
+            spec.target = with_standing_rest("target", &self.target.scene, &spec.target, reporter);
+        }
+        spec
     }
 
     fn source_side(&self, spec: &RetargetSpec, reporter: &mut Reporter) -> Result<Rig<'_>, Failure> {

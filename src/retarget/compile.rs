@@ -168,8 +168,8 @@ impl<'a> Compiler<'a> {
             };
             let is_kept = keeps_last && position + 1 == chain.target.len();
             drivers[joint] = Driver::Model(ModelDriver {
-                sample: place.sample(|position| self.slot(chain.source[position])),
-                rotation: self.rotation_from(chain, place, joint),
+                sample: self.model_sample(chain, place),
+                rotation: self.model_rotation(chain, place, joint),
                 rotation_alpha: chain.drive.rotation_alpha,
                 translation: self.translation(chain, place),
                 chord: chord.filter(|_| !is_kept),
@@ -191,17 +191,27 @@ impl<'a> Compiler<'a> {
             let source_rest = place.of(&chain.source, &self.source_rest);
             drivers[joint] = Driver::Carried(CarriedDriver {
                 begin: begin.take(),
-                sample: place.sample(|position| first_slot + position),
-                rotation: self.rotation_from(chain, place, joint),
+                sample: place.sample(|position| first_slot + position, None),
+                rotation: source_rest.rotation.conjugate() * self.target_rest[joint].rotation,
                 rotation_alpha: chain.drive.rotation_alpha,
                 scale_offset: self.target_rest[joint].scale - source_rest.scale,
             });
         }
     }
 
-    /// `S0(u)⁻¹ · T0`.
-    fn rotation_from(&self, chain: &ChainPair, place: Place, joint: usize) -> DQuat {
-        place.of(&chain.source, &self.source_rest).rotation.conjugate() * self.target_rest[joint].rotation
+    fn model_sample(&self, chain: &ChainPair, place: Place) -> Sample {
+        let rest = |position: usize| self.source_rest[chain.source[position]].rotation;
+        let first_axes = match place {
+            Place::At(_) => None,
+            Place::Between(position, _) => Some(rest(position + 1).conjugate() * rest(position)),
+        };
+        place.sample(|position| self.slot(chain.source[position]), first_axes)
+    }
+
+    /// `S0⁻¹ · T0`, with the axes of the joint that the sample begins at.
+    fn model_rotation(&self, chain: &ChainPair, place: Place, joint: usize) -> DQuat {
+        let (Place::At(position) | Place::Between(position, _)) = place;
+        self.source_rest[chain.source[position]].rotation.conjugate() * self.target_rest[joint].rotation
     }
 
     /// Nothing where a joint of the chain stays at rest, or an alpha asks for less than the whole motion.
@@ -215,8 +225,8 @@ impl<'a> Compiler<'a> {
         for (position, &joint) in chain.target.iter().enumerate() {
             let place = places[position]?;
             let next = chain.target.get(position + 1).copied().unwrap_or(chord.target_end);
-            let sample = place.sample(|position| self.slot(chain.source[position]));
-            bones.push((sample, self.rotation_from(chain, place, joint) * self.bone(joint, next)?));
+            let sample = self.model_sample(chain, place);
+            bones.push((sample, self.model_rotation(chain, place, joint) * self.bone(joint, next)?));
         }
         let kept = if chord.keeps_last { bones.split_off(bones.len() - 1) } else { Vec::new() };
         Some(ChordStep {
@@ -355,11 +365,11 @@ impl Place {
         }
     }
 
-    fn sample(self, slot: impl Fn(usize) -> usize) -> Sample {
+    fn sample(self, slot: impl Fn(usize) -> usize, first_axes: Option<DQuat>) -> Sample {
         match self {
             Self::At(position) => Sample::At(slot(position)),
             Self::Between(position, fraction) => {
-                Sample::Between { first: slot(position), second: slot(position + 1), fraction }
+                Sample::Between { first: slot(position), second: slot(position + 1), fraction, first_axes }
             }
         }
     }

@@ -171,7 +171,14 @@ pub(super) struct CarryStep {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Sample {
     At(usize),
-    Between { first: usize, second: usize, fraction: f64 },
+    Between {
+        first: usize,
+        second: usize,
+        fraction: f64,
+        /// `S0(second)⁻¹ · S0(first)`: lays the second joint's own axes onto the first's, so that it does not matter how a rig's
+        /// axes lie. Nothing for carried chains, which count as ikrigretarget does.
+        first_axes: Option<DQuat>,
+    },
 }
 
 /// A target joint that gets tracks.

@@ -247,8 +247,8 @@ impl Workspace {
     fn follow(&mut self, slot: usize, step: &TargetStep, driver: &ModelDriver) {
         match driver.sample {
             Sample::At(source) => self.target[slot].set_product_with_constant(&self.source[source], driver.rotation),
-            Sample::Between { first, second, fraction } => {
-                let between = self.source[first].blend(&self.source[second], fraction);
+            Sample::Between { first, second, fraction, first_axes } => {
+                let between = self.between(first, second, fraction, first_axes);
                 self.target[slot].set_product_with_constant(&between, driver.rotation);
             }
         }
@@ -298,7 +298,16 @@ impl Workspace {
     fn sample_rotation(&self, sample: Sample) -> QuatLanes {
         match sample {
             Sample::At(slot) => self.source[slot],
-            Sample::Between { first, second, fraction } => self.source[first].blend(&self.source[second], fraction),
+            Sample::Between { first, second, fraction, first_axes } => {
+                self.between(first, second, fraction, first_axes)
+            }
+        }
+    }
+
+    fn between(&self, first: usize, second: usize, fraction: f64, first_axes: Option<DQuat>) -> QuatLanes {
+        match first_axes {
+            Some(axes) => self.source[first].blend(&self.source[second].times_constant(axes), fraction),
+            None => self.source[first].blend(&self.source[second], fraction),
         }
     }
 
@@ -343,7 +352,7 @@ impl Workspace {
     fn sample_position(&self, sample: Sample) -> VecLanes {
         match sample {
             Sample::At(slot) => self.source_places[slot].position,
-            Sample::Between { first, second, fraction } => {
+            Sample::Between { first, second, fraction, .. } => {
                 self.source_places[first].position.blend(&self.source_places[second].position, fraction)
             }
         }
@@ -375,7 +384,7 @@ impl Workspace {
     fn sample_carried(&self, sample: Sample) -> (QuatLanes, VecLanes) {
         match sample {
             Sample::At(slot) => (self.carried[slot].rotation, self.carried[slot].place.scale),
-            Sample::Between { first, second, fraction } => {
+            Sample::Between { first, second, fraction, .. } => {
                 let (first, second) = (&self.carried[first], &self.carried[second]);
                 let scale = first.place.scale.blend(&second.place.scale, fraction);
                 (first.rotation.blend(&second.rotation, fraction), scale)

@@ -10,16 +10,54 @@ const STANDS_ON_ORIGIN: f64 = 0.15;
 /// Frames of a clip that are looked at, evenly spread.
 const FRAMES_LOOKED_AT: usize = 240;
 
-/// Height of the floor at rest along the side's up axis, in the scene's unit, for a pelvis joint.
-pub(super) fn rest_floor(side: &Rig<'_>, pelvis: usize) -> f64 {
-    let lowest = lowest(side, &side.rest, &supports(side, pelvis));
-    let height = side.rest_height(pelvis) - lowest;
-    if lowest.abs() <= STANDS_ON_ORIGIN * height { lowest.min(0.0) } else { lowest }
+/// How a rig stands at rest, along its up axis, in the scene's unit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stance {
+    /// Height of the floor.
+    pub(super) floor: f64,
+    /// How far the lowest joint of the feet is above the floor; nothing where the rest pose does not stand on the origin, as in
+    /// files that have the pelvis there and leave the rest to their clips: the lowest joint itself counts as the floor.
+    pub(super) sole: Option<f64>,
+    /// The pelvis above the floor, on straight legs.
+    pub(super) height: f64,
+}
+
+impl Stance {
+    /// For a pelvis joint.
+    pub(super) fn of(side: &Rig<'_>, pelvis: usize) -> Self {
+        let lowest = lowest(side, &side.rest, &supports(side, pelvis));
+        let pelvis_height = side.rest_height(pelvis);
+        let stands = lowest.abs() <= STANDS_ON_ORIGIN * (pelvis_height - lowest);
+        let floor = if stands { lowest.min(0.0) } else { lowest };
+        let height = standing_height(side, pelvis, floor).unwrap_or(pelvis_height - floor);
+        Self { floor, sole: stands.then_some(lowest - floor), height }
+    }
+}
+
+/// The pelvis above the floor when thighs and shins are in line below it, as they are in a clip of somebody who stands: rest
+/// poses have their legs apart, or their knees bent.
+fn standing_height(side: &Rig<'_>, pelvis: usize, floor: f64) -> Option<f64> {
+    let leg = |prefix: &str| {
+        let joint = |part: &str| side.role(&format!("{prefix}{part}")).first().copied();
+        let (thigh, shin, foot) = (joint("thigh")?, joint("shin")?, joint("foot")?);
+        let bone = |from: usize, to: usize| {
+            let transforms = side.rest.transforms();
+            transforms[from].translation.distance(transforms[to].translation)
+        };
+        let hip = side.rest_height(pelvis) - side.rest_height(thigh);
+        Some((hip + bone(thigh, shin) + bone(shin, foot), side.rest_height(foot) - floor))
+    };
+    match (leg("left_"), leg("right_")) {
+        // A rest pose may be a frame of a walk: the lower ankle belongs to the foot that stands.
+        (Some(left), Some(right)) => Some((left.0 + right.0) / 2.0 + left.1.min(right.1)),
+        (left, right) => left.or(right).map(|(leg, ankle)| leg + ankle),
+    }
 }
 
 /// Height of the floor in a clip, likewise: what its feet touch.
 ///
-/// Where that is within a foot's height of the origin or of the rest floor, it is that: clips jump and crouch, and the floor
+/// For a rig that does not stand at rest; one that does has its floor from there, however high it jumps in a clip. Where the
+/// feet come down within a foot's height of the origin or of the rest floor, it is that: clips jump and crouch, and the floor
 /// does not.
 pub(super) fn clip_floor(side: &Rig<'_>, clip: &Clip, pelvis: usize, rest_floor: f64) -> f64 {
     let supports = supports(side, pelvis);

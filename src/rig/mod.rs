@@ -25,6 +25,7 @@ mod rest;
 mod rest_kind;
 mod role;
 mod spec;
+mod standing;
 mod template;
 mod trunk;
 mod understand;
@@ -46,4 +47,5 @@ pub use spec::{
     OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, ReportDetail, RestFrame, RestRule, RestSpec, RetargetSpec,
     RigSpec, RotationMode, ScaleOrigin, TargetClipsSpec, TranslationMode, UnitSpec, spec_schema,
 };
+pub use standing::with_standing_rest;
 pub use understand::Rig;

@@ -10,7 +10,7 @@ use super::{
     align::align,
     auto_map::{NamedPair, by_name, by_role, known_names, roles_of},
     error::{SpecError, SpecErrorKind, SpecField},
-    floor::{clip_floor, rest_floor},
+    floor::{Stance, clip_floor},
     mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition},
     spec::{
         Align, Carry, ChainMap, FkOp, HeightRule, Op, PelvisOp, PelvisScale, PelvisScaleRule, RetargetSpec, RigSpec,
@@ -297,7 +297,8 @@ fn resolve_pelvis(
     let source_height = Height::measure(source, &spec.source, op.source_height, source_pelvis)?;
     let target_height = Height::measure(target, &spec.target, op.target_height, target_pelvis)?;
     let unit = mapping.plan_from_source.scale.x;
-    let ratio = target_height.value / if source_height.value < LEAST_HEIGHT { 1.0 } else { source_height.value };
+    let (source_value, target_value) = Height::comparable(&source_height, &target_height);
+    let ratio = target_value / if source_value < LEAST_HEIGHT { 1.0 } else { source_value };
     mapping.global_scale = ratio / unit;
     if !op.enabled {
         return Ok(());
@@ -309,8 +310,14 @@ fn resolve_pelvis(
     };
     let (source_origin, target_origin) = match op.origin {
         ScaleOrigin::Origin => (DVec3::ZERO, DVec3::ZERO),
+        // Nothing says where the target's floor is, so it is where the source's is.
+        ScaleOrigin::Floor if target_height.sole.is_none() => (DVec3::ZERO, DVec3::ZERO),
         ScaleOrigin::Floor => {
-            let floor = clip_floor(source, clip, source_pelvis, source_height.floor);
+            let floor = if source_height.stands {
+                source_height.floor
+            } else {
+                clip_floor(source, clip, source_pelvis, source_height.floor)
+            };
             let up = mapping.plan_from_target * target.up();
             (up * floor * unit, up * target_height.floor)
         }
@@ -334,6 +341,10 @@ fn resolve_pelvis(
 struct Height {
     value: f64,
     floor: f64,
+    /// As in [`Stance`].
+    sole: Option<f64>,
+    /// Whether the rest pose stands on the file's own floor, so that the floor of its clips is known too.
+    stands: bool,
 }
 
 impl Height {
@@ -347,13 +358,29 @@ impl Height {
             }
             _ => None,
         };
-        let floor = ground.unwrap_or_else(|| rest_floor(side, pelvis));
+        let stance = Stance::of(side, pelvis);
         let height = side.rest_height(pelvis);
-        let value = match rule {
-            HeightRule::AboveOrigin => height,
-            HeightRule::AboveFloor | HeightRule::AboveGroundJoint => height - floor,
-        };
-        Ok(Self { value, floor })
+        let stands = ground.is_none() && stance.sole.is_some();
+        let as_asked = |value: f64, floor: f64| Self { value, floor, sole: Some(0.0), stands };
+        Ok(match (rule, ground) {
+            (HeightRule::AboveOrigin, _) => as_asked(height, stance.floor),
+            (_, Some(floor)) => as_asked(height - floor, floor),
+            (HeightRule::AboveGroundJoint, None) => as_asked(height - stance.floor, stance.floor),
+            (HeightRule::AboveFloor, None) => {
+                let Stance { floor, sole, height } = stance;
+                Self { value: height, floor, sole, stands }
+            }
+        })
+    }
+
+    /// Both values above the same thing: the floor where both sides have one, else the lowest joint of the feet.
+    fn comparable(source: &Self, target: &Self) -> (f64, f64) {
+        match (source.sole, target.sole) {
+            (Some(_), Some(_)) | (None, None) => (source.value, target.value),
+            (source_sole, target_sole) => {
+                (source.value - source_sole.unwrap_or(0.0), target.value - target_sole.unwrap_or(0.0))
+            }
+        }
     }
 }
 

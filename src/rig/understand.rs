@@ -68,7 +68,7 @@ impl<'a> Rig<'a> {
         let (work_from_scene, axes) = find_axes(name, scene, &recognition, spec, reporter);
         let unit_metres = match spec.unit {
             Some(UnitSpec::Metres(metres)) => metres,
-            _ => scene.unit_metres.unwrap_or_else(|| guess_unit(name, skeleton, &rest, reporter)),
+            _ => scene.unit_metres.unwrap_or_else(|| guess_unit(name, skeleton, &rest, &roles, reporter)),
         };
         Ok(Self { name, scene, rest_local, rest, rest_source, recognition, roles, work_from_scene, axes, unit_metres })
     }
@@ -292,11 +292,19 @@ fn find_axes(
     (DQuat::from_mat3(&scene_from_work).conjugate().normalize(), axes)
 }
 
-/// Metres per unit from how tall a figure is: people are between 0.5 and 3 metres.
-fn guess_unit(name: &'static str, skeleton: &Skeleton, rest: &ModelPose, reporter: &mut Reporter) -> f64 {
+/// Metres per unit from how tall a figure is: people are between 0.5 and 3 metres. A root above the pelvis may be anywhere.
+fn guess_unit(
+    name: &'static str,
+    skeleton: &Skeleton,
+    rest: &ModelPose,
+    roles: &BTreeMap<String, Vec<usize>>,
+    reporter: &mut Reporter,
+) -> f64 {
     const CANDIDATES: [(f64, &str); 5] =
         [(1.0, "metres"), (0.01, "centimetres"), (0.0254, "inches"), (0.056_444, "CMU units"), (0.001, "millimetres")];
-    let joints = skeleton.joints().iter().zip(rest.transforms()).map(|(_, transform)| transform.translation);
+    let pelvis = roles.get("pelvis").and_then(|joints| joints.first());
+    let is_body = |joint: &usize| pelvis.is_none_or(|pelvis| skeleton.is_ancestor_or_self(*pelvis, *joint));
+    let joints = (0..skeleton.len()).filter(is_body).map(|joint| rest.transforms()[joint].translation);
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for position in joints {
         low = low.min(position);

@@ -265,6 +265,6 @@ mod engine {
         assert_eq!(code(&output), Some(3), "{}", error(&output));
         let text = error(&output);
         assert!(text.starts_with("error: config spec.json: "), "{text}");
-        assert!(text.contains("/sorce") && text.contains("did you mean 'source'"), "{text}");
+        assert!(text.contains("/sorce") && text.contains("did you mean source"), "{text}");
     }
 }

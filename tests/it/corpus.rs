@@ -1,1 +1,253 @@
-//! Real files, where the corpus of real files is there.
+//! Every file of the corpus through the real binary and through the engine: nothing crashes, hangs or eats the memory, and
+//! what is broken is refused as such.
+
+use std::{
+    collections::BTreeMap,
+    fs::{self, File},
+    panic::{self, AssertUnwindSafe},
+    path::Path,
+    process::{Command, ExitStatus, Stdio},
+    sync::{
+        Mutex,
+        atomic::{AtomicUsize, Ordering},
+    },
+    thread,
+    time::{Duration, Instant},
+};
+
+use retargetd::{
+    engine::{Failure, FailureCode, Format, Inputs, Limits, NamedBytes, Outcome, retarget},
+    model::Control,
+    samples,
+};
+
+use crate::support::{corpus_file, files_below};
+
+/// No file may take longer.
+const MOST_SECONDS: u64 = 10;
+/// Address space that a process gets, in the unit of `ulimit -v`.
+const MOST_KIBIBYTES: u32 = 1024 * 1024;
+/// Exit codes that `inspect` may have: done, input refused.
+const DONE: i32 = 0;
+const REFUSED: i32 = 3;
+
+/// Files that the corpus lists as good or bad, and what we do instead.
+const JUDGED_OTHERWISE: [(&str, i32, &str); 5] = [
+    ("hostile/gltf-validator/buffer/valid.bin", REFUSED, "a bare buffer, which says nothing of what is in it"),
+    ("hostile/gltf-validator/buffer/valid.gltf", REFUSED, "its buffer lies in another file"),
+    ("hostile/npz/reference_ok.npz", REFUSED, "body model parameters without a skeleton are not read yet"),
+    (
+        "hostile/ufbx-synthetic/synthetic_bad_inf_nan_fail_7500_ascii.fbx",
+        DONE,
+        "what is broken are the points of a mesh, which are not looked at",
+    ),
+    (
+        "hostile/ufbx-synthetic/synthetic_missing_cache_fail_7500_ascii.fbx",
+        DONE,
+        "what is missing is a cache of deformed points, which is not looked at",
+    ),
+];
+
+/// Real files of formats that are read but in a form that is not.
+const REAL_BUT_REFUSED: [(&str, &str); 8] = [
+    ("creatures/hand_left_only/LeftHandHumanoid.gltf", "its buffer lies in another file"),
+    ("khronos/CesiumMan_draco/CesiumMan.gltf", "its buffer lies in another file"),
+    ("smpl/aistpp_gBR_d04_joints22_20fps_yup.npy", "joint positions without names or rotations"),
+    ("smpl/humanml3d_012314_joints22.npy", "joint positions without names or rotations"),
+    ("smpl/humanml3d_012314_vec263.npy", "features of a learned model"),
+    ("smpl/aistpp_gBR_d04_smpl24_yup.npz", "body model parameters without a skeleton"),
+    ("smpl/aistpp_gBR_d04_smplh_amass_layout_zup.npz", "body model parameters without a skeleton"),
+    ("smpl/aistpp_gBR_d04_smplx_stageii_layout_zup.npz", "body model parameters without a skeleton"),
+];
+
+/// Endings of files that hold a model or a motion.
+const MODEL_ENDINGS: [&str; 9] = ["glb", "gltf", "vrm", "vrma", "fbx", "bvh", "npz", "npy", "json"];
+
+#[test]
+fn hostile_files_are_read_or_refused() {
+    let Some(corpus) = corpus_file("") else { return };
+    let files = names_below(&corpus, "hostile");
+    assert!(files.len() > 400, "the corpus holds hostile files, found {}", files.len());
+    let verdicts = verdicts(&corpus);
+    let problems = in_parallel(&files, |name| {
+        let inspection = inspect(&corpus.join(name));
+        let wanted = verdicts.get(name).copied();
+        inspection.problem(wanted).map(|problem| format!("{name}: {problem}"))
+    });
+    assert!(problems.is_empty(), "{} of {} files:\n{}", problems.len(), files.len(), problems.join("\n"));
+}
+
+#[test]
+fn real_files_are_read() {
+    let Some(corpus) = corpus_file("") else { return };
+    let mut files = names_below(&corpus, "");
+    files.retain(|name| {
+        let ending = Path::new(name).extension().and_then(|ending| ending.to_str()).unwrap_or("");
+        MODEL_ENDINGS.contains(&ending) && !name.starts_with("hostile/")
+    });
+    assert!(files.len() > 200, "the corpus holds real files, found {}", files.len());
+    let problems = in_parallel(&files, |name| {
+        let refused = REAL_BUT_REFUSED.iter().any(|(file, _)| *file == name);
+        let inspection = inspect(&corpus.join(name));
+        let wanted = if refused { REFUSED } else { DONE };
+        inspection.problem(Some(wanted)).map(|problem| format!("{name}: {problem}"))
+    });
+    assert!(problems.is_empty(), "{} of {} files:\n{}", problems.len(), files.len(), problems.join("\n"));
+}
+
+/// As source and as target of an everyday job: a result, or a failure that blames the right file; never a panic, and never the
+/// code for our own mistakes.
+#[test]
+fn hostile_files_go_through_the_engine() {
+    let Some(corpus) = corpus_file("") else { return };
+    let (walk, mannequin) = (samples::walk_clip(), samples::mannequin());
+    let walk = NamedBytes { name: "walk.glb", bytes: &walk };
+    let mannequin = NamedBytes { name: "mannequin.glb", bytes: &mannequin };
+    let files = names_below(&corpus, "hostile");
+    let problems = in_parallel(&files, |name| {
+        let bytes = fs::read(corpus.join(name)).expect("readable");
+        let hostile = NamedBytes { name, bytes: &bytes };
+        let as_source = attempt(hostile, mannequin, "source");
+        let as_target = attempt(walk, hostile, "target");
+        let problems: Vec<String> = [("source", as_source), ("target", as_target)]
+            .into_iter()
+            .filter_map(|(part, result)| result.err().map(|problem| format!("{name} as {part}: {problem}")))
+            .collect();
+        (!problems.is_empty()).then(|| problems.join("\n"))
+    });
+    assert!(problems.is_empty(), "{} of {} files:\n{}", problems.len(), files.len(), problems.join("\n"));
+}
+
+fn attempt(source: NamedBytes<'_>, target: NamedBytes<'_>, part: &str) -> Result<(), String> {
+    let formats = [Format::Glb, Format::PosesNpz];
+    let inputs = Inputs { source, target, source_rest: None, target_rest: None, config: None, formats: &formats };
+    let run = || retarget(&inputs, &Limits::default(), &Control::new());
+    match panic::catch_unwind(AssertUnwindSafe(run)) {
+        Err(_) => Err("panics".to_owned()),
+        Ok(Ok(outcome)) => check_outcome(&outcome),
+        Ok(Err(failure)) => check_failure(&failure, part),
+    }
+}
+
+fn check_outcome(outcome: &Outcome) -> Result<(), String> {
+    for output in &outcome.outputs {
+        let limits = Limits::default();
+        let file = NamedBytes { name: &output.name, bytes: &output.bytes };
+        retargetd::engine::inspect(file, &limits, &Control::new())
+            .map_err(|failure| format!("the result cannot be read: {failure:?}"))?;
+    }
+    Ok(())
+}
+
+fn check_failure(failure: &Failure, part: &str) -> Result<(), String> {
+    if failure.code == FailureCode::Internal {
+        return Err(format!("an internal failure: {failure:?}"));
+    }
+    if !failure.part.is_empty() && failure.part != part {
+        return Err(format!("the failure blames {}: {failure:?}", failure.part));
+    }
+    if failure.detail.is_empty() { Err("a failure without a word".to_owned()) } else { Ok(()) }
+}
+
+/// What the binary did with a file.
+struct Inspection {
+    status: Option<ExitStatus>,
+    output: Vec<u8>,
+    error: String,
+}
+
+impl Inspection {
+    /// What is wrong with it, when `wanted` is the exit code that it must have.
+    fn problem(&self, wanted: Option<i32>) -> Option<String> {
+        let Some(status) = self.status else { return Some(format!("still busy after {MOST_SECONDS} s")) };
+        let Some(code) = status.code() else { return Some(format!("ended by a signal: {status}: {}", self.error)) };
+        if self.error.contains("panicked") {
+            return Some(format!("panics: {}", self.error));
+        }
+        if ![DONE, REFUSED].contains(&code) || wanted.is_some_and(|wanted| wanted != code) {
+            return Some(format!("exit code {code}, wanted {wanted:?}: {}", self.error));
+        }
+        if code == REFUSED && !(self.error.starts_with("error: ") && self.error.contains("\nhint: ")) {
+            return Some(format!("a refusal is an error and a hint: {}", self.error));
+        }
+        let object = || serde_json::from_slice::<serde_json::Value>(&self.output).is_ok_and(|value| value.is_object());
+        (code == DONE && !object()).then(|| "the output is not one JSON object".to_owned())
+    }
+}
+
+/// Runs `inspect --json` with a limit on its memory, and stops it when it takes too long.
+fn inspect(file: &Path) -> Inspection {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (output, error) = (folder.path().join("output"), folder.path().join("error"));
+    let create = |path: &Path| Stdio::from(File::create(path).expect("a file in the temporary folder"));
+    let mut child = Command::new("sh")
+        .args(["-c", &format!("ulimit -v {MOST_KIBIBYTES}; exec \"$@\""), "sh"])
+        .args([env!("CARGO_BIN_EXE_retargetd").as_ref(), "inspect".as_ref(), "--json".as_ref(), file.as_os_str()])
+        .stdin(Stdio::null())
+        .stdout(create(&output))
+        .stderr(create(&error))
+        .spawn()
+        .expect("the shell starts");
+    let deadline = Instant::now() + Duration::from_secs(MOST_SECONDS);
+    let status = loop {
+        let status = child.try_wait().expect("the child can be waited for");
+        if status.is_some() || Instant::now() > deadline {
+            break status;
+        }
+        thread::sleep(Duration::from_millis(2));
+    };
+    if status.is_none() {
+        child.kill().expect("the child can be stopped");
+        child.wait().expect("the child can be waited for");
+    }
+    Inspection {
+        status,
+        output: fs::read(output).expect("the child's output"),
+        error: String::from_utf8_lossy(&fs::read(error).expect("the child's error output")).into_owned(),
+    }
+}
+
+/// The exit codes that the corpus' own table asks for, where it leaves no choice, and those of [`JUDGED_OTHERWISE`].
+fn verdicts(corpus: &Path) -> BTreeMap<String, i32> {
+    let table = fs::read_to_string(corpus.join("README.md")).expect("the corpus describes itself");
+    let mut verdicts = BTreeMap::new();
+    for line in table.lines() {
+        let columns: Vec<&str> = line.split('|').map(str::trim).collect();
+        let [_, path, _, expected, ..] = columns[..] else { continue };
+        let refused = expected.starts_with("error") && !expected.contains(" or ");
+        let accepted = ["accept", "accept as a pose"].contains(&expected);
+        if path.starts_with("hostile/") && (refused || accepted) {
+            verdicts.insert(path.to_owned(), if refused { REFUSED } else { DONE });
+        }
+    }
+    assert!(verdicts.len() > 60, "the table says what is expected, found {}", verdicts.len());
+    for (path, code, reason) in JUDGED_OTHERWISE {
+        let listed = verdicts.insert(path.to_owned(), code);
+        assert!(listed.is_some_and(|listed| listed != code), "{path} is listed otherwise, so that '{reason}' is news");
+    }
+    verdicts
+}
+
+/// The corpus' names of all files below a folder of it.
+fn names_below(corpus: &Path, folder: &str) -> Vec<String> {
+    let name = |path: &Path| path.strip_prefix(corpus).expect("below the corpus").to_string_lossy().into_owned();
+    files_below(&corpus.join(folder)).iter().map(|path| name(path)).collect()
+}
+
+/// Applies a check to all files, as many at a time as there are cores, and returns what it found, in order.
+fn in_parallel(files: &[String], check: impl Fn(&str) -> Option<String> + Sync) -> Vec<String> {
+    let next = AtomicUsize::new(0);
+    let found = Mutex::new(Vec::new());
+    let work = || {
+        while let Some(file) = files.get(next.fetch_add(1, Ordering::Relaxed)) {
+            if let Some(problem) = check(file) {
+                found.lock().expect("no check panics while it holds the lock").push(problem);
+            }
+        }
+    };
+    let threads = thread::available_parallelism().map_or(2, usize::from);
+    thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(work))));
+    let mut found = found.into_inner().expect("no check panics while it holds the lock");
+    found.sort();
+    found
+}

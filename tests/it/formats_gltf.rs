@@ -2,10 +2,8 @@
 //! files fail cleanly.
 
 use std::{
-    collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
-    process::Command,
     sync::mpsc,
     thread,
     time::Duration,
@@ -18,7 +16,7 @@ use retargetd::{
 };
 use serde_json::Value;
 
-use crate::support::{corpus_file, skip};
+use crate::support::{corpus_file, gltf_json, validate_gltf};
 
 const ENDINGS: [&str; 4] = ["glb", "gltf", "vrm", "vrma"];
 
@@ -81,7 +79,7 @@ fn real_files_round_trip() {
 /// Every code of an error that the validator finds in an output was there as often in its input; new documents have none.
 fn assert_no_new_errors(pairs: &[(bool, PathBuf, PathBuf)]) {
     let files: Vec<&Path> = pairs.iter().flat_map(|(_, input, output)| [input.as_path(), output]).collect();
-    let Some(reports) = validate(&files) else { return };
+    let Some(reports) = validate_gltf(&files) else { return };
     let count = |path: &Path, code: &str| reports[path]["codes"][code].as_u64().unwrap_or(0);
     for (has_input, input, output) in pairs {
         let report = &reports[output.as_path()];
@@ -272,7 +270,7 @@ fn made_up_clip(joints: usize) -> Clip {
 
 /// All JSON but the parts that the writer must change is equal, and what the old accessors and animations say too.
 fn assert_same_document(before: &[u8], after: &[u8], name: &str) {
-    let (mut before, mut after) = (json_of(before), json_of(after));
+    let (mut before, mut after) = (gltf_json(before), gltf_json(after));
     let count = |json: &Value, key: &str| json[key].as_array().map_or(0, Vec::len);
     for key in ["nodes", "meshes", "materials", "images", "skins"] {
         assert_eq!(count(&before, key), count(&after, key), "{name}: number of {key}");
@@ -298,14 +296,6 @@ fn assert_same_document(before: &[u8], after: &[u8], name: &str) {
     assert_eq!(before, after, "{name}: the rest of the document");
 }
 
-fn json_of(bytes: &[u8]) -> Value {
-    if !bytes.starts_with(b"glTF") {
-        return serde_json::from_slice(bytes).expect("JSON");
-    }
-    let length = u32::from_le_bytes(bytes[12..16].try_into().expect("four bytes")) as usize;
-    serde_json::from_slice(&bytes[20..20 + length]).expect("JSON")
-}
-
 /// All files below a folder with an ending of ours, in order.
 fn gltf_files(folder: &Path, wanted: impl Fn(&Path) -> bool) -> Vec<PathBuf> {
     let mut found = Vec::new();
@@ -323,24 +313,4 @@ fn gltf_files(folder: &Path, wanted: impl Fn(&Path) -> bool) -> Vec<PathBuf> {
     }
     found.sort();
     found
-}
-
-/// One report per file from the Khronos validator. Nothing, said on standard error, when `RETARGETD_SKIP_NODE=1`.
-#[expect(clippy::disallowed_methods, reason = "tests have no settings")]
-fn validate<'a>(files: &[&'a Path]) -> Option<BTreeMap<&'a Path, Value>> {
-    if std::env::var_os("RETARGETD_SKIP_NODE").is_some_and(|value| value == "1") {
-        skip("the Khronos validator, because RETARGETD_SKIP_NODE is 1");
-        return None;
-    }
-    let tool = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tools/gltf_validator");
-    assert!(
-        tool.join("node_modules/gltf-validator").exists(),
-        "the Khronos validator is not installed: run 'npm ci --prefix tests/tools/gltf_validator', or set RETARGETD_SKIP_NODE=1"
-    );
-    let output = Command::new("node").arg(tool.join("validate.mjs")).args(files).output().expect("node runs");
-    assert!(output.status.success(), "the validator works: {}", String::from_utf8_lossy(&output.stderr));
-    let text = String::from_utf8(output.stdout).expect("text");
-    let reports: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).expect("one JSON a line")).collect();
-    assert_eq!(reports.len(), files.len(), "one report for each file");
-    Some(files.iter().copied().zip(reports).collect())
 }

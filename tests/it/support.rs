@@ -1,6 +1,13 @@
 //! What several test files need.
 
-use std::{io::Write, path::PathBuf};
+use std::{
+    collections::BTreeMap,
+    io::Write,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use serde_json::Value;
 
 /// A file of the corpus of real files, which lies beside the checkout on the developers' machines and in CI and is not
 /// part of the project. Says so on standard error when it is not there, so that no skip is silent.
@@ -31,4 +38,47 @@ pub(crate) fn skip(reason: &str) {
 pub(crate) fn shared_folder() -> PathBuf {
     std::env::var_os("RETARGETD_SHARED")
         .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared"), PathBuf::from)
+}
+
+/// All files below a folder, in order.
+pub(crate) fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(folder) = open.pop() {
+        for entry in std::fs::read_dir(&folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() { open.push(path) } else { found.push(path) }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// The JSON of a glTF document, of whichever container.
+pub(crate) fn gltf_json(bytes: &[u8]) -> Value {
+    if !bytes.starts_with(b"glTF") {
+        return serde_json::from_slice(bytes).expect("JSON");
+    }
+    let length = u32::from_le_bytes(bytes[12..16].try_into().expect("four bytes")) as usize;
+    serde_json::from_slice(&bytes[20..20 + length]).expect("JSON")
+}
+
+/// One report per file from the Khronos validator. Nothing, said on standard error, when `RETARGETD_SKIP_NODE=1`.
+#[expect(clippy::disallowed_methods, reason = "tests have no settings")]
+pub(crate) fn validate_gltf<'a>(files: &[&'a Path]) -> Option<BTreeMap<&'a Path, Value>> {
+    if std::env::var_os("RETARGETD_SKIP_NODE").is_some_and(|value| value == "1") {
+        skip("the Khronos validator, because RETARGETD_SKIP_NODE is 1");
+        return None;
+    }
+    let tool = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tools/gltf_validator");
+    assert!(
+        tool.join("node_modules/gltf-validator").exists(),
+        "the Khronos validator is not installed: run 'npm ci --prefix tests/tools/gltf_validator', or set RETARGETD_SKIP_NODE=1"
+    );
+    let output = Command::new("node").arg(tool.join("validate.mjs")).args(files).output().expect("node runs");
+    assert!(output.status.success(), "the validator works: {}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).expect("text");
+    let reports: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).expect("one JSON a line")).collect();
+    assert_eq!(reports.len(), files.len(), "one report for each file");
+    Some(files.iter().copied().zip(reports).collect())
 }

@@ -196,5 +196,6 @@ fn warn_of_lost_motion(target: &Scene, clip: &Clip, joints: &[usize], reporter: 
 
 /// Key times that were rounded to single precision give 29.999998; nobody means that.
 fn tidy_rate(fps: f64) -> f64 {
-    if (fps - fps.round()).abs() < 1e-4 { fps.round() } else { fps }
+    let whole = fps.round();
+    if whole > 0.0 && (fps - whole).abs() < 1e-4 { whole } else { fps }
 }

@@ -1,0 +1,140 @@
+//! Forward kinematics by matrices, and what tests measure with them.
+
+use std::{collections::BTreeMap, path::Path};
+
+use glam::{DMat4, DQuat, DVec3};
+use retargetd::{
+    engine::{Inspection, NamedBytes, OneOrMore, inspect},
+    formats::{self, Limits},
+    model::{Clip, Control, Reporter, Scene, Skeleton},
+};
+
+/// The matrices of all joints in the scene's space at a frame, or at rest.
+pub(super) fn world(skeleton: &Skeleton, clip: Option<(&Clip, usize)>) -> Vec<DMat4> {
+    let mut world: Vec<DMat4> = Vec::with_capacity(skeleton.len());
+    for (index, joint) in skeleton.joints().iter().enumerate() {
+        let rest = joint.rest;
+        let (mut translation, mut rotation, mut scale) = (rest.translation, rest.rotation, rest.scale);
+        if let Some((clip, frame)) = clip {
+            let tracks = &clip.joints()[index];
+            if tracks.translation.is_animated() {
+                translation = tracks.translation.at(frame, glam::Vec3::ZERO).as_dvec3();
+            }
+            if tracks.rotation.is_animated() {
+                rotation = tracks.rotation.at(frame, glam::Quat::IDENTITY).as_dquat().normalize();
+            }
+            if tracks.scale.is_animated() {
+                scale = tracks.scale.at(frame, glam::Vec3::ONE).as_dvec3();
+            }
+        }
+        let local = DMat4::from_scale_rotation_translation(scale, rotation, translation);
+        world.push(joint.parent.map_or(local, |parent| world[parent] * local));
+    }
+    world
+}
+
+/// Where a joint is.
+pub(super) fn position(world: &[DMat4], joint: usize) -> DVec3 {
+    world[joint].w_axis.truncate()
+}
+
+/// How a joint is turned.
+pub(super) fn rotation(world: &[DMat4], joint: usize) -> DQuat {
+    world[joint].to_scale_rotation_translation().1
+}
+
+/// How all joints are turned at a frame, by rotations alone: where bones stretch, matrices shear, and a sheared matrix has no
+/// one rotation.
+pub(super) fn rotations(skeleton: &Skeleton, clip: &Clip, frame: usize) -> Vec<DQuat> {
+    let mut rotations: Vec<DQuat> = Vec::with_capacity(skeleton.len());
+    for (joint, tracks) in skeleton.joints().iter().zip(clip.joints()) {
+        let own = match tracks.rotation.is_animated() {
+            true => tracks.rotation.at(frame, glam::Quat::IDENTITY).as_dquat(),
+            false => joint.rest.rotation,
+        };
+        let own = own.normalize();
+        rotations.push(joint.parent.map_or(own, |parent| rotations[parent] * own));
+    }
+    rotations
+}
+
+/// The angle between two rotations, exact for small ones too, where an arc cosine is not.
+pub(super) fn degrees_between(first: DQuat, second: DQuat) -> f64 {
+    let turn = first.conjugate() * second;
+    2.0 * turn.xyz().length().atan2(turn.w.abs()).to_degrees()
+}
+
+/// The frames that a test looks at: all of a short clip, evenly spread ones of a long one, the last always.
+pub(super) fn frames_of(clip: &Clip, most: usize) -> Vec<usize> {
+    let last = clip.frame_count() - 1;
+    let step = clip.frame_count().div_ceil(most).max(1);
+    let mut frames: Vec<usize> = (0..clip.frame_count()).step_by(step).collect();
+    if frames.last() != Some(&last) {
+        frames.push(last);
+    }
+    frames
+}
+
+/// The value below which a share of all values lies.
+pub(super) fn percentile(mut values: Vec<f64>, share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let index = (values.len() as f64 * share).ceil().max(1.0) - 1.0;
+    values.get(index as usize).copied().unwrap_or(f64::NAN)
+}
+
+/// A file as a test needs it.
+pub(super) struct Figure {
+    pub(super) bytes: Vec<u8>,
+    pub(super) file_name: String,
+    pub(super) scene: Scene,
+    pub(super) inspection: Inspection,
+    pub(super) roles: BTreeMap<String, usize>,
+}
+
+impl Figure {
+    pub(super) fn read(path: &Path) -> Self {
+        let file_name = path.file_name().expect("a file").to_string_lossy().into_owned();
+        Self::from_bytes(std::fs::read(path).expect("readable"), file_name)
+    }
+
+    pub(super) fn from_bytes(bytes: Vec<u8>, file_name: String) -> Self {
+        let scene = read_scene(&bytes, &file_name);
+        let file = NamedBytes { name: &file_name, bytes: &bytes };
+        let inspection = inspect(file, &Limits::default(), &Control::new()).expect("a file that can be read");
+        let mut roles = BTreeMap::new();
+        for (role, joints) in inspection.rigs.iter().flat_map(|rig| &rig.roles.0) {
+            let first = match joints {
+                OneOrMore::One(name) => Some(name),
+                OneOrMore::More(names) => names.first(),
+            };
+            let joint = |name: &String| (0..scene.skeleton.len()).find(|&joint| scene.skeleton.label(joint) == *name);
+            if let Some(joint) = first.and_then(joint) {
+                roles.insert(role.clone(), joint);
+            }
+        }
+        Self { bytes, file_name, scene, inspection, roles }
+    }
+
+    pub(super) fn named_bytes(&self) -> NamedBytes<'_> {
+        NamedBytes { name: &self.file_name, bytes: &self.bytes }
+    }
+
+    pub(super) fn skeleton(&self) -> &Skeleton {
+        &self.scene.skeleton
+    }
+
+    /// The clip that a retarget takes when nobody names one.
+    pub(super) fn clip(&self) -> &Clip {
+        self.scene.clips.iter().find(|clip| clip.is_animated()).expect("an animation")
+    }
+
+    /// `T`, `A`, `arms_down` or `other`.
+    pub(super) fn rest_kind(&self) -> &'static str {
+        self.inspection.rigs.first().map_or("other", |rig| rig.rest_pose)
+    }
+}
+
+pub(super) fn read_scene(bytes: &[u8], file_name: &str) -> Scene {
+    let format = formats::sniff(bytes, file_name).expect("a known format");
+    formats::read(bytes, format, &Limits::default(), &Control::new(), &mut Reporter::new()).expect("readable")
+}
