@@ -1,0 +1,68 @@
+//! The spec with everything that was found out written in.
+
+use crate::model::Skeleton;
+
+use super::super::{
+    auto_map::NamedPair,
+    spec::{ChainMap, Op, RetargetSpec, RigSpec},
+    understand::Rig,
+};
+
+/// The spec with what was found out written in: roles, axes, units, ops.
+pub(super) fn filled_in(
+    spec: &RetargetSpec,
+    source: &Rig<'_>,
+    target: &Rig<'_>,
+    pairs: &[NamedPair],
+    ops: Vec<Op>,
+) -> RetargetSpec {
+    let map = spec.map.clone().or_else(|| {
+        let entry = |pair: &NamedPair| ChainMap {
+            source: pair.name.clone(),
+            target: pair.name.clone(),
+            rotation: None,
+            translation: None,
+            rotation_alpha: None,
+            translation_alpha: None,
+        };
+        Some(pairs.iter().map(entry).collect())
+    });
+    let mut filled = RetargetSpec {
+        version: Some(1),
+        map,
+        ops: Some(ops),
+        source: filled_in_side(&spec.source, source),
+        target: filled_in_side(&spec.target, target),
+        ..spec.clone()
+    };
+    for pair in pairs.iter().filter(|pair| pair.role.is_none()) {
+        let span = |skeleton: &Skeleton, joints: &[usize]| {
+            [skeleton.label(joints[0]), skeleton.label(joints[joints.len() - 1])]
+        };
+        let name = || pair.name.clone();
+        filled.source.chains.entry(name()).or_insert_with(|| span(source.skeleton(), &pair.source));
+        filled.target.chains.entry(name()).or_insert_with(|| span(target.skeleton(), &pair.target));
+    }
+    filled
+}
+
+fn filled_in_side(spec: &RigSpec, side: &Rig<'_>) -> RigSpec {
+    use super::super::spec::{OneOrMany, UnitSpec};
+    let label = |joint: &usize| side.skeleton().label(*joint);
+    let roles = side.roles.iter().map(|(role, joints)| {
+        let names: Vec<String> = joints.iter().map(label).collect();
+        (role.clone(), if names.len() == 1 { OneOrMany::One(names[0].clone()) } else { OneOrMany::Many(names) })
+    });
+    RigSpec {
+        root: spec.root.clone(),
+        roles: roles.collect(),
+        // Only what an axis pair can say exactly; a body that stands askew is found again from the file.
+        axes: (axes_are_exact(side)).then(|| side.axes.to_string()).or_else(|| spec.axes.clone()),
+        unit: Some(UnitSpec::Metres(side.unit_metres)),
+        ..spec.clone()
+    }
+}
+
+fn axes_are_exact(side: &Rig<'_>) -> bool {
+    side.axes.ours_from_this().dot(side.work_from_scene).abs() > 1.0 - 1e-12
+}

@@ -1,0 +1,79 @@
+//! What the `fk` op drives, and how.
+
+use super::super::{
+    auto_map::{NamedPair, known_names, roles_of},
+    error::{SpecErrorKind, SpecField},
+    mapping::{ChainPair, Chord, Drive},
+    spec::{Align, FkOp, RetargetSpec},
+    understand::Rig,
+};
+
+pub(super) fn resolve_fk(
+    op: &FkOp,
+    op_index: usize,
+    spec: &RetargetSpec,
+    pairs: &[NamedPair],
+    source: &Rig<'_>,
+    target: &Rig<'_>,
+    fields: &mut Vec<SpecField>,
+) -> Vec<ChainPair> {
+    if !op.enabled {
+        return Vec::new();
+    }
+    let mask: Option<Vec<&str>> = op.mask.as_ref().map(|names| names.iter().flat_map(|name| roles_of(name)).collect());
+    for (index, name) in op.mask.iter().flatten().enumerate() {
+        let known: Vec<String> = pairs.iter().map(|pair| pair.name.clone()).chain(known_names(target)).collect();
+        let exists = known.iter().any(|known| known == name) || roles_of(name).len() > 1;
+        if !exists {
+            let detail = format!("there is no chain or role '{name}' to mask");
+            let pointer = format!("/ops/{op_index}/mask/{index}");
+            let field = SpecField::new(SpecErrorKind::UnknownName, pointer, detail);
+            fields.push(field.with_nearest(name, known.iter().map(String::as_str)));
+        }
+    }
+    let wanted = |pair: &&NamedPair| mask.as_ref().is_none_or(|mask| mask.contains(&pair.name.as_str()));
+    pairs
+        .iter()
+        .filter(wanted)
+        .map(|pair| {
+            let entry = spec.map.iter().flatten().find(|entry| roles_of(&entry.target).contains(&pair.name.as_str()));
+            ChainPair {
+                name: pair.name.clone(),
+                source: pair.source.clone(),
+                target: pair.target.clone(),
+                drive: Drive {
+                    carry: op.carry,
+                    rotation: entry.and_then(|entry| entry.rotation).unwrap_or(op.rotation),
+                    translation: entry.and_then(|entry| entry.translation).unwrap_or(op.translation),
+                    rotation_alpha: op.alpha
+                        * entry.and_then(|entry| entry.rotation_alpha).unwrap_or(op.rotation_alpha),
+                    translation_alpha: op.alpha
+                        * entry.and_then(|entry| entry.translation_alpha).unwrap_or(op.translation_alpha),
+                },
+                chord: if spec.align == Align::Off { None } else { find_chord(pair, source, target) },
+            }
+        })
+        .collect()
+}
+
+/// What a spine or a neck leads to, on both sides.
+fn find_chord(pair: &NamedPair, source: &Rig<'_>, target: &Rig<'_>) -> Option<Chord> {
+    let (ends, keeps_last): (&[&str], bool) = match pair.role.as_deref()? {
+        "spine" => (&["neck", "head"], pair.target.len() > 1),
+        "neck" => (&["head"], false),
+        _ => return None,
+    };
+    let end = ends.iter().find(|end| !source.role(end).is_empty() && !target.role(end).is_empty())?;
+    let (source_end, target_end) = (source.role(end)[0], target.role(end)[0]);
+    let below = |rig: &Rig<'_>, chain: &[usize], end: usize| {
+        let last = chain[chain.len() - 1];
+        last != end && rig.skeleton().is_ancestor_or_self(last, end)
+    };
+    let connected = below(source, &pair.source, source_end) && below(target, &pair.target, target_end);
+    connected.then_some(Chord { source_end, target_end, keeps_last })
+}
+
+/// Parents before children; ties by name, as ikrigretarget does it.
+pub(super) fn order_chains(chains: &mut [ChainPair]) {
+    chains.sort_by(|first, second| (first.target[0], &first.name).cmp(&(second.target[0], &second.name)));
+}

@@ -1,0 +1,116 @@
+//! Which chains of the two rigs belong together.
+
+use std::collections::BTreeMap;
+
+use super::super::{
+    auto_map::{NamedPair, by_name, by_role, known_names, roles_of},
+    error::{SpecError, SpecErrorKind, SpecField},
+    spec::{ChainMap, RetargetSpec, RigSpec},
+    understand::Rig,
+};
+
+/// The pairs of chains, each with joints on both sides.
+pub(super) fn find_pairs(spec: &RetargetSpec, source: &Rig<'_>, target: &Rig<'_>) -> Result<Vec<NamedPair>, SpecError> {
+    let mut fields = Vec::new();
+    let source_chains = explicit_chains(source, &spec.source, &mut fields);
+    let target_chains = explicit_chains(target, &spec.target, &mut fields);
+    let mut pairs = Vec::new();
+    match &spec.map {
+        Some(map) => {
+            for (index, entry) in map.iter().enumerate() {
+                pairs.extend(mapped_pairs(
+                    entry,
+                    index,
+                    (source, &source_chains),
+                    (target, &target_chains),
+                    &mut fields,
+                ));
+            }
+        }
+        None => {
+            for (name, joints) in &target_chains {
+                if let Some(source_joints) = source_chains.get(name) {
+                    pairs.push(NamedPair {
+                        name: name.clone(),
+                        source: source_joints.clone(),
+                        target: joints.clone(),
+                        role: None,
+                    });
+                }
+            }
+            let explicit: Vec<usize> = pairs.iter().flat_map(|pair| pair.target.iter().copied()).collect();
+            let free = |pair: &NamedPair| pair.target.iter().all(|joint| !explicit.contains(joint));
+            pairs.extend(by_role(source, target).into_iter().filter(free));
+            let named = by_name(source, target, &pairs);
+            pairs.extend(named);
+        }
+    }
+    SpecError::from_fields(fields).map_or(Ok(pairs), Err)
+}
+
+fn explicit_chains(side: &Rig<'_>, spec: &RigSpec, fields: &mut Vec<SpecField>) -> BTreeMap<String, Vec<usize>> {
+    let mut chains = BTreeMap::new();
+    for (name, [start, end]) in &spec.chains {
+        let pointer = format!("/{}/chains/{name}", side.name);
+        let (first, last) = (side.joint(start, &format!("{pointer}/0")), side.joint(end, &format!("{pointer}/1")));
+        match (first, last) {
+            (Ok(first), Ok(last)) => match side.skeleton().path(first, last) {
+                Some(path) => drop(chains.insert(name.clone(), path)),
+                None => fields.push(SpecField::new(
+                    SpecErrorKind::ChainNotConnected,
+                    pointer,
+                    format!("chain '{name}': '{end}' is not below '{start}' in the {} skeleton", side.name),
+                )),
+            },
+            (first, last) => fields.extend([first.err(), last.err()].into_iter().flatten()),
+        }
+    }
+    chains
+}
+
+type Chains = BTreeMap<String, Vec<usize>>;
+
+fn mapped_pairs(
+    entry: &ChainMap,
+    index: usize,
+    (source, source_chains): (&Rig<'_>, &Chains),
+    (target, target_chains): (&Rig<'_>, &Chains),
+    fields: &mut Vec<SpecField>,
+) -> Vec<NamedPair> {
+    let both_roles = !source_chains.contains_key(&entry.source) && !target_chains.contains_key(&entry.target);
+    if both_roles {
+        let (from, to) = (roles_of(&entry.source), roles_of(&entry.target));
+        let complete = |side: &Rig<'_>, roles: &[&str]| roles.iter().all(|role| !side.role(role).is_empty());
+        if from.len() == to.len() && complete(source, &from) && complete(target, &to) {
+            let pair = |(from, to): (&str, &str)| NamedPair {
+                name: to.to_owned(),
+                source: source.role(from).to_vec(),
+                target: target.role(to).to_vec(),
+                role: (from == to).then(|| to.to_owned()),
+            };
+            return from.into_iter().zip(to).map(pair).collect();
+        }
+    }
+    let mut joints_of = |side: &Rig<'_>, chains: &Chains, name: &str, end: &str| -> Option<Vec<usize>> {
+        let from_roles = || {
+            let joints: Vec<usize> = roles_of(name).iter().flat_map(|role| side.role(role).iter().copied()).collect();
+            (!joints.is_empty()).then_some(joints)
+        };
+        let found = chains.get(name).cloned().or_else(from_roles);
+        if found.is_none() {
+            let mut known = known_names(side);
+            known.extend(chains.keys().cloned());
+            let pointer = format!("/map/{index}/{end}");
+            let detail = format!("the {} rig has no chain and no role '{name}'", side.name);
+            let field = SpecField::new(SpecErrorKind::UnknownName, pointer, detail);
+            fields.push(field.with_nearest(name, known.iter().map(String::as_str)));
+        }
+        found
+    };
+    let source_joints = joints_of(source, source_chains, &entry.source, "source");
+    let target_joints = joints_of(target, target_chains, &entry.target, "target");
+    match (source_joints, target_joints) {
+        (Some(source), Some(target)) => vec![NamedPair { name: entry.target.clone(), source, target, role: None }],
+        _ => Vec::new(),
+    }
+}

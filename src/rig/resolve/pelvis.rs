@@ -1,0 +1,131 @@
+//! How far the pelvis travels, and above which floors.
+
+use glam::DVec3;
+
+use crate::model::{Clip, Reporter};
+
+use super::{
+    super::{
+        error::SpecError,
+        floor::{Stance, clip_floor},
+        mapping::{Mapping, PelvisPair, PelvisPosition},
+        spec::{HeightRule, PelvisOp, PelvisScale, PelvisScaleRule, RetargetSpec, RigSpec, ScaleOrigin},
+        understand::Rig,
+    },
+    nothing_to_map,
+};
+
+/// ikrigretarget's guard: a source height below this counts as one.
+const LEAST_HEIGHT: f64 = 1e-4;
+
+pub(super) fn resolve_pelvis(
+    op: &PelvisOp,
+    source: &Rig<'_>,
+    target: &Rig<'_>,
+    spec: &RetargetSpec,
+    clip: &Clip,
+    mapping: &mut Mapping,
+    reporter: &mut Reporter,
+) -> Result<(), SpecError> {
+    let joints = (source.role("pelvis").first().copied(), target.role("pelvis").first().copied());
+    let (Some(source_pelvis), Some(target_pelvis)) = joints else {
+        if op.enabled {
+            let side = if joints.0.is_none() { "source" } else { "target" };
+            reporter.warn(
+                "pelvis_not_found",
+                side,
+                format!("no joint of the {side} was recognised as the pelvis; the pelvis op is left out"),
+                format!("name the joint in {side}.root"),
+            );
+        }
+        return Ok(());
+    };
+    let source_height = Height::measure(source, &spec.source, op.source_height, source_pelvis)?;
+    let target_height = Height::measure(target, &spec.target, op.target_height, target_pelvis)?;
+    let unit = mapping.plan_from_source.scale.x;
+    let (source_value, target_value) = Height::comparable(&source_height, &target_height);
+    let ratio = target_value / if source_value < LEAST_HEIGHT { 1.0 } else { source_value };
+    mapping.global_scale = ratio / unit;
+    if !op.enabled {
+        return Ok(());
+    }
+    let scale = match op.scale {
+        PelvisScale::Rule(PelvisScaleRule::Height) => mapping.global_scale,
+        PelvisScale::Rule(PelvisScaleRule::None) => 1.0,
+        PelvisScale::Value(value) => value,
+    };
+    let (source_origin, target_origin) = match op.origin {
+        ScaleOrigin::Origin => (DVec3::ZERO, DVec3::ZERO),
+        // Nothing says where the target's floor is, so it is where the source's is.
+        ScaleOrigin::Floor if target_height.sole.is_none() => (DVec3::ZERO, DVec3::ZERO),
+        ScaleOrigin::Floor => {
+            let floor = if source_height.stands {
+                source_height.floor
+            } else {
+                clip_floor(source, clip, source_pelvis, source_height.floor)
+            };
+            let up = mapping.plan_from_target * target.up();
+            (up * floor * unit, up * target_height.floor)
+        }
+    };
+    mapping.pelvis = Some(PelvisPair {
+        source: source_pelvis,
+        target: target_pelvis,
+        rotation_alpha: op.alpha * op.rotation_alpha,
+        translation_alpha: op.alpha * op.translation_alpha,
+        position: PelvisPosition {
+            ours_from_plan: (target.work_from_scene * mapping.plan_from_target.conjugate()).normalize(),
+            scale: DVec3::new(op.scale_horizontal, op.scale_vertical, op.scale_horizontal) * scale,
+            source_origin,
+            target_origin,
+        },
+    });
+    Ok(())
+}
+
+/// A pelvis height at rest, in the scene's unit.
+struct Height {
+    value: f64,
+    floor: f64,
+    /// As in [`Stance`].
+    sole: Option<f64>,
+    /// Whether the rest pose stands on the file's own floor, so that the floor of its clips is known too.
+    stands: bool,
+}
+
+impl Height {
+    fn measure(side: &Rig<'_>, spec: &RigSpec, rule: HeightRule, pelvis: usize) -> Result<Self, SpecError> {
+        let ground = match &spec.ground {
+            Some(name) if rule != HeightRule::AboveOrigin => {
+                let joint = side.joint(name, &format!("/{}/ground", side.name)).map_err(|field| {
+                    SpecError::from_fields(vec![field]).unwrap_or_else(|| nothing_to_map(side, side))
+                })?;
+                Some(side.rest_height(joint))
+            }
+            _ => None,
+        };
+        let stance = Stance::of(side, pelvis);
+        let height = side.rest_height(pelvis);
+        let stands = ground.is_none() && stance.sole.is_some();
+        let as_asked = |value: f64, floor: f64| Self { value, floor, sole: Some(0.0), stands };
+        Ok(match (rule, ground) {
+            (HeightRule::AboveOrigin, _) => as_asked(height, stance.floor),
+            (_, Some(floor)) => as_asked(height - floor, floor),
+            (HeightRule::AboveGroundJoint, None) => as_asked(height - stance.floor, stance.floor),
+            (HeightRule::AboveFloor, None) => {
+                let Stance { floor, sole, height } = stance;
+                Self { value: height, floor, sole, stands }
+            }
+        })
+    }
+
+    /// Both values above the same thing: the floor where both sides have one, else the lowest joint of the feet.
+    fn comparable(source: &Self, target: &Self) -> (f64, f64) {
+        match (source.sole, target.sole) {
+            (Some(_), Some(_)) | (None, None) => (source.value, target.value),
+            (source_sole, target_sole) => {
+                (source.value - source_sole.unwrap_or(0.0), target.value - target_sole.unwrap_or(0.0))
+            }
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! The retarget spec: the one document in which a user says what is to be done. Every field is optional; `{}` means find
+//! everything out. The doc comments here are the reference: the JSON Schema, the API document and the README take them over.
+
+mod map;
+mod ops;
+mod output;
+mod rig;
+
+pub use map::{ChainMap, RotationMode, TranslationMode};
+pub use ops::{Carry, FkOp, HeightRule, Op, PelvisOp, PelvisScale, PelvisScaleRule, ScaleOrigin};
+pub use output::{IncludeSpec, OutputChoice, OutputSpec, TargetClipsSpec};
+pub use rig::{AutoWord, OneOrMany, RestFrame, RestRule, RestSpec, RigSpec, UnitSpec};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How a clip is to be moved from one rig to another. Every field is optional; `{}` finds everything out.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct RetargetSpec {
+    /// Version of this document's shape; 1.
+    #[schemars(range(min = 1, max = 1))]
+    pub version: Option<u32>,
+    /// The rig that the animation comes from.
+    pub source: RigSpec,
+    /// The rig that it goes onto.
+    pub target: RigSpec,
+    /// Which clip of the source file; its name, or its index from 0. Default: the first clip in which something moves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clip: Option<ClipChoice>,
+    /// Whether the target's rest pose is turned to look like the source's before motion is transferred. Neither file is
+    /// changed by it.
+    pub align: Align,
+    /// Which source chain drives which target chain. Default: by roles, then by equal names.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub map: Option<Vec<ChainMap>>,
+    /// What is done, in this order. Default: `pelvis`, then `fk`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ops: Option<Vec<Op>>,
+    /// What comes out: one output or a list. Default: GLB with everything of the target.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub output: Option<OutputChoice>,
+    /// How much is measured.
+    pub report: ReportDetail,
+    /// Turns warnings into an error.
+    pub strict: bool,
+}
+
+/// A clip by name or by index.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected a clip's name or its index from 0")]
+pub enum ClipChoice {
+    /// Index from 0, in the file's order.
+    Index(usize),
+    /// Exact name.
+    Name(String),
+}
+
+/// How the target's rest pose is turned to look like the source's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Align {
+    /// `direction` for chains that come from roles, `off` for chains that the spec names joint by joint.
+    #[default]
+    Auto,
+    /// The rest poses look alike already; nothing is turned.
+    Off,
+    /// Limbs, spine, neck, hands and fingers are turned until they point as the source's do; feet by heading only.
+    Direction,
+}
+
+/// How much is measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ReportDetail {
+    /// Timings, counts and warnings only.
+    None,
+    /// Measures per limb.
+    #[default]
+    Summary,
+    /// Measures per limb and frame.
+    Full,
+}
+
+/// The JSON Schema of [`RetargetSpec`], from the doc comments in this file.
+#[must_use]
+pub fn spec_schema() -> serde_json::Value {
+    schemars::schema_for!(RetargetSpec).to_value()
+}

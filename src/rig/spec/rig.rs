@@ -1,0 +1,116 @@
+//! What a user says of one rig.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::ClipChoice;
+
+/// What is known about one rig.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct RigSpec {
+    /// The joint that carries the body (the pelvis). Default: recognised.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub root: Option<String>,
+    /// The joint whose rest height counts as the ground under the pelvis. Default: the floor that the feet stand on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ground: Option<String>,
+    /// The pose that retargeting measures from.
+    pub rest: RestSpec,
+    /// Up and front axes of the file as two signed letters, such as `+y+z` or `+z-y`. Default `auto`: what the file says, checked
+    /// against where the body's head, feet and hands are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(regex(pattern = r"^(auto|[+-][xyz][+-][xyz])$"))]
+    pub axes: Option<String>,
+    /// Metres per unit of length of the file. Default `auto`: what the file says, else a guess from the size of the body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<UnitSpec>,
+    /// Chains by name: first and last joint, the last below the first.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub chains: BTreeMap<String, [String; 2]>,
+    /// Roles that recognition should not decide: role name to joint, or to a list of joints from the body outward. An empty
+    /// list says that the rig has no such role.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub roles: BTreeMap<String, OneOrMany>,
+}
+
+/// One joint or several.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected a joint name or a list of joint names")]
+pub enum OneOrMany {
+    /// One joint.
+    One(String),
+    /// Joints from the body outward.
+    Many(Vec<String>),
+}
+
+impl OneOrMany {
+    /// The joints, in order.
+    #[must_use]
+    pub fn names(&self) -> &[String] {
+        match self {
+            Self::One(name) => std::slice::from_ref(name),
+            Self::Many(names) => names,
+        }
+    }
+}
+
+/// A unit of length.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected metres per unit as a number, or \"auto\"")]
+pub enum UnitSpec {
+    /// Metres per unit; above 0.
+    Metres(f64),
+    /// `auto`.
+    Auto(AutoWord),
+}
+
+/// The word `auto`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum AutoWord {
+    /// Find it out.
+    Auto,
+}
+
+/// Where the rest pose comes from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected \"auto\", \"bind\", \"nodes\" or {\"clip\": …, \"frame\": …}")]
+pub enum RestSpec {
+    /// A rule.
+    Rule(RestRule),
+    /// A frame of a clip of the rig's own file (or of its rest upload).
+    Frame(RestFrame),
+}
+
+impl Default for RestSpec {
+    fn default() -> Self {
+        Self::Rule(RestRule::Auto)
+    }
+}
+
+/// A rule for the rest pose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RestRule {
+    /// The rest upload where there is one, else the bind pose where skins give one, else the node transforms.
+    #[default]
+    Auto,
+    /// The pose in which the skins were bound.
+    Bind,
+    /// The node transforms of the file.
+    Nodes,
+}
+
+/// A frame of a clip.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RestFrame {
+    /// The clip, by name or index.
+    pub clip: ClipChoice,
+    /// The frame, from 0.
+    #[serde(default)]
+    pub frame: usize,
+}
