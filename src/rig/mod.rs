@@ -35,6 +35,7 @@ pub use doubts::report_doubts;
 pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use facing::{BodyFrame, body_frame};
 pub use finding::RoleFinding;
+pub use floor::standing_floor;
 pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition};
 pub use parse::{parse_spec, parse_value};
 pub use recognise::{Recognition, RigKind, recognise};
@@ -43,9 +44,10 @@ pub use rest::{RestSource, scene_rest};
 pub use rest_kind::{RestPoseKind, rest_pose_kind};
 pub use role::{Part, Role, RoleError, Side};
 pub use spec::{
-    Align, AutoWord, Carry, ChainMap, ClipChoice, FkOp, HeightRule, IncludeSpec, OneOrMany, Op, OutputChoice,
-    OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, ReportDetail, RestFrame, RestRule, RestSpec, RetargetSpec,
-    RigSpec, RotationMode, ScaleOrigin, TargetClipsSpec, TranslationMode, UnitSpec, spec_schema,
+    Align, AutoWord, Carry, ChainMap, ClipChoice, FkOp, HeightRule, IncludeSpec, MetricInfo, MetricName, OneOrMany, Op,
+    OutputChoice, OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, ReportChoice, ReportDetail, ReportSpec,
+    RestFrame, RestRule, RestSpec, RetargetSpec, RigSpec, RotationMode, ScaleOrigin, TargetClipsSpec, Threshold,
+    TranslationMode, UnitSpec, spec_schema,
 };
 pub use standing::with_standing_rest;
 pub use understand::Rig;
