@@ -9,6 +9,7 @@ mod doubts;
 mod error;
 mod facing;
 mod finding;
+mod findings;
 mod fingers;
 mod floor;
 mod ikrig;
@@ -35,6 +36,7 @@ pub use doubts::report_doubts;
 pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use facing::{BodyFrame, body_frame};
 pub use finding::RoleFinding;
+pub use findings::{FileFacts, Finding, FindingCode, Severity, examine, examine_clips};
 pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition};
 pub use parse::{parse_spec, parse_value};
 pub use recognise::{Recognition, RigKind, recognise};
@@ -48,4 +50,4 @@ pub use spec::{
     RigSpec, RotationMode, ScaleOrigin, TargetClipsSpec, TranslationMode, UnitSpec, spec_schema,
 };
 pub use standing::with_standing_rest;
-pub use understand::Rig;
+pub use understand::{Rig, find_clip};
