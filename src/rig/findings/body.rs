@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{Finding, FindingCode, places};
 use crate::{
     model::{LocalPose, ModelPose, Skeleton},
-    rig::{RestPoseKind, Rig, RigKind, recognise},
+    rig::{Hints, RestPoseKind, Rig, RigKind, recognise},
 };
 
 /// People and their caricatures are between these heights, in metres.
@@ -105,7 +105,7 @@ fn second_body(rig: &Rig<'_>) -> Option<usize> {
     }
     let (rest, order) = without(skeleton, &left, &rig.rest_local)?;
     let pose: ModelPose = rest.rest_pose().to_model(&rest);
-    let other = recognise(&rest, &pose, &[], None);
+    let other = recognise(&rest, &pose, &Hints::default());
     let first = other.roles.values().flat_map(|finding| finding.joints.first()).min()?;
     (other.kind != RigKind::Other && has_extent(&other.roles, &pose)).then(|| order[*first])
 }
