@@ -5,7 +5,7 @@ use std::{path::PathBuf, process::ExitCode, sync::Arc};
 use crate::{engine, formats::Limits, model::Control};
 
 use super::{
-    exit::{Exit, FAILED, print},
+    exit::{Exit, print, to_json},
     files::InputFile,
     watch::cancel_on_interrupt,
 };
@@ -35,11 +35,5 @@ fn inspect(arguments: &Arguments) -> Result<(), Exit> {
     cancel_on_interrupt(&control);
     let inspection = engine::inspect(file.as_named(), &limits, &control)
         .map_err(|failure| Exit::from_failure(&failure, &format!("file {}", file.path.display())))?;
-    let text = if arguments.json {
-        serde_json::to_string_pretty(&inspection)
-            .map_err(|error| Exit::new(FAILED, format!("the result cannot be written: {error}"), ""))?
-    } else {
-        inspection.to_string()
-    };
-    print(&format!("{}\n", text.trim_end()))
+    print(&if arguments.json { to_json(&inspection)? } else { format!("{}\n", inspection.to_string().trim_end()) })
 }

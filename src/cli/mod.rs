@@ -1,15 +1,18 @@
 //! The subcommands. Each is one file with its arguments and a `run`; none has logic of its own beyond reading files,
 //! calling the engine or the service, and telling the user.
 
+mod check_config;
 mod demo;
 mod exit;
 mod files;
 mod health;
+mod inputs;
 mod inspect;
 mod openapi;
 mod retarget;
 mod samples;
 mod serve;
+mod suggest;
 mod watch;
 
 use std::process::ExitCode;
@@ -32,6 +35,10 @@ enum Command {
     Retarget(retarget::Arguments),
     /// Say what a file holds: skeleton, clips, recognised rig, roles, rest pose, units, warnings.
     Inspect(inspect::Arguments),
+    /// Say what a retarget of two files would do, and write the config that does it.
+    Suggest(suggest::Arguments),
+    /// Check a config, by itself or against two files, without retargeting.
+    CheckConfig(check_config::Arguments),
     /// Run the main job over HTTP on an empty data folder, with a sample that the binary carries.
     Demo(demo::Arguments),
     /// Write a sample clip and a sample character, to try things with.
@@ -49,6 +56,8 @@ pub fn run() -> ExitCode {
         Command::Serve(arguments) => serve::run(arguments),
         Command::Retarget(arguments) => retarget::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Suggest(arguments) => suggest::run(&arguments),
+        Command::CheckConfig(arguments) => check_config::run(&arguments),
         Command::Demo(arguments) => demo::run(arguments),
         Command::Samples(arguments) => samples::run(&arguments),
         Command::Openapi(arguments) => openapi::run(&arguments),

@@ -7,33 +7,24 @@ use std::{
 };
 
 use crate::{
-    engine::{self, Failure, Inputs, Outcome},
+    engine::{self, Outcome},
     formats::{Format, Limits},
     model::Control,
     telemetry::monotonic_seconds,
 };
 
 use super::{
-    exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED, one_line, say},
-    files::{InputFile, StagedFiles},
+    exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED, one_line, say, to_json},
+    files::{StagedFiles, check_place},
+    inputs::{InputFiles, InputPaths},
     watch::{ProgressWatch, cancel_on_interrupt},
 };
 
 /// Arguments of `retargetd retarget`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The file with the animation
-    #[arg(long, value_name = "FILE")]
-    source: PathBuf,
-    /// The file with the character that the animation goes onto
-    #[arg(long, value_name = "FILE")]
-    target: PathBuf,
-    /// The source rig in its rest pose, where the source file does not hold it
-    #[arg(long, value_name = "FILE")]
-    source_rest: Option<PathBuf>,
-    /// The target rig in its rest pose, where the target file does not hold it
-    #[arg(long, value_name = "FILE")]
-    target_rest: Option<PathBuf>,
+    #[command(flatten)]
+    inputs: InputPaths,
     /// The retarget spec (JSON or YAML); without it, everything is found out
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -51,15 +42,6 @@ pub(super) struct Arguments {
     strict: bool,
 }
 
-/// The files of the command line, read.
-struct InputFiles {
-    source: InputFile,
-    target: InputFile,
-    source_rest: Option<InputFile>,
-    target_rest: Option<InputFile>,
-    config: Option<InputFile>,
-}
-
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
     match retarget(arguments) {
         Ok(()) => ExitCode::SUCCESS,
@@ -71,7 +53,8 @@ fn retarget(arguments: &Arguments) -> Result<(), Exit> {
     let formats = arguments.output.iter().map(|path| output_format(path)).collect::<Result<Vec<_>, _>>()?;
     check_places(arguments)?;
     let limits = Limits::default();
-    let files = InputFiles::read(arguments, &limits)?;
+    let InputPaths { source, target, rests } = &arguments.inputs;
+    let files = InputFiles::read((source, target), rests, arguments.config.as_deref(), &limits)?;
     // What is asked for twice in the same format is made once.
     let mut wanted: Vec<Format> = Vec::new();
     for format in &formats {
@@ -85,7 +68,7 @@ fn retarget(arguments: &Arguments) -> Result<(), Exit> {
     let watch = ProgressWatch::start(&control, arguments.progress);
     let result = engine::retarget(&files.inputs(&wanted), &limits, &control);
     drop(watch);
-    let outcome = result.map_err(|failure| Exit::from_failure(&failure, &files.subject(&failure)))?;
+    let outcome = result.map_err(|failure| files.exit(&failure))?;
     tell_warnings(&outcome);
     if arguments.strict && !outcome.report.warnings.is_empty() {
         let message = format!("--strict: there are {} warnings, so nothing was written", outcome.report.warnings.len());
@@ -112,45 +95,6 @@ fn retarget(arguments: &Arguments) -> Result<(), Exit> {
     staged.commit()?;
     tell_success(arguments, &outcome);
     Ok(())
-}
-
-impl InputFiles {
-    fn read(arguments: &Arguments, limits: &Limits) -> Result<Self, Exit> {
-        let optional = |part: &str, path: &Option<PathBuf>| {
-            path.as_ref().map(|path| InputFile::read(part, path, limits)).transpose()
-        };
-        Ok(Self {
-            source: InputFile::read("source", &arguments.source, limits)?,
-            target: InputFile::read("target", &arguments.target, limits)?,
-            source_rest: optional("source_rest", &arguments.source_rest)?,
-            target_rest: optional("target_rest", &arguments.target_rest)?,
-            config: optional("config", &arguments.config)?,
-        })
-    }
-
-    fn inputs<'a>(&'a self, formats: &'a [Format]) -> Inputs<'a> {
-        Inputs {
-            source: self.source.as_named(),
-            target: self.target.as_named(),
-            source_rest: self.source_rest.as_ref().map(InputFile::as_named),
-            target_rest: self.target_rest.as_ref().map(InputFile::as_named),
-            config: self.config.as_ref().map(InputFile::as_named),
-            formats,
-        }
-    }
-
-    /// What a failure is about, in the user's words.
-    fn subject(&self, failure: &Failure) -> String {
-        let file = match failure.part {
-            "source" => Some(&self.source),
-            "target" => Some(&self.target),
-            "source_rest" => self.source_rest.as_ref(),
-            "target_rest" => self.target_rest.as_ref(),
-            "config" => self.config.as_ref(),
-            _ => None,
-        };
-        file.map_or_else(|| failure.part.to_owned(), |file| format!("{} {}", failure.part, file.path.display()))
-    }
 }
 
 fn output_format(path: &Path) -> Result<Format, Exit> {
@@ -180,15 +124,7 @@ fn check_places(arguments: &Arguments) -> Result<(), Exit> {
             let message = format!("output {}: the same file is named twice", path.display());
             return Err(Exit::new(BAD_USAGE, message, "give every output a name of its own"));
         }
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        if !folder.is_dir() {
-            let message = format!("output {}: there is no folder {}", path.display(), folder.display());
-            return Err(Exit::new(BAD_USAGE, message, "make the folder first"));
-        }
-        if path.is_dir() {
-            let message = format!("output {}: this is a folder, not a file", path.display());
-            return Err(Exit::new(BAD_USAGE, message, "name a file in it"));
-        }
+        check_place(path)?;
     }
     Ok(())
 }
@@ -200,9 +136,7 @@ fn report_json(outcome: &Outcome) -> Result<Vec<u8>, Exit> {
     if let Some(members) = report.as_object_mut() {
         members.insert("resolved_spec".into(), outcome.resolved_spec.clone());
     }
-    let mut bytes = serde_json::to_vec_pretty(&report).map_err(failed)?;
-    bytes.push(b'\n');
-    Ok(bytes)
+    Ok(to_json(&report)?.into_bytes())
 }
 
 fn tell_warnings(outcome: &Outcome) {

@@ -2,16 +2,7 @@
 
 use std::fmt::{self, Write as _};
 
-use super::inspect::{ClipView, Inspection, OneOrMore, RigView};
-
-impl fmt::Display for OneOrMore {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::One(name) => formatter.write_str(name),
-            Self::More(names) => formatter.write_str(&names.join(", ")),
-        }
-    }
-}
+use super::inspect::{ClipView, FindingView, Inspection, RigView};
 
 impl fmt::Display for Inspection {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -37,6 +28,12 @@ impl fmt::Display for Inspection {
         }
         for clip in &self.clips {
             write_clip(formatter, clip)?;
+        }
+        if !self.findings.is_empty() {
+            writeln!(formatter, "\nfindings")?;
+        }
+        for finding in &self.findings {
+            write_finding(formatter, finding)?;
         }
         if !self.warnings.is_empty() {
             writeln!(formatter, "\nwarnings")?;
@@ -73,6 +70,13 @@ fn write_clip(formatter: &mut fmt::Formatter<'_>, clip: &ClipView) -> fmt::Resul
     let rate = clip.fps.map_or_else(|| "uneven keys".to_owned(), |fps| format!("{fps} fps"));
     let (frames, joints) = (number(clip.frames, "frame"), number(clip.animated_joints, "animated joint"));
     writeln!(formatter, "  '{}': {frames}, {rate}, {:.3} s, {joints}", clip.name, clip.duration_seconds)
+}
+
+fn write_finding(formatter: &mut fmt::Formatter<'_>, finding: &FindingView) -> fmt::Result {
+    let FindingView { code, severity, place, detail, fix } = finding;
+    let place = if place.is_empty() { String::new() } else { format!("'{place}': ") };
+    writeln!(formatter, "  {severity}: {code}: {place}{detail}")?;
+    writeln!(formatter, "    fix: {fix}")
 }
 
 fn number(count: usize, word: &str) -> String {

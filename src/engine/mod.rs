@@ -5,13 +5,20 @@
 
 mod convert;
 mod failure;
+mod files;
 mod inspect;
 mod inspect_text;
+mod labels;
 mod load;
+mod mixups;
+mod propose;
+mod propose_text;
 mod retarget;
 
 pub use failure::{Failure, FailureCode, FieldError};
-pub use inspect::{ByRole, ClipView, Inspection, InspectionCounts, JointView, OneOrMore, RigView, RoleView, inspect};
+pub use inspect::{ClipView, FindingView, Inspection, InspectionCounts, JointView, RigView, RoleView, inspect};
+pub use labels::{ByRole, OneOrMore};
+pub use propose::{DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose};
 pub use retarget::retarget;
 
 // The words that callers need to speak with the engine; the service half sees the pure half through this door only.

@@ -5,15 +5,15 @@ use crate::{
     model::{Axes, Clip, Control, Phase, Reporter, Scene},
     retarget::{Measures, Plan, RunError, Verdict, measure, run},
     rig::{
-        ClipChoice, IncludeSpec, OutputChoice, OutputSpec, ReportDetail, Resolved, RetargetSpec, Rig, SpecError,
-        SpecErrorKind, SpecField, TargetClipsSpec, parse_spec, resolve, with_standing_rest,
+        IncludeSpec, OutputChoice, OutputSpec, ReportDetail, Resolved, RetargetSpec, Rig, SpecErrorKind, SpecField,
+        TargetClipsSpec, resolve,
     },
 };
 
 use super::{
     Counts, Failure, FailureCode, Inputs, Outcome, Output, Report, RigFacts, Rigs, Timings, WarningView,
     convert::{convert_clip, convert_scene, into_ours},
-    load::{Loaded, load},
+    files::{Files, Sides, in_config, one_field, read_spec},
 };
 
 /// Retargets.
@@ -24,20 +24,15 @@ pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Resu
     let begin = control.seconds();
     let mut reporter = Reporter::new();
     control.enter(Phase::Read, 0);
-    let spec = match inputs.config {
-        Some(config) => parse_spec(config.bytes).map_err(in_config)?,
-        None => RetargetSpec::default(),
-    };
+    let spec = read_spec(inputs.config)?;
     let wanted = wanted_outputs(&spec, inputs.formats)?;
     let files = Files::load(inputs, limits, control, &mut reporter)?;
     let read_seconds = control.seconds() - begin;
 
     let planning = control.seconds();
     control.enter(Phase::Plan, 0);
-    let spec = files.with_standing_rests(spec, &mut reporter);
-    let source = files.source_side(&spec, &mut reporter)?;
-    let target = files.target_side(&spec, &mut reporter)?;
-    let clip = choose_clip(&spec, &files.source.scene, &mut reporter)?;
+    let Sides { spec, source, target } = files.sides(spec, &mut reporter)?;
+    let clip = files.choose_clip(&spec, &mut reporter)?;
     let Resolved { mapping, spec: resolved } =
         resolve(&spec, &source, &target, clip, &mut reporter).map_err(in_config)?;
     let retargeting = control.seconds();
@@ -84,93 +79,13 @@ pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Resu
     Ok(Outcome { outputs, report, resolved_spec })
 }
 
-struct Files {
-    source: Loaded,
-    target: Loaded,
-    source_rest: Option<Loaded>,
-    target_rest: Option<Loaded>,
-}
-
-impl Files {
-    fn load(inputs: &Inputs<'_>, limits: &Limits, control: &Control, reporter: &mut Reporter) -> Result<Self, Failure> {
-        let mut read = |file, part| load(file, part, limits, control, reporter);
-        Ok(Self {
-            source: read(inputs.source, "source")?,
-            target: read(inputs.target, "target")?,
-            source_rest: inputs.source_rest.map(|file| read(file, "source_rest")).transpose()?,
-            target_rest: inputs.target_rest.map(|file| read(file, "target_rest")).transpose()?,
-        })
-    }
-
-    /// Settles what is measured from where a file's own rest pose is none and nobody sent another.
-    fn with_standing_rests(&self, mut spec: RetargetSpec, reporter: &mut Reporter) -> RetargetSpec {
-        if self.source_rest.is_none() {
-            spec.source = with_standing_rest("source", &self.source.scene, &spec.source, reporter);
-        }
-        if self.target_rest.is_none() {
-            spec.target = with_standing_rest("target", &self.target.scene, &spec.target, reporter);
-        }
-        spec
-    }
-
-    fn source_side(&self, spec: &RetargetSpec, reporter: &mut Reporter) -> Result<Rig<'_>, Failure> {
-        let rest = self.source_rest.as_ref().map(|loaded| &loaded.scene);
-        Rig::new("source", &self.source.scene, rest, &spec.source, reporter)
-            .map_err(|error| in_config_or(error, "source"))
-    }
-
-    fn target_side(&self, spec: &RetargetSpec, reporter: &mut Reporter) -> Result<Rig<'_>, Failure> {
-        let rest = self.target_rest.as_ref().map(|loaded| &loaded.scene);
-        Rig::new("target", &self.target.scene, rest, &spec.target, reporter)
-            .map_err(|error| in_config_or(error, "target"))
-    }
-}
-
-/// The clip that the spec names, else the first in which something moves.
-fn choose_clip<'a>(spec: &RetargetSpec, scene: &'a Scene, reporter: &mut Reporter) -> Result<&'a Clip, Failure> {
-    let names = || scene.clips.iter().map(Clip::name).collect::<Vec<_>>();
-    if let Some(choice) = &spec.clip {
-        let found = match choice {
-            ClipChoice::Index(index) => scene.clips.get(*index),
-            ClipChoice::Name(name) => scene.clips.iter().find(|clip| clip.name() == name),
-        };
-        return found.ok_or_else(|| {
-            let detail = format!("the source file has no such clip; its clips are: {}", names().join(", "));
-            let wanted = if let ClipChoice::Name(name) = choice { name.as_str() } else { "" };
-            let field = SpecField::new(SpecErrorKind::UnknownName, "/clip", detail).with_nearest(wanted, names());
-            let error = SpecError::new(SpecErrorKind::UnknownName, field.detail.clone(), "");
-            in_config(SpecError { fields: vec![field], ..error })
-        });
-    }
-    let clip = scene.clips.iter().find(|clip| clip.is_animated());
-    let moving = scene.clips.iter().filter(|clip| clip.is_animated()).count();
-    if let (Some(clip), true) = (clip, moving > 1) {
-        reporter.warn(
-            "clip_chosen",
-            "source",
-            format!("the source has {moving} clips; the first, '{}', is taken", clip.name()),
-            format!("name one in \"clip\": {}", names().join(", ")),
-        );
-    }
-    clip.ok_or_else(|| {
-        let detail = if scene.clips.is_empty() {
-            "the source file has no animation".to_owned()
-        } else {
-            format!("the source file has {} clips, but nothing moves in them", scene.clips.len())
-        };
-        Failure::new(FailureCode::NoAnimation, detail)
-            .in_part("source")
-            .with_hint("send a file with an animation as the source; perhaps source and target are swapped")
-    })
-}
-
 /// One output with every question answered.
-struct Wanted {
+pub(super) struct Wanted {
     format: Format,
     options: OutputSpec,
 }
 
-fn wanted_outputs(spec: &RetargetSpec, formats: &[Format]) -> Result<Vec<Wanted>, Failure> {
+pub(super) fn wanted_outputs(spec: &RetargetSpec, formats: &[Format]) -> Result<Vec<Wanted>, Failure> {
     let specified = match &spec.output {
         None => vec![OutputSpec::default()],
         Some(OutputChoice::One(output)) => vec![output.clone()],
@@ -203,8 +118,7 @@ fn format_named(name: &str, index: usize) -> Result<Format, Failure> {
         let detail = format!("there is no output format '{name}'; there are {}", known.join(", "));
         let field = SpecField::new(SpecErrorKind::InvalidValue, format!("/output/{index}/format"), detail);
         let field = field.with_nearest(name, known);
-        let error = SpecError::new(SpecErrorKind::InvalidValue, field.detail.clone(), "");
-        in_config(SpecError { fields: vec![field], ..error })
+        in_config(one_field(field))
     })
 }
 
@@ -285,11 +199,11 @@ fn file_stem(name: &str) -> String {
     if stem.is_empty() { "retargeted".to_owned() } else { stem }
 }
 
-fn joint_count(scene: &Scene) -> usize {
+pub(super) fn joint_count(scene: &Scene) -> usize {
     scene.skeleton.joints().iter().filter(|joint| joint.is_joint).count()
 }
 
-fn facts(side: &Rig<'_>, format: Format) -> RigFacts {
+pub(super) fn facts(side: &Rig<'_>, format: Format) -> RigFacts {
     RigFacts {
         format: format.info().name,
         recognised_as: side.recognition.recognised_as.clone(),
@@ -298,16 +212,6 @@ fn facts(side: &Rig<'_>, format: Format) -> RigFacts {
         axes: side.axes.to_string(),
         unit_metres: side.unit_metres,
     }
-}
-
-fn in_config(error: SpecError) -> Failure {
-    let is_about_rigs = matches!(error.kind, SpecErrorKind::NothingToMap | SpecErrorKind::NoSkeleton);
-    Failure::from(error).in_part(if is_about_rigs { "" } else { "config" })
-}
-
-fn in_config_or(error: SpecError, part: &'static str) -> Failure {
-    let is_about_file = error.kind == SpecErrorKind::NoSkeleton;
-    Failure::from(error).in_part(if is_about_file { part } else { "config" })
 }
 
 fn run_failure(error: RunError) -> Failure {

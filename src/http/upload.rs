@@ -74,29 +74,41 @@ impl<'a> BodyReader<'a> {
     }
 }
 
-/// Reads the multipart body of a job: files go to the store as they come, in any order, and are kept only when all of them
-/// have arrived.
+/// Reads the multipart body of a job.
+///
+/// # Errors
+/// As [`read_form`], and when the source or the target is missing.
 pub(super) async fn read_job(request: Request<Body>, assets: &Assets, settings: &Settings) -> Result<NewJob, Problem> {
+    read_form(request, assets, settings).await?.into_job(assets).await
+}
+
+/// Reads a multipart body of files and a config: files go to the store as they come, in any order, and are kept only when all
+/// of them have arrived.
+///
+/// # Errors
+/// When a part is unknown, sent twice, too large or of no known format.
+pub(super) async fn read_form(request: Request<Body>, assets: &Assets, settings: &Settings) -> Result<Form, Problem> {
     check_announced(request.headers(), settings)?;
     let pace = Pace::new(settings);
     let mut multipart = Multipart::from_request(request, &()).await.map_err(|error| {
         Problem::new(Code::UnsupportedMediaType, format!("the body must be multipart/form-data: {}", error.body_text()))
     })?;
-    let mut parts = JobParts::default();
+    let mut parts = Form::default();
     while let Some(field) = pace.next(multipart.next_field()).await?.map_err(broken)? {
         parts.take(field, assets, settings, pace).await?;
     }
-    parts.into_job(assets).await
+    Ok(parts)
 }
 
-#[derive(Default)]
-struct JobParts {
+/// The parts of a multipart body, arrived but not kept. Dropping it leaves nothing.
+#[derive(Debug, Default)]
+pub(super) struct Form {
     files: BTreeMap<InputRole, ReceivedFile>,
     config: Option<ConfigDocument>,
     bytes: u64,
 }
 
-impl JobParts {
+impl Form {
     const NAMES: [&'static str; 5] = ["source", "target", "source_rest", "target_rest", "config"];
 
     async fn take(
@@ -127,7 +139,16 @@ impl JobParts {
         Ok(())
     }
 
-    async fn into_job(self, assets: &Assets) -> Result<NewJob, Problem> {
+    /// The config alone, where there are no files.
+    pub(super) fn only_config(&mut self) -> Option<ConfigDocument> {
+        if self.files.is_empty() { self.config.take() } else { None }
+    }
+
+    /// Keeps the files.
+    ///
+    /// # Errors
+    /// When the source or the target is missing.
+    pub(super) async fn into_job(self, assets: &Assets) -> Result<NewJob, Problem> {
         for role in [InputRole::Source, InputRole::Target] {
             if !self.files.contains_key(&role) {
                 let detail = format!("the part '{}' is missing", role.name());
@@ -145,11 +166,11 @@ impl JobParts {
 
 fn unexpected(name: &str) -> Problem {
     let shown: String = name.chars().take(64).collect();
-    if JobParts::NAMES.contains(&name) {
+    if Form::NAMES.contains(&name) {
         return Problem::new(Code::UnknownPart, format!("the part '{shown}' was sent twice"));
     }
-    let known = JobParts::NAMES.join("', '");
-    let similar = JobParts::NAMES.into_iter().filter(|known| strsim::jaro_winkler(known, name) > 0.7);
+    let known = Form::NAMES.join("', '");
+    let similar = Form::NAMES.into_iter().filter(|known| strsim::jaro_winkler(known, name) > 0.7);
     let similar: Vec<String> = similar.map(str::to_owned).collect();
     Problem::new(Code::UnknownPart, format!("there is no part '{shown}'; the parts are '{known}'"))
         .at(format!("/{shown}"), similar)

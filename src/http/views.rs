@@ -6,7 +6,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::problem::{Problem, ProblemView};
-use crate::jobs::{AssetRecord, JobInput, JobRecord, JobSnapshot, ResultRecord};
+use crate::jobs::{AssetRecord, JobInput, JobRecord, JobRequest, JobSnapshot, ResultRecord};
 
 /// An uploaded file.
 #[derive(Debug, Serialize, ToSchema)]
@@ -223,7 +223,7 @@ impl From<JobSnapshot> for JobView {
     fn from(snapshot: JobSnapshot) -> Self {
         let JobSnapshot { record, results, queue_position, progress } = snapshot;
         let links = JobLinks::of(&record);
-        let inputs = record.request.inputs().map(|(role, input)| (role.name(), JobInputView::from(input))).collect();
+        let inputs = inputs_view(&record.request);
         let problem = record.failure.as_ref().map(|failure| Problem::of_job(failure).view(&links.own, ""));
         Self {
             id: record.id.to_string(),
@@ -249,6 +249,11 @@ impl From<JobSnapshot> for JobView {
             links,
         }
     }
+}
+
+/// The files of a job by what they are to it.
+pub(super) fn inputs_view(request: &JobRequest) -> BTreeMap<&'static str, JobInputView> {
+    request.inputs().map(|(role, input)| (role.name(), JobInputView::from(input))).collect()
 }
 
 impl From<&JobInput> for JobInputView {

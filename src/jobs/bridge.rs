@@ -15,6 +15,18 @@ pub trait Engine: Send + Sync + 'static {
     /// # Errors
     /// As [`engine::inspect`].
     fn inspect(&self, file: NamedBytes<'_>, limits: &Limits, control: &Control) -> Result<serde_json::Value, Failure>;
+
+    /// Says what a retarget would do, as a JSON object.
+    ///
+    /// # Errors
+    /// As [`engine::propose`].
+    fn propose(&self, inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Result<serde_json::Value, Failure>;
+
+    /// Reads a config by itself and gives it back as it is understood.
+    ///
+    /// # Errors
+    /// As [`engine::check_config`].
+    fn check_config(&self, config: NamedBytes<'_>) -> Result<serde_json::Value, Failure>;
 }
 
 /// The real one.
@@ -27,10 +39,21 @@ impl Engine for RetargetEngine {
     }
 
     fn inspect(&self, file: NamedBytes<'_>, limits: &Limits, control: &Control) -> Result<serde_json::Value, Failure> {
-        let inspection = engine::inspect(file, limits, control)?;
-        serde_json::to_value(inspection)
-            .map_err(|error| Failure::new(engine::FailureCode::Internal, format!("the inspection is no JSON: {error}")))
+        to_json(engine::inspect(file, limits, control)?)
     }
+
+    fn propose(&self, inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Result<serde_json::Value, Failure> {
+        to_json(engine::propose(inputs, limits, control)?)
+    }
+
+    fn check_config(&self, config: NamedBytes<'_>) -> Result<serde_json::Value, Failure> {
+        engine::check_config(config)
+    }
+}
+
+fn to_json(answer: impl serde::Serialize) -> Result<serde_json::Value, Failure> {
+    serde_json::to_value(answer)
+        .map_err(|error| Failure::new(engine::FailureCode::Internal, format!("the answer is no JSON: {error}")))
 }
 
 /// Runs `work` on a thread of its own, with a stack of a size that does not depend on who asks. `None` when it panicked.

@@ -10,6 +10,8 @@
 mod assets;
 mod bridge;
 mod failure;
+mod inputs;
+mod proposals;
 mod queue;
 mod recovery;
 mod refusal;

@@ -130,7 +130,7 @@ impl Jobs {
         self.enqueue(request, input_bytes, None).await
     }
 
-    async fn resolve(&self, new: NewJob) -> Result<(JobRequest, u64), Refusal> {
+    pub(super) async fn resolve(&self, new: NewJob) -> Result<(JobRequest, u64), Refusal> {
         let (mut found, mut input_bytes) = (BTreeMap::new(), 0);
         for (role, id) in new.inputs {
             let Some(asset) = self.0.store.records().asset(&id).await? else {

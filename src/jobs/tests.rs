@@ -35,6 +35,14 @@ impl Engine for Obedient {
     fn inspect(&self, _: NamedBytes<'_>, _: &Limits, _: &Control) -> Result<serde_json::Value, Failure> {
         Ok(serde_json::json!({"format": "bvh"}))
     }
+
+    fn propose(&self, inputs: &Inputs<'_>, _: &Limits, _: &Control) -> Result<serde_json::Value, Failure> {
+        Ok(serde_json::json!({"target_bytes": inputs.target.bytes.len()}))
+    }
+
+    fn check_config(&self, config: NamedBytes<'_>) -> Result<serde_json::Value, Failure> {
+        Ok(serde_json::json!({"config_bytes": config.bytes.len()}))
+    }
 }
 
 struct Fixture {

@@ -352,7 +352,7 @@ impl<'a> Compiler<'a> {
 
 /// A place on the source chain, by position in the chain.
 #[derive(Clone, Copy, Debug)]
-enum Place {
+pub(super) enum Place {
     At(usize),
     Between(usize, f64),
 }
@@ -392,7 +392,7 @@ impl Place {
 }
 
 /// For every target joint of a chain, the place on the source chain that it follows; `None` keeps it at rest.
-fn places(chain: &ChainPair, source_rest: &[Transform], target_rest: &[Transform]) -> Vec<Option<Place>> {
+pub(super) fn places(chain: &ChainPair, source_rest: &[Transform], target_rest: &[Transform]) -> Vec<Option<Place>> {
     let (sources, targets) = (chain.source.len(), chain.target.len());
     let one_to_one = |position: usize| (position < sources).then_some(Place::At(position));
     match chain.drive.rotation {

@@ -3,12 +3,14 @@
 //! Per frame there are indices and constants only. Knows no format, no name and no file.
 
 mod compile;
+mod drivers;
 mod lanes;
 mod measure;
 mod plan;
 mod run;
 mod workspace;
 
+pub use drivers::{JointDriver, joint_drivers};
 pub use measure::{ContactMeasure, Curves, LimbDirection, Measures, Metric, SidePair, Verdict, Worst, measure};
 pub use plan::Plan;
 pub use run::{RunError, run};

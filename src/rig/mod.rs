@@ -5,6 +5,7 @@
 mod align;
 mod auto_map;
 mod error;
+mod findings;
 mod floor;
 mod ikrig;
 mod mapping;
@@ -19,6 +20,7 @@ mod understand;
 mod unknown_fields;
 
 pub use error::{SpecError, SpecErrorKind, SpecField};
+pub use findings::{FileFacts, Finding, FindingCode, Severity, examine, examine_clips};
 pub use floor::standing_floor;
 pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition};
 pub use parse::{parse_spec, parse_value};
@@ -35,4 +37,4 @@ pub use spec::{
     TranslationMode, UnitSpec, spec_schema,
 };
 pub use standing::with_standing_rest;
-pub use understand::Rig;
+pub use understand::{Rig, find_clip};

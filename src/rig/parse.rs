@@ -44,12 +44,49 @@ pub fn parse_value(document: Value) -> Result<RetargetSpec, SpecError> {
 /// A document as a type of ours; a value of the wrong type is named by its place.
 pub(super) fn deserialize<T: DeserializeOwned>(document: Value) -> Result<T, SpecError> {
     serde_path_to_error::deserialize(document).map_err(|error| {
-        let pointer = pointer_of(error.path());
-        let field = SpecField::new(SpecErrorKind::InvalidValue, pointer, error.into_inner().to_string());
+        let (pointer, detail) = (pointer_of(error.path()), error.into_inner().to_string());
+        let (seen, known) = words_of(&detail);
+        let field = SpecField::new(SpecErrorKind::InvalidValue, pointer, plain_words(&detail));
+        let field = field.with_nearest(seen, known);
         SpecError::from_fields(vec![field]).unwrap_or_else(|| {
             SpecError::new(SpecErrorKind::InvalidValue, "a value is of the wrong type", String::new())
         })
     })
+}
+
+/// What serde says of a value, without its words for types of Rust.
+fn plain_words(detail: &str) -> String {
+    const WORDS: [(&str, &str); 15] = [
+        ("invalid type: ", "this is "),
+        ("invalid value: ", "this is "),
+        ("unknown variant ", "this is "),
+        (", expected one of ", " where one of these is expected: "),
+        (", expected struct ", " where an object is expected: "),
+        (", expected string or map", " where a word is expected"),
+        (", expected a sequence", " where a list is expected"),
+        (", expected a map", " where an object is expected"),
+        (", expected ", " where this is expected: "),
+        ("this is map", "this is an object"),
+        ("this is sequence", "this is a list"),
+        ("this is string ", "this is the text "),
+        ("this is boolean ", "this is the boolean "),
+        ("this is integer ", "this is the number "),
+        ("this is floating point ", "this is the number "),
+    ];
+    let text = detail.replace('`', "'");
+    if !text.starts_with("invalid ") && !text.starts_with("unknown variant") {
+        return text;
+    }
+    WORDS.iter().fold(text, |text, (theirs, ours)| text.replace(theirs, ours))
+}
+
+/// Of an error about a word that is none of those known: the word, and those (serde writes them in backticks).
+fn words_of(detail: &str) -> (&str, Vec<&str>) {
+    if !detail.starts_with("unknown variant") {
+        return ("", Vec::new());
+    }
+    let mut words = detail.split('`').skip(1).step_by(2);
+    (words.next().unwrap_or_default(), words.collect())
 }
 
 fn parse_document(bytes: &[u8]) -> Result<Value, SpecError> {
@@ -63,7 +100,9 @@ fn parse_document(bytes: &[u8]) -> Result<Value, SpecError> {
     if text.starts_with(['{', '[']) {
         return serde_json::from_str(text).map_err(|error| malformed(format!("the config is not JSON: {error}")));
     }
-    serde_saphyr::from_str(text).map_err(|error| {
+    // YAML 1.1 takes `off`, `no` and `y` for booleans; in a config they are words.
+    let options = serde_saphyr::options! { strict_booleans: true };
+    serde_saphyr::from_str_with_options(text, options).map_err(|error| {
         let first_line = error.to_string().lines().next().unwrap_or_default().to_owned();
         malformed(format!("the config is neither JSON nor YAML: {first_line}"))
     })
@@ -175,11 +214,46 @@ mod tests {
     }
 
     #[test]
+    fn words_of_yaml_stay_words() {
+        let spec = parse_spec(b"align: off\nstrict: true\n").expect("a spec");
+        assert_eq!((spec.align, spec.strict), (crate::rig::Align::Off, true), "'off' is a word, 'true' is none");
+    }
+
+    #[test]
+    fn types_are_told_without_words_of_rust() {
+        let cases = [
+            (r#"{"target": 3}"#, "this is the number '3' where an object is expected: RigSpec"),
+            (r#"{"align": "of"}"#, "this is 'of' where one of these is expected: 'auto', 'off'"),
+            (r#"{"align": false}"#, "this is the boolean 'false' where a word is expected"),
+            (r#"{"strict": {}}"#, "this is an object where this is expected: a boolean"),
+        ];
+        for (text, wanted) in cases {
+            let detail = first_field(text).detail;
+            assert!(detail.starts_with(wanted), "{text}: {detail}");
+        }
+    }
+
+    #[test]
+    fn unknown_words_are_told_the_nearest() {
+        let cases = [
+            (r#"{"ops": [{"op": "pelvs"}]}"#, "pelvis"),
+            (r#"{"align": "of"}"#, "off"),
+            (r#"{"report": "ful"}"#, "full"),
+        ];
+        for (text, wanted) in cases {
+            let field = first_field(text);
+            assert_eq!(field.did_you_mean.first().map(String::as_str), Some(wanted), "{text}: {field:?}");
+        }
+    }
+
+    #[test]
     fn wrong_values_are_named_with_their_place() {
         let cases = [
             (r#"{"strict": 3}"#, "/strict"),
             (r#"{"version": 2}"#, "/version"),
-            (r#"{"ops": [{"op": "fly"}]}"#, "/ops/0"),
+            (r#"{"ops": [{"op": "fly"}]}"#, "/ops/0/op"),
+            (r#"{"ops": [{"op": 3}]}"#, "/ops/0/op"),
+            (r#"{"ops": [{"alpha": 1}]}"#, "/ops/0/op"),
             (r#"{"ops": [{"op": "fk", "rotation_alpha": 1000}]}"#, "/ops/0/rotation_alpha"),
             (r#"{"source": {"axes": "+y+y"}}"#, "/source/axes"),
             (r#"{"source": {"unit": -1}}"#, "/source/unit"),

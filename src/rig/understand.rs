@@ -124,25 +124,40 @@ fn find_joint(skeleton: &Skeleton, side: &str, name: &str, pointer: &str) -> Res
     Err(SpecField::new(SpecErrorKind::UnknownJoint, pointer, detail).with_nearest(name, names))
 }
 
-/// The clip that a spec names.
-pub(super) fn find_clip(scene: &Scene, choice: &ClipChoice, side: &str, pointer: &str) -> Result<usize, SpecField> {
+/// The clip that a spec names, on one side.
+///
+/// # Errors
+/// When the file has no such clip; the error lists those that it has, and the nearest names.
+pub fn find_clip(scene: &Scene, choice: &ClipChoice, side: &str, pointer: &str) -> Result<usize, SpecField> {
     let found = match choice {
         ClipChoice::Index(index) => (*index < scene.clips.len()).then_some(*index),
         ClipChoice::Name(name) => scene.clips.iter().position(|clip| clip.name() == name),
     };
     found.ok_or_else(|| {
         let names: Vec<&str> = scene.clips.iter().map(crate::model::Clip::name).collect();
-        let (label, name) = match choice {
-            ClipChoice::Index(index) => (index.to_string(), String::new()),
-            ClipChoice::Name(name) => (format!("'{name}'"), name.clone()),
+        let (detail, name) = match (choice, names.len()) {
+            (_, 0) => (format!("the {side} file has no clips"), ""),
+            (ClipChoice::Index(index), 1) => {
+                (format!("the {side} file has no clip {index}; it has one, which is clip 0: {}", list(&names)), "")
+            }
+            (ClipChoice::Index(index), count) => {
+                let last = count - 1;
+                (format!("the {side} file has no clip {index}; its clips are 0 to {last}: {}", list(&names)), "")
+            }
+            (ClipChoice::Name(name), _) => {
+                (format!("the {side} file has no clip '{name}'; its clips are: {}", list(&names)), name.as_str())
+            }
         };
-        let detail = format!("the {side} file has no clip {label}; its clips are: {}", list(&names));
-        SpecField::new(SpecErrorKind::UnknownName, pointer, detail).with_nearest(&name, names)
+        SpecField::new(SpecErrorKind::UnknownName, pointer, detail).with_nearest(name, names)
     })
 }
 
+/// Names for a message; a file may have hundreds.
 fn list(names: &[&str]) -> String {
-    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+    const MOST: usize = 12;
+    let shown: Vec<String> = names.iter().take(MOST).map(|name| format!("'{name}'")).collect();
+    let more = if names.len() > MOST { format!(" and {} more", names.len() - MOST) } else { String::new() };
+    format!("{}{more}", shown.join(", "))
 }
 
 fn find_rest(

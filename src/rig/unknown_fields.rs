@@ -1,4 +1,4 @@
-//! Fields of a document that its JSON Schema does not have.
+//! Fields of a document that its JSON Schema does not have, and tags that stand for none of its variants.
 //!
 //! The schema comes from the spec's own types, so a new field needs nothing here.
 
@@ -6,12 +6,20 @@ use serde_json::{Map, Value};
 
 use super::error::{SpecErrorKind, SpecField};
 
-/// Every field of `document` that `schema` does not have, with the nearest names. The document's depth is bounded by its parser.
+/// Every field of `document` that `schema` does not have, and every tag (such as `op`) that no variant has, with the nearest
+/// names. The document's depth is bounded by its parser.
 pub(super) fn unknown_fields(document: &Value, schema: &Value) -> Vec<SpecField> {
     let mut found = Vec::new();
     let mut pending = vec![(String::new(), document, schema)];
     while let Some((pointer, value, node)) = pending.pop() {
-        let node = choose(resolve(node, schema), value, schema);
+        let node = resolve(node, schema);
+        if let (Some(tag), Value::Object(fields)) = (Tag::of(node, schema), value)
+            && let Some(field) = tag.wrong(fields, &pointer)
+        {
+            found.push(field);
+            continue;
+        }
+        let node = choose(node, value, schema);
         match value {
             Value::Object(fields) => {
                 let properties = properties(node, schema);
@@ -40,6 +48,43 @@ pub(super) fn unknown_fields(document: &Value, schema: &Value) -> Vec<SpecField>
     }
     found.sort_by(|first, second| first.pointer.cmp(&second.pointer));
     found
+}
+
+/// The field that tells the variants of a tagged union apart, and the values that it may have.
+struct Tag<'a> {
+    name: &'a str,
+    values: Vec<&'a str>,
+}
+
+impl<'a> Tag<'a> {
+    /// The tag of a union; nothing where it has none.
+    fn of(node: &'a Value, schema: &'a Value) -> Option<Self> {
+        let variants = node.get("oneOf").and_then(Value::as_array)?;
+        let constants = |variant: &'a Value| {
+            let all = properties(resolve(variant, schema), schema).into_iter();
+            all.filter_map(|(name, property)| Some((name, property.get("const")?.as_str()?))).next()
+        };
+        let found: Vec<(&str, &str)> = variants.iter().map(constants).collect::<Option<_>>()?;
+        let (name, _) = found.first()?;
+        found
+            .iter()
+            .all(|(other, _)| other == name)
+            .then(|| Self { name, values: found.iter().map(|(_, value)| *value).collect() })
+    }
+
+    /// What is wrong with the tag of an object.
+    fn wrong(&self, fields: &Map<String, Value>, pointer: &str) -> Option<SpecField> {
+        let Self { name, values } = self;
+        let known = values.iter().map(|value| format!("'{value}'")).collect::<Vec<_>>().join(", ");
+        let (detail, seen) = match fields.get(*name) {
+            Some(Value::String(seen)) if values.contains(&seen.as_str()) => return None,
+            Some(Value::String(seen)) => (format!("there is no {name} '{seen}'; there are {known}"), seen.as_str()),
+            Some(other) => (format!("'{name}' is {other} where one of {known} is expected"), ""),
+            None => (format!("'{name}' is missing; it is one of {known}"), ""),
+        };
+        let field = SpecField::new(SpecErrorKind::InvalidValue, format!("{pointer}/{name}"), detail);
+        Some(field.with_nearest(seen, values.iter().copied()))
+    }
 }
 
 fn resolve<'a>(node: &'a Value, schema: &'a Value) -> &'a Value {

@@ -1,5 +1,7 @@
 //! The command line, by running the real binary.
 
+mod checks;
+
 use std::{
     path::Path,
     process::{Command, Output, Stdio},

@@ -5,5 +5,6 @@ pub(super) mod describe;
 pub(super) mod jobs;
 pub(super) mod new_job;
 pub(super) mod probes;
+pub(super) mod proposals;
 pub(super) mod results;
 pub(super) mod retarget;

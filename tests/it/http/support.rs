@@ -94,6 +94,14 @@ impl Engine for Obedient {
     fn inspect(&self, file: NamedBytes<'_>, _: &Limits, _: &Control) -> Result<Value, Failure> {
         Ok(serde_json::json!({"format": "bvh", "name": file.name}))
     }
+
+    fn propose(&self, inputs: &Inputs<'_>, _: &Limits, _: &Control) -> Result<Value, Failure> {
+        Ok(serde_json::json!({"target_bytes": inputs.target.bytes.len()}))
+    }
+
+    fn check_config(&self, config: NamedBytes<'_>) -> Result<Value, Failure> {
+        Ok(serde_json::json!({"config_bytes": config.bytes.len()}))
+    }
 }
 
 /// A service inside the test, with the obedient engine.

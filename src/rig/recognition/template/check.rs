@@ -24,8 +24,8 @@ const LONGEST_TEMPLATE_NAME: usize = 64;
 /// pointer to every single one.
 pub fn parse_template(document: Value) -> Result<RigTemplate, SpecError> {
     let with_hint = |error: SpecError| SpecError {
-        hint: if error.hint.starts_with("see the schema") {
-            "see the schema at /v1/schemas/rig-template".to_owned()
+        hint: if error.hint.starts_with("GET /v1/schemas") {
+            "GET /v1/schemas/rig-template is the JSON Schema of rig templates".to_owned()
         } else {
             error.hint
         },

@@ -1,0 +1,36 @@
+//! What a retarget would do, without a job: for who maps rigs or edits configs, and waits for the answer.
+
+use super::{Assets, Engine, NewJob, Refusal};
+use crate::{
+    engine::{Control, Limits, NamedBytes},
+    store::{ConfigDocument, JobRequest},
+};
+
+impl Assets {
+    /// What a job with these inputs would do, as a JSON object, and the inputs that were found.
+    ///
+    /// # Errors
+    /// When an input is not there, or as [`crate::engine::propose`].
+    pub async fn propose(&self, new: NewJob) -> Result<(JobRequest, serde_json::Value), Refusal> {
+        let (request, _) = self.jobs.resolve(new).await?;
+        let files = self.jobs.read_inputs(&request).await?;
+        let work = request.clone();
+        let proposal = self
+            .look("propose", "looking into the files", move |engine, limits, control| {
+                engine.propose(&files.inputs(&work, &[]), limits, control)
+            })
+            .await?;
+        Ok((request, proposal))
+    }
+
+    /// A config as it is understood, as a JSON object.
+    ///
+    /// # Errors
+    /// As [`crate::engine::check_config`].
+    pub async fn check_config(&self, config: ConfigDocument) -> Result<serde_json::Value, Refusal> {
+        let work = move |engine: &dyn Engine, _: &Limits, _: &Control| {
+            engine.check_config(NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() })
+        };
+        self.look("check", "reading the config", work).await
+    }
+}
