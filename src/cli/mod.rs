@@ -4,6 +4,7 @@
 mod check_config;
 mod demo;
 mod exit;
+mod explain;
 mod files;
 mod health;
 mod inputs;
@@ -33,6 +34,8 @@ enum Command {
     Serve(serve::Arguments),
     /// Retarget one clip onto one character, without a server.
     Retarget(retarget::Arguments),
+    /// Say why a joint of the result is turned as it is at one frame.
+    Explain(explain::Arguments),
     /// Say what a file holds: skeleton, clips, recognised rig, roles, rest pose, units, warnings.
     Inspect(inspect::Arguments),
     /// Say what a retarget of two files would do, and write the config that does it.
@@ -54,6 +57,7 @@ enum Command {
 pub fn run() -> ExitCode {
     match Arguments::parse().command {
         Command::Serve(arguments) => serve::run(arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
         Command::Retarget(arguments) => retarget::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Suggest(arguments) => suggest::run(&arguments),

@@ -31,7 +31,7 @@ pub(super) struct Arguments {
     /// Where the result goes; the ending picks the format. May be given several times
     #[arg(long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
-    /// Where the report goes, as JSON
+    /// Where the report goes: as a page to look at where the ending is .html, else as JSON
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
     /// Show a progress bar even on a dumb terminal; other terminals show it anyway, pipes never
@@ -88,7 +88,7 @@ fn retarget(arguments: &Arguments) -> Result<(), Exit> {
         staged.add(path, &output.bytes)?;
     }
     if let Some(path) = &arguments.report {
-        staged.add(path, &report_json(&outcome)?)?;
+        staged.add(path, &report_file(&outcome, path)?)?;
     }
     // The last look at Ctrl-C: from here on the result is put in place as a whole.
     control.check().map_err(|canceled| Exit::from_failure(&canceled.into(), ""))?;
@@ -129,12 +129,16 @@ fn check_places(arguments: &Arguments) -> Result<(), Exit> {
     Ok(())
 }
 
-/// The report, and the spec that makes the same result again.
-fn report_json(outcome: &Outcome) -> Result<Vec<u8>, Exit> {
+/// The report, and the spec that makes the same result again; as a page where the ending asks for one.
+fn report_file(outcome: &Outcome, path: &Path) -> Result<Vec<u8>, Exit> {
     let failed = |error: serde_json::Error| Exit::new(FAILED, format!("the report cannot be written: {error}"), "");
     let mut report = serde_json::to_value(&outcome.report).map_err(failed)?;
     if let Some(members) = report.as_object_mut() {
         members.insert("resolved_spec".into(), outcome.resolved_spec.clone());
+    }
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    if matches!(ending.as_deref(), Some("html" | "htm")) {
+        return Ok(engine::report_page(&report).into_bytes());
     }
     Ok(to_json(&report)?.into_bytes())
 }

@@ -4,6 +4,8 @@
 //! workers of the service, by tests and by benches alike.
 
 mod convert;
+mod explain;
+mod explain_text;
 mod failure;
 mod files;
 mod inspect;
@@ -11,15 +13,21 @@ mod inspect_text;
 mod labels;
 mod load;
 mod mixups;
+mod pass;
 mod propose;
 mod propose_text;
+mod report_page;
 mod retarget;
+mod tune;
 
+pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain};
 pub use failure::{Failure, FailureCode, FieldError};
 pub use inspect::{ClipView, FindingView, Inspection, InspectionCounts, JointView, RigView, RoleView, inspect};
 pub use labels::{ByRole, OneOrMore};
 pub use propose::{DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose};
+pub use report_page::report_page;
 pub use retarget::retarget;
+pub use tune::{TunedParameter, Tuning};
 
 // The words that callers need to speak with the engine; the service half sees the pure half through this door only.
 pub use crate::{
@@ -90,6 +98,9 @@ pub struct Report {
     pub warnings: Vec<WarningView>,
     /// What was found out about the two rigs.
     pub rigs: Rigs,
+    /// What a search for better parameters found; absent when the spec asks for none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tuning: Option<Tuning>,
     /// The measures themselves, by name; absent when the spec asks for none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measures: Option<Measures>,
@@ -102,6 +113,8 @@ pub struct Timings {
     pub read_seconds: f64,
     /// Recognising, aligning, compiling.
     pub plan_seconds: f64,
+    /// Looking for better parameters.
+    pub tune_seconds: f64,
     /// Plan and frame loop, nothing else.
     pub retarget_seconds: f64,
     /// Measuring the result.

@@ -3,10 +3,10 @@
 use crate::{
     formats::{self, Format, FormatError, Include, Limits, TargetClips, WriteOptions},
     model::{Axes, Clip, Control, Phase, Reporter, Scene},
-    retarget::{Measures, Plan, RunError, Verdict, measure, run},
+    retarget::{Measures, Verdict, measure},
     rig::{
-        IncludeSpec, OutputChoice, OutputSpec, ReportDetail, Resolved, RetargetSpec, Rig, SpecErrorKind, SpecField,
-        TargetClipsSpec, resolve,
+        IncludeSpec, OutputChoice, OutputSpec, ReportDetail, RetargetSpec, Rig, SpecErrorKind, SpecField,
+        TargetClipsSpec,
     },
 };
 
@@ -14,6 +14,8 @@ use super::{
     Counts, Failure, FailureCode, Inputs, Outcome, Output, Report, RigFacts, Rigs, Timings, WarningView,
     convert::{convert_clip, convert_scene, into_ours},
     files::{Files, Sides, in_config, one_field, read_spec},
+    pass::Pass,
+    tune::Subject,
 };
 
 /// Retargets.
@@ -33,15 +35,14 @@ pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Resu
     control.enter(Phase::Plan, 0);
     let Sides { spec, source, target } = files.sides(spec, &mut reporter)?;
     let clip = files.choose_clip(&spec, &mut reporter)?;
-    let Resolved { mapping, spec: resolved } =
-        resolve(&spec, &source, &target, clip, &mut reporter).map_err(in_config)?;
-    let retargeting = control.seconds();
-    let plan = Plan::new(source.skeleton(), target.skeleton(), &mapping);
+    let subject = Subject { source: &source, target: &target, clip, control };
+    let tuning_begin = control.seconds();
+    let (spec, tuning) = subject.settle(spec)?;
+    let tune_seconds = control.seconds() - tuning_begin;
     control.enter(Phase::Retarget, clip.frame_count() as u64);
-    let result = run(&plan, clip, control).map_err(run_failure)?;
-    let retarget_seconds = control.seconds() - retargeting;
-
-    let plan_seconds = control.seconds() - planning - retarget_seconds;
+    let Pass { mapping, resolved, plan, result, seconds: retarget_seconds } =
+        Pass::run(&spec, &source, &target, clip, control, &mut reporter)?;
+    let plan_seconds = control.seconds() - planning - retarget_seconds - tune_seconds;
 
     let measuring = control.seconds();
     let measures = (spec.report.detail() != ReportDetail::None)
@@ -70,12 +71,13 @@ pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Resu
     let timings = Timings {
         read_seconds,
         plan_seconds,
+        tune_seconds,
         retarget_seconds,
         measure_seconds,
         write_seconds: control.seconds() - writing,
         total_seconds: control.seconds() - begin,
     };
-    let report = Report { timings, counts, warnings, rigs, measures };
+    let report = Report { timings, counts, warnings, rigs, tuning, measures };
     Ok(Outcome { outputs, report, resolved_spec })
 }
 
@@ -211,15 +213,6 @@ pub(super) fn facts(side: &Rig<'_>, format: Format) -> RigFacts {
         rest_pose_from: side.rest_source.name(),
         axes: side.axes.to_string(),
         unit_metres: side.unit_metres,
-    }
-}
-
-fn run_failure(error: RunError) -> Failure {
-    match error {
-        RunError::Canceled(canceled) => canceled.into(),
-        RunError::OutOfRange(_) => Failure::new(FailureCode::AssetMalformed, error.to_string())
-            .in_part("source")
-            .with_hint("check the units of both files; distances of the source are beyond any figure's size"),
     }
 }
 

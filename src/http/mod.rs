@@ -83,6 +83,13 @@ async fn no_method() -> Problem {
     Problem::new(Code::MethodNotAllowed, "the method is not allowed here")
 }
 
+/// A page that holds its own style and nothing else that a browser would fetch or run.
+fn page_text(text: String) -> Response {
+    let policy = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; sandbox";
+    let headers = [(header::CONTENT_TYPE, "text/html; charset=utf-8"), (header::CONTENT_SECURITY_POLICY, policy)];
+    (headers, text).into_response()
+}
+
 /// An answer of JSON text that was made before.
 fn json_text(text: String) -> Response {
     ([(header::CONTENT_TYPE, "application/json")], text).into_response()

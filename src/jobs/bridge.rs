@@ -1,6 +1,6 @@
 //! The engine as the service sees it.
 
-use crate::engine::{self, Control, Failure, Inputs, Limits, NamedBytes, Outcome};
+use crate::engine::{self, Control, Failure, Inputs, Limits, NamedBytes, Outcome, Question};
 
 /// What does the work. Handed in, so that tests of the scheduling need no real files.
 pub trait Engine: Send + Sync + 'static {
@@ -21,6 +21,18 @@ pub trait Engine: Send + Sync + 'static {
     /// # Errors
     /// As [`engine::propose`].
     fn propose(&self, inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Result<serde_json::Value, Failure>;
+
+    /// Says why a joint of a result is turned as it is at a frame, as a JSON object.
+    ///
+    /// # Errors
+    /// As [`engine::explain`].
+    fn explain(
+        &self,
+        inputs: &Inputs<'_>,
+        question: &Question<'_>,
+        limits: &Limits,
+        control: &Control,
+    ) -> Result<serde_json::Value, Failure>;
 
     /// Reads a config by itself and gives it back as it is understood.
     ///
@@ -44,6 +56,16 @@ impl Engine for RetargetEngine {
 
     fn propose(&self, inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Result<serde_json::Value, Failure> {
         to_json(engine::propose(inputs, limits, control)?)
+    }
+
+    fn explain(
+        &self,
+        inputs: &Inputs<'_>,
+        question: &Question<'_>,
+        limits: &Limits,
+        control: &Control,
+    ) -> Result<serde_json::Value, Failure> {
+        to_json(engine::explain(inputs, question, limits, control)?)
     }
 
     fn check_config(&self, config: NamedBytes<'_>) -> Result<serde_json::Value, Failure> {

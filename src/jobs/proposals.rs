@@ -2,7 +2,7 @@
 
 use super::{Assets, Engine, NewJob, Refusal};
 use crate::{
-    engine::{Control, Limits, NamedBytes},
+    engine::{Control, Limits, NamedBytes, Question},
     store::{ConfigDocument, JobRequest},
 };
 
@@ -21,6 +21,20 @@ impl Assets {
             })
             .await?;
         Ok((request, proposal))
+    }
+
+    /// Why a joint of what a retarget of these files gives is turned as it is at a frame, as a JSON object.
+    ///
+    /// # Errors
+    /// When a file is not there, or as [`crate::engine::explain`].
+    pub async fn explain(&self, new: NewJob, frame: usize, joint: String) -> Result<serde_json::Value, Refusal> {
+        let (request, _) = self.jobs.resolve(new).await?;
+        let files = self.jobs.read_inputs(&request).await?;
+        self.look("explain", "explaining the joint", move |engine, limits, control| {
+            let question = Question { frame, joint: &joint };
+            engine.explain(&files.inputs(&request, &[]), &question, limits, control)
+        })
+        .await
     }
 
     /// A config as it is understood, as a JSON object.

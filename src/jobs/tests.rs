@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     config::Settings,
-    engine::{Control, Failure, FailureCode, Format, Inputs, Limits, NamedBytes, Outcome, Output, Report},
+    engine::{Control, Failure, FailureCode, Format, Inputs, Limits, NamedBytes, Outcome, Output, Question, Report},
     store::{DataFolder, Store},
     telemetry::Clock,
 };
@@ -38,6 +38,16 @@ impl Engine for Obedient {
 
     fn propose(&self, inputs: &Inputs<'_>, _: &Limits, _: &Control) -> Result<serde_json::Value, Failure> {
         Ok(serde_json::json!({"target_bytes": inputs.target.bytes.len()}))
+    }
+
+    fn explain(
+        &self,
+        _: &Inputs<'_>,
+        question: &Question<'_>,
+        _: &Limits,
+        _: &Control,
+    ) -> Result<serde_json::Value, Failure> {
+        Ok(serde_json::json!({"joint": question.joint}))
     }
 
     fn check_config(&self, config: NamedBytes<'_>) -> Result<serde_json::Value, Failure> {

@@ -4,6 +4,7 @@
 
 mod compile;
 mod drivers;
+mod explain;
 mod lanes;
 mod measure;
 mod plan;
@@ -11,6 +12,7 @@ mod run;
 mod workspace;
 
 pub use drivers::{JointDriver, joint_drivers};
+pub use explain::{DriverKind, JointExplanation, explain_joint};
 pub use measure::{ContactMeasure, Curves, LimbDirection, Measures, Metric, SidePair, Verdict, Worst, measure};
 pub use plan::Plan;
 pub use run::{RunError, run};

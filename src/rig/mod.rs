@@ -34,7 +34,7 @@ pub use spec::{
     Align, AutoWord, Carry, ChainMap, ClipChoice, FkOp, HeightRule, IncludeSpec, MetricInfo, MetricName, OneOrMany, Op,
     OutputChoice, OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, ReportChoice, ReportDetail, ReportSpec,
     RestFrame, RestRule, RestSpec, RetargetSpec, RigSpec, RotationMode, ScaleOrigin, TargetClipsSpec, Threshold,
-    TranslationMode, UnitSpec, spec_schema,
+    TranslationMode, TuneChoice, TuneParameter, TuneSpec, UnitSpec, spec_schema,
 };
 pub use standing::with_standing_rest;
 pub use understand::{Rig, find_clip};

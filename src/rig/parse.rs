@@ -6,12 +6,14 @@ use serde_json::Value;
 use super::{
     error::{SpecError, SpecErrorKind, SpecField},
     ikrig,
-    spec::{Op, OutputChoice, PelvisScale, ReportChoice, RetargetSpec, Threshold, UnitSpec, spec_schema},
+    spec::{Op, OutputChoice, PelvisScale, ReportChoice, RetargetSpec, Threshold, TuneChoice, UnitSpec, spec_schema},
     unknown_fields::unknown_fields,
 };
 
 /// More outputs than this are refused.
 const MOST_OUTPUTS: usize = 8;
+/// A search with more retargets than this is refused.
+const MOST_EVALUATIONS: u32 = 500;
 
 /// Reads a config: our own spec as JSON or YAML, or an ikrigretarget config. An empty document is an empty spec.
 ///
@@ -158,6 +160,18 @@ fn out_of_range(spec: &RetargetSpec) -> Vec<SpecField> {
             let sane = *warn_above >= 0.0 && warn_above <= fail_above && fail_above.is_finite();
             let detail = format!("{warn_above} and {fail_above} are no thresholds; 0 <= warn_above <= fail_above");
             require(sane, format!("/report/thresholds/{}", metric.name()), detail);
+        }
+    }
+    if let Some(tune) = spec.tune.as_ref().and_then(TuneChoice::spec) {
+        let most = tune.max_evaluations;
+        let detail = format!("{most} evaluations; between 1 and {MOST_EVALUATIONS} are allowed");
+        require((1..=MOST_EVALUATIONS).contains(&most), "/tune/max_evaluations".into(), detail);
+        for (parameter, [low, high]) in tune.bounds.iter().flatten() {
+            let sane = low < high && low.abs() <= 10.0 && high.abs() <= 10.0;
+            let detail = format!(
+                "[{low}, {high}] are no bounds; the first is less than the second, and both between -10 and 10"
+            );
+            require(sane, format!("/tune/bounds/{}", parameter.name()), detail);
         }
     }
     if let Some(OutputChoice::Many(outputs)) = &spec.output {

@@ -1,6 +1,7 @@
 //! The command line, by running the real binary.
 
 mod checks;
+mod reports;
 
 use std::{
     path::Path,

@@ -6,5 +6,6 @@ mod documents;
 mod facts;
 mod proposals;
 mod real;
+mod reports;
 mod service;
 mod support;

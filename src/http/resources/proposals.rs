@@ -33,7 +33,7 @@ pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = NewMappingSuggestion)]
-struct SuggestionBody {
+pub(super) struct SuggestionBody {
     /// The file with the animation; it may hold none.
     source: InputBody,
     /// The file with the character that it goes onto.
@@ -102,14 +102,18 @@ struct CheckedConfig {
     responses((status = 200, body = ProposalView, description = "the proposal"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn suggest(State(state): State<ApiState>, request: Request<Body>) -> Result<Json<ProposalView>, Problem> {
-    let new = if extract::is_media_type(request.headers(), "multipart/form-data") {
-        upload::read_job(request, &state.assets, &state.settings).await?
-    } else {
-        let JsonBody(body) = JsonBody::<SuggestionBody>::from_request(request, &state).await?;
-        let inputs = read_inputs([Some(body.source), Some(body.target), body.source_rest, body.target_rest])?;
-        NewJob { inputs, config: body.config.map(config_document), ..NewJob::default() }
-    };
+    let new = read_files(request, &state).await?;
     propose(&state.assets, new).await.map(Json)
+}
+
+/// Two files and perhaps a config, as a form or as JSON.
+pub(super) async fn read_files(request: Request<Body>, state: &ApiState) -> Result<NewJob, Problem> {
+    if extract::is_media_type(request.headers(), "multipart/form-data") {
+        return upload::read_job(request, &state.assets, &state.settings).await;
+    }
+    let JsonBody(body) = JsonBody::<SuggestionBody>::from_request(request, state).await?;
+    let inputs = read_inputs([Some(body.source), Some(body.target), body.source_rest, body.target_rest])?;
+    Ok(NewJob { inputs, config: body.config.map(config_document), ..NewJob::default() })
 }
 
 /// Checks a config.

@@ -6,12 +6,14 @@ mod ops;
 mod output;
 mod report;
 mod rig;
+mod tune;
 
 pub use map::{ChainMap, RotationMode, TranslationMode};
 pub use ops::{Carry, FkOp, HeightRule, Op, PelvisOp, PelvisScale, PelvisScaleRule, ScaleOrigin};
 pub use output::{IncludeSpec, OutputChoice, OutputSpec, TargetClipsSpec};
 pub use report::{MetricInfo, MetricName, ReportChoice, ReportDetail, ReportSpec, Threshold};
 pub use rig::{AutoWord, OneOrMany, RestFrame, RestRule, RestSpec, RigSpec, UnitSpec};
+pub use tune::{TuneChoice, TuneParameter, TuneSpec};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -44,6 +46,10 @@ pub struct RetargetSpec {
     pub output: Option<OutputChoice>,
     /// How much is measured, and from which value on it is called bad.
     pub report: ReportChoice,
+    /// Whether parameters of the ops are searched so that the report's score is as low as can be: true, or limits and bounds. The
+    /// spec that is found is in the resolved one. Default: they are taken as they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tune: Option<TuneChoice>,
     /// Turns warnings, and measures that fail, into an error.
     pub strict: bool,
 }

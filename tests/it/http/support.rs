@@ -12,7 +12,7 @@ use reqwest::{Client, Response, StatusCode};
 use retargetd::{
     app::{self, Running},
     config::Settings,
-    engine::{Control, Failure, FailureCode, Format, Inputs, Limits, NamedBytes, Outcome, Output, Report},
+    engine::{Control, Failure, FailureCode, Format, Inputs, Limits, NamedBytes, Outcome, Output, Question, Report},
     jobs::Engine,
     telemetry::Clock,
 };
@@ -97,6 +97,10 @@ impl Engine for Obedient {
 
     fn propose(&self, inputs: &Inputs<'_>, _: &Limits, _: &Control) -> Result<Value, Failure> {
         Ok(serde_json::json!({"target_bytes": inputs.target.bytes.len()}))
+    }
+
+    fn explain(&self, _: &Inputs<'_>, question: &Question<'_>, _: &Limits, _: &Control) -> Result<Value, Failure> {
+        Ok(serde_json::json!({"joint": question.joint}))
     }
 
     fn check_config(&self, config: NamedBytes<'_>) -> Result<Value, Failure> {
