@@ -1,6 +1,6 @@
 //! One retarget of the matrix, measured.
 
-use glam::{DMat4, DQuat, DVec3};
+use glam::{DMat4, DQuat};
 use retargetd::{
     model::{Clip, Control, Reporter},
     retarget::{Plan, run},
@@ -39,6 +39,8 @@ pub(super) const MOST_DIRECTION_DEGREES: f64 = 5.0;
 pub(super) const MOST_TWIST_DEGREES: f64 = 10.0;
 pub(super) const MOST_LENGTH_DRIFT: f64 = 1e-3;
 pub(super) const MOST_OFF_THE_GROUND: f64 = 0.10;
+/// Feet closer to the origin than this share of the pelvis height stand on it.
+const STANDS_ON_ORIGIN: f64 = 0.15;
 
 /// One pair.
 pub(super) struct Row {
@@ -117,7 +119,7 @@ fn measure(source: &Biped<'_>, target: &Biped<'_>, reporter: &mut Reporter) -> R
         mapping: &mapping,
         source_poses: poses(source, clip),
         target_poses: poses(target, &result),
-        target_rest: world(&target.scene.skeleton, None),
+        target_rest: target.rig.rest.transforms().iter().map(|rest| rest.to_matrix()).collect(),
     };
     Ok(Measured {
         directions: LIMBS.map(|(part, ends)| pair.worse_side(|side| pair.direction(side, part, ends))),
@@ -184,8 +186,8 @@ impl Pair<'_> {
     }
 
     fn leg(rig: &Rig<'_>, world: &[DMat4]) -> Option<f64> {
-        let [thigh, shin, foot] =
-            ["left_thigh", "left_shin", "left_foot"].map(|role| rig.role(role).first().map(|&joint| position(world, joint)));
+        let [thigh, shin, foot] = ["left_thigh", "left_shin", "left_foot"]
+            .map(|role| rig.role(role).first().map(|&joint| position(world, joint)));
         Some(thigh?.distance(shin?) + shin?.distance(foot?))
     }
 
@@ -197,29 +199,51 @@ impl Pair<'_> {
         };
         let sides = ["left_", "right_"].into_iter();
         let mut pairs: Vec<(usize, usize)> = sides
-            .flat_map(|side| SEGMENTS.iter().filter_map(move |(start, end)| Some((joint(side, start)?, joint(side, end)?))))
+            .flat_map(|side| {
+                SEGMENTS.iter().filter_map(move |(start, end)| Some((joint(side, start)?, joint(side, end)?)))
+            })
             .collect();
         let chest = self.target.role("spine").last().copied();
         for role in ["left_clavicle", "left_upper_arm", "right_clavicle", "right_upper_arm", "neck", "head"] {
             // Arms hang from the chest where there is no clavicle between.
-            let has_clavicle = role.ends_with("upper_arm") && !self.target.role(&role.replace("upper_arm", "clavicle")).is_empty();
-            if let (Some(chest), Some(&end), false) = (chest, self.target.role(role).first(), has_clavicle || role == "head") {
+            let has_clavicle =
+                role.ends_with("upper_arm") && !self.target.role(&role.replace("upper_arm", "clavicle")).is_empty();
+            if let (Some(chest), Some(&end), false) =
+                (chest, self.target.role(role).first(), has_clavicle || role == "head")
+            {
                 pairs.push((chest, end));
             }
         }
-        let length = |world: &[DMat4], (start, end): (usize, usize)| position(world, start).distance(position(world, end));
+        let length =
+            |world: &[DMat4], (start, end): (usize, usize)| position(world, start).distance(position(world, end));
         let change = |pose: &Pose, pair| (length(&pose.world, pair) - length(&self.target_rest, pair)).abs() / leg;
         self.target_poses.iter().flat_map(|pose| pairs.iter().map(move |pair| change(pose, *pair))).fold(0.0, f64::max)
     }
 
+    /// How much higher the figure stands than it should, beyond what the source's own clip does: dancers jump. Nothing where
+    /// the target's file does not know its floor; clips whose floor is not known are put onto it.
     fn ground(&self) -> Option<f64> {
-        let lowest = |rig: &Rig<'_>, world: &[DMat4]| {
-            let up: DVec3 = rig.up();
-            let feet = ["left_foot", "right_foot"].iter().filter_map(|role| rig.role(role).first());
-            feet.map(|&joint| position(world, joint).dot(up)).reduce(f64::min)
-        };
-        let leg = Self::leg(self.target, &self.target_rest)?;
-        let heights: Option<Vec<f64>> = self.target_poses.iter().map(|pose| lowest(self.target, &pose.world)).collect();
-        Some((percentile(heights?, 0.05) - lowest(self.target, &self.target_rest)?) / leg)
+        let (target, is_known) = height_off_the_floor(self.target, &self.target_poses)?;
+        let source = height_off_the_floor(self.source, &self.source_poses).filter(|(_, is_known)| *is_known);
+        is_known.then(|| target - source.map_or(0.0, |(height, _)| height))
     }
+}
+
+/// How much higher the lowest ankle of a clip is than that of somebody who stands, as a share of the leg; a twentieth of the
+/// frames may be lower. And whether the rest pose stands on the origin, so that the file knows its floor.
+fn height_off_the_floor(rig: &Rig<'_>, poses: &[Pose]) -> Option<(f64, bool)> {
+    let rest: Vec<DMat4> = rig.rest.transforms().iter().map(|rest| rest.to_matrix()).collect();
+    let ankles = [*rig.role("left_foot").first()?, *rig.role("right_foot").first()?];
+    let lowest = |world: &[DMat4], joints: &[usize]| {
+        joints.iter().map(|&joint| position(world, joint).dot(rig.up())).fold(f64::INFINITY, f64::min)
+    };
+    let skeleton = rig.skeleton();
+    let is_of_a_foot = |joint: &usize| ankles.iter().any(|ankle| skeleton.is_ancestor_or_self(*ankle, *joint));
+    let feet: Vec<usize> = (0..skeleton.len()).filter(is_of_a_foot).collect();
+    let (ankle, sole) = (lowest(&rest, &ankles), lowest(&rest, &feet));
+    let pelvis = position(&rest, *rig.role("pelvis").first()?).dot(rig.up());
+    let stands = sole.abs() <= STANDS_ON_ORIGIN * (pelvis - sole);
+    let standing = ankle - if stands { sole.min(0.0) } else { sole };
+    let low = percentile(poses.iter().map(|pose| lowest(&pose.world, &ankles)).collect(), 0.05);
+    Some(((low - standing) / Pair::leg(rig, &rest)?, stands))
 }

@@ -48,7 +48,8 @@ pub(super) fn summary(rows: &[Row]) -> String {
     let failed = rows.iter().filter(|row| row.result.is_err()).count();
     let (within, all) = (rows.iter().filter(|row| row.is_within()).count(), rows.len());
     let share = share_within(rows) * 100.0;
-    writeln!(text, "{within} of {all} pairs ({share:.2} %) are within all limits; {failed} were refused.\n").expect("text");
+    writeln!(text, "{within} of {all} pairs ({share:.2} %) are within all limits; {failed} were refused.\n")
+        .expect("text");
     let mut by_limit: BTreeMap<String, usize> = BTreeMap::new();
     let (mut by_source, mut by_target): (BTreeMap<&str, Tally>, BTreeMap<&str, Tally>) = Default::default();
     for row in rows.iter().filter(|row| !row.is_within()) {
