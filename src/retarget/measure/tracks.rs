@@ -18,7 +18,9 @@ const NO_ROTATIONS: &str = "no joint of the result turns";
 pub(super) fn bone_length_drift(mapping: &Mapping, skeleton: &Skeleton, result: &Clip, frames: &[usize]) -> Finding {
     let pelvis = mapping.pelvis.map(|pelvis| pelvis.target);
     let mut reading = Reading::default();
-    let driven = mapping.driven();
+    // Joints that ride another joint than their parent stay as far from that one as they were, not from their parent.
+    let mut driven = mapping.driven();
+    mapping.rides.iter().for_each(|ride| driven[ride.joint] = false);
     let bones = skeleton.joints().iter().enumerate().filter(|(index, joint)| {
         driven[*index] && joint.parent.is_some() && Some(*index) != pelvis && joint.rest.translation.length() > 1e-9
     });
