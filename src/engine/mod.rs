@@ -8,6 +8,7 @@ mod failure;
 mod files;
 mod inspect;
 mod inspect_text;
+mod knowledge;
 mod labels;
 mod load;
 mod mixups;
@@ -16,15 +17,21 @@ mod propose_text;
 mod retarget;
 
 pub use failure::{Failure, FailureCode, FieldError};
-pub use inspect::{ClipView, FindingView, Inspection, InspectionCounts, JointView, RigView, RoleView, inspect};
+pub use inspect::{
+    ClipView, FindingView, Inspection, InspectionCounts, JointView, RigView, RoleView, inspect, inspect_with,
+};
+pub use knowledge::{Knowledge, built_in_presets, built_in_rigs, check_preset, check_rig, merge_config};
 pub use labels::{ByRole, OneOrMore};
-pub use propose::{DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose};
-pub use retarget::retarget;
+pub use propose::{
+    DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose, propose_with,
+};
+pub use retarget::{retarget, retarget_with};
 
 // The words that callers need to speak with the engine; the service half sees the pure half through this door only.
 pub use crate::{
     formats::{Format, FormatInfo, Limits, sniff},
     model::{Control, Phase, Progress},
+    rig::{FindingCode, Severity, template_schema},
 };
 
 use serde::Serialize;

@@ -14,10 +14,11 @@ impl Assets {
     pub async fn propose(&self, new: NewJob) -> Result<(JobRequest, serde_json::Value), Refusal> {
         let (request, _) = self.jobs.resolve(new).await?;
         let files = self.jobs.read_inputs(&request).await?;
+        let knowledge = self.jobs.knowledge(&request).await?;
         let work = request.clone();
         let proposal = self
             .look("propose", "looking into the files", move |engine, limits, control| {
-                engine.propose(&files.inputs(&work, &[]), limits, control)
+                engine.propose(&files.inputs(&work, &[]), &knowledge, limits, control)
             })
             .await?;
         Ok((request, proposal))
