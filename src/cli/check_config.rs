@@ -3,7 +3,7 @@
 use std::{path::PathBuf, process::ExitCode, sync::Arc};
 
 use crate::{
-    engine::{self, Proposal},
+    engine::{self, NamedBytes, Proposal},
     formats::Limits,
     model::Control,
 };
@@ -12,6 +12,7 @@ use super::{
     exit::{BAD_USAGE, Exit, print, to_json},
     files::InputFile,
     inputs::{InputFiles, RestPaths},
+    taught::{PresetChoice, RigPaths},
     watch::cancel_on_interrupt,
 };
 
@@ -29,6 +30,10 @@ pub(super) struct Arguments {
     target: Option<PathBuf>,
     #[command(flatten)]
     rests: RestPaths,
+    #[command(flatten)]
+    preset: PresetChoice,
+    #[command(flatten)]
+    rigs: RigPaths,
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
@@ -50,18 +55,22 @@ fn check(arguments: &Arguments) -> Result<(), Exit> {
         }
         return check_alone(arguments, &limits);
     };
-    let config = Some(arguments.config.as_path());
+    let config = (Some(arguments.config.as_path()), &arguments.preset);
+    let knowledge = arguments.rigs.read(&limits)?;
     let files = InputFiles::read((source, target), &arguments.rests, config, &limits)?;
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);
-    let proposal = engine::propose(&files.inputs(&[]), &limits, &control).map_err(|failure| files.exit(&failure))?;
+    let proposal = engine::propose_with(&files.inputs(&[]), &knowledge, &limits, &control)
+        .map_err(|failure| files.exit(&failure))?;
     print_proposal(&proposal, arguments.json, &format!("config {} fits\n\n", arguments.config.display()))
 }
 
 fn check_alone(arguments: &Arguments, limits: &Limits) -> Result<(), Exit> {
     let config = InputFile::read("config", &arguments.config, limits)?;
     let shown = arguments.config.display();
-    let understood = engine::check_config(config.as_named())
+    let merged = arguments.preset.under(Some(&config), limits)?;
+    let bytes = merged.as_ref().map_or(config.as_named().bytes, String::as_bytes);
+    let understood = engine::check_config(NamedBytes { bytes, ..config.as_named() })
         .map_err(|failure| Exit::from_failure(&failure, &format!("config {shown}")))?;
     if arguments.json {
         return print(&to_json(&understood)?);

@@ -11,6 +11,7 @@ use crate::{
 use super::{
     exit::{Exit, print, to_json},
     inputs::{InputFiles, InputPaths},
+    taught::{PresetChoice, RigPaths},
     watch::cancel_on_interrupt,
 };
 
@@ -22,6 +23,10 @@ pub(super) struct Arguments {
     /// The retarget spec (JSON or YAML); without it, everything is found out
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    preset: PresetChoice,
+    #[command(flatten)]
+    rigs: RigPaths,
     /// The frame, from 0
     #[arg(long, value_name = "N")]
     frame: usize,
@@ -43,12 +48,13 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 fn explain(arguments: &Arguments) -> Result<(), Exit> {
     let limits = Limits::default();
     let InputPaths { source, target, rests } = &arguments.inputs;
-    let files = InputFiles::read((source, target), rests, arguments.config.as_deref(), &limits)?;
+    let files = InputFiles::read((source, target), rests, (arguments.config.as_deref(), &arguments.preset), &limits)?;
+    let knowledge = arguments.rigs.read(&limits)?;
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);
     let question = Question { frame: arguments.frame, joint: &arguments.joint };
-    let explanation =
-        engine::explain(&files.inputs(&[]), &question, &limits, &control).map_err(|failure| files.exit(&failure))?;
+    let explanation = engine::explain_with(&files.inputs(&[]), &question, &knowledge, &limits, &control)
+        .map_err(|failure| files.exit(&failure))?;
     if arguments.json {
         return print(&format!("{}\n", to_json(&explanation)?.trim_end()));
     }

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use crate::{
-    engine::{Failure, Inputs},
+    engine::{Failure, Inputs, NamedBytes},
     formats::{Format, Limits},
 };
 
-use super::{exit::Exit, files::InputFile};
+use super::{exit::Exit, files::InputFile, taught::PresetChoice};
 
 /// Where the files are.
 #[derive(Debug, clap::Args)]
@@ -40,23 +40,27 @@ pub(super) struct InputFiles {
     source_rest: Option<InputFile>,
     target_rest: Option<InputFile>,
     config: Option<InputFile>,
+    /// The config laid over a preset.
+    merged: Option<String>,
 }
 
 impl InputFiles {
     pub(super) fn read(
         (source, target): (&Path, &Path),
         rests: &RestPaths,
-        config: Option<&Path>,
+        (config, preset): (Option<&Path>, &PresetChoice),
         limits: &Limits,
     ) -> Result<Self, Exit> {
         let optional =
             |part: &str, path: Option<&Path>| path.map(|path| InputFile::read(part, path, limits)).transpose();
+        let config = optional("config", config)?;
         Ok(Self {
+            merged: preset.under(config.as_ref(), limits)?,
+            config,
             source: InputFile::read("source", source, limits)?,
             target: InputFile::read("target", target, limits)?,
             source_rest: optional("source_rest", rests.source_rest.as_deref())?,
             target_rest: optional("target_rest", rests.target_rest.as_deref())?,
-            config: optional("config", config)?,
         })
     }
 
@@ -66,7 +70,10 @@ impl InputFiles {
             target: self.target.as_named(),
             source_rest: self.source_rest.as_ref().map(InputFile::as_named),
             target_rest: self.target_rest.as_ref().map(InputFile::as_named),
-            config: self.config.as_ref().map(InputFile::as_named),
+            config: self.merged.as_ref().map_or_else(
+                || self.config.as_ref().map(InputFile::as_named),
+                |merged| Some(NamedBytes { name: "config.json", bytes: merged.as_bytes() }),
+            ),
             formats,
         }
     }

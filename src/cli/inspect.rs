@@ -7,6 +7,7 @@ use crate::{engine, formats::Limits, model::Control};
 use super::{
     exit::{Exit, print, to_json},
     files::InputFile,
+    taught::RigPaths,
     watch::cancel_on_interrupt,
 };
 
@@ -16,6 +17,8 @@ pub(super) struct Arguments {
     /// The file to look at
     #[arg(value_name = "FILE")]
     file: PathBuf,
+    #[command(flatten)]
+    rigs: RigPaths,
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
@@ -31,9 +34,10 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 fn inspect(arguments: &Arguments) -> Result<(), Exit> {
     let limits = Limits::default();
     let file = InputFile::read("file", &arguments.file, &limits)?;
+    let knowledge = arguments.rigs.read(&limits)?;
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);
-    let inspection = engine::inspect(file.as_named(), &limits, &control)
+    let inspection = engine::inspect_with(file.as_named(), &knowledge, &limits, &control)
         .map_err(|failure| Exit::from_failure(&failure, &format!("file {}", file.path.display())))?;
     print(&if arguments.json { to_json(&inspection)? } else { format!("{}\n", inspection.to_string().trim_end()) })
 }

@@ -14,6 +14,7 @@ mod retarget;
 mod samples;
 mod serve;
 mod suggest;
+mod taught;
 mod watch;
 
 use std::process::ExitCode;

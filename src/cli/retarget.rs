@@ -17,6 +17,7 @@ use super::{
     exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED, one_line, say, to_json},
     files::{StagedFiles, check_place},
     inputs::{InputFiles, InputPaths},
+    taught::{PresetChoice, RigPaths},
     watch::{ProgressWatch, cancel_on_interrupt},
 };
 
@@ -28,6 +29,10 @@ pub(super) struct Arguments {
     /// The retarget spec (JSON or YAML); without it, everything is found out
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    preset: PresetChoice,
+    #[command(flatten)]
+    rigs: RigPaths,
     /// Where the result goes; the ending picks the format. May be given several times
     #[arg(long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
@@ -54,7 +59,8 @@ fn retarget(arguments: &Arguments) -> Result<(), Exit> {
     check_places(arguments)?;
     let limits = Limits::default();
     let InputPaths { source, target, rests } = &arguments.inputs;
-    let files = InputFiles::read((source, target), rests, arguments.config.as_deref(), &limits)?;
+    let files = InputFiles::read((source, target), rests, (arguments.config.as_deref(), &arguments.preset), &limits)?;
+    let knowledge = arguments.rigs.read(&limits)?;
     // What is asked for twice in the same format is made once.
     let mut wanted: Vec<Format> = Vec::new();
     for format in &formats {
@@ -66,7 +72,7 @@ fn retarget(arguments: &Arguments) -> Result<(), Exit> {
     let control = Arc::new(Control::with_clock(monotonic_seconds));
     cancel_on_interrupt(&control);
     let watch = ProgressWatch::start(&control, arguments.progress);
-    let result = engine::retarget(&files.inputs(&wanted), &limits, &control);
+    let result = engine::retarget_with(&files.inputs(&wanted), &knowledge, &limits, &control);
     drop(watch);
     let outcome = result.map_err(|failure| files.exit(&failure))?;
     tell_warnings(&outcome);

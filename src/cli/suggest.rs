@@ -9,6 +9,7 @@ use super::{
     exit::{Exit, say, to_json},
     files::{StagedFiles, check_place},
     inputs::{InputFiles, InputPaths},
+    taught::{PresetChoice, RigPaths},
     watch::cancel_on_interrupt,
 };
 
@@ -20,6 +21,10 @@ pub(super) struct Arguments {
     /// A config with what is known already; the rest is found out
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    preset: PresetChoice,
+    #[command(flatten)]
+    rigs: RigPaths,
     /// Where the suggested config goes, as JSON
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -41,10 +46,12 @@ fn suggest(arguments: &Arguments) -> Result<(), Exit> {
     }
     let limits = Limits::default();
     let InputPaths { source, target, rests } = &arguments.inputs;
-    let files = InputFiles::read((source, target), rests, arguments.config.as_deref(), &limits)?;
+    let files = InputFiles::read((source, target), rests, (arguments.config.as_deref(), &arguments.preset), &limits)?;
+    let knowledge = arguments.rigs.read(&limits)?;
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);
-    let proposal = engine::propose(&files.inputs(&[]), &limits, &control).map_err(|failure| files.exit(&failure))?;
+    let proposal = engine::propose_with(&files.inputs(&[]), &knowledge, &limits, &control)
+        .map_err(|failure| files.exit(&failure))?;
     if let Some(path) = &arguments.output {
         let mut staged = StagedFiles::default();
         staged.add(path, to_json(&proposal.resolved_spec)?.as_bytes())?;

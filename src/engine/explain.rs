@@ -16,7 +16,7 @@ use crate::{
 };
 
 use super::{
-    Failure, Inputs,
+    Failure, Inputs, Knowledge,
     files::{Files, Sides, in_config, one_field, read_spec},
     pass::Pass,
     tune,
@@ -133,12 +133,26 @@ pub fn explain(
     limits: &Limits,
     control: &Control,
 ) -> Result<Explanation, Failure> {
+    explain_with(inputs, question, &Knowledge::default(), limits, control)
+}
+
+/// The same, with what is known of rigs beside what the program comes with.
+///
+/// # Errors
+/// As [`explain`].
+pub fn explain_with(
+    inputs: &Inputs<'_>,
+    question: &Question<'_>,
+    knowledge: &Knowledge,
+    limits: &Limits,
+    control: &Control,
+) -> Result<Explanation, Failure> {
     let mut reporter = Reporter::new();
     control.enter(Phase::Read, 0);
     let spec = read_spec(inputs.config)?;
     let files = Files::load(inputs, limits, control, &mut reporter)?;
     control.enter(Phase::Plan, 0);
-    let Sides { spec, source, target } = files.sides(spec, &mut reporter)?;
+    let Sides { spec, source, target } = files.sides(spec, knowledge, &mut reporter)?;
     let clip = files.choose_clip(&spec, &mut reporter)?;
     let asked = |field: SpecField| Failure { part: "", ..in_config(one_field(field)) };
     let joint = target.joint(question.joint, "/joint").map_err(asked)?;

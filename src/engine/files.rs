@@ -9,7 +9,7 @@ use crate::{
 };
 
 use super::{
-    Failure, Inputs, NamedBytes,
+    Failure, Inputs, Knowledge, NamedBytes,
     load::{Loaded, load},
     mixups,
 };
@@ -52,12 +52,18 @@ impl Files {
     }
 
     /// Makes rigs of both, and settles what is measured from where a file's own rest pose is none and nobody sent another.
-    pub(super) fn sides(&self, mut spec: RetargetSpec, reporter: &mut Reporter) -> Result<Sides<'_>, Failure> {
+    pub(super) fn sides(
+        &self,
+        mut spec: RetargetSpec,
+        knowledge: &Knowledge,
+        reporter: &mut Reporter,
+    ) -> Result<Sides<'_>, Failure> {
+        let templates = knowledge.rigs();
         if self.source_rest.is_none() {
-            spec.source = with_standing_rest("source", &self.source.scene, &spec.source, reporter);
+            spec.source = with_standing_rest("source", &self.source.scene, &spec.source, templates, reporter);
         }
         if self.target_rest.is_none() {
-            spec.target = with_standing_rest("target", &self.target.scene, &spec.target, reporter);
+            spec.target = with_standing_rest("target", &self.target.scene, &spec.target, templates, reporter);
         }
         let (source, target) = (&self.source.scene, &self.target.scene);
         let rests = (scene_of(&self.source_rest), scene_of(&self.target_rest));
@@ -67,10 +73,10 @@ impl Files {
                 if side == "source" { (source, target, rests.0) } else { (target, source, rests.1) };
             mixups::explain_rest(failure, side, own, other, rest)
         };
-        let source =
-            Rig::new("source", source, rests.0, &spec.source, reporter).map_err(|error| failed(error, "source"))?;
-        let target =
-            Rig::new("target", target, rests.1, &spec.target, reporter).map_err(|error| failed(error, "target"))?;
+        let source = Rig::with_templates("source", source, rests.0, &spec.source, templates, reporter)
+            .map_err(|error| failed(error, "source"))?;
+        let target = Rig::with_templates("target", target, rests.1, &spec.target, templates, reporter)
+            .map_err(|error| failed(error, "target"))?;
         Ok(Sides { spec, source, target })
     }
 

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::{
     engine::{
-        Failure, NamedBytes, WarningView,
+        Failure, Knowledge, NamedBytes, WarningView,
         labels::{ByRole, Labels, OneOrMore},
         load::load,
     },
@@ -141,6 +141,19 @@ pub struct ClipView {
 /// # Errors
 /// When the file cannot be read.
 pub fn inspect(file: NamedBytes<'_>, limits: &Limits, control: &Control) -> Result<Inspection, Failure> {
+    inspect_with(file, &Knowledge::default(), limits, control)
+}
+
+/// The same, with what is known of rigs beside what the program comes with.
+///
+/// # Errors
+/// As [`inspect`].
+pub fn inspect_with(
+    file: NamedBytes<'_>,
+    knowledge: &Knowledge,
+    limits: &Limits,
+    control: &Control,
+) -> Result<Inspection, Failure> {
     let mut reporter = Reporter::new();
     let loaded = load(file, "source", limits, control, &mut reporter)?;
     let scene = &loaded.scene;
@@ -148,7 +161,7 @@ pub fn inspect(file: NamedBytes<'_>, limits: &Limits, control: &Control) -> Resu
     let joints = count_joints(scene, loaded.format);
     let counts =
         InspectionCounts { nodes: scene.skeleton.len(), joints, skins: scene.skins.len(), clips: scene.clips.len() };
-    let (rigs, findings) = match read_rig(scene, &mut reporter)? {
+    let (rigs, findings) = match read_rig(scene, knowledge, &mut reporter)? {
         Some(rig) => {
             let facts = FileFacts { can_have_skins: can_have_skins(loaded.format), warnings: &read_warnings };
             report_doubts(&scene.skeleton, &rig.recognition, &mut reporter, "source");
@@ -185,12 +198,12 @@ fn count_joints(scene: &Scene, format: Format) -> usize {
 }
 
 /// The rig as a retarget with an empty spec would see it; nothing where the file holds none.
-fn read_rig<'a>(scene: &'a Scene, reporter: &mut Reporter) -> Result<Option<Rig<'a>>, Failure> {
+fn read_rig<'a>(scene: &'a Scene, knowledge: &Knowledge, reporter: &mut Reporter) -> Result<Option<Rig<'a>>, Failure> {
     if scene.skeleton.is_empty() {
         return Ok(None);
     }
     let mut own = Reporter::new();
-    let rig = Rig::new("source", scene, None, &RigSpec::default(), &mut own)?;
+    let rig = Rig::with_templates("source", scene, None, &RigSpec::default(), knowledge.rigs(), &mut own)?;
     if rig.recognition.kind == RigKind::Other && !has_joints(scene) && rig.recognition.roles.is_empty() {
         // Meshes, lamps and cameras: what was guessed about their axes is of no use to anyone.
         return Ok(None);

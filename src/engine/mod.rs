@@ -10,6 +10,7 @@ mod failure;
 mod files;
 mod inspect;
 mod inspect_text;
+mod knowledge;
 mod labels;
 mod load;
 mod mixups;
@@ -20,19 +21,25 @@ mod report_page;
 mod retarget;
 mod tune;
 
-pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain};
+pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain, explain_with};
 pub use failure::{Failure, FailureCode, FieldError};
-pub use inspect::{ClipView, FindingView, Inspection, InspectionCounts, JointView, RigView, RoleView, inspect};
+pub use inspect::{
+    ClipView, FindingView, Inspection, InspectionCounts, JointView, RigView, RoleView, inspect, inspect_with,
+};
+pub use knowledge::{Knowledge, built_in_presets, built_in_rigs, check_preset, check_rig, merge_config};
 pub use labels::{ByRole, OneOrMore};
-pub use propose::{DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose};
+pub use propose::{
+    DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose, propose_with,
+};
 pub use report_page::report_page;
-pub use retarget::retarget;
+pub use retarget::{retarget, retarget_with};
 pub use tune::{TunedParameter, Tuning};
 
 // The words that callers need to speak with the engine; the service half sees the pure half through this door only.
 pub use crate::{
     formats::{Format, FormatInfo, Limits, sniff},
     model::{Control, Phase, Progress},
+    rig::{FindingCode, Severity, template_schema},
 };
 
 use serde::Serialize;

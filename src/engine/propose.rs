@@ -12,7 +12,7 @@ use crate::{
 };
 
 use super::{
-    Failure, FailureCode, Inputs, Limits, NamedBytes, Rigs, WarningView,
+    Failure, FailureCode, Inputs, Knowledge, Limits, NamedBytes, Rigs, WarningView,
     files::{Files, Sides, in_config, read_spec},
     labels::{Labels, OneOrMore},
     retarget::{facts, joint_count, wanted_outputs},
@@ -128,13 +128,26 @@ pub fn check_config(config: NamedBytes<'_>) -> Result<serde_json::Value, Failure
 /// # Errors
 /// As [`super::retarget`], but for what concerns frames.
 pub fn propose(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Result<Proposal, Failure> {
+    propose_with(inputs, &Knowledge::default(), limits, control)
+}
+
+/// The same, with what is known of rigs beside what the program comes with.
+///
+/// # Errors
+/// As [`propose`].
+pub fn propose_with(
+    inputs: &Inputs<'_>,
+    knowledge: &Knowledge,
+    limits: &Limits,
+    control: &Control,
+) -> Result<Proposal, Failure> {
     let mut reporter = Reporter::new();
     control.enter(Phase::Read, 0);
     let spec = read_spec(inputs.config)?;
     wanted_outputs(&spec, inputs.formats)?;
     let files = Files::load(inputs, limits, control, &mut reporter)?;
     control.enter(Phase::Plan, 0);
-    let Sides { spec, source, target } = files.sides(spec, &mut reporter)?;
+    let Sides { spec, source, target } = files.sides(spec, knowledge, &mut reporter)?;
     let still;
     let clip = match files.choose_clip(&spec, &mut reporter) {
         Ok(clip) => clip,

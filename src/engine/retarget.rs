@@ -11,7 +11,7 @@ use crate::{
 };
 
 use super::{
-    Counts, Failure, FailureCode, Inputs, Outcome, Output, Report, RigFacts, Rigs, Timings, WarningView,
+    Counts, Failure, FailureCode, Inputs, Knowledge, Outcome, Output, Report, RigFacts, Rigs, Timings, WarningView,
     convert::{convert_clip, convert_scene, into_ours},
     files::{Files, Sides, in_config, one_field, read_spec},
     pass::Pass,
@@ -23,6 +23,19 @@ use super::{
 /// # Errors
 /// When an input cannot be read, the spec does not fit, there is nothing to retarget, or the work is canceled.
 pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Result<Outcome, Failure> {
+    retarget_with(inputs, &Knowledge::default(), limits, control)
+}
+
+/// Retargets, with what is known of rigs beside what the program comes with.
+///
+/// # Errors
+/// As [`retarget`].
+pub fn retarget_with(
+    inputs: &Inputs<'_>,
+    knowledge: &Knowledge,
+    limits: &Limits,
+    control: &Control,
+) -> Result<Outcome, Failure> {
     let begin = control.seconds();
     let mut reporter = Reporter::new();
     control.enter(Phase::Read, 0);
@@ -33,7 +46,7 @@ pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Resu
 
     let planning = control.seconds();
     control.enter(Phase::Plan, 0);
-    let Sides { spec, source, target } = files.sides(spec, &mut reporter)?;
+    let Sides { spec, source, target } = files.sides(spec, knowledge, &mut reporter)?;
     let clip = files.choose_clip(&spec, &mut reporter)?;
     let subject = Subject { source: &source, target: &target, clip, control };
     let tuning_begin = control.seconds();

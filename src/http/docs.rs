@@ -36,6 +36,7 @@ pub(super) fn documented_routes() -> OpenApiRouter<ApiState> {
         .merge(resources::jobs::routes())
         .merge(resources::proposals::routes())
         .merge(resources::explanations::routes())
+        .merge(resources::library::routes())
         .merge(resources::results::routes())
         .merge(resources::describe::routes())
         .merge(resources::probes::routes())

@@ -18,6 +18,7 @@ mod extract;
 mod layers;
 mod negotiate;
 mod page;
+mod precondition;
 mod prefer;
 mod problem;
 mod resources;
@@ -42,7 +43,7 @@ use tokio::sync::Semaphore;
 
 use crate::{
     config::Settings,
-    jobs::{Assets, Jobs},
+    jobs::{Assets, Jobs, Library},
     telemetry::Metrics,
 };
 
@@ -56,6 +57,8 @@ pub struct ApiState {
     pub jobs: Jobs,
     /// The uploaded files.
     pub assets: Assets,
+    /// The rigs and presets.
+    pub library: Library,
     /// The settings.
     pub settings: Shared<Settings>,
     /// The metrics.

@@ -105,11 +105,12 @@ pub(super) async fn read_form(request: Request<Body>, assets: &Assets, settings:
 pub(super) struct Form {
     files: BTreeMap<InputRole, ReceivedFile>,
     config: Option<ConfigDocument>,
+    preset: Option<String>,
     bytes: u64,
 }
 
 impl Form {
-    const NAMES: [&'static str; 5] = ["source", "target", "source_rest", "target_rest", "config"];
+    const NAMES: [&'static str; 6] = ["source", "target", "source_rest", "target_rest", "config", "preset"];
 
     async fn take(
         &mut self,
@@ -124,6 +125,11 @@ impl Form {
             let what = "the part 'config'";
             let bytes = collect(&mut field, settings.max_document_bytes.0, what, pace).await?;
             self.config = Some(config_document(file_name, bytes)?);
+            return Ok(());
+        }
+        if name == "preset" && self.preset.is_none() {
+            let bytes = collect(&mut field, settings.max_document_bytes.0, "the part 'preset'", pace).await?;
+            self.preset = Some(String::from_utf8_lossy(&bytes).trim().to_owned());
             return Ok(());
         }
         let Some(role) = InputRole::from_name(&name).filter(|role| !self.files.contains_key(role)) else {
@@ -141,7 +147,7 @@ impl Form {
 
     /// The config alone, where there are no files.
     pub(super) fn only_config(&mut self) -> Option<ConfigDocument> {
-        if self.files.is_empty() { self.config.take() } else { None }
+        if self.files.is_empty() && self.preset.is_none() { self.config.take() } else { None }
     }
 
     /// Keeps the files.
@@ -160,7 +166,7 @@ impl Form {
         for (role, file) in self.files {
             inputs.insert(role, assets.keep(file).await?.0.id);
         }
-        Ok(NewJob { inputs, config: self.config, ..NewJob::default() })
+        Ok(NewJob { inputs, config: self.config, preset: self.preset, ..NewJob::default() })
     }
 }
 

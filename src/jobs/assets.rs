@@ -4,9 +4,13 @@ use std::sync::Arc;
 
 use tokio::sync::Semaphore;
 
-use super::{Engine, Jobs, Refusal, bridge::on_own_thread};
+use super::{
+    Engine, Jobs, Refusal,
+    bridge::on_own_thread,
+    inspections::{InspectionKey, Inspections},
+};
 use crate::{
-    engine::{Control, Failure, FailureCode, Format, Limits, NamedBytes, sniff},
+    engine::{Control, Failure, FailureCode, Format, Knowledge, Limits, NamedBytes, sniff},
     store::{AssetId, AssetRecord, BlobWriter, Page, UnnamedBlob},
     telemetry::Metric,
 };
@@ -17,6 +21,7 @@ pub struct Assets {
     pub(super) jobs: Jobs,
     /// As many files are looked into at the same time as jobs may run.
     looks: Arc<Semaphore>,
+    inspections: Arc<Inspections>,
 }
 
 /// A file that is arriving. Dropping it leaves nothing.
@@ -44,7 +49,7 @@ impl Assets {
     #[must_use]
     pub fn new(jobs: &Jobs) -> Self {
         let looks = Arc::new(Semaphore::new(jobs.0.settings.workers.0.get()));
-        Self { jobs: jobs.clone(), looks }
+        Self { jobs: jobs.clone(), looks, inspections: Arc::default() }
     }
 
     /// Begins to take a file. `announced_bytes` is what the sender said it will be, so that too much is refused early.
@@ -122,27 +127,28 @@ impl Assets {
         Ok(store.remove_unnamed(&[removed.sha256]).await?)
     }
 
-    /// What a file holds, as a JSON object. Found out once and remembered.
+    /// What a file holds, as a JSON object. Remembered for as long as neither the program nor the users' templates change.
     ///
     /// # Errors
     /// When there is no such file, or it cannot be read.
-    pub async fn inspect(&self, id: &AssetId) -> Result<String, Refusal> {
-        const VERSION: &str = env!("CARGO_PKG_VERSION");
+    pub async fn inspect(&self, id: &AssetId) -> Result<Arc<str>, Refusal> {
         let asset = self.get(id).await?;
-        let records = self.jobs.0.store.records();
-        if let Some(document) = records.inspection(&asset, VERSION).await? {
+        let rigs = self.jobs.own_rigs().await?;
+        let AssetRecord { sha256, format, .. } = asset.clone();
+        let key = InspectionKey { sha256, format, rigs_sha256: rigs.sha256.clone() };
+        if let Some(document) = self.inspections.find(&key) {
             return Ok(document);
         }
-        let document = self.inspect_now(&asset).await?.to_string();
-        records.add_inspection(&asset, VERSION, &document).await?;
+        let document: Arc<str> = self.inspect_now(&asset, rigs.knowledge()?).await?.to_string().into();
+        self.inspections.add(key, &document);
         Ok(document)
     }
 
-    async fn inspect_now(&self, asset: &AssetRecord) -> Result<serde_json::Value, Refusal> {
+    async fn inspect_now(&self, asset: &AssetRecord, knowledge: Knowledge) -> Result<serde_json::Value, Refusal> {
         let bytes = self.jobs.0.store.blobs().read(&asset.sha256).await?;
         let name = asset.file_name.clone();
         let look = move |engine: &dyn Engine, limits: &Limits, control: &Control| {
-            engine.inspect(NamedBytes { name: &name, bytes: &bytes }, limits, control)
+            engine.inspect(NamedBytes { name: &name, bytes: &bytes }, &knowledge, limits, control)
         };
         self.look("inspect", "looking into the file", look).await
     }

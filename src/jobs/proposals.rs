@@ -14,10 +14,11 @@ impl Assets {
     pub async fn propose(&self, new: NewJob) -> Result<(JobRequest, serde_json::Value), Refusal> {
         let (request, _) = self.jobs.resolve(new).await?;
         let files = self.jobs.read_inputs(&request).await?;
+        let knowledge = self.jobs.knowledge(&request).await?;
         let work = request.clone();
         let proposal = self
             .look("propose", "looking into the files", move |engine, limits, control| {
-                engine.propose(&files.inputs(&work, &[]), limits, control)
+                engine.propose(&files.inputs(&work, &[]), &knowledge, limits, control)
             })
             .await?;
         Ok((request, proposal))
@@ -30,9 +31,10 @@ impl Assets {
     pub async fn explain(&self, new: NewJob, frame: usize, joint: String) -> Result<serde_json::Value, Refusal> {
         let (request, _) = self.jobs.resolve(new).await?;
         let files = self.jobs.read_inputs(&request).await?;
+        let knowledge = self.jobs.knowledge(&request).await?;
         self.look("explain", "explaining the joint", move |engine, limits, control| {
             let question = Question { frame, joint: &joint };
-            engine.explain(&files.inputs(&request, &[]), &question, limits, control)
+            engine.explain(&files.inputs(&request, &[]), &question, &knowledge, limits, control)
         })
         .await
     }

@@ -122,11 +122,12 @@ impl Jobs {
     ) -> Result<impl FnOnce() -> Result<Outcome, Failure> + Send + 'static, Refusal> {
         let request = record.request.clone();
         let files = self.read_inputs(&request).await?;
+        let knowledge = self.knowledge(&request).await?;
         let inner = Arc::clone(&self.0);
         let running = Arc::clone(running);
         Ok(move || {
             let formats: Vec<Format> = request.formats.iter().filter_map(|name| Format::from_name(name)).collect();
-            inner.engine.retarget(&files.inputs(&request, &formats), &inner.limits, &running.control)
+            inner.engine.retarget(&files.inputs(&request, &formats), &knowledge, &inner.limits, &running.control)
         })
     }
 

@@ -24,7 +24,7 @@ pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use findings::{FileFacts, Finding, FindingCode, Severity, examine, examine_clips};
 pub use floor::standing_floor;
 pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride};
-pub use parse::{parse_spec, parse_value};
+pub use parse::{is_own_shape, parse_document, parse_spec, parse_value};
 pub use recognition::{
     BodyFrame, Hints, Part, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
     body_frame, builtin_templates, parse_template, recognise, report_doubts, rest_pose_kind, template_schema,

@@ -56,6 +56,12 @@ pub(super) fn deserialize<T: DeserializeOwned>(document: Value) -> Result<T, Spe
     })
 }
 
+/// Whether a document has the shape of our own spec, and is no config of another tool.
+#[must_use]
+pub fn is_own_shape(document: &Value) -> bool {
+    document.is_object() && !ikrig::is_config(document)
+}
+
 /// What serde says of a value, without its words for types of Rust.
 fn plain_words(detail: &str) -> String {
     const WORDS: [(&str, &str); 15] = [
@@ -91,7 +97,11 @@ fn words_of(detail: &str) -> (&str, Vec<&str>) {
     (words.next().unwrap_or_default(), words.collect())
 }
 
-fn parse_document(bytes: &[u8]) -> Result<Value, SpecError> {
+/// Reads a document of ours: JSON, or YAML. An empty one is an empty object.
+///
+/// # Errors
+/// When it is neither.
+pub fn parse_document(bytes: &[u8]) -> Result<Value, SpecError> {
     let malformed = |detail: String| SpecError::new(SpecErrorKind::Malformed, detail, "send JSON or YAML");
     let text = std::str::from_utf8(bytes)
         .map_err(|error| malformed(format!("the config is not UTF-8 text: byte {}", error.valid_up_to())))?;

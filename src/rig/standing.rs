@@ -3,7 +3,7 @@
 use crate::model::{Clip, LocalPose, Reporter, Scene};
 
 use super::{
-    recognition::{Hints, recognise},
+    recognition::{Hints, RigTemplate, recognise},
     spec::{ClipChoice, RestFrame, RestSpec, RigSpec},
 };
 
@@ -11,11 +11,17 @@ use super::{
 /// stands and that frame is one. Only for files that do not say their axes (BVH), as all others have a rest pose by design, and not
 /// where the spec says them: who knows a rig that well knows its rest pose.
 #[must_use]
-pub fn with_standing_rest(side: &'static str, scene: &Scene, spec: &RigSpec, reporter: &mut Reporter) -> RigSpec {
+pub fn with_standing_rest(
+    side: &'static str,
+    scene: &Scene,
+    spec: &RigSpec,
+    templates: &[RigTemplate],
+    reporter: &mut Reporter,
+) -> RigSpec {
     let is_open = scene.axes.is_none() && spec.rest == RestSpec::default() && spec.axes.is_none();
     let stands = |pose: &LocalPose| {
         let model = pose.to_model(&scene.skeleton);
-        recognise(&scene.skeleton, &model, &Hints::of(scene)).body.is_some()
+        recognise(&scene.skeleton, &model, &Hints { templates, ..Hints::of(scene) }).body.is_some()
     };
     let clip = scene.clips.iter().position(Clip::is_animated);
     let Some(clip) = clip.filter(|_| is_open && !stands(&scene.skeleton.rest_pose())) else { return spec.clone() };

@@ -8,7 +8,7 @@ use crate::model::{Axes, LocalPose, ModelPose, Reporter, Scene, SignedAxis, Skel
 
 use super::{
     error::{SpecError, SpecErrorKind, SpecField},
-    recognition::{Hints, Recognition, recognise},
+    recognition::{Hints, Recognition, RigTemplate, recognise},
     rest::{RestSource, bind_pose, take_over},
     spec::{ClipChoice, RestRule, RestSpec, RigSpec, UnitSpec},
 };
@@ -53,6 +53,21 @@ impl<'a> Rig<'a> {
         spec: &RigSpec,
         reporter: &mut Reporter,
     ) -> Result<Self, SpecError> {
+        Self::with_templates(name, scene, rest_scene, spec, &[], reporter)
+    }
+
+    /// The same, with templates of the user's own, which are tried before the built-in ones.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_templates(
+        name: &'static str,
+        scene: &'a Scene,
+        rest_scene: Option<&Scene>,
+        spec: &RigSpec,
+        templates: &[RigTemplate],
+        reporter: &mut Reporter,
+    ) -> Result<Self, SpecError> {
         let skeleton = &scene.skeleton;
         if skeleton.is_empty() {
             return Err(SpecError::new(
@@ -63,7 +78,7 @@ impl<'a> Rig<'a> {
         }
         let (rest_local, rest_source) = find_rest(name, scene, rest_scene, spec, reporter)?;
         let rest = rest_local.to_model(skeleton);
-        let recognition = recognise(skeleton, &rest, &Hints::of(scene));
+        let recognition = recognise(skeleton, &rest, &Hints { templates, ..Hints::of(scene) });
         let roles = find_roles(name, skeleton, &recognition, spec)?;
         let (work_from_scene, axes) = find_axes(name, scene, &recognition, spec, reporter);
         let unit_metres = match spec.unit {

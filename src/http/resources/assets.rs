@@ -129,11 +129,11 @@ async fn content(
 
 /// Says what a file holds.
 ///
-/// Skeletons, clips, the recognised rig, roles with confidence, the kind of rest pose, units and warnings. Found out once and
-/// remembered.
+/// Skeletons, clips, the recognised rig, roles with confidence, the kind of rest pose, units, findings (what is wrong, odd or worth
+/// knowing, each with what to do) and warnings. Rig templates of your own take part in the recognition.
 #[utoipa::path(get, path = "/v1/assets/{id}/skeleton", tag = "assets", params(("id" = String, Path, description = "the asset")),
     responses((status = 200, body = Object, description = "what the file holds, as `retargetd inspect --json` prints it"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn skeleton(State(assets): State<Assets>, Id(id): Id<AssetId>) -> Result<Response, Problem> {
-    Ok(crate::http::json_text(assets.inspect(&id).await?))
+    Ok(crate::http::json_text(assets.inspect(&id).await?.to_string()))
 }

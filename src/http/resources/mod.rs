@@ -4,6 +4,7 @@ pub(super) mod assets;
 pub(super) mod describe;
 pub(super) mod explanations;
 pub(super) mod jobs;
+pub(super) mod library;
 pub(super) mod new_job;
 pub(super) mod probes;
 pub(super) mod proposals;

@@ -32,6 +32,10 @@ pub(in crate::http) struct NewJobBody {
     #[serde(default)]
     #[schema(example = json!(["glb", "poses_npz"]))]
     output: Vec<String>,
+    /// A preset that the config is laid over, as `GET /v1/presets` lists them: objects are merged member by member, everything
+    /// else (lists too) is taken from the config where it says something (RFC 7396).
+    #[schema(example = "plain_fk")]
+    preset: Option<String>,
     /// Words of your own, given back with the job.
     #[serde(default)]
     labels: BTreeMap<String, String>,
@@ -56,7 +60,7 @@ impl NewJobBody {
         let inputs = read_inputs([Some(self.source), Some(self.target), self.source_rest, self.target_rest])?;
         let config = self.config.map(config_document);
         let formats = read_formats(&self.output, settings.max_outputs_per_job)?;
-        Ok(NewJob { inputs, config, formats, labels: check_labels(self.labels, settings)? })
+        Ok(NewJob { inputs, config, formats, preset: self.preset, labels: check_labels(self.labels, settings)? })
     }
 }
 

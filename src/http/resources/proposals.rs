@@ -45,6 +45,8 @@ pub(super) struct SuggestionBody {
     /// What is known already, as in a retarget spec; the rest is found out.
     #[schema(value_type = Object)]
     config: Option<serde_json::Map<String, serde_json::Value>>,
+    /// A preset that the config is laid over.
+    preset: Option<String>,
 }
 
 /// A config, and the two files that it is for.
@@ -63,6 +65,8 @@ struct CheckBody {
     source_rest: Option<InputBody>,
     /// The target rig in its rest pose.
     target_rest: Option<InputBody>,
+    /// A preset that the config is laid over; only with files.
+    preset: Option<String>,
 }
 
 /// What a retarget would do.
@@ -113,7 +117,7 @@ pub(super) async fn read_files(request: Request<Body>, state: &ApiState) -> Resu
     }
     let JsonBody(body) = JsonBody::<SuggestionBody>::from_request(request, state).await?;
     let inputs = read_inputs([Some(body.source), Some(body.target), body.source_rest, body.target_rest])?;
-    Ok(NewJob { inputs, config: body.config.map(config_document), ..NewJob::default() })
+    Ok(NewJob { inputs, config: body.config.map(config_document), preset: body.preset, ..NewJob::default() })
 }
 
 /// Checks a config.
@@ -150,7 +154,7 @@ impl CheckBody {
         let config = config_document(self.config);
         let missing = match (&self.source, &self.target) {
             (Some(_), Some(_)) => None,
-            (None, None) if self.source_rest.is_none() && self.target_rest.is_none() => {
+            (None, None) if self.source_rest.is_none() && self.target_rest.is_none() && self.preset.is_none() => {
                 return Ok((Some(config), NewJob::default()));
             }
             (None, _) => Some("source"),
@@ -161,7 +165,7 @@ impl CheckBody {
             return Err(Problem::new(Code::MissingPart, detail).at(format!("/{name}"), Vec::new()));
         }
         let inputs = read_inputs([self.source, self.target, self.source_rest, self.target_rest])?;
-        Ok((None, NewJob { inputs, config: Some(config), ..NewJob::default() }))
+        Ok((None, NewJob { inputs, config: Some(config), preset: self.preset, ..NewJob::default() }))
     }
 }
 

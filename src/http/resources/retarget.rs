@@ -48,6 +48,8 @@ pub(in crate::http) struct RetargetForm {
     /// The retarget spec (JSON or YAML), or a config of another tool that is understood.
     #[schema(content_media_type = "application/json")]
     config: Option<String>,
+    /// The name of a preset that the config is laid over.
+    preset: Option<String>,
 }
 
 /// Stops the job when the caller goes away while waiting for it.

@@ -135,5 +135,5 @@ fn moves_mesh(rig: &Rig<'_>, bound: &BTreeSet<usize>, joint: usize) -> bool {
         let has_role = rig.roles.values().flatten().any(|role| role == other);
         skeleton.parent(*other) == Some(joint) && !has_role
     };
-    bound.contains(&joint) || bound.iter().any(|other| is_helper(other))
+    bound.contains(&joint) || bound.iter().any(is_helper)
 }
