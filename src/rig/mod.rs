@@ -3,6 +3,7 @@
 //! Knows skeletons and poses; knows no file format and no frame loop.
 
 mod align;
+mod anatomy;
 mod auto_map;
 mod error;
 mod findings;
@@ -21,7 +22,7 @@ mod unknown_fields;
 
 pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use findings::{FileFacts, Finding, FindingCode, Severity, examine, examine_clips};
-pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition};
+pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride};
 pub use parse::{is_own_shape, parse_document, parse_spec, parse_value};
 pub use recognition::{
     BodyFrame, Hints, Part, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
