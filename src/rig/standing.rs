@@ -3,7 +3,7 @@
 use crate::model::{Clip, LocalPose, Reporter, Scene};
 
 use super::{
-    recognise::recognise,
+    recognition::recognise,
     spec::{ClipChoice, RestFrame, RestSpec, RigSpec},
 };
 

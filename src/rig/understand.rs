@@ -8,7 +8,7 @@ use crate::model::{Axes, LocalPose, ModelPose, Reporter, Scene, SignedAxis, Skel
 
 use super::{
     error::{SpecError, SpecErrorKind, SpecField},
-    recognise::{Recognition, recognise},
+    recognition::{Recognition, recognise},
     rest::{RestSource, bind_pose, take_over},
     spec::{ClipChoice, RestRule, RestSpec, RigSpec, UnitSpec},
 };
