@@ -1,6 +1,6 @@
 //! Skins, and the pose in which they were bound.
 
-use glam::{DMat4, Mat4};
+use glam::{DMat4, DVec3, Mat4};
 
 use super::{
     accessor::{Accessors, Shape},
@@ -50,7 +50,7 @@ pub(super) fn read(
             graph.joint(&skeleton)?;
         }
         skins.bind_pose.resize(graph.joints.len(), None);
-        let joint_from_mesh = read_inverse_bind_matrices(&object, joints.len(), accessors, budget, reporter)?;
+        let joint_from_mesh = read_inverse_bind_matrices(&object, &joints, graph, accessors, budget, reporter)?;
         let bind = bind_transforms(&joint_from_mesh, &object, reporter);
         for (joint, transform) in joints.iter().zip(bind) {
             skins.bind_pose[*joint] = skins.bind_pose[*joint].or(transform);
@@ -61,15 +61,17 @@ pub(super) fn read(
     Ok(skins)
 }
 
-/// Empty where they are not given, or are the identity for several joints: the specification lets a mesh be bound so that every
-/// joint's own space is the mesh's, but files that leave the matrices out mean that they do not know.
+/// Empty where they are not given, or are all the identity, and the joints are not in one place: the specification lets a mesh be
+/// bound so that every joint's own space is the mesh's, but files that leave the matrices out mean that they do not know.
 fn read_inverse_bind_matrices(
     skin: &Cursor<'_, '_>,
-    joint_count: usize,
+    joints: &[usize],
+    graph: &Graph,
     accessors: &mut Accessors<'_>,
     budget: &mut Budget<'_>,
     reporter: &mut Reporter,
 ) -> Result<Vec<Mat4>, FormatError> {
+    let joint_count = joints.len();
     let matrices: Option<Vec<Mat4>> = match skin.get("inverseBindMatrices")? {
         None => None,
         Some(entry) => {
@@ -82,8 +84,12 @@ fn read_inverse_bind_matrices(
             Some(accessors.decode(&accessor, joint_count, &entry, budget)?)
         }
     };
-    let says_something = |matrices: &Vec<Mat4>| joint_count < 2 || matrices.iter().any(|one| *one != Mat4::IDENTITY);
-    let Some(matrices) = matrices.filter(says_something) else {
+    let says_something = |matrices: &Vec<Mat4>| matrices.iter().any(|one| *one != Mat4::IDENTITY);
+    let are_apart = joints.iter().skip(1).any(|joint| graph.joints[*joint].rest.translation != DVec3::ZERO);
+    let Some(matrices) = matrices.filter(|matrices| !are_apart || says_something(matrices)) else {
+        if !are_apart {
+            return Ok(vec![Mat4::IDENTITY; joint_count]);
+        }
         let detail = "the inverse bind matrices of the skin are missing, or all the identity; the node transforms are \
                       taken as its bind pose";
         reporter.warn("bind_matrices_missing", skin.to_string(), detail, "bind the mesh again and export");

@@ -83,3 +83,16 @@ fn a_broken_mesh_costs_its_points_and_nothing_else() {
     assert_eq!(codes(&warnings), ["skin_points_unreadable"; 3], "each says why");
     assert!(warnings[2].detail.contains("Draco"), "{}", warnings[2].detail);
 }
+
+#[test]
+fn a_skin_without_inverse_bind_matrices_says_nothing() {
+    let mut builder = bound();
+    let attributes = vertices(&mut builder);
+    builder.json["meshes"][0]["primitives"][0]["attributes"] = attributes;
+    builder.json["nodes"][1]["translation"] = json!([0.0, 2.0, 0.0]);
+    builder.json["skins"][0].as_object_mut().expect("an object").remove("inverseBindMatrices");
+    let (scene, warnings) = builder.read().expect("readable");
+    assert_eq!(codes(&warnings), ["bind_matrices_missing"], "said");
+    assert_eq!(scene.bind_pose, [None; 3], "the node transforms are the rest pose");
+    assert!(scene.skin_points.is_empty(), "where the vertices are is not known");
+}
