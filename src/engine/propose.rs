@@ -86,7 +86,7 @@ pub struct DriverView {
     pub joint: String,
     /// Its node's index in the file.
     pub node: usize,
-    /// `pelvis` or `chain`; nothing where the joint only follows its parent.
+    /// `pelvis`, `chain`, or `ride` where a joint of the body carries it; nothing where it only follows its parent.
     pub driver: Option<&'static str>,
     /// The role or chain that it belongs to.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -175,6 +175,12 @@ pub fn propose_with(
     let view = |(joint, driver): (usize, &JointDriver)| {
         let own = &target.skeleton().joints()[joint];
         let described = describe(driver, &mapping, &labels.0);
+        let ride = mapping.rides.iter().find(|ride| ride.joint == joint).map(|ride| labels.1.of(ride.on));
+        if let (JointDriver::Nothing, Some(on)) = (driver, ride) {
+            let reason = format!("it hangs elsewhere in the file, and is carried by '{on}' as on a body");
+            let carried = DriverView { driver: Some("ride"), ..DriverView::none(reason) };
+            return DriverView { joint: labels.1.of(joint), node: own.node, ..carried };
+        }
         let idle = || idle_reason(role_of.get(&joint).copied(), helpers.contains(&joint), own.is_joint, &spec);
         DriverView {
             joint: labels.1.of(joint),

@@ -16,4 +16,5 @@ mod parity;
 mod quality;
 mod readme;
 mod rig_recognition;
+mod skin_points;
 mod tune;

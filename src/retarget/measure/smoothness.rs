@@ -115,10 +115,8 @@ impl Smoothness {
 impl Pace {
     fn mean(paces: impl ExactSizeIterator<Item = Self>) -> Self {
         let count = paces.len().max(1) as f64;
-        let sum = paces.fold(Self::default(), |sum, pace| Self {
-            jerk: sum.jerk + pace.jerk,
-            speed: sum.speed + pace.speed,
-        });
+        let sum =
+            paces.fold(Self::default(), |sum, pace| Self { jerk: sum.jerk + pace.jerk, speed: sum.speed + pace.speed });
         Self { jerk: sum.jerk / count, speed: sum.speed / count }
     }
 }

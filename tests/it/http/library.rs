@@ -133,7 +133,7 @@ fn foreign() -> Vec<u8> {
     for (known, unknown) in names {
         text = text.replace(&format!("\"{known}"), &format!("\"{unknown}"));
     }
-    while text.len() % 4 != 0 {
+    while !text.len().is_multiple_of(4) {
         text.push(' ');
     }
     let mut glb = bytes[..12].to_vec();
