@@ -3,3 +3,4 @@
 mod generated;
 mod real_files;
 mod schemes;
+mod stripped;

@@ -73,6 +73,11 @@ impl<'a> Body<'a> {
         self.enter[joint] > self.enter[ancestor] && self.enter[joint] < self.enter[ancestor] + self.size[ancestor]
     }
 
+    /// Whether nothing hangs from the joint.
+    pub(super) fn is_leaf(&self, joint: usize) -> bool {
+        self.size[joint] == 1
+    }
+
     /// The lowest joint that both are below or equal to.
     pub(super) fn common_ancestor(&self, first: usize, second: usize) -> Option<usize> {
         let mut current = Some(first);

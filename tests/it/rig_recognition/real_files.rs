@@ -112,7 +112,6 @@ const NO_BODIES: &[&str] = &[
     "creatures/spider_noskin.fbx",
     "cc0-stylised/quaternius_alien.fbx",
     "cc0-stylised/kenney_platformer_noskin.glb",
-    "khronos/CesiumMan.glb",
     "khronos/SimpleSkin.gltf",
     "khronos/SimpleSkinning.gltf",
     "khronos/rigged_simple.gltf",
