@@ -168,7 +168,11 @@ impl<'a> Body<'a> {
         let mut pieces: Vec<_> = parts_of_piece.into_iter().collect();
         pieces.sort_by_key(|(top, parts)| Reverse((parts.len(), joints_of_piece.get(top).copied())));
         let mut pieces = pieces.into_iter();
-        let Some((top, mut found)) = pieces.next() else { return };
+        let Some((top, mut found)) = pieces.next() else {
+            // Names say nothing: all that the file calls joints may be the body.
+            self.members = counts;
+            return;
+        };
         let mut inside = BTreeSet::from([top]);
         for (other, parts) in pieces {
             // A second body has the same parts once more; another piece of this one has other parts.

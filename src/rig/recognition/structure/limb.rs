@@ -27,7 +27,7 @@ pub(super) struct Proportions {
 pub(super) const ARM: Proportions =
     Proportions { upper_over_lower: 1.04, before: 0.5, after: 0.75, bends: false, splits: 0.23, bare: 0.7 };
 pub(super) const LEG: Proportions =
-    Proportions { upper_over_lower: 1.0, before: 0.2, after: 0.5, bends: true, splits: 0.26, bare: 1.0 };
+    Proportions { upper_over_lower: 1.0, before: 0.2, after: 0.5, bends: true, splits: 0.3, bare: 1.0 };
 
 /// Spread of the ratio of the segments, as a logarithm.
 const RATIO_SPREAD: f64 = 0.45;
