@@ -104,7 +104,6 @@ const BODIES: &[Row] = &[
     ("cc0-stylised/quaternius_orc_draco.glb", "", "T", "", &[s::QUATERNIUS]),
     ("cc0-stylised/kaykit_knight.glb", "", "T", "", &[s::KAYKIT]),
     ("cc0-stylised/godot_robot.glb", "", "A", "", &[s::GODOT_ROBOT]),
-    ("cc0-stylised/robot_expressive.glb", "", "T", "", &[s::QUATERNIUS]),
     ("cc0-stylised/kenney_medium_maya.fbx", "humanik", "T", "", &[s::KENNEY]),
     ("bvh/bandai-namco/dataset-1_bow_active_001.bvh", "", "other", "", &[s::BANDAI_NAMCO]),
     ("bvh/fair1/wave_hello_zup.bvh", "humanik", "T", "", &[s::LONG_SPINE, s::HUMANIK_LIMBS]),

@@ -12,6 +12,8 @@ const LEAST_APART: f64 = 0.04;
 const MOST_DIFFERENCE: f64 = 0.06;
 /// Longer ways are no limbs.
 const LONGEST_WAY: usize = 20;
+/// More joints than this that limbs could hang from are no body.
+const MOST_CENTERS: usize = 256;
 /// More pairs than this are no body that we know.
 const MOST_PAIRS: usize = 24;
 
@@ -36,6 +38,7 @@ impl Pair {
 pub(super) fn find_pairs(shape: &Shape<'_>) -> Vec<Pair> {
     let mut inside = vec![false; shape.parent.len()];
     let mut pairs: Vec<(f64, Pair)> = Vec::new();
+    let mut centers = 0;
     for center in &shape.order {
         inside[*center] |= shape.parent[*center].is_some_and(|above| inside[above]);
         if inside[*center] {
@@ -46,6 +49,10 @@ pub(super) fn find_pairs(shape: &Shape<'_>) -> Vec<Pair> {
             .copied()
             .filter(|limb| shape.reach[*limb] + shape.length[*limb] >= SHORTEST_LIMB * shape.span)
             .collect();
+        centers += usize::from(limbs.len() > 1);
+        if centers > MOST_CENTERS {
+            break;
+        }
         let best = |limb: usize| {
             let others = limbs.iter().filter(|other| **other != limb);
             let compared = others.filter_map(|other| Some((*other, compare(shape, limb, *other)?)));
