@@ -14,4 +14,5 @@ mod http;
 mod parity;
 mod quality;
 mod readme;
+mod rig_doctor;
 mod rig_recognition;
