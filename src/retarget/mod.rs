@@ -11,6 +11,6 @@ mod run;
 mod workspace;
 
 pub use drivers::{JointDriver, joint_drivers};
-pub use measure::{LimbDirection, Measures, measure};
+pub use measure::{ContactMeasure, Curves, LimbDirection, Measures, Metric, SidePair, Verdict, Worst, measure};
 pub use plan::Plan;
 pub use run::{RunError, run};

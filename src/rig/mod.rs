@@ -22,18 +22,21 @@ mod unknown_fields;
 
 pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use findings::{FileFacts, Finding, FindingCode, Severity, examine, examine_clips};
+pub use floor::standing_floor;
 pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride};
 pub use parse::{is_own_shape, parse_document, parse_spec, parse_value};
 pub use recognition::{
-    BodyFrame, Hints, Part, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
-    body_frame, builtin_templates, parse_template, recognise, report_doubts, rest_pose_kind, template_schema,
+    BodyFrame, Hints, Part, Prop, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
+    TwistHelper, body_frame, builtin_templates, parse_template, recognise, report_doubts, rest_pose_kind,
+    template_schema,
 };
 pub use resolve::{Resolved, resolve};
 pub use rest::{RestSource, scene_rest};
 pub use spec::{
-    Align, AutoWord, Carry, ChainMap, ClipChoice, FkOp, HeightRule, IncludeSpec, OneOrMany, Op, OutputChoice,
-    OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, ReportDetail, RestFrame, RestRule, RestSpec, RetargetSpec,
-    RigSpec, RotationMode, ScaleOrigin, TargetClipsSpec, TranslationMode, UnitSpec, spec_schema,
+    Align, AutoWord, Carry, ChainMap, ClipChoice, FkOp, HeightRule, IncludeSpec, MetricInfo, MetricName, OneOrMany, Op,
+    OutputChoice, OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, ReportChoice, ReportDetail, ReportSpec,
+    RestFrame, RestRule, RestSpec, RetargetSpec, RigSpec, RotationMode, ScaleOrigin, TargetClipsSpec, Threshold,
+    TranslationMode, UnitSpec, spec_schema,
 };
 pub use standing::with_standing_rest;
 pub use understand::{Rig, find_clip};

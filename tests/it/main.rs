@@ -16,3 +16,4 @@ mod quality;
 mod readme;
 mod rig_doctor;
 mod rig_recognition;
+mod skin_points;

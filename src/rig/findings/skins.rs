@@ -4,15 +4,13 @@ use std::collections::BTreeSet;
 
 use super::{FileFacts, Finding, FindingCode, places};
 use crate::{
-    model::{LocalPose, Reporter, Skin, Transform},
+    model::{LocalPose, Reporter},
     rig::{Part, Rig, RigKind, Role, rest::bind_pose},
 };
 
 /// Parts of a body that a skin binds in every rig that is whole.
 const SKINNED: [Part; 8] =
     [Part::UpperArm, Part::Forearm, Part::Hand, Part::Thigh, Part::Shin, Part::Foot, Part::FrontLeg, Part::HindLeg];
-/// Joints that are this close together, as a share of the skeleton's size, are in one place.
-const ONE_PLACE: f64 = 1e-3;
 /// Joint indices of a vertex that every engine takes.
 const COMMON_INFLUENCES: usize = 4;
 /// Rotations closer than this are the same.
@@ -45,35 +43,17 @@ pub(super) fn examine(rig: &Rig<'_>, facts: FileFacts<'_>, found: &mut Vec<Findi
 }
 
 fn examine_binds(rig: &Rig<'_>, found: &mut Vec<Finding>) {
-    let scene = rig.scene;
-    let nodes = rig.skeleton().rest_pose().to_model(rig.skeleton());
-    let place = |joint: usize| nodes.transforms()[joint].translation;
-    let size =
-        scene.skins.iter().flat_map(|skin| &skin.joints).fold(0.0_f64, |size, joint| size.max(place(*joint).length()));
-    let apart = |skin: &Skin| {
-        let first = skin.joints.first().map(|joint| place(*joint));
-        skin.joints.iter().any(|joint| first.is_some_and(|first| first.distance(place(*joint)) > size * ONE_PLACE))
-    };
-    for (index, skin) in scene.skins.iter().enumerate() {
-        let name = || if skin.name.is_empty() { format!("skin {index}") } else { skin.name.clone() };
-        let identity = |joint: &usize| {
-            let bind = scene.bind_pose.get(*joint).copied().flatten();
-            bind.is_some_and(|bind| is_identity(&bind))
-        };
+    for (index, skin) in rig.scene.skins.iter().enumerate() {
+        let place = if skin.name.is_empty() { format!("skin {index}") } else { skin.name.clone() };
         let joints = skin.joints.len();
         if skin.has_no_inverse_binds {
             let detail = format!("a skin of {joints} joints has no inverse bind matrices");
-            found.push(Finding { code: FindingCode::InverseBindsMissing, place: name(), detail });
-        } else if joints > 1 && skin.joints.iter().all(identity) && apart(skin) {
+            found.push(Finding { code: FindingCode::InverseBindsMissing, place, detail });
+        } else if skin.has_identity_binds {
             let detail = format!("all {joints} inverse bind matrices are the identity");
-            found.push(Finding { code: FindingCode::InverseBindsIdentity, place: name(), detail });
+            found.push(Finding { code: FindingCode::InverseBindsIdentity, place, detail });
         }
     }
-}
-
-fn is_identity(transform: &Transform) -> bool {
-    let Transform { translation, rotation, scale } = *transform;
-    translation.length() < 1e-9 && (scale - glam::DVec3::ONE).length() < 1e-9 && rotation.w.abs() > 1.0 - 1e-12
 }
 
 /// Which of the two poses counts, and how far apart they are.

@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3, Quat, Vec3};
 use super::{FileFacts, Finding, FindingCode, Severity, examine};
 use crate::{
     formats::{self, Format, Limits},
-    model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
+    model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track},
     rig::{Rig, RigSpec},
     samples,
 };
@@ -129,9 +129,7 @@ const ILLNESSES: &[Illness] = &[
         });
     }),
     (FindingCode::InverseBindsMissing, mannequin, |scene| scene.skins[0].has_no_inverse_binds = true),
-    (FindingCode::InverseBindsIdentity, mannequin, |scene| {
-        scene.bind_pose.iter_mut().flatten().for_each(|bind| *bind = Transform::IDENTITY);
-    }),
+    (FindingCode::InverseBindsIdentity, mannequin, |scene| scene.skins[0].has_identity_binds = true),
     (FindingCode::BindPoseDiffers, mannequin, |scene| {
         with_joints(scene, |joints| turn(joints, "upperarm_l", DQuat::from_rotation_z(0.7)));
     }),
