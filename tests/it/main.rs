@@ -15,6 +15,7 @@ mod http;
 mod parity;
 mod quality;
 mod readme;
+mod rig_doctor;
 mod rig_recognition;
 mod skin_points;
 mod tune;

@@ -1,11 +1,13 @@
 //! The body as a whole: whether there is one, how large it is, and where it stands.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 
 use super::{Finding, FindingCode, places};
 use crate::{
     model::{LocalPose, ModelPose, Skeleton},
-    rig::{Hints, RestPoseKind, Rig, RigKind, recognise},
+    rig::{Hints, RestPoseKind, Rig, RigKind, Role, RoleFinding, recognise},
 };
 
 /// People and their caricatures are between these heights, in metres.
@@ -14,6 +16,8 @@ const PLAUSIBLE_METRES: std::ops::RangeInclusive<f64> = 0.3..=4.0;
 const OFF_FLOOR_SHARE: f64 = 0.12;
 /// What is left beside a body is looked at when it has at least this many joints.
 const FEWEST_JOINTS: usize = 12;
+/// Joints of equal roles that are closer than this share of the figure are in one body.
+const SAME_PLACE_SHARE: f64 = 0.1;
 
 pub(super) fn examine(rig: &Rig<'_>, found: &mut Vec<Finding>) {
     let whole = |code, detail: String| Finding { code, place: String::new(), detail };
@@ -107,10 +111,24 @@ fn second_body(rig: &Rig<'_>) -> Option<usize> {
     let pose: ModelPose = rest.rest_pose().to_model(&rest);
     let other = recognise(&rest, &pose, &Hints::default());
     let first = other.roles.values().flat_map(|finding| finding.joints.first()).min()?;
-    (other.kind != RigKind::Other && has_extent(&other.roles, &pose)).then(|| order[*first])
+    let is_body = other.kind != RigKind::Other && has_extent(&other.roles, &pose);
+    (is_body && !is_layer(rig, &other.roles, &pose)).then(|| order[*first])
 }
 
-fn has_extent(roles: &std::collections::BTreeMap<crate::rig::Role, crate::rig::RoleFinding>, pose: &ModelPose) -> bool {
+/// Whether a second set of joints lies in the body itself: control rigs have one layer of joints over another.
+fn is_layer(rig: &Rig<'_>, roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose) -> bool {
+    let place = |joint: usize, pose: &ModelPose| pose.transforms()[joint].translation;
+    let all = || rig.roles.values().flatten().map(|joint| place(*joint, &rig.rest));
+    let size = all().fold(0.0_f64, |size, point| all().next().map_or(size, |first| size.max(first.distance(point))));
+    let distances = roles.iter().filter_map(|(role, finding)| {
+        let own = *rig.role(&role.to_string()).first()?;
+        Some(place(own, &rig.rest).distance(place(*finding.joints.first()?, pose)))
+    });
+    let (near, far): (Vec<f64>, Vec<f64>) = distances.partition(|distance| *distance < size * SAME_PLACE_SHARE);
+    near.len() > far.len()
+}
+
+fn has_extent(roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose) -> bool {
     let places: Vec<DVec3> =
         roles.values().flat_map(|finding| &finding.joints).map(|joint| pose.transforms()[*joint].translation).collect();
     places.iter().any(|place| place.distance(places[0]) > 1e-6)

@@ -20,7 +20,7 @@ pub(super) fn examine(rig: &Rig<'_>, found: &mut Vec<Finding>) {
     let repeated: Vec<usize> = own().filter(|(_, joint)| repeats(&joint.name)).map(|(index, _)| index).collect();
     found.extend(places::about(rig, FindingCode::JointNamesRepeated, &repeated, |count| {
         let name = repeated.first().map_or("", |joint| &joints[*joint].name);
-        format!("{count} share their name with another node, the first is called '{name}'")
+        format!("{count} with a name that another node has too, the first is called '{name}'")
     }));
     if rig.recognition.sides_swapped {
         let left = rig.recognition.roles.iter().find(|(role, _)| role.side == crate::rig::Side::Left);

@@ -102,7 +102,12 @@ fn examine_bound(rig: &Rig<'_>, found: &mut Vec<Finding>) {
     }
     let is_top = |joint: &usize| skeleton.parent(*joint).is_none_or(|parent| bound_below[parent]);
     let idle = (0..skeleton.len()).filter(|joint| skeleton.joints()[*joint].is_joint && !bound_below[*joint]);
-    let tops: Vec<usize> = idle.filter(is_top).collect();
+    // One joint at the end of a bound bone only says where the bone ends.
+    let is_end = |joint: &usize| {
+        let below = |other: usize| skeleton.parent(other) == Some(*joint);
+        skeleton.parent(*joint).is_some_and(|parent| bound.contains(&parent)) && !(*joint..skeleton.len()).any(below)
+    };
+    let tops: Vec<usize> = idle.filter(is_top).filter(|joint| !is_end(joint)).collect();
     found.extend(places::about(rig, FindingCode::JointsUnskinned, &tops, |_| {
         format!("{} of joints that no skin binds", if tops.len() == 1 { "a tree" } else { "trees" })
     }));

@@ -121,8 +121,11 @@ const ILLNESSES: &[Illness] = &[
     }),
     (FindingCode::JointsUnskinned, mannequin, |scene| {
         with_joints(scene, |joints| {
-            let joint = joints[1].clone();
-            joints.push(Joint { name: "ik_foot_root".to_owned(), is_joint: true, ..joint });
+            let parent = joints[1].parent;
+            for (name, parent) in [("ik_foot_root", parent), ("ik_foot_l", Some(joints.len()))] {
+                let joint = joints[1].clone();
+                joints.push(Joint { name: name.to_owned(), is_joint: true, parent, ..joint });
+            }
         });
     }),
     (FindingCode::InverseBindsMissing, mannequin, |scene| scene.skins[0].has_no_inverse_binds = true),
@@ -148,6 +151,9 @@ const ILLNESSES: &[Illness] = &[
         with_joints(scene, |joints| {
             let (count, mut twin) = (joints.len(), joints.clone());
             for joint in &mut twin {
+                if joint.parent.is_none() {
+                    joint.rest.translation.x += 3.0;
+                }
                 joint.parent = joint.parent.map(|parent| parent + count);
                 joint.node += count;
             }
@@ -229,6 +235,20 @@ fn every_illness_is_found_and_only_there() {
             assert_eq!(first.code.severity(), Severity::Error, "the worst first");
         }
     }
+}
+
+#[test]
+fn a_layer_of_controls_is_no_second_body() {
+    let mut scene = samples::walk_scene();
+    with_joints(&mut scene, |joints| {
+        let (count, mut controls) = (joints.len(), joints.clone());
+        for joint in &mut controls {
+            joint.parent = joint.parent.map(|parent| parent + count);
+            joint.node += count;
+        }
+        joints.append(&mut controls);
+    });
+    assert!(!codes(&scene).contains(&FindingCode::SeveralBodies), "both are in one place");
 }
 
 #[test]

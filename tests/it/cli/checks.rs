@@ -124,3 +124,33 @@ fn inputs_in_each_others_place_are_told() {
     assert!(rests.contains("error: source_rest mannequin.glb"), "{rests}");
     assert!(rests.contains("are source_rest and target_rest swapped?"), "{rests}");
 }
+
+#[test]
+fn rigs_and_presets_are_files_on_the_command_line() {
+    let folder = folder();
+    write(
+        &folder,
+        "rig.yaml",
+        "name: ours\nkind: biped\nroles: {pelvis: [pelvis], head: [head], left_hand: [hand_l]}\n",
+    );
+    let inspected = retargetd(&["inspect", "mannequin.glb", "--rig", "rig.yaml", "--json"], folder.path());
+    assert_eq!(code(&inspected), Some(0), "{}", error(&inspected));
+    let inspection: Value = serde_json::from_slice(&inspected.stdout).expect("one JSON object");
+    assert_eq!(inspection["rigs"][0]["recognised_as"], "ours", "before the built-in ones");
+    write(&folder, "bad.yaml", "name: ours\nkind: bipet\nroles: {pelvis: [pelvis]}\n");
+    let refused = retargetd(&["inspect", "mannequin.glb", "--rig", "bad.yaml"], folder.path());
+    assert_eq!(code(&refused), Some(3), "{}", error(&refused));
+    let told = error(&refused);
+    assert!(told.contains("error: rig bad.yaml: /kind") && told.contains("biped"), "{told}");
+
+    write(&folder, "preset.json", r#"{"align": "off", "report": "full"}"#);
+    write(&folder, "config.json", r#"{"report": "none"}"#);
+    let merged = retargetd(&["check-config", "config.json", "--preset", "preset.json", "--json"], folder.path());
+    let spec: Value = serde_json::from_slice(&merged.stdout).expect("one JSON object");
+    assert_eq!((&spec["align"], &spec["report"]), (&json!("off"), &json!("none")), "laid over one another");
+    let built_in = with_files(&["retarget"], &["--preset", "plain_fk", "--output", "out.glb"], &folder);
+    assert_eq!(code(&built_in), Some(0), "{}", error(&built_in));
+    let unknown = with_files(&["suggest"], &["--preset", "plain_kf"], &folder);
+    assert_eq!(code(&unknown), Some(3), "{}", error(&unknown));
+    assert!(error(&unknown).contains("built-in presets are default, plain_fk"), "{}", error(&unknown));
+}

@@ -191,6 +191,11 @@ async fn a_rig_of_ones_own_is_recognised_from_then_on() {
 #[tokio::test(flavor = "multi_thread")]
 async fn everything_built_in_can_be_read() {
     let service = Service::start(&[]).await;
+    for path in ["/v1/rigs", "/v1/presets"] {
+        let list = read(service.get(path).await).await;
+        let items = list["items"].as_array().expect("a list");
+        assert!(items.len() > 2 && items.iter().all(|item| item["built_in"] == true), "{path}: {list}");
+    }
     for (kind, documents) in [("rigs", engine::built_in_rigs()), ("presets", engine::built_in_presets())] {
         for (name, document) in documents {
             let answer = service.get(&format!("/v1/{kind}/{name}")).await;
