@@ -2,7 +2,7 @@
 //!
 //! Knows skeletons and poses; knows no file format and no frame loop.
 
-mod align;
+mod alignment;
 mod auto_map;
 mod error;
 mod floor;
@@ -10,27 +10,29 @@ mod ikrig;
 mod mapping;
 mod nearest;
 mod parse;
+mod posing;
 mod recognition;
 mod resolve;
 mod rest;
 mod spec;
-mod standing;
 mod understand;
 mod unknown_fields;
 
+pub use alignment::{AlignedJoint, CanonicalPose, HowAligned, RollCue};
 pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition};
 pub use parse::{parse_spec, parse_value};
+pub use posing::{Posed, posed_target};
 pub use recognition::{
     BodyFrame, Part, Recognition, RestPoseKind, RigKind, Role, RoleError, RoleFinding, Side, body_frame, recognise,
     report_doubts, rest_pose_kind,
 };
 pub use resolve::{Resolved, resolve};
-pub use rest::{RestSource, scene_rest};
+pub use rest::RestSource;
 pub use spec::{
-    Align, AutoWord, Carry, ChainMap, ClipChoice, FkOp, HeightRule, IncludeSpec, OneOrMany, Op, OutputChoice,
-    OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, ReportDetail, RestFrame, RestRule, RestSpec, RetargetSpec,
-    RigSpec, RotationMode, ScaleOrigin, TargetClipsSpec, TranslationMode, UnitSpec, spec_schema,
+    Align, AutoWord, Carry, ChainMap, ClipChoice, EditAxes, FkOp, FromClipEdit, HeightRule, IncludeSpec, OneOrMany, Op,
+    OutputChoice, OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, PoseChoice, PoseEdit, PoseSpec, ReportDetail,
+    ResetEdit, RestFrame, RestRule, RestSpec, RetargetSpec, RigSpec, RotateEdit, RotationMode, ScaleOrigin,
+    TargetClipsSpec, TranslationMode, UnitSpec, spec_schema,
 };
-pub use standing::with_standing_rest;
 pub use understand::Rig;

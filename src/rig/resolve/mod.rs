@@ -16,10 +16,10 @@ use self::{
     pelvis::resolve_pelvis,
 };
 use super::{
-    align::align,
+    alignment::{AlignedJoint, Alignment, align},
     error::{SpecError, SpecErrorKind},
     mapping::Mapping,
-    spec::{Align, Carry, FkOp, Op, PelvisOp, RetargetSpec},
+    spec::{Carry, FkOp, Op, PelvisOp, RetargetSpec},
     understand::Rig,
 };
 
@@ -30,6 +30,8 @@ pub struct Resolved {
     pub mapping: Mapping,
     /// The spec with everything found out filled in; resolved again, it gives the same mapping.
     pub spec: RetargetSpec,
+    /// How well the target's rest pose was turned to look like the source's, by joint.
+    pub alignment: Vec<AlignedJoint>,
 }
 
 /// Resolves a spec against two rigs and the clip that is to be moved.
@@ -45,10 +47,7 @@ pub fn resolve(
 ) -> Result<Resolved, SpecError> {
     let ops = spec.ops.clone().unwrap_or_else(default_ops);
     let pairs = find_pairs(spec, source, target)?;
-    let aligned = match spec.align {
-        Align::Off => target.rest.clone(),
-        Align::Auto | Align::Direction => align(source, target, &pairs),
-    };
+    let Alignment { rest: aligned, joints: alignment } = align(source, target, &pairs, spec.align);
     let carried = is_carried(&ops);
     let ours_from_plan = if carried { Axes::Z_UP_Y_FRONT.ours_from_this() } else { target.work_from_scene };
     let plan_from_source = Transform {
@@ -84,7 +83,7 @@ pub fn resolve(
         return Err(nothing_to_map(source, target));
     }
     let spec = filled_in(spec, source, target, &pairs, ops);
-    Ok(Resolved { mapping, spec })
+    Ok(Resolved { mapping, spec, alignment })
 }
 
 fn default_ops() -> Vec<Op> {

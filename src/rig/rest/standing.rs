@@ -1,0 +1,49 @@
+//! Which frame of a clip can stand in for a rest pose that is none: motion capture that keeps all bones on one axis at zero, or
+//! overrides its offsets in every frame.
+
+use crate::model::{Clip, LocalPose, Scene};
+
+use super::super::recognition::{Recognition, RestPoseKind, RigKind, recognise};
+
+/// Frames that are tried, evenly spread over a clip. A capture that holds no body in any of them holds none.
+const FRAMES_TRIED: usize = 12;
+
+/// How far a pose is a body, best first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Stand {
+    /// It stands, and its arms are in a pose that has a name.
+    Named,
+    /// It stands.
+    Stands,
+    /// It does not.
+    No,
+}
+
+/// How far a pose of a scene's skeleton is a body.
+pub(super) fn stand(scene: &Scene, pose: &LocalPose) -> Stand {
+    let recognition = recognised(scene, pose);
+    match (&recognition.body, recognition.rest_pose) {
+        (None, _) => Stand::No,
+        (Some(_), RestPoseKind::Other) => Stand::Stands,
+        (Some(_), _) => Stand::Named,
+    }
+}
+
+/// Whether the joints are those of a body with limbs, in whatever pose.
+pub(super) fn is_biped(scene: &Scene, pose: &LocalPose) -> bool {
+    recognised(scene, pose).kind == RigKind::Biped
+}
+
+fn recognised(scene: &Scene, pose: &LocalPose) -> Recognition {
+    let model = pose.to_model(&scene.skeleton);
+    recognise(&scene.skeleton, &model, &scene.declared_roles, scene.declared_convention)
+}
+
+/// The first frame of the first clip in which a body stands: clip, and frame.
+pub(super) fn standing_frame(scene: &Scene) -> Option<(usize, usize)> {
+    let index = scene.clips.iter().position(Clip::is_animated)?;
+    let clip = &scene.clips[index];
+    let step = clip.frame_count().div_ceil(FRAMES_TRIED).max(1);
+    let stands = |frame: &usize| stand(scene, &clip.local_pose(&scene.skeleton, *frame)) != Stand::No;
+    (0..clip.frame_count()).step_by(step).find(stands).map(|frame| (index, frame))
+}
