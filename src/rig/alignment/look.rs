@@ -122,15 +122,10 @@ impl Look<'_> {
         }
     }
 
-    /// How far the body is turned about the vertical against the front of its space, in radians.
+    /// How far the hips are turned about the vertical against the front of the body's space, in radians.
     pub(super) fn heading_radians(&self) -> f64 {
-        match self {
-            Self::Rig(rig) => rig.recognition.body.map_or(0.0, |body| {
-                let forward = rig.work_from_scene * body.forward;
-                forward.x.atan2(forward.z)
-            }),
-            Self::Canonical(_) => 0.0,
-        }
+        let forward = self.across("thigh").map_or(DVec3::Z, |left| left.cross(DVec3::Y));
+        forward.x.atan2(forward.z)
     }
 
     /// How a role's bone is rolled.
