@@ -3,6 +3,7 @@
 //! Knows skeletons and poses; knows no file format and no frame loop.
 
 mod alignment;
+mod anatomy;
 mod auto_map;
 mod error;
 mod floor;
@@ -20,12 +21,12 @@ mod unknown_fields;
 
 pub use alignment::{AlignedJoint, CanonicalPose, HowAligned, RollCue};
 pub use error::{SpecError, SpecErrorKind, SpecField};
-pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition};
+pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride};
 pub use parse::{parse_spec, parse_value};
 pub use posing::{Posed, posed_target};
 pub use recognition::{
-    BodyFrame, Part, Recognition, RestPoseKind, RigKind, Role, RoleError, RoleFinding, Side, body_frame, recognise,
-    report_doubts, rest_pose_kind,
+    BodyFrame, Hints, Part, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
+    body_frame, builtin_templates, parse_template, recognise, report_doubts, rest_pose_kind, template_schema,
 };
 pub use resolve::{Resolved, resolve};
 pub use rest::RestSource;

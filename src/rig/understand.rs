@@ -9,7 +9,7 @@ use crate::model::{Axes, LocalPose, ModelPose, Reporter, Scene, SignedAxis, Skel
 use super::{
     alignment::{CanonicalPose, canonical_rest},
     error::{SpecError, SpecErrorKind, SpecField},
-    recognition::{Recognition, body_frame, recognise, rest_pose_kind},
+    recognition::{Hints, Recognition, body_frame, recognise, rest_pose_kind},
     rest::{Rest, RestSource, edit, find_rest},
     spec::{ClipChoice, RestSpec, RigSpec, UnitSpec},
 };
@@ -73,7 +73,7 @@ impl<'a> Rig<'a> {
         let Rest { pose: rest_local, source: rest_source, reason: rest_reason, spec: rest_spec, is_to_be_solved } =
             find_rest(name, scene, rest_scene, spec, reporter)?;
         let rest = rest_local.to_model(skeleton);
-        let recognition = recognise(skeleton, &rest, &scene.declared_roles, scene.declared_convention);
+        let recognition = recognise(skeleton, &rest, &Hints::of(scene));
         let roles = find_roles(name, skeleton, &recognition, spec)?;
         let (work_from_scene, axes) = find_axes(name, scene, &recognition, spec, reporter);
         let unit_metres = match spec.unit {

@@ -3,5 +3,6 @@
 mod determinism;
 pub(crate) mod figure;
 mod invariance;
+mod matrix;
 mod onto_itself;
 mod pairs;

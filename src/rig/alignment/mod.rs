@@ -107,7 +107,7 @@ pub(super) fn canonical_rest(rig: &Rig<'_>, pose: CanonicalPose, from_nothing: b
 }
 
 /// `left_upper_arm` into `left_` and `upper_arm`.
-fn split(role: &str) -> (&str, &str) {
+pub(super) fn split(role: &str) -> (&str, &str) {
     for prefix in ["left_", "right_"] {
         if let Some(part) = role.strip_prefix(prefix) {
             return (&role[..prefix.len()], part);

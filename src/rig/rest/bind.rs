@@ -25,7 +25,8 @@ pub(super) enum BindPose {
 ///
 /// Inverse bind matrices are relative to a space that files are free to choose (the mesh's, the armature's), so only what
 /// lies between joints is taken from them: a joint whose parent is bound too gets its bind rotation relative to that parent;
-/// all others keep their node transform. Translations and scales stay the nodes': bone lengths are the skeleton's.
+/// all others keep their node transform. Scales stay the nodes', and so do translations, because bone lengths are the
+/// skeleton's; but for joints that lie elsewhere below their parents when bound, as feet do that hang from the root.
 ///
 /// Nothing is said of bind matrices of other bone lengths than the skeleton's.
 pub(super) fn bind_pose(scene: &Scene, reporter: &mut Reporter, place: &str) -> BindPose {
@@ -51,6 +52,9 @@ pub(super) fn bind_pose(scene: &Scene, reporter: &mut Reporter, place: &str) -> 
             differing += 1;
             pose.transforms_mut()[joint].rotation = local.rotation.normalize();
         }
+        if moves_against(&local, &node) {
+            pose.transforms_mut()[joint].translation = local.translation;
+        }
     }
     if bones == 0 {
         return BindPose::Missing;
@@ -70,6 +74,12 @@ pub(super) fn bind_pose(scene: &Scene, reporter: &mut Reporter, place: &str) -> 
         return BindPose::OtherLengths;
     }
     BindPose::Other(pose)
+}
+
+/// Whether a joint lies elsewhere as seen from its parent, which a rotation of the parent does not explain.
+fn moves_against(bind: &Transform, node: &Transform) -> bool {
+    let longer = bind.translation.length().max(node.translation.length());
+    bind.translation.distance(node.translation) > BONE_LENGTH_TOLERANCE * longer + 1e-9
 }
 
 fn bound_ancestor(scene: &Scene, from: usize) -> Option<(usize, Transform)> {

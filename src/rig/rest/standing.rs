@@ -3,7 +3,7 @@
 
 use crate::model::{Clip, LocalPose, Scene};
 
-use super::super::recognition::{Recognition, RestPoseKind, RigKind, recognise};
+use super::super::recognition::{Hints, Recognition, RestPoseKind, RigKind, recognise};
 
 /// Frames that are tried, evenly spread over a clip. A capture that holds no body in any of them holds none.
 const FRAMES_TRIED: usize = 12;
@@ -36,7 +36,7 @@ pub(super) fn is_biped(scene: &Scene, pose: &LocalPose) -> bool {
 
 fn recognised(scene: &Scene, pose: &LocalPose) -> Recognition {
     let model = pose.to_model(&scene.skeleton);
-    recognise(&scene.skeleton, &model, &scene.declared_roles, scene.declared_convention)
+    recognise(&scene.skeleton, &model, &Hints::of(scene))
 }
 
 /// The first frame of the first clip in which a body stands: clip, and frame.
