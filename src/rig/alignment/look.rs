@@ -13,7 +13,10 @@ const LEAST_BEND_DEGREES: f64 = 3.0;
 const PLACEMENT_DEGREES: f64 = 3.0;
 /// Elbows of the two sides that differ by more from mirror images are an accident of the pose, in degrees.
 const UNLIKE_DEGREES: f64 = 40.0;
-/// An elbow or knee further from how bodies are made bends backward, which is an accident too, in degrees.
+/// An elbow or knee further from how bodies are made bends sideways, which in a pose that somebody laid out is an accident too,
+/// and in a motion is not, in degrees.
+const SIDEWAYS_DEGREES: f64 = 50.0;
+/// One that is further than this bends backward.
 const BACKWARD_DEGREES: f64 = 100.0;
 /// Feet are turned out by up to this much against their knees, in degrees.
 const TURN_OUT_DEGREES: f64 = 20.0;
@@ -128,6 +131,11 @@ impl Look<'_> {
         forward.x.atan2(forward.z)
     }
 
+    /// Whether it is a moment of a motion, in which feet are as little flat as anything else.
+    pub(super) fn is_in_motion(&self) -> bool {
+        matches!(self, Self::Rig(rig) if rig.rest_source.is_in_motion())
+    }
+
     /// How a role's bone is rolled.
     pub(super) fn second(&self, role: &str) -> Option<Second> {
         match self {
@@ -204,7 +212,8 @@ fn bend(rig: &Rig<'_>, side: &str, limb: [&str; 3]) -> Option<Second> {
         }
     }
     let made = if limb == ARM { arm_convention(rig, side) } else { leg_convention(rig, side) };
-    if made.is_some_and(|made| made.axis.angle_between(axis).to_degrees() > BACKWARD_DEGREES) {
+    let most = if rig.rest_source.is_in_motion() { BACKWARD_DEGREES } else { SIDEWAYS_DEGREES };
+    if made.is_some_and(|made| made.axis.angle_between(axis).to_degrees() > most) {
         return None;
     }
     let uncertainty_degrees = (PLACEMENT_DEGREES / degrees).atan().to_degrees();

@@ -27,8 +27,9 @@ enum Rule {
     Ride,
 }
 
-/// One rule per part. `from_nothing`: there is no orientation that could be kept.
-fn rule(part: &str, from_nothing: bool) -> Rule {
+/// One rule per part. `from_nothing`: there is no orientation that could be kept. `is_in_motion`: one of the two poses is a moment
+/// of a motion, so that soles need not be flat.
+fn rule(part: &str, from_nothing: bool, is_in_motion: bool) -> Rule {
     match part {
         "spine" => Rule::Toward(&["neck", "head"]),
         "neck" => Rule::Toward(&["head"]),
@@ -37,7 +38,7 @@ fn rule(part: &str, from_nothing: bool) -> Rule {
         "hand" => Rule::Toward(&["middle", "index", "ring"]),
         "thigh" => Rule::Toward(&["shin", "foot"]),
         "shin" => Rule::Toward(&["foot"]),
-        "foot" if from_nothing => Rule::Toward(&["toe"]),
+        "foot" if from_nothing || is_in_motion => Rule::Toward(&["toe"]),
         "foot" => Rule::Heading(&["toe"]),
         "clavicle" if from_nothing => Rule::Toward(&["upper_arm"]),
         "head" if from_nothing => Rule::Ride,
@@ -171,7 +172,7 @@ impl Rules<'_> {
         let Some(role) = pair.role.as_deref() else { return self.unnamed(pair) };
         let (_, part) = split(role);
         let first = pair.target[0];
-        match rule(part, self.from_nothing) {
+        match rule(part, self.from_nothing, self.source.is_in_motion() || self.own.is_in_motion()) {
             Rule::Toward(ends) => {
                 let Some((own, wanted)) = self.directions(pair, role, ends) else { return };
                 let roll = self.roll(role).or_else(|| self.half_of_the_hand(role));

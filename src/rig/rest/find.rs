@@ -139,26 +139,29 @@ fn of_the_file(name: &str, scene: &Scene, reporter: &mut Reporter) -> Found {
 
 /// What to measure from where a file's rest pose is no body that stands.
 fn instead_of_none(name: &str, scene: &Scene, found: Found, reporter: &mut Reporter) -> Found {
-    if stand(scene, &found.pose) != Stand::No {
+    let own = stand(scene, &found.pose);
+    if own <= Stand::Named {
         return found;
     }
     let hint = format!("name a better pose in {name}.rest, or send a rest file; a T pose is best");
-    if let Some((clip, frame)) = standing_frame(scene) {
+    if let Some((clip, frame)) = standing_frame(scene, own) {
         let clip_name = scene.clips[clip].name().to_owned();
         reporter.warn(
             "rest_pose_from_clip",
             name,
             format!(
-                "the rest pose of the file is no body that stands; frame {frame} of its clip '{clip_name}' is measured \
-                 from instead"
+                "the rest pose of the file is no body that stands with its arms in a known pose; frame {frame} of its clip \
+                 '{clip_name}' is measured from instead"
             ),
             hint,
         );
         let pose = scene.clips[clip].local_pose(&scene.skeleton, frame);
-        let reason = format!("the file's own is no body that stands, and frame {frame} is the first that is one");
+        let reason = format!(
+            "the file's own is no body that stands as in a rest pose, and frame {frame} is the first that is one"
+        );
         return Found { pose, source: RestSource::StandingFrame, reason, frame: Some((clip, frame)) };
     }
-    if !is_biped(scene, &found.pose) {
+    if own != Stand::No || !is_biped(scene, &found.pose) {
         return found;
     }
     reporter.warn(

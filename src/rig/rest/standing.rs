@@ -11,7 +11,9 @@ const FRAMES_TRIED: usize = 12;
 /// How far a pose is a body, best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Stand {
-    /// It stands, and its arms are in a pose that has a name.
+    /// It stands in a T pose or an A pose: somebody laid it out.
+    LaidOut,
+    /// It stands with its arms down.
     Named,
     /// It stands.
     Stands,
@@ -25,7 +27,8 @@ pub(super) fn stand(scene: &Scene, pose: &LocalPose) -> Stand {
     match (&recognition.body, recognition.rest_pose) {
         (None, _) => Stand::No,
         (Some(_), RestPoseKind::Other) => Stand::Stands,
-        (Some(_), _) => Stand::Named,
+        (Some(_), RestPoseKind::T | RestPoseKind::A) => Stand::LaidOut,
+        (Some(_), RestPoseKind::ArmsDown) => Stand::Named,
     }
 }
 
@@ -39,11 +42,16 @@ fn recognised(scene: &Scene, pose: &LocalPose) -> Recognition {
     recognise(&scene.skeleton, &model, &Hints::of(scene))
 }
 
-/// The first frame of the first clip in which a body stands: clip, and frame.
-pub(super) fn standing_frame(scene: &Scene) -> Option<(usize, usize)> {
+/// The frame of the first clip in which a body stands best, the first of equal ones: clip, and frame. Instead of a pose that stands,
+/// only one that was laid out will do.
+pub(super) fn standing_frame(scene: &Scene, than: Stand) -> Option<(usize, usize)> {
     let index = scene.clips.iter().position(Clip::is_animated)?;
     let clip = &scene.clips[index];
     let step = clip.frame_count().div_ceil(FRAMES_TRIED).max(1);
-    let stands = |frame: &usize| stand(scene, &clip.local_pose(&scene.skeleton, *frame)) != Stand::No;
-    (0..clip.frame_count()).step_by(step).find(stands).map(|frame| (index, frame))
+    let tried: Vec<(Stand, usize)> = (0..clip.frame_count())
+        .step_by(step)
+        .map(|frame| (stand(scene, &clip.local_pose(&scene.skeleton, frame)), frame))
+        .filter(|(found, _)| *found == Stand::LaidOut || (than == Stand::No && *found != Stand::No))
+        .collect();
+    tried.into_iter().min().map(|(_, frame)| (index, frame))
 }
