@@ -42,16 +42,16 @@ fn recognised(scene: &Scene, pose: &LocalPose) -> Recognition {
     recognise(&scene.skeleton, &model, &Hints::of(scene))
 }
 
-/// The frame of the first clip in which a body stands best, the first of equal ones: clip, and frame. Instead of a pose that stands,
-/// only one that was laid out will do.
-pub(super) fn standing_frame(scene: &Scene, than: Stand) -> Option<(usize, usize)> {
+/// The first frame of the first clip in which a body stands: clip, and frame. Instead of a pose that stands, only a first frame that
+/// was laid out will do: in the middle of a dance, arms are in an A pose by chance.
+pub(super) fn standing_frame(scene: &Scene, instead_of: Stand) -> Option<(usize, usize)> {
     let index = scene.clips.iter().position(Clip::is_animated)?;
     let clip = &scene.clips[index];
+    let stands = |frame: &usize| stand(scene, &clip.local_pose(&scene.skeleton, *frame));
+    if instead_of != Stand::No {
+        return (stands(&0) == Stand::LaidOut).then_some((index, 0));
+    }
     let step = clip.frame_count().div_ceil(FRAMES_TRIED).max(1);
-    let tried: Vec<(Stand, usize)> = (0..clip.frame_count())
-        .step_by(step)
-        .map(|frame| (stand(scene, &clip.local_pose(&scene.skeleton, frame)), frame))
-        .filter(|(found, _)| *found == Stand::LaidOut || (than == Stand::No && *found != Stand::No))
-        .collect();
-    tried.into_iter().min().map(|(_, frame)| (index, frame))
+    let frame = (0..clip.frame_count()).step_by(step).find(|frame| stands(frame) != Stand::No)?;
+    Some((index, frame))
 }
