@@ -21,19 +21,21 @@ mod unknown_fields;
 
 pub use alignment::{AlignedJoint, CanonicalPose, HowAligned, RollCue};
 pub use error::{SpecError, SpecErrorKind, SpecField};
+pub use floor::standing_floor;
 pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride};
 pub use parse::{parse_spec, parse_value};
 pub use posing::{Posed, posed_target};
 pub use recognition::{
-    BodyFrame, Hints, Part, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
-    body_frame, builtin_templates, parse_template, recognise, report_doubts, rest_pose_kind, template_schema,
+    BodyFrame, Hints, Part, Prop, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
+    TwistHelper, body_frame, builtin_templates, parse_template, recognise, report_doubts, rest_pose_kind,
+    template_schema,
 };
 pub use resolve::{Resolved, resolve};
 pub use rest::RestSource;
 pub use spec::{
-    Align, AutoWord, Carry, ChainMap, ClipChoice, EditAxes, FkOp, FromClipEdit, HeightRule, IncludeSpec, OneOrMany, Op,
-    OutputChoice, OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, PoseChoice, PoseEdit, PoseSpec, ReportDetail,
-    ResetEdit, RestFrame, RestRule, RestSpec, RetargetSpec, RigSpec, RotateEdit, RotationMode, ScaleOrigin,
-    TargetClipsSpec, TranslationMode, UnitSpec, spec_schema,
+    Align, AutoWord, Carry, ChainMap, ClipChoice, EditAxes, FkOp, FromClipEdit, HeightRule, IncludeSpec, MetricInfo,
+    MetricName, OneOrMany, Op, OutputChoice, OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, PoseChoice, PoseEdit,
+    PoseSpec, ReportChoice, ReportDetail, ReportSpec, ResetEdit, RestFrame, RestRule, RestSpec, RetargetSpec, RigSpec,
+    RotateEdit, RotationMode, ScaleOrigin, TargetClipsSpec, Threshold, TranslationMode, UnitSpec, spec_schema,
 };
 pub use understand::Rig;

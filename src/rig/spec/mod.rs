@@ -5,12 +5,14 @@ mod map;
 mod ops;
 mod output;
 mod pose;
+mod report;
 mod rig;
 
 pub use map::{ChainMap, RotationMode, TranslationMode};
 pub use ops::{Carry, FkOp, HeightRule, Op, PelvisOp, PelvisScale, PelvisScaleRule, ScaleOrigin};
 pub use output::{IncludeSpec, OutputChoice, OutputSpec, TargetClipsSpec};
 pub use pose::{EditAxes, FromClipEdit, PoseChoice, PoseEdit, PoseSpec, ResetEdit, RotateEdit};
+pub use report::{MetricInfo, MetricName, ReportChoice, ReportDetail, ReportSpec, Threshold};
 pub use rig::{AutoWord, OneOrMany, RestFrame, RestRule, RestSpec, RigSpec, UnitSpec};
 
 use schemars::JsonSchema;
@@ -46,9 +48,9 @@ pub struct RetargetSpec {
     /// What comes out: one output or a list. Default: GLB with everything of the target.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub output: Option<OutputChoice>,
-    /// How much is measured.
-    pub report: ReportDetail,
-    /// Turns warnings into an error.
+    /// How much is measured, and from which value on it is called bad.
+    pub report: ReportChoice,
+    /// Turns warnings, and measures that fail, into an error.
     pub strict: bool,
 }
 
@@ -77,19 +79,6 @@ pub enum Align {
     Direction,
     /// As `direction`, and each joint is then rolled about its direction as the source's is, wherever both sides tell: hands by
     /// their knuckles, thumb or mesh, arms and legs by the bend of elbow and knee, by the foot, or by how bodies are made.
-    Full,
-}
-
-/// How much is measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ReportDetail {
-    /// Timings, counts and warnings only.
-    None,
-    /// Measures per limb.
-    #[default]
-    Summary,
-    /// Measures per limb and frame.
     Full,
 }
 
