@@ -10,6 +10,7 @@ mod health;
 mod inputs;
 mod inspect;
 mod openapi;
+mod pose;
 mod retarget;
 mod samples;
 mod serve;
@@ -43,6 +44,8 @@ enum Command {
     Suggest(suggest::Arguments),
     /// Check a config, by itself or against two files, without retargeting.
     CheckConfig(check_config::Arguments),
+    /// Put a character into a T pose, an A pose or the pose of another one, and write it to a file.
+    Pose(pose::Arguments),
     /// Run the main job over HTTP on an empty data folder, with a sample that the binary carries.
     Demo(demo::Arguments),
     /// Write a sample clip and a sample character, to try things with.
@@ -63,6 +66,7 @@ pub fn run() -> ExitCode {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Suggest(arguments) => suggest::run(&arguments),
         Command::CheckConfig(arguments) => check_config::run(&arguments),
+        Command::Pose(arguments) => pose::run(&arguments),
         Command::Demo(arguments) => demo::run(arguments),
         Command::Samples(arguments) => samples::run(&arguments),
         Command::Openapi(arguments) => openapi::run(&arguments),

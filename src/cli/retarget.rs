@@ -103,7 +103,7 @@ fn retarget(arguments: &Arguments) -> Result<(), Exit> {
     Ok(())
 }
 
-fn output_format(path: &Path) -> Result<Format, Exit> {
+pub(super) fn output_format(path: &Path) -> Result<Format, Exit> {
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let writable: Vec<String> = Format::ALL
         .iter()
@@ -149,7 +149,7 @@ fn report_file(outcome: &Outcome, path: &Path) -> Result<Vec<u8>, Exit> {
     Ok(to_json(&report)?.into_bytes())
 }
 
-fn tell_warnings(outcome: &Outcome) {
+pub(super) fn tell_warnings(outcome: &Outcome) {
     for warning in &outcome.report.warnings {
         let place = if warning.place.is_empty() { String::new() } else { format!("{}: ", warning.place) };
         let hint = if warning.hint.is_empty() { String::new() } else { format!(" ({})", warning.hint) };

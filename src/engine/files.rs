@@ -3,9 +3,7 @@
 use crate::{
     formats::Limits,
     model::{Clip, Control, Reporter, Scene},
-    rig::{
-        ClipChoice, RetargetSpec, Rig, SpecError, SpecErrorKind, SpecField, find_clip, parse_spec, with_standing_rest,
-    },
+    rig::{ClipChoice, RetargetSpec, Rig, SpecError, SpecErrorKind, SpecField, find_clip, parse_spec},
 };
 
 use super::{
@@ -22,7 +20,7 @@ pub(super) struct Files {
     target_rest: Option<Loaded>,
 }
 
-/// Both rigs, and the spec with the rest poses settled that nobody named.
+/// Both rigs, and the spec that they were made by.
 pub(super) struct Sides<'a> {
     pub(super) spec: RetargetSpec,
     pub(super) source: Rig<'a>,
@@ -51,20 +49,14 @@ impl Files {
         })
     }
 
-    /// Makes rigs of both, and settles what is measured from where a file's own rest pose is none and nobody sent another.
+    /// Makes rigs of both.
     pub(super) fn sides(
         &self,
-        mut spec: RetargetSpec,
+        spec: RetargetSpec,
         knowledge: &Knowledge,
         reporter: &mut Reporter,
     ) -> Result<Sides<'_>, Failure> {
         let templates = knowledge.rigs();
-        if self.source_rest.is_none() {
-            spec.source = with_standing_rest("source", &self.source.scene, &spec.source, templates, reporter);
-        }
-        if self.target_rest.is_none() {
-            spec.target = with_standing_rest("target", &self.target.scene, &spec.target, templates, reporter);
-        }
         let (source, target) = (&self.source.scene, &self.target.scene);
         let rests = (scene_of(&self.source_rest), scene_of(&self.target_rest));
         let failed = |error, side: &'static str| {
@@ -123,7 +115,7 @@ pub(super) fn in_config(error: SpecError) -> Failure {
     Failure::from(error).in_part(if is_about_rigs { "" } else { "config" })
 }
 
-fn in_config_or(error: SpecError, part: &'static str) -> Failure {
+pub(super) fn in_config_or(error: SpecError, part: &'static str) -> Failure {
     let is_about_file = error.kind == SpecErrorKind::NoSkeleton;
     Failure::from(error).in_part(if is_about_file { part } else { "config" })
 }

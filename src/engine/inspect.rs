@@ -81,8 +81,10 @@ pub struct RigView {
     pub kind: &'static str,
     /// `T`, `A`, `arms_down` or `other`.
     pub rest_pose: &'static str,
-    /// Where the rest pose comes from: `bind` or `nodes`.
+    /// Where the rest pose comes from: `bind`, `nodes`, `standing_frame` or `solved`.
     pub rest_source: &'static str,
+    /// Why it is taken from there.
+    pub rest_reason: String,
     /// The axis that the body faces, such as `+z`.
     pub forward: Option<&'static str>,
     /// The axis that is up, such as `+y`.
@@ -238,6 +240,7 @@ fn inspect_rig(rig: &Rig<'_>) -> RigView {
         kind: recognition.kind.name(),
         rest_pose: recognition.rest_pose.name(),
         rest_source: rig.rest_source.name(),
+        rest_reason: rig.rest_reason.clone(),
         forward: recognition.body.map(|body| axis(body.forward)),
         up: recognition.body.map(|body| axis(body.up)),
         height_metres: height(rig, &in_rig),

@@ -3,6 +3,7 @@
 //! Knows no file system, no network, no clock but the one it is handed, and no job. Called by the command line, by the
 //! workers of the service, by tests and by benches alike.
 
+mod alignment;
 mod convert;
 mod explain;
 mod explain_text;
@@ -15,12 +16,14 @@ mod labels;
 mod load;
 mod mixups;
 mod pass;
+mod pose;
 mod propose;
 mod propose_text;
 mod report_page;
 mod retarget;
 mod tune;
 
+pub use alignment::AlignmentView;
 pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain, explain_with};
 pub use failure::{Failure, FailureCode, FieldError};
 pub use inspect::{
@@ -28,6 +31,7 @@ pub use inspect::{
 };
 pub use knowledge::{Knowledge, built_in_presets, built_in_rigs, check_preset, check_rig, merge_config};
 pub use labels::{ByRole, OneOrMore};
+pub use pose::pose_config;
 pub use propose::{
     DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose, propose_with,
 };
@@ -108,6 +112,8 @@ pub struct Report {
     /// What a search for better parameters found; absent when the spec asks for none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tuning: Option<Tuning>,
+    /// How well the target's rest pose was turned to look like the source's, by joint, parents before children.
+    pub alignment: Vec<AlignmentView>,
     /// The measures themselves, by name; absent when the spec asks for none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measures: Option<Measures>,
@@ -163,8 +169,12 @@ pub struct RigFacts {
     pub recognised_as: Option<String>,
     /// How sure that is, 0 to 1.
     pub confidence: f64,
-    /// Where the rest pose came from: `upload`, `clip_frame`, `bind`, `nodes`.
+    /// How the rest pose holds the arms: `T`, `A`, `arms_down` or `other`.
+    pub rest_pose: &'static str,
+    /// Where the rest pose came from: `upload`, `clip_frame`, `bind`, `nodes`, `standing_frame`, `solved`.
     pub rest_pose_from: &'static str,
+    /// Why it was taken from there.
+    pub rest_pose_reason: String,
     /// Up and front axes.
     pub axes: String,
     /// Metres per unit of length.

@@ -3,7 +3,7 @@
 use crate::{
     model::{Clip, Control, Reporter},
     retarget::{Plan, RunError, run},
-    rig::{Mapping, Resolved, RetargetSpec, Rig, resolve},
+    rig::{AlignedJoint, Mapping, Resolved, RetargetSpec, Rig, resolve},
 };
 
 use super::{Failure, FailureCode, files::in_config};
@@ -13,6 +13,7 @@ pub(super) struct Pass {
     pub(super) mapping: Mapping,
     /// The spec with everything found out filled in.
     pub(super) resolved: RetargetSpec,
+    pub(super) alignment: Vec<AlignedJoint>,
     pub(super) plan: Plan,
     pub(super) result: Clip,
     /// Compiling and running, nothing else.
@@ -29,11 +30,12 @@ impl Pass {
         control: &Control,
         reporter: &mut Reporter,
     ) -> Result<Self, Failure> {
-        let Resolved { mapping, spec: resolved } = resolve(spec, source, target, clip, reporter).map_err(in_config)?;
+        let Resolved { mapping, spec: resolved, alignment } =
+            resolve(spec, source, target, clip, reporter).map_err(in_config)?;
         let begin = control.seconds();
         let plan = Plan::new(source.skeleton(), target.skeleton(), &mapping);
         let result = run(&plan, clip, control).map_err(run_failure)?;
-        Ok(Self { mapping, resolved, plan, result, seconds: control.seconds() - begin })
+        Ok(Self { mapping, resolved, alignment, plan, result, seconds: control.seconds() - begin })
     }
 }
 

@@ -158,7 +158,7 @@ pub fn propose_with(
         }
         Err(failure) => return Err(failure),
     };
-    let Resolved { mapping, spec: resolved } =
+    let Resolved { mapping, spec: resolved, alignment: _ } =
         resolve(&spec, &source, &target, clip, &mut reporter).map_err(in_config)?;
     let labels = (Labels::new(source.scene), Labels::new(target.scene));
     let roles = role_pairs(

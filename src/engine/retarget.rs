@@ -12,6 +12,7 @@ use crate::{
 
 use super::{
     Counts, Failure, FailureCode, Inputs, Knowledge, Outcome, Output, Report, RigFacts, Rigs, Timings, WarningView,
+    alignment::view,
     convert::{convert_clip, convert_scene, into_ours},
     files::{Files, Sides, in_config, one_field, read_spec},
     pass::Pass,
@@ -40,6 +41,9 @@ pub fn retarget_with(
     let mut reporter = Reporter::new();
     control.enter(Phase::Read, 0);
     let spec = read_spec(inputs.config)?;
+    if let Some(pose) = spec.pose {
+        return super::pose::pose(inputs, &spec, pose.to, knowledge, limits, control);
+    }
     let wanted = wanted_outputs(&spec, inputs.formats)?;
     let files = Files::load(inputs, limits, control, &mut reporter)?;
     let read_seconds = control.seconds() - begin;
@@ -53,7 +57,7 @@ pub fn retarget_with(
     let (spec, tuning) = subject.settle(spec)?;
     let tune_seconds = control.seconds() - tuning_begin;
     control.enter(Phase::Retarget, clip.frame_count() as u64);
-    let Pass { mapping, resolved, plan, result, seconds: retarget_seconds } =
+    let Pass { mapping, resolved, alignment, plan, result, seconds: retarget_seconds } =
         Pass::run(&spec, &source, &target, clip, control, &mut reporter)?;
     let plan_seconds = control.seconds() - planning - retarget_seconds - tune_seconds;
 
@@ -90,14 +94,15 @@ pub fn retarget_with(
         write_seconds: control.seconds() - writing,
         total_seconds: control.seconds() - begin,
     };
-    let report = Report { timings, counts, warnings, rigs, tuning, measures };
+    let alignment = view(&alignment, target.skeleton());
+    let report = Report { timings, counts, warnings, rigs, tuning, alignment, measures };
     Ok(Outcome { outputs, report, resolved_spec })
 }
 
 /// One output with every question answered.
 pub(super) struct Wanted {
-    format: Format,
-    options: OutputSpec,
+    pub(super) format: Format,
+    pub(super) options: OutputSpec,
 }
 
 pub(super) fn wanted_outputs(spec: &RetargetSpec, formats: &[Format]) -> Result<Vec<Wanted>, Failure> {
@@ -207,7 +212,7 @@ fn write_one(
     formats::write(&scene, &clip, options, control, reporter)
 }
 
-fn file_stem(name: &str) -> String {
+pub(super) fn file_stem(name: &str) -> String {
     let keep = |letter: char| if letter.is_alphanumeric() || "-_ .".contains(letter) { letter } else { '_' };
     let stem: String = name.chars().map(keep).take(80).collect();
     let stem = stem.trim_matches([' ', '.']).to_owned();
@@ -223,13 +228,15 @@ pub(super) fn facts(side: &Rig<'_>, format: Format) -> RigFacts {
         format: format.info().name,
         recognised_as: side.recognition.recognised_as.clone(),
         confidence: side.recognition.confidence,
+        rest_pose: side.recognition.rest_pose.name(),
         rest_pose_from: side.rest_source.name(),
+        rest_pose_reason: side.rest_reason.clone(),
         axes: side.axes.to_string(),
         unit_metres: side.unit_metres,
     }
 }
 
-fn strict_failure(warnings: &[WarningView]) -> Failure {
+pub(super) fn strict_failure(warnings: &[WarningView]) -> Failure {
     let first = &warnings[0];
     let detail = format!(
         "strict was asked for and there are {} warnings; the first is {}: {}",

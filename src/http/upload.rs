@@ -79,7 +79,24 @@ impl<'a> BodyReader<'a> {
 /// # Errors
 /// As [`read_form`], and when the source or the target is missing.
 pub(super) async fn read_job(request: Request<Body>, assets: &Assets, settings: &Settings) -> Result<NewJob, Problem> {
-    read_form(request, assets, settings).await?.into_job(assets).await
+    let form = read_form(request, assets, settings).await?;
+    form.into_job(&[InputRole::Source, InputRole::Target], assets).await
+}
+
+/// As [`read_job`], for a pose: only the target has to be there, and there is no config.
+pub(super) async fn read_pose(request: Request<Body>, assets: &Assets, settings: &Settings) -> Result<NewJob, Problem> {
+    let form = read_form(request, assets, settings).await?;
+    if form.config.is_some() {
+        return Err(Problem::new(Code::UnknownPart, "a pose takes no part 'config'")
+            .with_hint("POST /v1/retarget takes one; {\"pose\": {\"to\": \"t\"}} in it asks for a pose"));
+    }
+    form.into_job(&[InputRole::Target], assets).await
+}
+
+/// A part that has to be sent and was not.
+pub(super) fn missing(role: InputRole) -> Problem {
+    Problem::new(Code::MissingPart, format!("the part '{}' is missing", role.name()))
+        .with_hint("curl sends a file as -F source=@walk.bvh -F target=@hero.glb")
 }
 
 /// Reads a multipart body of files and a config: files go to the store as they come, in any order, and are kept only when all
@@ -153,14 +170,10 @@ impl Form {
     /// Keeps the files.
     ///
     /// # Errors
-    /// When the source or the target is missing.
-    pub(super) async fn into_job(self, assets: &Assets) -> Result<NewJob, Problem> {
-        for role in [InputRole::Source, InputRole::Target] {
-            if !self.files.contains_key(&role) {
-                let detail = format!("the part '{}' is missing", role.name());
-                let hint = "curl sends a file as -F source=@walk.bvh -F target=@hero.glb";
-                return Err(Problem::new(Code::MissingPart, detail).with_hint(hint));
-            }
+    /// When one of the required ones is missing.
+    pub(super) async fn into_job(self, required: &[InputRole], assets: &Assets) -> Result<NewJob, Problem> {
+        if let Some(role) = required.iter().find(|role| !self.files.contains_key(role)) {
+            return Err(missing(*role));
         }
         let mut inputs = BTreeMap::new();
         for (role, file) in self.files {

@@ -2,7 +2,7 @@
 //!
 //! Knows skeletons and poses; knows no file format and no frame loop.
 
-mod align;
+mod alignment;
 mod anatomy;
 mod auto_map;
 mod error;
@@ -12,31 +12,27 @@ mod ikrig;
 mod mapping;
 mod nearest;
 mod parse;
+mod posing;
 mod recognition;
 mod resolve;
 mod rest;
 mod spec;
-mod standing;
 mod understand;
 mod unknown_fields;
 
+pub use alignment::{AlignedJoint, CanonicalPose, HowAligned, RollCue};
 pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use findings::{FileFacts, Finding, FindingCode, Severity, examine, examine_clips};
 pub use floor::standing_floor;
 pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride};
 pub use parse::{is_own_shape, parse_document, parse_spec, parse_value};
+pub use posing::{Posed, posed_target};
 pub use recognition::{
     BodyFrame, Hints, Part, Prop, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
     TwistHelper, body_frame, builtin_templates, parse_template, recognise, report_doubts, rest_pose_kind,
     template_schema,
 };
 pub use resolve::{Resolved, resolve};
-pub use rest::{RestSource, scene_rest};
-pub use spec::{
-    Align, AutoWord, Carry, ChainMap, ClipChoice, FkOp, HeightRule, IncludeSpec, MetricInfo, MetricName, OneOrMany, Op,
-    OutputChoice, OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, ReportChoice, ReportDetail, ReportSpec,
-    RestFrame, RestRule, RestSpec, RetargetSpec, RigSpec, RotationMode, ScaleOrigin, TargetClipsSpec, Threshold,
-    TranslationMode, TuneChoice, TuneParameter, TuneSpec, UnitSpec, spec_schema,
-};
-pub use standing::with_standing_rest;
+pub use rest::RestSource;
+pub use spec::*;
 pub use understand::{Rig, find_clip};

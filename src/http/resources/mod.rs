@@ -6,6 +6,7 @@ pub(super) mod explanations;
 pub(super) mod jobs;
 pub(super) mod library;
 pub(super) mod new_job;
+pub(super) mod poses;
 pub(super) mod probes;
 pub(super) mod proposals;
 pub(super) mod results;

@@ -22,7 +22,7 @@ use crate::{
         upload,
         views::{JobInputView, inputs_view},
     },
-    jobs::{Assets, ConfigDocument, NewJob},
+    jobs::{Assets, ConfigDocument, InputRole, NewJob},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -136,7 +136,7 @@ async fn check(State(state): State<ApiState>, request: Request<Body>) -> Result<
         let mut form = upload::read_form(request, assets, settings).await?;
         match form.only_config() {
             Some(config) => (Some(config), NewJob::default()),
-            None => (None, form.into_job(assets).await?),
+            None => (None, form.into_job(&[InputRole::Source, InputRole::Target], assets).await?),
         }
     } else {
         JsonBody::<CheckBody>::from_request(request, &state).await?.0.read()?

@@ -4,8 +4,11 @@ use std::collections::BTreeSet;
 
 use super::{FileFacts, Finding, FindingCode, places};
 use crate::{
-    model::{LocalPose, Reporter},
-    rig::{Part, Rig, RigKind, Role, rest::bind_pose},
+    model::Reporter,
+    rig::{
+        Part, Rig, RigKind, Role,
+        rest::{BindPose, bind_pose},
+    },
 };
 
 /// Parts of a body that a skin binds in every rig that is whole.
@@ -59,12 +62,12 @@ fn examine_binds(rig: &Rig<'_>, found: &mut Vec<Finding>) {
 /// Which of the two poses counts, and how far apart they are.
 fn examine_bind_pose(rig: &Rig<'_>, found: &mut Vec<Finding>) {
     let mut reporter = Reporter::new();
-    let bind: Option<LocalPose> = bind_pose(rig.scene, &mut reporter, "");
+    let bind = bind_pose(rig.scene, &mut reporter, "");
     if let Some(ignored) = reporter.warnings().iter().find(|warning| warning.code == "bind_pose_ignored") {
         let detail = ignored.detail.clone();
         found.push(Finding { code: FindingCode::BindPoseIgnored, place: String::new(), detail });
     }
-    let Some(bind) = bind else { return };
+    let BindPose::Other(bind) = bind else { return };
     let nodes = rig.skeleton().rest_pose();
     let pairs = bind.transforms().iter().zip(nodes.transforms()).enumerate();
     let mut angles: Vec<(usize, f64)> =

@@ -18,11 +18,11 @@ use self::{
     pelvis::{resolve_pelvis, resolve_top},
 };
 use super::{
-    align::align,
+    alignment::{AlignedJoint, Alignment, align},
     anatomy::rides,
     error::{SpecError, SpecErrorKind},
     mapping::Mapping,
-    spec::{Align, Carry, FkOp, Op, PelvisOp, RetargetSpec},
+    spec::{Carry, FkOp, Op, PelvisOp, RetargetSpec},
     understand::Rig,
 };
 
@@ -33,6 +33,8 @@ pub struct Resolved {
     pub mapping: Mapping,
     /// The spec with everything found out filled in; resolved again, it gives the same mapping.
     pub spec: RetargetSpec,
+    /// How well the target's rest pose was turned to look like the source's, by joint.
+    pub alignment: Vec<AlignedJoint>,
 }
 
 /// Resolves a spec against two rigs and the clip that is to be moved.
@@ -51,10 +53,7 @@ pub fn resolve(
     report_rigs(spec, source, target, reporter);
     let found = find_pairs(spec, source, target)?;
     let pairs = &found.pairs;
-    let aligned = match spec.align {
-        Align::Off => target.rest.clone(),
-        Align::Auto | Align::Direction => align(source, target, pairs),
-    };
+    let Alignment { rest: aligned, joints: alignment } = align(source, target, pairs, spec.align);
     let carried = is_carried(&ops);
     let ours_from_plan = if carried { Axes::Z_UP_Y_FRONT.ours_from_this() } else { target.work_from_scene };
     let plan_from_source = Transform {
@@ -99,7 +98,7 @@ pub fn resolve(
     }
     report_idle_limbs(spec, source, target, &mapping, reporter);
     let spec = filled_in(spec, source, target, &found, ops);
-    Ok(Resolved { mapping, spec })
+    Ok(Resolved { mapping, spec, alignment })
 }
 
 fn default_ops() -> Vec<Op> {

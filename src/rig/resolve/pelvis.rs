@@ -133,14 +133,14 @@ impl Height {
         };
         let stance = Stance::of(side, pelvis);
         let height = side.rest_height(pelvis);
-        let stands = ground.is_none() && stance.sole.is_some();
+        let stands = ground.is_none() && stance.stands;
         let as_asked = |value: f64, floor: f64| Self { value, floor, sole: Some(0.0), stands };
         Ok(match (rule, ground) {
             (HeightRule::AboveOrigin, _) => as_asked(height, stance.floor),
             (_, Some(floor)) => as_asked(height - floor, floor),
             (HeightRule::AboveGroundJoint, None) => as_asked(height - stance.floor, stance.floor),
             (HeightRule::AboveFloor, None) => {
-                let Stance { floor, sole, height } = stance;
+                let Stance { floor, sole, height, .. } = stance;
                 Self { value: height, floor, sole, stands }
             }
         })

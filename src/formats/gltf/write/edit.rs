@@ -132,6 +132,18 @@ fn list_buffers(output: &mut Output<'_>, document: &Document, will_have_bytes: b
     Ok(())
 }
 
+/// Gives the nodes of these joints the transforms of the skeleton.
+pub(super) fn pose_nodes(json: &mut Map<String, Value>, target: &Scene, joints: &[usize]) {
+    let Some(nodes) = json.get_mut("nodes").and_then(Value::as_array_mut) else { return };
+    for joint in joints.iter().filter_map(|joint| target.skeleton.joints().get(*joint)) {
+        let Some(node) = nodes.get_mut(joint.node).and_then(Value::as_object_mut) else { continue };
+        node.shift_remove("matrix");
+        node.insert("translation".into(), json!(joint.rest.translation.to_array()));
+        node.insert("rotation".into(), json!(joint.rest.rotation.to_array()));
+        node.insert("scale".into(), json!(joint.rest.scale.to_array()));
+    }
+}
+
 /// A node with a matrix cannot be animated; those that are get the equal translation, rotation and scale.
 fn split_animated_matrices(json: &mut Map<String, Value>, target: &Scene, clip: &Clip) {
     let Some(nodes) = json.get_mut("nodes").and_then(Value::as_array_mut) else { return };
