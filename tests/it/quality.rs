@@ -3,6 +3,8 @@
 mod determinism;
 mod figure;
 mod invariance;
+mod limbs;
+mod made_rigs;
 mod matrix;
 mod onto_itself;
 mod pairs;

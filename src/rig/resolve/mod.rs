@@ -23,6 +23,7 @@ use super::{
     error::{SpecError, SpecErrorKind},
     mapping::Mapping,
     spec::{Align, Carry, FkOp, Op, PelvisOp, RetargetSpec},
+    twist::find_twists,
     understand::Rig,
 };
 
@@ -71,6 +72,7 @@ pub fn resolve(
         pelvis: None,
         chains: Vec::new(),
         rides: Vec::new(),
+        twists: Vec::new(),
         global_scale: 1.0,
     };
     let mut fields = Vec::new();
@@ -96,6 +98,9 @@ pub fn resolve(
     if !carried {
         // What the parents of chains that are carried along do is part of the chain.
         mapping.rides = rides(target);
+        if ops.iter().any(|op| matches!(op, Op::Fk(op) if op.enabled && op.twist)) {
+            find_twists(source, target, clip, &mut mapping);
+        }
     }
     report_idle_limbs(spec, source, target, &mapping, reporter);
     let spec = filled_in(spec, source, target, &found, ops);
