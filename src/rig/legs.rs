@@ -10,6 +10,8 @@ use super::understand::Rig;
 /// What leaving out a joint between two that belong together costs, as a share of the body's height: better a scapula or a toe
 /// is left out than an elbow.
 const GAP: f64 = 0.1;
+/// What has more joints is no leg.
+const MOST_JOINTS: usize = 64;
 
 /// The joints of two legs that belong together, from the body outward: all of the shorter leg, and as many of the longer one.
 pub(super) fn corresponding(
@@ -19,7 +21,8 @@ pub(super) fn corresponding(
     target_leg: &[usize],
 ) -> (Vec<usize>, Vec<usize>) {
     let both = (source_leg.to_vec(), target_leg.to_vec());
-    if source_leg.len() == target_leg.len() || source_leg.is_empty() || target_leg.is_empty() {
+    let is_leg = |leg: &[usize]| (1..=MOST_JOINTS).contains(&leg.len());
+    if source_leg.len() == target_leg.len() || !is_leg(source_leg) || !is_leg(target_leg) {
         return both;
     }
     let (source_places, target_places) = (places(source, source_leg), places(target, target_leg));
