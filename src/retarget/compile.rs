@@ -4,7 +4,9 @@ use glam::{DMat3, DQuat, DVec3};
 
 use crate::{
     model::{Skeleton, Transform},
-    rig::{Carry, ChainPair, Mapping, PelvisPair, Ride, RotationMode, Spacing, TranslationMode, TwistAgainst, TwistPair},
+    rig::{
+        Carry, ChainPair, Mapping, PelvisPair, Ride, RotationMode, Spacing, TranslationMode, TwistAgainst, TwistPair,
+    },
 };
 
 use super::plan::{

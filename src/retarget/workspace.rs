@@ -283,9 +283,8 @@ impl Workspace {
             TwistSegment::Source(sample, rotation) => self.sample_rotation(sample).times_constant(rotation),
         };
         let change = match driver.against {
-            TwistEnd::Carrier(carrier, carrier_from_segment) => {
-                QuatLanes::splat(carrier_from_segment.conjugate()).times(&self.target[carrier].conjugate_times(&segment))
-            }
+            TwistEnd::Carrier(carrier, carrier_from_segment) => QuatLanes::splat(carrier_from_segment.conjugate())
+                .times(&self.target[carrier].conjugate_times(&segment)),
             TwistEnd::End(sample, rotation, end_from_segment) => {
                 let end = self.sample_rotation(sample).times_constant(rotation);
                 segment.conjugate_times(&end).times_constant(end_from_segment)

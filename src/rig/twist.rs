@@ -53,7 +53,8 @@ pub enum TwistAgainst {
 }
 
 /// Segments with a twist, and the part that each leads to.
-const SEGMENTS: [(&str, &str); 4] = [("upper_arm", "forearm"), ("forearm", "hand"), ("thigh", "shin"), ("shin", "foot")];
+const SEGMENTS: [(&str, &str); 4] =
+    [("upper_arm", "forearm"), ("forearm", "hand"), ("thigh", "shin"), ("shin", "foot")];
 
 /// Whether a part is turned by its own twist against what carries it, as upper arms and thighs are; forearms and shins take
 /// the twist of what they lead to.

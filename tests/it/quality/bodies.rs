@@ -37,9 +37,8 @@ fn curling(scene: &Scene) -> Clip {
 
 /// How far a joint is turned against another one, against what it is at rest, at the last frame.
 fn turned(scene: &Scene, clip: &Clip, of: &str, against: &str) -> f64 {
-    let relative = |world: &[glam::DMat4]| {
-        rotation(world, joint(scene, against)).conjugate() * rotation(world, joint(scene, of))
-    };
+    let relative =
+        |world: &[glam::DMat4]| rotation(world, joint(scene, against)).conjugate() * rotation(world, joint(scene, of));
     let (rest, now) = (world(&scene.skeleton, None), world(&scene.skeleton, Some((clip, clip.frame_count() - 1))));
     degrees_between(relative(&rest), relative(&now))
 }
@@ -69,7 +68,8 @@ fn a_finger_that_the_source_lacks_moves_as_the_one_beside_it() {
     let whole = samples::mannequin_scene();
     let source = MadeRig::of(&whole).without(|name| name.starts_with("pinky_")).scene(|_| false);
     let result = retargeted(&RetargetSpec::default(), &source, &curling(&source), &whole).expect("a mapping");
-    let (ring, pinky) = (turned(&whole, &result.0, "ring_03_l", "hand_l"), turned(&whole, &result.0, "pinky_03_l", "hand_l"));
+    let (ring, pinky) =
+        (turned(&whole, &result.0, "ring_03_l", "hand_l"), turned(&whole, &result.0, "pinky_03_l", "hand_l"));
     assert!((ring - 84.0).abs() < 0.1 && (pinky - ring).abs() < 0.1, "ring {ring}°, pinky {pinky}°");
     let again = retargeted(&result.1.spec, &source, &curling(&source), &whole).expect("the resolved spec");
     assert_eq!(again.0, result.0, "the resolved spec gives the same");
@@ -156,7 +156,12 @@ fn a_fox_moves_another_fox() {
     assert_bones_agree(&clips, run, &small, |bone| [bone[2], bone[3], bone[0], bone[1]]);
 }
 
-fn assert_bones_agree(source: &Figure, clip: &Clip, target: &Figure, of: impl Fn(&[&'static str; 4]) -> [&'static str; 4]) {
+fn assert_bones_agree(
+    source: &Figure,
+    clip: &Clip,
+    target: &Figure,
+    of: impl Fn(&[&'static str; 4]) -> [&'static str; 4],
+) {
     let result = retargeted(&RetargetSpec::default(), &source.scene, clip, &target.scene).expect("a mapping").0;
     let mut problems = Vec::new();
     for bone in &FOX_BONES {

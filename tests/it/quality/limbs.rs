@@ -64,8 +64,10 @@ fn limbs_that_hang_from_the_root_move_as_if_they_hung_from_the_body() {
 fn a_foot_without_a_source_rides_the_shin() {
     let (walk, mannequin) = (samples::walk_scene(), samples::mannequin_scene());
     let spec = |roles: &str| -> RetargetSpec {
-        serde_json::from_value(serde_json::json!({"source": {"roles": serde_json::from_str::<serde_json::Value>(roles).expect("JSON")}}))
-            .expect("a spec")
+        serde_json::from_value(
+            serde_json::json!({"source": {"roles": serde_json::from_str::<serde_json::Value>(roles).expect("JSON")}}),
+        )
+        .expect("a spec")
     };
     let no_feet = spec(r#"{"left_foot": [], "right_foot": [], "left_toe": [], "right_toe": []}"#);
     let whole = retargeted(&no_feet, &walk, &walk.clips[0], &mannequin).expect("a mapping");
@@ -91,9 +93,8 @@ fn twisting(part: &str, scene: &Scene, end: &str) -> (Clip, DVec3) {
 /// The signed turn of a joint about a line against another one, against what it is at rest.
 fn twist(scene: &Scene, clip: &Clip, frame: usize, of: &str, against: &str, along: DVec3) -> f64 {
     let (rest, now) = (world(&scene.skeleton, None), world(&scene.skeleton, Some((clip, frame))));
-    let relative = |world: &[glam::DMat4]| {
-        rotation(world, joint(scene, against)).conjugate() * rotation(world, joint(scene, of))
-    };
+    let relative =
+        |world: &[glam::DMat4]| rotation(world, joint(scene, against)).conjugate() * rotation(world, joint(scene, of));
     let change = relative(&now) * relative(&rest).conjugate();
     let axis = rotation(&rest, joint(scene, against)).conjugate() * along;
     let change = if change.w < 0.0 { -change } else { change };
@@ -153,7 +154,8 @@ fn twist_is_left_alone_when_it_is_not_wanted() {
     let source = MadeRig::of(&target).without(|name| name.contains("twist")).scene(|_| false);
     let (clip, along) = twisting("lowerarm_l", &source, "hand_l");
     let spec: RetargetSpec =
-        serde_json::from_value(serde_json::json!({"ops": [{"op": "pelvis"}, {"op": "fk", "twist": false}]})).expect("a spec");
+        serde_json::from_value(serde_json::json!({"ops": [{"op": "pelvis"}, {"op": "fk", "twist": false}]}))
+            .expect("a spec");
     let result = retargeted(&spec, &source, &clip, &target).expect("a mapping").0;
     let found = twist(&target, &result, 270, "lowerarm_twist_01_l", "lowerarm_l", along);
     assert!(found.abs() < MOST_DEGREES, "the helper rides the forearm: {found}°");
