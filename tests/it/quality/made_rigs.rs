@@ -64,14 +64,6 @@ impl MadeRig {
         self
     }
 
-    pub(super) fn renamed(mut self, name: impl Fn(&str) -> String) -> Self {
-        for joint in &mut self.joints {
-            joint.name = name(&joint.name);
-            joint.parent = joint.parent.as_deref().map(&name);
-        }
-        self
-    }
-
     /// The scene, with joints as late or as early as their parents allow: `first` says which come as early as they can.
     pub(super) fn scene(&self, first: impl Fn(&str) -> bool) -> Scene {
         let mut placed: Vec<&Made> = Vec::new();
