@@ -8,6 +8,7 @@ mod auto_map;
 mod error;
 mod floor;
 mod ikrig;
+mod legs;
 mod mapping;
 mod nearest;
 mod parse;
@@ -16,11 +17,12 @@ mod resolve;
 mod rest;
 mod spec;
 mod standing;
+mod twist;
 mod understand;
 mod unknown_fields;
 
 pub use error::{SpecError, SpecErrorKind, SpecField};
-pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride};
+pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing};
 pub use parse::{parse_spec, parse_value};
 pub use recognition::{
     BodyFrame, Hints, Part, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
@@ -34,4 +36,5 @@ pub use spec::{
     RigSpec, RotationMode, ScaleOrigin, TargetClipsSpec, TranslationMode, UnitSpec, spec_schema,
 };
 pub use standing::with_standing_rest;
+pub use twist::{TwistAgainst, TwistPair};
 pub use understand::Rig;

@@ -20,7 +20,7 @@ pub(super) fn filled_in(
     let Found { pairs, tops } = found;
     let map = spec.map.clone().or_else(|| {
         let entry = |pair: &NamedPair| ChainMap {
-            source: pair.name.clone(),
+            source: pair.source_name.clone(),
             target: pair.name.clone(),
             rotation: None,
             translation: None,
@@ -54,9 +54,9 @@ pub(super) fn filled_in(
         let span = |skeleton: &Skeleton, joints: &[usize]| {
             [skeleton.label(joints[0]), skeleton.label(joints[joints.len() - 1])]
         };
-        let name = || pair.name.clone();
-        filled.source.chains.entry(name()).or_insert_with(|| span(source.skeleton(), &pair.source));
-        filled.target.chains.entry(name()).or_insert_with(|| span(target.skeleton(), &pair.target));
+        let chain = |pair: &NamedPair| span(source.skeleton(), &pair.source);
+        filled.source.chains.entry(pair.source_name.clone()).or_insert_with(|| chain(pair));
+        filled.target.chains.entry(pair.name.clone()).or_insert_with(|| span(target.skeleton(), &pair.target));
     }
     filled
 }

@@ -1,10 +1,12 @@
 //! What the `fk` op drives, and how.
 
 use super::super::{
+    align::split,
     auto_map::{NamedPair, known_names, roles_of},
     error::{SpecErrorKind, SpecField},
-    mapping::{ChainPair, Chord, Drive},
-    spec::{Align, FkOp, RetargetSpec},
+    mapping::{ChainPair, Chord, Drive, Spacing},
+    spec::{Align, FkOp, RetargetSpec, RotationMode},
+    twist::is_lower,
     understand::Rig,
 };
 
@@ -37,23 +39,54 @@ pub(super) fn resolve_fk(
         .filter(wanted)
         .map(|pair| {
             let entry = spec.map.iter().flatten().find(|entry| roles_of(&entry.target).contains(&pair.name.as_str()));
+            let rotation = entry.and_then(|entry| entry.rotation).unwrap_or(op.rotation);
+            let (from, spacing) = spread(pair, rotation, source);
             ChainPair {
                 name: pair.name.clone(),
-                source: pair.source.clone(),
+                source: from,
                 target: pair.target.clone(),
                 drive: Drive {
                     carry: op.carry,
-                    rotation: entry.and_then(|entry| entry.rotation).unwrap_or(op.rotation),
+                    rotation,
                     translation: entry.and_then(|entry| entry.translation).unwrap_or(op.translation),
                     rotation_alpha: op.alpha
                         * entry.and_then(|entry| entry.rotation_alpha).unwrap_or(op.rotation_alpha),
                     translation_alpha: op.alpha
                         * entry.and_then(|entry| entry.translation_alpha).unwrap_or(op.translation_alpha),
                 },
+                spacing,
                 chord: if spec.align == Align::Off { None } else { find_chord(pair, source, target) },
             }
         })
         .collect()
+}
+
+/// Which joints of the source a chain follows, and at which places, when the numbers of joints differ.
+fn spread(pair: &NamedPair, rotation: RotationMode, source: &Rig<'_>) -> (Vec<usize>, Spacing) {
+    let plain = (pair.source.clone(), Spacing::Length);
+    let (sources, targets) = (pair.source.len(), pair.target.len());
+    let Some(role) = pair.role.as_deref().filter(|_| rotation == RotationMode::Auto && sources != targets) else {
+        return plain;
+    };
+    let (side, part) = split(role);
+    // What a split forearm twists on its way belongs to the hand; the elbow is where its first joint is.
+    if is_lower(part) && targets == 1 {
+        return (pair.source[..1].to_vec(), Spacing::Length);
+    }
+    let last = |part: &str| source.role(part).last().copied();
+    let (lead, spacing) = match part {
+        "spine" if sources == 1 => (last("pelvis"), Spacing::Led),
+        "neck" if sources == 1 => (last("spine").or_else(|| last("pelvis")), Spacing::Led),
+        "thumb" | "index" | "middle" | "ring" | "pinky" => {
+            let metacarpal = last(&format!("{side}{part}_metacarpal"));
+            (metacarpal.or_else(|| last(&format!("{side}hand"))), Spacing::Curled)
+        }
+        _ => return plain,
+    };
+    match lead.filter(|lead| !pair.source.contains(lead)) {
+        Some(lead) => (std::iter::once(lead).chain(pair.source.iter().copied()).collect(), spacing),
+        None => plain,
+    }
 }
 
 /// What a spine or a neck leads to, on both sides.

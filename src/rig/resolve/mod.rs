@@ -13,16 +13,17 @@ use crate::model::{Axes, Clip, Reporter, Transform};
 use self::{
     filled_in::filled_in,
     fk::{order_chains, resolve_fk},
-    notes::{check_kinds, report_idle_limbs, report_rigs},
+    notes::{check_kinds, report_idle_limbs, report_loose_joints, report_rigs},
     pairs::find_pairs,
     pelvis::{resolve_pelvis, resolve_top},
 };
 use super::{
     align::align,
-    anatomy::rides,
+    anatomy::{loose_joints, rides},
     error::{SpecError, SpecErrorKind},
     mapping::Mapping,
     spec::{Align, Carry, FkOp, Op, PelvisOp, RetargetSpec},
+    twist::find_twists,
     understand::Rig,
 };
 
@@ -71,6 +72,7 @@ pub fn resolve(
         pelvis: None,
         chains: Vec::new(),
         rides: Vec::new(),
+        twists: Vec::new(),
         global_scale: 1.0,
     };
     let mut fields = Vec::new();
@@ -96,6 +98,12 @@ pub fn resolve(
     if !carried {
         // What the parents of chains that are carried along do is part of the chain.
         mapping.rides = rides(target);
+        if ops.iter().any(|op| matches!(op, Op::Fk(op) if op.enabled && op.twist)) {
+            find_twists(source, target, clip, &mut mapping);
+        }
+        let loose = loose_joints(target, &mapping.driven(), &mapping.rides);
+        report_loose_joints(target, &loose, reporter);
+        mapping.rides.extend(loose);
     }
     report_idle_limbs(spec, source, target, &mapping, reporter);
     let spec = filled_in(spec, source, target, &found, ops);

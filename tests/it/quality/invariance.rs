@@ -9,7 +9,10 @@ use retargetd::{
     samples,
 };
 
-use super::figure::{Figure, degrees_between, position, rotation, world};
+use super::{
+    figure::{Figure, degrees_between, position, rotation, world},
+    made_rigs::MadeRig,
+};
 use crate::support::corpus_file;
 
 const MOST_DEGREES: f64 = 0.01;
@@ -222,6 +225,31 @@ fn everything_at_once_does_not_matter() {
     let source = walk().with_other_joint_axes(7).turned(turn, None).in_units(100.0);
     let target = mannequin().with_other_joint_axes(8).turned(turn, None).in_units(39.370_078_74);
     assert_same_motion(&motion(&source, &target), &plain, "both sides");
+}
+
+/// The mannequin with its limbs hung from the root, as exports of the skin's joints alone have them.
+fn in_pieces() -> Guise {
+    let mut rig = MadeRig::of(&samples::mannequin_scene());
+    for joint in ["thigh", "clavicle", "foot", "lowerarm"] {
+        rig = rig.hung_from(&format!("{joint}_l"), "root").hung_from(&format!("{joint}_r"), "root");
+    }
+    Guise::plain(rig.scene(|name| name.starts_with("foot")))
+}
+
+#[test]
+fn limbs_in_pieces_and_twists_do_not_depend_on_axes_units_and_facing() {
+    let plain = motion(&walk(), &in_pieces());
+    let (turn, axes) = z_up();
+    let about = DQuat::from_rotation_y(std::f64::consts::PI);
+    for (what, target) in [
+        ("other joint axes", in_pieces().with_other_joint_axes(11)),
+        ("centimetres", in_pieces().in_units(100.0)),
+        ("Z up", in_pieces().turned(turn, Some(axes))),
+        ("facing back", in_pieces().turned(about, None)),
+        ("all of it", in_pieces().with_other_joint_axes(12).turned(turn, None).in_units(39.370_078_74)),
+    ] {
+        assert_same_motion(&motion(&walk(), &target), &plain, what);
+    }
 }
 
 fn cut(clip: &Clip, from: usize, to: usize) -> Clip {

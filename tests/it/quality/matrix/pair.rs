@@ -77,8 +77,9 @@ impl Measured {
         let is_beyond = |value: f64, most: f64| value.is_nan() || value.abs() > most;
         let beyond = |check: &&(&str, Option<f64>, f64)| check.1.is_some_and(|value| is_beyond(value, check.2));
         let mut excesses: Vec<String> = checks.iter().filter(beyond).map(|check| check.0.to_owned()).collect();
-        // Upper arms, forearms, thighs and shins; necks and spines of one joint are no fault.
-        if self.directions[2..].iter().any(Option::is_none) {
+        // Rigs without hands have no forearm to measure, but no biped is without arms and legs.
+        let [_, _, upper_arm, forearm, thigh, shin] = self.directions;
+        if upper_arm.or(forearm).is_none() || thigh.or(shin).is_none() {
             excesses.push("incomplete".to_owned());
         }
         excesses
