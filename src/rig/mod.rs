@@ -22,6 +22,7 @@ mod understand;
 mod unknown_fields;
 
 pub use error::{SpecError, SpecErrorKind, SpecField};
+pub use floor::standing_floor;
 pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing};
 pub use parse::{parse_spec, parse_value};
 pub use recognition::{
@@ -31,9 +32,10 @@ pub use recognition::{
 pub use resolve::{Resolved, resolve};
 pub use rest::{RestSource, scene_rest};
 pub use spec::{
-    Align, AutoWord, Carry, ChainMap, ClipChoice, FkOp, HeightRule, IncludeSpec, OneOrMany, Op, OutputChoice,
-    OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, ReportDetail, RestFrame, RestRule, RestSpec, RetargetSpec,
-    RigSpec, RotationMode, ScaleOrigin, TargetClipsSpec, TranslationMode, UnitSpec, spec_schema,
+    Align, AutoWord, Carry, ChainMap, ClipChoice, FkOp, HeightRule, IncludeSpec, MetricInfo, MetricName, OneOrMany, Op,
+    OutputChoice, OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, ReportChoice, ReportDetail, ReportSpec,
+    RestFrame, RestRule, RestSpec, RetargetSpec, RigSpec, RotationMode, ScaleOrigin, TargetClipsSpec, Threshold,
+    TranslationMode, UnitSpec, spec_schema,
 };
 pub use standing::with_standing_rest;
 pub use twist::{TwistAgainst, TwistPair};

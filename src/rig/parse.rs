@@ -6,7 +6,7 @@ use serde_json::Value;
 use super::{
     error::{SpecError, SpecErrorKind, SpecField},
     ikrig,
-    spec::{Op, OutputChoice, PelvisScale, RetargetSpec, UnitSpec, spec_schema},
+    spec::{Op, OutputChoice, PelvisScale, ReportChoice, RetargetSpec, Threshold, UnitSpec, spec_schema},
     unknown_fields::unknown_fields,
 };
 
@@ -112,6 +112,13 @@ fn out_of_range(spec: &RetargetSpec) -> Vec<SpecField> {
             for (name, value) in named {
                 require(alpha(value, 1e6), format!("/ops/{index}/{name}"), format!("{value} is out of range"));
             }
+        }
+    }
+    if let ReportChoice::Spec(report) = &spec.report {
+        for (metric, Threshold { warn_above, fail_above }) in &report.thresholds {
+            let sane = *warn_above >= 0.0 && warn_above <= fail_above && fail_above.is_finite();
+            let detail = format!("{warn_above} and {fail_above} are no thresholds; 0 <= warn_above <= fail_above");
+            require(sane, format!("/report/thresholds/{}", metric.name()), detail);
         }
     }
     if let Some(OutputChoice::Many(outputs)) = &spec.output {

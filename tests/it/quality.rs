@@ -2,7 +2,7 @@
 
 mod bodies;
 mod determinism;
-mod figure;
+pub(crate) mod figure;
 mod invariance;
 mod limbs;
 mod made_rigs;
