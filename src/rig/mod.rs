@@ -15,6 +15,7 @@ mod parse;
 mod recognition;
 mod resolve;
 mod rest;
+mod shoulder;
 mod spec;
 mod standing;
 mod twist;
@@ -30,6 +31,7 @@ pub use recognition::{
 };
 pub use resolve::{Resolved, resolve};
 pub use rest::{RestSource, scene_rest};
+pub use shoulder::ShoulderPair;
 pub use spec::{
     Align, AutoWord, Carry, ChainMap, ClipChoice, FkOp, HeightRule, IncludeSpec, OneOrMany, Op, OutputChoice,
     OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, ReportDetail, RestFrame, RestRule, RestSpec, RetargetSpec,

@@ -22,6 +22,7 @@ use super::{
     anatomy::{loose_joints, rides},
     error::{SpecError, SpecErrorKind},
     mapping::Mapping,
+    shoulder::find_shoulders,
     spec::{Align, Carry, FkOp, Op, PelvisOp, RetargetSpec},
     twist::find_twists,
     understand::Rig,
@@ -73,6 +74,7 @@ pub fn resolve(
         chains: Vec::new(),
         rides: Vec::new(),
         twists: Vec::new(),
+        shoulders: Vec::new(),
         global_scale: 1.0,
     };
     let mut fields = Vec::new();
@@ -98,8 +100,15 @@ pub fn resolve(
     if !carried {
         // What the parents of chains that are carried along do is part of the chain.
         mapping.rides = rides(target);
-        if ops.iter().any(|op| matches!(op, Op::Fk(op) if op.enabled && op.twist)) {
-            find_twists(source, target, clip, &mut mapping);
+        for op in &ops {
+            if let Op::Fk(op) = op
+                && op.enabled
+            {
+                if op.twist {
+                    find_twists(source, target, clip, &mut mapping);
+                }
+                mapping.shoulders = find_shoulders(source, target, &mapping, op.shoulder);
+            }
         }
         let loose = loose_joints(target, &mapping.driven(), &mapping.rides);
         report_loose_joints(target, &loose, reporter);
