@@ -21,9 +21,9 @@ use super::{
     align::align,
     anatomy::{loose_joints, rides},
     error::{SpecError, SpecErrorKind},
-    mapping::Mapping,
+    mapping::{ChainPair, Mapping},
     shoulder::find_shoulders,
-    spec::{Align, Carry, FkOp, Op, PelvisOp, RetargetSpec},
+    spec::{Align, Carry, FkOp, Op, PelvisOp, RetargetSpec, TranslationMode},
     twist::find_twists,
     understand::Rig,
 };
@@ -93,6 +93,9 @@ pub fn resolve(
     if let Some(error) = SpecError::from_fields(fields) {
         return Err(error);
     }
+    if found.tops.is_some() {
+        keep_slides(&mut mapping.chains, clip);
+    }
     order_chains(&mut mapping.chains);
     if mapping.pelvis.is_none() && mapping.chains.is_empty() {
         return Err(nothing_to_map(source, target));
@@ -115,8 +118,18 @@ pub fn resolve(
         mapping.rides.extend(loose);
     }
     report_idle_limbs(spec, source, target, &mapping, reporter);
-    let spec = filled_in(spec, source, target, &found, ops);
+    let spec = filled_in(spec, source, target, &found, &mapping, ops);
     Ok(Resolved { mapping, spec })
+}
+
+/// What is no body has joints that slide, such as pistons and trolleys; where they do, their way counts.
+fn keep_slides(chains: &mut [ChainPair], clip: &Clip) {
+    for chain in chains {
+        let slides = clip.joints()[chain.source[0]].translation.is_animated();
+        if slides && chain.drive.translation == TranslationMode::None {
+            chain.drive.translation = TranslationMode::GloballyScaled;
+        }
+    }
 }
 
 fn default_ops() -> Vec<Op> {
