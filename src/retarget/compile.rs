@@ -5,13 +5,14 @@ use glam::{DMat3, DQuat, DVec3};
 use crate::{
     model::{Skeleton, Transform},
     rig::{
-        Carry, ChainPair, Mapping, PelvisPair, Ride, RotationMode, Spacing, TranslationMode, TwistAgainst, TwistPair,
+        Carry, ChainPair, Mapping, PelvisPair, Ride, RotationMode, ShoulderPair, Spacing, TranslationMode,
+        TwistAgainst, TwistPair,
     },
 };
 
 use super::plan::{
     CarriedDriver, CarryStep, ChordStep, Driver, ModelDriver, Needs, Output, Parent, PelvisDriver, Plan, RideStep,
-    Sample, SourceStep, TargetStep, Translation, TwistDriver, TwistEnd, TwistSegment,
+    Sample, ShoulderDriver, SourceStep, TargetStep, Translation, TwistDriver, TwistEnd, TwistSegment,
 };
 
 /// Below this distance from a chain's end, a place counts as the end.
@@ -76,12 +77,16 @@ impl<'a> Compiler<'a> {
             }
         }
         let twists = self.compile_twists(&drivers);
+        let shoulders = self.compile_shoulders(&drivers);
         if let Some(pelvis) = &self.mapping.pelvis {
             drivers[pelvis.target] = Driver::Pelvis(self.compile_pelvis(pelvis));
         }
         let carries = carried_slots > 0;
         for (joint, twist) in twists {
             drivers[joint] = Driver::Twist(twist);
+        }
+        for (joint, shoulder) in shoulders {
+            drivers[joint] = Driver::Shoulder(shoulder);
         }
         let needs = self.target_needs(&drivers, carries);
         let (mut target_steps, slots) = self.lay_out_target(drivers, &needs);
@@ -193,15 +198,8 @@ impl<'a> Compiler<'a> {
 
     /// The joints that share a twist. Those whose limb or whose end no source joint drives as it is have none to share.
     fn compile_twists(&self, drivers: &[Driver]) -> Vec<(usize, TwistDriver)> {
-        let as_driven = |joint: usize| match &drivers[joint] {
-            #[expect(clippy::float_cmp, reason = "exactly one means the whole motion")]
-            Driver::Model(model) if model.chord.is_none() && model.rotation_alpha == 1.0 => {
-                Some((model.sample, model.rotation))
-            }
-            _ => None,
-        };
         let compile = |pair: &TwistPair| {
-            let (sample, rotation) = as_driven(pair.segment)?;
+            let (sample, rotation) = as_driven(&drivers[pair.segment])?;
             let segment = if pair.segment == pair.joint {
                 TwistSegment::Source(sample, rotation)
             } else {
@@ -210,7 +208,7 @@ impl<'a> Compiler<'a> {
             let against = match pair.against {
                 TwistAgainst::Carrier { joint, carrier_from_segment } => TwistEnd::Carrier(joint, carrier_from_segment),
                 TwistAgainst::End { joint, segment_from_end } => {
-                    let (sample, rotation) = as_driven(joint)?;
+                    let (sample, rotation) = as_driven(&drivers[joint])?;
                     TwistEnd::End(sample, rotation, segment_from_end.conjugate())
                 }
             };
@@ -218,6 +216,16 @@ impl<'a> Compiler<'a> {
             Some((joint, TwistDriver { segment, against, axis, segment_from_joint, share }))
         };
         self.mapping.twists.iter().filter_map(compile).collect()
+    }
+
+    /// The clavicles that follow arms which the source drives as they are.
+    fn compile_shoulders(&self, drivers: &[Driver]) -> Vec<(usize, ShoulderDriver)> {
+        let compile = |pair: &ShoulderPair| {
+            let (sample, rotation) = as_driven(&drivers[pair.upper_arm])?;
+            let ShoulderPair { joint, arm, up, axis, free_radians, share, .. } = *pair;
+            Some((joint, ShoulderDriver { sample, rotation, arm, up, axis, free_radians, share }))
+        };
+        self.mapping.shoulders.iter().filter_map(compile).collect()
     }
 
     fn compile_carried_chain(&self, chain: &ChainPair, drivers: &mut [Driver], carried_slots: &mut usize) {
@@ -326,7 +334,7 @@ impl<'a> Compiler<'a> {
                 _ if self.rides[joint].is_some() => Needs::Transform,
                 Driver::Hold => continue,
                 Driver::Pelvis(_) | Driver::Carried(_) => Needs::Transform,
-                Driver::Twist(_) => Needs::Rotation,
+                Driver::Twist(_) | Driver::Shoulder(_) => Needs::Rotation,
                 Driver::Model(model) => match model.translation {
                     Translation::Hold => Needs::Rotation,
                     Translation::Scaled { .. } | Translation::Absolute { .. } => Needs::Transform,
@@ -389,7 +397,7 @@ impl<'a> Compiler<'a> {
             }
             let parent = self.target.parent(joint).map_or(above, |parent| parents[parent]);
             let mut hold = self.mapping.target_hold.transforms()[joint];
-            if !matches!(driver, Driver::Hold) {
+            if !matches!(driver, Driver::Hold | Driver::Shoulder(_)) {
                 // Alphas start from the rest pose that motion is put onto, not from the one that idle joints keep.
                 hold.rotation = self.local_rest_rotation(joint);
             }
@@ -428,7 +436,7 @@ impl<'a> Compiler<'a> {
                 Driver::Hold if is_ridden => (true, false),
                 Driver::Hold if carries => (true, true),
                 Driver::Hold => continue,
-                Driver::Twist(_) => (is_ridden, false),
+                Driver::Twist(_) | Driver::Shoulder(_) => (is_ridden, false),
                 Driver::Pelvis(_) => (true, carries),
                 Driver::Model(model) => (is_ridden || !matches!(model.translation, Translation::Hold), false),
                 Driver::Carried(_) => (true, true),
@@ -477,6 +485,17 @@ impl Place {
                 }
             }
         }
+    }
+}
+
+/// What a joint follows that takes the source's rotation as it is.
+fn as_driven(driver: &Driver) -> Option<(Sample, DQuat)> {
+    match driver {
+        #[expect(clippy::float_cmp, reason = "exactly one means the whole motion")]
+        Driver::Model(model) if model.chord.is_none() && model.rotation_alpha == 1.0 => {
+            Some((model.sample, model.rotation))
+        }
+        _ => None,
     }
 }
 

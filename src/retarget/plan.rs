@@ -97,6 +97,8 @@ pub(super) enum Driver {
     Model(ModelDriver),
     /// A share of a limb's twist, on top of the limb's own rotation.
     Twist(TwistDriver),
+    /// A clavicle that follows its arm.
+    Shoulder(ShoulderDriver),
     /// A chain that is carried along under the target's parent.
     Carried(CarriedDriver),
 }
@@ -138,6 +140,21 @@ pub(super) struct TwistDriver {
     /// Along the limb, in the segment's own axes.
     pub(super) axis: DVec3,
     pub(super) segment_from_joint: DQuat,
+    pub(super) share: f64,
+}
+
+/// `G_T = G_parent · turn(axis, share · elevation beyond the free one) · hold`.
+#[derive(Clone, Debug)]
+pub(super) struct ShoulderDriver {
+    /// What the source gives the upper arm.
+    pub(super) sample: Sample,
+    pub(super) rotation: DQuat,
+    /// Along the upper arm, in its own axes.
+    pub(super) arm: DVec3,
+    /// Up, and what the clavicle is lifted about, in the axes of its parent.
+    pub(super) up: DVec3,
+    pub(super) axis: DVec3,
+    pub(super) free_radians: f64,
     pub(super) share: f64,
 }
 

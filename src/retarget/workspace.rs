@@ -9,8 +9,8 @@ use crate::model::{JointTracks, Track, Transform};
 use super::{
     lanes::{LANES, QuatLanes, VecLanes},
     plan::{
-        CarryStep, ChordStep, Driver, ModelDriver, Needs, Parent, PelvisDriver, Plan, RideStep, Sample, SourceStep,
-        TargetStep, Translation, TwistDriver, TwistEnd, TwistSegment,
+        CarryStep, ChordStep, Driver, ModelDriver, Needs, Parent, PelvisDriver, Plan, RideStep, Sample, ShoulderDriver,
+        SourceStep, TargetStep, Translation, TwistDriver, TwistEnd, TwistSegment,
     },
 };
 
@@ -209,6 +209,7 @@ impl Workspace {
             Driver::Model(driver) => self.follow(slot, step, driver),
             Driver::Pelvis(driver) => self.move_pelvis(slot, step, driver),
             Driver::Twist(driver) => self.twist(slot, step, driver),
+            Driver::Shoulder(driver) => self.lift_shoulder(slot, step, driver),
             Driver::Carried(driver) => {
                 let parent = self.target_parent(step.parent);
                 if let Some(begin) = &driver.begin {
@@ -294,6 +295,24 @@ impl Workspace {
         self.target[slot] = segment.times(&turn).times_constant(driver.segment_from_joint);
         if step.needs == Needs::Transform {
             let parent = self.target_parent(step.parent);
+            self.target_places[slot] = self.rest_place(step, &parent);
+        }
+    }
+
+    #[inline(never)]
+    fn lift_shoulder(&mut self, slot: usize, step: &TargetStep, driver: &ShoulderDriver) {
+        let parent = self.target_parent(step.parent);
+        let arm =
+            self.sample_rotation(driver.sample).times_constant(driver.rotation).rotate(&VecLanes::splat(driver.arm));
+        let up = parent.rotation.rotate(&VecLanes::splat(driver.up));
+        let mut lift = QuatLanes::IDENTITY;
+        for lane in 0..LANES {
+            let vector = |lanes: &VecLanes| DVec3::new(lanes.x[lane], lanes.y[lane], lanes.z[lane]);
+            let beyond = (vector(&arm).angle_between(-vector(&up)) - driver.free_radians).max(0.0);
+            lift.set(lane, DQuat::from_axis_angle(driver.axis, beyond * driver.share));
+        }
+        self.target[slot] = parent.rotation.times(&lift).times_constant(step.hold.rotation);
+        if step.needs == Needs::Transform {
             self.target_places[slot] = self.rest_place(step, &parent);
         }
     }

@@ -9,7 +9,7 @@ use super::understand::Rig;
 
 /// What leaving out a joint between two that belong together costs, as a share of the body's height: better a scapula or a toe
 /// is left out than an elbow.
-const GAP: f64 = 0.1;
+const GAP: f64 = 0.06;
 /// What has more joints is no leg.
 const MOST_JOINTS: usize = 64;
 

@@ -5,6 +5,7 @@ use glam::DQuat;
 use crate::model::{LocalPose, ModelPose, Transform};
 
 use super::{
+    shoulder::ShoulderPair,
     spec::{Carry, RotationMode, TranslationMode},
     twist::TwistPair,
 };
@@ -33,6 +34,8 @@ pub struct Mapping {
     pub rides: Vec<Ride>,
     /// Target joints that share the twist of a limb. Where a chain drives such a joint too, this decides.
     pub twists: Vec<TwistPair>,
+    /// Clavicles that follow their arms.
+    pub shoulders: Vec<ShoulderPair>,
     /// Target pelvis height over source pelvis height, both in target units; what `globally_scaled` multiplies by.
     pub global_scale: f64,
 }
@@ -176,8 +179,8 @@ impl Mapping {
         for &joint in self.chains.iter().flat_map(|chain| &chain.target) {
             driven[joint] = true;
         }
-        for twist in &self.twists {
-            driven[twist.joint] = true;
+        for joint in self.twists.iter().map(|twist| twist.joint).chain(self.shoulders.iter().map(|pair| pair.joint)) {
+            driven[joint] = true;
         }
         if let Some(pelvis) = &self.pelvis {
             driven[pelvis.target] = true;

@@ -15,6 +15,7 @@ mod parse;
 mod recognition;
 mod resolve;
 mod rest;
+mod shoulder;
 mod spec;
 mod standing;
 mod twist;
@@ -31,6 +32,7 @@ pub use recognition::{
 };
 pub use resolve::{Resolved, resolve};
 pub use rest::{RestSource, scene_rest};
+pub use shoulder::ShoulderPair;
 pub use spec::{
     Align, AutoWord, Carry, ChainMap, ClipChoice, FkOp, HeightRule, IncludeSpec, MetricInfo, MetricName, OneOrMany, Op,
     OutputChoice, OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, ReportChoice, ReportDetail, ReportSpec,

@@ -9,3 +9,4 @@ mod made_rigs;
 mod matrix;
 mod onto_itself;
 mod pairs;
+mod shoulders;

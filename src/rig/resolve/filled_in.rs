@@ -4,7 +4,8 @@ use crate::model::Skeleton;
 
 use super::super::{
     auto_map::NamedPair,
-    spec::{ChainMap, Op, PelvisScale, PelvisScaleRule, RetargetSpec, RigSpec, ScaleOrigin},
+    mapping::Mapping,
+    spec::{ChainMap, Op, PelvisScale, PelvisScaleRule, RetargetSpec, RigSpec, ScaleOrigin, TranslationMode},
     understand::Rig,
 };
 use super::pairs::Found;
@@ -15,6 +16,7 @@ pub(super) fn filled_in(
     source: &Rig<'_>,
     target: &Rig<'_>,
     found: &Found,
+    mapping: &Mapping,
     ops: Vec<Op>,
 ) -> RetargetSpec {
     let Found { pairs, tops } = found;
@@ -23,7 +25,7 @@ pub(super) fn filled_in(
             source: pair.source_name.clone(),
             target: pair.name.clone(),
             rotation: None,
-            translation: None,
+            translation: tops.as_ref().and_then(|_| slide(mapping, pair)),
             rotation_alpha: None,
             translation_alpha: None,
         };
@@ -59,6 +61,12 @@ pub(super) fn filled_in(
         filled.target.chains.entry(pair.name.clone()).or_insert_with(|| span(target.skeleton(), &pair.target));
     }
     filled
+}
+
+/// How a pair's joint slides, where it does.
+fn slide(mapping: &Mapping, pair: &NamedPair) -> Option<TranslationMode> {
+    let chain = mapping.chains.iter().find(|chain| chain.target == pair.target)?;
+    Some(chain.drive.translation).filter(|translation| *translation != TranslationMode::None)
 }
 
 fn filled_in_side(spec: &RigSpec, side: &Rig<'_>) -> RigSpec {

@@ -21,8 +21,9 @@ use super::{
     align::align,
     anatomy::{loose_joints, rides},
     error::{SpecError, SpecErrorKind},
-    mapping::Mapping,
-    spec::{Align, Carry, FkOp, Op, PelvisOp, RetargetSpec},
+    mapping::{ChainPair, Mapping},
+    shoulder::find_shoulders,
+    spec::{Align, Carry, FkOp, Op, PelvisOp, RetargetSpec, TranslationMode},
     twist::find_twists,
     understand::Rig,
 };
@@ -73,6 +74,7 @@ pub fn resolve(
         chains: Vec::new(),
         rides: Vec::new(),
         twists: Vec::new(),
+        shoulders: Vec::new(),
         global_scale: 1.0,
     };
     let mut fields = Vec::new();
@@ -91,6 +93,9 @@ pub fn resolve(
     if let Some(error) = SpecError::from_fields(fields) {
         return Err(error);
     }
+    if found.tops.is_some() {
+        keep_slides(&mut mapping.chains, clip);
+    }
     order_chains(&mut mapping.chains);
     if mapping.pelvis.is_none() && mapping.chains.is_empty() {
         return Err(nothing_to_map(source, target));
@@ -98,16 +103,33 @@ pub fn resolve(
     if !carried {
         // What the parents of chains that are carried along do is part of the chain.
         mapping.rides = rides(target);
-        if ops.iter().any(|op| matches!(op, Op::Fk(op) if op.enabled && op.twist)) {
-            find_twists(source, target, clip, &mut mapping);
+        for op in &ops {
+            if let Op::Fk(op) = op
+                && op.enabled
+            {
+                if op.twist {
+                    find_twists(source, target, clip, &mut mapping);
+                }
+                mapping.shoulders = find_shoulders(source, target, &mapping, op.shoulder);
+            }
         }
         let loose = loose_joints(target, &mapping.driven(), &mapping.rides);
         report_loose_joints(target, &loose, reporter);
         mapping.rides.extend(loose);
     }
     report_idle_limbs(spec, source, target, &mapping, reporter);
-    let spec = filled_in(spec, source, target, &found, ops);
+    let spec = filled_in(spec, source, target, &found, &mapping, ops);
     Ok(Resolved { mapping, spec })
+}
+
+/// What is no body has joints that slide, such as pistons and trolleys; where they do, their way counts.
+fn keep_slides(chains: &mut [ChainPair], clip: &Clip) {
+    for chain in chains {
+        let slides = clip.joints()[chain.source[0]].translation.is_animated();
+        if slides && chain.drive.translation == TranslationMode::None {
+            chain.drive.translation = TranslationMode::GloballyScaled;
+        }
+    }
 }
 
 fn default_ops() -> Vec<Op> {

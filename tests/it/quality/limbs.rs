@@ -9,7 +9,7 @@ use retargetd::{
 
 use super::{
     figure::{degrees_between, position, rotation, world},
-    made_rigs::{MadeRig, clip_of, retargeted},
+    made_rigs::{MadeRig, clip_of, retargeted, roles_of},
 };
 
 const MOST_DEGREES: f64 = 0.01;
@@ -41,7 +41,8 @@ fn assert_same_motion(first: (&Scene, &Clip), second: (&Scene, &Clip), what: &st
 #[test]
 fn limbs_that_hang_from_the_root_move_as_if_they_hung_from_the_body() {
     let (walk, mannequin) = (samples::walk_scene(), samples::mannequin_scene());
-    let whole = plain(&walk, &walk.clips[0], &mannequin);
+    let roles = roles_of(&mannequin);
+    let whole = retargeted(&roles, &walk, &walk.clips[0], &mannequin).expect("a mapping").0;
     let both = |rig: MadeRig, part: &str, parent: &str| {
         let rig = rig.hung_from(&format!("{part}_l"), parent);
         rig.hung_from(&format!("{part}_r"), parent)
@@ -54,7 +55,7 @@ fn limbs_that_hang_from_the_root_move_as_if_they_hung_from_the_body() {
     for (what, rig) in [("limbs", limbs), ("pieces", pieces), ("everything", neck), ("3ds Max Biped", max_biped)] {
         for feet_first in [false, true] {
             let target = rig.scene(|name| feet_first && (name.starts_with("foot") || name.starts_with("hand")));
-            let result = plain(&walk, &walk.clips[0], &target);
+            let result = retargeted(&roles, &walk, &walk.clips[0], &target).expect("a mapping").0;
             assert_same_motion((&mannequin, &whole), (&target, &result), what);
         }
     }

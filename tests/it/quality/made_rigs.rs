@@ -1,5 +1,7 @@
 //! Scenes made out of others: joints hung elsewhere, joints added, joints posed. Where joints lie at rest does not change.
 
+use std::collections::BTreeMap;
+
 use glam::{DQuat, DVec3, Quat};
 use retargetd::{
     model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
@@ -111,4 +113,12 @@ pub(super) fn retargeted(
     let result = run(&plan, clip, &Control::new()).expect("a result");
     let codes = reporter.warnings().iter().map(|warning| warning.code).collect();
     Ok((result, resolved, codes))
+}
+
+/// Says of every role of a body which joints have it, for rigs made of it in which that is hard to find out.
+pub(super) fn roles_of(body: &Scene) -> RetargetSpec {
+    let rig = Rig::new("target", body, None, &RetargetSpec::default().target, &mut Reporter::new()).expect("a rig");
+    let labels = |joints: &Vec<usize>| joints.iter().map(|joint| body.skeleton.label(*joint)).collect::<Vec<_>>();
+    let roles: BTreeMap<&String, Vec<String>> = rig.roles.iter().map(|(role, joints)| (role, labels(joints))).collect();
+    serde_json::from_value(serde_json::json!({"target": {"roles": roles}})).expect("a spec")
 }
