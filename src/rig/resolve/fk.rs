@@ -37,26 +37,30 @@ pub(super) fn resolve_fk(
     pairs
         .iter()
         .filter(wanted)
-        .map(|pair| {
+        .flat_map(|pair| {
             let entry = spec.map.iter().flatten().find(|entry| roles_of(&entry.target).contains(&pair.name.as_str()));
             let rotation = entry.and_then(|entry| entry.rotation).unwrap_or(op.rotation);
+            let drive = Drive {
+                carry: op.carry,
+                rotation,
+                translation: entry.and_then(|entry| entry.translation).unwrap_or(op.translation),
+                rotation_alpha: op.alpha * entry.and_then(|entry| entry.rotation_alpha).unwrap_or(op.rotation_alpha),
+                translation_alpha: op.alpha
+                    * entry.and_then(|entry| entry.translation_alpha).unwrap_or(op.translation_alpha),
+            };
+            if let Some(chains) = leg_chains(pair, drive, source, target) {
+                return chains;
+            }
             let (from, spacing) = spread(pair, rotation, source);
-            ChainPair {
+            let chord = if spec.align == Align::Off { None } else { find_chord(pair, source, target) };
+            vec![ChainPair {
                 name: pair.name.clone(),
                 source: from,
                 target: pair.target.clone(),
-                drive: Drive {
-                    carry: op.carry,
-                    rotation,
-                    translation: entry.and_then(|entry| entry.translation).unwrap_or(op.translation),
-                    rotation_alpha: op.alpha
-                        * entry.and_then(|entry| entry.rotation_alpha).unwrap_or(op.rotation_alpha),
-                    translation_alpha: op.alpha
-                        * entry.and_then(|entry| entry.translation_alpha).unwrap_or(op.translation_alpha),
-                },
+                drive,
                 spacing,
-                chord: if spec.align == Align::Off { None } else { find_chord(pair, source, target) },
-            }
+                chord,
+            }]
         })
         .collect()
 }
@@ -87,6 +91,39 @@ fn spread(pair: &NamedPair, rotation: RotationMode, source: &Rig<'_>) -> (Vec<us
         Some(lead) => (std::iter::once(lead).chain(pair.source.iter().copied()).collect(), spacing),
         None => plain,
     }
+}
+
+/// An animal's leg bone by bone, where the source has joints between two that belong together: what bends there turns the one
+/// bone of the target as a whole, so that it points where the source's bones together lead. Nothing for other chains.
+fn leg_chains(pair: &NamedPair, drive: Drive, source: &Rig<'_>, target: &Rig<'_>) -> Option<Vec<ChainPair>> {
+    let is_leg = pair.role.as_deref().is_some_and(|role| role.ends_with("_leg"));
+    if !is_leg || drive.rotation != RotationMode::Auto || pair.source.len() != pair.target.len() {
+        return None;
+    }
+    let path = |position: usize| {
+        let next = *pair.source.get(position + 1)?;
+        source.skeleton().path(pair.source[position], next).map(|path| path[..path.len() - 1].to_vec())
+    };
+    let pieces: Vec<Vec<usize>> =
+        (0..pair.source.len()).map(|position| path(position).unwrap_or_else(|| vec![pair.source[position]])).collect();
+    if pieces.iter().all(|piece| piece.len() == 1) {
+        return None;
+    }
+    let chain = |(position, piece): (usize, Vec<usize>)| {
+        let joint = pair.target[position];
+        let end =
+            pair.target.get(position + 1).copied().filter(|end| target.skeleton().is_ancestor_or_self(joint, *end));
+        let ends = end.zip(pair.source.get(position + 1).copied()).filter(|_| piece.len() > 1);
+        ChainPair {
+            name: pair.name.clone(),
+            source: piece,
+            target: vec![joint],
+            drive,
+            spacing: Spacing::Length,
+            chord: ends.map(|(target_end, source_end)| Chord { source_end, target_end, keeps_last: false }),
+        }
+    };
+    Some(pieces.into_iter().enumerate().map(chain).collect())
 }
 
 /// What a spine or a neck leads to, on both sides.

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use retargetd::{
     model::{Clip, Scene},
-    rig::RetargetSpec,
+    rig::{Align, RetargetSpec},
     samples,
 };
 
@@ -41,7 +41,8 @@ fn assert_same_motion(first: (&Scene, &Clip), second: (&Scene, &Clip), what: &st
 #[test]
 fn limbs_that_hang_from_the_root_move_as_if_they_hung_from_the_body() {
     let (walk, mannequin) = (samples::walk_scene(), samples::mannequin_scene());
-    let roles = roles_of(&mannequin);
+    // Where joints lie is what counts here, not how rest poses are turned to look alike.
+    let roles = RetargetSpec { align: Align::Off, ..roles_of(&mannequin) };
     let whole = retargeted(&roles, &walk, &walk.clips[0], &mannequin).expect("a mapping").0;
     let both = |rig: MadeRig, part: &str, parent: &str| {
         let rig = rig.hung_from(&format!("{part}_l"), parent);
