@@ -27,8 +27,9 @@ pub use floor::standing_floor;
 pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing};
 pub use parse::{parse_spec, parse_value};
 pub use recognition::{
-    BodyFrame, Hints, Part, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
-    body_frame, builtin_templates, parse_template, recognise, report_doubts, rest_pose_kind, template_schema,
+    BodyFrame, Hints, Part, Prop, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
+    TwistHelper, body_frame, builtin_templates, parse_template, recognise, report_doubts, rest_pose_kind,
+    template_schema,
 };
 pub use resolve::{Resolved, resolve};
 pub use rest::{RestSource, scene_rest};
