@@ -9,6 +9,7 @@ use super::super::{
     twist::is_lower,
     understand::Rig,
 };
+use super::stands_on_four;
 
 pub(super) fn resolve_fk(
     op: &FkOp,
@@ -129,6 +130,8 @@ fn leg_chains(pair: &NamedPair, drive: Drive, source: &Rig<'_>, target: &Rig<'_>
 /// What a spine or a neck leads to, on both sides.
 fn find_chord(pair: &NamedPair, source: &Rig<'_>, target: &Rig<'_>) -> Option<Chord> {
     let (ends, keeps_last): (&[&str], bool) = match pair.role.as_deref()? {
+        // Its slope is the animal's own, as in its rest pose.
+        "spine" if stands_on_four(target) => return None,
         "spine" => (&["neck", "head"], pair.target.len() > 1),
         "neck" => (&["head"], false),
         _ => return None,

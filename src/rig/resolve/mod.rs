@@ -20,8 +20,10 @@ use self::{
 use super::{
     align::align,
     anatomy::{loose_joints, rides},
+    auto_map::NamedPair,
     error::{SpecError, SpecErrorKind},
     mapping::{ChainPair, Mapping},
+    recognition::RigKind,
     shoulder::find_shoulders,
     spec::{Align, Carry, FkOp, Op, PelvisOp, RetargetSpec, TranslationMode},
     twist::find_twists,
@@ -55,7 +57,7 @@ pub fn resolve(
     let pairs = &found.pairs;
     let aligned = match spec.align {
         Align::Off => target.rest.clone(),
-        Align::Auto | Align::Direction => align(source, target, pairs),
+        Align::Auto | Align::Direction => align(source, target, &alignable(pairs, target)),
     };
     let carried = is_carried(&ops);
     let ours_from_plan = if carried { Axes::Z_UP_Y_FRONT.ours_from_this() } else { target.work_from_scene };
@@ -120,6 +122,18 @@ pub fn resolve(
     report_idle_limbs(spec, source, target, &mapping, reporter);
     let spec = filled_in(spec, source, target, &found, &mapping, ops);
     Ok(Resolved { mapping, spec })
+}
+
+/// The pairs whose rest poses are to look alike. Four-legged animals stand on both ends of their spine: one that is tipped to
+/// another's slope has its front paws in the floor or in the air.
+fn alignable(pairs: &[NamedPair], target: &Rig<'_>) -> Vec<NamedPair> {
+    let is_tipped = |pair: &&NamedPair| stands_on_four(target) && pair.role.as_deref() == Some("spine");
+    pairs.iter().filter(|pair| !is_tipped(pair)).cloned().collect()
+}
+
+/// Whether a rig is a four-legged animal.
+pub(super) fn stands_on_four(rig: &Rig<'_>) -> bool {
+    rig.recognition.kind == RigKind::Quadruped
 }
 
 /// What is no body has joints that slide, such as pistons and trolleys; where they do, their way counts.
