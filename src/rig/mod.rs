@@ -9,6 +9,7 @@ mod error;
 mod findings;
 mod floor;
 mod ikrig;
+mod legs;
 mod mapping;
 mod nearest;
 mod parse;
@@ -16,7 +17,9 @@ mod posing;
 mod recognition;
 mod resolve;
 mod rest;
+mod shoulder;
 mod spec;
+mod twist;
 mod understand;
 mod unknown_fields;
 
@@ -24,7 +27,7 @@ pub use alignment::{AlignedJoint, CanonicalPose, HowAligned, RollCue};
 pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use findings::{FileFacts, Finding, FindingCode, Severity, examine, examine_clips};
 pub use floor::standing_floor;
-pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride};
+pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing};
 pub use parse::{is_own_shape, parse_document, parse_spec, parse_value};
 pub use posing::{Posed, posed_target};
 pub use recognition::{
@@ -34,5 +37,7 @@ pub use recognition::{
 };
 pub use resolve::{Resolved, resolve};
 pub use rest::RestSource;
+pub use shoulder::ShoulderPair;
 pub use spec::*;
+pub use twist::{TwistAgainst, TwistPair};
 pub use understand::{Rig, find_clip};
