@@ -39,15 +39,16 @@ pub fn parse_value(document: Value) -> Result<RetargetSpec, SpecError> {
     if let Some(error) = SpecError::from_fields(unknown_fields(&document, &spec_schema())) {
         return Err(error);
     }
-    let spec: RetargetSpec = deserialize(document)?;
+    let spec: RetargetSpec = deserialize(&document)?;
     SpecError::from_fields(out_of_range(&spec)).map_or(Ok(spec), Err)
 }
 
 /// A document as a type of ours; a value of the wrong type is named by its place.
-pub(super) fn deserialize<T: DeserializeOwned>(document: Value) -> Result<T, SpecError> {
+pub(super) fn deserialize<T: DeserializeOwned>(document: &Value) -> Result<T, SpecError> {
     serde_path_to_error::deserialize(document).map_err(|error| {
         let (pointer, detail) = (pointer_of(error.path()), error.into_inner().to_string());
-        let (seen, known) = words_of(&detail);
+        let written = document.pointer(&pointer).and_then(Value::as_str);
+        let (seen, known) = words_of(&detail, written.unwrap_or_default());
         let field = SpecField::new(SpecErrorKind::InvalidValue, pointer, plain_words(&detail));
         let field = field.with_nearest(seen, known);
         SpecError::from_fields(vec![field]).unwrap_or_else(|| {
@@ -88,8 +89,12 @@ fn plain_words(detail: &str) -> String {
     WORDS.iter().fold(text, |text, (theirs, ours)| text.replace(theirs, ours))
 }
 
-/// Of an error about a word that is none of those known: the word, and those (serde writes them in backticks).
-fn words_of(detail: &str) -> (&str, Vec<&str>) {
+/// Of an error about a word that is none of those known: the word, and those. Serde writes them in backticks; where a value may be
+/// a word or something else, our own messages write them in quotes, and `written` is what stands at that place.
+fn words_of<'a>(detail: &'a str, written: &'a str) -> (&'a str, Vec<&'a str>) {
+    if detail.starts_with("expected ") {
+        return (written, detail.split('"').skip(1).step_by(2).collect());
+    }
     if !detail.starts_with("unknown variant") {
         return ("", Vec::new());
     }
@@ -263,6 +268,8 @@ mod tests {
             (r#"{"ops": [{"op": "pelvs"}]}"#, "pelvis"),
             (r#"{"align": "of"}"#, "off"),
             (r#"{"report": "ful"}"#, "full"),
+            (r#"{"source": {"rest": "nods"}}"#, "nodes"),
+            (r#"{"ops": [{"op": "pelvis", "scale": "hight"}]}"#, "height"),
         ];
         for (text, wanted) in cases {
             let field = first_field(text);

@@ -24,7 +24,7 @@ const KNOWN: [(&str, &[&str]); 24] = [
     ("cc0-stylised/kenney_medium_maya.fbx", &["bind_pose_differs"]),
     ("cc0-stylised/quaternius_orc_draco.glb", &["bind_pose_differs"]),
     ("cc0-stylised/godot_robot.glb", &["scale_above_skeleton"]),
-    ("cc0-stylised/kenney_platformer_noskin.glb", &["no_skin"]),
+    ("mixamo/fbx/walking_noskin.fbx", &["no_skin"]),
     ("mixamo/gltf/Soldier.glb", &["scale_above_skeleton", "several_skins"]),
     ("mixamo/gltf/joe_meshopt_9skins.glb", &["several_skins"]),
     ("mixamo/gltf/skeleton_underscore_names.glb", &["size_implausible"]),

@@ -39,7 +39,7 @@ pub fn parse_template(document: Value) -> Result<RigTemplate, SpecError> {
     if let Some(error) = SpecError::from_fields(unknown_fields(&document, &template_schema())) {
         return Err(with_hint(error));
     }
-    let template: RigTemplate = deserialize(document).map_err(with_hint)?;
+    let template: RigTemplate = deserialize(&document).map_err(with_hint)?;
     SpecError::from_fields(wrong_fields(&template)).map_or(Ok(template), |error| Err(with_hint(error)))
 }
 
