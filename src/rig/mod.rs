@@ -5,6 +5,7 @@
 mod align;
 mod anatomy;
 mod auto_map;
+mod deserialize;
 mod error;
 mod findings;
 mod floor;

@@ -1,9 +1,9 @@
 //! From the bytes of a config to a [`RetargetSpec`].
 
-use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::{
+    deserialize::deserialize,
     error::{SpecError, SpecErrorKind, SpecField},
     ikrig,
     spec::{Op, OutputChoice, PelvisScale, ReportChoice, RetargetSpec, Threshold, TuneChoice, UnitSpec, spec_schema},
@@ -43,63 +43,10 @@ pub fn parse_value(document: Value) -> Result<RetargetSpec, SpecError> {
     SpecError::from_fields(out_of_range(&spec)).map_or(Ok(spec), Err)
 }
 
-/// A document as a type of ours; a value of the wrong type is named by its place.
-pub(super) fn deserialize<T: DeserializeOwned>(document: &Value) -> Result<T, SpecError> {
-    serde_path_to_error::deserialize(document).map_err(|error| {
-        let (pointer, detail) = (pointer_of(error.path()), error.into_inner().to_string());
-        let written = document.pointer(&pointer).and_then(Value::as_str);
-        let (seen, known) = words_of(&detail, written.unwrap_or_default());
-        let field = SpecField::new(SpecErrorKind::InvalidValue, pointer, plain_words(&detail));
-        let field = field.with_nearest(seen, known);
-        SpecError::from_fields(vec![field]).unwrap_or_else(|| {
-            SpecError::new(SpecErrorKind::InvalidValue, "a value is of the wrong type", String::new())
-        })
-    })
-}
-
 /// Whether a document has the shape of our own spec, and is no config of another tool.
 #[must_use]
 pub fn is_own_shape(document: &Value) -> bool {
     document.is_object() && !ikrig::is_config(document)
-}
-
-/// What serde says of a value, without its words for types of Rust.
-fn plain_words(detail: &str) -> String {
-    const WORDS: [(&str, &str); 15] = [
-        ("invalid type: ", "this is "),
-        ("invalid value: ", "this is "),
-        ("unknown variant ", "this is "),
-        (", expected one of ", " where one of these is expected: "),
-        (", expected struct ", " where an object is expected: "),
-        (", expected string or map", " where a word is expected"),
-        (", expected a sequence", " where a list is expected"),
-        (", expected a map", " where an object is expected"),
-        (", expected ", " where this is expected: "),
-        ("this is map", "this is an object"),
-        ("this is sequence", "this is a list"),
-        ("this is string ", "this is the text "),
-        ("this is boolean ", "this is the boolean "),
-        ("this is integer ", "this is the number "),
-        ("this is floating point ", "this is the number "),
-    ];
-    let text = detail.replace('`', "'");
-    if !text.starts_with("invalid ") && !text.starts_with("unknown variant") {
-        return text;
-    }
-    WORDS.iter().fold(text, |text, (theirs, ours)| text.replace(theirs, ours))
-}
-
-/// Of an error about a word that is none of those known: the word, and those. Serde writes them in backticks; where a value may be
-/// a word or something else, our own messages write them in quotes, and `written` is what stands at that place.
-fn words_of<'a>(detail: &'a str, written: &'a str) -> (&'a str, Vec<&'a str>) {
-    if detail.starts_with("expected ") {
-        return (written, detail.split('"').skip(1).step_by(2).collect());
-    }
-    if !detail.starts_with("unknown variant") {
-        return ("", Vec::new());
-    }
-    let mut words = detail.split('`').skip(1).step_by(2);
-    (words.next().unwrap_or_default(), words.collect())
 }
 
 /// Reads a document of ours: JSON, or YAML. An empty one is an empty object.
@@ -195,16 +142,6 @@ fn out_of_range(spec: &RetargetSpec) -> Vec<SpecField> {
         require((1..=MOST_OUTPUTS).contains(&count), "/output".into(), detail);
     }
     fields
-}
-
-fn pointer_of(path: &serde_path_to_error::Path) -> String {
-    use serde_path_to_error::Segment;
-    let segment = |segment: &Segment| match segment {
-        Segment::Seq { index } => format!("/{index}"),
-        Segment::Map { key } | Segment::Enum { variant: key } => format!("/{key}"),
-        Segment::Unknown => String::new(),
-    };
-    path.iter().map(segment).collect()
 }
 
 pub(super) fn kind_of(value: &Value) -> &'static str {

@@ -5,8 +5,9 @@ use serde_json::Value;
 use super::{RigTemplate, template_schema};
 use crate::rig::{
     Part, Role,
+    deserialize::deserialize,
     error::{SpecError, SpecErrorKind, SpecField},
-    parse::{deserialize, kind_of},
+    parse::kind_of,
     unknown_fields::unknown_fields,
 };
 
