@@ -53,7 +53,7 @@ pub use limbs::LimbDirection;
 pub use metric::{Metric, Verdict, Worst};
 
 /// Frames of a long clip that a summary looks at beside feet and pelvis, and how many neighbours at a time.
-const FRAMES_LOOKED_AT: usize = 600;
+const FRAMES_LOOKED_AT: usize = 400;
 const NEIGHBOURS: usize = 20;
 const NO_GOALS: &str = "no inverse kinematics ran";
 const NO_LIMBS: &str = "no limb was recognised on both sides";
