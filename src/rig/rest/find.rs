@@ -1,6 +1,6 @@
 //! Which of the poses that a file offers is its rest pose.
 
-use crate::model::{LocalPose, Reporter, Scene};
+use crate::model::{Clip, LocalPose, Reporter, Scene};
 
 use super::{
     super::{
@@ -11,7 +11,7 @@ use super::{
     },
     RestSource,
     bind::{BindPose, bind_pose},
-    standing::{Stand, is_biped, stand, standing_frame},
+    standing::{Stand, is_biped, is_overridden, stand, standing_frame},
     take_over::take_over,
 };
 
@@ -147,25 +147,28 @@ fn instead_of_none(
     templates: &[RigTemplate],
     reporter: &mut Reporter,
 ) -> Found {
-    let own = stand(scene, &found.pose, templates);
+    let is_of_other_bones = is_overridden(scene);
+    let own = if is_of_other_bones { Stand::No } else { stand(scene, &found.pose, templates) };
     if own <= Stand::Named {
         return found;
     }
     let hint = format!("name a better pose in {name}.rest, or send a rest file; a T pose is best");
-    if let Some((clip, frame)) = standing_frame(scene, own, templates) {
+    // Any frame is of the right bones at least.
+    let any = || scene.clips.iter().position(Clip::is_animated).filter(|_| is_of_other_bones).map(|clip| (clip, 0));
+    if let Some((clip, frame)) = standing_frame(scene, own, templates).or_else(any) {
         let clip_name = scene.clips[clip].name().to_owned();
         reporter.warn(
             "rest_pose_from_clip",
             name,
             format!(
-                "the rest pose of the file is no body that stands with its arms in a known pose; frame {frame} of its clip \
-                 '{clip_name}' is measured from instead"
+                "the rest pose of the file is no body that stands with its arms in a known pose, or not of the bones that its clip \
+                 moves; frame {frame} of the clip '{clip_name}' is measured from instead"
             ),
             hint,
         );
         let pose = scene.clips[clip].local_pose(&scene.skeleton, frame);
         let reason = format!(
-            "the file's own is no body that stands as in a rest pose, and frame {frame} is the first that is one"
+            "the file's own is no rest pose of the bones that its clip moves, and frame {frame} is the first that can be"
         );
         return Found { pose, source: RestSource::StandingFrame, reason, frame: Some((clip, frame)) };
     }

@@ -8,6 +8,11 @@ use super::super::recognition::{Hints, Recognition, RestPoseKind, RigKind, RigTe
 /// Frames that are tried, evenly spread over a clip. A capture that holds no body in any of them holds none.
 const FRAMES_TRIED: usize = 12;
 
+/// A bone whose clip has it elsewhere than the rest pose by more than this share of its length is another bone.
+const OTHER_BONE: f64 = 0.3;
+/// With more than one in so many of those, the clip moves another skeleton than the rest pose shows.
+const ONE_IN_OTHER: usize = 5;
+
 /// How far a pose is a body, best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Stand {
@@ -54,4 +59,19 @@ pub(super) fn standing_frame(scene: &Scene, instead_of: Stand, templates: &[RigT
     let step = clip.frame_count().div_ceil(FRAMES_TRIED).max(1);
     let frame = (0..clip.frame_count()).step_by(step).find(|frame| stands(frame) != Stand::No)?;
     Some((index, frame))
+}
+
+/// Whether the first clip has the bones elsewhere than the rest pose: its position channels override the offsets, which then are
+/// of no pose that the clip is about.
+pub(super) fn is_overridden(scene: &Scene) -> bool {
+    let Some(clip) = scene.clips.iter().find(|clip| clip.is_animated()) else { return false };
+    let first = clip.local_pose(&scene.skeleton, 0);
+    let bones = scene.skeleton.joints().iter().zip(first.transforms());
+    let (mut count, mut others) = (0, 0);
+    for (joint, posed) in bones.filter(|(joint, _)| joint.is_joint && joint.parent.is_some()) {
+        let length = joint.rest.translation.length().max(posed.translation.length());
+        count += 1;
+        others += usize::from(joint.rest.translation.distance(posed.translation) > OTHER_BONE * length);
+    }
+    others * ONE_IN_OTHER > count
 }

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use serde_json::{Map, Value, json};
 
-use super::{Output, animation, array, binary::Binary};
+use super::{Output, animation, array, binary::Binary, skeleton::rotation};
 use crate::{
     formats::{
         FormatError, TargetClips, WriteOptions,
@@ -139,7 +139,7 @@ pub(super) fn pose_nodes(json: &mut Map<String, Value>, target: &Scene, joints: 
         let Some(node) = nodes.get_mut(joint.node).and_then(Value::as_object_mut) else { continue };
         node.shift_remove("matrix");
         node.insert("translation".into(), json!(joint.rest.translation.to_array()));
-        node.insert("rotation".into(), json!(joint.rest.rotation.to_array()));
+        node.insert("rotation".into(), rotation(joint.rest.rotation));
         node.insert("scale".into(), json!(joint.rest.scale.to_array()));
     }
 }
