@@ -228,6 +228,8 @@ fn driver_name(explained: Option<&JointExplanation>) -> &'static str {
         None => "rides_parent",
         Some(DriverKind::Pelvis) => "pelvis",
         Some(DriverKind::Model) => "chain",
+        Some(DriverKind::Twist) => "twist",
+        Some(DriverKind::Shoulder) => "shoulder",
         Some(DriverKind::Carried) => "carried_chain",
     }
 }
@@ -248,7 +250,13 @@ fn kinematic_contributions(
     };
     let alignment = explained.aligned_rest * rest.conjugate();
     found.push(contribution("alignment".into(), "the rest pose turned to look like the source's", alignment));
-    let about = "what the source has turned since its rest pose";
+    let about = match explained.kind {
+        DriverKind::Twist => "what the limb has turned since its rest pose, and the joint's share of its twist",
+        DriverKind::Shoulder => "how far the clavicle lifts with the arm, on top of what carries it",
+        DriverKind::Pelvis | DriverKind::Model | DriverKind::Carried => {
+            "what the source has turned since its rest pose"
+        }
+    };
     found.push(contribution("delta".into(), about, explained.delta));
     let mut product = explained.delta * explained.aligned_rest;
     if let Some(carry) = explained.carry {

@@ -4,7 +4,7 @@
 
 use glam::DQuat;
 
-use super::plan::{CarriedDriver, CarryStep, Driver, Parent, Plan, Sample};
+use super::plan::{CarriedDriver, CarryStep, Driver, Parent, Plan, Sample, TwistEnd, TwistSegment};
 use crate::{
     model::{Clip, ModelPose, Skeleton},
     rig::Mapping,
@@ -36,6 +36,10 @@ pub enum DriverKind {
     Pelvis,
     /// A chain, measured in the model.
     Model,
+    /// A limb and a share of its twist.
+    Twist,
+    /// A clavicle that follows its arm, since the source has none.
+    Shoulder,
     /// A chain that the target's parent carries.
     Carried,
 }
@@ -67,6 +71,16 @@ pub fn explain_joint(
         }
     };
     let of_plan = |slot: usize| plan.source_steps[slot].joint;
+    // What the limb and its share come to together; the loop knows no rotation of the source that is the joint's own.
+    let as_it_is = JointExplanation {
+        kind: DriverKind::Twist,
+        sources: Vec::new(),
+        aligned_rest,
+        delta: mapping.plan_from_target * turned.transforms()[joint].rotation * aligned_rest.conjugate(),
+        carry: None,
+        follows_chord: false,
+        alpha: 1.0,
+    };
     let explanation = match &step.driver {
         Driver::Hold => return None,
         Driver::Pelvis(driver) => JointExplanation {
@@ -87,6 +101,19 @@ pub fn explain_joint(
             follows_chord: driver.chord.is_some(),
             alpha: driver.rotation_alpha,
         },
+        Driver::Twist(driver) => {
+            let mut sources = match driver.segment {
+                TwistSegment::Source(sample, _) => sources_of(sample, &of_plan),
+                TwistSegment::Slot(_) => Vec::new(),
+            };
+            if let TwistEnd::End(sample, ..) = driver.against {
+                sources.extend(sources_of(sample, &of_plan));
+            }
+            JointExplanation { kind: DriverKind::Twist, sources, ..as_it_is }
+        }
+        Driver::Shoulder(driver) => {
+            JointExplanation { kind: DriverKind::Shoulder, sources: sources_of(driver.sample, &of_plan), ..as_it_is }
+        }
         Driver::Carried(driver) => {
             let (begin, first) = carry_step(plan, driver)?;
             let above = match begin.joints[0].0 {

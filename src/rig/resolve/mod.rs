@@ -57,8 +57,7 @@ pub fn resolve(
     report_rigs(spec, source, target, reporter);
     let found = find_pairs(spec, source, target)?;
     let pairs = &found.pairs;
-    let Alignment { rest: aligned, joints: alignment } =
-        align(source, target, &alignable(pairs, target), spec.align);
+    let Alignment { rest: aligned, joints: alignment } = align(source, target, &alignable(pairs, target), spec.align);
     let carried = is_carried(&ops);
     let ours_from_plan = if carried { Axes::Z_UP_Y_FRONT.ours_from_this() } else { target.work_from_scene };
     let plan_from_source = Transform {
