@@ -10,21 +10,24 @@ mod error;
 mod findings;
 mod floor;
 mod ikrig;
+mod legs;
 mod mapping;
 mod nearest;
 mod parse;
 mod recognition;
 mod resolve;
 mod rest;
+mod shoulder;
 mod spec;
 mod standing;
+mod twist;
 mod understand;
 mod unknown_fields;
 
 pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use findings::{FileFacts, Finding, FindingCode, Severity, examine, examine_clips};
 pub use floor::standing_floor;
-pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride};
+pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing};
 pub use parse::{is_own_shape, parse_document, parse_spec, parse_value};
 pub use recognition::{
     BodyFrame, Hints, Part, Prop, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
@@ -33,6 +36,7 @@ pub use recognition::{
 };
 pub use resolve::{Resolved, resolve};
 pub use rest::{RestSource, scene_rest};
+pub use shoulder::ShoulderPair;
 pub use spec::{
     Align, AutoWord, Carry, ChainMap, ClipChoice, FkOp, HeightRule, IncludeSpec, MetricInfo, MetricName, OneOrMany, Op,
     OutputChoice, OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, ReportChoice, ReportDetail, ReportSpec,
@@ -40,4 +44,5 @@ pub use spec::{
     TranslationMode, UnitSpec, spec_schema,
 };
 pub use standing::with_standing_rest;
+pub use twist::{TwistAgainst, TwistPair};
 pub use understand::{Rig, find_clip};
