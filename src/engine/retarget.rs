@@ -3,7 +3,7 @@
 use crate::{
     formats::{self, Format, FormatError, Include, Limits, TargetClips, WriteOptions},
     model::{Axes, Clip, Control, Phase, Reporter, Scene},
-    retarget::{Plan, RunError, measure, run},
+    retarget::{RunError, Stack, StackResult, measure},
     rig::{
         ClipChoice, IncludeSpec, OutputChoice, OutputSpec, ReportDetail, Resolved, RetargetSpec, Rig, SpecError,
         SpecErrorKind, SpecField, TargetClipsSpec, parse_spec, resolve, with_standing_rest,
@@ -41,9 +41,9 @@ pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Resu
     let Resolved { mapping, spec: resolved } =
         resolve(&spec, &source, &target, clip, &mut reporter).map_err(in_config)?;
     let retargeting = control.seconds();
-    let plan = Plan::new(source.skeleton(), target.skeleton(), &mapping);
+    let stack = Stack::new(source.skeleton(), target.skeleton(), &mapping);
     control.enter(Phase::Retarget, clip.frame_count() as u64);
-    let result = run(&plan, clip, control).map_err(run_failure)?;
+    let StackResult { clip: result, contacts, reaches } = stack.run(clip, control).map_err(run_failure)?;
     let retarget_seconds = control.seconds() - retargeting;
 
     let measures = (spec.report != ReportDetail::None)
@@ -56,7 +56,7 @@ pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Resu
         frames: result.frame_count(),
         source_joints: joint_count(&files.source.scene),
         target_joints: joint_count(&files.target.scene),
-        driven_joints: plan.driven_joint_count(),
+        driven_joints: stack.driven_joint_count(),
     };
     let rigs = Rigs { source: facts(&source, files.source.format), target: facts(&target, files.target.format) };
     let resolved_spec = serde_json::to_value(&resolved)
@@ -73,7 +73,7 @@ pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Resu
         write_seconds: control.seconds() - writing,
         total_seconds: control.seconds() - begin,
     };
-    let report = Report { timings, counts, warnings, rigs, measures };
+    let report = Report { timings, counts, warnings, rigs, contacts, reaches, measures };
     Ok(Outcome { outputs, report, resolved_spec })
 }
 

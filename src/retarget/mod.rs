@@ -7,8 +7,10 @@ mod lanes;
 mod measure;
 mod plan;
 mod run;
+mod stages;
 mod workspace;
 
 pub use measure::{LimbDirection, Measures, measure};
 pub use plan::Plan;
 pub use run::{RunError, run};
+pub use stages::{ContactTrack, LimbReach, Stack, StackResult};

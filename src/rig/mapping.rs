@@ -4,7 +4,10 @@ use glam::DQuat;
 
 use crate::model::{LocalPose, ModelPose, Transform};
 
-use super::spec::{Carry, RotationMode, TranslationMode};
+use super::{
+    spec::{Carry, RotationMode, TranslationMode},
+    stages::Stages,
+};
 
 /// Everything that the plan needs to know about two rigs. All indices are in range of the two skeletons.
 #[derive(Clone, Debug)]
@@ -28,6 +31,8 @@ pub struct Mapping {
     pub chains: Vec<ChainPair>,
     /// Target pelvis height over source pelvis height, both in target units; what `globally_scaled` multiplies by.
     pub global_scale: f64,
+    /// What is done with the result of forward kinematics.
+    pub stages: Stages,
 }
 
 /// The pelvis of both rigs, and where the target's goes.

@@ -10,10 +10,12 @@ mod ikrig;
 mod mapping;
 mod nearest;
 mod parse;
+mod ranges;
 mod recognition;
 mod resolve;
 mod rest;
 mod spec;
+mod stages;
 mod standing;
 mod understand;
 mod unknown_fields;
@@ -28,9 +30,11 @@ pub use recognition::{
 pub use resolve::{Resolved, resolve};
 pub use rest::{RestSource, scene_rest};
 pub use spec::{
-    Align, AutoWord, Carry, ChainMap, ClipChoice, FkOp, HeightRule, IncludeSpec, OneOrMany, Op, OutputChoice,
-    OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, ReportDetail, RestFrame, RestRule, RestSpec, RetargetSpec,
-    RigSpec, RotationMode, ScaleOrigin, TargetClipsSpec, TranslationMode, UnitSpec, spec_schema,
+    Align, Alpha, AutoWord, Carry, ChainMap, ClipChoice, ContactFloor, ContactFloorRule, ContactsOp, FkOp, FloorOp,
+    HeightRule, IkGoal, IkOp, IncludeSpec, OneOrMany, Op, OutputChoice, OutputSpec, PelvisOp, PelvisScale,
+    PelvisScaleRule, PlantMode, PlantOp, ReportDetail, RestFrame, RestRule, RestSpec, RetargetSpec, RigSpec,
+    RotationMode, ScaleOrigin, Scope, TargetClipsSpec, TranslationMode, UnitSpec, spec_schema,
 };
+pub use stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, StagedKind, StagedOp, Stages};
 pub use standing::with_standing_rest;
 pub use understand::Rig;

@@ -6,26 +6,42 @@ use serde_json::{Map, Value};
 
 use super::error::{SpecErrorKind, SpecField};
 
-/// Every field of `document` that `schema` does not have, with the nearest names. The document's depth is bounded by its parser.
+/// Every field of `document` that `schema` does not have, with the nearest names.
 pub(super) fn unknown_fields(document: &Value, schema: &Value) -> Vec<SpecField> {
     let mut found = Vec::new();
+    walk(document, schema, |pointer, value, node| {
+        let Value::Object(fields) = value else { return };
+        let properties = properties(node, schema);
+        if properties.is_empty() || is_open(node) {
+            return;
+        }
+        for name in fields.keys().filter(|name| !properties.iter().any(|(known, _)| known == *name)) {
+            let names = properties.iter().map(|(known, _)| *known);
+            let at = format!("{pointer}/{}", escape(name));
+            let detail = format!("there is no field '{name}' here");
+            found.push(SpecField::new(SpecErrorKind::UnknownField, at, detail).with_nearest(name, names));
+        }
+    });
+    found.sort_by(|first, second| first.pointer.cmp(&second.pointer));
+    found
+}
+
+/// Visits every value of a document with its pointer and the part of the schema that is about it. The document's depth is bounded
+/// by its parser.
+pub(super) fn walk(document: &Value, schema: &Value, mut visit: impl FnMut(&str, &Value, &Value)) {
     let mut pending = vec![(String::new(), document, schema)];
     while let Some((pointer, value, node)) = pending.pop() {
         let node = choose(resolve(node, schema), value, schema);
+        visit(&pointer, value, node);
         match value {
             Value::Object(fields) => {
                 let properties = properties(node, schema);
-                let open = node.get("additionalProperties").is_some_and(Value::is_object);
                 for (name, field) in fields {
                     let at = format!("{pointer}/{}", escape(name));
                     if let Some(property) = properties.iter().find(|(known, _)| *known == name) {
                         pending.push((at, field, property.1));
-                    } else if open {
+                    } else if is_open(node) {
                         pending.push((at, field, &node["additionalProperties"]));
-                    } else if !properties.is_empty() {
-                        let names = properties.iter().map(|(known, _)| *known);
-                        let detail = format!("there is no field '{name}' here");
-                        found.push(SpecField::new(SpecErrorKind::UnknownField, at, detail).with_nearest(name, names));
                     }
                 }
             }
@@ -38,8 +54,11 @@ pub(super) fn unknown_fields(document: &Value, schema: &Value) -> Vec<SpecField>
             _ => {}
         }
     }
-    found.sort_by(|first, second| first.pointer.cmp(&second.pointer));
-    found
+}
+
+/// Whether an object may have fields of any name.
+fn is_open(node: &Value) -> bool {
+    node.get("additionalProperties").is_some_and(Value::is_object)
 }
 
 fn resolve<'a>(node: &'a Value, schema: &'a Value) -> &'a Value {

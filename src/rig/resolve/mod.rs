@@ -4,6 +4,7 @@ mod filled_in;
 mod fk;
 mod pairs;
 mod pelvis;
+mod stages;
 
 use glam::DVec3;
 
@@ -14,12 +15,14 @@ use self::{
     fk::{order_chains, resolve_fk},
     pairs::find_pairs,
     pelvis::resolve_pelvis,
+    stages::resolve_stages,
 };
 use super::{
     align::align,
     error::{SpecError, SpecErrorKind},
     mapping::Mapping,
     spec::{Align, Carry, FkOp, Op, PelvisOp, RetargetSpec},
+    stages::Stages,
     understand::Rig,
 };
 
@@ -65,6 +68,7 @@ pub fn resolve(
         pelvis: None,
         chains: Vec::new(),
         global_scale: 1.0,
+        stages: Stages::default(),
     };
     let mut fields = Vec::new();
     for (index, op) in ops.iter().enumerate() {
@@ -74,12 +78,14 @@ pub fn resolve(
                 let chains = resolve_fk(op, index, spec, &pairs, source, target, &mut fields);
                 mapping.chains.extend(chains);
             }
+            _ => {}
         }
     }
     if let Some(error) = SpecError::from_fields(fields) {
         return Err(error);
     }
     order_chains(&mut mapping.chains);
+    mapping.stages = resolve_stages(&ops, source, target, clip, &mapping, reporter)?;
     if mapping.pelvis.is_none() && mapping.chains.is_empty() {
         return Err(nothing_to_map(source, target));
     }

@@ -7,7 +7,10 @@ mod output;
 mod rig;
 
 pub use map::{ChainMap, RotationMode, TranslationMode};
-pub use ops::{Carry, FkOp, HeightRule, Op, PelvisOp, PelvisScale, PelvisScaleRule, ScaleOrigin};
+pub use ops::{
+    Alpha, Carry, ContactFloor, ContactFloorRule, ContactsOp, FkOp, FloorOp, HeightRule, IkGoal, IkOp, Op, PelvisOp,
+    PelvisScale, PelvisScaleRule, PlantMode, PlantOp, ScaleOrigin, Scope,
+};
 pub use output::{IncludeSpec, OutputChoice, OutputSpec, TargetClipsSpec};
 pub use rig::{AutoWord, OneOrMany, RestFrame, RestRule, RestSpec, RigSpec, UnitSpec};
 

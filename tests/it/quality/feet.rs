@@ -1,0 +1,299 @@
+//! Feet on figures of other proportions: real walks, runs and dances onto the same figure with legs of 0.6 to 1.6 times the
+//! length. Feet do not slide where the source's do not, soles stay above the floor, knees do not flip and nothing jerks.
+
+use glam::DVec3;
+use retargetd::{
+    model::{Clip, Control, Joint, Reporter, Scene, Skeleton},
+    retarget::Stack,
+    rig::{Ground, LimbPair, Mapping, Resolved, Rig, parse_spec, resolve},
+};
+
+use super::figure::{Figure, percentile};
+use crate::support::corpus_file;
+
+/// File, and clip where the file has several.
+const CLIPS: [(&str, Option<&str>); 10] = [
+    ("bvh/cmu/12_01_walk.bvh", None),
+    ("mixamo/bvh/beta_walking_mixed_orders.bvh", None),
+    ("mixamo/fbx/walking_noskin.fbx", None),
+    ("bvh/bandai-namco/dataset-1_walk_normal_001.bvh", None),
+    ("bvh/misc/walk01_24fps.bvh", None),
+    ("mixamo/gltf/Soldier.glb", Some("Run")),
+    ("bvh/rokoko/jesse_dance.bvh", None),
+    ("mixamo/bvh/mousey_salsa.bvh", None),
+    ("mixamo/bvh/ortiz_salsa.bvh", None),
+    ("mixamo/fbx/samba_dancing_skin.fbx", None),
+];
+const LEGS: [f64; 4] = [0.6, 0.8, 1.25, 1.6];
+
+/// At a leg of one metre.
+const MOST_SLIDE: f64 = 0.005;
+const MOST_PENETRATION: f64 = 0.005;
+const MOST_JERK: f64 = 1.15;
+
+const FK_ONLY: &str = r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#;
+const STACK: &str = r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}, {"op": "contacts"}, {"op": "ik"}, {"op": "plant"}, {"op": "floor"}]}"#;
+
+#[test]
+#[expect(clippy::print_stderr, reason = "the figures are worth seeing even when they pass")]
+fn feet_of_other_legs() {
+    let mut problems = Vec::new();
+    eprintln!("clip, legs: FK slide / penetration / jerk -> stack (cm at a leg of 1 m)");
+    for (file, clip) in CLIPS {
+        let Some(path) = corpus_file(file) else { return };
+        let scene = Figure::read(&path).scene;
+        let clip = scene
+            .clips
+            .iter()
+            .find(|candidate| clip.map_or(candidate.is_animated(), |name| candidate.name().contains(name)))
+            .expect("the clip");
+        for legs in LEGS {
+            let target = Scene {
+                skeleton: with_legs(&scene, legs),
+                axes: scene.axes,
+                unit_metres: scene.unit_metres,
+                ..Scene::default()
+            };
+            let [plain, stack] = [FK_ONLY, STACK].map(|spec| Feet::measure(&scene, clip, &target, spec));
+            eprintln!("{file} x{legs}: {plain} -> {stack}");
+            problems.extend(stack.problems().into_iter().map(|problem| format!("{file} x{legs}: {problem}")));
+        }
+    }
+    assert!(problems.is_empty(), "{}:\n{}", problems.len(), problems.join("\n"));
+}
+
+/// The same figure with thighs and shins of another length, standing as it stood.
+fn with_legs(scene: &Scene, factor: f64) -> Skeleton {
+    let mut reporter = Reporter::new();
+    let rig = Rig::new("target", scene, None, &Default::default(), &mut reporter).expect("a rig");
+    let role = |role: &str| rig.role(role)[0];
+    let skeleton = &scene.skeleton;
+    let mut joints: Vec<Joint> = skeleton.joints().to_vec();
+    for side in ["left", "right"] {
+        let [thigh, shin, foot] = ["thigh", "shin", "foot"].map(|part| role(&format!("{side}_{part}")));
+        for end in [shin, foot] {
+            let start = if end == shin { thigh } else { shin };
+            let mut joint = end;
+            while joint != start {
+                joints[joint].rest.translation *= factor;
+                joint = skeleton.parent(joint).expect("below");
+            }
+        }
+    }
+    let pelvis = role("pelvis");
+    let (hip, ankle) = (rig.rest_height(role("left_thigh")), rig.rest_height(role("left_foot")));
+    let raise = rig.up() * (hip - ankle) * (factor - 1.0);
+    let parent = skeleton.parent(pelvis).map(|parent| rig.rest.transforms()[parent]).unwrap_or_default();
+    joints[pelvis].rest.translation += parent.rotation.conjugate() * raise / parent.scale;
+    Skeleton::new(joints).expect("valid")
+}
+
+/// What is measured of both feet.
+struct Feet {
+    /// Path along the floor of the worst contact, of the target and what the source itself has there; leg lengths.
+    slide: f64,
+    source_slide: f64,
+    mean_slide: f64,
+    contacts: usize,
+    /// 99th percentile of the depth of the lowest foot joint below its height at rest, beyond the source's own.
+    penetration: f64,
+    own_penetration: f64,
+    jerk: f64,
+    flips: usize,
+}
+
+impl std::fmt::Display for Feet {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { slide, source_slide, mean_slide, contacts, penetration, own_penetration, jerk, flips } = self;
+        write!(
+            formatter,
+            "slide {:.2} (own {:.2}, mean {:.2}, {contacts} contacts) pen {:.2} (own {:.2}) jerk {jerk:.2} flips {flips}",
+            slide * 100.0,
+            source_slide * 100.0,
+            mean_slide * 100.0,
+            penetration * 100.0,
+            own_penetration * 100.0,
+        )
+    }
+}
+
+impl Feet {
+    fn measure(source: &Scene, clip: &Clip, target: &Scene, spec: &str) -> Self {
+        let spec = parse_spec(spec.as_bytes()).expect("a spec");
+        let mut reporter = Reporter::new();
+        let source_rig = Rig::new("source", source, None, &spec.source, &mut reporter).expect("a rig");
+        let target_rig = Rig::new("target", target, None, &spec.target, &mut reporter).expect("a rig");
+        let stack = parse_spec(STACK.as_bytes()).expect("a spec");
+        let Resolved { mapping: with_ground, .. } =
+            resolve(&stack, &source_rig, &target_rig, clip, &mut reporter).expect("a mapping");
+        let Resolved { mapping, .. } = resolve(&spec, &source_rig, &target_rig, clip, &mut reporter).expect("a mapping");
+        let stack = Stack::new(source_rig.skeleton(), target_rig.skeleton(), &mapping);
+        let result = stack.run(clip, &Control::new()).expect("a result").clip;
+        let legs = with_ground.stages.limbs.iter().filter(|pair| pair.limb.is_leg());
+        let sides: Vec<Leg> =
+            legs.map(|pair| Leg::read(pair, &with_ground, (&source_rig, clip), (&target_rig, &result))).collect();
+        Self::of(&sides, clip.times_seconds())
+    }
+
+    fn of(legs: &[Leg], times: &[f64]) -> Self {
+        let (mut worst, mut slides, mut depths, mut own_depths) = ((f64::MIN, 0.0, 0.0), Vec::new(), Vec::new(), Vec::new());
+        let (mut jerk, mut own_jerk, mut flips) = (0.0, 0.0, 0);
+        for leg in legs {
+            for point in 0..leg.source.points.len() {
+                for (first, last) in leg.source.contacts(point, times) {
+                    let target = leg.target.path(point, first, last);
+                    let source = leg.source.path(point, first, last);
+                    slides.push(target);
+                    let over = target - source.max(MOST_SLIDE);
+                    if over > worst.0 {
+                        worst = (over, target, source);
+                    }
+                }
+            }
+            for frame in 0..times.len() {
+                let (own, depth) = (leg.source.depth(frame), leg.target.depth(frame));
+                own_depths.push(own);
+                depths.push((depth - own).max(0.0));
+            }
+            jerk += leg.target.jerk(times);
+            own_jerk += leg.source.jerk(times);
+            flips += leg.target.flips().saturating_sub(leg.source.flips());
+        }
+        Self {
+            slide: worst.1,
+            source_slide: worst.2,
+            mean_slide: slides.iter().sum::<f64>() / slides.len().max(1) as f64,
+            contacts: slides.len(),
+            penetration: percentile(depths, 0.99),
+            own_penetration: percentile(own_depths, 0.99),
+            jerk: jerk / own_jerk,
+            flips,
+        }
+    }
+
+    fn problems(&self) -> Vec<String> {
+        let mut problems = Vec::new();
+        if self.slide > MOST_SLIDE.max(self.source_slide * 1.02) {
+            problems.push(format!("slides by {:.2} cm, the source by {:.2}", self.slide * 100.0, self.source_slide * 100.0));
+        }
+        if self.penetration > MOST_PENETRATION {
+            problems.push(format!("sinks by {:.2} cm", self.penetration * 100.0));
+        }
+        if self.jerk > MOST_JERK {
+            problems.push(format!("jerks {:.2} times as much", self.jerk));
+        }
+        if self.flips > 0 {
+            problems.push(format!("{} knee flips", self.flips));
+        }
+        problems
+    }
+}
+
+struct Leg {
+    source: Track,
+    target: Track,
+}
+
+/// A leg over time, in leg lengths, up the second axis, above the floor.
+struct Track {
+    hips: Vec<DVec3>,
+    knees: Vec<DVec3>,
+    /// Ankle, ball and tip of the toes, each with its height at rest.
+    points: Vec<(Vec<DVec3>, f64)>,
+}
+
+impl Leg {
+    fn read(pair: &LimbPair, mapping: &Mapping, source: (&Rig<'_>, &Clip), target: (&Rig<'_>, &Clip)) -> Self {
+        let Ground { source_rest_floor, source_floor, target_rest_floor, target_floor, .. } = mapping.stages.ground;
+        let unit = mapping.plan_from_source.scale.x;
+        let joints = |joints: &retargetd::rig::LimbJoints| {
+            let beyond = joints.ball.into_iter().chain(joints.tip);
+            [joints.start, joints.middle, joints.end].into_iter().chain(beyond).collect::<Vec<_>>()
+        };
+        let (from, onto) = (joints(&pair.source), joints(&pair.target));
+        Self {
+            source: Track::read(source, &from, source_rest_floor / unit, source_floor / unit),
+            target: Track::read(target, &onto, target_rest_floor, target_floor),
+        }
+    }
+}
+
+impl Track {
+    fn read((rig, clip): (&Rig<'_>, &Clip), joints: &[usize], rest_floor: f64, floor: f64) -> Self {
+        let place = |joint: usize| rig.rest.transforms()[joint].translation;
+        let leg = place(joints[0]).distance(place(joints[1])) + place(joints[1]).distance(place(joints[2]));
+        let mut tracks = vec![Vec::new(); joints.len()];
+        for frame in 0..clip.frame_count() {
+            let pose = clip.local_pose(rig.skeleton(), frame).to_model(rig.skeleton());
+            for (track, &joint) in tracks.iter_mut().zip(joints) {
+                let place = rig.work_from_scene * pose.transforms()[joint].translation;
+                track.push((place - DVec3::Y * floor) / leg);
+            }
+        }
+        let mut points = tracks.split_off(2);
+        let points = joints[2..].iter().map(|&joint| (points.remove(0), (rig.rest_height(joint) - rest_floor) / leg));
+        let points = points.collect();
+        let knees = tracks.remove(1);
+        Self { hips: tracks.remove(0), knees, points }
+    }
+
+    /// Runs of frames in which a point is slow and low.
+    fn contacts(&self, point: usize, times: &[f64]) -> Vec<(usize, usize)> {
+        let places = &self.points[point].0;
+        let floor = percentile(places.iter().map(|place| place.y).collect(), 0.1);
+        let touches = |frame: usize| {
+            let (before, after) = (frame.saturating_sub(1), (frame + 1).min(times.len() - 1));
+            let speed = places[after].distance(places[before]) / (times[after] - times[before]);
+            speed < 0.15 && places[frame].y - floor < 0.03
+        };
+        let mut runs = Vec::new();
+        let mut first = None;
+        for frame in 0..=times.len() {
+            let is_on = frame < times.len() && touches(frame);
+            match (first, is_on) {
+                (None, true) => first = Some(frame),
+                (Some(begin), false) => {
+                    if times[frame - 1] - times[begin] > 0.1 {
+                        runs.push((begin, frame - 1));
+                    }
+                    first = None;
+                }
+                _ => {}
+            }
+        }
+        runs
+    }
+
+    /// Way along the floor.
+    fn path(&self, point: usize, first: usize, last: usize) -> f64 {
+        let places = &self.points[point].0[first..=last];
+        places.windows(2).map(|pair| (pair[1] - pair[0]).with_y(0.0).length()).sum()
+    }
+
+    fn depth(&self, frame: usize) -> f64 {
+        self.points.iter().map(|(places, rest)| rest - places[frame].y).fold(0.0, f64::max)
+    }
+
+    fn jerk(&self, times: &[f64]) -> f64 {
+        let seconds = (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64;
+        let of = |places: &[DVec3]| -> f64 {
+            let jerk = |window: &[DVec3]| (window[3] - window[2] * 3.0 + window[1] * 3.0 - window[0]).length();
+            places.windows(4).map(jerk).sum::<f64>() / seconds.powi(3)
+        };
+        of(&self.hips) + of(&self.knees) + of(&self.points[0].0)
+    }
+
+    /// How often the bend turns over from one frame to the next.
+    fn flips(&self) -> usize {
+        let normal = |frame: usize| {
+            let (upper, lower) = (self.knees[frame] - self.hips[frame], self.points[0].0[frame] - self.knees[frame]);
+            let normal = upper.normalize_or_zero().cross(lower.normalize_or_zero());
+            (normal.length() > 0.1).then(|| normal.normalize())
+        };
+        let flips = |frame: &usize| match (normal(*frame), normal(frame + 1)) {
+            (Some(before), Some(after)) => before.dot(after) < 0.0,
+            _ => false,
+        };
+        (0..self.hips.len() - 1).filter(flips).count()
+    }
+}
