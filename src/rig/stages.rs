@@ -97,6 +97,19 @@ impl Limb {
     }
 }
 
+impl Limb {
+    /// The names of its points of contact: its end, the ball of the foot, the end of the toes. Hands have the first only.
+    #[must_use]
+    pub const fn contact_points(self) -> [&'static str; 3] {
+        match self {
+            Self::LeftLeg => ["left_foot", "left_toe", "left_toe_tip"],
+            Self::RightLeg => ["right_foot", "right_toe", "right_toe_tip"],
+            Self::LeftArm => ["left_hand", "", ""],
+            Self::RightArm => ["right_hand", "", ""],
+        }
+    }
+}
+
 /// A limb of two bones on both rigs.
 #[derive(Clone, Debug)]
 pub struct LimbPair {
@@ -125,15 +138,20 @@ pub struct LimbJoints {
     pub sole: Option<Sole>,
 }
 
-/// Points of a foot, from the rest pose: vectors in a joint's own axes, in plan units.
+/// The sole of a foot, from the rest pose, in plan units: how far the floor is below each joint of it. In motion each joint
+/// keeps at least that distance from the floor, however it is turned, as if there were a ball around it.
 #[derive(Clone, Copy, Debug)]
 pub struct Sole {
-    /// From the ankle to the floor below it; in the ankle's axes.
-    pub heel: DVec3,
-    /// From the ankle to the joint of the ball, and to the floor below that; in the ankle's axes.
-    pub ball: Option<[DVec3; 2]>,
-    /// From the ball to the floor below the end of the toes; in the ball's axes.
-    pub tip: Option<DVec3>,
+    /// Below the ankle.
+    pub heel: f64,
+    /// Below the joint of the ball.
+    pub ball: Option<f64>,
+    /// Below the end of the toes.
+    pub tip: Option<f64>,
+    /// From the ankle to the joint of the ball, in the ankle's axes.
+    pub end_to_ball: Option<DVec3>,
+    /// From the joint of the ball to the end of the toes, in the ball's axes.
+    pub ball_to_tip: Option<DVec3>,
 }
 
 /// When an op works.

@@ -1,8 +1,12 @@
 //! From the ops of a mapping to stages.
 
+use glam::DVec3;
+
 use crate::{
     model::{Skeleton, Transform},
-    rig::{Ground, IkOp, LimbPair, Mapping, PlantMode, Schedule, Sole, StagedKind, StagedOp},
+    rig::{
+        FloorOp, Ground, IkOp, LimbJoints, LimbPair, Mapping, PlantMode, PlantOp, Schedule, Sole, StagedKind, StagedOp,
+    },
 };
 
 use super::{
@@ -11,7 +15,7 @@ use super::{
     floor::{FloorFoot, FloorStage, FootSlots},
     goals::{GoalLimb, GoalStage},
     limbs::{LimbRest, LimbSlots},
-    plant::PlantStage,
+    plant::{PlantStage, PlantedFoot},
     posing::Posing,
     pull::{PullStage, PulledLeg},
     solve::{SolveStage, SolvedLimb},
@@ -79,15 +83,7 @@ impl Compiler<'_> {
             StagedKind::Plant(plant) if plant.mode == PlantMode::Never => {}
             StagedKind::Plant(plant) => {
                 self.need_goals(&op.limbs);
-                let ball = |limb: usize| self.limb(limb).target.sole.and_then(|sole| sole.ball).map(|[joint, _]| joint);
-                let stage = PlantStage {
-                    op: plant.clone(),
-                    schedule: op.schedule.clone(),
-                    limbs: op.limbs.iter().map(|&limb| (limb, ball(limb))).collect(),
-                    travel: self.ground().travel,
-                    up: self.ground().up,
-                    limb_count: self.limb_count(),
-                };
+                let stage = self.plant_stage(plant, op);
                 self.stages.push(Stage::Plant(stage));
                 if plant.pull_pelvis {
                     self.pull = Some((true, plant.sideways_cost));
@@ -174,8 +170,29 @@ impl Compiler<'_> {
         self.open.extend(limbs.iter().map(|&limb| (limb, op.clone())));
     }
 
-    fn floor_stage(&self, op: &crate::rig::FloorOp, staged: &StagedOp) -> FloorStage {
-        let ends = |joints: &crate::rig::LimbJoints| [Some(joints.end), joints.ball].into_iter().flatten();
+    fn plant_stage(&self, op: &PlantOp, staged: &StagedOp) -> PlantStage {
+        let points = |limb: usize| {
+            let joints = self.limb(limb).target;
+            [Some(joints.end), joints.ball, joints.tip]
+        };
+        let posing = self.target_posing(staged.limbs.iter().flat_map(|&limb| points(limb)).flatten());
+        let foot = |&limb: &usize| PlantedFoot {
+            limb,
+            scale: self.rest(limb).length_ratio,
+            slots: points(limb).map(|joint| joint.map(|joint| posing.slot(joint))),
+        };
+        PlantStage {
+            op: op.clone(),
+            schedule: staged.schedule.clone(),
+            feet: staged.limbs.iter().map(foot).collect(),
+            up: self.ground().up,
+            limb_count: self.limb_count(),
+            posing,
+        }
+    }
+
+    fn floor_stage(&self, op: &FloorOp, staged: &StagedOp) -> FloorStage {
+        let ends = |joints: &LimbJoints| [Some(joints.end), joints.ball].into_iter().flatten();
         let source = self.source_posing(staged.limbs.iter().flat_map(|&limb| ends(&self.limb(limb).source)));
         let target = self.target_posing(staged.limbs.iter().flat_map(|&limb| ends(&self.limb(limb).target)));
         let foot = |&limb: &usize| {
@@ -263,11 +280,12 @@ impl Compiler<'_> {
 
 /// Whether two soles are of one shape, up to the size of the legs.
 fn is_alike(source: &Sole, target: &Sole, rest: &LimbRest) -> bool {
-    let parts = |sole: &Sole| [Some(sole.heel), sole.ball.map(|ball| ball[0]), sole.ball.map(|ball| ball[1]), sole.tip];
+    let length = |bone: Option<DVec3>| bone.map(DVec3::length);
+    let parts = |sole: &Sole| {
+        [Some(sole.heel), sole.ball, sole.tip, length(sole.end_to_ball), length(sole.ball_to_tip)]
+    };
     parts(source).into_iter().zip(parts(target)).all(|parts| match parts {
-        (Some(source), Some(target)) => {
-            (source.length() * rest.length_ratio - target.length()).abs() < ALIKE * rest.length
-        }
+        (Some(source), Some(target)) => (source * rest.length_ratio - target).abs() < ALIKE * rest.length,
         (source, target) => source.is_none() == target.is_none(),
     })
 }

@@ -28,6 +28,21 @@ pub(super) struct ContactPoints {
     pub(super) points: Vec<ContactPoint>,
 }
 
+/// Which point of a foot or a hand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    /// The ankle above the heel, or the wrist.
+    End,
+    /// The joint of the ball of the foot.
+    Ball,
+    /// The end of the toes.
+    Tip,
+}
+
+impl Part {
+    pub(super) const ALL: [Self; 3] = [Self::End, Self::Ball, Self::Tip];
+}
+
 /// A point of the source: where it is, and when it touches.
 #[derive(Clone, Debug)]
 pub(super) struct ContactPoint {
@@ -35,16 +50,20 @@ pub(super) struct ContactPoint {
     pub(super) name: &'static str,
     /// Index of its limb.
     pub(super) limb: usize,
-    /// Whether it is the ball of a foot, and not an ankle or a wrist.
-    pub(super) is_ball: bool,
+    pub(super) part: Part,
     /// In plan space, frame by frame.
     pub(super) positions: Vec<DVec3>,
     pub(super) touches: Vec<bool>,
 }
 
 impl ContactPoints {
-    pub(super) fn find(&self, limb: usize, is_ball: bool) -> Option<&ContactPoint> {
-        self.points.iter().find(|point| point.limb == limb && point.is_ball == is_ball)
+    pub(super) fn find(&self, limb: usize, part: Part) -> Option<&ContactPoint> {
+        self.points.iter().find(|point| point.limb == limb && point.part == part)
+    }
+
+    /// Whether any point of a limb touches.
+    pub(super) fn touches(&self, limb: usize, frame: usize) -> bool {
+        self.points.iter().any(|point| point.limb == limb && point.touches[frame])
     }
 }
 
@@ -64,7 +83,7 @@ pub(super) struct ContactStage {
 struct Point {
     name: &'static str,
     limb: usize,
-    is_ball: bool,
+    part: Part,
     slot: usize,
 }
 
@@ -80,11 +99,10 @@ impl ContactStage {
     ) -> Self {
         let mut points = Vec::new();
         for (limb, pair) in limbs.iter().enumerate() {
-            let [.., end, beyond] = pair.limb.roles();
-            let candidates = [(end, false, Some(pair.source.end)), (beyond, true, pair.source.ball)];
-            for (name, is_ball, joint) in candidates {
+            let joints = [Some(pair.source.end), pair.source.ball, pair.source.tip];
+            for ((name, part), joint) in pair.limb.contact_points().into_iter().zip(Part::ALL).zip(joints) {
                 if let Some(joint) = joint.filter(|_| is_wanted(op, pair.limb, name)) {
-                    points.push((Point { name, limb, is_ball, slot: 0 }, joint));
+                    points.push((Point { name, limb, part, slot: 0 }, joint));
                 }
             }
         }
@@ -113,8 +131,8 @@ impl ContactStage {
         let mut points = Vec::with_capacity(width);
         for ((point, track), level) in self.points.iter().zip(tracks).zip(&levels) {
             let touches = self.touches(point, &track, self.agreed(point, *level, &levels), work.times);
-            let Point { name, limb, is_ball, .. } = *point;
-            points.push(ContactPoint { name, limb, is_ball, positions: track.positions, touches });
+            let Point { name, limb, part, .. } = *point;
+            points.push(ContactPoint { name, limb, part, positions: track.positions, touches });
         }
         work.contacts = ContactPoints { points };
         Ok(())
@@ -150,7 +168,7 @@ impl ContactStage {
 
     /// A foot that is only ever slow in the air takes the level of the other one.
     fn agreed(&self, point: &Point, level: f64, levels: &[f64]) -> f64 {
-        let twins = self.points.iter().zip(levels).filter(|(other, _)| other.is_ball == point.is_ball);
+        let twins = self.points.iter().zip(levels).filter(|(other, _)| other.part == point.part);
         let lowest = twins.map(|(_, level)| *level).fold(level, f64::min);
         if level - lowest > LEVEL_AGREEMENT_METRES * self.scale { lowest } else { level }
     }

@@ -8,14 +8,17 @@ use crate::{
 };
 
 use super::{
+    contacts::Part,
     posing::{Pose, Posing},
-    temporal::median,
+    temporal::{median, smoothed},
     two_bone::smooth,
     work::Work,
 };
 
 /// Width within which points of a sole share in being the lowest, for a leg of 1 m: keeps the lowest point from jumping.
 const SHARED_METRES: f64 = 0.002;
+/// Standard deviation of the smoothing of what the pelvis follows.
+const SHIFT_SECONDS: f64 = 0.2;
 
 /// Puts soles onto the floor.
 #[derive(Clone, Debug)]
@@ -72,14 +75,14 @@ impl FloorStage {
             for (foot, clearance) in self.feet.iter().zip(row) {
                 let end = source.model[foot.source.end];
                 let toes = foot.source.ball.map(|ball| (source.model[ball].translation, source.model[ball].rotation));
-                let of_source = self.lowest(&foot.source_sole, end.translation, end.rotation, toes, self.source_leg);
+                let of_source = self.lowest(&foot.source_sole, end.translation, toes, self.source_leg);
                 let (goal, now) = (goals[foot.limb], &target.model[foot.target.end]);
                 let turn = goal.rotation * now.rotation.conjugate();
                 let toes = foot.target.ball.map(|ball| {
                     let ball = target.model[ball];
                     (goal.position + turn * (ball.translation - now.translation), turn * ball.rotation)
                 });
-                let of_target = self.lowest(&foot.target_sole, goal.position, goal.rotation, toes, self.target_leg);
+                let of_target = self.lowest(&foot.target_sole, goal.position, toes, self.target_leg);
                 *clearance = Clearance {
                     source: of_source - self.ground.source_floor,
                     target: of_target - self.ground.target_floor,
@@ -87,51 +90,51 @@ impl FloorStage {
             }
         };
         let rows = work.rows(width, || (self.source.pose(), self.target.pose()), fill)?;
-        let above: Vec<f64> = (0..width).map(|foot| self.calibration(foot, &rows, work)).collect();
+        let levels: Vec<f64> = (0..width).map(|foot| self.level(foot, &rows, work)).collect();
         let scale = self.ground.up.dot(self.ground.travel * self.ground.up);
         // Both what a foot is moved and how much the floor counts for it.
         let correction = |foot: usize, clearance: &Clearance| {
-            let height = clearance.source - above[foot];
-            let metres = height / self.source_leg;
+            // Hovering is taken off, but what touches without that is not pressed into the floor.
+            let above = if self.op.adaptive && !self.feet[foot].is_alike { levels[foot] } else { 0.0 };
+            let height = (clearance.source - above).max(clearance.source.min(0.0));
+            let metres = (clearance.source - levels[foot]) / self.source_leg;
             let far = (metres - self.op.falloff_height) / self.op.falloff_distance.max(f64::MIN_POSITIVE);
             (scale * height - clearance.target, 1.0 - smooth(far))
         };
-        let shift = if self.op.shift_pelvis { self.shift(&rows, work, correction) } else { 0.0 };
+        let shifts = if self.op.shift_pelvis { self.shifts(&rows, work, correction) } else { vec![0.0; rows.len()] };
+        work.pelvis_moves.resize(work.frame_count(), DVec3::ZERO);
         for (frame, row) in rows.chunks_exact(width.max(1)).enumerate() {
             let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            let shift = shifts[frame] * alpha;
             let goals = &mut work.goals[frame * self.limb_count..(frame + 1) * self.limb_count];
             for &limb in &self.goal_limbs {
                 let foot = self.feet.iter().position(|foot| foot.limb == limb);
                 let (lift, weight) = foot.map_or((0.0, 0.0), |foot| correction(foot, &row[foot]));
-                goals[limb].position += self.ground.up * (shift + (lift - shift) * weight * alpha);
+                goals[limb].position += self.ground.up * (shift + (lift * alpha - shift) * weight);
             }
+            work.pelvis_moves[frame] += self.ground.up * shift;
         }
-        work.pelvis_shift += self.ground.up * shift;
         Ok(())
     }
 
-    /// Height of the lowest point of a sole; where several are about as low, a little below them.
-    fn lowest(&self, sole: &Sole, end: DVec3, turn: DQuat, toes: Option<(DVec3, DQuat)>, leg: f64) -> f64 {
-        let height = |point: DVec3| point.dot(self.ground.up);
-        let points = [
-            Some(height(end + turn * sole.heel)),
-            sole.ball.map(|[_, ball]| height(end + turn * ball)),
-            sole.tip.zip(toes).map(|(tip, (ball, turn))| height(ball + turn * tip)),
-        ];
+    /// Height of the sole, by the joint that is lowest above it; where several are about as low, a little below them.
+    fn lowest(&self, sole: &Sole, end: DVec3, toes: Option<(DVec3, DQuat)>, leg: f64) -> f64 {
+        let height = |point: DVec3, above: f64| point.dot(self.ground.up) - above;
+        let ball = toes.zip(sole.ball).map(|((ball, _), above)| height(ball, above));
+        let tip = toes.zip(sole.ball_to_tip.zip(sole.tip));
+        let tip = tip.map(|((ball, turn), (bone, above))| height(ball + turn * bone, above));
+        let points = [Some(height(end, sole.heel)), ball, tip];
         let lowest = points.iter().flatten().copied().fold(f64::INFINITY, f64::min);
         let width = (SHARED_METRES * leg).max(f64::MIN_POSITIVE);
         let sum: f64 = points.iter().flatten().map(|height| (-(height - lowest) / width).exp()).sum();
         lowest - width * sum.ln()
     }
 
-    /// How far the source's sole hovers in its contacts with the whole foot, where that says something about the capture and not
-    /// about how this figure stands.
-    fn calibration(&self, foot: usize, rows: &[Clearance], work: &Work<'_>) -> f64 {
+    /// The height of the source's sole in its contacts with the whole foot: 0 where the capture stands on its floor. Says
+    /// something about the capture, unless the target's sole is the same.
+    fn level(&self, foot: usize, rows: &[Clearance], work: &Work<'_>) -> f64 {
         let of_foot = &self.feet[foot];
-        if !self.op.adaptive || of_foot.is_alike {
-            return 0.0;
-        }
-        let (end, ball) = (work.contacts.find(of_foot.limb, false), work.contacts.find(of_foot.limb, true));
+        let (end, ball) = (work.contacts.find(of_foot.limb, Part::End), work.contacts.find(of_foot.limb, Part::Ball));
         let flat = |frame: usize| {
             end.is_some_and(|end| end.touches[frame]) && ball.is_none_or(|ball| ball.touches[frame])
         };
@@ -140,24 +143,34 @@ impl FloorStage {
             .unwrap_or(0.0)
     }
 
-    /// The correction that most contacts need.
-    fn shift(
+    /// How far the pelvis goes up or down with the feet that carry it: as far as the one that needs it least. Smooth over time, and
+    /// straight from one contact to the next.
+    fn shifts(
         &self,
         rows: &[Clearance],
         work: &Work<'_>,
         correction: impl Fn(usize, &Clearance) -> (f64, f64),
-    ) -> f64 {
-        let mut lifts = Vec::new();
-        for (frame, row) in rows.chunks_exact(self.feet.len().max(1)).enumerate() {
-            for (foot, clearance) in row.iter().enumerate() {
-                let touches = |is_ball| {
-                    work.contacts.find(self.feet[foot].limb, is_ball).is_some_and(|point| point.touches[frame])
-                };
-                if touches(false) || touches(true) {
-                    lifts.push(correction(foot, clearance).0);
-                }
-            }
+    ) -> Vec<f64> {
+        let width = self.feet.len().max(1);
+        let mut known: Vec<(usize, f64)> = Vec::new();
+        for (frame, row) in rows.chunks_exact(width).enumerate() {
+            let carrying = row.iter().enumerate().filter(|(foot, _)| work.contacts.touches(self.feet[*foot].limb, frame));
+            let lifts = carrying.map(|(foot, clearance)| correction(foot, clearance).0);
+            known.extend(lifts.min_by(|first, second| first.abs().total_cmp(&second.abs())).map(|lift| (frame, lift)));
         }
-        median(lifts).unwrap_or(0.0)
+        let (Some(first), Some(last)) = (known.first(), known.last()) else { return vec![0.0; work.frame_count()] };
+        let mut shifts = Vec::with_capacity(work.frame_count());
+        let mut next = 0;
+        for frame in 0..work.frame_count() {
+            while next < known.len() && known[next].0 < frame {
+                next += 1;
+            }
+            let after = known.get(next).unwrap_or(last);
+            let before = next.checked_sub(1).map_or(first, |before| &known[before]);
+            let span = work.times[after.0] - work.times[before.0];
+            let share = if span > 0.0 { ((work.times[frame] - work.times[before.0]) / span).clamp(0.0, 1.0) } else { 1.0 };
+            shifts.push(DVec3::X * (before.1 + (after.1 - before.1) * share));
+        }
+        smoothed(&shifts, work.times, SHIFT_SECONDS).into_iter().map(|shift| shift.x).collect()
     }
 }

@@ -82,7 +82,7 @@ impl Stack {
             target,
             contacts: ContactPoints::default(),
             goals: Vec::new(),
-            pelvis_shift: glam::DVec3::ZERO,
+            pelvis_moves: Vec::new(),
             residuals: Vec::new(),
         };
         for stage in &self.stages {

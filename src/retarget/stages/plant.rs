@@ -1,11 +1,11 @@
 //! Feet stay where they stand. (retargeting.md B20.)
 //!
-//! A foot is held by the point that touches: the ankle above the heel, the ball, or both at once. From one frame to the next
+//! A foot is held by the point that touches: the ankle above the heel, the ball, the tip of the toes, or several at once. From one frame to the next
 //! that point moves on the target as it moves on the source (scaled; not at all in mode `always`); what the goals do beside that is
 //! summed up over the contact and taken away from them. The sum has a free constant, which is chosen so that the foot deviates
 //! least in the middle of the contact. Between contacts the correction is faded out and in.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 use crate::{
     model::Canceled,
@@ -13,15 +13,16 @@ use crate::{
 };
 
 use super::{
-    contacts::ContactPoint,
+    contacts::{ContactPoint, ContactPoints, Part},
+    posing::{Pose, Posing},
     temporal::runs,
     two_bone::smooth,
-    work::{Goal, Work},
+    work::Work,
 };
 
 /// Share of a contact, at both ends, that does not count for where the foot stands.
 const ENDS: f64 = 0.2;
-/// Seconds over which the weight goes from heel to ball.
+/// Seconds over which the weight goes from one point to the next.
 const ROLL_SECONDS: f64 = 0.1;
 
 /// Holds feet.
@@ -29,11 +30,20 @@ const ROLL_SECONDS: f64 = 0.1;
 pub(super) struct PlantStage {
     pub(super) op: PlantOp,
     pub(super) schedule: Schedule,
-    /// Limb, and the ball of its target in the axes of the end joint, where there is one.
-    pub(super) limbs: Vec<(usize, Option<DVec3>)>,
-    pub(super) travel: DMat3,
+    pub(super) feet: Vec<PlantedFoot>,
+    pub(super) posing: Posing,
     pub(super) up: DVec3,
     pub(super) limb_count: usize,
+}
+
+/// One foot or hand of the target.
+#[derive(Clone, Debug)]
+pub(super) struct PlantedFoot {
+    pub(super) limb: usize,
+    /// Target length over source length: what moves of the source's are multiplied by.
+    pub(super) scale: f64,
+    /// Slots of end, ball and tip, as far as the target has them.
+    pub(super) slots: [Option<usize>; 3],
 }
 
 /// The change of one limb at one frame.
@@ -49,15 +59,12 @@ impl PlantStage {
         if self.op.mode == PlantMode::Never {
             return Ok(());
         }
-        for &(limb, ball) in &self.limbs {
-            work.control.check()?;
-            let Some(end) = work.contacts.find(limb, false) else { continue };
-            let goals: Vec<Goal> = work.goals.iter().skip(limb).step_by(self.limb_count).copied().collect();
-            let foot = Foot { end, ball: work.contacts.find(limb, true), target_ball: ball, goals: &goals };
-            let corrections = self.corrections(&foot, work.times);
+        for foot in &self.feet {
+            let Some(held) = self.read(foot, work)? else { continue };
+            let corrections = self.corrections(&held, work.times);
             for (frame, correction) in corrections.iter().enumerate() {
                 let alpha = self.schedule.alpha_at(frame, work.times[frame]);
-                let goal = &mut work.goals[frame * self.limb_count + limb];
+                let goal = &mut work.goals[frame * self.limb_count + foot.limb];
                 goal.position += correction.offset * alpha;
                 goal.hold = goal.hold.max(correction.hold * alpha);
             }
@@ -65,7 +72,25 @@ impl PlantStage {
         Ok(())
     }
 
-    fn corrections(&self, foot: &Foot<'_>, times: &[f64]) -> Vec<Correction> {
+    /// Where the points of a foot are on both sides; nothing where none is known to touch.
+    fn read(&self, foot: &PlantedFoot, work: &Work<'_>) -> Result<Option<Foot>, Canceled> {
+        let contacts: &ContactPoints = &work.contacts;
+        let points = Part::ALL.map(|part| contacts.find(foot.limb, part));
+        let Some(end) = foot.slots[0].filter(|_| points.iter().flatten().next().is_some()) else { return Ok(None) };
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [[DVec3; 3]]| {
+            self.posing.fill(pose, &work.target, frame);
+            let goal = &work.goals[frame * self.limb_count + foot.limb];
+            let turn = goal.rotation * pose.model[end].rotation.conjugate();
+            let from_end = |slot: usize| pose.model[slot].translation - pose.model[end].translation;
+            // A target without that point is held by its end.
+            row[0] = foot.slots.map(|slot| goal.position + turn * slot.map_or(DVec3::ZERO, from_end));
+        };
+        let targets = work.rows(1, || self.posing.pose(), fill)?;
+        let has_point = foot.slots.map(|slot| slot.is_some());
+        Ok(Some(Foot { scale: foot.scale, tracks: points.map(|point| point.map(PointTrack::of)), has_point, targets }))
+    }
+
+    fn corrections(&self, foot: &Foot, times: &[f64]) -> Vec<Correction> {
         let mut corrections = vec![Correction::default(); times.len()];
         let touches: Vec<bool> = (0..times.len()).map(|frame| foot.touches(frame)).collect();
         let contacts = runs(&touches);
@@ -85,13 +110,15 @@ impl PlantStage {
     }
 
     /// What is to be added to the goals of one contact.
-    fn held(&self, foot: &Foot<'_>, times: &[f64], first: usize, last: usize) -> Vec<DVec3> {
-        let weights = foot.ball_weights(times, first, last);
+    fn held(&self, foot: &Foot, times: &[f64], first: usize, last: usize) -> Vec<DVec3> {
+        let weights = foot.weights(times, first, last);
         let mut offset = DVec3::ZERO;
         let mut offsets = vec![offset];
         for frame in first..last {
-            let ball = (weights[frame - first] + weights[frame + 1 - first]) / 2.0;
-            offset += foot.step(false, frame, self) * (1.0 - ball) + foot.step(true, frame, self) * ball;
+            let (before, after) = (weights[frame - first], weights[frame + 1 - first]);
+            for (part, (before, after)) in before.into_iter().zip(after).enumerate() {
+                offset += foot.step(part, frame, self.op.mode) * ((before + after) / 2.0);
+            }
             offsets.push(offset);
         }
         let skipped = (offsets.len() as f64 * ENDS).floor();
@@ -106,50 +133,66 @@ impl PlantStage {
     }
 }
 
-/// One foot of both sides over the clip.
-struct Foot<'a> {
-    end: &'a ContactPoint,
-    ball: Option<&'a ContactPoint>,
-    target_ball: Option<DVec3>,
-    goals: &'a [Goal],
+/// One foot of both sides over the clip. Arrays of three: end, ball and tip.
+struct Foot {
+    scale: f64,
+    tracks: [Option<PointTrack>; 3],
+    has_point: [bool; 3],
+    /// Where the target's points are when the end is at its goal.
+    targets: Vec<[DVec3; 3]>,
 }
 
-impl Foot<'_> {
+/// A point of the source over the clip.
+struct PointTrack {
+    positions: Vec<DVec3>,
+    touches: Vec<bool>,
+}
+
+impl PointTrack {
+    fn of(point: &ContactPoint) -> Self {
+        Self { positions: point.positions.clone(), touches: point.touches.clone() }
+    }
+}
+
+impl Foot {
     fn touches(&self, frame: usize) -> bool {
-        self.end.touches[frame] || self.ball.is_some_and(|ball| ball.touches[frame])
+        self.tracks.iter().flatten().any(|track| track.touches[frame])
     }
 
-    /// How much the ball is held, and not the ankle, at every frame of a contact.
-    fn ball_weights(&self, times: &[f64], first: usize, last: usize) -> Vec<f64> {
-        let Some(ball) = self.ball.filter(|_| self.target_ball.is_some()) else { return vec![0.0; last - first + 1] };
-        let raw = |frame: usize| match (self.end.touches[frame], ball.touches[frame]) {
-            (true, true) => 0.5,
-            (false, true) => 1.0,
-            (_, false) => 0.0,
+    /// How much each point is held at every frame of a contact; the sum is 1.
+    fn weights(&self, times: &[f64], first: usize, last: usize) -> Vec<[f64; 3]> {
+        let raw = |frame: usize| {
+            let touches = |part: usize| self.tracks[part].as_ref().is_some_and(|track| track.touches[frame]);
+            let touches = [0, 1, 2].map(|part| if touches(part) { 1.0 } else { 0.0 });
+            let count: f64 = touches.iter().sum();
+            touches.map(|touches| touches / count.max(1.0))
         };
         let mean = |center: usize| {
             let near = |frame: &usize| (times[*frame] - times[center]).abs() <= ROLL_SECONDS / 2.0;
             let before = (first..=center).rev().take_while(near);
             let after = (center + 1..=last).take_while(near);
-            let (sum, count) = before.chain(after).fold((0.0, 0.0), |(sum, count), frame| (sum + raw(frame), count + 1.0));
-            sum / count
+            let mut mean = [0.0; 3];
+            let mut count = 0.0;
+            for frame in before.chain(after) {
+                let raw = raw(frame);
+                (0..3).for_each(|part| mean[part] += raw[part]);
+                count += 1.0;
+            }
+            mean.map(|sum| sum / count)
         };
         (first..=last).map(mean).collect()
     }
 
     /// What the source's point moves from a frame to the next, scaled, minus what the goal's does.
-    fn step(&self, of_ball: bool, frame: usize, stage: &PlantStage) -> DVec3 {
-        let source = match self.ball {
-            Some(ball) if of_ball => &ball.positions,
-            _ => &self.end.positions,
-        };
-        let local = self.target_ball.filter(|_| of_ball).unwrap_or(DVec3::ZERO);
-        let place = |frame: usize| self.goals[frame].position + self.goals[frame].rotation * local;
-        let wanted = match stage.op.mode {
+    fn step(&self, part: usize, frame: usize, mode: PlantMode) -> DVec3 {
+        // A target without that point follows the source's end with its own.
+        let of_source = if self.has_point[part] { &self.tracks[part] } else { &self.tracks[0] };
+        let Some(track) = of_source else { return DVec3::ZERO };
+        let wanted = match mode {
             PlantMode::Always => DVec3::ZERO,
-            _ => stage.travel * (source[frame + 1] - source[frame]),
+            _ => (track.positions[frame + 1] - track.positions[frame]) * self.scale,
         };
-        wanted - (place(frame + 1) - place(frame))
+        wanted - (self.targets[frame + 1][part] - self.targets[frame][part])
     }
 }
 

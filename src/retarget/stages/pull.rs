@@ -47,9 +47,12 @@ pub(super) struct PulledLeg {
 
 impl PullStage {
     pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
-        let moves = if self.pulls { self.pulled(work)? } else { vec![DVec3::ZERO; work.frame_count()] };
-        let shift = std::mem::take(&mut work.pelvis_shift);
-        if shift == DVec3::ZERO && moves.iter().all(|moved| *moved == DVec3::ZERO) {
+        let mut moves = std::mem::take(&mut work.pelvis_moves);
+        moves.resize(work.frame_count(), DVec3::ZERO);
+        if self.pulls {
+            self.pull(&mut moves, work)?;
+        }
+        if moves.iter().all(|moved| *moved == DVec3::ZERO) {
             return Ok(());
         }
         let slot = self.posing.slot(self.pelvis);
@@ -57,10 +60,8 @@ impl PullStage {
         let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
             self.posing.fill(pose, &work.target, frame);
             let parent = self.posing.parent_of(pose, slot);
-            let moved = Transform {
-                translation: pose.model[slot].translation + shift + moves[frame],
-                ..pose.model[slot]
-            };
+            let now = pose.model[slot];
+            let moved = Transform { translation: now.translation + moves[frame], ..now };
             row[0].translation = parent.relative(&moved).translation.as_vec3();
         };
         let rows = work.rows(1, || self.posing.pose(), fill)?;
@@ -68,22 +69,26 @@ impl PullStage {
         Ok(())
     }
 
-    /// The moves of the pelvis, smooth over time.
-    fn pulled(&self, work: &Work<'_>) -> Result<Vec<DVec3>, Canceled> {
-        let shift = work.pelvis_shift;
-        let needed = work.rows(1, || self.posing.pose(), |pose, frame, row: &mut [DVec3]| {
-            self.posing.fill(pose, &work.target, frame);
-            row[0] = self.least_move(work, pose, frame, shift);
-        })?;
-        if needed.iter().all(|needed| *needed == DVec3::ZERO) {
-            return Ok(needed);
+    /// Adds what makes held feet reachable, smooth over time.
+    fn pull(&self, moves: &mut [DVec3], work: &Work<'_>) -> Result<(), Canceled> {
+        let needed = |moves: &[DVec3]| {
+            work.rows(1, || self.posing.pose(), |pose, frame, row: &mut [DVec3]| {
+                self.posing.fill(pose, &work.target, frame);
+                row[0] = self.least_move(work, pose, frame, moves[frame]);
+            })
+        };
+        let add = |moves: &mut [DVec3], more: &[DVec3]| {
+            moves.iter_mut().zip(more).for_each(|(moved, more)| *moved += *more);
+        };
+        let first = needed(moves)?;
+        if first.iter().all(|needed| *needed == DVec3::ZERO) {
+            return Ok(());
         }
-        let smooth = smoothed(&needed, work.times, SMOOTHING_SECONDS);
+        add(moves, &smoothed(&first, work.times, SMOOTHING_SECONDS));
         // Smoothing takes the tips off; what is still missing afterwards is small.
-        work.rows(1, || self.posing.pose(), |pose, frame, row: &mut [DVec3]| {
-            self.posing.fill(pose, &work.target, frame);
-            row[0] = smooth[frame] + self.least_move(work, pose, frame, shift + smooth[frame]);
-        })
+        let second = needed(moves)?;
+        add(moves, &second);
+        Ok(())
     }
 
     /// The least move, counting sideways ones dearer, after which every held foot is within reach of its hip.

@@ -22,8 +22,8 @@ pub(super) struct Work<'a> {
     pub(super) contacts: ContactPoints,
     /// Goals frame by frame, one per limb of the mapping; empty before a stage sets some.
     pub(super) goals: Vec<Goal>,
-    /// How far the pelvis is to be moved beside what makes held feet reachable.
-    pub(super) pelvis_shift: DVec3,
+    /// How far the pelvis is to be moved beside what makes held feet reachable, frame by frame; empty where it is not.
+    pub(super) pelvis_moves: Vec<DVec3>,
     /// Distance that is left between goal and end, frame by frame, one per limb; in plan units.
     pub(super) residuals: Vec<f32>,
 }

@@ -78,7 +78,8 @@ impl Context<'_> {
     }
 
     fn masked_limbs(&self, scope: &Scope, defaults: Defaults, fields: &mut Vec<SpecField>) -> Vec<usize> {
-        let known: Vec<&str> = Limb::ALL.iter().flat_map(|limb| [limb.name(), limb.roles()[2], limb.roles()[3]]).collect();
+        let names = |limb: &Limb| [limb.name()].into_iter().chain(limb.contact_points()).filter(|name| !name.is_empty());
+        let known: Vec<&str> = Limb::ALL.iter().flat_map(names).collect();
         for (position, name) in scope.mask.iter().flatten().enumerate() {
             if !known.contains(&name.as_str()) {
                 let detail = format!("there is no limb '{name}' to mask");
@@ -89,10 +90,7 @@ impl Context<'_> {
         }
         let wanted = |pair: &LimbPair| match &scope.mask {
             None => matches!(defaults, Defaults::All) || pair.limb.is_leg(),
-            Some(names) => {
-                let [.., end, beyond] = pair.limb.roles();
-                names.iter().any(|name| [pair.limb.name(), end, beyond].contains(&name.as_str()))
-            }
+            Some(masked) => names(&pair.limb).any(|name| masked.iter().any(|masked| masked == name)),
         };
         (0..self.limbs.len()).filter(|&index| wanted(&self.limbs[index])).collect()
     }
@@ -137,13 +135,16 @@ fn limb_joints(limb: Limb, side: &Rig<'_>, unit: f64) -> Option<LimbJoints> {
     let is_limb = is_chained && has_length(start, middle) && has_length(middle, end);
     let sole = side.role("pelvis").first().filter(|_| limb.is_leg()).map(|&pelvis| {
         let floor = Stance::of(side, pelvis).floor;
-        let down = |joint: usize| side.up() * (floor - side.rest_height(joint));
-        let seen_from = |joint: usize, vector: DVec3| side.rest.transforms()[joint].rotation.conjugate() * vector * unit;
-        let ball_joint = |ball: usize| place(ball) - place(end);
+        let above = |joint: usize| (side.rest_height(joint) - floor) * unit;
+        let bone = |from: usize, to: usize| {
+            side.rest.transforms()[from].rotation.conjugate() * (place(to) - place(from)) * unit
+        };
         Sole {
-            heel: seen_from(end, down(end)),
-            ball: ball.map(|ball| [ball_joint(ball), ball_joint(ball) + down(ball)].map(|vector| seen_from(end, vector))),
-            tip: ball.zip(tip).map(|(ball, tip)| seen_from(ball, place(tip) - place(ball) + down(tip))),
+            heel: above(end),
+            ball: ball.map(above),
+            tip: tip.map(above),
+            end_to_ball: ball.map(|ball| bone(end, ball)),
+            ball_to_tip: ball.zip(tip).map(|(ball, tip)| bone(ball, tip)),
         }
     });
     is_limb.then_some(LimbJoints { start, middle, end, ball, tip, sole })

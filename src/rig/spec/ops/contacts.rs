@@ -12,8 +12,8 @@ use super::Scope;
 ///
 /// A point touches when it is both low and slow; each test has a lower threshold to begin and a higher one to end. Heights and
 /// speeds are for a leg of 1 m and grow with the source's leg. Heights are above the level at which the point rests in this
-/// clip. Points: `left_foot` and `right_foot` (the ankle, above the heel), `left_toe` and `right_toe` (the ball), `left_hand` and
-/// `right_hand`. Only source points count, so the result does not depend on the target.
+/// clip. Points: `left_foot` and `right_foot` (the ankle, above the heel), `left_toe` and `right_toe` (the ball), `left_toe_tip` and
+/// `right_toe_tip`, `left_hand` and `right_hand`. Only source points count, so the result does not depend on the target.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 #[schemars(deny_unknown_fields)]

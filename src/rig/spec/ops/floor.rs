@@ -7,7 +7,7 @@ use super::Scope;
 
 /// Keeps the soles of the target as far above its floor as the source's soles are above theirs, times the pelvis scale.
 ///
-/// The sole is what lies below ankle, ball and toes at rest, turned with the foot; its lowest point counts. Full strength up to
+/// At rest the floor is some way below ankle, ball and toes; the joint that comes nearest to it, by that measure, counts. Full strength up to
 /// `falloff_height` of the source's sole, none from `falloff_height + falloff_distance` on, smooth between. Mask: `left_leg`,
 /// `right_leg`; default: both.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
