@@ -24,8 +24,8 @@ pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition};
 pub use parse::{parse_spec, parse_value};
 pub use recognition::{
-    BodyFrame, Part, Recognition, RestPoseKind, RigKind, Role, RoleError, RoleFinding, Side, body_frame, recognise,
-    report_doubts, rest_pose_kind,
+    BodyFrame, Hints, Part, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
+    body_frame, builtin_templates, parse_template, recognise, report_doubts, rest_pose_kind, template_schema,
 };
 pub use resolve::{Resolved, resolve};
 pub use rest::{RestSource, scene_rest};

@@ -1,5 +1,6 @@
 //! From the bytes of a config to a [`RetargetSpec`].
 
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::{
@@ -41,18 +42,23 @@ pub fn parse_value(document: Value) -> Result<RetargetSpec, SpecError> {
         return Err(error);
     }
     let ranges = out_of_ranges(&document, &schema);
-    let spec: RetargetSpec = serde_path_to_error::deserialize(document).map_err(|error| {
-        let pointer = pointer_of(error.path());
-        let field = SpecField::new(SpecErrorKind::InvalidValue, pointer, error.into_inner().to_string());
-        SpecError::from_fields(vec![field]).unwrap_or_else(|| {
-            SpecError::new(SpecErrorKind::InvalidValue, "a value is of the wrong type", String::new())
-        })
-    })?;
+    let spec: RetargetSpec = deserialize(document)?;
     let mut fields = out_of_range(&spec);
     let told = |range: &SpecField| fields.iter().any(|field| field.pointer == range.pointer);
     let ranges: Vec<SpecField> = ranges.into_iter().filter(|range| !told(range)).collect();
     fields.extend(ranges);
     SpecError::from_fields(fields).map_or(Ok(spec), Err)
+}
+
+/// A document as a type of ours; a value of the wrong type is named by its place.
+pub(super) fn deserialize<T: DeserializeOwned>(document: Value) -> Result<T, SpecError> {
+    serde_path_to_error::deserialize(document).map_err(|error| {
+        let pointer = pointer_of(error.path());
+        let field = SpecField::new(SpecErrorKind::InvalidValue, pointer, error.into_inner().to_string());
+        SpecError::from_fields(vec![field]).unwrap_or_else(|| {
+            SpecError::new(SpecErrorKind::InvalidValue, "a value is of the wrong type", String::new())
+        })
+    })
 }
 
 fn parse_document(bytes: &[u8]) -> Result<Value, SpecError> {
@@ -125,7 +131,7 @@ fn pointer_of(path: &serde_path_to_error::Path) -> String {
     path.iter().map(segment).collect()
 }
 
-fn kind_of(value: &Value) -> &'static str {
+pub(super) fn kind_of(value: &Value) -> &'static str {
     match value {
         Value::Null => "null",
         Value::Bool(_) => "a boolean",

@@ -119,7 +119,8 @@ impl Compiler<'_> {
     /// Mean length of the legs of source and target in plan units; of a figure without legs, a metre.
     fn legs(&self) -> (f64, f64) {
         let legs = (0..self.limb_count()).filter(|&limb| self.limb(limb).limb.is_leg());
-        let lengths: Vec<(f64, f64)> = legs.map(|limb| (self.rest(limb).length, self.rest(limb).length_ratio)).collect();
+        let lengths: Vec<(f64, f64)> =
+            legs.map(|limb| (self.rest(limb).length, self.rest(limb).length_ratio)).collect();
         let mean = |values: Vec<f64>| match values.len() {
             0 => self.ground().units_per_metre,
             count => values.iter().sum::<f64>() / count as f64,
@@ -201,9 +202,15 @@ impl Compiler<'_> {
             let rest = self.rest(limb);
             Some(FloorFoot {
                 limb,
-                source: FootSlots { end: source.slot(pair.source.end), ball: pair.source.ball.map(|ball| source.slot(ball)) },
+                source: FootSlots {
+                    end: source.slot(pair.source.end),
+                    ball: pair.source.ball.map(|ball| source.slot(ball)),
+                },
                 source_sole,
-                target: FootSlots { end: target.slot(pair.target.end), ball: pair.target.ball.map(|ball| target.slot(ball)) },
+                target: FootSlots {
+                    end: target.slot(pair.target.end),
+                    ball: pair.target.ball.map(|ball| target.slot(ball)),
+                },
                 target_sole,
                 is_alike: is_alike(&source_sole, &target_sole, &rest),
             })
@@ -281,9 +288,8 @@ impl Compiler<'_> {
 /// Whether two soles are of one shape, up to the size of the legs.
 fn is_alike(source: &Sole, target: &Sole, rest: &LimbRest) -> bool {
     let length = |bone: Option<DVec3>| bone.map(DVec3::length);
-    let parts = |sole: &Sole| {
-        [Some(sole.heel), sole.ball, sole.tip, length(sole.end_to_ball), length(sole.ball_to_tip)]
-    };
+    let parts =
+        |sole: &Sole| [Some(sole.heel), sole.ball, sole.tip, length(sole.end_to_ball), length(sole.ball_to_tip)];
     parts(source).into_iter().zip(parts(target)).all(|parts| match parts {
         (Some(source), Some(target)) => (source * rest.length_ratio - target).abs() < ALIKE * rest.length,
         (source, target) => source.is_none() == target.is_none(),

@@ -141,8 +141,13 @@ impl ContactStage {
     /// The height at which a point rests most often, among those at which it is slow.
     fn level(&self, track: &Tracked) -> f64 {
         let slow = self.op.speed_off * self.scale;
-        let mut heights: Vec<f64> =
-            track.heights.iter().zip(&track.speeds).filter(|(_, speed)| **speed < slow).map(|(height, _)| *height).collect();
+        let mut heights: Vec<f64> = track
+            .heights
+            .iter()
+            .zip(&track.speeds)
+            .filter(|(_, speed)| **speed < slow)
+            .map(|(height, _)| *height)
+            .collect();
         if heights.is_empty() {
             heights.clone_from(&track.heights);
         }
@@ -160,9 +165,9 @@ impl ContactStage {
         }
         // A window of three bins, so that a level on a border is not split; the lowest of equals.
         let count = |index: i64| counts.get(&index).copied().unwrap_or(0);
-        let best = counts.keys().max_by_key(|&&index| {
-            (count(index - 1) + 2 * count(index) + count(index + 1), std::cmp::Reverse(index))
-        });
+        let best = counts
+            .keys()
+            .max_by_key(|&&index| (count(index - 1) + 2 * count(index) + count(index + 1), std::cmp::Reverse(index)));
         best.map_or(lowest, |&index| lowest + index as f64 * bin)
     }
 

@@ -135,9 +135,8 @@ impl FloorStage {
     fn level(&self, foot: usize, rows: &[Clearance], work: &Work<'_>) -> f64 {
         let of_foot = &self.feet[foot];
         let (end, ball) = (work.contacts.find(of_foot.limb, Part::End), work.contacts.find(of_foot.limb, Part::Ball));
-        let flat = |frame: usize| {
-            end.is_some_and(|end| end.touches[frame]) && ball.is_none_or(|ball| ball.touches[frame])
-        };
+        let flat =
+            |frame: usize| end.is_some_and(|end| end.touches[frame]) && ball.is_none_or(|ball| ball.touches[frame]);
         let clearances = rows.iter().skip(foot).step_by(self.feet.len()).enumerate();
         median(clearances.filter(|(frame, _)| flat(*frame)).map(|(_, clearance)| clearance.source).collect())
             .unwrap_or(0.0)
@@ -154,7 +153,8 @@ impl FloorStage {
         let width = self.feet.len().max(1);
         let mut known: Vec<(usize, f64)> = Vec::new();
         for (frame, row) in rows.chunks_exact(width).enumerate() {
-            let carrying = row.iter().enumerate().filter(|(foot, _)| work.contacts.touches(self.feet[*foot].limb, frame));
+            let carrying =
+                row.iter().enumerate().filter(|(foot, _)| work.contacts.touches(self.feet[*foot].limb, frame));
             let lifts = carrying.map(|(foot, clearance)| correction(foot, clearance).0);
             known.extend(lifts.min_by(|first, second| first.abs().total_cmp(&second.abs())).map(|lift| (frame, lift)));
         }
@@ -168,7 +168,8 @@ impl FloorStage {
             let after = known.get(next).unwrap_or(last);
             let before = next.checked_sub(1).map_or(first, |before| &known[before]);
             let span = work.times[after.0] - work.times[before.0];
-            let share = if span > 0.0 { ((work.times[frame] - work.times[before.0]) / span).clamp(0.0, 1.0) } else { 1.0 };
+            let share =
+                if span > 0.0 { ((work.times[frame] - work.times[before.0]) / span).clamp(0.0, 1.0) } else { 1.0 };
             shifts.push(DVec3::X * (before.1 + (after.1 - before.1) * share));
         }
         smoothed(&shifts, work.times, SHIFT_SECONDS).into_iter().map(|shift| shift.x).collect()

@@ -87,6 +87,8 @@ fn pole_angle(source: [DVec3; 3], target: [DVec3; 3]) -> f64 {
         let off = bent - line * bent.dot(line);
         (off.length() > LEAST_REST_BEND / 2.0 * bent.length()).then_some((line, off))
     };
-    let (Some((source_line, source_pole)), Some((line, target_pole))) = (pole(source), pole(target)) else { return 0.0 };
+    let (Some((source_line, source_pole)), Some((line, target_pole))) = (pole(source), pole(target)) else {
+        return 0.0;
+    };
     signed_angle(arc(source_line, line, source_pole) * source_pole, target_pole, line)
 }

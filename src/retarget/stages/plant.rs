@@ -207,7 +207,8 @@ fn fade(corrections: &mut [Correction], times: &[f64], before: Option<usize>, af
     for frame in from..to {
         let since = before.map(|last| times[frame] - times[last]);
         let until = after.map(|first| times[first] - times[frame]);
-        let share = |time: Option<f64>| time.map_or(0.0, |time| if seconds > 0.0 { smooth(1.0 - time / seconds) } else { 0.0 });
+        let share =
+            |time: Option<f64>| time.map_or(0.0, |time| if seconds > 0.0 { smooth(1.0 - time / seconds) } else { 0.0 });
         let hold = share(since).max(share(until));
         let offset = match (gap, since) {
             (Some(gap), Some(since)) if gap < 2.0 * seconds => left.offset.lerp(next.offset, smooth(since / gap)),

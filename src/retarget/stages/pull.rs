@@ -72,10 +72,14 @@ impl PullStage {
     /// Adds what makes held feet reachable, smooth over time.
     fn pull(&self, moves: &mut [DVec3], work: &Work<'_>) -> Result<(), Canceled> {
         let needed = |moves: &[DVec3]| {
-            work.rows(1, || self.posing.pose(), |pose, frame, row: &mut [DVec3]| {
-                self.posing.fill(pose, &work.target, frame);
-                row[0] = self.least_move(work, pose, frame, moves[frame]);
-            })
+            work.rows(
+                1,
+                || self.posing.pose(),
+                |pose, frame, row: &mut [DVec3]| {
+                    self.posing.fill(pose, &work.target, frame);
+                    row[0] = self.least_move(work, pose, frame, moves[frame]);
+                },
+            )
         };
         let add = |moves: &mut [DVec3], more: &[DVec3]| {
             moves.iter_mut().zip(more).for_each(|(moved, more)| *moved += *more);

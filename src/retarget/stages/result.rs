@@ -55,10 +55,17 @@ pub(super) fn tell(work: &Work<'_>, limbs: &[&str], metres_per_unit: f64) -> (Ve
     let mut contacts = BTreeMap::new();
     for point in &work.contacts.points {
         let seconds = runs(&point.touches).into_iter().map(|(first, last)| [times[first], times[last]]).collect();
-        contacts.insert(point.name, ContactTrack { point: point.name.to_owned(), seconds, touches: point.touches.clone() });
+        contacts
+            .insert(point.name, ContactTrack { point: point.name.to_owned(), seconds, touches: point.touches.clone() });
     }
     let reach = |(index, limb): (usize, &&str)| {
-        let residuals: Vec<f64> = work.residuals.iter().skip(index).step_by(limbs.len()).map(|residual| f64::from(*residual) * metres_per_unit).collect();
+        let residuals: Vec<f64> = work
+            .residuals
+            .iter()
+            .skip(index)
+            .step_by(limbs.len())
+            .map(|residual| f64::from(*residual) * metres_per_unit)
+            .collect();
         let worst = residuals.iter().enumerate().max_by(|first, second| first.1.total_cmp(second.1))?;
         Some(LimbReach {
             limb: (*limb).to_owned(),

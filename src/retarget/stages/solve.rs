@@ -101,10 +101,7 @@ impl SolveStage {
                 rotation: local(above_middle, reach.bend * model(limb.slots.middle)),
                 translation: moved(limb.slots.middle),
             },
-            Change {
-                rotation: local(aim * reach.bend * above_end, goal.rotation),
-                translation: moved(limb.slots.end),
-            },
+            Change { rotation: local(aim * reach.bend * above_end, goal.rotation), translation: moved(limb.slots.end) },
         ];
         #[expect(clippy::cast_possible_truncation, reason = "a distance for a report")]
         let residual = reach.end.distance(goal.position) as f32;

@@ -73,7 +73,8 @@ impl TwoBone {
     /// The normal of the limb's plane, on the hinge's side; the hinge itself where the limb is nearly straight.
     fn bend_axis(&self, upper: DVec3, lower: DVec3) -> DVec3 {
         let direction = upper.normalize_or_zero();
-        let hinge = (self.hinge - direction * self.hinge.dot(direction)).normalize_or(direction.any_orthonormal_vector());
+        let hinge =
+            (self.hinge - direction * self.hinge.dot(direction)).normalize_or(direction.any_orthonormal_vector());
         let normal = upper.cross(lower) / (upper.length() * lower.length());
         let sine = normal.length();
         let normal = if normal.dot(hinge) < 0.0 { -normal } else { normal };

@@ -55,6 +55,9 @@ pub(super) struct Changed {
     pub(super) moves: bool,
 }
 
+/// The new tracks of a joint, where it gets some.
+type NewTracks = (Option<Track<Quat>>, Option<Track<Vec3>>);
+
 /// What a joint changes to.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Change {
@@ -93,7 +96,7 @@ impl Work<'_> {
     pub(super) fn write(&mut self, changed: &[Changed], rows: &[Change]) {
         let width = changed.len();
         let column = |index: usize| rows.iter().skip(index).step_by(width);
-        let tracks: Vec<(Option<Track<Quat>>, Option<Track<Vec3>>)> = changed
+        let tracks: Vec<NewTracks> = changed
             .par_iter()
             .enumerate()
             .map(|(index, changed)| {

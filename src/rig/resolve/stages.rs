@@ -78,7 +78,8 @@ impl Context<'_> {
     }
 
     fn masked_limbs(&self, scope: &Scope, defaults: Defaults, fields: &mut Vec<SpecField>) -> Vec<usize> {
-        let names = |limb: &Limb| [limb.name()].into_iter().chain(limb.contact_points()).filter(|name| !name.is_empty());
+        let names =
+            |limb: &Limb| [limb.name()].into_iter().chain(limb.contact_points()).filter(|name| !name.is_empty());
         let known: Vec<&str> = Limb::ALL.iter().flat_map(names).collect();
         for (position, name) in scope.mask.iter().flatten().enumerate() {
             if !known.contains(&name.as_str()) {
@@ -130,7 +131,9 @@ fn limb_joints(limb: Limb, side: &Rig<'_>, unit: f64) -> Option<LimbJoints> {
     let ball = beyond.filter(|ball| limb.is_leg() && skeleton.is_ancestor_or_self(end, *ball));
     let tip = ball.and_then(|ball| {
         let below = (ball + 1..skeleton.len()).filter(|&joint| skeleton.is_ancestor_or_self(ball, joint));
-        below.max_by(|first, second| place(*first).distance(place(ball)).total_cmp(&place(*second).distance(place(ball))))
+        below.max_by(|first, second| {
+            place(*first).distance(place(ball)).total_cmp(&place(*second).distance(place(ball)))
+        })
     });
     let is_limb = is_chained && has_length(start, middle) && has_length(middle, end);
     let sole = side.role("pelvis").first().filter(|_| limb.is_leg()).map(|&pelvis| {

@@ -32,7 +32,8 @@ const MOST_PENETRATION: f64 = 0.005;
 const MOST_JERK: f64 = 1.15;
 
 const FK_ONLY: &str = r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#;
-const STACK: &str = r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}, {"op": "contacts"}, {"op": "ik"}, {"op": "plant"}, {"op": "floor"}]}"#;
+const STACK: &str =
+    r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}, {"op": "contacts"}, {"op": "ik"}, {"op": "plant"}, {"op": "floor"}]}"#;
 
 #[test]
 fn feet_of_other_legs() {
@@ -88,7 +89,9 @@ fn with_legs(scene: &Scene, factor: f64, with_feet: bool) -> Skeleton {
     }
     let feet: Vec<usize> = (0..skeleton.len())
         .filter(|&joint| {
-            ["left_foot", "right_foot"].iter().any(|&foot| role(foot) != joint && skeleton.is_ancestor_or_self(role(foot), joint))
+            ["left_foot", "right_foot"]
+                .iter()
+                .any(|&foot| role(foot) != joint && skeleton.is_ancestor_or_self(role(foot), joint))
         })
         .collect();
     let pelvis = role("pelvis");
@@ -144,7 +147,8 @@ impl Feet {
         let stack = parse_spec(STACK.as_bytes()).expect("a spec");
         let Resolved { mapping: with_ground, .. } =
             resolve(&stack, &source_rig, &target_rig, clip, &mut reporter).expect("a mapping");
-        let Resolved { mapping, .. } = resolve(&spec, &source_rig, &target_rig, clip, &mut reporter).expect("a mapping");
+        let Resolved { mapping, .. } =
+            resolve(&spec, &source_rig, &target_rig, clip, &mut reporter).expect("a mapping");
         let stack = Stack::new(source_rig.skeleton(), target_rig.skeleton(), &mapping);
         let result = stack.run(clip, &Control::new()).expect("a result").clip;
         let legs = with_ground.stages.limbs.iter().filter(|pair| pair.limb.is_leg());
@@ -154,7 +158,8 @@ impl Feet {
     }
 
     fn of(legs: &[Leg], times: &[f64]) -> Self {
-        let (mut worst, mut slides, mut depths, mut own_depths) = ((f64::MIN, 0.0, 0.0), Vec::new(), Vec::new(), Vec::new());
+        let (mut worst, mut slides, mut depths, mut own_depths) =
+            ((f64::MIN, 0.0, 0.0), Vec::new(), Vec::new(), Vec::new());
         let (mut jerk, mut own_jerk, mut flips) = (0.0, 0.0, 0);
         for leg in legs {
             for point in 0..leg.source.points.len() {
@@ -192,7 +197,11 @@ impl Feet {
     fn problems(&self) -> Vec<String> {
         let mut problems = Vec::new();
         if self.slide > MOST_SLIDE.max(self.source_slide * 1.02) {
-            problems.push(format!("slides by {:.2} cm, the source by {:.2}", self.slide * 100.0, self.source_slide * 100.0));
+            problems.push(format!(
+                "slides by {:.2} cm, the source by {:.2}",
+                self.slide * 100.0,
+                self.source_slide * 100.0
+            ));
         }
         if self.penetration > MOST_PENETRATION {
             problems.push(format!("sinks by {:.2} cm", self.penetration * 100.0));

@@ -101,7 +101,8 @@ fn degenerate_limbs_stay_finite() {
     ];
     for case in cases {
         let reach = case.solve();
-        let finite = reach.bend.is_finite() && reach.aim.is_finite() && reach.end.is_finite() && reach.stretch.is_finite();
+        let finite =
+            reach.bend.is_finite() && reach.aim.is_finite() && reach.end.is_finite() && reach.stretch.is_finite();
         assert!(finite, "{case:?}: {reach:?}");
     }
 }
