@@ -22,8 +22,8 @@ use super::{
     work::Changed,
 };
 
-/// Soles whose parts differ by less than this share of the leg are of one kind.
-const ALIKE: f64 = 1e-3;
+/// Feet whose parts differ by less than this share of the largest are of one shape.
+const ALIKE: f64 = 1e-2;
 
 impl Stack {
     /// Compiles a mapping. The skeletons are those that the mapping's indices are about.
@@ -199,7 +199,6 @@ impl Compiler<'_> {
         let foot = |&limb: &usize| {
             let pair = self.limb(limb);
             let (source_sole, target_sole) = (pair.source.sole?, pair.target.sole?);
-            let rest = self.rest(limb);
             Some(FloorFoot {
                 limb,
                 source: FootSlots {
@@ -212,7 +211,7 @@ impl Compiler<'_> {
                     ball: pair.target.ball.map(|ball| target.slot(ball)),
                 },
                 target_sole,
-                is_alike: is_alike(&source_sole, &target_sole, &rest),
+                size_ratio: size_ratio(&source_sole, &target_sole),
             })
         };
         let (source_leg, target_leg) = self.legs();
@@ -285,13 +284,18 @@ impl Compiler<'_> {
     }
 }
 
-/// Whether two soles are of one shape, up to the size of the legs.
-fn is_alike(source: &Sole, target: &Sole, rest: &LimbRest) -> bool {
+/// Size of the target's foot over the source's, where both are of one shape.
+fn size_ratio(source: &Sole, target: &Sole) -> Option<f64> {
     let length = |bone: Option<DVec3>| bone.map(DVec3::length);
     let parts =
-        |sole: &Sole| [Some(sole.heel), sole.ball, sole.tip, length(sole.end_to_ball), length(sole.ball_to_tip)];
-    parts(source).into_iter().zip(parts(target)).all(|parts| match parts {
-        (Some(source), Some(target)) => (source * rest.length_ratio - target).abs() < ALIKE * rest.length,
+        |sole: &Sole| [length(sole.end_to_ball), Some(sole.heel), sole.ball, sole.tip, length(sole.ball_to_tip)];
+    let (source, target) = (parts(source), parts(target));
+    let largest = |parts: &[Option<f64>]| parts.iter().flatten().fold(0.0, |most: f64, part| most.max(part.abs()));
+    let (source_size, target_size) = (largest(&source), largest(&target));
+    let ratio = target_size / source_size;
+    let is_same = |(source, target): (Option<f64>, Option<f64>)| match (source, target) {
+        (Some(source), Some(target)) => (source * ratio - target).abs() < ALIKE * target_size,
         (source, target) => source.is_none() == target.is_none(),
-    })
+    };
+    (source_size > 0.0 && source.into_iter().zip(target).all(is_same)).then_some(ratio)
 }

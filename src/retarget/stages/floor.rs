@@ -45,8 +45,9 @@ pub(super) struct FloorFoot {
     pub(super) source_sole: Sole,
     pub(super) target: FootSlots,
     pub(super) target_sole: Sole,
-    /// Whether the target's sole is the source's but for its size.
-    pub(super) is_alike: bool,
+    /// The target's foot over the source's, where they differ in nothing but size. Such a foot stands as the source's stands, even
+    /// where that hovers by the measure of its rest pose.
+    pub(super) size_ratio: Option<f64>,
 }
 
 /// Slots of a foot in a posing.
@@ -94,12 +95,18 @@ impl FloorStage {
         let scale = self.ground.up.dot(self.ground.travel * self.ground.up);
         // Both what a foot is moved and how much the floor counts for it.
         let correction = |foot: usize, clearance: &Clearance| {
-            // Hovering is taken off, but what touches without that is not pressed into the floor.
-            let above = if self.op.adaptive && !self.feet[foot].is_alike { levels[foot] } else { 0.0 };
-            let height = (clearance.source - above).max(clearance.source.min(0.0));
-            let metres = (clearance.source - levels[foot]) / self.source_leg;
+            let level = levels[foot];
+            let wanted = match self.feet[foot].size_ratio {
+                Some(ratio) => scale * (clearance.source - level) + ratio * level,
+                None if self.op.adaptive => {
+                    // Hovering is taken off, but what touches without that is not pressed into the floor.
+                    scale * (clearance.source - level).max(clearance.source.min(0.0))
+                }
+                None => scale * clearance.source,
+            };
+            let metres = (clearance.source - level) / self.source_leg;
             let far = (metres - self.op.falloff_height) / self.op.falloff_distance.max(f64::MIN_POSITIVE);
-            (scale * height - clearance.target, 1.0 - smooth(far))
+            (wanted - clearance.target, 1.0 - smooth(far))
         };
         let shifts = if self.op.shift_pelvis { self.shifts(&rows, work, correction) } else { vec![0.0; rows.len()] };
         work.pelvis_moves.resize(work.frame_count(), DVec3::ZERO);

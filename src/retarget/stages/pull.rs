@@ -16,7 +16,9 @@ use super::{
 /// Rounds of projecting onto what each leg reaches.
 const ROUNDS: usize = 8;
 /// Standard deviation of the smoothing over time.
-const SMOOTHING_SECONDS: f64 = 0.08;
+const SMOOTHING_SECONDS: f64 = 0.12;
+/// Rounds of smoothing.
+const SMOOTH_ROUNDS: usize = 4;
 /// Feet that are held by less than this do not pull.
 const LEAST_HOLD: f64 = 0.5;
 
@@ -84,14 +86,15 @@ impl PullStage {
         let add = |moves: &mut [DVec3], more: &[DVec3]| {
             moves.iter_mut().zip(more).for_each(|(moved, more)| *moved += *more);
         };
-        let first = needed(moves)?;
-        if first.iter().all(|needed| *needed == DVec3::ZERO) {
-            return Ok(());
+        // Smoothing takes the tips off, so what is still missing is added again, as smoothly. The little that is left after all
+        // rounds is left to the legs: a jolt of the whole body is worse.
+        for _ in 0..SMOOTH_ROUNDS {
+            let missing = needed(moves)?;
+            if missing.iter().all(|missing| *missing == DVec3::ZERO) {
+                break;
+            }
+            add(moves, &smoothed(&missing, work.times, SMOOTHING_SECONDS));
         }
-        add(moves, &smoothed(&first, work.times, SMOOTHING_SECONDS));
-        // Smoothing takes the tips off; what is still missing afterwards is small.
-        let second = needed(moves)?;
-        add(moves, &second);
         Ok(())
     }
 

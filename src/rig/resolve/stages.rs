@@ -22,7 +22,9 @@ pub(super) fn resolve_stages(
     mapping: &Mapping,
     reporter: &mut Reporter,
 ) -> Result<Stages, SpecError> {
-    let limbs: Vec<LimbPair> = Limb::ALL.into_iter().filter_map(|limb| find_limb(limb, source, target)).collect();
+    let mut limbs: Vec<LimbPair> = Limb::ALL.into_iter().filter_map(|limb| find_limb(limb, source, target)).collect();
+    share_soles(&mut limbs, |pair| &mut pair.source);
+    share_soles(&mut limbs, |pair| &mut pair.target);
     let mut staged = Vec::new();
     let mut fields = Vec::new();
     for (index, op) in ops.iter().enumerate() {
@@ -151,6 +153,18 @@ fn limb_joints(limb: Limb, side: &Rig<'_>, unit: f64) -> Option<LimbJoints> {
         }
     });
     is_limb.then_some(LimbJoints { start, middle, end, ball, tip, sole })
+}
+
+/// Both feet have the sole of the one that stands: a rest pose may be a frame of a walk.
+fn share_soles(limbs: &mut [LimbPair], side: impl Fn(&mut LimbPair) -> &mut LimbJoints) {
+    let soles: Vec<Sole> = limbs.iter_mut().filter_map(|pair| side(pair).sole).collect();
+    let least = |part: fn(&Sole) -> Option<f64>| soles.iter().filter_map(part).reduce(f64::min);
+    let (heel, ball, tip) = (least(|sole| Some(sole.heel)), least(|sole| sole.ball), least(|sole| sole.tip));
+    for sole in limbs.iter_mut().filter_map(|pair| side(pair).sole.as_mut()) {
+        sole.heel = heel.unwrap_or(sole.heel);
+        sole.ball = sole.ball.and(ball);
+        sole.tip = sole.tip.and(tip);
+    }
 }
 
 fn ground(source: &Rig<'_>, target: &Rig<'_>, clip: &Clip, mapping: &Mapping) -> Ground {
