@@ -73,7 +73,9 @@ pub fn measure(
     let looked_at: Vec<usize> = (0..frames).step_by(step).collect();
     let mut angles: Vec<Vec<f64>> = vec![Vec::with_capacity(looked_at.len()); limbs.len()];
     let mut bone_length_drift: f64 = 0.0;
-    let driven = mapping.driven();
+    // Joints that ride another joint than their parent stay as far from that one as they were, not from their parent.
+    let mut driven = mapping.driven();
+    mapping.rides.iter().for_each(|ride| driven[ride.joint] = false);
     for &frame in &looked_at {
         let source_pose = source_clip.local_pose(source.skeleton(), frame).to_model(source.skeleton());
         let local = result.local_pose(target.skeleton(), frame);

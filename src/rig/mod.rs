@@ -3,6 +3,7 @@
 //! Knows skeletons and poses; knows no file format and no frame loop.
 
 mod align;
+mod anatomy;
 mod auto_map;
 mod error;
 mod floor;
@@ -21,7 +22,7 @@ mod understand;
 mod unknown_fields;
 
 pub use error::{SpecError, SpecErrorKind, SpecField};
-pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition};
+pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride};
 pub use parse::{parse_spec, parse_value};
 pub use recognition::{
     BodyFrame, Hints, Part, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,

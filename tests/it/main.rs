@@ -15,3 +15,4 @@ mod parity;
 mod quality;
 mod readme;
 mod rig_recognition;
+mod skin_points;

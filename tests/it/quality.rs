@@ -2,7 +2,8 @@
 
 mod determinism;
 mod feet;
-mod figure;
+pub(crate) mod figure;
 mod invariance;
+mod matrix;
 mod onto_itself;
 mod pairs;
