@@ -10,7 +10,7 @@ use crate::{
 use super::{
     contacts::Part,
     posing::{Pose, Posing},
-    temporal::{median, smoothed},
+    temporal::{median, runs, smoothed},
     two_bone::smooth,
     work::Work,
 };
@@ -18,7 +18,9 @@ use super::{
 /// Width within which points of a sole share in being the lowest, for a leg of 1 m: keeps the lowest point from jumping.
 const SHARED_METRES: f64 = 0.002;
 /// Standard deviation of the smoothing of what the pelvis follows.
-const SHIFT_SECONDS: f64 = 0.2;
+const SHIFT_SECONDS: f64 = 0.16;
+/// Seconds around a contact over which the floor begins and ceases to count.
+const HOLD_SECONDS: f64 = 0.2;
 
 /// Puts soles onto the floor.
 #[derive(Clone, Debug)]
@@ -91,24 +93,26 @@ impl FloorStage {
             }
         };
         let rows = work.rows(width, || (self.source.pose(), self.target.pose()), fill)?;
-        let levels: Vec<f64> = (0..width).map(|foot| self.level(foot, &rows, work)).collect();
+        let level = self.level(&rows, work);
         let scale = self.ground.up.dot(self.ground.travel * self.ground.up);
-        // Both what a foot is moved and how much the floor counts for it.
-        let correction = |foot: usize, clearance: &Clearance| {
-            let level = levels[foot];
-            let wanted = match self.feet[foot].size_ratio {
-                Some(ratio) => scale * (clearance.source - level) + ratio * level,
-                None if self.op.adaptive => {
-                    // Hovering is taken off, but what touches without that is not pressed into the floor.
-                    scale * (clearance.source - level).max(clearance.source.min(0.0))
-                }
-                None => scale * clearance.source,
-            };
+        // Where the target's sole should be, as a height above its floor.
+        let wanted = |foot: usize, clearance: &Clearance| match self.feet[foot].size_ratio {
+            Some(ratio) => scale * (clearance.source - level) + ratio * level,
+            // Hovering is taken off, but what touches without that is not pressed into the floor.
+            None if self.op.adaptive => scale * (clearance.source - level).max(clearance.source.min(0.0)),
+            None => scale * clearance.source,
+        };
+        let holds: Vec<Vec<f64>> = self.feet.iter().map(|foot| holds(foot.limb, work)).collect();
+        let lift = |foot: usize, frame: usize, clearance: &Clearance| {
+            let wanted = wanted(foot, clearance);
             let metres = (clearance.source - level) / self.source_leg;
             let far = (metres - self.op.falloff_height) / self.op.falloff_distance.max(f64::MIN_POSITIVE);
-            (wanted - clearance.target, 1.0 - smooth(far))
+            let weight = holds[foot][frame].max(self.op.swing * (1.0 - smooth(far)));
+            let above = wanted.min(0.0) - clearance.target;
+            (wanted - clearance.target, weight, above.max(0.0))
         };
-        let shifts = if self.op.shift_pelvis { self.shifts(&rows, work, correction) } else { vec![0.0; rows.len()] };
+        let wants = |foot: usize, clearance: &Clearance| wanted(foot, clearance) - clearance.target;
+        let shifts = if self.op.shift_pelvis { self.shifts(&rows, work, wants) } else { vec![0.0; work.frame_count()] };
         work.pelvis_moves.resize(work.frame_count(), DVec3::ZERO);
         for (frame, row) in rows.chunks_exact(width.max(1)).enumerate() {
             let alpha = self.schedule.alpha_at(frame, work.times[frame]);
@@ -116,8 +120,9 @@ impl FloorStage {
             let goals = &mut work.goals[frame * self.limb_count..(frame + 1) * self.limb_count];
             for &limb in &self.goal_limbs {
                 let foot = self.feet.iter().position(|foot| foot.limb == limb);
-                let (lift, weight) = foot.map_or((0.0, 0.0), |foot| correction(foot, &row[foot]));
-                goals[limb].position += self.ground.up * (shift + (lift * alpha - shift) * weight);
+                let (wants, weight, least) = foot.map_or((0.0, 0.0, 0.0), |foot| lift(foot, frame, &row[foot]));
+                let free = shift.max(least * alpha);
+                goals[limb].position += self.ground.up * (free + (wants * alpha - free) * weight);
             }
             work.pelvis_moves[frame] += self.ground.up * shift;
         }
@@ -137,33 +142,32 @@ impl FloorStage {
         lowest - width * sum.ln()
     }
 
-    /// The height of the source's sole in its contacts with the whole foot: 0 where the capture stands on its floor. Says
-    /// something about the capture, unless the target's sole is the same.
-    fn level(&self, foot: usize, rows: &[Clearance], work: &Work<'_>) -> f64 {
-        let of_foot = &self.feet[foot];
-        let (end, ball) = (work.contacts.find(of_foot.limb, Part::End), work.contacts.find(of_foot.limb, Part::Ball));
-        let flat =
-            |frame: usize| end.is_some_and(|end| end.touches[frame]) && ball.is_none_or(|ball| ball.touches[frame]);
-        let clearances = rows.iter().skip(foot).step_by(self.feet.len()).enumerate();
-        median(clearances.filter(|(frame, _)| flat(*frame)).map(|(_, clearance)| clearance.source).collect())
-            .unwrap_or(0.0)
+    /// The height of the source's soles in its contacts with the whole foot: 0 where the capture stands on its floor.
+    fn level(&self, rows: &[Clearance], work: &Work<'_>) -> f64 {
+        let width = self.feet.len();
+        let mut heights = Vec::new();
+        for (index, foot) in self.feet.iter().enumerate() {
+            let (end, ball) = (work.contacts.find(foot.limb, Part::End), work.contacts.find(foot.limb, Part::Ball));
+            let flat =
+                |frame: usize| end.is_some_and(|end| end.touches[frame]) && ball.is_none_or(|ball| ball.touches[frame]);
+            let of_foot = rows.iter().skip(index).step_by(width).enumerate();
+            heights.extend(of_foot.filter(|(frame, _)| flat(*frame)).map(|(_, clearance)| clearance.source));
+        }
+        median(heights).unwrap_or(0.0)
     }
 
-    /// How far the pelvis goes up or down with the feet that carry it: as far as the one that needs it least. Smooth over time, and
-    /// straight from one contact to the next.
-    fn shifts(
-        &self,
-        rows: &[Clearance],
-        work: &Work<'_>,
-        correction: impl Fn(usize, &Clearance) -> (f64, f64),
-    ) -> Vec<f64> {
+    /// How far the pelvis goes up or down with the feet that carry it: the mean of what they need. Smooth over time, and straight
+    /// from one contact to the next.
+    fn shifts(&self, rows: &[Clearance], work: &Work<'_>, wants: impl Fn(usize, &Clearance) -> f64) -> Vec<f64> {
         let width = self.feet.len().max(1);
         let mut known: Vec<(usize, f64)> = Vec::new();
         for (frame, row) in rows.chunks_exact(width).enumerate() {
             let carrying =
                 row.iter().enumerate().filter(|(foot, _)| work.contacts.touches(self.feet[*foot].limb, frame));
-            let lifts = carrying.map(|(foot, clearance)| correction(foot, clearance).0);
-            known.extend(lifts.min_by(|first, second| first.abs().total_cmp(&second.abs())).map(|lift| (frame, lift)));
+            let lifts: Vec<f64> = carrying.map(|(foot, clearance)| wants(foot, clearance)).collect();
+            if !lifts.is_empty() {
+                known.push((frame, lifts.iter().sum::<f64>() / lifts.len() as f64));
+            }
         }
         let (Some(first), Some(last)) = (known.first(), known.last()) else { return vec![0.0; work.frame_count()] };
         let mut shifts = Vec::with_capacity(work.frame_count());
@@ -181,4 +185,20 @@ impl FloorStage {
         }
         smoothed(&shifts, work.times, SHIFT_SECONDS).into_iter().map(|shift| shift.x).collect()
     }
+}
+
+/// How much the floor counts for a foot, frame by frame: fully in contacts, and less and less around them.
+fn holds(limb: usize, work: &Work<'_>) -> Vec<f64> {
+    let touches: Vec<bool> = (0..work.frame_count()).map(|frame| work.contacts.touches(limb, frame)).collect();
+    let mut holds: Vec<f64> = touches.iter().map(|touches| if *touches { 1.0 } else { 0.0 }).collect();
+    for (first, last) in runs(&touches) {
+        let near = |seconds: f64| smooth(1.0 - seconds / HOLD_SECONDS);
+        for frame in (0..first).rev().take_while(|&frame| work.times[first] - work.times[frame] < HOLD_SECONDS) {
+            holds[frame] = holds[frame].max(near(work.times[first] - work.times[frame]));
+        }
+        for frame in (last + 1..holds.len()).take_while(|&frame| work.times[frame] - work.times[last] < HOLD_SECONDS) {
+            holds[frame] = holds[frame].max(near(work.times[frame] - work.times[last]));
+        }
+    }
+    holds
 }

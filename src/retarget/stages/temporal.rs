@@ -8,7 +8,8 @@ pub(super) fn smoothed(values: &[DVec3], times: &[f64], deviation_seconds: f64) 
     if deviation_seconds <= 0.0 {
         return values.to_vec();
     }
-    let reach = 3.0 * deviation_seconds;
+    // A little more, so that rounding of the times does not decide on which side a frame is left out.
+    let reach = 3.0 * deviation_seconds * (1.0 + 1e-6);
     let (mut first, mut after) = (0, 0);
     let mut result = Vec::with_capacity(values.len());
     for &time in times {

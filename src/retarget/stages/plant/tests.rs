@@ -1,3 +1,5 @@
+//! Feet are held, rolled and let go.
+
 use glam::DQuat;
 
 use crate::model::{Skeleton, Transform};

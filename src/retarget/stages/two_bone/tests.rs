@@ -1,3 +1,5 @@
+//! Limbs get where they can, and stay finite where they cannot.
+
 use super::*;
 
 /// A leg that hangs down and is bent by that many degrees at the knee, forward.

@@ -5,11 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use super::Scope;
 
-/// Keeps the soles of the target as far above its floor as the source's soles are above theirs, times the pelvis scale.
+/// Puts the soles of the target as far above its floor as the source's soles are above theirs, times the pelvis scale, while the
+/// source's touch; at all other times they are only kept out of the floor.
 ///
-/// At rest the floor is some way below ankle, ball and toes; the joint that comes nearest to it, by that measure, counts. Full strength up to
-/// `falloff_height` of the source's sole, none from `falloff_height + falloff_distance` on, smooth between. Mask: `left_leg`,
-/// `right_leg`; default: both.
+/// At rest the floor is some way below ankle, ball and toes; the joint that comes nearest to it, by that measure, counts. Needs a
+/// `contacts` op before it; without one soles are only kept out of the floor. Mask: `left_leg`, `right_leg`; default: both.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 #[schemars(deny_unknown_fields)]
@@ -17,7 +17,11 @@ pub struct FloorOp {
     /// When and on which limbs it works.
     #[serde(flatten)]
     pub scope: Scope,
-    /// Metres of the source up to which the floor counts fully, at a leg of 1 m. 0 to 10.
+    /// How much soles follow the height of the source's between contacts too: 0 to 1. Below `falloff_height` only, and less and
+    /// less above it.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub swing: f64,
+    /// Metres of the source up to which `swing` counts fully, at a leg of 1 m. 0 to 10.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub falloff_height: f64,
     /// Metres over which it ceases to count. 0 to 10.
@@ -26,7 +30,7 @@ pub struct FloorOp {
     /// Whether soles that hover or sink in all contacts of the source are taken to stand on the floor, when the target's feet are
     /// not the source's: captures are often off by the thickness of shoes.
     pub adaptive: bool,
-    /// Whether the pelvis is moved up or down by the mean correction of all contacts, so that legs keep their bend.
+    /// Whether the pelvis is moved up and down with the feet that carry it, so that legs keep their bend.
     pub shift_pelvis: bool,
 }
 
@@ -34,6 +38,7 @@ impl Default for FloorOp {
     fn default() -> Self {
         Self {
             scope: Scope::default(),
+            swing: 0.0,
             falloff_height: 0.08,
             falloff_distance: 0.2,
             adaptive: true,
