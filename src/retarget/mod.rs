@@ -10,7 +10,7 @@ mod run;
 mod stages;
 mod workspace;
 
-pub use measure::{LimbDirection, Measures, measure};
+pub use measure::{ContactMeasure, Curves, LimbDirection, Measures, Metric, SidePair, Verdict, Worst, measure};
 pub use plan::Plan;
 pub use run::{RunError, run};
 pub use stages::{ContactTrack, LimbReach, Stack, StackResult};

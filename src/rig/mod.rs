@@ -22,19 +22,22 @@ mod understand;
 mod unknown_fields;
 
 pub use error::{SpecError, SpecErrorKind, SpecField};
+pub use floor::standing_floor;
 pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride};
 pub use parse::{parse_spec, parse_value};
 pub use recognition::{
-    BodyFrame, Hints, Part, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
-    body_frame, builtin_templates, parse_template, recognise, report_doubts, rest_pose_kind, template_schema,
+    BodyFrame, Hints, Part, Prop, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
+    TwistHelper, body_frame, builtin_templates, parse_template, recognise, report_doubts, rest_pose_kind,
+    template_schema,
 };
 pub use resolve::{Resolved, resolve};
 pub use rest::{RestSource, scene_rest};
 pub use spec::{
     Align, Alpha, AutoWord, Carry, ChainMap, ClipChoice, ContactFloor, ContactFloorRule, ContactsOp, FkOp, FloorOp,
-    HeightRule, IkGoal, IkOp, IncludeSpec, OneOrMany, Op, OutputChoice, OutputSpec, PelvisOp, PelvisScale,
-    PelvisScaleRule, PlantMode, PlantOp, ReportDetail, RestFrame, RestRule, RestSpec, RetargetSpec, RigSpec,
-    RotationMode, ScaleOrigin, Scope, TargetClipsSpec, TranslationMode, UnitSpec, spec_schema,
+    HeightRule, IkGoal, IkOp, IncludeSpec, MetricInfo, MetricName, OneOrMany, Op, OutputChoice, OutputSpec, PelvisOp,
+    PelvisScale, PelvisScaleRule, PlantMode, PlantOp, ReportChoice, ReportDetail, ReportSpec, RestFrame, RestRule,
+    RestSpec, RetargetSpec, RigSpec, RotationMode, ScaleOrigin, Scope, TargetClipsSpec, Threshold, TranslationMode,
+    UnitSpec, spec_schema,
 };
 pub use stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, StagedKind, StagedOp, Stages};
 pub use standing::with_standing_rest;

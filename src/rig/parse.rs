@@ -7,7 +7,7 @@ use super::{
     error::{SpecError, SpecErrorKind, SpecField},
     ikrig,
     ranges::out_of_ranges,
-    spec::{Op, OutputChoice, PelvisScale, RetargetSpec, UnitSpec, spec_schema},
+    spec::{Op, OutputChoice, PelvisScale, ReportChoice, RetargetSpec, Threshold, UnitSpec, spec_schema},
     unknown_fields::unknown_fields,
 };
 
@@ -111,6 +111,13 @@ fn out_of_range(spec: &RetargetSpec) -> Vec<SpecField> {
         if let Some(scope) = op.scope() {
             let detail = "keys are [seconds, alpha] in rising order of time, with alpha from 0 to 1; at least one";
             require(scope.alpha.is_valid(), format!("/ops/{index}/alpha"), detail.into());
+        }
+    }
+    if let ReportChoice::Spec(report) = &spec.report {
+        for (metric, Threshold { warn_above, fail_above }) in &report.thresholds {
+            let sane = *warn_above >= 0.0 && warn_above <= fail_above && fail_above.is_finite();
+            let detail = format!("{warn_above} and {fail_above} are no thresholds; 0 <= warn_above <= fail_above");
+            require(sane, format!("/report/thresholds/{}", metric.name()), detail);
         }
     }
     if let Some(OutputChoice::Many(outputs)) = &spec.output {

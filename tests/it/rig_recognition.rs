@@ -1,5 +1,7 @@
-//! Roles found by name on real and generated rigs.
+//! Roles found by name and by shape, on real and generated rigs.
 
+mod corpus;
 mod generated;
 mod real_files;
 mod schemes;
+mod stripped;

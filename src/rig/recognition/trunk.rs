@@ -182,7 +182,7 @@ fn find_numbered_spine(body: &Body<'_>, limbs: Limbs, spines: &[usize], findings
 }
 
 /// The top joint above the pelvis, where there is one.
-fn find_root(body: &Body<'_>, findings: &mut Findings) {
+pub(super) fn find_root(body: &Body<'_>, findings: &mut Findings) {
     let mut above = findings.first(Side::Center, Part::Pelvis).and_then(|pelvis| body.skeleton.parent(pelvis));
     let mut root = None;
     while let Some(joint) = above {

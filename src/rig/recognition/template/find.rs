@@ -188,21 +188,21 @@ impl PlainNames {
         Self { whole: names.iter().map(|name| plain(name)).collect(), bare: names.iter().map(bare).collect() }
     }
 
-    /// What is left of the names that begin with a prefix, and the first joint of each.
+    /// What is left of the names that begin with a prefix, and the first joint of each. A number may belong to the prefix
+    /// (`mixamorig7:Hips`) or to the name (`HX07`), so both ways of reading it are there.
     fn behind(&self, prefix: &str) -> BTreeMap<&str, usize> {
         let mut found = BTreeMap::new();
         for (joint, (whole, bare)) in self.whole.iter().zip(&self.bare).enumerate() {
             let rest = if prefix.is_empty() {
                 Some(bare.as_str())
             } else {
-                let strip = |name: &'_ str| {
-                    let rest = name.strip_prefix(prefix)?;
-                    Some(name.len() - rest.trim_start_matches(|character: char| character.is_ascii_digit()).len())
-                };
-                strip(whole).map(|at| &whole[at..]).or_else(|| strip(bare).map(|at| &bare[at..]))
+                whole.strip_prefix(prefix).or_else(|| bare.strip_prefix(prefix))
             };
-            if let Some(rest) = rest.filter(|rest| !rest.is_empty()) {
-                found.entry(rest).or_insert(joint);
+            let Some(rest) = rest.filter(|rest| !rest.is_empty()) else { continue };
+            found.entry(rest).or_insert(joint);
+            let unnumbered = rest.trim_start_matches(|character: char| character.is_ascii_digit());
+            if !prefix.is_empty() && !unnumbered.is_empty() {
+                found.entry(unnumbered).or_insert(joint);
             }
         }
         found
