@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::{
     formats::Limits,
     model::{Control, ModelPose, Phase, Reporter, Transform},
-    retarget::{DriverKind, JointExplanation, explain_joint},
+    retarget::{DriverKind, JointExplanation, Plan, explain_joint},
     rig::{Mapping, Op, RetargetSpec, Rig, SpecErrorKind, SpecField},
 };
 
@@ -177,7 +177,8 @@ pub fn explain_with(
     let turned = pose_of(first);
     let at = (question.frame, joint);
     let skeletons = (source.skeleton(), target.skeleton());
-    let explained = explain_joint(&first.plan, &first.mapping, skeletons, clip, at, &turned);
+    let plan = Plan::new(source.skeleton(), target.skeleton(), &first.mapping);
+    let explained = explain_joint(&plan, &first.mapping, skeletons, clip, at, &turned);
     let mut contributions = kinematic_contributions(&target, joint, explained.as_ref(), &turned);
     let mut last = turned;
     for (count, op) in later.iter().enumerate() {

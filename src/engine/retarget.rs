@@ -53,13 +53,13 @@ pub fn retarget_with(
     let (spec, tuning) = subject.settle(spec)?;
     let tune_seconds = control.seconds() - tuning_begin;
     control.enter(Phase::Retarget, clip.frame_count() as u64);
-    let Pass { mapping, resolved, plan, result, seconds: retarget_seconds } =
+    let Pass { mapping, resolved, stack, result, contacts, reaches, seconds: retarget_seconds } =
         Pass::run(&spec, &source, &target, clip, control, &mut reporter)?;
     let plan_seconds = control.seconds() - planning - retarget_seconds - tune_seconds;
 
     let measuring = control.seconds();
     let measures = (spec.report.detail() != ReportDetail::None)
-        .then(|| measure(&mapping, &source, &target, clip, &result, &spec.report));
+        .then(|| measure(&mapping, &source, &target, clip, &result, &spec.report, &reaches));
     let measure_seconds = control.seconds() - measuring;
 
     let writing = control.seconds();
@@ -68,7 +68,7 @@ pub fn retarget_with(
         frames: result.frame_count(),
         source_joints: joint_count(&files.source.scene),
         target_joints: joint_count(&files.target.scene),
-        driven_joints: plan.driven_joint_count(),
+        driven_joints: stack.driven_joint_count(),
     };
     let rigs = Rigs { source: facts(&source, files.source.format), target: facts(&target, files.target.format) };
     let resolved_spec = serde_json::to_value(&resolved)
@@ -90,7 +90,7 @@ pub fn retarget_with(
         write_seconds: control.seconds() - writing,
         total_seconds: control.seconds() - begin,
     };
-    let report = Report { timings, counts, warnings, rigs, tuning, measures };
+    let report = Report { timings, counts, warnings, rigs, contacts, reaches, tuning, measures };
     Ok(Outcome { outputs, report, resolved_spec })
 }
 

@@ -4,7 +4,10 @@ use glam::DQuat;
 
 use crate::model::{LocalPose, ModelPose, Transform};
 
-use super::spec::{Carry, RotationMode, TranslationMode};
+use super::{
+    spec::{Carry, RotationMode, TranslationMode},
+    stages::Stages,
+};
 
 /// Everything that the plan needs to know about two rigs. All indices are in range of the two skeletons.
 #[derive(Clone, Debug)]
@@ -30,6 +33,8 @@ pub struct Mapping {
     pub rides: Vec<Ride>,
     /// Target pelvis height over source pelvis height, both in target units; what `globally_scaled` multiplies by.
     pub global_scale: f64,
+    /// What is done with the result of forward kinematics.
+    pub stages: Stages,
 }
 
 /// A target joint that the body carries where the file's hierarchy does not: a thigh below the armature rides the pelvis.

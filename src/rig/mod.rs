@@ -13,10 +13,12 @@ mod ikrig;
 mod mapping;
 mod nearest;
 mod parse;
+mod ranges;
 mod recognition;
 mod resolve;
 mod rest;
 mod spec;
+mod stages;
 mod standing;
 mod understand;
 mod unknown_fields;
@@ -34,10 +36,12 @@ pub use recognition::{
 pub use resolve::{Resolved, resolve};
 pub use rest::{RestSource, scene_rest};
 pub use spec::{
-    Align, AutoWord, Carry, ChainMap, ClipChoice, FkOp, HeightRule, IncludeSpec, MetricInfo, MetricName, OneOrMany, Op,
-    OutputChoice, OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, ReportChoice, ReportDetail, ReportSpec,
-    RestFrame, RestRule, RestSpec, RetargetSpec, RigSpec, RotationMode, ScaleOrigin, TargetClipsSpec, Threshold,
-    TranslationMode, TuneChoice, TuneParameter, TuneSpec, UnitSpec, spec_schema,
+    Align, Alpha, AutoWord, Carry, ChainMap, ClipChoice, ContactFloor, ContactFloorRule, ContactsOp, FkOp, FloorOp,
+    HeightRule, IkGoal, IkOp, IncludeSpec, MetricInfo, MetricName, OneOrMany, Op, OutputChoice, OutputSpec, PelvisOp,
+    PelvisScale, PelvisScaleRule, PlantMode, PlantOp, ReportChoice, ReportDetail, ReportSpec, RestFrame, RestRule,
+    RestSpec, RetargetSpec, RigSpec, RotationMode, ScaleOrigin, Scope, TargetClipsSpec, Threshold, TranslationMode,
+    TuneChoice, TuneParameter, TuneSpec, UnitSpec, spec_schema,
 };
+pub use stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, StagedKind, StagedOp, Stages};
 pub use standing::with_standing_rest;
 pub use understand::{Rig, find_clip};

@@ -5,6 +5,7 @@ mod fk;
 mod notes;
 mod pairs;
 mod pelvis;
+mod stages;
 
 use glam::DVec3;
 
@@ -16,6 +17,7 @@ use self::{
     notes::{check_kinds, report_idle_limbs, report_rigs},
     pairs::find_pairs,
     pelvis::{resolve_pelvis, resolve_top},
+    stages::resolve_stages,
 };
 use super::{
     align::align,
@@ -23,6 +25,7 @@ use super::{
     error::{SpecError, SpecErrorKind},
     mapping::Mapping,
     spec::{Align, Carry, FkOp, Op, PelvisOp, RetargetSpec},
+    stages::Stages,
     understand::Rig,
 };
 
@@ -72,6 +75,7 @@ pub fn resolve(
         chains: Vec::new(),
         rides: Vec::new(),
         global_scale: 1.0,
+        stages: Stages::default(),
     };
     let mut fields = Vec::new();
     for (index, op) in ops.iter().enumerate() {
@@ -84,12 +88,14 @@ pub fn resolve(
                 let chains = resolve_fk(op, index, spec, pairs, source, target, &mut fields);
                 mapping.chains.extend(chains);
             }
+            _ => {}
         }
     }
     if let Some(error) = SpecError::from_fields(fields) {
         return Err(error);
     }
     order_chains(&mut mapping.chains);
+    mapping.stages = resolve_stages(&ops, source, target, clip, &mapping, reporter)?;
     if mapping.pelvis.is_none() && mapping.chains.is_empty() {
         return Err(nothing_to_map(source, target));
     }
