@@ -36,11 +36,11 @@ pub use recognition::{
 pub use resolve::{Resolved, resolve};
 pub use rest::{RestSource, scene_rest};
 pub use spec::{
-    Align, Alpha, AutoWord, Carry, ChainMap, ClipChoice, ContactFloor, ContactFloorRule, ContactsOp, FkOp, FloorOp,
-    HeightRule, IkGoal, IkOp, IncludeSpec, MetricInfo, MetricName, OneOrMany, Op, OutputChoice, OutputSpec, PelvisOp,
-    PelvisScale, PelvisScaleRule, PlantMode, PlantOp, ReportChoice, ReportDetail, ReportSpec, RestFrame, RestRule,
-    RestSpec, RetargetSpec, RigSpec, RotationMode, ScaleOrigin, Scope, TargetClipsSpec, Threshold, TranslationMode,
-    TuneChoice, TuneParameter, TuneSpec, UnitSpec, spec_schema,
+    Align, Alpha, AutoWord, Carry, ChainMap, ClipChoice, ContactFloor, ContactFloorRule, ContactsOp, FilterKind,
+    FilterOp, FkOp, FloorOp, HeightRule, IkGoal, IkOp, IncludeSpec, MetricInfo, MetricName, OneOrMany, Op,
+    OutputChoice, OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, PlantMode, PlantOp, ReportChoice, ReportDetail,
+    ReportSpec, RestFrame, RestRule, RestSpec, RetargetSpec, RigSpec, RotationMode, ScaleOrigin, Scope,
+    TargetClipsSpec, Threshold, TranslationMode, TuneChoice, TuneParameter, TuneSpec, UnitSpec, spec_schema,
 };
 pub use stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, StagedKind, StagedOp, Stages};
 pub use standing::with_standing_rest;

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::spec::{ContactsOp, FloorOp, IkOp, PlantOp};
+use super::spec::{ContactsOp, FilterOp, FloorOp, IkOp, PlantOp};
 
 /// The stages and what they share.
 #[derive(Clone, Debug, Default)]
@@ -185,4 +185,6 @@ pub enum StagedKind {
     Plant(PlantOp),
     /// Puts soles onto the floor.
     Floor(FloorOp),
+    /// Filters the rotations of these target joints.
+    Filter(FilterOp, Vec<usize>),
 }

@@ -12,6 +12,7 @@ use crate::{
 use super::{
     Plan, Stack, Stage,
     contacts::ContactStage,
+    filter::FilterStage,
     floor::{FloorFoot, FloorStage, FootSlots},
     goals::{GoalLimb, GoalStage},
     limbs::{LimbRest, LimbSlots},
@@ -88,6 +89,11 @@ impl Compiler<'_> {
                 if plant.pull_pelvis {
                     self.pull = Some((true, plant.sideways_cost));
                 }
+            }
+            StagedKind::Filter(filter, joints) => {
+                self.close();
+                let stage = FilterStage { op: filter.clone(), schedule: op.schedule.clone(), joints: joints.clone() };
+                self.stages.push(Stage::Filter(stage));
             }
             StagedKind::Floor(floor) => {
                 self.need_goals(&op.limbs);

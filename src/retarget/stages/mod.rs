@@ -7,6 +7,7 @@
 
 mod compile;
 mod contacts;
+mod filter;
 mod floor;
 mod goals;
 mod limbs;
@@ -26,6 +27,7 @@ use crate::model::{Canceled, Clip, Control};
 
 use self::{
     contacts::{ContactPoints, ContactStage},
+    filter::FilterStage,
     floor::FloorStage,
     goals::GoalStage,
     plant::PlantStage,
@@ -55,6 +57,7 @@ enum Stage {
     Plant(PlantStage),
     Floor(FloorStage),
     Pull(PullStage),
+    Filter(FilterStage),
     Solve(SolveStage),
 }
 
@@ -103,6 +106,7 @@ impl Stage {
             Self::Plant(stage) => stage.run(work),
             Self::Floor(stage) => stage.run(work),
             Self::Pull(stage) => stage.run(work),
+            Self::Filter(stage) => stage.run(work),
             Self::Solve(stage) => stage.run(work),
         }
     }

@@ -1,32 +1,60 @@
 //! Helpers that look along the time of a clip.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 /// Smooths values that are sampled at rising times with a bell of that standard deviation, cut at three of them. Weighs by time,
 /// so the frame rate does not matter; symmetric, so nothing is delayed.
 pub(super) fn smoothed(values: &[DVec3], times: &[f64], deviation_seconds: f64) -> Vec<DVec3> {
-    if deviation_seconds <= 0.0 {
-        return values.to_vec();
-    }
-    // A little more, so that rounding of the times does not decide on which side a frame is left out.
+    under_bell(values.len(), times, deviation_seconds, |frame, near| {
+        if near.is_empty() {
+            return values[frame];
+        }
+        let (sum, weights) = near.iter().fold((DVec3::ZERO, 0.0), |(sum, weights), (other, weight)| {
+            (sum + values[*other] * *weight, weights + weight)
+        });
+        sum / weights
+    })
+}
+
+/// The same of rotations.
+pub(super) fn smoothed_rotations(values: &[DQuat], times: &[f64], deviation_seconds: f64) -> Vec<DQuat> {
+    under_bell(values.len(), times, deviation_seconds, |frame, near| {
+        let own = values[frame];
+        let sum = near.iter().fold(DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0), |sum, (other, weight)| {
+            let other = values[*other];
+            sum + other * if own.dot(other) < 0.0 { -weight } else { *weight }
+        });
+        if sum.length_squared() > 0.0 { sum.normalize() } else { own }
+    })
+}
+
+/// Calls `mean` for every frame with the frames near it and their weights; with none where nothing is smoothed.
+fn under_bell<T>(
+    count: usize,
+    times: &[f64],
+    deviation_seconds: f64,
+    mean: impl Fn(usize, &[(usize, f64)]) -> T,
+) -> Vec<T> {
+    // A little more than three deviations, so that rounding of the times does not decide on which side a frame is left out.
     let reach = 3.0 * deviation_seconds * (1.0 + 1e-6);
     let (mut first, mut after) = (0, 0);
-    let mut result = Vec::with_capacity(values.len());
-    for &time in times {
-        while times[first] < time - reach {
-            first += 1;
+    let mut near = Vec::new();
+    let mut result = Vec::with_capacity(count);
+    for (frame, &time) in times.iter().enumerate().take(count) {
+        near.clear();
+        if deviation_seconds > 0.0 {
+            while times[first] < time - reach {
+                first += 1;
+            }
+            while after < times.len() && times[after] <= time + reach {
+                after += 1;
+            }
+            near.extend((first..after).map(|other| {
+                let distance = (times[other] - time) / deviation_seconds;
+                (other, (-0.5 * distance * distance).exp())
+            }));
         }
-        while after < times.len() && times[after] <= time + reach {
-            after += 1;
-        }
-        let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
-        for frame in first..after {
-            let distance = (times[frame] - time) / deviation_seconds;
-            let weight = (-0.5 * distance * distance).exp();
-            sum += values[frame] * weight;
-            weights += weight;
-        }
-        result.push(sum / weights);
+        result.push(mean(frame, &near));
     }
     result
 }

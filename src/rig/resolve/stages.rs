@@ -5,6 +5,7 @@ use glam::{DMat3, DVec3};
 use crate::model::{Clip, Reporter};
 
 use super::super::{
+    auto_map::{known_names, roles_of},
     error::{SpecError, SpecErrorKind, SpecField},
     floor::{Stance, clip_floor},
     mapping::Mapping,
@@ -34,6 +35,15 @@ pub(super) fn resolve_stages(
             Op::Ik(op) => (&op.scope, StagedKind::Ik(op.clone()), Defaults::Legs),
             Op::Plant(op) => (&op.scope, StagedKind::Plant(op.clone()), Defaults::Legs),
             Op::Floor(op) => (&op.scope, StagedKind::Floor(op.clone()), Defaults::Legs),
+            Op::Filter(op) => {
+                if op.scope.enabled {
+                    let context = Context { index, clip, limbs: &limbs };
+                    let joints = filtered_joints(&op.scope, index, target, mapping, &mut fields);
+                    let schedule = context.schedule(&op.scope, &mut fields);
+                    staged.push(StagedOp { schedule, limbs: Vec::new(), kind: StagedKind::Filter(op.clone(), joints) });
+                }
+                continue;
+            }
         };
         if !scope.enabled {
             continue;
@@ -97,6 +107,38 @@ impl Context<'_> {
         };
         (0..self.limbs.len()).filter(|&index| wanted(&self.limbs[index])).collect()
     }
+}
+
+/// The driven joints of the masked roles; all but those of the legs where nothing is masked.
+fn filtered_joints(
+    scope: &Scope,
+    index: usize,
+    target: &Rig<'_>,
+    mapping: &Mapping,
+    fields: &mut Vec<SpecField>,
+) -> Vec<usize> {
+    let driven = mapping.driven();
+    let joints_of = |name: &str| -> Vec<usize> {
+        roles_of(name).into_iter().flat_map(|role| target.role(role).iter().copied()).collect()
+    };
+    let Some(mask) = &scope.mask else {
+        let legs: Vec<usize> =
+            ["left_leg", "right_leg", "left_toe", "right_toe"].into_iter().flat_map(joints_of).collect();
+        return (0..driven.len()).filter(|joint| driven[*joint] && !legs.contains(joint)).collect();
+    };
+    let mut wanted = Vec::new();
+    for (position, name) in mask.iter().enumerate() {
+        let joints = joints_of(name);
+        if joints.is_empty() {
+            let detail = format!("the target rig has no role '{name}' to mask");
+            let pointer = format!("/ops/{index}/mask/{position}");
+            let known = known_names(target);
+            let field = SpecField::new(SpecErrorKind::UnknownName, pointer, detail);
+            fields.push(field.with_nearest(name, known.iter().map(String::as_str)));
+        }
+        wanted.extend(joints);
+    }
+    (0..driven.len()).filter(|joint| driven[*joint] && wanted.contains(joint)).collect()
 }
 
 /// Tells where an op can do nothing because of what stands before it.

@@ -10,8 +10,8 @@ mod tune;
 
 pub use map::{ChainMap, RotationMode, TranslationMode};
 pub use ops::{
-    Alpha, Carry, ContactFloor, ContactFloorRule, ContactsOp, FkOp, FloorOp, HeightRule, IkGoal, IkOp, Op, PelvisOp,
-    PelvisScale, PelvisScaleRule, PlantMode, PlantOp, ScaleOrigin, Scope,
+    Alpha, Carry, ContactFloor, ContactFloorRule, ContactsOp, FilterKind, FilterOp, FkOp, FloorOp, HeightRule, IkGoal,
+    IkOp, Op, PelvisOp, PelvisScale, PelvisScaleRule, PlantMode, PlantOp, ScaleOrigin, Scope,
 };
 pub use output::{IncludeSpec, OutputChoice, OutputSpec, TargetClipsSpec};
 pub use report::{MetricInfo, MetricName, ReportChoice, ReportDetail, ReportSpec, Threshold};

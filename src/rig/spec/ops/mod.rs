@@ -1,6 +1,7 @@
 //! The steps of a retarget and their parameters, one file per op.
 
 mod contacts;
+mod filter;
 mod fk;
 mod floor;
 mod ik;
@@ -9,6 +10,7 @@ mod plant;
 mod scope;
 
 pub use contacts::{ContactFloor, ContactFloorRule, ContactsOp};
+pub use filter::{FilterKind, FilterOp};
 pub use fk::{Carry, FkOp};
 pub use floor::FloorOp;
 pub use ik::{IkGoal, IkOp};
@@ -35,6 +37,8 @@ pub enum Op {
     Plant(PlantOp),
     /// Keeps soles as far above the floor as the source's are.
     Floor(FloorOp),
+    /// Takes noise off rotations.
+    Filter(FilterOp),
 }
 
 impl Op {
@@ -47,6 +51,7 @@ impl Op {
             Self::Ik(op) => Some(&op.scope),
             Self::Plant(op) => Some(&op.scope),
             Self::Floor(op) => Some(&op.scope),
+            Self::Filter(op) => Some(&op.scope),
         }
     }
 }

@@ -32,6 +32,13 @@ pub struct PelvisOp {
     pub scale_horizontal: f64,
     /// Extra factor on vertical travel, after `scale`.
     pub scale_vertical: f64,
+    /// Metres that the pelvis is moved left, up and front, as the figure faces at rest.
+    pub offset: [f64; 3],
+    /// Share of the way from there to where the source's pelvis is, in metres of the source. 0 to 1.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub blend_to_source: f64,
+    /// `blend_to_source` on each axis: left, up, front. 0 to 1.
+    pub blend_to_source_weights: [f64; 3],
 }
 
 impl Default for PelvisOp {
@@ -47,6 +54,9 @@ impl Default for PelvisOp {
             translation_alpha: 1.0,
             scale_horizontal: 1.0,
             scale_vertical: 1.0,
+            offset: [0.0; 3],
+            blend_to_source: 0.0,
+            blend_to_source_weights: [1.0; 3],
         }
     }
 }
