@@ -45,7 +45,7 @@ pub struct Explanation {
     pub joint: String,
     /// What it means.
     pub roles: Vec<String>,
-    /// `pelvis`, `chain`, `carried_chain` or `rides_parent`.
+    /// `pelvis`, `chain`, `carried_chain`, `twist`, `shoulder` or `rides_parent`.
     pub driver: &'static str,
     /// The chain that drives it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -79,7 +79,7 @@ pub struct SourceView {
 /// One step from the rest pose to the result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Contribution {
-    /// `rest`, `alignment`, `delta`, `carry`, `chain_direction`, `alpha`, `parent`, or the op.
+    /// `rest`, `alignment`, `delta`, `carry`, `chain_direction`, `twist_share`, `shoulder_lift`, `alpha`, `parent`, or the op.
     pub name: String,
     /// What it is.
     pub about: &'static str,
@@ -230,6 +230,8 @@ fn driver_name(explained: Option<&JointExplanation>) -> &'static str {
         Some(DriverKind::Pelvis) => "pelvis",
         Some(DriverKind::Model) => "chain",
         Some(DriverKind::Carried) => "carried_chain",
+        Some(DriverKind::Twist) => "twist",
+        Some(DriverKind::Shoulder) => "shoulder",
     }
 }
 
@@ -259,13 +261,15 @@ fn kinematic_contributions(
     }
     let left = actual * product.conjugate();
     let is_whole = (explained.alpha - 1.0).abs() < f64::EPSILON;
-    let (name, about) = match (is_whole, explained.follows_chord) {
-        (false, _) => ("alpha", "less or more than all of it is taken, from the rest rotation below the parent"),
-        (true, true) => ("chain_direction", "the chain as a whole is made to point as the source's does"),
-        (true, false) => ("rounding", "numbers of tracks have seven digits"),
+    let (name, about) = match (explained.kind, explained.turns_further) {
+        _ if !is_whole => ("alpha", "less or more than all of it is taken, from the rest rotation below the parent"),
+        (DriverKind::Twist, _) => ("twist_share", "it turns with its limb and takes a share of the limb's twist"),
+        (DriverKind::Shoulder, _) => ("shoulder_lift", "it rides its parent and lifts with the arm"),
+        (_, true) => ("chain_direction", "the chain as a whole is made to point as the source's does"),
+        (_, false) => ("rounding", "numbers of tracks have seven digits"),
     };
     let step = contribution(name.into(), about, left);
-    if !is_whole || explained.follows_chord || step.degrees > ROUNDING_DEGREES {
+    if !is_whole || explained.turns_further || step.degrees > ROUNDING_DEGREES {
         found.push(step);
     }
     found

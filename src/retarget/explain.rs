@@ -4,7 +4,7 @@
 
 use glam::DQuat;
 
-use super::plan::{CarriedDriver, CarryStep, Driver, Parent, Plan, Sample};
+use super::plan::{CarriedDriver, CarryStep, Driver, Parent, Plan, Sample, TwistSegment};
 use crate::{
     model::{Clip, ModelPose, Skeleton},
     rig::Mapping,
@@ -23,8 +23,9 @@ pub struct JointExplanation {
     pub delta: DQuat,
     /// The turn of the whole chain under the target's own parent; only for chains that their parents carry.
     pub carry: Option<DQuat>,
-    /// Whether the joint is turned further with its chain, so that the chain points as the source's does.
-    pub follows_chord: bool,
+    /// Whether the joint is turned further: with its chain, so that the chain points as the source's does; or by its share of a
+    /// limb's twist, or of an arm's lift.
+    pub turns_further: bool,
     /// 1 takes all of it; other values go from the rest rotation below the parent toward it, or beyond.
     pub alpha: f64,
 }
@@ -38,6 +39,10 @@ pub enum DriverKind {
     Model,
     /// A chain that the target's parent carries.
     Carried,
+    /// A limb, of whose twist the joint takes a share.
+    Twist,
+    /// The arm below a clavicle that the source does not have.
+    Shoulder,
 }
 
 /// Explains a joint; nothing for one that rides its parent. `turned` is how the target's joints are turned at that frame, in its
@@ -75,7 +80,7 @@ pub fn explain_joint(
             aligned_rest,
             delta: source_rotation(driver.source_slot) * driver.rotation * aligned_rest.conjugate(),
             carry: None,
-            follows_chord: false,
+            turns_further: false,
             alpha: driver.rotation_alpha,
         },
         Driver::Model(driver) => JointExplanation {
@@ -84,8 +89,35 @@ pub fn explain_joint(
             aligned_rest,
             delta: sampled(driver.sample, source_rotation) * driver.rotation * aligned_rest.conjugate(),
             carry: None,
-            follows_chord: driver.chord.is_some(),
+            turns_further: driver.chord.is_some(),
             alpha: driver.rotation_alpha,
+        },
+        Driver::Twist(driver) => {
+            let (sources, delta) = match driver.segment {
+                TwistSegment::Slot(_) => (Vec::new(), DQuat::IDENTITY),
+                TwistSegment::Source(sample, rotation) => {
+                    let turned = sampled(sample, source_rotation) * rotation;
+                    (sources_of(sample, &of_plan), turned * aligned_rest.conjugate())
+                }
+            };
+            JointExplanation {
+                kind: DriverKind::Twist,
+                sources,
+                aligned_rest,
+                delta,
+                carry: None,
+                turns_further: true,
+                alpha: 1.0,
+            }
+        }
+        Driver::Shoulder(driver) => JointExplanation {
+            kind: DriverKind::Shoulder,
+            sources: sources_of(driver.sample, &of_plan),
+            aligned_rest,
+            delta: DQuat::IDENTITY,
+            carry: None,
+            turns_further: true,
+            alpha: 1.0,
         },
         Driver::Carried(driver) => {
             let (begin, first) = carry_step(plan, driver)?;
@@ -103,7 +135,7 @@ pub fn explain_joint(
                 aligned_rest,
                 delta: sampled * driver.rotation * aligned_rest.conjugate(),
                 carry: Some(carry),
-                follows_chord: false,
+                turns_further: false,
                 alpha: driver.rotation_alpha,
             }
         }

@@ -10,6 +10,7 @@ mod error;
 mod findings;
 mod floor;
 mod ikrig;
+mod legs;
 mod mapping;
 mod nearest;
 mod parse;
@@ -17,16 +18,18 @@ mod ranges;
 mod recognition;
 mod resolve;
 mod rest;
+mod shoulder;
 mod spec;
 mod stages;
 mod standing;
+mod twist;
 mod understand;
 mod unknown_fields;
 
 pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use findings::{FileFacts, Finding, FindingCode, Severity, examine, examine_clips};
 pub use floor::standing_floor;
-pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride};
+pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing};
 pub use parse::{is_own_shape, parse_document, parse_spec, parse_value};
 pub use recognition::{
     BodyFrame, Hints, Part, Prop, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
@@ -35,6 +38,7 @@ pub use recognition::{
 };
 pub use resolve::{Resolved, resolve};
 pub use rest::{RestSource, scene_rest};
+pub use shoulder::ShoulderPair;
 pub use spec::{
     Align, Alpha, AutoWord, Carry, ChainMap, ClipChoice, ContactFloor, ContactFloorRule, ContactsOp, FilterKind,
     FilterOp, FkOp, FloorOp, HeightRule, IkGoal, IkOp, IncludeSpec, MetricInfo, MetricName, OneOrMany, Op,
@@ -44,4 +48,5 @@ pub use spec::{
 };
 pub use stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, StagedKind, StagedOp, Stages};
 pub use standing::with_standing_rest;
+pub use twist::{TwistAgainst, TwistPair};
 pub use understand::{Rig, find_clip};
