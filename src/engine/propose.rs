@@ -86,7 +86,8 @@ pub struct DriverView {
     pub joint: String,
     /// Its node's index in the file.
     pub node: usize,
-    /// `pelvis`, `chain`, or `ride` where a joint of the body carries it; nothing where it only follows its parent.
+    /// `pelvis`; `chain`; `twist` where it takes a share of a limb's twist; `shoulder` where a clavicle lifts with its arm; `ride`
+    /// where a joint of the body carries it; nothing where it only follows its parent.
     pub driver: Option<&'static str>,
     /// The role or chain that it belongs to.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -174,7 +175,7 @@ pub fn propose_with(
     let helpers: BTreeSet<usize> = target.recognition.twist_helpers.iter().copied().collect();
     let view = |(joint, driver): (usize, &JointDriver)| {
         let own = &target.skeleton().joints()[joint];
-        let described = describe(driver, &mapping, &labels.0);
+        let described = describe(driver, &mapping, &labels.0, &labels.1);
         let ride = mapping.rides.iter().find(|ride| ride.joint == joint).map(|ride| labels.1.of(ride.on));
         if let (JointDriver::Nothing, Some(on)) = (driver, ride) {
             let reason = format!("it hangs elsewhere in the file, and is carried by '{on}' as on a body");
@@ -271,7 +272,7 @@ impl DriverView {
 }
 
 /// All but the joint itself; nothing where nothing concerns the joint.
-fn describe(driver: &JointDriver, mapping: &Mapping, labels: &Labels<'_>) -> Option<DriverView> {
+fn describe(driver: &JointDriver, mapping: &Mapping, labels: &Labels<'_>, ours: &Labels<'_>) -> Option<DriverView> {
     let share = |(joint, weight): (usize, f64)| SourceShare { joint: labels.of(joint), weight: hundredths(weight) };
     match driver {
         JointDriver::Nothing => None,
@@ -303,6 +304,21 @@ fn describe(driver: &JointDriver, mapping: &Mapping, labels: &Labels<'_>) -> Opt
                 translation: Some(pair.drive.translation),
                 ..DriverView::none(reason)
             })
+        }
+        JointDriver::Twist { segment, share: part, chain, sources } => {
+            let percent = part * 100.0;
+            let reason = format!("it takes {percent:.0} % of the twist of the limb at '{}'", ours.of(*segment));
+            Some(DriverView {
+                driver: Some("twist"),
+                chain: chain.map(|chain| mapping.chains[chain].name.clone()),
+                sources: sources.iter().map(|source| share(*source)).filter(|share| share.weight > 0.0).collect(),
+                ..DriverView::none(reason)
+            })
+        }
+        JointDriver::Shoulder { upper_arm } => {
+            let reason =
+                format!("it lifts as '{}' is raised, since the source has no joint for it", ours.of(*upper_arm));
+            Some(DriverView { driver: Some("shoulder"), ..DriverView::none(reason) })
         }
         JointDriver::Surplus { chain } => {
             let pair = &mapping.chains[*chain];

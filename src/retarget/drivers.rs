@@ -24,6 +24,22 @@ pub enum JointDriver {
         /// Source joints and weights.
         sources: Vec<(usize, f64)>,
     },
+    /// The twist of a limb, of which it takes a share. Where a chain drives it too, it adds to that.
+    Twist {
+        /// The target joint that the twist is seen between, beside the carrier or the end: the limb's segment.
+        segment: usize,
+        /// How much of the twist; −1 to 1.
+        share: f64,
+        /// The chain that turns it besides, where there is one: index into [`Mapping::chains`].
+        chain: Option<usize>,
+        /// Source joints and weights of that chain.
+        sources: Vec<(usize, f64)>,
+    },
+    /// A clavicle that lifts with its arm.
+    Shoulder {
+        /// The target's upper arm.
+        upper_arm: usize,
+    },
     /// A chain that has nothing for this joint, so that it keeps its rest transform: a surplus joint, or rotation mode `none`.
     Surplus {
         /// Index into [`Mapping::chains`].
@@ -44,6 +60,17 @@ pub fn joint_drivers(target: &Skeleton, mapping: &Mapping) -> Vec<JointDriver> {
                 Some(place) => JointDriver::Chain { chain: index, sources: sources(chain, place) },
             };
         }
+    }
+    for shoulder in &mapping.shoulders {
+        drivers[shoulder.joint] = JointDriver::Shoulder { upper_arm: shoulder.upper_arm };
+    }
+    for twist in &mapping.twists {
+        let (chain, sources) = match std::mem::replace(&mut drivers[twist.joint], JointDriver::Nothing) {
+            JointDriver::Chain { chain, sources } => (Some(chain), sources),
+            JointDriver::Surplus { chain } => (Some(chain), Vec::new()),
+            _ => (None, Vec::new()),
+        };
+        drivers[twist.joint] = JointDriver::Twist { segment: twist.segment, share: twist.share, chain, sources };
     }
     if let Some(pelvis) = &mapping.pelvis {
         drivers[pelvis.target] = JointDriver::Pelvis { source: pelvis.source };
@@ -88,7 +115,7 @@ mod tests {
         for config in ["{}", r#"{"ops": [{"op": "fk", "mask": ["left_arm"]}]}"#, r#"{"ops": [{"op": "pelvis"}]}"#] {
             let (drivers, animated) = drivers(config);
             let is_driven =
-                |driver: &&JointDriver| matches!(driver, JointDriver::Pelvis { .. } | JointDriver::Chain { .. });
+                |driver: &&JointDriver| !matches!(driver, JointDriver::Nothing | JointDriver::Surplus { .. });
             assert_eq!(drivers.iter().filter(is_driven).count(), animated, "{config}");
             for driver in &drivers {
                 let JointDriver::Chain { sources, .. } = driver else { continue };

@@ -319,7 +319,10 @@ fn find_axes(
     };
     let scene_from_work = glam::DMat3::from_cols(up.cross(front), up, front);
     let axes = Axes::new(SignedAxis::nearest(up), nearest).unwrap_or(declared);
-    (DQuat::from_mat3(&scene_from_work).conjugate().normalize(), axes)
+    let work_from_scene = DQuat::from_mat3(&scene_from_work).conjugate().normalize();
+    // Where the axes say it exactly, to the last bit what the resolved spec says when it is run again.
+    let is_exact = axes.ours_from_this().dot(work_from_scene).abs() > 1.0 - 1e-12;
+    (if is_exact { axes.ours_from_this() } else { work_from_scene }, axes)
 }
 
 /// Metres per unit from how tall a figure is: people are between 0.5 and 3 metres. A root above the pelvis may be anywhere.
