@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::{
     formats::Limits,
     model::{Control, ModelPose, Phase, Reporter, Transform},
-    retarget::{DriverKind, JointExplanation, explain_joint},
+    retarget::{DriverKind, JointExplanation, Plan, explain_joint},
     rig::{Mapping, Op, RetargetSpec, Rig, SpecErrorKind, SpecField},
 };
 
@@ -45,7 +45,7 @@ pub struct Explanation {
     pub joint: String,
     /// What it means.
     pub roles: Vec<String>,
-    /// `pelvis`, `chain`, `carried_chain` or `rides_parent`.
+    /// `pelvis`, `chain`, `carried_chain`, `twist`, `shoulder` or `rides_parent`.
     pub driver: &'static str,
     /// The chain that drives it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -79,7 +79,7 @@ pub struct SourceView {
 /// One step from the rest pose to the result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Contribution {
-    /// `rest`, `alignment`, `delta`, `carry`, `chain_direction`, `alpha`, `parent`, or the op.
+    /// `rest`, `alignment`, `delta`, `carry`, `chain_direction`, `twist_share`, `shoulder_lift`, `alpha`, `parent`, or the op.
     pub name: String,
     /// What it is.
     pub about: &'static str,
@@ -177,7 +177,8 @@ pub fn explain_with(
     let turned = pose_of(first);
     let at = (question.frame, joint);
     let skeletons = (source.skeleton(), target.skeleton());
-    let explained = explain_joint(&first.plan, &first.mapping, skeletons, clip, at, &turned);
+    let plan = Plan::new(source.skeleton(), target.skeleton(), &first.mapping);
+    let explained = explain_joint(&plan, &first.mapping, skeletons, clip, at, &turned);
     let mut contributions = kinematic_contributions(&target, joint, explained.as_ref(), &turned);
     let mut last = turned;
     for (count, op) in later.iter().enumerate() {
@@ -228,9 +229,9 @@ fn driver_name(explained: Option<&JointExplanation>) -> &'static str {
         None => "rides_parent",
         Some(DriverKind::Pelvis) => "pelvis",
         Some(DriverKind::Model) => "chain",
+        Some(DriverKind::Carried) => "carried_chain",
         Some(DriverKind::Twist) => "twist",
         Some(DriverKind::Shoulder) => "shoulder",
-        Some(DriverKind::Carried) => "carried_chain",
     }
 }
 
@@ -250,13 +251,7 @@ fn kinematic_contributions(
     };
     let alignment = explained.aligned_rest * rest.conjugate();
     found.push(contribution("alignment".into(), "the rest pose turned to look like the source's", alignment));
-    let about = match explained.kind {
-        DriverKind::Twist => "what the limb has turned since its rest pose, and the joint's share of its twist",
-        DriverKind::Shoulder => "how far the clavicle lifts with the arm, on top of what carries it",
-        DriverKind::Pelvis | DriverKind::Model | DriverKind::Carried => {
-            "what the source has turned since its rest pose"
-        }
-    };
+    let about = "what the source has turned since its rest pose";
     found.push(contribution("delta".into(), about, explained.delta));
     let mut product = explained.delta * explained.aligned_rest;
     if let Some(carry) = explained.carry {
@@ -266,13 +261,15 @@ fn kinematic_contributions(
     }
     let left = actual * product.conjugate();
     let is_whole = (explained.alpha - 1.0).abs() < f64::EPSILON;
-    let (name, about) = match (is_whole, explained.follows_chord) {
-        (false, _) => ("alpha", "less or more than all of it is taken, from the rest rotation below the parent"),
-        (true, true) => ("chain_direction", "the chain as a whole is made to point as the source's does"),
-        (true, false) => ("rounding", "numbers of tracks have seven digits"),
+    let (name, about) = match (explained.kind, explained.turns_further) {
+        _ if !is_whole => ("alpha", "less or more than all of it is taken, from the rest rotation below the parent"),
+        (DriverKind::Twist, _) => ("twist_share", "it turns with its limb and takes a share of the limb's twist"),
+        (DriverKind::Shoulder, _) => ("shoulder_lift", "it rides its parent and lifts with the arm"),
+        (_, true) => ("chain_direction", "the chain as a whole is made to point as the source's does"),
+        (_, false) => ("rounding", "numbers of tracks have seven digits"),
     };
     let step = contribution(name.into(), about, left);
-    if !is_whole || explained.follows_chord || step.degrees > ROUNDING_DEGREES {
+    if !is_whole || explained.turns_further || step.degrees > ROUNDING_DEGREES {
         found.push(step);
     }
     found

@@ -48,7 +48,10 @@ pub use crate::{
 
 use serde::Serialize;
 
-use crate::{model::Warning, retarget::Measures};
+use crate::{
+    model::Warning,
+    retarget::{ContactTrack, LimbReach, Measures},
+};
 
 /// A file as it came: its name (only its ending matters) and its bytes.
 #[derive(Clone, Copy, Debug)]
@@ -109,6 +112,12 @@ pub struct Report {
     pub warnings: Vec<WarningView>,
     /// What was found out about the two rigs.
     pub rigs: Rigs,
+    /// When points of the source touch; empty without a `contacts` op. Fits `contacts.set` of a spec.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub contacts: Vec<ContactTrack>,
+    /// How limbs reached their goals; empty without an op that sets some.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub reaches: Vec<LimbReach>,
     /// What a search for better parameters found; absent when the spec asks for none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tuning: Option<Tuning>,

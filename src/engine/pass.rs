@@ -2,7 +2,7 @@
 
 use crate::{
     model::{Clip, Control, Reporter},
-    retarget::{Plan, RunError, run},
+    retarget::{ContactTrack, LimbReach, RunError, Stack, StackResult},
     rig::{AlignedJoint, Mapping, Resolved, RetargetSpec, Rig, resolve},
 };
 
@@ -14,8 +14,12 @@ pub(super) struct Pass {
     /// The spec with everything found out filled in.
     pub(super) resolved: RetargetSpec,
     pub(super) alignment: Vec<AlignedJoint>,
-    pub(super) plan: Plan,
+    pub(super) stack: Stack,
     pub(super) result: Clip,
+    /// When points of the source touch.
+    pub(super) contacts: Vec<ContactTrack>,
+    /// How limbs reached their goals.
+    pub(super) reaches: Vec<LimbReach>,
     /// Compiling and running, nothing else.
     pub(super) seconds: f64,
 }
@@ -33,9 +37,10 @@ impl Pass {
         let Resolved { mapping, spec: resolved, alignment } =
             resolve(spec, source, target, clip, reporter).map_err(in_config)?;
         let begin = control.seconds();
-        let plan = Plan::new(source.skeleton(), target.skeleton(), &mapping);
-        let result = run(&plan, clip, control).map_err(run_failure)?;
-        Ok(Self { mapping, resolved, alignment, plan, result, seconds: control.seconds() - begin })
+        let stack = Stack::new(source.skeleton(), target.skeleton(), &mapping);
+        let StackResult { clip: result, contacts, reaches } = stack.run(clip, control).map_err(run_failure)?;
+        let seconds = control.seconds() - begin;
+        Ok(Self { mapping, resolved, alignment, stack, result, contacts, reaches, seconds })
     }
 }
 

@@ -95,7 +95,7 @@ pub(super) fn pose(
         ..Timings::default()
     };
     let rigs = Rigs { source: source_facts, target: target_facts };
-    let report = Report { timings, counts, warnings, rigs, tuning: None, alignment, measures: None };
+    let report = Report { timings, counts, warnings, rigs, alignment, ..Report::default() };
     let resolved_spec = serde_json::to_value(spec)
         .map_err(|error| Failure::new(FailureCode::Internal, format!("the resolved spec: {error}")))?;
     Ok(Outcome { outputs, report, resolved_spec })

@@ -57,13 +57,13 @@ pub fn retarget_with(
     let (spec, tuning) = subject.settle(spec)?;
     let tune_seconds = control.seconds() - tuning_begin;
     control.enter(Phase::Retarget, clip.frame_count() as u64);
-    let Pass { mapping, resolved, alignment, plan, result, seconds: retarget_seconds } =
+    let Pass { mapping, resolved, alignment, stack, result, contacts, reaches, seconds: retarget_seconds } =
         Pass::run(&spec, &source, &target, clip, control, &mut reporter)?;
     let plan_seconds = control.seconds() - planning - retarget_seconds - tune_seconds;
 
     let measuring = control.seconds();
     let measures = (spec.report.detail() != ReportDetail::None)
-        .then(|| measure(&mapping, &source, &target, clip, &result, &spec.report));
+        .then(|| measure(&mapping, &source, &target, clip, &result, &spec.report, &reaches));
     let measure_seconds = control.seconds() - measuring;
 
     let writing = control.seconds();
@@ -72,7 +72,7 @@ pub fn retarget_with(
         frames: result.frame_count(),
         source_joints: joint_count(&files.source.scene),
         target_joints: joint_count(&files.target.scene),
-        driven_joints: plan.driven_joint_count(),
+        driven_joints: stack.driven_joint_count(),
     };
     let rigs = Rigs { source: facts(&source, files.source.format), target: facts(&target, files.target.format) };
     let resolved_spec = serde_json::to_value(&resolved)
@@ -95,7 +95,7 @@ pub fn retarget_with(
         total_seconds: control.seconds() - begin,
     };
     let alignment = view(&alignment, target.skeleton());
-    let report = Report { timings, counts, warnings, rigs, tuning, alignment, measures };
+    let report = Report { timings, counts, warnings, rigs, contacts, reaches, tuning, alignment, measures };
     Ok(Outcome { outputs, report, resolved_spec })
 }
 

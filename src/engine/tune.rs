@@ -98,7 +98,7 @@ impl Subject<'_> {
     fn score(&self, spec: &RetargetSpec, report: &ReportChoice) -> Result<(f64, RetargetSpec), Failure> {
         let Self { source, target, clip, control } = self;
         let pass = Pass::run(spec, source, target, clip, control, &mut Reporter::new())?;
-        let measures = measure(&pass.mapping, source, target, clip, &pass.result, report);
+        let measures = measure(&pass.mapping, source, target, clip, &pass.result, report, &pass.reaches);
         Ok((measures.score, pass.resolved))
     }
 }
@@ -189,7 +189,14 @@ fn place(ops: &mut [Op], parameter: TuneParameter) -> Option<&mut f64> {
             TuneParameter::PelvisScaleHorizontal => Some(&mut op.scale_horizontal),
             TuneParameter::PelvisScaleVertical => Some(&mut op.scale_vertical),
             TuneParameter::PelvisRotationAlpha => Some(&mut op.rotation_alpha),
+            TuneParameter::PlantBlendSeconds | TuneParameter::FloorFalloffHeight => None,
         },
+        Op::Plant(op) if op.scope.enabled && parameter == TuneParameter::PlantBlendSeconds => {
+            Some(&mut op.blend_seconds)
+        }
+        Op::Floor(op) if op.scope.enabled && parameter == TuneParameter::FloorFalloffHeight => {
+            Some(&mut op.falloff_height)
+        }
         _ => None,
     })
 }

@@ -4,7 +4,7 @@
 
 use glam::DQuat;
 
-use super::plan::{CarriedDriver, CarryStep, Driver, Parent, Plan, Sample, TwistEnd, TwistSegment};
+use super::plan::{CarriedDriver, CarryStep, Driver, Parent, Plan, Sample, TwistSegment};
 use crate::{
     model::{Clip, ModelPose, Skeleton},
     rig::Mapping,
@@ -23,8 +23,9 @@ pub struct JointExplanation {
     pub delta: DQuat,
     /// The turn of the whole chain under the target's own parent; only for chains that their parents carry.
     pub carry: Option<DQuat>,
-    /// Whether the joint is turned further with its chain, so that the chain points as the source's does.
-    pub follows_chord: bool,
+    /// Whether the joint is turned further: with its chain, so that the chain points as the source's does; or by its share of a
+    /// limb's twist, or of an arm's lift.
+    pub turns_further: bool,
     /// 1 takes all of it; other values go from the rest rotation below the parent toward it, or beyond.
     pub alpha: f64,
 }
@@ -36,12 +37,12 @@ pub enum DriverKind {
     Pelvis,
     /// A chain, measured in the model.
     Model,
-    /// A limb and a share of its twist.
-    Twist,
-    /// A clavicle that follows its arm, since the source has none.
-    Shoulder,
     /// A chain that the target's parent carries.
     Carried,
+    /// A limb, of whose twist the joint takes a share.
+    Twist,
+    /// The arm below a clavicle that the source does not have.
+    Shoulder,
 }
 
 /// Explains a joint; nothing for one that rides its parent. `turned` is how the target's joints are turned at that frame, in its
@@ -71,16 +72,6 @@ pub fn explain_joint(
         }
     };
     let of_plan = |slot: usize| plan.source_steps[slot].joint;
-    // What the limb and its share come to together; the loop knows no rotation of the source that is the joint's own.
-    let as_it_is = JointExplanation {
-        kind: DriverKind::Twist,
-        sources: Vec::new(),
-        aligned_rest,
-        delta: mapping.plan_from_target * turned.transforms()[joint].rotation * aligned_rest.conjugate(),
-        carry: None,
-        follows_chord: false,
-        alpha: 1.0,
-    };
     let explanation = match &step.driver {
         Driver::Hold => return None,
         Driver::Pelvis(driver) => JointExplanation {
@@ -89,7 +80,7 @@ pub fn explain_joint(
             aligned_rest,
             delta: source_rotation(driver.source_slot) * driver.rotation * aligned_rest.conjugate(),
             carry: None,
-            follows_chord: false,
+            turns_further: false,
             alpha: driver.rotation_alpha,
         },
         Driver::Model(driver) => JointExplanation {
@@ -98,22 +89,36 @@ pub fn explain_joint(
             aligned_rest,
             delta: sampled(driver.sample, source_rotation) * driver.rotation * aligned_rest.conjugate(),
             carry: None,
-            follows_chord: driver.chord.is_some(),
+            turns_further: driver.chord.is_some(),
             alpha: driver.rotation_alpha,
         },
         Driver::Twist(driver) => {
-            let mut sources = match driver.segment {
-                TwistSegment::Source(sample, _) => sources_of(sample, &of_plan),
-                TwistSegment::Slot(_) => Vec::new(),
+            let (sources, delta) = match driver.segment {
+                TwistSegment::Slot(_) => (Vec::new(), DQuat::IDENTITY),
+                TwistSegment::Source(sample, rotation) => {
+                    let turned = sampled(sample, source_rotation) * rotation;
+                    (sources_of(sample, &of_plan), turned * aligned_rest.conjugate())
+                }
             };
-            if let TwistEnd::End(sample, ..) = driver.against {
-                sources.extend(sources_of(sample, &of_plan));
+            JointExplanation {
+                kind: DriverKind::Twist,
+                sources,
+                aligned_rest,
+                delta,
+                carry: None,
+                turns_further: true,
+                alpha: 1.0,
             }
-            JointExplanation { kind: DriverKind::Twist, sources, ..as_it_is }
         }
-        Driver::Shoulder(driver) => {
-            JointExplanation { kind: DriverKind::Shoulder, sources: sources_of(driver.sample, &of_plan), ..as_it_is }
-        }
+        Driver::Shoulder(driver) => JointExplanation {
+            kind: DriverKind::Shoulder,
+            sources: sources_of(driver.sample, &of_plan),
+            aligned_rest,
+            delta: DQuat::IDENTITY,
+            carry: None,
+            turns_further: true,
+            alpha: 1.0,
+        },
         Driver::Carried(driver) => {
             let (begin, first) = carry_step(plan, driver)?;
             let above = match begin.joints[0].0 {
@@ -130,7 +135,7 @@ pub fn explain_joint(
                 aligned_rest,
                 delta: sampled * driver.rotation * aligned_rest.conjugate(),
                 carry: Some(carry),
-                follows_chord: false,
+                turns_further: false,
                 alpha: driver.rotation_alpha,
             }
         }

@@ -9,6 +9,7 @@ mod lanes;
 mod measure;
 mod plan;
 mod run;
+mod stages;
 mod workspace;
 
 pub use drivers::{JointDriver, joint_drivers};
@@ -16,3 +17,4 @@ pub use explain::{DriverKind, JointExplanation, explain_joint};
 pub use measure::{ContactMeasure, Curves, LimbDirection, Measures, Metric, SidePair, Verdict, Worst, measure};
 pub use plan::Plan;
 pub use run::{RunError, run};
+pub use stages::{ContactTrack, LimbReach, Stack, StackResult};

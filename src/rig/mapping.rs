@@ -7,6 +7,7 @@ use crate::model::{LocalPose, ModelPose, Transform};
 use super::{
     shoulder::ShoulderPair,
     spec::{Carry, RotationMode, TranslationMode},
+    stages::Stages,
     twist::TwistPair,
 };
 
@@ -38,6 +39,8 @@ pub struct Mapping {
     pub shoulders: Vec<ShoulderPair>,
     /// Target pelvis height over source pelvis height, both in target units; what `globally_scaled` multiplies by.
     pub global_scale: f64,
+    /// What is done with the result of forward kinematics.
+    pub stages: Stages,
 }
 
 /// A target joint that the body carries where the file's hierarchy does not: a thigh below the armature rides the pelvis.

@@ -6,6 +6,7 @@ use super::{
     deserialize::deserialize,
     error::{SpecError, SpecErrorKind, SpecField},
     ikrig,
+    ranges::out_of_ranges,
     spec::{
         Op, OutputChoice, PelvisScale, PoseEdit, ReportChoice, RetargetSpec, Threshold, TuneChoice, UnitSpec,
         spec_schema,
@@ -19,6 +20,8 @@ const MOST_OUTPUTS: usize = 8;
 const MOST_EVALUATIONS: u32 = 500;
 /// A joint is turned by no more than this at once, in degrees.
 const MOST_EDIT_DEGREES: f64 = 3600.0;
+/// Factors beyond this are refused.
+const MOST_SCALE: f64 = 1e6;
 
 /// Reads a config: our own spec as JSON or YAML, or an ikrigretarget config. An empty document is an empty spec.
 ///
@@ -41,11 +44,17 @@ pub fn parse_value(document: Value) -> Result<RetargetSpec, SpecError> {
         let detail = format!("the config is {} where an object is expected", kind_of(&document));
         return Err(SpecError::new(SpecErrorKind::Malformed, detail, "an empty config is {}"));
     }
-    if let Some(error) = SpecError::from_fields(unknown_fields(&document, &spec_schema())) {
+    let schema = spec_schema();
+    if let Some(error) = SpecError::from_fields(unknown_fields(&document, &schema)) {
         return Err(error);
     }
+    let ranges = out_of_ranges(&document, &schema);
     let spec: RetargetSpec = deserialize(&document)?;
-    SpecError::from_fields(out_of_range(&spec)).map_or(Ok(spec), Err)
+    let mut fields = out_of_range(&spec);
+    let told = |range: &SpecField| fields.iter().any(|field| field.pointer == range.pointer);
+    let ranges: Vec<SpecField> = ranges.into_iter().filter(|range| !told(range)).collect();
+    fields.extend(ranges);
+    SpecError::from_fields(fields).map_or(Ok(spec), Err)
 }
 
 /// Whether a document has the shape of our own spec, and is no config of another tool.
@@ -106,33 +115,19 @@ fn out_of_range(spec: &RetargetSpec) -> Vec<SpecField> {
             require(parsed.is_ok(), format!("/{side}/axes"), detail);
         }
     }
-    let alpha = |value: f64, most: f64| value.is_finite() && value.abs() <= most;
-    for (index, map) in spec.map.iter().flatten().enumerate() {
-        for (name, value) in [("rotation_alpha", map.rotation_alpha), ("translation_alpha", map.translation_alpha)] {
-            let value = value.unwrap_or(1.0);
-            require(alpha(value, 10.0), format!("/map/{index}/{name}"), format!("{value} is not between -10 and 10"));
-        }
-    }
     for (index, op) in spec.ops.iter().flatten().enumerate() {
-        let (total, rotation, translation) = match op {
-            Op::Pelvis(op) => (op.alpha, op.rotation_alpha, op.translation_alpha),
-            Op::Fk(op) => (op.alpha, op.rotation_alpha, op.translation_alpha),
-        };
-        require((0.0..=1.0).contains(&total), format!("/ops/{index}/alpha"), format!("{total} is not between 0 and 1"));
-        for (name, value) in [("rotation_alpha", rotation), ("translation_alpha", translation)] {
-            require(alpha(value, 10.0), format!("/ops/{index}/{name}"), format!("{value} is not between -10 and 10"));
-        }
-        if let Op::Fk(op) = op {
-            let detail = format!("{} is not between 0 and 1", op.shoulder);
-            require((0.0..=1.0).contains(&op.shoulder), format!("/ops/{index}/shoulder"), detail);
-        }
         if let Op::Pelvis(op) = op {
             let scale = if let PelvisScale::Value(value) = op.scale { value } else { 1.0 };
             let named =
                 [("scale", scale), ("scale_horizontal", op.scale_horizontal), ("scale_vertical", op.scale_vertical)];
             for (name, value) in named {
-                require(alpha(value, 1e6), format!("/ops/{index}/{name}"), format!("{value} is out of range"));
+                let holds = value.is_finite() && value.abs() <= MOST_SCALE;
+                require(holds, format!("/ops/{index}/{name}"), format!("{value} is out of range"));
             }
+        }
+        if let Some(scope) = op.scope() {
+            let detail = "keys are [seconds, alpha] in rising order of time, with alpha from 0 to 1; at least one";
+            require(scope.alpha.is_valid(), format!("/ops/{index}/alpha"), detail.into());
         }
     }
     if let ReportChoice::Spec(report) = &spec.report {

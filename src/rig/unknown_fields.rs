@@ -6,34 +6,64 @@ use serde_json::{Map, Value};
 
 use super::error::{SpecErrorKind, SpecField};
 
-/// Every field of `document` that `schema` does not have, and every tag (such as `op`) that no variant has, with the nearest
-/// names. The document's depth is bounded by its parser.
+/// Every field of `document` that `schema` does not have, and every tag (such as `op`) that no variant has, with the nearest names.
 pub(super) fn unknown_fields(document: &Value, schema: &Value) -> Vec<SpecField> {
-    let mut found = Vec::new();
+    let (mut tags, mut found) = (Vec::new(), Vec::new());
+    let enter = |pointer: &str, value: &Value, union: &Value| {
+        let (Some(tag), Value::Object(fields)) = (Tag::of(union, schema), value) else { return true };
+        let wrong = tag.wrong(fields, pointer);
+        let is_right = wrong.is_none();
+        tags.extend(wrong);
+        is_right
+    };
+    walk_into(document, schema, enter, |pointer, value, node| {
+        let Value::Object(fields) = value else { return };
+        let properties = properties(node, schema);
+        if properties.is_empty() || is_open(node) {
+            return;
+        }
+        for name in fields.keys().filter(|name| !properties.iter().any(|(known, _)| known == *name)) {
+            let names = properties.iter().map(|(known, _)| *known);
+            let at = format!("{pointer}/{}", escape(name));
+            let detail = format!("there is no field '{name}' here");
+            found.push(SpecField::new(SpecErrorKind::UnknownField, at, detail).with_nearest(name, names));
+        }
+    });
+    found.extend(tags);
+    found.sort_by(|first, second| first.pointer.cmp(&second.pointer));
+    found
+}
+
+/// Visits every value of a document with its pointer and the part of the schema that is about it. The document's depth is bounded
+/// by its parser.
+pub(super) fn walk(document: &Value, schema: &Value, visit: impl FnMut(&str, &Value, &Value)) {
+    walk_into(document, schema, |_, _, _| true, visit);
+}
+
+/// The same; `enter` is asked before of several alternatives one is chosen, and may say that the value is not to be looked into.
+fn walk_into(
+    document: &Value,
+    schema: &Value,
+    mut enter: impl FnMut(&str, &Value, &Value) -> bool,
+    mut visit: impl FnMut(&str, &Value, &Value),
+) {
     let mut pending = vec![(String::new(), document, schema)];
     while let Some((pointer, value, node)) = pending.pop() {
-        let node = resolve(node, schema);
-        if let (Some(tag), Value::Object(fields)) = (Tag::of(node, schema), value)
-            && let Some(field) = tag.wrong(fields, &pointer)
-        {
-            found.push(field);
+        let union = resolve(node, schema);
+        if !enter(&pointer, value, union) {
             continue;
         }
-        let node = choose(node, value, schema);
+        let node = choose(union, value, schema);
+        visit(&pointer, value, node);
         match value {
             Value::Object(fields) => {
                 let properties = properties(node, schema);
-                let open = node.get("additionalProperties").is_some_and(Value::is_object);
                 for (name, field) in fields {
                     let at = format!("{pointer}/{}", escape(name));
                     if let Some(property) = properties.iter().find(|(known, _)| *known == name) {
                         pending.push((at, field, property.1));
-                    } else if open {
+                    } else if is_open(node) {
                         pending.push((at, field, &node["additionalProperties"]));
-                    } else if !properties.is_empty() {
-                        let names = properties.iter().map(|(known, _)| *known);
-                        let detail = format!("there is no field '{name}' here");
-                        found.push(SpecField::new(SpecErrorKind::UnknownField, at, detail).with_nearest(name, names));
                     }
                 }
             }
@@ -46,8 +76,11 @@ pub(super) fn unknown_fields(document: &Value, schema: &Value) -> Vec<SpecField>
             _ => {}
         }
     }
-    found.sort_by(|first, second| first.pointer.cmp(&second.pointer));
-    found
+}
+
+/// Whether an object may have fields of any name.
+fn is_open(node: &Value) -> bool {
+    node.get("additionalProperties").is_some_and(Value::is_object)
 }
 
 /// The field that tells the variants of a tagged union apart, and the values that it may have.

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod determinism;
+mod feet;
 pub(crate) mod figure;
 mod invariance;
 mod limbs;

@@ -5,6 +5,7 @@ mod fk;
 mod notes;
 mod pairs;
 mod pelvis;
+mod stages;
 
 use glam::DVec3;
 
@@ -16,6 +17,7 @@ use self::{
     notes::{check_kinds, report_idle_limbs, report_loose_joints, report_rigs},
     pairs::find_pairs,
     pelvis::{resolve_pelvis, resolve_top},
+    stages::resolve_stages,
 };
 use super::{
     alignment::{AlignedJoint, Alignment, align},
@@ -26,6 +28,7 @@ use super::{
     recognition::RigKind,
     shoulder::find_shoulders,
     spec::{Carry, FkOp, Op, PelvisOp, RetargetSpec, TranslationMode},
+    stages::Stages,
     twist::find_twists,
     understand::Rig,
 };
@@ -77,6 +80,7 @@ pub fn resolve(
         twists: Vec::new(),
         shoulders: Vec::new(),
         global_scale: 1.0,
+        stages: Stages::default(),
     };
     let mut fields = Vec::new();
     for (index, op) in ops.iter().enumerate() {
@@ -89,6 +93,7 @@ pub fn resolve(
                 let chains = resolve_fk(op, index, spec, pairs, source, target, &mut fields);
                 mapping.chains.extend(chains);
             }
+            _ => {}
         }
     }
     if let Some(error) = SpecError::from_fields(fields) {
@@ -98,6 +103,7 @@ pub fn resolve(
         keep_slides(&mut mapping.chains, clip);
     }
     order_chains(&mut mapping.chains);
+    mapping.stages = resolve_stages(&ops, source, target, clip, &mapping, reporter)?;
     if mapping.pelvis.is_none() && mapping.chains.is_empty() {
         return Err(nothing_to_map(source, target));
     }

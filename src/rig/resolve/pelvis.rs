@@ -81,14 +81,32 @@ pub(super) fn resolve_pelvis(
         target: target_pelvis,
         rotation_alpha: op.alpha * op.rotation_alpha,
         translation_alpha: op.alpha * op.translation_alpha,
-        position: PelvisPosition {
-            ours_from_plan: (target.work_from_scene * mapping.plan_from_target.conjugate()).normalize(),
-            scale: DVec3::new(op.scale_horizontal, op.scale_vertical, op.scale_horizontal) * scale,
-            source_origin,
-            target_origin,
-        },
+        position: blended(
+            op,
+            target.unit_metres,
+            PelvisPosition {
+                ours_from_plan: (target.work_from_scene * mapping.plan_from_target.conjugate()).normalize(),
+                scale: DVec3::new(op.scale_horizontal, op.scale_vertical, op.scale_horizontal) * scale,
+                source_origin,
+                target_origin,
+            },
+        ),
     });
     Ok(())
+}
+
+/// The same position with the op's offset, and blended with the source's own. Both are affine in the source's position, so the blend
+/// is one of scales and of origins.
+fn blended(op: &PelvisOp, unit_metres: f64, position: PelvisPosition) -> PelvisPosition {
+    let turn = position.ours_from_plan;
+    let share = DVec3::from(op.blend_to_source_weights) * op.blend_to_source;
+    let toward_source = turn * (position.source_origin - position.target_origin);
+    let moved = toward_source * share + DVec3::from(op.offset) / unit_metres;
+    PelvisPosition {
+        scale: position.scale + (DVec3::ONE - position.scale) * share,
+        target_origin: position.target_origin + turn.conjugate() * moved,
+        ..position
+    }
 }
 
 /// What moves two skeletons that are no bodies: there is no floor and no height, only a size.

@@ -10,7 +10,10 @@ mod rig;
 mod tune;
 
 pub use map::{ChainMap, RotationMode, TranslationMode};
-pub use ops::{Carry, FkOp, HeightRule, Op, PelvisOp, PelvisScale, PelvisScaleRule, ScaleOrigin};
+pub use ops::{
+    Alpha, Carry, ContactFloor, ContactFloorRule, ContactsOp, FilterKind, FilterOp, FkOp, FloorOp, HeightRule, IkGoal,
+    IkOp, Op, PelvisOp, PelvisScale, PelvisScaleRule, PlantMode, PlantOp, ScaleOrigin, Scope,
+};
 pub use output::{IncludeSpec, OutputChoice, OutputSpec, TargetClipsSpec};
 pub use pose::{EditAxes, FromClipEdit, PoseChoice, PoseEdit, PoseSpec, ResetEdit, RotateEdit};
 pub use report::{MetricInfo, MetricName, ReportChoice, ReportDetail, ReportSpec, Threshold};

@@ -64,11 +64,23 @@ pub enum TuneParameter {
     /// How much of the pelvis' turn is taken; usually 0.9 to 1.1.
     #[serde(rename = "pelvis.rotation_alpha")]
     PelvisRotationAlpha,
+    /// How long a foot is led to its place and away from it; usually 0.05 to 0.6.
+    #[serde(rename = "plant.blend_seconds")]
+    PlantBlendSeconds,
+    /// Up to which height the floor counts fully; usually 0.02 to 0.2.
+    #[serde(rename = "floor.falloff_height")]
+    FloorFalloffHeight,
 }
 
 impl TuneParameter {
     /// All of them, in the order in which they are tried.
-    pub const ALL: [Self; 3] = [Self::PelvisScaleHorizontal, Self::PelvisScaleVertical, Self::PelvisRotationAlpha];
+    pub const ALL: [Self; 5] = [
+        Self::PelvisScaleHorizontal,
+        Self::PelvisScaleVertical,
+        Self::PelvisRotationAlpha,
+        Self::PlantBlendSeconds,
+        Self::FloorFalloffHeight,
+    ];
 
     /// The name on the wire.
     #[must_use]
@@ -77,6 +89,8 @@ impl TuneParameter {
             Self::PelvisScaleHorizontal => "pelvis.scale_horizontal",
             Self::PelvisScaleVertical => "pelvis.scale_vertical",
             Self::PelvisRotationAlpha => "pelvis.rotation_alpha",
+            Self::PlantBlendSeconds => "plant.blend_seconds",
+            Self::FloorFalloffHeight => "floor.falloff_height",
         }
     }
 
@@ -86,6 +100,8 @@ impl TuneParameter {
         match self {
             Self::PelvisScaleHorizontal => [0.7, 1.4],
             Self::PelvisScaleVertical | Self::PelvisRotationAlpha => [0.9, 1.1],
+            Self::PlantBlendSeconds => [0.05, 0.6],
+            Self::FloorFalloffHeight => [0.02, 0.2],
         }
     }
 }
