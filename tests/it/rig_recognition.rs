@@ -1,5 +1,6 @@
 //! Roles found by name and by shape, on real and generated rigs.
 
+mod conventions;
 mod corpus;
 mod generated;
 mod real_files;

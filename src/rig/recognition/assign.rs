@@ -9,6 +9,7 @@ use super::{
     Part, Role, RoleFinding, Side,
     body::Body,
     finding::{Findings, sure},
+    lexicon::Sense,
     structure::{Anatomy, Place},
 };
 
@@ -19,6 +20,10 @@ const SYMMETRY_WEIGHT: f64 = 0.1;
 
 /// What a name that says nothing is worth against one that says something else.
 const SILENT_NAME: f64 = 0.3;
+/// What a name is worth that may mean the role, but was not understood so.
+const FITTING_NAME: f64 = 0.6;
+/// What is left of a name where the rest of its limb is not named.
+const LONE_NAME: f64 = 0.4;
 /// What geometry is worth where the shape has no opinion.
 const SILENT_SHAPE: f64 = 0.5;
 
@@ -64,7 +69,10 @@ pub(super) fn combine(body: &Body<'_>, named: Findings, anatomy: Option<&Anatomy
         };
         let twin = named.roles.get(&role.mirrored()).map(|twin| twin.joints.as_slice());
         let symmetry = symmetry(body, *role, &finding.joints, twin);
-        let score = NAME_WEIGHT * finding.confidence + GEOMETRY_WEIGHT * geometry + SYMMETRY_WEIGHT * symmetry;
+        // One segment of a limb that is named, and not the others, is named by chance (`arm_01`, `arm_02`).
+        let name =
+            if is_lone(&named.roles, &places, *role) { LONE_NAME * finding.confidence } else { finding.confidence };
+        let score = NAME_WEIGHT * name + GEOMETRY_WEIGHT * geometry + SYMMETRY_WEIGHT * symmetry;
         candidates.push(Candidate { score, role: *role, witness: Witness::Names, joints: &finding.joints });
     }
     for (role, place) in &places {
@@ -72,13 +80,12 @@ pub(super) fn combine(body: &Body<'_>, named: Findings, anatomy: Option<&Anatomy
         if finding.is_some_and(|finding| agree(*role, &finding.joints, &place.joints)) {
             continue;
         }
-        let name = if finding.is_none() && is_nameless(body, &place.joints) { SILENT_NAME } else { 0.0 };
+        // A joint that is named as something else is that.
+        let Some(name) = name_for(body, *role, place.joints[0]) else { continue };
+        // Where another joint is named so, this one is not.
+        let name = if finding.is_some() { 0.0 } else { name };
         let twin = places.get(&role.mirrored()).map(|twin| twin.joints.as_slice());
         let symmetry = symmetry(body, *role, &place.joints, twin);
-        // A joint that is named as something else, in a rig that has names for this, is that.
-        if finding.is_none() && name == 0.0 {
-            continue;
-        }
         let score = NAME_WEIGHT * name + GEOMETRY_WEIGHT * place.geometry + SYMMETRY_WEIGHT * symmetry;
         candidates.push(Candidate { score, role: *role, witness: Witness::Shape, joints: &place.joints });
     }
@@ -134,9 +141,49 @@ fn symmetry(body: &Body<'_>, role: Role, joints: &[usize], twin: Option<&[usize]
     if role.side == Side::Center || is_mirrored { 1.0 } else { 0.0 }
 }
 
-/// Whether the names of those joints say nothing about the body.
-fn is_nameless(body: &Body<'_>, joints: &[usize]) -> bool {
-    joints.iter().take(1).all(|joint| body.names[*joint].sense.is_none())
+/// How much a joint's name speaks for a role that it was not given by name; nothing where it says something else.
+fn name_for(body: &Body<'_>, role: Role, joint: usize) -> Option<f64> {
+    let name = &body.names[joint];
+    let Some(sense) = name.sense else { return Some(SILENT_NAME) };
+    let is_other_side = name.side.is_some_and(|side| role.side != Side::Center && side == role.side.opposite());
+    if may_mean(sense, role.part) && !is_other_side {
+        Some(FITTING_NAME)
+    } else {
+        (!body.means(joint, &[sense])).then_some(0.0)
+    }
+}
+
+/// Whether a word may stand for a part at all.
+const fn may_mean(sense: Sense, part: Part) -> bool {
+    match part {
+        Part::Pelvis => matches!(sense, Sense::Pelvis | Sense::Hip | Sense::Spine),
+        Part::Clavicle => matches!(sense, Sense::Clavicle | Sense::Shoulder | Sense::Arm),
+        Part::UpperArm => matches!(sense, Sense::UpperArm | Sense::Arm | Sense::Shoulder),
+        Part::Forearm => matches!(sense, Sense::Forearm | Sense::Arm),
+        Part::Hand => matches!(sense, Sense::Hand | Sense::Wrist | Sense::Palm | Sense::Arm),
+        Part::Thigh => matches!(sense, Sense::Thigh | Sense::Hip | Sense::Leg),
+        Part::Shin => matches!(sense, Sense::Shin | Sense::Leg),
+        Part::Foot => matches!(sense, Sense::Foot | Sense::Ankle | Sense::Leg),
+        Part::Toe => matches!(sense, Sense::Toe | Sense::Foot | Sense::Leg),
+        Part::Spine => matches!(sense, Sense::Spine),
+        Part::Neck => matches!(sense, Sense::Neck | Sense::Spine),
+        Part::Head => matches!(sense, Sense::Head | Sense::Neck | Sense::Spine),
+        Part::Thumb | Part::Index | Part::Middle | Part::Ring | Part::Pinky => {
+            matches!(sense, Sense::Finger(_) | Sense::AnyFinger)
+        }
+        _ => false,
+    }
+}
+
+/// Whether a role is the only named segment of a limb that the shape sees whole.
+fn is_lone(named: &BTreeMap<Role, RoleFinding>, places: &BTreeMap<Role, &Place>, role: Role) -> bool {
+    const LIMBS: [[Part; 3]; 2] = [[Part::UpperArm, Part::Forearm, Part::Hand], [Part::Thigh, Part::Shin, Part::Foot]];
+    let limb = LIMBS.iter().find(|limb| limb.contains(&role.part));
+    limb.is_some_and(|limb| {
+        let roles = limb.map(|part| Role::new(role.side, part));
+        roles.iter().all(|role| places.contains_key(role))
+            && roles.iter().filter(|role| named.contains_key(role)).count() == 1
+    })
 }
 
 /// What is said of the role that a candidate gets.
@@ -186,7 +233,7 @@ fn judge(
                     let name = label(named.joints[0]);
                     (geometry * witness::CONTRADICTED, format!("by its shape, although '{name}' is named so"))
                 }
-                None => (geometry, "by its shape and place; its name says nothing".to_owned()),
+                None => (geometry, "by its shape and place".to_owned()),
             };
             RoleFinding { joints: candidate.joints.to_vec(), confidence, alternatives, reasons: vec![reason] }
         }

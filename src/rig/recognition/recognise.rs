@@ -226,17 +226,23 @@ fn attempt(
     }
 }
 
-/// What the shape of the body says. Joints that steer or mark something by their name are no part of it.
+/// What the shape of the body says. Joints that steer or mark something by their name are no part of it, unless nothing is
+/// seen without them: some rigs call their hands ends.
 fn see_shape(body: &Body<'_>, rest: &ModelPose, joints_only: bool) -> Option<Anatomy> {
     let joints = body.skeleton.joints();
     let parents: Vec<Option<usize>> = joints.iter().map(|joint| joint.parent).collect();
     let positions: Vec<DVec3> = rest.transforms().iter().map(|transform| transform.translation).collect();
-    let belongs = |joint: usize| {
-        let name = &body.names[joint];
-        body.members[joint] && (joints[joint].is_joint || !joints_only) && !name.is_control && !name.is_end
-    };
-    let members: Vec<bool> = (0..joints.len()).map(belongs).collect();
-    if positions.len() == joints.len() { find_anatomy(&parents, &positions, &members) } else { None }
+    if positions.len() != joints.len() {
+        return None;
+    }
+    let counts = |joint: usize| body.members[joint] && (joints[joint].is_joint || !joints_only);
+    let is_mark = |joint: usize| body.names[joint].is_control || (body.names[joint].is_end && body.is_leaf(joint));
+    let without_marks: Vec<bool> = (0..joints.len()).map(|joint| counts(joint) && !is_mark(joint)).collect();
+    find_anatomy(&parents, &positions, &without_marks).or_else(|| {
+        let has_marks = (0..joints.len()).any(|joint| counts(joint) && is_mark(joint));
+        let all = || (0..joints.len()).map(counts).collect::<Vec<bool>>();
+        if has_marks { find_anatomy(&parents, &positions, &all()) } else { None }
+    })
 }
 
 /// The roles behind a file's own names for them. Names that say nothing, and joints that do not exist, are left out.

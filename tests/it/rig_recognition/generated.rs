@@ -277,3 +277,43 @@ fn a_template_of_the_users_names_what_no_lexicon_knows() {
     assert_eq!(skeleton.joints()[foot.joints[0]].name, "HX11q", "each where it belongs");
     assert!(foot.confidence > 0.95, "as sure as any name: {foot:?}");
 }
+
+#[test]
+fn helpers_props_and_wings_are_told() {
+    let plain = figure(|part, side| format!("{side:?}{part}").replace("Center", ""));
+    let index = |name: &str| plain.find(name).expect("a joint of the figure");
+    let mut joints = plain.joints().to_vec();
+    let mut hang = |name: &str, parent: &str, place: [f64; 3]| {
+        let parent = joints.iter().position(|joint| joint.name == parent).expect("it is there");
+        let rest = Transform::from_translation(DVec3::from_array(place));
+        joints.push(Joint { name: name.to_owned(), parent: Some(parent), rest, is_joint: true, node: joints.len() });
+    };
+    hang("LeftForeArmTwist", "LeftForeArm", [0.1, 0.0, 0.0]);
+    hang("bone_7", "RightUpperArm", [-0.15, 0.0, 0.0]);
+    hang("Sword", "RightHand", [-0.05, 0.0, 0.0]);
+    hang("SwordTip", "Sword", [0.0, 0.0, 0.6]);
+    hang("Wing1_L", "Chest", [0.05, 0.05, -0.1]);
+    hang("Wing2_L", "Wing1_L", [0.3, 0.2, -0.1]);
+    let skeleton = Skeleton::new(joints).expect("parents come first");
+    let recognition = recognised(&skeleton);
+    let name = |joint: usize| skeleton.joints()[joint].name.as_str();
+    let twists: Vec<(&str, String, f64)> = recognition
+        .twists
+        .iter()
+        .map(|helper| (name(helper.joint), helper.role.to_string(), (helper.fraction * 100.0).round() / 100.0))
+        .collect();
+    assert_eq!(
+        twists,
+        [("LeftForeArmTwist", "left_forearm".to_owned(), 0.4), ("bone_7", "right_upper_arm".to_owned(), 0.5)],
+        "by name, and a nameless leaf in the middle of a segment"
+    );
+    let props: Vec<(&str, Side)> = recognition.props.iter().map(|prop| (name(prop.joint), prop.side)).collect();
+    assert_eq!(props, [("Sword", Side::Right)], "the topmost joint of what the hand holds");
+    let wing = &recognition.roles[&Role::new(Side::Left, Part::Wing)];
+    assert_eq!(wing.joints.iter().map(|joint| name(*joint)).collect::<Vec<_>>(), ["Wing1_L", "Wing2_L"], "outward");
+    assert_eq!(
+        recognition.roles[&Role::new(Side::Left, Part::Hand)].joints,
+        [index("LeftHand")],
+        "and nothing else moves"
+    );
+}

@@ -9,7 +9,7 @@ use super::{
 };
 
 /// Less likely figures are none.
-const LEAST_SCORE: f64 = 0.1;
+const LEAST_SCORE: f64 = 0.12;
 
 /// An upright body.
 #[derive(Clone, Debug)]
@@ -80,7 +80,7 @@ fn find_upright(shape: &Shape<'_>, pairs: &[Pair]) -> Option<Upright> {
     let mut best: Option<Upright> = None;
     for leg in &legs {
         for arm in arms.iter().filter(|arm| arm.pair.ways[0][0] != leg.pair.ways[0][0]) {
-            if let Some(upright) = stand(shape, leg, arm)
+            if let Some(upright) = stand(shape, leg, arm, pairs)
                 && upright.score > best.as_ref().map_or(LEAST_SCORE, |best| best.score)
             {
                 best = Some(upright);
@@ -91,7 +91,7 @@ fn find_upright(shape: &Shape<'_>, pairs: &[Pair]) -> Option<Upright> {
 }
 
 /// How much two pairs look like the legs and arms of one body.
-fn stand(shape: &Shape<'_>, legs: &Limbs, arms: &Limbs) -> Option<Upright> {
+fn stand(shape: &Shape<'_>, legs: &Limbs, arms: &Limbs, pairs: &[Pair]) -> Option<Upright> {
     let leg = Joints::of(shape, legs);
     let arm = Joints::of(shape, arms);
     let trunk = arm.upper() - leg.upper();
@@ -99,11 +99,17 @@ fn stand(shape: &Shape<'_>, legs: &Limbs, arms: &Limbs) -> Option<Upright> {
     let (leg_length, arm_length) = (leg.length(), arm.length());
     let proportion = |value: f64, low: f64, high: f64| step(value, 0.6 * low, low) * step(-value, -1.6 * high, -high);
     let shares = proportion(trunk.length() / leg_length, 0.3, 2.5) * proportion(arm_length / leg_length, 0.4, 1.8);
-    let legs_down = step(-leg.along(up), 0.2, 0.7);
+    let legs_down = step(-leg.along(up), 0.4, 0.8);
     let arms_low = step(-arm.along(up), -0.95, -0.6).max(0.3);
     // The feet are lower than the hands.
     let (feet, hands) = (leg.end().dot(up), arm.end().dot(up));
     let on_ground = step(hands - feet, -0.1 * leg_length, 0.15 * leg_length);
+    // People rest with straight legs, and with arms that are bent a little at most.
+    let straight = step(leg.opening(), 1.7, 2.4) * step(arm.opening(), 1.0, 1.8);
+    // Nothing else that comes in pairs is lower than the feet.
+    let lowest = pairs.iter().map(|pair| ends(shape, pair).dot(up)).fold(f64::INFINITY, f64::min);
+    let own = ends(shape, &legs.pair).dot(up).min(feet);
+    let reaches = step(lowest - own, -0.3 * leg_length, -0.1 * leg_length);
     // Both pairs lie across the same plane.
     let across = leg.across().dot(arm.across());
     let facing = step(across.abs(), 0.3, 0.85);
@@ -117,7 +123,16 @@ fn stand(shape: &Shape<'_>, legs: &Limbs, arms: &Limbs) -> Option<Upright> {
         (2, _) => 0.85,
         _ => 0.5,
     };
-    let score = shares * legs_down * arms_low * on_ground * facing * hung * legs.best.score * arms.best.score;
+    let score = shares
+        * legs_down
+        * arms_low
+        * on_ground
+        * straight
+        * reaches
+        * facing
+        * hung
+        * legs.best.score
+        * arms.best.score;
     let arms = if across < 0.0 { Limbs { pair: arms.pair.turned(), ..arms.clone() } } else { arms.clone() };
     Some(Upright { legs: legs.clone(), arms, pelvis, trunk, score })
 }
@@ -162,7 +177,7 @@ fn stand_on_four(shape: &Shape<'_>, hind: &Pair, front: &Pair) -> Option<Level> 
     let trunk_share = trunk.length() / back.length();
     let share =
         step(trunk_share, 0.4, 0.7) * step(-trunk_share, -5.0, -3.0) * step(fore.length() / back.length(), 0.4, 0.6);
-    let across = |pair: &Pair| middle(shape, pair, 0, true).try_normalize().unwrap_or(DVec3::ZERO);
+    let across = |pair: &Pair| between(shape, pair).try_normalize().unwrap_or(DVec3::ZERO);
     let (one, other) = (across(hind), across(front));
     let facing = step(one.dot(other).abs(), 0.3, 0.8);
     let score = if long_enough { alike * level * on_ground * share * facing } else { 0.0 };
@@ -182,10 +197,10 @@ fn ends(shape: &Shape<'_>, pair: &Pair) -> DVec3 {
     one.midpoint(other)
 }
 
-/// From the second side to the first, over all joints from `from` on.
-fn middle(shape: &Shape<'_>, pair: &Pair, from: usize, _all: bool) -> DVec3 {
+/// From the second side to the first, over all joints.
+fn between(shape: &Shape<'_>, pair: &Pair) -> DVec3 {
     let [one, other] = &pair.ways;
-    let between = one.iter().zip(other).skip(from).map(|(one, other)| shape.positions[*one] - shape.positions[*other]);
+    let between = one.iter().zip(other).map(|(one, other)| shape.positions[*one] - shape.positions[*other]);
     between.fold(DVec3::ZERO, |sum, step| sum + step)
 }
 
@@ -217,6 +232,12 @@ impl Joints {
     /// The cosine of the limbs against a direction, from their starts to their ends.
     fn along(&self, direction: DVec3) -> f64 {
         let one = |points: &[DVec3; 3]| (points[2] - points[0]).normalize_or_zero().dot(direction);
+        f64::midpoint(one(&self.points[0]), one(&self.points[1]))
+    }
+
+    /// The angle at knee or elbow, in radians; π is straight.
+    fn opening(&self) -> f64 {
+        let one = |points: &[DVec3; 3]| (points[0] - points[1]).angle_between(points[2] - points[1]);
         f64::midpoint(one(&self.points[0]), one(&self.points[1]))
     }
 

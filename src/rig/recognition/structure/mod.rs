@@ -92,7 +92,7 @@ fn describe_upright(shape: &Shape<'_>, body: &Upright) -> Anatomy {
     let mut places = Places::default();
     let sure = SUREST.min(0.55 + 0.4 * body.score.sqrt());
     for (side, way) in [Side::Left, Side::Right].into_iter().zip(sides) {
-        describe_leg(&body.legs, way, side, sure, &mut places);
+        describe_leg(shape, &body.legs, way, side, sure, &mut places);
         describe_arm(shape, &body.arms, way, side, sure, &mut places);
     }
     let starts = [0, 1].map(|side| body.arms.pair.ways[side][body.arms.best.upper]);
@@ -145,7 +145,7 @@ fn sides_of(shape: &Shape<'_>, body: &Upright, up: DVec3, forward: Option<DVec3>
     if start(0) >= start(1) { [0, 1] } else { [1, 0] }
 }
 
-fn describe_leg(legs: &Limbs, way: usize, side: Side, sure: f64, places: &mut Places) {
+fn describe_leg(shape: &Shape<'_>, legs: &Limbs, way: usize, side: Side, sure: f64, places: &mut Places) {
     let joints = &legs.pair.ways[way];
     let best = legs.best;
     let other = |place: fn(&limb::Segments) -> usize| legs.second.as_ref().map(|second| joints[place(second)]);
@@ -153,7 +153,9 @@ fn describe_leg(legs: &Limbs, way: usize, side: Side, sure: f64, places: &mut Pl
     places.set(role(Part::Thigh), joints[best.upper..best.lower].to_vec(), sure, other(|second| second.upper));
     places.set(role(Part::Shin), joints[best.lower..best.end].to_vec(), sure, other(|second| second.lower));
     places.set(role(Part::Foot), vec![joints[best.end]], sure, other(|second| second.end));
-    if let Some(toe) = joints.get(best.end + 1) {
+    // A foot with single toes has no joint at its ball.
+    let has_toes = shape.children[joints[best.end]].len() > 2;
+    if let Some(toe) = joints.get(best.end + 1).filter(|_| !has_toes) {
         places.set(role(Part::Toe), vec![*toe], sure - 0.15, joints.get(best.end + 2).copied());
     }
 }

@@ -41,10 +41,19 @@ type Spellings = Vec<String>;
 /// The first template that the skeleton follows: the user's own, then built-in ones whose prefix is there, then the others.
 pub(in crate::rig::recognition) fn find(skeleton: &Skeleton, own: &[RigTemplate]) -> Option<TemplateMatch> {
     let names = PlainNames::new(skeleton);
+    let bare = names.behind("");
     let own: Vec<Matcher> = own.iter().map(Matcher::new).collect();
     let fits = |matcher: &Matcher, with_prefix: bool, is_own: bool| {
         let prefixes = matcher.prefixes.iter().filter(|prefix| prefix.is_empty() != with_prefix);
-        let found = prefixes.filter_map(|prefix| matcher.compare(&names.behind(prefix), with_prefix)).next();
+        let compare = |prefix: &String| {
+            if prefix.is_empty() {
+                matcher.compare(&bare, with_prefix)
+            } else {
+                let names = Some(names.behind(prefix)).filter(|names| !names.is_empty())?;
+                matcher.compare(&names, with_prefix)
+            }
+        };
+        let found = prefixes.filter_map(compare).next();
         found.map(|roles| TemplateMatch { name: matcher.name.clone(), is_own, roles })
     };
     let first = |matchers: &[Matcher], is_own: bool| {
