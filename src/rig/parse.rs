@@ -116,6 +116,10 @@ fn out_of_range(spec: &RetargetSpec) -> Vec<SpecField> {
         for (name, value) in [("rotation_alpha", rotation), ("translation_alpha", translation)] {
             require(alpha(value, 10.0), format!("/ops/{index}/{name}"), format!("{value} is not between -10 and 10"));
         }
+        if let Op::Fk(op) = op {
+            let detail = format!("{} is not between 0 and 1", op.shoulder);
+            require((0.0..=1.0).contains(&op.shoulder), format!("/ops/{index}/shoulder"), detail);
+        }
         if let Op::Pelvis(op) = op {
             let scale = if let PelvisScale::Value(value) = op.scale { value } else { 1.0 };
             let named =

@@ -98,6 +98,7 @@ pub(super) fn align(source: &Rig<'_>, target: &Rig<'_>, pairs: &[NamedPair], mod
 pub(super) fn canonical_rest(rig: &Rig<'_>, pose: CanonicalPose, from_nothing: bool) -> Alignment {
     let own = |(role, joints): (&String, &Vec<usize>)| NamedPair {
         name: role.clone(),
+        source_name: role.clone(),
         source: joints.clone(),
         target: joints.clone(),
         role: Some(role.clone()),
