@@ -109,10 +109,10 @@ impl Look<'_> {
         }
     }
 
-    /// The bones of a role's chain: unit directions, each with the share of the chain's length at which it ends.
-    pub(super) fn chain(&self, role: &str) -> Vec<(f64, DVec3)> {
+    /// The bones of a chain that plays a role: unit directions, each with the share of the chain's length at which it ends.
+    pub(super) fn chain(&self, role: &str, joints: &[usize]) -> Vec<(f64, DVec3)> {
         match self {
-            Self::Rig(rig) => chain(rig, rig.role(role)),
+            Self::Rig(rig) => chain(rig, joints),
             Self::Canonical(pose) => pose.direction(role).map(|direction| (1.0, direction)).into_iter().collect(),
         }
     }

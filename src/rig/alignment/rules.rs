@@ -248,7 +248,7 @@ impl Rules<'_> {
     }
 
     fn along_chain(&mut self, pair: &NamedPair, role: &str, part: &str) {
-        let wanted = self.source.chain(role);
+        let wanted = self.source.chain(role, &pair.source);
         let own = chain(self.target, &pair.target);
         let is_whole = own.len() + 1 == pair.target.len();
         let mut begin = 0.0;
