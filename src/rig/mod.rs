@@ -8,6 +8,7 @@ mod auto_map;
 mod error;
 mod floor;
 mod ikrig;
+mod legs;
 mod mapping;
 mod nearest;
 mod parse;
@@ -15,15 +16,17 @@ mod ranges;
 mod recognition;
 mod resolve;
 mod rest;
+mod shoulder;
 mod spec;
 mod stages;
 mod standing;
+mod twist;
 mod understand;
 mod unknown_fields;
 
 pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use floor::standing_floor;
-pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride};
+pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing};
 pub use parse::{parse_spec, parse_value};
 pub use recognition::{
     BodyFrame, Hints, Part, Prop, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
@@ -32,6 +35,7 @@ pub use recognition::{
 };
 pub use resolve::{Resolved, resolve};
 pub use rest::{RestSource, scene_rest};
+pub use shoulder::ShoulderPair;
 pub use spec::{
     Align, Alpha, AutoWord, Carry, ChainMap, ClipChoice, ContactFloor, ContactFloorRule, ContactsOp, FilterKind,
     FilterOp, FkOp, FloorOp, HeightRule, IkGoal, IkOp, IncludeSpec, MetricInfo, MetricName, OneOrMany, Op,
@@ -41,4 +45,5 @@ pub use spec::{
 };
 pub use stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, StagedKind, StagedOp, Stages};
 pub use standing::with_standing_rest;
+pub use twist::{TwistAgainst, TwistPair};
 pub use understand::Rig;

@@ -14,18 +14,22 @@ use crate::model::{Axes, Clip, Reporter, Transform};
 use self::{
     filled_in::filled_in,
     fk::{order_chains, resolve_fk},
-    notes::{check_kinds, report_idle_limbs, report_rigs},
+    notes::{check_kinds, report_idle_limbs, report_loose_joints, report_rigs},
     pairs::find_pairs,
     pelvis::{resolve_pelvis, resolve_top},
     stages::resolve_stages,
 };
 use super::{
     align::align,
-    anatomy::rides,
+    anatomy::{loose_joints, rides},
+    auto_map::NamedPair,
     error::{SpecError, SpecErrorKind},
-    mapping::Mapping,
-    spec::{Align, Carry, FkOp, Op, PelvisOp, RetargetSpec},
+    mapping::{ChainPair, Mapping},
+    recognition::RigKind,
+    shoulder::find_shoulders,
+    spec::{Align, Carry, FkOp, Op, PelvisOp, RetargetSpec, TranslationMode},
     stages::Stages,
+    twist::find_twists,
     understand::Rig,
 };
 
@@ -56,7 +60,7 @@ pub fn resolve(
     let pairs = &found.pairs;
     let aligned = match spec.align {
         Align::Off => target.rest.clone(),
-        Align::Auto | Align::Direction => align(source, target, pairs),
+        Align::Auto | Align::Direction => align(source, target, &alignable(pairs, target)),
     };
     let carried = is_carried(&ops);
     let ours_from_plan = if carried { Axes::Z_UP_Y_FRONT.ours_from_this() } else { target.work_from_scene };
@@ -74,6 +78,8 @@ pub fn resolve(
         pelvis: None,
         chains: Vec::new(),
         rides: Vec::new(),
+        twists: Vec::new(),
+        shoulders: Vec::new(),
         global_scale: 1.0,
         stages: Stages::default(),
     };
@@ -94,6 +100,9 @@ pub fn resolve(
     if let Some(error) = SpecError::from_fields(fields) {
         return Err(error);
     }
+    if found.tops.is_some() {
+        keep_slides(&mut mapping.chains, clip);
+    }
     order_chains(&mut mapping.chains);
     mapping.stages = resolve_stages(&ops, source, target, clip, &mapping, reporter)?;
     if mapping.pelvis.is_none() && mapping.chains.is_empty() {
@@ -102,10 +111,45 @@ pub fn resolve(
     if !carried {
         // What the parents of chains that are carried along do is part of the chain.
         mapping.rides = rides(target);
+        for op in &ops {
+            if let Op::Fk(op) = op
+                && op.enabled
+            {
+                if op.twist {
+                    find_twists(source, target, clip, &mut mapping);
+                }
+                mapping.shoulders = find_shoulders(source, target, &mapping, op.shoulder);
+            }
+        }
+        let loose = loose_joints(target, &mapping.driven(), &mapping.rides);
+        report_loose_joints(target, &loose, reporter);
+        mapping.rides.extend(loose);
     }
     report_idle_limbs(spec, source, target, &mapping, reporter);
-    let spec = filled_in(spec, source, target, &found, ops);
+    let spec = filled_in(spec, source, target, &found, &mapping, ops);
     Ok(Resolved { mapping, spec })
+}
+
+/// The pairs whose rest poses are to look alike. Four-legged animals stand on both ends of their spine: one that is tipped to
+/// another's slope has its front paws in the floor or in the air.
+fn alignable(pairs: &[NamedPair], target: &Rig<'_>) -> Vec<NamedPair> {
+    let is_tipped = |pair: &&NamedPair| stands_on_four(target) && pair.role.as_deref() == Some("spine");
+    pairs.iter().filter(|pair| !is_tipped(pair)).cloned().collect()
+}
+
+/// Whether a rig is a four-legged animal.
+pub(super) fn stands_on_four(rig: &Rig<'_>) -> bool {
+    rig.recognition.kind == RigKind::Quadruped
+}
+
+/// What is no body has joints that slide, such as pistons and trolleys; where they do, their way counts.
+fn keep_slides(chains: &mut [ChainPair], clip: &Clip) {
+    for chain in chains {
+        let slides = clip.joints()[chain.source[0]].translation.is_animated();
+        if slides && chain.drive.translation == TranslationMode::None {
+            chain.drive.translation = TranslationMode::GloballyScaled;
+        }
+    }
 }
 
 fn default_ops() -> Vec<Op> {

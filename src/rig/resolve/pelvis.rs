@@ -9,6 +9,7 @@ use super::{
         error::SpecError,
         floor::{Stance, clip_floor},
         mapping::{Mapping, PelvisPair, PelvisPosition},
+        recognition::RigKind,
         spec::{HeightRule, PelvisOp, PelvisScale, PelvisScaleRule, RetargetSpec, RigSpec, ScaleOrigin},
         understand::Rig,
     },
@@ -46,7 +47,13 @@ pub(super) fn resolve_pelvis(
     let unit = mapping.plan_from_source.scale.x;
     let (source_value, target_value) = Height::comparable(&source_height, &target_height);
     let ratio = target_value / if source_value < LEAST_HEIGHT { 1.0 } else { source_value };
-    mapping.global_scale = ratio / unit;
+    mapping.global_scale = match op.scale {
+        // What is no body has no height to compare.
+        PelvisScale::Value(value) if [source, target].iter().all(|side| side.recognition.kind == RigKind::Other) => {
+            value
+        }
+        _ => ratio / unit,
+    };
     if !op.enabled {
         return Ok(());
     }

@@ -34,6 +34,15 @@ pub struct FkOp {
     pub rotation: RotationMode,
     /// How translations are found.
     pub translation: TranslationMode,
+    /// Whether joints of the target that share the twist of a limb get their share of it: twist helpers beside a bone, and the
+    /// joints of a split one. The twist is that of the hand against the forearm (foot against shin), growing along the bone, and
+    /// that of the upper arm against what carries it (thigh against pelvis), taken off toward the body. It follows the twist up
+    /// to 150° from the rest pose and eases off beyond, so that nothing pops half a turn away.
+    pub twist: bool,
+    /// How much the clavicles of the target lift where the source has none: per degree that the upper arm is raised above its
+    /// rest pose, and above 30° from hanging. 0 leaves them at rest. 0 to 1.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub shoulder: f64,
     /// 0 keeps rest rotations. −10 to 10.
     #[schemars(range(min = -10.0, max = 10.0))]
     pub rotation_alpha: f64,
@@ -51,6 +60,8 @@ impl Default for FkOp {
             carry: Carry::default(),
             rotation: RotationMode::default(),
             translation: TranslationMode::default(),
+            twist: true,
+            shoulder: 0.3,
             rotation_alpha: 1.0,
             translation_alpha: 1.0,
         }

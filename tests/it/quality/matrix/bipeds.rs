@@ -12,9 +12,10 @@ use crate::support::{corpus_file, files_below};
 /// Folders whose files are no characters.
 const NO_CHARACTERS: [&str; 4] = ["animated-drawings", "creatures", "fbx-semantics", "hostile"];
 /// Files elsewhere that are no bipeds, and why.
-const NO_BIPEDS: [(&str, &str); 7] = [
+const NO_BIPEDS: [(&str, &str); 8] = [
     ("bvh/misc/pybvh_rotation_first_root.bvh", "four joints in a row"),
     ("cc0-stylised/kenney_platformer_noskin.glb", "six rigid parts without elbows and knees"),
+    ("cc0-stylised/quaternius_alien.fbx", "a head on a body, without limbs"),
     ("khronos/SimpleSkin.gltf", "two joints"),
     ("khronos/SimpleSkinning.gltf", "three joints"),
     ("khronos/rigged_simple.gltf", "two joints"),
