@@ -2,7 +2,7 @@
 
 use crate::{
     model::Skeleton,
-    rig::{ChainPair, Mapping},
+    rig::{ChainPair, Mapping, TwistAgainst, TwistPair},
 };
 
 use super::compile::{Place, places};
@@ -61,10 +61,23 @@ pub fn joint_drivers(target: &Skeleton, mapping: &Mapping) -> Vec<JointDriver> {
             };
         }
     }
-    for shoulder in &mapping.shoulders {
+    // Shares of a twist, and lifts, follow from what the chains drive; where they drive nothing of a limb, it has none.
+    let is_chain: Vec<bool> = drivers.iter().map(|driver| matches!(driver, JointDriver::Chain { .. })).collect();
+    let moves = |joint: usize| {
+        let is_driven = |joint: usize| is_chain[joint] || mapping.pelvis.is_some_and(|pelvis| pelvis.target == joint);
+        (0..target.len()).any(|above| is_driven(above) && target.is_ancestor_or_self(above, joint))
+    };
+    for shoulder in mapping.shoulders.iter().filter(|shoulder| is_chain[shoulder.upper_arm]) {
         drivers[shoulder.joint] = JointDriver::Shoulder { upper_arm: shoulder.upper_arm };
     }
-    for twist in &mapping.twists {
+    let is_shared = |twist: &&TwistPair| {
+        let is_measured = match twist.against {
+            TwistAgainst::Carrier { joint, .. } => moves(joint),
+            TwistAgainst::End { joint, .. } => is_chain[joint],
+        };
+        is_chain[twist.segment] && is_measured
+    };
+    for twist in mapping.twists.iter().filter(is_shared) {
         let (chain, sources) = match std::mem::replace(&mut drivers[twist.joint], JointDriver::Nothing) {
             JointDriver::Chain { chain, sources } => (Some(chain), sources),
             JointDriver::Surplus { chain } => (Some(chain), Vec::new()),
