@@ -166,7 +166,7 @@ pub fn propose_with(
         &Side { roles: &source.roles, found: &source.recognition.roles, spec: &spec.source, labels: &labels.0 },
         &Side { roles: &target.roles, found: &target.recognition.roles, spec: &spec.target, labels: &labels.1 },
     );
-    let drivers = joint_drivers(target.skeleton(), &mapping);
+    let drivers = joint_drivers(source.skeleton(), target.skeleton(), &mapping);
     let role_of: BTreeMap<usize, &str> = target
         .roles
         .iter()

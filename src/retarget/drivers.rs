@@ -2,10 +2,13 @@
 
 use crate::{
     model::Skeleton,
-    rig::{ChainPair, Mapping, TwistAgainst, TwistPair},
+    rig::{ChainPair, Mapping},
 };
 
-use super::compile::{Place, places};
+use super::{
+    Plan,
+    compile::{Place, places},
+};
 
 /// What drives a target joint.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,9 +50,11 @@ pub enum JointDriver {
     },
 }
 
-/// One driver per target joint. The skeleton is the target's of the mapping.
+/// One driver per target joint. The skeletons are those of the mapping.
 #[must_use]
-pub fn joint_drivers(target: &Skeleton, mapping: &Mapping) -> Vec<JointDriver> {
+pub fn joint_drivers(source: &Skeleton, target: &Skeleton, mapping: &Mapping) -> Vec<JointDriver> {
+    // A twist or a shoulder that nothing is there to be measured against is left out of the plan.
+    let planned: Vec<usize> = Plan::new(source, target, mapping).outputs.iter().map(|output| output.joint).collect();
     let mut drivers = vec![JointDriver::Nothing; target.len()];
     for (index, chain) in mapping.chains.iter().enumerate() {
         // Chain places are shares of a chain's length, so it does not matter in which space and unit they are measured.
@@ -61,23 +66,10 @@ pub fn joint_drivers(target: &Skeleton, mapping: &Mapping) -> Vec<JointDriver> {
             };
         }
     }
-    // Shares of a twist, and lifts, follow from what the chains drive; where they drive nothing of a limb, it has none.
-    let is_chain: Vec<bool> = drivers.iter().map(|driver| matches!(driver, JointDriver::Chain { .. })).collect();
-    let moves = |joint: usize| {
-        let is_driven = |joint: usize| is_chain[joint] || mapping.pelvis.is_some_and(|pelvis| pelvis.target == joint);
-        (0..target.len()).any(|above| is_driven(above) && target.is_ancestor_or_self(above, joint))
-    };
-    for shoulder in mapping.shoulders.iter().filter(|shoulder| is_chain[shoulder.upper_arm]) {
+    for shoulder in mapping.shoulders.iter().filter(|shoulder| planned.contains(&shoulder.joint)) {
         drivers[shoulder.joint] = JointDriver::Shoulder { upper_arm: shoulder.upper_arm };
     }
-    let is_shared = |twist: &&TwistPair| {
-        let is_measured = match twist.against {
-            TwistAgainst::Carrier { joint, .. } => moves(joint),
-            TwistAgainst::End { joint, .. } => is_chain[joint],
-        };
-        is_chain[twist.segment] && is_measured
-    };
-    for twist in mapping.twists.iter().filter(is_shared) {
+    for twist in mapping.twists.iter().filter(|twist| planned.contains(&twist.joint)) {
         let (chain, sources) = match std::mem::replace(&mut drivers[twist.joint], JointDriver::Nothing) {
             JointDriver::Chain { chain, sources } => (Some(chain), sources),
             JointDriver::Surplus { chain } => (Some(chain), Vec::new()),
@@ -105,7 +97,6 @@ mod tests {
     use super::*;
     use crate::{
         model::{Control, Reporter},
-        retarget::Plan,
         rig::{RetargetSpec, Rig, parse_spec, resolve},
         samples,
     };
@@ -120,7 +111,7 @@ mod tests {
         let plan = Plan::new(source.skeleton(), target.skeleton(), &mapping);
         let clip = crate::retarget::run(&plan, &walk.clips[0], &Control::new()).expect("runs");
         let animated = clip.joints().iter().filter(|tracks| tracks.rotation.is_animated()).count();
-        (joint_drivers(target.skeleton(), &mapping), animated)
+        (joint_drivers(source.skeleton(), target.skeleton(), &mapping), animated)
     }
 
     #[test]
