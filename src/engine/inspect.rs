@@ -243,7 +243,7 @@ fn inspect_rig(rig: &Rig<'_>) -> RigView {
         recognised_as: recognition.recognised_as.clone(),
         confidence: hundredths(recognition.confidence),
         kind: recognition.kind.name(),
-        rest_pose: own_rest_pose(&rig).name(),
+        rest_pose: own_rest_pose(rig).name(),
         measured_pose: recognition.rest_pose.name(),
         rest_source: rig.rest_source.name(),
         rest_reason: rig.rest_reason.clone(),
