@@ -7,6 +7,7 @@ mod files;
 mod health;
 mod inspect;
 mod openapi;
+mod pose;
 mod retarget;
 mod samples;
 mod serve;
@@ -32,6 +33,8 @@ enum Command {
     Retarget(retarget::Arguments),
     /// Say what a file holds: skeleton, clips, recognised rig, roles, rest pose, units, warnings.
     Inspect(inspect::Arguments),
+    /// Put a character into a T pose, an A pose or the pose of another one, and write it to a file.
+    Pose(pose::Arguments),
     /// Run the main job over HTTP on an empty data folder, with a sample that the binary carries.
     Demo(demo::Arguments),
     /// Write a sample clip and a sample character, to try things with.
@@ -49,6 +52,7 @@ pub fn run() -> ExitCode {
         Command::Serve(arguments) => serve::run(arguments),
         Command::Retarget(arguments) => retarget::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Pose(arguments) => pose::run(&arguments),
         Command::Demo(arguments) => demo::run(arguments),
         Command::Samples(arguments) => samples::run(&arguments),
         Command::Openapi(arguments) => openapi::run(&arguments),

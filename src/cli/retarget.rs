@@ -153,7 +153,7 @@ impl InputFiles {
     }
 }
 
-fn output_format(path: &Path) -> Result<Format, Exit> {
+pub(super) fn output_format(path: &Path) -> Result<Format, Exit> {
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let writable: Vec<String> = Format::ALL
         .iter()
@@ -180,15 +180,21 @@ fn check_places(arguments: &Arguments) -> Result<(), Exit> {
             let message = format!("output {}: the same file is named twice", path.display());
             return Err(Exit::new(BAD_USAGE, message, "give every output a name of its own"));
         }
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        if !folder.is_dir() {
-            let message = format!("output {}: there is no folder {}", path.display(), folder.display());
-            return Err(Exit::new(BAD_USAGE, message, "make the folder first"));
-        }
-        if path.is_dir() {
-            let message = format!("output {}: this is a folder, not a file", path.display());
-            return Err(Exit::new(BAD_USAGE, message, "name a file in it"));
-        }
+        check_place(path)?;
+    }
+    Ok(())
+}
+
+/// Whether a file can be put there.
+pub(super) fn check_place(path: &Path) -> Result<(), Exit> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        let message = format!("output {}: there is no folder {}", path.display(), folder.display());
+        return Err(Exit::new(BAD_USAGE, message, "make the folder first"));
+    }
+    if path.is_dir() {
+        let message = format!("output {}: this is a folder, not a file", path.display());
+        return Err(Exit::new(BAD_USAGE, message, "name a file in it"));
     }
     Ok(())
 }
@@ -205,7 +211,7 @@ fn report_json(outcome: &Outcome) -> Result<Vec<u8>, Exit> {
     Ok(bytes)
 }
 
-fn tell_warnings(outcome: &Outcome) {
+pub(super) fn tell_warnings(outcome: &Outcome) {
     for warning in &outcome.report.warnings {
         let place = if warning.place.is_empty() { String::new() } else { format!("{}: ", warning.place) };
         let hint = if warning.hint.is_empty() { String::new() } else { format!(" ({})", warning.hint) };

@@ -9,7 +9,7 @@ use crate::{
     engine::{Failure, NamedBytes, WarningView, load::load},
     formats::{Format, Limits},
     model::{Clip, Control, JointTracks, Reporter, Scene, SignedAxis},
-    rig::{Rig, RigKind, RigSpec, Role, report_doubts},
+    rig::{Hints, RestPoseKind, RestSource, Rig, RigKind, RigSpec, Role, recognise, report_doubts},
 };
 
 /// What a file holds.
@@ -53,8 +53,12 @@ pub struct RigView {
     pub kind: &'static str,
     /// `T`, `A`, `arms_down` or `other`.
     pub rest_pose: &'static str,
-    /// Where the rest pose comes from: `bind` or `nodes`.
+    /// The same of the pose that retargeting measures from, which is another where the file's own is no body that stands.
+    pub measured_pose: &'static str,
+    /// Where the rest pose comes from: `bind`, `nodes`, `standing_frame` or `solved`.
     pub rest_source: &'static str,
+    /// Why it is taken from there.
+    pub rest_reason: String,
     /// The axis that the body faces, such as `+z`.
     pub forward: Option<&'static str>,
     /// The axis that is up, such as `+y`.
@@ -198,8 +202,10 @@ fn inspect_rig(scene: &Scene, reporter: &mut Reporter) -> Result<Vec<RigView>, F
         recognised_as: recognition.recognised_as.clone(),
         confidence: hundredths(recognition.confidence),
         kind: recognition.kind.name(),
-        rest_pose: recognition.rest_pose.name(),
+        rest_pose: own_rest_pose(&rig).name(),
+        measured_pose: recognition.rest_pose.name(),
         rest_source: rig.rest_source.name(),
+        rest_reason: rig.rest_reason.clone(),
         forward: recognition.body.map(|body| axis(body.forward)),
         up: recognition.body.map(|body| axis(body.up)),
         height_metres: height(&rig, &in_rig),
@@ -210,6 +216,15 @@ fn inspect_rig(scene: &Scene, reporter: &mut Reporter) -> Result<Vec<RigView>, F
         role_details: ByRole(recognition.roles.keys().map(|role| (role.to_string(), details(role))).collect()),
         twist_helpers: recognition.twist_helpers.iter().map(|joint| labels.of(*joint)).collect(),
     }])
+}
+
+/// How the file's own rest pose holds the arms, whatever is measured from instead.
+fn own_rest_pose(rig: &Rig<'_>) -> RestPoseKind {
+    if !matches!(rig.rest_source, RestSource::StandingFrame | RestSource::Solved) {
+        return rig.recognition.rest_pose;
+    }
+    let skeleton = rig.skeleton();
+    recognise(skeleton, &skeleton.rest_pose().to_model(skeleton), &Hints::of(rig.scene)).rest_pose
 }
 
 /// What the file calls joints, and what has a role all the same; all nodes where it calls none so.

@@ -55,7 +55,7 @@ fn write_rig(formatter: &mut fmt::Formatter<'_>, rig: &RigView) -> fmt::Result {
     let convention = rig.recognised_as.as_deref().unwrap_or("no known convention");
     let percent = rig.confidence * 100.0;
     writeln!(formatter, "rig '{}': {}, {convention}, {percent:.0} % sure", rig.name, rig.kind)?;
-    let mut facts = format!("  rest pose {} (from {})", rig.rest_pose, rig.rest_source);
+    let mut facts = format!("  rest pose {} (from {}: {})", rig.measured_pose, rig.rest_source, rig.rest_reason);
     if let (Some(up), Some(forward)) = (rig.up, rig.forward) {
         write!(facts, ", up {up}, facing {forward}")?;
     }

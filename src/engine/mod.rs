@@ -3,15 +3,19 @@
 //! Knows no file system, no network, no clock but the one it is handed, and no job. Called by the command line, by the
 //! workers of the service, by tests and by benches alike.
 
+mod alignment;
 mod convert;
 mod failure;
 mod inspect;
 mod inspect_text;
 mod load;
+mod pose;
 mod retarget;
 
+pub use alignment::AlignmentView;
 pub use failure::{Failure, FailureCode, FieldError};
 pub use inspect::{ByRole, ClipView, Inspection, InspectionCounts, JointView, OneOrMore, RigView, RoleView, inspect};
+pub use pose::pose_config;
 pub use retarget::retarget;
 
 // The words that callers need to speak with the engine; the service half sees the pure half through this door only.
@@ -86,6 +90,8 @@ pub struct Report {
     pub warnings: Vec<WarningView>,
     /// What was found out about the two rigs.
     pub rigs: Rigs,
+    /// How well the target's rest pose was turned to look like the source's, by joint, parents before children.
+    pub alignment: Vec<AlignmentView>,
     /// When points of the source touch; empty without a `contacts` op. Fits `contacts.set` of a spec.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub contacts: Vec<ContactTrack>,
@@ -145,8 +151,12 @@ pub struct RigFacts {
     pub recognised_as: Option<String>,
     /// How sure that is, 0 to 1.
     pub confidence: f64,
-    /// Where the rest pose came from: `upload`, `clip_frame`, `bind`, `nodes`.
+    /// How the rest pose holds the arms: `T`, `A`, `arms_down` or `other`.
+    pub rest_pose: &'static str,
+    /// Where the rest pose came from: `upload`, `clip_frame`, `bind`, `nodes`, `standing_frame`, `solved`.
     pub rest_pose_from: &'static str,
+    /// Why it was taken from there.
+    pub rest_pose_reason: String,
     /// Up and front axes.
     pub axes: String,
     /// Metres per unit of length.

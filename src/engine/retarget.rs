@@ -6,12 +6,13 @@ use crate::{
     retarget::{Measures, RunError, Stack, StackResult, Verdict, measure},
     rig::{
         ClipChoice, IncludeSpec, OutputChoice, OutputSpec, ReportDetail, Resolved, RetargetSpec, Rig, SpecError,
-        SpecErrorKind, SpecField, TargetClipsSpec, parse_spec, resolve, with_standing_rest,
+        SpecErrorKind, SpecField, TargetClipsSpec, parse_spec, resolve,
     },
 };
 
 use super::{
     Counts, Failure, FailureCode, Inputs, Outcome, Output, Report, RigFacts, Rigs, Timings, WarningView,
+    alignment::view,
     convert::{convert_clip, convert_scene, into_ours},
     load::{Loaded, load},
 };
@@ -28,17 +29,19 @@ pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Resu
         Some(config) => parse_spec(config.bytes).map_err(in_config)?,
         None => RetargetSpec::default(),
     };
+    if let Some(pose) = spec.pose {
+        return super::pose::pose(inputs, &spec, pose.to, limits, control);
+    }
     let wanted = wanted_outputs(&spec, inputs.formats)?;
     let files = Files::load(inputs, limits, control, &mut reporter)?;
     let read_seconds = control.seconds() - begin;
 
     let planning = control.seconds();
     control.enter(Phase::Plan, 0);
-    let spec = files.with_standing_rests(spec, &mut reporter);
     let source = files.source_side(&spec, &mut reporter)?;
     let target = files.target_side(&spec, &mut reporter)?;
     let clip = choose_clip(&spec, &files.source.scene, &mut reporter)?;
-    let Resolved { mapping, spec: resolved } =
+    let Resolved { mapping, spec: resolved, alignment } =
         resolve(&spec, &source, &target, clip, &mut reporter).map_err(in_config)?;
     let retargeting = control.seconds();
     let stack = Stack::new(source.skeleton(), target.skeleton(), &mapping);
@@ -80,7 +83,8 @@ pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Resu
         write_seconds: control.seconds() - writing,
         total_seconds: control.seconds() - begin,
     };
-    let report = Report { timings, counts, warnings, rigs, contacts, reaches, measures };
+    let alignment = view(&alignment, target.skeleton());
+    let report = Report { timings, counts, warnings, rigs, alignment, contacts, reaches, measures };
     Ok(Outcome { outputs, report, resolved_spec })
 }
 
@@ -100,17 +104,6 @@ impl Files {
             source_rest: inputs.source_rest.map(|file| read(file, "source_rest")).transpose()?,
             target_rest: inputs.target_rest.map(|file| read(file, "target_rest")).transpose()?,
         })
-    }
-
-    /// Settles what is measured from where a file's own rest pose is none and nobody sent another.
-    fn with_standing_rests(&self, mut spec: RetargetSpec, reporter: &mut Reporter) -> RetargetSpec {
-        if self.source_rest.is_none() {
-            spec.source = with_standing_rest("source", &self.source.scene, &spec.source, reporter);
-        }
-        if self.target_rest.is_none() {
-            spec.target = with_standing_rest("target", &self.target.scene, &spec.target, reporter);
-        }
-        spec
     }
 
     fn source_side(&self, spec: &RetargetSpec, reporter: &mut Reporter) -> Result<Rig<'_>, Failure> {
@@ -165,12 +158,12 @@ fn choose_clip<'a>(spec: &RetargetSpec, scene: &'a Scene, reporter: &mut Reporte
 }
 
 /// One output with every question answered.
-struct Wanted {
-    format: Format,
-    options: OutputSpec,
+pub(super) struct Wanted {
+    pub(super) format: Format,
+    pub(super) options: OutputSpec,
 }
 
-fn wanted_outputs(spec: &RetargetSpec, formats: &[Format]) -> Result<Vec<Wanted>, Failure> {
+pub(super) fn wanted_outputs(spec: &RetargetSpec, formats: &[Format]) -> Result<Vec<Wanted>, Failure> {
     let specified = match &spec.output {
         None => vec![OutputSpec::default()],
         Some(OutputChoice::One(output)) => vec![output.clone()],
@@ -278,34 +271,36 @@ fn write_one(
     formats::write(&scene, &clip, options, control, reporter)
 }
 
-fn file_stem(name: &str) -> String {
+pub(super) fn file_stem(name: &str) -> String {
     let keep = |letter: char| if letter.is_alphanumeric() || "-_ .".contains(letter) { letter } else { '_' };
     let stem: String = name.chars().map(keep).take(80).collect();
     let stem = stem.trim_matches([' ', '.']).to_owned();
     if stem.is_empty() { "retargeted".to_owned() } else { stem }
 }
 
-fn joint_count(scene: &Scene) -> usize {
+pub(super) fn joint_count(scene: &Scene) -> usize {
     scene.skeleton.joints().iter().filter(|joint| joint.is_joint).count()
 }
 
-fn facts(side: &Rig<'_>, format: Format) -> RigFacts {
+pub(super) fn facts(side: &Rig<'_>, format: Format) -> RigFacts {
     RigFacts {
         format: format.info().name,
         recognised_as: side.recognition.recognised_as.clone(),
         confidence: side.recognition.confidence,
+        rest_pose: side.recognition.rest_pose.name(),
         rest_pose_from: side.rest_source.name(),
+        rest_pose_reason: side.rest_reason.clone(),
         axes: side.axes.to_string(),
         unit_metres: side.unit_metres,
     }
 }
 
-fn in_config(error: SpecError) -> Failure {
+pub(super) fn in_config(error: SpecError) -> Failure {
     let is_about_rigs = matches!(error.kind, SpecErrorKind::NothingToMap | SpecErrorKind::NoSkeleton);
     Failure::from(error).in_part(if is_about_rigs { "" } else { "config" })
 }
 
-fn in_config_or(error: SpecError, part: &'static str) -> Failure {
+pub(super) fn in_config_or(error: SpecError, part: &'static str) -> Failure {
     let is_about_file = error.kind == SpecErrorKind::NoSkeleton;
     Failure::from(error).in_part(if is_about_file { part } else { "config" })
 }
@@ -319,7 +314,7 @@ fn run_failure(error: RunError) -> Failure {
     }
 }
 
-fn strict_failure(warnings: &[WarningView]) -> Failure {
+pub(super) fn strict_failure(warnings: &[WarningView]) -> Failure {
     let first = &warnings[0];
     let detail = format!(
         "strict was asked for and there are {} warnings; the first is {}: {}",

@@ -31,6 +31,7 @@ struct Api;
 pub(super) fn documented_routes() -> OpenApiRouter<ApiState> {
     OpenApiRouter::with_openapi(Api::openapi())
         .merge(resources::retarget::routes())
+        .merge(resources::poses::routes())
         .merge(resources::assets::routes())
         .merge(resources::jobs::routes())
         .merge(resources::results::routes())

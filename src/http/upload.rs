@@ -77,6 +77,27 @@ impl<'a> BodyReader<'a> {
 /// Reads the multipart body of a job: files go to the store as they come, in any order, and are kept only when all of them
 /// have arrived.
 pub(super) async fn read_job(request: Request<Body>, assets: &Assets, settings: &Settings) -> Result<NewJob, Problem> {
+    let parts = read_parts(request, assets, settings).await?;
+    parts.into_job(&[InputRole::Source, InputRole::Target], assets).await
+}
+
+/// As [`read_job`], for a pose: only the target has to be there, and there is no config.
+pub(super) async fn read_pose(request: Request<Body>, assets: &Assets, settings: &Settings) -> Result<NewJob, Problem> {
+    let parts = read_parts(request, assets, settings).await?;
+    if parts.config.is_some() {
+        return Err(Problem::new(Code::UnknownPart, "a pose takes no part 'config'")
+            .with_hint("POST /v1/retarget takes one; {\"pose\": {\"to\": \"t\"}} in it asks for a pose"));
+    }
+    parts.into_job(&[InputRole::Target], assets).await
+}
+
+/// A part that has to be sent and was not.
+pub(super) fn missing(role: InputRole) -> Problem {
+    Problem::new(Code::MissingPart, format!("the part '{}' is missing", role.name()))
+        .with_hint("curl sends a file as -F source=@walk.bvh -F target=@hero.glb")
+}
+
+async fn read_parts(request: Request<Body>, assets: &Assets, settings: &Settings) -> Result<JobParts, Problem> {
     check_announced(request.headers(), settings)?;
     let pace = Pace::new(settings);
     let mut multipart = Multipart::from_request(request, &()).await.map_err(|error| {
@@ -86,7 +107,7 @@ pub(super) async fn read_job(request: Request<Body>, assets: &Assets, settings: 
     while let Some(field) = pace.next(multipart.next_field()).await?.map_err(broken)? {
         parts.take(field, assets, settings, pace).await?;
     }
-    parts.into_job(assets).await
+    Ok(parts)
 }
 
 #[derive(Default)]
@@ -127,13 +148,9 @@ impl JobParts {
         Ok(())
     }
 
-    async fn into_job(self, assets: &Assets) -> Result<NewJob, Problem> {
-        for role in [InputRole::Source, InputRole::Target] {
-            if !self.files.contains_key(&role) {
-                let detail = format!("the part '{}' is missing", role.name());
-                let hint = "curl sends a file as -F source=@walk.bvh -F target=@hero.glb";
-                return Err(Problem::new(Code::MissingPart, detail).with_hint(hint));
-            }
+    async fn into_job(self, required: &[InputRole], assets: &Assets) -> Result<NewJob, Problem> {
+        if let Some(role) = required.iter().find(|role| !self.files.contains_key(role)) {
+            return Err(missing(*role));
         }
         let mut inputs = BTreeMap::new();
         for (role, file) in self.files {

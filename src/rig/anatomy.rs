@@ -48,7 +48,7 @@ const SIDE_BY_SIDE: [&str; 2] = ["eye", "root"];
 pub(super) fn carriers(rig: &Rig<'_>) -> BTreeMap<usize, usize> {
     let mut carriers = BTreeMap::new();
     for (role, joints) in &rig.roles {
-        let (side, part) = super::align::split(role);
+        let (side, part) = super::alignment::split(role);
         let Some((_, above)) = CARRIERS.iter().find(|entry| entry.0 == part) else { continue };
         let first = above.iter().find_map(|part| {
             let own_side = rig.role(&format!("{side}{part}")).last();

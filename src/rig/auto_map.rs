@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{align::split, legs::corresponding, understand::Rig};
+use super::{alignment::split, legs::corresponding, understand::Rig};
 
 /// A chain of each side: its name on the target's, and its joints from the body outward.
 #[derive(Clone, Debug, PartialEq, Eq)]

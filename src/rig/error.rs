@@ -72,6 +72,13 @@ impl SpecError {
         Self { kind, detail: detail.into(), hint: hint.into(), fields: Vec::new() }
     }
 
+    /// One thing that is wrong.
+    #[must_use]
+    pub fn from_field(field: SpecField) -> Self {
+        let (kind, detail) = (field.kind, field.detail.clone());
+        Self::from_fields(vec![field]).unwrap_or_else(|| Self::new(kind, detail, String::new()))
+    }
+
     /// All that is wrong; `None` when nothing is.
     #[must_use]
     pub fn from_fields(fields: Vec<SpecField>) -> Option<Self> {

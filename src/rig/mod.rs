@@ -2,7 +2,7 @@
 //!
 //! Knows skeletons and poses; knows no file format and no frame loop.
 
-mod align;
+mod alignment;
 mod anatomy;
 mod auto_map;
 mod error;
@@ -12,6 +12,7 @@ mod legs;
 mod mapping;
 mod nearest;
 mod parse;
+mod posing;
 mod ranges;
 mod recognition;
 mod resolve;
@@ -19,31 +20,32 @@ mod rest;
 mod shoulder;
 mod spec;
 mod stages;
-mod standing;
 mod twist;
 mod understand;
 mod unknown_fields;
 
+pub use alignment::{AlignedJoint, CanonicalPose, HowAligned, RollCue};
 pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use floor::standing_floor;
 pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing};
 pub use parse::{parse_spec, parse_value};
+pub use posing::{Posed, posed_target};
 pub use recognition::{
     BodyFrame, Hints, Part, Prop, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
     TwistHelper, body_frame, builtin_templates, parse_template, recognise, report_doubts, rest_pose_kind,
     template_schema,
 };
 pub use resolve::{Resolved, resolve};
-pub use rest::{RestSource, scene_rest};
+pub use rest::RestSource;
 pub use shoulder::ShoulderPair;
 pub use spec::{
-    Align, Alpha, AutoWord, Carry, ChainMap, ClipChoice, ContactFloor, ContactFloorRule, ContactsOp, FilterKind,
-    FilterOp, FkOp, FloorOp, HeightRule, IkGoal, IkOp, IncludeSpec, MetricInfo, MetricName, OneOrMany, Op,
-    OutputChoice, OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, PlantMode, PlantOp, ReportChoice, ReportDetail,
-    ReportSpec, RestFrame, RestRule, RestSpec, RetargetSpec, RigSpec, RotationMode, ScaleOrigin, Scope,
-    TargetClipsSpec, Threshold, TranslationMode, UnitSpec, spec_schema,
+    Align, Alpha, AutoWord, Carry, ChainMap, ClipChoice, ContactFloor, ContactFloorRule, ContactsOp, EditAxes,
+    FilterKind, FilterOp, FkOp, FloorOp, FromClipEdit, HeightRule, IkGoal, IkOp, IncludeSpec, MetricInfo, MetricName,
+    OneOrMany, Op, OutputChoice, OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, PlantMode, PlantOp, PoseChoice,
+    PoseEdit, PoseSpec, ReportChoice, ReportDetail, ReportSpec, ResetEdit, RestFrame, RestRule, RestSpec, RetargetSpec,
+    RigSpec, RotateEdit, RotationMode, ScaleOrigin, Scope, TargetClipsSpec, Threshold, TranslationMode, UnitSpec,
+    spec_schema,
 };
 pub use stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, StagedKind, StagedOp, Stages};
-pub use standing::with_standing_rest;
 pub use twist::{TwistAgainst, TwistPair};
 pub use understand::Rig;

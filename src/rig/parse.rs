@@ -7,7 +7,7 @@ use super::{
     error::{SpecError, SpecErrorKind, SpecField},
     ikrig,
     ranges::out_of_ranges,
-    spec::{Op, OutputChoice, PelvisScale, ReportChoice, RetargetSpec, Threshold, UnitSpec, spec_schema},
+    spec::{Op, OutputChoice, PelvisScale, PoseEdit, ReportChoice, RetargetSpec, Threshold, UnitSpec, spec_schema},
     unknown_fields::unknown_fields,
 };
 
@@ -15,6 +15,8 @@ use super::{
 const MOST_OUTPUTS: usize = 8;
 /// Factors beyond this are refused.
 const MOST_SCALE: f64 = 1e6;
+/// A joint is turned by no more than this at once, in degrees.
+const MOST_EDIT_DEGREES: f64 = 3600.0;
 
 /// Reads a config: our own spec as JSON or YAML, or an ikrigretarget config. An empty document is an empty spec.
 ///
@@ -91,6 +93,15 @@ fn out_of_range(spec: &RetargetSpec) -> Vec<SpecField> {
         if let Some(UnitSpec::Metres(metres)) = rig.unit {
             let detail = format!("a unit of {metres} metres is out of range; it is above 0 and finite");
             require(metres.is_finite() && metres > 0.0, format!("/{side}/unit"), detail);
+        }
+        for (index, edit) in rig.pose.iter().enumerate() {
+            if let PoseEdit::Rotate(edit) = edit {
+                for (axis, degrees) in edit.degrees.iter().enumerate() {
+                    let holds = degrees.is_finite() && degrees.abs() <= MOST_EDIT_DEGREES;
+                    let pointer = format!("/{side}/pose/{index}/degrees/{axis}");
+                    require(holds, pointer, format!("{degrees}° is not between -3600 and 3600"));
+                }
+            }
         }
         if let Some(axes) = rig.axes.as_deref().filter(|axes| *axes != "auto") {
             let parsed = axes.parse::<crate::model::Axes>();

@@ -2,6 +2,7 @@
 
 mod support;
 
+mod alignment;
 mod architecture;
 mod cli;
 mod corpus;

@@ -4,6 +4,7 @@ pub(super) mod assets;
 pub(super) mod describe;
 pub(super) mod jobs;
 pub(super) mod new_job;
+pub(super) mod poses;
 pub(super) mod probes;
 pub(super) mod results;
 pub(super) mod retarget;

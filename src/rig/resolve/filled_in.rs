@@ -78,6 +78,7 @@ fn filled_in_side(spec: &RigSpec, side: &Rig<'_>) -> RigSpec {
     });
     RigSpec {
         root: spec.root.clone(),
+        rest: side.rest_spec.clone(),
         roles: roles.collect(),
         // Only what an axis pair can say exactly; a body that stands askew is found again from the file.
         axes: (axes_are_exact(side)).then(|| side.axes.to_string()).or_else(|| spec.axes.clone()),

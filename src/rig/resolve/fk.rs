@@ -1,7 +1,7 @@
 //! What the `fk` op drives, and how.
 
 use super::super::{
-    align::split,
+    alignment::split,
     auto_map::{NamedPair, known_names, roles_of},
     error::{SpecErrorKind, SpecField},
     mapping::{ChainPair, Chord, Drive, Spacing},

@@ -20,14 +20,14 @@ use self::{
     stages::resolve_stages,
 };
 use super::{
-    align::align,
+    alignment::{AlignedJoint, Alignment, align},
     anatomy::{loose_joints, rides},
     auto_map::NamedPair,
     error::{SpecError, SpecErrorKind},
     mapping::{ChainPair, Mapping},
     recognition::RigKind,
     shoulder::find_shoulders,
-    spec::{Align, Carry, FkOp, Op, PelvisOp, RetargetSpec, TranslationMode},
+    spec::{Carry, FkOp, Op, PelvisOp, RetargetSpec, TranslationMode},
     stages::Stages,
     twist::find_twists,
     understand::Rig,
@@ -40,6 +40,8 @@ pub struct Resolved {
     pub mapping: Mapping,
     /// The spec with everything found out filled in; resolved again, it gives the same mapping.
     pub spec: RetargetSpec,
+    /// How well the target's rest pose was turned to look like the source's, by joint.
+    pub alignment: Vec<AlignedJoint>,
 }
 
 /// Resolves a spec against two rigs and the clip that is to be moved.
@@ -58,10 +60,7 @@ pub fn resolve(
     report_rigs(spec, source, target, reporter);
     let found = find_pairs(spec, source, target)?;
     let pairs = &found.pairs;
-    let aligned = match spec.align {
-        Align::Off => target.rest.clone(),
-        Align::Auto | Align::Direction => align(source, target, &alignable(pairs, target)),
-    };
+    let Alignment { rest: aligned, joints: alignment } = align(source, target, &alignable(pairs, target), spec.align);
     let carried = is_carried(&ops);
     let ours_from_plan = if carried { Axes::Z_UP_Y_FRONT.ours_from_this() } else { target.work_from_scene };
     let plan_from_source = Transform {
@@ -127,7 +126,7 @@ pub fn resolve(
     }
     report_idle_limbs(spec, source, target, &mapping, reporter);
     let spec = filled_in(spec, source, target, &found, &mapping, ops);
-    Ok(Resolved { mapping, spec })
+    Ok(Resolved { mapping, spec, alignment })
 }
 
 /// The pairs whose rest poses are to look alike. Four-legged animals stand on both ends of their spine: one that is tipped to

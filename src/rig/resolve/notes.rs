@@ -63,7 +63,7 @@ pub(super) fn report_idle_limbs(
         return;
     }
     let driven = mapping.driven();
-    let is_limb = |role: &str| LIMBS.contains(&super::super::align::split(role).1);
+    let is_limb = |role: &str| LIMBS.contains(&super::super::alignment::split(role).1);
     let is_idle = |joints: &[usize]| !joints.is_empty() && !joints.iter().any(|joint| driven[*joint]);
     let idle: Vec<&str> = target
         .roles

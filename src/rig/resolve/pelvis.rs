@@ -65,7 +65,7 @@ pub(super) fn resolve_pelvis(
     let (source_origin, target_origin) = match op.origin {
         ScaleOrigin::Origin => (DVec3::ZERO, DVec3::ZERO),
         // Nothing says where the target's floor is, so it is where the source's is.
-        ScaleOrigin::Floor if target_height.sole.is_none() => (DVec3::ZERO, DVec3::ZERO),
+        ScaleOrigin::Floor if !target_height.has_floor => (DVec3::ZERO, DVec3::ZERO),
         ScaleOrigin::Floor => {
             let floor = if source_height.stands {
                 source_height.floor
@@ -143,6 +143,8 @@ struct Height {
     sole: Option<f64>,
     /// Whether the rest pose stands on the file's own floor, so that the floor of its clips is known too.
     stands: bool,
+    /// Whether it is known where the floor of the file is: the rest pose stands on it, or the spec says it.
+    has_floor: bool,
 }
 
 impl Height {
@@ -158,15 +160,15 @@ impl Height {
         };
         let stance = Stance::of(side, pelvis);
         let height = side.rest_height(pelvis);
-        let stands = ground.is_none() && stance.sole.is_some();
-        let as_asked = |value: f64, floor: f64| Self { value, floor, sole: Some(0.0), stands };
+        let stands = ground.is_none() && stance.stands;
+        let as_asked = |value: f64, floor: f64| Self { value, floor, sole: Some(0.0), stands, has_floor: true };
         Ok(match (rule, ground) {
             (HeightRule::AboveOrigin, _) => as_asked(height, stance.floor),
             (_, Some(floor)) => as_asked(height - floor, floor),
             (HeightRule::AboveGroundJoint, None) => as_asked(height - stance.floor, stance.floor),
             (HeightRule::AboveFloor, None) => {
-                let Stance { floor, sole, height } = stance;
-                Self { value: height, floor, sole, stands }
+                let Stance { floor, sole, height, .. } = stance;
+                Self { value: height, floor, sole, stands, has_floor: stands }
             }
         })
     }

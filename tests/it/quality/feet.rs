@@ -5,7 +5,7 @@ use glam::DVec3;
 use retargetd::{
     model::{Clip, Control, Joint, Reporter, Scene, Skeleton},
     retarget::Stack,
-    rig::{Ground, LimbPair, Mapping, Resolved, RestFrame, RestSpec, Rig, parse_spec, resolve, with_standing_rest},
+    rig::{Ground, LimbPair, Mapping, Resolved, RestSource, Rig, parse_spec, resolve},
 };
 
 use super::figure::{Figure, percentile};
@@ -103,10 +103,9 @@ pub(crate) fn problems() -> Vec<String> {
 
 /// The same file with the pose that a retarget would measure from as its rest pose.
 fn standing(mut scene: Scene) -> Scene {
-    let spec = with_standing_rest("source", &scene, &Default::default(), &mut Reporter::new());
-    if let RestSpec::Frame(RestFrame { frame, .. }) = spec.rest {
-        let pose = scene.clips[0].local_pose(&scene.skeleton, frame);
-        let joints = scene.skeleton.joints().iter().zip(pose.transforms());
+    let rig = Rig::new("source", &scene, None, &Default::default(), &mut Reporter::new()).expect("a rig");
+    if matches!(rig.rest_source, RestSource::StandingFrame | RestSource::Solved) {
+        let joints = scene.skeleton.joints().iter().zip(rig.rest_local.transforms());
         let joints = joints.map(|(joint, rest)| Joint { rest: *rest, ..joint.clone() }).collect();
         scene.skeleton = Skeleton::new(joints).expect("valid");
     }

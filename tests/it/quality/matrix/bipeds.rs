@@ -3,7 +3,7 @@
 use retargetd::{
     formats::{self, Limits},
     model::{Clip, Control, Reporter, Scene, Track},
-    rig::{RetargetSpec, Rig, with_standing_rest},
+    rig::{RetargetSpec, Rig},
 };
 
 use super::super::figure::frames_of;
@@ -74,7 +74,7 @@ impl Loaded {
 impl<'a> Biped<'a> {
     fn new(side: &'static str, name: &'a str, scene: &'a Scene) -> Self {
         let mut reporter = Reporter::new();
-        let spec = with_standing_rest(side, scene, &RetargetSpec::default().source, &mut reporter);
+        let spec = RetargetSpec::default().source;
         let rig = Rig::new(side, scene, None, &spec, &mut reporter).expect("a skeleton");
         let clip = scene.clips.iter().find(|clip| clip.is_animated()).map(thinned);
         let warnings = reporter.warnings().iter().map(|warning| warning.code).collect();
