@@ -52,7 +52,9 @@ impl PullStage {
         let mut moves = std::mem::take(&mut work.pelvis_moves);
         moves.resize(work.frame_count(), DVec3::ZERO);
         if self.pulls {
+            let shifts = moves.clone();
             self.pull(&mut moves, work)?;
+            self.take_along(&moves, &shifts, work);
         }
         if moves.iter().all(|moved| *moved == DVec3::ZERO) {
             return Ok(());
@@ -96,6 +98,19 @@ impl PullStage {
             add(moves, &smoothed(&missing, work.times, SMOOTHING_SECONDS));
         }
         Ok(())
+    }
+
+    /// Feet that are not held go where the pelvis goes, so that their legs keep their shape, as long as they stay out of the floor.
+    fn take_along(&self, moves: &[DVec3], shifts: &[DVec3], work: &mut Work<'_>) {
+        let up = self.ground.up;
+        for ((moved, shift), goals) in moves.iter().zip(shifts).zip(work.goals.chunks_exact_mut(self.limb_count)) {
+            for leg in &self.legs {
+                let goal = &mut goals[leg.limb];
+                let along = (*moved - *shift) * (1.0 - goal.hold);
+                let height = along.dot(up);
+                goal.position += along + up * (height.max(-goal.headroom) - height);
+            }
+        }
     }
 
     /// The least move, counting sideways ones dearer, after which every held foot is within reach of its hip.
