@@ -232,7 +232,8 @@ struct Leaving {
 impl Leaving {
     /// At the last frame of a contact, or at its first.
     fn at(corrections: &[Correction], times: &[f64], frame: usize, is_first: bool) -> Self {
-        let is_near = |other: &usize| (times[*other] - times[frame]).abs() <= SPEED_SECONDS && corrections[*other].hold >= 1.0;
+        let is_near =
+            |other: &usize| (times[*other] - times[frame]).abs() <= SPEED_SECONDS && corrections[*other].hold >= 1.0;
         let inside = if is_first {
             (frame..times.len()).take_while(is_near).last()
         } else {
