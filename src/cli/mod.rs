@@ -2,11 +2,13 @@
 //! calling the engine or the service, and telling the user.
 
 mod demo;
+mod edit;
 mod exit;
 mod files;
 mod health;
 mod inspect;
 mod openapi;
+mod outputs;
 mod retarget;
 mod samples;
 mod serve;
@@ -30,6 +32,8 @@ enum Command {
     Serve(serve::Arguments),
     /// Retarget one clip onto one character, without a server.
     Retarget(retarget::Arguments),
+    /// Edit one clip of a file: its time, its seams, its sides; without a second rig.
+    Edit(edit::Arguments),
     /// Say what a file holds: skeleton, clips, recognised rig, roles, rest pose, units, warnings.
     Inspect(inspect::Arguments),
     /// Run the main job over HTTP on an empty data folder, with a sample that the binary carries.
@@ -48,6 +52,7 @@ pub fn run() -> ExitCode {
     match Arguments::parse().command {
         Command::Serve(arguments) => serve::run(arguments),
         Command::Retarget(arguments) => retarget::run(&arguments),
+        Command::Edit(arguments) => edit::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Demo(arguments) => demo::run(arguments),
         Command::Samples(arguments) => samples::run(&arguments),

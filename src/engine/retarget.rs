@@ -13,6 +13,7 @@ use crate::{
 use super::{
     Counts, Failure, FailureCode, Inputs, Outcome, Output, Report, RigFacts, Rigs, Timings, WarningView,
     convert::{convert_clip, convert_scene, into_ours},
+    edit::edited_clip,
     load::{Loaded, load},
 };
 
@@ -40,6 +41,8 @@ pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Resu
     let clip = choose_clip(&spec, &files.source.scene, &mut reporter)?;
     let Resolved { mapping, spec: resolved } =
         resolve(&spec, &source, &target, clip, &mut reporter).map_err(in_config)?;
+    let edited = edited_clip(&source, clip, &spec, control, &mut reporter)?;
+    let clip = edited.as_ref();
     let retargeting = control.seconds();
     let plan = Plan::new(source.skeleton(), target.skeleton(), &mapping);
     control.enter(Phase::Retarget, clip.frame_count() as u64);
@@ -120,7 +123,11 @@ impl Files {
 }
 
 /// The clip that the spec names, else the first in which something moves.
-fn choose_clip<'a>(spec: &RetargetSpec, scene: &'a Scene, reporter: &mut Reporter) -> Result<&'a Clip, Failure> {
+pub(super) fn choose_clip<'a>(
+    spec: &RetargetSpec,
+    scene: &'a Scene,
+    reporter: &mut Reporter,
+) -> Result<&'a Clip, Failure> {
     let names = || scene.clips.iter().map(Clip::name).collect::<Vec<_>>();
     if let Some(choice) = &spec.clip {
         let found = match choice {
@@ -158,12 +165,12 @@ fn choose_clip<'a>(spec: &RetargetSpec, scene: &'a Scene, reporter: &mut Reporte
 }
 
 /// One output with every question answered.
-struct Wanted {
+pub(super) struct Wanted {
     format: Format,
     options: OutputSpec,
 }
 
-fn wanted_outputs(spec: &RetargetSpec, formats: &[Format]) -> Result<Vec<Wanted>, Failure> {
+pub(super) fn wanted_outputs(spec: &RetargetSpec, formats: &[Format]) -> Result<Vec<Wanted>, Failure> {
     let specified = match &spec.output {
         None => vec![OutputSpec::default()],
         Some(OutputChoice::One(output)) => vec![output.clone()],
@@ -207,7 +214,7 @@ fn unwritable_format(format: Format) -> Failure {
         .with_hint(format!("ask for one of {}", writable.collect::<Vec<_>>().join(", ")))
 }
 
-fn write_outputs(
+pub(super) fn write_outputs(
     wanted: &[Wanted],
     target: &Rig<'_>,
     result: &Clip,
@@ -278,11 +285,11 @@ fn file_stem(name: &str) -> String {
     if stem.is_empty() { "retargeted".to_owned() } else { stem }
 }
 
-fn joint_count(scene: &Scene) -> usize {
+pub(super) fn joint_count(scene: &Scene) -> usize {
     scene.skeleton.joints().iter().filter(|joint| joint.is_joint).count()
 }
 
-fn facts(side: &Rig<'_>, format: Format) -> RigFacts {
+pub(super) fn facts(side: &Rig<'_>, format: Format) -> RigFacts {
     RigFacts {
         format: format.info().name,
         recognised_as: side.recognition.recognised_as.clone(),
@@ -293,12 +300,12 @@ fn facts(side: &Rig<'_>, format: Format) -> RigFacts {
     }
 }
 
-fn in_config(error: SpecError) -> Failure {
+pub(super) fn in_config(error: SpecError) -> Failure {
     let is_about_rigs = matches!(error.kind, SpecErrorKind::NothingToMap | SpecErrorKind::NoSkeleton);
     Failure::from(error).in_part(if is_about_rigs { "" } else { "config" })
 }
 
-fn in_config_or(error: SpecError, part: &'static str) -> Failure {
+pub(super) fn in_config_or(error: SpecError, part: &'static str) -> Failure {
     let is_about_file = error.kind == SpecErrorKind::NoSkeleton;
     Failure::from(error).in_part(if is_about_file { part } else { "config" })
 }
@@ -312,7 +319,7 @@ fn run_failure(error: RunError) -> Failure {
     }
 }
 
-fn strict_failure(warnings: &[WarningView]) -> Failure {
+pub(super) fn strict_failure(warnings: &[WarningView]) -> Failure {
     let first = &warnings[0];
     let detail = format!(
         "strict was asked for and there are {} warnings; the first is {}: {}",

@@ -28,9 +28,11 @@ pub use recognition::{
 pub use resolve::{Resolved, resolve};
 pub use rest::{RestSource, scene_rest};
 pub use spec::{
-    Align, AutoWord, Carry, ChainMap, ClipChoice, FkOp, HeightRule, IncludeSpec, OneOrMany, Op, OutputChoice,
-    OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, ReportDetail, RestFrame, RestRule, RestSpec, RetargetSpec,
-    RigSpec, RotationMode, ScaleOrigin, TargetClipsSpec, TranslationMode, UnitSpec, spec_schema,
+    Align, AutoWord, Carry, ChainMap, ClipChoice, EditSpec, FkOp, FractionRange, FrameRange, HeightRule, HoldSpec,
+    IncludeSpec, InterpolationSpec, LoopRoot, LoopSpec, MirrorChoice, MirrorPlane, MirrorSpec, OneOrMany, Op,
+    OutputChoice, OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, RangeSpec, ReportDetail, RestFrame, RestRule,
+    RestSpec, RetargetSpec, RigSpec, RotationMode, ScaleOrigin, TargetClipsSpec, TranslationMode, UnitSpec,
+    spec_schema,
 };
 pub use standing::with_standing_rest;
 pub use understand::Rig;

@@ -6,6 +6,7 @@ mod architecture;
 mod cli;
 mod corpus;
 mod demo;
+mod editing;
 mod formats_bvh;
 mod formats_fbx;
 mod formats_gltf;
