@@ -41,6 +41,7 @@ pub(super) fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
         clips: Vec::new(),
         skins: scene.skins.clone(),
         bind_pose: Vec::new(),
+        skin_points: scene.skin_points.scaled(conversion.scale as f32),
         declared_roles: scene.declared_roles.clone(),
         declared_convention: scene.declared_convention,
         axes: Some(Axes::Y_UP_Z_FRONT),

@@ -71,6 +71,8 @@ pub enum FailureCode {
     NothingToMap,
     /// `strict` was asked for and there were warnings.
     StrictWarnings,
+    /// `strict` was asked for and a measure fails.
+    StrictMeasures,
     /// The caller no longer wants it.
     Canceled,
     /// A bug of ours.
@@ -79,7 +81,7 @@ pub enum FailureCode {
 
 impl FailureCode {
     /// All of them.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::UnsupportedFormat,
         Self::UnsupportedFeature,
         Self::AssetMalformed,
@@ -94,6 +96,7 @@ impl FailureCode {
         Self::NoAnimation,
         Self::NothingToMap,
         Self::StrictWarnings,
+        Self::StrictMeasures,
         Self::Canceled,
         Self::Internal,
     ];
@@ -116,6 +119,7 @@ impl FailureCode {
             Self::NoAnimation => "no_animation",
             Self::NothingToMap => "nothing_to_map",
             Self::StrictWarnings => "strict_warnings",
+            Self::StrictMeasures => "strict_measures",
             Self::Canceled => "canceled",
             Self::Internal => "internal",
         }

@@ -112,6 +112,8 @@ pub struct Timings {
     pub plan_seconds: f64,
     /// Plan and frame loop, nothing else.
     pub retarget_seconds: f64,
+    /// Measuring the result.
+    pub measure_seconds: f64,
     /// Encoding the outputs.
     pub write_seconds: f64,
     /// All of it.

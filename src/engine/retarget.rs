@@ -3,7 +3,7 @@
 use crate::{
     formats::{self, Format, FormatError, Include, Limits, TargetClips, WriteOptions},
     model::{Axes, Clip, Control, Phase, Reporter, Scene},
-    retarget::{Plan, RunError, measure, run},
+    retarget::{Measures, Plan, RunError, Verdict, measure, run},
     rig::{
         ClipChoice, IncludeSpec, OutputChoice, OutputSpec, ReportDetail, Resolved, RetargetSpec, Rig, SpecError,
         SpecErrorKind, SpecField, TargetClipsSpec, parse_spec, resolve, with_standing_rest,
@@ -49,9 +49,12 @@ pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Resu
     let result = run(&plan, clip, control).map_err(run_failure)?;
     let retarget_seconds = control.seconds() - retargeting;
 
-    let measures = (spec.report != ReportDetail::None)
-        .then(|| measure(&mapping, &source, &target, clip, &result, spec.report == ReportDetail::Full));
     let plan_seconds = control.seconds() - planning - retarget_seconds;
+
+    let measuring = control.seconds();
+    let measures = (spec.report.detail() != ReportDetail::None)
+        .then(|| measure(&mapping, &source, &target, clip, &result, &spec.report));
+    let measure_seconds = control.seconds() - measuring;
 
     let writing = control.seconds();
     control.enter(Phase::Write, wanted.len() as u64);
@@ -69,10 +72,14 @@ pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Resu
     if spec.strict && !warnings.is_empty() {
         return Err(strict_failure(&warnings));
     }
+    if let Some(failed) = measures.as_ref().filter(|measures| spec.strict && measures.verdict == Verdict::Fail) {
+        return Err(strict_measures_failure(failed));
+    }
     let timings = Timings {
         read_seconds,
         plan_seconds,
         retarget_seconds,
+        measure_seconds,
         write_seconds: control.seconds() - writing,
         total_seconds: control.seconds() - begin,
     };
@@ -336,4 +343,29 @@ pub(super) fn strict_failure(warnings: &[WarningView]) -> Failure {
     Failure::new(FailureCode::StrictWarnings, detail)
         .with_hint("mend what the warnings name, or leave strict out")
         .with_errors(errors.collect())
+}
+
+fn strict_measures_failure(measures: &Measures) -> Failure {
+    let failed = measures.metrics.iter().filter(|(_, metric)| metric.verdict == Verdict::Fail);
+    let errors: Vec<super::FieldError> = failed
+        .map(|(name, metric)| {
+            let value = metric.value.unwrap_or_default();
+            let worst = metric.worst.first();
+            let place =
+                worst.map_or_else(String::new, |worst| format!("; worst at frame {}, '{}'", worst.frame, worst.joint));
+            super::FieldError {
+                pointer: format!("/report/thresholds/{}", name.name()),
+                code: name.name(),
+                detail: format!("{value} {} where {} is the most{place}", metric.unit, metric.fail_above),
+                did_you_mean: Vec::new(),
+            }
+        })
+        .collect();
+    let first = errors.first().map(|error| format!("{}: {}", error.code, error.detail)).unwrap_or_default();
+    Failure::new(
+        FailureCode::StrictMeasures,
+        format!("strict was asked for and {} measures fail; the first is {first}", errors.len()),
+    )
+    .with_hint("look at the report without strict, or set report.thresholds to what is good enough for you")
+    .with_errors(errors)
 }

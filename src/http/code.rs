@@ -107,6 +107,8 @@ codes! {
         "Name the chains of both rigs in the config.";
     StrictWarnings = "strict_warnings", UNPROCESSABLE_ENTITY, false, "There were warnings, and strict was asked for",
         "`errors` lists the warnings.";
+    StrictMeasures = "strict_measures", UNPROCESSABLE_ENTITY, false, "A measure fails, and strict was asked for",
+        "`errors` lists the measures that fail.";
     UnknownAsset = "unknown_asset", UNPROCESSABLE_ENTITY, false, "An asset does not exist",
         "The job names an asset that is not there, or no longer.";
     QueueFull = "queue_full", TOO_MANY_REQUESTS, true, "The queue is full",
@@ -146,6 +148,7 @@ impl From<FailureCode> for Code {
             FailureCode::NoAnimation => Self::NoAnimation,
             FailureCode::NothingToMap => Self::NothingToMap,
             FailureCode::StrictWarnings => Self::StrictWarnings,
+            FailureCode::StrictMeasures => Self::StrictMeasures,
             FailureCode::Canceled => Self::Canceled,
             FailureCode::Internal => Self::Internal,
         }

@@ -2,7 +2,7 @@
 
 use std::{any::Any, fmt};
 
-use super::{Axes, Clip, Skeleton, Transform};
+use super::{Axes, Clip, Skeleton, SkinPoints, Transform};
 
 /// An imported file: one forest of joints, its clips and skins, and the file's own document for writing back what we do not
 /// understand.
@@ -19,6 +19,9 @@ pub struct Scene {
     /// `model_from_joint` of the pose in which the skins were bound, per joint; `None` for joints that no skin binds.
     /// Empty where the file says nothing.
     pub bind_pose: Vec<Option<Transform>>,
+    /// Where the vertices of the skinned meshes lie around their joints; empty where the file has none, or none that can be
+    /// decoded.
+    pub skin_points: SkinPoints,
     /// Roles that the file itself declares (a VRM humanoid map): role name of that format, and joint.
     pub declared_roles: Vec<(String, usize)>,
     /// The name of the convention that `declared_roles` follows, such as `vrm`.
@@ -32,7 +35,7 @@ pub struct Scene {
     pub payload: Payload,
 }
 
-/// A set of joints that deform a mesh, and where its weighted points lie.
+/// A set of joints that deform a mesh. Where its vertices lie is in [`Scene::skin_points`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Skin {
     /// The skin's or mesh's name; may be empty.

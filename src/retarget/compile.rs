@@ -4,12 +4,12 @@ use glam::{DMat3, DQuat, DVec3};
 
 use crate::{
     model::{Skeleton, Transform},
-    rig::{Carry, ChainPair, Mapping, PelvisPair, RotationMode, TranslationMode},
+    rig::{Carry, ChainPair, Mapping, PelvisPair, Ride, RotationMode, TranslationMode},
 };
 
 use super::plan::{
-    CarriedDriver, CarryStep, ChordStep, Driver, ModelDriver, Needs, Output, Parent, PelvisDriver, Plan, Sample,
-    SourceStep, TargetStep, Translation,
+    CarriedDriver, CarryStep, ChordStep, Driver, ModelDriver, Needs, Output, Parent, PelvisDriver, Plan, RideStep,
+    Sample, SourceStep, TargetStep, Translation,
 };
 
 /// Below this distance from a chain's end, a place counts as the end.
@@ -34,12 +34,18 @@ struct Compiler<'a> {
     /// Slot of each source joint that is accumulated.
     source_slots: Vec<Option<usize>>,
     source_steps: Vec<SourceStep>,
+    /// What each target joint rides.
+    rides: Vec<Option<Ride>>,
 }
 
 impl<'a> Compiler<'a> {
     fn new(source: &'a Skeleton, target: &'a Skeleton, mapping: &'a Mapping) -> Self {
         let below = |rest: &Transform| mapping.plan_from_source.then_child(rest);
         let plan_from_target = Transform::from_rotation(mapping.plan_from_target);
+        let mut rides = vec![None; target.len()];
+        for ride in &mapping.rides {
+            rides[ride.joint] = Some(*ride);
+        }
         Self {
             source,
             target,
@@ -53,6 +59,7 @@ impl<'a> Compiler<'a> {
                 .collect(),
             source_slots: vec![None; source.len()],
             source_steps: Vec::new(),
+            rides,
         }
     }
 
@@ -271,15 +278,17 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// Of which target joints the position is needed: those whose output has a translation, and all above them. Where chains are
-    /// carried along, all joints are recomputed in model space and taken back, idle ones too.
+    /// Of which target joints the position is needed: those whose output has a translation, and all that they follow from. Where
+    /// chains are carried along, all joints are recomputed in model space and taken back, idle ones too.
     fn target_needs(&self, drivers: &[Driver], carries: bool) -> Vec<Option<Needs>> {
         if carries {
             return vec![Some(Needs::Transform); drivers.len()];
         }
         let mut needs: Vec<Option<Needs>> = vec![None; drivers.len()];
+        let mut open: Vec<(usize, Needs)> = Vec::new();
         for (joint, driver) in drivers.iter().enumerate() {
             let wanted = match driver {
+                _ if self.rides[joint].is_some() => Needs::Transform,
                 Driver::Hold => continue,
                 Driver::Pelvis(_) | Driver::Carried(_) => Needs::Transform,
                 Driver::Model(model) => match model.translation {
@@ -287,42 +296,77 @@ impl<'a> Compiler<'a> {
                     Translation::Scaled { .. } | Translation::Absolute { .. } => Needs::Transform,
                 },
             };
-            let mut current = Some(joint);
-            while let Some(index) = current {
-                if needs[index] == Some(Needs::Transform) || needs[index] == Some(wanted) {
-                    break;
+            open.push((joint, wanted));
+            while let Some((joint, wanted)) = open.pop() {
+                if needs[joint] == Some(Needs::Transform) || needs[joint] == Some(wanted) {
+                    continue;
                 }
-                needs[index] = Some(wanted);
-                current = self.target.parent(index);
+                needs[joint] = Some(wanted);
+                open.extend(self.target.parent(joint).map(|parent| (parent, wanted)));
+                open.extend(self.rides[joint].map(|ride| (ride.on, Needs::Transform)));
             }
         }
         needs
     }
 
+    /// All target joints, each after its parent and after what it rides; else in the skeleton's order.
+    fn target_order(&self) -> Vec<usize> {
+        let mut order = Vec::with_capacity(self.target.len());
+        let mut is_placed = vec![false; self.target.len()];
+        let mut open = Vec::new();
+        for joint in 0..self.target.len() {
+            open.push(joint);
+            while let Some(&joint) = open.last() {
+                let before = [self.target.parent(joint), self.rides[joint].map(|ride| ride.on)];
+                let missing = before.into_iter().flatten().find(|before| !is_placed[*before]);
+                match missing {
+                    Some(before) if !is_placed[joint] => open.push(before),
+                    _ => {
+                        if !std::mem::replace(&mut is_placed[joint], true) {
+                            order.push(joint);
+                        }
+                        open.pop();
+                    }
+                }
+            }
+        }
+        order
+    }
+
     /// Numbers the steps. Joints that nothing drives and that hang below constants only are folded into the constant.
-    fn lay_out_target(&self, drivers: Vec<Driver>, needs: &[Option<Needs>]) -> (Vec<TargetStep>, Vec<Option<usize>>) {
-        let mut parents: Vec<Parent> = Vec::with_capacity(drivers.len());
-        let mut slots = vec![None; drivers.len()];
+    fn lay_out_target(
+        &self,
+        mut drivers: Vec<Driver>,
+        needs: &[Option<Needs>],
+    ) -> (Vec<TargetStep>, Vec<Option<usize>>) {
+        let above = Parent::Constant(Transform::from_rotation(self.mapping.plan_from_target));
+        let mut parents: Vec<Parent> = vec![above; drivers.len()];
+        let mut slots: Vec<Option<usize>> = vec![None; drivers.len()];
         let mut steps: Vec<TargetStep> = Vec::new();
-        for (joint, driver) in drivers.into_iter().enumerate() {
-            let above = Parent::Constant(Transform::from_rotation(self.mapping.plan_from_target));
+        for joint in self.target_order() {
+            let driver = std::mem::replace(&mut drivers[joint], Driver::Hold);
             let parent = self.target.parent(joint).map_or(above, |parent| parents[parent]);
             let mut hold = self.mapping.target_hold.transforms()[joint];
             if !matches!(driver, Driver::Hold) {
                 // Alphas start from the rest pose that motion is put onto, not from the one that idle joints keep.
                 hold.rotation = self.local_rest_rotation(joint);
             }
-            let as_parent = match (&driver, parent, needs[joint]) {
-                (Driver::Hold, Parent::Constant(above), _) => Parent::Constant(above.then_child(&hold)),
+            let ride = self.rides[joint].and_then(|ride| {
+                let Transform { translation, rotation, .. } = ride.on_from_joint;
+                slots[ride.on].map(|on| RideStep { on, translation, rotation })
+            });
+            parents[joint] = match (&driver, parent, needs[joint]) {
+                (Driver::Hold, Parent::Constant(above), _) if ride.is_none() => {
+                    Parent::Constant(above.then_child(&hold))
+                }
                 (_, _, Some(needs)) => {
                     slots[joint] = Some(steps.len());
-                    steps.push(TargetStep { parent, hold, needs, driver, output: None });
+                    steps.push(TargetStep { parent, hold, needs, driver, ride, output: None });
                     Parent::Slot(steps.len() - 1)
                 }
                 // Nothing below it is driven, so nobody asks for it as a parent.
                 (_, _, None) => parent,
             };
-            parents.push(as_parent);
         }
         (steps, slots)
     }
@@ -337,11 +381,13 @@ impl<'a> Compiler<'a> {
         let mut outputs = Vec::new();
         for (joint, slot) in slots.iter().enumerate() {
             let Some(slot) = *slot else { continue };
+            let is_ridden = steps[slot].ride.is_some();
             let (translation, scale) = match &steps[slot].driver {
+                Driver::Hold if is_ridden => (true, false),
                 Driver::Hold if carries => (true, true),
                 Driver::Hold => continue,
                 Driver::Pelvis(_) => (true, carries),
-                Driver::Model(model) => (!matches!(model.translation, Translation::Hold), false),
+                Driver::Model(model) => (is_ridden || !matches!(model.translation, Translation::Hold), false),
                 Driver::Carried(_) => (true, true),
             };
             outputs.push(Output { joint, slot, translation, scale });

@@ -9,6 +9,6 @@ mod plan;
 mod run;
 mod workspace;
 
-pub use measure::{LimbDirection, Measures, measure};
+pub use measure::{ContactMeasure, Curves, LimbDirection, Measures, Metric, SidePair, Verdict, Worst, measure};
 pub use plan::Plan;
 pub use run::{RunError, run};

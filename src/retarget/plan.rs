@@ -72,8 +72,18 @@ pub(super) struct TargetStep {
     pub(super) hold: Transform,
     pub(super) needs: Needs,
     pub(super) driver: Driver,
+    /// What places the joint, where it is not its parent.
+    pub(super) ride: Option<RideStep>,
     /// Index into the plan's outputs, where the joint gets tracks.
     pub(super) output: Option<usize>,
+}
+
+/// A joint that an earlier step of the target places; without a driver of its own it turns with it, too.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RideStep {
+    pub(super) on: usize,
+    pub(super) translation: DVec3,
+    pub(super) rotation: DQuat,
 }
 
 /// What decides a target joint's transform.

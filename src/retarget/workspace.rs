@@ -9,8 +9,8 @@ use crate::model::{JointTracks, Track, Transform};
 use super::{
     lanes::{LANES, QuatLanes, VecLanes},
     plan::{
-        CarryStep, ChordStep, Driver, ModelDriver, Needs, Parent, PelvisDriver, Plan, Sample, SourceStep, TargetStep,
-        Translation,
+        CarryStep, ChordStep, Driver, ModelDriver, Needs, Parent, PelvisDriver, Plan, RideStep, Sample, SourceStep,
+        TargetStep, Translation,
     },
 };
 
@@ -229,6 +229,12 @@ impl Workspace {
 
     #[inline(always)]
     fn hold(&mut self, slot: usize, step: &TargetStep) {
+        if let Some(ride) = &step.ride {
+            self.target[slot] = self.target[ride.on].times_constant(ride.rotation);
+            let scale = self.target_parent(step.parent).place.scale.times(&VecLanes::splat(step.hold.scale));
+            self.target_places[slot] = Place { position: self.ridden_position(ride), scale };
+            return;
+        }
         let (done, rest) = self.target.split_at_mut(slot);
         match step.parent {
             Parent::Slot(parent) => rest[0].set_product_with_constant(&done[parent], step.hold.rotation),
@@ -261,7 +267,10 @@ impl Workspace {
         self.blend_rotation(slot, step, driver.rotation_alpha);
         if step.needs == Needs::Transform {
             let parent = self.target_parent(step.parent);
-            let mut position = parent.point(&VecLanes::splat(step.hold.translation));
+            let mut position = match &step.ride {
+                Some(ride) => self.ridden_position(ride),
+                None => parent.point(&VecLanes::splat(step.hold.translation)),
+            };
             if let Some((moved, alpha)) = self.moved(driver.sample, driver.translation, &parent) {
                 position = position.blend(&moved, alpha);
             }
@@ -347,6 +356,10 @@ impl Workspace {
             Parent::Slot(slot) => Frame { rotation: self.target[slot], place: self.target_places[slot] },
             Parent::Constant(above) => Frame::splat(&above),
         }
+    }
+
+    fn ridden_position(&self, ride: &RideStep) -> VecLanes {
+        self.target_parent(Parent::Slot(ride.on)).point(&VecLanes::splat(ride.translation))
     }
 
     fn sample_position(&self, sample: Sample) -> VecLanes {

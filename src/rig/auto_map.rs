@@ -1,5 +1,7 @@
 //! Which chains drive which, when the spec does not say: equal roles, then equal names.
 
+use std::collections::BTreeMap;
+
 use super::understand::Rig;
 
 /// A chain on one side: its name and its joints from the body outward.
@@ -64,18 +66,56 @@ pub(super) fn by_name(source: &Rig<'_>, target: &Rig<'_>, taken: &[NamedPair]) -
             && !taken.iter().any(|pair| joints(pair).contains(&joint))
             && !side.role("pelvis").contains(&joint)
     };
-    let mut pairs = Vec::new();
-    for (index, joint) in target.skeleton().joints().iter().enumerate() {
-        let below = target.skeleton().is_ancestor_or_self(target_pelvis, index);
-        if joint.name.is_empty() || !below || !free(target, index, |pair| &pair.target) {
-            continue;
-        }
-        let Some(twin) = source.skeleton().find(&joint.name) else { continue };
-        let twin_below = source.skeleton().is_ancestor_or_self(source_pelvis, twin);
-        if twin_below && free(source, twin, |pair| &pair.source) {
-            let (source, target) = (vec![twin], vec![index]);
-            pairs.push(NamedPair { name: joint.name.clone(), source, target, role: None });
-        }
-    }
+    let is_source = |joint: usize| {
+        source.skeleton().is_ancestor_or_self(source_pelvis, joint) && free(source, joint, |pair| &pair.source)
+    };
+    let is_target = |joint: usize| {
+        target.skeleton().is_ancestor_or_self(target_pelvis, joint) && free(target, joint, |pair| &pair.target)
+    };
+    twins(source, target, is_source, is_target)
+}
+
+/// Joint by joint by equal names, for two skeletons that no body was recognised in: what a studio calls a crane it calls so in
+/// every file. Nothing where fewer than half of the smaller skeleton's joints have a twin, which is chance.
+pub(super) fn by_name_alone(source: &Rig<'_>, target: &Rig<'_>) -> Vec<NamedPair> {
+    let (source_joints, target_joints) = (countable(source), countable(target));
+    let pairs = twins(source, target, |joint| source_joints[joint], |joint| target_joints[joint]);
+    let count = |joints: &[bool]| joints.iter().filter(|is_joint| **is_joint).count();
+    let least = count(&source_joints).min(count(&target_joints)).div_ceil(2).max(2);
+    if pairs.len() < least { Vec::new() } else { pairs }
+}
+
+/// Which nodes count as joints: those that the file calls so, or all where it calls none so.
+fn countable(side: &Rig<'_>) -> Vec<bool> {
+    let joints = side.skeleton().joints();
+    let flagged = joints.iter().any(|joint| joint.is_joint);
+    joints.iter().map(|joint| joint.is_joint || !flagged).collect()
+}
+
+fn twins(
+    source: &Rig<'_>,
+    target: &Rig<'_>,
+    is_source: impl Fn(usize) -> bool,
+    is_target: impl Fn(usize) -> bool,
+) -> Vec<NamedPair> {
+    let sources = unique_names(source, is_source);
+    let targets = unique_names(target, is_target);
+    let mut pairs: Vec<NamedPair> = targets
+        .into_iter()
+        .filter_map(|(name, joint)| {
+            let twin = *sources.get(name)?;
+            Some(NamedPair { name: name.to_owned(), source: vec![twin], target: vec![joint], role: None })
+        })
+        .collect();
+    pairs.sort_by_key(|pair| pair.target[0]);
     pairs
+}
+
+/// Joints by name, of those that are wanted and whose name no other has.
+fn unique_names<'a>(side: &Rig<'a>, is_wanted: impl Fn(usize) -> bool) -> BTreeMap<&'a str, usize> {
+    let mut by_name: BTreeMap<&str, Option<usize>> = BTreeMap::new();
+    for (index, joint) in side.skeleton().joints().iter().enumerate().filter(|(_, joint)| !joint.name.is_empty()) {
+        by_name.entry(&joint.name).and_modify(|joint| *joint = None).or_insert(Some(index));
+    }
+    by_name.into_iter().filter_map(|(name, joint)| Some((name, joint.filter(|joint| is_wanted(*joint))?))).collect()
 }

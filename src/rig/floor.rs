@@ -34,6 +34,14 @@ impl Stance {
     }
 }
 
+/// Height of the floor that the rig stands on at rest, along its up axis, in the scene's unit; nothing where the rest pose does not
+/// stand on the file's origin, or no pelvis is known.
+#[must_use]
+pub fn standing_floor(side: &Rig<'_>) -> Option<f64> {
+    let stance = Stance::of(side, *side.role("pelvis").first()?);
+    stance.sole.map(|_| stance.floor)
+}
+
 /// The pelvis above the floor when thighs and shins are in line below it, as they are in a clip of somebody who stands: rest
 /// poses have their legs apart, or their knees bent.
 fn standing_height(side: &Rig<'_>, pelvis: usize, floor: f64) -> Option<f64> {

@@ -26,8 +26,23 @@ pub struct Mapping {
     pub pelvis: Option<PelvisPair>,
     /// The chains, in the order in which they are evaluated. A target joint that is in several belongs to the last.
     pub chains: Vec<ChainPair>,
+    /// Target joints that are placed by another joint than their parent; no joint twice, and in no circle.
+    pub rides: Vec<Ride>,
     /// Target pelvis height over source pelvis height, both in target units; what `globally_scaled` multiplies by.
     pub global_scale: f64,
+}
+
+/// A target joint that the body carries where the file's hierarchy does not: a thigh below the armature rides the pelvis.
+///
+/// `model_from_joint = model_from_on ∘ on_from_joint` for the place, and for the rotation too where nothing drives the joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ride {
+    /// The joint that is placed.
+    pub joint: usize,
+    /// The joint that places it; not below it.
+    pub on: usize,
+    /// Where the joint lies at rest, as seen from `on`, in the target scene's unit.
+    pub on_from_joint: Transform,
 }
 
 /// The pelvis of both rigs, and where the target's goes.

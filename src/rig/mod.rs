@@ -3,6 +3,7 @@
 //! Knows skeletons and poses; knows no file format and no frame loop.
 
 mod align;
+mod anatomy;
 mod auto_map;
 mod error;
 mod floor;
@@ -19,20 +20,15 @@ mod understand;
 mod unknown_fields;
 
 pub use error::{SpecError, SpecErrorKind, SpecField};
-pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition};
+pub use floor::standing_floor;
+pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride};
 pub use parse::{parse_spec, parse_value};
 pub use recognition::{
-    BodyFrame, Part, Recognition, RestPoseKind, RigKind, Role, RoleError, RoleFinding, Side, body_frame, recognise,
-    report_doubts, rest_pose_kind,
+    BodyFrame, Hints, Part, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
+    body_frame, builtin_templates, parse_template, recognise, report_doubts, rest_pose_kind, template_schema,
 };
 pub use resolve::{Resolved, resolve};
 pub use rest::{RestSource, scene_rest};
-pub use spec::{
-    Align, AutoWord, Carry, ChainMap, ClipChoice, EditSpec, FkOp, FractionRange, FrameRange, HeightRule, HoldSpec,
-    IncludeSpec, InterpolationSpec, LoopRoot, LoopSpec, MirrorChoice, MirrorPlane, MirrorSpec, OneOrMany, Op,
-    OutputChoice, OutputSpec, PelvisOp, PelvisScale, PelvisScaleRule, RangeSpec, ReportDetail, RestFrame, RestRule,
-    RestSpec, RetargetSpec, RigSpec, RotationMode, ScaleOrigin, TargetClipsSpec, TranslationMode, UnitSpec,
-    spec_schema,
-};
+pub use spec::*;
 pub use standing::with_standing_rest;
 pub use understand::Rig;

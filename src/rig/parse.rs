@@ -1,11 +1,12 @@
 //! From the bytes of a config to a [`RetargetSpec`].
 
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::{
     error::{SpecError, SpecErrorKind, SpecField},
     ikrig,
-    spec::{Op, OutputChoice, PelvisScale, RetargetSpec, UnitSpec, spec_schema},
+    spec::{Op, OutputChoice, PelvisScale, ReportChoice, RetargetSpec, Threshold, UnitSpec, spec_schema},
     unknown_fields::unknown_fields,
 };
 
@@ -36,14 +37,19 @@ pub fn parse_value(document: Value) -> Result<RetargetSpec, SpecError> {
     if let Some(error) = SpecError::from_fields(unknown_fields(&document, &spec_schema())) {
         return Err(error);
     }
-    let spec: RetargetSpec = serde_path_to_error::deserialize(document).map_err(|error| {
+    let spec: RetargetSpec = deserialize(document)?;
+    SpecError::from_fields(out_of_range(&spec)).map_or(Ok(spec), Err)
+}
+
+/// A document as a type of ours; a value of the wrong type is named by its place.
+pub(super) fn deserialize<T: DeserializeOwned>(document: Value) -> Result<T, SpecError> {
+    serde_path_to_error::deserialize(document).map_err(|error| {
         let pointer = pointer_of(error.path());
         let field = SpecField::new(SpecErrorKind::InvalidValue, pointer, error.into_inner().to_string());
         SpecError::from_fields(vec![field]).unwrap_or_else(|| {
             SpecError::new(SpecErrorKind::InvalidValue, "a value is of the wrong type", String::new())
         })
-    })?;
-    SpecError::from_fields(out_of_range(&spec)).map_or(Ok(spec), Err)
+    })
 }
 
 fn parse_document(bytes: &[u8]) -> Result<Value, SpecError> {
@@ -108,6 +114,13 @@ fn out_of_range(spec: &RetargetSpec) -> Vec<SpecField> {
             }
         }
     }
+    if let ReportChoice::Spec(report) = &spec.report {
+        for (metric, Threshold { warn_above, fail_above }) in &report.thresholds {
+            let sane = *warn_above >= 0.0 && warn_above <= fail_above && fail_above.is_finite();
+            let detail = format!("{warn_above} and {fail_above} are no thresholds; 0 <= warn_above <= fail_above");
+            require(sane, format!("/report/thresholds/{}", metric.name()), detail);
+        }
+    }
     if let Some(OutputChoice::Many(outputs)) = &spec.output {
         let count = outputs.len();
         let detail = format!("{count} outputs; between 1 and {MOST_OUTPUTS} are allowed");
@@ -126,7 +139,7 @@ fn pointer_of(path: &serde_path_to_error::Path) -> String {
     path.iter().map(segment).collect()
 }
 
-fn kind_of(value: &Value) -> &'static str {
+pub(super) fn kind_of(value: &Value) -> &'static str {
     match value {
         Value::Null => "null",
         Value::Bool(_) => "a boolean",

@@ -49,7 +49,8 @@ pub fn scene_rest(scene: &Scene, reporter: &mut Reporter, place: &str) -> (Local
 ///
 /// Inverse bind matrices are relative to a space that files are free to choose (the mesh's, the armature's), so only what
 /// lies between joints is taken from them: a joint whose parent is bound too gets its bind rotation relative to that parent;
-/// all others keep their node transform. Translations and scales stay the nodes': bone lengths are the skeleton's.
+/// all others keep their node transform. Scales stay the nodes', and so do translations, because bone lengths are the
+/// skeleton's; but for joints that lie elsewhere below their parents when bound, as feet do that hang from the root.
 ///
 /// Returns nothing where no joint differs from its node, or the bind matrices are about other bone lengths.
 pub(super) fn bind_pose(scene: &Scene, reporter: &mut Reporter, place: &str) -> Option<LocalPose> {
@@ -75,6 +76,9 @@ pub(super) fn bind_pose(scene: &Scene, reporter: &mut Reporter, place: &str) -> 
             differing += 1;
             pose.transforms_mut()[joint].rotation = local.rotation.normalize();
         }
+        if moves_against(&local, &node) {
+            pose.transforms_mut()[joint].translation = local.translation;
+        }
     }
     if differing == 0 {
         return None;
@@ -91,6 +95,12 @@ pub(super) fn bind_pose(scene: &Scene, reporter: &mut Reporter, place: &str) -> 
         return None;
     }
     Some(pose)
+}
+
+/// Whether a joint lies elsewhere as seen from its parent, which a rotation of the parent does not explain.
+fn moves_against(bind: &Transform, node: &Transform) -> bool {
+    let longer = bind.translation.length().max(node.translation.length());
+    bind.translation.distance(node.translation) > BONE_LENGTH_TOLERANCE * longer + 1e-9
 }
 
 fn bound_ancestor(scene: &Scene, from: usize) -> Option<(usize, Transform)> {

@@ -3,7 +3,7 @@
 use crate::model::{Clip, LocalPose, Reporter, Scene};
 
 use super::{
-    recognition::recognise,
+    recognition::{Hints, recognise},
     spec::{ClipChoice, RestFrame, RestSpec, RigSpec},
 };
 
@@ -15,7 +15,7 @@ pub fn with_standing_rest(side: &'static str, scene: &Scene, spec: &RigSpec, rep
     let is_open = scene.axes.is_none() && spec.rest == RestSpec::default() && spec.axes.is_none();
     let stands = |pose: &LocalPose| {
         let model = pose.to_model(&scene.skeleton);
-        recognise(&scene.skeleton, &model, &scene.declared_roles, scene.declared_convention).body.is_some()
+        recognise(&scene.skeleton, &model, &Hints::of(scene)).body.is_some()
     };
     let clip = scene.clips.iter().position(Clip::is_animated);
     let Some(clip) = clip.filter(|_| is_open && !stands(&scene.skeleton.rest_pose())) else { return spec.clone() };

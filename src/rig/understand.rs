@@ -8,7 +8,7 @@ use crate::model::{Axes, LocalPose, ModelPose, Reporter, Scene, SignedAxis, Skel
 
 use super::{
     error::{SpecError, SpecErrorKind, SpecField},
-    recognition::{Recognition, recognise},
+    recognition::{Hints, Recognition, recognise},
     rest::{RestSource, bind_pose, take_over},
     spec::{ClipChoice, RestRule, RestSpec, RigSpec, UnitSpec},
 };
@@ -63,7 +63,7 @@ impl<'a> Rig<'a> {
         }
         let (rest_local, rest_source) = find_rest(name, scene, rest_scene, spec, reporter)?;
         let rest = rest_local.to_model(skeleton);
-        let recognition = recognise(skeleton, &rest, &scene.declared_roles, scene.declared_convention);
+        let recognition = recognise(skeleton, &rest, &Hints::of(scene));
         let roles = find_roles(name, skeleton, &recognition, spec)?;
         let (work_from_scene, axes) = find_axes(name, scene, &recognition, spec, reporter);
         let unit_metres = match spec.unit {

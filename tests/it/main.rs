@@ -16,3 +16,4 @@ mod parity;
 mod quality;
 mod readme;
 mod rig_recognition;
+mod skin_points;

@@ -30,12 +30,12 @@ pub(super) fn load(
     let memory_limit = usize::try_from(budget.limits().decoded_bytes / 2).unwrap_or(usize::MAX).max(1);
     let allocator =
         || ufbx::AllocatorOpts { memory_limit, allocation_limit: MOST_ALLOCATIONS, ..ufbx::AllocatorOpts::default() };
-    let options = ufbx::LoadOpts {
+    let options = |ignore_geometry: bool| ufbx::LoadOpts {
         temp_allocator: allocator(),
         result_allocator: allocator(),
         // Other formats have readers of their own; the parser must not guess.
         file_format: ufbx::FileFormat::Fbx,
-        ignore_geometry: true,
+        ignore_geometry,
         ignore_embedded: true,
         skip_skin_vertices: true,
         skip_mesh_parts: true,
@@ -52,13 +52,43 @@ pub(super) fn load(
         inherit_mode_handling: ufbx::InheritModeHandling::Preserve,
         ..ufbx::LoadOpts::default()
     };
-    let file = ufbx::load_memory(bytes, options).map_err(|error| refusal(&error, budget))?;
+    let file = match ufbx::load_memory(bytes, options(false)) {
+        Ok(file) => file,
+        Err(first) if is_about_the_whole_file(&first) => return Err(refusal(&first, budget)),
+        Err(first) => {
+            // Perhaps only its meshes are damaged, or too large; the skeleton and the clips are what we are here for.
+            let file = ufbx::load_memory(bytes, options(true)).map_err(|error| refusal(&error, budget))?;
+            reporter.warn(
+                "skin_points_unreadable",
+                "Objects",
+                format!(
+                    "the meshes cannot be decoded ({}); hands, feet and soles are judged without them",
+                    first.description
+                ),
+                "export the file again if the feet or hands come out turned",
+            );
+            file
+        }
+    };
     budget.take(Limit::DecodedBytes, file.metadata.result_memory_used as u64, "file")?;
     report(&file, reporter);
     if file.nodes.len() <= 1 {
         return Err(empty(&file));
     }
     Ok(file)
+}
+
+/// Whether reading without geometry cannot end otherwise.
+fn is_about_the_whole_file(error: &ufbx::Error) -> bool {
+    matches!(
+        error.type_,
+        ErrorType::Cancelled
+            | ErrorType::NodeDepthLimit
+            | ErrorType::UnrecognizedFileFormat
+            | ErrorType::UnsupportedVersion
+            | ErrorType::FeatureDisabled
+            | ErrorType::EmptyFile
+    )
 }
 
 /// What a parser error means to us. Only the fixed description is used: the parser's further details quote bytes of the

@@ -3,13 +3,14 @@
 //! What comes out is +Y up, +Z front and metres, whatever the header says; a header that is wrong about the size is
 //! believed here and judged by those who know what the joints mean. Pivots, pre- and post-rotations and rotation orders
 //! are resolved into plain translation, rotation and scale; scale inheritance becomes the component-wise composition of
-//! [`Transform`](crate::model::Transform) without any helper node. Geometry is not decoded: skins are known by their
-//! joints and bind matrices only. Knows no rig convention, though a HumanIK characterization is handed on as it stands.
+//! [`Transform`](crate::model::Transform) without any helper node. Of geometry only the vertices of skinned meshes are looked
+//! at, and a file whose meshes cannot be decoded is read without them. Knows no rig convention, though a HumanIK characterization is handed on as it stands.
 
 mod clips;
 mod keys;
 mod load;
 mod nodes;
+mod points;
 mod skins;
 
 use crate::{
@@ -33,6 +34,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
     Ok(Scene {
         clips,
         skins: skins::skins(&file, &nodes),
+        skin_points: points::skin_points(&file, &nodes, budget)?,
         bind_pose: skins::bind_pose(&file, &nodes, &skeleton, reporter),
         declared_convention: (!declared_roles.is_empty()).then_some("humanik"),
         declared_roles,

@@ -1,8 +1,8 @@
 //! glTF 2.0 in all its coats: `.gltf` with embedded buffers, `.glb`, `.vrm`, `.vrma`.
 //!
 //! Reading works on the document itself, not on a typed copy of it: whatever is not understood stays in the JSON and in the
-//! buffers, and comes out again when the scene is written. Only nodes, skins, animations and humanoid maps are looked at;
-//! meshes, materials and images are never decoded.
+//! buffers, and comes out again when the scene is written. Only nodes, skins, animations and humanoid maps are looked at, and
+//! of skinned meshes where their vertices are; materials and images are never decoded.
 //!
 //! | file | answers |
 //! |---|---|

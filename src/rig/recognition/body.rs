@@ -13,6 +13,7 @@ use super::{
     Side,
     lexicon::Sense,
     names::{Layer, ParsedName},
+    template::TemplateMatch,
 };
 use crate::model::{ModelPose, Skeleton};
 
@@ -43,8 +44,18 @@ pub(super) struct Body<'a> {
 impl<'a> Body<'a> {
     /// Reads all names and picks the largest body. With `joints_only`, nodes that the file does not call joints are
     /// passed over.
-    pub(super) fn new(skeleton: &'a Skeleton, rest: &ModelPose, joints_only: bool) -> Self {
-        let names: Vec<ParsedName> = skeleton.joints().iter().map(|joint| ParsedName::parse(&joint.name)).collect();
+    pub(super) fn new(
+        skeleton: &'a Skeleton,
+        rest: &ModelPose,
+        template: Option<&TemplateMatch>,
+        joints_only: bool,
+    ) -> Self {
+        let mut names: Vec<ParsedName> = skeleton.joints().iter().map(|joint| ParsedName::parse(&joint.name)).collect();
+        for (role, joints) in template.iter().flat_map(|template| &template.roles) {
+            for (place, joint) in joints.iter().enumerate() {
+                names[*joint].set_meaning(*role, place);
+            }
+        }
         let positions = (0..skeleton.len())
             .map(|joint| rest.transforms().get(joint).map_or(DVec3::ZERO, |transform| transform.translation))
             .collect();

@@ -47,6 +47,36 @@ pub(super) enum Sense {
     Nothing,
 }
 
+impl Sense {
+    /// What a joint is called that has that part in a body.
+    pub(super) const fn of(part: Part) -> Option<Self> {
+        Some(match part {
+            Part::Root => return None,
+            Part::Pelvis => Self::Pelvis,
+            Part::Spine => Self::Spine,
+            Part::Neck => Self::Neck,
+            Part::Head => Self::Head,
+            Part::Jaw => Self::Jaw,
+            Part::Eye => Self::Eye,
+            Part::Clavicle => Self::Clavicle,
+            Part::UpperArm => Self::UpperArm,
+            Part::Forearm => Self::Forearm,
+            Part::Hand => Self::Hand,
+            Part::Thigh => Self::Thigh,
+            Part::Shin => Self::Shin,
+            Part::Foot => Self::Foot,
+            Part::Toe => Self::Toe,
+            Part::Thumb | Part::Index | Part::Middle | Part::Ring | Part::Pinky => Self::Finger(part),
+            Part::IndexMetacarpal | Part::MiddleMetacarpal | Part::RingMetacarpal | Part::PinkyMetacarpal => {
+                Self::Metacarpal
+            }
+            Part::FrontLeg => Self::FrontLeg,
+            Part::HindLeg => Self::HindLeg,
+            Part::Tail => Self::Tail,
+        })
+    }
+}
+
 /// Words to their sense. A row matches when all its words are there; the first match counts, so rows with more to say
 /// stand before general ones.
 pub(super) const SENSES: &[(&[&str], Sense)] = &[

@@ -20,6 +20,7 @@ mod trunk;
 pub use doubts::report_doubts;
 pub use facing::{BodyFrame, body_frame};
 pub use finding::RoleFinding;
-pub use recognise::{Recognition, RigKind, recognise};
+pub use recognise::{Hints, Recognition, RigKind, recognise};
 pub use rest_kind::{RestPoseKind, rest_pose_kind};
 pub use role::{Part, Role, RoleError, Side};
+pub use template::{RigTemplate, builtin_templates, parse_template, template_schema};

@@ -3,7 +3,7 @@
 //! Looks at one name at a time. Which joint of several gets a role is decided in [`super::recognise`], with the hierarchy.
 
 use super::{
-    Side,
+    Role, Side,
     lexicon::{CONTROLS, ENDS, JAPANESE, LEFT, NEVER_GLUED, NOISE, OTHER_WORDS, RIGHT, SENSES, Sense, TWISTS},
 };
 
@@ -70,6 +70,18 @@ impl ParsedName {
         };
         parsed.find_sense();
         parsed
+    }
+
+    /// Sets what a rig's template says of the name, whatever its words say. `place` counts the joints of the role from the
+    /// body outward.
+    pub(super) fn set_meaning(&mut self, role: Role, place: usize) {
+        let Some(sense) = Sense::of(role.part) else { return };
+        self.sense = Some(sense);
+        self.side = Some(role.side).filter(|side| *side != Side::Center);
+        self.unexplained.clear();
+        (self.is_control, self.is_end, self.is_dummy) = (false, false, false);
+        // The further joints of a split limb carry its twist.
+        self.is_twist &= place > 0;
     }
 
     /// Whether the name has that word.

@@ -6,6 +6,9 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::{
     BodyFrame, Part, RestPoseKind, Role, RoleFinding, Side,
     body::Body,
@@ -16,13 +19,15 @@ use super::{
     lexicon::Sense,
     limbs::{find_arm, find_leg},
     names::ParsedName,
-    quadruped, rest_pose_kind, template,
+    quadruped, rest_pose_kind,
+    template::{self, RigTemplate, TemplateMatch},
     trunk::{Limbs, find_details, find_trunk},
 };
-use crate::model::{ModelPose, Skeleton};
+use crate::model::{ModelPose, Scene, Skeleton};
 
 /// What kind of body a skeleton is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum RigKind {
     /// Two legs, or two arms on a trunk.
     Biped,
@@ -87,36 +92,50 @@ const PARTS_WITHOUT_BODY: [Part; 17] = [
     Part::Tail,
 ];
 
+/// What is known of a skeleton beside its names and its rest pose.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Hints<'a> {
+    /// Roles that the file itself declares, by the names of `convention` (a VRM humanoid map); they win over names.
+    pub declared: &'a [(String, usize)],
+    /// The convention that `declared` follows, such as `vrm`.
+    pub convention: Option<&'a str>,
+    /// The user's own templates, which are tried before the built-in ones.
+    pub templates: &'a [RigTemplate],
+}
+
+impl<'a> Hints<'a> {
+    /// What a file says itself.
+    #[must_use]
+    pub fn of(scene: &'a Scene) -> Self {
+        Self { declared: &scene.declared_roles, convention: scene.declared_convention, templates: &[] }
+    }
+}
+
 /// Finds out what the joints of a skeleton mean.
 ///
-/// `rest` is whatever pose the caller takes for the rest pose, in model space; it has one transform per joint. `declared`
-/// are roles that the file itself declares, by the names of `convention` (a VRM humanoid map); they win over names.
+/// `rest` is whatever pose the caller takes for the rest pose, in model space; it has one transform per joint.
 ///
 /// Pure and deterministic. Where the file holds several skeletons, the one with the most known parts is looked at.
 #[must_use]
-pub fn recognise(
-    skeleton: &Skeleton,
-    rest: &ModelPose,
-    declared: &[(String, usize)],
-    convention: Option<&str>,
-) -> Recognition {
-    let declared = declared_roles(skeleton, declared);
+pub fn recognise(skeleton: &Skeleton, rest: &ModelPose, hints: &Hints<'_>) -> Recognition {
+    let declared = declared_roles(skeleton, hints.declared);
+    let template = template::find(skeleton, hints.templates);
     let flagged = |joint: &usize| skeleton.joints()[*joint].is_joint;
     let mut recognition = Recognition::default();
     let joints_only = skeleton.joints().iter().any(|joint| joint.is_joint) && declared.values().flatten().all(flagged);
     if joints_only {
-        recognition = attempt(skeleton, rest, &declared, true);
+        recognition = attempt(skeleton, rest, &declared, template.as_ref(), true);
     }
     if recognition.kind == RigKind::Other {
         // No skin, or a skin of a prop only: the body may be made of plain nodes.
-        let of_nodes = attempt(skeleton, rest, &declared, false);
+        let of_nodes = attempt(skeleton, rest, &declared, template.as_ref(), false);
         if !joints_only || of_nodes.kind != RigKind::Other {
             recognition = of_nodes;
         }
     }
     if recognition.kind != RigKind::Other {
-        let named = template::convention(skeleton).map(str::to_owned);
-        let declared_name = convention.filter(|_| !declared.is_empty());
+        let named = template.map(|template| template.name);
+        let declared_name = hints.convention.filter(|_| !declared.is_empty());
         let is_vrm = declared_name.is_some_and(|name| name.starts_with("vrm"));
         recognition.recognised_as =
             if is_vrm { Some("vrm".to_owned()) } else { named.or_else(|| declared_name.map(str::to_owned)) };
@@ -128,9 +147,10 @@ fn attempt(
     skeleton: &Skeleton,
     rest: &ModelPose,
     declared: &BTreeMap<Role, Vec<usize>>,
+    template: Option<&TemplateMatch>,
     joints_only: bool,
 ) -> Recognition {
-    let body = Body::new(skeleton, rest, joints_only);
+    let body = Body::new(skeleton, rest, template, joints_only);
     let mut findings = Findings::new(declared.clone());
     let four_named = quadruped::find_named_legs(&body, &mut findings);
     if !four_named {

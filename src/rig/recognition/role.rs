@@ -149,6 +149,12 @@ impl Part {
         Self::NAMED.iter().find(|(part, _)| *part == self).map_or("", |(_, name)| name)
     }
 
+    /// The part of that name on the wire, without a side.
+    #[must_use]
+    pub(in crate::rig::recognition) fn from_name(name: &str) -> Option<Self> {
+        Self::NAMED.iter().find(|entry| entry.1 == name).map(|entry| entry.0)
+    }
+
     /// Whether the part lies on the middle plane; all others come in pairs.
     #[must_use]
     pub const fn is_central(self) -> bool {
@@ -216,8 +222,8 @@ impl FromStr for Role {
             (None, Some(name)) => (Side::Right, name),
             (None, None) => (Side::Center, text),
         };
-        let part = Part::NAMED.iter().find(|entry| entry.1 == name).map(|entry| entry.0);
-        part.filter(|part| part.is_central() == (side == Side::Center))
+        Part::from_name(name)
+            .filter(|part| part.is_central() == (side == Side::Center))
             .map(|part| Self { side, part })
             .ok_or_else(|| RoleError { text: text.to_owned() })
     }

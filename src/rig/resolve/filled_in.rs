@@ -4,18 +4,20 @@ use crate::model::Skeleton;
 
 use super::super::{
     auto_map::NamedPair,
-    spec::{ChainMap, Op, RetargetSpec, RigSpec},
+    spec::{ChainMap, Op, PelvisScale, PelvisScaleRule, RetargetSpec, RigSpec, ScaleOrigin},
     understand::Rig,
 };
+use super::pairs::Found;
 
 /// The spec with what was found out written in: roles, axes, units, ops.
 pub(super) fn filled_in(
     spec: &RetargetSpec,
     source: &Rig<'_>,
     target: &Rig<'_>,
-    pairs: &[NamedPair],
+    found: &Found,
     ops: Vec<Op>,
 ) -> RetargetSpec {
+    let Found { pairs, tops } = found;
     let map = spec.map.clone().or_else(|| {
         let entry = |pair: &NamedPair| ChainMap {
             source: pair.name.clone(),
@@ -35,6 +37,19 @@ pub(super) fn filled_in(
         target: filled_in_side(&spec.target, target),
         ..spec.clone()
     };
+    if let Some(tops) = tops {
+        filled.source.root = Some(source.skeleton().label(tops.source));
+        filled.target.root = Some(target.skeleton().label(tops.target));
+        for op in filled.ops.iter_mut().flatten() {
+            if let Op::Pelvis(op) = op {
+                let factor = tops.size_ratio * target.unit_metres / source.unit_metres;
+                op.origin = ScaleOrigin::Origin;
+                if op.scale == PelvisScale::Rule(PelvisScaleRule::Height) {
+                    op.scale = PelvisScale::Value(factor);
+                }
+            }
+        }
+    }
     for pair in pairs.iter().filter(|pair| pair.role.is_none()) {
         let span = |skeleton: &Skeleton, joints: &[usize]| {
             [skeleton.label(joints[0]), skeleton.label(joints[joints.len() - 1])]

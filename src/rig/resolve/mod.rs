@@ -2,6 +2,7 @@
 
 mod filled_in;
 mod fk;
+mod notes;
 mod pairs;
 mod pelvis;
 
@@ -12,11 +13,13 @@ use crate::model::{Axes, Clip, Reporter, Transform};
 use self::{
     filled_in::filled_in,
     fk::{order_chains, resolve_fk},
+    notes::{check_kinds, report_idle_limbs, report_rigs},
     pairs::find_pairs,
-    pelvis::resolve_pelvis,
+    pelvis::{resolve_pelvis, resolve_top},
 };
 use super::{
     align::align,
+    anatomy::rides,
     error::{SpecError, SpecErrorKind},
     mapping::Mapping,
     spec::{Align, Carry, FkOp, Op, PelvisOp, RetargetSpec},
@@ -44,10 +47,13 @@ pub fn resolve(
     reporter: &mut Reporter,
 ) -> Result<Resolved, SpecError> {
     let ops = spec.ops.clone().unwrap_or_else(default_ops);
-    let pairs = find_pairs(spec, source, target)?;
+    check_kinds(spec, source, target)?;
+    report_rigs(spec, source, target, reporter);
+    let found = find_pairs(spec, source, target)?;
+    let pairs = &found.pairs;
     let aligned = match spec.align {
         Align::Off => target.rest.clone(),
-        Align::Auto | Align::Direction => align(source, target, &pairs),
+        Align::Auto | Align::Direction => align(source, target, pairs),
     };
     let carried = is_carried(&ops);
     let ours_from_plan = if carried { Axes::Z_UP_Y_FRONT.ours_from_this() } else { target.work_from_scene };
@@ -64,14 +70,18 @@ pub fn resolve(
         plan_from_target: (ours_from_plan.conjugate() * target.work_from_scene).normalize(),
         pelvis: None,
         chains: Vec::new(),
+        rides: Vec::new(),
         global_scale: 1.0,
     };
     let mut fields = Vec::new();
     for (index, op) in ops.iter().enumerate() {
         match op {
-            Op::Pelvis(op) => resolve_pelvis(op, source, target, spec, clip, &mut mapping, reporter)?,
+            Op::Pelvis(op) => match &found.tops {
+                Some(tops) => resolve_top(op, tops, &mut mapping),
+                None => resolve_pelvis(op, source, target, spec, clip, &mut mapping, reporter)?,
+            },
             Op::Fk(op) => {
-                let chains = resolve_fk(op, index, spec, &pairs, source, target, &mut fields);
+                let chains = resolve_fk(op, index, spec, pairs, source, target, &mut fields);
                 mapping.chains.extend(chains);
             }
         }
@@ -83,7 +93,12 @@ pub fn resolve(
     if mapping.pelvis.is_none() && mapping.chains.is_empty() {
         return Err(nothing_to_map(source, target));
     }
-    let spec = filled_in(spec, source, target, &pairs, ops);
+    if !carried {
+        // What the parents of chains that are carried along do is part of the chain.
+        mapping.rides = rides(target);
+    }
+    report_idle_limbs(spec, source, target, &mapping, reporter);
+    let spec = filled_in(spec, source, target, &found, ops);
     Ok(Resolved { mapping, spec })
 }
 

@@ -3,18 +3,36 @@
 use std::collections::BTreeMap;
 
 use super::super::{
-    auto_map::{NamedPair, by_name, by_role, known_names, roles_of},
+    auto_map::{NamedPair, by_name, by_name_alone, by_role, known_names, roles_of},
     error::{SpecError, SpecErrorKind, SpecField},
+    recognition::RigKind,
     spec::{ChainMap, RetargetSpec, RigSpec},
     understand::Rig,
 };
 
-/// The pairs of chains, each with joints on both sides.
-pub(super) fn find_pairs(spec: &RetargetSpec, source: &Rig<'_>, target: &Rig<'_>) -> Result<Vec<NamedPair>, SpecError> {
+/// What belongs together.
+pub(super) struct Found {
+    /// The pairs of chains, each with joints on both sides.
+    pub(super) pairs: Vec<NamedPair>,
+    /// What moves the whole thing, for two skeletons without a body that were paired by names alone.
+    pub(super) tops: Option<Tops>,
+}
+
+/// The joint of each side that carries the others, and how much larger the target is.
+pub(super) struct Tops {
+    pub(super) source: usize,
+    pub(super) target: usize,
+    /// Length of the target's bones over the source's, each in its scene's unit.
+    pub(super) size_ratio: f64,
+}
+
+/// Finds which chains belong together.
+pub(super) fn find_pairs(spec: &RetargetSpec, source: &Rig<'_>, target: &Rig<'_>) -> Result<Found, SpecError> {
     let mut fields = Vec::new();
     let source_chains = explicit_chains(source, &spec.source, &mut fields);
     let target_chains = explicit_chains(target, &spec.target, &mut fields);
     let mut pairs = Vec::new();
+    let mut tops = None;
     match &spec.map {
         Some(map) => {
             for (index, entry) in map.iter().enumerate() {
@@ -43,9 +61,40 @@ pub(super) fn find_pairs(spec: &RetargetSpec, source: &Rig<'_>, target: &Rig<'_>
             pairs.extend(by_role(source, target).into_iter().filter(free));
             let named = by_name(source, target, &pairs);
             pairs.extend(named);
+            let no_body = [source, target].iter().all(|side| side.recognition.kind == RigKind::Other);
+            let is_open =
+                [&spec.source, &spec.target].iter().all(|side| side.roles.is_empty() && side.chains.is_empty());
+            if no_body && is_open {
+                let named = by_name_alone(source, target);
+                if !named.is_empty() {
+                    tops = find_tops(source, target, &named);
+                    pairs = named;
+                }
+            }
         }
     }
-    SpecError::from_fields(fields).map_or(Ok(pairs), Err)
+    SpecError::from_fields(fields).map_or(Ok(Found { pairs, tops }), Err)
+}
+
+/// Of the paired joints, the one that most others are below.
+fn find_tops(source: &Rig<'_>, target: &Rig<'_>, pairs: &[NamedPair]) -> Option<Tops> {
+    let skeleton = target.skeleton();
+    let mut carried = vec![0_usize; skeleton.len()];
+    for pair in pairs {
+        let mut above = Some(pair.target[0]);
+        while let Some(joint) = above {
+            carried[joint] += 1;
+            above = skeleton.parent(joint);
+        }
+    }
+    let top = pairs.iter().rev().max_by_key(|pair| carried[pair.target[0]])?;
+    let length = |side: &Rig<'_>, joint: usize| side.rest_local.transforms()[joint].translation.length();
+    let below = pairs.iter().filter(|pair| pair.target != top.target);
+    let (ours, theirs) = below.fold((0.0, 0.0), |(ours, theirs), pair| {
+        (ours + length(target, pair.target[0]), theirs + length(source, pair.source[0]))
+    });
+    let size_ratio = if ours > 0.0 && theirs > 0.0 { ours / theirs } else { source.unit_metres / target.unit_metres };
+    Some(Tops { source: top.source[0], target: top.target[0], size_ratio })
 }
 
 fn explicit_chains(side: &Rig<'_>, spec: &RigSpec, fields: &mut Vec<SpecField>) -> BTreeMap<String, Vec<usize>> {

@@ -1,6 +1,6 @@
 //! How far the pelvis travels, and above which floors.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use crate::model::{Clip, Reporter};
 
@@ -13,6 +13,7 @@ use super::{
         understand::Rig,
     },
     nothing_to_map,
+    pairs::Tops,
 };
 
 /// ikrigretarget's guard: a source height below this counts as one.
@@ -81,6 +82,32 @@ pub(super) fn resolve_pelvis(
         },
     });
     Ok(())
+}
+
+/// What moves two skeletons that are no bodies: there is no floor and no height, only a size.
+pub(super) fn resolve_top(op: &PelvisOp, tops: &Tops, mapping: &mut Mapping) {
+    let unit = mapping.plan_from_source.scale.x;
+    mapping.global_scale = tops.size_ratio / unit;
+    if !op.enabled {
+        return;
+    }
+    let scale = match op.scale {
+        PelvisScale::Rule(PelvisScaleRule::Height) => mapping.global_scale,
+        PelvisScale::Rule(PelvisScaleRule::None) => 1.0,
+        PelvisScale::Value(value) => value,
+    };
+    mapping.pelvis = Some(PelvisPair {
+        source: tops.source,
+        target: tops.target,
+        rotation_alpha: op.alpha * op.rotation_alpha,
+        translation_alpha: op.alpha * op.translation_alpha,
+        position: PelvisPosition {
+            ours_from_plan: DQuat::IDENTITY,
+            scale: DVec3::splat(scale),
+            source_origin: DVec3::ZERO,
+            target_origin: DVec3::ZERO,
+        },
+    });
 }
 
 /// A pelvis height at rest, in the scene's unit.

@@ -5,6 +5,7 @@ mod edit;
 mod map;
 mod ops;
 mod output;
+mod report;
 mod rig;
 
 pub use edit::{
@@ -14,6 +15,7 @@ pub use edit::{
 pub use map::{ChainMap, RotationMode, TranslationMode};
 pub use ops::{Carry, FkOp, HeightRule, Op, PelvisOp, PelvisScale, PelvisScaleRule, ScaleOrigin};
 pub use output::{IncludeSpec, OutputChoice, OutputSpec, TargetClipsSpec};
+pub use report::{MetricInfo, MetricName, ReportChoice, ReportDetail, ReportSpec, Threshold};
 pub use rig::{AutoWord, OneOrMany, RestFrame, RestRule, RestSpec, RigSpec, UnitSpec};
 
 use schemars::JsonSchema;
@@ -48,9 +50,9 @@ pub struct RetargetSpec {
     /// What comes out: one output or a list. Default: GLB with everything of the target.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub output: Option<OutputChoice>,
-    /// How much is measured.
-    pub report: ReportDetail,
-    /// Turns warnings into an error.
+    /// How much is measured, and from which value on it is called bad.
+    pub report: ReportChoice,
+    /// Turns warnings, and measures that fail, into an error.
     pub strict: bool,
 }
 
@@ -75,19 +77,6 @@ pub enum Align {
     Off,
     /// Limbs, spine, neck, hands and fingers are turned until they point as the source's do; feet by heading only.
     Direction,
-}
-
-/// How much is measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ReportDetail {
-    /// Timings, counts and warnings only.
-    None,
-    /// Measures per limb.
-    #[default]
-    Summary,
-    /// Measures per limb and frame.
-    Full,
 }
 
 /// The JSON Schema of [`RetargetSpec`], from the doc comments in this file.

@@ -10,7 +10,7 @@ use retargetd::{
 };
 
 /// The matrices of all joints in the scene's space at a frame, or at rest.
-pub(super) fn world(skeleton: &Skeleton, clip: Option<(&Clip, usize)>) -> Vec<DMat4> {
+pub(crate) fn world(skeleton: &Skeleton, clip: Option<(&Clip, usize)>) -> Vec<DMat4> {
     let mut world: Vec<DMat4> = Vec::with_capacity(skeleton.len());
     for (index, joint) in skeleton.joints().iter().enumerate() {
         let rest = joint.rest;
@@ -34,18 +34,18 @@ pub(super) fn world(skeleton: &Skeleton, clip: Option<(&Clip, usize)>) -> Vec<DM
 }
 
 /// Where a joint is.
-pub(super) fn position(world: &[DMat4], joint: usize) -> DVec3 {
+pub(crate) fn position(world: &[DMat4], joint: usize) -> DVec3 {
     world[joint].w_axis.truncate()
 }
 
 /// How a joint is turned.
-pub(super) fn rotation(world: &[DMat4], joint: usize) -> DQuat {
+pub(crate) fn rotation(world: &[DMat4], joint: usize) -> DQuat {
     world[joint].to_scale_rotation_translation().1
 }
 
 /// How all joints are turned at a frame, by rotations alone: where bones stretch, matrices shear, and a sheared matrix has no
 /// one rotation.
-pub(super) fn rotations(skeleton: &Skeleton, clip: &Clip, frame: usize) -> Vec<DQuat> {
+pub(crate) fn rotations(skeleton: &Skeleton, clip: &Clip, frame: usize) -> Vec<DQuat> {
     let mut rotations: Vec<DQuat> = Vec::with_capacity(skeleton.len());
     for (joint, tracks) in skeleton.joints().iter().zip(clip.joints()) {
         let own = match tracks.rotation.is_animated() {
@@ -59,13 +59,13 @@ pub(super) fn rotations(skeleton: &Skeleton, clip: &Clip, frame: usize) -> Vec<D
 }
 
 /// The angle between two rotations, exact for small ones too, where an arc cosine is not.
-pub(super) fn degrees_between(first: DQuat, second: DQuat) -> f64 {
+pub(crate) fn degrees_between(first: DQuat, second: DQuat) -> f64 {
     let turn = first.conjugate() * second;
     2.0 * turn.xyz().length().atan2(turn.w.abs()).to_degrees()
 }
 
 /// The frames that a test looks at: all of a short clip, evenly spread ones of a long one, the last always.
-pub(super) fn frames_of(clip: &Clip, most: usize) -> Vec<usize> {
+pub(crate) fn frames_of(clip: &Clip, most: usize) -> Vec<usize> {
     let last = clip.frame_count() - 1;
     let step = clip.frame_count().div_ceil(most).max(1);
     let mut frames: Vec<usize> = (0..clip.frame_count()).step_by(step).collect();
@@ -76,28 +76,28 @@ pub(super) fn frames_of(clip: &Clip, most: usize) -> Vec<usize> {
 }
 
 /// The value below which a share of all values lies.
-pub(super) fn percentile(mut values: Vec<f64>, share: f64) -> f64 {
+pub(crate) fn percentile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let index = (values.len() as f64 * share).ceil().max(1.0) - 1.0;
     values.get(index as usize).copied().unwrap_or(f64::NAN)
 }
 
 /// A file as a test needs it.
-pub(super) struct Figure {
-    pub(super) bytes: Vec<u8>,
-    pub(super) file_name: String,
-    pub(super) scene: Scene,
-    pub(super) inspection: Inspection,
-    pub(super) roles: BTreeMap<String, usize>,
+pub(crate) struct Figure {
+    pub(crate) bytes: Vec<u8>,
+    pub(crate) file_name: String,
+    pub(crate) scene: Scene,
+    pub(crate) inspection: Inspection,
+    pub(crate) roles: BTreeMap<String, usize>,
 }
 
 impl Figure {
-    pub(super) fn read(path: &Path) -> Self {
+    pub(crate) fn read(path: &Path) -> Self {
         let file_name = path.file_name().expect("a file").to_string_lossy().into_owned();
         Self::from_bytes(std::fs::read(path).expect("readable"), file_name)
     }
 
-    pub(super) fn from_bytes(bytes: Vec<u8>, file_name: String) -> Self {
+    pub(crate) fn from_bytes(bytes: Vec<u8>, file_name: String) -> Self {
         let scene = read_scene(&bytes, &file_name);
         let file = NamedBytes { name: &file_name, bytes: &bytes };
         let inspection = inspect(file, &Limits::default(), &Control::new()).expect("a file that can be read");
@@ -115,26 +115,26 @@ impl Figure {
         Self { bytes, file_name, scene, inspection, roles }
     }
 
-    pub(super) fn named_bytes(&self) -> NamedBytes<'_> {
+    pub(crate) fn named_bytes(&self) -> NamedBytes<'_> {
         NamedBytes { name: &self.file_name, bytes: &self.bytes }
     }
 
-    pub(super) fn skeleton(&self) -> &Skeleton {
+    pub(crate) fn skeleton(&self) -> &Skeleton {
         &self.scene.skeleton
     }
 
     /// The clip that a retarget takes when nobody names one.
-    pub(super) fn clip(&self) -> &Clip {
+    pub(crate) fn clip(&self) -> &Clip {
         self.scene.clips.iter().find(|clip| clip.is_animated()).expect("an animation")
     }
 
     /// `T`, `A`, `arms_down` or `other`.
-    pub(super) fn rest_kind(&self) -> &'static str {
+    pub(crate) fn rest_kind(&self) -> &'static str {
         self.inspection.rigs.first().map_or("other", |rig| rig.rest_pose)
     }
 }
 
-pub(super) fn read_scene(bytes: &[u8], file_name: &str) -> Scene {
+pub(crate) fn read_scene(bytes: &[u8], file_name: &str) -> Scene {
     let format = formats::sniff(bytes, file_name).expect("a known format");
     formats::read(bytes, format, &Limits::default(), &Control::new(), &mut Reporter::new()).expect("readable")
 }

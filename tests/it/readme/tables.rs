@@ -6,7 +6,7 @@ use retargetd::{
     config::{Setting, Settings},
     engine::Format,
     http::Code,
-    rig::{parse_spec, spec_schema},
+    rig::{MetricInfo, MetricName, Threshold, parse_spec, spec_schema},
 };
 use serde_json::Value;
 
@@ -16,6 +16,7 @@ use super::{readme, root, warnings};
 fn tables_are_what_the_code_says() {
     let made = [
         ("formats", formats()),
+        ("metrics", metrics()),
         ("config", config()),
         ("settings", settings()),
         ("errors", errors()),
@@ -59,6 +60,17 @@ fn formats() -> String {
         let yes = |is: bool| if is { "yes" } else { "" };
         let (name, media_type) = (format!("`{}`", info.name), format!("`{}`", info.media_type));
         row(&mut table, &[&name, &endings.join(" "), &media_type, yes(info.reads), yes(info.writes), info.description]);
+    }
+    table
+}
+
+fn metrics() -> String {
+    let mut table = header(&["metric", "unit", "warns above", "fails above", "what it says"]);
+    for MetricInfo { name, unit, threshold, forgives_source, about, .. } in MetricName::all().map(MetricName::info) {
+        let Threshold { warn_above, fail_above } = threshold;
+        let about =
+            format!("{about}{}", if *forgives_source { "; what the source itself has is forgiven" } else { "" });
+        row(&mut table, &[&format!("`{name}`"), unit, &warn_above.to_string(), &fail_above.to_string(), &about]);
     }
     table
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use retargetd::{
     model::{Joint, Skeleton, Transform},
-    rig::{Part, Recognition, RigKind, Role, Side, recognise},
+    rig::{Hints, Part, Recognition, RigKind, Role, Side, recognise},
 };
 
 /// A joint of a small figure: part name without a side, whether it has sides, parent, and place relative to it on the left.
@@ -51,7 +51,7 @@ fn figure(name: impl Fn(&str, Side) -> String) -> Skeleton {
 }
 
 fn recognised(skeleton: &Skeleton) -> Recognition {
-    recognise(skeleton, &skeleton.rest_pose().to_model(skeleton), &[], None)
+    recognise(skeleton, &skeleton.rest_pose().to_model(skeleton), &Hints::default())
 }
 
 #[test]
@@ -130,7 +130,8 @@ fn declared_roles_win_over_names() {
     // Nonsense on purpose, and a joint that does not exist.
     let declared = [("hips".to_owned(), index("Hips")), ("head".to_owned(), index("Neck")), ("jaw".to_owned(), 999)];
     let rest = skeleton.rest_pose().to_model(&skeleton);
-    let recognition = recognise(&skeleton, &rest, &declared, Some("vrm"));
+    let recognition =
+        recognise(&skeleton, &rest, &Hints { declared: &declared, convention: Some("vrm"), templates: &[] });
     let head = &recognition.roles[&Role::center(Part::Head)];
     assert_eq!((head.joints.as_slice(), head.confidence), (&[index("Neck")][..], 1.0), "declared, so certain");
     assert!(!recognition.roles.contains_key(&Role::center(Part::Jaw)), "an index out of range is nothing");

@@ -53,7 +53,7 @@ const BODIES: &[Row] = &[
     ("bvh/cmu/01_01_motionbuilder.bvh", "cmu", "T", "", &[s::CMU]),
     ("bvh/cmu/12_01_walk.bvh", "cmu", "T", "", &[s::CMU]),
     ("bvh/cmu/xia_angry_inches.bvh", "cmu", "T", "", &[s::CMU]),
-    ("bvh/cmu/jumping_jacks_max_names.bvh", "cmu", "arms_down", "", &[s::CMU_FOR_MAX]),
+    ("bvh/cmu/jumping_jacks_max_names.bvh", "cmu_3ds_max", "arms_down", "", &[s::CMU_FOR_MAX]),
     ("bvh/cmu/boxing_toes_row_mismatch.bvh", "biovision", "T", "", &[s::BIOVISION]),
     ("cmu-rig/makehuman_cmu_names_rest.glb", "cmu", "A", "", &[s::CMU]),
     ("bvh/misc/mocapbank.bvh", "biovision", "arms_down", "", &[s::BIOVISION]),

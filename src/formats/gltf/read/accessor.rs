@@ -142,6 +142,11 @@ impl Component {
 }
 
 impl Accessor {
+    /// Whether there is anything to decode; without, all elements are zero.
+    pub(super) const fn has_data(&self) -> bool {
+        self.source.is_some() || self.sparse.is_some()
+    }
+
     /// Checks shape and, where asked for, that the components are floats.
     pub(super) fn expect(&self, shape: Shape, float: bool, place: &Cursor<'_, '_>) -> Result<(), FormatError> {
         if self.shape != shape {

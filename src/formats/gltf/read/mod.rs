@@ -7,6 +7,7 @@ mod extensions;
 mod humanoid;
 mod meshopt;
 mod nodes;
+mod points;
 mod skins;
 
 use super::{container, document::Document, json};
@@ -38,6 +39,7 @@ pub(in crate::formats) fn read(
     let graph = nodes::read(&root, budget, reporter)?;
     let mut accessors = Accessors::new(&document);
     let skins = skins::read(&mut accessors, &graph, budget, reporter)?;
+    let skin_points = points::read(&mut accessors, &graph, &skins, budget, reporter)?;
     let humanoid = humanoid::read(&root, &graph, reporter)?;
     let is_vrm = matches!(format, Format::Vrm | Format::Vrma);
     if is_vrm && humanoid.is_none() {
@@ -54,6 +56,7 @@ pub(in crate::formats) fn read(
         clips,
         skins: skins.skins,
         bind_pose: skins.bind_pose,
+        skin_points,
         declared_roles,
         declared_convention,
         axes: Some(Axes::Y_UP_Z_FRONT),

@@ -1,6 +1,6 @@
 //! Skins, and the pose in which they were bound.
 
-use glam::{DMat4, Mat4};
+use glam::{DMat4, DVec3, Mat4};
 
 use super::{
     accessor::{Accessors, Shape},
@@ -18,6 +18,8 @@ pub(super) struct Skins {
     pub(super) skins: Vec<Skin>,
     /// `model_from_joint` per joint; empty where there is no skin.
     pub(super) bind_pose: Vec<Option<Transform>>,
+    /// The inverse bind matrices of each skin, by its own list of joints; empty where they say nothing.
+    pub(super) joint_from_mesh: Vec<Vec<Mat4>>,
 }
 
 /// Reads `skins`. Where several bind one joint, the first one says in which pose.
@@ -48,33 +50,56 @@ pub(super) fn read(
             graph.joint(&skeleton)?;
         }
         skins.bind_pose.resize(graph.joints.len(), None);
-        let bind = read_bind_transforms(&object, &joints, accessors, budget, reporter)?;
+        let joint_from_mesh = read_inverse_bind_matrices(&object, &joints, graph, accessors, budget, reporter)?;
+        let bind = bind_transforms(&joint_from_mesh, &object, reporter);
         for (joint, transform) in joints.iter().zip(bind) {
             skins.bind_pose[*joint] = skins.bind_pose[*joint].or(transform);
         }
+        skins.joint_from_mesh.push(joint_from_mesh);
         skins.skins.push(Skin { name, joints });
     }
     Ok(skins)
 }
 
-fn read_bind_transforms(
+/// Empty where they are not given, or are all the identity, and the joints are not in one place: the specification lets a mesh be
+/// bound so that every joint's own space is the mesh's, but files that leave the matrices out mean that they do not know.
+fn read_inverse_bind_matrices(
     skin: &Cursor<'_, '_>,
     joints: &[usize],
+    graph: &Graph,
     accessors: &mut Accessors<'_>,
     budget: &mut Budget<'_>,
     reporter: &mut Reporter,
-) -> Result<Vec<Option<Transform>>, FormatError> {
-    let Some(entry) = skin.get("inverseBindMatrices")? else {
-        // The specification: where they are not given, each is the identity.
-        return Ok(vec![Some(Transform::IDENTITY); joints.len()]);
+) -> Result<Vec<Mat4>, FormatError> {
+    let joint_count = joints.len();
+    let matrices: Option<Vec<Mat4>> = match skin.get("inverseBindMatrices")? {
+        None => None,
+        Some(entry) => {
+            let accessor = accessors.accessor(&entry)?;
+            accessor.expect(Shape::Mat4, true, &entry)?;
+            if accessor.count < joint_count {
+                let detail = format!("{} matrices are too few for {joint_count} joints", accessor.count);
+                return Err(entry.malformed(detail));
+            }
+            Some(accessors.decode(&accessor, joint_count, &entry, budget)?)
+        }
     };
-    let accessor = accessors.accessor(&entry)?;
-    accessor.expect(Shape::Mat4, true, &entry)?;
-    if accessor.count < joints.len() {
-        return Err(entry.malformed(format!("{} matrices are too few for {} joints", accessor.count, joints.len())));
-    }
-    let matrices: Vec<Mat4> = accessors.decode(&accessor, joints.len(), &entry, budget)?;
-    let mut transforms = Vec::with_capacity(joints.len());
+    let says_something = |matrices: &Vec<Mat4>| matrices.iter().any(|one| *one != Mat4::IDENTITY);
+    let are_apart = joints.iter().skip(1).any(|joint| graph.joints[*joint].rest.translation != DVec3::ZERO);
+    let Some(matrices) = matrices.filter(|matrices| !are_apart || says_something(matrices)) else {
+        if !are_apart {
+            return Ok(vec![Mat4::IDENTITY; joint_count]);
+        }
+        let detail = "the inverse bind matrices of the skin are missing, or all the identity; the node transforms are \
+                      taken as its bind pose";
+        reporter.warn("bind_matrices_missing", skin.to_string(), detail, "bind the mesh again and export");
+        return Ok(Vec::new());
+    };
+    Ok(matrices)
+}
+
+fn bind_transforms(matrices: &[Mat4], skin: &Cursor<'_, '_>, reporter: &mut Reporter) -> Vec<Option<Transform>> {
+    let mut transforms = Vec::with_capacity(matrices.len());
     for (index, joint_from_model) in matrices.iter().enumerate() {
         let joint_from_model: DMat4 = joint_from_model.as_dmat4();
         // A determinant of 1e-30 is a scale of 1e-10: nothing that could be seen.
@@ -83,9 +108,10 @@ fn read_bind_transforms(
         let transform = transform.filter(Transform::is_finite);
         if transform.is_none() {
             let detail = format!("the inverse bind matrix of entry {index} has no inverse; it was left out");
-            reporter.warn("bind_matrix_singular", entry.to_string(), detail, "bind the mesh again and export");
+            let place = format!("{skin}/inverseBindMatrices");
+            reporter.warn("bind_matrix_singular", place, detail, "bind the mesh again and export");
         }
         transforms.push(transform);
     }
-    Ok(transforms)
+    transforms
 }

@@ -3,6 +3,7 @@
 mod hostile;
 mod read_animation;
 mod read_document;
+mod read_points;
 mod write;
 
 use base64::{Engine as _, engine::general_purpose::STANDARD};

@@ -1,0 +1,206 @@
+//! Where limbs point, and how they are turned about themselves.
+
+use std::collections::BTreeMap;
+
+use glam::{DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    body::{first_joint, last_joint},
+    metric::{Finding, Reading, Series},
+    motion::{Both, Compared, Wanted},
+    statistics::{mean, percentile},
+};
+use crate::rig::Rig;
+
+/// Limbs whose direction is compared: role of the start, roles of the end in order of preference.
+const LIMBS: [(&str, &[&str]); 10] = [
+    ("spine", &["neck", "head"]),
+    ("neck", &["head"]),
+    ("left_upper_arm", &["left_forearm"]),
+    ("left_forearm", &["left_hand"]),
+    ("right_upper_arm", &["right_forearm"]),
+    ("right_forearm", &["right_hand"]),
+    ("left_thigh", &["left_shin"]),
+    ("left_shin", &["left_foot"]),
+    ("right_thigh", &["right_shin"]),
+    ("right_shin", &["right_foot"]),
+];
+
+/// Ends of limbs, which have a turn of their own, with what gives their axis.
+const ENDS: [(&str, &[&str]); 4] = [
+    ("left_hand", &["left_middle_metacarpal", "left_middle", "left_index", "left_ring"]),
+    ("right_hand", &["right_middle_metacarpal", "right_middle", "right_index", "right_ring"]),
+    ("left_foot", &["left_toe"]),
+    ("right_foot", &["right_toe"]),
+];
+
+/// Joints whose whole turn is compared.
+const WHOLE: [&str; 6] = ["pelvis", "head", "left_hand", "right_hand", "left_foot", "right_foot"];
+
+/// Limbs that have a twist; the spine's and the neck's are spread over joints that need not correspond.
+const TWISTS: [&str; 8] = [
+    "left_upper_arm",
+    "left_forearm",
+    "right_upper_arm",
+    "right_forearm",
+    "left_thigh",
+    "left_shin",
+    "right_thigh",
+    "right_shin",
+];
+
+/// The direction error of one limb over the clip, in degrees.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LimbDirection {
+    /// Mean.
+    pub mean_degrees: f64,
+    /// 95th percentile.
+    pub p95_degrees: f64,
+    /// Largest.
+    pub max_degrees: f64,
+    /// Frame of the largest.
+    pub worst_frame: usize,
+}
+
+/// What is looked at.
+pub(super) struct Limbs {
+    limbs: Vec<Limb>,
+    wholes: Vec<Whole>,
+}
+
+struct Limb {
+    role: &'static str,
+    joint: usize,
+    start: usize,
+    end: usize,
+    turn: usize,
+    has_direction: bool,
+    has_twist: bool,
+}
+
+struct Whole {
+    role: &'static str,
+    joint: usize,
+    turn: usize,
+}
+
+/// The series of this family.
+pub(super) struct LimbSeries {
+    pub(super) directions: Vec<Series>,
+    pub(super) twists: Vec<Series>,
+    pub(super) wholes: Vec<Series>,
+}
+
+impl Limbs {
+    pub(super) fn find(rigs: &Both<&Rig<'_>>, wanted: &mut Wanted) -> Self {
+        let mut limbs = Vec::new();
+        let limb = |role: &'static str, ends: &[&str], has_direction: bool, wanted: &mut Wanted| {
+            let end = ends.iter().find_map(|end| first_joint(rigs, end))?;
+            let (start, turned) = (first_joint(rigs, role)?, last_joint(rigs, role)?);
+            Some(Limb {
+                role,
+                joint: start.target,
+                start: wanted.joint(start),
+                end: wanted.joint(end),
+                turn: wanted.turn(turned),
+                has_direction,
+                has_twist: !has_direction || TWISTS.contains(&role),
+            })
+        };
+        for (role, ends) in LIMBS {
+            limbs.extend(limb(role, ends, true, wanted));
+        }
+        for (role, ends) in ENDS {
+            limbs.extend(limb(role, ends, false, wanted));
+        }
+        let whole = |role: &'static str| {
+            let joint = last_joint(rigs, role)?;
+            Some(Whole { role, joint: joint.target, turn: wanted.turn(joint) })
+        };
+        Self { limbs, wholes: WHOLE.into_iter().filter_map(whole).collect() }
+    }
+
+    pub(super) fn series(&self, compared: &Compared) -> LimbSeries {
+        let series = |role: &str, joint: usize, value: &dyn Fn(usize) -> f64| Series {
+            part: role.to_owned(),
+            joint,
+            values: (0..compared.len()).map(value).collect(),
+        };
+        let limbs = |pick: fn(&Limb) -> bool, value: fn(&Limb, &Compared, usize) -> f64| {
+            let limbs = self.limbs.iter().filter(|limb| pick(limb));
+            limbs.map(|limb| series(limb.role, limb.joint, &|frame| value(limb, compared, frame))).collect()
+        };
+        let whole =
+            |whole: &Whole| series(whole.role, whole.joint, &|frame| degrees(difference(compared, frame, whole.turn)));
+        LimbSeries {
+            directions: limbs(|limb| limb.has_direction, Limb::direction_degrees),
+            twists: limbs(|limb| limb.has_twist, Limb::twist_degrees),
+            wholes: self.wholes.iter().map(whole).collect(),
+        }
+    }
+}
+
+impl Limb {
+    fn direction(&self, compared: &Compared, is_target: bool, frame: usize) -> DVec3 {
+        let side = compared.side(is_target);
+        side.position(frame, self.end) - side.position(frame, self.start)
+    }
+
+    fn direction_degrees(&self, compared: &Compared, frame: usize) -> f64 {
+        let (source, target) = (self.direction(compared, false, frame), self.direction(compared, true, frame));
+        angle(source, target)
+    }
+
+    /// The turn that is left between the two about the target limb's axis; swing comes off first, as far as directions differ.
+    fn twist_degrees(&self, compared: &Compared, frame: usize) -> f64 {
+        let axis = self.direction(compared, true, frame).normalize_or_zero();
+        let left = difference(compared, frame, self.turn);
+        let along = left.xyz().dot(axis);
+        if axis == DVec3::ZERO || along.hypot(left.w) < 1e-6 {
+            return f64::NAN;
+        }
+        (2.0 * along.abs().atan2(left.w.abs())).to_degrees()
+    }
+}
+
+/// `Δ_T · Δ_S⁻¹`.
+fn difference(compared: &Compared, frame: usize, turn: usize) -> DQuat {
+    compared.target.turn(frame, turn) * compared.source.turn(frame, turn).conjugate()
+}
+
+/// The angle of a rotation, exact for small ones too.
+pub(super) fn degrees(rotation: DQuat) -> f64 {
+    (2.0 * rotation.xyz().length().atan2(rotation.w.abs())).to_degrees()
+}
+
+/// The angle between two directions, exact for small ones too; NaN where one has no length.
+pub(super) fn angle(first: DVec3, second: DVec3) -> f64 {
+    if first.length_squared() < 1e-18 || second.length_squared() < 1e-18 {
+        return f64::NAN;
+    }
+    first.cross(second).length().atan2(first.dot(second)).to_degrees()
+}
+
+/// The 95th percentile of some series.
+pub(super) fn percentile_finding(series: &[Series], frames: &[usize], nothing: &'static str) -> Finding {
+    Reading::of_series(series, frames, 0.95).ok_or(nothing)
+}
+
+/// The direction errors limb by limb.
+pub(super) fn directions(series: &[Series], frames: &[usize]) -> BTreeMap<String, LimbDirection> {
+    let direction = |series: &Series| {
+        let finite = series.values.iter().enumerate().filter(|(_, value)| value.is_finite());
+        let worst = finite.max_by(|first, second| first.1.total_cmp(second.1));
+        let (worst_frame, max_degrees) = worst.map_or((0, 0.0), |(index, value)| (frames[index], *value));
+        let mut sorted: Vec<f64> = series.values.iter().copied().filter(|value| value.is_finite()).collect();
+        let direction = LimbDirection {
+            mean_degrees: mean(&series.values),
+            p95_degrees: percentile(&mut sorted, 0.95),
+            max_degrees,
+            worst_frame,
+        };
+        (series.part.clone(), direction)
+    };
+    series.iter().map(direction).collect()
+}

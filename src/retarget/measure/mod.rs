@@ -1,0 +1,185 @@
+//! What a retarget gave, measured against the source: metrics with thresholds, verdicts, worst places and curves.
+//!
+//! Measured from the clips alone, with forward kinematics of its own ([`motion`]): nothing is taken over from how the result was
+//! made but which joints correspond and which rest poses look alike. Lengths of feet are told at 1 m leg length, so that figures of
+//! dwarfs and giants compare. Each family of metrics is one file; their names, units and thresholds are one table,
+//! [`MetricName`](crate::rig::MetricName).
+//!
+//! Feet and the pelvis are looked at in every frame, the rest of long clips in runs of neighbouring frames, evenly spread, unless a
+//! full report is asked for.
+
+mod bends;
+mod body;
+mod contacts;
+mod curves;
+mod feet;
+mod hands;
+mod limbs;
+mod metric;
+mod motion;
+mod smoothness;
+mod statistics;
+mod tracks;
+mod travel;
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use self::{
+    bends::Bends,
+    body::Size,
+    curves::Keep,
+    feet::{Feet, FeetFindings},
+    hands::{Hands, hand_gap},
+    limbs::{Limbs, directions, percentile_finding},
+    metric::{Finding, judge, overall, rounded, score},
+    motion::{Both, Frames, Performer, Wanted, compare},
+    smoothness::Smoothness,
+    tracks::{bone_length_drift, rotation_steps},
+    travel::Travel,
+};
+use crate::{
+    model::Clip,
+    rig::{Mapping, MetricName, ReportChoice, ReportDetail, Rig},
+};
+
+pub use curves::Curves;
+pub use feet::ContactMeasure;
+pub use limbs::LimbDirection;
+pub use metric::{Metric, Verdict, Worst};
+
+/// Frames of a long clip that a summary looks at beside feet and pelvis, and how many neighbours at a time.
+const FRAMES_LOOKED_AT: usize = 600;
+const NEIGHBOURS: usize = 20;
+const NO_GOALS: &str = "no inverse kinematics ran";
+const NO_LIMBS: &str = "no limb was recognised on both sides";
+
+/// What was measured.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Measures {
+    /// The worst verdict of all metrics.
+    pub verdict: Verdict,
+    /// 0 is best; a metric that just fails adds its weight's share of 100.
+    pub score: f64,
+    /// Every metric by name.
+    pub metrics: BTreeMap<MetricName, Metric>,
+    /// What each foot does while the source's stands; of very many, those that slide most.
+    pub contacts: Vec<ContactMeasure>,
+    /// How many contacts are not listed.
+    pub contacts_left_out: usize,
+    /// Angle between the directions of source and target limbs, by role.
+    pub limb_directions: BTreeMap<String, LimbDirection>,
+    /// 95th percentile over all limbs and frames, degrees.
+    pub limb_direction_p95_degrees: f64,
+    /// Largest change of any bone's length against the target's rest, as a share of it.
+    pub bone_length_drift: f64,
+    /// Target pelvis height over source pelvis height.
+    pub pelvis_scale: f64,
+    /// Hip to ankle at rest, metres.
+    pub leg_length_metres: SidePair,
+    /// How many frames were looked at; feet, pelvis and keys are looked at in every frame.
+    pub frames_measured: usize,
+    /// Values over time, by name: `limb_direction`, `sole_height`, `slide_speed`.
+    pub curves: BTreeMap<String, Curves>,
+}
+
+/// A length on both sides; absent where it is not known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SidePair {
+    /// Of the source.
+    pub source: Option<f64>,
+    /// Of the target.
+    pub target: Option<f64>,
+}
+
+/// Compares a result with the clip that it was made from; both have the same frames.
+///
+/// Never fails: what cannot be measured on these rigs is `not_applicable` and says why.
+#[must_use]
+pub fn measure(
+    mapping: &Mapping,
+    source: &Rig<'_>,
+    target: &Rig<'_>,
+    source_clip: &Clip,
+    result: &Clip,
+    choice: &ReportChoice,
+) -> Measures {
+    let count = source_clip.frame_count().min(result.frame_count());
+    let is_full = choice.detail() == ReportDetail::Full;
+    let rigs = Both { source, target };
+    let sizes = rigs.map(|rig| Size::of(rig));
+    let performers = Both {
+        source: Performer { rig: source, rest: &mapping.source_rest, clip: source_clip },
+        target: Performer { rig: target, rest: &mapping.target_rest, clip: result },
+    };
+
+    let mut wanted = Wanted::default();
+    let feet = Feet::find(&rigs, sizes, &mut wanted);
+    let travel = Travel::find(&rigs, &sizes, &mut wanted);
+    let every = compare(&performers, &wanted, Frames::all(count));
+    let mut wanted = Wanted::default();
+    let limbs = Limbs::find(&rigs, &mut wanted);
+    let bends = Bends::find(&rigs, &mut wanted);
+    let smoothness = Smoothness::find(&rigs, &mut wanted);
+    let hands = Hands::find(&rigs, &sizes, &mut wanted);
+    let frames = if is_full { Frames::all(count) } else { Frames::spread(count, FRAMES_LOOKED_AT, NEIGHBOURS) };
+    let spread = compare(&performers, &wanted, frames);
+
+    let feet = feet.map_or_else(FeetFindings::none, |feet| feet.measure(&every));
+    let limbs = limbs.series(&spread);
+    let (flips, limits) = bends.measure(&spread);
+    let (continuity, jumps) = rotation_steps(mapping, source.skeleton(), source_clip, result);
+    let looked_at = &spread.frames.indices;
+    let drift = bone_length_drift(mapping, target.skeleton(), result, looked_at);
+    let percentile = |series| percentile_finding(series, looked_at, NO_LIMBS);
+    let limb_directions = directions(&limbs.directions, looked_at);
+    let curves = BTreeMap::from([
+        ("limb_direction".to_owned(), Curves::new("degrees", &limbs.directions, &spread, Keep::Largest, is_full)),
+        ("sole_height".to_owned(), Curves::new("cm", &feet.heights, &every, Keep::Smallest, is_full)),
+        ("slide_speed".to_owned(), Curves::new("cm/s", &feet.slide_speeds, &every, Keep::Largest, is_full)),
+    ]);
+    let value = |finding: &Finding| finding.as_ref().map_or(0.0, |reading| rounded(reading.value));
+    let direction = percentile(&limbs.directions);
+    let (limb_direction_p95_degrees, drift_value) = (value(&direction), value(&drift));
+    let findings = [
+        (MetricName::FootSlide, feet.slide),
+        (MetricName::FloorPenetration, feet.penetration),
+        (MetricName::FloorFloat, feet.float),
+        (MetricName::ContactDisagreement, feet.disagreement),
+        (MetricName::LimbDirection, direction),
+        (MetricName::LimbTwist, percentile(&limbs.twists)),
+        (MetricName::EndOrientation, percentile(&limbs.wholes)),
+        (MetricName::JerkRatio, smoothness.jerk_ratio(&spread)),
+        (MetricName::BendFlips, flips),
+        (MetricName::RotationJumps, jumps),
+        (MetricName::QuaternionContinuity, continuity),
+        (MetricName::JointLimits, limits),
+        (MetricName::BoneLengthDrift, drift),
+        (MetricName::PelvisPath, travel.path(&every)),
+        (MetricName::Facing, travel.facing(&every)),
+        (MetricName::HandGap, hand_gap(hands.as_ref(), &spread)),
+        (MetricName::ReachResidual, Err(NO_GOALS)),
+    ];
+    let judged = |(name, finding): (MetricName, Finding)| {
+        (name, judge(name, finding, choice, target.skeleton(), result.times_seconds()))
+    };
+    let metrics: BTreeMap<MetricName, Metric> = findings.into_iter().map(judged).collect();
+    Measures {
+        verdict: overall(&metrics),
+        score: score(&metrics),
+        metrics,
+        contacts: feet.contacts,
+        contacts_left_out: feet.contacts_left_out,
+        limb_directions,
+        limb_direction_p95_degrees,
+        bone_length_drift: drift_value,
+        pelvis_scale: mapping.global_scale,
+        leg_length_metres: SidePair { source: sizes.source.leg, target: sizes.target.leg },
+        frames_measured: spread.len(),
+        curves,
+    }
+}

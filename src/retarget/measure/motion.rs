@@ -1,0 +1,246 @@
+//! Where the points that metrics look at are, on both sides: forward kinematics of its own, so that nothing is taken over from
+//! how the result was made.
+//!
+//! Everything comes out in metres, +Y up, +Z front, whatever the files' axes and units.
+
+use std::ops::Range;
+
+use glam::{DQuat, DVec3, Quat, Vec3};
+use rayon::prelude::*;
+
+use crate::{
+    model::{Clip, ModelPose, Transform},
+    rig::Rig,
+};
+
+/// Frames that one thread takes at a time.
+const CHUNK_FRAMES: usize = 256;
+
+/// A point that is fixed to a joint.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Anchor {
+    pub(super) joint: usize,
+    /// In the joint's own space and the scene's unit.
+    pub(super) offset: DVec3,
+}
+
+impl Anchor {
+    pub(super) const fn at(joint: usize) -> Self {
+        Self { joint, offset: DVec3::ZERO }
+    }
+}
+
+/// The same on both sides.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Both<T> {
+    pub(super) source: T,
+    pub(super) target: T,
+}
+
+impl<T> Both<T> {
+    pub(super) fn map<U>(&self, convert: impl Fn(&T) -> U) -> Both<U> {
+        Both { source: convert(&self.source), target: convert(&self.target) }
+    }
+}
+
+/// What metrics ask for before anything is computed. Slots count from 0 and are the same on both sides.
+#[derive(Debug, Default)]
+pub(super) struct Wanted {
+    points: Vec<Both<Anchor>>,
+    turns: Vec<Both<usize>>,
+}
+
+impl Wanted {
+    /// Asks for a point; gives its slot.
+    pub(super) fn point(&mut self, anchor: Both<Anchor>) -> usize {
+        self.points.push(anchor);
+        self.points.len() - 1
+    }
+
+    /// Asks for a joint's position; gives its slot.
+    pub(super) fn joint(&mut self, joint: Both<usize>) -> usize {
+        self.point(joint.map(|&joint| Anchor::at(joint)))
+    }
+
+    /// Asks for a joint's turn since the rest pose; gives its slot.
+    pub(super) fn turn(&mut self, joint: Both<usize>) -> usize {
+        self.turns.push(joint);
+        self.turns.len() - 1
+    }
+}
+
+/// Which frames are looked at: all, or runs of neighbours that are spread evenly.
+#[derive(Debug)]
+pub(super) struct Frames {
+    pub(super) indices: Vec<usize>,
+    /// Which of `indices` are neighbours in the clip.
+    pub(super) runs: Vec<Range<usize>>,
+}
+
+impl Frames {
+    pub(super) fn all(count: usize) -> Self {
+        Self { indices: (0..count).collect(), runs: std::iter::once(0..count).collect() }
+    }
+
+    /// At most about `most` frames, in runs of `run`.
+    pub(super) fn spread(count: usize, most: usize, run: usize) -> Self {
+        if count <= most {
+            return Self::all(count);
+        }
+        let runs = (most / run).max(2);
+        let (mut indices, mut ranges) = (Vec::with_capacity(runs * run), Vec::with_capacity(runs));
+        for index in 0..runs {
+            let first = (count - run) * index / (runs - 1);
+            ranges.push(indices.len()..indices.len() + run);
+            indices.extend(first..first + run);
+        }
+        Self { indices, runs: ranges }
+    }
+}
+
+/// One side's points and turns at some frames.
+#[derive(Debug)]
+pub(super) struct Motion {
+    points: usize,
+    turns: usize,
+    positions: Vec<Vec3>,
+    rotations: Vec<Quat>,
+}
+
+impl Motion {
+    /// Where a point is, in metres, +Y up. `frame` counts the frames that were looked at.
+    pub(super) fn position(&self, frame: usize, point: usize) -> DVec3 {
+        self.positions[frame * self.points + point].as_dvec3()
+    }
+
+    /// How a joint is turned since the rest pose: `G(t) · G_rest⁻¹`.
+    pub(super) fn turn(&self, frame: usize, turn: usize) -> DQuat {
+        self.rotations[frame * self.turns + turn].as_dquat()
+    }
+}
+
+/// Both sides at the same frames.
+#[derive(Debug)]
+pub(super) struct Compared {
+    pub(super) frames: Frames,
+    /// Key time of every frame looked at.
+    pub(super) times_seconds: Vec<f64>,
+    pub(super) source: Motion,
+    pub(super) target: Motion,
+}
+
+impl Compared {
+    pub(super) fn len(&self) -> usize {
+        self.frames.indices.len()
+    }
+
+    pub(super) fn side(&self, is_target: bool) -> &Motion {
+        if is_target { &self.target } else { &self.source }
+    }
+}
+
+/// One side: the rig, the pose that turns are counted from, and the clip.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Performer<'a> {
+    pub(super) rig: &'a Rig<'a>,
+    pub(super) rest: &'a ModelPose,
+    pub(super) clip: &'a Clip,
+}
+
+/// Computes what is wanted.
+pub(super) fn compare(performers: &Both<Performer<'_>>, wanted: &Wanted, frames: Frames) -> Compared {
+    let clip = performers.target.clip;
+    let side = |performer: &Performer<'_>, pick: fn(&Both<Anchor>) -> Anchor, turn: fn(&Both<usize>) -> usize| {
+        let points: Vec<Anchor> = wanted.points.iter().map(pick).collect();
+        let turns: Vec<usize> = wanted.turns.iter().map(turn).collect();
+        Kinematics::new(performer, &points, &turns).run(&frames.indices)
+    };
+    let source = side(&performers.source, |both| both.source, |both| both.source);
+    let target = side(&performers.target, |both| both.target, |both| both.target);
+    let times_seconds = frames.indices.iter().map(|&frame| clip.times_seconds()[frame]).collect();
+    Compared { frames, times_seconds, source, target }
+}
+
+/// The joints that some points need, parents first, in a numbering of their own.
+struct Kinematics<'a> {
+    performer: &'a Performer<'a>,
+    joints: Vec<usize>,
+    parents: Vec<Option<usize>>,
+    points: Vec<(usize, DVec3)>,
+    /// Number, and the inverse of the rotation at rest.
+    turns: Vec<(usize, DQuat)>,
+}
+
+impl<'a> Kinematics<'a> {
+    fn new(performer: &'a Performer<'a>, points: &[Anchor], turns: &[usize]) -> Self {
+        let skeleton = performer.rig.skeleton();
+        let mut needed = vec![false; skeleton.len()];
+        for joint in points.iter().map(|anchor| anchor.joint).chain(turns.iter().copied()) {
+            let mut current = Some(joint);
+            while let Some(index) = current.filter(|index| !needed[*index]) {
+                needed[index] = true;
+                current = skeleton.parent(index);
+            }
+        }
+        let joints: Vec<usize> = (0..skeleton.len()).filter(|joint| needed[*joint]).collect();
+        let mut number = vec![0; skeleton.len()];
+        for (position, &joint) in joints.iter().enumerate() {
+            number[joint] = position;
+        }
+        let rest = performer.rest.transforms();
+        Self {
+            performer,
+            parents: joints.iter().map(|&joint| skeleton.parent(joint).map(|parent| number[parent])).collect(),
+            points: points.iter().map(|anchor| (number[anchor.joint], anchor.offset)).collect(),
+            turns: turns.iter().map(|&joint| (number[joint], unit(rest[joint].rotation).conjugate())).collect(),
+            joints,
+        }
+    }
+
+    fn run(&self, frames: &[usize]) -> Motion {
+        let (points, turns) = (self.points.len(), self.turns.len());
+        let mut positions = vec![Vec3::ZERO; frames.len() * points];
+        let mut rotations = vec![Quat::IDENTITY; frames.len() * turns];
+        // One chunk per run of frames, whichever of the two lists is empty.
+        let mut rest = (positions.as_mut_slice(), rotations.as_mut_slice());
+        let mut chunks = Vec::with_capacity(frames.len().div_ceil(CHUNK_FRAMES));
+        for frames in frames.chunks(CHUNK_FRAMES) {
+            let (positions, later_positions) = rest.0.split_at_mut(frames.len() * points);
+            let (rotations, later_rotations) = rest.1.split_at_mut(frames.len() * turns);
+            rest = (later_positions, later_rotations);
+            chunks.push((frames, positions, rotations));
+        }
+        chunks.into_par_iter().for_each(|(frames, positions, rotations)| self.fill(frames, positions, rotations));
+        Motion { points, turns, positions, rotations }
+    }
+
+    fn fill(&self, frames: &[usize], positions: &mut [Vec3], rotations: &mut [Quat]) {
+        let Performer { rig, clip, .. } = self.performer;
+        let work = rig.work_from_scene;
+        let (points, turns) = (self.points.len(), self.turns.len());
+        let mut model = vec![Transform::IDENTITY; self.joints.len()];
+        for (index, &frame) in frames.iter().enumerate() {
+            for (position, &joint) in self.joints.iter().enumerate() {
+                let (tracks, rest) = (&clip.joints()[joint], &rig.skeleton().joints()[joint].rest);
+                let local = Transform {
+                    translation: tracks.translation.at(frame, rest.translation.as_vec3()).as_dvec3(),
+                    rotation: unit(tracks.rotation.at(frame, rest.rotation.as_quat()).as_dquat()),
+                    scale: tracks.scale.at(frame, rest.scale.as_vec3()).as_dvec3(),
+                };
+                model[position] = self.parents[position].map_or(local, |parent| model[parent].then_child(&local));
+            }
+            for (result, (joint, offset)) in positions[index * points..].iter_mut().zip(&self.points) {
+                *result = (work * model[*joint].transform_point(*offset) * rig.unit_metres).as_vec3();
+            }
+            for (result, (joint, rest)) in rotations[index * turns..].iter_mut().zip(&self.turns) {
+                *result = (work * model[*joint].rotation * *rest * work.conjugate()).as_quat();
+            }
+        }
+    }
+}
+
+/// A rotation that is one, whatever a file says.
+fn unit(rotation: DQuat) -> DQuat {
+    let length = rotation.length();
+    if length > 1e-9 && length.is_finite() { rotation / length } else { DQuat::IDENTITY }
+}

@@ -1,0 +1,19 @@
+//! Percentiles and the like.
+
+/// The value below which a share of the values lies, by the nearest rank; 0 for none. Sorts the values.
+pub(super) fn percentile(values: &mut [f64], share: f64) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    values.sort_unstable_by(f64::total_cmp);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
+    let index = ((values.len() - 1) as f64 * share).round() as usize;
+    values[index.min(values.len() - 1)]
+}
+
+/// The mean of what is finite; 0 for none.
+pub(super) fn mean(values: &[f64]) -> f64 {
+    let finite = values.iter().filter(|value| value.is_finite());
+    let (sum, count) = finite.fold((0.0, 0_usize), |(sum, count), value| (sum + value, count + 1));
+    if count > 0 { sum / count as f64 } else { 0.0 }
+}

@@ -1,0 +1,123 @@
+//! What the result's own keys say: bone lengths, hemispheres, jumps.
+
+use glam::Quat;
+
+use super::metric::{Finding, Reading};
+use crate::{
+    model::{Clip, Skeleton, Track},
+    rig::Mapping,
+};
+
+/// A change of a local rotation from one frame to the next that counts as a jump: 20°. Half of its cosine, as quaternions have it.
+const JUMP_DEGREES: f64 = 20.0;
+/// A jump that the source has at least this share of is the source's.
+const SHARE_OF_SOURCE: f64 = 0.5;
+const NO_ROTATIONS: &str = "no joint of the result turns";
+
+/// The largest change of a driven bone's length, as a share of it. The pelvis and roots have none.
+pub(super) fn bone_length_drift(mapping: &Mapping, skeleton: &Skeleton, result: &Clip, frames: &[usize]) -> Finding {
+    let pelvis = mapping.pelvis.map(|pelvis| pelvis.target);
+    let mut reading = Reading::default();
+    // Joints that ride another joint than their parent stay as far from that one as they were, not from their parent.
+    let mut driven = mapping.driven();
+    mapping.rides.iter().for_each(|ride| driven[ride.joint] = false);
+    let bones = skeleton.joints().iter().enumerate().filter(|(index, joint)| {
+        driven[*index] && joint.parent.is_some() && Some(*index) != pelvis && joint.rest.translation.length() > 1e-9
+    });
+    for (index, joint) in bones {
+        let rest = joint.rest.translation.length();
+        let drift = |frame: usize| {
+            let now = result.joints()[index].translation.at(frame, joint.rest.translation.as_vec3());
+            (now.as_dvec3().length() - rest).abs() / rest
+        };
+        if !result.joints()[index].translation.is_animated() {
+            continue;
+        }
+        let worst = frames.iter().map(|&frame| (frame, drift(frame))).max_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((frame, value)) = worst {
+            reading.value = reading.value.max(value);
+            reading.worst.push((frame, index, String::new(), value));
+        }
+    }
+    Ok(reading)
+}
+
+/// Keys on opposite hemispheres, and jumps that the source does not have.
+pub(super) fn rotation_steps(
+    mapping: &Mapping,
+    source: &Skeleton,
+    source_clip: &Clip,
+    result: &Clip,
+) -> (Finding, Finding) {
+    let (mut continuity, mut jumps) = (Reading::default(), Reading::default());
+    let mut drivers: Option<Vec<Vec<usize>>> = None;
+    let mut any = false;
+    #[expect(clippy::cast_possible_truncation, reason = "a cosine")]
+    let least_cosine = (JUMP_DEGREES / 2.0).to_radians().cos() as f32;
+    for (joint, tracks) in result.joints().iter().enumerate() {
+        let Track::Sampled(rotations) = &tracks.rotation else { continue };
+        any = true;
+        let mut flips = 0_usize;
+        for (frame, pair) in rotations.windows(2).enumerate() {
+            let cosine = pair[0].dot(pair[1]);
+            if cosine < 0.0 {
+                flips += 1;
+                if flips == 1 {
+                    continuity.worst.push((frame + 1, joint, String::new(), 1.0));
+                }
+            }
+            if cosine.abs() >= least_cosine {
+                continue;
+            }
+            let own = step_degrees(rotations, frame);
+            let drivers = drivers.get_or_insert_with(|| drivers_of(mapping, source, result.joints().len()));
+            let of_source: f64 = drivers[joint]
+                .iter()
+                .map(|&driver| match &source_clip.joints()[driver].rotation {
+                    Track::Sampled(rotations) if frame + 1 < rotations.len() => step_degrees(rotations, frame),
+                    _ => 0.0,
+                })
+                .sum();
+            if of_source < own * SHARE_OF_SOURCE {
+                jumps.value += 1.0;
+                jumps.worst.push((frame + 1, joint, String::new(), own));
+            }
+        }
+        continuity.value += flips as f64;
+    }
+    if any { (Ok(continuity), Ok(jumps)) } else { (Err(NO_ROTATIONS), Err(NO_ROTATIONS)) }
+}
+
+fn step_degrees(rotations: &[Quat], frame: usize) -> f64 {
+    let step = rotations[frame].as_dquat().conjugate() * rotations[frame + 1].as_dquat();
+    (2.0 * step.xyz().length().atan2(step.w.abs())).to_degrees()
+}
+
+/// The source joints whose turns a target joint may show: its chain's, and those above that drive nothing themselves.
+fn drivers_of(mapping: &Mapping, source: &Skeleton, joints: usize) -> Vec<Vec<usize>> {
+    let mut drives = vec![false; source.len()];
+    for chain in &mapping.chains {
+        chain.source.iter().for_each(|&joint| drives[joint] = true);
+    }
+    if let Some(pelvis) = &mapping.pelvis {
+        drives[pelvis.source] = true;
+    }
+    let with_idle_above = |joints: &[usize]| {
+        let mut found = joints.to_vec();
+        let mut above = joints.first().and_then(|&joint| source.parent(joint));
+        while let Some(joint) = above.filter(|joint| !drives[*joint]) {
+            found.push(joint);
+            above = source.parent(joint);
+        }
+        found
+    };
+    let mut drivers = vec![Vec::new(); joints];
+    for chain in &mapping.chains {
+        let found = with_idle_above(&chain.source);
+        chain.target.iter().for_each(|&joint| drivers[joint].clone_from(&found));
+    }
+    if let Some(pelvis) = &mapping.pelvis {
+        drivers[pelvis.target] = with_idle_above(&[pelvis.source]);
+    }
+    drivers
+}

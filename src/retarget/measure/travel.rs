@@ -1,0 +1,92 @@
+//! Where the body goes, and where it faces.
+
+use glam::DVec3;
+
+use super::{
+    body::{Size, first_joint},
+    limbs::percentile_finding,
+    metric::{Finding, Reading, Series},
+    motion::{Both, Compared, Wanted},
+};
+use crate::rig::Rig;
+
+const NO_PELVIS: &str = "no pelvis was recognised on both sides";
+const NO_HIPS: &str = "no thighs were recognised on both sides";
+const STANDS: &str = "the source's pelvis does not move";
+
+/// What is looked at.
+pub(super) struct Travel {
+    pelvis: Option<Part>,
+    thighs: Option<[Part; 2]>,
+    leg: Option<f64>,
+}
+
+#[derive(Clone, Copy)]
+struct Part {
+    joint: usize,
+    slot: usize,
+}
+
+impl Travel {
+    pub(super) fn find(rigs: &Both<&Rig<'_>>, sizes: &Both<Size>, wanted: &mut Wanted) -> Self {
+        let mut part = |role: &str| {
+            let joint = first_joint(rigs, role)?;
+            Some(Part { joint: joint.target, slot: wanted.joint(joint) })
+        };
+        let pelvis = part("pelvis");
+        let thighs = part("left_thigh").zip(part("right_thigh")).map(|(left, right)| [left, right]);
+        Self { pelvis, thighs, leg: sizes.target.leg }
+    }
+
+    /// How far the target's pelvis is from the source's path when that is scaled to fit best, level and upright ways apart.
+    pub(super) fn path(&self, compared: &Compared) -> Finding {
+        let (pelvis, leg) = (self.pelvis.ok_or(NO_PELVIS)?, self.leg.ok_or(NO_PELVIS)?);
+        let [source, target] = [false, true].map(|is_target| {
+            let side = compared.side(is_target);
+            let path: Vec<DVec3> = (0..compared.len()).map(|frame| side.position(frame, pelvis.slot)).collect();
+            let middle = path.iter().sum::<DVec3>() / path.len().max(1) as f64;
+            path.into_iter().map(|position| position - middle).collect::<Vec<DVec3>>()
+        });
+        let fit = |axes: DVec3| {
+            let (mut across, mut along) = (0.0, 0.0);
+            for (source, target) in source.iter().zip(&target) {
+                across += (*source * axes).dot(*target * axes);
+                along += (*source * axes).length_squared();
+            }
+            if along > 0.0 { across / along } else { 0.0 }
+        };
+        let (level, upright) = (DVec3::new(1.0, 0.0, 1.0), DVec3::Y);
+        let scale = level * fit(level) + upright * fit(upright);
+        let moved = source.iter().map(|position| position.length_squared()).sum::<f64>();
+        if moved <= 1e-12 * source.len() as f64 {
+            return Err(STANDS);
+        }
+        let off: Vec<f64> = source
+            .iter()
+            .zip(&target)
+            .map(|(source, target)| (*target - *source * scale).length() / leg * 100.0)
+            .collect();
+        let mean_square = off.iter().map(|value| value * value).sum::<f64>() / off.len().max(1) as f64;
+        let series = Series { part: "pelvis".to_owned(), joint: pelvis.joint, values: off };
+        let reading = Reading::of_series(&[series], &compared.frames.indices, 1.0).ok_or(STANDS)?;
+        Ok(Reading { value: mean_square.sqrt(), parts: std::collections::BTreeMap::new(), ..reading })
+    }
+
+    /// The difference of where the hips face.
+    pub(super) fn facing(&self, compared: &Compared) -> Finding {
+        let [left, right] = self.thighs.ok_or(NO_HIPS)?;
+        let heading = |is_target: bool, frame: usize| {
+            let side = compared.side(is_target);
+            let across = side.position(frame, left.slot) - side.position(frame, right.slot);
+            let is_level = across.x.hypot(across.z) > 0.2 * across.length();
+            if is_level { across.z.atan2(across.x) } else { f64::NAN }
+        };
+        let off = |frame: usize| {
+            let turn = heading(true, frame) - heading(false, frame);
+            turn.sin().atan2(turn.cos()).abs().to_degrees()
+        };
+        let values = (0..compared.len()).map(off).collect();
+        let series = Series { part: "pelvis".to_owned(), joint: left.joint, values };
+        percentile_finding(&[series], &compared.frames.indices, NO_HIPS)
+    }
+}

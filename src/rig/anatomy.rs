@@ -1,0 +1,103 @@
+//! Which joint carries which on the body, whatever the hierarchy of the file says.
+//!
+//! Exports that keep only the joints of the skin hang thighs, arms and feet from the armature; 3ds Max Biped hangs the thighs
+//! from the spine and the arms from the neck. Rotations do not care, because they are measured in the model; places do.
+
+use std::collections::BTreeMap;
+
+use crate::model::Skeleton;
+
+use super::{mapping::Ride, understand::Rig};
+
+/// What carries a part, in order of preference, without sides. The first that the rig has counts; its last joint carries.
+const CARRIERS: [(&str, &[&str]); 26] = [
+    ("spine", &["pelvis"]),
+    ("neck", &["spine", "pelvis"]),
+    ("head", &["neck", "spine", "pelvis"]),
+    ("jaw", &["head"]),
+    ("eye", &["head"]),
+    ("clavicle", &["spine", "pelvis"]),
+    ("upper_arm", &["clavicle", "spine", "pelvis"]),
+    ("forearm", &["upper_arm"]),
+    ("hand", &["forearm"]),
+    ("thigh", &["pelvis"]),
+    ("shin", &["thigh"]),
+    ("foot", &["shin"]),
+    ("toe", &["foot"]),
+    ("thumb", &["hand"]),
+    ("index_metacarpal", &["hand"]),
+    ("middle_metacarpal", &["hand"]),
+    ("ring_metacarpal", &["hand"]),
+    ("pinky_metacarpal", &["hand"]),
+    ("index", &["index_metacarpal", "hand"]),
+    ("middle", &["middle_metacarpal", "hand"]),
+    ("ring", &["ring_metacarpal", "hand"]),
+    ("pinky", &["pinky_metacarpal", "hand"]),
+    ("front_leg", &["spine", "pelvis"]),
+    ("hind_leg", &["pelvis"]),
+    ("tail", &["pelvis"]),
+    ("root", &[]),
+];
+
+/// Joints of a role that the bones of a limb are not split into: several of them hang side by side from one carrier.
+const SIDE_BY_SIDE: [&str; 2] = ["eye", "root"];
+
+/// For every joint with a role, the joint that carries it on the body; parts without a carrier on this rig have none.
+pub(super) fn carriers(rig: &Rig<'_>) -> BTreeMap<usize, usize> {
+    let mut carriers = BTreeMap::new();
+    for (role, joints) in &rig.roles {
+        let (side, part) = super::align::split(role);
+        let Some((_, above)) = CARRIERS.iter().find(|entry| entry.0 == part) else { continue };
+        let first = above.iter().find_map(|part| {
+            let own_side = rig.role(&format!("{side}{part}")).last();
+            own_side.or_else(|| rig.role(part).last()).copied()
+        });
+        let mut carrier = first;
+        for &joint in joints {
+            if let Some(carrier) = carrier.filter(|carrier| *carrier != joint) {
+                carriers.insert(joint, carrier);
+            }
+            carrier = if SIDE_BY_SIDE.contains(&part) { first } else { Some(joint) };
+        }
+    }
+    carriers
+}
+
+/// The joints of a target whose parents in the file do not carry them as the body does, each with what it rides instead.
+///
+/// Joints of no role between a joint and its carrier are part of the way; those of another role move the joint as it should
+/// not.
+pub(super) fn rides(target: &Rig<'_>) -> Vec<Ride> {
+    let skeleton = target.skeleton();
+    let rest = target.rest.transforms();
+    let mut ridden: Vec<Option<usize>> = vec![None; skeleton.len()];
+    let mut rides = Vec::new();
+    let carriers = carriers(target);
+    for (&joint, &on) in &carriers {
+        let is_carried = skeleton.path(on, joint).is_some_and(|path| {
+            let between = &path[1..path.len() - 1];
+            !between.iter().any(|joint| carriers.contains_key(joint))
+        });
+        if !is_carried && !follows(skeleton, &ridden, on, joint) {
+            ridden[joint] = Some(on);
+            rides.push(Ride { joint, on, on_from_joint: rest[on].relative(&rest[joint]) });
+        }
+    }
+    rides
+}
+
+/// Whether a joint's place follows from another's, by parents and by what has been found to ride what.
+fn follows(skeleton: &Skeleton, ridden: &[Option<usize>], joint: usize, another: usize) -> bool {
+    let mut open = vec![joint];
+    let mut seen = vec![false; skeleton.len()];
+    while let Some(joint) = open.pop() {
+        if joint == another {
+            return true;
+        }
+        if !std::mem::replace(&mut seen[joint], true) {
+            open.extend(skeleton.parent(joint));
+            open.extend(ridden[joint]);
+        }
+    }
+    false
+}

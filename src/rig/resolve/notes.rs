@@ -1,0 +1,82 @@
+//! What a user should know about a mapping that nobody gave: guesses in the rigs, limbs that nothing drives, bodies of other
+//! kinds.
+
+use crate::model::Reporter;
+
+use super::super::{
+    error::{SpecError, SpecErrorKind},
+    mapping::Mapping,
+    recognition::{RigKind, report_doubts},
+    spec::{RetargetSpec, RigSpec},
+    understand::Rig,
+};
+
+/// Parts without which a figure stands there with a stiff limb. Others ride along and look alive.
+const LIMBS: [&str; 11] =
+    ["spine", "head", "upper_arm", "forearm", "hand", "thigh", "shin", "foot", "front_leg", "hind_leg", "tail"];
+
+/// Whether the spec leaves it to us what drives what.
+pub(super) fn is_found_out(spec: &RetargetSpec) -> bool {
+    spec.map.is_none()
+}
+
+/// Refuses bodies of other kinds where nobody says which limb is to drive which.
+pub(super) fn check_kinds(spec: &RetargetSpec, source: &Rig<'_>, target: &Rig<'_>) -> Result<(), SpecError> {
+    let says_something = |rig: &RigSpec| !rig.chains.is_empty() || !rig.roles.is_empty();
+    let (from, to) = (source.recognition.kind, target.recognition.kind);
+    let differ = from != RigKind::Other && to != RigKind::Other && from != to;
+    if !differ || !is_found_out(spec) || says_something(&spec.source) || says_something(&spec.target) {
+        return Ok(());
+    }
+    Err(SpecError::new(
+        SpecErrorKind::NothingToMap,
+        format!(
+            "the source is a {} and the target a {}: no limb of one is a limb of the other",
+            from.name(),
+            to.name()
+        ),
+        "say in \"map\" which chains drive which, with source.chains and target.chains, or send a target of the same kind",
+    ))
+}
+
+/// Warns of what is uncertain in rigs that the spec says nothing about.
+pub(super) fn report_rigs(spec: &RetargetSpec, source: &Rig<'_>, target: &Rig<'_>, reporter: &mut Reporter) {
+    for (rig, said) in [(source, &spec.source), (target, &spec.target)] {
+        if is_found_out(spec) && said.chains.is_empty() && said.roles.is_empty() {
+            report_doubts(rig.skeleton(), &rig.recognition, reporter, rig.name);
+        }
+    }
+}
+
+/// Warns of the target's limbs that nothing drives.
+pub(super) fn report_idle_limbs(
+    spec: &RetargetSpec,
+    source: &Rig<'_>,
+    target: &Rig<'_>,
+    mapping: &Mapping,
+    reporter: &mut Reporter,
+) {
+    if !is_found_out(spec) || spec.ops.is_some() {
+        return;
+    }
+    let driven = mapping.driven();
+    let is_limb = |role: &str| LIMBS.contains(&super::super::align::split(role).1);
+    let is_idle = |joints: &[usize]| !joints.is_empty() && !joints.iter().any(|joint| driven[*joint]);
+    let idle: Vec<&str> = target
+        .roles
+        .iter()
+        .filter(|(role, joints)| is_limb(role) && is_idle(joints))
+        .map(|(role, _)| role.as_str())
+        .collect();
+    if idle.is_empty() {
+        return;
+    }
+    let missing: Vec<&str> = idle.iter().copied().filter(|role| source.role(role).is_empty()).collect();
+    let why = if missing.len() == idle.len() { "the source has no such limb" } else { "no pair was found for them" };
+    reporter.warn(
+        "limbs_not_mapped",
+        "target",
+        format!("nothing drives {}: {why}; they keep their rest pose and ride along", idle.join(", ")),
+        "if the source has them, name their joints in source.roles",
+    );
+}

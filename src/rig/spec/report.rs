@@ -1,0 +1,356 @@
+//! What is measured, how much of it is told, and from which value on it is called bad.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How much is measured: a word, or the word together with thresholds of your own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected \"none\", \"summary\", \"full\" or {\"detail\": …, \"thresholds\": …}")]
+pub enum ReportChoice {
+    /// A word.
+    Detail(ReportDetail),
+    /// With thresholds.
+    Spec(ReportSpec),
+}
+
+/// How much is measured, and from which value on it is called bad.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReportSpec {
+    /// How much is told.
+    pub detail: ReportDetail,
+    /// Thresholds of your own, by the metric's name, such as `{"foot_slide": {"warn_above": 1, "fail_above": 4}}`. Metrics that
+    /// are not named keep theirs.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub thresholds: BTreeMap<MetricName, Threshold>,
+}
+
+/// From which value on a metric is called bad, in the metric's own unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Threshold {
+    /// More than this is a warning; 0 or more.
+    #[schemars(range(min = 0.0))]
+    pub warn_above: f64,
+    /// More than this is a failure; at least `warn_above`.
+    #[schemars(range(min = 0.0))]
+    pub fail_above: f64,
+}
+
+/// How much is measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ReportDetail {
+    /// Timings, counts and warnings only.
+    None,
+    /// Every metric with its verdict, its worst frames and a coarse curve. Long clips are looked at in parts.
+    #[default]
+    Summary,
+    /// The same from all frames, with one value per frame.
+    Full,
+}
+
+impl Default for ReportChoice {
+    fn default() -> Self {
+        Self::Detail(ReportDetail::default())
+    }
+}
+
+impl ReportChoice {
+    /// How much is told.
+    #[must_use]
+    pub const fn detail(&self) -> ReportDetail {
+        match self {
+            Self::Detail(detail) => *detail,
+            Self::Spec(spec) => spec.detail,
+        }
+    }
+
+    /// The same thresholds with another detail.
+    #[must_use]
+    pub fn with_detail(self, detail: ReportDetail) -> Self {
+        match self {
+            Self::Detail(_) => Self::Detail(detail),
+            Self::Spec(spec) => Self::Spec(ReportSpec { detail, ..spec }),
+        }
+    }
+
+    /// From which value on a metric is called bad: what the user says, else what the metric has of its own.
+    #[must_use]
+    pub fn threshold(&self, metric: MetricName) -> Threshold {
+        let own = match self {
+            Self::Detail(_) => None,
+            Self::Spec(spec) => spec.thresholds.get(&metric).copied(),
+        };
+        own.unwrap_or(metric.info().threshold)
+    }
+}
+
+/// What is measured of a result. More is worse for all of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MetricName {
+    /// How far a foot travels over the floor while the source's foot stands, per contact, at 1 m leg length; 95th
+    /// percentile over contacts.
+    FootSlide,
+    /// How deep the lowest point of a sole is below the floor, at 1 m leg length; 99th percentile over frames.
+    FloorPenetration,
+    /// How far a sole is off the floor while the source's foot stands, at 1 m leg length; 95th percentile over frames
+    /// in contact.
+    FloorFloat,
+    /// 1 − F1 of the target's own foot contacts against the source's, frame by frame.
+    ContactDisagreement,
+    /// Angle between the directions of a source limb and a target limb; 95th percentile over limbs and frames.
+    LimbDirection,
+    /// Difference of the turn about a limb's own axis since the rest pose, hands and feet included; 95th percentile
+    /// over limbs and frames.
+    LimbTwist,
+    /// Difference of the turn of pelvis, head, hands and feet since the rest pose; 95th percentile over joints and
+    /// frames.
+    EndOrientation,
+    /// Mean jerk over mean speed of hands, feet and head, target over source; 1 is as smooth as the source.
+    JerkRatio,
+    /// Knees and elbows that snap over or bend backwards where the source's do not.
+    BendFlips,
+    /// Local rotations that change by more than 20° from one frame to the next where the source's do not change half
+    /// as much.
+    RotationJumps,
+    /// Neighbouring keys of a rotation that lie on opposite hemispheres, so that players go the long way round.
+    QuaternionContinuity,
+    /// How far elbows, knees, wrists or the neck are bent beyond what a body can do; largest.
+    JointLimits,
+    /// Largest change of a driven bone's length against the target's rest, as a share of it.
+    BoneLengthDrift,
+    /// Distance between the paths of the pelvises when the source's is scaled to fit best, root mean square, in
+    /// percent of the leg length.
+    PelvisPath,
+    /// Difference of the headings of the hips; 95th percentile over frames.
+    Facing,
+    /// How far the gap between hands, or of a hand to head or shoulder, differs from the source's while it is small
+    /// there, in percent of the body's length; 95th percentile.
+    HandGap,
+    /// How far a limb's end is from where inverse kinematics was to bring it, at 1 m leg length; 95th percentile.
+    ReachResidual,
+}
+
+/// What is known of a metric before anything is measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MetricInfo {
+    /// The metric.
+    pub metric: MetricName,
+    /// Its name on the wire.
+    pub name: &'static str,
+    /// Unit of its values.
+    pub unit: &'static str,
+    /// Where it is called bad. Those of feet, jerk and flips are the release thresholds of the field; the others are set where
+    /// good results of real pairs end.
+    pub threshold: Threshold,
+    /// Whether what the source itself has is forgiven.
+    pub forgives_source: bool,
+    /// How much it counts in the score.
+    pub weight: f64,
+    /// What it says, in one line.
+    pub about: &'static str,
+}
+
+impl MetricName {
+    /// All of them, in the order of a report.
+    #[must_use]
+    pub fn all() -> impl ExactSizeIterator<Item = Self> {
+        METRICS.iter().map(|info| info.metric)
+    }
+
+    /// What is known of it.
+    #[must_use]
+    pub const fn info(self) -> &'static MetricInfo {
+        &METRICS[self as usize]
+    }
+
+    /// Its name on the wire.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        self.info().name
+    }
+}
+
+/// The one place of all thresholds.
+const METRICS: [MetricInfo; 17] = [
+    MetricInfo {
+        metric: MetricName::FootSlide,
+        name: "foot_slide",
+        unit: "cm",
+        threshold: Threshold { warn_above: 0.5, fail_above: 2.0 },
+        forgives_source: true,
+        weight: 3.0,
+        about: "how far a foot travels over the floor while the source's foot stands, per contact, at 1 m leg length; 95th percentile over contacts",
+    },
+    MetricInfo {
+        metric: MetricName::FloorPenetration,
+        name: "floor_penetration",
+        unit: "cm",
+        threshold: Threshold { warn_above: 0.5, fail_above: 3.0 },
+        forgives_source: true,
+        weight: 2.0,
+        about: "how deep the lowest point of a sole is below the floor, at 1 m leg length; 99th percentile over frames",
+    },
+    MetricInfo {
+        metric: MetricName::FloorFloat,
+        name: "floor_float",
+        unit: "cm",
+        threshold: Threshold { warn_above: 1.0, fail_above: 4.0 },
+        forgives_source: true,
+        weight: 2.0,
+        about: "how far a sole is off the floor while the source's foot stands, at 1 m leg length; 95th percentile over frames in contact",
+    },
+    MetricInfo {
+        metric: MetricName::ContactDisagreement,
+        name: "contact_disagreement",
+        unit: "share",
+        threshold: Threshold { warn_above: 0.1, fail_above: 0.4 },
+        forgives_source: false,
+        weight: 1.0,
+        about: "1 − F1 of the target's own foot contacts against the source's, frame by frame",
+    },
+    MetricInfo {
+        metric: MetricName::LimbDirection,
+        name: "limb_direction",
+        unit: "degrees",
+        threshold: Threshold { warn_above: 5.0, fail_above: 15.0 },
+        forgives_source: false,
+        weight: 2.0,
+        about: "angle between the directions of a source limb and a target limb; 95th percentile over limbs and frames",
+    },
+    MetricInfo {
+        metric: MetricName::LimbTwist,
+        name: "limb_twist",
+        unit: "degrees",
+        threshold: Threshold { warn_above: 10.0, fail_above: 30.0 },
+        forgives_source: false,
+        weight: 1.0,
+        about: "difference of the turn about a limb's own axis since the rest pose, hands and feet included; 95th percentile over limbs and frames",
+    },
+    MetricInfo {
+        metric: MetricName::EndOrientation,
+        name: "end_orientation",
+        unit: "degrees",
+        threshold: Threshold { warn_above: 10.0, fail_above: 30.0 },
+        forgives_source: false,
+        weight: 1.0,
+        about: "difference of the turn of pelvis, head, hands and feet since the rest pose; 95th percentile over joints and frames",
+    },
+    MetricInfo {
+        metric: MetricName::JerkRatio,
+        name: "jerk_ratio",
+        unit: "ratio",
+        threshold: Threshold { warn_above: 1.15, fail_above: 1.5 },
+        forgives_source: false,
+        weight: 2.0,
+        about: "mean jerk over mean speed of hands, feet and head, target over source; 1 is as smooth as the source",
+    },
+    MetricInfo {
+        metric: MetricName::BendFlips,
+        name: "bend_flips",
+        unit: "count",
+        threshold: Threshold { warn_above: 0.0, fail_above: 2.0 },
+        forgives_source: false,
+        weight: 3.0,
+        about: "knees and elbows that snap over or bend backwards where the source's do not",
+    },
+    MetricInfo {
+        metric: MetricName::RotationJumps,
+        name: "rotation_jumps",
+        unit: "count",
+        threshold: Threshold { warn_above: 0.0, fail_above: 5.0 },
+        forgives_source: false,
+        weight: 2.0,
+        about: "local rotations that change by more than 20° from one frame to the next where the source's do not change half as much",
+    },
+    MetricInfo {
+        metric: MetricName::QuaternionContinuity,
+        name: "quaternion_continuity",
+        unit: "count",
+        threshold: Threshold { warn_above: 0.0, fail_above: 0.0 },
+        forgives_source: false,
+        weight: 1.0,
+        about: "neighbouring keys of a rotation that lie on opposite hemispheres, so that players go the long way round",
+    },
+    MetricInfo {
+        metric: MetricName::JointLimits,
+        name: "joint_limits",
+        unit: "degrees",
+        threshold: Threshold { warn_above: 5.0, fail_above: 20.0 },
+        forgives_source: true,
+        weight: 1.0,
+        about: "how far elbows, knees, wrists or the neck are bent beyond what a body can do; largest",
+    },
+    MetricInfo {
+        metric: MetricName::BoneLengthDrift,
+        name: "bone_length_drift",
+        unit: "share",
+        threshold: Threshold { warn_above: 0.001, fail_above: 0.05 },
+        forgives_source: false,
+        weight: 2.0,
+        about: "largest change of a driven bone's length against the target's rest, as a share of it",
+    },
+    MetricInfo {
+        metric: MetricName::PelvisPath,
+        name: "pelvis_path",
+        unit: "percent",
+        threshold: Threshold { warn_above: 2.0, fail_above: 10.0 },
+        forgives_source: false,
+        weight: 1.0,
+        about: "distance between the paths of the pelvises when the source's is scaled to fit best, root mean square, in percent of the leg length",
+    },
+    MetricInfo {
+        metric: MetricName::Facing,
+        name: "facing",
+        unit: "degrees",
+        threshold: Threshold { warn_above: 5.0, fail_above: 20.0 },
+        forgives_source: false,
+        weight: 1.0,
+        about: "difference of the headings of the hips; 95th percentile over frames",
+    },
+    MetricInfo {
+        metric: MetricName::HandGap,
+        name: "hand_gap",
+        unit: "percent",
+        threshold: Threshold { warn_above: 3.0, fail_above: 8.0 },
+        forgives_source: false,
+        weight: 1.0,
+        about: "how far the gap between hands, or of a hand to head or shoulder, differs from the source's while it is small there, in percent of the body's length; 95th percentile",
+    },
+    MetricInfo {
+        metric: MetricName::ReachResidual,
+        name: "reach_residual",
+        unit: "cm",
+        threshold: Threshold { warn_above: 0.5, fail_above: 3.0 },
+        forgives_source: false,
+        weight: 2.0,
+        about: "how far a limb's end is from where inverse kinematics was to bring it, at 1 m leg length; 95th percentile",
+    },
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_in_order_and_sane() {
+        for (index, info) in METRICS.iter().enumerate() {
+            assert_eq!(info.metric as usize, index, "{} is at its place", info.name);
+            assert_eq!(serde_json::to_value(info.metric).expect("a word"), info.name, "one name everywhere");
+            assert!(info.threshold.warn_above <= info.threshold.fail_above, "{}", info.name);
+        }
+    }
+
+    #[test]
+    fn own_thresholds_win_and_others_stay() {
+        let text = r#"{"detail": "full", "thresholds": {"foot_slide": {"warn_above": 1, "fail_above": 4}}}"#;
+        let choice: ReportChoice = serde_json::from_str(text).expect("a choice");
+        assert_eq!(choice.detail(), ReportDetail::Full, "the word");
+        assert_eq!(choice.threshold(MetricName::FootSlide), Threshold { warn_above: 1.0, fail_above: 4.0 }, "own");
+        assert_eq!(choice.threshold(MetricName::JerkRatio), MetricName::JerkRatio.info().threshold, "the metric's");
+    }
+}

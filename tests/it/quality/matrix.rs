@@ -1,0 +1,51 @@
+//! Every biped that moves onto every biped of the corpus, with no config.
+//!
+//! `cargo matrix` runs all pairs and leaves `target/matrix/pairs.csv` and `target/matrix/summary.md`; a sample of them runs
+//! with the tests.
+
+mod bipeds;
+mod pair;
+mod table;
+
+use rayon::prelude::*;
+
+use self::{
+    bipeds::{Biped, Loaded},
+    pair::Row,
+};
+
+/// Share of the pairs that must be within all limits.
+const LEAST_SHARE: f64 = 0.70;
+/// One in so many pairs runs with the tests. A prime, so that every source and every target gets its turn.
+const ONE_IN: usize = 23;
+
+#[test]
+fn a_sample_of_all_pairs() {
+    let Some(loaded) = Loaded::read() else { return };
+    let rows = run(&loaded, |index| index % ONE_IN == 0);
+    let share = table::share_within(&rows);
+    assert!(
+        share >= LEAST_SHARE,
+        "{:.1} % of the pairs are within the limits:\n{}",
+        share * 100.0,
+        table::summary(&rows)
+    );
+}
+
+#[test]
+#[ignore = "all pairs take minutes; `cargo matrix` runs them"]
+fn every_pair() {
+    let Some(loaded) = Loaded::read() else { return };
+    let rows = run(&loaded, |_| true);
+    table::write(&rows);
+    let share = table::share_within(&rows);
+    assert!(share >= LEAST_SHARE, "{:.1} % of the pairs are within the limits", share * 100.0);
+}
+
+fn run(loaded: &Loaded, is_wanted: impl Fn(usize) -> bool) -> Vec<Row> {
+    let sources: Vec<Biped<'_>> = loaded.bipeds("source").into_iter().filter(Biped::moves).collect();
+    let targets = loaded.bipeds("target");
+    let pairs = sources.iter().flat_map(|source| targets.iter().map(move |target| (source, target)));
+    let wanted: Vec<_> = pairs.enumerate().filter(|(index, _)| is_wanted(*index)).map(|(_, pair)| pair).collect();
+    wanted.into_par_iter().map(|(source, target)| Row::of(source, target)).collect()
+}
