@@ -79,6 +79,7 @@ pub fn edit(inputs: &EditInputs<'_>, limits: &Limits, control: &Control) -> Resu
             read_seconds,
             plan_seconds,
             retarget_seconds,
+            measure_seconds: 0.0,
             write_seconds: control.seconds() - writing,
             total_seconds: control.seconds() - begin,
         },
