@@ -9,7 +9,7 @@ use tokio_util::sync::CancellationToken;
 use crate::{
     config::Settings,
     http::{self, ApiState, Server, ServerSettings},
-    jobs::{Assets, Engine, Jobs, RetargetEngine, Sweeper, Workers},
+    jobs::{Assets, Engine, Jobs, Library, RetargetEngine, Sweeper, Workers},
     rig,
     store::{DataFolder, Store},
     telemetry::{Clock, Metrics},
@@ -73,6 +73,7 @@ pub async fn start_with(settings: Settings, engine: Arc<dyn Engine>, clock: Cloc
     let state = ApiState {
         jobs: jobs.clone(),
         assets: Assets::new(&jobs),
+        library: Library::new(&jobs),
         settings: Arc::clone(&settings),
         metrics,
         spec_schema: rig::spec_schema,

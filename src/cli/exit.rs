@@ -83,6 +83,13 @@ pub(super) fn print(text: &str) -> Result<(), Exit> {
     }
 }
 
+/// A document as text, with a line feed at its end.
+pub(super) fn to_json(document: &impl serde::Serialize) -> Result<String, Exit> {
+    let text = serde_json::to_string_pretty(document);
+    text.map(|text| text + "\n")
+        .map_err(|error| Exit::new(FAILED, format!("the result cannot be written: {error}"), ""))
+}
+
 /// Text from files may hold line feeds and control characters; a message is one line and moves no cursor.
 pub(super) fn one_line(text: &str) -> String {
     text.chars().map(|character| if character.is_control() { ' ' } else { character }).collect()

@@ -8,7 +8,7 @@ use std::{
 
 use crate::{engine::NamedBytes, formats::Limits};
 
-use super::exit::{Exit, FAILED, INPUT_REFUSED};
+use super::exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED};
 
 /// A file of the command line, read whole.
 pub(super) struct InputFile {
@@ -59,6 +59,20 @@ impl InputFile {
     pub(super) fn as_named(&self) -> NamedBytes<'_> {
         NamedBytes { name: &self.name, bytes: &self.bytes }
     }
+}
+
+/// Finds out before the work whether a result has a place to go.
+pub(super) fn check_place(path: &Path) -> Result<(), Exit> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        let message = format!("output {}: there is no folder {}", path.display(), folder.display());
+        return Err(Exit::new(BAD_USAGE, message, "make the folder first"));
+    }
+    if path.is_dir() {
+        let message = format!("output {}: this is a folder, not a file", path.display());
+        return Err(Exit::new(BAD_USAGE, message, "name a file in it"));
+    }
+    Ok(())
 }
 
 /// Files that are complete but not yet in their places; dropped before that, they leave nothing behind.

@@ -5,8 +5,9 @@ use std::{path::PathBuf, process::ExitCode, sync::Arc};
 use crate::{engine, formats::Limits, model::Control};
 
 use super::{
-    exit::{Exit, FAILED, print},
+    exit::{Exit, print, to_json},
     files::InputFile,
+    taught::RigPaths,
     watch::cancel_on_interrupt,
 };
 
@@ -16,6 +17,8 @@ pub(super) struct Arguments {
     /// The file to look at
     #[arg(value_name = "FILE")]
     file: PathBuf,
+    #[command(flatten)]
+    rigs: RigPaths,
     /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
@@ -31,15 +34,10 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 fn inspect(arguments: &Arguments) -> Result<(), Exit> {
     let limits = Limits::default();
     let file = InputFile::read("file", &arguments.file, &limits)?;
+    let knowledge = arguments.rigs.read(&limits)?;
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);
-    let inspection = engine::inspect(file.as_named(), &limits, &control)
+    let inspection = engine::inspect_with(file.as_named(), &knowledge, &limits, &control)
         .map_err(|failure| Exit::from_failure(&failure, &format!("file {}", file.path.display())))?;
-    let text = if arguments.json {
-        serde_json::to_string_pretty(&inspection)
-            .map_err(|error| Exit::new(FAILED, format!("the result cannot be written: {error}"), ""))?
-    } else {
-        inspection.to_string()
-    };
-    print(&format!("{}\n", text.trim_end()))
+    print(&if arguments.json { to_json(&inspection)? } else { format!("{}\n", inspection.to_string().trim_end()) })
 }

@@ -1,17 +1,23 @@
 //! The subcommands. Each is one file with its arguments and a `run`; none has logic of its own beyond reading files,
 //! calling the engine or the service, and telling the user.
 
+mod check_config;
 mod demo;
 mod edit;
 mod exit;
+mod explain;
 mod files;
 mod health;
+mod inputs;
 mod inspect;
 mod openapi;
 mod outputs;
+mod pose;
 mod retarget;
 mod samples;
 mod serve;
+mod suggest;
+mod taught;
 mod watch;
 
 use std::process::ExitCode;
@@ -34,8 +40,16 @@ enum Command {
     Retarget(retarget::Arguments),
     /// Edit one clip of a file: its time, its seams, its sides; without a second rig.
     Edit(edit::Arguments),
+    /// Say why a joint of the result is turned as it is at one frame.
+    Explain(explain::Arguments),
     /// Say what a file holds: skeleton, clips, recognised rig, roles, rest pose, units, warnings.
     Inspect(inspect::Arguments),
+    /// Say what a retarget of two files would do, and write the config that does it.
+    Suggest(suggest::Arguments),
+    /// Check a config, by itself or against two files, without retargeting.
+    CheckConfig(check_config::Arguments),
+    /// Put a character into a T pose, an A pose or the pose of another one, and write it to a file.
+    Pose(pose::Arguments),
     /// Run the main job over HTTP on an empty data folder, with a sample that the binary carries.
     Demo(demo::Arguments),
     /// Write a sample clip and a sample character, to try things with.
@@ -51,9 +65,13 @@ enum Command {
 pub fn run() -> ExitCode {
     match Arguments::parse().command {
         Command::Serve(arguments) => serve::run(arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
         Command::Retarget(arguments) => retarget::run(&arguments),
         Command::Edit(arguments) => edit::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Suggest(arguments) => suggest::run(&arguments),
+        Command::CheckConfig(arguments) => check_config::run(&arguments),
+        Command::Pose(arguments) => pose::run(&arguments),
         Command::Demo(arguments) => demo::run(arguments),
         Command::Samples(arguments) => samples::run(&arguments),
         Command::Openapi(arguments) => openapi::run(&arguments),

@@ -2,11 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::{engine::Outcome, formats::Format, model::Control};
+use crate::{
+    engine::{self, Outcome},
+    formats::Format,
+    model::Control,
+};
 
 use super::{
-    exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED, one_line, say},
-    files::StagedFiles,
+    exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED, one_line, say, to_json},
+    files::{StagedFiles, check_place},
 };
 
 /// The formats that output files ask for, in their order, and each once.
@@ -47,7 +51,7 @@ pub(super) fn write_results(
         staged.add(path, &output.bytes)?;
     }
     if let Some(path) = report {
-        staged.add(path, &report_json(outcome)?)?;
+        staged.add(path, &report_file(outcome, path)?)?;
     }
     // The last look at Ctrl-C: from here on the result is put in place as a whole.
     control.check().map_err(|canceled| Exit::from_failure(&canceled.into(), ""))?;
@@ -63,7 +67,8 @@ pub(super) fn check_strict(strict: bool, outcome: &Outcome) -> Result<(), Exit> 
     Err(Exit::new(INPUT_REFUSED, message, "mend what the warnings name, or leave out --strict"))
 }
 
-fn output_format(path: &Path) -> Result<Format, Exit> {
+/// The format that a file name's ending stands for, where it can be written.
+pub(super) fn output_format(path: &Path) -> Result<Format, Exit> {
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let writable: Vec<String> = Format::ALL
         .iter()
@@ -90,29 +95,23 @@ pub(super) fn check_places(outputs: &[PathBuf], report: Option<&PathBuf>) -> Res
             let message = format!("output {}: the same file is named twice", path.display());
             return Err(Exit::new(BAD_USAGE, message, "give every output a name of its own"));
         }
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        if !folder.is_dir() {
-            let message = format!("output {}: there is no folder {}", path.display(), folder.display());
-            return Err(Exit::new(BAD_USAGE, message, "make the folder first"));
-        }
-        if path.is_dir() {
-            let message = format!("output {}: this is a folder, not a file", path.display());
-            return Err(Exit::new(BAD_USAGE, message, "name a file in it"));
-        }
+        check_place(path)?;
     }
     Ok(())
 }
 
-/// The report, and the spec that makes the same result again.
-fn report_json(outcome: &Outcome) -> Result<Vec<u8>, Exit> {
+/// The report, and the spec that makes the same result again; as a page where the ending asks for one.
+fn report_file(outcome: &Outcome, path: &Path) -> Result<Vec<u8>, Exit> {
     let failed = |error: serde_json::Error| Exit::new(FAILED, format!("the report cannot be written: {error}"), "");
     let mut report = serde_json::to_value(&outcome.report).map_err(failed)?;
     if let Some(members) = report.as_object_mut() {
         members.insert("resolved_spec".into(), outcome.resolved_spec.clone());
     }
-    let mut bytes = serde_json::to_vec_pretty(&report).map_err(failed)?;
-    bytes.push(b'\n');
-    Ok(bytes)
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    if matches!(ending.as_deref(), Some("html" | "htm")) {
+        return Ok(engine::report_page(&report).into_bytes());
+    }
+    Ok(to_json(&report)?.into_bytes())
 }
 
 pub(super) fn tell_warnings(outcome: &Outcome) {

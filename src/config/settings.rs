@@ -201,6 +201,8 @@ settings! {
     limit job_retention: Period = "7d" in 1..=315_360_000;
     /// Bytes of all stored files together
     limit max_stored_bytes: ByteSize = "64GiB" in 1..=1_125_899_906_842_624_u64;
+    /// Rig templates of one's own; as many presets may be kept besides
+    limit max_stored_documents: u64 = "256" in 0..=10_000;
     /// How often what has expired is removed
     plain sweep_interval: Period = "60s" in 0.05..=86_400;
 

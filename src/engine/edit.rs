@@ -6,17 +6,15 @@ use crate::{
     editing::{EditError, Mirror, TimeEditError, edit_time},
     formats::Limits,
     model::{Clip, Control, JointTracks, Phase, Reporter, Scene},
-    rig::{
-        MirrorSpec, RetargetSpec, Rig, RigSpec, SpecError, SpecErrorKind, SpecField, parse_spec, with_standing_rest,
-    },
+    rig::{MirrorSpec, RetargetSpec, Rig, RigSpec, SpecError, SpecErrorKind, SpecField},
 };
 
 use super::{
-    Counts, EditInputs, Failure, FailureCode, Outcome, Report, Rigs, Timings, WarningView,
+    Counts, EditInputs, Failure, FailureCode, Knowledge, Outcome, Report, Rigs, Timings, WarningView,
+    files::{chosen_clip, in_config, in_config_or, read_spec},
     load::load,
-    retarget::{
-        choose_clip, facts, in_config, in_config_or, joint_count, strict_failure, wanted_outputs, write_outputs,
-    },
+    mixups,
+    retarget::{facts, joint_count, strict_failure, wanted_outputs, write_outputs},
 };
 
 /// Above this share of the figure's size, a rig whose two halves differ is worth a word.
@@ -30,13 +28,23 @@ const ASYMMETRY_WORTH_A_WORD: f64 = 0.02;
 /// # Errors
 /// When the file cannot be read, has no animation, the spec does not fit, or the work is canceled.
 pub fn edit(inputs: &EditInputs<'_>, limits: &Limits, control: &Control) -> Result<Outcome, Failure> {
+    edit_with(inputs, &Knowledge::default(), limits, control)
+}
+
+/// Edits, with what is known of rigs beside what the program comes with.
+///
+/// # Errors
+/// As [`edit`].
+pub fn edit_with(
+    inputs: &EditInputs<'_>,
+    knowledge: &Knowledge,
+    limits: &Limits,
+    control: &Control,
+) -> Result<Outcome, Failure> {
     let begin = control.seconds();
     let mut reporter = Reporter::new();
     control.enter(Phase::Read, 0);
-    let mut spec = match inputs.config {
-        Some(config) => parse_spec(config.bytes).map_err(in_config)?,
-        None => RetargetSpec::default(),
-    };
+    let spec = read_spec(inputs.config)?;
     let wanted = wanted_outputs(&spec, inputs.formats)?;
     let loaded = load(inputs.source, "source", limits, control, &mut reporter)?;
     let rest = inputs.source_rest.map(|file| load(file, "source_rest", limits, control, &mut reporter)).transpose()?;
@@ -45,13 +53,10 @@ pub fn edit(inputs: &EditInputs<'_>, limits: &Limits, control: &Control) -> Resu
     let planning = control.seconds();
     control.enter(Phase::Plan, 0);
     report_idle_fields(&spec, &mut reporter);
-    if rest.is_none() {
-        spec.source = with_standing_rest("source", &loaded.scene, &spec.source, &mut reporter);
-    }
     let rest: Option<&Scene> = rest.as_ref().map(|loaded| &loaded.scene);
-    let rig = Rig::new("source", &loaded.scene, rest, &spec.source, &mut reporter)
+    let rig = Rig::with_templates("source", &loaded.scene, rest, &spec.source, knowledge.rigs(), &mut reporter)
         .map_err(|error| in_config_or(error, "source"))?;
-    let clip = choose_clip(&spec, &loaded.scene, &mut reporter)?;
+    let clip = chosen_clip(&spec, &loaded.scene, &mut reporter, || mixups::nothing_moves(&loaded.scene))?;
     let plan_seconds = control.seconds() - planning;
 
     let editing = control.seconds();
@@ -79,14 +84,14 @@ pub fn edit(inputs: &EditInputs<'_>, limits: &Limits, control: &Control) -> Resu
             read_seconds,
             plan_seconds,
             retarget_seconds,
-            measure_seconds: 0.0,
             write_seconds: control.seconds() - writing,
             total_seconds: control.seconds() - begin,
+            ..Timings::default()
         },
         counts: Counts { frames: edited.frame_count(), source_joints: joints, target_joints: joints, driven_joints },
         warnings,
         rigs: Rigs { source: facts.clone(), target: facts },
-        measures: None,
+        ..Report::default()
     };
     Ok(Outcome { outputs, report, resolved_spec })
 }

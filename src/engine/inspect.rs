@@ -1,15 +1,22 @@
 //! What a file holds, as users see it: the data. How it reads on a terminal is in [`super::inspect_text`].
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use glam::DVec3;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use crate::{
-    engine::{Failure, NamedBytes, WarningView, load::load},
+    engine::{
+        Failure, Knowledge, NamedBytes, WarningView,
+        labels::{ByRole, Labels, OneOrMore},
+        load::load,
+    },
     formats::{Format, Limits},
     model::{Clip, Control, JointTracks, Reporter, Scene, SignedAxis},
-    rig::{Rig, RigKind, RigSpec, Role, report_doubts},
+    rig::{
+        FileFacts, Finding, Hints, RestPoseKind, RestSource, Rig, RigKind, RigSpec, Role, examine, examine_clips,
+        recognise, report_doubts,
+    },
 };
 
 /// What a file holds.
@@ -23,8 +30,32 @@ pub struct Inspection {
     pub rigs: Vec<RigView>,
     /// The animations, in the file's order.
     pub clips: Vec<ClipView>,
+    /// What is wrong, odd or worth knowing about the rig and the clips, the worst first.
+    pub findings: Vec<FindingView>,
     /// Guesses, repairs and losses.
     pub warnings: Vec<WarningView>,
+}
+
+/// Something about a file that its owner should know.
+#[derive(Clone, Debug, Serialize)]
+pub struct FindingView {
+    /// Stable code.
+    pub code: &'static str,
+    /// `error`, `warning` or `note`.
+    pub severity: &'static str,
+    /// The joint, clip or skin that it was seen at first; empty where it is about the whole file.
+    pub place: String,
+    /// What was seen.
+    pub detail: String,
+    /// What to do about it.
+    pub fix: &'static str,
+}
+
+impl From<Finding> for FindingView {
+    fn from(finding: Finding) -> Self {
+        let Finding { code, place, detail } = finding;
+        Self { code: code.name(), severity: code.severity().name(), place, detail, fix: code.fix() }
+    }
 }
 
 /// How much a file holds.
@@ -53,8 +84,12 @@ pub struct RigView {
     pub kind: &'static str,
     /// `T`, `A`, `arms_down` or `other`.
     pub rest_pose: &'static str,
-    /// Where the rest pose comes from: `bind` or `nodes`.
+    /// The same of the pose that retargeting measures from, which is another where the file's own is no body that stands.
+    pub measured_pose: &'static str,
+    /// Where the rest pose comes from: `bind`, `nodes`, `standing_frame` or `solved`.
     pub rest_source: &'static str,
+    /// Why it is taken from there.
+    pub rest_reason: String,
     /// The axis that the body faces, such as `+z`.
     pub forward: Option<&'static str>,
     /// The axis that is up, such as `+y`.
@@ -80,34 +115,6 @@ pub struct JointView {
     pub node: usize,
     /// The node index of the joint that it hangs from.
     pub parent: Option<usize>,
-}
-
-/// One name, or several.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-#[serde(untagged)]
-pub enum OneOrMore {
-    /// One.
-    One(String),
-    /// Several, from the body outward.
-    More(Vec<String>),
-}
-
-/// Values by role, in the order of the body: the trunk, the left, the right. An object in JSON.
-#[derive(Clone, Debug)]
-pub struct ByRole<T>(pub Vec<(String, T)>);
-
-impl<T> ByRole<T> {
-    /// The value of a role.
-    #[must_use]
-    pub fn get(&self, role: &str) -> Option<&T> {
-        self.0.iter().find(|entry| entry.0 == role).map(|entry| &entry.1)
-    }
-}
-
-impl<T: Serialize> Serialize for ByRole<T> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(self.0.iter().map(|(role, value)| (role, value)))
-    }
 }
 
 /// How sure a role is.
@@ -141,20 +148,49 @@ pub struct ClipView {
 /// # Errors
 /// When the file cannot be read.
 pub fn inspect(file: NamedBytes<'_>, limits: &Limits, control: &Control) -> Result<Inspection, Failure> {
+    inspect_with(file, &Knowledge::default(), limits, control)
+}
+
+/// The same, with what is known of rigs beside what the program comes with.
+///
+/// # Errors
+/// As [`inspect`].
+pub fn inspect_with(
+    file: NamedBytes<'_>,
+    knowledge: &Knowledge,
+    limits: &Limits,
+    control: &Control,
+) -> Result<Inspection, Failure> {
     let mut reporter = Reporter::new();
     let loaded = load(file, "source", limits, control, &mut reporter)?;
     let scene = &loaded.scene;
+    let read_warnings = reporter.warnings().to_vec();
     let joints = count_joints(scene, loaded.format);
     let counts =
         InspectionCounts { nodes: scene.skeleton.len(), joints, skins: scene.skins.len(), clips: scene.clips.len() };
-    let rigs = if scene.skeleton.is_empty() { Vec::new() } else { inspect_rig(scene, &mut reporter)? };
+    let (rigs, findings) = match read_rig(scene, knowledge, &mut reporter)? {
+        Some(rig) => {
+            let facts = FileFacts { can_have_skins: can_have_skins(loaded.format), warnings: &read_warnings };
+            report_doubts(&scene.skeleton, &rig.recognition, &mut reporter, "source");
+            (vec![inspect_rig(&rig)], examine(&rig, facts))
+        }
+        None => (Vec::new(), examine_clips(scene)),
+    };
     Ok(Inspection {
         format: loaded.format.info().name,
         counts,
         rigs,
         clips: scene.clips.iter().map(inspect_clip).collect(),
+        findings: findings.into_iter().map(FindingView::from).collect(),
         warnings: reporter.into_warnings().into_iter().map(WarningView::from).collect(),
     })
+}
+
+const fn can_have_skins(format: Format) -> bool {
+    match format {
+        Format::Glb | Format::Gltf | Format::Vrm | Format::Fbx => true,
+        Format::Vrma | Format::Bvh | Format::PosesNpz | Format::PosesJson => false,
+    }
 }
 
 fn count_joints(scene: &Scene, format: Format) -> usize {
@@ -168,18 +204,27 @@ fn count_joints(scene: &Scene, format: Format) -> usize {
     }
 }
 
-/// The rig as a retarget with an empty spec would see it.
-fn inspect_rig(scene: &Scene, reporter: &mut Reporter) -> Result<Vec<RigView>, Failure> {
+/// The rig as a retarget with an empty spec would see it; nothing where the file holds none.
+fn read_rig<'a>(scene: &'a Scene, knowledge: &Knowledge, reporter: &mut Reporter) -> Result<Option<Rig<'a>>, Failure> {
+    if scene.skeleton.is_empty() {
+        return Ok(None);
+    }
     let mut own = Reporter::new();
-    let rig = Rig::new("source", scene, None, &RigSpec::default(), &mut own)?;
-    let has_joints = scene.skeleton.joints().iter().any(|joint| joint.is_joint);
-    let recognition = &rig.recognition;
-    if recognition.kind == RigKind::Other && !has_joints && recognition.roles.is_empty() {
+    let rig = Rig::with_templates("source", scene, None, &RigSpec::default(), knowledge.rigs(), &mut own)?;
+    if rig.recognition.kind == RigKind::Other && !has_joints(scene) && rig.recognition.roles.is_empty() {
         // Meshes, lamps and cameras: what was guessed about their axes is of no use to anyone.
-        return Ok(Vec::new());
+        return Ok(None);
     }
     reporter.absorb("", own);
-    report_doubts(&scene.skeleton, recognition, reporter, "source");
+    Ok(Some(rig))
+}
+
+fn has_joints(scene: &Scene) -> bool {
+    scene.skeleton.joints().iter().any(|joint| joint.is_joint)
+}
+
+fn inspect_rig(rig: &Rig<'_>) -> RigView {
+    let (scene, recognition) = (rig.scene, &rig.recognition);
     let labels = Labels::new(scene);
     let names = |joints: &[usize]| labels.one_or_more(joints);
     let hundredths = |value: f64| (value * 100.0).round() / 100.0;
@@ -191,25 +236,36 @@ fn inspect_rig(scene: &Scene, reporter: &mut Reporter) -> Result<Vec<RigView>, F
             reasons: finding.reasons.clone(),
         }
     };
-    let in_rig = rig_joints(scene, recognition.roles.values().flat_map(|finding| &finding.joints), has_joints);
+    let in_rig = rig_joints(scene, recognition.roles.values().flat_map(|finding| &finding.joints), has_joints(scene));
     let axis = |direction: DVec3| SignedAxis::nearest(direction).name();
-    Ok(vec![RigView {
+    RigView {
         name: labels.of(top_of(scene, &in_rig)),
         recognised_as: recognition.recognised_as.clone(),
         confidence: hundredths(recognition.confidence),
         kind: recognition.kind.name(),
-        rest_pose: recognition.rest_pose.name(),
+        rest_pose: own_rest_pose(rig).name(),
+        measured_pose: recognition.rest_pose.name(),
         rest_source: rig.rest_source.name(),
+        rest_reason: rig.rest_reason.clone(),
         forward: recognition.body.map(|body| axis(body.forward)),
         up: recognition.body.map(|body| axis(body.up)),
-        height_metres: height(&rig, &in_rig),
+        height_metres: height(rig, &in_rig),
         joints: in_rig.iter().map(|joint| joint_view(scene, &labels, &in_rig, *joint)).collect(),
         roles: ByRole(
             recognition.roles.iter().map(|(role, finding)| (role.to_string(), names(&finding.joints))).collect(),
         ),
         role_details: ByRole(recognition.roles.keys().map(|role| (role.to_string(), details(role))).collect()),
         twist_helpers: recognition.twist_helpers.iter().map(|joint| labels.of(*joint)).collect(),
-    }])
+    }
+}
+
+/// How the file's own rest pose holds the arms, whatever is measured from instead.
+fn own_rest_pose(rig: &Rig<'_>) -> RestPoseKind {
+    if !matches!(rig.rest_source, RestSource::StandingFrame | RestSource::Solved) {
+        return rig.recognition.rest_pose;
+    }
+    let skeleton = rig.skeleton();
+    recognise(skeleton, &skeleton.rest_pose().to_model(skeleton), &Hints::of(rig.scene)).rest_pose
 }
 
 /// What the file calls joints, and what has a role all the same; all nodes where it calls none so.
@@ -257,34 +313,5 @@ fn inspect_clip(clip: &Clip) -> ClipView {
         fps: clip.uniform_fps().map(|fps| (fps * 1e3).round() / 1e3),
         duration_seconds: clip.duration_seconds(),
         animated_joints: clip.joints().iter().filter(is_animated).count(),
-    }
-}
-
-/// What [`crate::model::Skeleton::label`] gives, for all joints at once.
-struct Labels<'a> {
-    scene: &'a Scene,
-    uses: BTreeMap<&'a str, usize>,
-}
-
-impl<'a> Labels<'a> {
-    fn new(scene: &'a Scene) -> Self {
-        let mut uses = BTreeMap::new();
-        for joint in scene.skeleton.joints() {
-            *uses.entry(joint.name.as_str()).or_default() += 1;
-        }
-        Self { scene, uses }
-    }
-
-    fn of(&self, joint: usize) -> String {
-        let joint = &self.scene.skeleton.joints()[joint];
-        let is_unique = !joint.name.is_empty() && self.uses.get(joint.name.as_str()) == Some(&1);
-        if is_unique { joint.name.clone() } else { format!("#{}", joint.node) }
-    }
-
-    fn one_or_more(&self, joints: &[usize]) -> OneOrMore {
-        match joints {
-            [joint] => OneOrMore::One(self.of(*joint)),
-            joints => OneOrMore::More(joints.iter().map(|joint| self.of(*joint)).collect()),
-        }
     }
 }

@@ -2,16 +2,7 @@
 
 use std::fmt::{self, Write as _};
 
-use super::inspect::{ClipView, Inspection, OneOrMore, RigView};
-
-impl fmt::Display for OneOrMore {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::One(name) => formatter.write_str(name),
-            Self::More(names) => formatter.write_str(&names.join(", ")),
-        }
-    }
-}
+use super::inspect::{ClipView, FindingView, Inspection, RigView};
 
 impl fmt::Display for Inspection {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -38,6 +29,12 @@ impl fmt::Display for Inspection {
         for clip in &self.clips {
             write_clip(formatter, clip)?;
         }
+        if !self.findings.is_empty() {
+            writeln!(formatter, "\nfindings")?;
+        }
+        for finding in &self.findings {
+            write_finding(formatter, finding)?;
+        }
         if !self.warnings.is_empty() {
             writeln!(formatter, "\nwarnings")?;
         }
@@ -55,7 +52,7 @@ fn write_rig(formatter: &mut fmt::Formatter<'_>, rig: &RigView) -> fmt::Result {
     let convention = rig.recognised_as.as_deref().unwrap_or("no known convention");
     let percent = rig.confidence * 100.0;
     writeln!(formatter, "rig '{}': {}, {convention}, {percent:.0} % sure", rig.name, rig.kind)?;
-    let mut facts = format!("  rest pose {} (from {})", rig.rest_pose, rig.rest_source);
+    let mut facts = format!("  rest pose {} (from {}: {})", rig.measured_pose, rig.rest_source, rig.rest_reason);
     if let (Some(up), Some(forward)) = (rig.up, rig.forward) {
         write!(facts, ", up {up}, facing {forward}")?;
     }
@@ -73,6 +70,13 @@ fn write_clip(formatter: &mut fmt::Formatter<'_>, clip: &ClipView) -> fmt::Resul
     let rate = clip.fps.map_or_else(|| "uneven keys".to_owned(), |fps| format!("{fps} fps"));
     let (frames, joints) = (number(clip.frames, "frame"), number(clip.animated_joints, "animated joint"));
     writeln!(formatter, "  '{}': {frames}, {rate}, {:.3} s, {joints}", clip.name, clip.duration_seconds)
+}
+
+fn write_finding(formatter: &mut fmt::Formatter<'_>, finding: &FindingView) -> fmt::Result {
+    let FindingView { code, severity, place, detail, fix } = finding;
+    let place = if place.is_empty() { String::new() } else { format!("'{place}': ") };
+    writeln!(formatter, "  {severity}: {code}: {place}{detail}")?;
+    writeln!(formatter, "    fix: {fix}")
 }
 
 fn number(count: usize, word: &str) -> String {

@@ -5,7 +5,7 @@ use crate::{
     model::{Control, Reporter, Scene},
 };
 
-use super::{Failure, NamedBytes};
+use super::{Failure, NamedBytes, mixups};
 
 /// A file that has been read.
 pub(super) struct Loaded {
@@ -22,9 +22,9 @@ pub(super) fn load(
     reporter: &mut Reporter,
 ) -> Result<Loaded, Failure> {
     let mut own = Reporter::new();
-    let format = formats::sniff(file.bytes, file.name).map_err(|error| Failure::from(error).in_part(part))?;
-    let scene = formats::read(file.bytes, format, limits, control, &mut own)
-        .map_err(|error| Failure::from(error).in_part(part))?;
+    let refused = |error| mixups::explain_model(Failure::from(error).in_part(part), file);
+    let format = formats::sniff(file.bytes, file.name).map_err(refused)?;
+    let scene = formats::read(file.bytes, format, limits, control, &mut own).map_err(refused)?;
     reporter.absorb(part, own);
     Ok(Loaded { scene, format })
 }

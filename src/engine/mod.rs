@@ -3,28 +3,57 @@
 //! Knows no file system, no network, no clock but the one it is handed, and no job. Called by the command line, by the
 //! workers of the service, by tests and by benches alike.
 
+mod alignment;
 mod convert;
 mod edit;
+mod explain;
+mod explain_text;
 mod failure;
+mod files;
 mod inspect;
 mod inspect_text;
+mod knowledge;
+mod labels;
 mod load;
+mod mixups;
+mod pass;
+mod pose;
+mod propose;
+mod propose_text;
+mod report_page;
 mod retarget;
+mod tune;
 
-pub use edit::edit;
+pub use alignment::AlignmentView;
+pub use edit::{edit, edit_with};
+pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain, explain_with};
 pub use failure::{Failure, FailureCode, FieldError};
-pub use inspect::{ByRole, ClipView, Inspection, InspectionCounts, JointView, OneOrMore, RigView, RoleView, inspect};
-pub use retarget::retarget;
+pub use inspect::{
+    ClipView, FindingView, Inspection, InspectionCounts, JointView, RigView, RoleView, inspect, inspect_with,
+};
+pub use knowledge::{Knowledge, built_in_presets, built_in_rigs, check_preset, check_rig, merge_config};
+pub use labels::{ByRole, OneOrMore};
+pub use pose::pose_config;
+pub use propose::{
+    DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose, propose_with,
+};
+pub use report_page::report_page;
+pub use retarget::{retarget, retarget_with};
+pub use tune::{TunedParameter, Tuning};
 
 // The words that callers need to speak with the engine; the service half sees the pure half through this door only.
 pub use crate::{
     formats::{Format, FormatInfo, Limits, sniff},
     model::{Control, Phase, Progress},
+    rig::{FindingCode, Severity, template_schema},
 };
 
 use serde::Serialize;
 
-use crate::{model::Warning, retarget::Measures};
+use crate::{
+    model::Warning,
+    retarget::{ContactTrack, LimbReach, Measures},
+};
 
 /// A file as it came: its name (only its ending matters) and its bytes.
 #[derive(Clone, Copy, Debug)]
@@ -98,6 +127,17 @@ pub struct Report {
     pub warnings: Vec<WarningView>,
     /// What was found out about the two rigs.
     pub rigs: Rigs,
+    /// When points of the source touch; empty without a `contacts` op. Fits `contacts.set` of a spec.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub contacts: Vec<ContactTrack>,
+    /// How limbs reached their goals; empty without an op that sets some.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub reaches: Vec<LimbReach>,
+    /// What a search for better parameters found; absent when the spec asks for none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tuning: Option<Tuning>,
+    /// How well the target's rest pose was turned to look like the source's, by joint, parents before children.
+    pub alignment: Vec<AlignmentView>,
     /// The measures themselves, by name; absent when the spec asks for none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measures: Option<Measures>,
@@ -110,6 +150,8 @@ pub struct Timings {
     pub read_seconds: f64,
     /// Recognising, aligning, compiling.
     pub plan_seconds: f64,
+    /// Looking for better parameters.
+    pub tune_seconds: f64,
     /// Plan and frame loop, nothing else.
     pub retarget_seconds: f64,
     /// Measuring the result.
@@ -151,8 +193,12 @@ pub struct RigFacts {
     pub recognised_as: Option<String>,
     /// How sure that is, 0 to 1.
     pub confidence: f64,
-    /// Where the rest pose came from: `upload`, `clip_frame`, `bind`, `nodes`.
+    /// How the rest pose holds the arms: `T`, `A`, `arms_down` or `other`.
+    pub rest_pose: &'static str,
+    /// Where the rest pose came from: `upload`, `clip_frame`, `bind`, `nodes`, `standing_frame`, `solved`.
     pub rest_pose_from: &'static str,
+    /// Why it was taken from there.
+    pub rest_pose_reason: String,
     /// Up and front axes.
     pub axes: String,
     /// Metres per unit of length.

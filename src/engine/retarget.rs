@@ -3,18 +3,21 @@
 use crate::{
     formats::{self, Format, FormatError, Include, Limits, TargetClips, WriteOptions},
     model::{Axes, Clip, Control, Phase, Reporter, Scene},
-    retarget::{Measures, Plan, RunError, Verdict, measure, run},
+    retarget::{Measures, Verdict, measure},
     rig::{
-        ClipChoice, IncludeSpec, OutputChoice, OutputSpec, ReportDetail, Resolved, RetargetSpec, Rig, SpecError,
-        SpecErrorKind, SpecField, TargetClipsSpec, parse_spec, resolve, with_standing_rest,
+        IncludeSpec, OutputChoice, OutputSpec, ReportDetail, RetargetSpec, Rig, SpecErrorKind, SpecField,
+        TargetClipsSpec,
     },
 };
 
 use super::{
-    Counts, Failure, FailureCode, Inputs, Outcome, Output, Report, RigFacts, Rigs, Timings, WarningView,
+    Counts, Failure, FailureCode, Inputs, Knowledge, Outcome, Output, Report, RigFacts, Rigs, Timings, WarningView,
+    alignment::view,
     convert::{convert_clip, convert_scene, into_ours},
     edit::edited_clip,
-    load::{Loaded, load},
+    files::{Files, Sides, in_config, one_field, read_spec},
+    pass::Pass,
+    tune::Subject,
 };
 
 /// Retargets.
@@ -22,38 +25,48 @@ use super::{
 /// # Errors
 /// When an input cannot be read, the spec does not fit, there is nothing to retarget, or the work is canceled.
 pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Result<Outcome, Failure> {
+    retarget_with(inputs, &Knowledge::default(), limits, control)
+}
+
+/// Retargets, with what is known of rigs beside what the program comes with.
+///
+/// # Errors
+/// As [`retarget`].
+pub fn retarget_with(
+    inputs: &Inputs<'_>,
+    knowledge: &Knowledge,
+    limits: &Limits,
+    control: &Control,
+) -> Result<Outcome, Failure> {
     let begin = control.seconds();
     let mut reporter = Reporter::new();
     control.enter(Phase::Read, 0);
-    let spec = match inputs.config {
-        Some(config) => parse_spec(config.bytes).map_err(in_config)?,
-        None => RetargetSpec::default(),
-    };
+    let spec = read_spec(inputs.config)?;
+    if let Some(pose) = spec.pose {
+        return super::pose::pose(inputs, &spec, pose.to, knowledge, limits, control);
+    }
     let wanted = wanted_outputs(&spec, inputs.formats)?;
     let files = Files::load(inputs, limits, control, &mut reporter)?;
     let read_seconds = control.seconds() - begin;
 
     let planning = control.seconds();
     control.enter(Phase::Plan, 0);
-    let spec = files.with_standing_rests(spec, &mut reporter);
-    let source = files.source_side(&spec, &mut reporter)?;
-    let target = files.target_side(&spec, &mut reporter)?;
-    let clip = choose_clip(&spec, &files.source.scene, &mut reporter)?;
-    let Resolved { mapping, spec: resolved } =
-        resolve(&spec, &source, &target, clip, &mut reporter).map_err(in_config)?;
+    let Sides { spec, source, target } = files.sides(spec, knowledge, &mut reporter)?;
+    let clip = files.choose_clip(&spec, &mut reporter)?;
     let edited = edited_clip(&source, clip, &spec, control, &mut reporter)?;
     let clip = edited.as_ref();
-    let retargeting = control.seconds();
-    let plan = Plan::new(source.skeleton(), target.skeleton(), &mapping);
+    let subject = Subject { source: &source, target: &target, clip, control };
+    let tuning_begin = control.seconds();
+    let (spec, tuning) = subject.settle(spec)?;
+    let tune_seconds = control.seconds() - tuning_begin;
     control.enter(Phase::Retarget, clip.frame_count() as u64);
-    let result = run(&plan, clip, control).map_err(run_failure)?;
-    let retarget_seconds = control.seconds() - retargeting;
-
-    let plan_seconds = control.seconds() - planning - retarget_seconds;
+    let Pass { mapping, resolved, alignment, stack, result, contacts, reaches, seconds: retarget_seconds } =
+        Pass::run(&spec, &source, &target, clip, control, &mut reporter)?;
+    let plan_seconds = control.seconds() - planning - retarget_seconds - tune_seconds;
 
     let measuring = control.seconds();
     let measures = (spec.report.detail() != ReportDetail::None)
-        .then(|| measure(&mapping, &source, &target, clip, &result, &spec.report));
+        .then(|| measure(&mapping, &source, &target, clip, &result, &spec.report, &reaches));
     let measure_seconds = control.seconds() - measuring;
 
     let writing = control.seconds();
@@ -62,7 +75,7 @@ pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Resu
         frames: result.frame_count(),
         source_joints: joint_count(&files.source.scene),
         target_joints: joint_count(&files.target.scene),
-        driven_joints: plan.driven_joint_count(),
+        driven_joints: stack.driven_joint_count(),
     };
     let rigs = Rigs { source: facts(&source, files.source.format), target: facts(&target, files.target.format) };
     let resolved_spec = serde_json::to_value(&resolved)
@@ -78,103 +91,21 @@ pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Resu
     let timings = Timings {
         read_seconds,
         plan_seconds,
+        tune_seconds,
         retarget_seconds,
         measure_seconds,
         write_seconds: control.seconds() - writing,
         total_seconds: control.seconds() - begin,
     };
-    let report = Report { timings, counts, warnings, rigs, measures };
+    let alignment = view(&alignment, target.skeleton());
+    let report = Report { timings, counts, warnings, rigs, contacts, reaches, tuning, alignment, measures };
     Ok(Outcome { outputs, report, resolved_spec })
-}
-
-struct Files {
-    source: Loaded,
-    target: Loaded,
-    source_rest: Option<Loaded>,
-    target_rest: Option<Loaded>,
-}
-
-impl Files {
-    fn load(inputs: &Inputs<'_>, limits: &Limits, control: &Control, reporter: &mut Reporter) -> Result<Self, Failure> {
-        let mut read = |file, part| load(file, part, limits, control, reporter);
-        Ok(Self {
-            source: read(inputs.source, "source")?,
-            target: read(inputs.target, "target")?,
-            source_rest: inputs.source_rest.map(|file| read(file, "source_rest")).transpose()?,
-            target_rest: inputs.target_rest.map(|file| read(file, "target_rest")).transpose()?,
-        })
-    }
-
-    /// Settles what is measured from where a file's own rest pose is none and nobody sent another.
-    fn with_standing_rests(&self, mut spec: RetargetSpec, reporter: &mut Reporter) -> RetargetSpec {
-        if self.source_rest.is_none() {
-            spec.source = with_standing_rest("source", &self.source.scene, &spec.source, reporter);
-        }
-        if self.target_rest.is_none() {
-            spec.target = with_standing_rest("target", &self.target.scene, &spec.target, reporter);
-        }
-        spec
-    }
-
-    fn source_side(&self, spec: &RetargetSpec, reporter: &mut Reporter) -> Result<Rig<'_>, Failure> {
-        let rest = self.source_rest.as_ref().map(|loaded| &loaded.scene);
-        Rig::new("source", &self.source.scene, rest, &spec.source, reporter)
-            .map_err(|error| in_config_or(error, "source"))
-    }
-
-    fn target_side(&self, spec: &RetargetSpec, reporter: &mut Reporter) -> Result<Rig<'_>, Failure> {
-        let rest = self.target_rest.as_ref().map(|loaded| &loaded.scene);
-        Rig::new("target", &self.target.scene, rest, &spec.target, reporter)
-            .map_err(|error| in_config_or(error, "target"))
-    }
-}
-
-/// The clip that the spec names, else the first in which something moves.
-pub(super) fn choose_clip<'a>(
-    spec: &RetargetSpec,
-    scene: &'a Scene,
-    reporter: &mut Reporter,
-) -> Result<&'a Clip, Failure> {
-    let names = || scene.clips.iter().map(Clip::name).collect::<Vec<_>>();
-    if let Some(choice) = &spec.clip {
-        let found = match choice {
-            ClipChoice::Index(index) => scene.clips.get(*index),
-            ClipChoice::Name(name) => scene.clips.iter().find(|clip| clip.name() == name),
-        };
-        return found.ok_or_else(|| {
-            let detail = format!("the source file has no such clip; its clips are: {}", names().join(", "));
-            let wanted = if let ClipChoice::Name(name) = choice { name.as_str() } else { "" };
-            let field = SpecField::new(SpecErrorKind::UnknownName, "/clip", detail).with_nearest(wanted, names());
-            let error = SpecError::new(SpecErrorKind::UnknownName, field.detail.clone(), "");
-            in_config(SpecError { fields: vec![field], ..error })
-        });
-    }
-    let clip = scene.clips.iter().find(|clip| clip.is_animated());
-    let moving = scene.clips.iter().filter(|clip| clip.is_animated()).count();
-    if let (Some(clip), true) = (clip, moving > 1) {
-        reporter.warn(
-            "clip_chosen",
-            "source",
-            format!("the source has {moving} clips; the first, '{}', is taken", clip.name()),
-            format!("name one in \"clip\": {}", names().join(", ")),
-        );
-    }
-    clip.ok_or_else(|| {
-        let detail = if scene.clips.is_empty() {
-            "the source file has no animation".to_owned()
-        } else {
-            format!("the source file has {} clips, but nothing moves in them", scene.clips.len())
-        };
-        Failure::new(FailureCode::NoAnimation, detail)
-            .in_part("source")
-            .with_hint("send a file with an animation as the source; perhaps source and target are swapped")
-    })
 }
 
 /// One output with every question answered.
 pub(super) struct Wanted {
-    format: Format,
-    options: OutputSpec,
+    pub(super) format: Format,
+    pub(super) options: OutputSpec,
 }
 
 pub(super) fn wanted_outputs(spec: &RetargetSpec, formats: &[Format]) -> Result<Vec<Wanted>, Failure> {
@@ -210,8 +141,7 @@ fn format_named(name: &str, index: usize) -> Result<Format, Failure> {
         let detail = format!("there is no output format '{name}'; there are {}", known.join(", "));
         let field = SpecField::new(SpecErrorKind::InvalidValue, format!("/output/{index}/format"), detail);
         let field = field.with_nearest(name, known);
-        let error = SpecError::new(SpecErrorKind::InvalidValue, field.detail.clone(), "");
-        in_config(SpecError { fields: vec![field], ..error })
+        in_config(one_field(field))
     })
 }
 
@@ -285,7 +215,7 @@ fn write_one(
     formats::write(&scene, &clip, options, control, reporter)
 }
 
-fn file_stem(name: &str) -> String {
+pub(super) fn file_stem(name: &str) -> String {
     let keep = |letter: char| if letter.is_alphanumeric() || "-_ .".contains(letter) { letter } else { '_' };
     let stem: String = name.chars().map(keep).take(80).collect();
     let stem = stem.trim_matches([' ', '.']).to_owned();
@@ -301,28 +231,11 @@ pub(super) fn facts(side: &Rig<'_>, format: Format) -> RigFacts {
         format: format.info().name,
         recognised_as: side.recognition.recognised_as.clone(),
         confidence: side.recognition.confidence,
+        rest_pose: side.recognition.rest_pose.name(),
         rest_pose_from: side.rest_source.name(),
+        rest_pose_reason: side.rest_reason.clone(),
         axes: side.axes.to_string(),
         unit_metres: side.unit_metres,
-    }
-}
-
-pub(super) fn in_config(error: SpecError) -> Failure {
-    let is_about_rigs = matches!(error.kind, SpecErrorKind::NothingToMap | SpecErrorKind::NoSkeleton);
-    Failure::from(error).in_part(if is_about_rigs { "" } else { "config" })
-}
-
-pub(super) fn in_config_or(error: SpecError, part: &'static str) -> Failure {
-    let is_about_file = error.kind == SpecErrorKind::NoSkeleton;
-    Failure::from(error).in_part(if is_about_file { part } else { "config" })
-}
-
-fn run_failure(error: RunError) -> Failure {
-    match error {
-        RunError::Canceled(canceled) => canceled.into(),
-        RunError::OutOfRange(_) => Failure::new(FailureCode::AssetMalformed, error.to_string())
-            .in_part("source")
-            .with_hint("check the units of both files; distances of the source are beyond any figure's size"),
     }
 }
 

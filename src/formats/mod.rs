@@ -108,3 +108,25 @@ pub fn write(
         )),
     }
 }
+
+/// Encodes a character in a pose: `target`, whose skeleton has the pose as its rest transforms, and `clip`, which holds it for one
+/// frame.
+///
+/// A glTF document keeps everything else; the nodes of the `posed` joints are written as the skeleton has them. Formats without
+/// a document are written as [`write`] does.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_posed(
+    target: &Scene,
+    posed: &[usize],
+    clip: &Clip,
+    options: &WriteOptions,
+    control: &Control,
+    reporter: &mut Reporter,
+) -> Result<Vec<u8>, FormatError> {
+    match options.format {
+        Format::Glb | Format::Gltf | Format::Vrm => gltf::write_posed(target, posed, clip, options, control, reporter),
+        _ => write(target, clip, options, control, reporter),
+    }
+}

@@ -58,7 +58,7 @@ codes! {
     InvalidValue = "invalid_value", UNPROCESSABLE_ENTITY, false, "A value cannot be used",
         "A value is of the wrong type or out of its range. `errors` has a pointer to each.";
     UnknownPart = "unknown_part", UNPROCESSABLE_ENTITY, false, "A multipart part does not exist",
-        "The parts are `source`, `target`, `source_rest`, `target_rest` and `config`, each at most once.";
+        "The parts are `source`, `target`, `source_rest`, `target_rest`, `config` and `preset`, each at most once.";
     MissingPart = "missing_part", UNPROCESSABLE_ENTITY, false, "A part is missing",
         "`source` and `target` must both be sent.";
     DigestMismatch = "digest_mismatch", BAD_REQUEST, true, "The bytes are not those that were announced",
@@ -111,6 +111,14 @@ codes! {
         "`errors` lists the measures that fail.";
     UnknownAsset = "unknown_asset", UNPROCESSABLE_ENTITY, false, "An asset does not exist",
         "The job names an asset that is not there, or no longer.";
+    UnknownPreset = "unknown_preset", UNPROCESSABLE_ENTITY, false, "A preset does not exist",
+        "The request names a preset that is not there. `GET /v1/presets` lists them; `errors` has those of like names.";
+    BuiltIn = "built_in", CONFLICT, false, "It comes with the program",
+        "Rigs and presets that come with the program cannot be changed or removed. Keep yours under another name.";
+    PreconditionFailed = "precondition_failed", PRECONDITION_FAILED, false, "It is not as the request takes it for",
+        "`If-Match` or `If-None-Match` does not hold: somebody else has changed it. Get it again, and change that.";
+    TooManyDocuments = "too_many_documents", CONFLICT, false, "There are as many as may be",
+        "The limit is `stored_documents`. Delete rigs or presets that nobody needs, or ask the operator to raise it.";
     QueueFull = "queue_full", TOO_MANY_REQUESTS, true, "The queue is full",
         "Wait as long as `Retry-After` says and send again.";
     TooBusy = "too_busy", SERVICE_UNAVAILABLE, true, "Too many requests at the same time",

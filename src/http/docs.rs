@@ -22,6 +22,7 @@ use super::{ApiState, code::problems_page, json_text, resources};
         (name = "assets", description = "Uploaded files"),
         (name = "jobs", description = "Retargets that run by themselves"),
         (name = "results", description = "The files that jobs gave"),
+        (name = "rigs", description = "What rigs are and how they belong together"),
         (name = "service", description = "What the service says of itself"),
     )
 )]
@@ -31,8 +32,12 @@ struct Api;
 pub(super) fn documented_routes() -> OpenApiRouter<ApiState> {
     OpenApiRouter::with_openapi(Api::openapi())
         .merge(resources::retarget::routes())
+        .merge(resources::poses::routes())
         .merge(resources::assets::routes())
         .merge(resources::jobs::routes())
+        .merge(resources::proposals::routes())
+        .merge(resources::explanations::routes())
+        .merge(resources::library::routes())
         .merge(resources::results::routes())
         .merge(resources::describe::routes())
         .merge(resources::probes::routes())

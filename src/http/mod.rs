@@ -18,6 +18,7 @@ mod extract;
 mod layers;
 mod negotiate;
 mod page;
+mod precondition;
 mod prefer;
 mod problem;
 mod resources;
@@ -42,7 +43,7 @@ use tokio::sync::Semaphore;
 
 use crate::{
     config::Settings,
-    jobs::{Assets, Jobs},
+    jobs::{Assets, Jobs, Library},
     telemetry::Metrics,
 };
 
@@ -56,6 +57,8 @@ pub struct ApiState {
     pub jobs: Jobs,
     /// The uploaded files.
     pub assets: Assets,
+    /// The rigs and presets.
+    pub library: Library,
     /// The settings.
     pub settings: Shared<Settings>,
     /// The metrics.
@@ -81,6 +84,13 @@ async fn no_route() -> Problem {
 
 async fn no_method() -> Problem {
     Problem::new(Code::MethodNotAllowed, "the method is not allowed here")
+}
+
+/// A page that holds its own style and nothing else that a browser would fetch or run.
+fn page_text(text: String) -> Response {
+    let policy = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; sandbox";
+    let headers = [(header::CONTENT_TYPE, "text/html; charset=utf-8"), (header::CONTENT_SECURITY_POLICY, policy)];
+    (headers, text).into_response()
 }
 
 /// An answer of JSON text that was made before.

@@ -39,6 +39,15 @@ pub(super) fn wanted_format(accept: &str) -> Result<Option<Format>, Problem> {
     }
 }
 
+/// Whether a caller would rather have a page than JSON, as browsers do.
+pub(super) fn prefers_page(accept: &str) -> bool {
+    let quality = |wanted: &str| {
+        let named = accept.split(',').map(read_range).filter(|(range, _)| range == wanted);
+        named.map(|(_, quality)| quality).fold(0.0, f32::max)
+    };
+    quality("text/html") > quality("application/json")
+}
+
 fn read_range(range: &str) -> (String, f32) {
     let mut parts = range.split(';').map(str::trim);
     let media_type = parts.next().unwrap_or_default().to_ascii_lowercase();
@@ -70,6 +79,22 @@ mod tests {
         ];
         for (accept, format) in cases {
             assert_eq!(wanted_format(accept).expect("acceptable"), format, "{accept}");
+        }
+    }
+
+    #[test]
+    fn browsers_get_pages_and_programs_json() {
+        let browser = "text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0.8";
+        let cases = [
+            (browser, true),
+            ("text/html", true),
+            ("", false),
+            ("*/*", false),
+            ("application/json", false),
+            ("application/json, text/html;q=0.5", false),
+        ];
+        for (accept, page) in cases {
+            assert_eq!(prefers_page(accept), page, "{accept}");
         }
     }
 

@@ -222,6 +222,17 @@ impl From<Refusal> for Problem {
             Refusal::StorageFull => Self::new(Code::StorageFull, detail),
             Refusal::WrongState { .. } => Self::new(Code::WrongState, detail),
             Refusal::InUse(_) => Self::new(Code::InUse, detail).with_hint("wait for the job, or cancel it"),
+            Refusal::BuiltIn { .. } => Self::new(Code::BuiltIn, detail).with_hint("keep yours under another name"),
+            Refusal::Changed { .. } => {
+                Self::new(Code::PreconditionFailed, detail).with_hint("look at it again, and send its ETag as If-Match")
+            }
+            Refusal::TooManyDocuments { most, .. } => Self::new(Code::TooManyDocuments, detail)
+                .about_limit("stored_documents", most, most + 1)
+                .with_hint("delete some first"),
+            Refusal::UnknownPreset { name, known } => {
+                let similar = known.iter().filter(|known| strsim::jaro_winkler(known, &name) > 0.7).cloned().collect();
+                Self::new(Code::UnknownPreset, detail).with_hint("GET /v1/presets lists them").at("/preset", similar)
+            }
             Refusal::Engine(failure) => failure.into(),
             Refusal::Store(error) => Self::internal(&error),
         }

@@ -74,30 +74,60 @@ impl<'a> BodyReader<'a> {
     }
 }
 
-/// Reads the multipart body of a job: files go to the store as they come, in any order, and are kept only when all of them
-/// have arrived.
+/// Reads the multipart body of a job.
+///
+/// # Errors
+/// As [`read_form`], and when the source or the target is missing.
 pub(super) async fn read_job(request: Request<Body>, assets: &Assets, settings: &Settings) -> Result<NewJob, Problem> {
+    let form = read_form(request, assets, settings).await?;
+    form.into_job(&[InputRole::Source, InputRole::Target], assets).await
+}
+
+/// As [`read_job`], for a pose: only the target has to be there, and there is no config.
+pub(super) async fn read_pose(request: Request<Body>, assets: &Assets, settings: &Settings) -> Result<NewJob, Problem> {
+    let form = read_form(request, assets, settings).await?;
+    if form.config.is_some() {
+        return Err(Problem::new(Code::UnknownPart, "a pose takes no part 'config'")
+            .with_hint("POST /v1/retarget takes one; {\"pose\": {\"to\": \"t\"}} in it asks for a pose"));
+    }
+    form.into_job(&[InputRole::Target], assets).await
+}
+
+/// A part that has to be sent and was not.
+pub(super) fn missing(role: InputRole) -> Problem {
+    Problem::new(Code::MissingPart, format!("the part '{}' is missing", role.name()))
+        .with_hint("curl sends a file as -F source=@walk.bvh -F target=@hero.glb")
+}
+
+/// Reads a multipart body of files and a config: files go to the store as they come, in any order, and are kept only when all
+/// of them have arrived.
+///
+/// # Errors
+/// When a part is unknown, sent twice, too large or of no known format.
+pub(super) async fn read_form(request: Request<Body>, assets: &Assets, settings: &Settings) -> Result<Form, Problem> {
     check_announced(request.headers(), settings)?;
     let pace = Pace::new(settings);
     let mut multipart = Multipart::from_request(request, &()).await.map_err(|error| {
         Problem::new(Code::UnsupportedMediaType, format!("the body must be multipart/form-data: {}", error.body_text()))
     })?;
-    let mut parts = JobParts::default();
+    let mut parts = Form::default();
     while let Some(field) = pace.next(multipart.next_field()).await?.map_err(broken)? {
         parts.take(field, assets, settings, pace).await?;
     }
-    parts.into_job(assets).await
+    Ok(parts)
 }
 
-#[derive(Default)]
-struct JobParts {
+/// The parts of a multipart body, arrived but not kept. Dropping it leaves nothing.
+#[derive(Debug, Default)]
+pub(super) struct Form {
     files: BTreeMap<InputRole, ReceivedFile>,
     config: Option<ConfigDocument>,
+    preset: Option<String>,
     bytes: u64,
 }
 
-impl JobParts {
-    const NAMES: [&'static str; 5] = ["source", "target", "source_rest", "target_rest", "config"];
+impl Form {
+    const NAMES: [&'static str; 6] = ["source", "target", "source_rest", "target_rest", "config", "preset"];
 
     async fn take(
         &mut self,
@@ -114,6 +144,11 @@ impl JobParts {
             self.config = Some(config_document(file_name, bytes)?);
             return Ok(());
         }
+        if name == "preset" && self.preset.is_none() {
+            let bytes = collect(&mut field, settings.max_document_bytes.0, "the part 'preset'", pace).await?;
+            self.preset = Some(String::from_utf8_lossy(&bytes).trim().to_owned());
+            return Ok(());
+        }
         let Some(role) = InputRole::from_name(&name).filter(|role| !self.files.contains_key(role)) else {
             return Err(unexpected(&name));
         };
@@ -127,29 +162,34 @@ impl JobParts {
         Ok(())
     }
 
-    async fn into_job(self, assets: &Assets) -> Result<NewJob, Problem> {
-        for role in [InputRole::Source, InputRole::Target] {
-            if !self.files.contains_key(&role) {
-                let detail = format!("the part '{}' is missing", role.name());
-                let hint = "curl sends a file as -F source=@walk.bvh -F target=@hero.glb";
-                return Err(Problem::new(Code::MissingPart, detail).with_hint(hint));
-            }
+    /// The config alone, where there are no files.
+    pub(super) fn only_config(&mut self) -> Option<ConfigDocument> {
+        if self.files.is_empty() && self.preset.is_none() { self.config.take() } else { None }
+    }
+
+    /// Keeps the files.
+    ///
+    /// # Errors
+    /// When one of the required ones is missing.
+    pub(super) async fn into_job(self, required: &[InputRole], assets: &Assets) -> Result<NewJob, Problem> {
+        if let Some(role) = required.iter().find(|role| !self.files.contains_key(role)) {
+            return Err(missing(*role));
         }
         let mut inputs = BTreeMap::new();
         for (role, file) in self.files {
             inputs.insert(role, assets.keep(file).await?.0.id);
         }
-        Ok(NewJob { inputs, config: self.config, ..NewJob::default() })
+        Ok(NewJob { inputs, config: self.config, preset: self.preset, ..NewJob::default() })
     }
 }
 
 fn unexpected(name: &str) -> Problem {
     let shown: String = name.chars().take(64).collect();
-    if JobParts::NAMES.contains(&name) {
+    if Form::NAMES.contains(&name) {
         return Problem::new(Code::UnknownPart, format!("the part '{shown}' was sent twice"));
     }
-    let known = JobParts::NAMES.join("', '");
-    let similar = JobParts::NAMES.into_iter().filter(|known| strsim::jaro_winkler(known, name) > 0.7);
+    let known = Form::NAMES.join("', '");
+    let similar = Form::NAMES.into_iter().filter(|known| strsim::jaro_winkler(known, name) > 0.7);
     let similar: Vec<String> = similar.map(str::to_owned).collect();
     Problem::new(Code::UnknownPart, format!("there is no part '{shown}'; the parts are '{known}'"))
         .at(format!("/{shown}"), similar)

@@ -6,7 +6,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::problem::{Problem, ProblemView};
-use crate::jobs::{AssetRecord, JobInput, JobRecord, JobSnapshot, ResultRecord};
+use crate::jobs::{AssetRecord, JobInput, JobRecord, JobRequest, JobSnapshot, ResultRecord, VersionedName};
 
 /// An uploaded file.
 #[derive(Debug, Serialize, ToSchema)]
@@ -146,6 +146,12 @@ pub(super) struct JobView {
     output: Vec<String>,
     /// The user's own words about it.
     labels: BTreeMap<String, String>,
+    /// The preset that its config was laid over.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    preset: Option<VersionedNameView>,
+    /// The rig templates of the user's own that it is recognised with, in the versions of when it was asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    rigs: Vec<VersionedNameView>,
     /// The job that it repeats.
     #[serde(skip_serializing_if = "Option::is_none")]
     retry_of: Option<String>,
@@ -170,6 +176,23 @@ pub(super) struct JobInputView {
     sha256: String,
     /// What it was called.
     file_name: String,
+}
+
+/// One version of a rig or preset.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = VersionedName)]
+pub(super) struct VersionedNameView {
+    /// What it is called.
+    #[schema(example = "our_hero")]
+    name: String,
+    /// Its version, from 1; 0 for what comes with the program.
+    version: u64,
+}
+
+impl From<VersionedName> for VersionedNameView {
+    fn from(named: VersionedName) -> Self {
+        Self { name: named.name, version: named.version }
+    }
 }
 
 /// How far a job is.
@@ -223,7 +246,7 @@ impl From<JobSnapshot> for JobView {
     fn from(snapshot: JobSnapshot) -> Self {
         let JobSnapshot { record, results, queue_position, progress } = snapshot;
         let links = JobLinks::of(&record);
-        let inputs = record.request.inputs().map(|(role, input)| (role.name(), JobInputView::from(input))).collect();
+        let inputs = inputs_view(&record.request);
         let problem = record.failure.as_ref().map(|failure| Problem::of_job(failure).view(&links.own, ""));
         Self {
             id: record.id.to_string(),
@@ -242,6 +265,8 @@ impl From<JobSnapshot> for JobView {
             inputs,
             output: record.request.formats,
             labels: record.request.labels,
+            preset: record.request.preset.map(VersionedNameView::from),
+            rigs: record.request.rigs.into_iter().map(VersionedNameView::from).collect(),
             retry_of: record.retry_of.map(|id| id.to_string()),
             results: results.into_iter().map(ResultView::from).collect(),
             warnings_count: record.warnings,
@@ -249,6 +274,11 @@ impl From<JobSnapshot> for JobView {
             links,
         }
     }
+}
+
+/// The files of a job by what they are to it.
+pub(super) fn inputs_view(request: &JobRequest) -> BTreeMap<&'static str, JobInputView> {
+    request.inputs().map(|(role, input)| (role.name(), JobInputView::from(input))).collect()
 }
 
 impl From<&JobInput> for JobInputView {

@@ -4,9 +4,13 @@ use std::sync::Arc;
 
 use tokio::sync::Semaphore;
 
-use super::{Jobs, Refusal, bridge::on_own_thread};
+use super::{
+    Engine, Jobs, Refusal,
+    bridge::on_own_thread,
+    inspections::{InspectionKey, Inspections},
+};
 use crate::{
-    engine::{Control, Failure, FailureCode, Format, NamedBytes, sniff},
+    engine::{Control, Failure, FailureCode, Format, Knowledge, Limits, NamedBytes, sniff},
     store::{AssetId, AssetRecord, BlobWriter, Page, UnnamedBlob},
     telemetry::Metric,
 };
@@ -14,9 +18,10 @@ use crate::{
 /// The uploaded files. Cheap to clone; all clones are the same.
 #[derive(Clone, Debug)]
 pub struct Assets {
-    jobs: Jobs,
+    pub(super) jobs: Jobs,
     /// As many files are looked into at the same time as jobs may run.
-    inspections: Arc<Semaphore>,
+    looks: Arc<Semaphore>,
+    inspections: Arc<Inspections>,
 }
 
 /// A file that is arriving. Dropping it leaves nothing.
@@ -43,8 +48,8 @@ impl Assets {
     /// The files that `jobs` work on.
     #[must_use]
     pub fn new(jobs: &Jobs) -> Self {
-        let inspections = Arc::new(Semaphore::new(jobs.0.settings.workers.0.get()));
-        Self { jobs: jobs.clone(), inspections }
+        let looks = Arc::new(Semaphore::new(jobs.0.settings.workers.0.get()));
+        Self { jobs: jobs.clone(), looks, inspections: Arc::default() }
     }
 
     /// Begins to take a file. `announced_bytes` is what the sender said it will be, so that too much is refused early.
@@ -122,40 +127,55 @@ impl Assets {
         Ok(store.remove_unnamed(&[removed.sha256]).await?)
     }
 
-    /// What a file holds, as a JSON object. Found out once and remembered.
+    /// What a file holds, as a JSON object. Remembered for as long as neither the program nor the users' templates change.
     ///
     /// # Errors
     /// When there is no such file, or it cannot be read.
-    pub async fn inspect(&self, id: &AssetId) -> Result<String, Refusal> {
-        const VERSION: &str = env!("CARGO_PKG_VERSION");
+    pub async fn inspect(&self, id: &AssetId) -> Result<Arc<str>, Refusal> {
         let asset = self.get(id).await?;
-        let records = self.jobs.0.store.records();
-        if let Some(document) = records.inspection(&asset, VERSION).await? {
+        let rigs = self.jobs.own_rigs().await?;
+        let AssetRecord { sha256, format, .. } = asset.clone();
+        let key = InspectionKey { sha256, format, rigs_sha256: rigs.sha256.clone() };
+        if let Some(document) = self.inspections.find(&key) {
             return Ok(document);
         }
-        let document = self.inspect_now(&asset).await?.to_string();
-        records.add_inspection(&asset, VERSION, &document).await?;
+        let document: Arc<str> = self.inspect_now(&asset, rigs.knowledge()?).await?.to_string().into();
+        self.inspections.add(key, &document);
         Ok(document)
     }
 
-    async fn inspect_now(&self, asset: &AssetRecord) -> Result<serde_json::Value, Refusal> {
-        let inner = Arc::clone(&self.jobs.0);
-        let permit = Arc::clone(&self.inspections).acquire_owned().await;
-        let bytes = inner.store.blobs().read(&asset.sha256).await?;
+    async fn inspect_now(&self, asset: &AssetRecord, knowledge: Knowledge) -> Result<serde_json::Value, Refusal> {
+        let bytes = self.jobs.0.store.blobs().read(&asset.sha256).await?;
         let name = asset.file_name.clone();
+        let look = move |engine: &dyn Engine, limits: &Limits, control: &Control| {
+            engine.inspect(NamedBytes { name: &name, bytes: &bytes }, &knowledge, limits, control)
+        };
+        self.look("inspect", "looking into the file", look).await
+    }
+
+    /// Lets the engine look at files on a thread of its own, as many at the same time as jobs may run, and no longer than a job
+    /// may take. `what` says what it does, for messages.
+    pub(super) async fn look<T: Send + 'static>(
+        &self,
+        thread: &str,
+        what: &str,
+        work: impl FnOnce(&dyn Engine, &Limits, &Control) -> Result<T, Failure> + Send + 'static,
+    ) -> Result<T, Refusal> {
+        let inner = Arc::clone(&self.jobs.0);
+        let permit = Arc::clone(&self.looks).acquire_owned().await;
         // Canceled when the caller goes away, so that nobody works for nobody.
         let watched = CancelOnDrop(Arc::default());
         let control = Arc::clone(&watched.0);
         let limit = inner.settings.job_timeout.0;
-        let outcome = on_own_thread("inspect", move || {
+        let outcome = on_own_thread(thread, move || {
             // Given back when the thread ends, not when the caller goes away.
             let _permit = permit;
-            inner.engine.inspect(NamedBytes { name: &name, bytes: &bytes }, &inner.limits, &control)
+            work(&*inner.engine, &inner.limits, &control)
         });
         match tokio::time::timeout(limit, outcome).await {
-            Ok(Ok(Some(inspection))) => Ok(inspection?),
-            Ok(_) => Err(Failure::new(FailureCode::Internal, "looking into the file failed because of a fault").into()),
-            Err(_) => Err(Failure::new(FailureCode::AssetLimitExceeded, "looking into the file took too long")
+            Ok(Ok(Some(found))) => Ok(found?),
+            Ok(_) => Err(Failure::new(FailureCode::Internal, format!("{what} failed because of a fault")).into()),
+            Err(_) => Err(Failure::new(FailureCode::AssetLimitExceeded, format!("{what} took too long"))
                 .with_hint("the limit is 'job_timeout'")
                 .into()),
         }

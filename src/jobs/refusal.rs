@@ -9,7 +9,7 @@ use crate::{
 #[derive(Debug, thiserror::Error)]
 pub enum Refusal {
     /// Nothing has that id.
-    #[error("no {kind} has the id '{id}'; it may have been deleted, or have expired and been removed")]
+    #[error("there is no {kind} '{id}'; it may have been deleted, or have expired and been removed")]
     NotFound {
         /// What was looked for: `asset`, `job`, `result`.
         kind: &'static str,
@@ -81,12 +81,50 @@ pub enum Refusal {
     /// An unfinished job needs the file.
     #[error("the file is an input of the unfinished job '{0}'")]
     InUse(JobId),
+    /// It comes with the program and cannot be changed.
+    #[error("the {kind} '{name}' comes with the program and cannot be changed")]
+    BuiltIn {
+        /// `rig` or `preset`.
+        kind: &'static str,
+        /// Its name.
+        name: String,
+    },
+    /// It is not what the caller takes it for.
+    #[error("the {kind} '{name}' is not as the precondition says: {}", seen(current.as_deref()))]
+    Changed {
+        /// `rig` or `preset`.
+        kind: &'static str,
+        /// Its name.
+        name: String,
+        /// The digest of what is there.
+        current: Option<String>,
+    },
+    /// As many as may be are kept already.
+    #[error("there are {most} {kind}s already, which is the limit 'stored_documents'")]
+    TooManyDocuments {
+        /// `rig` or `preset`.
+        kind: &'static str,
+        /// The limit.
+        most: u64,
+    },
+    /// A job names a preset that is not there.
+    #[error("there is no preset '{name}'")]
+    UnknownPreset {
+        /// The name.
+        name: String,
+        /// Those that there are.
+        known: Vec<String>,
+    },
     /// The engine refused a file.
     #[error(transparent)]
     Engine(#[from] Failure),
     /// The store failed.
     #[error(transparent)]
     Store(StoreError),
+}
+
+fn seen(current: Option<&str>) -> String {
+    current.map_or_else(|| "there is none".to_owned(), |current| format!("its ETag is \"{current}\""))
 }
 
 impl From<StoreError> for Refusal {

@@ -18,10 +18,10 @@ use super::{
 };
 use crate::{
     config::Settings,
-    engine::{Format, Limits, Progress},
+    engine::{self, Format, Limits, NamedBytes, Progress},
     store::{
         AssetId, ConfigDocument, FinishedJob, InputRole, JobFailure, JobId, JobInput, JobRecord, JobRequest, JobState,
-        Page, ResultId, ResultRecord, Store,
+        Page, ResultId, ResultRecord, Store, VersionedName,
     },
     telemetry::{Clock, Metric},
 };
@@ -37,6 +37,8 @@ pub struct NewJob {
     pub formats: Vec<Format>,
     /// The user's own words about it.
     pub labels: BTreeMap<String, String>,
+    /// The preset that the config is laid over.
+    pub preset: Option<String>,
 }
 
 /// A job as it is now: its record, and what only this process knows.
@@ -130,7 +132,7 @@ impl Jobs {
         self.enqueue(request, input_bytes, None).await
     }
 
-    async fn resolve(&self, new: NewJob) -> Result<(JobRequest, u64), Refusal> {
+    pub(super) async fn resolve(&self, new: NewJob) -> Result<(JobRequest, u64), Refusal> {
         let (mut found, mut input_bytes) = (BTreeMap::new(), 0);
         for (role, id) in new.inputs {
             let Some(asset) = self.0.store.records().asset(&id).await? else {
@@ -140,16 +142,34 @@ impl Jobs {
             found.insert(role, JobInput { asset: id, sha256: asset.sha256, file_name: asset.file_name });
         }
         let missing = |role: InputRole| Refusal::UnknownInput { role, id: String::new() };
+        let (config, preset) = self.lay_over_preset(new.config, new.preset).await?;
         let request = JobRequest {
             source: found.remove(&InputRole::Source).ok_or_else(|| missing(InputRole::Source))?,
             target: found.remove(&InputRole::Target).ok_or_else(|| missing(InputRole::Target))?,
             source_rest: found.remove(&InputRole::SourceRest),
             target_rest: found.remove(&InputRole::TargetRest),
-            config: new.config,
+            config,
             formats: new.formats.into_iter().map(|format| format.info().name.to_owned()).collect(),
             labels: new.labels,
+            preset,
+            rigs: self.own_rigs().await?.versions(),
         };
         Ok((request, input_bytes))
+    }
+
+    /// The config with the preset under it. What comes out is the job's own: it does not change when the preset does.
+    async fn lay_over_preset(
+        &self,
+        config: Option<ConfigDocument>,
+        preset: Option<String>,
+    ) -> Result<(Option<ConfigDocument>, Option<VersionedName>), Refusal> {
+        let Some(name) = preset else { return Ok((config, None)) };
+        let kept = self.preset(&name).await?;
+        let bytes = config.as_ref().map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
+        let text = engine::merge_config(&kept.document, bytes)?;
+        let version = kept.own.map_or(0, |(version, _)| version);
+        let config = ConfigDocument { file_name: "config.json".to_owned(), text };
+        Ok((Some(config), Some(VersionedName { name, version })))
     }
 
     async fn enqueue(

@@ -7,7 +7,9 @@ use super::{
 };
 use crate::{
     config::Settings,
-    engine::{Control, Failure, FailureCode, Format, Inputs, Limits, NamedBytes, Outcome, Output, Report},
+    engine::{
+        Control, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Outcome, Output, Question, Report,
+    },
     store::{DataFolder, Store},
     telemetry::Clock,
 };
@@ -18,7 +20,7 @@ const PATIENCE: Duration = Duration::from_secs(30);
 struct Obedient;
 
 impl Engine for Obedient {
-    fn retarget(&self, inputs: &Inputs<'_>, _limits: &Limits, control: &Control) -> Result<Outcome, Failure> {
+    fn retarget(&self, inputs: &Inputs<'_>, _: &Knowledge, _: &Limits, control: &Control) -> Result<Outcome, Failure> {
         match inputs.config.map_or(&b""[..], |config| config.bytes) {
             b"panic" => panic!("as the config says"),
             b"refuse" => return Err(Failure::new(FailureCode::NoAnimation, "the source has no animation")),
@@ -32,8 +34,33 @@ impl Engine for Obedient {
         Ok(Outcome { outputs: vec![output], report: Report::default(), resolved_spec: serde_json::json!({}) })
     }
 
-    fn inspect(&self, _: NamedBytes<'_>, _: &Limits, _: &Control) -> Result<serde_json::Value, Failure> {
+    fn inspect(&self, _: NamedBytes<'_>, _: &Knowledge, _: &Limits, _: &Control) -> Result<serde_json::Value, Failure> {
         Ok(serde_json::json!({"format": "bvh"}))
+    }
+
+    fn propose(
+        &self,
+        inputs: &Inputs<'_>,
+        _: &Knowledge,
+        _: &Limits,
+        _: &Control,
+    ) -> Result<serde_json::Value, Failure> {
+        Ok(serde_json::json!({"target_bytes": inputs.target.bytes.len()}))
+    }
+
+    fn explain(
+        &self,
+        _: &Inputs<'_>,
+        question: &Question<'_>,
+        _: &Knowledge,
+        _: &Limits,
+        _: &Control,
+    ) -> Result<serde_json::Value, Failure> {
+        Ok(serde_json::json!({"joint": question.joint}))
+    }
+
+    fn check_config(&self, config: NamedBytes<'_>) -> Result<serde_json::Value, Failure> {
+        Ok(serde_json::json!({"config_bytes": config.bytes.len()}))
     }
 }
 

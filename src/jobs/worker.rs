@@ -9,8 +9,8 @@ use super::{
     running::{RunningJob, StopReason},
 };
 use crate::{
-    engine::{Failure, FailureCode, Format, Inputs, NamedBytes, Outcome, Output},
-    store::{FinishedJob, InputRole, JobFailure, JobId, JobRecord, JobState, ResultId, ResultRecord},
+    engine::{Failure, FailureCode, Format, Outcome, Output},
+    store::{FinishedJob, JobFailure, JobId, JobRecord, JobState, ResultId, ResultRecord},
     telemetry::Metric,
 };
 
@@ -121,33 +121,13 @@ impl Jobs {
         running: &Arc<RunningJob>,
     ) -> Result<impl FnOnce() -> Result<Outcome, Failure> + Send + 'static, Refusal> {
         let request = record.request.clone();
-        let blobs = self.0.store.blobs();
-        let mut bytes = Vec::new();
-        for (_, input) in request.inputs() {
-            bytes.push(blobs.read(&input.sha256).await?);
-        }
+        let files = self.read_inputs(&request).await?;
+        let knowledge = self.knowledge(&request).await?;
         let inner = Arc::clone(&self.0);
         let running = Arc::clone(running);
         Ok(move || {
-            let find = |wanted| {
-                let files = request.inputs().zip(&bytes);
-                files
-                    .filter(|((role, _), _)| *role == wanted)
-                    .map(|((_, input), bytes)| NamedBytes { name: &input.file_name, bytes })
-                    .next()
-            };
             let formats: Vec<Format> = request.formats.iter().filter_map(|name| Format::from_name(name)).collect();
-            let config = request.config.as_ref();
-            let empty = NamedBytes { name: "", bytes: &[] };
-            let inputs = Inputs {
-                source: find(InputRole::Source).unwrap_or(empty),
-                target: find(InputRole::Target).unwrap_or(empty),
-                source_rest: find(InputRole::SourceRest),
-                target_rest: find(InputRole::TargetRest),
-                config: config.map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() }),
-                formats: &formats,
-            };
-            inner.engine.retarget(&inputs, &inner.limits, &running.control)
+            inner.engine.retarget(&files.inputs(&request, &formats), &knowledge, &inner.limits, &running.control)
         })
     }
 

@@ -17,6 +17,8 @@ pub enum Phase {
     Read,
     /// Recognising rigs, aligning rest poses, compiling the plan.
     Plan,
+    /// Looking for better parameters; counted in frames of as many retargets as are allowed.
+    Tune,
     /// The loop over frames.
     Retarget,
     /// Encoding the outputs.
@@ -24,7 +26,7 @@ pub enum Phase {
 }
 
 impl Phase {
-    const ALL: [Self; 5] = [Self::Waiting, Self::Read, Self::Plan, Self::Retarget, Self::Write];
+    const ALL: [Self; 6] = [Self::Waiting, Self::Read, Self::Plan, Self::Tune, Self::Retarget, Self::Write];
 
     /// The name on the wire.
     #[must_use]
@@ -33,6 +35,7 @@ impl Phase {
             Self::Waiting => "waiting",
             Self::Read => "read",
             Self::Plan => "plan",
+            Self::Tune => "tune",
             Self::Retarget => "retarget",
             Self::Write => "write",
         }

@@ -42,6 +42,12 @@ pub struct Skin {
     pub name: String,
     /// Joints of the skeleton.
     pub joints: Vec<usize>,
+    /// Whether the file gives no inverse bind matrices for it, so that nobody knows in which pose it was bound.
+    pub has_no_inverse_binds: bool,
+    /// Whether they are all the identity although its joints are in different places, which says as little.
+    pub has_identity_binds: bool,
+    /// How many joints a vertex of it can be bound to at most; 0 where nobody counted.
+    pub most_influences: usize,
 }
 
 /// A format's own document, opaque to everybody else.

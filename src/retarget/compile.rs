@@ -4,12 +4,15 @@ use glam::{DMat3, DQuat, DVec3};
 
 use crate::{
     model::{Skeleton, Transform},
-    rig::{Carry, ChainPair, Mapping, PelvisPair, Ride, RotationMode, TranslationMode},
+    rig::{
+        Carry, ChainPair, Mapping, PelvisPair, Ride, RotationMode, ShoulderPair, Spacing, TranslationMode,
+        TwistAgainst, TwistPair,
+    },
 };
 
 use super::plan::{
     CarriedDriver, CarryStep, ChordStep, Driver, ModelDriver, Needs, Output, Parent, PelvisDriver, Plan, RideStep,
-    Sample, SourceStep, TargetStep, Translation,
+    Sample, ShoulderDriver, SourceStep, TargetStep, Translation, TwistDriver, TwistEnd, TwistSegment,
 };
 
 /// Below this distance from a chain's end, a place counts as the end.
@@ -73,10 +76,18 @@ impl<'a> Compiler<'a> {
                 Carry::Parent => self.compile_carried_chain(chain, &mut drivers, &mut carried_slots),
             }
         }
+        let twists = self.compile_twists(&drivers);
+        let shoulders = self.compile_shoulders(&drivers);
         if let Some(pelvis) = &self.mapping.pelvis {
             drivers[pelvis.target] = Driver::Pelvis(self.compile_pelvis(pelvis));
         }
         let carries = carried_slots > 0;
+        for (joint, twist) in twists {
+            drivers[joint] = Driver::Twist(twist);
+        }
+        for (joint, shoulder) in shoulders {
+            drivers[joint] = Driver::Shoulder(shoulder);
+        }
         let needs = self.target_needs(&drivers, carries);
         let (mut target_steps, slots) = self.lay_out_target(drivers, &needs);
         let outputs = self.outputs(&target_steps, &slots, carries);
@@ -185,6 +196,38 @@ impl<'a> Compiler<'a> {
         }
     }
 
+    /// The joints that share a twist. Those whose limb or whose end no source joint drives as it is have none to share.
+    fn compile_twists(&self, drivers: &[Driver]) -> Vec<(usize, TwistDriver)> {
+        let compile = |pair: &TwistPair| {
+            let (sample, rotation) = as_driven(&drivers[pair.segment])?;
+            let segment = if pair.segment == pair.joint {
+                TwistSegment::Source(sample, rotation)
+            } else {
+                TwistSegment::Slot(pair.segment)
+            };
+            let against = match pair.against {
+                TwistAgainst::Carrier { joint, carrier_from_segment } => TwistEnd::Carrier(joint, carrier_from_segment),
+                TwistAgainst::End { joint, segment_from_end } => {
+                    let (sample, rotation) = as_driven(&drivers[joint])?;
+                    TwistEnd::End(sample, rotation, segment_from_end.conjugate())
+                }
+            };
+            let TwistPair { joint, axis, segment_from_joint, share, .. } = *pair;
+            Some((joint, TwistDriver { segment, against, axis, segment_from_joint, share }))
+        };
+        self.mapping.twists.iter().filter_map(compile).collect()
+    }
+
+    /// The clavicles that follow arms which the source drives as they are.
+    fn compile_shoulders(&self, drivers: &[Driver]) -> Vec<(usize, ShoulderDriver)> {
+        let compile = |pair: &ShoulderPair| {
+            let (sample, rotation) = as_driven(&drivers[pair.upper_arm])?;
+            let ShoulderPair { joint, arm, up, axis, free_radians, share, .. } = *pair;
+            Some((joint, ShoulderDriver { sample, rotation, arm, up, axis, free_radians, share }))
+        };
+        self.mapping.shoulders.iter().filter_map(compile).collect()
+    }
+
     fn compile_carried_chain(&self, chain: &ChainPair, drivers: &mut [Driver], carried_slots: &mut usize) {
         let places = places(chain, &self.source_rest, &self.target_rest);
         let first_slot = *carried_slots;
@@ -238,7 +281,7 @@ impl<'a> Compiler<'a> {
         let kept = if chord.keeps_last { bones.split_off(bones.len() - 1) } else { Vec::new() };
         Some(ChordStep {
             slot,
-            source_start: self.slot(chain.source[0]),
+            source_start: self.slot(chain.source[chain.spacing.lead()]),
             source_end: self.slot(chord.source_end),
             turned: bones,
             kept,
@@ -291,6 +334,7 @@ impl<'a> Compiler<'a> {
                 _ if self.rides[joint].is_some() => Needs::Transform,
                 Driver::Hold => continue,
                 Driver::Pelvis(_) | Driver::Carried(_) => Needs::Transform,
+                Driver::Twist(_) | Driver::Shoulder(_) => Needs::Rotation,
                 Driver::Model(model) => match model.translation {
                     Translation::Hold => Needs::Rotation,
                     Translation::Scaled { .. } | Translation::Absolute { .. } => Needs::Transform,
@@ -344,10 +388,16 @@ impl<'a> Compiler<'a> {
         let mut slots: Vec<Option<usize>> = vec![None; drivers.len()];
         let mut steps: Vec<TargetStep> = Vec::new();
         for joint in self.target_order() {
-            let driver = std::mem::replace(&mut drivers[joint], Driver::Hold);
+            let mut driver = std::mem::replace(&mut drivers[joint], Driver::Hold);
+            if let Driver::Twist(twist) = &mut driver
+                && !twist.find_slots(&slots)
+            {
+                // What it is measured against never moves, so there is no twist.
+                driver = Driver::Hold;
+            }
             let parent = self.target.parent(joint).map_or(above, |parent| parents[parent]);
             let mut hold = self.mapping.target_hold.transforms()[joint];
-            if !matches!(driver, Driver::Hold) {
+            if !matches!(driver, Driver::Hold | Driver::Shoulder(_)) {
                 // Alphas start from the rest pose that motion is put onto, not from the one that idle joints keep.
                 hold.rotation = self.local_rest_rotation(joint);
             }
@@ -386,6 +436,7 @@ impl<'a> Compiler<'a> {
                 Driver::Hold if is_ridden => (true, false),
                 Driver::Hold if carries => (true, true),
                 Driver::Hold => continue,
+                Driver::Twist(_) | Driver::Shoulder(_) => (is_ridden, false),
                 Driver::Pelvis(_) => (true, carries),
                 Driver::Model(model) => (is_ridden || !matches!(model.translation, Translation::Hold), false),
                 Driver::Carried(_) => (true, true),
@@ -398,7 +449,7 @@ impl<'a> Compiler<'a> {
 
 /// A place on the source chain, by position in the chain.
 #[derive(Clone, Copy, Debug)]
-enum Place {
+pub(super) enum Place {
     At(usize),
     Between(usize, f64),
 }
@@ -437,9 +488,46 @@ impl Place {
     }
 }
 
+/// What a joint follows that takes the source's rotation as it is.
+fn as_driven(driver: &Driver) -> Option<(Sample, DQuat)> {
+    match driver {
+        #[expect(clippy::float_cmp, reason = "exactly one means the whole motion")]
+        Driver::Model(model) if model.chord.is_none() && model.rotation_alpha == 1.0 => {
+            Some((model.sample, model.rotation))
+        }
+        _ => None,
+    }
+}
+
+impl TwistDriver {
+    /// Puts slots where target joints were named; whether all of them have one.
+    fn find_slots(&mut self, slots: &[Option<usize>]) -> bool {
+        let mut found = true;
+        let mut find = |joint: &mut usize| match slots[*joint] {
+            Some(slot) => *joint = slot,
+            None => found = false,
+        };
+        if let TwistSegment::Slot(joint) = &mut self.segment {
+            find(joint);
+        }
+        if let TwistEnd::Carrier(joint, _) = &mut self.against {
+            find(joint);
+        }
+        found
+    }
+}
+
 /// For every target joint of a chain, the place on the source chain that it follows; `None` keeps it at rest.
-fn places(chain: &ChainPair, source_rest: &[Transform], target_rest: &[Transform]) -> Vec<Option<Place>> {
+pub(super) fn places(chain: &ChainPair, source_rest: &[Transform], target_rest: &[Transform]) -> Vec<Option<Place>> {
     let (sources, targets) = (chain.source.len(), chain.target.len());
+    let at = |params: Vec<f64>, source_params: &[f64]| {
+        params.into_iter().map(|param| Some(place_at(param, source_params))).collect()
+    };
+    match chain.spacing {
+        Spacing::Length => {}
+        Spacing::Led => return at(shares(&vec![1.0; targets]), &led(&vec![1.0; sources - 1])),
+        Spacing::Curled => return at(shares(&curls(targets)), &led(&curls(sources - 1))),
+    }
     let one_to_one = |position: usize| (position < sources).then_some(Place::At(position));
     match chain.drive.rotation {
         RotationMode::None => vec![None; targets],
@@ -449,11 +537,32 @@ fn places(chain: &ChainPair, source_rest: &[Transform], target_rest: &[Transform
             (0..targets).map(|position| (position + sources).checked_sub(targets).and_then(one_to_one)).collect()
         }
         RotationMode::Auto | RotationMode::Interpolated => {
-            let source_params = arc_lengths(&chain.source, source_rest);
-            let target_params = arc_lengths(&chain.target, target_rest);
-            target_params.into_iter().map(|param| Some(place_at(param, &source_params))).collect()
+            at(arc_lengths(&chain.target, target_rest), &arc_lengths(&chain.source, source_rest))
         }
     }
+}
+
+/// How much the joints of a finger bend, from the knuckle: 1 : 1.1 : 0.7, and 1 : 1.2 for two. Joints beyond are tips, which
+/// do not bend.
+fn curls(joints: usize) -> Vec<f64> {
+    let natural: &[f64] = if joints == 2 { &[1.0, 1.2] } else { &[1.0, 1.1, 0.7] };
+    (0..joints).map(|joint| natural.get(joint).copied().unwrap_or(0.0)).collect()
+}
+
+/// What share of a chain's whole bend is reached at each joint.
+fn shares(weights: &[f64]) -> Vec<f64> {
+    let total: f64 = weights.iter().sum();
+    let mut so_far = 0.0;
+    let reached = weights.iter().map(|weight| {
+        so_far += weight;
+        so_far / total
+    });
+    reached.collect()
+}
+
+/// The same after a joint that does not bend.
+fn led(weights: &[f64]) -> Vec<f64> {
+    std::iter::once(0.0).chain(shares(weights)).collect()
 }
 
 fn place_at(param: f64, params: &[f64]) -> Place {

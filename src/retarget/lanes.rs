@@ -11,6 +11,9 @@ pub(super) const LANES: usize = 16;
 /// Frames whose components are exchanged at once when tracks are read or written; divides [`LANES`].
 const GROUP: usize = 4;
 
+/// Twists up to here are shared as they are: 150 degrees, more than any joint of a body has.
+const MOST_TWIST_RADIANS: f64 = 150.0 / 180.0 * std::f64::consts::PI;
+
 /// One number per frame.
 pub(super) type Lane = [f64; LANES];
 
@@ -248,6 +251,24 @@ impl QuatLanes {
             }
             let (axis, angle) = change.normalize().to_axis_angle();
             result.set(lane, from * DQuat::from_axis_angle(axis, angle * alpha));
+        }
+        result
+    }
+
+    /// A share of the twist about a unit axis, per lane: the turn about it that is left when everything else is taken away.
+    ///
+    /// Twists are told apart up to half a turn only, so one that comes near it would pop to the other side; beyond
+    /// [`MOST_TWIST_RADIANS`] the share shrinks, down to nothing at half a turn, where both sides meet.
+    #[inline(never)]
+    pub(super) fn twist_share(&self, axis: DVec3, share: f64) -> Self {
+        let mut result = *self;
+        for lane in 0..LANES {
+            let along = DVec3::new(self.x[lane], self.y[lane], self.z[lane]).dot(axis);
+            let (along, w) = if self.w[lane] < 0.0 { (-along, -self.w[lane]) } else { (along, self.w[lane]) };
+            let twist = 2.0 * along.atan2(w);
+            let beyond = (twist.abs() - MOST_TWIST_RADIANS).max(0.0) / (std::f64::consts::PI - MOST_TWIST_RADIANS);
+            let limited = twist.clamp(-MOST_TWIST_RADIANS, MOST_TWIST_RADIANS) * (1.0 - beyond);
+            result.set(lane, DQuat::from_axis_angle(axis, limited * share));
         }
         result
     }

@@ -3,12 +3,18 @@
 //! Per frame there are indices and constants only. Knows no format, no name and no file.
 
 mod compile;
+mod drivers;
+mod explain;
 mod lanes;
 mod measure;
 mod plan;
 mod run;
+mod stages;
 mod workspace;
 
+pub use drivers::{JointDriver, joint_drivers};
+pub use explain::{DriverKind, JointExplanation, explain_joint};
 pub use measure::{ContactMeasure, Curves, LimbDirection, Measures, Metric, SidePair, Verdict, Worst, measure};
 pub use plan::Plan;
 pub use run::{RunError, run};
+pub use stages::{ContactTrack, LimbReach, Stack, StackResult};

@@ -95,6 +95,10 @@ pub(super) enum Driver {
     Pelvis(PelvisDriver),
     /// A source joint or two, in model space: `G_T = blend(S_a, S_b) · constant`.
     Model(ModelDriver),
+    /// A share of a limb's twist, on top of the limb's own rotation.
+    Twist(TwistDriver),
+    /// A clavicle that follows its arm.
+    Shoulder(ShoulderDriver),
     /// A chain that is carried along under the target's parent.
     Carried(CarriedDriver),
 }
@@ -126,6 +130,50 @@ pub(super) struct ModelDriver {
     pub(super) chord: Option<usize>,
     /// Present on the chain's first target joint: finds the turn of the chain's chord.
     pub(super) begin: Option<Box<ChordStep>>,
+}
+
+/// `G_T = G_segment · turn(axis, share · twist) · segment_from_joint`.
+#[derive(Clone, Debug)]
+pub(super) struct TwistDriver {
+    pub(super) segment: TwistSegment,
+    pub(super) against: TwistEnd,
+    /// Along the limb, in the segment's own axes.
+    pub(super) axis: DVec3,
+    pub(super) segment_from_joint: DQuat,
+    pub(super) share: f64,
+}
+
+/// `G_T = G_parent · turn(axis, share · elevation beyond the free one) · hold`.
+#[derive(Clone, Debug)]
+pub(super) struct ShoulderDriver {
+    /// What the source gives the upper arm.
+    pub(super) sample: Sample,
+    pub(super) rotation: DQuat,
+    /// Along the upper arm, in its own axes.
+    pub(super) arm: DVec3,
+    /// Up, and what the clavicle is lifted about, in the axes of its parent.
+    pub(super) up: DVec3,
+    pub(super) axis: DVec3,
+    pub(super) free_radians: f64,
+    pub(super) share: f64,
+}
+
+/// Where the rotation of a twisted limb comes from.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum TwistSegment {
+    /// An earlier target joint.
+    Slot(usize),
+    /// The source, as for a joint that is driven by it: the joint itself is the segment.
+    Source(Sample, DQuat),
+}
+
+/// What a limb's twist is measured against.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum TwistEnd {
+    /// The earlier target joint that carries the limb, and `carrier_from_segment` at rest.
+    Carrier(usize, DQuat),
+    /// What the limb leads to, as the source drives it, and `end_from_segment` at rest.
+    End(Sample, DQuat, DQuat),
 }
 
 /// Finds the rotation that makes a chain point as the source's does.

@@ -9,8 +9,8 @@ use crate::model::{JointTracks, Track, Transform};
 use super::{
     lanes::{LANES, QuatLanes, VecLanes},
     plan::{
-        CarryStep, ChordStep, Driver, ModelDriver, Needs, Parent, PelvisDriver, Plan, RideStep, Sample, SourceStep,
-        TargetStep, Translation,
+        CarryStep, ChordStep, Driver, ModelDriver, Needs, Parent, PelvisDriver, Plan, RideStep, Sample, ShoulderDriver,
+        SourceStep, TargetStep, Translation, TwistDriver, TwistEnd, TwistSegment,
     },
 };
 
@@ -208,6 +208,8 @@ impl Workspace {
             Driver::Hold => self.hold(slot, step),
             Driver::Model(driver) => self.follow(slot, step, driver),
             Driver::Pelvis(driver) => self.move_pelvis(slot, step, driver),
+            Driver::Twist(driver) => self.twist(slot, step, driver),
+            Driver::Shoulder(driver) => self.lift_shoulder(slot, step, driver),
             Driver::Carried(driver) => {
                 let parent = self.target_parent(step.parent);
                 if let Some(begin) = &driver.begin {
@@ -267,16 +269,61 @@ impl Workspace {
         self.blend_rotation(slot, step, driver.rotation_alpha);
         if step.needs == Needs::Transform {
             let parent = self.target_parent(step.parent);
-            let mut position = match &step.ride {
-                Some(ride) => self.ridden_position(ride),
-                None => parent.point(&VecLanes::splat(step.hold.translation)),
-            };
+            let mut place = self.rest_place(step, &parent);
             if let Some((moved, alpha)) = self.moved(driver.sample, driver.translation, &parent) {
-                position = position.blend(&moved, alpha);
+                place.position = place.position.blend(&moved, alpha);
             }
-            let scale = parent.place.scale.times(&VecLanes::splat(step.hold.scale));
-            self.target_places[slot] = Place { position, scale };
+            self.target_places[slot] = place;
         }
+    }
+
+    #[inline(never)]
+    fn twist(&mut self, slot: usize, step: &TargetStep, driver: &TwistDriver) {
+        let segment = match driver.segment {
+            TwistSegment::Slot(slot) => self.target[slot],
+            TwistSegment::Source(sample, rotation) => self.sample_rotation(sample).times_constant(rotation),
+        };
+        let change = match driver.against {
+            TwistEnd::Carrier(carrier, carrier_from_segment) => QuatLanes::splat(carrier_from_segment.conjugate())
+                .times(&self.target[carrier].conjugate_times(&segment)),
+            TwistEnd::End(sample, rotation, end_from_segment) => {
+                let end = self.sample_rotation(sample).times_constant(rotation);
+                segment.conjugate_times(&end).times_constant(end_from_segment)
+            }
+        };
+        let turn = change.twist_share(driver.axis, driver.share);
+        self.target[slot] = segment.times(&turn).times_constant(driver.segment_from_joint);
+        if step.needs == Needs::Transform {
+            let parent = self.target_parent(step.parent);
+            self.target_places[slot] = self.rest_place(step, &parent);
+        }
+    }
+
+    #[inline(never)]
+    fn lift_shoulder(&mut self, slot: usize, step: &TargetStep, driver: &ShoulderDriver) {
+        let parent = self.target_parent(step.parent);
+        let arm =
+            self.sample_rotation(driver.sample).times_constant(driver.rotation).rotate(&VecLanes::splat(driver.arm));
+        let up = parent.rotation.rotate(&VecLanes::splat(driver.up));
+        let mut lift = QuatLanes::IDENTITY;
+        for lane in 0..LANES {
+            let vector = |lanes: &VecLanes| DVec3::new(lanes.x[lane], lanes.y[lane], lanes.z[lane]);
+            let beyond = (vector(&arm).angle_between(-vector(&up)) - driver.free_radians).max(0.0);
+            lift.set(lane, DQuat::from_axis_angle(driver.axis, beyond * driver.share));
+        }
+        self.target[slot] = parent.rotation.times(&lift).times_constant(step.hold.rotation);
+        if step.needs == Needs::Transform {
+            self.target_places[slot] = self.rest_place(step, &parent);
+        }
+    }
+
+    /// Where a joint is whose bone keeps its length.
+    fn rest_place(&self, step: &TargetStep, parent: &Frame) -> Place {
+        let position = match &step.ride {
+            Some(ride) => self.ridden_position(ride),
+            None => parent.point(&VecLanes::splat(step.hold.translation)),
+        };
+        Place { position, scale: parent.place.scale.times(&VecLanes::splat(step.hold.scale)) }
     }
 
     /// The rotation R for which `R · turned + kept` points from the source chain's start to its end.

@@ -5,6 +5,8 @@
 
 use std::collections::BTreeMap;
 
+use glam::DVec3;
+
 use crate::model::Skeleton;
 
 use super::{mapping::Ride, understand::Rig};
@@ -46,7 +48,7 @@ const SIDE_BY_SIDE: [&str; 2] = ["eye", "root"];
 pub(super) fn carriers(rig: &Rig<'_>) -> BTreeMap<usize, usize> {
     let mut carriers = BTreeMap::new();
     for (role, joints) in &rig.roles {
-        let (side, part) = super::align::split(role);
+        let (side, part) = super::alignment::split(role);
         let Some((_, above)) = CARRIERS.iter().find(|entry| entry.0 == part) else { continue };
         let first = above.iter().find_map(|part| {
             let own_side = rig.role(&format!("{side}{part}")).last();
@@ -100,4 +102,50 @@ fn follows(skeleton: &Skeleton, ridden: &[Option<usize>], joint: usize, another:
         }
     }
     false
+}
+
+/// Joints of a target's skins that neither move nor hang from anything that does, each with the nearest part of the body to
+/// ride: an export that hangs limbs from the armature hangs hip and breast helpers there too, and the mesh would stay behind
+/// with them. Nothing where all limbs hang from the body.
+pub(super) fn loose_joints(target: &Rig<'_>, driven: &[bool], limbs: &[Ride]) -> Vec<Ride> {
+    let skeleton = target.skeleton();
+    let hangs_apart = |ride: &Ride| !skeleton.is_ancestor_or_self(ride.on, ride.joint);
+    if !limbs.iter().any(hangs_apart) {
+        return Vec::new();
+    }
+    let mut moves = driven.to_vec();
+    limbs.iter().for_each(|ride| moves[ride.joint] = true);
+    let mut carries = moves.clone();
+    for joint in (0..skeleton.len()).rev() {
+        if let Some(parent) = skeleton.parent(joint) {
+            carries[parent] |= carries[joint];
+        }
+    }
+    let mut is_bound = vec![false; skeleton.len()];
+    target.scene.skins.iter().flat_map(|skin| &skin.joints).for_each(|joint| is_bound[*joint] = true);
+    let place = |joint: usize| target.rest.transforms()[joint].translation;
+    let bones: Vec<(usize, usize)> = carriers(target).into_iter().map(|(end, start)| (start, end)).collect();
+    let rest = target.rest.transforms();
+    let mut rides = Vec::new();
+    for joint in 0..skeleton.len() {
+        if let Some(parent) = skeleton.parent(joint) {
+            moves[joint] |= moves[parent];
+        }
+        if moves[joint] || carries[joint] || !is_bound[joint] {
+            continue;
+        }
+        let distance = |(start, end): (usize, usize)| distance_to_bone(place(joint), place(start), place(end));
+        let bones = bones.iter().copied().filter(|(start, _)| moves[*start]);
+        if let Some((on, _)) = bones.min_by(|first, second| distance(*first).total_cmp(&distance(*second))) {
+            moves[joint] = true;
+            rides.push(Ride { joint, on, on_from_joint: rest[on].relative(&rest[joint]) });
+        }
+    }
+    rides
+}
+
+fn distance_to_bone(place: DVec3, start: DVec3, end: DVec3) -> f64 {
+    let along = end - start;
+    let share = (place - start).dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
+    place.distance(start + along * share.clamp(0.0, 1.0))
 }

@@ -2,12 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use super::understand::Rig;
+use super::{alignment::split, legs::corresponding, understand::Rig};
 
-/// A chain on one side: its name and its joints from the body outward.
+/// A chain of each side: its name on the target's, and its joints from the body outward.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct NamedPair {
     pub(super) name: String,
+    /// What the source calls it.
+    pub(super) source_name: String,
     pub(super) source: Vec<usize>,
     pub(super) target: Vec<usize>,
     /// The role, where the pair comes from one.
@@ -25,6 +27,14 @@ const LIMBS: [(&str, &[&str]); 4] = [
 /// Roles that no chain is made of: the pelvis has an op of its own, and a root above it stays where it is.
 const NO_CHAINS: [&str; 2] = ["pelvis", "root"];
 
+/// Fingers, and those that move most as they do, the likest first.
+const NEIGHBORS: [(&str, &[&str]); 4] = [
+    ("index", &["middle", "ring", "pinky"]),
+    ("middle", &["ring", "index", "pinky"]),
+    ("ring", &["middle", "pinky", "index"]),
+    ("pinky", &["ring", "middle", "index"]),
+];
+
 /// The roles that a name stands for: itself, or the parts of a limb.
 pub(super) fn roles_of(name: &str) -> Vec<&str> {
     LIMBS.iter().find(|(limb, _)| *limb == name).map_or_else(|| vec![name], |(_, roles)| roles.to_vec())
@@ -37,21 +47,41 @@ pub(super) fn known_names(side: &Rig<'_>) -> Vec<String> {
     roles.chain(limbs.map(|(limb, _)| (*limb).to_owned())).collect()
 }
 
-/// Pairs by role: every role that both sides have.
+/// Pairs by role: every role that both sides have, and fingers that the source lacks with the finger beside them, so that a
+/// hand closes as a whole.
 pub(super) fn by_role(source: &Rig<'_>, target: &Rig<'_>) -> Vec<NamedPair> {
     let roles = target.roles.iter().filter(|(role, _)| !NO_CHAINS.contains(&role.as_str()));
-    roles
-        .filter_map(|(role, joints)| {
-            let source_joints = source.role(role);
-            let pair = || NamedPair {
-                name: role.clone(),
-                source: source_joints.to_vec(),
-                target: joints.clone(),
-                role: Some(role.clone()),
-            };
-            (!source_joints.is_empty() && !joints.is_empty()).then(pair)
-        })
-        .collect()
+    roles.filter_map(|(role, _)| role_pair(source, &driving_role(role, source)?, target, role)).collect()
+}
+
+/// A role of the source that drives a role of the target; nothing where either has no joints.
+pub(super) fn role_pair(source: &Rig<'_>, from: &str, target: &Rig<'_>, to: &str) -> Option<NamedPair> {
+    let (source_joints, target_joints) = (source.role(from), target.role(to));
+    let is_leg = to.ends_with("_leg");
+    let (source, target) = if is_leg {
+        corresponding(source, source_joints, target, target_joints)
+    } else {
+        (source_joints.to_vec(), target_joints.to_vec())
+    };
+    let role = stands_in(from, to).then(|| to.to_owned());
+    let is_whole = !source.is_empty() && !target.is_empty();
+    is_whole.then(|| NamedPair { name: to.to_owned(), source_name: from.to_owned(), source, target, role })
+}
+
+/// The role of the source that drives a role of the target.
+fn driving_role(role: &str, source: &Rig<'_>) -> Option<String> {
+    if !source.role(role).is_empty() {
+        return Some(role.to_owned());
+    }
+    let (side, part) = split(role);
+    let beside = NEIGHBORS.iter().find(|entry| entry.0 == part)?.1;
+    beside.iter().map(|part| format!("{side}{part}")).find(|role| !source.role(role).is_empty())
+}
+
+/// Whether a role of the source may stand in for another of the target: fingers of one hand.
+fn stands_in(source: &str, target: &str) -> bool {
+    let (from, to) = (split(source), split(target));
+    from == to || (from.0 == to.0 && NEIGHBORS.iter().any(|(part, beside)| *part == to.1 && beside.contains(&from.1)))
 }
 
 /// Pairs of joints that are called the same and that no role took on either side. Only below the pelvis, and only joints:
@@ -104,7 +134,13 @@ fn twins(
         .into_iter()
         .filter_map(|(name, joint)| {
             let twin = *sources.get(name)?;
-            Some(NamedPair { name: name.to_owned(), source: vec![twin], target: vec![joint], role: None })
+            Some(NamedPair {
+                name: name.to_owned(),
+                source_name: name.to_owned(),
+                source: vec![twin],
+                target: vec![joint],
+                role: None,
+            })
         })
         .collect();
     pairs.sort_by_key(|pair| pair.target[0]);

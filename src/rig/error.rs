@@ -63,6 +63,17 @@ impl SpecErrorKind {
             Self::NothingToMap => "nothing_to_map",
         }
     }
+
+    /// Where users find what would be right, when nothing looks like what they wrote.
+    const fn where_to_look(self) -> &'static str {
+        match self {
+            Self::UnknownJoint | Self::ChainNotConnected => {
+                "'retargetd inspect FILE --json' and GET /v1/assets/{id}/skeleton list the joints of a file"
+            }
+            Self::UnknownName => "'retargetd inspect FILE' lists the clips and the roles of a file",
+            _ => "GET /v1/schemas/retarget-spec is the JSON Schema of the config; the README explains every field",
+        }
+    }
 }
 
 impl SpecError {
@@ -72,6 +83,13 @@ impl SpecError {
         Self { kind, detail: detail.into(), hint: hint.into(), fields: Vec::new() }
     }
 
+    /// One thing that is wrong.
+    #[must_use]
+    pub fn from_field(field: SpecField) -> Self {
+        let (kind, detail) = (field.kind, field.detail.clone());
+        Self::from_fields(vec![field]).unwrap_or_else(|| Self::new(kind, detail, String::new()))
+    }
+
     /// All that is wrong; `None` when nothing is.
     #[must_use]
     pub fn from_fields(fields: Vec<SpecField>) -> Option<Self> {
@@ -79,7 +97,7 @@ impl SpecError {
         let more = if fields.len() > 1 { format!(" (and {} more)", fields.len() - 1) } else { String::new() };
         let place = if first.pointer.is_empty() { String::new() } else { format!("{}: ", first.pointer) };
         let hint = match first.did_you_mean.as_slice() {
-            [] => "see the schema at /v1/schemas/retarget-spec".to_owned(),
+            [] => first.kind.where_to_look().to_owned(),
             names => format!("did you mean {}?", names.join(" or ")),
         };
         Some(Self { kind: first.kind, detail: format!("{place}{}{more}", first.detail), hint, fields })

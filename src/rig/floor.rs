@@ -7,6 +7,13 @@ use super::understand::Rig;
 /// A lowest point closer to the origin than this share of the pelvis height counts as standing on the origin: ankles, balls
 /// and toes lie a little above the sole.
 const STANDS_ON_ORIGIN: f64 = 0.15;
+/// A sole of the mesh closer to the origin than this share of the pelvis height is meant to stand on it.
+const SOLE_ON_ORIGIN: f64 = 0.05;
+/// The sole of a mesh is at most this share of the pelvis height below the lowest joint of the feet; one that is further away
+/// does not belong to the skeleton as it stands.
+const THICKEST_SOLE: f64 = 0.25;
+/// Fewer points are no foot.
+const FEW_POINTS: usize = 8;
 /// Frames of a clip that are looked at, evenly spread.
 const FRAMES_LOOKED_AT: usize = 240;
 
@@ -15,9 +22,12 @@ const FRAMES_LOOKED_AT: usize = 240;
 pub(super) struct Stance {
     /// Height of the floor.
     pub(super) floor: f64,
-    /// How far the lowest joint of the feet is above the floor; nothing where the rest pose does not stand on the origin, as in
-    /// files that have the pelvis there and leave the rest to their clips: the lowest joint itself counts as the floor.
+    /// How far the lowest joint of the feet is above the floor; nothing where neither a mesh says it nor the rest pose stands on
+    /// the origin, as in files that have the pelvis there and leave the rest to their clips: the lowest joint itself counts as
+    /// the floor.
     pub(super) sole: Option<f64>,
+    /// Whether the rest pose stands on the file's own floor, so that the floor of its clips is known too.
+    pub(super) stands: bool,
     /// The pelvis above the floor, on straight legs.
     pub(super) height: f64,
 }
@@ -25,13 +35,44 @@ pub(super) struct Stance {
 impl Stance {
     /// For a pelvis joint.
     pub(super) fn of(side: &Rig<'_>, pelvis: usize) -> Self {
-        let lowest = lowest(side, &side.rest, &supports(side, pelvis));
+        let supports = supports(side, pelvis);
+        let lowest = lowest(side, &side.rest, &supports);
         let pelvis_height = side.rest_height(pelvis);
         let stands = lowest.abs() <= STANDS_ON_ORIGIN * (pelvis_height - lowest);
-        let floor = if stands { lowest.min(0.0) } else { lowest };
-        let height = standing_height(side, pelvis, floor).unwrap_or(pelvis_height - floor);
-        Self { floor, sole: stands.then_some(lowest - floor), height }
+        let mesh = mesh_sole(side, &side.rest, &supports, pelvis_height);
+        let bottom = mesh.unwrap_or(if stands { lowest.min(0.0) } else { lowest });
+        // Soles are on the floor of the file, but for what the modeller left between them.
+        let is_meant = stands && mesh.is_some_and(|sole| sole.abs() <= SOLE_ON_ORIGIN * (pelvis_height - lowest));
+        let floor = if is_meant { 0.0 } else { bottom };
+        let height = standing_height(side, pelvis, bottom).unwrap_or(pelvis_height - bottom);
+        Self { floor, sole: (stands || mesh.is_some()).then_some(lowest - bottom), height, stands }
     }
+}
+
+/// Height of the lowest point of a rig's feet in a pose: of their mesh where there is one, else of their joints. Nothing where
+/// nothing is below the pelvis.
+pub(super) fn lowest_sole(side: &Rig<'_>, pose: &ModelPose, pelvis: usize) -> Option<f64> {
+    let supports = supports(side, pelvis);
+    let height = pose.transforms()[pelvis].translation.dot(side.up());
+    let sole = mesh_sole(side, pose, &supports, height).unwrap_or_else(|| lowest(side, pose, &supports));
+    sole.is_finite().then_some(sole)
+}
+
+/// Height of the lowest vertex of the feet in a pose, where the mesh lies about the joints as it should.
+fn mesh_sole(side: &Rig<'_>, pose: &ModelPose, joints: &[usize], pelvis_height: f64) -> Option<f64> {
+    let up = side.up();
+    let (mut count, mut sole) = (0, f64::INFINITY);
+    for &joint in joints {
+        let transform = &pose.transforms()[joint];
+        for point in side.scene.skin_points.of(joint) {
+            sole = sole.min(transform.transform_point(point.position.as_dvec3()).dot(up));
+            count += 1;
+        }
+    }
+    let lowest = lowest(side, pose, joints);
+    let thickness = lowest - sole;
+    let most = THICKEST_SOLE * (pelvis_height - lowest);
+    (count >= FEW_POINTS && (-0.2 * most..most).contains(&thickness)).then_some(sole)
 }
 
 /// Height of the floor that the rig stands on at rest, along its up axis, in the scene's unit; nothing where the rest pose does not
@@ -39,7 +80,7 @@ impl Stance {
 #[must_use]
 pub fn standing_floor(side: &Rig<'_>) -> Option<f64> {
     let stance = Stance::of(side, *side.role("pelvis").first()?);
-    stance.sole.map(|_| stance.floor)
+    stance.stands.then_some(stance.floor)
 }
 
 /// The pelvis above the floor when thighs and shins are in line below it, as they are in a clip of somebody who stands: rest

@@ -4,7 +4,12 @@ use glam::DQuat;
 
 use crate::model::{LocalPose, ModelPose, Transform};
 
-use super::spec::{Carry, RotationMode, TranslationMode};
+use super::{
+    shoulder::ShoulderPair,
+    spec::{Carry, RotationMode, TranslationMode},
+    stages::Stages,
+    twist::TwistPair,
+};
 
 /// Everything that the plan needs to know about two rigs. All indices are in range of the two skeletons.
 #[derive(Clone, Debug)]
@@ -28,8 +33,14 @@ pub struct Mapping {
     pub chains: Vec<ChainPair>,
     /// Target joints that are placed by another joint than their parent; no joint twice, and in no circle.
     pub rides: Vec<Ride>,
+    /// Target joints that share the twist of a limb. Where a chain drives such a joint too, this decides.
+    pub twists: Vec<TwistPair>,
+    /// Clavicles that follow their arms.
+    pub shoulders: Vec<ShoulderPair>,
     /// Target pelvis height over source pelvis height, both in target units; what `globally_scaled` multiplies by.
     pub global_scale: f64,
+    /// What is done with the result of forward kinematics.
+    pub stages: Stages,
 }
 
 /// A target joint that the body carries where the file's hierarchy does not: a thigh below the armature rides the pelvis.
@@ -85,8 +96,34 @@ pub struct ChainPair {
     pub target: Vec<usize>,
     /// How it is driven.
     pub drive: Drive,
+    /// Which places of the two chains are equal, where their joints do not correspond one by one.
+    pub spacing: Spacing,
     /// Where the chain as a whole points, for chains whose joints do not correspond one by one (spines, necks).
     pub chord: Option<Chord>,
+}
+
+/// Which places of two chains are equal.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Spacing {
+    /// Those at equal shares of the chains' lengths.
+    #[default]
+    Length,
+    /// The source's first joint carries the chain and is no part of it; the bend between it and the chain's end is spread
+    /// evenly over the target's joints.
+    Led,
+    /// The same, but spread as fingers curl: the joint at the knuckle by 1, the next by 1.1, the last by 0.7.
+    Curled,
+}
+
+impl Spacing {
+    /// How many joints of the source lead into the chain.
+    #[must_use]
+    pub const fn lead(self) -> usize {
+        match self {
+            Self::Length => 0,
+            Self::Led | Self::Curled => 1,
+        }
+    }
 }
 
 /// The straight line from a chain's first joint to the joint that it leads to.
@@ -143,6 +180,9 @@ impl Mapping {
     pub fn driven(&self) -> Vec<bool> {
         let mut driven = vec![false; self.target_rest.transforms().len()];
         for &joint in self.chains.iter().flat_map(|chain| &chain.target) {
+            driven[joint] = true;
+        }
+        for joint in self.twists.iter().map(|twist| twist.joint).chain(self.shoulders.iter().map(|pair| pair.joint)) {
             driven[joint] = true;
         }
         if let Some(pelvis) = &self.pelvis {

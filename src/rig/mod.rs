@@ -2,33 +2,46 @@
 //!
 //! Knows skeletons and poses; knows no file format and no frame loop.
 
-mod align;
+mod alignment;
 mod anatomy;
 mod auto_map;
+mod deserialize;
 mod error;
+mod findings;
 mod floor;
 mod ikrig;
+mod legs;
 mod mapping;
 mod nearest;
 mod parse;
+mod posing;
+mod ranges;
 mod recognition;
 mod resolve;
 mod rest;
+mod shoulder;
 mod spec;
-mod standing;
+mod stages;
+mod twist;
 mod understand;
 mod unknown_fields;
 
+pub use alignment::{AlignedJoint, CanonicalPose, HowAligned, RollCue};
 pub use error::{SpecError, SpecErrorKind, SpecField};
+pub use findings::{FileFacts, Finding, FindingCode, Severity, examine, examine_clips};
 pub use floor::standing_floor;
-pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride};
-pub use parse::{parse_spec, parse_value};
+pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing};
+pub use parse::{is_own_shape, parse_document, parse_spec, parse_value};
+pub use posing::{Posed, posed_target};
 pub use recognition::{
-    BodyFrame, Hints, Part, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
-    body_frame, builtin_templates, parse_template, recognise, report_doubts, rest_pose_kind, template_schema,
+    BodyFrame, Hints, Part, Prop, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
+    TwistHelper, body_frame, builtin_templates, parse_template, recognise, report_doubts, rest_pose_kind,
+    template_schema,
 };
 pub use resolve::{Resolved, resolve};
-pub use rest::{RestSource, scene_rest};
+pub use rest::RestSource;
+pub use shoulder::ShoulderPair;
 pub use spec::*;
-pub use standing::with_standing_rest;
-pub use understand::Rig;
+pub use stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, StagedKind, StagedOp, Stages};
+pub use twist::{TwistAgainst, TwistPair};
+pub use understand::{Rig, find_clip};

@@ -4,6 +4,8 @@
 const MOST: usize = 3;
 /// Below this likeness (0 to 1) a name is not offered.
 const LEAST_LIKENESS: f64 = 0.6;
+/// Nor one that is less alike than the best by more than this.
+const MOST_BEHIND: f64 = 0.2;
 
 /// The known names that look most like `name`, best first; ties in the order given.
 pub(super) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<String> {
@@ -22,6 +24,9 @@ pub(super) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) 
         .collect();
     scored.sort_by(|first, second| second.0.total_cmp(&first.0));
     scored.dedup_by(|first, second| first.1 == second.1);
+    // What is much less alike than the best is no answer beside it.
+    let worst = scored.first().map_or(0.0, |(best, _)| best - MOST_BEHIND);
+    scored.retain(|(score, _)| *score >= worst);
     scored.into_iter().take(MOST).map(|(_, candidate)| candidate.to_owned()).collect()
 }
 

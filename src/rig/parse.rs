@@ -1,17 +1,27 @@
 //! From the bytes of a config to a [`RetargetSpec`].
 
-use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::{
+    deserialize::deserialize,
     error::{SpecError, SpecErrorKind, SpecField},
     ikrig,
-    spec::{Op, OutputChoice, PelvisScale, ReportChoice, RetargetSpec, Threshold, UnitSpec, spec_schema},
+    ranges::out_of_ranges,
+    spec::{
+        Op, OutputChoice, PelvisScale, PoseEdit, ReportChoice, RetargetSpec, Threshold, TuneChoice, UnitSpec,
+        spec_schema,
+    },
     unknown_fields::unknown_fields,
 };
 
 /// More outputs than this are refused.
 const MOST_OUTPUTS: usize = 8;
+/// A search with more retargets than this is refused.
+const MOST_EVALUATIONS: u32 = 500;
+/// A joint is turned by no more than this at once, in degrees.
+const MOST_EDIT_DEGREES: f64 = 3600.0;
+/// Factors beyond this are refused.
+const MOST_SCALE: f64 = 1e6;
 
 /// Reads a config: our own spec as JSON or YAML, or an ikrigretarget config. An empty document is an empty spec.
 ///
@@ -34,25 +44,30 @@ pub fn parse_value(document: Value) -> Result<RetargetSpec, SpecError> {
         let detail = format!("the config is {} where an object is expected", kind_of(&document));
         return Err(SpecError::new(SpecErrorKind::Malformed, detail, "an empty config is {}"));
     }
-    if let Some(error) = SpecError::from_fields(unknown_fields(&document, &spec_schema())) {
+    let schema = spec_schema();
+    if let Some(error) = SpecError::from_fields(unknown_fields(&document, &schema)) {
         return Err(error);
     }
-    let spec: RetargetSpec = deserialize(document)?;
-    SpecError::from_fields(out_of_range(&spec)).map_or(Ok(spec), Err)
+    let ranges = out_of_ranges(&document, &schema);
+    let spec: RetargetSpec = deserialize(&document)?;
+    let mut fields = out_of_range(&spec);
+    let told = |range: &SpecField| fields.iter().any(|field| field.pointer == range.pointer);
+    let ranges: Vec<SpecField> = ranges.into_iter().filter(|range| !told(range)).collect();
+    fields.extend(ranges);
+    SpecError::from_fields(fields).map_or(Ok(spec), Err)
 }
 
-/// A document as a type of ours; a value of the wrong type is named by its place.
-pub(super) fn deserialize<T: DeserializeOwned>(document: Value) -> Result<T, SpecError> {
-    serde_path_to_error::deserialize(document).map_err(|error| {
-        let pointer = pointer_of(error.path());
-        let field = SpecField::new(SpecErrorKind::InvalidValue, pointer, error.into_inner().to_string());
-        SpecError::from_fields(vec![field]).unwrap_or_else(|| {
-            SpecError::new(SpecErrorKind::InvalidValue, "a value is of the wrong type", String::new())
-        })
-    })
+/// Whether a document has the shape of our own spec, and is no config of another tool.
+#[must_use]
+pub fn is_own_shape(document: &Value) -> bool {
+    document.is_object() && !ikrig::is_config(document)
 }
 
-fn parse_document(bytes: &[u8]) -> Result<Value, SpecError> {
+/// Reads a document of ours: JSON, or YAML. An empty one is an empty object.
+///
+/// # Errors
+/// When it is neither.
+pub fn parse_document(bytes: &[u8]) -> Result<Value, SpecError> {
     let malformed = |detail: String| SpecError::new(SpecErrorKind::Malformed, detail, "send JSON or YAML");
     let text = std::str::from_utf8(bytes)
         .map_err(|error| malformed(format!("the config is not UTF-8 text: byte {}", error.valid_up_to())))?;
@@ -63,7 +78,9 @@ fn parse_document(bytes: &[u8]) -> Result<Value, SpecError> {
     if text.starts_with(['{', '[']) {
         return serde_json::from_str(text).map_err(|error| malformed(format!("the config is not JSON: {error}")));
     }
-    serde_saphyr::from_str(text).map_err(|error| {
+    // YAML 1.1 takes `off`, `no` and `y` for booleans; in a config they are words.
+    let options = serde_saphyr::options! { strict_booleans: true };
+    serde_saphyr::from_str_with_options(text, options).map_err(|error| {
         let first_line = error.to_string().lines().next().unwrap_or_default().to_owned();
         malformed(format!("the config is neither JSON nor YAML: {first_line}"))
     })
@@ -83,35 +100,34 @@ fn out_of_range(spec: &RetargetSpec) -> Vec<SpecField> {
             let detail = format!("a unit of {metres} metres is out of range; it is above 0 and finite");
             require(metres.is_finite() && metres > 0.0, format!("/{side}/unit"), detail);
         }
+        for (index, edit) in rig.pose.iter().enumerate() {
+            if let PoseEdit::Rotate(edit) = edit {
+                for (axis, degrees) in edit.degrees.iter().enumerate() {
+                    let holds = degrees.is_finite() && degrees.abs() <= MOST_EDIT_DEGREES;
+                    let pointer = format!("/{side}/pose/{index}/degrees/{axis}");
+                    require(holds, pointer, format!("{degrees}° is not between -3600 and 3600"));
+                }
+            }
+        }
         if let Some(axes) = rig.axes.as_deref().filter(|axes| *axes != "auto") {
             let parsed = axes.parse::<crate::model::Axes>();
             let detail = parsed.as_ref().err().map(ToString::to_string).unwrap_or_default();
             require(parsed.is_ok(), format!("/{side}/axes"), detail);
         }
     }
-    let alpha = |value: f64, most: f64| value.is_finite() && value.abs() <= most;
-    for (index, map) in spec.map.iter().flatten().enumerate() {
-        for (name, value) in [("rotation_alpha", map.rotation_alpha), ("translation_alpha", map.translation_alpha)] {
-            let value = value.unwrap_or(1.0);
-            require(alpha(value, 10.0), format!("/map/{index}/{name}"), format!("{value} is not between -10 and 10"));
-        }
-    }
     for (index, op) in spec.ops.iter().flatten().enumerate() {
-        let (total, rotation, translation) = match op {
-            Op::Pelvis(op) => (op.alpha, op.rotation_alpha, op.translation_alpha),
-            Op::Fk(op) => (op.alpha, op.rotation_alpha, op.translation_alpha),
-        };
-        require((0.0..=1.0).contains(&total), format!("/ops/{index}/alpha"), format!("{total} is not between 0 and 1"));
-        for (name, value) in [("rotation_alpha", rotation), ("translation_alpha", translation)] {
-            require(alpha(value, 10.0), format!("/ops/{index}/{name}"), format!("{value} is not between -10 and 10"));
-        }
         if let Op::Pelvis(op) = op {
             let scale = if let PelvisScale::Value(value) = op.scale { value } else { 1.0 };
             let named =
                 [("scale", scale), ("scale_horizontal", op.scale_horizontal), ("scale_vertical", op.scale_vertical)];
             for (name, value) in named {
-                require(alpha(value, 1e6), format!("/ops/{index}/{name}"), format!("{value} is out of range"));
+                let holds = value.is_finite() && value.abs() <= MOST_SCALE;
+                require(holds, format!("/ops/{index}/{name}"), format!("{value} is out of range"));
             }
+        }
+        if let Some(scope) = op.scope() {
+            let detail = "keys are [seconds, alpha] in rising order of time, with alpha from 0 to 1; at least one";
+            require(scope.alpha.is_valid(), format!("/ops/{index}/alpha"), detail.into());
         }
     }
     if let ReportChoice::Spec(report) = &spec.report {
@@ -121,22 +137,24 @@ fn out_of_range(spec: &RetargetSpec) -> Vec<SpecField> {
             require(sane, format!("/report/thresholds/{}", metric.name()), detail);
         }
     }
+    if let Some(tune) = spec.tune.as_ref().and_then(TuneChoice::spec) {
+        let most = tune.max_evaluations;
+        let detail = format!("{most} evaluations; between 1 and {MOST_EVALUATIONS} are allowed");
+        require((1..=MOST_EVALUATIONS).contains(&most), "/tune/max_evaluations".into(), detail);
+        for (parameter, [low, high]) in tune.bounds.iter().flatten() {
+            let sane = low < high && low.abs() <= 10.0 && high.abs() <= 10.0;
+            let detail = format!(
+                "[{low}, {high}] are no bounds; the first is less than the second, and both between -10 and 10"
+            );
+            require(sane, format!("/tune/bounds/{}", parameter.name()), detail);
+        }
+    }
     if let Some(OutputChoice::Many(outputs)) = &spec.output {
         let count = outputs.len();
         let detail = format!("{count} outputs; between 1 and {MOST_OUTPUTS} are allowed");
         require((1..=MOST_OUTPUTS).contains(&count), "/output".into(), detail);
     }
     fields
-}
-
-fn pointer_of(path: &serde_path_to_error::Path) -> String {
-    use serde_path_to_error::Segment;
-    let segment = |segment: &Segment| match segment {
-        Segment::Seq { index } => format!("/{index}"),
-        Segment::Map { key } | Segment::Enum { variant: key } => format!("/{key}"),
-        Segment::Unknown => String::new(),
-    };
-    path.iter().map(segment).collect()
 }
 
 pub(super) fn kind_of(value: &Value) -> &'static str {
@@ -175,11 +193,48 @@ mod tests {
     }
 
     #[test]
+    fn words_of_yaml_stay_words() {
+        let spec = parse_spec(b"align: off\nstrict: true\n").expect("a spec");
+        assert_eq!((spec.align, spec.strict), (crate::rig::Align::Off, true), "'off' is a word, 'true' is none");
+    }
+
+    #[test]
+    fn types_are_told_without_words_of_rust() {
+        let cases = [
+            (r#"{"target": 3}"#, "this is the number '3' where an object is expected: RigSpec"),
+            (r#"{"align": "of"}"#, "this is 'of' where one of these is expected: 'auto', 'off'"),
+            (r#"{"align": false}"#, "this is the boolean 'false' where a word is expected"),
+            (r#"{"strict": {}}"#, "this is an object where this is expected: a boolean"),
+        ];
+        for (text, wanted) in cases {
+            let detail = first_field(text).detail;
+            assert!(detail.starts_with(wanted), "{text}: {detail}");
+        }
+    }
+
+    #[test]
+    fn unknown_words_are_told_the_nearest() {
+        let cases = [
+            (r#"{"ops": [{"op": "pelvs"}]}"#, "pelvis"),
+            (r#"{"align": "of"}"#, "off"),
+            (r#"{"report": "ful"}"#, "full"),
+            (r#"{"source": {"rest": "nods"}}"#, "nodes"),
+            (r#"{"ops": [{"op": "pelvis", "scale": "hight"}]}"#, "height"),
+        ];
+        for (text, wanted) in cases {
+            let field = first_field(text);
+            assert_eq!(field.did_you_mean.first().map(String::as_str), Some(wanted), "{text}: {field:?}");
+        }
+    }
+
+    #[test]
     fn wrong_values_are_named_with_their_place() {
         let cases = [
             (r#"{"strict": 3}"#, "/strict"),
             (r#"{"version": 2}"#, "/version"),
-            (r#"{"ops": [{"op": "fly"}]}"#, "/ops/0"),
+            (r#"{"ops": [{"op": "fly"}]}"#, "/ops/0/op"),
+            (r#"{"ops": [{"op": 3}]}"#, "/ops/0/op"),
+            (r#"{"ops": [{"alpha": 1}]}"#, "/ops/0/op"),
             (r#"{"ops": [{"op": "fk", "rotation_alpha": 1000}]}"#, "/ops/0/rotation_alpha"),
             (r#"{"source": {"axes": "+y+y"}}"#, "/source/axes"),
             (r#"{"source": {"unit": -1}}"#, "/source/unit"),

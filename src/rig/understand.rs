@@ -7,10 +7,11 @@ use glam::{DQuat, DVec3};
 use crate::model::{Axes, LocalPose, ModelPose, Reporter, Scene, SignedAxis, Skeleton};
 
 use super::{
+    alignment::{CanonicalPose, canonical_rest},
     error::{SpecError, SpecErrorKind, SpecField},
-    recognition::{Hints, Recognition, recognise},
-    rest::{RestSource, bind_pose, take_over},
-    spec::{ClipChoice, RestRule, RestSpec, RigSpec, UnitSpec},
+    recognition::{Hints, Recognition, RigTemplate, body_frame, recognise, rest_pose_kind},
+    rest::{Rest, RestSource, edit, find_rest},
+    spec::{ClipChoice, RestSpec, RigSpec, UnitSpec},
 };
 
 /// Cosine below which the body's own axis contradicts the axis that the file declares.
@@ -29,6 +30,14 @@ pub struct Rig<'a> {
     pub rest: ModelPose,
     /// Where it came from.
     pub rest_source: RestSource,
+    /// Why it was taken from there, as a clause for people.
+    pub rest_reason: String,
+    /// What to write into a spec to get the same pose again, but for its edits.
+    pub rest_spec: RestSpec,
+    /// Joints that keep their orientation in model space when this rig is aligned.
+    pub keep_pose: Vec<usize>,
+    /// What a joint points at, where the spec says it.
+    pub points_at: BTreeMap<usize, usize>,
     /// What the joints mean.
     pub recognition: Recognition,
     /// Joints of each role, recognition and the spec's overrides together.
@@ -53,6 +62,21 @@ impl<'a> Rig<'a> {
         spec: &RigSpec,
         reporter: &mut Reporter,
     ) -> Result<Self, SpecError> {
+        Self::with_templates(name, scene, rest_scene, spec, &[], reporter)
+    }
+
+    /// The same, with templates of the user's own, which are tried before the built-in ones.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_templates(
+        name: &'static str,
+        scene: &'a Scene,
+        rest_scene: Option<&Scene>,
+        spec: &RigSpec,
+        templates: &[RigTemplate],
+        reporter: &mut Reporter,
+    ) -> Result<Self, SpecError> {
         let skeleton = &scene.skeleton;
         if skeleton.is_empty() {
             return Err(SpecError::new(
@@ -61,16 +85,75 @@ impl<'a> Rig<'a> {
                 "send a file with a skeleton; 'retargetd inspect FILE' says what a file holds",
             ));
         }
-        let (rest_local, rest_source) = find_rest(name, scene, rest_scene, spec, reporter)?;
+        let Rest { pose: rest_local, source: rest_source, reason: rest_reason, spec: rest_spec, is_to_be_solved } =
+            find_rest(name, scene, rest_scene, spec, templates, reporter)?;
         let rest = rest_local.to_model(skeleton);
-        let recognition = recognise(skeleton, &rest, &Hints::of(scene));
+        let recognition = recognise(skeleton, &rest, &Hints { templates, ..Hints::of(scene) });
         let roles = find_roles(name, skeleton, &recognition, spec)?;
         let (work_from_scene, axes) = find_axes(name, scene, &recognition, spec, reporter);
         let unit_metres = match spec.unit {
             Some(UnitSpec::Metres(metres)) => metres,
             _ => scene.unit_metres.unwrap_or_else(|| guess_unit(name, skeleton, &rest, &roles, reporter)),
         };
-        Ok(Self { name, scene, rest_local, rest, rest_source, recognition, roles, work_from_scene, axes, unit_metres })
+        let mut rig = Self {
+            name,
+            scene,
+            rest_local,
+            rest,
+            rest_source,
+            rest_reason,
+            rest_spec,
+            keep_pose: Vec::new(),
+            points_at: BTreeMap::new(),
+            recognition,
+            roles,
+            work_from_scene,
+            axes,
+            unit_metres,
+        };
+        rig.name_alignment(spec)?;
+        if is_to_be_solved {
+            let from_nothing = rig.recognition.body.is_none();
+            let solved = canonical_rest(&rig, CanonicalPose::T, from_nothing).rest;
+            rig.take_rest(solved.to_local(skeleton));
+        }
+        if let Some(edited) = edit(&rig, &spec.pose)? {
+            rig.take_rest(edited);
+            rig.rest_reason.push_str("; the config edits it");
+        }
+        Ok(rig)
+    }
+
+    /// Measures from another pose. What the joints mean and how the space lies stay.
+    fn take_rest(&mut self, pose: LocalPose) {
+        self.rest = pose.to_model(self.skeleton());
+        self.rest_local = pose;
+        self.recognition.body = body_frame(&self.recognition.roles, &self.rest).or(self.recognition.body);
+        self.recognition.rest_pose =
+            rest_pose_kind(&self.recognition.roles, &self.rest, self.recognition.body.as_ref());
+    }
+
+    /// Finds the joints that the spec names for alignment.
+    fn name_alignment(&mut self, spec: &RigSpec) -> Result<(), SpecError> {
+        let mut fields = Vec::new();
+        let mut keep_pose = Vec::new();
+        for (index, joint) in spec.keep_pose.iter().enumerate() {
+            match self.joint(joint, &format!("/{}/keep_pose/{index}", self.name)) {
+                Ok(joint) => keep_pose.push(joint),
+                Err(field) => fields.push(field),
+            }
+        }
+        let mut points_at = BTreeMap::new();
+        for (from, to) in &spec.points_at {
+            let pointer = format!("/{}/points_at/{from}", self.name);
+            match (self.joint(from, &pointer), self.joint(to, &pointer)) {
+                (Ok(from), Ok(to)) => drop(points_at.insert(from, to)),
+                (from, to) => fields.extend([from.err(), to.err()].into_iter().flatten()),
+            }
+        }
+        self.keep_pose = keep_pose;
+        self.points_at = points_at;
+        SpecError::from_fields(fields).map_or(Ok(()), Err)
     }
 
     /// The skeleton.
@@ -124,79 +207,40 @@ fn find_joint(skeleton: &Skeleton, side: &str, name: &str, pointer: &str) -> Res
     Err(SpecField::new(SpecErrorKind::UnknownJoint, pointer, detail).with_nearest(name, names))
 }
 
-/// The clip that a spec names.
-pub(super) fn find_clip(scene: &Scene, choice: &ClipChoice, side: &str, pointer: &str) -> Result<usize, SpecField> {
+/// The clip that a spec names, on one side.
+///
+/// # Errors
+/// When the file has no such clip; the error lists those that it has, and the nearest names.
+pub fn find_clip(scene: &Scene, choice: &ClipChoice, side: &str, pointer: &str) -> Result<usize, SpecField> {
     let found = match choice {
         ClipChoice::Index(index) => (*index < scene.clips.len()).then_some(*index),
         ClipChoice::Name(name) => scene.clips.iter().position(|clip| clip.name() == name),
     };
     found.ok_or_else(|| {
         let names: Vec<&str> = scene.clips.iter().map(crate::model::Clip::name).collect();
-        let (label, name) = match choice {
-            ClipChoice::Index(index) => (index.to_string(), String::new()),
-            ClipChoice::Name(name) => (format!("'{name}'"), name.clone()),
+        let (detail, name) = match (choice, names.len()) {
+            (_, 0) => (format!("the {side} file has no clips"), ""),
+            (ClipChoice::Index(index), 1) => {
+                (format!("the {side} file has no clip {index}; it has one, which is clip 0: {}", list(&names)), "")
+            }
+            (ClipChoice::Index(index), count) => {
+                let last = count - 1;
+                (format!("the {side} file has no clip {index}; its clips are 0 to {last}: {}", list(&names)), "")
+            }
+            (ClipChoice::Name(name), _) => {
+                (format!("the {side} file has no clip '{name}'; its clips are: {}", list(&names)), name.as_str())
+            }
         };
-        let detail = format!("the {side} file has no clip {label}; its clips are: {}", list(&names));
-        SpecField::new(SpecErrorKind::UnknownName, pointer, detail).with_nearest(&name, names)
+        SpecField::new(SpecErrorKind::UnknownName, pointer, detail).with_nearest(name, names)
     })
 }
 
+/// Names for a message; a file may have hundreds.
 fn list(names: &[&str]) -> String {
-    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
-}
-
-fn find_rest(
-    name: &'static str,
-    scene: &Scene,
-    rest_scene: Option<&Scene>,
-    spec: &RigSpec,
-    reporter: &mut Reporter,
-) -> Result<(LocalPose, RestSource), SpecError> {
-    let refuse = |field: SpecField| SpecError::from_fields(vec![field]).unwrap_or_else(unreachable_error);
-    let holder = rest_scene.unwrap_or(scene);
-    let nodes = scene.skeleton.rest_pose();
-    let (pose, source) = match &spec.rest {
-        RestSpec::Frame(frame) => {
-            let clip = find_clip(holder, &frame.clip, name, &format!("/{name}/rest/clip")).map_err(refuse)?;
-            let clip = &holder.clips[clip];
-            if frame.frame >= clip.frame_count() {
-                let detail = format!("frame {} is past the clip's {} frames", frame.frame, clip.frame_count());
-                let pointer = format!("/{name}/rest/frame");
-                return Err(refuse(SpecField::new(SpecErrorKind::InvalidValue, pointer, detail)));
-            }
-            (clip.local_pose(&holder.skeleton, frame.frame), RestSource::ClipFrame)
-        }
-        RestSpec::Rule(rule) => {
-            let upload = rest_scene.is_some();
-            let bind = (*rule != RestRule::Nodes).then(|| bind_pose(holder, reporter, name)).flatten();
-            let source = match (upload, bind.is_some()) {
-                (true, _) => RestSource::Upload,
-                (false, true) => RestSource::Bind,
-                (false, false) => RestSource::Nodes,
-            };
-            (bind.unwrap_or_else(|| holder.skeleton.rest_pose()), source)
-        }
-    };
-    let Some(rest_scene) = rest_scene else { return Ok((pose, source)) };
-    let mut taken = nodes;
-    let found = take_over(&scene.skeleton, &mut taken, &rest_scene.skeleton, &pose);
-    if found == 0 {
-        return Err(SpecError::new(
-            SpecErrorKind::NoSkeleton,
-            format!("the rest file of the {name} shares no joint name with the {name} file"),
-            "the rest file must hold the same skeleton, by names",
-        ));
-    }
-    let missing = scene.skeleton.joints().iter().filter(|joint| joint.is_joint).count().saturating_sub(found);
-    if missing > 0 {
-        reporter.warn(
-            "rest_file_incomplete",
-            name,
-            format!("{missing} joints of the {name} are not in its rest file; they keep their node transform"),
-            "export the rest file from the same rig",
-        );
-    }
-    Ok((taken, source))
+    const MOST: usize = 12;
+    let shown: Vec<String> = names.iter().take(MOST).map(|name| format!("'{name}'")).collect();
+    let more = if names.len() > MOST { format!(" and {} more", names.len() - MOST) } else { String::new() };
+    format!("{}{more}", shown.join(", "))
 }
 
 fn find_roles(
@@ -289,7 +333,10 @@ fn find_axes(
     };
     let scene_from_work = glam::DMat3::from_cols(up.cross(front), up, front);
     let axes = Axes::new(SignedAxis::nearest(up), nearest).unwrap_or(declared);
-    (DQuat::from_mat3(&scene_from_work).conjugate().normalize(), axes)
+    let work_from_scene = DQuat::from_mat3(&scene_from_work).conjugate().normalize();
+    // Where the axes say it exactly, to the last bit what the resolved spec says when it is run again.
+    let is_exact = axes.ours_from_this().dot(work_from_scene).abs() > 1.0 - 1e-12;
+    (if is_exact { axes.ours_from_this() } else { work_from_scene }, axes)
 }
 
 /// Metres per unit from how tall a figure is: people are between 0.5 and 3 metres. A root above the pelvis may be anywhere.
@@ -320,8 +367,4 @@ fn guess_unit(
         format!("set {name}.unit in the config if this is wrong"),
     );
     metres
-}
-
-fn unreachable_error() -> SpecError {
-    SpecError::new(SpecErrorKind::InvalidValue, "the rest pose cannot be found", String::new())
 }

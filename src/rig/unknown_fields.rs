@@ -1,4 +1,4 @@
-//! Fields of a document that its JSON Schema does not have.
+//! Fields of a document that its JSON Schema does not have, and tags that stand for none of its variants.
 //!
 //! The schema comes from the spec's own types, so a new field needs nothing here.
 
@@ -6,26 +6,64 @@ use serde_json::{Map, Value};
 
 use super::error::{SpecErrorKind, SpecField};
 
-/// Every field of `document` that `schema` does not have, with the nearest names. The document's depth is bounded by its parser.
+/// Every field of `document` that `schema` does not have, and every tag (such as `op`) that no variant has, with the nearest names.
 pub(super) fn unknown_fields(document: &Value, schema: &Value) -> Vec<SpecField> {
-    let mut found = Vec::new();
+    let (mut tags, mut found) = (Vec::new(), Vec::new());
+    let enter = |pointer: &str, value: &Value, union: &Value| {
+        let (Some(tag), Value::Object(fields)) = (Tag::of(union, schema), value) else { return true };
+        let wrong = tag.wrong(fields, pointer);
+        let is_right = wrong.is_none();
+        tags.extend(wrong);
+        is_right
+    };
+    walk_into(document, schema, enter, |pointer, value, node| {
+        let Value::Object(fields) = value else { return };
+        let properties = properties(node, schema);
+        if properties.is_empty() || is_open(node) {
+            return;
+        }
+        for name in fields.keys().filter(|name| !properties.iter().any(|(known, _)| known == *name)) {
+            let names = properties.iter().map(|(known, _)| *known);
+            let at = format!("{pointer}/{}", escape(name));
+            let detail = format!("there is no field '{name}' here");
+            found.push(SpecField::new(SpecErrorKind::UnknownField, at, detail).with_nearest(name, names));
+        }
+    });
+    found.extend(tags);
+    found.sort_by(|first, second| first.pointer.cmp(&second.pointer));
+    found
+}
+
+/// Visits every value of a document with its pointer and the part of the schema that is about it. The document's depth is bounded
+/// by its parser.
+pub(super) fn walk(document: &Value, schema: &Value, visit: impl FnMut(&str, &Value, &Value)) {
+    walk_into(document, schema, |_, _, _| true, visit);
+}
+
+/// The same; `enter` is asked before of several alternatives one is chosen, and may say that the value is not to be looked into.
+fn walk_into(
+    document: &Value,
+    schema: &Value,
+    mut enter: impl FnMut(&str, &Value, &Value) -> bool,
+    mut visit: impl FnMut(&str, &Value, &Value),
+) {
     let mut pending = vec![(String::new(), document, schema)];
     while let Some((pointer, value, node)) = pending.pop() {
-        let node = choose(resolve(node, schema), value, schema);
+        let union = resolve(node, schema);
+        if !enter(&pointer, value, union) {
+            continue;
+        }
+        let node = choose(union, value, schema);
+        visit(&pointer, value, node);
         match value {
             Value::Object(fields) => {
                 let properties = properties(node, schema);
-                let open = node.get("additionalProperties").is_some_and(Value::is_object);
                 for (name, field) in fields {
                     let at = format!("{pointer}/{}", escape(name));
                     if let Some(property) = properties.iter().find(|(known, _)| *known == name) {
                         pending.push((at, field, property.1));
-                    } else if open {
+                    } else if is_open(node) {
                         pending.push((at, field, &node["additionalProperties"]));
-                    } else if !properties.is_empty() {
-                        let names = properties.iter().map(|(known, _)| *known);
-                        let detail = format!("there is no field '{name}' here");
-                        found.push(SpecField::new(SpecErrorKind::UnknownField, at, detail).with_nearest(name, names));
                     }
                 }
             }
@@ -38,8 +76,48 @@ pub(super) fn unknown_fields(document: &Value, schema: &Value) -> Vec<SpecField>
             _ => {}
         }
     }
-    found.sort_by(|first, second| first.pointer.cmp(&second.pointer));
-    found
+}
+
+/// Whether an object may have fields of any name.
+fn is_open(node: &Value) -> bool {
+    node.get("additionalProperties").is_some_and(Value::is_object)
+}
+
+/// The field that tells the variants of a tagged union apart, and the values that it may have.
+struct Tag<'a> {
+    name: &'a str,
+    values: Vec<&'a str>,
+}
+
+impl<'a> Tag<'a> {
+    /// The tag of a union; nothing where it has none.
+    fn of(node: &'a Value, schema: &'a Value) -> Option<Self> {
+        let variants = node.get("oneOf").and_then(Value::as_array)?;
+        let constants = |variant: &'a Value| {
+            let all = properties(resolve(variant, schema), schema).into_iter();
+            all.filter_map(|(name, property)| Some((name, property.get("const")?.as_str()?))).next()
+        };
+        let found: Vec<(&str, &str)> = variants.iter().map(constants).collect::<Option<_>>()?;
+        let (name, _) = found.first()?;
+        found
+            .iter()
+            .all(|(other, _)| other == name)
+            .then(|| Self { name, values: found.iter().map(|(_, value)| *value).collect() })
+    }
+
+    /// What is wrong with the tag of an object.
+    fn wrong(&self, fields: &Map<String, Value>, pointer: &str) -> Option<SpecField> {
+        let Self { name, values } = self;
+        let known = values.iter().map(|value| format!("'{value}'")).collect::<Vec<_>>().join(", ");
+        let (detail, seen) = match fields.get(*name) {
+            Some(Value::String(seen)) if values.contains(&seen.as_str()) => return None,
+            Some(Value::String(seen)) => (format!("there is no {name} '{seen}'; there are {known}"), seen.as_str()),
+            Some(other) => (format!("'{name}' is {other} where one of {known} is expected"), ""),
+            None => (format!("'{name}' is missing; it is one of {known}"), ""),
+        };
+        let field = SpecField::new(SpecErrorKind::InvalidValue, format!("{pointer}/{name}"), detail);
+        Some(field.with_nearest(seen, values.iter().copied()))
+    }
 }
 
 fn resolve<'a>(node: &'a Value, schema: &'a Value) -> &'a Value {

@@ -19,8 +19,9 @@ pub use error::StoreError;
 pub use folder::DataFolder;
 pub use id::{AssetId, IdError, JobId, ResultId};
 pub use records::{
-    AssetRecord, ConfigDocument, FinishedJob, InputRole, JobFailure, JobInput, JobRecord, JobRequest, JobState, Page,
-    Records, ResultRecord, StoredFieldError,
+    AssetRecord, ConfigDocument, DocumentChange, DocumentKind, DocumentRecord, FinishedJob, InputRole, JobFailure,
+    JobInput, JobRecord, JobRequest, JobState, NewDocument, Page, Precondition, Records, ResultRecord,
+    StoredFieldError, VersionedName,
 };
 
 use jiff::Timestamp;

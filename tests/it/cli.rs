@@ -1,5 +1,8 @@
 //! The command line, by running the real binary.
 
+mod checks;
+mod reports;
+
 use std::{
     path::Path,
     process::{Command, Output, Stdio},
@@ -169,6 +172,36 @@ mod engine {
         let output = retargetd(&["inspect", "cut.glb"], folder.path());
         assert_eq!(code(&output), Some(3), "{}", error(&output));
         assert_eq!(error(&output).lines().filter(|line| line.starts_with("error: ")).count(), 1, "one line");
+    }
+
+    #[test]
+    fn a_pose_becomes_a_file() {
+        let folder = folder();
+        let kind = |file: &str| {
+            let output = retargetd(&["inspect", file, "--json"], folder.path());
+            assert_eq!(code(&output), Some(0), "{file}: {}", error(&output));
+            let inspection: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+            inspection["rigs"][0]["rest_pose"].as_str().expect("a kind").to_owned()
+        };
+        for (to, file, wanted) in
+            [("t", "t.npz", "T"), ("a", "a.npz", "A"), ("walk.glb", "walker.bvh", "T"), ("rest", "rest.json", "A")]
+        {
+            let output = retargetd(&["pose", "--input", "mannequin.glb", "--to", to, "--output", file], folder.path());
+            assert_eq!(code(&output), Some(0), "{to}: {}", error(&output));
+            assert!(error(&output).contains("joints turned"), "it says what it did: {}", error(&output));
+            assert_eq!(kind(file), wanted, "{to}");
+        }
+        let refused = |arguments: &[&str], wanted: i32| {
+            let all = [&["pose", "--input", "mannequin.glb"], arguments].concat();
+            let output = retargetd(&all, folder.path());
+            assert_eq!(code(&output), Some(wanted), "{arguments:?}: {}", error(&output));
+            assert!(error(&output).contains("hint: "), "{arguments:?}: {}", error(&output));
+        };
+        refused(&["--to", "no-such-file.glb", "--output", "x.glb"], 2);
+        refused(&["--output", "x.xyz"], 2);
+        std::fs::write(folder.path().join("bad.json"), r#"{"target": {"pse": []}}"#).expect("written");
+        refused(&["--config", "bad.json", "--output", "x.glb"], 3);
+        assert!(!names(folder.path()).contains(&"x.glb".to_owned()), "nothing half done is left");
     }
 
     #[test]

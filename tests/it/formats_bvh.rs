@@ -118,6 +118,30 @@ fn rotations_multiply_in_the_order_of_the_channels() {
 }
 
 #[test]
+fn positions_that_are_next_to_nothing_are_added_to_the_offsets() {
+    let file = |position: &str| {
+        let mut text = "HIERARCHY\nROOT a\n{\nOFFSET 0 5 0\nCHANNELS 3 Xposition Yposition Zposition\n".to_owned();
+        for name in ["b", "c", "d", "e"] {
+            text += &format!("JOINT {name}\n{{\nOFFSET 1 2 3\nCHANNELS 3 Xposition Yposition Zposition\n");
+        }
+        text += &"}\n".repeat(5);
+        text + &format!("MOTION\nFrames: 1\nFrame Time: 0.1\n0 0.001 0 {}\n", [position; 4].join(" "))
+    };
+    let place = |text: String| {
+        let (scene, codes) = read(text.as_bytes());
+        let pose = scene.clips[0].local_pose(&scene.skeleton, 0);
+        (pose.transforms()[0].translation.y, pose.transforms()[4].translation, codes)
+    };
+    let (root, joint, codes) = place(file("0 0 0.5"));
+    assert_eq!((joint, codes), (DVec3::new(0.0, 0.0, 0.5), Vec::new()), "positions replace offsets");
+    assert!((root - 0.001).abs() < 1e-9, "the root's too: {root}");
+    let (root, joint, codes) = place(file("0 0 0.001"));
+    assert!(joint.distance(DVec3::new(1.0, 2.0, 3.001)) < 1e-6, "added: {joint}");
+    assert!((root - 0.001).abs() < 1e-9, "the root's is what it says: {root}");
+    assert_eq!(codes, ["positions_from_offsets"], "and it says so");
+}
+
+#[test]
 fn no_frame_is_no_clip() {
     let hierarchy = TWO_JOINTS.split("MOTION").next().expect("text");
     for motion in ["", "MOTION\nFrames: 0\nFrame Time: 0.1\n"] {

@@ -2,11 +2,13 @@
 
 mod support;
 
+mod alignment;
 mod architecture;
 mod cli;
 mod corpus;
 mod demo;
 mod editing;
+mod explain;
 mod formats_bvh;
 mod formats_fbx;
 mod formats_gltf;
@@ -15,5 +17,7 @@ mod http;
 mod parity;
 mod quality;
 mod readme;
+mod rig_doctor;
 mod rig_recognition;
 mod skin_points;
+mod tune;

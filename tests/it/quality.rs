@@ -1,8 +1,13 @@
 //! What a retarget is worth, on real files and on made ones: measured here, with nothing of the code that measures for users.
 
+mod bodies;
 mod determinism;
+mod feet;
 pub(crate) mod figure;
 mod invariance;
+mod limbs;
+mod made_rigs;
 mod matrix;
 mod onto_itself;
 mod pairs;
+mod shoulders;

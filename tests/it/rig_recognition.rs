@@ -1,5 +1,8 @@
-//! Roles found by name on real and generated rigs.
+//! Roles found by name and by shape, on real and generated rigs.
 
+mod conventions;
+mod corpus;
 mod generated;
 mod real_files;
 mod schemes;
+mod stripped;

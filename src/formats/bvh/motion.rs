@@ -14,6 +14,8 @@ use super::{
 
 /// Anything larger is no length or angle, and would become infinite as an f32.
 const LARGEST: f64 = 1e30;
+/// Positions that are less than this share of the offsets are none of their own.
+const LEAST_POSITIONS: f64 = 0.05;
 /// Values between two looks at the budget and at cancellation.
 const VALUES_PER_CHECK: usize = 1 << 16;
 
@@ -71,7 +73,16 @@ pub(super) fn read(
     budget.take_array(hierarchy.joints.len() as u64, size_of::<JointTracks>() as u64, "MOTION")?;
     budget.take_array(samples, (size_of::<Quat>() + size_of::<Vec3>()) as u64, "MOTION")?;
     let times_seconds: Vec<f64> = (0..frames).map(|frame| frame as f64 * header.frame_time_seconds).collect();
-    Ok(Some(Motion { times_seconds, tracks: tracks(hierarchy, &values, frames) }))
+    let from_offsets = positions_count_from_offsets(hierarchy, &values);
+    if from_offsets {
+        reporter.warn(
+            "positions_from_offsets",
+            "MOTION",
+            "the position channels below the root are next to nothing; they were taken to be added to the offsets",
+            "export the positions of joints below the root as they are, or not at all",
+        );
+    }
+    Ok(Some(Motion { times_seconds, tracks: tracks(hierarchy, &values, frames, from_offsets) }))
 }
 
 struct Header {
@@ -253,13 +264,19 @@ fn value_name(hierarchy: &Hierarchy, index: usize) -> String {
     format!("frame {frame}")
 }
 
-fn tracks(hierarchy: &Hierarchy, values: &[f64], frames: usize) -> Vec<JointTracks> {
+fn tracks(hierarchy: &Hierarchy, values: &[f64], frames: usize, from_offsets: bool) -> Vec<JointTracks> {
     let mut begin = 0;
     let mut tracks = Vec::with_capacity(hierarchy.joints.len());
     for (joint, channels) in hierarchy.joints.iter().zip(&hierarchy.channels) {
         let rows = values.chunks_exact(hierarchy.channel_count).map(|row| &row[begin..begin + channels.len()]);
         tracks.push(JointTracks {
-            translation: translation(channels, rows.clone(), joint.rest.translation, frames),
+            translation: translation(
+                channels,
+                rows.clone(),
+                joint.rest.translation,
+                if from_offsets && joint.parent.is_some() { joint.rest.translation } else { DVec3::ZERO },
+                frames,
+            ),
             rotation: rotation(channels, rows, frames),
             scale: Track::Rest,
         });
@@ -268,11 +285,36 @@ fn tracks(hierarchy: &Hierarchy, values: &[f64], frames: usize) -> Vec<JointTrac
     tracks
 }
 
-/// Position channels replace the offset, component by component.
+/// Whether the positions of joints below the root are counted from their offsets, against all custom: at the first frame they
+/// are next to nothing, while the offsets are not. Taken as they stand, the whole body would lie in one point.
+fn positions_count_from_offsets(hierarchy: &Hierarchy, values: &[f64]) -> bool {
+    let (mut begin, mut joints) = (0, 0);
+    let (mut positions, mut offsets) = (0.0, 0.0);
+    for (joint, channels) in hierarchy.joints.iter().zip(&hierarchy.channels) {
+        let mut position = DVec3::ZERO;
+        let mut has_position = false;
+        for (channel, value) in channels.iter().zip(&values[begin..begin + channels.len()]) {
+            if let Channel::Position(axis) = channel {
+                position[*axis] = *value;
+                has_position = true;
+            }
+        }
+        if has_position && joint.parent.is_some() {
+            joints += 1;
+            positions += position.length();
+            offsets += joint.rest.translation.length();
+        }
+        begin += channels.len();
+    }
+    joints > 2 && positions < LEAST_POSITIONS * offsets
+}
+
+/// Position channels replace the offset, component by component, but for what is added to them.
 fn translation<'a>(
     channels: &[Channel],
     rows: impl Iterator<Item = &'a [f64]>,
     offset: DVec3,
+    added: DVec3,
     frames: usize,
 ) -> Track<Vec3> {
     if !channels.iter().any(|channel| matches!(channel, Channel::Position(_))) {
@@ -283,7 +325,7 @@ fn translation<'a>(
         let mut position = offset;
         for (channel, value) in channels.iter().zip(row) {
             if let Channel::Position(axis) = channel {
-                position[*axis] = *value;
+                position[*axis] = *value + added[*axis];
             }
         }
         track.push(position.as_vec3());

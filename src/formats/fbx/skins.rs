@@ -19,7 +19,8 @@ pub(super) fn skins(file: &ufbx::Scene, nodes: &Nodes) -> Vec<Skin> {
             let mut seen = BTreeSet::new();
             let bound = deformer.clusters.into_iter().filter_map(|cluster| nodes.joint(cluster.bone_node.as_ref()?));
             let joints = bound.filter(|joint| seen.insert(*joint)).collect();
-            Skin { name: mesh_name(deformer), joints }
+            let most_influences = deformer.max_weights_per_vertex;
+            Skin { name: mesh_name(deformer), joints, most_influences, ..Skin::default() }
         })
         .filter(|skin| !skin.joints.is_empty())
         .collect()

@@ -23,7 +23,7 @@ mod tests;
 mod write;
 
 pub(super) use read::read;
-pub(super) use write::write;
+pub(super) use write::{write, write_posed};
 
 /// Both names of the mesh compression extension; they share one layout.
 const MESHOPT_EXTENSIONS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];

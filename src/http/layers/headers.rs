@@ -20,7 +20,8 @@ pub(super) async fn add_security_headers(request: Request, next: Next) -> Respon
     let headers = response.headers_mut();
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
     headers.insert(header::REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
-    headers.insert(header::CONTENT_SECURITY_POLICY, if is_docs { DOCS_POLICY } else { API_POLICY });
+    // A page says itself what it needs.
+    headers.entry(header::CONTENT_SECURITY_POLICY).or_insert(if is_docs { DOCS_POLICY } else { API_POLICY });
     // What says nothing of caching is true only now.
     headers.entry(header::CACHE_CONTROL).or_insert(HeaderValue::from_static("no-store"));
     response

@@ -8,11 +8,12 @@ use axum::{
     response::{IntoResponse, Response},
 };
 use serde::Deserialize;
-use utoipa::IntoParams;
+use utoipa::{IntoParams, ToSchema};
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use crate::{
     config::Settings,
+    engine::FindingCode,
     http::{
         ApiState, Shared,
         download::{File, ascii},
@@ -127,13 +128,65 @@ async fn content(
     File::from(assets.get(&id).await?).answer(&method, &headers, &jobs).await
 }
 
+/// What a file holds.
+#[derive(ToSchema)]
+#[schema(as = Skeleton)]
+#[allow(dead_code, reason = "only its schema is used: the engine writes the answer")]
+struct SkeletonView {
+    /// Wire name of the format.
+    #[schema(example = "glb")]
+    format: String,
+    /// `nodes`, `joints`, `skins`, `clips`.
+    #[schema(value_type = Object)]
+    counts: serde_json::Value,
+    /// The largest body: `name`, `recognised_as`, `confidence`, `kind`, `rest_pose`, `rest_source`, `forward`, `up`,
+    /// `height_metres`, `joints`, `roles`, `role_details` (confidence, alternatives and reasons of each role), `twist_helpers`.
+    /// Empty where there is no skeleton.
+    #[schema(value_type = Vec<Object>)]
+    rigs: serde_json::Value,
+    /// `name`, `frames`, `fps`, `duration_seconds` and `animated_joints` of each animation.
+    #[schema(value_type = Vec<Object>)]
+    clips: serde_json::Value,
+    /// What is wrong, odd or worth knowing, the worst first.
+    findings: Vec<FindingView>,
+    /// Guesses, repairs and losses: `code`, `place`, `detail`, `hint`.
+    #[schema(value_type = Vec<Object>)]
+    warnings: serde_json::Value,
+}
+
+/// Something about a file that its owner should know.
+#[derive(ToSchema)]
+#[schema(as = Finding)]
+#[allow(dead_code, reason = "only its schema is used: the engine writes the answer")]
+struct FindingView {
+    /// Stable; `GET /v1/findings` explains each.
+    #[schema(schema_with = finding_codes)]
+    code: String,
+    /// `error`, `warning` or `note`.
+    severity: String,
+    /// The joint, clip or skin that it was seen at first; empty where it is about the whole file.
+    place: String,
+    /// What was seen.
+    detail: String,
+    /// What to do about it.
+    fix: String,
+}
+
+fn finding_codes() -> utoipa::openapi::schema::Object {
+    utoipa::openapi::ObjectBuilder::new()
+        .schema_type(utoipa::openapi::schema::Type::String)
+        .enum_values(Some(FindingCode::ALL.iter().map(|code| code.name())))
+        .description(Some("Stable; `GET /v1/findings` explains each."))
+        .build()
+}
+
 /// Says what a file holds.
 ///
-/// Skeletons, clips, the recognised rig, roles with confidence, the kind of rest pose, units and warnings. Found out once and
-/// remembered.
+/// Skeletons, clips, the recognised rig, roles with confidence, the kind of rest pose, units, findings (what is wrong, odd or worth
+/// knowing, each with what to do) and warnings. Rig templates of your own take part in the recognition.
 #[utoipa::path(get, path = "/v1/assets/{id}/skeleton", tag = "assets", params(("id" = String, Path, description = "the asset")),
-    responses((status = 200, body = Object, description = "what the file holds, as `retargetd inspect --json` prints it"),
+    responses((status = 200, body = SkeletonView, description = "what the file holds, as `retargetd inspect --json` prints it"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn skeleton(State(assets): State<Assets>, Id(id): Id<AssetId>) -> Result<Response, Problem> {
-    Ok(crate::http::json_text(assets.inspect(&id).await?))
+    Ok(crate::http::json_text(assets.inspect(&id).await?.to_string()))
 }

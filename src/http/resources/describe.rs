@@ -7,7 +7,7 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 
 use crate::{
     config::Settings,
-    engine::Format,
+    engine::{FindingCode, Format, template_schema},
     http::{ApiState, Shared, json_text},
 };
 
@@ -18,6 +18,8 @@ pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
         .routes(routes!(limits))
         .routes(routes!(formats))
         .routes(routes!(spec_schema))
+        .routes(routes!(rig_schema))
+        .routes(routes!(findings))
 }
 
 /// Where to go from the root.
@@ -43,9 +45,14 @@ struct Links {
     retarget: &'static str,
     assets: &'static str,
     jobs: &'static str,
+    mapping_suggestions: &'static str,
+    config_checks: &'static str,
+    rigs: &'static str,
+    presets: &'static str,
     formats: &'static str,
     limits: &'static str,
     retarget_spec_schema: &'static str,
+    rig_template_schema: &'static str,
     ready: &'static str,
     metrics: &'static str,
 }
@@ -64,9 +71,14 @@ async fn discovery() -> Json<Discovery> {
             retarget: "/v1/retarget",
             assets: "/v1/assets",
             jobs: "/v1/jobs",
+            mapping_suggestions: "/v1/mapping-suggestions",
+            config_checks: "/v1/config-checks",
+            rigs: "/v1/rigs",
+            presets: "/v1/presets",
             formats: "/v1/formats",
             limits: "/v1/limits",
             retarget_spec_schema: "/v1/schemas/retarget-spec",
+            rig_template_schema: "/v1/schemas/rig-template",
             ready: "/readyz",
             metrics: "/metrics",
         },
@@ -181,4 +193,46 @@ async fn formats() -> Json<Formats> {
     responses((status = 200, body = Object, description = "a JSON Schema")))]
 async fn spec_schema(State(state): State<ApiState>) -> Response {
     json_text((state.spec_schema)().to_string())
+}
+
+/// Gives the JSON Schema of rig templates.
+#[utoipa::path(get, path = "/v1/schemas/rig-template", tag = "service",
+    responses((status = 200, body = Object, description = "a JSON Schema")))]
+async fn rig_schema() -> Response {
+    json_text(template_schema().to_string())
+}
+
+/// A finding of the rig doctor.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = FindingKind)]
+struct FindingKindView {
+    /// Its code, as in `findings` of a skeleton. Never changes its meaning.
+    #[schema(example = "knee_bends_backwards")]
+    code: &'static str,
+    /// `error`: motion cannot come out right before it is mended; `warning`: it may come out wrong, or something is lost; `note`:
+    /// good to know.
+    severity: &'static str,
+    /// What it means.
+    about: &'static str,
+    /// What to do about it.
+    fix: &'static str,
+}
+
+/// The findings.
+#[derive(Debug, Serialize, ToSchema)]
+struct FindingKinds {
+    /// All of them.
+    findings: Vec<FindingKindView>,
+}
+
+/// Lists every finding that an inspection can have.
+#[utoipa::path(get, path = "/v1/findings", tag = "service", responses((status = 200, body = FindingKinds, description = "every finding")))]
+async fn findings() -> Json<FindingKinds> {
+    let view = |code: &FindingCode| FindingKindView {
+        code: code.name(),
+        severity: code.severity().name(),
+        about: code.about(),
+        fix: code.fix(),
+    };
+    Json(FindingKinds { findings: FindingCode::ALL.iter().map(view).collect() })
 }

@@ -6,7 +6,7 @@ use axum::{
     Json,
     body::Body,
     extract::{FromRequest, Request, State},
-    http::{StatusCode, header},
+    http::{HeaderMap, HeaderValue, StatusCode, header},
     response::{IntoResponse, Response},
 };
 use serde::Deserialize;
@@ -16,12 +16,13 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use super::new_job::NewJobBody;
 use crate::{
     config::Settings,
+    engine::report_page,
     http::{
         ApiState, Shared,
         code::Code,
         download::ascii,
         extract::{self, Id, JsonBody, QueryOf},
-        json_text, page,
+        json_text, negotiate, page, page_text,
         prefer::Prefer,
         problem::{Problem, ProblemView},
         upload,
@@ -179,11 +180,24 @@ async fn delete(State(jobs): State<Jobs>, Id(id): Id<JobId>) -> Result<StatusCod
 }
 
 /// Shows what was measured.
-#[utoipa::path(get, path = "/v1/jobs/{id}/report", tag = "jobs", params(("id" = String, Path, description = "the job")),
-    responses((status = 200, body = Object, description = "timings, counts, warnings and measures"),
+///
+/// As JSON, or as a page with plots for who accepts `text/html` more gladly, as browsers do.
+#[utoipa::path(get, path = "/v1/jobs/{id}/report", tag = "jobs", params(("id" = String, Path, description = "the job"),
+    ("Accept" = Option<String>, Header, description = "`text/html` for a page")),
+    responses((status = 200, description = "timings, counts, warnings and measures",
+            content((Object = "application/json"), (String = "text/html"))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn report(State(jobs): State<Jobs>, Id(id): Id<JobId>) -> Result<Response, Problem> {
-    Ok(json_text(jobs.report(&id).await?))
+async fn report(State(jobs): State<Jobs>, Id(id): Id<JobId>, headers: HeaderMap) -> Result<Response, Problem> {
+    let report = jobs.report(&id).await?;
+    let wants_page = negotiate::prefers_page(extract::text(&headers, &header::ACCEPT));
+    let mut response = if wants_page {
+        let report = serde_json::from_str(&report).map_err(|error| Problem::internal(&error))?;
+        page_text(report_page(&report))
+    } else {
+        json_text(report)
+    };
+    response.headers_mut().insert(header::VARY, HeaderValue::from_static("accept"));
+    Ok(response)
 }
 
 /// Shows the resolved spec.

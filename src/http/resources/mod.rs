@@ -2,8 +2,12 @@
 
 pub(super) mod assets;
 pub(super) mod describe;
+pub(super) mod explanations;
 pub(super) mod jobs;
+pub(super) mod library;
 pub(super) mod new_job;
+pub(super) mod poses;
 pub(super) mod probes;
+pub(super) mod proposals;
 pub(super) mod results;
 pub(super) mod retarget;

@@ -32,6 +32,10 @@ pub(in crate::http) struct NewJobBody {
     #[serde(default)]
     #[schema(example = json!(["glb", "poses_npz"]))]
     output: Vec<String>,
+    /// A preset that the config is laid over, as `GET /v1/presets` lists them: objects are merged member by member, everything
+    /// else (lists too) is taken from the config where it says something (RFC 7396).
+    #[schema(example = "plain_fk")]
+    preset: Option<String>,
     /// Words of your own, given back with the job.
     #[serde(default)]
     labels: BTreeMap<String, String>,
@@ -53,20 +57,30 @@ impl NewJobBody {
     /// # Errors
     /// When an id, a format or a label cannot be used.
     pub(in crate::http) fn read(self, settings: &Settings) -> Result<NewJob, Problem> {
-        let given = [Some(self.source), Some(self.target), self.source_rest, self.target_rest];
-        let mut inputs = BTreeMap::new();
-        for (role, input) in InputRole::ALL.into_iter().zip(given) {
-            if let Some(input) = input {
-                inputs.insert(role, asset_id(role, &input.asset)?);
-            }
-        }
-        let config = self.config.map(|config| ConfigDocument {
-            file_name: "config.json".to_owned(),
-            text: serde_json::Value::Object(config).to_string(),
-        });
+        let inputs = read_inputs([Some(self.source), Some(self.target), self.source_rest, self.target_rest])?;
+        let config = self.config.map(config_document);
         let formats = read_formats(&self.output, settings.max_outputs_per_job)?;
-        Ok(NewJob { inputs, config, formats, labels: check_labels(self.labels, settings)? })
+        Ok(NewJob { inputs, config, formats, preset: self.preset, labels: check_labels(self.labels, settings)? })
     }
+}
+
+/// The ids of files by what they are to be.
+///
+/// # Errors
+/// When an id is none.
+pub(super) fn read_inputs(given: [Option<InputBody>; 4]) -> Result<BTreeMap<InputRole, AssetId>, Problem> {
+    let mut inputs = BTreeMap::new();
+    for (role, input) in InputRole::ALL.into_iter().zip(given) {
+        if let Some(input) = input {
+            inputs.insert(role, asset_id(role, &input.asset)?);
+        }
+    }
+    Ok(inputs)
+}
+
+/// A config that came inside a JSON body.
+pub(super) fn config_document(config: serde_json::Map<String, serde_json::Value>) -> ConfigDocument {
+    ConfigDocument { file_name: "config.json".to_owned(), text: serde_json::Value::Object(config).to_string() }
 }
 
 fn asset_id(role: InputRole, text: &str) -> Result<AssetId, Problem> {

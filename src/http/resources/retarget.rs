@@ -22,7 +22,7 @@ use crate::{
         upload,
         views::JobView,
     },
-    jobs::{JobId, JobSnapshot, JobState, Jobs},
+    jobs::{JobId, JobSnapshot, JobState, Jobs, NewJob},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -48,6 +48,8 @@ pub(in crate::http) struct RetargetForm {
     /// The retarget spec (JSON or YAML), or a config of another tool that is understood.
     #[schema(content_media_type = "application/json")]
     config: Option<String>,
+    /// The name of a preset that the config is laid over.
+    preset: Option<String>,
 }
 
 /// Stops the job when the caller goes away while waiting for it.
@@ -84,11 +86,16 @@ impl Drop for StopUnlessAnswered {
         (status = 202, body = JobView, description = "not ended within the wait", headers(("Location" = String), ("Retry-After" = u32))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn retarget(State(state): State<ApiState>, prefer: Prefer, request: Request<Body>) -> Result<Response, Problem> {
-    let ApiState { jobs, assets, settings, .. } = &state;
-    jobs.check_admission()?;
+    state.jobs.check_admission()?;
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
-    let mut new = upload::read_job(request, assets, settings).await?;
+    let mut new = upload::read_job(request, &state.assets, &state.settings).await?;
     new.formats.extend(format);
+    answer(&state, &prefer, new).await
+}
+
+/// Runs a job and answers with its first file, or with the job itself when it takes longer than the wait.
+pub(in crate::http) async fn answer(state: &ApiState, prefer: &Prefer, new: NewJob) -> Result<Response, Problem> {
+    let ApiState { jobs, settings, .. } = state;
     let id = jobs.submit(new).await?.record.id;
     let mut stop = StopUnlessAnswered { jobs: jobs.clone(), id: Some(id.clone()) };
     let longest = settings.max_wait.0;

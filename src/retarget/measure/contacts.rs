@@ -22,7 +22,7 @@ const SPEED_SECONDS: f64 = 1.0 / 30.0;
 const FLOOR_RANGE: f64 = 0.15;
 const FLOOR_WINDOW: f64 = 0.02;
 /// More heights than this say no more about the floor.
-const MOST_HEIGHTS: usize = 4096;
+const MOST_HEIGHTS: usize = 1024;
 
 /// When one point stands.
 #[derive(Clone, Debug, PartialEq)]

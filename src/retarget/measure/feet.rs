@@ -158,9 +158,16 @@ impl Feet {
         let positions = Both { source: &compared.source, target: &compared.target };
         let positions = positions
             .map(|motion| (0..compared.len()).map(|frame| motion.position(frame, point.slot)).collect::<Vec<DVec3>>());
+        let stand = |positions: &[DVec3], leg: f64, floor: Option<f64>| {
+            if point.bears || floor.is_none() {
+                find_standing(positions, &compared.times_seconds, leg)
+            } else {
+                Standing { level: 0.0, stands: Vec::new(), is_still: Vec::new() }
+            }
+        };
         let standing = Both {
-            source: find_standing(&positions.source, &compared.times_seconds, self.legs.source),
-            target: find_standing(&positions.target, &compared.times_seconds, self.legs.target),
+            source: stand(&positions.source, self.legs.source, self.sizes.source.floor),
+            target: stand(&positions.target, self.legs.target, self.sizes.target.floor),
         };
         let levels = Both {
             source: self.sizes.source.floor.unwrap_or(standing.source.level),

@@ -14,8 +14,6 @@ use crate::{
 const MOST_WORST: usize = 5;
 /// A value of zero where none is allowed counts as this in the score's divisor.
 const LEAST_FAILURE: f64 = 1.0;
-/// One metric alone cannot make the score arbitrarily bad.
-const MOST_PENALTY: f64 = 4.0;
 
 /// How good a value is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -199,7 +197,7 @@ pub(super) fn overall(metrics: &BTreeMap<MetricName, Metric>) -> Verdict {
 }
 
 /// 0 is best: the mean over the metrics that apply, by weight, of the value above what is forgiven as a share of where it fails,
-/// times 100. Every metric counts at most four times its failure.
+/// times 100. Beyond its failure a metric counts by the logarithm, so that one alone does not hide all others.
 ///
 /// Values below their threshold count too, so that the better of two good results has the lower score.
 pub(super) fn score(metrics: &BTreeMap<MetricName, Metric>) -> f64 {
@@ -210,7 +208,8 @@ pub(super) fn score(metrics: &BTreeMap<MetricName, Metric>) -> f64 {
         let forgiven = metric.source_value.unwrap_or(0.0).max(best);
         let whole = (metric.fail_above - best).max(if metric.fail_above > 0.0 { 1e-9 } else { LEAST_FAILURE });
         let weight = name.info().weight;
-        sum += weight * ((value - forgiven).max(0.0) / whole).min(MOST_PENALTY);
+        let failures = (value - forgiven).max(0.0) / whole;
+        sum += weight * if failures > 1.0 { 1.0 + failures.ln() } else { failures };
         weights += weight;
     }
     if weights > 0.0 { rounded(sum / weights * 100.0) } else { 0.0 }
@@ -253,7 +252,9 @@ mod tests {
         let score_of = |value, source| score(&BTreeMap::from([(MetricName::FootSlide, metric(value, source))]));
         assert!((score_of(1.0, None) - 50.0).abs() < 1e-9, "half of a failure");
         assert!(score_of(1.0, Some(1.5)).abs() < 1e-9, "better than the source");
-        assert!((score_of(1e9, None) - 400.0).abs() < 1e-9, "bounded");
+        assert!((score_of(2.0, None) - 100.0).abs() < 1e-9, "a failure");
+        assert!(score_of(200.0, None) > score_of(100.0, None), "worse is always more");
+        assert!(score_of(200.0, None) < 600.0, "but by the logarithm");
         assert!(score(&BTreeMap::new()).abs() < 1e-9, "nothing to measure");
     }
 

@@ -36,12 +36,13 @@ use self::{
     feet::{Feet, FeetFindings},
     hands::{Hands, hand_gap},
     limbs::{Limbs, directions, percentile_finding},
-    metric::{Finding, judge, overall, rounded, score},
+    metric::{Finding, Reading, judge, overall, rounded, score},
     motion::{Both, Frames, Performer, Wanted, compare},
     smoothness::Smoothness,
     tracks::{bone_length_drift, rotation_steps},
     travel::Travel,
 };
+use super::LimbReach;
 use crate::{
     model::Clip,
     rig::{Mapping, MetricName, ReportChoice, ReportDetail, Rig},
@@ -53,7 +54,7 @@ pub use limbs::LimbDirection;
 pub use metric::{Metric, Verdict, Worst};
 
 /// Frames of a long clip that a summary looks at beside feet and pelvis, and how many neighbours at a time.
-const FRAMES_LOOKED_AT: usize = 600;
+const FRAMES_LOOKED_AT: usize = 400;
 const NEIGHBOURS: usize = 20;
 const NO_GOALS: &str = "no inverse kinematics ran";
 const NO_LIMBS: &str = "no limb was recognised on both sides";
@@ -96,7 +97,8 @@ pub struct SidePair {
     pub target: Option<f64>,
 }
 
-/// Compares a result with the clip that it was made from; both have the same frames.
+/// Compares a result with the clip that it was made from; both have the same frames. `reaches` is what inverse kinematics says of
+/// the goals that it set itself; nobody else knows them.
 ///
 /// Never fails: what cannot be measured on these rigs is `not_applicable` and says why.
 #[must_use]
@@ -107,6 +109,7 @@ pub fn measure(
     source_clip: &Clip,
     result: &Clip,
     choice: &ReportChoice,
+    reaches: &[LimbReach],
 ) -> Measures {
     let count = source_clip.frame_count().min(result.frame_count());
     let is_full = choice.detail() == ReportDetail::Full;
@@ -162,7 +165,7 @@ pub fn measure(
         (MetricName::PelvisPath, travel.path(&every)),
         (MetricName::Facing, travel.facing(&every)),
         (MetricName::HandGap, hand_gap(hands.as_ref(), &spread)),
-        (MetricName::ReachResidual, Err(NO_GOALS)),
+        (MetricName::ReachResidual, reach_residual(reaches, target, &sizes.target)),
     ];
     let judged = |(name, finding): (MetricName, Finding)| {
         (name, judge(name, finding, choice, target.skeleton(), result.times_seconds()))
@@ -182,4 +185,17 @@ pub fn measure(
         frames_measured: spread.len(),
         curves,
     }
+}
+
+fn reach_residual(reaches: &[LimbReach], target: &Rig<'_>, size: &Size) -> Finding {
+    let mut reading = Reading::default();
+    for LimbReach { limb, residual_max_metres, worst_frame, .. } in reaches {
+        let end = limb.replace("_leg", "_foot").replace("_arm", "_hand");
+        let Some(&joint) = target.role(&end).last() else { continue };
+        let centimetres = residual_max_metres / size.leg.unwrap_or(1.0) * 100.0;
+        reading.value = reading.value.max(centimetres);
+        reading.parts.insert(limb.clone(), centimetres);
+        reading.worst.push((*worst_frame, joint, limb.clone(), centimetres));
+    }
+    if reading.parts.is_empty() { Err(NO_GOALS) } else { Ok(reading) }
 }

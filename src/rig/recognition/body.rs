@@ -73,6 +73,11 @@ impl<'a> Body<'a> {
         self.enter[joint] > self.enter[ancestor] && self.enter[joint] < self.enter[ancestor] + self.size[ancestor]
     }
 
+    /// Whether nothing hangs from the joint.
+    pub(super) fn is_leaf(&self, joint: usize) -> bool {
+        self.size[joint] == 1
+    }
+
     /// The lowest joint that both are below or equal to.
     pub(super) fn common_ancestor(&self, first: usize, second: usize) -> Option<usize> {
         let mut current = Some(first);
@@ -163,7 +168,11 @@ impl<'a> Body<'a> {
         let mut pieces: Vec<_> = parts_of_piece.into_iter().collect();
         pieces.sort_by_key(|(top, parts)| Reverse((parts.len(), joints_of_piece.get(top).copied())));
         let mut pieces = pieces.into_iter();
-        let Some((top, mut found)) = pieces.next() else { return };
+        let Some((top, mut found)) = pieces.next() else {
+            // Names say nothing: all that the file calls joints may be the body.
+            self.members = counts;
+            return;
+        };
         let mut inside = BTreeSet::from([top]);
         for (other, parts) in pieces {
             // A second body has the same parts once more; another piece of this one has other parts.

@@ -12,8 +12,24 @@ pub fn report_doubts(skeleton: &Skeleton, recognition: &Recognition, reporter: &
         reporter.warn(
             "rig_not_recognised",
             place,
-            "the joints' names do not make up a body",
+            "neither the joints' names nor their shape make up a body",
             "give the roles or chains in the config, or name the joints by a known convention",
+        );
+    }
+    if recognition.by_shape {
+        reporter.warn(
+            "roles_from_shape",
+            place,
+            "the joints' names say nothing; what they mean is seen from how they lie and hang together",
+            "look at the roles, and give those that are wrong in the config",
+        );
+    }
+    if recognition.sides_guessed {
+        reporter.warn(
+            "sides_guessed",
+            place,
+            "neither names nor feet nor knees say which side is left; the body is taken to face front",
+            "give the roles of one side in the config if it faces back",
         );
     }
     if recognition.sides_swapped {

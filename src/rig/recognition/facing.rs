@@ -70,7 +70,7 @@ pub fn body_frame(roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose) -> Opti
 }
 
 /// A body that nearly stands along an axis of its file stands along it: joints do not lie in one plane, and poses lean.
-fn upright(up: DVec3) -> DVec3 {
+pub(super) fn upright(up: DVec3) -> DVec3 {
     let axis = SignedAxis::nearest(up).direction();
     if axis.angle_between(up) <= UPRIGHT_RADIANS { axis } else { up }
 }

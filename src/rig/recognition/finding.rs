@@ -75,6 +75,15 @@ impl Findings {
         self.roles.insert(role, RoleFinding { joints, confidence, alternatives: Vec::new(), reasons: vec![reason] });
     }
 
+    /// Gives a finding's joints its role, but for those that have one already. Nothing where none is left.
+    pub(super) fn take_over(&mut self, role: Role, mut finding: RoleFinding) {
+        finding.joints.retain(|joint| !self.taken.contains(joint));
+        if !finding.joints.is_empty() {
+            self.taken.extend(&finding.joints);
+            self.roles.insert(role, finding);
+        }
+    }
+
     /// Notes other joints for a role, but for those that have a role themselves.
     pub(super) fn offer(&mut self, role: Role, others: &[usize]) {
         let own: Vec<Vec<usize>> =

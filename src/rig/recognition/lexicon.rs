@@ -16,6 +16,7 @@ pub(super) enum Sense {
     Jaw,
     Eye,
     Tail,
+    Wing,
     Clavicle,
     /// A clavicle (Mixamo) or an upper arm (Xsens, SMPL).
     Shoulder,
@@ -73,6 +74,7 @@ impl Sense {
             Part::FrontLeg => Self::FrontLeg,
             Part::HindLeg => Self::HindLeg,
             Part::Tail => Self::Tail,
+            Part::Wing => Self::Wing,
         })
     }
 }
@@ -81,6 +83,7 @@ impl Sense {
 /// stand before general ones.
 pub(super) const SENSES: &[(&[&str], Sense)] = &[
     (&["tail"], Sense::Tail),
+    (&["wing"], Sense::Wing),
     (&["front", "leg"], Sense::FrontLeg),
     (&["front", "foot"], Sense::FrontLeg),
     (&["front", "paw"], Sense::FrontLeg),
@@ -132,6 +135,7 @@ pub(super) const SENSES: &[(&[&str], Sense)] = &[
     (&["wrist"], Sense::Wrist),
     (&["palm"], Sense::Palm),
     (&["hand"], Sense::Hand),
+    (&["fist"], Sense::Hand),
     (&["hip", "joint"], Sense::Hip),
     (&["buttock"], Sense::Hip),
     (&["upper", "leg"], Sense::Thigh),
@@ -158,6 +162,7 @@ pub(super) const SENSES: &[(&[&str], Sense)] = &[
     (&["spine"], Sense::Spine),
     (&["chest"], Sense::Spine),
     (&["torso"], Sense::Spine),
+    (&["stomach"], Sense::Spine),
     (&["thorax"], Sense::Spine),
     (&["abdomen"], Sense::Spine),
     (&["ab"], Sense::Spine),
@@ -281,7 +286,7 @@ pub(super) const ENDS: &[&str] = &["end", "leaf", "nub", "tip", "site", "endsite
 pub(super) const TWISTS: &[&str] = &["twist", "roll", "twst"];
 
 /// Words of the two sides, where they stand alone.
-pub(super) const LEFT: &[&str] = &["left", "l", "lt", "lft"];
+pub(super) const LEFT: &[&str] = &["left", "l", "lt", "lf", "lft"];
 /// See [`LEFT`].
 pub(super) const RIGHT: &[&str] = &["right", "r", "rt", "rgt"];
 

@@ -1,9 +1,13 @@
 //! What the joints of a skeleton mean: which joint plays which role, how sure that is, and why.
 //!
-//! Knows names, hierarchy and the rest pose. Decides nothing about how a role is driven.
+//! Two witnesses are heard. Names ([`lexicon`], [`names`], [`template`]) say what a joint may be, and the hierarchy which of
+//! its meanings holds ([`limbs`], [`trunk`], [`fingers`], [`quadruped`]). The shape ([`structure`]) is read without any name.
+//! [`assign`] makes one assignment of both, and says how sure each role is. Nothing here decides how a role is driven.
 
+mod assign;
 mod body;
 mod doubts;
+mod extras;
 mod facing;
 mod finding;
 mod fingers;
@@ -14,10 +18,12 @@ mod quadruped;
 mod recognise;
 mod rest_kind;
 mod role;
+mod structure;
 mod template;
 mod trunk;
 
 pub use doubts::report_doubts;
+pub use extras::{Prop, TwistHelper};
 pub use facing::{BodyFrame, body_frame};
 pub use finding::RoleFinding;
 pub use recognise::{Hints, Recognition, RigKind, recognise};

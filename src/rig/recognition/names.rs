@@ -2,6 +2,8 @@
 //!
 //! Looks at one name at a time. Which joint of several gets a role is decided in [`super::recognise`], with the hierarchy.
 
+use std::{collections::BTreeSet, sync::LazyLock};
+
 use super::{
     Role, Side,
     lexicon::{CONTROLS, ENDS, JAPANESE, LEFT, NEVER_GLUED, NOISE, OTHER_WORDS, RIGHT, SENSES, Sense, TWISTS},
@@ -203,13 +205,27 @@ fn unglue(word: &str) -> Option<Vec<&str>> {
     best.pop().flatten().filter(|pieces| pieces.len() > 1)
 }
 
+/// Every word that the lexicon has.
+static KNOWN: LazyLock<BTreeSet<&'static str>> = LazyLock::new(|| {
+    let tables = [NOISE, CONTROLS, ENDS, TWISTS, LEFT, RIGHT, OTHER_WORDS];
+    let senses = SENSES.iter().flat_map(|(row, _)| row.iter());
+    tables.into_iter().flatten().chain(senses).copied().collect()
+});
+
+/// Those that glued names may be made of, and the length of the longest.
+static GLUABLE: LazyLock<(BTreeSet<&'static str>, usize)> = LazyLock::new(|| {
+    let may_glue = |word: &&str| word.len() > 1 && !NEVER_GLUED.contains(word);
+    let words: BTreeSet<&str> = KNOWN.iter().copied().filter(may_glue).collect();
+    let longest = words.iter().map(|word| word.len()).max().unwrap_or(0);
+    (words, longest)
+});
+
 fn is_known(word: &str) -> bool {
-    [NOISE, CONTROLS, ENDS, TWISTS, LEFT, RIGHT, OTHER_WORDS].iter().any(|table| table.contains(&word))
-        || SENSES.iter().any(|(row, _)| row.contains(&word))
+    KNOWN.contains(word)
 }
 
 fn is_gluable(word: &str) -> bool {
-    word.len() > 1 && !NEVER_GLUED.contains(&word) && is_known(word)
+    word.len() <= GLUABLE.1 && GLUABLE.0.contains(word)
 }
 
 #[cfg(test)]

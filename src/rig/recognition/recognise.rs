@@ -1,18 +1,22 @@
 //! What the joints of a skeleton mean.
 //!
 //! Names first: what each may mean ([`super::lexicon`]), then which meaning the hierarchy allows ([`super::limbs`],
-//! [`super::trunk`], [`super::fingers`]), then the rest pose as a witness ([`super::facing`], [`super::quadruped`]). A joint
-//! that nothing points to has no role: an absent role can be given by hand, a wrong one has to be found first.
+//! [`super::trunk`], [`super::fingers`]), then the shape of the rest pose as a second witness ([`super::structure`]), then both
+//! together ([`super::assign`]). A joint that nothing points to has no role: an absent role can be given by hand, a wrong one
+//! has to be found first.
 
 use std::collections::BTreeMap;
 
+use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    BodyFrame, Part, RestPoseKind, Role, RoleFinding, Side,
+    BodyFrame, Part, Prop, RestPoseKind, Role, RoleFinding, Side, TwistHelper,
+    assign::combine,
     body::Body,
     body_frame,
+    extras::{find_props, find_twist_helpers},
     facing::sides_contradict_feet,
     finding::Findings,
     fingers::find_fingers,
@@ -20,8 +24,9 @@ use super::{
     limbs::{find_arm, find_leg},
     names::ParsedName,
     quadruped, rest_pose_kind,
+    structure::{Anatomy, find_anatomy},
     template::{self, RigTemplate, TemplateMatch},
-    trunk::{Limbs, find_details, find_trunk},
+    trunk::{Limbs, find_details, find_root, find_trunk},
 };
 use crate::model::{ModelPose, Scene, Skeleton};
 
@@ -51,12 +56,20 @@ pub struct Recognition {
     pub roles: BTreeMap<Role, RoleFinding>,
     /// Joints beside the limbs that carry part of their twist; in no role.
     pub twist_helpers: Vec<usize>,
+    /// The same, with the segment of each and where on it the helper lies.
+    pub twists: Vec<TwistHelper>,
+    /// What the hands hold.
+    pub props: Vec<Prop>,
     /// Up, forward and left of the body in the rest pose, in model space.
     pub body: Option<BodyFrame>,
     /// How the rest pose holds the arms.
     pub rest_pose: RestPoseKind,
     /// Whether left and right were exchanged because the feet contradict the names.
     pub sides_swapped: bool,
+    /// Whether neither names nor feet nor knees say which side is left: then the body is taken to face front.
+    pub sides_guessed: bool,
+    /// Whether the names do not make up a body and its shape alone does.
+    pub by_shape: bool,
 }
 
 impl RigKind {
@@ -168,8 +181,19 @@ fn attempt(
     for side in Side::BOTH {
         find_fingers(&body, side, &mut findings);
     }
+    let anatomy = see_shape(&body, rest, joints_only).filter(|anatomy| [anatomy.kind, RigKind::Other].contains(&kind));
+    let has_named_sides = findings.roles.keys().any(|role| role.side != Side::Center);
+    let sides_guessed = !has_named_sides && anatomy.as_ref().is_some_and(|anatomy| !anatomy.facing_known);
+    let mut findings = combine(&body, findings, anatomy.as_ref());
+    let by_shape = kind == RigKind::Other && anatomy.is_some();
+    if let Some(anatomy) = anatomy.filter(|_| by_shape) {
+        kind = anatomy.kind;
+    }
+    if findings.first(Side::Center, Part::Root).is_none() {
+        find_root(&body, &mut findings);
+    }
     find_details(&body, &mut findings);
-    let twist_helpers = twist_helpers(&body, &findings);
+    let (mut twists, mut props) = (find_twist_helpers(&body, &findings), find_props(&body, &findings));
     let mut roles = findings.roles;
     if kind == RigKind::Other {
         roles.retain(|role, _| PARTS_WITHOUT_BODY.contains(&role.part));
@@ -179,12 +203,46 @@ fn attempt(
     let sides_swapped = declared.is_empty() && frame.is_some_and(|frame| sides_contradict_feet(&roles, rest, &frame));
     if sides_swapped {
         roles = swapped(roles);
+        twists.iter_mut().for_each(|helper| helper.role = helper.role.mirrored());
+        props.iter_mut().for_each(|prop| prop.side = prop.side.opposite());
         frame = body_frame(&roles, rest);
     }
     let confidence = confidence(kind, &roles);
     let rest_pose = rest_pose_kind(&roles, rest, frame.as_ref());
-    let twist_helpers = if kind == RigKind::Other { Vec::new() } else { twist_helpers };
-    Recognition { kind, recognised_as: None, confidence, roles, twist_helpers, body: frame, rest_pose, sides_swapped }
+    let twist_helpers = twists.iter().map(|helper| helper.joint).collect();
+    Recognition {
+        kind,
+        recognised_as: None,
+        confidence,
+        roles,
+        twist_helpers,
+        twists,
+        props,
+        body: frame,
+        rest_pose,
+        sides_swapped,
+        sides_guessed,
+        by_shape,
+    }
+}
+
+/// What the shape of the body says. Joints that steer or mark something by their name are no part of it, unless nothing is
+/// seen without them: some rigs call their hands ends.
+fn see_shape(body: &Body<'_>, rest: &ModelPose, joints_only: bool) -> Option<Anatomy> {
+    let joints = body.skeleton.joints();
+    let parents: Vec<Option<usize>> = joints.iter().map(|joint| joint.parent).collect();
+    let positions: Vec<DVec3> = rest.transforms().iter().map(|transform| transform.translation).collect();
+    if positions.len() != joints.len() {
+        return None;
+    }
+    let counts = |joint: usize| body.members[joint] && (joints[joint].is_joint || !joints_only);
+    let is_mark = |joint: usize| body.names[joint].is_control || (body.names[joint].is_end && body.is_leaf(joint));
+    let without_marks: Vec<bool> = (0..joints.len()).map(|joint| counts(joint) && !is_mark(joint)).collect();
+    find_anatomy(&parents, &positions, &without_marks).or_else(|| {
+        let has_marks = (0..joints.len()).any(|joint| counts(joint) && is_mark(joint));
+        let all = || (0..joints.len()).map(counts).collect::<Vec<bool>>();
+        if has_marks { find_anatomy(&parents, &positions, &all()) } else { None }
+    })
 }
 
 /// The roles behind a file's own names for them. Names that say nothing, and joints that do not exist, are left out.
@@ -244,27 +302,6 @@ fn kind_of(findings: &Findings) -> RigKind {
     let arms = limb(Part::UpperArm, Part::Forearm, Part::Hand);
     let trunk = center(Part::Spine) || center(Part::Head);
     if (legs && center(Part::Pelvis) && (trunk || arms)) || (arms && trunk) { RigKind::Biped } else { RigKind::Other }
-}
-
-fn twist_helpers(body: &Body<'_>, findings: &Findings) -> Vec<usize> {
-    let mut inside = vec![false; body.skeleton.len()];
-    for finding in findings.roles.values() {
-        for joint in &finding.joints {
-            inside[*joint] = true;
-        }
-    }
-    let mut helpers = Vec::new();
-    for joint in 0..body.skeleton.len() {
-        if let Some(parent) = body.skeleton.parent(joint) {
-            inside[joint] |= inside[parent];
-        }
-        let name = &body.names[joint];
-        let is_helper = name.is_twist && !name.is_end && !name.is_control;
-        if inside[joint] && body.members[joint] && is_helper && !findings.is_taken(joint) {
-            helpers.push(joint);
-        }
-    }
-    helpers
 }
 
 fn swapped(roles: BTreeMap<Role, RoleFinding>) -> BTreeMap<Role, RoleFinding> {

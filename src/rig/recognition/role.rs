@@ -72,6 +72,8 @@ pub enum Part {
     HindLeg,
     /// The tail, from the body outward.
     Tail,
+    /// A wing, from the body outward.
+    Wing,
 }
 
 /// What joints mean: a part of one side of the body.
@@ -110,7 +112,7 @@ impl Side {
 
 impl Part {
     /// All parts with their names, from the root outward.
-    const NAMED: [(Self, &'static str); 27] = [
+    const NAMED: [(Self, &'static str); 28] = [
         (Self::Root, "root"),
         (Self::Pelvis, "pelvis"),
         (Self::Spine, "spine"),
@@ -138,6 +140,7 @@ impl Part {
         (Self::FrontLeg, "front_leg"),
         (Self::HindLeg, "hind_leg"),
         (Self::Tail, "tail"),
+        (Self::Wing, "wing"),
     ];
 
     /// The five fingers, from the thumb.
@@ -235,7 +238,7 @@ mod tests {
 
     #[test]
     fn every_role_comes_back_from_its_name() {
-        assert_eq!(Role::all().count(), 7 + 20 * 2, "seven parts are central, twenty come in pairs");
+        assert_eq!(Role::all().count(), 7 + 21 * 2, "seven parts are central, the others come in pairs");
         for role in Role::all() {
             assert_eq!(role.to_string().parse(), Ok(role), "{role}");
             assert_eq!(role.mirrored().mirrored(), role, "{role}");

@@ -73,7 +73,7 @@ pub(super) fn find_trunk(body: &Body<'_>, limbs: Limbs, findings: &mut Findings)
     find_root(body, findings);
 }
 
-/// Finds what hangs on the head, and the tail.
+/// Finds what hangs on the head, the tail and the wings.
 pub(super) fn find_details(body: &Body<'_>, findings: &mut Findings) {
     let head = findings.first(Side::Center, Part::Head);
     let on_head = |joints: Vec<usize>| head.map_or_else(Vec::new, |head| body.below(&joints, head));
@@ -90,6 +90,14 @@ pub(super) fn find_details(body: &Body<'_>, findings: &mut Findings) {
     let tails = body.candidates(None, &[Sense::Tail]);
     if let Some(path) = tails.first().zip(tails.last()).and_then(|(first, last)| body.path(*first, *last)) {
         findings.assign(Role::center(Part::Tail), &path, sure::NAMED, "their names say so");
+    }
+    for side in Side::BOTH {
+        let wings = body.candidates(Some(side), &[Sense::Wing]);
+        let top = wings.first().copied();
+        let end = top.and_then(|top| body.below(&wings, top).last().copied().or(Some(top)));
+        if let Some(path) = top.zip(end).and_then(|(top, end)| body.path(top, end)) {
+            findings.assign(Role::new(side, Part::Wing), &path, sure::NAMED, "its name says so");
+        }
     }
 }
 
@@ -182,7 +190,7 @@ fn find_numbered_spine(body: &Body<'_>, limbs: Limbs, spines: &[usize], findings
 }
 
 /// The top joint above the pelvis, where there is one.
-fn find_root(body: &Body<'_>, findings: &mut Findings) {
+pub(super) fn find_root(body: &Body<'_>, findings: &mut Findings) {
     let mut above = findings.first(Side::Center, Part::Pelvis).and_then(|pelvis| body.skeleton.parent(pelvis));
     let mut root = None;
     while let Some(joint) = above {

@@ -4,7 +4,8 @@ use crate::model::Skeleton;
 
 use super::super::{
     auto_map::NamedPair,
-    spec::{ChainMap, Op, PelvisScale, PelvisScaleRule, RetargetSpec, RigSpec, ScaleOrigin},
+    mapping::Mapping,
+    spec::{ChainMap, Op, PelvisScale, PelvisScaleRule, RetargetSpec, RigSpec, ScaleOrigin, TranslationMode},
     understand::Rig,
 };
 use super::pairs::Found;
@@ -15,15 +16,16 @@ pub(super) fn filled_in(
     source: &Rig<'_>,
     target: &Rig<'_>,
     found: &Found,
+    mapping: &Mapping,
     ops: Vec<Op>,
 ) -> RetargetSpec {
     let Found { pairs, tops } = found;
     let map = spec.map.clone().or_else(|| {
         let entry = |pair: &NamedPair| ChainMap {
-            source: pair.name.clone(),
+            source: pair.source_name.clone(),
             target: pair.name.clone(),
             rotation: None,
-            translation: None,
+            translation: tops.as_ref().and_then(|_| slide(mapping, pair)),
             rotation_alpha: None,
             translation_alpha: None,
         };
@@ -54,11 +56,17 @@ pub(super) fn filled_in(
         let span = |skeleton: &Skeleton, joints: &[usize]| {
             [skeleton.label(joints[0]), skeleton.label(joints[joints.len() - 1])]
         };
-        let name = || pair.name.clone();
-        filled.source.chains.entry(name()).or_insert_with(|| span(source.skeleton(), &pair.source));
-        filled.target.chains.entry(name()).or_insert_with(|| span(target.skeleton(), &pair.target));
+        let chain = |pair: &NamedPair| span(source.skeleton(), &pair.source);
+        filled.source.chains.entry(pair.source_name.clone()).or_insert_with(|| chain(pair));
+        filled.target.chains.entry(pair.name.clone()).or_insert_with(|| span(target.skeleton(), &pair.target));
     }
     filled
+}
+
+/// How a pair's joint slides, where it does.
+fn slide(mapping: &Mapping, pair: &NamedPair) -> Option<TranslationMode> {
+    let chain = mapping.chains.iter().find(|chain| chain.target == pair.target)?;
+    Some(chain.drive.translation).filter(|translation| *translation != TranslationMode::None)
 }
 
 fn filled_in_side(spec: &RigSpec, side: &Rig<'_>) -> RigSpec {
@@ -70,6 +78,7 @@ fn filled_in_side(spec: &RigSpec, side: &Rig<'_>) -> RigSpec {
     });
     RigSpec {
         root: spec.root.clone(),
+        rest: side.rest_spec.clone(),
         roles: roles.collect(),
         // Only what an axis pair can say exactly; a body that stands askew is found again from the file.
         axes: (axes_are_exact(side)).then(|| side.axes.to_string()).or_else(|| spec.axes.clone()),

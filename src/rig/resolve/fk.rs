@@ -1,12 +1,15 @@
 //! What the `fk` op drives, and how.
 
 use super::super::{
+    alignment::split,
     auto_map::{NamedPair, known_names, roles_of},
     error::{SpecErrorKind, SpecField},
-    mapping::{ChainPair, Chord, Drive},
-    spec::{Align, FkOp, RetargetSpec},
+    mapping::{ChainPair, Chord, Drive, Spacing},
+    spec::{Align, FkOp, RetargetSpec, RotationMode},
+    twist::is_lower,
     understand::Rig,
 };
+use super::stands_on_four;
 
 pub(super) fn resolve_fk(
     op: &FkOp,
@@ -35,30 +38,100 @@ pub(super) fn resolve_fk(
     pairs
         .iter()
         .filter(wanted)
-        .map(|pair| {
+        .flat_map(|pair| {
             let entry = spec.map.iter().flatten().find(|entry| roles_of(&entry.target).contains(&pair.name.as_str()));
-            ChainPair {
-                name: pair.name.clone(),
-                source: pair.source.clone(),
-                target: pair.target.clone(),
-                drive: Drive {
-                    carry: op.carry,
-                    rotation: entry.and_then(|entry| entry.rotation).unwrap_or(op.rotation),
-                    translation: entry.and_then(|entry| entry.translation).unwrap_or(op.translation),
-                    rotation_alpha: op.alpha
-                        * entry.and_then(|entry| entry.rotation_alpha).unwrap_or(op.rotation_alpha),
-                    translation_alpha: op.alpha
-                        * entry.and_then(|entry| entry.translation_alpha).unwrap_or(op.translation_alpha),
-                },
-                chord: if spec.align == Align::Off { None } else { find_chord(pair, source, target) },
+            let rotation = entry.and_then(|entry| entry.rotation).unwrap_or(op.rotation);
+            let drive = Drive {
+                carry: op.carry,
+                rotation,
+                translation: entry.and_then(|entry| entry.translation).unwrap_or(op.translation),
+                rotation_alpha: op.alpha * entry.and_then(|entry| entry.rotation_alpha).unwrap_or(op.rotation_alpha),
+                translation_alpha: op.alpha
+                    * entry.and_then(|entry| entry.translation_alpha).unwrap_or(op.translation_alpha),
+            };
+            if let Some(chains) = leg_chains(pair, drive, source, target) {
+                return chains;
             }
+            let (from, spacing) = spread(pair, rotation, source);
+            let chord = if spec.align == Align::Off { None } else { find_chord(pair, source, target) };
+            vec![ChainPair {
+                name: pair.name.clone(),
+                source: from,
+                target: pair.target.clone(),
+                drive,
+                spacing,
+                chord,
+            }]
         })
         .collect()
+}
+
+/// Which joints of the source a chain follows, and at which places, when the numbers of joints differ.
+fn spread(pair: &NamedPair, rotation: RotationMode, source: &Rig<'_>) -> (Vec<usize>, Spacing) {
+    let plain = (pair.source.clone(), Spacing::Length);
+    let (sources, targets) = (pair.source.len(), pair.target.len());
+    let Some(role) = pair.role.as_deref().filter(|_| rotation == RotationMode::Auto && sources != targets) else {
+        return plain;
+    };
+    let (side, part) = split(role);
+    // What a split forearm twists on its way belongs to the hand; the elbow is where its first joint is.
+    if is_lower(part) && targets == 1 {
+        return (pair.source[..1].to_vec(), Spacing::Length);
+    }
+    let last = |part: &str| source.role(part).last().copied();
+    let (lead, spacing) = match part {
+        "spine" if sources == 1 => (last("pelvis"), Spacing::Led),
+        "neck" if sources == 1 => (last("spine").or_else(|| last("pelvis")), Spacing::Led),
+        "thumb" | "index" | "middle" | "ring" | "pinky" => {
+            let metacarpal = last(&format!("{side}{part}_metacarpal"));
+            (metacarpal.or_else(|| last(&format!("{side}hand"))), Spacing::Curled)
+        }
+        _ => return plain,
+    };
+    match lead.filter(|lead| !pair.source.contains(lead)) {
+        Some(lead) => (std::iter::once(lead).chain(pair.source.iter().copied()).collect(), spacing),
+        None => plain,
+    }
+}
+
+/// An animal's leg bone by bone, where the source has joints between two that belong together: what bends there turns the one
+/// bone of the target as a whole, so that it points where the source's bones together lead. Nothing for other chains.
+fn leg_chains(pair: &NamedPair, drive: Drive, source: &Rig<'_>, target: &Rig<'_>) -> Option<Vec<ChainPair>> {
+    let is_leg = pair.role.as_deref().is_some_and(|role| role.ends_with("_leg"));
+    if !is_leg || drive.rotation != RotationMode::Auto || pair.source.len() != pair.target.len() {
+        return None;
+    }
+    let path = |position: usize| {
+        let next = *pair.source.get(position + 1)?;
+        source.skeleton().path(pair.source[position], next).map(|path| path[..path.len() - 1].to_vec())
+    };
+    let pieces: Vec<Vec<usize>> =
+        (0..pair.source.len()).map(|position| path(position).unwrap_or_else(|| vec![pair.source[position]])).collect();
+    if pieces.iter().all(|piece| piece.len() == 1) {
+        return None;
+    }
+    let chain = |(position, piece): (usize, Vec<usize>)| {
+        let joint = pair.target[position];
+        let end =
+            pair.target.get(position + 1).copied().filter(|end| target.skeleton().is_ancestor_or_self(joint, *end));
+        let ends = end.zip(pair.source.get(position + 1).copied()).filter(|_| piece.len() > 1);
+        ChainPair {
+            name: pair.name.clone(),
+            source: piece,
+            target: vec![joint],
+            drive,
+            spacing: Spacing::Length,
+            chord: ends.map(|(target_end, source_end)| Chord { source_end, target_end, keeps_last: false }),
+        }
+    };
+    Some(pieces.into_iter().enumerate().map(chain).collect())
 }
 
 /// What a spine or a neck leads to, on both sides.
 fn find_chord(pair: &NamedPair, source: &Rig<'_>, target: &Rig<'_>) -> Option<Chord> {
     let (ends, keeps_last): (&[&str], bool) = match pair.role.as_deref()? {
+        // Its slope is the animal's own, as in its rest pose.
+        "spine" if stands_on_four(target) => return None,
         "spine" => (&["neck", "head"], pair.target.len() > 1),
         "neck" => (&["head"], false),
         _ => return None,

@@ -5,6 +5,7 @@ mod fk;
 mod notes;
 mod pairs;
 mod pelvis;
+mod stages;
 
 use glam::DVec3;
 
@@ -13,16 +14,22 @@ use crate::model::{Axes, Clip, Reporter, Transform};
 use self::{
     filled_in::filled_in,
     fk::{order_chains, resolve_fk},
-    notes::{check_kinds, report_idle_limbs, report_rigs},
+    notes::{check_kinds, report_idle_limbs, report_loose_joints, report_rigs},
     pairs::find_pairs,
     pelvis::{resolve_pelvis, resolve_top},
+    stages::resolve_stages,
 };
 use super::{
-    align::align,
-    anatomy::rides,
+    alignment::{AlignedJoint, Alignment, align},
+    anatomy::{loose_joints, rides},
+    auto_map::NamedPair,
     error::{SpecError, SpecErrorKind},
-    mapping::Mapping,
-    spec::{Align, Carry, FkOp, Op, PelvisOp, RetargetSpec},
+    mapping::{ChainPair, Mapping},
+    recognition::RigKind,
+    shoulder::find_shoulders,
+    spec::{Carry, FkOp, Op, PelvisOp, RetargetSpec, TranslationMode},
+    stages::Stages,
+    twist::find_twists,
     understand::Rig,
 };
 
@@ -33,6 +40,8 @@ pub struct Resolved {
     pub mapping: Mapping,
     /// The spec with everything found out filled in; resolved again, it gives the same mapping.
     pub spec: RetargetSpec,
+    /// How well the target's rest pose was turned to look like the source's, by joint.
+    pub alignment: Vec<AlignedJoint>,
 }
 
 /// Resolves a spec against two rigs and the clip that is to be moved.
@@ -51,10 +60,7 @@ pub fn resolve(
     report_rigs(spec, source, target, reporter);
     let found = find_pairs(spec, source, target)?;
     let pairs = &found.pairs;
-    let aligned = match spec.align {
-        Align::Off => target.rest.clone(),
-        Align::Auto | Align::Direction => align(source, target, pairs),
-    };
+    let Alignment { rest: aligned, joints: alignment } = align(source, target, &alignable(pairs, target), spec.align);
     let carried = is_carried(&ops);
     let ours_from_plan = if carried { Axes::Z_UP_Y_FRONT.ours_from_this() } else { target.work_from_scene };
     let plan_from_source = Transform {
@@ -71,7 +77,10 @@ pub fn resolve(
         pelvis: None,
         chains: Vec::new(),
         rides: Vec::new(),
+        twists: Vec::new(),
+        shoulders: Vec::new(),
         global_scale: 1.0,
+        stages: Stages::default(),
     };
     let mut fields = Vec::new();
     for (index, op) in ops.iter().enumerate() {
@@ -84,22 +93,62 @@ pub fn resolve(
                 let chains = resolve_fk(op, index, spec, pairs, source, target, &mut fields);
                 mapping.chains.extend(chains);
             }
+            _ => {}
         }
     }
     if let Some(error) = SpecError::from_fields(fields) {
         return Err(error);
     }
+    if found.tops.is_some() {
+        keep_slides(&mut mapping.chains, clip);
+    }
     order_chains(&mut mapping.chains);
+    mapping.stages = resolve_stages(&ops, source, target, clip, &mapping, reporter)?;
     if mapping.pelvis.is_none() && mapping.chains.is_empty() {
         return Err(nothing_to_map(source, target));
     }
     if !carried {
         // What the parents of chains that are carried along do is part of the chain.
         mapping.rides = rides(target);
+        for op in &ops {
+            if let Op::Fk(op) = op
+                && op.enabled
+            {
+                if op.twist {
+                    find_twists(source, target, clip, &mut mapping);
+                }
+                mapping.shoulders = find_shoulders(source, target, &mapping, op.shoulder);
+            }
+        }
+        let loose = loose_joints(target, &mapping.driven(), &mapping.rides);
+        report_loose_joints(target, &loose, reporter);
+        mapping.rides.extend(loose);
     }
     report_idle_limbs(spec, source, target, &mapping, reporter);
-    let spec = filled_in(spec, source, target, &found, ops);
-    Ok(Resolved { mapping, spec })
+    let spec = filled_in(spec, source, target, &found, &mapping, ops);
+    Ok(Resolved { mapping, spec, alignment })
+}
+
+/// The pairs whose rest poses are to look alike. Four-legged animals stand on both ends of their spine: one that is tipped to
+/// another's slope has its front paws in the floor or in the air.
+fn alignable(pairs: &[NamedPair], target: &Rig<'_>) -> Vec<NamedPair> {
+    let is_tipped = |pair: &&NamedPair| stands_on_four(target) && pair.role.as_deref() == Some("spine");
+    pairs.iter().filter(|pair| !is_tipped(pair)).cloned().collect()
+}
+
+/// Whether a rig is a four-legged animal.
+pub(super) fn stands_on_four(rig: &Rig<'_>) -> bool {
+    rig.recognition.kind == RigKind::Quadruped
+}
+
+/// What is no body has joints that slide, such as pistons and trolleys; where they do, their way counts.
+fn keep_slides(chains: &mut [ChainPair], clip: &Clip) {
+    for chain in chains {
+        let slides = clip.joints()[chain.source[0]].translation.is_animated();
+        if slides && chain.drive.translation == TranslationMode::None {
+            chain.drive.translation = TranslationMode::GloballyScaled;
+        }
+    }
 }
 
 fn default_ops() -> Vec<Op> {

@@ -5,7 +5,7 @@ use crate::model::Reporter;
 
 use super::super::{
     error::{SpecError, SpecErrorKind},
-    mapping::Mapping,
+    mapping::{Mapping, Ride},
     recognition::{RigKind, report_doubts},
     spec::{RetargetSpec, RigSpec},
     understand::Rig,
@@ -14,6 +14,9 @@ use super::super::{
 /// Parts without which a figure stands there with a stiff limb. Others ride along and look alive.
 const LIMBS: [&str; 11] =
     ["spine", "head", "upper_arm", "forearm", "hand", "thigh", "shin", "foot", "front_leg", "hind_leg", "tail"];
+
+/// Joints that are named in one message.
+const NAMED_AT_MOST: usize = 8;
 
 /// Whether the spec leaves it to us what drives what.
 pub(super) fn is_found_out(spec: &RetargetSpec) -> bool {
@@ -60,7 +63,7 @@ pub(super) fn report_idle_limbs(
         return;
     }
     let driven = mapping.driven();
-    let is_limb = |role: &str| LIMBS.contains(&super::super::align::split(role).1);
+    let is_limb = |role: &str| LIMBS.contains(&super::super::alignment::split(role).1);
     let is_idle = |joints: &[usize]| !joints.is_empty() && !joints.iter().any(|joint| driven[*joint]);
     let idle: Vec<&str> = target
         .roles
@@ -78,5 +81,28 @@ pub(super) fn report_idle_limbs(
         "target",
         format!("nothing drives {}: {why}; they keep their rest pose and ride along", idle.join(", ")),
         "if the source has them, name their joints in source.roles",
+    );
+}
+
+/// Tells which joints ride the nearest part of the body because they hang from nothing that moves.
+pub(super) fn report_loose_joints(target: &Rig<'_>, loose: &[Ride], reporter: &mut Reporter) {
+    if loose.is_empty() {
+        return;
+    }
+    let pairs: Vec<String> = loose
+        .iter()
+        .take(NAMED_AT_MOST)
+        .map(|ride| format!("{} rides {}", target.skeleton().label(ride.joint), target.skeleton().label(ride.on)))
+        .collect();
+    let more = loose.len().saturating_sub(NAMED_AT_MOST);
+    let more = if more > 0 { format!(", and {more} more") } else { String::new() };
+    reporter.warn(
+        "loose_joints_carried",
+        "target",
+        format!(
+            "joints of the skin hang from nothing that moves, so they ride what is nearest: {}{more}",
+            pairs.join(", ")
+        ),
+        "hang them from the bones that they belong to, or export the whole rig",
     );
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::super::{
-    auto_map::{NamedPair, by_name, by_name_alone, by_role, known_names, roles_of},
+    auto_map::{NamedPair, by_name, by_name_alone, by_role, known_names, role_pair, roles_of},
     error::{SpecError, SpecErrorKind, SpecField},
     recognition::RigKind,
     spec::{ChainMap, RetargetSpec, RigSpec},
@@ -50,6 +50,7 @@ pub(super) fn find_pairs(spec: &RetargetSpec, source: &Rig<'_>, target: &Rig<'_>
                 if let Some(source_joints) = source_chains.get(name) {
                     pairs.push(NamedPair {
                         name: name.clone(),
+                        source_name: name.clone(),
                         source: source_joints.clone(),
                         target: joints.clone(),
                         role: None,
@@ -131,13 +132,7 @@ fn mapped_pairs(
         let (from, to) = (roles_of(&entry.source), roles_of(&entry.target));
         let complete = |side: &Rig<'_>, roles: &[&str]| roles.iter().all(|role| !side.role(role).is_empty());
         if from.len() == to.len() && complete(source, &from) && complete(target, &to) {
-            let pair = |(from, to): (&str, &str)| NamedPair {
-                name: to.to_owned(),
-                source: source.role(from).to_vec(),
-                target: target.role(to).to_vec(),
-                role: (from == to).then(|| to.to_owned()),
-            };
-            return from.into_iter().zip(to).map(pair).collect();
+            return from.into_iter().zip(to).filter_map(|(from, to)| role_pair(source, from, target, to)).collect();
         }
     }
     let mut joints_of = |side: &Rig<'_>, chains: &Chains, name: &str, end: &str| -> Option<Vec<usize>> {
@@ -159,7 +154,10 @@ fn mapped_pairs(
     let source_joints = joints_of(source, source_chains, &entry.source, "source");
     let target_joints = joints_of(target, target_chains, &entry.target, "target");
     match (source_joints, target_joints) {
-        (Some(source), Some(target)) => vec![NamedPair { name: entry.target.clone(), source, target, role: None }],
+        (Some(source), Some(target)) => {
+            let (name, source_name) = (entry.target.clone(), entry.source.clone());
+            vec![NamedPair { name, source_name, source, target, role: None }]
+        }
         _ => Vec::new(),
     }
 }

@@ -9,6 +9,7 @@ use super::{
         error::SpecError,
         floor::{Stance, clip_floor},
         mapping::{Mapping, PelvisPair, PelvisPosition},
+        recognition::RigKind,
         spec::{HeightRule, PelvisOp, PelvisScale, PelvisScaleRule, RetargetSpec, RigSpec, ScaleOrigin},
         understand::Rig,
     },
@@ -46,7 +47,13 @@ pub(super) fn resolve_pelvis(
     let unit = mapping.plan_from_source.scale.x;
     let (source_value, target_value) = Height::comparable(&source_height, &target_height);
     let ratio = target_value / if source_value < LEAST_HEIGHT { 1.0 } else { source_value };
-    mapping.global_scale = ratio / unit;
+    mapping.global_scale = match op.scale {
+        // What is no body has no height to compare.
+        PelvisScale::Value(value) if [source, target].iter().all(|side| side.recognition.kind == RigKind::Other) => {
+            value
+        }
+        _ => ratio / unit,
+    };
     if !op.enabled {
         return Ok(());
     }
@@ -58,7 +65,7 @@ pub(super) fn resolve_pelvis(
     let (source_origin, target_origin) = match op.origin {
         ScaleOrigin::Origin => (DVec3::ZERO, DVec3::ZERO),
         // Nothing says where the target's floor is, so it is where the source's is.
-        ScaleOrigin::Floor if target_height.sole.is_none() => (DVec3::ZERO, DVec3::ZERO),
+        ScaleOrigin::Floor if !target_height.has_floor => (DVec3::ZERO, DVec3::ZERO),
         ScaleOrigin::Floor => {
             let floor = if source_height.stands {
                 source_height.floor
@@ -74,14 +81,32 @@ pub(super) fn resolve_pelvis(
         target: target_pelvis,
         rotation_alpha: op.alpha * op.rotation_alpha,
         translation_alpha: op.alpha * op.translation_alpha,
-        position: PelvisPosition {
-            ours_from_plan: (target.work_from_scene * mapping.plan_from_target.conjugate()).normalize(),
-            scale: DVec3::new(op.scale_horizontal, op.scale_vertical, op.scale_horizontal) * scale,
-            source_origin,
-            target_origin,
-        },
+        position: blended(
+            op,
+            target.unit_metres,
+            PelvisPosition {
+                ours_from_plan: (target.work_from_scene * mapping.plan_from_target.conjugate()).normalize(),
+                scale: DVec3::new(op.scale_horizontal, op.scale_vertical, op.scale_horizontal) * scale,
+                source_origin,
+                target_origin,
+            },
+        ),
     });
     Ok(())
+}
+
+/// The same position with the op's offset, and blended with the source's own. Both are affine in the source's position, so the blend
+/// is one of scales and of origins.
+fn blended(op: &PelvisOp, unit_metres: f64, position: PelvisPosition) -> PelvisPosition {
+    let turn = position.ours_from_plan;
+    let share = DVec3::from(op.blend_to_source_weights) * op.blend_to_source;
+    let toward_source = turn * (position.source_origin - position.target_origin);
+    let moved = toward_source * share + DVec3::from(op.offset) / unit_metres;
+    PelvisPosition {
+        scale: position.scale + (DVec3::ONE - position.scale) * share,
+        target_origin: position.target_origin + turn.conjugate() * moved,
+        ..position
+    }
 }
 
 /// What moves two skeletons that are no bodies: there is no floor and no height, only a size.
@@ -118,6 +143,8 @@ struct Height {
     sole: Option<f64>,
     /// Whether the rest pose stands on the file's own floor, so that the floor of its clips is known too.
     stands: bool,
+    /// Whether it is known where the floor of the file is: the rest pose stands on it, or the spec says it.
+    has_floor: bool,
 }
 
 impl Height {
@@ -133,15 +160,15 @@ impl Height {
         };
         let stance = Stance::of(side, pelvis);
         let height = side.rest_height(pelvis);
-        let stands = ground.is_none() && stance.sole.is_some();
-        let as_asked = |value: f64, floor: f64| Self { value, floor, sole: Some(0.0), stands };
+        let stands = ground.is_none() && stance.stands;
+        let as_asked = |value: f64, floor: f64| Self { value, floor, sole: Some(0.0), stands, has_floor: true };
         Ok(match (rule, ground) {
             (HeightRule::AboveOrigin, _) => as_asked(height, stance.floor),
             (_, Some(floor)) => as_asked(height - floor, floor),
             (HeightRule::AboveGroundJoint, None) => as_asked(height - stance.floor, stance.floor),
             (HeightRule::AboveFloor, None) => {
-                let Stance { floor, sole, height } = stance;
-                Self { value: height, floor, sole, stands }
+                let Stance { floor, sole, height, .. } = stance;
+                Self { value: height, floor, sole, stands, has_floor: stands }
             }
         })
     }

@@ -5,18 +5,25 @@ mod edit;
 mod map;
 mod ops;
 mod output;
+mod pose;
 mod report;
 mod rig;
+mod tune;
 
 pub use edit::{
     EditSpec, FractionRange, FrameRange, HoldSpec, InterpolationSpec, LoopRoot, LoopSpec, MirrorChoice, MirrorPlane,
     MirrorSpec, RangeSpec,
 };
 pub use map::{ChainMap, RotationMode, TranslationMode};
-pub use ops::{Carry, FkOp, HeightRule, Op, PelvisOp, PelvisScale, PelvisScaleRule, ScaleOrigin};
+pub use ops::{
+    Alpha, Carry, ContactFloor, ContactFloorRule, ContactsOp, FilterKind, FilterOp, FkOp, FloorOp, HeightRule, IkGoal,
+    IkOp, Op, PelvisOp, PelvisScale, PelvisScaleRule, PlantMode, PlantOp, ScaleOrigin, Scope,
+};
 pub use output::{IncludeSpec, OutputChoice, OutputSpec, TargetClipsSpec};
+pub use pose::{EditAxes, FromClipEdit, PoseChoice, PoseEdit, PoseSpec, ResetEdit, RotateEdit};
 pub use report::{MetricInfo, MetricName, ReportChoice, ReportDetail, ReportSpec, Threshold};
 pub use rig::{AutoWord, OneOrMany, RestFrame, RestRule, RestSpec, RigSpec, UnitSpec};
+pub use tune::{TuneChoice, TuneParameter, TuneSpec};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -41,6 +48,10 @@ pub struct RetargetSpec {
     /// Which source chain drives which target chain. Default: by roles, then by equal names.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub map: Option<Vec<ChainMap>>,
+    /// Asks for the target in a pose, as a file, instead of a clip: nothing is retargeted, and the source is looked at only where
+    /// the pose is taken from it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pose: Option<PoseSpec>,
     /// What is done, in this order. Default: `pelvis`, then `fk`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ops: Option<Vec<Op>>,
@@ -52,6 +63,10 @@ pub struct RetargetSpec {
     pub output: Option<OutputChoice>,
     /// How much is measured, and from which value on it is called bad.
     pub report: ReportChoice,
+    /// Whether parameters of the ops are searched so that the report's score is as low as can be: true, or limits and bounds. The
+    /// spec that is found is in the resolved one. Default: they are taken as they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tune: Option<TuneChoice>,
     /// Turns warnings, and measures that fail, into an error.
     pub strict: bool,
 }
@@ -70,13 +85,18 @@ pub enum ClipChoice {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Align {
-    /// `direction` for chains that come from roles, `off` for chains that the spec names joint by joint.
+    /// `full` for each joint whose roll is known better than it is off on both sides, else `direction`. Only chains that come from
+    /// roles are turned; those that the spec names joint by joint are not, but where `points_at` says how.
     #[default]
     Auto,
     /// The rest poses look alike already; nothing is turned.
     Off,
-    /// Limbs, spine, neck, hands and fingers are turned until they point as the source's do; feet by heading only.
+    /// Limbs, spine, neck, hands and fingers are turned until they point as the source's do, the shortest way; feet by heading
+    /// only.
     Direction,
+    /// As `direction`, and each joint is then rolled about its direction as the source's is, wherever both sides tell: hands by
+    /// their knuckles, thumb or mesh, arms and legs by the bend of elbow and knee, by the foot, or by how bodies are made.
+    Full,
 }
 
 /// The JSON Schema of [`RetargetSpec`], from the doc comments in this file.

@@ -131,7 +131,7 @@ pub enum MetricName {
     /// How far the gap between hands, or of a hand to head or shoulder, differs from the source's while it is small
     /// there, in percent of the body's length; 95th percentile.
     HandGap,
-    /// How far a limb's end is from where inverse kinematics was to bring it, at 1 m leg length; 95th percentile.
+    /// How far a limb's end is left from where inverse kinematics was to bring it, at 1 m leg length; largest.
     ReachResidual,
 }
 
@@ -328,7 +328,7 @@ const METRICS: [MetricInfo; 17] = [
         threshold: Threshold { warn_above: 0.5, fail_above: 3.0 },
         forgives_source: false,
         weight: 2.0,
-        about: "how far a limb's end is from where inverse kinematics was to bring it, at 1 m leg length; 95th percentile",
+        about: "how far a limb's end is left from where inverse kinematics was to bring it, at 1 m leg length; largest",
     },
 ];
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::ClipChoice;
+use super::{ClipChoice, PoseEdit};
 
 /// What is known about one rig.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -19,6 +19,16 @@ pub struct RigSpec {
     pub ground: Option<String>,
     /// The pose that retargeting measures from.
     pub rest: RestSpec,
+    /// Changes to that pose, one after the other: the retarget-pose editor.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub pose: Vec<PoseEdit>,
+    /// Joints that keep their own orientation in model space when this rig is aligned with the other (the target is).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub keep_pose: Vec<String>,
+    /// What a joint points at, for alignment: joint to joint. Default: the next part of the body, such as the middle finger for a
+    /// hand. For joints with several children, and for chains that no role names.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub points_at: BTreeMap<String, String>,
     /// Up and front axes of the file as two signed letters, such as `+y+z` or `+z-y`. Default `auto`: what the file says, checked
     /// against where the body's head, feet and hands are.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -77,7 +87,7 @@ pub enum AutoWord {
 
 /// Where the rest pose comes from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "expected \"auto\", \"bind\", \"nodes\" or {\"clip\": …, \"frame\": …}")]
+#[serde(untagged, expecting = "expected \"auto\", \"bind\", \"nodes\", \"solved\" or {\"clip\": …, \"frame\": …}")]
 pub enum RestSpec {
     /// A rule.
     Rule(RestRule),
@@ -95,13 +105,16 @@ impl Default for RestSpec {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RestRule {
-    /// The rest upload where there is one, else the bind pose where skins give one, else the node transforms.
+    /// The rest upload where there is one, else the bind pose where skins give one, else the node transforms. Where a file that does
+    /// not say its axes (BVH) holds no body that stands at rest: the first frame of its clip that is one, else `solved`.
     #[default]
     Auto,
     /// The pose in which the skins were bound.
     Bind,
     /// The node transforms of the file.
     Nodes,
+    /// A T pose, made of whatever `auto` gives: arms to the sides, legs down, spine up, by role.
+    Solved,
 }
 
 /// A frame of a clip.

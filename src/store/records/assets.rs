@@ -1,4 +1,4 @@
-//! Records of uploaded files, and what was found in them.
+//! Records of uploaded files.
 
 use jiff::Timestamp;
 use sqlx::{Row, sqlite::SqliteRow};
@@ -98,36 +98,5 @@ impl Records {
             sqlx::query(query).bind(id.as_str()).bind(expires_at.as_millisecond()).execute(&mut *transaction).await?;
         transaction.commit().await?;
         Ok(done.rows_affected() > 0)
-    }
-
-    /// What `version` found in such a file, as JSON.
-    ///
-    /// # Errors
-    /// When the database fails.
-    pub async fn inspection(&self, asset: &AssetRecord, version: &str) -> Result<Option<String>, StoreError> {
-        let query = "SELECT document FROM inspections WHERE sha256 = $1 AND format = $2 AND version = $3";
-        Ok(sqlx::query_scalar(query)
-            .bind(&asset.sha256)
-            .bind(&asset.format)
-            .bind(version)
-            .fetch_optional(&self.pool)
-            .await?)
-    }
-
-    /// Remembers what `version` found in such a file.
-    ///
-    /// # Errors
-    /// When the database fails.
-    pub async fn add_inspection(&self, asset: &AssetRecord, version: &str, document: &str) -> Result<(), StoreError> {
-        let mut transaction = self.begin().await?;
-        let query = "INSERT OR REPLACE INTO inspections (sha256, format, version, document) VALUES ($1, $2, $3, $4)";
-        sqlx::query(query)
-            .bind(&asset.sha256)
-            .bind(&asset.format)
-            .bind(version)
-            .bind(document)
-            .execute(&mut *transaction)
-            .await?;
-        Ok(transaction.commit().await?)
     }
 }

@@ -11,7 +11,10 @@ use sqlx::{
 use crate::store::StoreError;
 
 /// Every change of the layout, in order. A released one is never edited; add a new one.
-const MIGRATIONS: [(i64, &str, &str); 1] = [(1, "first", include_str!("../migrations/0001_first.sql"))];
+const MIGRATIONS: [(i64, &str, &str); 2] = [
+    (1, "first", include_str!("../migrations/0001_first.sql")),
+    (2, "named documents", include_str!("../migrations/0002_named_documents.sql")),
+];
 
 /// The records of a data folder.
 #[derive(Clone, Debug)]

@@ -128,6 +128,21 @@ pub struct JobRequest {
     pub formats: Vec<String>,
     /// The user's own words about it.
     pub labels: BTreeMap<String, String>,
+    /// The preset that is in the config already.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preset: Option<VersionedName>,
+    /// The rig templates of the user's own that it is recognised with.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rigs: Vec<VersionedName>,
+}
+
+/// One version of a document that is kept under a name.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct VersionedName {
+    /// What it is called.
+    pub name: String,
+    /// Its version, from 1; 0 for what comes with the program.
+    pub version: u64,
 }
 
 impl JobRequest {

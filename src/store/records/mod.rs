@@ -5,14 +5,17 @@
 
 mod assets;
 mod database;
+mod documents;
 mod job_record;
 mod jobs;
 mod results;
 mod sweep;
 
 pub use database::Records;
+pub use documents::{DocumentChange, DocumentKind, DocumentRecord, NewDocument, Precondition};
 pub use job_record::{
     ConfigDocument, FinishedJob, InputRole, JobFailure, JobInput, JobRecord, JobRequest, JobState, StoredFieldError,
+    VersionedName,
 };
 
 use jiff::Timestamp;

@@ -13,7 +13,10 @@ const RESULTS: &str = "DELETE FROM results WHERE expires_at <= $1 RETURNING sha2
 const RESULTS_OF_JOBS: &str =
     "DELETE FROM results WHERE job_id IN (SELECT id FROM jobs WHERE expires_at <= $1) RETURNING sha256";
 const JOBS: &str = "DELETE FROM jobs WHERE expires_at <= $1 RETURNING ''";
-const INSPECTIONS: &str = "DELETE FROM inspections WHERE sha256 NOT IN (SELECT sha256 FROM assets)";
+/// Old versions of documents that no job can name any more: those that were asked for while a version was current are gone. A job
+/// looks documents up a moment before its record is written, hence the hour.
+const DOCUMENTS: &str = "DELETE FROM named_documents WHERE superseded_at + 3600000 <= $1 \
+                         AND NOT EXISTS (SELECT 1 FROM jobs WHERE created_at <= superseded_at + 3600000)";
 
 impl Records {
     /// Removes every record that has expired by `now`. Gives how many, and the digests that they had.
@@ -24,7 +27,7 @@ impl Records {
             let query = sqlx::query_scalar::<_, String>(query).bind(now.as_millisecond());
             removed.extend(query.fetch_all(&mut *transaction).await?);
         }
-        sqlx::query(INSPECTIONS).execute(&mut *transaction).await?;
+        sqlx::query(DOCUMENTS).bind(now.as_millisecond()).execute(&mut *transaction).await?;
         transaction.commit().await?;
         let count = removed.len() as u64;
         removed.retain(|digest| !digest.is_empty());

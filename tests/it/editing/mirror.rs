@@ -132,15 +132,24 @@ fn a_left_step_becomes_a_right_one() {
     let (left, right) = ["LeftFoot", "RightFoot"]
         .map(|name| scene.skeleton.joints().iter().position(|joint| joint.name.ends_with(name)).expect("a foot"))
         .into();
-    let image = mirrored(&scene, &scene.clips[0], MirrorPlane::Start);
+    let clip = &scene.clips[0];
+    let rig = rig(&scene);
+    let pelvis = rig.role("pelvis")[0];
+    let image = Mirror::new(&rig, &[]).apply(clip, MirrorPlane::Start).expect("a clip");
+    // The plane stands upright through the first frame's pelvis, along the way that it faces there.
+    let first = clip.local_pose(&scene.skeleton, 0).to_model(&scene.skeleton).transforms()[pelvis];
+    let facing = first.rotation * rig.rest.transforms()[pelvis].rotation.conjugate() * DVec3::Z;
+    let lateral = DVec3::Y.cross(DVec3::new(facing.x, 0.0, facing.z).normalize());
     for frame in [0, 10, 40] {
-        let (ours, theirs) = (places(&scene, &image, frame), places(&scene, &scene.clips[0], frame));
-        assert!(
-            (ours[left].z - theirs[right].z).abs() < 1e-4,
-            "frame {frame}: the left foot is where the right one was"
-        );
-        assert!((ours[left].x - theirs[left].x).abs() < 0.1, "frame {frame}: and still to the left");
+        let (ours, theirs) = (places(&scene, &image, frame), places(&scene, clip, frame));
+        for (foot, other) in [(left, right), (right, left)] {
+            let off = theirs[other] - first.translation;
+            let expected = theirs[other] - lateral * (2.0 * off.dot(lateral));
+            let error = ours[foot].distance(expected);
+            assert!(error < 1e-4, "frame {frame}: joint {foot} is {error} m from the mirror image of joint {other}");
+        }
     }
+    assert!(places(&scene, &image, 0)[pelvis].distance(first.translation) < 1e-4, "it starts where it did");
 }
 
 #[test]

@@ -182,14 +182,22 @@ fn a_loop_has_no_seam_and_walks_on() {
     let travel = edited(&scene, &clip, json!({"loop": {"times": 3, "blend_seconds": 0.3}}));
     assert_eq!(travel.frame_count(), (frames - 1) * 3 + 1, "three times, each seam once");
     let pelvis = scene.clips[0].joints().iter().position(|tracks| tracks.translation.is_animated()).expect("a pelvis");
-    let places = translations(&travel, pelvis);
-    let way = places[frames - 1] - places[0];
+    let (places, turns) = (translations(&travel, pelvis), rotations(&travel, pelvis));
+    // Each pass goes on where and in the direction that the one before ended.
+    let turn = heading(turns[frames - 1] * turns[0].conjugate());
+    let way = places[frames - 1] - turn * places[0];
     assert!(way.z > 1.0, "it walks: {way}");
+    let mut expected = places[0];
     for pass in 1..=3 {
-        let expected = places[0] + Vec3::new(way.x, 0.0, way.z) * pass as f32;
+        expected = turn * expected + Vec3::new(way.x, 0.0, way.z);
         let place = places[(frames - 1) * pass];
         assert!(place.distance(expected) < 1e-4, "pass {pass} ends at {place}, expected {expected}");
     }
+}
+
+/// The part of a rotation about the vertical.
+fn heading(rotation: Quat) -> Quat {
+    Quat::from_xyzw(0.0, rotation.y, 0.0, rotation.w).normalize()
 }
 
 #[test]

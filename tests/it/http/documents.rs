@@ -52,7 +52,7 @@ async fn every_route_answers_in_a_type_that_it_declares() {
             'j' => "job_00000000000000000000000000",
             _ => "res_00000000000000000000000000",
         });
-        let answer = service.get(&path.replace("{id}", id)).await;
+        let answer = service.get(&path.replace("{id}", id).replace("{name}", "default")).await;
         let status = answer.status().as_u16().to_string();
         let responses = &item["get"]["responses"];
         let declared = responses.get(&status).or_else(|| responses.get("default"));

@@ -1,6 +1,10 @@
 //! What the service says of itself, and the bytes that it gives back.
 
-use retargetd::{config::Settings, engine::Format, rig::spec_schema};
+use retargetd::{
+    config::Settings,
+    engine::{FindingCode, Format, template_schema},
+    rig::spec_schema,
+};
 use serde_json::json;
 
 use super::support::{BVH, Service, header, json};
@@ -24,6 +28,17 @@ async fn version_limits_formats_and_schema_are_those_of_the_code() {
 
     let schema = json(service.get("/v1/schemas/retarget-spec").await).await;
     assert_eq!(schema, spec_schema(), "the schema that configs are read by");
+    let schema = json(service.get("/v1/schemas/rig-template").await).await;
+    assert_eq!(schema, template_schema(), "the schema that rig templates are read by");
+    let findings = json(service.get("/v1/findings").await).await;
+    let codes: Vec<&str> = findings["findings"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .filter_map(|finding| finding["code"].as_str())
+        .collect();
+    let known: Vec<&str> = FindingCode::ALL.iter().map(|code| code.name()).collect();
+    assert_eq!(codes, known, "every finding");
     service.stop().await;
 }
 

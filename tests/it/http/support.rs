@@ -12,7 +12,9 @@ use reqwest::{Client, Response, StatusCode};
 use retargetd::{
     app::{self, Running},
     config::Settings,
-    engine::{Control, Failure, FailureCode, Format, Inputs, Limits, NamedBytes, Outcome, Output, Report},
+    engine::{
+        Control, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Outcome, Output, Question, Report,
+    },
     jobs::Engine,
     telemetry::Clock,
 };
@@ -68,7 +70,7 @@ impl Drop for Server {
 pub(super) struct Obedient;
 
 impl Engine for Obedient {
-    fn retarget(&self, inputs: &Inputs<'_>, _limits: &Limits, control: &Control) -> Result<Outcome, Failure> {
+    fn retarget(&self, inputs: &Inputs<'_>, _: &Knowledge, _: &Limits, control: &Control) -> Result<Outcome, Failure> {
         let config = inputs.config.map_or(&b""[..], |config| config.bytes);
         let says = |word: &str| String::from_utf8_lossy(config).contains(word);
         if says("panic") {
@@ -91,8 +93,27 @@ impl Engine for Obedient {
         Ok(Outcome { outputs, report: Report::default(), resolved_spec: serde_json::json!({"version": 1}) })
     }
 
-    fn inspect(&self, file: NamedBytes<'_>, _: &Limits, _: &Control) -> Result<Value, Failure> {
+    fn inspect(&self, file: NamedBytes<'_>, _: &Knowledge, _: &Limits, _: &Control) -> Result<Value, Failure> {
         Ok(serde_json::json!({"format": "bvh", "name": file.name}))
+    }
+
+    fn propose(&self, inputs: &Inputs<'_>, _: &Knowledge, _: &Limits, _: &Control) -> Result<Value, Failure> {
+        Ok(serde_json::json!({"target_bytes": inputs.target.bytes.len()}))
+    }
+
+    fn explain(
+        &self,
+        _: &Inputs<'_>,
+        question: &Question<'_>,
+        _: &Knowledge,
+        _: &Limits,
+        _: &Control,
+    ) -> Result<Value, Failure> {
+        Ok(serde_json::json!({"joint": question.joint}))
+    }
+
+    fn check_config(&self, config: NamedBytes<'_>) -> Result<Value, Failure> {
+        Ok(serde_json::json!({"config_bytes": config.bytes.len()}))
     }
 }
 

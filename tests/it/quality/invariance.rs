@@ -9,7 +9,10 @@ use retargetd::{
     samples,
 };
 
-use super::figure::{Figure, degrees_between, position, rotation, world};
+use super::{
+    figure::{Figure, degrees_between, position, rotation, world},
+    made_rigs::{MadeRig, roles_of},
+};
 use crate::support::corpus_file;
 
 const MOST_DEGREES: f64 = 0.01;
@@ -126,17 +129,24 @@ fn random_rotation(state: &mut u64) -> DQuat {
 }
 
 fn retargeted(source: &Scene, clip: &Clip, target: &Scene) -> Clip {
-    let spec = RetargetSpec::default();
+    retargeted_as(&RetargetSpec::default(), source, clip, target)
+}
+
+fn retargeted_as(spec: &RetargetSpec, source: &Scene, clip: &Clip, target: &Scene) -> Clip {
     let mut reporter = Reporter::new();
     let source = Rig::new("source", source, None, &spec.source, &mut reporter).expect("a source");
     let target = Rig::new("target", target, None, &spec.target, &mut reporter).expect("a target");
-    let Resolved { mapping, .. } = resolve(&spec, &source, &target, clip, &mut reporter).expect("a mapping");
+    let Resolved { mapping, .. } = resolve(spec, &source, &target, clip, &mut reporter).expect("a mapping");
     run(&Plan::new(source.skeleton(), target.skeleton(), &mapping), clip, &Control::new()).expect("a result")
 }
 
 /// All frames of a retarget, seen through the target's guise.
 fn motion(source: &Guise, target: &Guise) -> Vec<Vec<(DVec3, DQuat)>> {
-    let result = retargeted(&source.scene, &source.scene.clips[0], &target.scene);
+    motion_as(&RetargetSpec::default(), source, target)
+}
+
+fn motion_as(spec: &RetargetSpec, source: &Guise, target: &Guise) -> Vec<Vec<(DVec3, DQuat)>> {
+    let result = retargeted_as(spec, &source.scene, &source.scene.clips[0], &target.scene);
     let frame = |frame| target.seen_through(&world(&target.scene.skeleton, Some((&result, frame))));
     (0..result.frame_count()).map(frame).collect()
 }
@@ -222,6 +232,32 @@ fn everything_at_once_does_not_matter() {
     let source = walk().with_other_joint_axes(7).turned(turn, None).in_units(100.0);
     let target = mannequin().with_other_joint_axes(8).turned(turn, None).in_units(39.370_078_74);
     assert_same_motion(&motion(&source, &target), &plain, "both sides");
+}
+
+/// The mannequin with its limbs hung from the root, as exports of the skin's joints alone have them.
+fn in_pieces() -> Guise {
+    let mut rig = MadeRig::of(&samples::mannequin_scene());
+    for joint in ["thigh", "clavicle", "foot", "lowerarm"] {
+        rig = rig.hung_from(&format!("{joint}_l"), "root").hung_from(&format!("{joint}_r"), "root");
+    }
+    Guise::plain(rig.scene(|name| name.starts_with("foot")))
+}
+
+#[test]
+fn limbs_in_pieces_and_twists_do_not_depend_on_axes_units_and_facing() {
+    let roles = roles_of(&samples::mannequin_scene());
+    let plain = motion_as(&roles, &walk(), &in_pieces());
+    let (turn, axes) = z_up();
+    let about = DQuat::from_rotation_y(std::f64::consts::PI);
+    for (what, target) in [
+        ("other joint axes", in_pieces().with_other_joint_axes(11)),
+        ("centimetres", in_pieces().in_units(100.0)),
+        ("Z up", in_pieces().turned(turn, Some(axes))),
+        ("facing back", in_pieces().turned(about, None)),
+        ("all of it", in_pieces().with_other_joint_axes(12).turned(turn, None).in_units(39.370_078_74)),
+    ] {
+        assert_same_motion(&motion_as(&roles, &walk(), &target), &plain, what);
+    }
 }
 
 fn cut(clip: &Clip, from: usize, to: usize) -> Clip {

@@ -6,7 +6,7 @@ use retargetd::{
     config::{Setting, Settings},
     engine::Format,
     http::Code,
-    rig::{MetricInfo, MetricName, Threshold, parse_spec, spec_schema},
+    rig::{FindingCode, MetricInfo, MetricName, Threshold, parse_spec, spec_schema},
 };
 use serde_json::Value;
 
@@ -20,6 +20,7 @@ fn tables_are_what_the_code_says() {
         ("config", config()),
         ("settings", settings()),
         ("errors", errors()),
+        ("findings", findings()),
         ("warnings", warnings::table(&readme())),
     ];
     let before = readme();
@@ -92,6 +93,14 @@ fn errors() -> String {
     for code in Code::ALL {
         let (name, status) = (format!("`{}`", code.name()), code.status().as_u16().to_string());
         row(&mut table, &[&name, &status, if code.is_retryable() { "yes" } else { "" }, code.title()]);
+    }
+    table
+}
+
+fn findings() -> String {
+    let mut table = header(&["code", "severity", "what it means", "what to do"]);
+    for code in FindingCode::ALL {
+        row(&mut table, &[&format!("`{}`", code.name()), code.severity().name(), code.about(), code.fix()]);
     }
     table
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use retargetd::{
     model::{Joint, Skeleton, Transform},
-    rig::{Hints, Part, Recognition, RigKind, Role, Side, recognise},
+    rig::{Hints, Part, Recognition, RigKind, Role, Side, parse_template, recognise},
 };
 
 /// A joint of a small figure: part name without a side, whether it has sides, parent, and place relative to it on the left.
@@ -192,4 +192,128 @@ fn the_largest_of_two_bodies_is_taken() {
     assert_eq!(recognition.kind, RigKind::Biped, "the whole one");
     let inside = recognition.roles.values().flat_map(|finding| &finding.joints).all(|joint| *joint >= kept);
     assert!(inside, "no joint of the other");
+}
+
+#[test]
+fn joints_without_meaning_are_seen_by_their_shape() {
+    type Naming = fn(&str, Side) -> String;
+    let namings: [(&str, Naming); 3] = [
+        ("no names", |_, _| String::new()),
+        ("one name for all", |_, _| "joint".to_owned()),
+        ("words of another language", |part, side| {
+            let words = [("Hips", "taz"), ("Spine", "kregoslup"), ("Head", "glowa"), ("ForeArm", "przedramie")];
+            let word = words.iter().find(|(english, _)| *english == part).map_or("kosc", |(_, word)| *word);
+            format!("{word}_{side:?}").replace("Left", "lewa").replace("Right", "prawa")
+        }),
+    ];
+    for (what, naming) in namings {
+        let skeleton = figure(naming);
+        let recognition = recognised(&skeleton);
+        assert_eq!(recognition.kind, RigKind::Biped, "{what}");
+        assert!(recognition.by_shape, "{what}: said, so that users look at it");
+        let named = figure(|part, side| format!("{side:?}{part}").replace("Center", ""));
+        let expected = recognised(&named);
+        for (role, finding) in &expected.roles {
+            let seen = &recognition.roles[role];
+            assert_eq!(seen.joints, finding.joints, "{what}: {role}");
+            assert!(seen.confidence < 0.9, "{what}: one witness is not two: {role} {}", seen.confidence);
+            assert!(finding.confidence > 0.95, "two witnesses that agree are sure: {role} {}", finding.confidence);
+        }
+        assert_eq!(recognition.roles.len(), expected.roles.len(), "{what}: nothing more");
+    }
+}
+
+#[test]
+fn names_that_contradict_the_shape_are_doubted() {
+    // Every joint of the legs is named as the one below it.
+    let lie = |part: &str| match part {
+        "Thigh" => "Calf".to_owned(),
+        "Calf" => "Foot".to_owned(),
+        "Foot" => "Toe".to_owned(),
+        "Toe" => "Thigh".to_owned(),
+        part => part.to_owned(),
+    };
+    let skeleton = figure(|part, side| format!("{side:?}{}", lie(part)).replace("Center", ""));
+    let recognition = recognised(&skeleton);
+    let truth = recognised(&figure(|part, side| format!("{side:?}{part}").replace("Center", "")));
+    for (role, finding) in &recognition.roles {
+        let is_right = truth.roles[role].joints == finding.joints;
+        assert!(is_right || finding.confidence < 0.9, "{role} is wrong and sure of it: {finding:?}");
+    }
+    let doubted = recognition.roles.values().filter(|finding| finding.confidence < 0.9).count();
+    assert!(doubted >= 4, "the legs are doubted: {:?}", recognition.roles);
+    assert!(recognition.roles[&Role::new(Side::Left, Part::UpperArm)].confidence > 0.95, "the arms are not");
+}
+
+#[test]
+fn a_template_of_the_users_names_what_no_lexicon_knows() {
+    let code = |part: &str, side: Side| {
+        let number = FIGURE.iter().position(|bone| bone.0 == part).expect("a bone of the figure");
+        format!(
+            "HX{number:02}{}",
+            match side {
+                Side::Left => "p",
+                Side::Right => "q",
+                Side::Center => "",
+            }
+        )
+    };
+    let document = serde_json::json!({
+        "name": "house_rig", "kind": "biped", "prefixes": ["HX"], "sides": [["p"], ["q"]],
+        "roles": {
+            "pelvis": ["00"], "spine": ["01", "02"], "neck": ["03"], "head": ["04"], "clavicle": ["05{side}"],
+            "upper_arm": ["06{side}"], "forearm": ["07{side}"], "hand": ["08{side}"], "thigh": ["09{side}"],
+            "shin": ["10{side}"], "foot": ["11{side}"], "toe": ["12{side}"],
+        },
+    });
+    let templates = [parse_template(document).expect("a template")];
+    let skeleton = figure(code);
+    let rest = skeleton.rest_pose().to_model(&skeleton);
+    let recognition = recognise(&skeleton, &rest, &Hints { templates: &templates, ..Hints::default() });
+    assert_eq!(recognition.recognised_as.as_deref(), Some("house_rig"), "by its own name");
+    assert!(!recognition.by_shape, "the template says what the names mean");
+    assert_eq!(recognition.roles.len(), 4 + 16, "every joint");
+    let foot = &recognition.roles[&Role::new(Side::Right, Part::Foot)];
+    assert_eq!(skeleton.joints()[foot.joints[0]].name, "HX11q", "each where it belongs");
+    assert!(foot.confidence > 0.95, "as sure as any name: {foot:?}");
+}
+
+#[test]
+fn helpers_props_and_wings_are_told() {
+    let plain = figure(|part, side| format!("{side:?}{part}").replace("Center", ""));
+    let index = |name: &str| plain.find(name).expect("a joint of the figure");
+    let mut joints = plain.joints().to_vec();
+    let mut hang = |name: &str, parent: &str, place: [f64; 3]| {
+        let parent = joints.iter().position(|joint| joint.name == parent).expect("it is there");
+        let rest = Transform::from_translation(DVec3::from_array(place));
+        joints.push(Joint { name: name.to_owned(), parent: Some(parent), rest, is_joint: true, node: joints.len() });
+    };
+    hang("LeftForeArmTwist", "LeftForeArm", [0.1, 0.0, 0.0]);
+    hang("bone_7", "RightUpperArm", [-0.15, 0.0, 0.0]);
+    hang("Sword", "RightHand", [-0.05, 0.0, 0.0]);
+    hang("SwordTip", "Sword", [0.0, 0.0, 0.6]);
+    hang("Wing1_L", "Chest", [0.05, 0.05, -0.1]);
+    hang("Wing2_L", "Wing1_L", [0.3, 0.2, -0.1]);
+    let skeleton = Skeleton::new(joints).expect("parents come first");
+    let recognition = recognised(&skeleton);
+    let name = |joint: usize| skeleton.joints()[joint].name.as_str();
+    let twists: Vec<(&str, String, f64)> = recognition
+        .twists
+        .iter()
+        .map(|helper| (name(helper.joint), helper.role.to_string(), (helper.fraction * 100.0).round() / 100.0))
+        .collect();
+    assert_eq!(
+        twists,
+        [("LeftForeArmTwist", "left_forearm".to_owned(), 0.4), ("bone_7", "right_upper_arm".to_owned(), 0.5)],
+        "by name, and a nameless leaf in the middle of a segment"
+    );
+    let props: Vec<(&str, Side)> = recognition.props.iter().map(|prop| (name(prop.joint), prop.side)).collect();
+    assert_eq!(props, [("Sword", Side::Right)], "the topmost joint of what the hand holds");
+    let wing = &recognition.roles[&Role::new(Side::Left, Part::Wing)];
+    assert_eq!(wing.joints.iter().map(|joint| name(*joint)).collect::<Vec<_>>(), ["Wing1_L", "Wing2_L"], "outward");
+    assert_eq!(
+        recognition.roles[&Role::new(Side::Left, Part::Hand)].joints,
+        [index("LeftHand")],
+        "and nothing else moves"
+    );
 }

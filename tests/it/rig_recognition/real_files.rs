@@ -6,6 +6,7 @@ use retargetd::{
     engine::{Inspection, NamedBytes, OneOrMore, RigView, inspect},
     formats::Limits,
     model::Control,
+    rig::Role,
 };
 
 use super::schemes::{self as s, Scheme};
@@ -103,6 +104,21 @@ const BODIES: &[Row] = &[
     ("cc0-stylised/quaternius_orc_draco.glb", "", "T", "", &[s::QUATERNIUS]),
     ("cc0-stylised/kaykit_knight.glb", "", "T", "", &[s::KAYKIT]),
     ("cc0-stylised/godot_robot.glb", "", "A", "", &[s::GODOT_ROBOT]),
+    ("cc0-stylised/kenney_medium_maya.fbx", "humanik", "T", "", &[s::KENNEY]),
+    ("bvh/bandai-namco/dataset-1_bow_active_001.bvh", "", "other", "", &[s::BANDAI_NAMCO]),
+    ("bvh/fair1/wave_hello_zup.bvh", "humanik", "T", "", &[s::LONG_SPINE, s::HUMANIK_LIMBS]),
+    ("bvh/misc/makehuman_zombie_walk.bvh", "", "T", "", &[s::MAKEHUMAN_OLD]),
+    ("bvh/misc/meredith_8walk_vicon.bvh", "humanik", "T", "", &[s::HUMANIK_LIMBS]),
+    ("bvh/misc/mia_78joints_allpos.bvh", "humanik", "T", "", &[s::HUMANIK_LIMBS, s::FACE]),
+    ("bvh/misc/olympe_root_two_frames.bvh", "", "arms_down", "", &[s::OLYMPE]),
+    ("mixamo/bvh/beta_walking_mixed_orders.bvh", "mixamo", "T", "Beta:", &[s::HUMANIK_LIMBS, s::MIXAMO_FINGERS]),
+    ("mixamo/bvh/kate_sign_49posjoints.bvh", "mixamo", "T", "mixamorig:", &[s::MIXAMO, s::MIXAMO_FINGERS]),
+    ("mixamo/fbx/retarget_original_rig.fbx", "mixamo", "T", "mixamorig:", &[s::MIXAMO, s::MIXAMO_FINGERS]),
+    ("odd-transforms/armature_nonuniform_scale.fbx", "unreal_4", "A", "", &[s::UNREAL]),
+    ("rigify-blender/m2m_def_clips.glb", "rigify", "T", "", &[s::RIGIFY_HIPS]),
+    ("unreal/m2m_clips_sample.glb", "unreal_4", "T", "", &[s::UNREAL]),
+    ("unreal/m2m_rig_human.glb", "unreal_4", "T", "", &[s::UNREAL]),
+    ("vrm0/catbot.vrm", "vrm", "T", "", &[s::CATBOT]),
 ];
 
 /// Files without a body, or with one of which names say nothing.
@@ -112,7 +128,6 @@ const NO_BODIES: &[&str] = &[
     "creatures/spider_noskin.fbx",
     "cc0-stylised/quaternius_alien.fbx",
     "cc0-stylised/kenney_platformer_noskin.glb",
-    "khronos/CesiumMan.glb",
     "khronos/SimpleSkin.gltf",
     "khronos/SimpleSkinning.gltf",
     "khronos/rigged_simple.gltf",
@@ -120,6 +135,16 @@ const NO_BODIES: &[&str] = &[
     "misc-rigs/animation_with_skeleton_generic_names.fbx",
     "bvh/misc/pybvh_rotation_first_root.bvh",
 ];
+
+/// The labelled joints of a file: roles of the trunk and the left side, with the names of their joints.
+pub(super) fn truth(path: &str) -> Option<Vec<(Role, Vec<String>)>> {
+    let (.., prefix, schemes) = BODIES.iter().find(|row| row.0 == path)?;
+    let label = |(role, names): &(&str, &str)| {
+        let names = names.split('|').map(|name| format!("{prefix}{name}")).collect();
+        (role.parse().expect("a role"), names)
+    };
+    Some(schemes.iter().copied().flatten().map(label).collect())
+}
 
 fn inspected(path: &str) -> Option<Inspection> {
     let file = corpus_file(path)?;

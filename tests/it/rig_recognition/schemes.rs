@@ -335,3 +335,68 @@ pub(super) const BANDAI_NAMCO: Scheme = &[
     ("left_thigh", "UpperLeg_L"),
     ("left_toe", "Toes_L"),
 ];
+/// Limbs and head of HumanIK, for rigs with spines of their own.
+pub(super) const HUMANIK_LIMBS: Scheme = &[
+    ("pelvis", "Hips"),
+    ("head", "Head"),
+    ("left_clavicle", "LeftShoulder"),
+    ("left_upper_arm", "LeftArm"),
+    ("left_forearm", "LeftForeArm"),
+    ("left_hand", "LeftHand"),
+    ("left_thigh", "LeftUpLeg"),
+    ("left_shin", "LeftLeg"),
+    ("left_foot", "LeftFoot"),
+    ("left_toe", "LeftToeBase"),
+];
+pub(super) const FACE: Scheme = &[("jaw", "Jaw"), ("left_eye", "LeftEye")];
+pub(super) const KENNEY: Scheme = &[
+    ("pelvis", "Hips"),
+    ("spine", "Spine|Chest|UpperChest"),
+    ("neck", "Neck"),
+    ("head", "Head"),
+    ("left_clavicle", "LeftShoulder"),
+    ("left_upper_arm", "LeftArm"),
+    ("left_hand", "LeftHand"),
+    ("left_shin", "LeftLeg"),
+    ("left_toe", "LeftToes"),
+];
+pub(super) const MAKEHUMAN_OLD: Scheme = &[
+    ("pelvis", "Root"),
+    ("spine", "Spine1|Spine2|Spine3"),
+    ("neck", "Neck"),
+    ("head", "Head"),
+    ("jaw", "Jaw"),
+    ("left_clavicle", "Clavicle_L"),
+    ("left_upper_arm", "UpArm_L"),
+    ("left_forearm", "LoArm_L"),
+    ("left_hand", "Hand_L"),
+    ("left_thigh", "UpLeg_L"),
+    ("left_shin", "LoLeg_L"),
+    ("left_foot", "Foot_L"),
+    ("left_toe", "Toe_L"),
+];
+pub(super) const OLYMPE: Scheme = &[
+    ("pelvis", "Hips"),
+    ("spine", "Chest"),
+    ("neck", "Neck"),
+    ("head", "Head"),
+    ("left_clavicle", "LeftCollar"),
+    ("left_upper_arm", "LeftUpArm"),
+    ("left_forearm", "LeftLowArm"),
+    ("left_hand", "LeftHand"),
+    ("left_thigh", "LeftUpLeg"),
+    ("left_shin", "LeftLowLeg"),
+    ("left_foot", "LeftFoot"),
+];
+pub(super) const CATBOT: Scheme = &[
+    ("pelvis", "Hips"),
+    ("spine", "Spine|Chest|Upper_Chest"),
+    ("neck", "Neck"),
+    ("head", "Head"),
+    ("tail", "tail1|tail2"),
+    ("left_clavicle", "Shoulder_L"),
+    ("left_upper_arm", "Upper_Arm_L"),
+    ("left_forearm", "Lower_Arm_L"),
+    ("left_thigh", "Upper_Leg_L"),
+    ("left_foot", "Foot_L"),
+];

@@ -1,6 +1,7 @@
 //! Skins, and the pose in which they were bound.
 
 use glam::{DMat4, DVec3, Mat4};
+use serde_json::Value;
 
 use super::{
     accessor::{Accessors, Shape},
@@ -55,10 +56,37 @@ pub(super) fn read(
         for (joint, transform) in joints.iter().zip(bind) {
             skins.bind_pose[*joint] = skins.bind_pose[*joint].or(transform);
         }
+        let (says_nothing, is_given) = (joint_from_mesh.is_empty(), object.get("inverseBindMatrices")?.is_some());
+        let has_no_inverse_binds = says_nothing && !is_given && !joints.is_empty();
+        let has_identity_binds = says_nothing && is_given && !joints.is_empty();
         skins.joint_from_mesh.push(joint_from_mesh);
-        skins.skins.push(Skin { name, joints });
+        skins.skins.push(Skin { name, joints, has_no_inverse_binds, has_identity_binds, most_influences: 0 });
+    }
+    for (skin, influences) in skins.skins.iter_mut().zip(influences(root.value())) {
+        skin.most_influences = influences;
     }
     Ok(skins)
+}
+
+/// How many joints a vertex can be bound to, per skin: four for each set of joint attributes of the meshes that it deforms. What
+/// is wrong with meshes is not looked at here.
+fn influences(document: &Value) -> Vec<usize> {
+    const PER_SET: usize = 4;
+    const MOST_SETS: usize = 16;
+    let list = |name: &str| document.get(name).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
+    let index = |node: &Value, name: &str| node.get(name)?.as_u64().and_then(|index| usize::try_from(index).ok());
+    let mut most = vec![0; list("skins").len()];
+    for node in list("nodes") {
+        let (Some(skin), Some(mesh)) = (index(node, "skin"), index(node, "mesh")) else { continue };
+        let primitives = list("meshes").get(mesh).and_then(|mesh| mesh.get("primitives")?.as_array());
+        for attributes in primitives.into_iter().flatten().filter_map(|primitive| primitive.get("attributes")) {
+            let sets = (0..MOST_SETS).take_while(|set| attributes.get(format!("JOINTS_{set}")).is_some()).count();
+            if let Some(most) = most.get_mut(skin) {
+                *most = (*most).max(sets * PER_SET);
+            }
+        }
+    }
+    most
 }
 
 /// Empty where they are not given, or are all the identity, and the joints are not in one place: the specification lets a mesh be

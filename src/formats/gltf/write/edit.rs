@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use serde_json::{Map, Value, json};
 
-use super::{Output, animation, array, binary::Binary};
+use super::{Output, animation, array, binary::Binary, skeleton::rotation};
 use crate::{
     formats::{
         FormatError, TargetClips, WriteOptions,
@@ -130,6 +130,18 @@ fn list_buffers(output: &mut Output<'_>, document: &Document, will_have_bytes: b
         *array(&mut output.json, "buffers")? = buffers;
     }
     Ok(())
+}
+
+/// Gives the nodes of these joints the transforms of the skeleton.
+pub(super) fn pose_nodes(json: &mut Map<String, Value>, target: &Scene, joints: &[usize]) {
+    let Some(nodes) = json.get_mut("nodes").and_then(Value::as_array_mut) else { return };
+    for joint in joints.iter().filter_map(|joint| target.skeleton.joints().get(*joint)) {
+        let Some(node) = nodes.get_mut(joint.node).and_then(Value::as_object_mut) else { continue };
+        node.shift_remove("matrix");
+        node.insert("translation".into(), json!(joint.rest.translation.to_array()));
+        node.insert("rotation".into(), rotation(joint.rest.rotation));
+        node.insert("scale".into(), json!(joint.rest.scale.to_array()));
+    }
 }
 
 /// A node with a matrix cannot be animated; those that are get the equal translation, rotation and scale.

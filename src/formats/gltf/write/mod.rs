@@ -38,6 +38,18 @@ pub(in crate::formats) fn write(
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Vec<u8>, FormatError> {
+    write_posed(target, &[], clip, options, control, reporter)
+}
+
+/// As [`write`], with the nodes of the `posed` joints as the target's skeleton has them, and not as its document does.
+pub(in crate::formats) fn write_posed(
+    target: &Scene,
+    posed: &[usize],
+    clip: &Clip,
+    options: &WriteOptions,
+    control: &Control,
+    reporter: &mut Reporter,
+) -> Result<Vec<u8>, FormatError> {
     if clip.joints().len() != target.skeleton.len() {
         let (tracks, joints) = (clip.joints().len(), target.skeleton.len());
         let detail = format!("the clip has tracks for {tracks} joints, but the target has {joints}");
@@ -55,7 +67,11 @@ pub(in crate::formats) fn write(
         ));
     }
     let mut output = match document {
-        Some(document) => edit::edit(document, target, clip, options, control, reporter)?,
+        Some(document) => {
+            let mut output = edit::edit(document, target, clip, options, control, reporter)?;
+            edit::pose_nodes(&mut output.json, target, posed);
+            output
+        }
         None => skeleton::build(target, clip, control, reporter)?,
     };
     if let Some(extras) = &options.extras {

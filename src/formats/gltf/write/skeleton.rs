@@ -46,6 +46,11 @@ pub(super) fn build<'a>(
     Ok(output)
 }
 
+/// A unit quaternion whose components are at most 1, which rounding may have made a little larger.
+pub(super) fn rotation(rotation: DQuat) -> Value {
+    json!(rotation.to_array().map(|component| component.clamp(-1.0, 1.0)))
+}
+
 fn node(joint: &Joint, children: &[usize]) -> Value {
     let mut node = Map::new();
     if !joint.name.is_empty() {
@@ -55,7 +60,7 @@ fn node(joint: &Joint, children: &[usize]) -> Value {
         node.insert("translation".into(), json!(joint.rest.translation.to_array()));
     }
     if joint.rest.rotation != DQuat::IDENTITY {
-        node.insert("rotation".into(), json!(joint.rest.rotation.to_array()));
+        node.insert("rotation".into(), rotation(joint.rest.rotation));
     }
     if joint.rest.scale != DVec3::ONE {
         node.insert("scale".into(), json!(joint.rest.scale.to_array()));
@@ -124,4 +129,15 @@ fn inverse_bind(model_from_joint: &DMat4) -> Option<[f32; 16]> {
     // The last row of an affine matrix, without rounding: validators compare it bit for bit.
     (columns[3], columns[7], columns[11], columns[15]) = (0.0, 0.0, 0.0, 1.0);
     columns.iter().all(|number| number.is_finite()).then_some(columns)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rotation_is_within_the_range_of_the_format() {
+        let above = DQuat::from_xyzw(0.0, 0.5, 0.0, 1.0 + f64::EPSILON);
+        assert_eq!(rotation(above), json!([0.0, 0.5, 0.0, 1.0]), "rounded up, and taken back");
+    }
 }

@@ -5,8 +5,9 @@ use serde_json::Value;
 use super::{RigTemplate, template_schema};
 use crate::rig::{
     Part, Role,
+    deserialize::deserialize,
     error::{SpecError, SpecErrorKind, SpecField},
-    parse::{deserialize, kind_of},
+    parse::kind_of,
     unknown_fields::unknown_fields,
 };
 
@@ -24,8 +25,8 @@ const LONGEST_TEMPLATE_NAME: usize = 64;
 /// pointer to every single one.
 pub fn parse_template(document: Value) -> Result<RigTemplate, SpecError> {
     let with_hint = |error: SpecError| SpecError {
-        hint: if error.hint.starts_with("see the schema") {
-            "see the schema at /v1/schemas/rig-template".to_owned()
+        hint: if error.hint.starts_with("GET /v1/schemas") {
+            "GET /v1/schemas/rig-template is the JSON Schema of rig templates".to_owned()
         } else {
             error.hint
         },
@@ -39,7 +40,7 @@ pub fn parse_template(document: Value) -> Result<RigTemplate, SpecError> {
     if let Some(error) = SpecError::from_fields(unknown_fields(&document, &template_schema())) {
         return Err(with_hint(error));
     }
-    let template: RigTemplate = deserialize(document).map_err(with_hint)?;
+    let template: RigTemplate = deserialize(&document).map_err(with_hint)?;
     SpecError::from_fields(wrong_fields(&template)).map_or(Ok(template), |error| Err(with_hint(error)))
 }
 

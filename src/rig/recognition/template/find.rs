@@ -41,10 +41,19 @@ type Spellings = Vec<String>;
 /// The first template that the skeleton follows: the user's own, then built-in ones whose prefix is there, then the others.
 pub(in crate::rig::recognition) fn find(skeleton: &Skeleton, own: &[RigTemplate]) -> Option<TemplateMatch> {
     let names = PlainNames::new(skeleton);
+    let bare = names.behind("");
     let own: Vec<Matcher> = own.iter().map(Matcher::new).collect();
     let fits = |matcher: &Matcher, with_prefix: bool, is_own: bool| {
         let prefixes = matcher.prefixes.iter().filter(|prefix| prefix.is_empty() != with_prefix);
-        let found = prefixes.filter_map(|prefix| matcher.compare(&names.behind(prefix), with_prefix)).next();
+        let compare = |prefix: &String| {
+            if prefix.is_empty() {
+                matcher.compare(&bare, with_prefix)
+            } else {
+                let names = Some(names.behind(prefix)).filter(|names| !names.is_empty())?;
+                matcher.compare(&names, with_prefix)
+            }
+        };
+        let found = prefixes.filter_map(compare).next();
         found.map(|roles| TemplateMatch { name: matcher.name.clone(), is_own, roles })
     };
     let first = |matchers: &[Matcher], is_own: bool| {
@@ -188,21 +197,21 @@ impl PlainNames {
         Self { whole: names.iter().map(|name| plain(name)).collect(), bare: names.iter().map(bare).collect() }
     }
 
-    /// What is left of the names that begin with a prefix, and the first joint of each.
+    /// What is left of the names that begin with a prefix, and the first joint of each. A number may belong to the prefix
+    /// (`mixamorig7:Hips`) or to the name (`HX07`), so both ways of reading it are there.
     fn behind(&self, prefix: &str) -> BTreeMap<&str, usize> {
         let mut found = BTreeMap::new();
         for (joint, (whole, bare)) in self.whole.iter().zip(&self.bare).enumerate() {
             let rest = if prefix.is_empty() {
                 Some(bare.as_str())
             } else {
-                let strip = |name: &'_ str| {
-                    let rest = name.strip_prefix(prefix)?;
-                    Some(name.len() - rest.trim_start_matches(|character: char| character.is_ascii_digit()).len())
-                };
-                strip(whole).map(|at| &whole[at..]).or_else(|| strip(bare).map(|at| &bare[at..]))
+                whole.strip_prefix(prefix).or_else(|| bare.strip_prefix(prefix))
             };
-            if let Some(rest) = rest.filter(|rest| !rest.is_empty()) {
-                found.entry(rest).or_insert(joint);
+            let Some(rest) = rest.filter(|rest| !rest.is_empty()) else { continue };
+            found.entry(rest).or_insert(joint);
+            let unnumbered = rest.trim_start_matches(|character: char| character.is_ascii_digit());
+            if !prefix.is_empty() && !unnumbered.is_empty() {
+                found.entry(unnumbered).or_insert(joint);
             }
         }
         found

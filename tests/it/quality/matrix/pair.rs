@@ -60,6 +60,8 @@ pub(super) struct Measured {
     pub(super) feet: Option<f64>,
     /// Largest change of a segment's length, as a share of the leg.
     pub(super) length_drift: f64,
+    /// The end of that segment.
+    pub(super) longest_drift: String,
     /// How much lower or higher the lowest joint of the feet comes than at rest, as a share of the leg, beyond the source's own.
     pub(super) ground: Option<f64>,
 }
@@ -77,8 +79,9 @@ impl Measured {
         let is_beyond = |value: f64, most: f64| value.is_nan() || value.abs() > most;
         let beyond = |check: &&(&str, Option<f64>, f64)| check.1.is_some_and(|value| is_beyond(value, check.2));
         let mut excesses: Vec<String> = checks.iter().filter(beyond).map(|check| check.0.to_owned()).collect();
-        // Upper arms, forearms, thighs and shins; necks and spines of one joint are no fault.
-        if self.directions[2..].iter().any(Option::is_none) {
+        // Rigs without hands have no forearm to measure, but no biped is without arms and legs.
+        let [_, _, upper_arm, forearm, thigh, shin] = self.directions;
+        if upper_arm.or(forearm).is_none() || thigh.or(shin).is_none() {
             excesses.push("incomplete".to_owned());
         }
         excesses
@@ -121,11 +124,13 @@ fn measure(source: &Biped<'_>, target: &Biped<'_>, reporter: &mut Reporter) -> R
         target_poses: poses(target, &result),
         target_rest: target.rig.rest.transforms().iter().map(|rest| rest.to_matrix()).collect(),
     };
+    let (longest_drift, length_drift) = pair.length_drift();
     Ok(Measured {
         directions: LIMBS.map(|(part, ends)| pair.worse_side(|side| pair.direction(side, part, ends))),
         hands: pair.worse_side(|side| pair.turn(&format!("{side}hand"))),
         feet: pair.worse_side(|side| pair.turn(&format!("{side}foot"))),
-        length_drift: pair.length_drift(),
+        length_drift,
+        longest_drift,
         ground: pair.ground(),
     })
 }
@@ -191,33 +196,48 @@ impl Pair<'_> {
         Some(thigh?.distance(shin?) + shin?.distance(foot?))
     }
 
-    fn length_drift(&self) -> f64 {
-        let Some(leg) = Self::leg(self.target, &self.target_rest) else { return 0.0 };
-        let joint = |side: &str, part: &str| {
-            let own = self.target.role(&format!("{side}{part}")).first();
-            own.or_else(|| self.target.role(part).first()).copied()
-        };
-        let sides = ["left_", "right_"].into_iter();
-        let mut pairs: Vec<(usize, usize)> = sides
-            .flat_map(|side| {
-                SEGMENTS.iter().filter_map(move |(start, end)| Some((joint(side, start)?, joint(side, end)?)))
-            })
-            .collect();
-        let chest = self.target.role("spine").last().copied();
-        for role in ["left_clavicle", "left_upper_arm", "right_clavicle", "right_upper_arm", "neck", "head"] {
-            // Arms hang from the chest where there is no clavicle between.
-            let has_clavicle =
-                role.ends_with("upper_arm") && !self.target.role(&role.replace("upper_arm", "clavicle")).is_empty();
-            if let (Some(chest), Some(&end), false) =
-                (chest, self.target.role(role).first(), has_clavicle || role == "head")
-            {
-                pairs.push((chest, end));
+    /// The segments of the target that have both ends, with what they are called.
+    fn segments(&self) -> Vec<(String, usize, usize)> {
+        let first = |role: &str| self.target.role(role).first().copied();
+        let has = |role: &str| !self.target.role(role).is_empty();
+        let mut segments = Vec::new();
+        for (side, (start, end)) in
+            ["left_", "right_"].into_iter().flat_map(|side| SEGMENTS.iter().map(move |segment| (side, segment)))
+        {
+            // Bones of the palm move on their own, and carry the finger.
+            let is_bridged = has(&format!("{side}{end}_metacarpal"));
+            let start_joint = first(&format!("{side}{start}")).or_else(|| first(start));
+            if let (Some(from), Some(to), false) = (start_joint, first(&format!("{side}{end}")), is_bridged) {
+                segments.push((format!("{side}{end}"), from, to));
             }
         }
-        let length =
-            |world: &[DMat4], (start, end): (usize, usize)| position(world, start).distance(position(world, end));
-        let change = |pose: &Pose, pair| (length(&pose.world, pair) - length(&self.target_rest, pair)).abs() / leg;
-        self.target_poses.iter().flat_map(|pose| pairs.iter().map(move |pair| change(pose, *pair))).fold(0.0, f64::max)
+        let chest = self.target.role("spine").last().copied();
+        for role in ["left_clavicle", "left_upper_arm", "right_clavicle", "right_upper_arm", "neck"] {
+            // Arms hang from the chest where there is no clavicle between.
+            let is_bridged = role.ends_with("upper_arm") && has(&role.replace("upper_arm", "clavicle"));
+            if let (Some(chest), Some(end), false) = (chest, first(role), is_bridged) {
+                segments.push((role.to_owned(), chest, end));
+            }
+        }
+        segments
+    }
+
+    /// The segment whose length changes most, and by how much. The rest pose may be the bind pose, whose bones differ a little
+    /// from the nodes': either length is right.
+    fn length_drift(&self) -> (String, f64) {
+        let Some(leg) = Self::leg(self.target, &self.target_rest) else { return (String::new(), 0.0) };
+        let nodes = world(self.target.skeleton(), None);
+        let drift = |(role, start, end): (String, usize, usize)| {
+            let length = |world: &[DMat4]| position(world, start).distance(position(world, end));
+            let (bind, node) = (length(&self.target_rest), length(&nodes));
+            let change = |pose: &Pose| {
+                let length = length(&pose.world);
+                (length - bind).abs().min((length - node).abs()) / leg
+            };
+            (role, self.target_poses.iter().map(change).fold(0.0, f64::max))
+        };
+        let drifts = self.segments().into_iter().map(drift);
+        drifts.max_by(|first, second| first.1.total_cmp(&second.1)).unwrap_or_default()
     }
 
     /// How much higher the figure stands than it should, beyond what the source's own clip does: dancers jump. Nothing where

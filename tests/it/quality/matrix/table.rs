@@ -22,7 +22,9 @@ fn csv(rows: &[Row]) -> String {
     for (limb, _) in LIMBS {
         write!(text, ",{limb}_p95_degrees").expect("text");
     }
-    text.push_str(",hands_p95_degrees,feet_p95_degrees,length_drift,ground_offset,beyond,warnings,error\n");
+    text.push_str(
+        ",hands_p95_degrees,feet_p95_degrees,length_drift,longest_drift,ground_offset,beyond,warnings,error\n",
+    );
     for row in rows {
         write!(text, "{},{},{}", row.source, row.target, row.is_within()).expect("text");
         let optional = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.4}"));
@@ -30,11 +32,12 @@ fn csv(rows: &[Row]) -> String {
             Ok(measured) => {
                 let mut values: Vec<String> = measured.directions.map(optional).to_vec();
                 values.extend([measured.hands, measured.feet].map(optional));
-                values.extend([format!("{:.6}", measured.length_drift), optional(measured.ground)]);
+                values.extend([format!("{:.6}", measured.length_drift), measured.longest_drift.clone()]);
+                values.push(optional(measured.ground));
                 values.push(measured.excesses().join(" "));
                 write!(text, ",{}", values.join(",")).expect("text");
             }
-            Err(_) => text.push_str(&",".repeat(LIMBS.len() + 5)),
+            Err(_) => text.push_str(&",".repeat(LIMBS.len() + 6)),
         }
         let error = row.result.as_ref().err().map_or_else(String::new, |error| error.replace(',', ";"));
         writeln!(text, ",{},\"{error}\"", row.warnings.join(" ")).expect("text");

@@ -1,30 +1,7 @@
-//! The steps of a retarget and their parameters.
+//! `pelvis`: moves and turns the pelvis.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-use super::{RotationMode, TranslationMode};
-
-/// In which frame a chain's rotation change is measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Carry {
-    /// The model: a limb points where the source's limb points, whatever its parents do.
-    #[default]
-    Model,
-    /// The chain's own parent: the source chain is carried along under the target's parent, as ikrigretarget does it.
-    Parent,
-}
-
-/// One step of the retarget.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "op", rename_all = "snake_case")]
-pub enum Op {
-    /// Moves and turns the pelvis.
-    Pelvis(PelvisOp),
-    /// Turns the chains by forward kinematics.
-    Fk(FkOp),
-}
 
 /// Moves and turns the pelvis.
 ///
@@ -55,6 +32,13 @@ pub struct PelvisOp {
     pub scale_horizontal: f64,
     /// Extra factor on vertical travel, after `scale`.
     pub scale_vertical: f64,
+    /// Metres that the pelvis is moved left, up and front, as the figure faces at rest.
+    pub offset: [f64; 3],
+    /// Share of the way from there to where the source's pelvis is, in metres of the source. 0 to 1.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub blend_to_source: f64,
+    /// `blend_to_source` on each axis: left, up, front. 0 to 1.
+    pub blend_to_source_weights: [f64; 3],
 }
 
 impl Default for PelvisOp {
@@ -70,6 +54,9 @@ impl Default for PelvisOp {
             translation_alpha: 1.0,
             scale_horizontal: 1.0,
             scale_vertical: 1.0,
+            offset: [0.0; 3],
+            blend_to_source: 0.0,
+            blend_to_source_weights: [1.0; 3],
         }
     }
 }
@@ -122,45 +109,4 @@ pub enum ScaleOrigin {
     Floor,
     /// The file's origin, as ikrigretarget does it.
     Origin,
-}
-
-/// Turns the chains by forward kinematics: `G_T = Δ_S · G_T^R` at equal places along the chains.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct FkOp {
-    /// Whether the op runs.
-    pub enabled: bool,
-    /// Multiplies both alphas of every chain. 0 to 1.
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub alpha: f64,
-    /// Only these roles or chains (names of the target side). Default: all.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mask: Option<Vec<String>>,
-    /// In which frame rotation changes are measured.
-    pub carry: Carry,
-    /// How rotations are found.
-    pub rotation: RotationMode,
-    /// How translations are found.
-    pub translation: TranslationMode,
-    /// 0 keeps rest rotations. −10 to 10.
-    #[schemars(range(min = -10.0, max = 10.0))]
-    pub rotation_alpha: f64,
-    /// 0 keeps rest translations. −10 to 10.
-    #[schemars(range(min = -10.0, max = 10.0))]
-    pub translation_alpha: f64,
-}
-
-impl Default for FkOp {
-    fn default() -> Self {
-        Self {
-            enabled: true,
-            alpha: 1.0,
-            mask: None,
-            carry: Carry::default(),
-            rotation: RotationMode::default(),
-            translation: TranslationMode::default(),
-            rotation_alpha: 1.0,
-            translation_alpha: 1.0,
-        }
-    }
 }

@@ -1,0 +1,95 @@
+//! The two rigs of a command line: their files, read, and what a failure is about in the user's words.
+
+use std::path::{Path, PathBuf};
+
+use crate::{
+    engine::{Failure, Inputs, NamedBytes},
+    formats::{Format, Limits},
+};
+
+use super::{exit::Exit, files::InputFile, taught::PresetChoice};
+
+/// Where the files are.
+#[derive(Debug, clap::Args)]
+pub(super) struct InputPaths {
+    /// The file with the animation
+    #[arg(long, value_name = "FILE")]
+    pub(super) source: PathBuf,
+    /// The file with the character that the animation goes onto
+    #[arg(long, value_name = "FILE")]
+    pub(super) target: PathBuf,
+    #[command(flatten)]
+    pub(super) rests: RestPaths,
+}
+
+/// Where rest poses are that the files themselves do not hold.
+#[derive(Debug, clap::Args)]
+pub(super) struct RestPaths {
+    /// The source rig in its rest pose, where the source file does not hold it
+    #[arg(long, value_name = "FILE")]
+    pub(super) source_rest: Option<PathBuf>,
+    /// The target rig in its rest pose, where the target file does not hold it
+    #[arg(long, value_name = "FILE")]
+    pub(super) target_rest: Option<PathBuf>,
+}
+
+/// The files, read.
+pub(super) struct InputFiles {
+    source: InputFile,
+    target: InputFile,
+    source_rest: Option<InputFile>,
+    target_rest: Option<InputFile>,
+    config: Option<InputFile>,
+    /// The config laid over a preset.
+    merged: Option<String>,
+}
+
+impl InputFiles {
+    pub(super) fn read(
+        (source, target): (&Path, &Path),
+        rests: &RestPaths,
+        (config, preset): (Option<&Path>, &PresetChoice),
+        limits: &Limits,
+    ) -> Result<Self, Exit> {
+        let optional =
+            |part: &str, path: Option<&Path>| path.map(|path| InputFile::read(part, path, limits)).transpose();
+        let config = optional("config", config)?;
+        Ok(Self {
+            merged: preset.under(config.as_ref(), limits)?,
+            config,
+            source: InputFile::read("source", source, limits)?,
+            target: InputFile::read("target", target, limits)?,
+            source_rest: optional("source_rest", rests.source_rest.as_deref())?,
+            target_rest: optional("target_rest", rests.target_rest.as_deref())?,
+        })
+    }
+
+    pub(super) fn inputs<'a>(&'a self, formats: &'a [Format]) -> Inputs<'a> {
+        Inputs {
+            source: self.source.as_named(),
+            target: self.target.as_named(),
+            source_rest: self.source_rest.as_ref().map(InputFile::as_named),
+            target_rest: self.target_rest.as_ref().map(InputFile::as_named),
+            config: self.merged.as_ref().map_or_else(
+                || self.config.as_ref().map(InputFile::as_named),
+                |merged| Some(NamedBytes { name: "config.json", bytes: merged.as_bytes() }),
+            ),
+            formats,
+        }
+    }
+
+    /// A failure of the engine, told with the name of the file that it is about.
+    pub(super) fn exit(&self, failure: &Failure) -> Exit {
+        let file = match failure.part {
+            "source" => Some(&self.source),
+            "target" => Some(&self.target),
+            "source_rest" => self.source_rest.as_ref(),
+            "target_rest" => self.target_rest.as_ref(),
+            "config" => self.config.as_ref(),
+            _ => None,
+        };
+        let subject =
+            file.map_or_else(|| failure.part.to_owned(), |file| format!("{} {}", failure.part, file.path.display()));
+        Exit::from_failure(failure, &subject)
+    }
+}

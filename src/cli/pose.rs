@@ -1,0 +1,108 @@
+//! The `pose` subcommand: a character in a T pose, an A pose or the pose of another one, as a file.
+
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+    sync::Arc,
+};
+
+use crate::{
+    engine::{self, Inputs, NamedBytes},
+    formats::Limits,
+    model::Control,
+    telemetry::monotonic_seconds,
+};
+
+use super::{
+    exit::{BAD_USAGE, Exit, FAILED, say},
+    files::{InputFile, StagedFiles, check_place},
+    outputs::{check_strict, output_format, tell_warnings},
+    watch::cancel_on_interrupt,
+};
+
+/// Arguments of `retargetd pose`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The file with the character
+    #[arg(long, value_name = "FILE")]
+    input: PathBuf,
+    /// The pose: 't', 'a', 'rest' (its own, with the config's edits), or a file whose rest pose it takes
+    #[arg(long, value_name = "t|a|rest|FILE", default_value = "t")]
+    to: String,
+    /// The character in its rest pose, where its file does not hold it
+    #[arg(long, value_name = "FILE")]
+    rest: Option<PathBuf>,
+    /// A retarget spec (JSON or YAML); the character is its target
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Where the result goes; the ending picks the format
+    #[arg(long, value_name = "FILE")]
+    output: PathBuf,
+    /// Treat every warning as an error
+    #[arg(long)]
+    strict: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> ExitCode {
+    match pose(arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(exit) => exit.tell(),
+    }
+}
+
+fn pose(arguments: &Arguments) -> Result<(), Exit> {
+    let format = output_format(&arguments.output)?;
+    check_place(&arguments.output)?;
+    let limits = Limits::default();
+    let input = InputFile::read("input", &arguments.input, &limits)?;
+    let choice = ["t", "a", "rest"].into_iter().find(|known| *known == arguments.to);
+    let model = match choice {
+        Some(_) => None,
+        None if Path::new(&arguments.to).exists() => Some(InputFile::read("to", Path::new(&arguments.to), &limits)?),
+        None => {
+            let message = format!("--to {}: this is neither t, a, rest nor a file that is there", arguments.to);
+            return Err(Exit::new(BAD_USAGE, message, "use --to t, --to a, --to rest, or name a file"));
+        }
+    };
+    let optional =
+        |part: &str, path: &Option<PathBuf>| path.as_ref().map(|path| InputFile::read(part, path, &limits)).transpose();
+    let (rest, config) = (optional("rest", &arguments.rest)?, optional("config", &arguments.config)?);
+    let config = engine::pose_config(config.as_ref().map(InputFile::as_named), choice.unwrap_or("source"))
+        .map_err(|failure| Exit::from_failure(&failure, "config"))?;
+    let inputs = Inputs {
+        source: model.as_ref().unwrap_or(&input).as_named(),
+        target: input.as_named(),
+        source_rest: None,
+        target_rest: rest.as_ref().map(InputFile::as_named),
+        config: Some(NamedBytes { name: "config.json", bytes: &config }),
+        formats: &[format],
+    };
+    let control = Arc::new(Control::with_clock(monotonic_seconds));
+    cancel_on_interrupt(&control);
+    let outcome = engine::retarget(&inputs, &limits, &control).map_err(|failure| {
+        let file = match failure.part {
+            "source" => model.as_ref().map(|model| format!("to {}", model.path.display())),
+            "target" => Some(format!("input {}", input.path.display())),
+            "target_rest" => rest.as_ref().map(|rest| format!("rest {}", rest.path.display())),
+            _ => None,
+        };
+        Exit::from_failure(&failure, &file.unwrap_or_else(|| failure.part.to_owned()))
+    })?;
+    tell_warnings(&outcome);
+    check_strict(arguments.strict, &outcome)?;
+    let output = outcome.outputs.first().ok_or_else(|| Exit::new(FAILED, "the engine gave no output", ""))?;
+    let mut staged = StagedFiles::default();
+    staged.add(&arguments.output, &output.bytes)?;
+    control.check().map_err(|canceled| Exit::from_failure(&canceled.into(), ""))?;
+    staged.commit()?;
+    let (counts, facts) = (&outcome.report.counts, &outcome.report.rigs.target);
+    say(format_args!(
+        "wrote {}: {} of {} joints turned, from a rest pose of the kind {} ({})",
+        arguments.output.display(),
+        counts.driven_joints,
+        counts.target_joints,
+        facts.rest_pose,
+        facts.rest_pose_from
+    ));
+    Ok(())
+}

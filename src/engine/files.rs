@@ -1,0 +1,131 @@
+//! What every use of a source and a target begins with: reading the config and the files, and making rigs of them.
+
+use crate::{
+    formats::Limits,
+    model::{Clip, Control, Reporter, Scene},
+    rig::{ClipChoice, RetargetSpec, Rig, SpecError, SpecErrorKind, SpecField, find_clip, parse_spec},
+};
+
+use super::{
+    Failure, Inputs, Knowledge, NamedBytes,
+    load::{Loaded, load},
+    mixups,
+};
+
+/// The files of a retarget, read.
+pub(super) struct Files {
+    pub(super) source: Loaded,
+    pub(super) target: Loaded,
+    source_rest: Option<Loaded>,
+    target_rest: Option<Loaded>,
+}
+
+/// Both rigs, and the spec that they were made by.
+pub(super) struct Sides<'a> {
+    pub(super) spec: RetargetSpec,
+    pub(super) source: Rig<'a>,
+    pub(super) target: Rig<'a>,
+}
+
+/// The spec; an empty one where no config was given.
+pub(super) fn read_spec(config: Option<NamedBytes<'_>>) -> Result<RetargetSpec, Failure> {
+    let Some(config) = config else { return Ok(RetargetSpec::default()) };
+    parse_spec(config.bytes).map_err(|error| mixups::explain_config(in_config(error), config))
+}
+
+impl Files {
+    pub(super) fn load(
+        inputs: &Inputs<'_>,
+        limits: &Limits,
+        control: &Control,
+        reporter: &mut Reporter,
+    ) -> Result<Self, Failure> {
+        let mut read = |file, part| load(file, part, limits, control, reporter);
+        Ok(Self {
+            source: read(inputs.source, "source")?,
+            target: read(inputs.target, "target")?,
+            source_rest: inputs.source_rest.map(|file| read(file, "source_rest")).transpose()?,
+            target_rest: inputs.target_rest.map(|file| read(file, "target_rest")).transpose()?,
+        })
+    }
+
+    /// Makes rigs of both.
+    pub(super) fn sides(
+        &self,
+        spec: RetargetSpec,
+        knowledge: &Knowledge,
+        reporter: &mut Reporter,
+    ) -> Result<Sides<'_>, Failure> {
+        let templates = knowledge.rigs();
+        let (source, target) = (&self.source.scene, &self.target.scene);
+        let rests = (scene_of(&self.source_rest), scene_of(&self.target_rest));
+        let failed = |error, side: &'static str| {
+            let failure = in_config_or(error, side);
+            let (own, other, rest) =
+                if side == "source" { (source, target, rests.0) } else { (target, source, rests.1) };
+            mixups::explain_rest(failure, side, own, other, rest)
+        };
+        let source = Rig::with_templates("source", source, rests.0, &spec.source, templates, reporter)
+            .map_err(|error| failed(error, "source"))?;
+        let target = Rig::with_templates("target", target, rests.1, &spec.target, templates, reporter)
+            .map_err(|error| failed(error, "target"))?;
+        Ok(Sides { spec, source, target })
+    }
+
+    /// The clip that the spec names, else the first in which something moves.
+    pub(super) fn choose_clip(&self, spec: &RetargetSpec, reporter: &mut Reporter) -> Result<&Clip, Failure> {
+        let scene = &self.source.scene;
+        chosen_clip(spec, scene, reporter, || mixups::no_animation(scene, &self.target.scene))
+    }
+}
+
+/// The clip that the spec names, else the first in which something moves, else the failure that is given.
+pub(super) fn chosen_clip<'a>(
+    spec: &RetargetSpec,
+    scene: &'a Scene,
+    reporter: &mut Reporter,
+    no_animation: impl FnOnce() -> Failure,
+) -> Result<&'a Clip, Failure> {
+    if let Some(choice) = &spec.clip {
+        return named_clip(scene, choice);
+    }
+    let mut moving = scene.clips.iter().filter(|clip| clip.is_animated());
+    let Some(clip) = moving.next() else { return Err(no_animation()) };
+    let more = moving.count();
+    if more > 0 {
+        let names: Vec<&str> = scene.clips.iter().map(Clip::name).collect();
+        reporter.warn(
+            "clip_chosen",
+            "source",
+            format!("the source has {} clips that move; the first, '{}', is taken", more + 1, clip.name()),
+            format!("name one in \"clip\": {}", names.join(", ")),
+        );
+    }
+    Ok(clip)
+}
+
+fn named_clip<'a>(scene: &'a Scene, choice: &ClipChoice) -> Result<&'a Clip, Failure> {
+    let found = find_clip(scene, choice, "source", "/clip").map_err(|field| in_config(one_field(field)))?;
+    Ok(&scene.clips[found])
+}
+
+fn scene_of(loaded: &Option<Loaded>) -> Option<&Scene> {
+    loaded.as_ref().map(|loaded| &loaded.scene)
+}
+
+/// An error about one field of the spec.
+pub(super) fn one_field(field: SpecField) -> SpecError {
+    let (kind, detail) = (field.kind, field.detail.clone());
+    SpecError::from_fields(vec![field]).unwrap_or_else(|| SpecError::new(kind, detail, ""))
+}
+
+/// A spec that does not fit: mostly the config is to blame, sometimes both files are.
+pub(super) fn in_config(error: SpecError) -> Failure {
+    let is_about_rigs = matches!(error.kind, SpecErrorKind::NothingToMap | SpecErrorKind::NoSkeleton);
+    Failure::from(error).in_part(if is_about_rigs { "" } else { "config" })
+}
+
+pub(super) fn in_config_or(error: SpecError, part: &'static str) -> Failure {
+    let is_about_file = error.kind == SpecErrorKind::NoSkeleton;
+    Failure::from(error).in_part(if is_about_file { part } else { "config" })
+}

@@ -1,0 +1,102 @@
+//! Inputs that were given in each other's place: what went wrong told in the words of who did it.
+
+use std::collections::BTreeSet;
+
+use crate::{
+    formats::{Format, sniff},
+    model::{Scene, Skeleton},
+    rig::parse_spec,
+};
+
+use super::{Failure, FailureCode, NamedBytes};
+
+/// A model that was sent as the config.
+pub(super) fn explain_config(failure: Failure, config: NamedBytes<'_>) -> Failure {
+    match sniff(config.bytes, config.name) {
+        // JSON is what a config is made of, so being some says nothing.
+        Ok(Format::Gltf) | Err(_) => failure,
+        Ok(format) => {
+            let what = format.info().description;
+            let detail = format!("this is no config but a file with joints ({what})");
+            Failure { detail, ..failure }.with_hint("send it as the source or the target; a config is JSON or YAML")
+        }
+    }
+}
+
+/// A config that was sent as a model.
+pub(super) fn explain_model(failure: Failure, file: NamedBytes<'_>) -> Failure {
+    /// Reading the whole of a large broken file as YAML is not worth a better hint.
+    const LONGEST: usize = 1 << 20;
+    let may_be = matches!(failure.code, FailureCode::UnsupportedFormat | FailureCode::AssetMalformed)
+        && !file.bytes.trim_ascii().is_empty()
+        && file.bytes.len() <= LONGEST;
+    if may_be && parse_spec(file.bytes).is_ok() {
+        let part = failure.part;
+        return failure.with_hint(format!("this is a retarget config; send it as 'config', and a model as '{part}'"));
+    }
+    failure
+}
+
+/// A rest file of the other side.
+pub(super) fn explain_rest(
+    failure: Failure,
+    side: &'static str,
+    own: &Scene,
+    other: &Scene,
+    rest: Option<&Scene>,
+) -> Failure {
+    let Some(rest) = rest.filter(|_| failure.code == FailureCode::SkeletonNotFound && !own.skeleton.is_empty()) else {
+        return failure;
+    };
+    let part = if side == "source" { "source_rest" } else { "target_rest" };
+    let (here, there) = (shared_names(own, rest), shared_names(other, rest));
+    let failure = Failure { part, ..failure };
+    if rest.skeleton.is_empty() {
+        return failure.with_hint("the rest file has no joints; send the character itself, in its rest pose");
+    }
+    if here == 0 && there > 0 {
+        let other = if side == "source" { "target" } else { "source" };
+        let hint = format!("{there} of its joints have names of the {other}: are source_rest and target_rest swapped?");
+        return failure.with_hint(hint);
+    }
+    let example = |skeleton: &Skeleton| {
+        let named = skeleton.joints().iter().find(|joint| joint.is_joint && !joint.name.is_empty());
+        named.map_or_else(|| "no names".to_owned(), |joint| format!("'{}'", joint.name))
+    };
+    let (theirs, ours) = (example(&rest.skeleton), example(&own.skeleton));
+    failure.with_hint(format!(
+        "the rest file must hold the same skeleton, by names; its joints are called like {theirs}, those of the {side} \
+         like {ours}"
+    ))
+}
+
+fn shared_names(scene: &Scene, rest: &Scene) -> usize {
+    let names = |scene: &Scene| -> BTreeSet<String> {
+        let joints = scene.skeleton.joints().iter();
+        joints.filter(|joint| !joint.name.is_empty()).map(|joint| joint.name.clone()).collect()
+    };
+    names(scene).intersection(&names(rest)).count()
+}
+
+/// A source in which nothing moves; perhaps the animation was sent as the target.
+pub(super) fn no_animation(source: &Scene, target: &Scene) -> Failure {
+    let failure = nothing_moves(source);
+    match target.clips.iter().find(|clip| clip.is_animated()) {
+        None => failure,
+        Some(clip) => {
+            failure.with_hint(format!("the target file has one ('{}'): are source and target swapped?", clip.name()))
+        }
+    }
+}
+
+/// A source in which nothing moves.
+pub(super) fn nothing_moves(source: &Scene) -> Failure {
+    let detail = match source.clips.len() {
+        0 => "the source file has no animation".to_owned(),
+        1 => "the source file has a clip, but nothing moves in it".to_owned(),
+        count => format!("the source file has {count} clips, but nothing moves in them"),
+    };
+    Failure::new(FailureCode::NoAnimation, detail)
+        .in_part("source")
+        .with_hint("send a file with an animation as the source")
+}

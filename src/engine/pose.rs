@@ -1,0 +1,227 @@
+//! A character in a pose, as a file: its T pose, its A pose, or the rest pose of another character.
+//!
+//! A glTF or VRM keeps its document; its nodes stand in the pose, and its first and only animation holds it for one frame. Its
+//! skins stay bound as they were, so the mesh follows. BVH and pose arrays have the pose as their rest pose and as their only
+//! frame.
+
+use glam::{Quat, Vec3};
+
+use crate::{
+    formats::{self, Include, Limits, TargetClips, WriteOptions},
+    model::{Axes, Clip, Control, Joint, JointTracks, LocalPose, Phase, Reporter, Scene, Skeleton, Track},
+    rig::{IncludeSpec, PoseChoice, PoseSpec, Posed, RetargetSpec, Rig, parse_spec, posed_target},
+};
+
+use super::{
+    Counts, Failure, FailureCode, Inputs, Knowledge, NamedBytes, Outcome, Output, Report, Rigs, Timings, WarningView,
+    alignment::view,
+    convert::{convert_clip, convert_scene, into_ours},
+    files::{in_config, in_config_or},
+    load::{Loaded, load},
+    retarget::{Wanted, facts, joint_count, strict_failure, wanted_outputs},
+};
+
+/// Rotations closer than this are the same, as one minus the cosine of half the angle.
+const SAME_ROTATION: f64 = 1e-12;
+
+/// Puts the target into a pose. The source is read only where the pose is taken from it.
+pub(super) fn pose(
+    inputs: &Inputs<'_>,
+    spec: &RetargetSpec,
+    choice: PoseChoice,
+    knowledge: &Knowledge,
+    limits: &Limits,
+    control: &Control,
+) -> Result<Outcome, Failure> {
+    let begin = control.seconds();
+    let mut reporter = Reporter::new();
+    let wanted = wanted_outputs(spec, inputs.formats)?;
+    let mut read = |file, part| load(file, part, limits, control, &mut reporter);
+    let mut target = read(inputs.target, "target")?;
+    let target_rest = inputs.target_rest.map(|file| read(file, "target_rest")).transpose()?;
+    let is_from_source = choice == PoseChoice::Source;
+    let source = is_from_source.then(|| read(inputs.source, "source")).transpose()?;
+    let source_rest =
+        inputs.source_rest.filter(|_| is_from_source).map(|file| read(file, "source_rest")).transpose()?;
+    let read_seconds = control.seconds() - begin;
+
+    let planning = control.seconds();
+    control.enter(Phase::Plan, 0);
+    let source_rig = source.as_ref().map(|source| {
+        let rest = source_rest.as_ref().map(|rest| &rest.scene);
+        Rig::with_templates("source", &source.scene, rest, &spec.source, knowledge.rigs(), &mut reporter)
+            .map_err(|error| in_config_or(error, "source"))
+    });
+    let source_rig = source_rig.transpose()?;
+    let rest = target_rest.as_ref().map(|rest| &rest.scene);
+    let target_rig = Rig::with_templates("target", &target.scene, rest, &spec.target, knowledge.rigs(), &mut reporter)
+        .map_err(|error| in_config_or(error, "target"))?;
+    check_body(&target_rig, choice)?;
+    let Posed { pose, alignment } = posed_target(source_rig.as_ref(), &target_rig, choice, spec.align)
+        .ok_or_else(|| Failure::new(FailureCode::Internal, "a pose of the source was asked for, and there is none"))?;
+    let alignment = view(&alignment, target_rig.skeleton());
+    let target_facts = facts(&target_rig, target.format);
+    let source_facts = match (&source_rig, &source) {
+        (Some(rig), Some(source)) => facts(rig, source.format),
+        _ => target_facts.clone(),
+    };
+    let space = (target_rig.axes, target_rig.unit_metres);
+    let plan_seconds = control.seconds() - planning;
+
+    let writing = control.seconds();
+    control.enter(Phase::Write, wanted.len() as u64);
+    let posed = Posing::new(&mut target, &pose, choice)?;
+    let mut outputs = Vec::with_capacity(wanted.len());
+    for output in &wanted {
+        control.check()?;
+        outputs.push(posed.write(&target.scene, output, space, control, &mut reporter)?);
+        control.advance(1);
+    }
+    let warnings: Vec<WarningView> = reporter.into_warnings().into_iter().map(WarningView::from).collect();
+    if spec.strict && !warnings.is_empty() {
+        return Err(strict_failure(&warnings));
+    }
+    let counts = Counts {
+        frames: 1,
+        source_joints: source.as_ref().map_or(0, |source| joint_count(&source.scene)),
+        target_joints: joint_count(&target.scene),
+        driven_joints: posed.joints.len(),
+    };
+    let timings = Timings {
+        read_seconds,
+        plan_seconds,
+        write_seconds: control.seconds() - writing,
+        total_seconds: control.seconds() - begin,
+        ..Timings::default()
+    };
+    let rigs = Rigs { source: source_facts, target: target_facts };
+    let report = Report { timings, counts, warnings, rigs, alignment, ..Report::default() };
+    let resolved_spec = serde_json::to_value(spec)
+        .map_err(|error| Failure::new(FailureCode::Internal, format!("the resolved spec: {error}")))?;
+    Ok(Outcome { outputs, report, resolved_spec })
+}
+
+/// The bytes of a config that asks for a pose: `config`, where there is one, with `pose` set to the name of a pose.
+///
+/// # Errors
+/// When the config cannot be read, or the name is that of no pose.
+pub fn pose_config(config: Option<NamedBytes<'_>>, to: &str) -> Result<Vec<u8>, Failure> {
+    let mut spec = match config {
+        Some(config) => parse_spec(config.bytes).map_err(in_config)?,
+        None => RetargetSpec::default(),
+    };
+    let choice = serde_json::from_value(serde_json::Value::from(to));
+    spec.pose = Some(PoseSpec { to: choice.map_err(|error| Failure::new(FailureCode::Internal, error.to_string()))? });
+    serde_json::to_vec(&spec).map_err(|error| Failure::new(FailureCode::Internal, error.to_string()))
+}
+
+/// A T pose needs arms or legs.
+fn check_body(target: &Rig<'_>, choice: PoseChoice) -> Result<(), Failure> {
+    let has = |role: &str| !target.role(role).is_empty();
+    let has_limbs = ["left_upper_arm", "right_upper_arm", "left_thigh", "right_thigh"].into_iter().any(has);
+    if choice == PoseChoice::Rest || has_limbs {
+        return Ok(());
+    }
+    Err(Failure::new(
+        FailureCode::NothingToMap,
+        "no arm and no leg of a body was recognised, so there is nothing to pose",
+    )
+    .in_part("target")
+    .with_hint("name the joints in target.roles; 'retargetd inspect FILE' says what was recognised"))
+}
+
+/// What is written: a skeleton whose rest transforms are the pose, and a clip that holds it.
+struct Posing {
+    /// Joints that the pose turns or moves.
+    joints: Vec<usize>,
+    clip: Clip,
+}
+
+impl Posing {
+    /// Puts the pose into the scene's skeleton.
+    fn new(target: &mut Loaded, pose: &LocalPose, choice: PoseChoice) -> Result<Self, Failure> {
+        let internal = |error: &dyn std::fmt::Display| {
+            Failure::new(FailureCode::Internal, format!("the pose cannot be written: {error}"))
+        };
+        let scene = &mut target.scene;
+        let mut joints = Vec::new();
+        let mut tracks = vec![JointTracks::default(); scene.skeleton.len()];
+        let mut rests: Vec<Joint> = scene.skeleton.joints().to_vec();
+        for (index, (joint, posed)) in rests.iter_mut().zip(pose.transforms()).enumerate() {
+            let turns = 1.0 - joint.rest.rotation.dot(posed.rotation).abs() > SAME_ROTATION;
+            let moves = joint.rest.translation.distance(posed.translation) > f64::from(f32::EPSILON);
+            if turns {
+                joint.rest.rotation = posed.rotation;
+                tracks[index].rotation = Track::<Quat>::Constant(posed.rotation.as_quat().normalize());
+            }
+            if moves {
+                joint.rest.translation = posed.translation;
+                tracks[index].translation = Track::<Vec3>::Constant(posed.translation.as_vec3());
+            }
+            if turns || moves {
+                joints.push(index);
+            }
+        }
+        scene.skeleton = Skeleton::new(rests).map_err(|error| internal(&error))?;
+        let clip = Clip::new(name(choice).to_owned(), vec![0.0], tracks).map_err(|error| internal(&error))?;
+        Ok(Self { joints, clip })
+    }
+
+    fn write(
+        &self,
+        scene: &Scene,
+        output: &Wanted,
+        (axes, unit_metres): (Axes, f64),
+        control: &Control,
+        reporter: &mut Reporter,
+    ) -> Result<Output, Failure> {
+        let renamed = output.options.clip_name.as_ref().map(|name| self.clip.clone().renamed(name.clone()));
+        let clip = renamed.as_ref().unwrap_or(&self.clip);
+        let options = WriteOptions {
+            format: output.format,
+            include: match output.options.include {
+                IncludeSpec::Full => Include::Everything,
+                IncludeSpec::SkeletonAndAnimation => Include::SkeletonAndAnimation,
+            },
+            // Another clip would play instead of the pose.
+            target_clips: TargetClips::Drop,
+            extras: Some(serde_json::json!({
+                "engine": { "name": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION") },
+                "pose": clip.name(),
+            })),
+        };
+        let wants_ours = match output.format {
+            formats::Format::Bvh => false,
+            formats::Format::PosesNpz | formats::Format::PosesJson => scene.axes.is_none(),
+            _ => true,
+        };
+        let conversion = into_ours(axes, unit_metres);
+        let is_ours = scene.axes == Some(Axes::Y_UP_Z_FRONT) && scene.unit_metres == Some(1.0);
+        let written = if is_ours || !wants_ours || conversion.is_identity() {
+            formats::write_posed(scene, &self.joints, clip, &options, control, reporter)
+        } else {
+            let converted = convert_clip(clip.clone(), scene, &conversion)
+                .map_err(|error| Failure::new(FailureCode::Internal, format!("the pose cannot be written: {error}")))?;
+            formats::write_posed(
+                &convert_scene(scene, &conversion),
+                &self.joints,
+                &converted,
+                &options,
+                control,
+                reporter,
+            )
+        };
+        let bytes = written.map_err(|error| Failure::from(error).in_part("target"))?;
+        let name = format!("{}.{}", clip.name().replace(' ', "_"), output.format.info().endings[0]);
+        Ok(Output { format: output.format, name, bytes })
+    }
+}
+
+const fn name(choice: PoseChoice) -> &'static str {
+    match choice {
+        PoseChoice::T => "T pose",
+        PoseChoice::A => "A pose",
+        PoseChoice::Source => "aligned pose",
+        PoseChoice::Rest => "rest pose",
+    }
+}

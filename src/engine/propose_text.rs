@@ -1,0 +1,76 @@
+//! A proposal as a page for a terminal.
+
+use std::fmt;
+
+use super::{
+    RigFacts,
+    propose::{DriverView, Proposal, RolePair},
+};
+
+/// Roles that are less sure than this are shown with their reasons.
+const SURE: f64 = 0.8;
+
+impl fmt::Display for Proposal {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let counts = &self.counts;
+        write_rig(formatter, "source", &self.rigs.source)?;
+        write_rig(formatter, "target", &self.rigs.target)?;
+        writeln!(
+            formatter,
+            "{} of {} target joints are driven; {} roles on both sides\n\nroles",
+            counts.driven_joints, counts.target_joints, counts.roles_on_both_sides
+        )?;
+        for pair in &self.roles {
+            write_role(formatter, pair)?;
+        }
+        writeln!(formatter, "\njoints of the target")?;
+        for joint in &self.joints {
+            write_joint(formatter, joint)?;
+        }
+        if !self.warnings.is_empty() {
+            writeln!(formatter, "\nwarnings")?;
+        }
+        for warning in &self.warnings {
+            writeln!(formatter, "  {}: {}: {}", warning.code, warning.place, warning.detail)?;
+            if !warning.hint.is_empty() {
+                writeln!(formatter, "    hint: {}", warning.hint)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn write_rig(formatter: &mut fmt::Formatter<'_>, side: &str, rig: &RigFacts) -> fmt::Result {
+    let convention = rig.recognised_as.as_deref().unwrap_or("no known convention");
+    let percent = rig.confidence * 100.0;
+    writeln!(formatter, "{side}: {convention}, {percent:.0} % sure, rest pose from {}", rig.rest_pose_from)
+}
+
+fn write_role(formatter: &mut fmt::Formatter<'_>, pair: &RolePair) -> fmt::Result {
+    let joints = |side: &Option<super::OneOrMore>| side.as_ref().map_or_else(|| "–".to_owned(), ToString::to_string);
+    write!(formatter, "  {:<24}{} -> {}", pair.role, joints(&pair.source), joints(&pair.target))?;
+    match pair.confidence {
+        Some(confidence) => writeln!(formatter, "  ({:.0} %)", confidence * 100.0)?,
+        None => writeln!(formatter)?,
+    }
+    for (side, details) in [("source", &pair.source_details), ("target", &pair.target_details)] {
+        let Some(details) = details.as_ref().filter(|details| details.confidence < SURE) else { continue };
+        let others: Vec<String> = details.alternatives.iter().map(ToString::to_string).collect();
+        let others = if others.is_empty() { String::new() } else { format!("; or {}", others.join(" or ")) };
+        writeln!(formatter, "    {side}: {}{others}", details.reasons.join("; "))?;
+    }
+    Ok(())
+}
+
+fn write_joint(formatter: &mut fmt::Formatter<'_>, joint: &DriverView) -> fmt::Result {
+    let sources: Vec<String> = joint
+        .sources
+        .iter()
+        .map(|share| {
+            let percent = share.weight * 100.0;
+            if percent < 99.5 { format!("{percent:.0} % {}", share.joint) } else { share.joint.clone() }
+        })
+        .collect();
+    let from = if sources.is_empty() { "–".to_owned() } else { sources.join(" + ") };
+    writeln!(formatter, "  {:<28}{from:<32}  {}", joint.joint, joint.reason)
+}

@@ -1,0 +1,85 @@
+//! `If-Match` and `If-None-Match` (RFC 9110) on what can be changed. Tags are digests in quotes.
+
+use axum::http::{HeaderMap, header};
+
+use super::{code::Code, problem::Problem};
+use crate::jobs::Precondition;
+
+/// What must hold for a change.
+///
+/// # Errors
+/// When a header is no list of tags, or both are there.
+pub(super) fn of_change(headers: &HeaderMap) -> Result<Precondition, Problem> {
+    let (matching, none_matching) = (joined(headers, &header::IF_MATCH), joined(headers, &header::IF_NONE_MATCH));
+    match (matching.as_deref(), none_matching.as_deref()) {
+        (None, None) => Ok(Precondition::Always),
+        (Some("*"), None) => Ok(Precondition::Exists),
+        (Some(tags), None) => Ok(Precondition::Is(read_tags(tags)?)),
+        (None, Some("*")) => Ok(Precondition::Absent),
+        (None, Some(_)) => Err(Problem::new(Code::MalformedRequest, "'If-None-Match' of a change can only be '*'")
+            .with_hint(
+                "'If-None-Match: *' writes only what is not there yet; 'If-Match: \"…\"' changes only that version",
+            )),
+        (Some(_), Some(_)) => {
+            Err(Problem::new(Code::MalformedRequest, "'If-Match' and 'If-None-Match' say the opposite of one another"))
+        }
+    }
+}
+
+/// Whether the caller has what has this digest.
+pub(super) fn caller_has(headers: &HeaderMap, sha256: &str) -> bool {
+    let Some(tags) = joined(headers, &header::IF_NONE_MATCH) else { return false };
+    // Weak tags count here, and what is no tag is nothing that the caller has.
+    tags == "*" || tags.split(',').any(|tag| tag.trim().trim_start_matches("W/").trim_matches('"') == sha256)
+}
+
+fn joined(headers: &HeaderMap, name: &header::HeaderName) -> Option<String> {
+    let values: Vec<&str> =
+        headers.get_all(name).iter().map(|value| value.to_str().unwrap_or_default().trim()).collect();
+    (!values.is_empty()).then(|| values.join(","))
+}
+
+/// A weak tag never matches, as the RFC has it; it stays in the list as a text that no digest is.
+fn read_tags(tags: &str) -> Result<Vec<String>, Problem> {
+    let read = |tag: &str| {
+        let inner = tag.trim().trim_start_matches("W/").strip_prefix('"')?.strip_suffix('"')?;
+        Some(if tag.trim().starts_with("W/") { String::new() } else { inner.to_owned() })
+    };
+    tags.split(',').map(read).collect::<Option<_>>().ok_or_else(|| {
+        let shown: String = tags.chars().take(64).collect();
+        Problem::new(Code::MalformedRequest, format!("'If-Match: {shown}' is no list of tags"))
+            .with_hint("a tag is the ETag of an answer, quotes and all")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use axum::http::HeaderValue;
+
+    use super::*;
+
+    fn headers(pairs: &[(header::HeaderName, &'static str)]) -> HeaderMap {
+        pairs.iter().map(|(name, value)| (name.clone(), HeaderValue::from_static(value))).collect()
+    }
+
+    #[test]
+    fn headers_become_preconditions() {
+        let of = |pairs: &[_]| of_change(&headers(pairs)).map_err(|problem| problem.code);
+        assert_eq!(of(&[]), Ok(Precondition::Always), "nothing");
+        assert_eq!(of(&[(header::IF_MATCH, "*")]), Ok(Precondition::Exists), "any");
+        assert_eq!(of(&[(header::IF_NONE_MATCH, "*")]), Ok(Precondition::Absent), "none");
+        let two = Precondition::Is(vec!["a".to_owned(), String::new()]);
+        assert_eq!(of(&[(header::IF_MATCH, "\"a\", W/\"b\"")]), Ok(two), "weak tags match nothing");
+        assert_eq!(of(&[(header::IF_MATCH, "a")]), Err(Code::MalformedRequest), "no tag");
+        assert_eq!(of(&[(header::IF_NONE_MATCH, "\"a\"")]), Err(Code::MalformedRequest), "not of a change");
+        let both = [(header::IF_MATCH, "*"), (header::IF_NONE_MATCH, "*")];
+        assert_eq!(of(&both), Err(Code::MalformedRequest), "opposites");
+    }
+
+    #[test]
+    fn who_has_it_is_told_so() {
+        assert!(caller_has(&headers(&[(header::IF_NONE_MATCH, "\"x\", W/\"a\"")]), "a"), "in the list");
+        assert!(!caller_has(&headers(&[(header::IF_NONE_MATCH, "\"x\"")]), "a"), "not in the list");
+        assert!(!caller_has(&headers(&[]), "a"), "no list");
+    }
+}

@@ -1,0 +1,56 @@
+//! `/v1/explanations`: why a joint of a result is turned as it is.
+
+use axum::{
+    Json,
+    body::Body,
+    extract::{Request, State},
+};
+use serde::Deserialize;
+use utoipa::IntoParams;
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use super::{
+    proposals::{SuggestionBody, read_files},
+    retarget::RetargetForm,
+};
+use crate::http::{
+    ApiState,
+    extract::QueryOf,
+    problem::{Problem, ProblemView},
+};
+
+pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
+    OpenApiRouter::new().routes(routes!(explain))
+}
+
+/// What is asked.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct Question {
+    /// Frame of the result, from 0.
+    frame: usize,
+    /// Joint of the target, by name or `#<node index>`.
+    #[param(example = "LeftForeArm")]
+    joint: String,
+}
+
+/// Explains a joint at a frame.
+///
+/// The answer has what the joint follows (`sources` with shares) and its `contributions` from the target's rest pose to the result:
+/// rotations in model space, each turning what the ones before it gave, so that their product is the joint's rotation in what a
+/// retarget of the same files and config gives. Either JSON that names uploaded files, or the same multipart form as
+/// `POST /v1/retarget`.
+#[utoipa::path(post, path = "/v1/explanations", tag = "retarget", params(Question),
+    request_body(description = "two files", content(
+        (SuggestionBody = "application/json"), (RetargetForm = "multipart/form-data"))),
+    responses((status = 200, body = Object, description = "the explanation"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn explain(
+    State(state): State<ApiState>,
+    QueryOf(Question { frame, joint }): QueryOf<Question>,
+    request: Request<Body>,
+) -> Result<Json<serde_json::Value>, Problem> {
+    let new = read_files(request, &state).await?;
+    Ok(Json(state.assets.explain(new, frame, joint).await?))
+}

@@ -1,0 +1,274 @@
+//! `/v1/rigs` and `/v1/presets`: what users teach the service under a name.
+//!
+//! A document is answered as it is kept, so that it can be changed and sent back; what is known of it is in the headers and in the
+//! list.
+
+use axum::{
+    Json,
+    body::Body,
+    extract::{FromRequest, Path, Request, State},
+    http::{HeaderMap, HeaderValue, StatusCode, header},
+    response::{IntoResponse, Response},
+};
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use crate::{
+    http::{
+        ApiState,
+        download::ascii,
+        extract::{JsonBody, QueryOf},
+        precondition,
+        problem::{Problem, ProblemView},
+    },
+    jobs::{DocumentKind, Kept, Library},
+};
+
+pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
+    OpenApiRouter::new()
+        .routes(routes!(list_rigs))
+        .routes(routes!(show_rig, put_rig, delete_rig))
+        .routes(routes!(list_presets))
+        .routes(routes!(show_preset, put_preset, delete_preset))
+}
+
+/// What is known of a rig or preset.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = NamedDocument)]
+struct NamedDocumentView {
+    /// What it is called.
+    #[schema(example = "our_hero")]
+    name: String,
+    /// The same for people to read, where a rig says so.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    title: String,
+    /// Of rigs: `biped`, `quadruped` or `other`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    kind: Option<String>,
+    /// Whether it comes with the program, so that it cannot be changed.
+    built_in: bool,
+    /// Its version, from 1; absent where it comes with the program.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    version: Option<u64>,
+    /// When this version came.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(format = DateTime)]
+    created_at: Option<String>,
+    /// SHA-256 of the document, in hexadecimal; also its `ETag`.
+    sha256: String,
+    /// Where the document is.
+    document: String,
+}
+
+/// Everything that is kept of a kind. There are as many as the limit `stored_documents` allows, so there is one page.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = NamedDocumentList)]
+struct NamedDocumentListView {
+    /// By name; those that come with the program first.
+    items: Vec<NamedDocumentView>,
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct VersionQuery {
+    /// An earlier version. Kept for as long as a job may name it.
+    version: Option<u64>,
+}
+
+async fn list(library: &Library, kind: DocumentKind) -> Result<Json<NamedDocumentListView>, Problem> {
+    let view = |kept: Kept| NamedDocumentView {
+        title: text_of(&kept, "title").unwrap_or_default(),
+        kind: text_of(&kept, "kind").filter(|_| kind == DocumentKind::Rig),
+        built_in: kept.own.is_none(),
+        version: kept.own.map(|(version, _)| version),
+        created_at: kept.own.map(|(_, created_at)| created_at.to_string()),
+        document: format!("/v1/{}s/{}", kind.name(), kept.name),
+        sha256: kept.sha256,
+        name: kept.name,
+    };
+    let items = library.list(kind).await?.into_iter().map(view).collect();
+    Ok(Json(NamedDocumentListView { items }))
+}
+
+fn text_of(kept: &Kept, member: &str) -> Option<String> {
+    kept.document.get(member)?.as_str().map(str::to_owned)
+}
+
+async fn show(
+    library: &Library,
+    (kind, name): (DocumentKind, &str),
+    version: Option<u64>,
+    headers: &HeaderMap,
+) -> Result<Response, Problem> {
+    let kept = library.get(kind, name, version).await?;
+    let status =
+        if precondition::caller_has(headers, &kept.sha256) { StatusCode::NOT_MODIFIED } else { StatusCode::OK };
+    Ok(answer(kept, status))
+}
+
+async fn put(
+    library: &Library,
+    (kind, name): (DocumentKind, &str),
+    state: &ApiState,
+    request: Request<Body>,
+) -> Result<Response, Problem> {
+    let precondition = precondition::of_change(request.headers())?;
+    let JsonBody(document) = JsonBody::<serde_json::Value>::from_request(request, state).await?;
+    let written = library.put(kind, name, &document, &precondition).await?;
+    let status = if written.is_new { StatusCode::CREATED } else { StatusCode::OK };
+    let mut response = answer(written.kept, status);
+    if written.is_new {
+        response.headers_mut().insert(header::LOCATION, ascii(format!("/v1/{}s/{name}", kind.name())));
+    }
+    Ok(response)
+}
+
+async fn delete(
+    library: &Library,
+    (kind, name): (DocumentKind, &str),
+    headers: &HeaderMap,
+) -> Result<StatusCode, Problem> {
+    library.delete(kind, name, &precondition::of_change(headers)?).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// The document, with what is known of it in the headers.
+fn answer(kept: Kept, status: StatusCode) -> Response {
+    let Kept { document, sha256, own, .. } = kept;
+    let mut response = if status == StatusCode::NOT_MODIFIED {
+        status.into_response()
+    } else {
+        (status, Json(document)).into_response()
+    };
+    let headers = response.headers_mut();
+    headers.insert(header::ETAG, ascii(format!("\"{sha256}\"")));
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+    if let Some((version, _)) = own {
+        headers.insert("document-version", version.into());
+    }
+    response
+}
+
+/// Lists the rigs that are recognised by name.
+///
+/// Those that come with the program first; they can be read, not changed.
+#[utoipa::path(get, path = "/v1/rigs", tag = "rigs",
+    responses((status = 200, body = NamedDocumentListView, description = "all of them"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn list_rigs(State(library): State<Library>) -> Result<Json<NamedDocumentListView>, Problem> {
+    list(&library, DocumentKind::Rig).await
+}
+
+/// Gives a rig template, as it can be sent back.
+#[utoipa::path(get, path = "/v1/rigs/{name}", tag = "rigs", params(("name" = String, Path, description = "what it is called"),
+    VersionQuery, ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
+    responses((status = 200, body = Object, description = "the document", headers(("ETag" = String), ("Document-Version" = u64))),
+        (status = 304, description = "the caller has it already"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn show_rig(
+    State(library): State<Library>,
+    Path(name): Path<String>,
+    QueryOf(query): QueryOf<VersionQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    show(&library, (DocumentKind::Rig, &name), query.version, &headers).await
+}
+
+/// Teaches a rig.
+///
+/// The body is a rig template: which joints a rig is made of and what they mean; `GET /v1/schemas/rig-template` is its JSON Schema,
+/// `GET /v1/rigs/{name}` of a built-in one an example. From then on it takes part in every recognition, before the built-in ones:
+/// of jobs, of `GET /v1/assets/{id}/skeleton` and of mapping suggestions. Jobs that were asked for before keep what they had.
+#[utoipa::path(put, path = "/v1/rigs/{name}", tag = "rigs",
+    params(("name" = String, Path, description = "up to 64 lower-case letters, digits, `_` and `-`"),
+        ("If-Match" = Option<String>, Header, description = "change only the version with this `ETag`"),
+        ("If-None-Match" = Option<String>, Header, description = "`*`: only when there is none of that name")),
+    request_body(content = Object, content_type = "application/json", description = "the document"),
+    responses((status = 201, body = Object, description = "kept", headers(("Location" = String), ("ETag" = String), ("Document-Version" = u64))),
+        (status = 200, body = Object, description = "a new version, or the same as before", headers(("ETag" = String), ("Document-Version" = u64))),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn put_rig(
+    State(state): State<ApiState>,
+    Path(name): Path<String>,
+    request: Request<Body>,
+) -> Result<Response, Problem> {
+    put(&state.library, (DocumentKind::Rig, &name), &state, request).await
+}
+
+/// Removes a rig template.
+///
+/// Jobs that were asked for with it keep it.
+#[utoipa::path(delete, path = "/v1/rigs/{name}", tag = "rigs", params(("name" = String, Path, description = "what it is called"),
+    ("If-Match" = Option<String>, Header, description = "remove only the version with this `ETag`")),
+    responses((status = 204, description = "removed"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn delete_rig(
+    State(library): State<Library>,
+    Path(name): Path<String>,
+    headers: HeaderMap,
+) -> Result<StatusCode, Problem> {
+    delete(&library, (DocumentKind::Rig, &name), &headers).await
+}
+
+/// Lists the presets.
+///
+/// Those that come with the program first; they can be read, not changed.
+#[utoipa::path(get, path = "/v1/presets", tag = "rigs",
+    responses((status = 200, body = NamedDocumentListView, description = "all of them"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn list_presets(State(library): State<Library>) -> Result<Json<NamedDocumentListView>, Problem> {
+    list(&library, DocumentKind::Preset).await
+}
+
+/// Gives a preset, as it can be sent back.
+#[utoipa::path(get, path = "/v1/presets/{name}", tag = "rigs", params(("name" = String, Path, description = "what it is called"),
+    VersionQuery, ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
+    responses((status = 200, body = Object, description = "the document", headers(("ETag" = String), ("Document-Version" = u64))),
+        (status = 304, description = "the caller has it already"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn show_preset(
+    State(library): State<Library>,
+    Path(name): Path<String>,
+    QueryOf(query): QueryOf<VersionQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    show(&library, (DocumentKind::Preset, &name), query.version, &headers).await
+}
+
+/// Keeps a preset.
+///
+/// The body is a retarget spec, or part of one. Jobs that name it in `preset` have their config laid over it: objects are merged
+/// member by member, everything else (lists too) is taken from the config where it says something, and `null` takes a member of
+/// the preset away (RFC 7396). A config of another tool becomes a spec of ours.
+#[utoipa::path(put, path = "/v1/presets/{name}", tag = "rigs",
+    params(("name" = String, Path, description = "up to 64 lower-case letters, digits, `_` and `-`"),
+        ("If-Match" = Option<String>, Header, description = "change only the version with this `ETag`"),
+        ("If-None-Match" = Option<String>, Header, description = "`*`: only when there is none of that name")),
+    request_body(content = Object, content_type = "application/json", description = "the document"),
+    responses((status = 201, body = Object, description = "kept", headers(("Location" = String), ("ETag" = String), ("Document-Version" = u64))),
+        (status = 200, body = Object, description = "a new version, or the same as before", headers(("ETag" = String), ("Document-Version" = u64))),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn put_preset(
+    State(state): State<ApiState>,
+    Path(name): Path<String>,
+    request: Request<Body>,
+) -> Result<Response, Problem> {
+    put(&state.library, (DocumentKind::Preset, &name), &state, request).await
+}
+
+/// Removes a preset.
+///
+/// Jobs that were asked for with it keep it.
+#[utoipa::path(delete, path = "/v1/presets/{name}", tag = "rigs", params(("name" = String, Path, description = "what it is called"),
+    ("If-Match" = Option<String>, Header, description = "remove only the version with this `ETag`")),
+    responses((status = 204, description = "removed"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn delete_preset(
+    State(library): State<Library>,
+    Path(name): Path<String>,
+    headers: HeaderMap,
+) -> Result<StatusCode, Problem> {
+    delete(&library, (DocumentKind::Preset, &name), &headers).await
+}

@@ -1,0 +1,117 @@
+//! `POST /v1/poses`: a character in, the same character in a pose out. A job with a wait, like every other work.
+
+use axum::{
+    body::Body,
+    extract::{Request, State},
+    http::header,
+    response::Response,
+};
+use serde::Deserialize;
+use utoipa::{IntoParams, ToSchema};
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use crate::{
+    http::{
+        ApiState,
+        extract::{self, QueryOf},
+        negotiate,
+        prefer::Prefer,
+        problem::{Problem, ProblemView},
+        resources::retarget::answer,
+        upload,
+        views::JobView,
+    },
+    jobs::{ConfigDocument, InputRole},
+};
+
+pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
+    OpenApiRouter::new().routes(routes!(pose))
+}
+
+/// The parts of a pose, in any order.
+#[derive(ToSchema)]
+#[allow(dead_code, reason = "only its schema is used: parts are streamed, never held in one value")]
+pub(in crate::http) struct PoseForm {
+    /// The file with the character.
+    #[schema(content_media_type = "application/octet-stream")]
+    target: String,
+    /// Another character, whose rest pose it takes.
+    #[schema(content_media_type = "application/octet-stream")]
+    source: Option<String>,
+    /// The character in its rest pose, where its file does not hold it.
+    #[schema(content_media_type = "application/octet-stream")]
+    target_rest: Option<String>,
+    /// The other character in its rest pose, where its file does not hold it.
+    #[schema(content_media_type = "application/octet-stream")]
+    source_rest: Option<String>,
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+struct PoseQuery {
+    /// The pose: `t`, `a`, `rest` or `source`. Default: `source` where that part was sent, else `t`.
+    to: Option<PoseWord>,
+}
+
+/// A pose by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum PoseWord {
+    /// Arms horizontal.
+    T,
+    /// Arms 45° below the horizontal.
+    A,
+    /// Its own rest pose.
+    Rest,
+    /// The rest pose of the source.
+    Source,
+}
+
+impl PoseWord {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::T => "t",
+            Self::A => "a",
+            Self::Rest => "rest",
+            Self::Source => "source",
+        }
+    }
+}
+
+/// Puts a character into a T pose, an A pose or another character's rest pose, and gives the file back.
+///
+/// The format is that of `Accept`, else GLB. A glTF or VRM keeps all that it has but its animations: its nodes stand in the pose,
+/// and one animation holds it. The same with edits, roles and axes of your own: `POST /v1/retarget` with `pose` in the config.
+#[utoipa::path(post, path = "/v1/poses", tag = "retarget",
+    params(PoseQuery, ("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds"),
+        ("Accept" = Option<String>, Header, description = "the media type of the format wanted")),
+    request_body(content = PoseForm, content_type = "multipart/form-data"),
+    responses((status = 200, description = "the file", content((String = "model/gltf-binary"), (String = "model/gltf+json"),
+            (String = "text/plain"), (String = "application/x-npz"), (Object = "application/json")),
+            headers(("Job-Id" = String), ("ETag" = String), ("Server-Timing" = String), ("Warnings-Count" = u64),
+                ("Content-Disposition" = String))),
+        (status = 202, body = JobView, description = "not ended within the wait", headers(("Location" = String), ("Retry-After" = u32))),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn pose(
+    State(state): State<ApiState>,
+    QueryOf(query): QueryOf<PoseQuery>,
+    prefer: Prefer,
+    request: Request<Body>,
+) -> Result<Response, Problem> {
+    state.jobs.check_admission()?;
+    let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
+    let mut new = upload::read_pose(request, &state.assets, &state.settings).await?;
+    let has_source = new.inputs.contains_key(&InputRole::Source);
+    let to = query.to.unwrap_or(if has_source { PoseWord::Source } else { PoseWord::T });
+    if to == PoseWord::Source && !has_source {
+        return Err(upload::missing(InputRole::Source));
+    }
+    if let Some(target) = new.inputs.get(&InputRole::Target).filter(|_| !has_source).cloned() {
+        // Every job has a source; one that looks at none has the target itself.
+        new.inputs.insert(InputRole::Source, target);
+    }
+    let text = serde_json::json!({ "pose": { "to": to.name() } }).to_string();
+    new.config = Some(ConfigDocument { file_name: "pose.json".into(), text });
+    new.formats.extend(format);
+    answer(&state, &prefer, new).await
+}

@@ -1,0 +1,179 @@
+//! `/v1/mapping-suggestions` and `/v1/config-checks`: what a retarget would do, without doing it.
+
+use axum::{
+    Json,
+    body::Body,
+    extract::{FromRequest, Request, State},
+};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use super::{
+    new_job::{InputBody, config_document, read_inputs},
+    retarget::RetargetForm,
+};
+use crate::{
+    http::{
+        ApiState,
+        code::Code,
+        extract::{self, JsonBody},
+        problem::{Problem, ProblemView},
+        upload,
+        views::{JobInputView, inputs_view},
+    },
+    jobs::{Assets, ConfigDocument, InputRole, NewJob},
+};
+
+pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
+    OpenApiRouter::new().routes(routes!(suggest)).routes(routes!(check))
+}
+
+/// Two rigs, and what is known already about how they belong together.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = NewMappingSuggestion)]
+pub(super) struct SuggestionBody {
+    /// The file with the animation; it may hold none.
+    source: InputBody,
+    /// The file with the character that it goes onto.
+    target: InputBody,
+    /// The source rig in its rest pose, where the source file does not hold it.
+    source_rest: Option<InputBody>,
+    /// The target rig in its rest pose, where the target file does not hold it.
+    target_rest: Option<InputBody>,
+    /// What is known already, as in a retarget spec; the rest is found out.
+    #[schema(value_type = Object)]
+    config: Option<serde_json::Map<String, serde_json::Value>>,
+    /// A preset that the config is laid over.
+    preset: Option<String>,
+}
+
+/// A config, and the two files that it is for.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = NewConfigCheck)]
+struct CheckBody {
+    /// The config.
+    #[schema(value_type = Object)]
+    config: serde_json::Map<String, serde_json::Value>,
+    /// The file with the animation. Without files, only what a config can be wrong about by itself is checked.
+    source: Option<InputBody>,
+    /// The file with the character that it goes onto; needed when there is a source.
+    target: Option<InputBody>,
+    /// The source rig in its rest pose.
+    source_rest: Option<InputBody>,
+    /// The target rig in its rest pose.
+    target_rest: Option<InputBody>,
+    /// A preset that the config is laid over; only with files.
+    preset: Option<String>,
+}
+
+/// What a retarget would do.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = Proposal)]
+struct ProposalView {
+    /// The files that were looked at; those of a form are kept as assets.
+    inputs: std::collections::BTreeMap<&'static str, JobInputView>,
+    /// The spec with everything found out filled in: edit it and send it as the `config` of a job. Sent as it is, it gives what
+    /// was proposed.
+    #[schema(value_type = Object)]
+    resolved_spec: serde_json::Value,
+    /// `rigs`, `counts`, `roles` (role, source and target joints, confidence, alternatives, reasons), `joints` (for each target
+    /// joint its `driver`, `sources` with weights, modes, and the `reason`) and `warnings`.
+    #[serde(flatten)]
+    #[schema(value_type = Object)]
+    proposal: serde_json::Map<String, serde_json::Value>,
+}
+
+/// A config that can be used.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = CheckedConfig)]
+struct CheckedConfig {
+    /// The config as it is understood, defaults and all.
+    #[schema(value_type = Object)]
+    spec: serde_json::Value,
+}
+
+/// Proposes a mapping between two rigs.
+///
+/// Nothing is retargeted. The answer has the whole spec, how sure each role is on both sides with reasons and alternatives, and
+/// for each joint of the target what would drive it, or why nothing does. Either JSON that names uploaded files, or the same
+/// multipart form as `POST /v1/retarget`.
+#[utoipa::path(post, path = "/v1/mapping-suggestions", tag = "rigs",
+    request_body(description = "two files", content(
+        (SuggestionBody = "application/json"), (RetargetForm = "multipart/form-data"))),
+    responses((status = 200, body = ProposalView, description = "the proposal"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn suggest(State(state): State<ApiState>, request: Request<Body>) -> Result<Json<ProposalView>, Problem> {
+    let new = read_files(request, &state).await?;
+    propose(&state.assets, new).await.map(Json)
+}
+
+/// Two files and perhaps a config, as a form or as JSON.
+pub(super) async fn read_files(request: Request<Body>, state: &ApiState) -> Result<NewJob, Problem> {
+    if extract::is_media_type(request.headers(), "multipart/form-data") {
+        return upload::read_job(request, &state.assets, &state.settings).await;
+    }
+    let JsonBody(body) = JsonBody::<SuggestionBody>::from_request(request, state).await?;
+    let inputs = read_inputs([Some(body.source), Some(body.target), body.source_rest, body.target_rest])?;
+    Ok(NewJob { inputs, config: body.config.map(config_document), preset: body.preset, ..NewJob::default() })
+}
+
+/// Checks a config.
+///
+/// With two files, every name in the config is checked against them and the answer is the same as that of
+/// `POST /v1/mapping-suggestions`; without, the answer is the config as it is understood. A config that cannot be used is
+/// answered with the problem that a job with it would fail with; `errors` has all that is wrong, with pointers.
+#[utoipa::path(post, path = "/v1/config-checks", tag = "rigs",
+    request_body(description = "a config, and perhaps two files", content(
+        (CheckBody = "application/json"), (RetargetForm = "multipart/form-data"))),
+    responses((status = 200, description = "it can be used", content((ProposalView = "application/json"), (CheckedConfig = "application/json"))),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn check(State(state): State<ApiState>, request: Request<Body>) -> Result<Json<serde_json::Value>, Problem> {
+    let ApiState { assets, settings, .. } = &state;
+    let (alone, new) = if extract::is_media_type(request.headers(), "multipart/form-data") {
+        let mut form = upload::read_form(request, assets, settings).await?;
+        match form.only_config() {
+            Some(config) => (Some(config), NewJob::default()),
+            None => (None, form.into_job(&[InputRole::Source, InputRole::Target], assets).await?),
+        }
+    } else {
+        JsonBody::<CheckBody>::from_request(request, &state).await?.0.read()?
+    };
+    let answer = match alone {
+        Some(config) => serde_json::to_value(CheckedConfig { spec: assets.check_config(config).await? }),
+        None => serde_json::to_value(propose(assets, new).await?),
+    };
+    answer.map(Json).map_err(|error| Problem::internal(&error))
+}
+
+impl CheckBody {
+    /// The config by itself, or a job to be proposed.
+    fn read(self) -> Result<(Option<ConfigDocument>, NewJob), Problem> {
+        let config = config_document(self.config);
+        let missing = match (&self.source, &self.target) {
+            (Some(_), Some(_)) => None,
+            (None, None) if self.source_rest.is_none() && self.target_rest.is_none() && self.preset.is_none() => {
+                return Ok((Some(config), NewJob::default()));
+            }
+            (None, _) => Some("source"),
+            (_, None) => Some("target"),
+        };
+        if let Some(name) = missing {
+            let detail = format!("'{name}' is missing: a config is checked against both files, or by itself");
+            return Err(Problem::new(Code::MissingPart, detail).at(format!("/{name}"), Vec::new()));
+        }
+        let inputs = read_inputs([self.source, self.target, self.source_rest, self.target_rest])?;
+        Ok((None, NewJob { inputs, config: Some(config), preset: self.preset, ..NewJob::default() }))
+    }
+}
+
+async fn propose(assets: &Assets, new: NewJob) -> Result<ProposalView, Problem> {
+    let (request, proposal) = assets.propose(new).await?;
+    let serde_json::Value::Object(mut proposal) = proposal else {
+        return Err(Problem::internal(&"a proposal is no object"));
+    };
+    let resolved_spec = proposal.remove("resolved_spec").unwrap_or_default();
+    Ok(ProposalView { inputs: inputs_view(&request), resolved_spec, proposal })
+}

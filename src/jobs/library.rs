@@ -1,0 +1,222 @@
+//! What users teach the service under a name: rig templates, which take part in recognition, and presets, which jobs can name.
+//!
+//! Built-in ones are listed beside the user's own and cannot be changed. A job keeps the versions that it was asked for with, so
+//! that it gives the same whenever it runs.
+
+use std::fmt::Write as _;
+
+use sha2::{Digest, Sha256};
+
+use super::{Jobs, Refusal};
+use crate::{
+    engine::{self, Knowledge},
+    store::{
+        DocumentChange, DocumentKind, DocumentRecord, JobRequest, NewDocument, Precondition, StoreError, VersionedName,
+    },
+};
+
+/// What is kept under names. Cheap to clone; all clones are the same.
+#[derive(Clone, Debug)]
+pub struct Library(Jobs);
+
+/// A document and what is known of it.
+#[derive(Clone, Debug)]
+pub struct Kept {
+    /// What it is called.
+    pub name: String,
+    /// The document, as a JSON object.
+    pub document: serde_json::Value,
+    /// SHA-256 of the document, in hexadecimal.
+    pub sha256: String,
+    /// Its version and when that came; nothing for what comes with the program.
+    pub own: Option<(u64, jiff::Timestamp)>,
+}
+
+/// What was written.
+#[derive(Clone, Debug)]
+pub struct Written {
+    /// The document as it is now.
+    pub kept: Kept,
+    /// Whether there was none of that name.
+    pub is_new: bool,
+}
+
+impl Library {
+    /// What `jobs` keep.
+    #[must_use]
+    pub fn new(jobs: &Jobs) -> Self {
+        Self(jobs.clone())
+    }
+
+    /// All documents of a kind, by name: those that come with the program first.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn list(&self, kind: DocumentKind) -> Result<Vec<Kept>, Refusal> {
+        let own = self.0.0.store.records().documents(kind).await?;
+        let own = own.into_iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        Ok(built_in(kind).into_iter().chain(own).collect())
+    }
+
+    /// A document: one version of it, or the current one.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub async fn get(&self, kind: DocumentKind, name: &str, version: Option<u64>) -> Result<Kept, Refusal> {
+        if let (Some(kept), None) = (built_in_named(kind, name), version) {
+            return Ok(kept);
+        }
+        let record = self.0.0.store.records().document(kind, name, version).await?;
+        record.map_or_else(|| Err(not_found(kind, name)), read)
+    }
+
+    /// Writes a document under a name. The same document again changes nothing.
+    ///
+    /// # Errors
+    /// When the document cannot be used, the name is taken by one that comes with the program, the precondition does not hold,
+    /// or there are as many as may be.
+    pub async fn put(
+        &self,
+        kind: DocumentKind,
+        name: &str,
+        document: &serde_json::Value,
+        precondition: &Precondition,
+    ) -> Result<Written, Refusal> {
+        if self.0.is_draining() {
+            return Err(Refusal::Draining);
+        }
+        refuse_built_in(kind, name)?;
+        let document = match kind {
+            DocumentKind::Rig => engine::check_rig(name, document.clone())?,
+            DocumentKind::Preset => engine::check_preset(name, document.clone())?,
+        };
+        let text = document.to_string();
+        let sha256 = digest(&text);
+        let new = NewDocument { kind, name, sha256: &sha256, document: &text };
+        let (most, now) = (self.0.0.settings.max_stored_documents, self.0.0.clock.now());
+        match self.0.0.store.records().put_document(new, precondition, most, now).await? {
+            DocumentChange::Created(record) => Ok(Written { kept: read(record)?, is_new: true }),
+            DocumentChange::Replaced(record) | DocumentChange::Unchanged(record) => {
+                Ok(Written { kept: read(record)?, is_new: false })
+            }
+            DocumentChange::TooMany => Err(Refusal::TooManyDocuments { kind: kind.name(), most }),
+            DocumentChange::Refused(current) => Err(changed(kind, name, current)),
+            DocumentChange::Removed | DocumentChange::NotThere => Err(not_found(kind, name)),
+        }
+    }
+
+    /// Removes a document. Jobs that were asked for with it keep it.
+    ///
+    /// # Errors
+    /// When there is none, it comes with the program, or the precondition does not hold.
+    pub async fn delete(&self, kind: DocumentKind, name: &str, precondition: &Precondition) -> Result<(), Refusal> {
+        refuse_built_in(kind, name)?;
+        let now = self.0.0.clock.now();
+        match self.0.0.store.records().remove_document(kind, name, precondition, now).await? {
+            DocumentChange::Refused(current) => Err(changed(kind, name, current)),
+            DocumentChange::NotThere => Err(not_found(kind, name)),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Jobs {
+    /// The user's own rig templates as they are now, with a digest over all of them.
+    pub(super) async fn own_rigs(&self) -> Result<OwnRigs, Refusal> {
+        let records = self.0.store.records().documents(DocumentKind::Rig).await?;
+        let text = records.iter().fold(String::new(), |text, record| text + &record.name + ":" + &record.sha256 + "\n");
+        Ok(OwnRigs { sha256: digest(&text), records })
+    }
+
+    /// What a job knows: the versions of the templates that it was asked for with.
+    pub(super) async fn knowledge(&self, request: &JobRequest) -> Result<Knowledge, Refusal> {
+        let mut documents = Vec::with_capacity(request.rigs.len());
+        for VersionedName { name, version } in &request.rigs {
+            let record = self.0.store.records().document(DocumentKind::Rig, name, Some(*version)).await?;
+            let record = record.ok_or_else(|| unreadable(name, "a version that a job names is gone".to_owned()))?;
+            documents.push(record.document);
+        }
+        Ok(Knowledge::read(documents.iter().map(String::as_str))?)
+    }
+
+    /// The preset of that name, current or built in.
+    pub(super) async fn preset(&self, name: &str) -> Result<Kept, Refusal> {
+        let library = Library::new(self);
+        match library.get(DocumentKind::Preset, name, None).await {
+            Err(Refusal::NotFound { .. }) => {
+                let known = library.list(DocumentKind::Preset).await?.into_iter().map(|kept| kept.name).collect();
+                Err(Refusal::UnknownPreset { name: name.to_owned(), known })
+            }
+            other => other,
+        }
+    }
+}
+
+/// The user's own rig templates at one time.
+pub(super) struct OwnRigs {
+    /// Changes when any of them does.
+    pub(super) sha256: String,
+    records: Vec<DocumentRecord>,
+}
+
+impl OwnRigs {
+    /// Their names and versions.
+    pub(super) fn versions(&self) -> Vec<VersionedName> {
+        let version = |record: &DocumentRecord| VersionedName { name: record.name.clone(), version: record.version };
+        self.records.iter().map(version).collect()
+    }
+
+    /// What the engine makes of them.
+    pub(super) fn knowledge(&self) -> Result<Knowledge, Refusal> {
+        Ok(Knowledge::read(self.records.iter().map(|record| record.document.as_str()))?)
+    }
+}
+
+fn read(record: DocumentRecord) -> Result<Kept, Refusal> {
+    let DocumentRecord { name, version, sha256, document, created_at } = record;
+    let document = serde_json::from_str(&document).map_err(|error| unreadable(&name, error.to_string()))?;
+    Ok(Kept { name, document, sha256, own: Some((version, created_at)) })
+}
+
+fn built_in(kind: DocumentKind) -> Vec<Kept> {
+    let documents = match kind {
+        DocumentKind::Rig => engine::built_in_rigs(),
+        DocumentKind::Preset => engine::built_in_presets(),
+    };
+    let kept = |(name, document): (String, serde_json::Value)| {
+        let sha256 = digest(&document.to_string());
+        Kept { name, document, sha256, own: None }
+    };
+    documents.into_iter().map(kept).collect()
+}
+
+fn built_in_named(kind: DocumentKind, name: &str) -> Option<Kept> {
+    built_in(kind).into_iter().find(|kept| kept.name == name)
+}
+
+fn refuse_built_in(kind: DocumentKind, name: &str) -> Result<(), Refusal> {
+    match built_in_named(kind, name) {
+        Some(_) => Err(Refusal::BuiltIn { kind: kind.name(), name: name.to_owned() }),
+        None => Ok(()),
+    }
+}
+
+fn not_found(kind: DocumentKind, name: &str) -> Refusal {
+    Refusal::NotFound { kind: kind.name(), id: name.to_owned() }
+}
+
+fn changed(kind: DocumentKind, name: &str, current: Option<String>) -> Refusal {
+    Refusal::Changed { kind: kind.name(), name: name.to_owned(), current }
+}
+
+fn unreadable(name: &str, reason: String) -> Refusal {
+    Refusal::Store(StoreError::Unreadable { record: name.to_owned(), reason })
+}
+
+fn digest(text: &str) -> String {
+    Sha256::digest(text.as_bytes()).iter().fold(String::new(), |mut text, byte| {
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}

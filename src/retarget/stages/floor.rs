@@ -1,0 +1,204 @@
+//! Soles as far above the floor as the source's. (retargeting.md B8.)
+
+use glam::{DQuat, DVec3};
+
+use crate::{
+    model::Canceled,
+    rig::{FloorOp, Ground, Schedule, Sole},
+};
+
+use super::{
+    contacts::Part,
+    posing::{Pose, Posing},
+    temporal::{median, runs, smoothed},
+    two_bone::smooth,
+    work::Work,
+};
+
+/// Width within which points of a sole share in being the lowest, for a leg of 1 m: keeps the lowest point from jumping.
+const SHARED_METRES: f64 = 0.002;
+/// Standard deviation of the smoothing of what the pelvis follows.
+const SHIFT_SECONDS: f64 = 0.16;
+/// Seconds around a contact over which the floor begins and ceases to count.
+const HOLD_SECONDS: f64 = 0.2;
+
+/// Puts soles onto the floor.
+#[derive(Clone, Debug)]
+pub(super) struct FloorStage {
+    pub(super) op: FloorOp,
+    pub(super) schedule: Schedule,
+    pub(super) feet: Vec<FloorFoot>,
+    pub(super) source: Posing,
+    pub(super) target: Posing,
+    pub(super) ground: Ground,
+    /// Plan units of a metre at a leg of 1 m, on either side.
+    pub(super) source_leg: f64,
+    pub(super) target_leg: f64,
+    pub(super) limb_count: usize,
+    /// Limbs that have goals at this stage.
+    pub(super) goal_limbs: Vec<usize>,
+}
+
+/// One foot of both sides.
+#[derive(Clone, Debug)]
+pub(super) struct FloorFoot {
+    pub(super) limb: usize,
+    pub(super) source: FootSlots,
+    pub(super) source_sole: Sole,
+    pub(super) target: FootSlots,
+    pub(super) target_sole: Sole,
+    /// The target's foot over the source's, where they differ in nothing but size. Such a foot stands as the source's stands, even
+    /// where that hovers by the measure of its rest pose.
+    pub(super) size_ratio: Option<f64>,
+}
+
+/// Slots of a foot in a posing.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FootSlots {
+    pub(super) end: usize,
+    pub(super) ball: Option<usize>,
+}
+
+/// What is known of a foot at a frame.
+#[derive(Clone, Copy, Debug, Default)]
+struct Clearance {
+    /// Of the source's sole above its floor, in units of the source.
+    source: f64,
+    /// Of the target's at its goal.
+    target: f64,
+}
+
+impl FloorStage {
+    pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        let width = self.feet.len();
+        let fill = |(source, target): &mut (Pose, Pose), frame: usize, row: &mut [Clearance]| {
+            self.source.fill(source, work.source, frame);
+            self.target.fill(target, &work.target, frame);
+            let goals = &work.goals[frame * self.limb_count..(frame + 1) * self.limb_count];
+            for (foot, clearance) in self.feet.iter().zip(row) {
+                let end = source.model[foot.source.end];
+                let toes = foot.source.ball.map(|ball| (source.model[ball].translation, source.model[ball].rotation));
+                let of_source = self.lowest(&foot.source_sole, end.translation, toes, self.source_leg);
+                let (goal, now) = (goals[foot.limb], &target.model[foot.target.end]);
+                let turn = goal.rotation * now.rotation.conjugate();
+                let toes = foot.target.ball.map(|ball| {
+                    let ball = target.model[ball];
+                    (goal.position + turn * (ball.translation - now.translation), turn * ball.rotation)
+                });
+                let of_target = self.lowest(&foot.target_sole, goal.position, toes, self.target_leg);
+                *clearance = Clearance {
+                    source: of_source - self.ground.source_floor,
+                    target: of_target - self.ground.target_floor,
+                };
+            }
+        };
+        let rows = work.rows(width, || (self.source.pose(), self.target.pose()), fill)?;
+        let level = self.level(&rows, work);
+        let scale = self.ground.up.dot(self.ground.travel * self.ground.up);
+        // Where the target's sole should be, as a height above its floor.
+        let wanted = |foot: usize, clearance: &Clearance| match self.feet[foot].size_ratio {
+            Some(ratio) => scale * (clearance.source - level) + ratio * level,
+            // Hovering is taken off, but what touches without that is not pressed into the floor.
+            None if self.op.adaptive => scale * (clearance.source - level).max(clearance.source.min(0.0)),
+            None => scale * clearance.source,
+        };
+        let holds: Vec<Vec<f64>> = self.feet.iter().map(|foot| holds(foot.limb, work)).collect();
+        let lift = |foot: usize, frame: usize, clearance: &Clearance| {
+            let wanted = wanted(foot, clearance);
+            let metres = (clearance.source - level) / self.source_leg;
+            let far = (metres - self.op.falloff_height) / self.op.falloff_distance.max(f64::MIN_POSITIVE);
+            let weight = holds[foot][frame].max(self.op.swing * (1.0 - smooth(far)));
+            let above = wanted.min(0.0) - clearance.target;
+            (wanted - clearance.target, weight, above.max(0.0))
+        };
+        let wants = |foot: usize, clearance: &Clearance| wanted(foot, clearance) - clearance.target;
+        let shifts = if self.op.shift_pelvis { self.shifts(&rows, work, wants) } else { vec![0.0; work.frame_count()] };
+        work.pelvis_moves.resize(work.frame_count(), DVec3::ZERO);
+        for (frame, row) in rows.chunks_exact(width.max(1)).enumerate() {
+            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            let shift = shifts[frame] * alpha;
+            let goals = &mut work.goals[frame * self.limb_count..(frame + 1) * self.limb_count];
+            for &limb in &self.goal_limbs {
+                let foot = self.feet.iter().position(|foot| foot.limb == limb);
+                let (wants, weight, least) = foot.map_or((0.0, 0.0, 0.0), |foot| lift(foot, frame, &row[foot]));
+                let free = shift.max(least * alpha);
+                goals[limb].position += self.ground.up * (free + (wants * alpha - free) * weight);
+            }
+            work.pelvis_moves[frame] += self.ground.up * shift;
+        }
+        Ok(())
+    }
+
+    /// Height of the sole, by the joint that is lowest above it; where several are about as low, a little below them.
+    fn lowest(&self, sole: &Sole, end: DVec3, toes: Option<(DVec3, DQuat)>, leg: f64) -> f64 {
+        let height = |point: DVec3, above: f64| point.dot(self.ground.up) - above;
+        let ball = toes.zip(sole.ball).map(|((ball, _), above)| height(ball, above));
+        let tip = toes.zip(sole.ball_to_tip.zip(sole.tip));
+        let tip = tip.map(|((ball, turn), (bone, above))| height(ball + turn * bone, above));
+        let points = [Some(height(end, sole.heel)), ball, tip];
+        let lowest = points.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+        let width = (SHARED_METRES * leg).max(f64::MIN_POSITIVE);
+        let sum: f64 = points.iter().flatten().map(|height| (-(height - lowest) / width).exp()).sum();
+        lowest - width * sum.ln()
+    }
+
+    /// The height of the source's soles in its contacts with the whole foot: 0 where the capture stands on its floor.
+    fn level(&self, rows: &[Clearance], work: &Work<'_>) -> f64 {
+        let width = self.feet.len();
+        let mut heights = Vec::new();
+        for (index, foot) in self.feet.iter().enumerate() {
+            let (end, ball) = (work.contacts.find(foot.limb, Part::End), work.contacts.find(foot.limb, Part::Ball));
+            let flat =
+                |frame: usize| end.is_some_and(|end| end.touches[frame]) && ball.is_none_or(|ball| ball.touches[frame]);
+            let of_foot = rows.iter().skip(index).step_by(width).enumerate();
+            heights.extend(of_foot.filter(|(frame, _)| flat(*frame)).map(|(_, clearance)| clearance.source));
+        }
+        median(heights).unwrap_or(0.0)
+    }
+
+    /// How far the pelvis goes up or down with the feet that carry it: the mean of what they need. Smooth over time, and straight
+    /// from one contact to the next.
+    fn shifts(&self, rows: &[Clearance], work: &Work<'_>, wants: impl Fn(usize, &Clearance) -> f64) -> Vec<f64> {
+        let width = self.feet.len().max(1);
+        let mut known: Vec<(usize, f64)> = Vec::new();
+        for (frame, row) in rows.chunks_exact(width).enumerate() {
+            let carrying =
+                row.iter().enumerate().filter(|(foot, _)| work.contacts.touches(self.feet[*foot].limb, frame));
+            let lifts: Vec<f64> = carrying.map(|(foot, clearance)| wants(foot, clearance)).collect();
+            if !lifts.is_empty() {
+                known.push((frame, lifts.iter().sum::<f64>() / lifts.len() as f64));
+            }
+        }
+        let (Some(first), Some(last)) = (known.first(), known.last()) else { return vec![0.0; work.frame_count()] };
+        let mut shifts = Vec::with_capacity(work.frame_count());
+        let mut next = 0;
+        for frame in 0..work.frame_count() {
+            while next < known.len() && known[next].0 < frame {
+                next += 1;
+            }
+            let after = known.get(next).unwrap_or(last);
+            let before = next.checked_sub(1).map_or(first, |before| &known[before]);
+            let span = work.times[after.0] - work.times[before.0];
+            let share =
+                if span > 0.0 { ((work.times[frame] - work.times[before.0]) / span).clamp(0.0, 1.0) } else { 1.0 };
+            shifts.push(DVec3::X * (before.1 + (after.1 - before.1) * share));
+        }
+        smoothed(&shifts, work.times, SHIFT_SECONDS).into_iter().map(|shift| shift.x).collect()
+    }
+}
+
+/// How much the floor counts for a foot, frame by frame: fully in contacts, and less and less around them.
+fn holds(limb: usize, work: &Work<'_>) -> Vec<f64> {
+    let touches: Vec<bool> = (0..work.frame_count()).map(|frame| work.contacts.touches(limb, frame)).collect();
+    let mut holds: Vec<f64> = touches.iter().map(|touches| if *touches { 1.0 } else { 0.0 }).collect();
+    for (first, last) in runs(&touches) {
+        let near = |seconds: f64| smooth(1.0 - seconds / HOLD_SECONDS);
+        for frame in (0..first).rev().take_while(|&frame| work.times[first] - work.times[frame] < HOLD_SECONDS) {
+            holds[frame] = holds[frame].max(near(work.times[first] - work.times[frame]));
+        }
+        for frame in (last + 1..holds.len()).take_while(|&frame| work.times[frame] - work.times[last] < HOLD_SECONDS) {
+            holds[frame] = holds[frame].max(near(work.times[frame] - work.times[last]));
+        }
+    }
+    holds
+}

@@ -1,0 +1,119 @@
+//! Goals for the ends of limbs. (retargeting.md B4, B9.)
+
+use glam::{DMat3, DQuat, DVec3, EulerRot};
+
+use crate::{
+    model::Canceled,
+    rig::{Ground, IkGoal, IkOp, Schedule},
+};
+
+use super::{
+    limbs::{LimbRest, LimbSlots},
+    posing::{Pose, Posing},
+    two_bone::{arc, smooth},
+    work::{Goal, Work},
+};
+
+/// Share of its length that a middle joint lies off the line from start to end when its direction is fully trusted.
+const SURE_POLE: f64 = 0.1;
+
+/// Sets the goals of some limbs.
+#[derive(Clone, Debug)]
+pub(super) struct GoalStage {
+    pub(super) op: IkOp,
+    pub(super) schedule: Schedule,
+    pub(super) limbs: Vec<GoalLimb>,
+    pub(super) source: Posing,
+    pub(super) target: Posing,
+    pub(super) ground: Ground,
+    /// Of all limbs of the mapping.
+    pub(super) limb_count: usize,
+}
+
+/// One limb of the stage.
+#[derive(Clone, Debug)]
+pub(super) struct GoalLimb {
+    /// Index of the limb.
+    pub(super) limb: usize,
+    pub(super) source: LimbSlots,
+    pub(super) target: LimbSlots,
+    pub(super) rest: LimbRest,
+}
+
+impl GoalStage {
+    pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        let width = self.limb_count;
+        let mut goals = std::mem::take(&mut work.goals);
+        let fill = |(source, target): &mut (Pose, Pose), frame: usize, row: &mut [Goal]| {
+            self.source.fill(source, work.source, frame);
+            self.target.fill(target, &work.target, frame);
+            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            for (place, limb) in row.iter_mut().zip(&self.limbs) {
+                *place = self.goal(limb, source, target, alpha);
+            }
+        };
+        let rows = work.rows(self.limbs.len(), || (self.source.pose(), self.target.pose()), fill)?;
+        goals.resize(work.frame_count() * width, Goal::default());
+        for (goals, row) in goals.chunks_exact_mut(width).zip(rows.chunks_exact(self.limbs.len())) {
+            for (goal, limb) in row.iter().zip(&self.limbs) {
+                goals[limb.limb] = *goal;
+            }
+        }
+        work.goals = goals;
+        Ok(())
+    }
+
+    fn goal(&self, limb: &GoalLimb, source: &Pose, target: &Pose, alpha: f64) -> Goal {
+        let (op, rest) = (&self.op, &limb.rest);
+        let [source_start, source_middle, source_end] = limb.source.places(source);
+        let [start, middle, end] = limb.target.places(target);
+        let of_source = source_end - source_start;
+        let mut position = match op.goal {
+            IkGoal::Fk => end,
+            IkGoal::Limb => start + of_source * rest.length_ratio,
+        };
+        position = start + (position - start) * op.extension;
+        let up = self.ground.up;
+        position += up * ((position.dot(up) - self.ground.target_floor) * (op.scale_vertical - 1.0));
+        // Columns: left, up, front.
+        let axes = DMat3::from_cols(up.cross(self.ground.front), up, self.ground.front);
+        let toward_source = axes.transpose() * (source_end - position);
+        position += axes * (toward_source * DVec3::from(op.blend_to_source_weights) * op.blend_to_source);
+        position += axes * DVec3::from(op.offset) * self.ground.units_per_metre;
+
+        let now = target.model[limb.target.end].rotation;
+        let wanted = source.model[limb.source.end].rotation * rest.target_from_source_end;
+        let turned = now.slerp(wanted, op.blend_to_source_rotation);
+        let [x, y, z] = op.rotation_offset.map(f64::to_radians);
+        let rotation = turned * DQuat::from_euler(EulerRot::XYZ, x, y, z);
+        position += rotation * DVec3::from(op.local_offset) * self.ground.units_per_metre;
+
+        let position = end.lerp(position, alpha);
+        let lengths = source_middle.distance(source_start) + source_end.distance(source_middle);
+        Goal {
+            position,
+            rotation: now.slerp(rotation, alpha),
+            pole: self.pole([source_start, source_middle, source_end], [start, middle, position], rest),
+            extension: if lengths > 0.0 { of_source.length() / lengths } else { 1.0 },
+            hold: 0.0,
+        }
+    }
+
+    /// Which way the target's middle joint should point for the source's sake; as long as that is sure.
+    fn pole(&self, source: [DVec3; 3], target: [DVec3; 3], rest: &LimbRest) -> DVec3 {
+        if self.op.align_pole == 0.0 {
+            return DVec3::ZERO;
+        }
+        let (Some(source_line), Some(line)) =
+            ((source[2] - source[0]).try_normalize(), (target[2] - target[0]).try_normalize())
+        else {
+            return DVec3::ZERO;
+        };
+        let bent = source[1] - source[0];
+        let off = bent - source_line * bent.dot(source_line);
+        let sure = smooth(off.length() / (SURE_POLE * bent.length().max(f64::MIN_POSITIVE)));
+        let pole = arc(source_line, line, source_line.any_orthonormal_vector()) * off.normalize_or_zero();
+        let kept = if self.op.keep_pole_offset { rest.pole_angle } else { 0.0 };
+        DQuat::from_axis_angle(line, kept) * pole * sure
+    }
+}

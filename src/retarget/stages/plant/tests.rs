@@ -1,0 +1,90 @@
+//! Feet are held, rolled and let go.
+
+use glam::DQuat;
+
+use crate::model::{Skeleton, Transform};
+
+use super::*;
+
+const FRAMES: usize = 40;
+
+fn times() -> Vec<f64> {
+    (0..FRAMES).map(|frame| frame as f64 / 30.0).collect()
+}
+
+fn stage(mode: PlantMode) -> PlantStage {
+    PlantStage {
+        op: PlantOp { mode, blend_seconds: 0.1, ..PlantOp::default() },
+        schedule: Schedule { alpha: vec![[0.0, 1.0]], frames: [0, FRAMES - 1] },
+        feet: Vec::new(),
+        posing: Posing::new(&Skeleton::default(), Transform::IDENTITY, []),
+        up: DVec3::Y,
+        limb_count: 1,
+    }
+}
+
+fn track(positions: Vec<DVec3>, touches: std::ops::Range<usize>) -> Option<PointTrack> {
+    Some(PointTrack { positions, touches: (0..FRAMES).map(|frame| touches.contains(&frame)).collect() })
+}
+
+/// Positions of a point of the target after the corrections.
+fn planted(stage: &PlantStage, foot: &Foot, part: usize) -> (Vec<DVec3>, Vec<Correction>) {
+    let corrections = stage.corrections(foot, &times());
+    let place = |(target, correction): (&[DVec3; 3], &Correction)| target[part] + correction.offset;
+    (foot.targets.iter().zip(&corrections).map(place).collect(), corrections)
+}
+
+#[test]
+fn a_foot_that_slides_beside_its_source_is_held() {
+    // The source stands from frame 10 to 30 and creeps by 1 mm a frame; the target slides by 1 cm a frame.
+    let source = (0..FRAMES).map(|frame| DVec3::Z * 0.001 * frame as f64).collect();
+    let targets = (0..FRAMES).map(|frame| [DVec3::X * 0.01 * frame as f64; 3]).collect();
+    let tracks = [track(source, 10..31), None, None];
+    let foot = Foot { scale: 2.0, tracks, has_point: [true, false, false], targets };
+    let (places, corrections) = planted(&stage(PlantMode::Auto), &foot, 0);
+    for frame in 10..30 {
+        let step = places[frame + 1] - places[frame];
+        assert!((step - DVec3::Z * 0.002).length() < 1e-12, "moves as the source does, scaled: {step}");
+    }
+    assert!((places[20].x - 0.2).abs() < 1e-9, "stands where it deviates least: {}", places[20]);
+    assert_eq!(corrections[5].offset, DVec3::ZERO, "nothing long before");
+    assert_eq!(corrections[35].offset, DVec3::ZERO, "nothing long after");
+    let (places, _) = planted(&stage(PlantMode::Always), &foot, 0);
+    assert!(places[10].distance(places[30]) < 1e-12, "always: not at all");
+    let (_, corrections) = planted(&stage(PlantMode::Grounding), &foot, 0);
+    assert!(corrections.iter().all(|correction| correction.offset.length() < 1e-12), "grounding: may glide");
+}
+
+#[test]
+fn the_ball_is_held_while_the_heel_lifts() {
+    // Flat from 5 to 20, then the foot turns about its ball until 30.
+    let ball = DVec3::new(0.0, -0.05, 0.15);
+    let still = |place: DVec3| (0..FRAMES).map(|_| place).collect::<Vec<_>>();
+    let targets = (0..FRAMES).map(|frame| {
+        let pitch = DQuat::from_rotation_x((frame as f64 - 19.0).clamp(0.0, 10.0) * 0.06);
+        // The goals' own ball glides by 5 mm a frame.
+        let place = ball + DVec3::Z * 0.005 * frame as f64;
+        [place - pitch * ball, place, place]
+    });
+    let tracks = [track(still(DVec3::ZERO), 5..20), track(still(ball), 5..30), None];
+    let foot = Foot { scale: 1.0, tracks, has_point: [true, true, false], targets: targets.collect() };
+    let (places, _) = planted(&stage(PlantMode::Auto), &foot, 1);
+    let slid = places[24..30].windows(2).map(|pair| pair[0].distance(pair[1])).fold(0.0, f64::max);
+    assert!(slid < 1e-12, "the ball stands: {slid}");
+    let along: f64 = places[5..30].windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+    assert!(along < 0.005, "also while the weight goes over: {along}");
+}
+
+#[test]
+fn short_gaps_lead_straight_from_one_place_to_the_next() {
+    let mut corrections = vec![Correction::default(); 10];
+    corrections[2] = Correction { offset: DVec3::X, hold: 1.0 };
+    corrections[7] = Correction { offset: DVec3::X * 3.0, hold: 1.0 };
+    let times: Vec<f64> = (0..10).map(f64::from).collect();
+    fade(&mut corrections, &times, Some(2), Some(7), 4.0);
+    let offsets: Vec<f64> = corrections[2..8].iter().map(|correction| correction.offset.x).collect();
+    assert!(offsets.windows(2).all(|pair| pair[0] < pair[1]), "never back: {offsets:?}");
+    fade(&mut corrections, &times, Some(7), None, 2.0);
+    assert_eq!(corrections[9].offset, DVec3::ZERO, "let go after two seconds");
+    assert!(corrections[8].offset.x > 0.0, "on the way");
+}

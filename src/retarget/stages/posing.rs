@@ -1,0 +1,85 @@
+//! Where a few joints of a skeleton are at one frame.
+
+use glam::{Quat, Vec3};
+
+use crate::model::{JointTracks, Skeleton, Transform};
+
+/// The joints that a stage looks at, with everything above them, parents first.
+#[derive(Clone, Debug)]
+pub(super) struct Posing {
+    joints: Vec<PosedJoint>,
+    slots: Vec<Option<usize>>,
+    /// `plan_from_scene`: what the roots hang below.
+    above: Transform,
+}
+
+#[derive(Clone, Debug)]
+struct PosedJoint {
+    joint: usize,
+    parent: Option<usize>,
+    rest: Transform,
+}
+
+/// The transforms of a [`Posing`]'s joints at one frame, by slot. Filled again and again without allocation.
+#[derive(Clone, Debug)]
+pub(super) struct Pose {
+    /// `parent_from_joint`.
+    pub(super) local: Vec<Transform>,
+    /// `plan_from_joint`.
+    pub(super) model: Vec<Transform>,
+}
+
+impl Posing {
+    pub(super) fn new(skeleton: &Skeleton, above: Transform, wanted: impl IntoIterator<Item = usize>) -> Self {
+        let mut needed = vec![false; skeleton.len()];
+        for joint in wanted {
+            let mut current = Some(joint);
+            while let Some(index) = current.filter(|&index| !needed[index]) {
+                needed[index] = true;
+                current = skeleton.parent(index);
+            }
+        }
+        let mut posing = Self { joints: Vec::new(), slots: vec![None; skeleton.len()], above };
+        for joint in (0..skeleton.len()).filter(|&joint| needed[joint]) {
+            posing.slots[joint] = Some(posing.joints.len());
+            let parent = skeleton.parent(joint).and_then(|parent| posing.slots[parent]);
+            posing.joints.push(PosedJoint { joint, parent, rest: skeleton.joints()[joint].rest });
+        }
+        posing
+    }
+
+    /// The slot of a joint that was wanted, or is above one.
+    pub(super) fn slot(&self, joint: usize) -> usize {
+        self.slots[joint].expect("a stage asks for the joints that it wanted")
+    }
+
+    /// A pose to be filled.
+    pub(super) fn pose(&self) -> Pose {
+        let identity = vec![Transform::IDENTITY; self.joints.len()];
+        Pose { local: identity.clone(), model: identity }
+    }
+
+    /// Fills a pose from the tracks of all joints of the skeleton.
+    pub(super) fn fill(&self, pose: &mut Pose, tracks: &[JointTracks], frame: usize) {
+        for (slot, posed) in self.joints.iter().enumerate() {
+            let tracks = &tracks[posed.joint];
+            let mut local = posed.rest;
+            if tracks.translation.is_animated() {
+                local.translation = tracks.translation.at(frame, Vec3::ZERO).as_dvec3();
+            }
+            if tracks.rotation.is_animated() {
+                local.rotation = tracks.rotation.at(frame, Quat::IDENTITY).as_dquat().normalize();
+            }
+            if tracks.scale.is_animated() {
+                local.scale = tracks.scale.at(frame, Vec3::ONE).as_dvec3();
+            }
+            pose.local[slot] = local;
+            pose.model[slot] = self.parent_of(pose, slot).then_child(&local);
+        }
+    }
+
+    /// The transform that a slot's joint hangs below.
+    pub(super) fn parent_of(&self, pose: &Pose, slot: usize) -> Transform {
+        self.joints[slot].parent.map_or(self.above, |parent| pose.model[parent])
+    }
+}

@@ -1,0 +1,79 @@
+//! What a stack gives beside the clip.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::model::Clip;
+
+use super::{temporal::runs, work::Work};
+
+/// The retargeted clip, and what was found on the way.
+#[derive(Clone, Debug)]
+pub struct StackResult {
+    /// One entry per target joint.
+    pub clip: Clip,
+    /// When points of the source touch.
+    pub contacts: Vec<ContactTrack>,
+    /// How limbs reached their goals.
+    pub reaches: Vec<LimbReach>,
+}
+
+/// When one point of the source touches.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ContactTrack {
+    /// The point, such as `left_toe`.
+    pub point: String,
+    /// Contacts as `[from, to]` in seconds: the times of their first and last frame. Fits `contacts.set` of a spec.
+    pub seconds: Vec<[f64; 2]>,
+    /// One value per frame.
+    #[serde(skip)]
+    pub touches: Vec<bool>,
+}
+
+/// How one limb reached its goals.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LimbReach {
+    /// The limb.
+    pub limb: String,
+    /// Largest distance left between goal and end, metres of the target.
+    pub residual_max_metres: f64,
+    /// Mean of it.
+    pub residual_mean_metres: f64,
+    /// Frames with more than a millimetre left.
+    pub frames_out_of_reach: usize,
+    /// The frame with the largest.
+    pub worst_frame: usize,
+}
+
+/// More than this counts as out of reach.
+const OUT_OF_REACH_METRES: f64 = 1e-3;
+
+/// `limbs` are the names of the mapping's limbs.
+pub(super) fn tell(work: &Work<'_>, limbs: &[&str], metres_per_unit: f64) -> (Vec<ContactTrack>, Vec<LimbReach>) {
+    let times = work.times;
+    let mut contacts = BTreeMap::new();
+    for point in &work.contacts.points {
+        let seconds = runs(&point.touches).into_iter().map(|(first, last)| [times[first], times[last]]).collect();
+        contacts
+            .insert(point.name, ContactTrack { point: point.name.to_owned(), seconds, touches: point.touches.clone() });
+    }
+    let reach = |(index, limb): (usize, &&str)| {
+        let residuals: Vec<f64> = work
+            .residuals
+            .iter()
+            .skip(index)
+            .step_by(limbs.len())
+            .map(|residual| f64::from(*residual) * metres_per_unit)
+            .collect();
+        let worst = residuals.iter().enumerate().max_by(|first, second| first.1.total_cmp(second.1))?;
+        Some(LimbReach {
+            limb: (*limb).to_owned(),
+            residual_max_metres: *worst.1,
+            residual_mean_metres: residuals.iter().sum::<f64>() / residuals.len() as f64,
+            frames_out_of_reach: residuals.iter().filter(|residual| **residual > OUT_OF_REACH_METRES).count(),
+            worst_frame: worst.0,
+        })
+    };
+    (contacts.into_values().collect(), limbs.iter().enumerate().filter_map(reach).collect())
+}

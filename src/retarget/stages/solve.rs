@@ -1,0 +1,110 @@
+//! Limbs reach their goals. (retargeting.md B13.)
+
+use glam::DQuat;
+
+use crate::model::Canceled;
+
+use super::{
+    limbs::{LimbRest, LimbSlots},
+    posing::{Pose, Posing},
+    two_bone::{TwoBone, signed_angle},
+    work::{Change, Changed, Goal, Work},
+};
+
+/// Bends limbs so that their ends are at the goals.
+#[derive(Clone, Debug)]
+pub(super) struct SolveStage {
+    pub(super) limbs: Vec<SolvedLimb>,
+    pub(super) posing: Posing,
+    pub(super) limb_count: usize,
+    /// Three per limb: start, middle and end.
+    pub(super) changed: Vec<Changed>,
+}
+
+/// One limb, with what the op that set its goal says about how it reaches.
+#[derive(Clone, Debug)]
+pub(super) struct SolvedLimb {
+    pub(super) limb: usize,
+    pub(super) slots: LimbSlots,
+    pub(super) rest: LimbRest,
+    pub(super) softness: f64,
+    pub(super) stretch: f64,
+    pub(super) align_pole: f64,
+    /// Radians.
+    pub(super) pole_offset: f64,
+}
+
+/// What comes out for one limb at one frame.
+#[derive(Clone, Copy, Debug, Default)]
+struct Solved {
+    changes: [Change; 3],
+    residual: f32,
+}
+
+impl SolveStage {
+    pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        let width = self.limbs.len();
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [Solved]| {
+            self.posing.fill(pose, &work.target, frame);
+            let goals = &work.goals[frame * self.limb_count..(frame + 1) * self.limb_count];
+            for (limb, solved) in self.limbs.iter().zip(row) {
+                *solved = self.solve(limb, pose, &goals[limb.limb]);
+            }
+        };
+        let rows = work.rows(width, || self.posing.pose(), fill)?;
+        let changes: Vec<Change> = rows.iter().flat_map(|solved| solved.changes).collect();
+        work.write(&self.changed, &changes);
+        work.residuals.resize(work.frame_count() * self.limb_count, 0.0);
+        for (index, limb) in self.limbs.iter().enumerate() {
+            let residuals = work.residuals.iter_mut().skip(limb.limb).step_by(self.limb_count);
+            for (residual, solved) in residuals.zip(rows.iter().skip(index).step_by(width)) {
+                *residual = solved.residual;
+            }
+        }
+        work.goals.clear();
+        Ok(())
+    }
+
+    fn solve(&self, limb: &SolvedLimb, pose: &Pose, goal: &Goal) -> Solved {
+        let [start, middle, end] = limb.slots.places(pose);
+        let model = |slot: usize| pose.model[slot].rotation;
+        let two_bone = TwoBone {
+            start,
+            middle,
+            end,
+            hinge: model(limb.slots.start) * limb.rest.hinge,
+            goal: goal.position,
+            softness: limb.softness,
+            extension: goal.extension,
+            stretch: limb.stretch,
+        };
+        let reach = two_bone.solve();
+        let line = (reach.end - start).normalize_or_zero();
+        let off = (reach.middle - start) - line * (reach.middle - start).dot(line);
+        let angle = match goal.pole.length() {
+            sure if sure > 0.0 => signed_angle(off, goal.pole, line) * sure * limb.align_pole,
+            _ => 0.0,
+        };
+        let turn = DQuat::from_axis_angle(line, angle + limb.pole_offset);
+        let aim = if line.is_normalized() { turn * reach.aim } else { reach.aim };
+        let parent = |slot: usize| self.posing.parent_of(pose, slot).rotation;
+        let (above_start, above_middle, above_end) =
+            (parent(limb.slots.start), parent(limb.slots.middle), parent(limb.slots.end));
+        let local = |above: DQuat, turned: DQuat| (above.conjugate() * turned).normalize().as_quat();
+        let moved = |slot: usize| (pose.local[slot].translation * reach.stretch).as_vec3();
+        let changes = [
+            Change {
+                rotation: local(above_start, aim * model(limb.slots.start)),
+                translation: pose.local[limb.slots.start].translation.as_vec3(),
+            },
+            Change {
+                rotation: local(above_middle, reach.bend * model(limb.slots.middle)),
+                translation: moved(limb.slots.middle),
+            },
+            Change { rotation: local(aim * reach.bend * above_end, goal.rotation), translation: moved(limb.slots.end) },
+        ];
+        #[expect(clippy::cast_possible_truncation, reason = "a distance for a report")]
+        let residual = reach.end.distance(goal.position) as f32;
+        Solved { changes, residual }
+    }
+}

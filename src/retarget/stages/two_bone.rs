@@ -1,0 +1,126 @@
+//! A limb of two bones reaches for a goal.
+
+use glam::{DQuat, DVec3};
+
+/// Below this sine of the bend, the plane of the limb is not taken from where its joints are but from its hinge.
+const SURE_SINE: f64 = 0.1;
+/// Bends beyond this are not hyperextended any more, whatever the limb was before; radians.
+const SURE_BEND: f64 = 0.25;
+
+/// A limb and what it reaches for, in one space.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TwoBone {
+    /// Hip or shoulder.
+    pub(super) start: DVec3,
+    /// Knee or elbow.
+    pub(super) middle: DVec3,
+    /// Ankle or wrist.
+    pub(super) end: DVec3,
+    /// The axis about which the lower bone turns when the limb bends; unit length. Decides where the limb is straight.
+    pub(super) hinge: DVec3,
+    /// Where the end should be.
+    pub(super) goal: DVec3,
+    /// Share of the length over which the limb approaches being straight.
+    pub(super) softness: f64,
+    /// The share of its length that the limb may always reach, however soft it is: what it has without this solver.
+    pub(super) extension: f64,
+    /// The largest factor on both bones.
+    pub(super) stretch: f64,
+}
+
+/// What brings the end to its goal: `bend` turns the lower bone about the middle joint, then `aim` turns the whole limb about
+/// its start.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reach {
+    pub(super) bend: DQuat,
+    pub(super) aim: DQuat,
+    /// Factor on both bones.
+    pub(super) stretch: f64,
+    /// Where the middle and the end are afterwards.
+    pub(super) middle: DVec3,
+    pub(super) end: DVec3,
+}
+
+impl TwoBone {
+    /// Exact where the goal is within reach; else the end is on the line to the goal. Never NaN; continuous in the goal but for
+    /// goals on the start itself.
+    pub(super) fn solve(&self) -> Reach {
+        let (upper, lower) = (self.middle - self.start, self.end - self.middle);
+        let (a, b) = (upper.length(), lower.length());
+        let wanted = self.goal - self.start;
+        if a <= 0.0 || b <= 0.0 || !wanted.is_finite() {
+            return self.as_it_is();
+        }
+        let distance = wanted.length();
+        let allowed = soft(distance, a + b, self.softness).max(distance.min(self.extension * (a + b)));
+        let stretch = if allowed > 0.0 { (distance / allowed).clamp(1.0, self.stretch.max(1.0)) } else { 1.0 };
+        let axis = self.bend_axis(upper, lower);
+        let now = signed_angle(upper, lower, axis);
+        let reach = allowed.clamp((a - b).abs(), a + b);
+        let cosine = ((reach * reach - a * a - b * b) / (2.0 * a * b)).clamp(-1.0, 1.0);
+        let bend = DQuat::from_axis_angle(axis, relaxed(cosine.acos(), now) - now);
+        let bent = upper + bend * lower;
+        let aim = arc(bent, wanted, axis);
+        let middle = self.start + aim * upper * stretch;
+        Reach { bend, aim, stretch, middle, end: self.start + aim * bent * stretch }
+    }
+
+    fn as_it_is(&self) -> Reach {
+        let (middle, end) = (self.middle, self.end);
+        Reach { bend: DQuat::IDENTITY, aim: DQuat::IDENTITY, stretch: 1.0, middle, end }
+    }
+
+    /// The normal of the limb's plane, on the hinge's side; the hinge itself where the limb is nearly straight.
+    fn bend_axis(&self, upper: DVec3, lower: DVec3) -> DVec3 {
+        let direction = upper.normalize_or_zero();
+        let hinge =
+            (self.hinge - direction * self.hinge.dot(direction)).normalize_or(direction.any_orthonormal_vector());
+        let normal = upper.cross(lower) / (upper.length() * lower.length());
+        let sine = normal.length();
+        let normal = if normal.dot(hinge) < 0.0 { -normal } else { normal };
+        let sure = smooth(sine / SURE_SINE);
+        (normal.normalize_or_zero() * sure + hinge * (1.0 - sure)).normalize_or(hinge)
+    }
+}
+
+/// The bend to take, where the limb is bent by `now` about the hinge and should be by `wanted`: the same, but a limb that is bent
+/// backward a little stays so while it is nearly straight.
+fn relaxed(wanted: f64, now: f64) -> f64 {
+    let backward = (-now).clamp(0.0, SURE_BEND);
+    let fade = 1.0 - smooth((wanted - backward) / SURE_BEND);
+    wanted - 2.0 * backward * fade
+}
+
+/// `d` up to `length − width`; from there on it comes ever nearer to `length`, with a continuous slope.
+pub(super) fn soft(distance: f64, length: f64, softness: f64) -> f64 {
+    let width = softness * length;
+    let begin = length - width;
+    if width <= 0.0 {
+        return distance.min(length);
+    }
+    if distance <= begin { distance } else { length - width * (-(distance - begin) / width).exp() }
+}
+
+/// 0 below 0, 1 above 1, and smooth between.
+pub(super) fn smooth(value: f64) -> f64 {
+    let value = value.clamp(0.0, 1.0);
+    value * value * value * (value * (value * 6.0 - 15.0) + 10.0)
+}
+
+/// The angle from one direction to another about an axis that is perpendicular to both.
+pub(super) fn signed_angle(from: DVec3, to: DVec3, axis: DVec3) -> f64 {
+    axis.dot(from.cross(to)).atan2(from.dot(to))
+}
+
+/// The shortest rotation between two directions; half a turn about `axis` where they are opposite, nothing where one has no
+/// length.
+pub(super) fn arc(from: DVec3, to: DVec3, axis: DVec3) -> DQuat {
+    let (Some(from), Some(to)) = (from.try_normalize(), to.try_normalize()) else { return DQuat::IDENTITY };
+    let turn = DQuat::from_xyzw(0.0, 0.0, 0.0, 1.0 + from.dot(to));
+    let cross = from.cross(to);
+    let turn = DQuat::from_xyzw(cross.x, cross.y, cross.z, turn.w);
+    if turn.length_squared() < 1e-24 { DQuat::from_axis_angle(axis, std::f64::consts::PI) } else { turn.normalize() }
+}
+
+#[cfg(test)]
+mod tests;

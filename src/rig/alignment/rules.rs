@@ -1,0 +1,279 @@
+//! What each part of the target is to be turned to.
+
+use glam::{DQuat, DVec3};
+
+use super::{
+    super::{auto_map::NamedPair, understand::Rig},
+    look::{Look, RollCue, Second, chain, place},
+    split,
+};
+
+/// Bodies that face this close to one another face the same way, in radians: feet and shoulders are never quite even.
+const SAME_HEADING_RADIANS: f64 = 0.035;
+
+/// How a part finds its direction.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Rule {
+    /// From the role's first joint to the first joint of one of these roles, else where its mesh or its End Site is. All joints of
+    /// the chain turn with the first.
+    Toward(&'static [&'static str]),
+    /// The same, heading only: pitch and roll stay as the target has them, so soles stay flat.
+    Heading(&'static [&'static str]),
+    /// Along the chain, bone by bone at equal arc length.
+    AlongChain,
+    /// Keeps its own orientation on the body.
+    Keep,
+    /// Rides its parent.
+    Ride,
+}
+
+/// One rule per part. `from_nothing`: there is no orientation that could be kept. `is_in_motion`: one of the two poses is a moment
+/// of a motion, so that soles need not be flat.
+fn rule(part: &str, from_nothing: bool, is_in_motion: bool) -> Rule {
+    match part {
+        "spine" => Rule::Toward(&["neck", "head"]),
+        "neck" => Rule::Toward(&["head"]),
+        "upper_arm" => Rule::Toward(&["forearm", "hand"]),
+        "forearm" => Rule::Toward(&["hand"]),
+        "hand" => Rule::Toward(&["middle", "index", "ring"]),
+        "thigh" => Rule::Toward(&["shin", "foot"]),
+        "shin" => Rule::Toward(&["foot"]),
+        "foot" if from_nothing || is_in_motion => Rule::Toward(&["toe"]),
+        "foot" => Rule::Heading(&["toe"]),
+        "clavicle" if from_nothing => Rule::Toward(&["upper_arm"]),
+        "head" if from_nothing => Rule::Ride,
+        "thumb" | "index" | "middle" | "ring" | "pinky" | "front_leg" | "hind_leg" | "tail" => Rule::AlongChain,
+        "head" | "clavicle" => Rule::Keep,
+        _ => Rule::Ride,
+    }
+}
+
+/// What one joint is to be turned to. Directions are unit vectors in the target's own space; `own` ones are at rest.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Aim {
+    /// Carried along by its parent, then until `own` points along `wanted`; over `pole` where the two are opposite.
+    Point { own: DVec3, wanted: DVec3, pole: DVec3 },
+    /// From its own orientation, about the up axis only.
+    Head { own: DVec3, wanted: DVec3 },
+    /// From its own orientation by this much.
+    Turn(DQuat),
+    /// By what its chain's first joint was turned by.
+    Follow(usize),
+}
+
+/// How a joint is to be rolled about the direction that it has been given.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Roll {
+    /// At rest.
+    pub(super) own: DVec3,
+    pub(super) wanted: DVec3,
+    pub(super) cues: (RollCue, RollCue),
+    pub(super) uncertainty_degrees: f64,
+    /// Directions of the part below, where it is that part that is rolled: a forearm takes half of what its hand is rolled by,
+    /// so that neither the wrist nor the elbow is wrung.
+    pub(super) of_part_below: Option<(DVec3, DVec3)>,
+}
+
+/// What one joint is to be turned to.
+#[derive(Clone, Debug)]
+pub(super) struct Wish {
+    pub(super) name: String,
+    pub(super) aim: Aim,
+    pub(super) roll: Option<Roll>,
+}
+
+/// What the joints of the target are to be turned to, by joint.
+pub(super) fn wishes(
+    source: &Look<'_>,
+    target: &Rig<'_>,
+    pairs: &[NamedPair],
+    from_nothing: bool,
+) -> Vec<Option<Wish>> {
+    let mut rules = Rules {
+        source,
+        own: Look::Rig(target),
+        target,
+        from_nothing,
+        body_turn: body_turn(source, target),
+        wishes: vec![None; target.skeleton().len()],
+    };
+    rules.pelvis();
+    for pair in pairs {
+        rules.pair(pair);
+    }
+    for &joint in &target.keep_pose {
+        let name = target.skeleton().label(joint);
+        rules.wishes[joint] = Some(Wish { name, aim: Aim::Turn(DQuat::IDENTITY), roll: None });
+    }
+    rules.wishes
+}
+
+/// How far the body as a whole is to be turned about the vertical, in the target's own space.
+fn body_turn(source: &Look<'_>, target: &Rig<'_>) -> DQuat {
+    let radians = source.heading_radians() - Look::Rig(target).heading_radians();
+    let radians = (radians + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
+    if radians.abs() < SAME_HEADING_RADIANS {
+        return DQuat::IDENTITY;
+    }
+    DQuat::from_axis_angle(target.up(), radians)
+}
+
+struct Rules<'a> {
+    source: &'a Look<'a>,
+    own: Look<'a>,
+    target: &'a Rig<'a>,
+    from_nothing: bool,
+    body_turn: DQuat,
+    wishes: Vec<Option<Wish>>,
+}
+
+impl Rules<'_> {
+    fn scene(&self, work: DVec3) -> DVec3 {
+        self.target.work_from_scene.conjugate() * work
+    }
+
+    fn wish(&mut self, joint: usize, name: &str, aim: Aim, roll: Option<Roll>) {
+        self.wishes[joint] = Some(Wish { name: name.to_owned(), aim, roll });
+    }
+
+    /// The axis that limbs swing about: arms in the plane of the body, everything else in the plane of a stride.
+    fn pole(&self, part: &str) -> DVec3 {
+        let is_arm = matches!(part, "upper_arm" | "forearm" | "hand" | "clavicle");
+        self.scene(if is_arm { DVec3::Z } else { DVec3::X })
+    }
+
+    /// The hips are level with the source's hips.
+    fn pelvis(&mut self) {
+        let Some(&joint) = self.target.role("pelvis").first() else { return };
+        let line = self.own.across("thigh").zip(self.source.across("thigh"));
+        let line = line.map(|(own, wanted)| (self.scene(own), self.scene(wanted)));
+        if self.from_nothing {
+            let Some(own) = self.own.toward("pelvis", "spine") else { return };
+            let aim = Aim::Point { own: self.scene(own), wanted: self.scene(DVec3::Y), pole: self.pole("pelvis") };
+            let roll = line.map(|(own, wanted)| Roll {
+                own,
+                wanted,
+                cues: (RollCue::Convention, RollCue::Convention),
+                uncertainty_degrees: 0.0,
+                of_part_below: None,
+            });
+            return self.wish(joint, "pelvis", aim, roll);
+        }
+        let turn = match line {
+            Some((own, wanted)) if (self.body_turn * own).angle_between(wanted) > SAME_HEADING_RADIANS => {
+                DQuat::from_rotation_arc(self.body_turn * own, wanted) * self.body_turn
+            }
+            _ => self.body_turn,
+        };
+        self.wish(joint, "pelvis", Aim::Turn(turn), None);
+    }
+
+    fn pair(&mut self, pair: &NamedPair) {
+        let Some(role) = pair.role.as_deref() else { return self.unnamed(pair) };
+        let (_, part) = split(role);
+        let first = pair.target[0];
+        match rule(part, self.from_nothing, self.source.is_in_motion() || self.own.is_in_motion()) {
+            Rule::Toward(ends) => {
+                let Some((own, wanted)) = self.directions(pair, role, ends) else { return };
+                let roll = self.roll(role).or_else(|| self.half_of_the_hand(role));
+                self.wish(first, role, Aim::Point { own, wanted, pole: self.pole(part) }, roll);
+                for &joint in &pair.target[1..] {
+                    self.wish(joint, role, Aim::Follow(first), None);
+                }
+            }
+            Rule::Heading(ends) => {
+                let up = self.target.up();
+                let level = |direction: DVec3| (direction - up * direction.dot(up)).try_normalize();
+                let directions = self.directions(pair, role, ends);
+                let levels = directions.and_then(|(own, wanted)| level(own).zip(level(wanted)));
+                let aim = levels.map_or(Aim::Turn(self.body_turn), |(own, wanted)| Aim::Head { own, wanted });
+                self.wish(first, role, aim, None);
+            }
+            Rule::Keep => self.wish(first, role, Aim::Turn(self.body_turn), None),
+            Rule::AlongChain => self.along_chain(pair, role, part),
+            Rule::Ride => {}
+        }
+    }
+
+    /// A chain that no role names is turned only where both sides say what its first joint points at.
+    fn unnamed(&mut self, pair: &NamedPair) {
+        let Look::Rig(source) = self.source else { return };
+        let wanted = pointed_at(source, pair.source[0]);
+        if let Some((own, wanted)) = pointed_at(self.target, pair.target[0]).zip(wanted) {
+            let aim = Aim::Point { own: self.scene(own), wanted: self.scene(wanted), pole: self.pole("") };
+            self.wish(pair.target[0], &pair.name, aim, None);
+        }
+    }
+
+    /// Where a pair of joints points on both sides, to the same part of the body if both have one.
+    fn directions(&self, pair: &NamedPair, role: &str, ends: &[&str]) -> Option<(DVec3, DVec3)> {
+        let (side, _) = split(role);
+        let ends: Vec<String> = ends.iter().map(|end| format!("{side}{end}")).collect();
+        let explicit_own = pointed_at(self.target, pair.target[0]);
+        let explicit_wanted = match self.source {
+            Look::Rig(source) => pointed_at(source, pair.source[0]),
+            Look::Canonical(_) => None,
+        };
+        let both = ends.iter().find_map(|end| self.own.toward(role, end).zip(self.source.toward(role, end)));
+        let alone = |look: &Look<'_>| ends.iter().find_map(|end| look.toward(role, end)).or_else(|| look.leaf(role));
+        let own = explicit_own.or_else(|| both.map(|both| both.0)).or_else(|| alone(&self.own))?;
+        let wanted = explicit_wanted.or_else(|| both.map(|both| both.1)).or_else(|| alone(self.source))?;
+        Some((self.scene(own), self.scene(wanted)))
+    }
+
+    fn roll(&self, role: &str) -> Option<Roll> {
+        let (own, wanted) = self.own.second(role).zip(self.source.second(role))?;
+        Some(self.between(&own, &wanted, None))
+    }
+
+    fn between(&self, own: &Second, wanted: &Second, of_part_below: Option<(DVec3, DVec3)>) -> Roll {
+        Roll {
+            own: self.scene(own.axis),
+            wanted: self.scene(wanted.axis),
+            cues: (wanted.cue, own.cue),
+            uncertainty_degrees: own.uncertainty_degrees.max(wanted.uncertainty_degrees),
+            of_part_below,
+        }
+    }
+
+    fn half_of_the_hand(&self, role: &str) -> Option<Roll> {
+        let side = role.strip_suffix("forearm")?;
+        let hand = format!("{side}hand");
+        let (own, wanted) = self.own.second(&hand).zip(self.source.second(&hand))?;
+        let fingers = [format!("{side}middle"), format!("{side}index"), format!("{side}ring")];
+        let direction =
+            |look: &Look<'_>| fingers.iter().find_map(|end| look.toward(&hand, end)).or_else(|| look.leaf(&hand));
+        let directions = (self.scene(direction(&self.own)?), self.scene(direction(self.source)?));
+        Some(self.between(&own, &wanted, Some(directions)))
+    }
+
+    fn along_chain(&mut self, pair: &NamedPair, role: &str, part: &str) {
+        let wanted = self.source.chain(role, &pair.source);
+        let own = chain(self.target, &pair.target);
+        let is_whole = own.len() + 1 == pair.target.len();
+        let mut begin = 0.0;
+        for (bone, (end, own_direction)) in own.iter().enumerate() {
+            // Bones without a length were left out, and the others have no joint of their own number then.
+            if !is_whole {
+                return;
+            }
+            let middle = f64::midpoint(begin, *end);
+            begin = *end;
+            let found = if wanted.len() == own.len() {
+                wanted.get(bone)
+            } else {
+                wanted.iter().find(|(end, _)| *end >= middle).or(wanted.last())
+            };
+            let Some((_, wanted)) = found else { return };
+            let aim =
+                Aim::Point { own: self.scene(*own_direction), wanted: self.scene(*wanted), pole: self.pole(part) };
+            self.wish(pair.target[bone], role, aim, None);
+        }
+    }
+}
+
+/// Where the spec says that a joint points, in working space.
+fn pointed_at(rig: &Rig<'_>, joint: usize) -> Option<DVec3> {
+    let end = rig.points_at.get(&joint)?;
+    (place(rig, *end) - place(rig, joint)).try_normalize()
+}

@@ -1,0 +1,130 @@
+//! The turning itself: parents before children, and what is left over.
+
+use glam::{DQuat, DVec3};
+
+use crate::model::{ModelPose, Transform};
+
+use super::{
+    super::{floor::lowest_sole, spec::Align, understand::Rig},
+    AlignedJoint, Alignment, HowAligned,
+    rules::{Aim, Roll, Wish},
+};
+
+/// Turns the joints of a rig's rest pose to what is wished of them. With alignment off nothing is turned, only compared.
+pub(super) fn turn(target: &Rig<'_>, wishes: &[Option<Wish>], mode: Align) -> Alignment {
+    let skeleton = target.skeleton();
+    let rest = target.rest.transforms();
+    let mut turned: Vec<Transform> = Vec::with_capacity(rest.len());
+    // model_from_model: how far each joint's orientation has been turned from its own.
+    let mut turns: Vec<DQuat> = Vec::with_capacity(rest.len());
+    let mut joints = Vec::new();
+    for (joint, wish) in wishes.iter().enumerate() {
+        let parent = skeleton.parent(joint);
+        let carried = parent.map_or(DQuat::IDENTITY, |parent| turns[parent]);
+        let own_turn = match wish {
+            _ if mode == Align::Off => DQuat::IDENTITY,
+            None => carried,
+            Some(wish) => match wish.aim {
+                Aim::Turn(turn) => turn,
+                Aim::Head { own, wanted } => arc(own, wanted, target.up()),
+                Aim::Follow(first) => turns[first],
+                Aim::Point { own, wanted, pole } => {
+                    let pointed = arc(carried * own, wanted, pole) * carried;
+                    let roll = wish.roll.filter(|_| mode != Align::Direction);
+                    let degrees = roll.map_or(0.0, |roll| roll_to_make(&roll, pointed, wanted, pole, mode));
+                    DQuat::from_axis_angle(wanted, degrees.to_radians()) * pointed
+                }
+            },
+        };
+        if let Some(wish) = wish.as_ref().filter(|wish| !matches!(wish.aim, Aim::Follow(_))) {
+            joints.push(left_over(wish, joint, own_turn, mode));
+        }
+        let local = &target.rest_local.transforms()[joint];
+        let mut transform = parent.map_or(*local, |parent| turned[parent].then_child(local));
+        transform.rotation = (own_turn * rest[joint].rotation).normalize();
+        turned.push(transform);
+        turns.push(own_turn);
+    }
+    if mode == Align::Off {
+        return Alignment { rest: target.rest.clone(), joints };
+    }
+    Alignment { rest: regrounded(target, ModelPose::new(turned)), joints }
+}
+
+/// The pose with its pelvis, and all below it, moved along the vertical until the soles are as high as at rest.
+fn regrounded(rig: &Rig<'_>, pose: ModelPose) -> ModelPose {
+    let Some(&pelvis) = rig.role("pelvis").first() else { return pose };
+    let (Some(before), Some(after)) = (lowest_sole(rig, &rig.rest, pelvis), lowest_sole(rig, &pose, pelvis)) else {
+        return pose;
+    };
+    let shift = rig.up() * (before - after);
+    let moved = pose.transforms().iter().enumerate().map(|(joint, transform)| {
+        let is_below = rig.skeleton().is_ancestor_or_self(pelvis, joint);
+        let translation = transform.translation + if is_below { shift } else { DVec3::ZERO };
+        Transform { translation, ..*transform }
+    });
+    ModelPose::new(moved.collect())
+}
+
+/// By how many degrees a joint is rolled that has been pointed already.
+fn roll_to_make(roll: &Roll, pointed: DQuat, wanted: DVec3, pole: DVec3, mode: Align) -> f64 {
+    let degrees = match roll.of_part_below {
+        None => roll_degrees(roll, pointed, wanted),
+        Some((own_below, wanted_below)) => {
+            let below = arc(pointed * own_below, wanted_below, pole) * pointed;
+            roll_degrees(roll, below, wanted_below)
+        }
+    };
+    let degrees = degrees.unwrap_or(0.0);
+    if mode == Align::Auto && degrees.abs() <= roll.uncertainty_degrees {
+        0.0
+    } else if roll.of_part_below.is_some() {
+        degrees / 2.0
+    } else {
+        degrees
+    }
+}
+
+/// The angle about `along` from where a joint's second direction has come to where it is wanted, −180° to 180°.
+fn roll_degrees(roll: &Roll, turn: DQuat, along: DVec3) -> Option<f64> {
+    let square = |vector: DVec3| (vector - along * vector.dot(along)).try_normalize();
+    let (own, wanted) = (square(turn * roll.own)?, square(roll.wanted)?);
+    let degrees = own.cross(wanted).dot(along).atan2(own.dot(wanted)).to_degrees();
+    let is_signed = roll.cues.0.is_signed() && roll.cues.1.is_signed();
+    // An axis without a sign is never further away than a right angle.
+    let half_turns = if is_signed { 0.0 } else { (degrees / 180.0).round() };
+    Some(degrees - half_turns * 180.0)
+}
+
+/// What is left between a joint and what was wished of it.
+fn left_over(wish: &Wish, joint: usize, turn: DQuat, mode: Align) -> AlignedJoint {
+    let (how, directions) = match wish.aim {
+        Aim::Point { own, wanted, .. } => {
+            let has_roll = wish.roll.is_some_and(|roll| roll.of_part_below.is_none());
+            let how = if has_roll && mode != Align::Direction { HowAligned::Full } else { HowAligned::Direction };
+            (how, Some((own, wanted)))
+        }
+        Aim::Head { own, wanted } => (HowAligned::Heading, Some((own, wanted))),
+        Aim::Turn(_) | Aim::Follow(_) => (HowAligned::Kept, None),
+    };
+    let roll = wish.roll.filter(|roll| roll.of_part_below.is_none()).zip(directions);
+    AlignedJoint {
+        name: wish.name.clone(),
+        joint,
+        how: if mode == Align::Off { HowAligned::Off } else { how },
+        roll_from: roll.map(|(roll, _)| roll.cues),
+        turned_degrees: (2.0 * turn.xyz().length().atan2(turn.w.abs())).to_degrees(),
+        direction_degrees: directions.map(|(own, wanted)| (turn * own).angle_between(wanted).to_degrees()),
+        roll_degrees: roll.and_then(|(roll, (_, wanted))| roll_degrees(&roll, turn, wanted)),
+    }
+}
+
+/// The shortest rotation from one unit vector to another. For opposite ones half a turn about `pole`, or about an axis square to
+/// it where `pole` lies along them: which way round the arc goes must not depend on rounding.
+fn arc(from: DVec3, to: DVec3, pole: DVec3) -> DQuat {
+    if from.dot(to) > -1.0 + 1e-9 {
+        return DQuat::from_rotation_arc(from, to);
+    }
+    let axis = (pole - from * pole.dot(from)).try_normalize().unwrap_or_else(|| from.any_orthonormal_vector());
+    DQuat::from_axis_angle(axis, std::f64::consts::PI)
+}

@@ -1,0 +1,127 @@
+//! Skins: what they bind, in which pose, and how.
+
+use std::collections::BTreeSet;
+
+use super::{FileFacts, Finding, FindingCode, places};
+use crate::{
+    model::Reporter,
+    rig::{
+        Part, Rig, RigKind, Role,
+        rest::{BindPose, bind_pose},
+    },
+};
+
+/// Parts of a body that a skin binds in every rig that is whole.
+const SKINNED: [Part; 8] =
+    [Part::UpperArm, Part::Forearm, Part::Hand, Part::Thigh, Part::Shin, Part::Foot, Part::FrontLeg, Part::HindLeg];
+/// Joint indices of a vertex that every engine takes.
+const COMMON_INFLUENCES: usize = 4;
+/// Rotations closer than this are the same.
+const SAME_RADIANS: f64 = 0.02;
+
+pub(super) fn examine(rig: &Rig<'_>, facts: FileFacts<'_>, found: &mut Vec<Finding>) {
+    let scene = rig.scene;
+    let whole = |code, detail: String| Finding { code, place: String::new(), detail };
+    if scene.skins.is_empty() {
+        if facts.can_have_skins {
+            found.push(whole(FindingCode::NoSkin, format!("{} nodes, no skin", rig.skeleton().len())));
+        }
+        return;
+    }
+    if scene.skins.len() > 1 {
+        let sizes: Vec<String> = scene.skins.iter().take(8).map(|skin| skin.joints.len().to_string()).collect();
+        let detail = format!("{} skins, of {} joints", scene.skins.len(), sizes.join(", "));
+        found.push(whole(FindingCode::SeveralSkins, detail));
+    }
+    examine_binds(rig, found);
+    examine_bind_pose(rig, found);
+    examine_bound(rig, found);
+    let most = scene.skins.iter().map(|skin| skin.most_influences).max().unwrap_or(0);
+    if most > COMMON_INFLUENCES {
+        let skin = scene.skins.iter().find(|skin| skin.most_influences == most);
+        let place = skin.map_or_else(String::new, |skin| skin.name.clone());
+        let detail = format!("a vertex may be bound to {most} joints");
+        found.push(Finding { code: FindingCode::TooManyInfluences, place, detail });
+    }
+}
+
+fn examine_binds(rig: &Rig<'_>, found: &mut Vec<Finding>) {
+    for (index, skin) in rig.scene.skins.iter().enumerate() {
+        let place = if skin.name.is_empty() { format!("skin {index}") } else { skin.name.clone() };
+        let joints = skin.joints.len();
+        if skin.has_no_inverse_binds {
+            let detail = format!("a skin of {joints} joints has no inverse bind matrices");
+            found.push(Finding { code: FindingCode::InverseBindsMissing, place, detail });
+        } else if skin.has_identity_binds {
+            let detail = format!("all {joints} inverse bind matrices are the identity");
+            found.push(Finding { code: FindingCode::InverseBindsIdentity, place, detail });
+        }
+    }
+}
+
+/// Which of the two poses counts, and how far apart they are.
+fn examine_bind_pose(rig: &Rig<'_>, found: &mut Vec<Finding>) {
+    let mut reporter = Reporter::new();
+    let bind = bind_pose(rig.scene, &mut reporter, "");
+    if let Some(ignored) = reporter.warnings().iter().find(|warning| warning.code == "bind_pose_ignored") {
+        let detail = ignored.detail.clone();
+        found.push(Finding { code: FindingCode::BindPoseIgnored, place: String::new(), detail });
+    }
+    let BindPose::Other(bind) = bind else { return };
+    let nodes = rig.skeleton().rest_pose();
+    let pairs = bind.transforms().iter().zip(nodes.transforms()).enumerate();
+    let mut angles: Vec<(usize, f64)> =
+        pairs.map(|(joint, (bind, node))| (joint, bind.rotation.angle_between(node.rotation))).collect();
+    angles.retain(|(_, angle)| *angle > SAME_RADIANS);
+    angles.sort_by(|first, second| second.1.total_cmp(&first.1).then(first.0.cmp(&second.0)));
+    let joints: Vec<usize> = angles.iter().map(|(joint, _)| *joint).collect();
+    let most = angles.first().map_or(0.0, |(_, angle)| angle.to_degrees());
+    found.extend(places::about(rig, FindingCode::BindPoseDiffers, &joints, |count| {
+        format!("{count} turned against the bind pose, by up to {most:.0}°")
+    }));
+}
+
+/// What moves no mesh.
+fn examine_bound(rig: &Rig<'_>, found: &mut Vec<Finding>) {
+    let skeleton = rig.skeleton();
+    let bound: BTreeSet<usize> = rig.scene.skins.iter().flat_map(|skin| skin.joints.iter().copied()).collect();
+    // A limb is in the skin when anything below it is, up to the next part: split limbs bind their helpers only.
+    let mut bound_below = vec![false; skeleton.len()];
+    for joint in (0..skeleton.len()).rev() {
+        bound_below[joint] |= bound.contains(&joint);
+        if let Some(parent) = skeleton.parent(joint).filter(|_| bound_below[joint]) {
+            bound_below[parent] = true;
+        }
+    }
+    if rig.recognition.kind != RigKind::Other {
+        let is_needed = |role: &str| role.parse::<Role>().is_ok_and(|role| SKINNED.contains(&role.part));
+        let missing = rig.roles.iter().filter(|(role, joints)| {
+            is_needed(role) && !joints.is_empty() && !joints.iter().any(|joint| moves_mesh(rig, &bound, *joint))
+        });
+        let joints: Vec<usize> = missing.map(|(_, joints)| joints[0]).collect();
+        found.extend(places::about(rig, FindingCode::RoleUnskinned, &joints, |count| {
+            format!("{count} of the body that no skin binds")
+        }));
+    }
+    let is_top = |joint: &usize| skeleton.parent(*joint).is_none_or(|parent| bound_below[parent]);
+    let idle = (0..skeleton.len()).filter(|joint| skeleton.joints()[*joint].is_joint && !bound_below[*joint]);
+    // One joint at the end of a bound bone only says where the bone ends.
+    let is_end = |joint: &usize| {
+        let below = |other: usize| skeleton.parent(other) == Some(*joint);
+        skeleton.parent(*joint).is_some_and(|parent| bound.contains(&parent)) && !(*joint..skeleton.len()).any(below)
+    };
+    let tops: Vec<usize> = idle.filter(is_top).filter(|joint| !is_end(joint)).collect();
+    found.extend(places::about(rig, FindingCode::JointsUnskinned, &tops, |_| {
+        format!("{} of joints that no skin binds", if tops.len() == 1 { "a tree" } else { "trees" })
+    }));
+}
+
+/// Whether a joint or a helper directly below it is bound.
+fn moves_mesh(rig: &Rig<'_>, bound: &BTreeSet<usize>, joint: usize) -> bool {
+    let skeleton = rig.skeleton();
+    let is_helper = |other: &usize| {
+        let has_role = rig.roles.values().flatten().any(|role| role == other);
+        skeleton.parent(*other) == Some(joint) && !has_role
+    };
+    bound.contains(&joint) || bound.iter().any(is_helper)
+}

@@ -1,0 +1,241 @@
+//! One assignment from two witnesses: what the names say, and what the shape says.
+//!
+//! Every candidate for a role is scored by its name, its geometry and its symmetry; the best candidates get their joints, one
+//! role to a joint. How sure a role is comes from whether the witnesses agree.
+
+use std::collections::BTreeMap;
+
+use super::{
+    Part, Role, RoleFinding, Side,
+    body::Body,
+    finding::{Findings, sure},
+    lexicon::Sense,
+    structure::{Anatomy, Place},
+};
+
+/// What a candidate's score is made of; together 1.
+const NAME_WEIGHT: f64 = 0.6;
+const GEOMETRY_WEIGHT: f64 = 0.3;
+const SYMMETRY_WEIGHT: f64 = 0.1;
+
+/// What a name that says nothing is worth against one that says something else.
+const SILENT_NAME: f64 = 0.3;
+/// What a name is worth that may mean the role, but was not understood so.
+const FITTING_NAME: f64 = 0.6;
+/// What is left of a name where the rest of its limb is not named.
+const LONE_NAME: f64 = 0.4;
+/// What geometry is worth where the shape has no opinion.
+const SILENT_SHAPE: f64 = 0.5;
+
+/// How much surer or less sure one witness is than both.
+mod witness {
+    /// The surest that two witnesses are: neither is a proof.
+    pub(super) const MOST: f64 = 0.99;
+    /// A name that the shape says nothing about.
+    pub(super) const NAME_ALONE: f64 = 0.94;
+    /// A name whose joint is next to the one that the shape means.
+    pub(super) const NEAR: f64 = 0.85;
+    /// A name whose joint is elsewhere, where the shape is clear.
+    pub(super) const CONTRADICTED: f64 = 0.58;
+    /// Geometry that is less clear than this contradicts nobody; fingers lie too close for more.
+    pub(super) const CLEAR: f64 = 0.7;
+}
+
+/// Which witness a candidate comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Witness {
+    Names,
+    Shape,
+}
+
+struct Candidate<'a> {
+    score: f64,
+    role: Role,
+    witness: Witness,
+    joints: &'a [usize],
+}
+
+/// The findings by name and what the shape says, together. Without a shape that is understood, names stand alone and are a
+/// little less sure.
+pub(super) fn combine(body: &Body<'_>, named: Findings, anatomy: Option<&Anatomy>) -> Findings {
+    let Some(anatomy) = anatomy else { return alone(named) };
+    let places = on_named_sides(&named.roles, anatomy);
+    let mut candidates: Vec<Candidate<'_>> = Vec::new();
+    for (role, finding) in &named.roles {
+        let geometry = match places.get(role) {
+            Some(place) if agree(*role, &finding.joints, &place.joints) => place.geometry,
+            Some(_) => 0.0,
+            None => SILENT_SHAPE,
+        };
+        let twin = named.roles.get(&role.mirrored()).map(|twin| twin.joints.as_slice());
+        let symmetry = symmetry(body, *role, &finding.joints, twin);
+        // One segment of a limb that is named, and not the others, is named by chance (`arm_01`, `arm_02`).
+        let name =
+            if is_lone(&named.roles, &places, *role) { LONE_NAME * finding.confidence } else { finding.confidence };
+        let score = NAME_WEIGHT * name + GEOMETRY_WEIGHT * geometry + SYMMETRY_WEIGHT * symmetry;
+        candidates.push(Candidate { score, role: *role, witness: Witness::Names, joints: &finding.joints });
+    }
+    for (role, place) in &places {
+        let finding = named.roles.get(role);
+        if finding.is_some_and(|finding| agree(*role, &finding.joints, &place.joints)) {
+            continue;
+        }
+        // A joint that is named as something else is that.
+        let Some(name) = name_for(body, *role, place.joints[0]) else { continue };
+        // Where another joint is named so, this one is not.
+        let name = if finding.is_some() { 0.0 } else { name };
+        let twin = places.get(&role.mirrored()).map(|twin| twin.joints.as_slice());
+        let symmetry = symmetry(body, *role, &place.joints, twin);
+        let score = NAME_WEIGHT * name + GEOMETRY_WEIGHT * place.geometry + SYMMETRY_WEIGHT * symmetry;
+        candidates.push(Candidate { score, role: *role, witness: Witness::Shape, joints: &place.joints });
+    }
+    // Ties go to the trunk before the limbs, and to names before the shape.
+    candidates.sort_by(|first, second| second.score.total_cmp(&first.score).then(first.role.cmp(&second.role)));
+    let mut combined = Findings::new(named.declared.clone());
+    for candidate in &candidates {
+        let role = candidate.role;
+        let is_free = candidate.joints.iter().any(|joint| !combined.is_taken(*joint));
+        if combined.roles.contains_key(&role) || !is_free || combined.is_taken(candidate.joints[0]) {
+            continue;
+        }
+        let finding = judge(body, candidate, named.roles.get(&role), places.get(&role));
+        combined.take_over(role, finding);
+    }
+    combined
+}
+
+fn alone(mut named: Findings) -> Findings {
+    for finding in named.roles.values_mut() {
+        if finding.confidence < sure::DECLARED {
+            finding.confidence *= witness::NAME_ALONE;
+        }
+    }
+    named
+}
+
+/// The places, with left and right as the names have it for the most part. Whether the names have it right is another
+/// question, which the feet answer.
+fn on_named_sides<'a>(named: &BTreeMap<Role, RoleFinding>, anatomy: &'a Anatomy) -> BTreeMap<Role, &'a Place> {
+    let sided = named.iter().filter(|(role, _)| role.side != Side::Center);
+    let (mut same, mut other) = (0_usize, 0_usize);
+    for (role, finding) in sided {
+        let holds =
+            |role: &Role| anatomy.places.get(role).is_some_and(|place| place.joints.contains(&finding.joints[0]));
+        same += usize::from(holds(role));
+        other += usize::from(holds(&role.mirrored()));
+    }
+    let turn = |role: &Role| if other > same { role.mirrored() } else { *role };
+    anatomy.places.iter().map(|(role, place)| (turn(role), place)).collect()
+}
+
+/// Whether two lists of joints mean the same: the same first joint, or for parts of several joints half of them.
+fn agree(role: Role, named: &[usize], placed: &[usize]) -> bool {
+    let is_list = matches!(role.part, Part::Spine | Part::Neck | Part::Tail | Part::FrontLeg | Part::HindLeg);
+    let common = named.iter().filter(|joint| placed.contains(joint)).count();
+    named[0] == placed[0] || (is_list && 2 * common >= named.len().max(placed.len()))
+}
+
+fn symmetry(body: &Body<'_>, role: Role, joints: &[usize], twin: Option<&[usize]>) -> f64 {
+    let is_mirrored =
+        twin.is_some_and(|twin| body.depth[twin[0]] == body.depth[joints[0]] && twin.len() == joints.len());
+    if role.side == Side::Center || is_mirrored { 1.0 } else { 0.0 }
+}
+
+/// How much a joint's name speaks for a role that it was not given by name; nothing where it says something else.
+fn name_for(body: &Body<'_>, role: Role, joint: usize) -> Option<f64> {
+    let name = &body.names[joint];
+    let Some(sense) = name.sense else { return Some(SILENT_NAME) };
+    let is_other_side = name.side.is_some_and(|side| role.side != Side::Center && side == role.side.opposite());
+    if may_mean(sense, role.part) && !is_other_side {
+        Some(FITTING_NAME)
+    } else {
+        (!body.means(joint, &[sense])).then_some(0.0)
+    }
+}
+
+/// Whether a word may stand for a part at all.
+const fn may_mean(sense: Sense, part: Part) -> bool {
+    match part {
+        Part::Pelvis => matches!(sense, Sense::Pelvis | Sense::Hip | Sense::Spine),
+        Part::Clavicle => matches!(sense, Sense::Clavicle | Sense::Shoulder | Sense::Arm),
+        Part::UpperArm => matches!(sense, Sense::UpperArm | Sense::Arm | Sense::Shoulder),
+        Part::Forearm => matches!(sense, Sense::Forearm | Sense::Arm),
+        Part::Hand => matches!(sense, Sense::Hand | Sense::Wrist | Sense::Palm | Sense::Arm),
+        Part::Thigh => matches!(sense, Sense::Thigh | Sense::Hip | Sense::Leg),
+        Part::Shin => matches!(sense, Sense::Shin | Sense::Leg),
+        Part::Foot => matches!(sense, Sense::Foot | Sense::Ankle | Sense::Leg),
+        Part::Toe => matches!(sense, Sense::Toe | Sense::Foot | Sense::Leg),
+        Part::Spine => matches!(sense, Sense::Spine),
+        Part::Neck => matches!(sense, Sense::Neck | Sense::Spine),
+        Part::Head => matches!(sense, Sense::Head | Sense::Neck | Sense::Spine),
+        Part::Thumb | Part::Index | Part::Middle | Part::Ring | Part::Pinky => {
+            matches!(sense, Sense::Finger(_) | Sense::AnyFinger)
+        }
+        _ => false,
+    }
+}
+
+/// Whether a role is the only named segment of a limb that the shape sees whole.
+fn is_lone(named: &BTreeMap<Role, RoleFinding>, places: &BTreeMap<Role, &Place>, role: Role) -> bool {
+    const LIMBS: [[Part; 3]; 2] = [[Part::UpperArm, Part::Forearm, Part::Hand], [Part::Thigh, Part::Shin, Part::Foot]];
+    let limb = LIMBS.iter().find(|limb| limb.contains(&role.part));
+    limb.is_some_and(|limb| {
+        let roles = limb.map(|part| Role::new(role.side, part));
+        roles.iter().all(|role| places.contains_key(role))
+            && roles.iter().filter(|role| named.contains_key(role)).count() == 1
+    })
+}
+
+/// What is said of the role that a candidate gets.
+fn judge(
+    body: &Body<'_>,
+    candidate: &Candidate<'_>,
+    named: Option<&RoleFinding>,
+    place: Option<&&Place>,
+) -> RoleFinding {
+    let label = |joint: usize| body.skeleton.label(joint);
+    match (candidate.witness, named, place) {
+        (Witness::Names, Some(named), Some(place)) if agree(candidate.role, &named.joints, &place.joints) => {
+            let mut finding = named.clone();
+            let doubt = (1.0 - named.confidence) * (1.0 - place.geometry);
+            finding.confidence = named.confidence.max((1.0 - doubt).min(witness::MOST));
+            finding.reasons.push("its shape agrees".to_owned());
+            finding
+        }
+        (Witness::Names, Some(named), Some(place)) => {
+            let mut finding = named.clone();
+            let other = place.joints[0];
+            let (parent, own) = (|joint: usize| body.skeleton.parent(joint), named.joints[0]);
+            let is_near = parent(own) == Some(other) || parent(other) == Some(own) || place.joints.contains(&own);
+            if named.confidence < sure::DECLARED {
+                finding.confidence *= match (is_near, place.geometry >= witness::CLEAR) {
+                    (_, false) | (true, _) => witness::NEAR,
+                    (false, true) => witness::CONTRADICTED,
+                };
+            }
+            finding.reasons.push(format!("its shape would say '{}'", label(other)));
+            finding.alternatives.push(place.joints.clone());
+            finding
+        }
+        (Witness::Names, Some(named), None) => {
+            let mut finding = named.clone();
+            if finding.confidence < sure::DECLARED {
+                finding.confidence *= witness::NAME_ALONE;
+            }
+            finding
+        }
+        (_, named, place) => {
+            let geometry = place.map_or(0.0, |place| place.geometry);
+            let mut alternatives: Vec<Vec<usize>> = named.iter().map(|named| named.joints.clone()).collect();
+            alternatives.extend(place.and_then(|place| place.alternative).map(|joint| vec![joint]));
+            let (confidence, reason) = match named {
+                Some(named) => {
+                    let name = label(named.joints[0]);
+                    (geometry * witness::CONTRADICTED, format!("by its shape, although '{name}' is named so"))
+                }
+                None => (geometry, "by its shape and place".to_owned()),
+            };
+            RoleFinding { joints: candidate.joints.to_vec(), confidence, alternatives, reasons: vec![reason] }
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! What the shape of a skeleton says, with all names ignored.
+//!
+//! Pairs of limbs that mirror one another bone by bone ([`twins`]) are seen as legs and arms by their proportions ([`limb`])
+//! and by how they hang from a trunk ([`figure`]); what lies between and above them is the spine, the neck and the head
+//! ([`trunk`]). A body whose limbs are not all there is not seen: shape alone never invents one.
+
+mod figure;
+mod hand;
+mod limb;
+mod shape;
+mod trunk;
+mod twins;
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use self::{
+    figure::{Figure, Level, Limbs, Upright, find_figure},
+    hand::find_fingers,
+    shape::Shape,
+    trunk::{Ends, find_animal_trunk, find_trunk},
+};
+use super::{Part, RigKind, Role, Side, facing::upright};
+
+/// What the shape says of a role.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Place {
+    /// From the body outward.
+    pub joints: Vec<usize>,
+    /// How much they look like it, from 0 to 1.
+    pub geometry: f64,
+    /// Another joint that they could start with.
+    pub alternative: Option<usize>,
+}
+
+/// A body, as its shape says.
+#[derive(Clone, Debug)]
+pub(super) struct Anatomy {
+    /// Biped or quadruped.
+    pub kind: RigKind,
+    pub places: BTreeMap<Role, Place>,
+    /// Whether something shows which way the body faces, and by that which side is left.
+    pub facing_known: bool,
+}
+
+/// A foot or knee that is out of line by less than this share of the leg does not say where front is.
+const LEAST_FORWARD: f64 = 0.02;
+/// The surest that shape alone is.
+const SUREST: f64 = 0.88;
+
+/// Finds the body among the joints in `members`. `parents` come before their children.
+pub(super) fn find_anatomy(parents: &[Option<usize>], positions: &[DVec3], members: &[bool]) -> Option<Anatomy> {
+    let shape = Shape::new(parents, positions, members);
+    if shape.span <= 0.0 {
+        return None;
+    }
+    let whole = find_figure(&shape).map(|figure| describe(&shape, &figure));
+    // Limbs that hang from one node above the body are seen only when they are joined to it.
+    whole.or_else(|| {
+        let bridged = shape.bridged()?;
+        let figure = find_figure(&bridged)?;
+        Some(describe(&bridged, &figure))
+    })
+}
+
+fn describe(shape: &Shape<'_>, figure: &Figure) -> Anatomy {
+    match figure {
+        Figure::Upright(upright) => describe_upright(shape, upright),
+        Figure::Level(level) => describe_level(shape, level),
+    }
+}
+
+/// The places so far.
+#[derive(Default)]
+struct Places(BTreeMap<Role, Place>);
+
+impl Places {
+    fn set(&mut self, role: Role, joints: Vec<usize>, geometry: f64, alternative: Option<usize>) {
+        if !joints.is_empty() {
+            let alternative = alternative.filter(|joint| *joint != joints[0]);
+            self.0.insert(role, Place { joints, geometry, alternative });
+        }
+    }
+}
+
+fn describe_upright(shape: &Shape<'_>, body: &Upright) -> Anatomy {
+    let up = upright(body.trunk.normalize_or_zero());
+    let height = body.trunk.length();
+    let forward = forward_of_legs(shape, &body.legs, up);
+    let sides = sides_of(shape, body, up, forward);
+    let mut places = Places::default();
+    let sure = SUREST.min(0.55 + 0.4 * body.score.sqrt());
+    for (side, way) in [Side::Left, Side::Right].into_iter().zip(sides) {
+        describe_leg(shape, &body.legs, way, side, sure, &mut places);
+        describe_arm(shape, &body.arms, way, side, sure, &mut places);
+    }
+    let starts = [0, 1].map(|side| body.arms.pair.ways[side][body.arms.best.upper]);
+    let shoulders = shape.positions[starts[0]].midpoint(shape.positions[starts[1]]);
+    let across = (shape.positions[starts[0]] - shape.positions[starts[1]]).normalize_or_zero();
+    let limbs: Vec<usize> =
+        [&body.arms, &body.legs].iter().flat_map(|limbs| &limbs.pair.ways).map(|way| way[0]).collect();
+    let ends = Ends { pelvis: body.pelvis, chest: body.arms.pair.center, limbs: &limbs };
+    let trunk = find_trunk(shape, ends, shoulders, up, across, height);
+    places.set(Role::center(Part::Pelvis), vec![body.pelvis], sure, None);
+    places.set(Role::center(Part::Spine), trunk.spine, sure, None);
+    places.set(Role::center(Part::Neck), trunk.neck.clone(), sure - 0.1, None);
+    let head_alternative = trunk.neck.last().copied();
+    places.set(Role::center(Part::Head), trunk.head.into_iter().collect(), sure - 0.1, head_alternative);
+    Anatomy { kind: RigKind::Biped, places: places.0, facing_known: forward.is_some() }
+}
+
+/// Where front is: where the feet point, else where the knees do.
+fn forward_of_legs(shape: &Shape<'_>, legs: &Limbs, up: DVec3) -> Option<DVec3> {
+    let position = |side: usize, place: usize| shape.positions[legs.pair.ways[side][place]];
+    let across = {
+        let between = position(0, legs.best.upper) - position(1, legs.best.upper);
+        (between - between.dot(up) * up).normalize_or_zero()
+    };
+    let level = |step: DVec3| step - step.dot(up) * up - step.dot(across) * across;
+    let (mut feet, mut knees, mut length) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+    for side in 0..2 {
+        let (hip, knee) = (position(side, legs.best.upper), position(side, legs.best.lower));
+        let ankle = position(side, legs.best.end);
+        length += hip.distance(knee) + knee.distance(ankle);
+        let beyond = legs.pair.ways[side].iter().skip(legs.best.end + 1).map(|joint| shape.positions[*joint] - ankle);
+        feet += beyond.map(level).max_by(|one, other| one.length().total_cmp(&other.length())).unwrap_or(DVec3::ZERO);
+        let leg = (ankle - hip).normalize_or_zero();
+        let off = knee - hip;
+        knees += level(off - off.dot(leg) * leg);
+    }
+    [feet, knees].into_iter().find(|step| step.length() > LEAST_FORWARD * length).and_then(DVec3::try_normalize)
+}
+
+/// Which of the two ways of each pair is the left one, and which the right.
+fn sides_of(shape: &Shape<'_>, body: &Upright, up: DVec3, forward: Option<DVec3>) -> [usize; 2] {
+    // Without anything that points forward: as if the body faced the front of our space.
+    let forward = forward.unwrap_or(if up.y.abs() > 0.5 { DVec3::Z } else { DVec3::NEG_Y });
+    let left = up.cross(forward);
+    let start = |side: usize| {
+        let leg = shape.positions[body.legs.pair.ways[side][body.legs.best.upper]];
+        let arm = shape.positions[body.arms.pair.ways[side][body.arms.best.upper]];
+        (leg + arm).dot(left)
+    };
+    if start(0) >= start(1) { [0, 1] } else { [1, 0] }
+}
+
+fn describe_leg(shape: &Shape<'_>, legs: &Limbs, way: usize, side: Side, sure: f64, places: &mut Places) {
+    let joints = &legs.pair.ways[way];
+    let best = legs.best;
+    let other = |place: fn(&limb::Segments) -> usize| legs.second.as_ref().map(|second| joints[place(second)]);
+    let role = |part: Part| Role::new(side, part);
+    places.set(role(Part::Thigh), joints[best.upper..best.lower].to_vec(), sure, other(|second| second.upper));
+    places.set(role(Part::Shin), joints[best.lower..best.end].to_vec(), sure, other(|second| second.lower));
+    places.set(role(Part::Foot), vec![joints[best.end]], sure, other(|second| second.end));
+    // A foot with single toes has no joint at its ball.
+    let has_toes = shape.children[joints[best.end]].len() > 2;
+    if let Some(toe) = joints.get(best.end + 1).filter(|_| !has_toes) {
+        places.set(role(Part::Toe), vec![*toe], sure - 0.15, joints.get(best.end + 2).copied());
+    }
+}
+
+fn describe_arm(shape: &Shape<'_>, arms: &Limbs, way: usize, side: Side, sure: f64, places: &mut Places) {
+    let joints = &arms.pair.ways[way];
+    let best = arms.best;
+    let other = |place: fn(&limb::Segments) -> usize| arms.second.as_ref().map(|second| joints[place(second)]);
+    let role = |part: Part| Role::new(side, part);
+    places.set(role(Part::Clavicle), joints[..best.upper.min(1)].to_vec(), sure - 0.05, None);
+    places.set(role(Part::UpperArm), joints[best.upper..best.lower].to_vec(), sure, other(|second| second.upper));
+    places.set(role(Part::Forearm), joints[best.lower..best.end].to_vec(), sure, other(|second| second.lower));
+    places.set(role(Part::Hand), vec![joints[best.end]], sure, other(|second| second.end));
+    // The palm may lie between the wrist and the fingers.
+    let fan = joints[best.end..].iter().take(2).find(|joint| shape.children[**joint].len() > 2);
+    for (part, finger) in fan.map(|joint| find_fingers(shape, *joint)).unwrap_or_default() {
+        places.set(role(part), finger, sure - 0.2, None);
+    }
+}
+
+fn describe_level(shape: &Shape<'_>, body: &Level) -> Anatomy {
+    let up = upright(-body.down);
+    let forward = body.trunk - body.trunk.dot(up) * up;
+    let left = up.cross(forward.normalize_or_zero());
+    let mut places = Places::default();
+    let sure = SUREST.min(0.5 + 0.35 * body.score.sqrt());
+    let at = |way: &[usize]| way.iter().map(|joint| shape.positions[*joint].dot(left)).sum::<f64>();
+    for (part, pair) in [(Part::HindLeg, &body.hind), (Part::FrontLeg, &body.front)] {
+        let [one, other] = &pair.ways;
+        let (left_way, right_way) = if at(one) >= at(other) { (one, other) } else { (other, one) };
+        places.set(Role::new(Side::Left, part), left_way.clone(), sure, None);
+        places.set(Role::new(Side::Right, part), right_way.clone(), sure, None);
+    }
+    let limbs: Vec<usize> = [&body.hind, &body.front].iter().flat_map(|pair| &pair.ways).map(|way| way[0]).collect();
+    let height = body.trunk.length();
+    // Necks of animals rise forward.
+    let to_head = (up + forward.normalize_or_zero()).normalize_or_zero();
+    let ends = Ends { pelvis: body.pelvis, chest: body.front.center, limbs: &limbs };
+    let trunk = find_animal_trunk(shape, ends, to_head, left);
+    places.set(Role::center(Part::Pelvis), vec![body.pelvis], sure, None);
+    places.set(Role::center(Part::Spine), trunk.spine, sure - 0.05, None);
+    places.set(Role::center(Part::Neck), trunk.neck, sure - 0.15, None);
+    places.set(Role::center(Part::Head), trunk.head.into_iter().collect(), sure - 0.15, None);
+    let back = -forward.normalize_or_zero();
+    let tail = shape.children[body.pelvis].iter().copied().find(|joint| {
+        let bone = shape.positions[*joint] - shape.positions[body.pelvis];
+        !limbs.contains(joint) && bone.normalize_or_zero().dot(back) > 0.3 && shape.reach[*joint] > 0.2 * height
+    });
+    if let Some(tail) = tail {
+        let mut joints = vec![tail];
+        while let Some(next) = joints.last().and_then(|joint| shape.children[*joint].first().copied()) {
+            joints.push(next);
+        }
+        places.set(Role::center(Part::Tail), joints, sure - 0.1, None);
+    }
+    Anatomy { kind: RigKind::Quadruped, places: places.0, facing_known: true }
+}

@@ -1,0 +1,243 @@
+//! What the ops behind forward kinematics work on.
+
+use glam::{DMat3, DVec3};
+
+use crate::model::{Clip, Reporter};
+
+use super::super::{
+    auto_map::{known_names, roles_of},
+    error::{SpecError, SpecErrorKind, SpecField},
+    floor::{Stance, clip_floor},
+    mapping::Mapping,
+    spec::{Op, Scope},
+    stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, StagedKind, StagedOp, Stages},
+    understand::Rig,
+};
+
+/// Resolves the ops behind `pelvis` and `fk`. Needs the rest of the mapping.
+pub(super) fn resolve_stages(
+    ops: &[Op],
+    source: &Rig<'_>,
+    target: &Rig<'_>,
+    clip: &Clip,
+    mapping: &Mapping,
+    reporter: &mut Reporter,
+) -> Result<Stages, SpecError> {
+    let mut limbs: Vec<LimbPair> = Limb::ALL.into_iter().filter_map(|limb| find_limb(limb, source, target)).collect();
+    share_soles(&mut limbs, |pair| &mut pair.source);
+    share_soles(&mut limbs, |pair| &mut pair.target);
+    let mut staged = Vec::new();
+    let mut fields = Vec::new();
+    for (index, op) in ops.iter().enumerate() {
+        let (scope, kind, defaults) = match op {
+            Op::Pelvis(_) | Op::Fk(_) => continue,
+            Op::Contacts(op) => (&op.scope, StagedKind::Contacts(op.clone()), Defaults::All),
+            Op::Ik(op) => (&op.scope, StagedKind::Ik(op.clone()), Defaults::Legs),
+            Op::Plant(op) => (&op.scope, StagedKind::Plant(op.clone()), Defaults::Legs),
+            Op::Floor(op) => (&op.scope, StagedKind::Floor(op.clone()), Defaults::Legs),
+            Op::Filter(op) => {
+                if op.scope.enabled {
+                    let context = Context { index, clip, limbs: &limbs };
+                    let joints = filtered_joints(&op.scope, index, target, mapping, &mut fields);
+                    let schedule = context.schedule(&op.scope, &mut fields);
+                    staged.push(StagedOp { schedule, limbs: Vec::new(), kind: StagedKind::Filter(op.clone(), joints) });
+                }
+                continue;
+            }
+        };
+        if !scope.enabled {
+            continue;
+        }
+        let context = Context { index, clip, limbs: &limbs };
+        staged.push(StagedOp {
+            schedule: context.schedule(scope, &mut fields),
+            limbs: context.masked_limbs(scope, defaults, &mut fields),
+            kind,
+        });
+    }
+    if let Some(error) = SpecError::from_fields(fields) {
+        return Err(error);
+    }
+    report_order(&staged, reporter);
+    if staged.is_empty() {
+        return Ok(Stages::default());
+    }
+    Ok(Stages { ground: ground(source, target, clip, mapping), limbs, ops: staged })
+}
+
+/// Which limbs an op is about when its mask does not say.
+#[derive(Clone, Copy)]
+enum Defaults {
+    All,
+    Legs,
+}
+
+struct Context<'a> {
+    index: usize,
+    clip: &'a Clip,
+    limbs: &'a [LimbPair],
+}
+
+impl Context<'_> {
+    fn schedule(&self, scope: &Scope, fields: &mut Vec<SpecField>) -> Schedule {
+        let last = self.clip.frame_count() - 1;
+        let frames = scope.frames.unwrap_or([0, last]);
+        if frames[0] > frames[1] || frames[0] > last {
+            let detail = format!("frames {} to {} are none of the clip's 0 to {last}", frames[0], frames[1]);
+            fields.push(SpecField::new(SpecErrorKind::InvalidValue, format!("/ops/{}/frames", self.index), detail));
+        }
+        Schedule { alpha: scope.alpha.keys(), frames }
+    }
+
+    fn masked_limbs(&self, scope: &Scope, defaults: Defaults, fields: &mut Vec<SpecField>) -> Vec<usize> {
+        let names =
+            |limb: &Limb| [limb.name()].into_iter().chain(limb.contact_points()).filter(|name| !name.is_empty());
+        let known: Vec<&str> = Limb::ALL.iter().flat_map(names).collect();
+        for (position, name) in scope.mask.iter().flatten().enumerate() {
+            if !known.contains(&name.as_str()) {
+                let detail = format!("there is no limb '{name}' to mask");
+                let pointer = format!("/ops/{}/mask/{position}", self.index);
+                let field = SpecField::new(SpecErrorKind::UnknownName, pointer, detail);
+                fields.push(field.with_nearest(name, known.iter().copied()));
+            }
+        }
+        let wanted = |pair: &LimbPair| match &scope.mask {
+            None => matches!(defaults, Defaults::All) || pair.limb.is_leg(),
+            Some(masked) => names(&pair.limb).any(|name| masked.iter().any(|masked| masked == name)),
+        };
+        (0..self.limbs.len()).filter(|&index| wanted(&self.limbs[index])).collect()
+    }
+}
+
+/// The driven joints of the masked roles; all but those of the legs where nothing is masked.
+fn filtered_joints(
+    scope: &Scope,
+    index: usize,
+    target: &Rig<'_>,
+    mapping: &Mapping,
+    fields: &mut Vec<SpecField>,
+) -> Vec<usize> {
+    let driven = mapping.driven();
+    let joints_of = |name: &str| -> Vec<usize> {
+        roles_of(name).into_iter().flat_map(|role| target.role(role).iter().copied()).collect()
+    };
+    let Some(mask) = &scope.mask else {
+        let legs: Vec<usize> =
+            ["left_leg", "right_leg", "left_toe", "right_toe"].into_iter().flat_map(joints_of).collect();
+        return (0..driven.len()).filter(|joint| driven[*joint] && !legs.contains(joint)).collect();
+    };
+    let mut wanted = Vec::new();
+    for (position, name) in mask.iter().enumerate() {
+        let joints = joints_of(name);
+        if joints.is_empty() {
+            let detail = format!("the target rig has no role '{name}' to mask");
+            let pointer = format!("/ops/{index}/mask/{position}");
+            let known = known_names(target);
+            let field = SpecField::new(SpecErrorKind::UnknownName, pointer, detail);
+            fields.push(field.with_nearest(name, known.iter().map(String::as_str)));
+        }
+        wanted.extend(joints);
+    }
+    (0..driven.len()).filter(|joint| driven[*joint] && wanted.contains(joint)).collect()
+}
+
+/// Tells where an op can do nothing because of what stands before it.
+fn report_order(staged: &[StagedOp], reporter: &mut Reporter) {
+    let mut knows_contacts = false;
+    for op in staged {
+        match op.kind {
+            StagedKind::Contacts(_) => knows_contacts = true,
+            StagedKind::Plant(_) if !knows_contacts => reporter.warn(
+                "plant_without_contacts",
+                "ops",
+                "plant holds feet during contacts, and no contacts op stands before it; nothing is held",
+                "put {\"op\": \"contacts\"} before {\"op\": \"plant\"}",
+            ),
+            _ => {}
+        }
+    }
+}
+
+/// A limb of which both rigs have start, middle and end.
+fn find_limb(limb: Limb, source: &Rig<'_>, target: &Rig<'_>) -> Option<LimbPair> {
+    let unit = source.unit_metres / target.unit_metres;
+    Some(LimbPair { limb, source: limb_joints(limb, source, unit)?, target: limb_joints(limb, target, 1.0)? })
+}
+
+/// `unit` is plan units per unit of that side.
+fn limb_joints(limb: Limb, side: &Rig<'_>, unit: f64) -> Option<LimbJoints> {
+    let [start, middle, end, beyond] = limb.roles().map(|role| side.role(role).first().copied());
+    let (start, middle, end) = (start?, middle?, end?);
+    let place = |joint: usize| side.rest.transforms()[joint].translation;
+    let has_length = |from: usize, to: usize| place(from).distance(place(to)) > 0.0;
+    let skeleton = side.skeleton();
+    let is_chained = skeleton.is_ancestor_or_self(start, middle) && skeleton.is_ancestor_or_self(middle, end);
+    let ball = beyond.filter(|ball| limb.is_leg() && skeleton.is_ancestor_or_self(end, *ball));
+    let tip = ball.and_then(|ball| {
+        let below = (ball + 1..skeleton.len()).filter(|&joint| skeleton.is_ancestor_or_self(ball, joint));
+        below.max_by(|first, second| {
+            place(*first).distance(place(ball)).total_cmp(&place(*second).distance(place(ball)))
+        })
+    });
+    let is_limb = is_chained && has_length(start, middle) && has_length(middle, end);
+    let sole = side.role("pelvis").first().filter(|_| limb.is_leg()).map(|&pelvis| {
+        let floor = Stance::of(side, pelvis).floor;
+        let above = |joint: usize| (side.rest_height(joint) - floor) * unit;
+        let bone = |from: usize, to: usize| {
+            side.rest.transforms()[from].rotation.conjugate() * (place(to) - place(from)) * unit
+        };
+        Sole {
+            heel: above(end),
+            ball: ball.map(above),
+            tip: tip.map(above),
+            end_to_ball: ball.map(|ball| bone(end, ball)),
+            ball_to_tip: ball.zip(tip).map(|(ball, tip)| bone(ball, tip)),
+        }
+    });
+    is_limb.then_some(LimbJoints { start, middle, end, ball, tip, sole })
+}
+
+/// Both feet have the sole of the one that stands: a rest pose may be a frame of a walk.
+fn share_soles(limbs: &mut [LimbPair], side: impl Fn(&mut LimbPair) -> &mut LimbJoints) {
+    let soles: Vec<Sole> = limbs.iter_mut().filter_map(|pair| side(pair).sole).collect();
+    let least = |part: fn(&Sole) -> Option<f64>| soles.iter().filter_map(part).reduce(f64::min);
+    let (heel, ball, tip) = (least(|sole| Some(sole.heel)), least(|sole| sole.ball), least(|sole| sole.tip));
+    for sole in limbs.iter_mut().filter_map(|pair| side(pair).sole.as_mut()) {
+        sole.heel = heel.unwrap_or(sole.heel);
+        sole.ball = sole.ball.and(ball);
+        sole.tip = sole.tip.and(tip);
+    }
+}
+
+fn ground(source: &Rig<'_>, target: &Rig<'_>, clip: &Clip, mapping: &Mapping) -> Ground {
+    let up = mapping.plan_from_target * target.up();
+    let front = mapping.plan_from_target * (target.work_from_scene.conjugate() * DVec3::Z);
+    let unit = mapping.plan_from_source.scale.x;
+    let stance = |side: &Rig<'_>| side.role("pelvis").first().map(|&pelvis| (pelvis, Stance::of(side, pelvis)));
+    let (mut source_rest_floor, mut source_floor) = (0.0, 0.0);
+    if let Some((pelvis, stance)) = stance(source) {
+        let floor = if stance.sole.is_some() { stance.floor } else { clip_floor(source, clip, pelvis, stance.floor) };
+        (source_rest_floor, source_floor) = (stance.floor * unit, floor * unit);
+    }
+    let target_rest_floor = stance(target).map_or(0.0, |(_, stance)| stance.floor);
+    let (travel, target_floor) = match &mapping.pelvis {
+        Some(pelvis) => {
+            let position = pelvis.position;
+            let turn = DMat3::from_quat(position.ours_from_plan);
+            let travel = turn.transpose() * DMat3::from_diagonal(position.scale) * turn;
+            let floor = position.target_origin + travel * (up * source_floor - position.source_origin);
+            (travel, floor.dot(up))
+        }
+        None => (DMat3::from_diagonal(DVec3::splat(mapping.global_scale)), target_rest_floor),
+    };
+    Ground {
+        up,
+        front,
+        units_per_metre: target.unit_metres.recip(),
+        travel,
+        source_rest_floor,
+        source_floor,
+        target_rest_floor,
+        target_floor,
+    }
+}

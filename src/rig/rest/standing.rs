@@ -1,0 +1,77 @@
+//! Which frame of a clip can stand in for a rest pose that is none: motion capture that keeps all bones on one axis at zero, or
+//! overrides its offsets in every frame.
+
+use crate::model::{Clip, LocalPose, Scene};
+
+use super::super::recognition::{Hints, Recognition, RestPoseKind, RigKind, RigTemplate, recognise};
+
+/// Frames that are tried, evenly spread over a clip. A capture that holds no body in any of them holds none.
+const FRAMES_TRIED: usize = 12;
+
+/// A bone whose clip has it elsewhere than the rest pose by more than this share of its length is another bone.
+const OTHER_BONE: f64 = 0.3;
+/// With more than one in so many of those, the clip moves another skeleton than the rest pose shows.
+const ONE_IN_OTHER: usize = 5;
+
+/// How far a pose is a body, best first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Stand {
+    /// It stands in a T pose or an A pose: somebody laid it out.
+    LaidOut,
+    /// It stands with its arms down.
+    Named,
+    /// It stands.
+    Stands,
+    /// It does not.
+    No,
+}
+
+/// How far a pose of a scene's skeleton is a body.
+pub(super) fn stand(scene: &Scene, pose: &LocalPose, templates: &[RigTemplate]) -> Stand {
+    let recognition = recognised(scene, pose, templates);
+    match (&recognition.body, recognition.rest_pose) {
+        (None, _) => Stand::No,
+        (Some(_), RestPoseKind::Other) => Stand::Stands,
+        (Some(_), RestPoseKind::T | RestPoseKind::A) => Stand::LaidOut,
+        (Some(_), RestPoseKind::ArmsDown) => Stand::Named,
+    }
+}
+
+/// Whether the joints are those of a body with limbs, in whatever pose.
+pub(super) fn is_biped(scene: &Scene, pose: &LocalPose, templates: &[RigTemplate]) -> bool {
+    recognised(scene, pose, templates).kind == RigKind::Biped
+}
+
+fn recognised(scene: &Scene, pose: &LocalPose, templates: &[RigTemplate]) -> Recognition {
+    let model = pose.to_model(&scene.skeleton);
+    recognise(&scene.skeleton, &model, &Hints { templates, ..Hints::of(scene) })
+}
+
+/// The first frame of the first clip in which a body stands: clip, and frame. Instead of a pose that stands, only a first frame that
+/// was laid out will do: in the middle of a dance, arms are in an A pose by chance.
+pub(super) fn standing_frame(scene: &Scene, instead_of: Stand, templates: &[RigTemplate]) -> Option<(usize, usize)> {
+    let index = scene.clips.iter().position(Clip::is_animated)?;
+    let clip = &scene.clips[index];
+    let stands = |frame: &usize| stand(scene, &clip.local_pose(&scene.skeleton, *frame), templates);
+    if instead_of != Stand::No {
+        return (stands(&0) == Stand::LaidOut).then_some((index, 0));
+    }
+    let step = clip.frame_count().div_ceil(FRAMES_TRIED).max(1);
+    let frame = (0..clip.frame_count()).step_by(step).find(|frame| stands(frame) != Stand::No)?;
+    Some((index, frame))
+}
+
+/// Whether the first clip has the bones elsewhere than the rest pose: its position channels override the offsets, which then are
+/// of no pose that the clip is about.
+pub(super) fn is_overridden(scene: &Scene) -> bool {
+    let Some(clip) = scene.clips.iter().find(|clip| clip.is_animated()) else { return false };
+    let first = clip.local_pose(&scene.skeleton, 0);
+    let bones = scene.skeleton.joints().iter().zip(first.transforms());
+    let (mut count, mut others) = (0, 0);
+    for (joint, posed) in bones.filter(|(joint, _)| joint.is_joint && joint.parent.is_some()) {
+        let length = joint.rest.translation.length().max(posed.translation.length());
+        count += 1;
+        others += usize::from(joint.rest.translation.distance(posed.translation) > OTHER_BONE * length);
+    }
+    others * ONE_IN_OTHER > count
+}

@@ -1,0 +1,48 @@
+//! `floor`: soles on the floor, neither in it nor above it.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Scope;
+
+/// Puts the soles of the target as far above its floor as the source's soles are above theirs, times the pelvis scale, while the
+/// source's touch; at all other times they are only kept out of the floor.
+///
+/// At rest the floor is some way below ankle, ball and toes; the joint that comes nearest to it, by that measure, counts. Needs a
+/// `contacts` op before it; without one soles are only kept out of the floor. Mask: `left_leg`, `right_leg`; default: both.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+#[schemars(deny_unknown_fields)]
+pub struct FloorOp {
+    /// When and on which limbs it works.
+    #[serde(flatten)]
+    pub scope: Scope,
+    /// How much soles follow the height of the source's between contacts too: 0 to 1. Below `falloff_height` only, and less and
+    /// less above it.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub swing: f64,
+    /// Metres of the source up to which `swing` counts fully, at a leg of 1 m. 0 to 10.
+    #[schemars(range(min = 0.0, max = 10.0))]
+    pub falloff_height: f64,
+    /// Metres over which it ceases to count. 0 to 10.
+    #[schemars(range(min = 0.0, max = 10.0))]
+    pub falloff_distance: f64,
+    /// Whether soles that hover or sink in all contacts of the source are taken to stand on the floor, when the target's feet are
+    /// not the source's: captures are often off by the thickness of shoes.
+    pub adaptive: bool,
+    /// Whether the pelvis is moved up and down with the feet that carry it, so that legs keep their bend.
+    pub shift_pelvis: bool,
+}
+
+impl Default for FloorOp {
+    fn default() -> Self {
+        Self {
+            scope: Scope::default(),
+            swing: 0.0,
+            falloff_height: 0.08,
+            falloff_distance: 0.2,
+            adaptive: true,
+            shift_pelvis: true,
+        }
+    }
+}

