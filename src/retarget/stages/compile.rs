@@ -19,7 +19,8 @@ use super::{
     plant::{PlantStage, PlantedFoot},
     posing::Posing,
     pull::{PullStage, PulledLeg},
-    solve::{SolveStage, SolvedLimb},
+    ride::RideStage,
+    solve::{Hangs, SolveStage, SolvedLimb},
     work::Changed,
 };
 
@@ -155,8 +156,9 @@ impl Compiler<'_> {
         if limbs.is_empty() {
             return;
         }
-        let source = self.source_posing(limbs.iter().map(|&limb| self.limb(limb).source.end));
-        let target = self.target_posing(limbs.iter().map(|&limb| self.limb(limb).target.end));
+        let source = self.source_posing(limbs.iter().flat_map(|limb| self.limb(*limb).source.joints()));
+        let joints = |limb: &usize| self.limb(*limb).target.joints();
+        let target = self.target_posing(limbs.iter().flat_map(joints));
         let goal_limb = |&limb: &usize| GoalLimb {
             limb,
             source: LimbSlots::new(&self.limb(limb).source, &source),
@@ -242,7 +244,7 @@ impl Compiler<'_> {
             return;
         }
         self.pull_pelvis(&open);
-        let posing = self.target_posing(open.iter().map(|(limb, _)| self.limb(*limb).target.end));
+        let posing = self.target_posing(open.iter().flat_map(|(limb, _)| self.limb(*limb).target.joints()));
         let mut changed = Vec::new();
         for (limb, op) in &open {
             let joints = self.limb(*limb).target;
@@ -256,6 +258,7 @@ impl Compiler<'_> {
             limb: *limb,
             slots: LimbSlots::new(&self.limb(*limb).target, &posing),
             rest: self.rest(*limb),
+            hangs: Hangs::of(self.target, &self.limb(*limb).target),
             softness: op.softness,
             stretch: op.stretch,
             align_pole: op.align_pole,
@@ -263,6 +266,15 @@ impl Compiler<'_> {
         };
         let limbs = open.iter().map(limb).collect();
         self.stages.push(Stage::Solve(SolveStage { limbs, posing, limb_count: self.limb_count(), changed }));
+        self.place_riders();
+    }
+
+    /// After each stage that moves joints which others ride.
+    fn place_riders(&mut self) {
+        let posing = |joints: &[usize]| self.target_posing(joints.iter().copied());
+        let (rides, driven) = (&self.mapping.rides, self.mapping.driven());
+        let stage = RideStage::new(self.target, rides, &driven, posing);
+        self.stages.extend(stage.map(Stage::Ride));
     }
 
     fn pull_pelvis(&mut self, open: &[(usize, IkOp)]) {
@@ -287,6 +299,7 @@ impl Compiler<'_> {
             pulls,
         };
         self.stages.push(Stage::Pull(stage));
+        self.place_riders();
     }
 }
 
