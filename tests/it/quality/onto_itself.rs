@@ -4,7 +4,7 @@ use glam::DMat4;
 use retargetd::{
     formats::{self, Limits},
     model::{Clip, Control, Reporter, Scene, Skeleton},
-    retarget::{Plan, run},
+    retarget::Stack,
     rig::{Mapping, Resolved, RetargetSpec, Rig, resolve},
 };
 
@@ -133,9 +133,9 @@ fn retarget_onto_itself(scene: &Scene) -> Result<(&Clip, Clip, Mapping), String>
     let clip = scene.clips.iter().find(|clip| clip.is_animated()).ok_or("no clip")?;
     let Resolved { mapping, .. } =
         resolve(&spec, &source, &target, clip, &mut reporter).map_err(|error| error.to_string())?;
-    let plan = Plan::new(source.skeleton(), target.skeleton(), &mapping);
-    let result = run(&plan, clip, &Control::new()).map_err(|error| error.to_string())?;
-    Ok((clip, result, mapping))
+    let stack = Stack::new(source.skeleton(), target.skeleton(), &mapping);
+    let result = stack.run(clip, &Control::new()).map_err(|error| error.to_string())?;
+    Ok((clip, result.clip, mapping))
 }
 
 /// Driven joints whose place follows from the pelvis' and from rotations that the plan drives: on the way up to the pelvis
