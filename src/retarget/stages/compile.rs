@@ -219,7 +219,7 @@ impl Compiler<'_> {
                     ball: pair.target.ball.map(|ball| target.slot(ball)),
                 },
                 target_sole,
-                size_ratio: size_ratio(&source_sole, &target_sole),
+                size_ratio: size_ratio(&source_sole, &target_sole, self.rest(limb).length_ratio),
             })
         };
         let (source_leg, target_leg) = self.legs();
@@ -303,18 +303,19 @@ impl Compiler<'_> {
     }
 }
 
-/// Size of the target's foot over the source's, where both are of one shape.
-fn size_ratio(source: &Sole, target: &Sole) -> Option<f64> {
+/// Size of the target's foot over the source's, where both are of one shape; that of the legs where neither has a size.
+fn size_ratio(source: &Sole, target: &Sole, leg_ratio: f64) -> Option<f64> {
     let length = |bone: Option<DVec3>| bone.map(DVec3::length);
     let parts =
         |sole: &Sole| [length(sole.end_to_ball), Some(sole.heel), sole.ball, sole.tip, length(sole.ball_to_tip)];
     let (source, target) = (parts(source), parts(target));
     let largest = |parts: &[Option<f64>]| parts.iter().flatten().fold(0.0, |most: f64, part| most.max(part.abs()));
     let (source_size, target_size) = (largest(&source), largest(&target));
-    let ratio = target_size / source_size;
+    let ratio = if source_size > 0.0 { target_size / source_size } else { leg_ratio };
     let is_same = |(source, target): (Option<f64>, Option<f64>)| match (source, target) {
-        (Some(source), Some(target)) => (source * ratio - target).abs() < ALIKE * target_size,
+        (Some(source), Some(target)) => (source * ratio - target).abs() <= ALIKE * target_size,
         (source, target) => source.is_none() == target.is_none(),
     };
-    (source_size > 0.0 && source.into_iter().zip(target).all(is_same)).then_some(ratio)
+    let have_size = source_size > 0.0 || target_size <= 0.0;
+    (have_size && source.into_iter().zip(target).all(is_same)).then_some(ratio)
 }
