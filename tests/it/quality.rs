@@ -11,3 +11,4 @@ mod matrix;
 mod onto_itself;
 mod pairs;
 mod shoulders;
+mod stretched;
