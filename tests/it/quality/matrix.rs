@@ -37,6 +37,7 @@ fn a_sample_of_all_pairs() {
 #[ignore = "all pairs take minutes; `cargo matrix` runs them"]
 fn every_pair() {
     let Some(loaded) = Loaded::read() else { return };
+    #[expect(clippy::disallowed_methods, reason = "a command for people; no setting of the program")]
     let wanted = std::env::var("RETARGETD_MATRIX").unwrap_or_default();
     let rows = run(&loaded, |_| true, &wanted);
     table::write(&rows);
