@@ -19,6 +19,10 @@ pub enum Format {
     PosesNpz,
     /// Pose arrays in JSON.
     PosesJson,
+    /// Parameters of a body model in a NumPy archive.
+    BodyModel,
+    /// Joint positions or features in one NumPy array.
+    JointPositions,
 }
 
 /// What users are told about a format.
@@ -40,8 +44,18 @@ pub struct FormatInfo {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 8] =
-        [Self::Glb, Self::Gltf, Self::Vrm, Self::Vrma, Self::Fbx, Self::Bvh, Self::PosesNpz, Self::PosesJson];
+    pub const ALL: [Self; 10] = [
+        Self::Glb,
+        Self::Gltf,
+        Self::Vrm,
+        Self::Vrma,
+        Self::Fbx,
+        Self::Bvh,
+        Self::PosesNpz,
+        Self::PosesJson,
+        Self::BodyModel,
+        Self::JointPositions,
+    ];
 
     /// The facts about a format; the only place where they stand.
     #[must_use]
@@ -110,6 +124,22 @@ impl Format {
                 reads: true,
                 writes: true,
                 description: "pose arrays in JSON",
+            },
+            Self::BodyModel => FormatInfo {
+                name: "body_model",
+                endings: &["npz"],
+                media_type: "application/x-npz",
+                reads: true,
+                writes: false,
+                description: "SMPL, SMPL+H or SMPL-X parameters as AMASS and AIST++ keep them; read on the mean body",
+            },
+            Self::JointPositions => FormatInfo {
+                name: "joint_positions",
+                endings: &["npy"],
+                media_type: "application/x-npy",
+                reads: true,
+                writes: false,
+                description: "positions of SMPL's 22 or 24 joints, or HumanML3D features",
             },
         }
     }

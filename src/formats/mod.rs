@@ -12,12 +12,14 @@
 //! 4. Add a hostile file of each kind (cut short, counts too large, NaN, cycles) to the format's tests, and real files to
 //!    `tests/it/corpus.rs`.
 
+mod body_model;
 pub mod budget;
 mod bvh;
 mod error;
 mod fbx;
 mod format;
 mod gltf;
+mod numpy;
 mod poses;
 mod sniff;
 
@@ -49,6 +51,8 @@ pub fn read(
         Format::Fbx => fbx::read(bytes, &mut budget, reporter),
         Format::Bvh => bvh::read(bytes, &mut budget, reporter),
         Format::PosesNpz | Format::PosesJson => poses::read(bytes, format, &mut budget, reporter),
+        Format::BodyModel => body_model::read_archive(bytes, &mut budget, reporter),
+        Format::JointPositions => body_model::read_array(bytes, &mut budget, reporter),
     }
 }
 
@@ -100,7 +104,7 @@ pub fn write(
         Format::Glb | Format::Gltf | Format::Vrm => gltf::write(target, clip, options, control, reporter),
         Format::Bvh => bvh::write(target, clip, options, control, reporter),
         Format::PosesNpz | Format::PosesJson => poses::write(target, clip, options, control, reporter),
-        Format::Vrma | Format::Fbx => Err(FormatError::unsupported(
+        Format::Vrma | Format::Fbx | Format::BodyModel | Format::JointPositions => Err(FormatError::unsupported(
             "write",
             "",
             format!("{} files can be read but not written", options.format.info().name),

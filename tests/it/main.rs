@@ -8,6 +8,7 @@ mod cli;
 mod corpus;
 mod demo;
 mod explain;
+mod formats_body_model;
 mod formats_bvh;
 mod formats_fbx;
 mod formats_gltf;
