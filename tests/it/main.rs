@@ -7,6 +7,7 @@ mod architecture;
 mod cli;
 mod corpus;
 mod demo;
+mod editing;
 mod explain;
 mod formats_body_model;
 mod formats_bvh;
