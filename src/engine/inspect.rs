@@ -194,7 +194,8 @@ const fn can_have_skins(format: Format) -> bool {
         | Format::PosesNpz
         | Format::PosesJson
         | Format::BodyModel
-        | Format::JointPositions => false,
+        | Format::JointPositions
+        | Format::Zip => false,
     }
 }
 
@@ -208,7 +209,8 @@ fn count_joints(scene: &Scene, format: Format) -> usize {
         | Format::PosesNpz
         | Format::PosesJson
         | Format::BodyModel
-        | Format::JointPositions => scene.skeleton.joints().iter().filter(|joint| joint.is_joint).count(),
+        | Format::JointPositions
+        | Format::Zip => scene.skeleton.joints().iter().filter(|joint| joint.is_joint).count(),
     }
 }
 

@@ -23,6 +23,8 @@ pub enum Format {
     BodyModel,
     /// Joint positions or features in one NumPy array.
     JointPositions,
+    /// A zip archive with one model and the files that it points to.
+    Zip,
 }
 
 /// What users are told about a format.
@@ -44,7 +46,7 @@ pub struct FormatInfo {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Glb,
         Self::Gltf,
         Self::Vrm,
@@ -55,6 +57,7 @@ impl Format {
         Self::PosesJson,
         Self::BodyModel,
         Self::JointPositions,
+        Self::Zip,
     ];
 
     /// The facts about a format; the only place where they stand.
@@ -140,6 +143,14 @@ impl Format {
                 reads: true,
                 writes: false,
                 description: "positions of SMPL's 22 or 24 joints, or HumanML3D features",
+            },
+            Self::Zip => FormatInfo {
+                name: "zip",
+                endings: &["zip"],
+                media_type: "application/zip",
+                reads: true,
+                writes: false,
+                description: "one model of the formats above with the buffers and images that it points to",
             },
         }
     }

@@ -14,6 +14,7 @@
 
 mod body_model;
 pub mod budget;
+mod bundle;
 mod bvh;
 mod error;
 mod fbx;
@@ -24,6 +25,7 @@ mod poses;
 mod sniff;
 
 pub use budget::{Budget, Limit, Limits};
+pub use bundle::{Unpacked, embed_with, may_point_to_others, unpack};
 pub use error::{ErrorKind, FormatError};
 pub use format::{Format, FormatInfo};
 pub use sniff::sniff;
@@ -47,6 +49,14 @@ pub fn read(
     let mut budget = Budget::new(limits, control);
     budget.take(Limit::FileBytes, bytes.len() as u64, "file")?;
     match format {
+        Format::Zip => {
+            let Unpacked { name, bytes } = unpack(bytes, limits, control)?;
+            // What comes out is a model by its name; an archive in an archive is not opened.
+            match sniff(&bytes, &name)? {
+                Format::Zip => Err(FormatError::unsupported("archive", name, "an archive in an archive", "unpack it")),
+                format => read(&bytes, format, limits, control, reporter),
+            }
+        }
         Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma => gltf::read(bytes, format, &mut budget, reporter),
         Format::Fbx => fbx::read(bytes, &mut budget, reporter),
         Format::Bvh => bvh::read(bytes, &mut budget, reporter),
@@ -104,12 +114,14 @@ pub fn write(
         Format::Glb | Format::Gltf | Format::Vrm => gltf::write(target, clip, options, control, reporter),
         Format::Bvh => bvh::write(target, clip, options, control, reporter),
         Format::PosesNpz | Format::PosesJson => poses::write(target, clip, options, control, reporter),
-        Format::Vrma | Format::Fbx | Format::BodyModel | Format::JointPositions => Err(FormatError::unsupported(
-            "write",
-            "",
-            format!("{} files can be read but not written", options.format.info().name),
-            "ask for glb, gltf, bvh, npz or poses json",
-        )),
+        Format::Vrma | Format::Fbx | Format::BodyModel | Format::JointPositions | Format::Zip => {
+            Err(FormatError::unsupported(
+                "write",
+                "",
+                format!("{} files can be read but not written", options.format.info().name),
+                "ask for glb, gltf, bvh, npz or poses json",
+            ))
+        }
     }
 }
 

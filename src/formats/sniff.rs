@@ -24,6 +24,9 @@ pub fn sniff(bytes: &[u8], file_name: &str) -> Result<Format, FormatError> {
         return Ok(Format::Fbx);
     }
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
+        if !first_member(bytes).is_some_and(|name| name.ends_with(b".npy")) {
+            return Ok(Format::Zip);
+        }
         // The directory at the archive's end names its members in clear.
         let directory = &bytes[bytes.len().saturating_sub(MOST_DIRECTORY_BYTES)..];
         let has = |key: &str| find(directory, format!("{key}.npy").as_bytes()).is_some();
@@ -48,6 +51,13 @@ pub fn sniff(bytes: &[u8], file_name: &str) -> Result<Format, FormatError> {
     Err(unknown(bytes, file_name))
 }
 
+/// The name of an archive's first member, from the header before it.
+fn first_member(bytes: &[u8]) -> Option<&[u8]> {
+    const NAME: usize = 30;
+    let length = usize::from(u16::from_le_bytes(bytes.get(26..28)?.try_into().ok()?));
+    bytes.get(NAME..NAME + length)
+}
+
 fn find(haystack: &[u8], needle: &[u8]) -> Option<usize> {
     haystack.windows(needle.len()).position(|window| window == needle)
 }
@@ -65,7 +75,7 @@ fn unknown(bytes: &[u8], file_name: &str) -> FormatError {
     } else {
         (
             "the first bytes are of no format that can be read",
-            "send .glb, .gltf, .vrm, .vrma, .fbx, .bvh, .npz, .npy or poses .json",
+            "send .glb, .gltf, .vrm, .vrma, .fbx, .bvh, .npz, .npy, poses .json or a .zip of one model",
         )
     };
     FormatError {

@@ -10,6 +10,7 @@ mod demo;
 mod editing;
 mod explain;
 mod formats_body_model;
+mod formats_bundle;
 mod formats_bvh;
 mod formats_fbx;
 mod formats_gltf;
