@@ -52,7 +52,8 @@ pub struct RetargetSpec {
     /// the pose is taken from it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pose: Option<PoseSpec>,
-    /// What is done, in this order. Default: `pelvis`, then `fk`.
+    /// What is done, in this order. Default: `pelvis` and `fk`; where legs are mapped, then `contacts`, `ik`, `plant` and `floor`, so
+    /// that feet stay where they stand.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ops: Option<Vec<Op>>,
     /// Edits of the clip: its time, its seams, its sides.
