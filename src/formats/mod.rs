@@ -12,16 +12,20 @@
 //! 4. Add a hostile file of each kind (cut short, counts too large, NaN, cycles) to the format's tests, and real files to
 //!    `tests/it/corpus.rs`.
 
+mod body_model;
 pub mod budget;
+mod bundle;
 mod bvh;
 mod error;
 mod fbx;
 mod format;
 mod gltf;
+mod numpy;
 mod poses;
 mod sniff;
 
 pub use budget::{Budget, Limit, Limits};
+pub use bundle::{Unpacked, embed_with, may_point_to_others, unpack};
 pub use error::{ErrorKind, FormatError};
 pub use format::{Format, FormatInfo};
 pub use sniff::sniff;
@@ -47,10 +51,20 @@ pub fn read(
     let mut budget = Budget::new(limits, control);
     budget.take(Limit::FileBytes, bytes.len() as u64, "file")?;
     match format {
+        Format::Zip => {
+            let Unpacked { name, bytes } = unpack(bytes, limits, control)?;
+            // What comes out is a model by its name; an archive in an archive is not opened.
+            match sniff(&bytes, &name)? {
+                Format::Zip => Err(FormatError::unsupported("archive", name, "an archive in an archive", "unpack it")),
+                format => read(&bytes, format, limits, control, reporter),
+            }
+        }
         Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma => gltf::read(bytes, format, &mut budget, reporter),
         Format::Fbx => fbx::read(bytes, &mut budget, reporter),
         Format::Bvh => bvh::read(bytes, &mut budget, reporter),
         Format::PosesNpz | Format::PosesJson => poses::read(bytes, format, &mut budget, reporter),
+        Format::BodyModel => body_model::read_archive(bytes, &mut budget, reporter),
+        Format::JointPositions => body_model::read_array(bytes, &mut budget, reporter),
     }
 }
 
@@ -124,12 +138,14 @@ pub fn write(
         Format::Glb | Format::Gltf | Format::Vrm => gltf::write(target, clip, options, control, reporter),
         Format::Bvh => bvh::write(target, clip, options, control, reporter),
         Format::PosesNpz | Format::PosesJson => poses::write(target, clip, options, control, reporter),
-        Format::Vrma | Format::Fbx => Err(FormatError::unsupported(
-            "write",
-            "",
-            format!("{} files can be read but not written", options.format.info().name),
-            "ask for glb, gltf, bvh, npz or poses json",
-        )),
+        Format::Vrma | Format::Fbx | Format::BodyModel | Format::JointPositions | Format::Zip => {
+            Err(FormatError::unsupported(
+                "write",
+                "",
+                format!("{} files can be read but not written", options.format.info().name),
+                "ask for glb, gltf, bvh, npz or poses json",
+            ))
+        }
     }
 }
 
