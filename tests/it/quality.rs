@@ -12,3 +12,4 @@ mod onto_itself;
 mod pairs;
 mod properties;
 mod shoulders;
+mod stretched;

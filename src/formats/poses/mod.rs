@@ -15,7 +15,6 @@
 
 mod arrays;
 mod json;
-mod npy;
 mod npz;
 mod read;
 mod write;

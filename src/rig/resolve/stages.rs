@@ -225,7 +225,8 @@ fn ground(source: &Rig<'_>, target: &Rig<'_>, clip: &Clip, mapping: &Mapping) ->
     let stance = |side: &Rig<'_>| side.role("pelvis").first().map(|&pelvis| (pelvis, Stance::of(side, pelvis)));
     let (mut source_rest_floor, mut source_floor) = (0.0, 0.0);
     if let Some((pelvis, stance)) = stance(source) {
-        let floor = if stance.sole.is_some() { stance.floor } else { clip_floor(source, clip, pelvis, stance.floor) };
+        let floor =
+            if stance.sole.is_some() { stance.floor } else { clip_floor(source, clip, pelvis, stance.floor).height };
         (source_rest_floor, source_floor) = (stance.floor * unit, floor * unit);
     }
     let target_rest_floor = stance(target).map_or(0.0, |(_, stance)| stance.floor);
@@ -234,7 +235,8 @@ fn ground(source: &Rig<'_>, target: &Rig<'_>, clip: &Clip, mapping: &Mapping) ->
             let position = pelvis.position;
             let turn = DMat3::from_quat(position.ours_from_plan);
             let travel = turn.transpose() * DMat3::from_diagonal(position.scale) * turn;
-            let floor = position.target_origin + travel * (up * source_floor - position.source_origin);
+            let floor =
+                position.target_origin + travel * (up * (source_floor - position.source_sole) - position.source_origin);
             (travel, floor.dot(up))
         }
         None => (DMat3::from_diagonal(DVec3::splat(mapping.global_scale)), target_rest_floor),
