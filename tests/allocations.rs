@@ -61,8 +61,8 @@ fn no_frame_allocates() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
     let all = r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}, {"op": "contacts"}, {"op": "ik"}, {"op": "plant"}, {"op": "floor"},
         {"op": "self_contact"}, {"op": "filter"}]}"#;
-    for spec in [r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#, "{}", all] {
-        let spec = parse_spec(spec.as_bytes()).expect("a spec");
+    for text in [r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#, "{}", all] {
+        let spec = parse_spec(text.as_bytes()).expect("a spec");
         let mut reporter = Reporter::new();
         let source_rig = Rig::new("source", &source, None, &spec.source, &mut reporter).expect("a rig");
         let target_rig = Rig::new("target", &target, None, &spec.target, &mut reporter).expect("a rig");
@@ -78,6 +78,6 @@ fn no_frame_allocates() {
         };
         let (few, many) = (count(4), count(20));
         let per_frame = many.1.saturating_sub(few.1) as f64 / (many.0 - few.0) as f64;
-        assert!(per_frame < MOST_PER_FRAME, "{per_frame:.3} allocations per frame: {few:?}, {many:?}");
+        assert!(per_frame < MOST_PER_FRAME, "{text}: {per_frame:.3} allocations per frame: {few:?}, {many:?}");
     }
 }
