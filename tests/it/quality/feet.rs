@@ -181,10 +181,9 @@ impl std::fmt::Display for Feet {
 impl Feet {
     fn measure(source: &Scene, clip: &Clip, target: &Scene, spec: &str) -> Self {
         let limbs = Self::limbs(source, clip, target, spec);
-        let (legs, arms): (Vec<(bool, Leg)>, Vec<(bool, Leg)>) = limbs.into_iter().partition(|(is_leg, _)| *is_leg);
-        let legs: Vec<Leg> = legs.into_iter().map(|(_, leg)| leg).collect();
-        let elbow_flips: usize =
-            arms.iter().map(|(_, arm)| arm.target.flips().saturating_sub(arm.source.flips())).sum();
+        let more_flips = |limb: &Leg| limb.target.flips().saturating_sub(limb.source.flips());
+        let elbow_flips = limbs.iter().filter(|(is_leg, _)| !is_leg).map(|(_, arm)| more_flips(arm)).sum();
+        let legs: Vec<Leg> = limbs.into_iter().filter(|(is_leg, _)| *is_leg).map(|(_, leg)| leg).collect();
         let feet = Self::of(&legs, clip.times_seconds());
         Self { elbow_flips, ..feet }
     }
