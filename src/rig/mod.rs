@@ -42,6 +42,9 @@ pub use resolve::{Resolved, resolve};
 pub use rest::RestSource;
 pub use shoulder::ShoulderPair;
 pub use spec::*;
-pub use stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, StagedKind, StagedOp, Stages};
+pub use stages::{
+    ChainStretch, CopyDrive, DriveFrom, Ground, JointDrive, JointLimit, Limb, LimbJoints, LimbPair, LimitFrame,
+    PinDrive, PosedEdit, RootMotion, Schedule, Sole, StagedKind, StagedOp, Stages,
+};
 pub use twist::{TwistAgainst, TwistPair};
 pub use understand::{Rig, find_clip};

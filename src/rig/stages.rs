@@ -1,5 +1,11 @@
 //! What is done behind forward kinematics, in indices: the ops of a spec resolved against two rigs.
 
+mod posed;
+
+pub use posed::{
+    ChainStretch, CopyDrive, DriveFrom, JointDrive, JointLimit, LimitFrame, PinDrive, PosedEdit, RootMotion,
+};
+
 use glam::{DMat3, DVec3};
 
 use super::spec::{ContactsOp, FilterOp, FloorOp, IkOp, PlantOp};
@@ -34,6 +40,14 @@ pub struct Ground {
     pub target_rest_floor: f64,
     /// Height of the floor under the result.
     pub target_floor: f64,
+}
+
+impl Ground {
+    /// The figure's left, up and front, as columns.
+    #[must_use]
+    pub fn axes(&self) -> DMat3 {
+        DMat3::from_cols(self.up.cross(self.front), self.up, self.front)
+    }
 }
 
 impl Default for Ground {
@@ -187,4 +201,10 @@ pub enum StagedKind {
     Floor(FloorOp),
     /// Filters the rotations of these target joints.
     Filter(FilterOp, Vec<usize>),
+    /// Edits poses frame by frame, in this order.
+    Posed(Vec<PosedEdit>),
+    /// Shares twists out, times the gain, among the twist joints of these segments.
+    Twist(f64, Vec<usize>),
+    /// Moves the figure's way.
+    RootMotion(RootMotion),
 }

@@ -13,6 +13,7 @@ mod formats_fbx;
 mod formats_gltf;
 mod formats_poses;
 mod http;
+mod ops;
 mod parity;
 mod quality;
 mod readme;

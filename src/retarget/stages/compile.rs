@@ -17,8 +17,10 @@ use super::{
     goals::{GoalLimb, GoalStage},
     limbs::{LimbRest, LimbSlots},
     plant::{PlantStage, PlantedFoot},
+    posed::PosedStage,
     posing::Posing,
     pull::{PullStage, PulledLeg},
+    root::RootStage,
     solve::{SolveStage, SolvedLimb},
     work::Changed,
 };
@@ -56,14 +58,14 @@ impl Stack {
     }
 }
 
-struct Compiler<'a> {
-    source: &'a Skeleton,
-    target: &'a Skeleton,
-    mapping: &'a Mapping,
+pub(super) struct Compiler<'a> {
+    pub(super) source: &'a Skeleton,
+    pub(super) target: &'a Skeleton,
+    pub(super) mapping: &'a Mapping,
     /// In plan space.
-    source_rest: Vec<Transform>,
-    target_rest: Vec<Transform>,
-    plan_from_target: Transform,
+    pub(super) source_rest: Vec<Transform>,
+    pub(super) target_rest: Vec<Transform>,
+    pub(super) plan_from_target: Transform,
     stages: Vec<Stage>,
     /// Limbs with goals that are not solved yet, and the op that set them.
     open: Vec<(usize, IkOp)>,
@@ -95,6 +97,21 @@ impl Compiler<'_> {
                 let stage = FilterStage { op: filter.clone(), schedule: op.schedule.clone(), joints: joints.clone() };
                 self.stages.push(Stage::Filter(stage));
             }
+            StagedKind::Posed(edits) => {
+                self.close();
+                let stage = PosedStage::of_edits(self, edits, &op.schedule);
+                self.stages.extend(stage.map(Stage::Posed));
+            }
+            StagedKind::Twist(gain, joints) => {
+                self.close();
+                let stage = PosedStage::of_twists(self, *gain, joints, &op.schedule);
+                self.stages.extend(stage.map(Stage::Posed));
+            }
+            StagedKind::RootMotion(motion) => {
+                self.close();
+                let stage = RootStage::new(self, motion, &op.schedule);
+                self.stages.push(Stage::Root(stage));
+            }
             StagedKind::Floor(floor) => {
                 self.need_goals(&op.limbs);
                 let stage = self.floor_stage(floor, op);
@@ -106,8 +123,24 @@ impl Compiler<'_> {
         }
     }
 
-    fn ground(&self) -> Ground {
+    pub(super) fn ground(&self) -> Ground {
         self.mapping.stages.ground
+    }
+
+    /// Driven joints below a joint, or of the whole skeleton, that have no driven joint above them on the way.
+    pub(super) fn topmost_driven_below(&self, top: Option<usize>) -> Vec<usize> {
+        let driven = self.mapping.driven();
+        let is_topmost = |&joint: &usize| {
+            let mut above = self.target.parent(joint);
+            while let Some(parent) = above.filter(|parent| Some(*parent) != top) {
+                if driven[parent] {
+                    return false;
+                }
+                above = self.target.parent(parent);
+            }
+            above == top
+        };
+        (0..driven.len()).filter(|&joint| driven[joint]).filter(is_topmost).collect()
     }
 
     fn limb(&self, limb: usize) -> &LimbPair {
@@ -135,11 +168,11 @@ impl Compiler<'_> {
         (mean(source), mean(lengths.iter().map(|(target, _)| *target).collect()))
     }
 
-    fn source_posing(&self, joints: impl IntoIterator<Item = usize>) -> Posing {
+    pub(super) fn source_posing(&self, joints: impl IntoIterator<Item = usize>) -> Posing {
         Posing::new(self.source, self.mapping.plan_from_source, joints)
     }
 
-    fn target_posing(&self, joints: impl IntoIterator<Item = usize>) -> Posing {
+    pub(super) fn target_posing(&self, joints: impl IntoIterator<Item = usize>) -> Posing {
         Posing::new(self.target, self.plan_from_target, joints)
     }
 

@@ -12,9 +12,11 @@ mod floor;
 mod goals;
 mod limbs;
 mod plant;
+mod posed;
 mod posing;
 mod pull;
 mod result;
+mod root;
 mod schedule;
 mod solve;
 mod temporal;
@@ -31,7 +33,9 @@ use self::{
     floor::FloorStage,
     goals::GoalStage,
     plant::PlantStage,
+    posed::PosedStage,
     pull::PullStage,
+    root::RootStage,
     solve::SolveStage,
     work::Work,
 };
@@ -59,6 +63,8 @@ enum Stage {
     Pull(PullStage),
     Filter(FilterStage),
     Solve(SolveStage),
+    Posed(PosedStage),
+    Root(RootStage),
 }
 
 impl Stack {
@@ -108,6 +114,8 @@ impl Stage {
             Self::Pull(stage) => stage.run(work),
             Self::Filter(stage) => stage.run(work),
             Self::Solve(stage) => stage.run(work),
+            Self::Posed(stage) => stage.run(work),
+            Self::Root(stage) => stage.run(work),
         }
     }
 }

@@ -5,6 +5,7 @@ mod fk;
 mod notes;
 mod pairs;
 mod pelvis;
+mod posed;
 mod stages;
 
 use glam::DVec3;

@@ -13,6 +13,7 @@ use super::super::{
     stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, StagedKind, StagedOp, Stages},
     understand::Rig,
 };
+use super::posed::{Subject, resolve_posed};
 
 /// Resolves the ops behind `pelvis` and `fk`. Needs the rest of the mapping.
 pub(super) fn resolve_stages(
@@ -29,15 +30,31 @@ pub(super) fn resolve_stages(
     let mut staged = Vec::new();
     let mut fields = Vec::new();
     for (index, op) in ops.iter().enumerate() {
+        let context = Context { index, clip, limbs: &limbs };
         let (scope, kind, defaults) = match op {
             Op::Pelvis(_) | Op::Fk(_) => continue,
+            Op::Joints(_)
+            | Op::Pin(_)
+            | Op::CopyBasePose(_)
+            | Op::AdditivePose(_)
+            | Op::ArmSpacing(_)
+            | Op::StretchChain(_)
+            | Op::Twist(_)
+            | Op::Limits(_)
+            | Op::RootMotion(_) => {
+                let mut subject = Subject { index, source, target, mapping, reporter, fields: &mut fields };
+                let Some(scope) = op.scope().filter(|scope| scope.enabled) else { continue };
+                if let Some(kind) = resolve_posed(op, &mut subject) {
+                    staged.push(StagedOp { schedule: context.schedule(scope, &mut fields), limbs: Vec::new(), kind });
+                }
+                continue;
+            }
             Op::Contacts(op) => (&op.scope, StagedKind::Contacts(op.clone()), Defaults::All),
             Op::Ik(op) => (&op.scope, StagedKind::Ik(op.clone()), Defaults::Legs),
             Op::Plant(op) => (&op.scope, StagedKind::Plant(op.clone()), Defaults::Legs),
             Op::Floor(op) => (&op.scope, StagedKind::Floor(op.clone()), Defaults::Legs),
             Op::Filter(op) => {
                 if op.scope.enabled {
-                    let context = Context { index, clip, limbs: &limbs };
                     let joints = filtered_joints(&op.scope, index, target, mapping, &mut fields);
                     let schedule = context.schedule(&op.scope, &mut fields);
                     staged.push(StagedOp { schedule, limbs: Vec::new(), kind: StagedKind::Filter(op.clone(), joints) });
@@ -48,7 +65,6 @@ pub(super) fn resolve_stages(
         if !scope.enabled {
             continue;
         }
-        let context = Context { index, clip, limbs: &limbs };
         staged.push(StagedOp {
             schedule: context.schedule(scope, &mut fields),
             limbs: context.masked_limbs(scope, defaults, &mut fields),

@@ -11,8 +11,10 @@ mod tune;
 
 pub use map::{ChainMap, RotationMode, TranslationMode};
 pub use ops::{
-    Alpha, Carry, ContactFloor, ContactFloorRule, ContactsOp, FilterKind, FilterOp, FkOp, FloorOp, HeightRule, IkGoal,
-    IkOp, Op, PelvisOp, PelvisScale, PelvisScaleRule, PlantMode, PlantOp, ScaleOrigin, Scope,
+    AdditivePoseOp, Alpha, ArmSpacingOp, Carry, ContactFloor, ContactFloorRule, ContactsOp, CopyBasePoseOp, FilterKind,
+    FilterOp, FkOp, FloorOp, HeightRule, IkGoal, IkOp, JointRow, JointSource, JointSpace, JointsOp, LimitRange,
+    LimitsOp, Op, PelvisOp, PelvisScale, PelvisScaleRule, Pin, PinMode, PinOp, PinSide, PlantMode, PlantOp, RootAction,
+    RootAxis, RootMotionOp, RootPlace, RootSource, ScaleOrigin, Scope, StretchChainOp, TwistOp,
 };
 pub use output::{IncludeSpec, OutputChoice, OutputSpec, TargetClipsSpec};
 pub use pose::{EditAxes, FromClipEdit, PoseChoice, PoseEdit, PoseSpec, ResetEdit, RotateEdit};

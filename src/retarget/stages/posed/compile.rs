@@ -1,0 +1,313 @@
+//! From edits of a mapping to steps.
+
+use glam::{DMat3, DQuat, DVec3};
+
+use crate::{
+    model::Transform,
+    rig::{
+        ChainStretch, CopyDrive, DriveFrom, JointDrive, JointLimit, JointSpace, PinDrive, PinMode, PinSide, PosedEdit,
+        Schedule, TwistAgainst, TwistPair,
+    },
+};
+
+use super::{
+    super::{compile::Compiler, posing::Posing, work::Changed},
+    CopyStep, PosedStage, Step,
+    arms::ArmStep,
+    joints::{Follows, JointStep, Mapped, PositionStep},
+    limits::LimitStep,
+    pins::PinStep,
+    stretch::StretchStep,
+    twists::{Against, TwistStep},
+};
+
+impl PosedStage {
+    /// The stage of a list of edits; nothing where there are none.
+    pub(in super::super) fn of_edits(
+        compiler: &Compiler<'_>,
+        edits: &[PosedEdit],
+        schedule: &Schedule,
+    ) -> Option<Self> {
+        Self::new(compiler, schedule, edits.len(), |builder| edits.iter().map(|edit| builder.step(edit)).collect())
+    }
+
+    /// The stage of the twist joints of some segments.
+    pub(in super::super) fn of_twists(
+        compiler: &Compiler<'_>,
+        gain: f64,
+        masked: &[usize],
+        schedule: &Schedule,
+    ) -> Option<Self> {
+        // A joint that is its own segment is turned by the source's motion alone.
+        let is_wanted = |pair: &&TwistPair| {
+            pair.segment != pair.joint && (masked.contains(&pair.segment) || masked.contains(&pair.joint))
+        };
+        let mut pairs: Vec<TwistPair> = compiler.mapping.twists.iter().filter(is_wanted).copied().collect();
+        pairs.sort_by_key(|pair| pair.joint);
+        Self::new(compiler, schedule, pairs.len(), |builder| {
+            pairs.iter().map(|pair| builder.twist(pair, gain)).collect()
+        })
+    }
+
+    /// Builds twice: to find out which joints are needed, and then with their slots.
+    fn new(
+        compiler: &Compiler<'_>,
+        schedule: &Schedule,
+        count: usize,
+        build: impl Fn(&mut Builder<'_>) -> Vec<Step>,
+    ) -> Option<Self> {
+        if count == 0 {
+            return None;
+        }
+        let mut first = Builder::new(compiler, None);
+        build(&mut first);
+        let source = compiler.source_posing(first.source_wanted);
+        let target = compiler.target_posing(first.target_wanted);
+        let mut builder = Builder::new(compiler, Some((&source, &target)));
+        let steps = build(&mut builder);
+        let changed = builder.changed;
+        let slots = changed.iter().map(|changed| target.slot(changed.joint)).collect();
+        Some(Self { schedule: schedule.clone(), source, target, steps, changed, slots })
+    }
+}
+
+struct Builder<'a> {
+    compiler: &'a Compiler<'a>,
+    posings: Option<(&'a Posing, &'a Posing)>,
+    source_wanted: Vec<usize>,
+    target_wanted: Vec<usize>,
+    changed: Vec<Changed>,
+}
+
+impl<'a> Builder<'a> {
+    fn new(compiler: &'a Compiler<'a>, posings: Option<(&'a Posing, &'a Posing)>) -> Self {
+        Self { compiler, posings, source_wanted: Vec::new(), target_wanted: Vec::new(), changed: Vec::new() }
+    }
+
+    fn source(&mut self, joint: usize) -> usize {
+        self.source_wanted.push(joint);
+        self.posings.map_or(0, |(source, _)| source.slot(joint))
+    }
+
+    fn target(&mut self, joint: usize) -> usize {
+        self.target_wanted.push(joint);
+        self.posings.map_or(0, |(_, target)| target.slot(joint))
+    }
+
+    fn change(&mut self, joint: usize, rotates: bool, moves: bool) -> usize {
+        match self.changed.iter_mut().find(|changed| changed.joint == joint) {
+            Some(changed) => {
+                changed.rotates |= rotates;
+                changed.moves |= moves;
+            }
+            None => self.changed.push(Changed { joint, rotates, moves }),
+        }
+        self.target(joint)
+    }
+
+    fn step(&mut self, edit: &PosedEdit) -> Step {
+        match edit {
+            PosedEdit::Joint(drive) => Step::Joint(Box::new(self.joint(drive))),
+            PosedEdit::Pin(pin) => Step::Pin(Box::new(self.pin(pin))),
+            PosedEdit::Copy(copy) => Step::Copy(self.copy(copy)),
+            PosedEdit::Add { joint, turn } => Step::Add { slot: self.change(*joint, true, false), turn: *turn },
+            PosedEdit::ArmSpacing { joint, chest, radians } => {
+                let front = self.compiler.target_rest[*chest].rotation.conjugate() * self.compiler.ground().front;
+                let slot = self.change(*joint, true, false);
+                Step::Arm(ArmStep { slot, chest: self.target(*chest), front, radians: *radians })
+            }
+            PosedEdit::Stretch(stretch) => Step::Stretch(self.stretch(stretch)),
+            PosedEdit::Limit(limit) => Step::Limit(Box::new(self.limit(limit))),
+        }
+    }
+
+    fn joint(&mut self, drive: &JointDrive) -> JointStep {
+        let rest = self.compiler.target_rest[drive.joint];
+        let rest_local = self.rest_below_parent(drive.joint);
+        let slot = self.change(drive.joint, drive.rotation_gain.is_some(), drive.position_gain.is_some());
+        let follows = match drive.from {
+            DriveFrom::Joint(joint) => Follows::Joint {
+                source: self.source(joint),
+                rest: self.compiler.source_rest[joint],
+                rest_local: self.compiler.mapping.source_rest.to_local(self.compiler.source).transforms()[joint],
+            },
+            DriveFrom::Pair { points: [first, second], end } => {
+                let end = self.compiler.target_rest[end].translation;
+                let bone = rest.rotation.conjugate() * (end - rest.translation);
+                Follows::Pair { points: [self.source(first), self.source(second)], bone }
+            }
+        };
+        let axes_from_space = match (drive.space, drive.from) {
+            (JointSpace::Local, DriveFrom::Joint(_)) => DQuat::IDENTITY,
+            _ => DQuat::from_mat3(&self.compiler.ground().axes()).conjugate(),
+        };
+        let change = Mapped { axes_from_space, order: drive.axis_order, offset: drive.axis_offset };
+        JointStep {
+            slot,
+            space: drive.space,
+            follows,
+            rotation_gain: drive.rotation_gain,
+            rotation_offset: drive.rotation_offset,
+            change,
+            rest,
+            rest_local,
+            position: drive.position_gain.map(|gain| self.position(drive, gain)),
+        }
+    }
+
+    fn position(&self, drive: &JointDrive, gain: f64) -> PositionStep {
+        let ground = self.compiler.ground();
+        let metres = drive.position_offset * ground.units_per_metre;
+        let (raised, source_raised) = self.floors();
+        match (drive.from, drive.space) {
+            (DriveFrom::Pair { .. }, _) => PositionStep {
+                travel: ground.travel * gain,
+                offset: ground.axes() * metres + ground.up * ground.target_floor,
+                source_floor: ground.up * ground.source_floor,
+            },
+            (DriveFrom::Joint(_), JointSpace::Model) => PositionStep {
+                travel: ground.travel * gain,
+                offset: ground.axes() * metres + raised,
+                source_floor: source_raised,
+            },
+            (DriveFrom::Joint(joint), JointSpace::Local) => {
+                let scale = |rest: &[Transform], parent: Option<usize>, above: f64| {
+                    parent.map_or(DVec3::splat(above), |parent| rest[parent].scale)
+                };
+                let compiler = self.compiler;
+                let source = scale(
+                    &compiler.source_rest,
+                    compiler.source.parent(joint),
+                    compiler.mapping.plan_from_source.scale.x,
+                );
+                let target = scale(&compiler.target_rest, compiler.target.parent(drive.joint), 1.0);
+                let unit = Transform { scale: target, ..Transform::IDENTITY };
+                let into_target = |vector: DVec3| unit.relative(&Transform::from_translation(vector)).translation;
+                let factor = into_target(source * compiler.mapping.global_scale * gain);
+                PositionStep {
+                    travel: DMat3::from_diagonal(factor),
+                    offset: into_target(metres),
+                    source_floor: DVec3::ZERO,
+                }
+            }
+        }
+    }
+
+    /// How much higher the floors of result and clip are than those of the rest poses.
+    fn floors(&self) -> (DVec3, DVec3) {
+        let ground = self.compiler.ground();
+        let raised = ground.up * (ground.target_floor - ground.target_rest_floor);
+        (raised, ground.up * (ground.source_floor - ground.source_rest_floor))
+    }
+
+    /// The rest pose that motion is put onto, below the parent.
+    fn rest_below_parent(&self, joint: usize) -> Transform {
+        let rest = &self.compiler.target_rest;
+        let above = self.compiler.target.parent(joint).map_or(self.compiler.plan_from_target, |parent| rest[parent]);
+        above.relative(&rest[joint])
+    }
+
+    fn pin(&mut self, pin: &PinDrive) -> PinStep {
+        let compiler = self.compiler;
+        let ground = compiler.ground();
+        let left_behind = if pin.carries_children { Vec::new() } else { self.driven_below(pin.joint) };
+        let slot = self.change(pin.joint, pin.rotation, pin.position);
+        let (to, to_rest) = match pin.side {
+            PinSide::Source => (self.source(pin.to), compiler.source_rest[pin.to]),
+            PinSide::Target => (self.target(pin.to), compiler.target_rest[pin.to]),
+        };
+        let (raised, source_raised) = self.floors();
+        let rest = match (pin.mode, pin.side) {
+            // Joints that nothing drives keep the file's own pose, so that is where the offset is taken from.
+            (PinMode::KeepOffset, PinSide::Target) => {
+                let hold = compiler.mapping.target_hold.to_model(compiler.target);
+                let model = |joint: usize| compiler.plan_from_target.then_child(&hold.transforms()[joint]);
+                to_rest.then_child(&model(pin.to).relative(&model(pin.joint)))
+            }
+            _ => compiler.target_rest[pin.joint],
+        };
+        PinStep {
+            slot,
+            to,
+            side: pin.side,
+            mode: pin.mode,
+            position: pin.position,
+            rotation: pin.rotation,
+            offset: pin.offset * ground.units_per_metre,
+            rotation_offset: pin.rotation_offset,
+            rest,
+            to_rest,
+            travel: ground.travel,
+            raised: raised - ground.travel * source_raised,
+            local_scale: compiler.mapping.plan_from_source.scale.x * compiler.mapping.global_scale,
+            left_behind,
+        }
+    }
+
+    /// The topmost driven joints below a joint, which then change too.
+    fn driven_below(&mut self, joint: usize) -> Vec<usize> {
+        let topmost = self.compiler.topmost_driven_below(Some(joint));
+        topmost.into_iter().map(|joint| self.change(joint, true, true)).collect()
+    }
+
+    fn copy(&mut self, copy: &CopyDrive) -> CopyStep {
+        CopyStep {
+            source: self.source(copy.source),
+            slot: self.change(copy.joint, copy.rotation, copy.position),
+            position: copy.position.then_some(self.compiler.mapping.plan_from_source.scale.x),
+            rotation: copy.rotation,
+        }
+    }
+
+    fn stretch(&mut self, stretch: &ChainStretch) -> StretchStep {
+        let compiler = self.compiler;
+        let (first, last) = (stretch.target[0], stretch.target[stretch.target.len() - 1]);
+        // Joints of a chain may hang one below the other with others between, or not at all.
+        let on_the_way = compiler.target.path(first, last).map_or_else(|| stretch.target.clone(), |path| path.clone());
+        let place = |joint: usize| compiler.target_rest[joint].translation;
+        let rest_length = on_the_way.windows(2).map(|pair| place(pair[0]).distance(place(pair[1]))).sum();
+        StretchStep {
+            source: stretch.source.iter().map(|&joint| self.source(joint)).collect(),
+            moved: on_the_way[1..].iter().map(|&joint| self.change(joint, false, true)).collect(),
+            source_scale: compiler.mapping.global_scale,
+            rest_length,
+            match_source: stretch.match_source,
+            scale: stretch.scale,
+        }
+    }
+
+    fn limit(&mut self, limit: &JointLimit) -> LimitStep {
+        LimitStep {
+            slot: self.change(limit.joint, true, false),
+            source: limit.source.map(|joint| self.source(joint)),
+            zero: limit.zero,
+            source_zero: limit.source_zero,
+            axes: limit.axes,
+            bend: limit.bend,
+            side: limit.side,
+            twist: limit.twist,
+            begin: limit.begin,
+        }
+    }
+
+    fn twist(&mut self, pair: &TwistPair, gain: f64) -> Step {
+        let against = match pair.against {
+            TwistAgainst::Carrier { joint, carrier_from_segment } => {
+                Against::Carrier { slot: self.target(joint), carrier_from_segment }
+            }
+            TwistAgainst::End { joint, segment_from_end } => {
+                Against::End { slot: self.target(joint), segment_from_end }
+            }
+        };
+        let left_behind = self.driven_below(pair.joint);
+        Step::Twist(TwistStep {
+            slot: self.change(pair.joint, true, false),
+            segment: self.target(pair.segment),
+            against,
+            axis: pair.axis,
+            segment_from_joint: pair.segment_from_joint,
+            share: pair.share * gain,
+            left_behind,
+        })
+    }
+}

@@ -1,0 +1,120 @@
+//! Which joints the ops are about that edit poses frame by frame.
+
+mod additive_pose;
+mod arms;
+mod copy_base_pose;
+mod joints;
+mod limits;
+mod pin;
+mod root_motion;
+mod stretch;
+
+use glam::{DQuat, EulerRot};
+
+use super::super::{
+    auto_map::roles_of,
+    error::{SpecErrorKind, SpecField},
+    mapping::Mapping,
+    spec::{Op, Scope},
+    stages::StagedKind,
+    understand::Rig,
+};
+use crate::model::Reporter;
+
+/// What the ops of this folder are resolved against.
+pub(super) struct Subject<'a> {
+    /// The op's place in the spec.
+    pub(super) index: usize,
+    pub(super) source: &'a Rig<'a>,
+    pub(super) target: &'a Rig<'a>,
+    pub(super) mapping: &'a Mapping,
+    pub(super) reporter: &'a mut Reporter,
+    pub(super) fields: &'a mut Vec<SpecField>,
+}
+
+/// What an op does, where it is one of this folder's; nothing for the others, and for one that has nothing to do.
+pub(super) fn resolve_posed(op: &Op, subject: &mut Subject<'_>) -> Option<StagedKind> {
+    match op {
+        Op::Joints(op) => Some(StagedKind::Posed(joints::resolve(op, subject))),
+        Op::Pin(op) => Some(StagedKind::Posed(pin::resolve(op, subject))),
+        Op::CopyBasePose(op) => Some(StagedKind::Posed(copy_base_pose::resolve(op, subject))),
+        Op::AdditivePose(op) => Some(StagedKind::Posed(additive_pose::resolve(op, subject))),
+        Op::ArmSpacing(op) => Some(StagedKind::Posed(arms::resolve(op, subject))),
+        Op::StretchChain(op) => Some(StagedKind::Posed(stretch::resolve(op, subject))),
+        Op::Limits(op) => Some(StagedKind::Posed(limits::resolve(op, subject))),
+        Op::Twist(op) => {
+            let masked = subject.masked(&op.scope);
+            let all = || (0..subject.target.skeleton().len()).collect();
+            Some(StagedKind::Twist(op.gain, masked.unwrap_or_else(all)))
+        }
+        Op::RootMotion(op) => root_motion::resolve(op, subject).map(StagedKind::RootMotion),
+        Op::Pelvis(_) | Op::Fk(_) | Op::Contacts(_) | Op::Ik(_) | Op::Plant(_) | Op::Floor(_) | Op::Filter(_) => None,
+    }
+}
+
+impl Subject<'_> {
+    fn pointer(&self, rest: &str) -> String {
+        format!("/ops/{}/{rest}", self.index)
+    }
+
+    /// The joint of that name, or the first of that role. Tells where there is neither.
+    fn joint(&mut self, side: &Rig<'_>, name: &str, place: &str) -> Option<usize> {
+        let pointer = self.pointer(place);
+        match side.joint(name, &pointer) {
+            Ok(joint) => Some(joint),
+            Err(field) => {
+                let role = side.role(name).first().copied();
+                if role.is_none() {
+                    self.fields.push(field);
+                }
+                role
+            }
+        }
+    }
+
+    fn target_joint(&mut self, name: &str, place: &str) -> Option<usize> {
+        self.joint(self.target, name, place)
+    }
+
+    fn source_joint(&mut self, name: &str, place: &str) -> Option<usize> {
+        self.joint(self.source, name, place)
+    }
+
+    /// All target joints of a name: a limb, a chain, a role or a joint. Tells where there is none.
+    fn joints_named(&mut self, name: &str, place: &str) -> Vec<usize> {
+        let of_roles: Vec<usize> =
+            roles_of(name).into_iter().flat_map(|role| self.target.role(role).iter().copied()).collect();
+        if !of_roles.is_empty() {
+            return of_roles;
+        }
+        if let Some(chain) = self.mapping.chains.iter().find(|chain| chain.name == name) {
+            return chain.target.clone();
+        }
+        self.target_joint(name, place).into_iter().collect()
+    }
+
+    /// The joints of the target that the mask names; nothing where there is no mask.
+    fn masked(&mut self, scope: &Scope) -> Option<Vec<usize>> {
+        let mask = scope.mask.as_ref()?;
+        let joints = mask.iter().enumerate().flat_map(|(position, name)| {
+            let found = self.joints_named(name, &format!("mask/{position}"));
+            found.into_iter()
+        });
+        Some(joints.collect())
+    }
+
+    fn refuse(&mut self, place: &str, detail: String) {
+        self.fields.push(SpecField::new(SpecErrorKind::InvalidValue, self.pointer(place), detail));
+    }
+}
+
+/// Whether an op's mask lets it at a joint.
+fn is_in(masked: Option<&Vec<usize>>, joint: usize) -> bool {
+    masked.is_none_or(|masked| masked.contains(&joint))
+}
+
+/// A rotation from degrees about X, then Y, then Z, each about the axes as the one before left them.
+fn turn(degrees: [f64; 3]) -> DQuat {
+    let [x, y, z] = degrees.map(f64::to_radians);
+    DQuat::from_euler(EulerRot::XYZ, x, y, z)
+}

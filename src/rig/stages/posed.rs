@@ -1,0 +1,175 @@
+//! Ops that edit a pose frame by frame, in indices.
+
+use glam::{DMat3, DQuat, DVec3};
+
+use super::super::spec::{JointSpace, PinMode, PinSide, RootAction, RootPlace};
+
+/// One edit of the target's pose. Rotations and positions are in plan space where nothing else is said.
+#[derive(Clone, Debug)]
+pub enum PosedEdit {
+    /// A row of a joint table.
+    Joint(Box<JointDrive>),
+    /// A joint that follows another.
+    Pin(PinDrive),
+    /// A joint that takes a source joint's transform below the parent.
+    Copy(CopyDrive),
+    /// A joint that is turned by a constant about its own axes.
+    Add {
+        /// The joint.
+        joint: usize,
+        /// `L · turn`.
+        turn: DQuat,
+    },
+    /// An upper arm that is turned away from the body.
+    ArmSpacing {
+        /// The upper arm.
+        joint: usize,
+        /// The joint that it hangs from on the body.
+        chest: usize,
+        /// About the chest's front.
+        radians: f64,
+    },
+    /// A chain whose bones get longer or shorter.
+    Stretch(ChainStretch),
+    /// A joint that bends no farther than it may.
+    Limit(Box<JointLimit>),
+}
+
+/// What a row of a joint table does.
+#[derive(Clone, Debug)]
+pub struct JointDrive {
+    /// What is followed.
+    pub from: DriveFrom,
+    /// The target joint.
+    pub joint: usize,
+    /// In which space changes are measured.
+    pub space: JointSpace,
+    /// Factor on the displacement; nothing where the position does not follow.
+    pub position_gain: Option<f64>,
+    /// Factor on the angle; nothing where the rotation does not follow.
+    pub rotation_gain: Option<f64>,
+    /// Metres.
+    pub position_offset: DVec3,
+    /// About the joint's own axes.
+    pub rotation_offset: DQuat,
+    /// From the source's components of a vector to the target's: each row and each column has one ±1.
+    pub axis_order: DMat3,
+    /// Turns a change before it is applied.
+    pub axis_offset: DQuat,
+}
+
+/// What a row follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DriveFrom {
+    /// A source joint.
+    Joint(usize),
+    /// The line between two.
+    Pair {
+        /// Where the line begins and ends, joints of the source.
+        points: [usize; 2],
+        /// The target joint that the bone leads to.
+        end: usize,
+    },
+}
+
+/// What a pin does.
+#[derive(Clone, Copy, Debug)]
+pub struct PinDrive {
+    /// The joint that follows.
+    pub joint: usize,
+    /// The joint that it follows, of that side.
+    pub to: usize,
+    /// Whose it is.
+    pub side: PinSide,
+    /// How.
+    pub mode: PinMode,
+    /// Whether the position follows.
+    pub position: bool,
+    /// Whether the rotation follows.
+    pub rotation: bool,
+    /// Metres along the joint's own axes.
+    pub offset: DVec3,
+    /// About its own axes.
+    pub rotation_offset: DQuat,
+    /// Whether joints below it are carried along.
+    pub carries_children: bool,
+}
+
+/// What is copied from a source joint.
+#[derive(Clone, Copy, Debug)]
+pub struct CopyDrive {
+    /// Joint of the source.
+    pub source: usize,
+    /// Joint of the target.
+    pub joint: usize,
+    /// Whether the position is.
+    pub position: bool,
+    /// Whether the rotation is.
+    pub rotation: bool,
+}
+
+/// How a chain is stretched.
+#[derive(Clone, Debug)]
+pub struct ChainStretch {
+    /// Joints of the source, from the body outward, for its length; may be empty.
+    pub source: Vec<usize>,
+    /// Joints of the target; the bones between them are stretched.
+    pub target: Vec<usize>,
+    /// Share of becoming as long as the source's.
+    pub match_source: f64,
+    /// Factor.
+    pub scale: f64,
+}
+
+/// How far a joint may bend, against what carries it.
+#[derive(Clone, Copy, Debug)]
+pub struct JointLimit {
+    /// Joint of the target.
+    pub joint: usize,
+    /// Joint of the source that has the same role, where what it does beyond the limit is allowed.
+    pub source: Option<usize>,
+    /// Where the T poses lie.
+    pub zero: LimitFrame,
+    /// The same of the source.
+    pub source_zero: LimitFrame,
+    /// Along the bone, the axis about which it bends, and the one across, at the T pose in plan space.
+    pub axes: [DVec3; 3],
+    /// Radians against and in the direction of bending.
+    pub bend: [f64; 2],
+    /// Radians across.
+    pub side: [f64; 2],
+    /// Radians about the bone.
+    pub twist: [f64; 2],
+    /// The share of a limit up to which nothing is changed.
+    pub begin: f64,
+}
+
+/// The T pose of a joint: `D = parent · L · local⁻¹ · parent⁻¹` is the identity there.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LimitFrame {
+    /// The rotation of its parent, in plan space.
+    pub parent: DQuat,
+    /// Its own below the parent.
+    pub local: DQuat,
+}
+
+/// How the figure's way is moved.
+#[derive(Clone, Copy, Debug)]
+pub struct RootMotion {
+    /// What is done.
+    pub action: RootAction,
+    /// The root joint of the target; nothing where the way is taken out.
+    pub root: Option<usize>,
+    /// The joint whose way it is: the pelvis of the target.
+    pub pelvis: usize,
+    /// The source joint whose way it is instead.
+    pub source: Option<usize>,
+    /// 1 for axes along which it is: left, up, front.
+    pub axes: DVec3,
+    /// Whether the heading is part of it.
+    pub turn: bool,
+    /// Where the root stands.
+    pub place: RootPlace,
+    /// Standard deviation of the smoothing.
+    pub smoothing_seconds: f64,
+}
