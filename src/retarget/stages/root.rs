@@ -179,13 +179,7 @@ impl RootStage {
         unwrap(&mut ways);
         let seconds = self.motion.smoothing_seconds / 2.0;
         if seconds > 0.0 {
-            let positions: Vec<DVec3> = ways.iter().map(|way| way.position).collect();
-            let headings: Vec<DVec3> = ways.iter().map(|way| DVec3::X * way.heading).collect();
-            let (positions, headings) =
-                (smoothed(&positions, work.times, seconds), smoothed(&headings, work.times, seconds));
-            for ((way, position), heading) in ways.iter_mut().zip(positions).zip(headings) {
-                *way = Way { position, heading: heading.x };
-            }
+            smooth(&mut ways, work.times, seconds);
         }
         Ok(ways)
     }
@@ -196,6 +190,24 @@ impl RootStage {
         let front = change * self.ground.front;
         let left = self.ground.up.cross(self.ground.front);
         front.dot(left).atan2(front.dot(self.ground.front))
+    }
+}
+
+/// Smooths what a way deviates from the even one between its ends: else it would lag behind at both.
+fn smooth(ways: &mut [Way], times: &[f64], deviation_seconds: f64) {
+    let (Some(first), Some(last)) = (ways.first().copied(), ways.last().copied()) else { return };
+    let duration = (times[times.len() - 1] - times[0]).max(f64::MIN_POSITIVE);
+    let even = |frame: usize| {
+        let share = (times[frame] - times[0]) / duration;
+        (first.position.lerp(last.position, share), first.heading + (last.heading - first.heading) * share)
+    };
+    let off = |(frame, way): (usize, &Way)| (way.position - even(frame).0, DVec3::X * (way.heading - even(frame).1));
+    let (positions, headings): (Vec<DVec3>, Vec<DVec3>) = ways.iter().enumerate().map(off).unzip();
+    let positions = smoothed(&positions, times, deviation_seconds);
+    let headings = smoothed(&headings, times, deviation_seconds);
+    for (frame, way) in ways.iter_mut().enumerate() {
+        let (position, heading) = even(frame);
+        *way = Way { position: position + positions[frame], heading: heading + headings[frame].x };
     }
 }
 

@@ -263,7 +263,7 @@ impl<'a> Builder<'a> {
         let compiler = self.compiler;
         let (first, last) = (stretch.target[0], stretch.target[stretch.target.len() - 1]);
         // Joints of a chain may hang one below the other with others between, or not at all.
-        let on_the_way = compiler.target.path(first, last).map_or_else(|| stretch.target.clone(), |path| path.clone());
+        let on_the_way = compiler.target.path(first, last).unwrap_or_else(|| stretch.target.clone());
         let place = |joint: usize| compiler.target_rest[joint].translation;
         let rest_length = on_the_way.windows(2).map(|pair| place(pair[0]).distance(place(pair[1]))).sum();
         StretchStep {

@@ -12,9 +12,12 @@ use super::{
     Subject, is_in,
 };
 
+/// From and to.
+type Degrees = [f64; 2];
+
 /// How far parts go, in degrees from the T pose: bend, side, twist. The ranges that game engines come with for people, about the
 /// T pose instead of about their middles (retargeting.md B18).
-const RANGES: [(&str, [f64; 2], [f64; 2], [f64; 2]); 14] = [
+const RANGES: [(&str, Degrees, Degrees, Degrees); 14] = [
     ("spine", [-40.0, 40.0], [-40.0, 40.0], [-40.0, 40.0]),
     ("neck", [-40.0, 40.0], [-40.0, 40.0], [-40.0, 40.0]),
     ("head", [-40.0, 40.0], [-40.0, 40.0], [-40.0, 40.0]),
