@@ -10,6 +10,7 @@
 //! | [`formats`] | bytes to model and back, under budgets | `model` |
 //! | [`rig`] | what the joints mean: roles, chains, rest pose, alignment, the retarget spec | `model` |
 //! | [`retarget`] | the algorithm: a plan compiled once, then a loop over frames; and its measures | `model`, `rig` |
+//! | [`editing`] | edits of a clip: time, loops, mirror | `model`, `rig` |
 //! | [`engine`] | the one pure function: input bytes and spec to output bytes, warnings and report | all above |
 //! | [`store`] | durable facts: records and blobs | `config` |
 //! | [`jobs`] | scheduling: states, admission, queue, workers | `engine`, `store`, `config`, `telemetry` |
@@ -76,6 +77,7 @@
 pub mod app;
 pub mod cli;
 pub mod config;
+pub mod editing;
 pub mod engine;
 pub mod formats;
 pub mod http;

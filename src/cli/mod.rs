@@ -3,6 +3,7 @@
 
 mod check_config;
 mod demo;
+mod edit;
 mod exit;
 mod explain;
 mod files;
@@ -10,6 +11,7 @@ mod health;
 mod inputs;
 mod inspect;
 mod openapi;
+mod outputs;
 mod pose;
 mod retarget;
 mod samples;
@@ -36,6 +38,8 @@ enum Command {
     Serve(serve::Arguments),
     /// Retarget one clip onto one character, without a server.
     Retarget(retarget::Arguments),
+    /// Edit one clip of a file: its time, its seams, its sides; without a second rig.
+    Edit(edit::Arguments),
     /// Say why a joint of the result is turned as it is at one frame.
     Explain(explain::Arguments),
     /// Say what a file holds: skeleton, clips, recognised rig, roles, rest pose, units, warnings.
@@ -63,6 +67,7 @@ pub fn run() -> ExitCode {
         Command::Serve(arguments) => serve::run(arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Retarget(arguments) => retarget::run(&arguments),
+        Command::Edit(arguments) => edit::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Suggest(arguments) => suggest::run(&arguments),
         Command::CheckConfig(arguments) => check_config::run(&arguments),

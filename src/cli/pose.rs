@@ -16,7 +16,7 @@ use crate::{
 use super::{
     exit::{BAD_USAGE, Exit, FAILED, say},
     files::{InputFile, StagedFiles, check_place},
-    retarget::{output_format, tell_warnings},
+    outputs::{check_strict, output_format, tell_warnings},
     watch::cancel_on_interrupt,
 };
 
@@ -89,14 +89,7 @@ fn pose(arguments: &Arguments) -> Result<(), Exit> {
         Exit::from_failure(&failure, &file.unwrap_or_else(|| failure.part.to_owned()))
     })?;
     tell_warnings(&outcome);
-    if arguments.strict && !outcome.report.warnings.is_empty() {
-        let message = format!("--strict: there are {} warnings, so nothing was written", outcome.report.warnings.len());
-        return Err(Exit::new(
-            super::exit::INPUT_REFUSED,
-            message,
-            "mend what the warnings name, or leave out --strict",
-        ));
-    }
+    check_strict(arguments.strict, &outcome)?;
     let output = outcome.outputs.first().ok_or_else(|| Exit::new(FAILED, "the engine gave no output", ""))?;
     let mut staged = StagedFiles::default();
     staged.add(&arguments.output, &output.bytes)?;

@@ -17,6 +17,7 @@ use crate::{
 
 use super::{
     Failure, Inputs, Knowledge,
+    edit::edited_clip,
     files::{Files, Sides, in_config, one_field, read_spec},
     pass::Pass,
     tune,
@@ -154,6 +155,8 @@ pub fn explain_with(
     control.enter(Phase::Plan, 0);
     let Sides { spec, source, target } = files.sides(spec, knowledge, &mut reporter)?;
     let clip = files.choose_clip(&spec, &mut reporter)?;
+    let edited = edited_clip(&source, clip, &spec, control, &mut reporter)?;
+    let clip = edited.as_ref();
     let asked = |field: SpecField| Failure { part: "", ..in_config(one_field(field)) };
     let joint = target.joint(question.joint, "/joint").map_err(asked)?;
     if question.frame >= clip.frame_count() {

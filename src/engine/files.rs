@@ -75,23 +75,33 @@ impl Files {
     /// The clip that the spec names, else the first in which something moves.
     pub(super) fn choose_clip(&self, spec: &RetargetSpec, reporter: &mut Reporter) -> Result<&Clip, Failure> {
         let scene = &self.source.scene;
-        if let Some(choice) = &spec.clip {
-            return named_clip(scene, choice);
-        }
-        let mut moving = scene.clips.iter().filter(|clip| clip.is_animated());
-        let Some(clip) = moving.next() else { return Err(mixups::no_animation(scene, &self.target.scene)) };
-        let more = moving.count();
-        if more > 0 {
-            let names: Vec<&str> = scene.clips.iter().map(Clip::name).collect();
-            reporter.warn(
-                "clip_chosen",
-                "source",
-                format!("the source has {} clips that move; the first, '{}', is taken", more + 1, clip.name()),
-                format!("name one in \"clip\": {}", names.join(", ")),
-            );
-        }
-        Ok(clip)
+        chosen_clip(spec, scene, reporter, || mixups::no_animation(scene, &self.target.scene))
     }
+}
+
+/// The clip that the spec names, else the first in which something moves, else the failure that is given.
+pub(super) fn chosen_clip<'a>(
+    spec: &RetargetSpec,
+    scene: &'a Scene,
+    reporter: &mut Reporter,
+    no_animation: impl FnOnce() -> Failure,
+) -> Result<&'a Clip, Failure> {
+    if let Some(choice) = &spec.clip {
+        return named_clip(scene, choice);
+    }
+    let mut moving = scene.clips.iter().filter(|clip| clip.is_animated());
+    let Some(clip) = moving.next() else { return Err(no_animation()) };
+    let more = moving.count();
+    if more > 0 {
+        let names: Vec<&str> = scene.clips.iter().map(Clip::name).collect();
+        reporter.warn(
+            "clip_chosen",
+            "source",
+            format!("the source has {} clips that move; the first, '{}', is taken", more + 1, clip.name()),
+            format!("name one in \"clip\": {}", names.join(", ")),
+        );
+    }
+    Ok(clip)
 }
 
 fn named_clip<'a>(scene: &'a Scene, choice: &ClipChoice) -> Result<&'a Clip, Failure> {

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::{
     formats::{Format, sniff},
-    model::{Clip, Scene, Skeleton},
+    model::{Scene, Skeleton},
     rig::parse_spec,
 };
 
@@ -80,16 +80,23 @@ fn shared_names(scene: &Scene, rest: &Scene) -> usize {
 
 /// A source in which nothing moves; perhaps the animation was sent as the target.
 pub(super) fn no_animation(source: &Scene, target: &Scene) -> Failure {
+    let failure = nothing_moves(source);
+    match target.clips.iter().find(|clip| clip.is_animated()) {
+        None => failure,
+        Some(clip) => {
+            failure.with_hint(format!("the target file has one ('{}'): are source and target swapped?", clip.name()))
+        }
+    }
+}
+
+/// A source in which nothing moves.
+pub(super) fn nothing_moves(source: &Scene) -> Failure {
     let detail = match source.clips.len() {
         0 => "the source file has no animation".to_owned(),
         1 => "the source file has a clip, but nothing moves in it".to_owned(),
         count => format!("the source file has {count} clips, but nothing moves in them"),
     };
-    let moving = target.clips.iter().filter(|clip| clip.is_animated()).count();
-    let first = target.clips.iter().find(|clip| clip.is_animated()).map_or("", Clip::name);
-    let hint = match moving {
-        0 => "send a file with an animation as the source".to_owned(),
-        _ => format!("the target file has one ('{first}'): are source and target swapped?"),
-    };
-    Failure::new(FailureCode::NoAnimation, detail).in_part("source").with_hint(hint)
+    Failure::new(FailureCode::NoAnimation, detail)
+        .in_part("source")
+        .with_hint("send a file with an animation as the source")
 }

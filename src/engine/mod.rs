@@ -5,6 +5,7 @@
 
 mod alignment;
 mod convert;
+mod edit;
 mod explain;
 mod explain_text;
 mod failure;
@@ -24,6 +25,7 @@ mod retarget;
 mod tune;
 
 pub use alignment::AlignmentView;
+pub use edit::{edit, edit_with};
 pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain, explain_with};
 pub use failure::{Failure, FailureCode, FieldError};
 pub use inspect::{
@@ -74,6 +76,19 @@ pub struct Inputs<'a> {
     /// The target rig in its rest pose, where the target file does not hold it.
     pub target_rest: Option<NamedBytes<'a>>,
     /// The retarget spec, JSON or YAML, or a config of another tool that we read.
+    pub config: Option<NamedBytes<'a>>,
+    /// Formats that the caller wants; they win over the spec's `output`. Empty: what the spec says, else GLB.
+    pub formats: &'a [Format],
+}
+
+/// What an edit works on.
+#[derive(Clone, Copy, Debug)]
+pub struct EditInputs<'a> {
+    /// The file with the animation; the edited clip goes back onto its skeleton.
+    pub source: NamedBytes<'a>,
+    /// The rig in its rest pose, where the file does not hold it.
+    pub source_rest: Option<NamedBytes<'a>>,
+    /// The spec, whose `edit` says what is to be done; JSON or YAML.
     pub config: Option<NamedBytes<'a>>,
     /// Formats that the caller wants; they win over the spec's `output`. Empty: what the spec says, else GLB.
     pub formats: &'a [Format],

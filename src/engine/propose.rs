@@ -13,6 +13,7 @@ use crate::{
 
 use super::{
     Failure, FailureCode, Inputs, Knowledge, Limits, NamedBytes, Rigs, WarningView,
+    edit::edited_clip,
     files::{Files, Sides, in_config, read_spec},
     labels::{Labels, OneOrMore},
     retarget::{facts, joint_count, wanted_outputs},
@@ -159,6 +160,8 @@ pub fn propose_with(
         }
         Err(failure) => return Err(failure),
     };
+    let edited = edited_clip(&source, clip, &spec, control, &mut reporter)?;
+    let clip = edited.as_ref();
     let Resolved { mapping, spec: resolved, alignment: _ } =
         resolve(&spec, &source, &target, clip, &mut reporter).map_err(in_config)?;
     let labels = (Labels::new(source.scene), Labels::new(target.scene));

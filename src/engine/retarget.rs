@@ -14,6 +14,7 @@ use super::{
     Counts, Failure, FailureCode, Inputs, Knowledge, Outcome, Output, Report, RigFacts, Rigs, Timings, WarningView,
     alignment::view,
     convert::{convert_clip, convert_scene, into_ours},
+    edit::edited_clip,
     files::{Files, Sides, in_config, one_field, read_spec},
     pass::Pass,
     tune::Subject,
@@ -52,6 +53,8 @@ pub fn retarget_with(
     control.enter(Phase::Plan, 0);
     let Sides { spec, source, target } = files.sides(spec, knowledge, &mut reporter)?;
     let clip = files.choose_clip(&spec, &mut reporter)?;
+    let edited = edited_clip(&source, clip, &spec, control, &mut reporter)?;
+    let clip = edited.as_ref();
     let subject = Subject { source: &source, target: &target, clip, control };
     let tuning_begin = control.seconds();
     let (spec, tuning) = subject.settle(spec)?;
@@ -148,7 +151,7 @@ fn unwritable_format(format: Format) -> Failure {
         .with_hint(format!("ask for one of {}", writable.collect::<Vec<_>>().join(", ")))
 }
 
-fn write_outputs(
+pub(super) fn write_outputs(
     wanted: &[Wanted],
     target: &Rig<'_>,
     result: &Clip,

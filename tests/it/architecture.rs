@@ -10,7 +10,7 @@ use std::{
 use code::{Code, code_files};
 
 /// The modules that know no runtime, no file system, no clock and no environment.
-const PURE: [&str; 6] = ["model", "formats", "rig", "retarget", "engine", "samples"];
+const PURE: [&str; 7] = ["model", "formats", "rig", "retarget", "editing", "engine", "samples"];
 
 /// External crates, and the only modules that may name them. `main` is the binary.
 const FENCES: [(&str, &[&str]); 15] = [

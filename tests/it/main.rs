@@ -7,6 +7,7 @@ mod architecture;
 mod cli;
 mod corpus;
 mod demo;
+mod editing;
 mod explain;
 mod formats_bvh;
 mod formats_fbx;

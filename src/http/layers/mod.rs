@@ -1,7 +1,8 @@
-//! What happens around every request: ids, log lines, metrics, headers, and writing problems.
+//! What happens around every request: ids, log lines, metrics, headers, lingering, and writing problems.
 
 mod admission;
 mod headers;
+mod linger;
 mod observe;
 mod problems;
 mod request_id;
@@ -21,6 +22,7 @@ pub(super) fn wrap(router: Router<ApiState>, state: &ApiState) -> Router<ApiStat
             axum::response::IntoResponse::into_response(Problem::internal(&"a handler panicked"))
         }))
         .layer(middleware::from_fn_with_state(state.clone(), admission::bound_concurrency))
+        .layer(middleware::from_fn_with_state(state.clone(), linger::linger))
         .layer(middleware::from_fn(problems::write_problem))
         .layer(middleware::from_fn(observe::observe))
         .layer(middleware::from_fn(headers::add_security_headers))

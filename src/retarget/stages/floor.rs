@@ -19,6 +19,11 @@ use super::{
 const SHARED_METRES: f64 = 0.002;
 /// Standard deviation of the smoothing of what the pelvis follows.
 const SHIFT_SECONDS: f64 = 0.16;
+/// Standard deviation of the smoothing of what a foot is moved beyond the pelvis: a sole of three points rolls in jolts, one of
+/// flesh does not.
+const LIFT_SECONDS: f64 = 0.04;
+/// Rounds in which that smoothing is made up for where a sole is in the floor.
+const LIFT_ROUNDS: usize = 2;
 /// Seconds around a contact over which the floor begins and ceases to count.
 const HOLD_SECONDS: f64 = 0.2;
 
@@ -68,6 +73,15 @@ struct Clearance {
     target: f64,
 }
 
+/// How far a foot is moved.
+#[derive(Clone, Copy)]
+struct Lift {
+    /// Beyond the shift of the pelvis, along X so that it can be smoothed.
+    beyond: DVec3,
+    /// What it has to be moved by to stay out of the floor.
+    least: f64,
+}
+
 impl FloorStage {
     pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let width = self.feet.len();
@@ -108,23 +122,45 @@ impl FloorStage {
             let metres = (clearance.source - level) / self.source_leg;
             let far = (metres - self.op.falloff_height) / self.op.falloff_distance.max(f64::MIN_POSITIVE);
             let weight = holds[foot][frame].max(self.op.swing * (1.0 - smooth(far)));
-            let above = wanted.min(0.0) - clearance.target;
-            (wanted - clearance.target, weight, above.max(0.0))
+            // As deep as the source's at the most, and no deeper than it is.
+            let deepest = wanted.max(clearance.target).min(0.0);
+            (wanted - clearance.target, weight, deepest - clearance.target)
         };
         let wants = |foot: usize, clearance: &Clearance| wanted(foot, clearance) - clearance.target;
         let shifts = if self.op.shift_pelvis { self.shifts(&rows, work, wants) } else { vec![0.0; work.frame_count()] };
-        work.pelvis_moves.resize(work.frame_count(), DVec3::ZERO);
-        for (frame, row) in rows.chunks_exact(width.max(1)).enumerate() {
-            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
-            let shift = shifts[frame] * alpha;
-            let goals = &mut work.goals[frame * self.limb_count..(frame + 1) * self.limb_count];
-            for &limb in &self.goal_limbs {
-                let foot = self.feet.iter().position(|foot| foot.limb == limb);
-                let (wants, weight, least) = foot.map_or((0.0, 0.0, 0.0), |foot| lift(foot, frame, &row[foot]));
-                let free = shift.max(least * alpha);
-                goals[limb].position += self.ground.up * (free + (wants * alpha - free) * weight);
+        let alphas: Vec<f64> =
+            work.times.iter().enumerate().map(|(frame, time)| self.schedule.alpha_at(frame, *time)).collect();
+        for &limb in &self.goal_limbs {
+            let foot = self.feet.iter().position(|foot| foot.limb == limb);
+            let lifts: Vec<Lift> = (0..alphas.len())
+                .map(|frame| {
+                    let shift = shifts[frame] * alphas[frame];
+                    let foot = foot.map(|foot| lift(foot, frame, &rows[frame * width + foot]));
+                    let (wants, weight, lowest) = foot.unwrap_or((0.0, 0.0, f64::NEG_INFINITY));
+                    // A foot in the air goes with the pelvis, so that its leg keeps its shape, as long as it stays out of the floor.
+                    let free = shift.max(lowest * alphas[frame]);
+                    let moved = free + (wants * alphas[frame] - free) * weight;
+                    Lift { beyond: DVec3::X * (moved - shift), least: lowest * alphas[frame] - shift }
+                })
+                .collect();
+            let beyond: Vec<DVec3> = lifts.iter().map(|lift| lift.beyond).collect();
+            let mut beyond = smoothed(&beyond, work.times, LIFT_SECONDS);
+            // Smoothing takes the tips off, so what is still missing is added again, as smoothly.
+            for _ in 0..LIFT_ROUNDS {
+                let missing = |(lift, beyond): (&Lift, &DVec3)| DVec3::X * (lift.least - beyond.x).max(0.0);
+                let missing: Vec<DVec3> = lifts.iter().zip(&beyond).map(missing).collect();
+                let more = smoothed(&missing, work.times, LIFT_SECONDS);
+                beyond.iter_mut().zip(more).for_each(|(beyond, more)| *beyond += more);
             }
-            work.pelvis_moves[frame] += self.ground.up * shift;
+            let goals = work.goals.chunks_exact_mut(self.limb_count);
+            for ((goals, lift), (frame, beyond)) in goals.zip(lifts).zip(beyond.iter().enumerate()) {
+                goals[limb].position += self.ground.up * (shifts[frame] * alphas[frame] + beyond.x);
+                goals[limb].headroom = (beyond.x - lift.least).max(0.0);
+            }
+        }
+        work.pelvis_moves.resize(work.frame_count(), DVec3::ZERO);
+        for (moved, (shift, alpha)) in work.pelvis_moves.iter_mut().zip(shifts.iter().zip(&alphas)) {
+            *moved += self.ground.up * (shift * alpha);
         }
         Ok(())
     }

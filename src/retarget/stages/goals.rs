@@ -95,7 +95,8 @@ impl GoalStage {
             rotation: now.slerp(rotation, alpha),
             pole: self.pole([source_start, source_middle, source_end], [start, middle, position], rest),
             extension: if lengths > 0.0 { of_source.length() / lengths } else { 1.0 },
-            hold: 0.0,
+            span: position.distance(start),
+            ..Goal::default()
         }
     }
 

@@ -25,6 +25,9 @@ const ENDS: f64 = 0.2;
 /// Seconds over which the weight goes from one point to the next.
 const ROLL_SECONDS: f64 = 0.1;
 
+/// Seconds of a contact from which it is taken how fast its correction changes at its border.
+const SPEED_SECONDS: f64 = 0.05;
+
 /// Holds feet.
 #[derive(Clone, Debug)]
 pub(super) struct PlantStage {
@@ -201,8 +204,8 @@ impl Foot {
 fn fade(corrections: &mut [Correction], times: &[f64], before: Option<usize>, after: Option<usize>, seconds: f64) {
     let from = before.map_or(0, |last| last + 1);
     let to = after.unwrap_or(corrections.len());
-    let left = before.map_or(Correction::default(), |last| corrections[last]);
-    let next = after.map_or(Correction::default(), |first| corrections[first]);
+    let left = before.map(|last| Leaving::at(corrections, times, last, false));
+    let next = after.map(|first| Leaving::at(corrections, times, first, true));
     let gap = before.zip(after).map(|(last, first)| times[first] - times[last]);
     for frame in from..to {
         let since = before.map(|last| times[frame] - times[last]);
@@ -210,11 +213,41 @@ fn fade(corrections: &mut [Correction], times: &[f64], before: Option<usize>, af
         let share =
             |time: Option<f64>| time.map_or(0.0, |time| if seconds > 0.0 { smooth(1.0 - time / seconds) } else { 0.0 });
         let hold = share(since).max(share(until));
+        let [left, next] = [&left, &next].map(|end| end.as_ref().map_or(DVec3::ZERO, |end| end.after(times[frame])));
         let offset = match (gap, since) {
-            (Some(gap), Some(since)) if gap < 2.0 * seconds => left.offset.lerp(next.offset, smooth(since / gap)),
-            _ => left.offset * share(since) + next.offset * share(until),
+            (Some(gap), Some(since)) if gap < 2.0 * seconds => left.lerp(next, smooth(since / gap)),
+            _ => left * share(since) + next * share(until),
         };
         corrections[frame] = Correction { offset, hold };
+    }
+}
+
+/// A correction at the border of a contact, with the speed at which it changes there, so that a foot is let go without a jolt.
+struct Leaving {
+    offset: DVec3,
+    per_second: DVec3,
+    seconds: f64,
+}
+
+impl Leaving {
+    /// At the last frame of a contact, or at its first.
+    fn at(corrections: &[Correction], times: &[f64], frame: usize, is_first: bool) -> Self {
+        let is_near =
+            |other: &usize| (times[*other] - times[frame]).abs() <= SPEED_SECONDS && corrections[*other].hold >= 1.0;
+        let inside = if is_first {
+            (frame..times.len()).take_while(is_near).last()
+        } else {
+            (0..=frame).rev().take_while(is_near).last()
+        };
+        let offset = corrections[frame].offset;
+        let inside = inside.filter(|inside| *inside != frame);
+        let slope = |inside: usize| (corrections[inside].offset - offset) / (times[inside] - times[frame]);
+        Self { offset, per_second: inside.map_or(DVec3::ZERO, slope), seconds: times[frame] }
+    }
+
+    /// What it goes on to be outside of the contact.
+    fn after(&self, seconds: f64) -> DVec3 {
+        self.offset + self.per_second * (seconds - self.seconds)
     }
 }
 

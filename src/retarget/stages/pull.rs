@@ -1,6 +1,6 @@
 //! Moves the pelvis until held feet are within reach. (retargeting.md B43c.)
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use crate::{
     model::{Canceled, Transform},
@@ -17,8 +17,17 @@ use super::{
 const ROUNDS: usize = 8;
 /// Standard deviation of the smoothing over time.
 const SMOOTHING_SECONDS: f64 = 0.12;
+/// Standard deviation of the smoothing of what keeps legs in shape.
+const BALANCE_SECONDS: f64 = 0.07;
+/// How dear it is to move the pelvis at all, beside turning the bones of a leg that is bent by a right angle.
+const STIFFNESS: f64 = 0.1;
+/// Keeps straight legs from weighing more than anything.
+const LEAST_BENT: f64 = 0.03;
 /// Rounds of smoothing.
 const SMOOTH_ROUNDS: usize = 4;
+/// Share of a leg by which a foot may miss its place before the pelvis gives way: legs that are nearly straight bend by degrees for a
+/// pelvis that is lower by millimetres.
+const LEFT_TO_THE_LEG: f64 = 0.01;
 /// Feet that are held by less than this do not pull.
 const LEAST_HOLD: f64 = 0.5;
 
@@ -52,7 +61,10 @@ impl PullStage {
         let mut moves = std::mem::take(&mut work.pelvis_moves);
         moves.resize(work.frame_count(), DVec3::ZERO);
         if self.pulls {
+            let shifts = moves.clone();
+            self.balance(&mut moves, work)?;
             self.pull(&mut moves, work)?;
+            self.take_along(&moves, &shifts, work);
         }
         if moves.iter().all(|moved| *moved == DVec3::ZERO) {
             return Ok(());
@@ -69,6 +81,39 @@ impl PullStage {
         let rows = work.rows(1, || self.posing.pose(), fill)?;
         work.write(&changed, &rows);
         Ok(())
+    }
+
+    /// Adds what lets held legs keep their shape.
+    fn balance(&self, moves: &mut [DVec3], work: &Work<'_>) -> Result<(), Canceled> {
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [DVec3]| {
+            self.posing.fill(pose, &work.target, frame);
+            row[0] = self.balanced(work, pose, frame, moves[frame]);
+        };
+        let wanted = work.rows(1, || self.posing.pose(), fill)?;
+        let wanted = smoothed(&wanted, work.times, BALANCE_SECONDS);
+        moves.iter_mut().zip(wanted).for_each(|(moved, wanted)| *moved += wanted);
+        Ok(())
+    }
+
+    /// The move after which held legs are as long as they were before their feet were moved, as far as that goes for all of them.
+    ///
+    /// Minimises `Σ w (u · x − m)² + x · C · x`, with `u` from the goal to the hip, `m` what the leg is too short by, `w` how much its
+    /// bones turn when its length changes: a leg that is nearly straight bends by 8 degrees for a hundredth of its length.
+    fn balanced(&self, work: &Work<'_>, pose: &Pose, frame: usize, already: DVec3) -> DVec3 {
+        let up = self.ground.up;
+        let sideways = DMat3::IDENTITY - outer(up, up);
+        let mut matrix = (outer(up, up) + sideways * self.sideways_cost.powi(2)) * STIFFNESS;
+        let mut vector = DVec3::ZERO;
+        for leg in &self.legs {
+            let goal = &work.goals[frame * self.limb_count + leg.limb];
+            let from_goal = pose.model[leg.start].translation + already - goal.position;
+            let Some(away) = from_goal.try_normalize() else { continue };
+            let bent = 1.0 - (goal.span / leg.length).clamp(0.0, 1.0).powi(2);
+            let weight = goal.hold / (bent + LEAST_BENT);
+            matrix += outer(away, away) * weight;
+            vector += away * (weight * (goal.span - from_goal.length()));
+        }
+        matrix.inverse() * vector
     }
 
     /// Adds what makes held feet reachable, smooth over time.
@@ -98,6 +143,19 @@ impl PullStage {
         Ok(())
     }
 
+    /// Feet that are not held go where the pelvis goes, so that their legs keep their shape, as long as they stay out of the floor.
+    fn take_along(&self, moves: &[DVec3], shifts: &[DVec3], work: &mut Work<'_>) {
+        let up = self.ground.up;
+        for ((moved, shift), goals) in moves.iter().zip(shifts).zip(work.goals.chunks_exact_mut(self.limb_count)) {
+            for leg in &self.legs {
+                let goal = &mut goals[leg.limb];
+                let along = (*moved - *shift) * (1.0 - goal.hold);
+                let height = along.dot(up);
+                goal.position += along + up * (height.max(-goal.headroom) - height);
+            }
+        }
+    }
+
     /// The least move, counting sideways ones dearer, after which every held foot is within reach of its hip.
     fn least_move(&self, work: &Work<'_>, pose: &Pose, frame: usize, already: DVec3) -> DVec3 {
         let up = self.ground.up;
@@ -109,7 +167,7 @@ impl PullStage {
                 if goal.hold < LEAST_HOLD {
                     continue;
                 }
-                let reach = leg.length * goal.extension.max(leg.firm);
+                let reach = leg.length * (goal.extension.max(leg.firm) + LEFT_TO_THE_LEG);
                 let from_goal = pose.model[leg.start].translation + already + moved - goal.position;
                 let missing = from_goal.length() - reach;
                 if missing > 1e-9 * leg.length {
@@ -127,4 +185,9 @@ impl PullStage {
         }
         moved
     }
+}
+
+/// `a bᵀ`.
+fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }

@@ -37,13 +37,25 @@ pub(super) struct Goal {
     pub(super) pole: DVec3,
     /// The share of its length to which the source's limb is extended.
     pub(super) extension: f64,
+    /// How far the goal is from the limb's start as the op sets it that gives the limb its goal, before others move it.
+    pub(super) span: f64,
     /// How much the goal is one that the foot must not leave, 0 to 1.
     pub(super) hold: f64,
+    /// How far it may be lowered before the sole meets the floor, as far as that is known.
+    pub(super) headroom: f64,
 }
 
 impl Default for Goal {
     fn default() -> Self {
-        Self { position: DVec3::ZERO, rotation: DQuat::IDENTITY, pole: DVec3::ZERO, extension: 1.0, hold: 0.0 }
+        Self {
+            position: DVec3::ZERO,
+            rotation: DQuat::IDENTITY,
+            pole: DVec3::ZERO,
+            extension: 1.0,
+            span: 0.0,
+            hold: 0.0,
+            headroom: f64::INFINITY,
+        }
     }
 }
 

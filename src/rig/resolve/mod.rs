@@ -18,7 +18,7 @@ use self::{
     notes::{check_kinds, report_idle_limbs, report_loose_joints, report_rigs},
     pairs::find_pairs,
     pelvis::{resolve_pelvis, resolve_top},
-    stages::resolve_stages,
+    stages::{have_driven_leg, resolve_stages},
 };
 use super::{
     alignment::{AlignedJoint, Alignment, align},
@@ -28,7 +28,7 @@ use super::{
     mapping::{ChainPair, Mapping},
     recognition::RigKind,
     shoulder::find_shoulders,
-    spec::{Carry, FkOp, Op, PelvisOp, RetargetSpec, TranslationMode},
+    spec::{Carry, ContactsOp, FkOp, FloorOp, IkOp, Op, PelvisOp, PlantOp, RetargetSpec, TranslationMode},
     stages::Stages,
     twist::find_twists,
     understand::Rig,
@@ -56,11 +56,11 @@ pub fn resolve(
     clip: &Clip,
     reporter: &mut Reporter,
 ) -> Result<Resolved, SpecError> {
-    let ops = spec.ops.clone().unwrap_or_else(default_ops);
     check_kinds(spec, source, target)?;
     report_rigs(spec, source, target, reporter);
     let found = find_pairs(spec, source, target)?;
     let pairs = &found.pairs;
+    let ops = spec.ops.clone().unwrap_or_else(|| default_ops(source, target, pairs));
     let Alignment { rest: aligned, joints: alignment } = align(source, target, &alignable(pairs, target), spec.align);
     let carried = is_carried(&ops);
     let ours_from_plan = if carried { Axes::Z_UP_Y_FRONT.ours_from_this() } else { target.work_from_scene };
@@ -152,8 +152,19 @@ fn keep_slides(chains: &mut [ChainPair], clip: &Clip) {
     }
 }
 
-fn default_ops() -> Vec<Op> {
-    vec![Op::Pelvis(PelvisOp::default()), Op::Fk(FkOp::default())]
+/// What is done when nobody says: rotations are copied, and where legs are mapped, feet stay where they stand.
+fn default_ops(source: &Rig<'_>, target: &Rig<'_>, pairs: &[NamedPair]) -> Vec<Op> {
+    let mut ops = vec![Op::Pelvis(PelvisOp::default()), Op::Fk(FkOp::default())];
+    let is_driven = |joint: usize| pairs.iter().any(|pair| pair.target.contains(&joint));
+    if have_driven_leg(source, target, is_driven) {
+        ops.extend([
+            Op::Contacts(ContactsOp::default()),
+            Op::Ik(IkOp::default()),
+            Op::Plant(PlantOp::default()),
+            Op::Floor(FloorOp::default()),
+        ]);
+    }
+    ops
 }
 
 /// Whether chains are carried along by their parents, as ikrigretarget does it. Idle joints then keep the rest pose, as in that

@@ -174,6 +174,13 @@ fn report_order(staged: &[StagedOp], reporter: &mut Reporter) {
     }
 }
 
+/// Whether there is a leg that both rigs have and whose target joints are driven.
+pub(super) fn have_driven_leg(source: &Rig<'_>, target: &Rig<'_>, is_driven: impl Fn(usize) -> bool) -> bool {
+    let legs = Limb::ALL.into_iter().filter(|limb| limb.is_leg());
+    let mut targets = legs.filter_map(|limb| find_limb(limb, source, target)).map(|pair| pair.target);
+    targets.any(|leg| [leg.start, leg.middle].into_iter().all(&is_driven))
+}
+
 /// A limb of which both rigs have start, middle and end.
 fn find_limb(limb: Limb, source: &Rig<'_>, target: &Rig<'_>) -> Option<LimbPair> {
     let unit = source.unit_metres / target.unit_metres;

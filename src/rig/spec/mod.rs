@@ -1,6 +1,7 @@
 //! The retarget spec: the one document in which a user says what is to be done. Every field is optional; `{}` means find
 //! everything out. The doc comments here are the reference: the JSON Schema, the API document and the README take them over.
 
+mod edit;
 mod map;
 mod ops;
 mod output;
@@ -9,6 +10,10 @@ mod report;
 mod rig;
 mod tune;
 
+pub use edit::{
+    EditSpec, FractionRange, FrameRange, HoldSpec, InterpolationSpec, LoopRoot, LoopSpec, MirrorChoice, MirrorPlane,
+    MirrorSpec, RangeSpec,
+};
 pub use map::{ChainMap, RotationMode, TranslationMode};
 pub use ops::{
     AdditivePoseOp, Alpha, ArmSpacingOp, Carry, ContactFloor, ContactFloorRule, ContactsOp, CopyBasePoseOp, FilterKind,
@@ -49,9 +54,13 @@ pub struct RetargetSpec {
     /// the pose is taken from it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pose: Option<PoseSpec>,
-    /// What is done, in this order. Default: `pelvis`, then `fk`.
+    /// What is done, in this order. Default: `pelvis` and `fk`; where legs are mapped, then `contacts`, `ik`, `plant` and `floor`, so
+    /// that feet stay where they stand.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ops: Option<Vec<Op>>,
+    /// Edits of the clip: its time, its seams, its sides.
+    #[serde(skip_serializing_if = "is_default")]
+    pub edit: EditSpec,
     /// What comes out: one output or a list. Default: GLB with everything of the target.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub output: Option<OutputChoice>,
@@ -97,4 +106,8 @@ pub enum Align {
 #[must_use]
 pub fn spec_schema() -> serde_json::Value {
     schemars::schema_for!(RetargetSpec).to_value()
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }

@@ -190,6 +190,27 @@ async fn a_slow_upload_times_out_and_leaves_nothing() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn who_is_refused_while_sending_hears_why() {
+    const BODY: usize = 4 << 20;
+    let service = Service::start(&[]).await;
+    let mut stream = tokio::net::TcpStream::connect(service.address()).await.expect("connects");
+    for attempt in ["first", "second on the same connection"] {
+        let head = format!("POST /v1/poses?to=x HTTP/1.1\r\nhost: x\r\ncontent-length: {BODY}\r\n\r\n");
+        stream.write_all(head.as_bytes()).await.expect("writes the head");
+        let chunk = vec![b'x'; 64 << 10];
+        for _ in 0..BODY / chunk.len() {
+            stream.write_all(&chunk).await.expect("writes the body, which is refused, to its end");
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+        let mut answer = vec![0; 4 << 10];
+        let read = stream.read(&mut answer).await.expect("an answer");
+        let answer = String::from_utf8_lossy(&answer[..read]);
+        assert!(answer.starts_with("HTTP/1.1 400") && answer.contains("malformed_request"), "{attempt}: {answer}");
+    }
+    service.stop().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_drain_lets_those_who_wait_go() {
     let service = Service::start(&[("grace_period", "0s"), ("drain_delay", "1s")]).await;
     let asset = service.upload(BVH).await;

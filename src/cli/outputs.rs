@@ -1,0 +1,123 @@
+//! Results: which formats they are asked for in, where they go, and what is said about them.
+
+use std::path::{Path, PathBuf};
+
+use crate::{
+    engine::{self, Outcome},
+    formats::Format,
+    model::Control,
+};
+
+use super::{
+    exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED, one_line, say, to_json},
+    files::{StagedFiles, check_place},
+};
+
+/// The formats that output files ask for, in their order, and each once.
+pub(super) struct WantedFormats {
+    pub(super) of_each: Vec<Format>,
+    pub(super) distinct: Vec<Format>,
+}
+
+impl WantedFormats {
+    /// By the endings of the files' names.
+    pub(super) fn of(outputs: &[PathBuf]) -> Result<Self, Exit> {
+        let of_each = outputs.iter().map(|path| output_format(path)).collect::<Result<Vec<_>, _>>()?;
+        // What is asked for twice in the same format is made once.
+        let mut distinct: Vec<Format> = Vec::new();
+        for format in &of_each {
+            if !distinct.contains(format) {
+                distinct.push(*format);
+            }
+        }
+        Ok(Self { of_each, distinct })
+    }
+}
+
+/// Puts all results in their places, or none.
+pub(super) fn write_results(
+    outcome: &Outcome,
+    outputs: &[PathBuf],
+    formats: &WantedFormats,
+    report: Option<&PathBuf>,
+    control: &Control,
+) -> Result<(), Exit> {
+    let mut staged = StagedFiles::default();
+    for (path, format) in outputs.iter().zip(&formats.of_each) {
+        let output = outcome.outputs.iter().find(|output| output.format == *format).ok_or_else(|| {
+            let message = format!("the engine gave no output of the format {}", format.info().name);
+            Exit::new(FAILED, message, "this is a bug; please report it")
+        })?;
+        staged.add(path, &output.bytes)?;
+    }
+    if let Some(path) = report {
+        staged.add(path, &report_file(outcome, path)?)?;
+    }
+    // The last look at Ctrl-C: from here on the result is put in place as a whole.
+    control.check().map_err(|canceled| Exit::from_failure(&canceled.into(), ""))?;
+    staged.commit()
+}
+
+/// Refuses results with warnings where the user wants none.
+pub(super) fn check_strict(strict: bool, outcome: &Outcome) -> Result<(), Exit> {
+    if !strict || outcome.report.warnings.is_empty() {
+        return Ok(());
+    }
+    let message = format!("--strict: there are {} warnings, so nothing was written", outcome.report.warnings.len());
+    Err(Exit::new(INPUT_REFUSED, message, "mend what the warnings name, or leave out --strict"))
+}
+
+/// The format that a file name's ending stands for, where it can be written.
+pub(super) fn output_format(path: &Path) -> Result<Format, Exit> {
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let writable: Vec<String> = Format::ALL
+        .iter()
+        .filter(|format| format.info().writes)
+        .flat_map(|format| format.info().endings)
+        .map(|ending| format!(".{ending}"))
+        .collect();
+    let hint = format!("use one of {}", writable.join(" "));
+    match Format::from_file_name(&name) {
+        Some(format) if format.info().writes => Ok(format),
+        Some(format) => {
+            let message = format!("output {}: {} is read but not written", path.display(), format.info().description);
+            Err(Exit::new(BAD_USAGE, message, hint))
+        }
+        None => Err(Exit::new(BAD_USAGE, format!("output {}: the ending stands for no format", path.display()), hint)),
+    }
+}
+
+/// Finds out before the work whether its results have a place to go.
+pub(super) fn check_places(outputs: &[PathBuf], report: Option<&PathBuf>) -> Result<(), Exit> {
+    let places: Vec<&PathBuf> = outputs.iter().chain(report).collect();
+    for (index, path) in places.iter().enumerate() {
+        if places[..index].contains(path) {
+            let message = format!("output {}: the same file is named twice", path.display());
+            return Err(Exit::new(BAD_USAGE, message, "give every output a name of its own"));
+        }
+        check_place(path)?;
+    }
+    Ok(())
+}
+
+/// The report, and the spec that makes the same result again; as a page where the ending asks for one.
+fn report_file(outcome: &Outcome, path: &Path) -> Result<Vec<u8>, Exit> {
+    let failed = |error: serde_json::Error| Exit::new(FAILED, format!("the report cannot be written: {error}"), "");
+    let mut report = serde_json::to_value(&outcome.report).map_err(failed)?;
+    if let Some(members) = report.as_object_mut() {
+        members.insert("resolved_spec".into(), outcome.resolved_spec.clone());
+    }
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    if matches!(ending.as_deref(), Some("html" | "htm")) {
+        return Ok(engine::report_page(&report).into_bytes());
+    }
+    Ok(to_json(&report)?.into_bytes())
+}
+
+pub(super) fn tell_warnings(outcome: &Outcome) {
+    for warning in &outcome.report.warnings {
+        let place = if warning.place.is_empty() { String::new() } else { format!("{}: ", warning.place) };
+        let hint = if warning.hint.is_empty() { String::new() } else { format!(" ({})", warning.hint) };
+        say(format_args!("warning: {}: {}", warning.code, one_line(&format!("{place}{}{hint}", warning.detail))));
+    }
+}

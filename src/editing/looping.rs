@@ -1,0 +1,158 @@
+//! A clip that flows into itself, and repeats.
+
+use glam::{DQuat, DVec3, Quat, Vec3};
+
+use crate::{
+    model::{Clip, JointTracks, Skeleton, Track},
+    rig::{LoopRoot, LoopSpec},
+};
+
+use super::error::EditError;
+
+/// Where the end of the clip lies, seen from its start: a turn about the vertical and a level way.
+#[derive(Clone, Copy)]
+struct Travel {
+    turn: DQuat,
+    way: DVec3,
+}
+
+impl Travel {
+    const NONE: Self = Self { turn: DQuat::IDENTITY, way: DVec3::ZERO };
+
+    /// From the joint that carries the figure; `up` in its parent's space.
+    fn of(tracks: &JointTracks, up: DVec3) -> Self {
+        let ends = |values: &[Vec3]| (values[0].as_dvec3(), values[values.len() - 1].as_dvec3());
+        let Track::Sampled(positions) = &tracks.translation else { return Self::NONE };
+        let (start, end) = ends(positions);
+        let turn = match &tracks.rotation {
+            Track::Sampled(rotations) => {
+                let (first, last) = (rotations[0].as_dquat(), rotations[rotations.len() - 1].as_dquat());
+                twist_about((last * first.conjugate()).normalize(), up)
+            }
+            Track::Rest | Track::Constant(_) => DQuat::IDENTITY,
+        };
+        let way = end - turn * start;
+        Self { turn, way: way - up * way.dot(up) }
+    }
+
+    fn then(self, next: Self) -> Self {
+        Self { turn: (self.turn * next.turn).normalize(), way: self.way + self.turn * next.way }
+    }
+}
+
+/// The part of a rotation that turns about an axis; none for a rotation by half a turn about an axis square to it.
+fn twist_about(rotation: DQuat, axis: DVec3) -> DQuat {
+    let along = DVec3::new(rotation.x, rotation.y, rotation.z).dot(axis);
+    let twist = DQuat::from_xyzw(axis.x * along, axis.y * along, axis.z * along, rotation.w);
+    if twist.length_squared() < 1e-24 { DQuat::IDENTITY } else { twist.normalize() }
+}
+
+/// Bends the last `blend_seconds` toward the first frame, and plays the clip `times` times. The last frame of one pass is the first of the
+/// next; it is there once.
+///
+/// Joints without animated translation keep theirs. Where the root travels, each pass begins where and in the direction that the one
+/// before ended; heights and tilts flow into those of the start.
+pub(super) fn make_loop(clip: &Clip, skeleton: &Skeleton, up: DVec3, rule: &LoopSpec) -> Result<Clip, EditError> {
+    let frames = clip.frame_count();
+    let duration = clip.duration_seconds();
+    if frames < 2 || duration <= 0.0 {
+        let detail = "a clip of a single frame cannot be looped";
+        return Err(EditError::new("loop", detail, "leave 'loop' out, or take a longer range"));
+    }
+    let carrier = carrier(clip);
+    let travel = match rule.root {
+        LoopRoot::Restart => Travel::NONE,
+        LoopRoot::Travel => carrier.map_or(Travel::NONE, |joint| {
+            Travel::of(&clip.joints()[joint], rotation_above(clip, skeleton, joint).conjugate() * up)
+        }),
+    };
+    let start = clip.times_seconds()[0];
+    let weights: Vec<f64> = clip
+        .times_seconds()
+        .iter()
+        .map(|time| {
+            let left = duration - (time - start);
+            if rule.blend_seconds > left { smooth(1.0 - left / rule.blend_seconds.min(duration)) } else { 0.0 }
+        })
+        .collect();
+    let times = rule.times as usize;
+    let count = (frames - 1) * times + 1;
+    let mut key_times = Vec::with_capacity(count);
+    for pass in 0..times {
+        let skip = usize::from(pass > 0);
+        key_times.extend(clip.times_seconds()[skip..].iter().map(|time| time - start + pass as f64 * duration));
+    }
+    let passes: Vec<Travel> =
+        std::iter::successors(Some(Travel::NONE), |before| Some(before.then(travel))).take(times).collect();
+    let joints = clip.joints().iter().enumerate().map(|(joint, tracks)| {
+        let (own, passes) = if carrier == Some(joint) { (travel, Some(&passes)) } else { (Travel::NONE, None) };
+        JointTracks {
+            translation: repeat(&tracks.translation, times, |values, frame, pass| {
+                let (first, last) = (values[0].as_dvec3(), values[frames - 1].as_dvec3());
+                let missing = own.turn * first + own.way - last;
+                let value = values[frame].as_dvec3() + missing * weights[frame];
+                passes.map_or(value, |passes| passes[pass].turn * value + passes[pass].way).as_vec3()
+            }),
+            rotation: repeat(&tracks.rotation, times, |values, frame, pass| {
+                if weights[frame] == 0.0 && (pass == 0 || passes.is_none()) {
+                    return values[frame];
+                }
+                let (first, last) = (values[0].as_dquat(), values[frames - 1].as_dquat());
+                let missing = ((own.turn * first) * last.conjugate()).normalize();
+                let bend = DQuat::IDENTITY.slerp(missing, weights[frame]);
+                let value = bend * values[frame].as_dquat();
+                passes.map_or(value, |passes| passes[pass].turn * value).normalize().as_quat()
+            }),
+            scale: repeat(&tracks.scale, times, |values, frame, _| {
+                values[frame] + (values[0] - values[frames - 1]) * weights[frame] as f32
+            }),
+        }
+    });
+    let mut joints: Vec<JointTracks> = joints.collect();
+    for tracks in &mut joints {
+        keep_hemisphere(&mut tracks.rotation);
+    }
+    Ok(Clip::new(clip.name().to_owned(), key_times, joints)?)
+}
+
+/// The first joint whose place is animated. Parents come before children, so it is the one that moves the figure.
+fn carrier(clip: &Clip) -> Option<usize> {
+    let moves = |track: &Track<Vec3>| match track {
+        Track::Sampled(values) => values.iter().any(|value| *value != values[0]),
+        Track::Rest | Track::Constant(_) => false,
+    };
+    clip.joints().iter().position(|tracks| moves(&tracks.translation))
+}
+
+/// How the space that a joint's tracks are in lies in model space, where the joints above stand still.
+fn rotation_above(clip: &Clip, skeleton: &Skeleton, joint: usize) -> DQuat {
+    let mut rotation = DQuat::IDENTITY;
+    let mut above = skeleton.parent(joint);
+    while let Some(parent) = above {
+        let rest = skeleton.joints()[parent].rest.rotation;
+        let local = clip.joints()[parent].rotation.at(0, rest.as_quat()).as_dquat();
+        rotation = local * rotation;
+        above = skeleton.parent(parent);
+    }
+    rotation.normalize()
+}
+
+fn smooth(share: f64) -> f64 {
+    let share = share.clamp(0.0, 1.0);
+    share * share * (3.0 - 2.0 * share)
+}
+
+fn repeat<T: Copy>(track: &Track<T>, times: usize, value: impl Fn(&[T], usize, usize) -> T) -> Track<T> {
+    let Track::Sampled(values) = track else { return track.clone() };
+    let passes = (0..times).flat_map(|pass| (usize::from(pass > 0)..values.len()).map(move |frame| (pass, frame)));
+    Track::Sampled(passes.map(|(pass, frame)| value(values, frame, pass)).collect())
+}
+
+fn keep_hemisphere(track: &mut Track<Quat>) {
+    let Track::Sampled(values) = track else { return };
+    for index in 1..values.len() {
+        if values[index].dot(values[index - 1]) < 0.0 {
+            values[index] = -values[index];
+        }
+    }
+}

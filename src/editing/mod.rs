@@ -1,0 +1,15 @@
+//! Edits of a clip, with or without a retarget around them: its time, its seams, its sides.
+//!
+//! Every edit is a function from a clip to a clip; none changes a skeleton. Knows no file format and no retarget.
+
+mod error;
+mod looping;
+mod mirror;
+mod sampling;
+mod schedule;
+mod time;
+mod warp;
+
+pub use error::EditError;
+pub use mirror::{Mirror, Twins};
+pub use time::{TimeEditError, edit_time};

@@ -1,0 +1,204 @@
+//! Editing a clip: before a retarget, and without one.
+
+use std::borrow::Cow;
+
+use crate::{
+    editing::{EditError, Mirror, TimeEditError, edit_time},
+    formats::Limits,
+    model::{Clip, Control, JointTracks, Phase, Reporter, Scene},
+    rig::{MirrorSpec, RetargetSpec, Rig, RigSpec, SpecError, SpecErrorKind, SpecField},
+};
+
+use super::{
+    Counts, EditInputs, Failure, FailureCode, Knowledge, Outcome, Report, Rigs, Timings, WarningView,
+    files::{chosen_clip, in_config, in_config_or, read_spec},
+    load::load,
+    mixups,
+    retarget::{facts, joint_count, strict_failure, wanted_outputs, write_outputs},
+};
+
+/// Above this share of the figure's size, a rig whose two halves differ is worth a word.
+const ASYMMETRY_WORTH_A_WORD: f64 = 0.02;
+
+/// Edits one clip of a file and writes it back onto the file's own skeleton, mesh and all where the format has them.
+///
+/// `rest` is the rig in its rest pose, where the file does not hold it; `formats` are the ones that the caller wants, and win over the
+/// spec's `output`. The spec's `source` tells of the rig; `target`, `map` and `ops` have nothing to say here and are warned of.
+///
+/// # Errors
+/// When the file cannot be read, has no animation, the spec does not fit, or the work is canceled.
+pub fn edit(inputs: &EditInputs<'_>, limits: &Limits, control: &Control) -> Result<Outcome, Failure> {
+    edit_with(inputs, &Knowledge::default(), limits, control)
+}
+
+/// Edits, with what is known of rigs beside what the program comes with.
+///
+/// # Errors
+/// As [`edit`].
+pub fn edit_with(
+    inputs: &EditInputs<'_>,
+    knowledge: &Knowledge,
+    limits: &Limits,
+    control: &Control,
+) -> Result<Outcome, Failure> {
+    let begin = control.seconds();
+    let mut reporter = Reporter::new();
+    control.enter(Phase::Read, 0);
+    let spec = read_spec(inputs.config)?;
+    let wanted = wanted_outputs(&spec, inputs.formats)?;
+    let loaded = load(inputs.source, "source", limits, control, &mut reporter)?;
+    let rest = inputs.source_rest.map(|file| load(file, "source_rest", limits, control, &mut reporter)).transpose()?;
+    let read_seconds = control.seconds() - begin;
+
+    let planning = control.seconds();
+    control.enter(Phase::Plan, 0);
+    report_idle_fields(&spec, &mut reporter);
+    let rest: Option<&Scene> = rest.as_ref().map(|loaded| &loaded.scene);
+    let rig = Rig::with_templates("source", &loaded.scene, rest, &spec.source, knowledge.rigs(), &mut reporter)
+        .map_err(|error| in_config_or(error, "source"))?;
+    let clip = chosen_clip(&spec, &loaded.scene, &mut reporter, || mixups::nothing_moves(&loaded.scene))?;
+    let plan_seconds = control.seconds() - planning;
+
+    let editing = control.seconds();
+    control.enter(Phase::Retarget, clip.frame_count() as u64);
+    let edited = edited_clip(&rig, clip, &spec, control, &mut reporter)?;
+    let retarget_seconds = control.seconds() - editing;
+
+    let writing = control.seconds();
+    control.enter(Phase::Write, wanted.len() as u64);
+    let resolved_spec = serde_json::to_value(&spec)
+        .map_err(|error| Failure::new(FailureCode::Internal, format!("the resolved spec: {error}")))?;
+    let outputs = write_outputs(&wanted, &rig, &edited, &resolved_spec, control, &mut reporter)?;
+    let warnings: Vec<WarningView> = reporter.into_warnings().into_iter().map(WarningView::from).collect();
+    if spec.strict && !warnings.is_empty() {
+        return Err(strict_failure(&warnings));
+    }
+    let joints = joint_count(&loaded.scene);
+    let animated = |tracks: &&JointTracks| {
+        tracks.rotation.is_animated() || tracks.translation.is_animated() || tracks.scale.is_animated()
+    };
+    let driven_joints = edited.joints().iter().filter(animated).count();
+    let facts = facts(&rig, loaded.format);
+    let report = Report {
+        timings: Timings {
+            read_seconds,
+            plan_seconds,
+            retarget_seconds,
+            write_seconds: control.seconds() - writing,
+            total_seconds: control.seconds() - begin,
+            ..Timings::default()
+        },
+        counts: Counts { frames: edited.frame_count(), source_joints: joints, target_joints: joints, driven_joints },
+        warnings,
+        rigs: Rigs { source: facts.clone(), target: facts },
+        ..Report::default()
+    };
+    Ok(Outcome { outputs, report, resolved_spec })
+}
+
+/// Fields of the spec that only a retarget can heed.
+fn report_idle_fields(spec: &RetargetSpec, reporter: &mut Reporter) {
+    let idle =
+        [("target", spec.target != RigSpec::default()), ("map", spec.map.is_some()), ("ops", spec.ops.is_some())];
+    for (field, _) in idle.into_iter().filter(|(_, given)| *given) {
+        reporter.warn(
+            "field_without_effect",
+            format!("/{field}"),
+            format!("'{field}' says how one rig drives another, and this job edits one file only"),
+            "leave it out, or retarget onto a target",
+        );
+    }
+}
+
+/// The clip as the spec wants it; the clip itself where it asks for nothing.
+pub(super) fn edited_clip<'a>(
+    rig: &Rig<'_>,
+    clip: &'a Clip,
+    spec: &RetargetSpec,
+    control: &Control,
+    reporter: &mut Reporter,
+) -> Result<Cow<'a, Clip>, Failure> {
+    let mut edited = Cow::Borrowed(clip);
+    if !spec.edit.keeps_time() {
+        let timed = edit_time(clip, rig.skeleton(), rig.up(), &spec.edit, control).map_err(time_failure)?;
+        edited = Cow::Owned(timed);
+    }
+    if let Some(mirror) = spec.edit.mirror.details() {
+        edited = Cow::Owned(mirrored(rig, &edited, &mirror, reporter)?);
+    }
+    Ok(edited)
+}
+
+fn mirrored(rig: &Rig<'_>, clip: &Clip, spec: &MirrorSpec, reporter: &mut Reporter) -> Result<Clip, Failure> {
+    let mut pairs = Vec::with_capacity(spec.pairs.len());
+    let mut fields = Vec::new();
+    for (index, names) in spec.pairs.iter().enumerate() {
+        let found = [0, 1].map(|end| rig.joint(&names[end], &format!("/edit/mirror/pairs/{index}/{end}")));
+        match found {
+            [Ok(first), Ok(second)] => pairs.push((first, second)),
+            [first, second] => fields.extend([first.err(), second.err()].into_iter().flatten()),
+        }
+    }
+    if let Some(error) = SpecError::from_fields(fields) {
+        return Err(in_config(error));
+    }
+    let mirror = Mirror::new(rig, &pairs);
+    report_asymmetry(rig, &mirror, clip, reporter);
+    mirror
+        .apply(clip, spec.plane)
+        .map_err(|error| Failure::new(FailureCode::AssetMalformed, error.to_string()).in_part(rig.name))
+}
+
+/// Says where the two halves of a rig differ, since the mirrored motion differs there too.
+fn report_asymmetry(rig: &Rig<'_>, mirror: &Mirror<'_>, clip: &Clip, reporter: &mut Reporter) {
+    let twins = mirror.twins();
+    let skeleton = rig.skeleton();
+    if let Some((joint, share)) = twins.asymmetry.filter(|(_, share)| *share > ASYMMETRY_WORTH_A_WORD) {
+        reporter.warn(
+            "mirror_asymmetric_rest",
+            rig.name,
+            format!(
+                "the rest pose is not symmetric: '{}' is {:.1} % of the figure's size from where the mirror image of '{}' is",
+                skeleton.label(joint),
+                share * 100.0,
+                skeleton.label(twins.of(joint))
+            ),
+            "the mirrored motion is right as a turn from the rest pose; give a symmetric rest pose for mirrored positions",
+        );
+    }
+    let moves = |joint: &&usize| {
+        let tracks = &clip.joints()[**joint];
+        tracks.rotation.is_animated() || tracks.translation.is_animated()
+    };
+    let lonely: Vec<String> =
+        twins.lonely.iter().filter(moves).map(|joint| format!("'{}'", skeleton.label(*joint))).collect();
+    if !lonely.is_empty() {
+        reporter.warn(
+            "mirror_without_twin",
+            rig.name,
+            format!(
+                "{} animated joints have no mirror image: {}; each mirrors its own motion",
+                lonely.len(),
+                first_few(&lonely)
+            ),
+            "name the pairs in edit.mirror.pairs",
+        );
+    }
+}
+
+fn first_few(names: &[String]) -> String {
+    const MOST: usize = 8;
+    let shown = names[..names.len().min(MOST)].join(", ");
+    if names.len() > MOST { format!("{shown} and {} more", names.len() - MOST) } else { shown }
+}
+
+fn time_failure(error: TimeEditError) -> Failure {
+    match error {
+        TimeEditError::Canceled(canceled) => canceled.into(),
+        TimeEditError::Edit(EditError { pointer, detail, hint }) => {
+            let fallback = SpecError::new(SpecErrorKind::InvalidValue, detail.clone(), "");
+            let field = SpecField::new(SpecErrorKind::InvalidValue, pointer, detail);
+            in_config(SpecError { hint, ..SpecError::from_fields(vec![field]).unwrap_or(fallback) })
+        }
+    }
+}

@@ -1,0 +1,225 @@
+//! Edits of the clip around a retarget, or without one.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Edits of the clip. Whatever order they are written in, they are done in this one: `range`, `every`, `warp`, `speed`, `reverse`,
+/// `ping_pong`, `loop`, `hold`, `fps`, `start_seconds`, and last `mirror`. Without any of them the clip keeps its own key times.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct EditSpec {
+    /// The part of the clip that is used: `[start, end]` in seconds of the clip's own key times, `{"frames": [first, last]}` counted
+    /// from 0, or `{"fraction": [0.25, 1]}`. Both ends belong to it; where an end lies between keys, a frame is put there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range: Option<RangeSpec>,
+    /// Only every n-th frame is kept, from the first on, and the last one. 1 to 10000.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 10000))]
+    pub every: Option<u32>,
+    /// Time warp: pairs `[clip seconds, new seconds]`, both rising, counted from the start of the range. Between them time runs
+    /// along a smooth curve that never turns back; outside them at its own speed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub warp: Option<Vec<[f64; 2]>>,
+    /// How much faster than in the file. 0.001 to 1000; default 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.001, max = 1000.0))]
+    pub speed: Option<f64>,
+    /// Plays backward.
+    pub reverse: bool,
+    /// Plays forward, then backward; the turning frame is there once.
+    pub ping_pong: bool,
+    /// Makes the end flow into the start, and repeats.
+    #[serde(rename = "loop", skip_serializing_if = "Option::is_none")]
+    pub make_loop: Option<LoopSpec>,
+    /// Stands still before and after.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hold: Option<HoldSpec>,
+    /// Uniform frames: duration times fps, rounded, plus one; frame k lies at k / fps, and the last shows the end of the clip. Going
+    /// to less than half the rate, the motion between frames is averaged. 0.01 to 1000.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.01, max = 1000.0))]
+    pub fps: Option<f64>,
+    /// How values between keys are found, for `fps` and the ends of `range`.
+    pub interpolation: InterpolationSpec,
+    /// Time of the first frame. Default: 0 where any edit of time is asked for, else as in the file. −1000000 to 1000000.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = -1_000_000.0, max = 1_000_000.0))]
+    pub start_seconds: Option<f64>,
+    /// Swaps left and right: `true`, or an object for more say.
+    #[serde(skip_serializing_if = "MirrorChoice::is_off")]
+    pub mirror: MirrorChoice,
+}
+
+impl EditSpec {
+    /// Whether time stays as it is.
+    #[must_use]
+    pub fn keeps_time(&self) -> bool {
+        let Self {
+            range,
+            every,
+            warp,
+            speed,
+            reverse,
+            ping_pong,
+            make_loop,
+            hold,
+            fps,
+            interpolation: _,
+            start_seconds,
+            mirror: _,
+        } = self;
+        range.is_none()
+            && every.is_none()
+            && warp.is_none()
+            && speed.is_none()
+            && !reverse
+            && !ping_pong
+            && make_loop.is_none()
+            && hold.is_none()
+            && fps.is_none()
+            && start_seconds.is_none()
+    }
+}
+
+/// A part of a clip; both ends belong to it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "expected [start, end] in seconds, {\"frames\": [first, last]} or {\"fraction\": [start, end]}"
+)]
+pub enum RangeSpec {
+    /// In seconds of the clip's own key times.
+    Seconds([f64; 2]),
+    /// In frames from 0.
+    Frames(FrameRange),
+    /// In fractions of the clip's duration, 0 to 1.
+    Fraction(FractionRange),
+}
+
+/// Frames from 0; both belong to it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FrameRange {
+    /// First and last.
+    pub frames: [usize; 2],
+}
+
+/// Fractions of the duration.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FractionRange {
+    /// Start and end, 0 to 1.
+    pub fraction: [f64; 2],
+}
+
+/// Makes the end flow into the start, and repeats.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LoopSpec {
+    /// How often the clip is played. 1 to 1000.
+    #[schemars(range(min = 1, max = 1000))]
+    pub times: u32,
+    /// Over how much of its end the clip is bent toward its start; 0 leaves the seam as it is. Seconds, at least 0.
+    #[schemars(range(min = 0.0, max = 1_000_000.0))]
+    pub blend_seconds: f64,
+    /// Where the character goes on from.
+    pub root: LoopRoot,
+}
+
+impl Default for LoopSpec {
+    fn default() -> Self {
+        Self { times: 1, blend_seconds: 0.2, root: LoopRoot::default() }
+    }
+}
+
+/// Where a repeated clip goes on from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LoopRoot {
+    /// From where and in the direction it ended: a walk walks on.
+    #[default]
+    Travel,
+    /// From where it began.
+    Restart,
+}
+
+/// Stands still before and after.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct HoldSpec {
+    /// Seconds before the first frame. 0 to 100000.
+    #[schemars(range(min = 0.0, max = 100_000.0))]
+    pub before_seconds: f64,
+    /// Seconds after the last frame. 0 to 100000.
+    #[schemars(range(min = 0.0, max = 100_000.0))]
+    pub after_seconds: f64,
+}
+
+/// How values between keys are found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum InterpolationSpec {
+    /// Straight; rotations the short way at constant speed.
+    #[default]
+    Linear,
+    /// Along a smooth curve through the keys (Catmull–Rom).
+    Cubic,
+}
+
+/// Whether left and right are swapped.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected true, false or an object")]
+pub enum MirrorChoice {
+    /// Yes, or no.
+    Switch(bool),
+    /// Yes, in this way.
+    Details(MirrorSpec),
+}
+
+impl Default for MirrorChoice {
+    fn default() -> Self {
+        Self::Switch(false)
+    }
+}
+
+impl MirrorChoice {
+    /// Whether nothing is mirrored.
+    #[must_use]
+    pub const fn is_off(&self) -> bool {
+        matches!(self, Self::Switch(false))
+    }
+
+    /// In which way, where something is.
+    #[must_use]
+    pub fn details(&self) -> Option<MirrorSpec> {
+        match self {
+            Self::Switch(false) => None,
+            Self::Switch(true) => Some(MirrorSpec::default()),
+            Self::Details(details) => Some(details.clone()),
+        }
+    }
+}
+
+/// How left and right are swapped.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct MirrorSpec {
+    /// The plane that the character's path is mirrored on.
+    pub plane: MirrorPlane,
+    /// Joints that belong together beyond those found by roles, names and places: pairs of joint names. A joint paired with itself
+    /// is on the middle plane.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub pairs: Vec<[String; 2]>,
+}
+
+/// The plane that a character's path is mirrored on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MirrorPlane {
+    /// The middle plane of the rest pose: what was to the left of where the rig was built is then to its right.
+    #[default]
+    Rest,
+    /// The upright plane through the pelvis of the first frame, along the direction that the body faces there: the character starts
+    /// where it did.
+    Start,
+}

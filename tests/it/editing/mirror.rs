@@ -1,0 +1,169 @@
+//! Swapping left and right.
+
+use glam::{DQuat, DVec3, Quat, Vec3};
+use retargetd::{
+    editing::Mirror,
+    model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
+    retarget::{Plan, run},
+    rig::{MirrorPlane, Resolved, RetargetSpec, Rig, resolve},
+    samples,
+};
+
+use super::real_clips;
+
+/// Every joint's own axes turned at random; where joints are does not change.
+fn with_other_axes(scene: &Scene, seed: u64) -> Scene {
+    let mut state = seed;
+    let mut random = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    };
+    let turns: Vec<DQuat> = (0..scene.skeleton.len())
+        .map(|_| DQuat::from_xyzw(random(), random(), random(), random() + 1e-3).normalize())
+        .collect();
+    let above = |parent: Option<usize>| parent.map_or(DQuat::IDENTITY, |parent| turns[parent].conjugate());
+    let joints = scene.skeleton.joints().iter().enumerate().map(|(index, joint)| Joint {
+        rest: Transform {
+            translation: above(joint.parent) * joint.rest.translation,
+            rotation: above(joint.parent) * joint.rest.rotation * turns[index],
+            scale: joint.rest.scale,
+        },
+        ..joint.clone()
+    });
+    let clips = scene.clips.iter().map(|clip| {
+        let tracks = clip.joints().iter().enumerate().map(|(index, tracks)| {
+            let parent = above(scene.skeleton.parent(index));
+            let place = |value: &Vec3| (parent * value.as_dvec3()).as_vec3();
+            let turn = |value: &Quat| (parent * value.as_dquat() * turns[index]).normalize().as_quat();
+            JointTracks {
+                translation: map(&tracks.translation, place),
+                rotation: map(&tracks.rotation, turn),
+                scale: Track::Rest,
+            }
+        });
+        Clip::new(clip.name().into(), clip.times_seconds().to_vec(), tracks.collect()).expect("a clip")
+    });
+    Scene {
+        clips: clips.collect(),
+        skeleton: Skeleton::new(joints.collect()).expect("a skeleton"),
+        axes: scene.axes,
+        unit_metres: scene.unit_metres,
+        ..Scene::default()
+    }
+}
+
+fn map<T: Copy>(track: &Track<T>, change: impl Fn(&T) -> T) -> Track<T> {
+    match track {
+        Track::Rest => Track::Rest,
+        Track::Constant(value) => Track::Constant(change(value)),
+        Track::Sampled(values) => Track::Sampled(values.iter().map(change).collect()),
+    }
+}
+
+fn rig(scene: &Scene) -> Rig<'_> {
+    Rig::new("source", scene, None, &RetargetSpec::default().source, &mut Reporter::new()).expect("a rig")
+}
+
+fn mirrored(scene: &Scene, clip: &Clip, plane: MirrorPlane) -> Clip {
+    Mirror::new(&rig(scene), &[]).apply(clip, plane).expect("a clip")
+}
+
+fn places(scene: &Scene, clip: &Clip, frame: usize) -> Vec<DVec3> {
+    let pose = clip.local_pose(&scene.skeleton, frame).to_model(&scene.skeleton);
+    pose.transforms().iter().map(|transform| transform.translation).collect()
+}
+
+fn assert_same_places(scene: &Scene, ours: &Clip, expected: &Clip, most: f64, what: &str) {
+    assert_eq!(ours.frame_count(), expected.frame_count(), "{what}: frames");
+    let worst = (0..ours.frame_count())
+        .flat_map(|frame| places(scene, ours, frame).into_iter().zip(places(scene, expected, frame)))
+        .map(|(ours, expected)| ours.distance(expected))
+        .fold(0.0, f64::max);
+    assert!(worst <= most, "{what}: places differ by {worst}, at most {most}");
+}
+
+#[test]
+fn places_mirror_whatever_the_axes_are() {
+    let plain = samples::walk_scene();
+    for seed in 1..5 {
+        let scene = with_other_axes(&plain, seed);
+        let rig = rig(&scene);
+        let mirror = Mirror::new(&rig, &[]);
+        assert!(mirror.twins().lonely.is_empty(), "everyone has a twin: {:?}", mirror.twins().lonely);
+        let clip = &scene.clips[0];
+        let image = mirror.apply(clip, MirrorPlane::Rest).expect("a clip");
+        for frame in (0..clip.frame_count()).step_by(7) {
+            let (ours, theirs) = (places(&scene, &image, frame), places(&scene, clip, frame));
+            for (joint, place) in ours.iter().enumerate() {
+                let expected = theirs[mirror.twins().of(joint)] * DVec3::new(-1.0, 1.0, 1.0);
+                let error = place.distance(expected) / 1.8;
+                assert!(error < 1e-5, "axes {seed}, frame {frame}, joint {joint}: off by {error} of the size");
+            }
+        }
+    }
+}
+
+#[test]
+fn mirroring_twice_is_the_clip() {
+    let scene = with_other_axes(&samples::walk_scene(), 9);
+    let clip = &scene.clips[0];
+    for plane in [MirrorPlane::Rest, MirrorPlane::Start] {
+        let back = mirrored(&scene, &mirrored(&scene, clip, plane), plane);
+        assert_same_places(&scene, &back, clip, 2e-5, &format!("{plane:?}"));
+    }
+}
+
+#[test]
+fn real_clips_come_back() {
+    for (name, scene) in real_clips() {
+        let rig = rig(&scene);
+        let mirror = Mirror::new(&rig, &[]);
+        let clip = scene.clips.iter().find(|clip| clip.is_animated()).expect("a clip");
+        let there = mirror.apply(clip, MirrorPlane::Rest).expect("a clip");
+        let back = mirror.apply(&there, MirrorPlane::Rest).expect("a clip");
+        let size = places(&scene, clip, 0).iter().map(|place| place.length()).fold(0.0, f64::max);
+        assert_same_places(&scene, &back, clip, size * 1e-4, name);
+    }
+}
+
+#[test]
+fn a_left_step_becomes_a_right_one() {
+    let scene = samples::walk_scene();
+    let (left, right) = ["LeftFoot", "RightFoot"]
+        .map(|name| scene.skeleton.joints().iter().position(|joint| joint.name.ends_with(name)).expect("a foot"))
+        .into();
+    let clip = &scene.clips[0];
+    let rig = rig(&scene);
+    let pelvis = rig.role("pelvis")[0];
+    let image = Mirror::new(&rig, &[]).apply(clip, MirrorPlane::Start).expect("a clip");
+    // The plane stands upright through the first frame's pelvis, along the way that it faces there.
+    let first = clip.local_pose(&scene.skeleton, 0).to_model(&scene.skeleton).transforms()[pelvis];
+    let facing = first.rotation * rig.rest.transforms()[pelvis].rotation.conjugate() * DVec3::Z;
+    let lateral = DVec3::Y.cross(DVec3::new(facing.x, 0.0, facing.z).normalize());
+    for frame in [0, 10, 40] {
+        let (ours, theirs) = (places(&scene, &image, frame), places(&scene, clip, frame));
+        for (foot, other) in [(left, right), (right, left)] {
+            let off = theirs[other] - first.translation;
+            let expected = theirs[other] - lateral * (2.0 * off.dot(lateral));
+            let error = ours[foot].distance(expected);
+            assert!(error < 1e-4, "frame {frame}: joint {foot} is {error} m from the mirror image of joint {other}");
+        }
+    }
+    assert!(places(&scene, &image, 0)[pelvis].distance(first.translation) < 1e-4, "it starts where it did");
+}
+
+#[test]
+fn mirroring_commutes_with_retargeting() {
+    let (source, target) = (samples::walk_scene(), samples::mannequin_scene());
+    let spec = RetargetSpec::default();
+    let retarget = |clip: &Clip| {
+        let mut reporter = Reporter::new();
+        let from = Rig::new("source", &source, None, &spec.source, &mut reporter).expect("a source");
+        let onto = Rig::new("target", &target, None, &spec.target, &mut reporter).expect("a target");
+        let Resolved { mapping, .. } = resolve(&spec, &from, &onto, clip, &mut reporter).expect("a mapping");
+        run(&Plan::new(from.skeleton(), onto.skeleton(), &mapping), clip, &Control::new()).expect("a result")
+    };
+    let before = retarget(&mirrored(&source, &source.clips[0], MirrorPlane::Rest));
+    let after = mirrored(&target, &retarget(&source.clips[0]), MirrorPlane::Rest);
+    assert_same_places(&target, &before, &after, 1e-4, "mirror, then retarget");
+}
