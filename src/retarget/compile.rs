@@ -11,8 +11,8 @@ use crate::{
 };
 
 use super::plan::{
-    CarriedDriver, CarryStep, ChordStep, Driver, ModelDriver, Needs, Output, Parent, PelvisDriver, Plan, RideStep,
-    Sample, ShoulderDriver, SourceStep, TargetStep, Translation, TwistDriver, TwistEnd, TwistSegment,
+    CarriedDriver, CarryStep, ChordStep, Driver, ModelDriver, Needs, Output, Parent, PelvisDriver, PelvisFurther, Plan,
+    RideStep, Sample, ShoulderDriver, SourceStep, TargetStep, Translation, TwistDriver, TwistEnd, TwistSegment,
 };
 
 /// Below this distance from a chain's end, a place counts as the end.
@@ -113,10 +113,10 @@ impl<'a> Compiler<'a> {
         }
         for chain in &self.mapping.chains {
             let wanted = match (chain.drive.carry, chain.drive.translation) {
-                (Carry::Model, TranslationMode::None) => Needs::Rotation,
-                (Carry::Parent, _) | (_, TranslationMode::GloballyScaled | TranslationMode::Absolute) => {
-                    Needs::Transform
+                (Carry::Model, translation) if translation == TranslationMode::None || translation.is_shape() => {
+                    Needs::Rotation
                 }
+                _ => Needs::Transform,
             };
             for &joint in &chain.source {
                 self.need_with_ancestors(&mut needs, joint, wanted);
@@ -161,15 +161,22 @@ impl<'a> Compiler<'a> {
         let rest = self.target_rest[pair.target];
         let turn = DMat3::from_quat(pair.position.ours_from_plan);
         let matrix = turn.transpose() * DMat3::from_diagonal(pair.position.scale) * turn;
+        let mut rotation = self.source_rest[pair.source].rotation.conjugate() * rest.rotation;
+        if pair.local_turn != DQuat::IDENTITY {
+            rotation *= pair.local_turn;
+        }
+        let PelvisPair { turn, local_offset, crotch, .. } = *pair;
+        let goes_further = turn != DQuat::IDENTITY || local_offset != DVec3::ZERO || crotch.is_some();
         PelvisDriver {
             source_slot: self.slot(pair.source),
-            rotation: self.source_rest[pair.source].rotation.conjugate() * rest.rotation,
+            rotation,
             rotation_alpha: pair.rotation_alpha,
             matrix,
             offset: pair.position.target_origin - matrix * pair.position.source_origin,
             translation_alpha: pair.translation_alpha,
             rest_position: rest.translation,
             rest_scale: rest.scale,
+            further: goes_further.then(|| Box::new(PelvisFurther { turn, local_offset, crotch })),
         }
     }
 
@@ -188,7 +195,7 @@ impl<'a> Compiler<'a> {
             drivers[joint] = Driver::Model(ModelDriver {
                 sample: self.model_sample(chain, place),
                 rotation: self.model_rotation(chain, place, joint),
-                rotation_alpha: chain.drive.rotation_alpha,
+                rotation_alpha: chain.drive.followed_rotation_alpha(),
                 translation: self.translation(chain, place),
                 chord: chord.filter(|_| !is_kept),
                 begin: begin.take(),
@@ -243,7 +250,7 @@ impl<'a> Compiler<'a> {
                 begin: begin.take(),
                 sample: place.sample(|position| first_slot + position, None),
                 rotation: source_rest.rotation.conjugate() * self.target_rest[joint].rotation,
-                rotation_alpha: chain.drive.rotation_alpha,
+                rotation_alpha: chain.drive.followed_rotation_alpha(),
                 scale_offset: self.target_rest[joint].scale - source_rest.scale,
             });
         }
@@ -268,7 +275,9 @@ impl<'a> Compiler<'a> {
     fn chord_step(&self, chain: &ChainPair, places: &[Option<Place>], slot: usize) -> Option<ChordStep> {
         let chord = chain.chord?;
         #[expect(clippy::float_cmp, reason = "exactly one means the whole motion")]
-        if chain.drive.rotation_alpha != 1.0 || chain.drive.translation != TranslationMode::None {
+        if chain.drive.followed_rotation_alpha() != 1.0
+            || !(chain.drive.translation == TranslationMode::None || chain.drive.translation.is_shape())
+        {
             return None;
         }
         let mut bones = Vec::with_capacity(chain.target.len());
@@ -299,7 +308,10 @@ impl<'a> Compiler<'a> {
     fn translation(&self, chain: &ChainPair, place: Place) -> Translation {
         let alpha = chain.drive.translation_alpha;
         match chain.drive.translation {
-            TranslationMode::None => Translation::Hold,
+            TranslationMode::None
+            | TranslationMode::StretchUniform
+            | TranslationMode::StretchBySegment
+            | TranslationMode::OrientAndScale => Translation::Hold,
             TranslationMode::Absolute => Translation::Absolute { alpha },
             TranslationMode::GloballyScaled => {
                 let joint = chain.source[place.nearest()];
@@ -532,11 +544,19 @@ pub(super) fn places(chain: &ChainPair, source_rest: &[Transform], target_rest: 
     match chain.drive.rotation {
         RotationMode::None => vec![None; targets],
         RotationMode::OneToOne => (0..targets).map(one_to_one).collect(),
-        RotationMode::Auto if sources == targets => (0..targets).map(one_to_one).collect(),
+        RotationMode::Auto | RotationMode::CopyLocal | RotationMode::MatchChain | RotationMode::MatchScaledChain
+            if sources == targets =>
+        {
+            (0..targets).map(one_to_one).collect()
+        }
         RotationMode::OneToOneReversed => {
             (0..targets).map(|position| (position + sources).checked_sub(targets).and_then(one_to_one)).collect()
         }
-        RotationMode::Auto | RotationMode::Interpolated => {
+        RotationMode::Auto
+        | RotationMode::Interpolated
+        | RotationMode::CopyLocal
+        | RotationMode::MatchChain
+        | RotationMode::MatchScaledChain => {
             at(arc_lengths(&chain.target, target_rest), &arc_lengths(&chain.source, source_rest))
         }
     }

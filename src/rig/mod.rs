@@ -30,7 +30,7 @@ pub use alignment::{AlignedJoint, CanonicalPose, HowAligned, RollCue};
 pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use findings::{FileFacts, Finding, FindingCode, Severity, examine, examine_clips};
 pub use floor::standing_floor;
-pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing};
+pub use mapping::{ChainPair, Chord, CrotchRule, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing};
 pub use parse::{is_own_shape, parse_document, parse_spec, parse_value};
 pub use posing::{Posed, posed_target};
 pub use recognition::{
@@ -43,8 +43,9 @@ pub use rest::RestSource;
 pub use shoulder::ShoulderPair;
 pub use spec::*;
 pub use stages::{
-    ChainStretch, CopyDrive, DriveFrom, Ground, JointDrive, JointLimit, Limb, LimbJoints, LimbPair, LimitFrame,
-    PinDrive, PosedEdit, RootMotion, Schedule, Sole, StagedKind, StagedOp, Stages,
+    ChainShape, ChainStretch, CopyDrive, DriveFrom, FingerDrive, GripPair, Ground, JointDrive, JointLimit, Limb,
+    LimbJoints, LimbPair, LimitFrame, PinDrive, PosedEdit, PropDrive, RootMotion, Schedule, Sole, SourceScale,
+    StagedKind, StagedOp, Stages,
 };
 pub use twist::{TwistAgainst, TwistPair};
 pub use understand::{Rig, find_clip};

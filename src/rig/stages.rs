@@ -3,12 +3,13 @@
 mod posed;
 
 pub use posed::{
-    ChainStretch, CopyDrive, DriveFrom, JointDrive, JointLimit, LimitFrame, PinDrive, PosedEdit, RootMotion,
+    ChainShape, ChainStretch, CopyDrive, DriveFrom, FingerDrive, GripPair, JointDrive, JointLimit, LimitFrame,
+    PinDrive, PosedEdit, PropDrive, RootMotion, SourceScale,
 };
 
 use glam::{DMat3, DVec3};
 
-use super::spec::{ContactsOp, FilterOp, FloorOp, IkOp, PlantOp};
+use super::spec::{ContactsOp, FilterOp, FloorOp, IkOp, PlantOp, StrideOp};
 
 /// The stages and what they share.
 #[derive(Clone, Debug, Default)]
@@ -19,6 +20,8 @@ pub struct Stages {
     pub limbs: Vec<LimbPair>,
     /// The ops, in order.
     pub ops: Vec<StagedOp>,
+    /// What the source's motion is scaled by before anything else.
+    pub source_scale: Option<SourceScale>,
 }
 
 /// The floor of both sides. Heights are along `up`; everything is in plan space and in the plan's unit.
@@ -177,6 +180,14 @@ pub struct Schedule {
     pub frames: [usize; 2],
 }
 
+impl Schedule {
+    /// All of it, at all frames.
+    #[must_use]
+    pub fn always() -> Self {
+        Self { alpha: vec![[0.0, 1.0]], frames: [0, usize::MAX] }
+    }
+}
+
 /// One op behind forward kinematics.
 #[derive(Clone, Debug)]
 pub struct StagedOp {
@@ -205,6 +216,12 @@ pub enum StagedKind {
     Posed(Vec<PosedEdit>),
     /// Shares twists out, times the gain, among the twist joints of these segments.
     Twist(f64, Vec<usize>),
+    /// Fades the driven joints among these toward their rest pose where the schedule's alpha is below 1.
+    Fade(Vec<usize>),
+    /// Spreads goals and the pelvis' way.
+    Stride(StrideOp),
+    /// Leads hands to what other hands hold.
+    Grips(Vec<GripPair>),
     /// Moves the figure's way.
     RootMotion(RootMotion),
 }

@@ -1,11 +1,12 @@
 //! From the ops of a mapping to stages.
 
-use glam::DVec3;
+use glam::{DMat3, DVec2, DVec3};
 
 use crate::{
     model::{Skeleton, Transform},
     rig::{
-        FloorOp, Ground, IkOp, LimbJoints, LimbPair, Mapping, PlantMode, PlantOp, Schedule, Sole, StagedKind, StagedOp,
+        FloorOp, GripPair, Ground, IkOp, Limb, LimbJoints, LimbPair, Mapping, PlantMode, PlantOp, Schedule, Sole,
+        StagedKind, StagedOp, StrideDirection, StrideOp,
     },
 };
 
@@ -14,14 +15,17 @@ use super::{
     contacts::ContactStage,
     filter::FilterStage,
     floor::{FloorFoot, FloorStage, FootSlots},
-    goals::{GoalLimb, GoalStage},
+    goals::{GoalLimb, GoalStage, PelvisShift},
+    grips::{GripStage, HeldGrip},
     limbs::{LimbRest, LimbSlots},
     plant::{PlantStage, PlantedFoot},
     posed::PosedStage,
     posing::Posing,
     pull::{PullStage, PulledLeg},
     root::RootStage,
+    scale_source::ScaledSource,
     solve::{SolveStage, SolvedLimb},
+    stride::{StrideLimb, StrideStage},
     work::Changed,
 };
 
@@ -51,6 +55,7 @@ impl Stack {
         compiler.close();
         Self {
             plan: Plan::new(source, target, mapping),
+            source: mapping.stages.source_scale.map(|scale| ScaledSource::new(scale, source)),
             stages: compiler.stages,
             limbs: mapping.stages.limbs.iter().map(|pair| pair.limb.name()).collect(),
             metres_per_unit: mapping.stages.ground.units_per_metre.recip(),
@@ -107,6 +112,12 @@ impl Compiler<'_> {
                 let stage = PosedStage::of_twists(self, *gain, joints, &op.schedule);
                 self.stages.extend(stage.map(Stage::Posed));
             }
+            StagedKind::Fade(joints) => {
+                let stage = PosedStage::of_fade(self, joints, &op.schedule);
+                self.stages.extend(stage.map(Stage::Posed));
+            }
+            StagedKind::Stride(stride) => self.add_stride(stride, op),
+            StagedKind::Grips(grips) => self.add_grips(grips, op),
             StagedKind::RootMotion(motion) => {
                 self.close();
                 let stage = RootStage::new(self, motion, &op.schedule);
@@ -143,7 +154,7 @@ impl Compiler<'_> {
         (0..driven.len()).filter(|&joint| driven[joint]).filter(is_topmost).collect()
     }
 
-    fn limb(&self, limb: usize) -> &LimbPair {
+    pub(super) fn limb(&self, limb: usize) -> &LimbPair {
         &self.mapping.stages.limbs[limb]
     }
 
@@ -151,7 +162,7 @@ impl Compiler<'_> {
         self.mapping.stages.limbs.len()
     }
 
-    fn rest(&self, limb: usize) -> LimbRest {
+    pub(super) fn rest(&self, limb: usize) -> LimbRest {
         LimbRest::new(self.limb(limb), &self.source_rest, &self.target_rest, &self.ground())
     }
 
@@ -180,16 +191,32 @@ impl Compiler<'_> {
     fn need_goals(&mut self, limbs: &[usize]) {
         let missing: Vec<usize> =
             limbs.iter().copied().filter(|limb| !self.open.iter().any(|(open, _)| open == limb)).collect();
-        let always = Schedule { alpha: vec![[0.0, 1.0]], frames: [0, usize::MAX] };
-        self.set_goals(&IkOp::default(), &always, &missing);
+        self.set_goals(&IkOp::default(), &Schedule::always(), &missing);
     }
 
     fn set_goals(&mut self, op: &IkOp, schedule: &Schedule, limbs: &[usize]) {
         if limbs.is_empty() {
             return;
         }
-        let source = self.source_posing(limbs.iter().map(|&limb| self.limb(limb).source.end));
-        let target = self.target_posing(limbs.iter().map(|&limb| self.limb(limb).target.end));
+        // A pelvis that fades in and out is nowhere where its scale puts it.
+        let shifted = self.mapping.pelvis.filter(|pelvis| pelvis.is_moved() && !self.fades(pelvis.target));
+        let source_joints = limbs.iter().map(|&limb| self.limb(limb).source.end);
+        let source = self.source_posing(source_joints.chain(shifted.map(|pelvis| pelvis.source)));
+        let target_joints = limbs.iter().map(|&limb| self.limb(limb).target.end);
+        let target = self.target_posing(target_joints.chain(shifted.map(|pelvis| pelvis.target)));
+        let shift = shifted.map(|pelvis| {
+            let turn = DMat3::from_quat(pelvis.plain.ours_from_plan);
+            let matrix = turn.transpose() * DMat3::from_diagonal(pelvis.plain.scale) * turn;
+            PelvisShift {
+                source: source.slot(pelvis.source),
+                target: target.slot(pelvis.target),
+                matrix,
+                offset: pelvis.plain.target_origin - matrix * pelvis.plain.source_origin,
+                alpha: pelvis.translation_alpha,
+                rest: self.target_rest[pelvis.target].translation,
+                affects: pelvis.affects_goals,
+            }
+        });
         let goal_limb = |&limb: &usize| GoalLimb {
             limb,
             source: LimbSlots::new(&self.limb(limb).source, &source),
@@ -204,10 +231,87 @@ impl Compiler<'_> {
             target,
             ground: self.ground(),
             limb_count: self.limb_count(),
+            pelvis: shift,
         };
         self.stages.push(Stage::Goals(stage));
         self.open.retain(|(open, _)| !limbs.contains(open));
         self.open.extend(limbs.iter().map(|&limb| (limb, op.clone())));
+    }
+
+    /// Whether a joint is faded behind the plan.
+    fn fades(&self, joint: usize) -> bool {
+        let is_faded = |op: &StagedOp| matches!(&op.kind, StagedKind::Fade(joints) if joints.contains(&joint));
+        self.mapping.stages.ops.iter().any(is_faded)
+    }
+
+    fn add_stride(&mut self, op: &StrideOp, staged: &StagedOp) {
+        let Some(pelvis) = self.mapping.pelvis else { return };
+        self.need_goals(&staged.limbs);
+        let facing = match op.direction {
+            StrideDirection::Chest => self.chest().unwrap_or(pelvis.target),
+            StrideDirection::Pelvis | StrideDirection::Goals | StrideDirection::Travel => pelvis.target,
+        };
+        let target = self.target_posing([pelvis.target, facing]);
+        let ground = self.ground();
+        let axes = ground.axes();
+        let place = |limb: usize| {
+            let place = axes.transpose() * self.target_rest[self.limb(limb).target.end].translation;
+            DVec2::new(place.x, place.z)
+        };
+        let middle = staged.limbs.iter().map(|&limb| place(limb)).sum::<DVec2>() / staged.limbs.len().max(1) as f64;
+        let limb = |&limb: &usize| StrideLimb {
+            limb,
+            rest: place(limb) - middle,
+            side: if matches!(self.limb(limb).limb, Limb::LeftLeg | Limb::LeftArm) { 1.0 } else { -1.0 },
+        };
+        let stage = StrideStage {
+            op: op.clone(),
+            schedule: staged.schedule.clone(),
+            limbs: staged.limbs.iter().map(limb).collect(),
+            goal_limbs: self.open.iter().map(|(limb, _)| *limb).collect(),
+            limb_count: self.limb_count(),
+            ground,
+            pelvis: target.slot(pelvis.target),
+            facing: target.slot(facing),
+            front: self.target_rest[facing].rotation.conjugate() * ground.front,
+            target,
+        };
+        self.stages.push(Stage::Stride(stage));
+        if op.moves_pelvis && self.pull.is_none() {
+            self.pull = Some((false, 1.0));
+        }
+    }
+
+    /// The joint that carries an arm.
+    fn chest(&self) -> Option<usize> {
+        let arm = self.mapping.stages.limbs.iter().find(|pair| !pair.limb.is_leg())?;
+        let spine = self.mapping.chains.iter().find(|chain| chain.name == "spine");
+        spine.and_then(|chain| chain.target.last().copied()).or_else(|| self.target.parent(arm.target.start))
+    }
+
+    fn add_grips(&mut self, grips: &[GripPair], staged: &StagedOp) {
+        let followers: Vec<usize> = grips.iter().map(|grip| grip.follows).collect();
+        self.need_goals(&followers);
+        let hand = |limb: usize| (self.limb(limb).source.end, self.limb(limb).target.end);
+        let source = self.source_posing(grips.iter().flat_map(|grip| [hand(grip.lead).0, hand(grip.follows).0]));
+        let target = self.target_posing(grips.iter().map(|grip| hand(grip.lead).1));
+        let held = |grip: &GripPair| {
+            let (lead, lead_target) = hand(grip.lead);
+            let arm = self.rest(grip.lead);
+            HeldGrip {
+                limb: grip.follows,
+                dominant_limb: self.open.iter().any(|(limb, _)| *limb == grip.lead).then_some(grip.lead),
+                source: [source.slot(lead), source.slot(hand(grip.follows).0)],
+                target: target.slot(lead_target),
+                target_from_source: self.source_rest[lead].rotation.conjugate()
+                    * self.target_rest[lead_target].rotation,
+                scale: grip.scale,
+                within: grip.within * arm.length / arm.length_ratio,
+            }
+        };
+        let grips = grips.iter().map(held).collect();
+        let schedule = staged.schedule.clone();
+        self.stages.push(Stage::Grips(GripStage { schedule, grips, limb_count: self.limb_count(), source, target }));
     }
 
     fn plant_stage(&self, op: &PlantOp, staged: &StagedOp) -> PlantStage {

@@ -10,6 +10,7 @@ mod contacts;
 mod filter;
 mod floor;
 mod goals;
+mod grips;
 mod limbs;
 mod plant;
 mod posed;
@@ -17,8 +18,10 @@ mod posing;
 mod pull;
 mod result;
 mod root;
+mod scale_source;
 mod schedule;
 mod solve;
+mod stride;
 mod temporal;
 mod two_bone;
 mod work;
@@ -32,11 +35,14 @@ use self::{
     filter::FilterStage,
     floor::FloorStage,
     goals::GoalStage,
+    grips::GripStage,
     plant::PlantStage,
     posed::PosedStage,
     pull::PullStage,
     root::RootStage,
+    scale_source::ScaledSource,
     solve::SolveStage,
+    stride::StrideStage,
     work::Work,
 };
 use super::{
@@ -48,6 +54,7 @@ use super::{
 #[derive(Clone, Debug)]
 pub struct Stack {
     plan: Plan,
+    source: Option<ScaledSource>,
     stages: Vec<Stage>,
     limbs: Vec<&'static str>,
     metres_per_unit: f64,
@@ -64,6 +71,8 @@ enum Stage {
     Filter(FilterStage),
     Solve(SolveStage),
     Posed(PosedStage),
+    Stride(StrideStage),
+    Grips(GripStage),
     Root(RootStage),
 }
 
@@ -79,6 +88,8 @@ impl Stack {
     /// # Errors
     /// When the work is canceled, or the result does not fit into the numbers of a track.
     pub fn run(&self, clip: &Clip, control: &Control) -> Result<StackResult, RunError> {
+        let scaled = self.source.as_ref().map(|source| source.apply(clip, control)).transpose()?;
+        let clip = scaled.as_ref().unwrap_or(clip);
         let result = run(&self.plan, clip, control)?;
         if self.stages.is_empty() {
             return Ok(StackResult { clip: result, contacts: Vec::new(), reaches: Vec::new() });
@@ -115,6 +126,8 @@ impl Stage {
             Self::Filter(stage) => stage.run(work),
             Self::Solve(stage) => stage.run(work),
             Self::Posed(stage) => stage.run(work),
+            Self::Stride(stage) => stage.run(work),
+            Self::Grips(stage) => stage.run(work),
             Self::Root(stage) => stage.run(work),
         }
     }

@@ -84,6 +84,7 @@ pub fn resolve(
         stages: Stages::default(),
     };
     let mut fields = Vec::new();
+    let mut kinematics = Vec::new();
     for (index, op) in ops.iter().enumerate() {
         match op {
             Op::Pelvis(op) => match &found.tops {
@@ -92,6 +93,7 @@ pub fn resolve(
             },
             Op::Fk(op) => {
                 let chains = resolve_fk(op, index, spec, pairs, source, target, &mut fields);
+                kinematics.push((index, chains.clone()));
                 mapping.chains.extend(chains);
             }
             _ => {}
@@ -104,7 +106,7 @@ pub fn resolve(
         keep_slides(&mut mapping.chains, clip);
     }
     order_chains(&mut mapping.chains);
-    mapping.stages = resolve_stages(&ops, source, target, clip, &mapping, reporter)?;
+    mapping.stages = resolve_stages(&ops, &kinematics, [source, target], clip, &mapping, reporter)?;
     if mapping.pelvis.is_none() && mapping.chains.is_empty() {
         return Err(nothing_to_map(source, target));
     }

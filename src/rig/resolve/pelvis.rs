@@ -1,6 +1,6 @@
 //! How far the pelvis travels, and above which floors.
 
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec3, EulerRot};
 
 use crate::model::{Clip, Reporter};
 
@@ -8,9 +8,9 @@ use super::{
     super::{
         error::SpecError,
         floor::{Stance, clip_floor},
-        mapping::{Mapping, PelvisPair, PelvisPosition},
+        mapping::{CrotchRule, Mapping, PelvisPair, PelvisPosition},
         recognition::RigKind,
-        spec::{HeightRule, PelvisOp, PelvisScale, PelvisScaleRule, RetargetSpec, RigSpec, ScaleOrigin},
+        spec::{Alpha, HeightRule, PelvisOp, PelvisScale, PelvisScaleRule, RetargetSpec, RigSpec, ScaleOrigin},
         understand::Rig,
     },
     nothing_to_map,
@@ -19,6 +19,8 @@ use super::{
 
 /// ikrigretarget's guard: a source height below this counts as one.
 const LEAST_HEIGHT: f64 = 1e-4;
+/// A crotch is at least this share of the pelvis' height above the floor.
+const LEAST_CROTCH: f64 = 0.1;
 
 pub(super) fn resolve_pelvis(
     op: &PelvisOp,
@@ -57,40 +59,71 @@ pub(super) fn resolve_pelvis(
     if !op.enabled {
         return Ok(());
     }
-    let scale = match op.scale {
-        PelvisScale::Rule(PelvisScaleRule::Height) => mapping.global_scale,
-        PelvisScale::Rule(PelvisScaleRule::None) => 1.0,
-        PelvisScale::Value(value) => value,
+    let clip_floor = if source_height.stands {
+        source_height.floor
+    } else {
+        clip_floor(source, clip, source_pelvis, source_height.floor)
     };
+    let sizes = Sizes { source, target, floors: [source_height.floor, target_height.floor], unit };
+    let scale = sizes.scale(op.scale, mapping.global_scale, reporter);
     let (source_origin, target_origin) = match op.origin {
         ScaleOrigin::Origin => (DVec3::ZERO, DVec3::ZERO),
         // Nothing says where the target's floor is, so it is where the source's is.
         ScaleOrigin::Floor if !target_height.has_floor => (DVec3::ZERO, DVec3::ZERO),
         ScaleOrigin::Floor => {
-            let floor = if source_height.stands {
-                source_height.floor
-            } else {
-                clip_floor(source, clip, source_pelvis, source_height.floor)
-            };
             let up = mapping.plan_from_target * target.up();
-            (up * floor * unit, up * target_height.floor)
+            (up * clip_floor * unit, up * target_height.floor)
         }
     };
+    let plain = PelvisPosition {
+        ours_from_plan: (target.work_from_scene * mapping.plan_from_target.conjugate()).normalize(),
+        scale,
+        source_origin,
+        target_origin,
+    };
+    let crotch = (op.floor_constraint > 0.0).then(|| {
+        let below = |given: Option<f64>, side: &Rig<'_>, height: &Height, pelvis: usize| {
+            given.map_or_else(|| crotch_below(side, height, pelvis), |metres| metres / side.unit_metres)
+        };
+        let source_below = below(op.source_crotch, source, &source_height, source_pelvis) * unit;
+        let target_below = below(op.target_crotch, target, &target_height, target_pelvis);
+        let least = LEAST_CROTCH * target_height.value;
+        let source_crotch = (source_height.value * unit - source_below).max(LEAST_CROTCH * source_height.value * unit);
+        CrotchRule {
+            up: mapping.plan_from_target * target.up(),
+            source_floor: clip_floor * unit,
+            source_below,
+            target_below,
+            ratio: (target_height.value - target_below).max(least) / source_crotch.max(f64::MIN_POSITIVE),
+            scale: scale.y,
+            weight: op.floor_constraint,
+            faded_at: (op.floor_falloff > 0.0).then_some(op.floor_falloff * source_crotch),
+        }
+    });
+    let alpha = constant_alpha(&op.alpha, op.frames);
+    let [left, up, front] = op.turn_offset.map(f64::to_radians);
+    let [x, y, z] = op.local_turn_offset.map(f64::to_radians);
+    let turn =
+        plain.ours_from_plan.conjugate() * DQuat::from_euler(EulerRot::XYZ, left, up, front) * plain.ours_from_plan;
     mapping.pelvis = Some(PelvisPair {
         source: source_pelvis,
         target: target_pelvis,
-        rotation_alpha: op.alpha * op.rotation_alpha,
-        translation_alpha: op.alpha * op.translation_alpha,
+        rotation_alpha: alpha * op.rotation_alpha,
+        translation_alpha: alpha * op.translation_alpha,
         position: blended(
             op,
             target.unit_metres,
             PelvisPosition {
-                ours_from_plan: (target.work_from_scene * mapping.plan_from_target.conjugate()).normalize(),
                 scale: DVec3::new(op.scale_horizontal, op.scale_vertical, op.scale_horizontal) * scale,
-                source_origin,
-                target_origin,
+                ..plain
             },
         ),
+        plain,
+        turn: turn.normalize(),
+        local_turn: DQuat::from_euler(EulerRot::XYZ, x, y, z),
+        local_offset: DVec3::from(op.local_offset) / target.unit_metres,
+        crotch,
+        affects_goals: [op.affect_ik_horizontal, op.affect_ik_vertical],
     });
     Ok(())
 }
@@ -117,22 +150,109 @@ pub(super) fn resolve_top(op: &PelvisOp, tops: &Tops, mapping: &mut Mapping) {
         return;
     }
     let scale = match op.scale {
-        PelvisScale::Rule(PelvisScaleRule::Height) => mapping.global_scale,
         PelvisScale::Rule(PelvisScaleRule::None) => 1.0,
+        PelvisScale::Rule(_) => mapping.global_scale,
         PelvisScale::Value(value) => value,
     };
+    let position = PelvisPosition {
+        ours_from_plan: DQuat::IDENTITY,
+        scale: DVec3::splat(scale),
+        source_origin: DVec3::ZERO,
+        target_origin: DVec3::ZERO,
+    };
+    let alpha = constant_alpha(&op.alpha, op.frames);
     mapping.pelvis = Some(PelvisPair {
         source: tops.source,
         target: tops.target,
-        rotation_alpha: op.alpha * op.rotation_alpha,
-        translation_alpha: op.alpha * op.translation_alpha,
-        position: PelvisPosition {
-            ours_from_plan: DQuat::IDENTITY,
-            scale: DVec3::splat(scale),
-            source_origin: DVec3::ZERO,
-            target_origin: DVec3::ZERO,
-        },
+        rotation_alpha: alpha * op.rotation_alpha,
+        translation_alpha: alpha * op.translation_alpha,
+        position,
+        plain: position,
+        turn: DQuat::IDENTITY,
+        local_turn: DQuat::IDENTITY,
+        local_offset: DVec3::ZERO,
+        crotch: None,
+        affects_goals: [op.affect_ik_horizontal, op.affect_ik_vertical],
     });
+}
+
+/// The alpha that the plan applies; what changes over time is faded behind it.
+pub(super) fn constant_alpha(alpha: &Alpha, frames: Option<[usize; 2]>) -> f64 {
+    alpha.constant().filter(|_| frames.is_none()).unwrap_or(1.0)
+}
+
+/// How far a crotch is below the pelvis joint, in the scene's unit: it lies half as far below the hips as those are apart.
+fn crotch_below(side: &Rig<'_>, height: &Height, pelvis: usize) -> f64 {
+    let place = |role: &str| side.role(role).first().map(|&joint| side.rest.transforms()[joint].translation);
+    let (Some(left), Some(right)) = (place("left_thigh"), place("right_thigh")) else { return 0.1 * height.value };
+    let hips = (left + right).dot(side.up()) / 2.0;
+    side.rest_height(pelvis) - (hips - left.distance(right) / 2.0)
+}
+
+/// What scale rules compare.
+struct Sizes<'a> {
+    source: &'a Rig<'a>,
+    target: &'a Rig<'a>,
+    /// Below the source's and the target's rest pose.
+    floors: [f64; 2],
+    /// Target units per source unit.
+    unit: f64,
+}
+
+impl Sizes<'_> {
+    /// Factors along left, up and front.
+    fn scale(&self, scale: PelvisScale, height: f64, reporter: &mut Reporter) -> DVec3 {
+        let rule = match scale {
+            PelvisScale::Value(value) => return DVec3::splat(value),
+            PelvisScale::Rule(rule) => rule,
+        };
+        let legs = |reporter: &mut Reporter| {
+            let ratio = leg_length(self.source)
+                .zip(leg_length(self.target))
+                .map(|(source, target)| target / (source * self.unit));
+            if ratio.is_none() {
+                reporter.warn(
+                    "legs_not_found",
+                    "ops",
+                    "the pelvis is to be scaled by the legs, but not both rigs have any; the height of the pelvis is taken",
+                    "name thighs, shins and feet in source.roles and target.roles",
+                );
+            }
+            ratio.unwrap_or(height)
+        };
+        match rule {
+            PelvisScaleRule::None => DVec3::ONE,
+            PelvisScaleRule::Height => DVec3::splat(height),
+            PelvisScaleRule::Legs => DVec3::splat(legs(reporter)),
+            PelvisScaleRule::Stature => {
+                let (source, target) = (stature(self.source, self.floors[0]), stature(self.target, self.floors[1]));
+                DVec3::splat(if source > LEAST_HEIGHT { target / (source * self.unit) } else { height })
+            }
+            PelvisScaleRule::Limbs => {
+                let legs = legs(reporter);
+                DVec3::new(legs, height, legs)
+            }
+        }
+    }
+}
+
+/// Mean length of the legs from hip to ankle, in the scene's unit.
+fn leg_length(side: &Rig<'_>) -> Option<f64> {
+    let place = |role: String| Some(side.rest.transforms()[*side.role(&role).first()?].translation);
+    let leg = |name: &str| {
+        let [hip, knee, ankle] = ["thigh", "shin", "foot"].map(|part| place(format!("{name}_{part}")));
+        Some(hip?.distance(knee?) + knee?.distance(ankle?))
+    };
+    let legs: Vec<f64> = ["left", "right"].into_iter().filter_map(leg).filter(|length| *length > 0.0).collect();
+    (!legs.is_empty()).then(|| legs.iter().sum::<f64>() / legs.len() as f64)
+}
+
+/// Height of the highest joint of a body above a floor, in the scene's unit.
+fn stature(side: &Rig<'_>, floor: f64) -> f64 {
+    let joints = side.role("pelvis").first().into_iter().flat_map(|&pelvis| {
+        (pelvis..side.skeleton().len()).filter(move |&joint| side.skeleton().is_ancestor_or_self(pelvis, joint))
+    });
+    joints.map(|joint| side.rest_height(joint)).fold(floor, f64::max) - floor
 }
 
 /// A pelvis height at rest, in the scene's unit.

@@ -16,10 +16,11 @@ pub use edit::{
 };
 pub use map::{ChainMap, RotationMode, TranslationMode};
 pub use ops::{
-    AdditivePoseOp, Alpha, ArmSpacingOp, Carry, ContactFloor, ContactFloorRule, ContactsOp, CopyBasePoseOp, FilterKind,
-    FilterOp, FkOp, FloorOp, HeightRule, IkGoal, IkOp, JointRow, JointSource, JointSpace, JointsOp, LimitRange,
-    LimitsOp, Op, PelvisOp, PelvisScale, PelvisScaleRule, Pin, PinMode, PinOp, PinSide, PlantMode, PlantOp, RootAction,
-    RootAxis, RootMotionOp, RootPlace, RootSource, ScaleOrigin, Scope, StretchChainOp, TwistOp,
+    AdditivePoseOp, Alpha, ArmSpacingOp, CarriedProp, Carry, ContactFloor, ContactFloorRule, ContactsOp,
+    CopyBasePoseOp, FilterKind, FilterOp, FingersOp, FkOp, FloorOp, Grip, GripHand, HeightRule, IkGoal, IkOp, JointRow,
+    JointSource, JointSpace, JointsOp, LimitRange, LimitsOp, Op, PelvisOp, PelvisScale, PelvisScaleRule, Pin, PinMode,
+    PinOp, PinSide, PlantMode, PlantOp, PropsOp, RootAction, RootAxis, RootMotionOp, RootPlace, RootSource,
+    ScaleOrigin, ScaleSourceOp, Scope, StretchChainOp, StrideDirection, StrideOp, TwistOp,
 };
 pub use output::{IncludeSpec, OutputChoice, OutputSpec, TargetClipsSpec};
 pub use pose::{EditAxes, FromClipEdit, PoseChoice, PoseEdit, PoseSpec, ResetEdit, RotateEdit};

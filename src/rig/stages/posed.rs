@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::super::spec::{JointSpace, PinMode, PinSide, RootAction, RootPlace};
+use super::super::spec::{JointSpace, PinMode, PinSide, RootAction, RootPlace, RotationMode, TranslationMode};
 
 /// One edit of the target's pose. Rotations and positions are in plan space where nothing else is said.
 #[derive(Clone, Debug)]
@@ -33,6 +33,23 @@ pub enum PosedEdit {
     Stretch(ChainStretch),
     /// A joint that bends no farther than it may.
     Limit(Box<JointLimit>),
+    /// A joint of a finger that is bent and spread more or less.
+    Finger(FingerDrive),
+    /// A joint that a hand carries as the source's does.
+    Prop(PropDrive),
+    /// A chain that takes the shape, the local rotations or the lengths of the source's.
+    Shape(Box<ChainShape>),
+    /// A limb whose bend is turned to where the source's points.
+    Pole {
+        /// Index into the limbs.
+        limb: usize,
+        /// How much.
+        align: f64,
+        /// Radians by which it is turned further.
+        offset: f64,
+        /// Whether the angle between the rest poses' bends is kept.
+        keeps_offset: bool,
+    },
 }
 
 /// What a row of a joint table does.
@@ -172,4 +189,79 @@ pub struct RootMotion {
     pub place: RootPlace,
     /// Standard deviation of the smoothing.
     pub smoothing_seconds: f64,
+}
+
+/// How a joint of a finger is bent.
+#[derive(Clone, Copy, Debug)]
+pub struct FingerDrive {
+    /// The joint.
+    pub joint: usize,
+    /// Along its bone, and what it bends about toward the palm, in its own axes; nothing where it is bent as a whole.
+    pub axes: Option<[DVec3; 2]>,
+    /// Factor on the bending.
+    pub curl: f64,
+    /// Factor on the spreading.
+    pub spread: f64,
+    /// Radians of further bending.
+    pub curl_offset: f64,
+}
+
+/// What carries a prop.
+#[derive(Clone, Copy, Debug)]
+pub struct PropDrive {
+    /// The prop of the target.
+    pub joint: usize,
+    /// The prop of the source.
+    pub source: usize,
+    /// What carries it.
+    pub holder: usize,
+    /// What carries the source's.
+    pub source_holder: usize,
+    /// Factor on the distance, in plan units.
+    pub scale: f64,
+}
+
+/// Two hands that hold the same thing, as indices into the limbs.
+#[derive(Clone, Copy, Debug)]
+pub struct GripPair {
+    /// The one that leads.
+    pub lead: usize,
+    /// The one that follows.
+    pub follows: usize,
+    /// Factor on the distance between them, in plan units.
+    pub scale: f64,
+    /// Metres between the source's hands up to which the other follows fully, at an arm of 1 m.
+    pub within: f64,
+}
+
+/// How a chain takes the shape of the source's.
+#[derive(Clone, Debug)]
+pub struct ChainShape {
+    /// Joints of the source, from the body outward.
+    pub source: Vec<usize>,
+    /// Joints of the target.
+    pub target: Vec<usize>,
+    /// The joints that both chains lead to, where they lead to any.
+    pub ends: Option<(usize, usize)>,
+    /// A mode that shapes, else `none`.
+    pub rotation: RotationMode,
+    /// A mode that shapes, else `none`.
+    pub translation: TranslationMode,
+    /// 0 keeps the rest rotations.
+    pub rotation_alpha: f64,
+    /// 0 keeps the rest lengths.
+    pub translation_alpha: f64,
+}
+
+/// What the source's motion is scaled by.
+#[derive(Clone, Copy, Debug)]
+pub struct SourceScale {
+    /// The factor.
+    pub factor: f64,
+    /// The source joint that stays where it is at each frame; else the origin does.
+    pub pivot: Option<usize>,
+    /// Up, in the source scene's space.
+    pub up: DVec3,
+    /// Height of the floor that the pivot is taken down to, in the scene's unit; nothing where it stays at its height.
+    pub floor: Option<f64>,
 }

@@ -5,18 +5,23 @@ use glam::{DMat3, DQuat, DVec3};
 use crate::{
     model::Transform,
     rig::{
-        ChainStretch, CopyDrive, DriveFrom, JointDrive, JointLimit, JointSpace, PinDrive, PinMode, PinSide, PosedEdit,
-        Schedule, TwistAgainst, TwistPair,
+        ChainShape, ChainStretch, CopyDrive, DriveFrom, JointDrive, JointLimit, JointSpace, PinDrive, PinMode, PinSide,
+        PosedEdit, PropDrive, RotationMode, Schedule, TranslationMode, TwistAgainst, TwistPair,
     },
 };
 
 use super::{
-    super::{compile::Compiler, posing::Posing, work::Changed},
+    super::{compile::Compiler, limbs::LimbSlots, posing::Posing, work::Changed},
     CopyStep, PosedStage, Step,
     arms::ArmStep,
+    carried::CarriedStep,
+    fades::{FadeStep, FadedJoint},
+    fingers::{FingerAxes, FingerStep},
     joints::{Follows, JointStep, Mapped, PositionStep},
     limits::LimitStep,
     pins::PinStep,
+    poles::PoleStep,
+    shapes::{Bone, Link, ShapeStep},
     stretch::StretchStep,
     twists::{Against, TwistStep},
 };
@@ -28,7 +33,9 @@ impl PosedStage {
         edits: &[PosedEdit],
         schedule: &Schedule,
     ) -> Option<Self> {
-        Self::new(compiler, schedule, edits.len(), |builder| edits.iter().map(|edit| builder.step(edit)).collect())
+        Self::new(compiler, schedule, edits.len(), false, |builder| {
+            edits.iter().map(|edit| builder.step(edit)).collect()
+        })
     }
 
     /// The stage of the twist joints of some segments.
@@ -44,9 +51,14 @@ impl PosedStage {
         };
         let mut pairs: Vec<TwistPair> = compiler.mapping.twists.iter().filter(is_wanted).copied().collect();
         pairs.sort_by_key(|pair| pair.joint);
-        Self::new(compiler, schedule, pairs.len(), |builder| {
+        Self::new(compiler, schedule, pairs.len(), false, |builder| {
             pairs.iter().map(|pair| builder.twist(pair, gain)).collect()
         })
+    }
+
+    /// The stage that fades what forward kinematics gave some joints.
+    pub(in super::super) fn of_fade(compiler: &Compiler<'_>, joints: &[usize], schedule: &Schedule) -> Option<Self> {
+        Self::new(compiler, schedule, joints.len(), true, |builder| vec![Step::Fade(builder.fade(joints))])
     }
 
     /// Builds twice: to find out which joints are needed, and then with their slots.
@@ -54,6 +66,7 @@ impl PosedStage {
         compiler: &Compiler<'_>,
         schedule: &Schedule,
         count: usize,
+        fades: bool,
         build: impl Fn(&mut Builder<'_>) -> Vec<Step>,
     ) -> Option<Self> {
         if count == 0 {
@@ -67,8 +80,19 @@ impl PosedStage {
         let steps = build(&mut builder);
         let changed = builder.changed;
         let slots = changed.iter().map(|changed| target.slot(changed.joint)).collect();
-        Some(Self { schedule: schedule.clone(), source, target, steps, changed, slots })
+        Some(Self { schedule: schedule.clone(), source, target, steps, fades, changed, slots })
     }
+}
+
+/// How far along a chain each joint is, from 0 to 1; evenly spread where the chain has no length.
+fn shares(lengths: &[f64]) -> Vec<f64> {
+    let total: f64 = lengths.iter().sum();
+    let mut so_far = 0.0;
+    let after = lengths.iter().map(|length| {
+        so_far += if total > 0.0 { length / total } else { 1.0 / lengths.len() as f64 };
+        so_far
+    });
+    std::iter::once(0.0).chain(after).collect()
 }
 
 struct Builder<'a> {
@@ -118,6 +142,19 @@ impl<'a> Builder<'a> {
             }
             PosedEdit::Stretch(stretch) => Step::Stretch(self.stretch(stretch)),
             PosedEdit::Limit(limit) => Step::Limit(Box::new(self.limit(limit))),
+            PosedEdit::Finger(finger) => Step::Finger(FingerStep {
+                slot: self.change(finger.joint, true, false),
+                rest: self.rest_below_parent(finger.joint).rotation,
+                axes: finger.axes.map(|[along, flexion]| FingerAxes { along, flexion }),
+                curl: finger.curl,
+                spread: finger.spread,
+                curl_offset: finger.curl_offset,
+            }),
+            PosedEdit::Prop(prop) => Step::Carried(self.prop(prop)),
+            PosedEdit::Shape(shape) => Step::Shape(Box::new(self.shape(shape))),
+            PosedEdit::Pole { limb, align, offset, keeps_offset } => {
+                Step::Pole(self.pole(*limb, *align, *offset, *keeps_offset))
+            }
         }
     }
 
@@ -248,6 +285,157 @@ impl<'a> Builder<'a> {
     fn driven_below(&mut self, joint: usize) -> Vec<usize> {
         let topmost = self.compiler.topmost_driven_below(Some(joint));
         topmost.into_iter().map(|joint| self.change(joint, true, true)).collect()
+    }
+
+    fn prop(&mut self, prop: &PropDrive) -> CarriedStep {
+        let compiler = self.compiler;
+        let turn = |source: usize, target: usize| {
+            compiler.source_rest[source].rotation.conjugate() * compiler.target_rest[target].rotation
+        };
+        CarriedStep {
+            slot: self.change(prop.joint, true, true),
+            holder: self.target(prop.holder),
+            source: self.source(prop.source),
+            source_holder: self.source(prop.source_holder),
+            holder_turn: turn(prop.source_holder, prop.holder),
+            prop_turn: turn(prop.source, prop.joint),
+            scale: prop.scale,
+        }
+    }
+
+    fn pole(&mut self, limb: usize, align: f64, offset: f64, keeps_offset: bool) -> PoleStep {
+        let compiler = self.compiler;
+        let pair = compiler.limb(limb);
+        let mut source = |joint: usize| self.source(joint);
+        let source = LimbSlots {
+            start: source(pair.source.start),
+            middle: source(pair.source.middle),
+            end: source(pair.source.end),
+        };
+        let target = LimbSlots {
+            start: self.change(pair.target.start, true, false),
+            middle: self.target(pair.target.middle),
+            end: self.change(pair.target.end, true, false),
+        };
+        let kept_angle = if keeps_offset { compiler.rest(limb).pole_angle } else { 0.0 };
+        PoleStep { source, target, kept_angle, align, offset }
+    }
+
+    fn fade(&mut self, joints: &[usize]) -> FadeStep {
+        let compiler = self.compiler;
+        let mapping = compiler.mapping;
+        let is_pelvis = |joint: usize| mapping.pelvis.is_some_and(|pelvis| pelvis.target == joint);
+        let twisted = |joint: usize| mapping.twists.iter().any(|twist| twist.joint == joint && twist.segment != joint);
+        let is_lifted = |joint: usize| mapping.shoulders.iter().any(|shoulder| shoulder.joint == joint);
+        // What follows these joints fades with them.
+        let twists = mapping.twists.iter().filter(|twist| joints.contains(&twist.segment)).map(|twist| twist.joint);
+        let lifted = mapping.shoulders.iter().filter(|pair| joints.contains(&pair.upper_arm)).map(|pair| pair.joint);
+        let mut all: Vec<usize> = joints.iter().copied().chain(twists).chain(lifted).collect();
+        all.sort_unstable();
+        all.dedup();
+        let below: Vec<usize> = all
+            .iter()
+            .flat_map(|&joint| compiler.topmost_driven_below(Some(joint)))
+            .filter(|joint| !all.contains(joint))
+            .collect();
+        let faded: Vec<FadedJoint> =
+            all.iter()
+                .map(|&joint| {
+                    let rest = self.rest_below_parent(joint);
+                    let hold = mapping.target_hold.transforms()[joint];
+                    let moves = is_pelvis(joint)
+                        || mapping.chains.iter().any(|chain| {
+                            chain.target.contains(&joint) && chain.drive.translation != TranslationMode::None
+                        });
+                    FadedJoint {
+                        slot: self.change(joint, true, moves),
+                        rest: if is_pelvis(joint) { rest } else { Transform { rotation: rest.rotation, ..hold } },
+                        in_model: !twisted(joint) && !is_lifted(joint),
+                        moves,
+                    }
+                })
+                .collect();
+        let below: Vec<usize> = below.into_iter().map(|joint| self.change(joint, true, false)).collect();
+        let slots = faded.iter().map(|joint| joint.slot).chain(below.iter().copied()).collect();
+        FadeStep { joints: faded, slots, below }
+    }
+
+    fn shape(&mut self, shape: &ChainShape) -> ShapeStep {
+        let compiler = self.compiler;
+        let source_joints: Vec<usize> = shape.source.iter().copied().chain(shape.ends.map(|ends| ends.0)).collect();
+        let target_joints: Vec<usize> = shape.target.iter().copied().chain(shape.ends.map(|ends| ends.1)).collect();
+        let lengths = |joints: &[usize], rest: &[Transform]| -> Vec<f64> {
+            joints.windows(2).map(|pair| rest[pair[0]].translation.distance(rest[pair[1]].translation)).collect()
+        };
+        let source_lengths = lengths(&source_joints, &compiler.source_rest);
+        let target_lengths = lengths(&target_joints, &compiler.target_rest);
+        let (source_length, target_length) = (source_lengths.iter().sum::<f64>(), target_lengths.iter().sum::<f64>());
+        let line_scale = match shape.rotation {
+            RotationMode::MatchScaledChain if source_length > 0.0 => target_length / source_length,
+            _ => compiler.mapping.global_scale,
+        };
+        let (source_shares, target_shares) = (shares(&source_lengths), shares(&target_lengths));
+        let is_one_to_one = source_joints.len() == target_joints.len();
+        let place = |share: f64, position: usize| {
+            if is_one_to_one {
+                return (position, 0.0);
+            }
+            let segment = source_shares.iter().rposition(|start| *start <= share).unwrap_or(0);
+            let segment = segment.min(source_shares.len().saturating_sub(2));
+            let length = source_shares.get(segment + 1).map_or(0.0, |end| end - source_shares[segment]);
+            (segment, if length > 0.0 { ((share - source_shares[segment]) / length).clamp(0.0, 1.0) } else { 0.0 })
+        };
+        let source: Vec<usize> = source_joints.iter().map(|&joint| self.source(joint)).collect();
+        let turns = shape.rotation != RotationMode::None;
+        let moves = shape.translation != TranslationMode::None;
+        let mut links = Vec::with_capacity(target_joints.len());
+        for (position, &joint) in target_joints.iter().enumerate() {
+            let is_end = position >= shape.target.len();
+            let (segment, share) = place(target_shares[position], position);
+            let bone = (position > 0 && source_joints.len() > 1).then(|| {
+                let middle = f64::midpoint(target_shares[position - 1], target_shares[position]);
+                let (segment, _) = place(middle, position - 1);
+                let [from, to] = [segment, segment + 1].map(|index| compiler.source_rest[source_joints[index]]);
+                let parent = compiler
+                    .target
+                    .parent(joint)
+                    .map_or(compiler.plan_from_target, |parent| compiler.target_rest[parent]);
+                Bone {
+                    segment,
+                    source_rest: from.rotation.conjugate() * (to.translation - from.translation),
+                    target_from_source: parent.rotation.conjugate() * from.rotation,
+                }
+            });
+            let slot = self.change(joint, turns && !is_end, moves && bone.is_some());
+            let rest = self.rest_below_parent(joint);
+            links.push(Link {
+                slot,
+                turns: turns && !is_end,
+                rest_local: Transform { rotation: rest.rotation, ..compiler.mapping.target_hold.transforms()[joint] },
+                follows: (source[segment], source[(segment + 1).min(source.len() - 1)], share),
+                bone,
+            });
+        }
+        let below: Vec<usize> = if turns {
+            let topmost = shape.target.iter().flat_map(|&joint| compiler.topmost_driven_below(Some(joint)));
+            topmost.filter(|joint| !shape.target.contains(joint)).collect()
+        } else {
+            Vec::new()
+        };
+        let below: Vec<usize> = below.into_iter().map(|joint| self.change(joint, true, false)).collect();
+        ShapeStep {
+            rotation: shape.rotation,
+            translation: shape.translation,
+            rotation_alpha: shape.rotation_alpha,
+            translation_alpha: shape.translation_alpha,
+            source,
+            source_lengths,
+            line_scale,
+            end: shape.ends.map(|ends| self.target(ends.1)),
+            kept: links.iter().map(|link| link.slot).chain(below.iter().copied()).collect(),
+            links,
+            below,
+        }
     }
 
     fn copy(&mut self, copy: &CopyDrive) -> CopyStep {

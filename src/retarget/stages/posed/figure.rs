@@ -9,6 +9,8 @@ use super::super::posing::{Pose, Posing};
 /// The target at one frame, and the source beside it. Joints below an edited one are carried along.
 pub(super) struct Figure<'a> {
     pub(super) source: &'a Pose,
+    /// How much of the op is taken; steps need it only where the blend of the result is not it.
+    pub(super) alpha: f64,
     posing: &'a Posing,
     pose: &'a mut Pose,
     /// What [`Self::keep`] remembers; as long as the pose.
@@ -20,7 +22,7 @@ pub(super) struct Figure<'a> {
 impl<'a> Figure<'a> {
     pub(super) fn new(source: &'a Pose, posing: &'a Posing, pose: &'a mut Pose, kept: &'a mut [Transform]) -> Self {
         let valid = pose.model.len();
-        Self { source, posing, pose, kept, valid }
+        Self { source, alpha: 1.0, posing, pose, kept, valid }
     }
 
     /// `plan_from_joint`.
@@ -70,6 +72,19 @@ impl<'a> Figure<'a> {
     pub(super) fn keep(&mut self, slots: &[usize]) {
         for &slot in slots {
             self.kept[slot] = self.model(slot);
+        }
+    }
+
+    /// Where a joint was when [`Self::keep`] was asked.
+    pub(super) fn kept(&self, slot: usize) -> Transform {
+        self.kept[slot]
+    }
+
+    /// Turns joints back to how they were turned when [`Self::keep`] was asked; they stay where they are carried.
+    pub(super) fn turn_back(&mut self, slots: &[usize]) {
+        for &slot in slots {
+            let kept = self.kept[slot];
+            self.turn_to(slot, kept.rotation);
         }
     }
 

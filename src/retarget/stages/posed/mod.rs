@@ -4,11 +4,16 @@
 //! before by the op's alpha.
 
 mod arms;
+mod carried;
 mod compile;
+mod fades;
 mod figure;
+mod fingers;
 mod joints;
 mod limits;
 mod pins;
+mod poles;
+mod shapes;
 mod stretch;
 mod twists;
 
@@ -18,8 +23,8 @@ use crate::{
 };
 
 use self::{
-    arms::ArmStep, figure::Figure, joints::JointStep, limits::LimitStep, pins::PinStep, stretch::StretchStep,
-    twists::TwistStep,
+    arms::ArmStep, carried::CarriedStep, fades::FadeStep, figure::Figure, fingers::FingerStep, joints::JointStep,
+    limits::LimitStep, pins::PinStep, poles::PoleStep, shapes::ShapeStep, stretch::StretchStep, twists::TwistStep,
 };
 use super::{
     posing::{Pose, Posing},
@@ -33,6 +38,8 @@ pub(super) struct PosedStage {
     source: Posing,
     target: Posing,
     steps: Vec<Step>,
+    /// Whether steps see the alpha themselves, so that their result is taken as it is.
+    fades: bool,
     /// The joints that steps change, each once, and their slots.
     changed: Vec<Changed>,
     slots: Vec<usize>,
@@ -48,6 +55,11 @@ enum Step {
     Stretch(StretchStep),
     Limit(Box<LimitStep>),
     Twist(TwistStep),
+    Finger(FingerStep),
+    Carried(CarriedStep),
+    Shape(Box<ShapeStep>),
+    Pole(PoleStep),
+    Fade(FadeStep),
 }
 
 /// A joint that takes a source joint's local transform.
@@ -82,16 +94,17 @@ impl PosedStage {
             for (before, &slot) in scratch.before.iter_mut().zip(&self.slots) {
                 *before = scratch.target.local[slot];
             }
-            if alpha > 0.0 {
+            if alpha > 0.0 || self.fades {
                 self.source.fill(&mut scratch.source, work.source, frame);
                 let mut figure = Figure::new(&scratch.source, &self.target, &mut scratch.target, &mut scratch.kept);
+                figure.alpha = alpha;
                 for step in &self.steps {
                     step.apply(&mut figure);
                 }
             }
             for ((change, before), &slot) in row.iter_mut().zip(&scratch.before).zip(&self.slots) {
                 let after = scratch.target.local[slot];
-                let (rotation, translation) = if alpha < 1.0 {
+                let (rotation, translation) = if alpha < 1.0 && !self.fades {
                     let rotation = before.rotation.slerp(after.rotation, alpha);
                     (rotation, before.translation.lerp(after.translation, alpha))
                 } else {
@@ -120,6 +133,11 @@ impl Step {
             Self::Stretch(step) => step.apply(figure),
             Self::Limit(step) => step.apply(figure),
             Self::Twist(step) => step.apply(figure),
+            Self::Finger(step) => step.apply(figure),
+            Self::Carried(step) => step.apply(figure),
+            Self::Shape(step) => step.apply(figure),
+            Self::Pole(step) => step.apply(figure),
+            Self::Fade(step) => step.apply(figure),
         }
     }
 }

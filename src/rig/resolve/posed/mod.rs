@@ -3,10 +3,13 @@
 mod additive_pose;
 mod arms;
 mod copy_base_pose;
+mod fingers;
 mod joints;
 mod limits;
 mod pin;
+pub(super) mod props;
 mod root_motion;
+pub(super) mod shapes;
 mod stretch;
 
 use glam::{DQuat, EulerRot};
@@ -14,12 +17,13 @@ use glam::{DQuat, EulerRot};
 use super::super::{
     auto_map::roles_of,
     error::{SpecErrorKind, SpecField},
+    floor::Stance,
     mapping::Mapping,
-    spec::{Op, Scope},
-    stages::StagedKind,
+    spec::{Alpha, Op, ScaleSourceOp, Scope},
+    stages::{SourceScale, StagedKind},
     understand::Rig,
 };
-use crate::model::Reporter;
+use crate::model::{Clip, Reporter};
 
 /// What the ops of this folder are resolved against.
 pub(super) struct Subject<'a> {
@@ -27,6 +31,8 @@ pub(super) struct Subject<'a> {
     pub(super) index: usize,
     pub(super) source: &'a Rig<'a>,
     pub(super) target: &'a Rig<'a>,
+    /// The clip that is to be moved.
+    pub(super) clip: &'a Clip,
     pub(super) mapping: &'a Mapping,
     pub(super) reporter: &'a mut Reporter,
     pub(super) fields: &'a mut Vec<SpecField>,
@@ -48,8 +54,57 @@ pub(super) fn resolve_posed(op: &Op, subject: &mut Subject<'_>) -> Option<Staged
             Some(StagedKind::Twist(op.gain, masked.unwrap_or_else(all)))
         }
         Op::RootMotion(op) => root_motion::resolve(op, subject).map(StagedKind::RootMotion),
-        Op::Pelvis(_) | Op::Fk(_) | Op::Contacts(_) | Op::Ik(_) | Op::Plant(_) | Op::Floor(_) | Op::Filter(_) => None,
+        Op::Fingers(op) => Some(StagedKind::Posed(fingers::resolve(op, subject))),
+        Op::Stride(_)
+        | Op::Props(_)
+        | Op::ScaleSource(_)
+        | Op::Pelvis(_)
+        | Op::Fk(_)
+        | Op::Contacts(_)
+        | Op::Ik(_)
+        | Op::Plant(_)
+        | Op::Floor(_)
+        | Op::Filter(_) => None,
     }
+}
+
+/// What the source is scaled by, on top of what an op before says.
+pub(super) fn scale_source(
+    op: &ScaleSourceOp,
+    index: usize,
+    source: &Rig<'_>,
+    before: Option<SourceScale>,
+    fields: &mut Vec<SpecField>,
+) -> Option<SourceScale> {
+    if !op.scope.enabled {
+        return before;
+    }
+    let mut refuse = |place: &str, detail: &str| {
+        fields.push(SpecField::new(SpecErrorKind::InvalidValue, format!("/ops/{index}/{place}"), detail));
+    };
+    if op.scope.mask.is_some() || op.scope.frames.is_some() || op.scope.alpha != Alpha::ALL {
+        refuse("", "scale_source is about the whole clip: it has no alpha, mask and frames");
+    }
+    if before.is_some() {
+        refuse("", "the source is scaled once; there is a scale_source before this one");
+    }
+    let pivot = op.pivot.as_ref().and_then(|name| match source.joint(name, &format!("/ops/{index}/pivot")) {
+        Ok(joint) => Some(joint),
+        Err(field) => {
+            let role = source.role(name).first().copied();
+            if role.is_none() {
+                fields.push(field);
+            }
+            role
+        }
+    });
+    Some(SourceScale { factor: op.factor, pivot, up: source.up(), floor: floor_of(source).filter(|_| op.on_floor) })
+}
+
+/// Height of the floor below a rig, in the scene's unit.
+fn floor_of(rig: &Rig<'_>) -> Option<f64> {
+    let pelvis = *rig.role("pelvis").first()?;
+    Some(Stance::of(rig, pelvis).floor)
 }
 
 impl Subject<'_> {

@@ -5,6 +5,7 @@ mod arm_spacing;
 mod contacts;
 mod copy_base_pose;
 mod filter;
+mod fingers;
 mod fk;
 mod floor;
 mod ik;
@@ -13,9 +14,12 @@ mod limits;
 mod pelvis;
 mod pin;
 mod plant;
+mod props;
 mod root_motion;
+mod scale_source;
 mod scope;
 mod stretch_chain;
+mod stride;
 mod twist;
 
 pub use additive_pose::AdditivePoseOp;
@@ -23,6 +27,7 @@ pub use arm_spacing::ArmSpacingOp;
 pub use contacts::{ContactFloor, ContactFloorRule, ContactsOp};
 pub use copy_base_pose::CopyBasePoseOp;
 pub use filter::{FilterKind, FilterOp};
+pub use fingers::FingersOp;
 pub use fk::{Carry, FkOp};
 pub use floor::FloorOp;
 pub use ik::{IkGoal, IkOp};
@@ -31,9 +36,12 @@ pub use limits::{LimitRange, LimitsOp};
 pub use pelvis::{HeightRule, PelvisOp, PelvisScale, PelvisScaleRule, ScaleOrigin};
 pub use pin::{Pin, PinMode, PinOp, PinSide};
 pub use plant::{PlantMode, PlantOp};
+pub use props::{CarriedProp, Grip, GripHand, PropsOp};
 pub use root_motion::{RootAction, RootAxis, RootMotionOp, RootPlace, RootSource};
+pub use scale_source::ScaleSourceOp;
 pub use scope::{Alpha, Scope};
 pub use stretch_chain::StretchChainOp;
+pub use stride::{StrideDirection, StrideOp};
 pub use twist::TwistOp;
 
 use schemars::JsonSchema;
@@ -73,11 +81,29 @@ pub enum Op {
     Twist(TwistOp),
     /// Takes back what bends farther than bodies do.
     Limits(LimitsOp),
+    /// Bends and spreads fingers more or less.
+    Fingers(FingersOp),
+    /// Makes steps longer or shorter.
+    Stride(StrideOp),
+    /// Keeps things in hands.
+    Props(PropsOp),
+    /// Scales the source's motion.
+    ScaleSource(ScaleSourceOp),
     /// Puts the figure's way onto its root joint, or takes it out.
     RootMotion(RootMotionOp),
 }
 
 impl Op {
+    /// How much of it is taken.
+    #[must_use]
+    pub fn alpha(&self) -> &Alpha {
+        match self {
+            Self::Pelvis(op) => &op.alpha,
+            Self::Fk(op) => &op.alpha,
+            other => other.scope().map_or(&Alpha::ALL, |scope| &scope.alpha),
+        }
+    }
+
     /// When and on what it works; nothing for `pelvis` and `fk`, which have fields of their own for that.
     #[must_use]
     pub const fn scope(&self) -> Option<&Scope> {
@@ -96,6 +122,10 @@ impl Op {
             Self::StretchChain(op) => Some(&op.scope),
             Self::Twist(op) => Some(&op.scope),
             Self::Limits(op) => Some(&op.scope),
+            Self::Fingers(op) => Some(&op.scope),
+            Self::Stride(op) => Some(&op.scope),
+            Self::Props(op) => Some(&op.scope),
+            Self::ScaleSource(op) => Some(&op.scope),
             Self::RootMotion(op) => Some(&op.scope),
         }
     }
