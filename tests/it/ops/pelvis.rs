@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::stage::{Played, Stage, degrees};
+use super::stage::{KINEMATICS, Played, Stage, degrees};
 
 fn with_pelvis(pelvis: &str, more: &str) -> String {
     format!(r#"{{"ops": [{{"op": "pelvis"{pelvis}}}, {{"op": "fk"}}{more}]}}"#)
@@ -34,7 +34,7 @@ fn a_lowered_pelvis_bends_the_knees_or_sinks_the_feet() {
 #[test]
 fn a_turned_pelvis_leaves_what_hangs_from_it_pointing_as_it_did() {
     let stage = Stage::walk();
-    let plain = stage.play("{}");
+    let plain = stage.play(KINEMATICS);
     let turned = stage.play(&with_pelvis(r#", "turn_offset": [0, 30, 0]"#, ""));
     let local = stage.play(&with_pelvis(r#", "local_turn_offset": [0, 0, 20], "local_offset": [0.1, 0, 0]"#, ""));
     for frame in [0, 60] {
@@ -90,7 +90,7 @@ fn the_target_sits_on_the_ground_when_the_source_does() {
     let (source, target) = (rest(&stage.source, 0), rest(&stage.target, stage.target_joint("pelvis")));
     assert!((height(source) - target).abs() < 0.02, "standing is standing: {} and {target}", height(source));
     let faded = stage.play(&with_pelvis(r#", "floor_constraint": 1, "floor_falloff": 0.5"#, ""));
-    let plain = stage.play("{}");
+    let plain = stage.play(KINEMATICS);
     let (first, second) = (stage.place(&faded, 40, "pelvis"), stage.place(&plain, 40, "pelvis"));
     assert!(first.distance(second) < 1e-6, "a walk is far above the ground: {first} {second}");
 }
