@@ -44,8 +44,8 @@ pub use shoulder::ShoulderPair;
 pub use spec::*;
 pub use stages::{
     ChainShape, ChainStretch, CopyDrive, DriveFrom, FingerDrive, GripPair, Ground, JointDrive, JointLimit, Limb,
-    LimbJoints, LimbPair, LimitFrame, PinDrive, PosedEdit, PropDrive, RootMotion, Schedule, Sole, SourceScale,
-    StagedKind, StagedOp, Stages,
+    LimbJoints, LimbPair, LimitFrame, PinDrive, PosedEdit, PropDrive, ReachDrive, ReachEnd, RootMotion, Schedule, Sole,
+    SourceScale, StagedKind, StagedOp, Stages,
 };
 pub use twist::{TwistAgainst, TwistPair};
 pub use understand::{Rig, find_clip};

@@ -4,7 +4,7 @@ mod posed;
 
 pub use posed::{
     ChainShape, ChainStretch, CopyDrive, DriveFrom, FingerDrive, GripPair, JointDrive, JointLimit, LimitFrame,
-    PinDrive, PosedEdit, PropDrive, RootMotion, SourceScale,
+    PinDrive, PosedEdit, PropDrive, ReachDrive, ReachEnd, RootMotion, SourceScale,
 };
 
 use glam::{DMat3, DVec3};

@@ -83,6 +83,7 @@ pub(super) fn resolve_stages(
             }
             Op::Stride(op) => (&op.scope, StagedKind::Stride(op.clone()), Defaults::Legs),
             Op::Fingers(_)
+            | Op::Reach(_)
             | Op::Joints(_)
             | Op::Pin(_)
             | Op::CopyBasePose(_)

@@ -39,6 +39,8 @@ pub enum PosedEdit {
     Prop(PropDrive),
     /// A chain that takes the shape, the local rotations or the lengths of the source's.
     Shape(Box<ChainShape>),
+    /// Ends that get to goals.
+    Reach(Box<ReachDrive>),
     /// A limb whose bend is turned to where the source's points.
     Pole {
         /// Index into the limbs.
@@ -264,4 +266,40 @@ pub struct SourceScale {
     pub up: DVec3,
     /// Height of the floor that the pivot is taken down to, in the scene's unit; nothing where it stays at its height.
     pub floor: Option<f64>,
+}
+
+/// Ends of chains that get to goals.
+#[derive(Clone, Debug)]
+pub struct ReachDrive {
+    /// The ends.
+    pub ends: Vec<ReachEnd>,
+    /// Joints that may turn, parents first.
+    pub joints: Vec<usize>,
+    /// How stiff each of them is, 0 to 1.
+    pub stiffness: Vec<f64>,
+    /// The pelvis, where it may go along, and how freely.
+    pub pelvis: Option<(usize, f64)>,
+    /// Rounds at most.
+    pub iterations: u32,
+    /// As a share of the chains' lengths.
+    pub damping: f64,
+}
+
+/// One end and what its goal comes from.
+#[derive(Clone, Debug)]
+pub struct ReachEnd {
+    /// Joint of the target.
+    pub end: usize,
+    /// Joint of the source.
+    pub source: usize,
+    /// The first joint that may turn.
+    pub start: usize,
+    /// The source's joint that the goal is seen from; nothing where it is a place in the world.
+    pub source_start: Option<usize>,
+    /// Joints that may turn for it, parents first.
+    pub turning: Vec<usize>,
+    /// Share of the way there, along left, up and front.
+    pub weight: DVec3,
+    /// Metres along left, up and front.
+    pub offset: DVec3,
 }

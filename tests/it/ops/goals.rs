@@ -39,8 +39,7 @@ fn feet_are_set_farther_apart() {
     let stage = Stage::onto_itself();
     let plain = stage.play(&stack(r#"{"op": "ik", "softness": 0}"#));
     let wide = stage.play(&stack(r#"{"op": "ik", "softness": 0}, {"op": "stride", "sideways": 0.05}"#));
-    let splayed =
-        stage.play(&stack(r#"{"op": "ik", "softness": 0}, {"op": "stride", "splay": 1.5}"#));
+    let splayed = stage.play(&stack(r#"{"op": "ik", "softness": 0}, {"op": "stride", "splay": 1.5}"#));
     for frame in [0, 50] {
         let apart = |played: &Played| {
             (stage.place(played, frame, "mixamorig:LeftFoot") - stage.place(played, frame, "mixamorig:RightFoot")).x

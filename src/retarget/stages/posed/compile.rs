@@ -3,10 +3,10 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::{
-    model::Transform,
+    model::{Skeleton, Transform},
     rig::{
         ChainShape, ChainStretch, CopyDrive, DriveFrom, JointDrive, JointLimit, JointSpace, PinDrive, PinMode, PinSide,
-        PosedEdit, PropDrive, RotationMode, Schedule, TranslationMode, TwistAgainst, TwistPair,
+        PosedEdit, PropDrive, ReachDrive, RotationMode, Schedule, TranslationMode, TwistAgainst, TwistPair,
     },
 };
 
@@ -21,6 +21,7 @@ use super::{
     limits::LimitStep,
     pins::PinStep,
     poles::PoleStep,
+    reach::{GoalPlace, MOST_GOALS, ReachStep, ReachedGoal, TurnedJoint},
     shapes::{Bone, Link, ShapeStep},
     stretch::StretchStep,
     twists::{Against, TwistStep},
@@ -151,6 +152,7 @@ impl<'a> Builder<'a> {
                 curl_offset: finger.curl_offset,
             }),
             PosedEdit::Prop(prop) => Step::Carried(self.prop(prop)),
+            PosedEdit::Reach(reach) => Step::Reach(Box::new(self.reach(reach))),
             PosedEdit::Shape(shape) => Step::Shape(Box::new(self.shape(shape))),
             PosedEdit::Pole { limb, align, offset, keeps_offset } => {
                 Step::Pole(self.pole(*limb, *align, *offset, *keeps_offset))
@@ -300,6 +302,71 @@ impl<'a> Builder<'a> {
             holder_turn: turn(prop.source_holder, prop.holder),
             prop_turn: turn(prop.source, prop.joint),
             scale: prop.scale,
+        }
+    }
+
+    fn reach(&mut self, reach: &ReachDrive) -> ReachStep {
+        let compiler = self.compiler;
+        let ground = compiler.ground();
+        let axes = ground.axes();
+        let length = |skeleton: &Skeleton, rest: &[Transform], start: usize, end: usize| {
+            let path = skeleton.path(start, end).unwrap_or_default();
+            let place = |joint: usize| rest[joint].translation;
+            path.windows(2).map(|pair| place(pair[0]).distance(place(pair[1]))).sum::<f64>()
+        };
+        let lengths: Vec<f64> =
+            reach.ends.iter().map(|end| length(compiler.target, &compiler.target_rest, end.start, end.end)).collect();
+        let mut goals = Vec::with_capacity(reach.ends.len());
+        for (end, &own) in reach.ends.iter().zip(&lengths) {
+            let offset = axes * end.offset * ground.units_per_metre;
+            let source = self.source(end.source);
+            let place = match end.source_start {
+                None => GoalPlace::World {
+                    source,
+                    travel: ground.travel,
+                    offset: offset + ground.up * ground.target_floor - ground.travel * ground.up * ground.source_floor,
+                },
+                Some(start) => {
+                    let of_source = length(compiler.source, &compiler.source_rest, start, end.source);
+                    GoalPlace::Chain {
+                        source,
+                        source_start: self.source(start),
+                        start: self.target(end.start),
+                        scale: if of_source > 0.0 { own / of_source } else { compiler.mapping.global_scale },
+                        offset,
+                    }
+                }
+            };
+            let along = |weight: DVec3| axes * DMat3::from_diagonal(weight) * axes.transpose();
+            let counts = end.weight.to_array().map(|weight| if weight > 0.0 { 1.0 } else { 0.0 });
+            goals.push(ReachedGoal {
+                end: self.target(end.end),
+                place,
+                weight: along(end.weight),
+                mask: along(DVec3::from(counts)),
+                length: own.max(f64::MIN_POSITIVE),
+            });
+        }
+        let mean = (lengths.iter().sum::<f64>() / lengths.len().max(1) as f64).max(f64::MIN_POSITIVE);
+        let joints = reach.joints.iter().zip(&reach.stiffness).map(|(&joint, stiffness)| {
+            let mut turns_for = [false; MOST_GOALS];
+            for (turns, end) in turns_for.iter_mut().zip(&reach.ends) {
+                *turns = end.turning.contains(&joint);
+            }
+            TurnedJoint {
+                slot: self.change(joint, true, false),
+                mobility: (1.0 - stiffness) / (mean * mean),
+                turns_for,
+            }
+        });
+        let joints: Vec<TurnedJoint> = joints.collect();
+        ReachStep {
+            goals,
+            joints,
+            pelvis: reach.pelvis.map(|(pelvis, freedom)| (self.change(pelvis, false, true), freedom)),
+            kept: reach.ends.iter().map(|end| self.change(end.end, true, false)).collect(),
+            iterations: reach.iterations,
+            damping: reach.damping * reach.damping,
         }
     }
 

@@ -13,6 +13,7 @@ mod joints;
 mod limits;
 mod pins;
 mod poles;
+mod reach;
 mod shapes;
 mod stretch;
 mod twists;
@@ -24,7 +25,8 @@ use crate::{
 
 use self::{
     arms::ArmStep, carried::CarriedStep, fades::FadeStep, figure::Figure, fingers::FingerStep, joints::JointStep,
-    limits::LimitStep, pins::PinStep, poles::PoleStep, shapes::ShapeStep, stretch::StretchStep, twists::TwistStep,
+    limits::LimitStep, pins::PinStep, poles::PoleStep, reach::ReachStep, shapes::ShapeStep, stretch::StretchStep,
+    twists::TwistStep,
 };
 use super::{
     posing::{Pose, Posing},
@@ -59,6 +61,7 @@ enum Step {
     Carried(CarriedStep),
     Shape(Box<ShapeStep>),
     Pole(PoleStep),
+    Reach(Box<ReachStep>),
     Fade(FadeStep),
 }
 
@@ -137,6 +140,7 @@ impl Step {
             Self::Carried(step) => step.apply(figure),
             Self::Shape(step) => step.apply(figure),
             Self::Pole(step) => step.apply(figure),
+            Self::Reach(step) => step.apply(figure),
             Self::Fade(step) => step.apply(figure),
         }
     }

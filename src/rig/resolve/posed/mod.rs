@@ -8,6 +8,7 @@ mod joints;
 mod limits;
 mod pin;
 pub(super) mod props;
+mod reach;
 mod root_motion;
 pub(super) mod shapes;
 mod stretch;
@@ -54,6 +55,7 @@ pub(super) fn resolve_posed(op: &Op, subject: &mut Subject<'_>) -> Option<Staged
             Some(StagedKind::Twist(op.gain, masked.unwrap_or_else(all)))
         }
         Op::RootMotion(op) => root_motion::resolve(op, subject).map(StagedKind::RootMotion),
+        Op::Reach(op) => Some(StagedKind::Posed(reach::resolve(op, subject))),
         Op::Fingers(op) => Some(StagedKind::Posed(fingers::resolve(op, subject))),
         Op::Stride(_)
         | Op::Props(_)

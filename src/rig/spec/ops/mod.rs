@@ -15,6 +15,7 @@ mod pelvis;
 mod pin;
 mod plant;
 mod props;
+mod reach;
 mod root_motion;
 mod scale_source;
 mod scope;
@@ -37,6 +38,7 @@ pub use pelvis::{HeightRule, PelvisOp, PelvisScale, PelvisScaleRule, ScaleOrigin
 pub use pin::{Pin, PinMode, PinOp, PinSide};
 pub use plant::{PlantMode, PlantOp};
 pub use props::{CarriedProp, Grip, GripHand, PropsOp};
+pub use reach::{ReachGoal, ReachOp, ReachPlace};
 pub use root_motion::{RootAction, RootAxis, RootMotionOp, RootPlace, RootSource};
 pub use scale_source::ScaleSourceOp;
 pub use scope::{Alpha, Scope};
@@ -83,6 +85,8 @@ pub enum Op {
     Limits(LimitsOp),
     /// Bends and spreads fingers more or less.
     Fingers(FingersOp),
+    /// Gets ends of chains to goals with the help of the body.
+    Reach(ReachOp),
     /// Makes steps longer or shorter.
     Stride(StrideOp),
     /// Keeps things in hands.
@@ -124,6 +128,7 @@ impl Op {
             Self::Limits(op) => Some(&op.scope),
             Self::Fingers(op) => Some(&op.scope),
             Self::Stride(op) => Some(&op.scope),
+            Self::Reach(op) => Some(&op.scope),
             Self::Props(op) => Some(&op.scope),
             Self::ScaleSource(op) => Some(&op.scope),
             Self::RootMotion(op) => Some(&op.scope),
