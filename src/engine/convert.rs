@@ -52,6 +52,7 @@ pub(super) fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
 
 /// The same clip likewise.
 pub(super) fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -> Result<Clip, ClipError> {
+    let contacts = clip.contacts().to_vec();
     let (name, times, tracks) = clip.into_parts();
     let rotation = conversion.rotation.as_quat();
     #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
@@ -66,7 +67,7 @@ pub(super) fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -
             scale: tracks.scale,
         }
     });
-    Clip::new(name, times, joints.collect())
+    Clip::new(name, times, joints.collect())?.with_contacts(contacts)
 }
 
 fn map<T: Copy>(track: Track<T>, change: impl Fn(T) -> T) -> Track<T> {

@@ -5,6 +5,7 @@ mod container;
 mod documents;
 mod facts;
 mod library;
+mod ops;
 mod poses;
 mod proposals;
 mod real;

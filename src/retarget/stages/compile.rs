@@ -58,6 +58,7 @@ impl Stack {
             source: mapping.stages.source_scale.map(|scale| ScaledSource::new(scale, source)),
             stages: compiler.stages,
             limbs: mapping.stages.limbs.iter().map(|pair| pair.limb.name()).collect(),
+            contact_joints: mapping.stages.limbs.iter().flat_map(contact_joints).collect(),
             metres_per_unit: mapping.stages.ground.units_per_metre.recip(),
         }
     }
@@ -425,6 +426,12 @@ impl Compiler<'_> {
         };
         self.stages.push(Stage::Pull(stage));
     }
+}
+
+/// The points of contact of a limb, and the joints of the target that they are.
+fn contact_joints(pair: &LimbPair) -> Vec<(&'static str, usize)> {
+    let joints = [Some(pair.target.end), pair.target.ball, pair.target.tip];
+    pair.limb.contact_points().into_iter().zip(joints).filter_map(|(point, joint)| Some((point, joint?))).collect()
 }
 
 /// Size of the target's foot over the source's, where both are of one shape.

@@ -28,7 +28,7 @@ mod work;
 
 pub use result::{ContactTrack, LimbReach, StackResult};
 
-use crate::model::{Canceled, Clip, Control};
+use crate::model::{Canceled, Clip, Control, JointContacts};
 
 use self::{
     contacts::{ContactPoints, ContactStage},
@@ -57,6 +57,8 @@ pub struct Stack {
     source: Option<ScaledSource>,
     stages: Vec<Stage>,
     limbs: Vec<&'static str>,
+    /// Points of contact and the joints of the target that they are.
+    contact_joints: Vec<(&'static str, usize)>,
     metres_per_unit: f64,
 }
 
@@ -111,7 +113,20 @@ impl Stack {
         }
         let (contacts, reaches) = result::tell(&work, &self.limbs, self.metres_per_unit);
         let target = work.target;
-        Ok(StackResult { clip: Clip::new(name, times, target)?, contacts, reaches })
+        let touching = self.touching(&contacts);
+        let clip = Clip::new(name, times, target)?.with_contacts(touching)?;
+        Ok(StackResult { clip, contacts, reaches })
+    }
+}
+
+impl Stack {
+    /// What touches, as joints of the target; points that it does not have are left out.
+    fn touching(&self, contacts: &[ContactTrack]) -> Vec<JointContacts> {
+        let joint = |track: &ContactTrack| {
+            let (_, joint) = self.contact_joints.iter().find(|(point, _)| *point == track.point)?;
+            Some(JointContacts { joint: *joint, touches: track.touches.clone() })
+        };
+        contacts.iter().filter_map(joint).collect()
     }
 }
 

@@ -173,3 +173,54 @@ fn played_floor(played: &Played) -> f64 {
     let pelvis = played.mapping.pelvis.expect("a pelvis").plain;
     pelvis.target_origin.y
 }
+
+/// The spine leads and the tip of a chain of nine bones reaches.
+#[test]
+fn ends_of_long_chains_get_where_the_sources_are() {
+    let stage = Stage::walk();
+    let config = |goal: &str, more: &str| stack(&format!(r#"{{"op": "reach", "goals": [{goal}]{more}}}"#));
+    let world = |played: &Played, frame: usize, name: &str| {
+        let pelvis = played.mapping.pelvis.expect("a pelvis").plain;
+        let place = stage.source_pose(frame).transforms()[stage.source_joint(name)].translation;
+        pelvis.target_origin + pelvis.scale * (place - pelvis.source_origin)
+    };
+    let played = stage.play(&config(r#"{"end": "left_hand", "depth": 3}, {"end": "right_hand", "depth": 8}"#, ""));
+    let plain = stage.play(KINEMATICS);
+    for frame in [0, 40, 90] {
+        for (role, joint) in [("mixamorig:LeftHand", "hand_l"), ("mixamorig:RightHand", "hand_r")] {
+            let off = stage.place(&played, frame, joint).distance(world(&played, frame, role));
+            assert!(off < 1e-3, "{joint} at frame {frame} is {off} off");
+            let turned = degrees(stage.turned(&played, frame, joint), stage.turned(&plain, frame, joint));
+            assert!(turned < 1e-3, "it keeps how it is turned: {turned}");
+        }
+    }
+    let level =
+        stage.play(&config(r#"{"end": "left_hand", "depth": 3, "axes": [0, 1, 0], "offset": [0, 0.05, 0]}"#, ""));
+    let (hand, wanted) = (stage.place(&level, 40, "hand_l"), world(&level, 40, "mixamorig:LeftHand") + DVec3::Y * 0.05);
+    assert!((hand.y - wanted.y).abs() < 1e-3, "up and down: {hand} where {wanted} is wanted");
+    assert!((hand - wanted).with_y(0.0).length() > 0.01, "to the sides it is where the arm takes it");
+    let half = stage.play(&config(r#"{"end": "left_hand", "depth": 3, "weight": 0.5}"#, ""));
+    let middle = stage.place(&plain, 40, "hand_l").midpoint(world(&plain, 40, "mixamorig:LeftHand"));
+    assert!(stage.place(&half, 40, "hand_l").distance(middle) < 1e-3, "half of the way");
+}
+
+#[test]
+fn a_body_goes_along_where_arms_are_too_short() {
+    let stage = Stage::walk();
+    let far = r#"{"end": "left_hand", "depth": 2, "offset": [0.9, 0, 0]}"#;
+    let config = |goal: &str, more: &str| stack(&format!(r#"{{"op": "reach", "goals": [{goal}]{more}}}"#));
+    let plain = stage.play(KINEMATICS);
+    let moved = |played: &Played, joint: &str| stage.place(played, 40, joint) - stage.place(&plain, 40, joint);
+    let arm = stage.play(&config(far, ""));
+    assert!(moved(&arm, "pelvis").length() < 1e-6 && moved(&arm, "spine_05").length() < 1e-6, "the arm alone");
+    let deep = stage.play(&config(&far.replace("\"depth\": 2", "\"depth\": 9"), ""));
+    assert!(moved(&deep, "hand_l").x > moved(&arm, "hand_l").x + 0.05, "the back bends to the side");
+    let whole = stage.play(&config(far, r#", "pelvis": 1, "iterations": 60"#));
+    assert!(moved(&whole, "pelvis").x > 0.1, "the pelvis goes along: {}", moved(&whole, "pelvis"));
+    let stiff = stage.play(&config(&far.replace("\"depth\": 2", "\"depth\": 9"), r#", "stiffness": {"spine": 1}"#));
+    assert!(degrees(stage.turned(&stiff, 40, "spine_05"), stage.turned(&plain, 40, "spine_05")) < 1e-3, "a stiff back");
+    for frame in 0..120 {
+        let step = stage.place(&deep, frame + 1, "hand_l") - stage.place(&deep, frame, "hand_l");
+        assert!(step.is_finite() && step.length() < 0.12, "no jump at frame {frame}: {step}");
+    }
+}
