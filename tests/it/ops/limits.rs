@@ -1,6 +1,6 @@
 //! `limits`: nothing bends farther than it may.
 
-use super::stage::{Stage, degrees};
+use super::stage::{KINEMATICS, Stage, degrees};
 
 fn bent(op: &str, degrees: f64) -> String {
     // The mannequin's forearms bend about their own Z.
@@ -13,7 +13,7 @@ fn bent(op: &str, degrees: f64) -> String {
 #[test]
 fn what_bodies_do_is_left_alone() {
     for stage in [Stage::walk(), Stage::onto_itself()] {
-        let (plain, limited) = (stage.play("{}"), stage.play(&bent(r#", {"op": "limits"}"#, 0.0)));
+        let (plain, limited) = (stage.play(KINEMATICS), stage.play(&bent(r#", {"op": "limits"}"#, 0.0)));
         for frame in [0, 25, 77] {
             for joint in 0..stage.target.skeleton.len() {
                 let turned =
@@ -34,7 +34,7 @@ fn an_elbow_does_not_bend_the_wrong_way() {
         let (upper, lower) = (at("lowerarm_l") - at("upperarm_l"), at("hand_l") - at("lowerarm_l"));
         upper.angle_between(lower).to_degrees()
     };
-    let plain = elbow(&stage.play("{}"));
+    let plain = elbow(&stage.play(KINEMATICS));
     for degrees in [-120.0, 120.0] {
         let wrong = stage.play(&bent("", degrees));
         let mended = stage.play(&bent(r#", {"op": "limits"}"#, degrees));

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use retargetd::model::{Joint, Skeleton, Transform};
 
-use super::stage::{Stage, degrees};
+use super::stage::{KINEMATICS, Stage, degrees};
 
 /// The walk and the mannequin, whose rig has a socket below its root that nothing drives.
 fn with_socket() -> Stage {
@@ -75,7 +75,7 @@ fn children_are_carried_along_or_stay() {
                 {{"joint": "lowerarm_l", "to": "head", "mode": "global", "rotation": false, "carries_children": {carries}}}]}}]}}"#
         )
     };
-    let plain = stage.play("{}");
+    let plain = stage.play(KINEMATICS);
     let (carried, left) = (stage.play(&config(true)), stage.play(&config(false)));
     let hand = |played| stage.place(played, 60, "hand_l");
     assert!(hand(&left).distance(hand(&plain)) < 1e-5, "the hand stays where it was");

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, Quat};
 
-use super::stage::{Stage, degrees};
+use super::stage::{KINEMATICS, Stage, degrees};
 
 fn behind_kinematics(op: &str) -> String {
     format!(r#"{{"ops": [{{"op": "pelvis"}}, {{"op": "fk"}}, {op}]}}"#)
@@ -27,7 +27,7 @@ fn joints_of_equal_names_are_copied() {
 #[test]
 fn a_pose_is_added_to_every_frame() {
     let stage = Stage::walk();
-    let plain = stage.play("{}");
+    let plain = stage.play(KINEMATICS);
     let played = stage.play(&behind_kinematics(
         r#"{"op": "additive_pose", "degrees": {"head": [0, 0, 20], "left_hand": [10, 0, 0]}}"#,
     ));
@@ -38,7 +38,7 @@ fn a_pose_is_added_to_every_frame() {
     }
     let mut stage = Stage::onto_itself();
     stage.target.clips = stage.source.clips.clone();
-    let plain = stage.play("{}");
+    let plain = stage.play(KINEMATICS);
     let played =
         stage.play(&behind_kinematics(r#"{"op": "additive_pose", "clip": 0, "frame": 15, "mask": ["right_shin"]}"#));
     let shin = stage.target_joint("mixamorig:RightLeg");
@@ -52,7 +52,7 @@ fn a_pose_is_added_to_every_frame() {
 #[test]
 fn arms_are_spread_about_the_front() {
     let stage = Stage::walk();
-    let plain = stage.play("{}");
+    let plain = stage.play(KINEMATICS);
     let played = stage.play(&behind_kinematics(r#"{"op": "arm_spacing", "degrees": 12}"#));
     for (hand, arm) in [("hand_l", "upperarm_l"), ("hand_r", "upperarm_r")] {
         let turned = degrees(stage.turned(&plain, 30, arm), stage.turned(&played, 30, arm));
@@ -67,7 +67,7 @@ fn arms_are_spread_about_the_front() {
 #[test]
 fn chains_get_longer() {
     let stage = Stage::walk();
-    let plain = stage.play("{}");
+    let plain = stage.play(KINEMATICS);
     let length = |played, from, to| stage.place(played, 20, from).distance(stage.place(played, 20, to));
     let played = stage.play(&behind_kinematics(r#"{"op": "stretch_chain", "scale": 1.5, "mask": ["left_arm"]}"#));
     let forearm = |played| length(played, "lowerarm_l", "hand_l");
@@ -95,7 +95,7 @@ fn twist_joints_follow_a_hand_that_was_turned_later() {
     let turn = r#"{"op": "additive_pose", "degrees": {"left_hand": [60, 0, 0]}}"#;
     let unshared = stage.play(&behind_kinematics(turn));
     let shared = stage.play(&behind_kinematics(&format!(r#"{turn}, {{"op": "twist"}}"#)));
-    let plain = stage.play("{}");
+    let plain = stage.play(KINEMATICS);
     // The mannequin's bones lie along X, so the hand was twisted against the forearm by about 60 degrees.
     let twisted = |played: &super::stage::Played, joint: &str| {
         degrees(stage.turned(&plain, 40, joint), stage.turned(played, 40, joint))

@@ -1,6 +1,6 @@
 //! `root_motion`: the way on the root, or taken out.
 
-use super::stage::{Stage, degrees};
+use super::stage::{KINEMATICS, Stage, degrees};
 
 fn config(op: &str) -> String {
     format!(r#"{{"ops": [{{"op": "pelvis"}}, {{"op": "fk"}}, {{"op": "root_motion"{op}}}]}}"#)
@@ -18,7 +18,7 @@ fn assert_same_body(stage: &Stage, first: &super::stage::Played, second: &super:
 #[test]
 fn the_root_goes_the_way_and_the_body_stays() {
     let stage = Stage::walk();
-    let plain = stage.play("{}");
+    let plain = stage.play(KINEMATICS);
     for (op, height) in
         [("", 0.0), (r#", "turn": true, "smoothing_seconds": 0.4"#, 0.0), (r#", "axes": ["left", "up", "front"]"#, 0.0)]
     {
@@ -39,7 +39,7 @@ fn the_root_goes_the_way_and_the_body_stays() {
 #[test]
 fn the_way_of_the_sources_root_can_be_taken() {
     let stage = Stage::walk();
-    let plain = stage.play("{}");
+    let plain = stage.play(KINEMATICS);
     let played =
         stage.play(&config(r#", "from": "source_root", "source_joint": "mixamorig:Hips", "place": "first_frame""#));
     assert_same_body(&stage, &plain, &played, 90);
@@ -53,7 +53,7 @@ fn the_way_of_the_sources_root_can_be_taken() {
 #[test]
 fn a_figure_stays_in_place() {
     let stage = Stage::walk();
-    let plain = stage.play("{}");
+    let plain = stage.play(KINEMATICS);
     let played = stage.play(&config(r#", "action": "remove""#));
     let begin = stage.place(&plain, 0, "pelvis");
     for frame in [0, 40, 120] {

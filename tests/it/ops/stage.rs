@@ -8,6 +8,9 @@ use retargetd::{
     samples,
 };
 
+/// Forward kinematics alone: what the ops of these tests stand behind.
+pub(crate) const KINEMATICS: &str = r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#;
+
 /// Two scenes; the first one's first clip is moved onto the second.
 pub(crate) struct Stage {
     pub(crate) source: Scene,
