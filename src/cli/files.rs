@@ -3,10 +3,14 @@
 use std::{
     fs::{self, File},
     io::{self, Read, Write},
-    path::{Path, PathBuf},
+    path::{Component, Path, PathBuf},
 };
 
-use crate::{engine::NamedBytes, formats::Limits};
+use crate::{
+    engine::NamedBytes,
+    formats::{self, FormatError, Limits},
+    model::Control,
+};
 
 use super::exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED};
 
@@ -53,12 +57,38 @@ impl InputFile {
             return Err(too_large(bytes.len() as u64));
         }
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        if formats::may_point_to_others(&bytes, &name) {
+            bytes = with_neighbours(bytes, path, limits).map_err(|error| {
+                Exit::new(INPUT_REFUSED, format!("{part} {shown}: {}: {}", error.place, error.detail), &error.hint)
+            })?;
+        }
         Ok(Self { path: path.to_owned(), name, bytes })
     }
 
     pub(super) fn as_named(&self) -> NamedBytes<'_> {
         NamedBytes { name: &self.name, bytes: &self.bytes }
     }
+}
+
+/// A glTF with the buffers and images that lie beside it or below its folder; a file that is not there, or lies elsewhere, is
+/// not opened.
+fn with_neighbours(document: Vec<u8>, path: &Path, limits: &Limits) -> Result<Vec<u8>, FormatError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    formats::embed_with(&document, limits, &Control::new(), |name| {
+        let below = Path::new(name);
+        if !below.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
+            return Ok(None);
+        }
+        let Ok(file) = File::open(folder.join(below)) else { return Ok(None) };
+        let mut content = Vec::new();
+        let read = file.take(limits.file_bytes.saturating_add(1)).read_to_end(&mut content);
+        read.map_err(|error| FormatError::malformed("file", name, format!("it cannot be read: {error}")))?;
+        if content.len() as u64 > limits.file_bytes {
+            let detail = format!("the file is larger than the {} bytes that are read", limits.file_bytes);
+            return Err(FormatError::malformed("file", name, detail));
+        }
+        Ok(Some(content))
+    })
 }
 
 /// Finds out before the work whether a result has a place to go.

@@ -189,7 +189,13 @@ pub fn inspect_with(
 const fn can_have_skins(format: Format) -> bool {
     match format {
         Format::Glb | Format::Gltf | Format::Vrm | Format::Fbx => true,
-        Format::Vrma | Format::Bvh | Format::PosesNpz | Format::PosesJson => false,
+        Format::Vrma
+        | Format::Bvh
+        | Format::PosesNpz
+        | Format::PosesJson
+        | Format::BodyModel
+        | Format::JointPositions
+        | Format::Zip => false,
     }
 }
 
@@ -198,9 +204,13 @@ fn count_joints(scene: &Scene, format: Format) -> usize {
         Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma => {
             scene.skins.iter().flat_map(|skin| &skin.joints).collect::<BTreeSet<_>>().len()
         }
-        Format::Fbx | Format::Bvh | Format::PosesNpz | Format::PosesJson => {
-            scene.skeleton.joints().iter().filter(|joint| joint.is_joint).count()
-        }
+        Format::Fbx
+        | Format::Bvh
+        | Format::PosesNpz
+        | Format::PosesJson
+        | Format::BodyModel
+        | Format::JointPositions
+        | Format::Zip => scene.skeleton.joints().iter().filter(|joint| joint.is_joint).count(),
     }
 }
 

@@ -203,7 +203,8 @@ fn write_one(
     let wants_ours = match options.format {
         Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma | Format::Fbx => true,
         Format::PosesNpz | Format::PosesJson => target.scene.axes.is_none(),
-        Format::Bvh => false,
+        // None of the latter three is written.
+        Format::Bvh | Format::BodyModel | Format::JointPositions | Format::Zip => false,
     };
     let conversion = into_ours(target.axes, target.unit_metres);
     if is_ours || !wants_ours || conversion.is_identity() {

@@ -19,6 +19,12 @@ pub enum Format {
     PosesNpz,
     /// Pose arrays in JSON.
     PosesJson,
+    /// Parameters of a body model in a NumPy archive.
+    BodyModel,
+    /// Joint positions or features in one NumPy array.
+    JointPositions,
+    /// A zip archive with one model and the files that it points to.
+    Zip,
 }
 
 /// What users are told about a format.
@@ -40,8 +46,19 @@ pub struct FormatInfo {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 8] =
-        [Self::Glb, Self::Gltf, Self::Vrm, Self::Vrma, Self::Fbx, Self::Bvh, Self::PosesNpz, Self::PosesJson];
+    pub const ALL: [Self; 11] = [
+        Self::Glb,
+        Self::Gltf,
+        Self::Vrm,
+        Self::Vrma,
+        Self::Fbx,
+        Self::Bvh,
+        Self::PosesNpz,
+        Self::PosesJson,
+        Self::BodyModel,
+        Self::JointPositions,
+        Self::Zip,
+    ];
 
     /// The facts about a format; the only place where they stand.
     #[must_use]
@@ -110,6 +127,30 @@ impl Format {
                 reads: true,
                 writes: true,
                 description: "pose arrays in JSON",
+            },
+            Self::BodyModel => FormatInfo {
+                name: "body_model",
+                endings: &["npz"],
+                media_type: "application/x-npz",
+                reads: true,
+                writes: false,
+                description: "SMPL, SMPL+H or SMPL-X parameters as AMASS and AIST++ keep them; read on the mean body",
+            },
+            Self::JointPositions => FormatInfo {
+                name: "joint_positions",
+                endings: &["npy"],
+                media_type: "application/x-npy",
+                reads: true,
+                writes: false,
+                description: "positions of SMPL's 22 or 24 joints, or HumanML3D features",
+            },
+            Self::Zip => FormatInfo {
+                name: "zip",
+                endings: &["zip"],
+                media_type: "application/zip",
+                reads: true,
+                writes: false,
+                description: "one model of the formats above with the buffers and images that it points to",
             },
         }
     }

@@ -12,21 +12,27 @@
 //! 4. Add a hostile file of each kind (cut short, counts too large, NaN, cycles) to the format's tests, and real files to
 //!    `tests/it/corpus.rs`.
 
+mod body_model;
 pub mod budget;
+mod bundle;
 mod bvh;
 mod error;
 mod fbx;
 mod format;
 mod gltf;
+mod numpy;
 mod poses;
 mod sniff;
 
 pub use budget::{Budget, Limit, Limits};
+pub use bundle::{Unpacked, embed_with, may_point_to_others, unpack};
 pub use error::{ErrorKind, FormatError};
 pub use format::{Format, FormatInfo};
 pub use sniff::sniff;
 
-use crate::model::{Clip, Control, Reporter, Scene};
+use glam::{Quat, Vec3};
+
+use crate::model::{Clip, Control, Reporter, Scene, Stretched};
 
 /// Decodes a file.
 ///
@@ -45,11 +51,43 @@ pub fn read(
     let mut budget = Budget::new(limits, control);
     budget.take(Limit::FileBytes, bytes.len() as u64, "file")?;
     match format {
+        Format::Zip => {
+            let Unpacked { name, bytes } = unpack(bytes, limits, control)?;
+            // What comes out is a model by its name; an archive in an archive is not opened.
+            match sniff(&bytes, &name)? {
+                Format::Zip => Err(FormatError::unsupported("archive", name, "an archive in an archive", "unpack it")),
+                format => read(&bytes, format, limits, control, reporter),
+            }
+        }
         Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma => gltf::read(bytes, format, &mut budget, reporter),
         Format::Fbx => fbx::read(bytes, &mut budget, reporter),
         Format::Bvh => bvh::read(bytes, &mut budget, reporter),
         Format::PosesNpz | Format::PosesJson => poses::read(bytes, format, &mut budget, reporter),
+        Format::BodyModel => body_model::read_archive(bytes, &mut budget, reporter),
+        Format::JointPositions => body_model::read_array(bytes, &mut budget, reporter),
     }
+}
+
+/// Gives joints that a scale stretches lengths of their own; for formats whose viewers multiply matrices.
+fn straighten(scene: Scene, budget: &mut Budget<'_>, reporter: &mut Reporter) -> Result<Scene, FormatError> {
+    budget.check_canceled()?;
+    let malformed = |error: crate::model::ClipError| FormatError::malformed("nodes", "", error.to_string());
+    let frames: usize = scene.clips.iter().map(Clip::frame_count).sum();
+    let Some(plan) = Stretched::of(&scene.skeleton) else { return Ok(scene) };
+    let sampled = (plan.joint_count() as u64).saturating_mul(frames as u64);
+    budget.take_array(sampled, size_of::<(Vec3, Quat, Vec3)>() as u64, "clips")?;
+    let count = plan.joint_count();
+    let scene = plan.straighten(scene).map_err(malformed)?;
+    reporter.warn(
+        "stretched_skeleton",
+        "",
+        format!(
+            "{count} joints lie below a scale that differs by axis; they are moved as joints that keep their lengths, and the \
+             nodes that a viewer stretches are animated so that they do"
+        ),
+        "apply the scale of the armature before exporting",
+    );
+    Ok(scene)
 }
 
 /// What to write, and how.
@@ -100,12 +138,14 @@ pub fn write(
         Format::Glb | Format::Gltf | Format::Vrm => gltf::write(target, clip, options, control, reporter),
         Format::Bvh => bvh::write(target, clip, options, control, reporter),
         Format::PosesNpz | Format::PosesJson => poses::write(target, clip, options, control, reporter),
-        Format::Vrma | Format::Fbx => Err(FormatError::unsupported(
-            "write",
-            "",
-            format!("{} files can be read but not written", options.format.info().name),
-            "ask for glb, gltf, bvh, npz or poses json",
-        )),
+        Format::Vrma | Format::Fbx | Format::BodyModel | Format::JointPositions | Format::Zip => {
+            Err(FormatError::unsupported(
+                "write",
+                "",
+                format!("{} files can be read but not written", options.format.info().name),
+                "ask for glb, gltf, bvh, npz or poses json",
+            ))
+        }
     }
 }
 

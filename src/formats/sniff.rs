@@ -1,6 +1,9 @@
 //! Which format some bytes are of. The bytes decide; a name only tells apart what the bytes cannot.
 
-use super::{ErrorKind, Format, FormatError};
+use super::{ErrorKind, Format, FormatError, body_model};
+
+/// The end of an archive that is searched for names; a directory of arrays is far smaller.
+const MOST_DIRECTORY_BYTES: usize = 64 << 10;
 
 /// Finds the format of a file from its first bytes; `file_name` only separates formats that share them (`.vrm` from
 /// `.glb`).
@@ -21,7 +24,16 @@ pub fn sniff(bytes: &[u8], file_name: &str) -> Result<Format, FormatError> {
         return Ok(Format::Fbx);
     }
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
-        return Ok(Format::PosesNpz);
+        if !first_member(bytes).is_some_and(|name| name.ends_with(b".npy")) {
+            return Ok(Format::Zip);
+        }
+        // The directory at the archive's end names its members in clear.
+        let directory = &bytes[bytes.len().saturating_sub(MOST_DIRECTORY_BYTES)..];
+        let has = |key: &str| find(directory, format!("{key}.npy").as_bytes()).is_some();
+        return Ok(if body_model::is_parameter_archive(has) { Format::BodyModel } else { Format::PosesNpz });
+    }
+    if bytes.starts_with(b"\x93NUMPY") {
+        return Ok(Format::JointPositions);
     }
     if text.starts_with(b"{") {
         // glTF and pose arrays are both JSON objects; a glTF document must have a member `asset`, pose arrays `joint_names`.
@@ -39,6 +51,13 @@ pub fn sniff(bytes: &[u8], file_name: &str) -> Result<Format, FormatError> {
     Err(unknown(bytes, file_name))
 }
 
+/// The name of an archive's first member, from the header before it.
+fn first_member(bytes: &[u8]) -> Option<&[u8]> {
+    const NAME: usize = 30;
+    let length = usize::from(u16::from_le_bytes(bytes.get(26..28)?.try_into().ok()?));
+    bytes.get(NAME..NAME + length)
+}
+
 fn find(haystack: &[u8], needle: &[u8]) -> Option<usize> {
     haystack.windows(needle.len()).position(|window| window == needle)
 }
@@ -48,15 +67,15 @@ fn unknown(bytes: &[u8], file_name: &str) -> FormatError {
         ("the file is empty", "check that the upload or the export was complete")
     } else if bytes.starts_with(b"version https://git-lfs.github.com/spec/") {
         ("this is a Git LFS pointer, not the file itself", "run 'git lfs pull' and send the file that it fetches")
-    } else if bytes.starts_with(b"\x93NUMPY") {
+    } else if bytes.starts_with(b"\x80") && file_name.to_ascii_lowercase().ends_with(".pkl") {
         (
-            "a single NumPy array (.npy) does not say which joints it is about",
-            "send a .npz archive with the keys of the poses format",
+            "this is a Python pickle, which is never decoded because it can run code",
+            "save its arrays with numpy.savez: poses, trans, mocap_framerate",
         )
     } else {
         (
             "the first bytes are of no format that can be read",
-            "send .glb, .gltf, .vrm, .vrma, .fbx, .bvh, .npz or poses .json",
+            "send .glb, .gltf, .vrm, .vrma, .fbx, .bvh, .npz, .npy, poses .json or a .zip of one model",
         )
     };
     FormatError {

@@ -29,6 +29,7 @@ pub struct Assets {
 pub struct Upload {
     writer: BlobWriter,
     head: Vec<u8>,
+    tail: Vec<u8>,
     file_name: String,
     most_bytes: u64,
 }
@@ -43,6 +44,8 @@ pub struct ReceivedFile {
 
 /// Enough of a file to tell its format: everything but JSON says so in its first bytes.
 const HEAD_BYTES: usize = 1 << 20;
+/// And how much of its end.
+const TAIL_BYTES: usize = 64 << 10;
 
 impl Assets {
     /// The files that `jobs` work on.
@@ -72,7 +75,7 @@ impl Assets {
             return Err(Refusal::StorageFull);
         }
         let writer = inner.store.blobs().begin().await?;
-        Ok(Upload { writer, head: Vec::new(), file_name: file_name.to_owned(), most_bytes })
+        Ok(Upload { writer, head: Vec::new(), tail: Vec::new(), file_name: file_name.to_owned(), most_bytes })
     }
 
     /// Keeps a file that has arrived. The same bytes of the same format are kept once. Gives the record and whether it is new.
@@ -201,7 +204,13 @@ impl Upload {
             return Err(too_large(&self.file_name, self.most_bytes, total));
         }
         let room = HEAD_BYTES - self.head.len();
-        self.head.extend_from_slice(&chunk[..chunk.len().min(room)]);
+        let (head, rest) = chunk.split_at(chunk.len().min(room));
+        self.head.extend_from_slice(head);
+        // Archives have their directory at the end.
+        self.tail.extend_from_slice(&rest[rest.len().saturating_sub(TAIL_BYTES)..]);
+        if self.tail.len() > 2 * TAIL_BYTES {
+            self.tail.drain(..self.tail.len() - TAIL_BYTES);
+        }
         Ok(self.writer.write(chunk).await?)
     }
 
@@ -210,13 +219,13 @@ impl Upload {
     /// # Errors
     /// When the bytes are not those announced, or of no format that is read.
     pub async fn finish(self, announced: Option<&str>) -> Result<ReceivedFile, Refusal> {
-        let Self { writer, head, file_name, .. } = self;
+        let Self { writer, head, tail, file_name, .. } = self;
         let blob = writer.finish().await?;
         let actual = blob.blob().sha256.clone();
         if let Some(announced) = announced.filter(|announced| *announced != actual) {
             return Err(Refusal::DigestMismatch { announced: announced.to_owned(), actual });
         }
-        let format = sniff(&head, &file_name).map_err(Failure::from)?;
+        let format = sniff(&[head, tail].concat(), &file_name).map_err(Failure::from)?;
         Metric::AssetBytesReceived.count([], blob.blob().bytes);
         Ok(ReceivedFile { blob, format, file_name })
     }

@@ -9,6 +9,8 @@ mod corpus;
 mod demo;
 mod editing;
 mod explain;
+mod formats_body_model;
+mod formats_bundle;
 mod formats_bvh;
 mod formats_fbx;
 mod formats_gltf;

@@ -178,7 +178,7 @@ fn embedded(uri: &Cursor<'_, '_>, budget: &mut Budget<'_>, reporter: &mut Report
             PHASE,
             uri.to_string(),
             format!("the buffer lies in another file, '{}', which is not opened", shortened(text)),
-            "send a .glb, or embed the buffer as a data URI",
+            "send a .glb, or a .zip of the .gltf and its files",
         ));
     };
     let Some((media_type, payload)) = data.split_once(',') else {

@@ -9,7 +9,7 @@ use crate::formats::{Budget, FormatError, Limit};
 const PHASE: &str = "json";
 
 /// Parses a document after counting, without recursion, how deep it nests and how many values it declares.
-pub(super) fn parse(text: &[u8], budget: &mut Budget<'_>) -> Result<Value, FormatError> {
+pub(in crate::formats) fn parse(text: &[u8], budget: &mut Budget<'_>) -> Result<Value, FormatError> {
     let (depth, values) = measure(text);
     budget.check(Limit::JsonDepth, depth, "JSON")?;
     budget.take_array(values, size_of::<Value>() as u64, "JSON")?;

@@ -22,6 +22,7 @@ mod read;
 mod tests;
 mod write;
 
+pub(super) use json::parse as parse_json;
 pub(super) use read::read;
 pub(super) use write::{write, write_posed};
 

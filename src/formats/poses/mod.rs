@@ -16,7 +16,6 @@
 
 mod arrays;
 mod json;
-mod npy;
 mod npz;
 mod read;
 mod write;

@@ -5,7 +5,8 @@ use crate::{
     model::Control,
 };
 
-use super::{arrays::Values, json, npy};
+use super::{arrays::Values, json};
+use crate::formats::numpy::npy;
 
 fn array(description: &str, order: &str, shape: &str, data: &[u8]) -> Vec<u8> {
     let mut text = format!("{{'descr': '{description}', 'fortran_order': {order}, 'shape': {shape}, }}\n");

@@ -22,9 +22,10 @@ use super::{
     posed::PosedStage,
     posing::Posing,
     pull::{PullStage, PulledLeg},
+    ride::RideStage,
     root::RootStage,
     scale_source::ScaledSource,
-    solve::{SolveStage, SolvedLimb},
+    solve::{Hangs, SolveStage, SolvedLimb},
     stride::{StrideLimb, StrideStage},
     work::Changed,
 };
@@ -106,16 +107,16 @@ impl Compiler<'_> {
             StagedKind::Posed(edits) => {
                 self.close();
                 let stage = PosedStage::of_edits(self, edits, &op.schedule);
-                self.stages.extend(stage.map(Stage::Posed));
+                self.add_posed(stage);
             }
             StagedKind::Twist(gain, joints) => {
                 self.close();
                 let stage = PosedStage::of_twists(self, *gain, joints, &op.schedule);
-                self.stages.extend(stage.map(Stage::Posed));
+                self.add_posed(stage);
             }
             StagedKind::Fade(joints) => {
                 let stage = PosedStage::of_fade(self, joints, &op.schedule);
-                self.stages.extend(stage.map(Stage::Posed));
+                self.add_posed(stage);
             }
             StagedKind::Stride(stride) => self.add_stride(stride, op),
             StagedKind::Grips(grips) => self.add_grips(grips, op),
@@ -201,9 +202,9 @@ impl Compiler<'_> {
         }
         // A pelvis that fades in and out is nowhere where its scale puts it.
         let shifted = self.mapping.pelvis.filter(|pelvis| pelvis.is_moved() && !self.fades(pelvis.target));
-        let source_joints = limbs.iter().map(|&limb| self.limb(limb).source.end);
+        let source_joints = limbs.iter().flat_map(|limb| self.limb(*limb).source.joints());
         let source = self.source_posing(source_joints.chain(shifted.map(|pelvis| pelvis.source)));
-        let target_joints = limbs.iter().map(|&limb| self.limb(limb).target.end);
+        let target_joints = limbs.iter().flat_map(|limb| self.limb(*limb).target.joints());
         let target = self.target_posing(target_joints.chain(shifted.map(|pelvis| pelvis.target)));
         let shift = shifted.map(|pelvis| {
             let turn = DMat3::from_quat(pelvis.plain.ours_from_plan);
@@ -239,6 +240,13 @@ impl Compiler<'_> {
         self.open.extend(limbs.iter().map(|&limb| (limb, op.clone())));
     }
 
+    fn add_posed(&mut self, stage: Option<PosedStage>) {
+        if let Some(stage) = stage {
+            self.stages.push(Stage::Posed(stage));
+            self.place_riders();
+        }
+    }
+
     /// Whether a joint is faded behind the plan.
     fn fades(&self, joint: usize) -> bool {
         let is_faded = |op: &StagedOp| matches!(&op.kind, StagedKind::Fade(joints) if joints.contains(&joint));
@@ -252,7 +260,11 @@ impl Compiler<'_> {
             StrideDirection::Chest => self.chest().unwrap_or(pelvis.target),
             StrideDirection::Pelvis | StrideDirection::Goals | StrideDirection::Travel => pelvis.target,
         };
-        let target = self.target_posing([pelvis.target, facing]);
+        let feet = staged.limbs.iter().flat_map(|&limb| {
+            let joints = self.limb(limb).target;
+            [Some(joints.end), joints.ball].into_iter().flatten()
+        });
+        let target = self.target_posing(feet.chain([pelvis.target, facing]));
         let ground = self.ground();
         let axes = ground.axes();
         let place = |limb: usize| {
@@ -263,6 +275,8 @@ impl Compiler<'_> {
         let limb = |&limb: &usize| StrideLimb {
             limb,
             rest: place(limb) - middle,
+            end: target.slot(self.limb(limb).target.end),
+            ball: self.limb(limb).target.ball.map(|ball| target.slot(ball)),
             side: if matches!(self.limb(limb).limb, Limb::LeftLeg | Limb::LeftArm) { 1.0 } else { -1.0 },
         };
         let stage = StrideStage {
@@ -355,7 +369,7 @@ impl Compiler<'_> {
                     ball: pair.target.ball.map(|ball| target.slot(ball)),
                 },
                 target_sole,
-                size_ratio: size_ratio(&source_sole, &target_sole),
+                size_ratio: size_ratio(&source_sole, &target_sole, self.rest(limb).length_ratio),
             })
         };
         let (source_leg, target_leg) = self.legs();
@@ -380,7 +394,7 @@ impl Compiler<'_> {
             return;
         }
         self.pull_pelvis(&open);
-        let posing = self.target_posing(open.iter().map(|(limb, _)| self.limb(*limb).target.end));
+        let posing = self.target_posing(open.iter().flat_map(|(limb, _)| self.limb(*limb).target.joints()));
         let mut changed = Vec::new();
         for (limb, op) in &open {
             let joints = self.limb(*limb).target;
@@ -394,6 +408,7 @@ impl Compiler<'_> {
             limb: *limb,
             slots: LimbSlots::new(&self.limb(*limb).target, &posing),
             rest: self.rest(*limb),
+            hangs: Hangs::of(self.target, &self.limb(*limb).target),
             softness: op.softness,
             stretch: op.stretch,
             align_pole: op.align_pole,
@@ -401,6 +416,15 @@ impl Compiler<'_> {
         };
         let limbs = open.iter().map(limb).collect();
         self.stages.push(Stage::Solve(SolveStage { limbs, posing, limb_count: self.limb_count(), changed }));
+        self.place_riders();
+    }
+
+    /// After each stage that moves joints which others ride.
+    fn place_riders(&mut self) {
+        let posing = |joints: &[usize]| self.target_posing(joints.iter().copied());
+        let (rides, driven) = (&self.mapping.rides, self.mapping.driven());
+        let stage = RideStage::new(self.target, rides, &driven, posing);
+        self.stages.extend(stage.map(Stage::Ride));
     }
 
     fn pull_pelvis(&mut self, open: &[(usize, IkOp)]) {
@@ -425,6 +449,7 @@ impl Compiler<'_> {
             pulls,
         };
         self.stages.push(Stage::Pull(stage));
+        self.place_riders();
     }
 }
 
@@ -434,18 +459,19 @@ fn contact_joints(pair: &LimbPair) -> Vec<(&'static str, usize)> {
     pair.limb.contact_points().into_iter().zip(joints).filter_map(|(point, joint)| Some((point, joint?))).collect()
 }
 
-/// Size of the target's foot over the source's, where both are of one shape.
-fn size_ratio(source: &Sole, target: &Sole) -> Option<f64> {
+/// Size of the target's foot over the source's, where both are of one shape; that of the legs where neither has a size.
+fn size_ratio(source: &Sole, target: &Sole, leg_ratio: f64) -> Option<f64> {
     let length = |bone: Option<DVec3>| bone.map(DVec3::length);
     let parts =
         |sole: &Sole| [length(sole.end_to_ball), Some(sole.heel), sole.ball, sole.tip, length(sole.ball_to_tip)];
     let (source, target) = (parts(source), parts(target));
     let largest = |parts: &[Option<f64>]| parts.iter().flatten().fold(0.0, |most: f64, part| most.max(part.abs()));
     let (source_size, target_size) = (largest(&source), largest(&target));
-    let ratio = target_size / source_size;
+    let ratio = if source_size > 0.0 { target_size / source_size } else { leg_ratio };
     let is_same = |(source, target): (Option<f64>, Option<f64>)| match (source, target) {
-        (Some(source), Some(target)) => (source * ratio - target).abs() < ALIKE * target_size,
+        (Some(source), Some(target)) => (source * ratio - target).abs() <= ALIKE * target_size,
         (source, target) => source.is_none() == target.is_none(),
     };
-    (source_size > 0.0 && source.into_iter().zip(target).all(is_same)).then_some(ratio)
+    let have_size = source_size > 0.0 || target_size <= 0.0;
+    (have_size && source.into_iter().zip(target).all(is_same)).then_some(ratio)
 }

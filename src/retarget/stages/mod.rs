@@ -17,6 +17,7 @@ mod posed;
 mod posing;
 mod pull;
 mod result;
+mod ride;
 mod root;
 mod scale_source;
 mod schedule;
@@ -39,6 +40,7 @@ use self::{
     plant::PlantStage,
     posed::PosedStage,
     pull::PullStage,
+    ride::RideStage,
     root::RootStage,
     scale_source::ScaledSource,
     solve::SolveStage,
@@ -72,6 +74,7 @@ enum Stage {
     Pull(PullStage),
     Filter(FilterStage),
     Solve(SolveStage),
+    Ride(RideStage),
     Posed(PosedStage),
     Stride(StrideStage),
     Grips(GripStage),
@@ -140,6 +143,7 @@ impl Stage {
             Self::Pull(stage) => stage.run(work),
             Self::Filter(stage) => stage.run(work),
             Self::Solve(stage) => stage.run(work),
+            Self::Ride(stage) => stage.run(work),
             Self::Posed(stage) => stage.run(work),
             Self::Stride(stage) => stage.run(work),
             Self::Grips(stage) => stage.run(work),

@@ -41,6 +41,9 @@ pub(super) struct StrideLimb {
     pub(super) rest: DVec2,
     /// 1 on the left, −1 on the right.
     pub(super) side: f64,
+    /// Slots of its end, and of the ball of the foot, which is what stands while the heel lifts.
+    pub(super) end: usize,
+    pub(super) ball: Option<usize>,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -53,6 +56,7 @@ struct Stance {
 impl StrideStage {
     pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let stances = self.stances(work)?;
+        let toes = self.toes(work)?;
         let fronts = self.fronts(&stances, work);
         work.pelvis_moves.resize(work.frame_count(), DVec3::ZERO);
         let mut gone = DVec3::ZERO;
@@ -66,8 +70,9 @@ impl StrideStage {
                 gone += between * (step.dot(between) * (self.op.forward - 1.0) * alpha);
             }
             let goals = &mut work.goals[frame * self.limb_count..(frame + 1) * self.limb_count];
-            for limb in &self.limbs {
-                let off = goals[limb.limb].position - stances[frame].pelvis;
+            let toes = &toes[frame * self.limbs.len()..(frame + 1) * self.limbs.len()];
+            for (limb, toe) in self.limbs.iter().zip(toes) {
+                let off = goals[limb.limb].position + *toe - stances[frame].pelvis;
                 let metres = self.op.sideways * limb.side * self.ground.units_per_metre;
                 let along = front * (off.dot(front) * (self.op.forward - 1.0));
                 let across = left * (off.dot(left) * (self.op.splay - 1.0) + metres);
@@ -79,6 +84,18 @@ impl StrideStage {
             work.pelvis_moves[frame] += gone;
         }
         Ok(())
+    }
+
+    /// From the ends to the balls of the feet; none for hands.
+    fn toes(&self, work: &Work<'_>) -> Result<Vec<DVec3>, Canceled> {
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [DVec3]| {
+            self.target.fill(pose, &work.target, frame);
+            for (limb, toe) in self.limbs.iter().zip(row) {
+                let place = |slot: usize| pose.model[slot].translation;
+                *toe = limb.ball.map_or(DVec3::ZERO, |ball| place(ball) - place(limb.end));
+            }
+        };
+        work.rows(self.limbs.len(), || self.target.pose(), fill)
     }
 
     fn stances(&self, work: &Work<'_>) -> Result<Vec<Stance>, Canceled> {

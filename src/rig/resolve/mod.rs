@@ -6,6 +6,7 @@ mod notes;
 mod pairs;
 mod pelvis;
 mod posed;
+mod sizes;
 mod stages;
 
 use glam::DVec3;

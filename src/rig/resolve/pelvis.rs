@@ -8,19 +8,23 @@ use super::{
     super::{
         error::SpecError,
         floor::{Stance, clip_floor},
-        mapping::{CrotchRule, Mapping, PelvisPair, PelvisPosition},
+        mapping::{Mapping, PelvisPair, PelvisPosition},
         recognition::RigKind,
         spec::{Alpha, HeightRule, PelvisOp, PelvisScale, PelvisScaleRule, RetargetSpec, RigSpec, ScaleOrigin},
         understand::Rig,
     },
     nothing_to_map,
     pairs::Tops,
+    sizes::{LEAST_HEIGHT, Sizes},
 };
 
-/// ikrigretarget's guard: a source height below this counts as one.
-const LEAST_HEIGHT: f64 = 1e-4;
-/// A crotch is at least this share of the pelvis' height above the floor.
-const LEAST_CROTCH: f64 = 0.1;
+/// Ankles above the sole, as a share of what is above them up to the pelvis: 3.9 % of a person's height of 51 % (Winter,
+/// Biomechanics and Motor Control of Human Movement, after Drillis and Contini).
+const ANKLE_HEIGHT: f64 = 0.076;
+/// Joints at the toes above the sole, likewise.
+const TOE_HEIGHT: f64 = 0.02;
+/// Feet whose lowest joint is less than this share of the legs below the ankle have no joints at the toes.
+const HAS_TOES: f64 = 0.03;
 
 pub(super) fn resolve_pelvis(
     op: &PelvisOp,
@@ -47,8 +51,14 @@ pub(super) fn resolve_pelvis(
     let source_height = Height::measure(source, &spec.source, op.source_height, source_pelvis)?;
     let target_height = Height::measure(target, &spec.target, op.target_height, target_pelvis)?;
     let unit = mapping.plan_from_source.scale.x;
+    let (mut source_floor, mut is_joint) = (source_height.floor, false);
+    if !source_height.stands {
+        let found = clip_floor(source, clip, source_pelvis, source_height.floor);
+        (source_floor, is_joint) = (found.height, found.is_joint);
+    }
     let (source_value, target_value) = Height::comparable(&source_height, &target_height);
     let ratio = target_value / if source_value < LEAST_HEIGHT { 1.0 } else { source_value };
+    let source_sole = if is_joint { source_height.guessed_sole * unit } else { 0.0 };
     mapping.global_scale = match op.scale {
         // What is no body has no height to compare.
         PelvisScale::Value(value) if [source, target].iter().all(|side| side.recognition.kind == RigKind::Other) => {
@@ -59,20 +69,15 @@ pub(super) fn resolve_pelvis(
     if !op.enabled {
         return Ok(());
     }
-    let clip_floor = if source_height.stands {
-        source_height.floor
-    } else {
-        clip_floor(source, clip, source_pelvis, source_height.floor)
-    };
     let sizes = Sizes { source, target, floors: [source_height.floor, target_height.floor], unit };
     let scale = sizes.scale(op.scale, mapping.global_scale, reporter);
-    let (source_origin, target_origin) = match op.origin {
-        ScaleOrigin::Origin => (DVec3::ZERO, DVec3::ZERO),
+    let (source_origin, target_origin, source_sole) = match op.origin {
+        ScaleOrigin::Origin => (DVec3::ZERO, DVec3::ZERO, 0.0),
         // Nothing says where the target's floor is, so it is where the source's is.
-        ScaleOrigin::Floor if !target_height.has_floor => (DVec3::ZERO, DVec3::ZERO),
+        ScaleOrigin::Floor if !target_height.has_floor => (DVec3::ZERO, DVec3::ZERO, 0.0),
         ScaleOrigin::Floor => {
             let up = mapping.plan_from_target * target.up();
-            (up * clip_floor * unit, up * target_height.floor)
+            (up * (source_floor * unit - source_sole), up * target_height.floor, source_sole)
         }
     };
     let plain = PelvisPosition {
@@ -80,25 +85,12 @@ pub(super) fn resolve_pelvis(
         scale,
         source_origin,
         target_origin,
+        source_sole,
     };
     let crotch = (op.floor_constraint > 0.0).then(|| {
-        let below = |given: Option<f64>, side: &Rig<'_>, height: &Height, pelvis: usize| {
-            given.map_or_else(|| crotch_below(side, height, pelvis), |metres| metres / side.unit_metres)
-        };
-        let source_below = below(op.source_crotch, source, &source_height, source_pelvis) * unit;
-        let target_below = below(op.target_crotch, target, &target_height, target_pelvis);
-        let least = LEAST_CROTCH * target_height.value;
-        let source_crotch = (source_height.value * unit - source_below).max(LEAST_CROTCH * source_height.value * unit);
-        CrotchRule {
-            up: mapping.plan_from_target * target.up(),
-            source_floor: clip_floor * unit,
-            source_below,
-            target_below,
-            ratio: (target_height.value - target_below).max(least) / source_crotch.max(f64::MIN_POSITIVE),
-            scale: scale.y,
-            weight: op.floor_constraint,
-            faded_at: (op.floor_falloff > 0.0).then_some(op.floor_falloff * source_crotch),
-        }
+        let heights = [source_height.value, target_height.value];
+        let floor = source_floor * unit - source_sole;
+        sizes.crotch(op, heights, floor, scale.y, mapping.plan_from_target * target.up())
     });
     let alpha = constant_alpha(&op.alpha, op.frames);
     let [left, up, front] = op.turn_offset.map(f64::to_radians);
@@ -159,6 +151,7 @@ pub(super) fn resolve_top(op: &PelvisOp, tops: &Tops, mapping: &mut Mapping) {
         scale: DVec3::splat(scale),
         source_origin: DVec3::ZERO,
         target_origin: DVec3::ZERO,
+        source_sole: 0.0,
     };
     let alpha = constant_alpha(&op.alpha, op.frames);
     mapping.pelvis = Some(PelvisPair {
@@ -181,78 +174,11 @@ pub(super) fn constant_alpha(alpha: &Alpha, frames: Option<[usize; 2]>) -> f64 {
     alpha.constant().filter(|_| frames.is_none()).unwrap_or(1.0)
 }
 
-/// How far a crotch is below the pelvis joint, in the scene's unit: it lies half as far below the hips as those are apart.
-fn crotch_below(side: &Rig<'_>, height: &Height, pelvis: usize) -> f64 {
-    let place = |role: &str| side.role(role).first().map(|&joint| side.rest.transforms()[joint].translation);
-    let (Some(left), Some(right)) = (place("left_thigh"), place("right_thigh")) else { return 0.1 * height.value };
-    let hips = (left + right).dot(side.up()) / 2.0;
-    side.rest_height(pelvis) - (hips - left.distance(right) / 2.0)
-}
-
-/// What scale rules compare.
-struct Sizes<'a> {
-    source: &'a Rig<'a>,
-    target: &'a Rig<'a>,
-    /// Below the source's and the target's rest pose.
-    floors: [f64; 2],
-    /// Target units per source unit.
-    unit: f64,
-}
-
-impl Sizes<'_> {
-    /// Factors along left, up and front.
-    fn scale(&self, scale: PelvisScale, height: f64, reporter: &mut Reporter) -> DVec3 {
-        let rule = match scale {
-            PelvisScale::Value(value) => return DVec3::splat(value),
-            PelvisScale::Rule(rule) => rule,
-        };
-        let legs = |reporter: &mut Reporter| {
-            let ratio = leg_length(self.source)
-                .zip(leg_length(self.target))
-                .map(|(source, target)| target / (source * self.unit));
-            if ratio.is_none() {
-                reporter.warn(
-                    "legs_not_found",
-                    "ops",
-                    "the pelvis is to be scaled by the legs, but not both rigs have any; the height of the pelvis is taken",
-                    "name thighs, shins and feet in source.roles and target.roles",
-                );
-            }
-            ratio.unwrap_or(height)
-        };
-        match rule {
-            PelvisScaleRule::None => DVec3::ONE,
-            PelvisScaleRule::Height => DVec3::splat(height),
-            PelvisScaleRule::Legs => DVec3::splat(legs(reporter)),
-            PelvisScaleRule::Stature => {
-                let (source, target) = (stature(self.source, self.floors[0]), stature(self.target, self.floors[1]));
-                DVec3::splat(if source > LEAST_HEIGHT { target / (source * self.unit) } else { height })
-            }
-            PelvisScaleRule::Limbs => {
-                let legs = legs(reporter);
-                DVec3::new(legs, height, legs)
-            }
-        }
-    }
-}
-
-/// Mean length of the legs from hip to ankle, in the scene's unit.
-fn leg_length(side: &Rig<'_>) -> Option<f64> {
-    let place = |role: String| Some(side.rest.transforms()[*side.role(&role).first()?].translation);
-    let leg = |name: &str| {
-        let [hip, knee, ankle] = ["thigh", "shin", "foot"].map(|part| place(format!("{name}_{part}")));
-        Some(hip?.distance(knee?) + knee?.distance(ankle?))
-    };
-    let legs: Vec<f64> = ["left", "right"].into_iter().filter_map(leg).filter(|length| *length > 0.0).collect();
-    (!legs.is_empty()).then(|| legs.iter().sum::<f64>() / legs.len() as f64)
-}
-
-/// Height of the highest joint of a body above a floor, in the scene's unit.
-fn stature(side: &Rig<'_>, floor: f64) -> f64 {
-    let joints = side.role("pelvis").first().into_iter().flat_map(|&pelvis| {
-        (pelvis..side.skeleton().len()).filter(move |&joint| side.skeleton().is_ancestor_or_self(pelvis, joint))
-    });
-    joints.map(|joint| side.rest_height(joint)).fold(floor, f64::max) - floor
+/// How far the lowest joint of the feet is above the soles of a rig that nothing says it of. It hangs from its pelvis, as captures
+/// do, `height` above that joint and `legs` above the ankles.
+fn guess_sole(legs: f64, height: f64) -> f64 {
+    let foot = height - legs;
+    if foot < HAS_TOES * legs { (ANKLE_HEIGHT * legs - foot).max(0.0) } else { TOE_HEIGHT * legs }
 }
 
 /// A pelvis height at rest, in the scene's unit.
@@ -261,6 +187,8 @@ struct Height {
     floor: f64,
     /// As in [`Stance`].
     sole: Option<f64>,
+    /// What of the sole is a guess: all or nothing of it.
+    guessed_sole: f64,
     /// Whether the rest pose stands on the file's own floor, so that the floor of its clips is known too.
     stands: bool,
     /// Whether it is known where the floor of the file is: the rest pose stands on it, or the spec says it.
@@ -281,14 +209,18 @@ impl Height {
         let stance = Stance::of(side, pelvis);
         let height = side.rest_height(pelvis);
         let stands = ground.is_none() && stance.stands;
-        let as_asked = |value: f64, floor: f64| Self { value, floor, sole: Some(0.0), stands, has_floor: true };
+        let as_asked =
+            |value: f64, floor: f64| Self { value, floor, sole: Some(0.0), guessed_sole: 0.0, stands, has_floor: true };
         Ok(match (rule, ground) {
             (HeightRule::AboveOrigin, _) => as_asked(height, stance.floor),
             (_, Some(floor)) => as_asked(height - floor, floor),
             (HeightRule::AboveGroundJoint, None) => as_asked(height - stance.floor, stance.floor),
             (HeightRule::AboveFloor, None) => {
-                let Stance { floor, sole, height, .. } = stance;
-                Self { value: height, floor, sole, stands, has_floor: stands }
+                let Stance { floor, sole, height, legs, .. } = stance;
+                let guess = if sole.is_none() { legs.map(|legs| guess_sole(legs, height)) } else { None };
+                let guessed_sole = guess.unwrap_or(0.0);
+                let value = height + guessed_sole;
+                Self { value, floor, sole: sole.or(guess), guessed_sole, stands, has_floor: stands }
             }
         })
     }

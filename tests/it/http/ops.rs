@@ -41,7 +41,7 @@ async fn every_op_can_be_asked_for() {
             {"op": "fingers", "curl": 0.5},
             {"op": "additive_pose", "degrees": {"neck": [0, 0, 3]}},
             {"op": "stretch_chain", "mask": ["left_arm"], "scale": 1.02},
-            {"op": "pin", "pins": [{"joint": "root", "to": "pelvis", "position": false, "carries_children": false}]},
+            {"op": "pin", "pins": [{"joint": "upperarm_twist_01_l", "to": "upperarm_l", "position": false}]},
             {"op": "twist"},
             {"op": "limits"},
             {"op": "filter"},
@@ -77,5 +77,5 @@ async fn what_an_op_names_must_exist() {
     let server = Server::start(data.path(), &[]);
     let config = json!({"ops": [{"op": "joints", "rows": [{"source": "hed", "target": "head"}]}]});
     let refused = problem(post(&server, &config).await, 422, "unknown_joint").await;
-    assert_eq!(refused["errors"][0]["pointer"], "/config/ops/0/rows/0/source", "{refused}");
+    assert_eq!(refused["errors"][0]["pointer"], "/ops/0/rows/0/source", "{refused}");
 }

@@ -43,6 +43,12 @@ async fn a_character_comes_back_in_the_pose_that_was_asked_for() {
     let both = [target.clone(), ("source", walk.clone())];
     assert_eq!(rest_pose(pose(&server, "", &both).await).await, "T", "as the other character's");
 
+    let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    zip.start_file("folder/mannequin.glb", zip::write::SimpleFileOptions::default()).expect("a member");
+    std::io::Write::write_all(&mut zip, &mannequin).expect("written");
+    let zipped = [("target", zip.finish().expect("an archive").into_inner())];
+    assert_eq!(rest_pose(pose(&server, "?to=a", &zipped).await).await, "A", "out of an archive");
+
     problem(pose(&server, "", &[("source", walk.clone())]).await, 422, "missing_part").await;
     problem(pose(&server, "?to=source", std::slice::from_ref(&target)).await, 422, "missing_part").await;
     problem(pose(&server, "?to=x", std::slice::from_ref(&target)).await, 400, "malformed_request").await;

