@@ -25,6 +25,7 @@ mod stages;
 mod twist;
 mod understand;
 mod unknown_fields;
+mod volumes;
 
 pub use alignment::{AlignedJoint, CanonicalPose, HowAligned, RollCue};
 pub use error::{SpecError, SpecErrorKind, SpecField};
@@ -49,3 +50,4 @@ pub use stages::{
 };
 pub use twist::{TwistAgainst, TwistPair};
 pub use understand::{Rig, find_clip};
+pub use volumes::{Anchor, BodyPart, Capsule, HandPair};

@@ -9,7 +9,10 @@ pub use posed::{
 
 use glam::{DMat3, DVec3};
 
-use super::spec::{ContactsOp, FilterOp, FloorOp, IkOp, PlantOp, StrideOp};
+use super::{
+    spec::{ContactsOp, FilterOp, FloorOp, IkOp, PlantOp, SelfContactOp, StrideOp},
+    volumes::{BodyPart, HandPair},
+};
 
 /// The stages and what they share.
 #[derive(Clone, Debug, Default)]
@@ -18,6 +21,10 @@ pub struct Stages {
     pub ground: Ground,
     /// Limbs that both rigs have.
     pub limbs: Vec<LimbPair>,
+    /// Parts of the body that hands may touch, where an op asks for them.
+    pub parts: Vec<BodyPart>,
+    /// The hands that may touch them, likewise.
+    pub hands: Vec<HandPair>,
     /// The ops, in order.
     pub ops: Vec<StagedOp>,
     /// What the source's motion is scaled by before anything else.
@@ -218,6 +225,8 @@ pub enum StagedKind {
     Plant(PlantOp),
     /// Puts soles onto the floor.
     Floor(FloorOp),
+    /// Leads hands to what they touch.
+    SelfContact(SelfContactOp),
     /// Filters the rotations of these target joints.
     Filter(FilterOp, Vec<usize>),
     /// Edits poses frame by frame, in this order.

@@ -21,6 +21,7 @@ mod ride;
 mod root;
 mod scale_source;
 mod schedule;
+mod self_contact;
 mod solve;
 mod stride;
 mod temporal;
@@ -43,6 +44,7 @@ use self::{
     ride::RideStage,
     root::RootStage,
     scale_source::ScaledSource,
+    self_contact::SelfContactStage,
     solve::SolveStage,
     stride::StrideStage,
     work::Work,
@@ -79,6 +81,7 @@ enum Stage {
     Stride(StrideStage),
     Grips(GripStage),
     Root(RootStage),
+    SelfContact(SelfContactStage),
 }
 
 impl Stack {
@@ -148,6 +151,7 @@ impl Stage {
             Self::Stride(stage) => stage.run(work),
             Self::Grips(stage) => stage.run(work),
             Self::Root(stage) => stage.run(work),
+            Self::SelfContact(stage) => stage.run(work),
         }
     }
 }

@@ -20,7 +20,8 @@ pub use ops::{
     CopyBasePoseOp, FilterKind, FilterOp, FingersOp, FkOp, FloorOp, Grip, GripHand, HeightRule, IkGoal, IkOp, JointRow,
     JointSource, JointSpace, JointsOp, LimitRange, LimitsOp, Op, PelvisOp, PelvisScale, PelvisScaleRule, Pin, PinMode,
     PinOp, PinSide, PlantMode, PlantOp, PropsOp, ReachGoal, ReachOp, ReachPlace, RootAction, RootAxis, RootMotionOp,
-    RootPlace, RootSource, ScaleOrigin, ScaleSourceOp, Scope, StretchChainOp, StrideDirection, StrideOp, TwistOp,
+    RootPlace, RootSource, ScaleOrigin, ScaleSourceOp, Scope, SelfContactOp, StretchChainOp, StrideDirection, StrideOp,
+    TwistOp,
 };
 pub use output::{IncludeSpec, OutputChoice, OutputSpec, TargetClipsSpec};
 pub use pose::{EditAxes, FromClipEdit, PoseChoice, PoseEdit, PoseSpec, ResetEdit, RotateEdit};

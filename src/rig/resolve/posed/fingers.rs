@@ -55,7 +55,7 @@ pub(super) fn resolve(op: &FingersOp, subject: &mut Subject<'_>) -> Vec<PosedEdi
 fn knuckles(target: &Rig<'_>, side: &str) -> Option<DVec3> {
     let first = |finger: &&str| target.role(&format!("{side}{finger}")).first().copied();
     let place = |joint: usize| target.rest.transforms()[joint].translation;
-    let found: Vec<usize> = FINGERS.iter().filter_map(|finger| first(finger)).collect();
+    let found: Vec<usize> = FINGERS.iter().filter_map(first).collect();
     let line = place(*found.last()?) - place(*found.first()?);
     let line = if side == "left_" { line } else { -line };
     line.try_normalize()

@@ -58,6 +58,7 @@ pub(super) fn resolve_posed(op: &Op, subject: &mut Subject<'_>) -> Option<Staged
         Op::Reach(op) => Some(StagedKind::Posed(reach::resolve(op, subject))),
         Op::Fingers(op) => Some(StagedKind::Posed(fingers::resolve(op, subject))),
         Op::Stride(_)
+        | Op::SelfContact(_)
         | Op::Props(_)
         | Op::ScaleSource(_)
         | Op::Pelvis(_)

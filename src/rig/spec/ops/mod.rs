@@ -19,6 +19,7 @@ mod reach;
 mod root_motion;
 mod scale_source;
 mod scope;
+mod self_contact;
 mod stretch_chain;
 mod stride;
 mod twist;
@@ -42,6 +43,7 @@ pub use reach::{ReachGoal, ReachOp, ReachPlace};
 pub use root_motion::{RootAction, RootAxis, RootMotionOp, RootPlace, RootSource};
 pub use scale_source::ScaleSourceOp;
 pub use scope::{Alpha, Scope};
+pub use self_contact::SelfContactOp;
 pub use stretch_chain::StretchChainOp;
 pub use stride::{StrideDirection, StrideOp};
 pub use twist::TwistOp;
@@ -65,6 +67,8 @@ pub enum Op {
     Plant(PlantOp),
     /// Keeps soles as far above the floor as the source's are.
     Floor(FloorOp),
+    /// Keeps hands that touch the body touching it.
+    SelfContact(SelfContactOp),
     /// Takes noise off rotations.
     Filter(FilterOp),
     /// Drives joints one by one from a table.
@@ -117,6 +121,7 @@ impl Op {
             Self::Ik(op) => Some(&op.scope),
             Self::Plant(op) => Some(&op.scope),
             Self::Floor(op) => Some(&op.scope),
+            Self::SelfContact(op) => Some(&op.scope),
             Self::Filter(op) => Some(&op.scope),
             Self::Joints(op) => Some(&op.scope),
             Self::Pin(op) => Some(&op.scope),

@@ -13,7 +13,8 @@ use super::Scope;
 /// Damped least squares: with `e` for what is left, weighed by goal and axis, and `r` for the way from a joint to an end, joints
 /// turn by `ω = m · Σ r × y` and the pelvis goes by `m · Σ y`, where `(J M Jᵀ + d²) y = e`; again and again from the pose that the
 /// ops before gave, so that the result depends on the frame alone. Ends keep how they are turned; what else hangs from a joint that
-/// turns is carried along. Limbs of two bones that no goal pulls beyond their reach are better served by `ik`. Mask: ends.
+/// turns is carried along. Goals far out of reach pull limbs straight, and may pull them another way from frame to frame: give them
+/// less weight or more depth. Limbs of two bones that no goal pulls beyond their reach are better served by `ik`. Mask: ends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 #[schemars(deny_unknown_fields)]
