@@ -1,8 +1,10 @@
 //! An animation: key times, and the tracks of every joint at them.
 
+use std::sync::Arc;
+
 use glam::{Quat, Vec3};
 
-use super::{LocalPose, Skeleton, Track, Transform};
+use super::{LocalPose, Skeleton, SparseKeys, Track, Transform};
 
 /// An animation of a skeleton, sampled at key times that all channels share.
 ///
@@ -13,6 +15,7 @@ pub struct Clip {
     name: String,
     times_seconds: Vec<f64>,
     joints: Vec<JointTracks>,
+    sparse_keys: Option<Arc<SparseKeys>>,
 }
 
 /// The three channels of one joint, local.
@@ -79,7 +82,7 @@ impl Clip {
             check_track(&tracks.rotation, joint, frames, |value| value.is_finite())?;
             check_track(&tracks.scale, joint, frames, |value| value.is_finite())?;
         }
-        Ok(Self { name, times_seconds, joints })
+        Ok(Self { name, times_seconds, joints, sparse_keys: None })
     }
 
     /// The clip's name; may be empty.
@@ -92,6 +95,18 @@ impl Clip {
     #[must_use]
     pub fn renamed(self, name: String) -> Self {
         Self { name, ..self }
+    }
+
+    /// The same clip, of which these frames are needed, in formats whose tracks have key times of their own.
+    #[must_use]
+    pub fn with_sparse_keys(self, keys: Arc<SparseKeys>) -> Self {
+        Self { sparse_keys: Some(keys), ..self }
+    }
+
+    /// The frames that are needed; nothing where all are.
+    #[must_use]
+    pub const fn sparse_keys(&self) -> Option<&Arc<SparseKeys>> {
+        self.sparse_keys.as_ref()
     }
 
     /// Key times in seconds, rising.
@@ -155,7 +170,7 @@ impl Clip {
         LocalPose::new(self.joints.iter().zip(skeleton.joints()).map(local).collect())
     }
 
-    /// Takes the clip apart: name, key times, tracks.
+    /// Takes the clip apart: name, key times, tracks; which keys are needed is left behind.
     #[must_use]
     pub fn into_parts(self) -> (String, Vec<f64>, Vec<JointTracks>) {
         (self.name, self.times_seconds, self.joints)

@@ -1,6 +1,6 @@
 //! A clip to an animation, its accessors and one buffer view.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, collections::BTreeMap};
 
 use serde_json::{Map, Value, json};
 
@@ -40,13 +40,15 @@ pub(super) fn append<'a>(
         [first, ..] => vec![*first],
         [] => Vec::new(),
     };
-    let mut writer = Writer::new(output, is_sampled.then_some(times), constant_times)?;
+    let is_sparse = clip.sparse_keys().is_some();
+    let mut writer = Writer::new(output, is_sampled.then_some(times), is_sparse, constant_times)?;
     for (index, (joint, tracks)) in target.skeleton.joints().iter().zip(clip.joints()).enumerate() {
         control.check()?;
         let node = node_of(index, joint);
-        writer.track(&tracks.translation, node, "translation", "VEC3")?;
-        writer.track(&tracks.rotation, node, "rotation", "VEC4")?;
-        writer.track(&tracks.scale, node, "scale", "VEC3")?;
+        let keys = clip.sparse_keys().and_then(|keys| keys.joints.get(index));
+        writer.track(&tracks.translation, keys.map(|keys| &keys.translation), node, "translation", "VEC3")?;
+        writer.track(&tracks.rotation, keys.map(|keys| &keys.rotation), node, "rotation", "VEC4")?;
+        writer.track(&tracks.scale, keys.map(|keys| &keys.scale), node, "scale", "VEC3")?;
     }
     if writer.channels.is_empty() {
         let joint = &target.skeleton.joints()[0];
@@ -69,6 +71,10 @@ struct Writer<'o, 'a> {
     view: usize,
     view_offset: usize,
     sampled_input: Option<usize>,
+    /// Times of all frames, where there is a sampled track and tracks need some of them only.
+    times: Vec<f32>,
+    /// Accessors of times for tracks that need some frames only.
+    sparse_inputs: BTreeMap<Vec<usize>, usize>,
     constant_input: usize,
     constant_keys: usize,
     channels: Vec<Value>,
@@ -76,7 +82,12 @@ struct Writer<'o, 'a> {
 }
 
 impl<'o, 'a> Writer<'o, 'a> {
-    fn new(output: &'o mut Output<'a>, times: Option<Vec<f32>>, constant_times: Vec<f32>) -> Result<Self, FormatError> {
+    fn new(
+        output: &'o mut Output<'a>,
+        times: Option<Vec<f32>>,
+        is_sparse: bool,
+        constant_times: Vec<f32>,
+    ) -> Result<Self, FormatError> {
         let view = array(&mut output.json, "bufferViews")?.len();
         let view_offset = output.binary.push(Cow::Borrowed(&[]));
         let mut writer = Self {
@@ -84,13 +95,19 @@ impl<'o, 'a> Writer<'o, 'a> {
             view,
             view_offset,
             sampled_input: None,
+            times: Vec::new(),
+            sparse_inputs: BTreeMap::new(),
             constant_input: 0,
             constant_keys: constant_times.len(),
             channels: Vec::new(),
             samplers: Vec::new(),
         };
         if let Some(times) = times {
-            writer.sampled_input = Some(writer.input(times)?);
+            if is_sparse {
+                writer.times = times;
+            } else {
+                writer.sampled_input = Some(writer.input(times)?);
+            }
         }
         writer.constant_input = writer.input(constant_times)?;
         Ok(writer)
@@ -122,12 +139,23 @@ impl<'o, 'a> Writer<'o, 'a> {
     fn track<T: bytemuck::Pod>(
         &mut self,
         track: &'a Track<T>,
+        keys: Option<&Vec<usize>>,
         node: usize,
         path: &str,
         shape: &str,
     ) -> Result<(), FormatError> {
         match (track, self.sampled_input) {
             (Track::Constant(value), _) => self.constant(*value, node, path, shape),
+            (Track::Sampled(values), None) if !self.times.is_empty() => {
+                let all = || (0..values.len()).collect();
+                let keys = keys.filter(|keys| !keys.is_empty()).cloned().unwrap_or_else(all);
+                let needed: Vec<T> = keys.iter().map(|frame| values[*frame]).collect();
+                let bytes = Cow::Owned(bytemuck::cast_slice(&needed).to_vec());
+                let output = self.accessor(bytes, needed.len(), shape)?;
+                let input = self.sparse_input(keys)?;
+                self.channel(input, output, node, path);
+                Ok(())
+            }
             (Track::Sampled(values), Some(input)) => {
                 let output = self.accessor(Cow::Borrowed(bytemuck::cast_slice(values)), values.len(), shape)?;
                 self.channel(input, output, node, path);
@@ -136,6 +164,17 @@ impl<'o, 'a> Writer<'o, 'a> {
             // Where there is a sampled track, there is an input for it.
             (Track::Rest, _) | (Track::Sampled(_), None) => Ok(()),
         }
+    }
+
+    /// The accessor of the times of these frames; the same for all tracks that need the same ones.
+    fn sparse_input(&mut self, keys: Vec<usize>) -> Result<usize, FormatError> {
+        if let Some(input) = self.sparse_inputs.get(&keys) {
+            return Ok(*input);
+        }
+        let times = keys.iter().map(|frame| self.times[*frame]).collect();
+        let input = self.input(times)?;
+        self.sparse_inputs.insert(keys, input);
+        Ok(input)
     }
 
     fn constant<T: bytemuck::Pod>(
