@@ -131,7 +131,11 @@ pub fn layered(
             scale: vector(&base.scale, &motion.scale, &own.scale, rest.scale),
         });
     }
-    Ok(Clip::new(motion.name().to_owned(), times.to_vec(), joints)?)
+    // Faces are replaced as a whole where the new motion has them.
+    let mut morphs = above.morphs(motion.morphs());
+    let new: Vec<usize> = morphs.iter().map(|track| track.morph).collect();
+    morphs.extend(below.morphs(base.morphs()).into_iter().filter(|track| !new.contains(&track.morph)));
+    Ok(Clip::new(motion.name().to_owned(), times.to_vec(), joints)?.with_morphs(morphs)?)
 }
 
 /// The motion with a reference taken out, as changes of the rest pose: what `add` puts on top, as a clip of its own.
@@ -154,7 +158,8 @@ pub fn taken_out(motion: &Clip, skeleton: &Skeleton, reference: LayerReference) 
             scale: vector(&tracks.scale, rest.scale),
         }
     });
-    Clip::new(motion.name().to_owned(), motion.times_seconds().to_vec(), joints.collect())
+    Clip::new(motion.name().to_owned(), motion.times_seconds().to_vec(), joints.collect())?
+        .with_morphs(motion.morphs().to_vec())
 }
 
 fn map<T: Copy>(track: &Track<T>, change: impl Fn(T) -> T) -> Track<T> {

@@ -19,6 +19,7 @@ mod labels;
 mod layer;
 mod load;
 mod mixups;
+mod morphs;
 mod pass;
 mod pose;
 mod propose;

@@ -19,6 +19,7 @@ use super::{
     files::{Files, Sides, in_config, one_field, read_spec},
     keys::{KeysView, reduced},
     layer::laid_over,
+    morphs::with_morphs,
     pass::Pass,
     tune::Subject,
 };
@@ -89,6 +90,7 @@ pub fn retarget_with(
         .then(|| measure(&mapping, &source, &target, clip, &result, &spec.report, &reaches));
     let measure_seconds = control.seconds() - measuring;
 
+    let result = with_morphs(result, clip, (&files.source.scene, &files.target.scene), &spec.morphs, &mut reporter)?;
     let result = match &spec.layer {
         Some(layer) => laid_over(&target, &spec.target, &result, layer, control, &mut reporter)?,
         None => result,
@@ -202,6 +204,16 @@ pub(super) fn write_outputs(
         keys.extend(reduced.as_ref().map(|(_, view)| view.clone()));
         let renamed = output.options.clip_name.as_ref().map(|name| result.clone().renamed(name.clone()));
         let clip = renamed.as_ref().unwrap_or(result);
+        let holds_morphs = matches!(output.format, Format::Glb | Format::Gltf | Format::Vrm)
+            && output.options.include == IncludeSpec::Full;
+        if !clip.morphs().is_empty() && !holds_morphs {
+            reporter.warn(
+                "morphs_not_written",
+                output.format.info().name,
+                format!("the weights of {} morphs are not in this output", clip.morphs().len()),
+                "take a glTF format with everything of the target, or set morphs.enabled to false",
+            );
+        }
         let options = WriteOptions {
             format: output.format,
             include: match output.options.include {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{Quat, Vec3};
 
-use super::{LocalPose, Skeleton, SparseKeys, Track, Transform};
+use super::{LocalPose, MorphTrack, Skeleton, SparseKeys, Track, Transform};
 
 /// An animation of a skeleton, sampled at key times that all channels share.
 ///
@@ -15,6 +15,7 @@ pub struct Clip {
     name: String,
     times_seconds: Vec<f64>,
     joints: Vec<JointTracks>,
+    morphs: Vec<MorphTrack>,
     sparse_keys: Option<Arc<SparseKeys>>,
 }
 
@@ -82,7 +83,7 @@ impl Clip {
             check_track(&tracks.rotation, joint, frames, |value| value.is_finite())?;
             check_track(&tracks.scale, joint, frames, |value| value.is_finite())?;
         }
-        Ok(Self { name, times_seconds, joints, sparse_keys: None })
+        Ok(Self { name, times_seconds, joints, morphs: Vec::new(), sparse_keys: None })
     }
 
     /// The clip's name; may be empty.
@@ -95,6 +96,23 @@ impl Clip {
     #[must_use]
     pub fn renamed(self, name: String) -> Self {
         Self { name, ..self }
+    }
+
+    /// The same clip with the weights of morphs, one entry per morph that it animates.
+    ///
+    /// # Errors
+    /// When a track's length is not the number of frames, or a weight is not finite; the error counts morphs as joints.
+    pub fn with_morphs(self, morphs: Vec<MorphTrack>) -> Result<Self, ClipError> {
+        for (index, track) in morphs.iter().enumerate() {
+            check_track(&track.weights, index, self.times_seconds.len(), |value| value.is_finite())?;
+        }
+        Ok(Self { morphs, ..self })
+    }
+
+    /// The weights of the morphs that it animates.
+    #[must_use]
+    pub fn morphs(&self) -> &[MorphTrack] {
+        &self.morphs
     }
 
     /// The same clip, of which these frames are needed, in formats whose tracks have key times of their own.
@@ -154,6 +172,7 @@ impl Clip {
         self.joints
             .iter()
             .any(|joint| joint.translation.is_animated() || joint.rotation.is_animated() || joint.scale.is_animated())
+            || !self.morphs.is_empty()
     }
 
     /// The pose at one frame.
@@ -170,7 +189,7 @@ impl Clip {
         LocalPose::new(self.joints.iter().zip(skeleton.joints()).map(local).collect())
     }
 
-    /// Takes the clip apart: name, key times, tracks; which keys are needed is left behind.
+    /// Takes the clip apart: name, key times, tracks of joints. Morphs and the keys that are needed are left behind.
     #[must_use]
     pub fn into_parts(self) -> (String, Vec<f64>, Vec<JointTracks>) {
         (self.name, self.times_seconds, self.joints)

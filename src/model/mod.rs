@@ -8,6 +8,7 @@
 mod axes;
 mod clip;
 mod control;
+mod morph;
 mod pose;
 mod scene;
 mod skeleton;
@@ -20,6 +21,7 @@ mod warning;
 pub use axes::{Axes, AxesError, SignedAxis};
 pub use clip::{Clip, ClipError, JointTracks};
 pub use control::{Canceled, Control, Phase, Progress};
+pub use morph::{Morph, MorphPlace, MorphTrack};
 pub use pose::{LocalPose, ModelPose};
 pub use scene::{Payload, Scene, Skin};
 pub use skeleton::{Joint, Skeleton, SkeletonError};

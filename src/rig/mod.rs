@@ -14,6 +14,7 @@ mod joint_table;
 mod legs;
 mod mapping;
 mod mask;
+mod morphs;
 mod nearest;
 mod parse;
 mod posing;
@@ -35,6 +36,7 @@ pub use floor::standing_floor;
 pub use joint_table::{TableRow, write_table};
 pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing};
 pub use mask::named_joints;
+pub use morphs::{MorphDrive, MorphMapping, MorphTerm, map_morphs};
 pub use parse::{is_own_shape, parse_document, parse_spec, parse_value};
 pub use posing::{Posed, posed_target};
 pub use recognition::{

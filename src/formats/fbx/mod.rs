@@ -32,6 +32,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
     let clips = clips::read_all(&file, &nodes, budget, reporter)?;
     let declared_roles = skins::declared_roles(&file, &nodes);
     Ok(Scene {
+        morphs: Vec::new(),
         clips,
         skins: skins::skins(&file, &nodes),
         skin_points: points::skin_points(&file, &nodes, budget)?,

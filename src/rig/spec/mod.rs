@@ -4,6 +4,7 @@
 mod edit;
 mod layer;
 mod map;
+mod morphs;
 mod ops;
 mod output;
 mod pose;
@@ -17,6 +18,7 @@ pub use edit::{
 };
 pub use layer::{LayerMode, LayerReference, LayerSpec};
 pub use map::{ChainMap, RotationMode, TranslationMode};
+pub use morphs::{MorphCombine, MorphRow, MorphsSpec};
 pub use ops::{
     Alpha, Carry, ContactFloor, ContactFloorRule, ContactsOp, FilterKind, FilterOp, FkOp, FloorOp, HeightRule, IkGoal,
     IkOp, Op, PelvisOp, PelvisScale, PelvisScaleRule, PlantMode, PlantOp, ScaleOrigin, Scope,
@@ -61,6 +63,9 @@ pub struct RetargetSpec {
     /// that feet stay where they stand.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ops: Option<Vec<Op>>,
+    /// How morph weights and facial expressions are moved over.
+    #[serde(skip_serializing_if = "is_default")]
+    pub morphs: MorphsSpec,
     /// Edits of the clip: its time, its seams, its sides.
     #[serde(skip_serializing_if = "is_default")]
     pub edit: EditSpec,

@@ -7,13 +7,14 @@ use serde_json::{Map, Value, json};
 use super::{Output, array};
 use crate::{
     formats::FormatError,
-    model::{Clip, Control, Joint, Reporter, Scene, Track},
+    model::{Clip, Control, Joint, MorphPlace, Reporter, Scene, Track},
 };
 
 const FLOAT: u64 = 5126;
 
 /// Adds the clip's data to the document and returns the animation that refers to it; nothing where the target has no node
-/// that could be animated. `node_of` gives the node of a joint, by its index and itself.
+/// that could be animated. `node_of` gives the node of a joint, by its index and itself; `has_meshes` says that the document has the
+/// target's meshes, and with them its morph targets.
 ///
 /// All tracks lie in one buffer view. Tracks with a value per frame share one time accessor. Constant tracks have one key,
 /// or two where nothing else makes the animation as long as the clip.
@@ -22,6 +23,7 @@ pub(super) fn append<'a>(
     target: &Scene,
     clip: &'a Clip,
     node_of: impl Fn(usize, &Joint) -> usize,
+    has_meshes: bool,
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Option<Value>, FormatError> {
@@ -30,11 +32,13 @@ pub(super) fn append<'a>(
         return Ok(None);
     }
     let times = key_times(clip.times_seconds(), reporter);
-    let is_sampled = clip.joints().iter().any(|tracks| {
-        [tracks.translation.sample_count(), tracks.rotation.sample_count(), tracks.scale.sample_count()]
-            .iter()
-            .any(Option::is_some)
-    });
+    let morphs = morph_weights(target, clip, has_meshes);
+    let is_sampled = !morphs.is_empty()
+        || clip.joints().iter().any(|tracks| {
+            [tracks.translation.sample_count(), tracks.rotation.sample_count(), tracks.scale.sample_count()]
+                .iter()
+                .any(Option::is_some)
+        });
     let constant_times = match times.as_slice() {
         [first, .., last] if !is_sampled => vec![*first, *last],
         [first, ..] => vec![*first],
@@ -50,6 +54,9 @@ pub(super) fn append<'a>(
         writer.track(&tracks.rotation, keys.map(|keys| &keys.rotation), node, "rotation", "VEC4")?;
         writer.track(&tracks.scale, keys.map(|keys| &keys.scale), node, "scale", "VEC3")?;
     }
+    for (node, weights) in &morphs {
+        writer.weights(*node, weights)?;
+    }
     if writer.channels.is_empty() {
         let joint = &target.skeleton.joints()[0];
         let detail = "the clip animates nothing; it was written as the first node standing still, for its length";
@@ -64,6 +71,27 @@ pub(super) fn append<'a>(
     animation.insert("channels".into(), Value::Array(channels));
     animation.insert("samplers".into(), Value::Array(samplers));
     Ok(Some(Value::Object(animation)))
+}
+
+/// For each node with a mesh of which a morph is animated the weights of all its morph targets, side by side at each frame.
+fn morph_weights(target: &Scene, clip: &Clip, has_meshes: bool) -> BTreeMap<usize, Vec<f32>> {
+    let mut nodes: BTreeMap<usize, Vec<f32>> = BTreeMap::new();
+    let tracks = clip.morphs().iter().filter(|_| has_meshes);
+    for track in tracks {
+        let Some(MorphPlace::Mesh { node, index, count }) = target.morphs.get(track.morph).map(|morph| &morph.place)
+        else {
+            continue;
+        };
+        let first = track.morph - index;
+        let weights = nodes.entry(*node).or_insert_with(|| {
+            let rest: Vec<f32> = target.morphs[first..first + count].iter().map(|morph| morph.rest).collect();
+            rest.repeat(clip.frame_count())
+        });
+        for frame in 0..clip.frame_count() {
+            weights[frame * count + index] = track.weights.at(frame, target.morphs[track.morph].rest);
+        }
+    }
+    nodes
 }
 
 struct Writer<'o, 'a> {
@@ -175,6 +203,18 @@ impl<'o, 'a> Writer<'o, 'a> {
         let input = self.input(times)?;
         self.sparse_inputs.insert(keys, input);
         Ok(input)
+    }
+
+    /// The weights of all morph targets of a node, at all frames.
+    fn weights(&mut self, node: usize, weights: &[f32]) -> Result<(), FormatError> {
+        let bytes = Cow::Owned(bytemuck::cast_slice(weights).to_vec());
+        let output = self.accessor(bytes, weights.len(), "SCALAR")?;
+        let input = match self.sampled_input {
+            Some(input) => input,
+            None => self.sparse_input((0..self.times.len()).collect())?,
+        };
+        self.channel(input, output, node, "weights");
+        Ok(())
     }
 
     fn constant<T: bytemuck::Pod>(
