@@ -39,13 +39,14 @@ pub(super) fn reduced(
     reporter: &mut Reporter,
 ) -> Result<Option<(Clip, KeysView)>, Failure> {
     let Some(tolerance) = output.options.keys.tolerance() else { return Ok(None) };
-    if !matches!(output.format, Format::Glb | Format::Gltf | Format::Vrm) {
-        reporter.warn(
-            "keys_all_written",
-            output.format.info().name,
-            "in this format all tracks share their key times, so every frame was written",
-            "take a glTF format, or leave output.keys out",
-        );
+    let all_are_needed = match output.format {
+        Format::Glb | Format::Gltf | Format::Vrm if rig.scene.stretched.is_none() => None,
+        Format::Glb | Format::Gltf | Format::Vrm => Some("joints hang below stretched nodes, whose every frame counts"),
+        _ => Some("in this format all tracks share their key times, so every frame was written"),
+    };
+    if let Some(detail) = all_are_needed {
+        let hint = "take a glTF format and a rig without stretched nodes, or leave output.keys out";
+        reporter.warn("keys_all_written", output.format.info().name, detail, hint);
         return Ok(None);
     }
     let tolerance = Tolerance {

@@ -14,7 +14,7 @@ mod points;
 mod skins;
 
 use crate::{
-    formats::{Budget, FormatError},
+    formats::{Budget, FormatError, straighten},
     model::{Axes, Payload, Reporter, Scene, Skeleton},
 };
 
@@ -28,10 +28,10 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
     let nodes = nodes::Nodes::collect(&file, budget, reporter)?;
     let skeleton = Skeleton::new(nodes.joints(&file))
         .map_err(|error| FormatError::malformed("nodes", "Objects", error.to_string()))?;
-    nodes::report_shear(&file, &nodes, &skeleton, reporter);
+    let is_sheared = nodes::is_sheared(&file, &nodes, &skeleton);
     let clips = clips::read_all(&file, &nodes, budget, reporter)?;
     let declared_roles = skins::declared_roles(&file, &nodes);
-    Ok(Scene {
+    let scene = Scene {
         morphs: Vec::new(),
         clips,
         skins: skins::skins(&file, &nodes),
@@ -41,7 +41,14 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
         declared_roles,
         axes: Some(Axes::Y_UP_Z_FRONT),
         unit_metres: Some(1.0),
+        stretched: None,
         payload: Payload::default(),
         skeleton,
-    })
+    };
+    if !is_sheared {
+        return Ok(scene);
+    }
+    let scene = straighten(scene, budget, reporter)?;
+    nodes::report_shear(&file, &nodes, &scene.skeleton, reporter);
+    Ok(scene)
 }
