@@ -16,6 +16,7 @@ mod formats_fbx;
 mod formats_gltf;
 mod formats_poses;
 mod http;
+mod joint_table;
 mod morphs;
 mod parity;
 mod quality;

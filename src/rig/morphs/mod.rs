@@ -177,8 +177,12 @@ fn by_names(source: &[Morph], animated: &[usize], target: &[Morph], drives: &mut
         let morph = &target[index];
         let name = canonical(&morph.name).map_or_else(|| folded(&morph.name), str::to_owned);
         // The lids would close twice.
-        if !(name == "blink" && has_both_blinks) {
-            drives[index] = formula(&name, index, &by_canonical);
+        if is_bound[index] || (name == "blink" && has_both_blinks) {
+            continue;
+        }
+        drives[index] = formula(&name, index, &by_canonical);
+        if let (Some(_), MorphPlace::Expression(binds)) = (&drives[index], &morph.place) {
+            binds.iter().for_each(|(shape, _)| is_bound[*shape] = true);
         }
     }
 }
