@@ -32,7 +32,9 @@ pub use error::{ErrorKind, FormatError};
 pub use format::{Format, FormatInfo};
 pub use sniff::sniff;
 
-use crate::model::{Clip, Control, Reporter, Scene};
+use glam::{Quat, Vec3};
+
+use crate::model::{Clip, Control, Reporter, Scene, Stretched};
 
 /// Decodes a file.
 ///
@@ -66,6 +68,28 @@ pub fn read(
         Format::BodyModel => body_model::read_archive(bytes, &mut budget, reporter),
         Format::JointPositions => body_model::read_array(bytes, &mut budget, reporter),
     }
+}
+
+/// Gives joints that a scale stretches lengths of their own; for formats whose viewers multiply matrices.
+fn straighten(scene: Scene, budget: &mut Budget<'_>, reporter: &mut Reporter) -> Result<Scene, FormatError> {
+    budget.check_canceled()?;
+    let malformed = |error: crate::model::ClipError| FormatError::malformed("nodes", "", error.to_string());
+    let frames: usize = scene.clips.iter().map(Clip::frame_count).sum();
+    let Some(plan) = Stretched::of(&scene.skeleton) else { return Ok(scene) };
+    let sampled = (plan.joint_count() as u64).saturating_mul(frames as u64);
+    budget.take_array(sampled, size_of::<(Vec3, Quat, Vec3)>() as u64, "clips")?;
+    let count = plan.joint_count();
+    let scene = plan.straighten(scene).map_err(malformed)?;
+    reporter.warn(
+        "stretched_skeleton",
+        "",
+        format!(
+            "{count} joints lie below a scale that differs by axis; they are moved as joints that keep their lengths, and the \
+             nodes that a viewer stretches are animated so that they do"
+        ),
+        "apply the scale of the armature before exporting",
+    );
+    Ok(scene)
 }
 
 /// What to write, and how.

@@ -1,8 +1,8 @@
 //! What a file holds, once it has been read.
 
-use std::{any::Any, fmt};
+use std::{any::Any, fmt, sync::Arc};
 
-use super::{Axes, Clip, Skeleton, SkinPoints, Transform};
+use super::{Axes, Clip, Skeleton, SkinPoints, Stretched, Transform};
 
 /// An imported file: one forest of joints, its clips and skins, and the file's own document for writing back what we do not
 /// understand.
@@ -31,6 +31,9 @@ pub struct Scene {
     pub axes: Option<Axes>,
     /// Metres per unit of length of everything here: 1 for glTF and FBX; `None` where the file does not say (BVH).
     pub unit_metres: Option<f64>,
+    /// What lies between the joints here and the nodes of the file, where the file stretches its skeleton; the clips and the
+    /// rest transforms of the scene are those of joints that keep their length.
+    pub stretched: Option<Stretched>,
     /// What the format needs to write this scene back.
     pub payload: Payload,
 }
@@ -50,15 +53,15 @@ pub struct Skin {
     pub most_influences: usize,
 }
 
-/// A format's own document, opaque to everybody else.
-#[derive(Default)]
-pub struct Payload(Option<Box<dyn Any + Send + Sync>>);
+/// A format's own document, opaque to everybody else. Copies share it.
+#[derive(Clone, Default)]
+pub struct Payload(Option<Arc<dyn Any + Send + Sync>>);
 
 impl Payload {
     /// Wraps a format's document.
     #[must_use]
     pub fn new<T: Any + Send + Sync>(document: T) -> Self {
-        Self(Some(Box::new(document)))
+        Self(Some(Arc::new(document)))
     }
 
     /// The document, where it is of that type.

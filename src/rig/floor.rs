@@ -12,6 +12,8 @@ const SOLE_ON_ORIGIN: f64 = 0.05;
 /// The sole of a mesh is at most this share of the pelvis height below the lowest joint of the feet; one that is further away
 /// does not belong to the skeleton as it stands.
 const THICKEST_SOLE: f64 = 0.25;
+/// Feet that stand come at most this share of the pelvis height below the floor of a clip.
+const SINKS: f64 = 0.03;
 /// Fewer points are no foot.
 const FEW_POINTS: usize = 8;
 /// Frames of a clip that are looked at, evenly spread.
@@ -30,6 +32,8 @@ pub(super) struct Stance {
     pub(super) stands: bool,
     /// The pelvis above the floor, on straight legs.
     pub(super) height: f64,
+    /// The pelvis above the ankles, on straight legs; nothing where a leg has no three joints.
+    pub(super) legs: Option<f64>,
 }
 
 impl Stance {
@@ -44,8 +48,9 @@ impl Stance {
         // Soles are on the floor of the file, but for what the modeller left between them.
         let is_meant = stands && mesh.is_some_and(|sole| sole.abs() <= SOLE_ON_ORIGIN * (pelvis_height - lowest));
         let floor = if is_meant { 0.0 } else { bottom };
-        let height = standing_height(side, pelvis, bottom).unwrap_or(pelvis_height - bottom);
-        Self { floor, sole: (stands || mesh.is_some()).then_some(lowest - bottom), height, stands }
+        let (legs, ankle) = standing_legs(side, pelvis, bottom).unzip();
+        let height = legs.zip(ankle).map_or(pelvis_height - bottom, |(legs, ankle)| legs + ankle);
+        Self { floor, sole: (stands || mesh.is_some()).then_some(lowest - bottom), height, stands, legs }
     }
 }
 
@@ -83,9 +88,9 @@ pub fn standing_floor(side: &Rig<'_>) -> Option<f64> {
     stance.stands.then_some(stance.floor)
 }
 
-/// The pelvis above the floor when thighs and shins are in line below it, as they are in a clip of somebody who stands: rest
-/// poses have their legs apart, or their knees bent.
-fn standing_height(side: &Rig<'_>, pelvis: usize, floor: f64) -> Option<f64> {
+/// The pelvis above the ankles when thighs and shins are in line below it, as they are in a clip of somebody who stands: rest
+/// poses have their legs apart, or their knees bent. And the ankles above the floor.
+fn standing_legs(side: &Rig<'_>, pelvis: usize, floor: f64) -> Option<(f64, f64)> {
     let leg = |prefix: &str| {
         let joint = |part: &str| side.role(&format!("{prefix}{part}")).first().copied();
         let (thigh, shin, foot) = (joint("thigh")?, joint("shin")?, joint("foot")?);
@@ -98,17 +103,26 @@ fn standing_height(side: &Rig<'_>, pelvis: usize, floor: f64) -> Option<f64> {
     };
     match (leg("left_"), leg("right_")) {
         // A rest pose may be a frame of a walk: the lower ankle belongs to the foot that stands.
-        (Some(left), Some(right)) => Some((left.0 + right.0) / 2.0 + left.1.min(right.1)),
-        (left, right) => left.or(right).map(|(leg, ankle)| leg + ankle),
+        (Some(left), Some(right)) => Some((f64::midpoint(left.0, right.0), left.1.min(right.1))),
+        (left, right) => left.or(right),
     }
 }
 
-/// Height of the floor in a clip, likewise: what its feet touch.
+/// Where the floor is in a clip, in the scene's unit along the rig's up axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ClipFloor {
+    /// Height of the floor.
+    pub(super) height: f64,
+    /// Whether only that joint says where the floor is, so that the floor is as far below as the sole is thick.
+    pub(super) is_joint: bool,
+}
+
+/// The floor of a clip: what its feet touch.
 ///
 /// For a rig that does not stand at rest; one that does has its floor from there, however high it jumps in a clip. Where the
-/// feet come down within a foot's height of the origin or of the rest floor, it is that: clips jump and crouch, and the floor
-/// does not.
-pub(super) fn clip_floor(side: &Rig<'_>, clip: &Clip, pelvis: usize, rest_floor: f64) -> f64 {
+/// feet come down within a foot's height above the origin or the rest floor, it is that: clips jump and crouch, and the floor
+/// does not. It is never above them.
+pub(super) fn clip_floor(side: &Rig<'_>, clip: &Clip, pelvis: usize, rest_floor: f64) -> ClipFloor {
     let supports = supports(side, pelvis);
     let step = clip.frame_count().div_ceil(FRAMES_LOOKED_AT).max(1);
     let mut heights: Vec<f64> = (0..clip.frame_count())
@@ -119,17 +133,15 @@ pub(super) fn clip_floor(side: &Rig<'_>, clip: &Clip, pelvis: usize, rest_floor:
         })
         .collect();
     heights.sort_by(f64::total_cmp);
-    let floor = heights.get(heights.len() / 20).copied().unwrap_or(rest_floor);
+    let touching = heights.get(heights.len() / 20).copied().unwrap_or(rest_floor);
     let height = (side.rest_height(pelvis) - rest_floor).abs();
-    let near = |candidate: f64| (floor - candidate).abs() <= STANDS_ON_ORIGIN * height;
-    if near(0.0) && near(rest_floor) {
-        rest_floor
-    } else if near(0.0) {
-        0.0
-    } else if near(rest_floor) {
-        rest_floor
+    let above = |candidate: f64| (-SINKS * height..=STANDS_ON_ORIGIN * height).contains(&(touching - candidate));
+    if above(rest_floor) {
+        ClipFloor { height: rest_floor, is_joint: true }
+    } else if above(0.0) {
+        ClipFloor { height: 0.0, is_joint: false }
     } else {
-        floor
+        ClipFloor { height: touching, is_joint: true }
     }
 }
 

@@ -83,6 +83,9 @@ pub struct PelvisPosition {
     pub source_origin: glam::DVec3,
     /// Where that point goes.
     pub target_origin: glam::DVec3,
+    /// How far `source_origin` is below what the source's feet touch, where only their lowest joint says where that is: as far as
+    /// the target's soles are below its own, in proportion.
+    pub source_sole: f64,
 }
 
 /// A source chain that drives a target chain.

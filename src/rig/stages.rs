@@ -138,6 +138,14 @@ pub struct LimbJoints {
     pub sole: Option<Sole>,
 }
 
+impl LimbJoints {
+    /// Start, middle and end.
+    #[must_use]
+    pub const fn joints(&self) -> [usize; 3] {
+        [self.start, self.middle, self.end]
+    }
+}
+
 /// The sole of a foot, from the rest pose, in plan units: how far the floor is below each joint of it. In motion each joint
 /// keeps at least that distance from the floor, however it is turned, as if there were a ball around it.
 #[derive(Clone, Copy, Debug)]

@@ -347,8 +347,14 @@ fn guess_unit(
     roles: &BTreeMap<String, Vec<usize>>,
     reporter: &mut Reporter,
 ) -> f64 {
-    const CANDIDATES: [(f64, &str); 5] =
-        [(1.0, "metres"), (0.01, "centimetres"), (0.0254, "inches"), (0.056_444, "CMU units"), (0.001, "millimetres")];
+    const CANDIDATES: [(f64, &str); 6] = [
+        (1.0, "metres"),
+        (0.01, "centimetres"),
+        (0.0254, "inches"),
+        (0.1, "decimetres"),
+        (0.056_444, "CMU units"),
+        (0.001, "millimetres"),
+    ];
     let pelvis = roles.get("pelvis").and_then(|joints| joints.first());
     let is_body = |joint: &usize| pelvis.is_none_or(|pelvis| skeleton.is_ancestor_or_self(*pelvis, *joint));
     let joints = (0..skeleton.len()).filter(is_body).map(|joint| rest.transforms()[joint].translation);

@@ -49,7 +49,11 @@ fn real_files_round_trip() {
             let written = formats::write(&scene, &clip, &options, &Control::new(), &mut Reporter::new())
                 .unwrap_or_else(|error| panic!("{name} as {ending}: {error}"));
             let (back, _) = read(&written, file).unwrap_or_else(|error| panic!("{name} as {ending}: {error}"));
-            assert_eq!(back.clips[0], clip, "{name} as {ending}: the clip comes back");
+            if scene.stretched.is_none() {
+                assert_eq!(back.clips[0], clip, "{name} as {ending}: the clip comes back");
+            } else {
+                assert_same_places(&back, &scene, &clip, &name);
+            }
             if include == Include::Everything {
                 assert_same_document(&bytes, &written, &name);
                 assert_eq!(back.clips[1..], scene.clips, "{name}: the old clips follow");
@@ -266,6 +270,18 @@ fn made_up_clip(joints: usize) -> Clip {
         }
     };
     Clip::new("made up".into(), times, (0..joints).map(tracks).collect()).expect("a valid clip")
+}
+
+/// Joints that their file stretches are where the clip has them, though its own rotations and scales say so otherwise.
+fn assert_same_places(back: &Scene, scene: &Scene, clip: &Clip, name: &str) {
+    for frame in 0..clip.frame_count() {
+        let places = |clip: &Clip, scene: &Scene| clip.local_pose(&scene.skeleton, frame).to_model(&scene.skeleton);
+        let (found, expected) = (places(&back.clips[0], back), places(clip, scene));
+        for (found, expected) in found.transforms().iter().zip(expected.transforms()) {
+            let distance = found.translation.distance(expected.translation);
+            assert!(distance < 1e-4 * expected.translation.length(), "{name}: frame {frame}: {distance} m away");
+        }
+    }
 }
 
 /// All JSON but the parts that the writer must change is equal, and what the old accessors and animations say too.

@@ -10,4 +10,6 @@ mod made_rigs;
 mod matrix;
 mod onto_itself;
 mod pairs;
+mod properties;
 mod shoulders;
+mod stretched;

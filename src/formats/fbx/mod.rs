@@ -17,7 +17,7 @@ mod write;
 pub(super) use write::write;
 
 use crate::{
-    formats::{Budget, FormatError},
+    formats::{Budget, FormatError, straighten},
     model::{Axes, Payload, Reporter, Scene, Skeleton},
 };
 
@@ -31,10 +31,10 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
     let nodes = nodes::Nodes::collect(&file, budget, reporter)?;
     let skeleton = Skeleton::new(nodes.joints(&file))
         .map_err(|error| FormatError::malformed("nodes", "Objects", error.to_string()))?;
-    nodes::report_shear(&file, &nodes, &skeleton, reporter);
+    let is_sheared = nodes::is_sheared(&file, &nodes, &skeleton);
     let clips = clips::read_all(&file, &nodes, budget, reporter)?;
     let declared_roles = skins::declared_roles(&file, &nodes);
-    Ok(Scene {
+    let scene = Scene {
         clips,
         skins: skins::skins(&file, &nodes),
         skin_points: points::skin_points(&file, &nodes, budget)?,
@@ -43,7 +43,14 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
         declared_roles,
         axes: Some(Axes::Y_UP_Z_FRONT),
         unit_metres: Some(1.0),
+        stretched: None,
         payload: Payload::default(),
         skeleton,
-    })
+    };
+    if !is_sheared {
+        return Ok(scene);
+    }
+    let scene = straighten(scene, budget, reporter)?;
+    nodes::report_shear(&file, &nodes, &scene.skeleton, reporter);
+    Ok(scene)
 }

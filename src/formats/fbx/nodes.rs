@@ -126,8 +126,31 @@ pub(super) fn is_sane(transform: &Transform) -> bool {
         && transform.rotation.length_squared() > 0.5
 }
 
-/// Warns where the file has shear, which [`Transform`] cannot hold: a scale that differs by axis above turned joints.
+/// Whether the file has shear, which [`Transform`] cannot hold: a scale that differs by axis above turned joints.
+pub(super) fn is_sheared(file: &ufbx::Scene, nodes: &Nodes, skeleton: &Skeleton) -> bool {
+    let (distance, size, _) = farthest_off(file, nodes, skeleton);
+    distance > size * SHEAR
+}
+
+/// Warns where joints are not where the file has them.
 pub(super) fn report_shear(file: &ufbx::Scene, nodes: &Nodes, skeleton: &Skeleton, reporter: &mut Reporter) {
+    let (distance, size, joint) = farthest_off(file, nodes, skeleton);
+    if distance > size * SHEAR {
+        reporter.warn(
+            "shear_lost",
+            skeleton.label(joint),
+            format!(
+                "a scale that differs by axis lies above turned joints; without its shear this one is {:.2} % of the \
+                 character's size away from where the file has it",
+                distance / size * 100.0
+            ),
+            "apply the scale of the armature before exporting",
+        );
+    }
+}
+
+/// How far the joint that is farthest from where the parser has it is from there, the size of the character, and which joint it is.
+fn farthest_off(file: &ufbx::Scene, nodes: &Nodes, skeleton: &Skeleton) -> (f64, f64, usize) {
     let model = skeleton.rest_pose().to_model(skeleton);
     let mut worst = (0.0_f64, 0);
     let mut size = f64::MIN_POSITIVE;
@@ -140,18 +163,7 @@ pub(super) fn report_shear(file: &ufbx::Scene, nodes: &Nodes, skeleton: &Skeleto
             worst = (distance, joint);
         }
     }
-    if worst.0 > size * SHEAR {
-        reporter.warn(
-            "shear_lost",
-            skeleton.label(worst.1),
-            format!(
-                "a scale that differs by axis lies above turned joints; without its shear this one is {:.2} % of the \
-                 character's size away from where the file has it",
-                worst.0 / size * 100.0
-            ),
-            "apply the scale of the armature before exporting",
-        );
-    }
+    (worst.0, size, worst.1)
 }
 
 /// Whether a node does not inherit the scale of its parent (Maya's segment scale compensation).

@@ -19,7 +19,8 @@ use super::{
     plant::{PlantStage, PlantedFoot},
     posing::Posing,
     pull::{PullStage, PulledLeg},
-    solve::{SolveStage, SolvedLimb},
+    ride::RideStage,
+    solve::{Hangs, SolveStage, SolvedLimb},
     work::Changed,
 };
 
@@ -155,8 +156,9 @@ impl Compiler<'_> {
         if limbs.is_empty() {
             return;
         }
-        let source = self.source_posing(limbs.iter().map(|&limb| self.limb(limb).source.end));
-        let target = self.target_posing(limbs.iter().map(|&limb| self.limb(limb).target.end));
+        let source = self.source_posing(limbs.iter().flat_map(|limb| self.limb(*limb).source.joints()));
+        let joints = |limb: &usize| self.limb(*limb).target.joints();
+        let target = self.target_posing(limbs.iter().flat_map(joints));
         let goal_limb = |&limb: &usize| GoalLimb {
             limb,
             source: LimbSlots::new(&self.limb(limb).source, &source),
@@ -217,7 +219,7 @@ impl Compiler<'_> {
                     ball: pair.target.ball.map(|ball| target.slot(ball)),
                 },
                 target_sole,
-                size_ratio: size_ratio(&source_sole, &target_sole),
+                size_ratio: size_ratio(&source_sole, &target_sole, self.rest(limb).length_ratio),
             })
         };
         let (source_leg, target_leg) = self.legs();
@@ -242,7 +244,7 @@ impl Compiler<'_> {
             return;
         }
         self.pull_pelvis(&open);
-        let posing = self.target_posing(open.iter().map(|(limb, _)| self.limb(*limb).target.end));
+        let posing = self.target_posing(open.iter().flat_map(|(limb, _)| self.limb(*limb).target.joints()));
         let mut changed = Vec::new();
         for (limb, op) in &open {
             let joints = self.limb(*limb).target;
@@ -256,6 +258,7 @@ impl Compiler<'_> {
             limb: *limb,
             slots: LimbSlots::new(&self.limb(*limb).target, &posing),
             rest: self.rest(*limb),
+            hangs: Hangs::of(self.target, &self.limb(*limb).target),
             softness: op.softness,
             stretch: op.stretch,
             align_pole: op.align_pole,
@@ -263,6 +266,15 @@ impl Compiler<'_> {
         };
         let limbs = open.iter().map(limb).collect();
         self.stages.push(Stage::Solve(SolveStage { limbs, posing, limb_count: self.limb_count(), changed }));
+        self.place_riders();
+    }
+
+    /// After each stage that moves joints which others ride.
+    fn place_riders(&mut self) {
+        let posing = |joints: &[usize]| self.target_posing(joints.iter().copied());
+        let (rides, driven) = (&self.mapping.rides, self.mapping.driven());
+        let stage = RideStage::new(self.target, rides, &driven, posing);
+        self.stages.extend(stage.map(Stage::Ride));
     }
 
     fn pull_pelvis(&mut self, open: &[(usize, IkOp)]) {
@@ -287,21 +299,23 @@ impl Compiler<'_> {
             pulls,
         };
         self.stages.push(Stage::Pull(stage));
+        self.place_riders();
     }
 }
 
-/// Size of the target's foot over the source's, where both are of one shape.
-fn size_ratio(source: &Sole, target: &Sole) -> Option<f64> {
+/// Size of the target's foot over the source's, where both are of one shape; that of the legs where neither has a size.
+fn size_ratio(source: &Sole, target: &Sole, leg_ratio: f64) -> Option<f64> {
     let length = |bone: Option<DVec3>| bone.map(DVec3::length);
     let parts =
         |sole: &Sole| [length(sole.end_to_ball), Some(sole.heel), sole.ball, sole.tip, length(sole.ball_to_tip)];
     let (source, target) = (parts(source), parts(target));
     let largest = |parts: &[Option<f64>]| parts.iter().flatten().fold(0.0, |most: f64, part| most.max(part.abs()));
     let (source_size, target_size) = (largest(&source), largest(&target));
-    let ratio = target_size / source_size;
+    let ratio = if source_size > 0.0 { target_size / source_size } else { leg_ratio };
     let is_same = |(source, target): (Option<f64>, Option<f64>)| match (source, target) {
-        (Some(source), Some(target)) => (source * ratio - target).abs() < ALIKE * target_size,
+        (Some(source), Some(target)) => (source * ratio - target).abs() <= ALIKE * target_size,
         (source, target) => source.is_none() == target.is_none(),
     };
-    (source_size > 0.0 && source.into_iter().zip(target).all(is_same)).then_some(ratio)
+    let have_size = source_size > 0.0 || target_size <= 0.0;
+    (have_size && source.into_iter().zip(target).all(is_same)).then_some(ratio)
 }

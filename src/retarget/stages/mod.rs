@@ -15,6 +15,7 @@ mod plant;
 mod posing;
 mod pull;
 mod result;
+mod ride;
 mod schedule;
 mod solve;
 mod temporal;
@@ -32,6 +33,7 @@ use self::{
     goals::GoalStage,
     plant::PlantStage,
     pull::PullStage,
+    ride::RideStage,
     solve::SolveStage,
     work::Work,
 };
@@ -59,6 +61,7 @@ enum Stage {
     Pull(PullStage),
     Filter(FilterStage),
     Solve(SolveStage),
+    Ride(RideStage),
 }
 
 impl Stack {
@@ -108,6 +111,7 @@ impl Stage {
             Self::Pull(stage) => stage.run(work),
             Self::Filter(stage) => stage.run(work),
             Self::Solve(stage) => stage.run(work),
+            Self::Ride(stage) => stage.run(work),
         }
     }
 }

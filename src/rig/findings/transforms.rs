@@ -3,7 +3,10 @@
 use glam::{DQuat, DVec3};
 
 use super::{FileFacts, Finding, FindingCode, places};
-use crate::rig::Rig;
+use crate::{
+    model::{LocalPose, Transform},
+    rig::Rig,
+};
 
 /// Scales closer to one another than this share are equal.
 const EQUAL: f64 = 1e-3;
@@ -13,9 +16,8 @@ const NOTHING: f64 = 1e-9;
 const TURNED_RADIANS: f64 = 1e-2;
 
 pub(super) fn examine(rig: &Rig<'_>, facts: FileFacts<'_>, found: &mut Vec<Finding>) {
-    let skeleton = rig.skeleton();
     let relevant = relevant_joints(rig);
-    let scale = |joint: &usize| skeleton.joints()[*joint].rest.scale;
+    let scale = |joint: &usize| node(rig, *joint).scale;
     let joints = || relevant.iter().copied();
 
     let zero: Vec<usize> = joints().filter(|joint| scale(joint).abs().min_element() < NOTHING).collect();
@@ -47,11 +49,17 @@ pub(super) fn examine(rig: &Rig<'_>, facts: FileFacts<'_>, found: &mut Vec<Findi
     examine_shear(rig, facts, &relevant, found);
 }
 
+/// A node's transform as the file has it.
+fn node(rig: &Rig<'_>, joint: usize) -> Transform {
+    let stretched = rig.scene.stretched.as_ref().map(|stretched| stretched.nodes()[joint]);
+    stretched.unwrap_or(rig.skeleton().joints()[joint].rest)
+}
+
 fn examine_shear(rig: &Rig<'_>, facts: FileFacts<'_>, relevant: &[usize], found: &mut Vec<Finding>) {
     let skeleton = rig.skeleton();
-    let nodes = skeleton.rest_pose().to_model(skeleton);
+    let nodes = LocalPose::new((0..skeleton.len()).map(|joint| node(rig, joint)).collect()).to_model(skeleton);
     let is_sheared = |joint: &usize| {
-        let own = &skeleton.joints()[*joint].rest;
+        let own = node(rig, *joint);
         let above = skeleton.parent(*joint).map_or(DVec3::ONE, |parent| nodes.transforms()[parent].scale);
         !is_even(above) && above.abs().min_element() > NOTHING && !only_swaps_axes(own.rotation)
     };

@@ -5,6 +5,7 @@ use glam::{DMat3, DVec3};
 use crate::model::{Clip, Reporter};
 
 use super::super::{
+    anatomy::{is_carried, rides},
     auto_map::{known_names, roles_of},
     error::{SpecError, SpecErrorKind, SpecField},
     floor::{Stance, clip_floor},
@@ -173,13 +174,14 @@ fn find_limb(limb: Limb, source: &Rig<'_>, target: &Rig<'_>) -> Option<LimbPair>
 
 /// `unit` is plan units per unit of that side.
 fn limb_joints(limb: Limb, side: &Rig<'_>, unit: f64) -> Option<LimbJoints> {
+    let rides = &rides(side);
     let [start, middle, end, beyond] = limb.roles().map(|role| side.role(role).first().copied());
     let (start, middle, end) = (start?, middle?, end?);
     let place = |joint: usize| side.rest.transforms()[joint].translation;
     let has_length = |from: usize, to: usize| place(from).distance(place(to)) > 0.0;
     let skeleton = side.skeleton();
-    let is_chained = skeleton.is_ancestor_or_self(start, middle) && skeleton.is_ancestor_or_self(middle, end);
-    let ball = beyond.filter(|ball| limb.is_leg() && skeleton.is_ancestor_or_self(end, *ball));
+    let is_chained = is_carried(skeleton, rides, middle, start) && is_carried(skeleton, rides, end, middle);
+    let ball = beyond.filter(|ball| limb.is_leg() && is_carried(skeleton, rides, *ball, end));
     let tip = ball.and_then(|ball| {
         let below = (ball + 1..skeleton.len()).filter(|&joint| skeleton.is_ancestor_or_self(ball, joint));
         below.max_by(|first, second| {
@@ -223,7 +225,8 @@ fn ground(source: &Rig<'_>, target: &Rig<'_>, clip: &Clip, mapping: &Mapping) ->
     let stance = |side: &Rig<'_>| side.role("pelvis").first().map(|&pelvis| (pelvis, Stance::of(side, pelvis)));
     let (mut source_rest_floor, mut source_floor) = (0.0, 0.0);
     if let Some((pelvis, stance)) = stance(source) {
-        let floor = if stance.sole.is_some() { stance.floor } else { clip_floor(source, clip, pelvis, stance.floor) };
+        let floor =
+            if stance.sole.is_some() { stance.floor } else { clip_floor(source, clip, pelvis, stance.floor).height };
         (source_rest_floor, source_floor) = (stance.floor * unit, floor * unit);
     }
     let target_rest_floor = stance(target).map_or(0.0, |(_, stance)| stance.floor);
@@ -232,7 +235,8 @@ fn ground(source: &Rig<'_>, target: &Rig<'_>, clip: &Clip, mapping: &Mapping) ->
             let position = pelvis.position;
             let turn = DMat3::from_quat(position.ours_from_plan);
             let travel = turn.transpose() * DMat3::from_diagonal(position.scale) * turn;
-            let floor = position.target_origin + travel * (up * source_floor - position.source_origin);
+            let floor =
+                position.target_origin + travel * (up * (source_floor - position.source_sole) - position.source_origin);
             (travel, floor.dot(up))
         }
         None => (DMat3::from_diagonal(DVec3::splat(mapping.global_scale)), target_rest_floor),

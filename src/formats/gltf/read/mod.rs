@@ -12,7 +12,7 @@ mod skins;
 
 use super::{container, document::Document, json};
 use crate::{
-    formats::{Budget, Format, FormatError},
+    formats::{Budget, Format, FormatError, straighten},
     model::{Axes, Joint, Payload, Reporter, Scene, Skeleton},
 };
 use accessor::Accessors;
@@ -51,7 +51,7 @@ pub(in crate::formats) fn read(
     let (declared_convention, declared_roles) =
         humanoid.map_or((None, Vec::new()), |map| (Some(map.convention), map.roles));
     let skeleton = mark_joints(graph, skins.skins.iter().flat_map(|skin| &skin.joints), &declared_roles)?;
-    Ok(Scene {
+    let scene = Scene {
         skeleton,
         clips,
         skins: skins.skins,
@@ -61,8 +61,10 @@ pub(in crate::formats) fn read(
         declared_convention,
         axes: Some(Axes::Y_UP_Z_FRONT),
         unit_metres: Some(1.0),
+        stretched: None,
         payload: Payload::new(document),
-    })
+    };
+    straighten(scene, budget, reporter)
 }
 
 fn mark_joints<'a>(

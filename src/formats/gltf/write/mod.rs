@@ -57,6 +57,18 @@ pub(in crate::formats) fn write_posed(
             FormatError::malformed("write", "", detail).with_hint("write the clip onto the rig it was made for")
         );
     }
+    if let Some(stretched) = &target.stretched {
+        let nodes = Scene {
+            skeleton: stretched.skeleton_of_nodes(&target.skeleton),
+            skins: target.skins.clone(),
+            payload: target.payload.clone(),
+            ..Scene::default()
+        };
+        let clip = stretched.clip_of_nodes(&target.skeleton, clip);
+        let clip = clip.map_err(|error| FormatError::malformed("write", "", error.to_string()))?;
+        let posed = stretched.posed_below(&target.skeleton, posed);
+        return write_posed(&nodes, &posed, &clip, options, control, reporter);
+    }
     let document = target.payload.get::<Document>().filter(|_| options.include == Include::Everything);
     if options.format == Format::Vrm && !document.is_some_and(is_vrm) {
         return Err(FormatError::unsupported(
