@@ -134,14 +134,14 @@ impl Property {
             Self::Text(text) => sized(out, b'S', text.as_bytes())?,
             Self::Bytes(bytes) => sized(out, b'R', bytes)?,
             Self::Wholes(values) => {
-                array(out, b'i', values.len(), values.iter().flat_map(|value| value.to_le_bytes()))?
+                array(out, b'i', values.len(), values.iter().flat_map(|value| value.to_le_bytes()))?;
             }
             Self::Longs(values) => array(out, b'l', values.len(), values.iter().flat_map(|value| value.to_le_bytes()))?,
             Self::Singles(values) => {
-                array(out, b'f', values.len(), values.iter().flat_map(|value| value.to_le_bytes()))?
+                array(out, b'f', values.len(), values.iter().flat_map(|value| value.to_le_bytes()))?;
             }
             Self::Numbers(values) => {
-                array(out, b'd', values.len(), values.iter().flat_map(|value| value.to_le_bytes()))?
+                array(out, b'd', values.len(), values.iter().flat_map(|value| value.to_le_bytes()))?;
             }
         }
         Some(())
