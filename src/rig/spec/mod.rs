@@ -17,7 +17,7 @@ pub use edit::{
 pub use map::{ChainMap, RotationMode, TranslationMode};
 pub use ops::{
     Alpha, Carry, ContactFloor, ContactFloorRule, ContactsOp, FilterKind, FilterOp, FkOp, FloorOp, HeightRule, IkGoal,
-    IkOp, Op, PelvisOp, PelvisScale, PelvisScaleRule, PlantMode, PlantOp, ScaleOrigin, Scope,
+    IkOp, Op, PelvisOp, PelvisScale, PelvisScaleRule, PlantMode, PlantOp, ScaleOrigin, Scope, SelfContactOp,
 };
 pub use output::{IncludeSpec, OutputChoice, OutputSpec, TargetClipsSpec};
 pub use pose::{EditAxes, FromClipEdit, PoseChoice, PoseEdit, PoseSpec, ResetEdit, RotateEdit};
