@@ -3,6 +3,7 @@
 mod black_box;
 mod container;
 mod documents;
+mod edits;
 mod facts;
 mod library;
 mod ops;
