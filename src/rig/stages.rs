@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::spec::{ContactsOp, FilterOp, FloorOp, IkOp, PlantOp};
+use super::spec::{ContactsOp, FilterOp, FloorOp, IkOp, PlantMode, PlantOp};
 
 /// The stages and what they share.
 #[derive(Clone, Debug, Default)]
@@ -187,4 +187,42 @@ pub enum StagedKind {
     Floor(FloorOp),
     /// Filters the rotations of these target joints.
     Filter(FilterOp, Vec<usize>),
+}
+
+impl StagedKind {
+    /// The name of the op on the wire.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Contacts(_) => "contacts",
+            Self::Ik(_) => "ik",
+            Self::Plant(_) => "plant",
+            Self::Floor(_) => "floor",
+            Self::Filter(..) => "filter",
+        }
+    }
+}
+
+impl Stages {
+    /// Target joints that an op may turn or move by itself, in the order of the limbs; what hangs from them follows. The pelvis is
+    /// among them where the op may shift it.
+    #[must_use]
+    pub fn changed_by(&self, op: &StagedOp, pelvis: Option<usize>) -> Vec<usize> {
+        let limbs = |with_ball: bool| -> Vec<usize> {
+            let joints = |limb: &usize| {
+                let LimbJoints { start, middle, end, ball, .. } = self.limbs[*limb].target;
+                [Some(start), Some(middle), Some(end), ball.filter(|_| with_ball)].into_iter().flatten()
+            };
+            op.limbs.iter().flat_map(joints).collect()
+        };
+        let shifted = |shifts: bool| pelvis.filter(|_| shifts && !op.limbs.is_empty()).into_iter();
+        match &op.kind {
+            StagedKind::Contacts(_) => Vec::new(),
+            StagedKind::Ik(_) => limbs(false),
+            StagedKind::Plant(plant) if plant.mode == PlantMode::Never => Vec::new(),
+            StagedKind::Plant(plant) => shifted(plant.pull_pelvis).chain(limbs(true)).collect(),
+            StagedKind::Floor(floor) => shifted(floor.shift_pelvis).chain(limbs(true)).collect(),
+            StagedKind::Filter(_, joints) => joints.clone(),
+        }
+    }
 }
