@@ -10,6 +10,7 @@ mod files;
 mod health;
 mod inputs;
 mod inspect;
+mod joint_table;
 mod openapi;
 mod outputs;
 mod pose;
@@ -46,6 +47,8 @@ enum Command {
     Inspect(inspect::Arguments),
     /// Say what a retarget of two files would do, and write the config that does it.
     Suggest(suggest::Arguments),
+    /// Write a table of joint pairs to start from, for a spreadsheet.
+    JointTable(joint_table::Arguments),
     /// Check a config, by itself or against two files, without retargeting.
     CheckConfig(check_config::Arguments),
     /// Put a character into a T pose, an A pose or the pose of another one, and write it to a file.
@@ -70,6 +73,7 @@ pub fn run() -> ExitCode {
         Command::Edit(arguments) => edit::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Suggest(arguments) => suggest::run(&arguments),
+        Command::JointTable(arguments) => joint_table::run(&arguments),
         Command::CheckConfig(arguments) => check_config::run(&arguments),
         Command::Pose(arguments) => pose::run(&arguments),
         Command::Demo(arguments) => demo::run(arguments),

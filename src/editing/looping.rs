@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 use crate::{
-    model::{Clip, JointTracks, Skeleton, Track},
+    model::{Clip, JointTracks, MorphTrack, Skeleton, Track},
     rig::{LoopRoot, LoopSpec},
 };
 
@@ -112,7 +112,13 @@ pub(super) fn make_loop(clip: &Clip, skeleton: &Skeleton, up: DVec3, rule: &Loop
     for tracks in &mut joints {
         keep_hemisphere(&mut tracks.rotation);
     }
-    Ok(Clip::new(clip.name().to_owned(), key_times, joints)?)
+    let morphs = clip.morphs().iter().map(|track| MorphTrack {
+        morph: track.morph,
+        weights: repeat(&track.weights, times, |values, frame, _| {
+            values[frame] + (values[0] - values[frames - 1]) * weights[frame] as f32
+        }),
+    });
+    Ok(Clip::new(clip.name().to_owned(), key_times, joints)?.with_morphs(morphs.collect())?)
 }
 
 /// The first joint whose place is animated. Parents come before children, so it is the one that moves the figure.

@@ -8,7 +8,7 @@
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 use crate::{
-    model::{Clip, ClipError, JointTracks, ModelPose, Skeleton, Track, Transform},
+    model::{Clip, ClipError, JointTracks, ModelPose, MorphTrack, Skeleton, Track, Transform},
     rig::{MirrorPlane, Rig, Role},
 };
 
@@ -39,6 +39,8 @@ pub struct Mirror<'a> {
     pelvis: Option<usize>,
     twins: Twins,
     steps: Vec<Step>,
+    /// For each morph of the scene the one that it changes sides with.
+    morph_twins: Vec<usize>,
 }
 
 impl<'a> Mirror<'a> {
@@ -57,6 +59,7 @@ impl<'a> Mirror<'a> {
             pelvis,
             twins: Twins { twin: Vec::new(), lonely: Vec::new(), asymmetry: None },
             steps: Vec::new(),
+            morph_twins: super::morphs::twins(&rig.scene.morphs, other_side),
         };
         mirror.twins = mirror.find_twins(rig, pairs);
         let step = |joint| Step::new(rig.skeleton(), rig.rest.transforms(), joint, mirror.twins.of(joint));
@@ -118,7 +121,12 @@ impl<'a> Mirror<'a> {
                 scale: if grows(joint) { Track::Sampled(sampled.scales).compacted() } else { Track::Rest },
             }
         });
-        Clip::new(clip.name().to_owned(), clip.times_seconds().to_vec(), tracks.collect())
+        let morphs = clip.morphs().iter().map(|track| MorphTrack {
+            morph: self.morph_twins.get(track.morph).copied().unwrap_or(track.morph),
+            weights: track.weights.clone(),
+        });
+        Clip::new(clip.name().to_owned(), clip.times_seconds().to_vec(), tracks.collect())?
+            .with_morphs(morphs.collect())
     }
 
     /// Fills in the local and model transforms of a mirrored pose.

@@ -3,13 +3,19 @@
 //! Every edit is a function from a clip to a clip; none changes a skeleton. Knows no file format and no retarget.
 
 mod error;
+mod layer;
 mod looping;
 mod mirror;
+mod morphs;
+mod reduce;
 mod sampling;
 mod schedule;
 mod time;
 mod warp;
 
 pub use error::EditError;
+pub use layer::{Layer, LayerError, branch_weights, layered, taken_out};
 pub use mirror::{Mirror, Twins};
+pub use morphs::moved_morphs;
+pub use reduce::{Reduction, Tolerance, reduce_keys};
 pub use time::{TimeEditError, edit_time};

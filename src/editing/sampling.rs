@@ -4,7 +4,7 @@ use std::ops::{Add, Mul};
 
 use glam::{Quat, Vec3, Vec4};
 
-use crate::model::{JointTracks, Track};
+use crate::model::{JointTracks, MorphTrack, Track};
 
 use super::schedule::Schedule;
 
@@ -68,6 +68,11 @@ impl Sampling {
             rotation: self.track(&tracks.rotation),
             scale: self.track(&tracks.scale),
         }
+    }
+
+    /// The weights of morphs.
+    pub(super) fn morphs(&self, tracks: &[MorphTrack]) -> Vec<MorphTrack> {
+        tracks.iter().map(|track| MorphTrack { morph: track.morph, weights: self.track(&track.weights) }).collect()
     }
 
     fn track<T: Value>(&self, track: &Track<T>) -> Track<T> {
@@ -160,6 +165,26 @@ impl Value for Vec3 {
 
     fn between(self, next: Self, share: f32) -> Self {
         self.lerp(next, share)
+    }
+}
+
+impl Value for f32 {
+    type Raw = Self;
+
+    fn raw(self) -> Self {
+        self
+    }
+
+    fn from_raw(raw: Self) -> Option<Self> {
+        Some(raw)
+    }
+
+    fn near(self, _: Self) -> Self {
+        self
+    }
+
+    fn between(self, next: Self, share: f32) -> Self {
+        self + (next - self) * share
     }
 }
 

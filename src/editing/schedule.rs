@@ -29,6 +29,13 @@ impl Schedule {
         Self { moments: times_seconds.iter().map(moment).collect() }
     }
 
+    /// Frames at these times, each of which shows the time that is given for it.
+    pub(super) fn showing(times_seconds: &[f64], shown: impl Fn(f64) -> f64) -> Self {
+        let start = times_seconds.first().copied().unwrap_or_default();
+        let moment = |time: &f64| Moment { at: time - start, from: shown(*time) };
+        Self { moments: times_seconds.iter().map(moment).collect() }
+    }
+
     pub(super) fn moments(&self) -> &[Moment] {
         &self.moments
     }

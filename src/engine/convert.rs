@@ -42,6 +42,7 @@ pub(super) fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
         skins: scene.skins.clone(),
         bind_pose: Vec::new(),
         skin_points: scene.skin_points.scaled(conversion.scale as f32),
+        morphs: scene.morphs.clone(),
         declared_roles: scene.declared_roles.clone(),
         declared_convention: scene.declared_convention,
         axes: Some(Axes::Y_UP_Z_FRONT),
@@ -53,6 +54,8 @@ pub(super) fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
 
 /// The same clip likewise.
 pub(super) fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -> Result<Clip, ClipError> {
+    let contacts = clip.contacts().to_vec();
+    let morphs = clip.morphs().to_vec();
     let (name, times, tracks) = clip.into_parts();
     let rotation = conversion.rotation.as_quat();
     #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
@@ -67,7 +70,7 @@ pub(super) fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -
             scale: tracks.scale,
         }
     });
-    Clip::new(name, times, joints.collect())
+    Clip::new(name, times, joints.collect())?.with_contacts(contacts)?.with_morphs(morphs)
 }
 
 fn map<T: Copy>(track: Track<T>, change: impl Fn(T) -> T) -> Track<T> {

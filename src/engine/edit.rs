@@ -3,18 +3,19 @@
 use std::borrow::Cow;
 
 use crate::{
-    editing::{EditError, Mirror, TimeEditError, edit_time},
+    editing::{EditError, Mirror, TimeEditError, edit_time, taken_out},
     formats::Limits,
-    model::{Clip, Control, JointTracks, Phase, Reporter, Scene},
-    rig::{MirrorSpec, RetargetSpec, Rig, RigSpec, SpecError, SpecErrorKind, SpecField},
+    model::{Clip, ClipError, Control, JointTracks, Phase, Reporter, Scene},
+    rig::{MirrorSpec, RetargetSpec, Rig, RigSpec, SpecError, SpecErrorKind, SpecField, is_own_shape, parse_document},
 };
 
 use super::{
-    Counts, EditInputs, Failure, FailureCode, Knowledge, Outcome, Report, Rigs, Timings, WarningView,
+    Counts, EditInputs, Failure, FailureCode, Knowledge, NamedBytes, Outcome, Report, Rigs, Timings, WarningView,
     files::{chosen_clip, in_config, in_config_or, read_spec},
+    layer::laid_over,
     load::load,
     mixups,
-    retarget::{facts, joint_count, strict_failure, wanted_outputs, write_outputs},
+    retarget::{Written, facts, joint_count, strict_failure, wanted_outputs, write_outputs},
 };
 
 /// Above this share of the figure's size, a rig whose two halves differ is worth a word.
@@ -41,34 +42,64 @@ pub fn edit_with(
     limits: &Limits,
     control: &Control,
 ) -> Result<Outcome, Failure> {
-    let begin = control.seconds();
-    let mut reporter = Reporter::new();
     control.enter(Phase::Read, 0);
     let spec = read_spec(inputs.config)?;
-    let wanted = wanted_outputs(&spec, inputs.formats)?;
+    edit_by(&spec, inputs, Reporter::new(), knowledge, limits, control)
+}
+
+/// The bytes of a config that asks for an edit without a retarget: `config`, where there is one, with `task` set.
+///
+/// # Errors
+/// When the config cannot be read, or is one of another tool, which has no edits.
+pub fn edit_config(config: Option<NamedBytes<'_>>) -> Result<String, Failure> {
+    let document = config.map(|config| parse_document(config.bytes).map_err(in_config)).transpose()?;
+    let mut document = document.unwrap_or_else(|| serde_json::json!({}));
+    let is_ours = is_own_shape(&document);
+    let Some(members) = document.as_object_mut().filter(|_| is_ours) else {
+        let detail = "this config says nothing about edits";
+        let hint = "send an object such as {\"edit\": {\"reverse\": true}}";
+        return Err(Failure::new(FailureCode::InvalidValue, detail).in_part("config").with_hint(hint));
+    };
+    members.insert("task".into(), "edit".into());
+    Ok(document.to_string())
+}
+
+/// As [`edit_with`], with a spec that is read already.
+pub(super) fn edit_by(
+    spec: &RetargetSpec,
+    inputs: &EditInputs<'_>,
+    mut reporter: Reporter,
+    knowledge: &Knowledge,
+    limits: &Limits,
+    control: &Control,
+) -> Result<Outcome, Failure> {
+    let begin = control.seconds();
+    let wanted = wanted_outputs(spec, inputs.formats)?;
     let loaded = load(inputs.source, "source", limits, control, &mut reporter)?;
     let rest = inputs.source_rest.map(|file| load(file, "source_rest", limits, control, &mut reporter)).transpose()?;
     let read_seconds = control.seconds() - begin;
 
     let planning = control.seconds();
     control.enter(Phase::Plan, 0);
-    report_idle_fields(&spec, &mut reporter);
+    report_idle_fields(spec, &mut reporter);
     let rest: Option<&Scene> = rest.as_ref().map(|loaded| &loaded.scene);
     let rig = Rig::with_templates("source", &loaded.scene, rest, &spec.source, knowledge.rigs(), &mut reporter)
         .map_err(|error| in_config_or(error, "source"))?;
-    let clip = chosen_clip(&spec, &loaded.scene, &mut reporter, || mixups::nothing_moves(&loaded.scene))?;
+    let clip = chosen_clip(spec, &loaded.scene, &mut reporter, || mixups::nothing_moves(&loaded.scene))?;
     let plan_seconds = control.seconds() - planning;
 
     let editing = control.seconds();
     control.enter(Phase::Retarget, clip.frame_count() as u64);
-    let edited = edited_clip(&rig, clip, &spec, control, &mut reporter)?;
+    let edited = edited_clip(&rig, clip, spec, control, &mut reporter)?;
+    let laid = spec.layer.as_ref().map(|layer| laid_over(&rig, &spec.source, &edited, layer, control, &mut reporter));
+    let edited = laid.transpose()?.map_or(edited, Cow::Owned);
     let retarget_seconds = control.seconds() - editing;
 
     let writing = control.seconds();
     control.enter(Phase::Write, wanted.len() as u64);
-    let resolved_spec = serde_json::to_value(&spec)
+    let resolved_spec = serde_json::to_value(spec)
         .map_err(|error| Failure::new(FailureCode::Internal, format!("the resolved spec: {error}")))?;
-    let outputs = write_outputs(&wanted, &rig, &edited, &resolved_spec, control, &mut reporter)?;
+    let Written { outputs, keys } = write_outputs(&wanted, &rig, &edited, &resolved_spec, control, &mut reporter)?;
     let warnings: Vec<WarningView> = reporter.into_warnings().into_iter().map(WarningView::from).collect();
     if spec.strict && !warnings.is_empty() {
         return Err(strict_failure(&warnings));
@@ -90,6 +121,7 @@ pub fn edit_with(
         },
         counts: Counts { frames: edited.frame_count(), source_joints: joints, target_joints: joints, driven_joints },
         warnings,
+        keys,
         rigs: Rigs { source: facts.clone(), target: facts },
         ..Report::default()
     };
@@ -126,7 +158,15 @@ pub(super) fn edited_clip<'a>(
     if let Some(mirror) = spec.edit.mirror.details() {
         edited = Cow::Owned(mirrored(rig, &edited, &mirror, reporter)?);
     }
+    if let Some(reference) = spec.edit.additive {
+        let difference = taken_out(&edited, rig.skeleton(), reference);
+        edited = Cow::Owned(difference.map_err(|error| not_a_clip(rig, &error))?);
+    }
     Ok(edited)
+}
+
+fn not_a_clip(rig: &Rig<'_>, error: &ClipError) -> Failure {
+    Failure::new(FailureCode::AssetMalformed, error.to_string()).in_part(rig.name)
 }
 
 fn mirrored(rig: &Rig<'_>, clip: &Clip, spec: &MirrorSpec, reporter: &mut Reporter) -> Result<Clip, Failure> {
@@ -144,9 +184,7 @@ fn mirrored(rig: &Rig<'_>, clip: &Clip, spec: &MirrorSpec, reporter: &mut Report
     }
     let mirror = Mirror::new(rig, &pairs);
     report_asymmetry(rig, &mirror, clip, reporter);
-    mirror
-        .apply(clip, spec.plane)
-        .map_err(|error| Failure::new(FailureCode::AssetMalformed, error.to_string()).in_part(rig.name))
+    mirror.apply(clip, spec.plane).map_err(|error| not_a_clip(rig, &error))
 }
 
 /// Says where the two halves of a rig differ, since the mirrored motion differs there too.

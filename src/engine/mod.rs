@@ -12,10 +12,14 @@ mod failure;
 mod files;
 mod inspect;
 mod inspect_text;
+mod joint_table;
+mod keys;
 mod knowledge;
 mod labels;
+mod layer;
 mod load;
 mod mixups;
+mod morphs;
 mod pass;
 mod pose;
 mod propose;
@@ -25,12 +29,14 @@ mod retarget;
 mod tune;
 
 pub use alignment::AlignmentView;
-pub use edit::{edit, edit_with};
+pub use edit::{edit, edit_config, edit_with};
 pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain, explain_with};
 pub use failure::{Failure, FailureCode, FieldError};
 pub use inspect::{
     ClipView, FindingView, Inspection, InspectionCounts, JointView, RigView, RoleView, inspect, inspect_with,
 };
+pub use joint_table::JointTable;
+pub use keys::KeysView;
 pub use knowledge::{Knowledge, built_in_presets, built_in_rigs, check_preset, check_rig, merge_config};
 pub use labels::{ByRole, OneOrMore};
 pub use pose::pose_config;
@@ -138,6 +144,9 @@ pub struct Report {
     pub tuning: Option<Tuning>,
     /// How well the target's rest pose was turned to look like the source's, by joint, parents before children.
     pub alignment: Vec<AlignmentView>,
+    /// How many keys outputs have that were asked to hold only what is needed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub keys: Vec<KeysView>,
     /// The measures themselves, by name; absent when the spec asks for none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measures: Option<Measures>,

@@ -221,11 +221,11 @@ pub fn propose_with(
 fn add_ops(joints: &mut [DriverView], mapping: &Mapping) {
     let pelvis = mapping.pelvis.map(|pelvis| pelvis.target);
     for op in &mapping.stages.ops {
-        for joint in mapping.stages.changed_by(op, pelvis) {
+        for (joint, name) in mapping.stages.changed_by(op, pelvis) {
             if let Some(view) = joints.get_mut(joint)
-                && !view.ops.contains(&op.kind.name())
+                && !view.ops.contains(&name)
             {
-                view.ops.push(op.kind.name());
+                view.ops.push(name);
             }
         }
     }

@@ -6,16 +6,20 @@ use crate::{
     retarget::{Measures, Verdict, measure},
     rig::{
         IncludeSpec, OutputChoice, OutputSpec, ReportDetail, RetargetSpec, Rig, SpecErrorKind, SpecField,
-        TargetClipsSpec,
+        TargetClipsSpec, Task,
     },
 };
 
 use super::{
-    Counts, Failure, FailureCode, Inputs, Knowledge, Outcome, Output, Report, RigFacts, Rigs, Timings, WarningView,
+    Counts, EditInputs, Failure, FailureCode, Inputs, Knowledge, Outcome, Output, Report, RigFacts, Rigs, Timings,
+    WarningView,
     alignment::view,
     convert::{convert_clip, convert_scene, into_ours},
-    edit::edited_clip,
+    edit::{edit_by, edited_clip},
     files::{Files, Sides, in_config, one_field, read_spec},
+    keys::{KeysView, reduced},
+    layer::laid_over,
+    morphs::with_morphs,
     pass::Pass,
     tune::Subject,
 };
@@ -45,6 +49,23 @@ pub fn retarget_with(
     if let Some(pose) = spec.pose {
         return super::pose::pose(inputs, &spec, pose.to, knowledge, limits, control);
     }
+    if spec.task == Task::Edit {
+        if inputs.target.bytes != inputs.source.bytes {
+            reporter.warn(
+                "field_without_effect",
+                "target",
+                "a target was sent with a config that asks for an edit of the source only",
+                "leave the target out, or leave out \"task\"",
+            );
+        }
+        let inputs = EditInputs {
+            source: inputs.source,
+            source_rest: inputs.source_rest,
+            config: inputs.config,
+            formats: inputs.formats,
+        };
+        return edit_by(&spec, &inputs, reporter, knowledge, limits, control);
+    }
     let wanted = wanted_outputs(&spec, inputs.formats)?;
     let files = Files::load(inputs, limits, control, &mut reporter)?;
     let read_seconds = control.seconds() - begin;
@@ -69,6 +90,11 @@ pub fn retarget_with(
         .then(|| measure(&mapping, &source, &target, clip, &result, &spec.report, &reaches));
     let measure_seconds = control.seconds() - measuring;
 
+    let result = with_morphs(result, clip, (&files.source.scene, &files.target.scene), &spec.morphs, &mut reporter)?;
+    let result = match &spec.layer {
+        Some(layer) => laid_over(&target, &spec.target, &result, layer, control, &mut reporter)?,
+        None => result,
+    };
     let writing = control.seconds();
     control.enter(Phase::Write, wanted.len() as u64);
     let counts = Counts {
@@ -80,7 +106,7 @@ pub fn retarget_with(
     let rigs = Rigs { source: facts(&source, files.source.format), target: facts(&target, files.target.format) };
     let resolved_spec = serde_json::to_value(&resolved)
         .map_err(|error| Failure::new(FailureCode::Internal, format!("the resolved spec: {error}")))?;
-    let outputs = write_outputs(&wanted, &target, &result, &resolved_spec, control, &mut reporter)?;
+    let Written { outputs, keys } = write_outputs(&wanted, &target, &result, &resolved_spec, control, &mut reporter)?;
     let warnings: Vec<WarningView> = reporter.into_warnings().into_iter().map(WarningView::from).collect();
     if spec.strict && !warnings.is_empty() {
         return Err(strict_failure(&warnings));
@@ -98,7 +124,7 @@ pub fn retarget_with(
         total_seconds: control.seconds() - begin,
     };
     let alignment = view(&alignment, target.skeleton());
-    let report = Report { timings, counts, warnings, rigs, contacts, reaches, tuning, alignment, measures };
+    let report = Report { timings, counts, warnings, rigs, contacts, reaches, tuning, alignment, keys, measures };
     Ok(Outcome { outputs, report, resolved_spec })
 }
 
@@ -151,6 +177,12 @@ fn unwritable_format(format: Format) -> Failure {
         .with_hint(format!("ask for one of {}", writable.collect::<Vec<_>>().join(", ")))
 }
 
+/// The files, and how many keys those have that hold only what is needed.
+pub(super) struct Written {
+    pub(super) outputs: Vec<Output>,
+    pub(super) keys: Vec<KeysView>,
+}
+
 pub(super) fn write_outputs(
     wanted: &[Wanted],
     target: &Rig<'_>,
@@ -158,17 +190,30 @@ pub(super) fn write_outputs(
     resolved_spec: &serde_json::Value,
     control: &Control,
     reporter: &mut Reporter,
-) -> Result<Vec<Output>, Failure> {
+) -> Result<Written, Failure> {
     let extras = serde_json::json!({
         "engine": { "name": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION") },
         "source_clip": result.name(),
         "spec_version": resolved_spec.get("version").cloned().unwrap_or_default(),
     });
-    let mut outputs = Vec::with_capacity(wanted.len());
+    let (mut outputs, mut keys) = (Vec::with_capacity(wanted.len()), Vec::new());
     for output in wanted {
         control.check()?;
+        let reduced = reduced(target, result, output, control, reporter)?;
+        let result = reduced.as_ref().map_or(result, |(clip, _)| clip);
+        keys.extend(reduced.as_ref().map(|(_, view)| view.clone()));
         let renamed = output.options.clip_name.as_ref().map(|name| result.clone().renamed(name.clone()));
         let clip = renamed.as_ref().unwrap_or(result);
+        let holds_morphs = matches!(output.format, Format::Glb | Format::Gltf | Format::Vrm)
+            && output.options.include == IncludeSpec::Full;
+        if !clip.morphs().is_empty() && !holds_morphs {
+            reporter.warn(
+                "morphs_not_written",
+                output.format.info().name,
+                format!("the weights of {} morphs are not in this output", clip.morphs().len()),
+                "take a glTF format with everything of the target, or set morphs.enabled to false",
+            );
+        }
         let options = WriteOptions {
             format: output.format,
             include: match output.options.include {
@@ -187,7 +232,7 @@ pub(super) fn write_outputs(
         outputs.push(Output { format: output.format, name, bytes });
         control.advance(1);
     }
-    Ok(outputs)
+    Ok(Written { outputs, keys })
 }
 
 /// glTF is +Y up and metres by definition, so targets that are not are turned on the way out; BVH and pose arrays keep the
@@ -211,8 +256,10 @@ fn write_one(
         return formats::write(target.scene, clip, options, control, reporter);
     }
     let scene = convert_scene(target.scene, &conversion);
+    let keys = clip.sparse_keys().cloned();
     let clip = convert_clip(clip.clone(), target.scene, &conversion)
         .map_err(|error| FormatError::malformed("convert", "", error.to_string()))?;
+    let clip = keys.map_or_else(|| clip.clone(), |keys| clip.clone().with_sparse_keys(keys));
     formats::write(&scene, &clip, options, control, reporter)
 }
 

@@ -93,6 +93,17 @@ pub(super) async fn read_pose(request: Request<Body>, assets: &Assets, settings:
     form.into_job(&[InputRole::Target], assets).await
 }
 
+/// As [`read_job`], for an edit: only the source has to be there, and a target has no place.
+pub(super) async fn read_edit(request: Request<Body>, assets: &Assets, settings: &Settings) -> Result<NewJob, Problem> {
+    let form = read_form(request, assets, settings).await?;
+    let idle = [InputRole::Target, InputRole::TargetRest].into_iter().find(|role| form.files.contains_key(role));
+    if let Some(role) = idle {
+        return Err(Problem::new(Code::UnknownPart, format!("an edit takes no part '{}'", role.name()))
+            .with_hint("POST /v1/retarget takes one, and edits in its config"));
+    }
+    form.into_job(&[InputRole::Source], assets).await
+}
+
 /// A part that has to be sent and was not.
 pub(super) fn missing(role: InputRole) -> Problem {
     Problem::new(Code::MissingPart, format!("the part '{}' is missing", role.name()))

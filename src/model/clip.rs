@@ -1,8 +1,10 @@
 //! An animation: key times, and the tracks of every joint at them.
 
+use std::sync::Arc;
+
 use glam::{Quat, Vec3};
 
-use super::{LocalPose, Skeleton, Track, Transform};
+use super::{LocalPose, MorphTrack, Skeleton, SparseKeys, Track, Transform};
 
 /// An animation of a skeleton, sampled at key times that all channels share.
 ///
@@ -13,6 +15,18 @@ pub struct Clip {
     name: String,
     times_seconds: Vec<f64>,
     joints: Vec<JointTracks>,
+    contacts: Vec<JointContacts>,
+    morphs: Vec<MorphTrack>,
+    sparse_keys: Option<Arc<SparseKeys>>,
+}
+
+/// When a joint rests on something.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct JointContacts {
+    /// Index of the joint.
+    pub joint: usize,
+    /// One value per frame.
+    pub touches: Vec<bool>,
 }
 
 /// The three channels of one joint, local.
@@ -79,7 +93,25 @@ impl Clip {
             check_track(&tracks.rotation, joint, frames, |value| value.is_finite())?;
             check_track(&tracks.scale, joint, frames, |value| value.is_finite())?;
         }
-        Ok(Self { name, times_seconds, joints })
+        Ok(Self { name, times_seconds, joints, contacts: Vec::new(), morphs: Vec::new(), sparse_keys: None })
+    }
+
+    /// The same clip with what is known of contacts.
+    ///
+    /// # Errors
+    /// When a track's length is not the number of frames.
+    pub fn with_contacts(self, contacts: Vec<JointContacts>) -> Result<Self, ClipError> {
+        let frames = self.frame_count();
+        match contacts.iter().find(|track| track.touches.len() != frames) {
+            Some(track) => Err(ClipError::TrackLength { joint: track.joint, actual: track.touches.len(), frames }),
+            None => Ok(Self { contacts, ..self }),
+        }
+    }
+
+    /// When joints rest on something, where that is known.
+    #[must_use]
+    pub fn contacts(&self) -> &[JointContacts] {
+        &self.contacts
     }
 
     /// The clip's name; may be empty.
@@ -92,6 +124,35 @@ impl Clip {
     #[must_use]
     pub fn renamed(self, name: String) -> Self {
         Self { name, ..self }
+    }
+
+    /// The same clip with the weights of morphs, one entry per morph that it animates.
+    ///
+    /// # Errors
+    /// When a track's length is not the number of frames, or a weight is not finite; the error counts morphs as joints.
+    pub fn with_morphs(self, morphs: Vec<MorphTrack>) -> Result<Self, ClipError> {
+        for (index, track) in morphs.iter().enumerate() {
+            check_track(&track.weights, index, self.times_seconds.len(), |value| value.is_finite())?;
+        }
+        Ok(Self { morphs, ..self })
+    }
+
+    /// The weights of the morphs that it animates.
+    #[must_use]
+    pub fn morphs(&self) -> &[MorphTrack] {
+        &self.morphs
+    }
+
+    /// The same clip, of which these frames are needed, in formats whose tracks have key times of their own.
+    #[must_use]
+    pub fn with_sparse_keys(self, keys: Arc<SparseKeys>) -> Self {
+        Self { sparse_keys: Some(keys), ..self }
+    }
+
+    /// The frames that are needed; nothing where all are.
+    #[must_use]
+    pub const fn sparse_keys(&self) -> Option<&Arc<SparseKeys>> {
+        self.sparse_keys.as_ref()
     }
 
     /// Key times in seconds, rising.
@@ -139,6 +200,7 @@ impl Clip {
         self.joints
             .iter()
             .any(|joint| joint.translation.is_animated() || joint.rotation.is_animated() || joint.scale.is_animated())
+            || !self.morphs.is_empty()
     }
 
     /// The pose at one frame.
@@ -155,7 +217,7 @@ impl Clip {
         LocalPose::new(self.joints.iter().zip(skeleton.joints()).map(local).collect())
     }
 
-    /// Takes the clip apart: name, key times, tracks.
+    /// Takes the clip apart: name, key times, tracks of joints. Contacts, morphs and the keys that are needed are left behind.
     #[must_use]
     pub fn into_parts(self) -> (String, Vec<f64>, Vec<JointTracks>) {
         (self.name, self.times_seconds, self.joints)

@@ -8,22 +8,26 @@
 mod axes;
 mod clip;
 mod control;
+mod morph;
 mod pose;
 mod scene;
 mod skeleton;
 mod skin_points;
+mod sparse_keys;
 mod stretched;
 mod track;
 mod transform;
 mod warning;
 
 pub use axes::{Axes, AxesError, SignedAxis};
-pub use clip::{Clip, ClipError, JointTracks};
+pub use clip::{Clip, ClipError, JointContacts, JointTracks};
 pub use control::{Canceled, Control, Phase, Progress};
+pub use morph::{Morph, MorphPlace, MorphTrack};
 pub use pose::{LocalPose, ModelPose};
 pub use scene::{Payload, Scene, Skin};
 pub use skeleton::{Joint, Skeleton, SkeletonError};
 pub use skin_points::{SkinPoint, SkinPoints};
+pub use sparse_keys::{JointKeys, SparseKeys};
 pub use stretched::Stretched;
 pub use track::Track;
 pub use transform::Transform;

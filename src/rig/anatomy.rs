@@ -88,6 +88,13 @@ pub(super) fn rides(target: &Rig<'_>) -> Vec<Ride> {
     rides
 }
 
+/// Whether a joint's place follows from another's, by parents and by what rides what.
+pub(super) fn is_carried(skeleton: &Skeleton, rides: &[Ride], joint: usize, carrier: usize) -> bool {
+    let mut ridden = vec![None; skeleton.len()];
+    rides.iter().for_each(|ride| ridden[ride.joint] = Some(ride.on));
+    follows(skeleton, &ridden, joint, carrier)
+}
+
 /// Whether a joint's place follows from another's, by parents and by what has been found to ride what.
 fn follows(skeleton: &Skeleton, ridden: &[Option<usize>], joint: usize, another: usize) -> bool {
     let mut open = vec![joint];

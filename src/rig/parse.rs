@@ -6,6 +6,7 @@ use super::{
     deserialize::deserialize,
     error::{SpecError, SpecErrorKind, SpecField},
     ikrig,
+    joint_table::{is_table, read_table},
     ranges::out_of_ranges,
     spec::{
         Op, OutputChoice, PelvisScale, PoseEdit, ReportChoice, RetargetSpec, Threshold, TuneChoice, UnitSpec,
@@ -23,7 +24,7 @@ const MOST_EDIT_DEGREES: f64 = 3600.0;
 /// Factors beyond this are refused.
 const MOST_SCALE: f64 = 1e6;
 
-/// Reads a config: our own spec as JSON or YAML, or an ikrigretarget config. An empty document is an empty spec.
+/// Reads a config: our own spec as JSON or YAML, an ikrigretarget config, or a joint table. An empty document is an empty spec.
 ///
 /// # Errors
 /// When it is neither, names fields that do not exist, or has values of the wrong type or out of range.
@@ -63,7 +64,8 @@ pub fn is_own_shape(document: &Value) -> bool {
     document.is_object() && !ikrig::is_config(document)
 }
 
-/// Reads a document of ours: JSON, or YAML. An empty one is an empty object.
+/// Reads a document of ours: JSON, YAML, or a joint table, which becomes the spec that it stands for. An empty one is an empty
+/// object.
 ///
 /// # Errors
 /// When it is neither.
@@ -77,6 +79,9 @@ pub fn parse_document(bytes: &[u8]) -> Result<Value, SpecError> {
     }
     if text.starts_with(['{', '[']) {
         return serde_json::from_str(text).map_err(|error| malformed(format!("the config is not JSON: {error}")));
+    }
+    if is_table(text) {
+        return read_table(text);
     }
     // YAML 1.1 takes `off`, `no` and `y` for booleans; in a config they are words.
     let options = serde_saphyr::options! { strict_booleans: true };
@@ -125,10 +130,8 @@ fn out_of_range(spec: &RetargetSpec) -> Vec<SpecField> {
                 require(holds, format!("/ops/{index}/{name}"), format!("{value} is out of range"));
             }
         }
-        if let Some(scope) = op.scope() {
-            let detail = "keys are [seconds, alpha] in rising order of time, with alpha from 0 to 1; at least one";
-            require(scope.alpha.is_valid(), format!("/ops/{index}/alpha"), detail.into());
-        }
+        let detail = "keys are [seconds, alpha] in rising order of time, with alpha from 0 to 1; at least one";
+        require(op.alpha().is_valid(), format!("/ops/{index}/alpha"), detail.into());
     }
     if let ReportChoice::Spec(report) = &spec.report {
         for (metric, Threshold { warn_above, fail_above }) in &report.thresholds {

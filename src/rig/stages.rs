@@ -1,8 +1,19 @@
 //! What is done behind forward kinematics, in indices: the ops of a spec resolved against two rigs.
 
+mod changes;
+mod posed;
+
+pub use posed::{
+    ChainShape, ChainStretch, CopyDrive, DriveFrom, FingerDrive, GripPair, JointDrive, JointLimit, LimitFrame,
+    PinDrive, PosedEdit, PropDrive, ReachDrive, ReachEnd, RootMotion, SourceScale,
+};
+
 use glam::{DMat3, DVec3};
 
-use super::spec::{ContactsOp, FilterOp, FloorOp, IkOp, PlantMode, PlantOp};
+use super::{
+    spec::{ContactsOp, FilterOp, FloorOp, IkOp, PlantOp, SelfContactOp, StrideOp},
+    volumes::{BodyPart, HandPair},
+};
 
 /// The stages and what they share.
 #[derive(Clone, Debug, Default)]
@@ -11,8 +22,14 @@ pub struct Stages {
     pub ground: Ground,
     /// Limbs that both rigs have.
     pub limbs: Vec<LimbPair>,
+    /// Parts of the body that hands may touch, where an op asks for them.
+    pub parts: Vec<BodyPart>,
+    /// The hands that may touch them, likewise.
+    pub hands: Vec<HandPair>,
     /// The ops, in order.
     pub ops: Vec<StagedOp>,
+    /// What the source's motion is scaled by before anything else.
+    pub source_scale: Option<SourceScale>,
 }
 
 /// The floor of both sides. Heights are along `up`; everything is in plan space and in the plan's unit.
@@ -34,6 +51,14 @@ pub struct Ground {
     pub target_rest_floor: f64,
     /// Height of the floor under the result.
     pub target_floor: f64,
+}
+
+impl Ground {
+    /// The figure's left, up and front, as columns.
+    #[must_use]
+    pub fn axes(&self) -> DMat3 {
+        DMat3::from_cols(self.up.cross(self.front), self.up, self.front)
+    }
 }
 
 impl Default for Ground {
@@ -138,6 +163,14 @@ pub struct LimbJoints {
     pub sole: Option<Sole>,
 }
 
+impl LimbJoints {
+    /// Start, middle and end.
+    #[must_use]
+    pub const fn joints(&self) -> [usize; 3] {
+        [self.start, self.middle, self.end]
+    }
+}
+
 /// The sole of a foot, from the rest pose, in plan units: how far the floor is below each joint of it. In motion each joint
 /// keeps at least that distance from the floor, however it is turned, as if there were a ball around it.
 #[derive(Clone, Copy, Debug)]
@@ -163,6 +196,14 @@ pub struct Schedule {
     pub frames: [usize; 2],
 }
 
+impl Schedule {
+    /// All of it, at all frames.
+    #[must_use]
+    pub fn always() -> Self {
+        Self { alpha: vec![[0.0, 1.0]], frames: [0, usize::MAX] }
+    }
+}
+
 /// One op behind forward kinematics.
 #[derive(Clone, Debug)]
 pub struct StagedOp {
@@ -185,44 +226,20 @@ pub enum StagedKind {
     Plant(PlantOp),
     /// Puts soles onto the floor.
     Floor(FloorOp),
+    /// Leads hands to what they touch.
+    SelfContact(SelfContactOp),
     /// Filters the rotations of these target joints.
     Filter(FilterOp, Vec<usize>),
-}
-
-impl StagedKind {
-    /// The name of the op on the wire.
-    #[must_use]
-    pub const fn name(&self) -> &'static str {
-        match self {
-            Self::Contacts(_) => "contacts",
-            Self::Ik(_) => "ik",
-            Self::Plant(_) => "plant",
-            Self::Floor(_) => "floor",
-            Self::Filter(..) => "filter",
-        }
-    }
-}
-
-impl Stages {
-    /// Target joints that an op may turn or move by itself, in the order of the limbs; what hangs from them follows. The pelvis is
-    /// among them where the op may shift it.
-    #[must_use]
-    pub fn changed_by(&self, op: &StagedOp, pelvis: Option<usize>) -> Vec<usize> {
-        let limbs = |with_ball: bool| -> Vec<usize> {
-            let joints = |limb: &usize| {
-                let LimbJoints { start, middle, end, ball, .. } = self.limbs[*limb].target;
-                [Some(start), Some(middle), Some(end), ball.filter(|_| with_ball)].into_iter().flatten()
-            };
-            op.limbs.iter().flat_map(joints).collect()
-        };
-        let shifted = |shifts: bool| pelvis.filter(|_| shifts && !op.limbs.is_empty()).into_iter();
-        match &op.kind {
-            StagedKind::Contacts(_) => Vec::new(),
-            StagedKind::Ik(_) => limbs(false),
-            StagedKind::Plant(plant) if plant.mode == PlantMode::Never => Vec::new(),
-            StagedKind::Plant(plant) => shifted(plant.pull_pelvis).chain(limbs(true)).collect(),
-            StagedKind::Floor(floor) => shifted(floor.shift_pelvis).chain(limbs(true)).collect(),
-            StagedKind::Filter(_, joints) => joints.clone(),
-        }
-    }
+    /// Edits poses frame by frame, in this order.
+    Posed(Vec<PosedEdit>),
+    /// Shares twists out, times the gain, among the twist joints of these segments.
+    Twist(f64, Vec<usize>),
+    /// Fades the driven joints among these toward their rest pose where the schedule's alpha is below 1.
+    Fade(Vec<usize>),
+    /// Spreads goals and the pelvis' way.
+    Stride(StrideOp),
+    /// Leads hands to what other hands hold.
+    Grips(Vec<GripPair>),
+    /// Moves the figure's way.
+    RootMotion(RootMotion),
 }

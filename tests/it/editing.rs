@@ -1,6 +1,8 @@
 //! Edits of a clip: their properties on the sample and on real clips, and the command line.
 
 mod command;
+mod keys;
+mod layers;
 mod mirror;
 mod time;
 

@@ -50,7 +50,9 @@ fn real_files_round_trip() {
                 .unwrap_or_else(|error| panic!("{name} as {ending}: {error}"));
             let (back, _) = read(&written, file).unwrap_or_else(|error| panic!("{name} as {ending}: {error}"));
             if scene.stretched.is_none() {
-                assert_eq!(back.clips[0], clip, "{name} as {ending}: the clip comes back");
+                // The nodes of a VRM animation are the weights of its expressions as well.
+                let joints = back.clips[0].clone().with_morphs(Vec::new()).expect("a clip");
+                assert_eq!(joints, clip, "{name} as {ending}: the clip comes back");
             } else {
                 assert_same_places(&back, &scene, &clip, &name);
             }

@@ -3,8 +3,10 @@
 mod black_box;
 mod container;
 mod documents;
+mod edits;
 mod facts;
 mod library;
+mod ops;
 mod poses;
 mod proposals;
 mod real;

@@ -10,5 +10,7 @@ mod made_rigs;
 mod matrix;
 mod onto_itself;
 mod pairs;
+mod properties;
+mod self_contact;
 mod shoulders;
 mod stretched;

@@ -12,6 +12,9 @@ mod load;
 mod nodes;
 mod points;
 mod skins;
+mod write;
+
+pub(super) use write::write;
 
 use crate::{
     formats::{Budget, FormatError, straighten},
@@ -32,6 +35,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
     let clips = clips::read_all(&file, &nodes, budget, reporter)?;
     let declared_roles = skins::declared_roles(&file, &nodes);
     let scene = Scene {
+        morphs: Vec::new(),
         clips,
         skins: skins::skins(&file, &nodes),
         skin_points: points::skin_points(&file, &nodes, budget)?,

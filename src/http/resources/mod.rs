@@ -2,6 +2,7 @@
 
 pub(super) mod assets;
 pub(super) mod describe;
+pub(super) mod edits;
 pub(super) mod explanations;
 pub(super) mod jobs;
 pub(super) mod library;

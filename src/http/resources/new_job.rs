@@ -19,8 +19,8 @@ use crate::{
 pub(in crate::http) struct NewJobBody {
     /// The file with the animation.
     source: InputBody,
-    /// The file with the character that it goes onto.
-    target: InputBody,
+    /// The file with the character that it goes onto. Left out only where the config has `"task": "edit"`.
+    target: Option<InputBody>,
     /// The source rig in its rest pose, where the source file does not hold it.
     source_rest: Option<InputBody>,
     /// The target rig in its rest pose, where the target file does not hold it.
@@ -57,11 +57,23 @@ impl NewJobBody {
     /// # Errors
     /// When an id, a format or a label cannot be used.
     pub(in crate::http) fn read(self, settings: &Settings) -> Result<NewJob, Problem> {
-        let inputs = read_inputs([Some(self.source), Some(self.target), self.source_rest, self.target_rest])?;
+        let mut inputs = read_inputs([Some(self.source), self.target, self.source_rest, self.target_rest])?;
+        if !inputs.contains_key(&InputRole::Target) {
+            // Every job has a target; one that looks at none has the source itself.
+            let asks_for_edit = self.config.as_ref().is_some_and(|config| config.get("task") == Some(&"edit".into()));
+            let source = inputs.get(&InputRole::Source).filter(|_| asks_for_edit).cloned();
+            inputs.insert(InputRole::Target, source.ok_or_else(no_target)?);
+        }
         let config = self.config.map(config_document);
         let formats = read_formats(&self.output, settings.max_outputs_per_job)?;
         Ok(NewJob { inputs, config, formats, preset: self.preset, labels: check_labels(self.labels, settings)? })
     }
+}
+
+fn no_target() -> Problem {
+    Problem::new(Code::InvalidValue, "a retarget needs a target")
+        .at("/target", Vec::new())
+        .with_hint("name the asset of a character; only a config with {\"task\": \"edit\"} needs none")
 }
 
 /// The ids of files by what they are to be.

@@ -1,11 +1,12 @@
 //! From the ops of a mapping to stages.
 
-use glam::DVec3;
+use glam::{DMat3, DVec2, DVec3};
 
 use crate::{
     model::{Skeleton, Transform},
     rig::{
-        FloorOp, Ground, IkOp, LimbJoints, LimbPair, Mapping, PlantMode, PlantOp, Schedule, Sole, StagedKind, StagedOp,
+        BodyPart, Capsule, FloorOp, GripPair, Ground, HandPair, IkOp, Limb, LimbJoints, LimbPair, Mapping, PlantMode,
+        PlantOp, Schedule, SelfContactOp, Sole, StagedKind, StagedOp, StrideDirection, StrideOp,
     },
 };
 
@@ -14,15 +15,24 @@ use super::{
     contacts::ContactStage,
     filter::FilterStage,
     floor::{FloorFoot, FloorStage, FootSlots},
-    goals::{GoalLimb, GoalStage},
+    goals::{GoalLimb, GoalStage, PelvisShift},
+    grips::{GripStage, HeldGrip},
     limbs::{LimbRest, LimbSlots},
     plant::{PlantStage, PlantedFoot},
+    posed::PosedStage,
     posing::Posing,
     pull::{PullStage, PulledLeg},
-    solve::{SolveStage, SolvedLimb},
+    ride::RideStage,
+    root::RootStage,
+    scale_source::ScaledSource,
+    self_contact::{Fixed, Hand, Part, SelfContactStage},
+    solve::{Hangs, SolveStage, SolvedLimb},
+    stride::{StrideLimb, StrideStage},
     work::Changed,
 };
 
+/// How often hands are led to what they touch, and arms solved.
+const SELF_CONTACT_PASSES: usize = 3;
 /// Feet whose parts differ by less than this share of the largest are of one shape.
 const ALIKE: f64 = 1e-2;
 
@@ -49,21 +59,23 @@ impl Stack {
         compiler.close();
         Self {
             plan: Plan::new(source, target, mapping),
+            source: mapping.stages.source_scale.map(|scale| ScaledSource::new(scale, source)),
             stages: compiler.stages,
             limbs: mapping.stages.limbs.iter().map(|pair| pair.limb.name()).collect(),
+            contact_joints: mapping.stages.limbs.iter().flat_map(contact_joints).collect(),
             metres_per_unit: mapping.stages.ground.units_per_metre.recip(),
         }
     }
 }
 
-struct Compiler<'a> {
-    source: &'a Skeleton,
-    target: &'a Skeleton,
-    mapping: &'a Mapping,
+pub(super) struct Compiler<'a> {
+    pub(super) source: &'a Skeleton,
+    pub(super) target: &'a Skeleton,
+    pub(super) mapping: &'a Mapping,
     /// In plan space.
-    source_rest: Vec<Transform>,
-    target_rest: Vec<Transform>,
-    plan_from_target: Transform,
+    pub(super) source_rest: Vec<Transform>,
+    pub(super) target_rest: Vec<Transform>,
+    pub(super) plan_from_target: Transform,
     stages: Vec<Stage>,
     /// Limbs with goals that are not solved yet, and the op that set them.
     open: Vec<(usize, IkOp)>,
@@ -90,10 +102,41 @@ impl Compiler<'_> {
                     self.pull = Some((true, plant.sideways_cost));
                 }
             }
+            StagedKind::SelfContact(self_contact) => {
+                // Arms are a part of the body, too: what they touch has moved once they have reached their goals.
+                for _ in 0..SELF_CONTACT_PASSES {
+                    self.close();
+                    self.need_goals(&op.limbs);
+                    let stage = self.self_contact_stage(self_contact, op);
+                    self.stages.extend(stage.map(Stage::SelfContact));
+                }
+                self.close();
+            }
             StagedKind::Filter(filter, joints) => {
                 self.close();
                 let stage = FilterStage { op: filter.clone(), schedule: op.schedule.clone(), joints: joints.clone() };
                 self.stages.push(Stage::Filter(stage));
+            }
+            StagedKind::Posed(edits) => {
+                self.close();
+                let stage = PosedStage::of_edits(self, edits, &op.schedule);
+                self.add_posed(stage);
+            }
+            StagedKind::Twist(gain, joints) => {
+                self.close();
+                let stage = PosedStage::of_twists(self, *gain, joints, &op.schedule);
+                self.add_posed(stage);
+            }
+            StagedKind::Fade(joints) => {
+                let stage = PosedStage::of_fade(self, joints, &op.schedule);
+                self.add_posed(stage);
+            }
+            StagedKind::Stride(stride) => self.add_stride(stride, op),
+            StagedKind::Grips(grips) => self.add_grips(grips, op),
+            StagedKind::RootMotion(motion) => {
+                self.close();
+                let stage = RootStage::new(self, motion, &op.schedule);
+                self.stages.push(Stage::Root(stage));
             }
             StagedKind::Floor(floor) => {
                 self.need_goals(&op.limbs);
@@ -106,11 +149,27 @@ impl Compiler<'_> {
         }
     }
 
-    fn ground(&self) -> Ground {
+    pub(super) fn ground(&self) -> Ground {
         self.mapping.stages.ground
     }
 
-    fn limb(&self, limb: usize) -> &LimbPair {
+    /// Driven joints below a joint, or of the whole skeleton, that have no driven joint above them on the way.
+    pub(super) fn topmost_driven_below(&self, top: Option<usize>) -> Vec<usize> {
+        let driven = self.mapping.driven();
+        let is_topmost = |&joint: &usize| {
+            let mut above = self.target.parent(joint);
+            while let Some(parent) = above.filter(|parent| Some(*parent) != top) {
+                if driven[parent] {
+                    return false;
+                }
+                above = self.target.parent(parent);
+            }
+            above == top
+        };
+        (0..driven.len()).filter(|&joint| driven[joint]).filter(is_topmost).collect()
+    }
+
+    pub(super) fn limb(&self, limb: usize) -> &LimbPair {
         &self.mapping.stages.limbs[limb]
     }
 
@@ -118,7 +177,7 @@ impl Compiler<'_> {
         self.mapping.stages.limbs.len()
     }
 
-    fn rest(&self, limb: usize) -> LimbRest {
+    pub(super) fn rest(&self, limb: usize) -> LimbRest {
         LimbRest::new(self.limb(limb), &self.source_rest, &self.target_rest, &self.ground())
     }
 
@@ -135,11 +194,11 @@ impl Compiler<'_> {
         (mean(source), mean(lengths.iter().map(|(target, _)| *target).collect()))
     }
 
-    fn source_posing(&self, joints: impl IntoIterator<Item = usize>) -> Posing {
+    pub(super) fn source_posing(&self, joints: impl IntoIterator<Item = usize>) -> Posing {
         Posing::new(self.source, self.mapping.plan_from_source, joints)
     }
 
-    fn target_posing(&self, joints: impl IntoIterator<Item = usize>) -> Posing {
+    pub(super) fn target_posing(&self, joints: impl IntoIterator<Item = usize>) -> Posing {
         Posing::new(self.target, self.plan_from_target, joints)
     }
 
@@ -147,16 +206,32 @@ impl Compiler<'_> {
     fn need_goals(&mut self, limbs: &[usize]) {
         let missing: Vec<usize> =
             limbs.iter().copied().filter(|limb| !self.open.iter().any(|(open, _)| open == limb)).collect();
-        let always = Schedule { alpha: vec![[0.0, 1.0]], frames: [0, usize::MAX] };
-        self.set_goals(&IkOp::default(), &always, &missing);
+        self.set_goals(&IkOp::default(), &Schedule::always(), &missing);
     }
 
     fn set_goals(&mut self, op: &IkOp, schedule: &Schedule, limbs: &[usize]) {
         if limbs.is_empty() {
             return;
         }
-        let source = self.source_posing(limbs.iter().map(|&limb| self.limb(limb).source.end));
-        let target = self.target_posing(limbs.iter().map(|&limb| self.limb(limb).target.end));
+        // A pelvis that fades in and out is nowhere where its scale puts it.
+        let shifted = self.mapping.pelvis.filter(|pelvis| pelvis.is_moved() && !self.fades(pelvis.target));
+        let source_joints = limbs.iter().flat_map(|limb| self.limb(*limb).source.joints());
+        let source = self.source_posing(source_joints.chain(shifted.map(|pelvis| pelvis.source)));
+        let target_joints = limbs.iter().flat_map(|limb| self.limb(*limb).target.joints());
+        let target = self.target_posing(target_joints.chain(shifted.map(|pelvis| pelvis.target)));
+        let shift = shifted.map(|pelvis| {
+            let turn = DMat3::from_quat(pelvis.plain.ours_from_plan);
+            let matrix = turn.transpose() * DMat3::from_diagonal(pelvis.plain.scale) * turn;
+            PelvisShift {
+                source: source.slot(pelvis.source),
+                target: target.slot(pelvis.target),
+                matrix,
+                offset: pelvis.plain.target_origin - matrix * pelvis.plain.source_origin,
+                alpha: pelvis.translation_alpha,
+                rest: self.target_rest[pelvis.target].translation,
+                affects: pelvis.affects_goals,
+            }
+        });
         let goal_limb = |&limb: &usize| GoalLimb {
             limb,
             source: LimbSlots::new(&self.limb(limb).source, &source),
@@ -171,10 +246,100 @@ impl Compiler<'_> {
             target,
             ground: self.ground(),
             limb_count: self.limb_count(),
+            pelvis: shift,
         };
         self.stages.push(Stage::Goals(stage));
         self.open.retain(|(open, _)| !limbs.contains(open));
         self.open.extend(limbs.iter().map(|&limb| (limb, op.clone())));
+    }
+
+    fn add_posed(&mut self, stage: Option<PosedStage>) {
+        if let Some(stage) = stage {
+            self.stages.push(Stage::Posed(stage));
+            self.place_riders();
+        }
+    }
+
+    /// Whether a joint is faded behind the plan.
+    fn fades(&self, joint: usize) -> bool {
+        let is_faded = |op: &StagedOp| matches!(&op.kind, StagedKind::Fade(joints) if joints.contains(&joint));
+        self.mapping.stages.ops.iter().any(is_faded)
+    }
+
+    fn add_stride(&mut self, op: &StrideOp, staged: &StagedOp) {
+        let Some(pelvis) = self.mapping.pelvis else { return };
+        self.need_goals(&staged.limbs);
+        let facing = match op.direction {
+            StrideDirection::Chest => self.chest().unwrap_or(pelvis.target),
+            StrideDirection::Pelvis | StrideDirection::Goals | StrideDirection::Travel => pelvis.target,
+        };
+        let feet = staged.limbs.iter().flat_map(|&limb| {
+            let joints = self.limb(limb).target;
+            [Some(joints.end), joints.ball].into_iter().flatten()
+        });
+        let target = self.target_posing(feet.chain([pelvis.target, facing]));
+        let ground = self.ground();
+        let axes = ground.axes();
+        let place = |limb: usize| {
+            let place = axes.transpose() * self.target_rest[self.limb(limb).target.end].translation;
+            DVec2::new(place.x, place.z)
+        };
+        let middle = staged.limbs.iter().map(|&limb| place(limb)).sum::<DVec2>() / staged.limbs.len().max(1) as f64;
+        let limb = |&limb: &usize| StrideLimb {
+            limb,
+            rest: place(limb) - middle,
+            end: target.slot(self.limb(limb).target.end),
+            ball: self.limb(limb).target.ball.map(|ball| target.slot(ball)),
+            side: if matches!(self.limb(limb).limb, Limb::LeftLeg | Limb::LeftArm) { 1.0 } else { -1.0 },
+        };
+        let stage = StrideStage {
+            op: op.clone(),
+            schedule: staged.schedule.clone(),
+            limbs: staged.limbs.iter().map(limb).collect(),
+            goal_limbs: self.open.iter().map(|(limb, _)| *limb).collect(),
+            limb_count: self.limb_count(),
+            ground,
+            pelvis: target.slot(pelvis.target),
+            facing: target.slot(facing),
+            front: self.target_rest[facing].rotation.conjugate() * ground.front,
+            target,
+        };
+        self.stages.push(Stage::Stride(stage));
+        if op.moves_pelvis && self.pull.is_none() {
+            self.pull = Some((false, 1.0));
+        }
+    }
+
+    /// The joint that carries an arm.
+    fn chest(&self) -> Option<usize> {
+        let arm = self.mapping.stages.limbs.iter().find(|pair| !pair.limb.is_leg())?;
+        let spine = self.mapping.chains.iter().find(|chain| chain.name == "spine");
+        spine.and_then(|chain| chain.target.last().copied()).or_else(|| self.target.parent(arm.target.start))
+    }
+
+    fn add_grips(&mut self, grips: &[GripPair], staged: &StagedOp) {
+        let followers: Vec<usize> = grips.iter().map(|grip| grip.follows).collect();
+        self.need_goals(&followers);
+        let hand = |limb: usize| (self.limb(limb).source.end, self.limb(limb).target.end);
+        let source = self.source_posing(grips.iter().flat_map(|grip| [hand(grip.lead).0, hand(grip.follows).0]));
+        let target = self.target_posing(grips.iter().map(|grip| hand(grip.lead).1));
+        let held = |grip: &GripPair| {
+            let (lead, lead_target) = hand(grip.lead);
+            let arm = self.rest(grip.lead);
+            HeldGrip {
+                limb: grip.follows,
+                dominant_limb: self.open.iter().any(|(limb, _)| *limb == grip.lead).then_some(grip.lead),
+                source: [source.slot(lead), source.slot(hand(grip.follows).0)],
+                target: target.slot(lead_target),
+                target_from_source: self.source_rest[lead].rotation.conjugate()
+                    * self.target_rest[lead_target].rotation,
+                scale: grip.scale,
+                within: grip.within * arm.length / arm.length_ratio,
+            }
+        };
+        let grips = grips.iter().map(held).collect();
+        let schedule = staged.schedule.clone();
+        self.stages.push(Stage::Grips(GripStage { schedule, grips, limb_count: self.limb_count(), source, target }));
     }
 
     fn plant_stage(&self, op: &PlantOp, staged: &StagedOp) -> PlantStage {
@@ -217,7 +382,7 @@ impl Compiler<'_> {
                     ball: pair.target.ball.map(|ball| target.slot(ball)),
                 },
                 target_sole,
-                size_ratio: size_ratio(&source_sole, &target_sole),
+                size_ratio: size_ratio(&source_sole, &target_sole, self.rest(limb).length_ratio),
             })
         };
         let (source_leg, target_leg) = self.legs();
@@ -235,6 +400,43 @@ impl Compiler<'_> {
         }
     }
 
+    /// Nothing where there is no hand, or nothing that it could touch.
+    fn self_contact_stage(&self, op: &SelfContactOp, staged: &StagedOp) -> Option<SelfContactStage> {
+        let stages = &self.mapping.stages;
+        let pairs: Vec<&HandPair> = stages.hands.iter().filter(|hand| staged.limbs.contains(&hand.limb)).collect();
+        if pairs.is_empty() || stages.parts.is_empty() {
+            return None;
+        }
+        let joints = |capsule: &Capsule| [capsule.start.joint, capsule.end.joint];
+        let of_source = pairs.iter().map(|hand| &hand.source).chain(stages.parts.iter().map(|part| &part.source));
+        let of_target = pairs.iter().map(|hand| &hand.target).chain(stages.parts.iter().map(|part| &part.target));
+        let source = self.source_posing(of_source.flat_map(joints));
+        let target = self.target_posing(of_target.flat_map(joints));
+        let hand = |hand: &&HandPair| Hand {
+            limb: hand.limb,
+            source: Fixed::new(&hand.source, &source),
+            target: Fixed::new(&hand.target, &target),
+        };
+        let own = |arm: Option<Limb>| stages.limbs.iter().position(|pair| Some(pair.limb) == arm);
+        let part = |part: &BodyPart| Part {
+            own: own(part.arm),
+            source: Fixed::new(&part.source, &source),
+            target: Fixed::new(&part.target, &target),
+        };
+        let (source_leg, target_leg) = self.legs();
+        Some(SelfContactStage {
+            op: op.clone(),
+            schedule: staged.schedule.clone(),
+            hands: pairs.iter().map(hand).collect(),
+            parts: stages.parts.iter().map(part).collect(),
+            source_leg,
+            leg_ratio: target_leg / source_leg,
+            limb_count: self.limb_count(),
+            source,
+            target,
+        })
+    }
+
     /// Solves what is open.
     fn close(&mut self) {
         let open = std::mem::take(&mut self.open);
@@ -242,7 +444,7 @@ impl Compiler<'_> {
             return;
         }
         self.pull_pelvis(&open);
-        let posing = self.target_posing(open.iter().map(|(limb, _)| self.limb(*limb).target.end));
+        let posing = self.target_posing(open.iter().flat_map(|(limb, _)| self.limb(*limb).target.joints()));
         let mut changed = Vec::new();
         for (limb, op) in &open {
             let joints = self.limb(*limb).target;
@@ -256,6 +458,7 @@ impl Compiler<'_> {
             limb: *limb,
             slots: LimbSlots::new(&self.limb(*limb).target, &posing),
             rest: self.rest(*limb),
+            hangs: Hangs::of(self.target, &self.limb(*limb).target),
             softness: op.softness,
             stretch: op.stretch,
             align_pole: op.align_pole,
@@ -263,6 +466,15 @@ impl Compiler<'_> {
         };
         let limbs = open.iter().map(limb).collect();
         self.stages.push(Stage::Solve(SolveStage { limbs, posing, limb_count: self.limb_count(), changed }));
+        self.place_riders();
+    }
+
+    /// After each stage that moves joints which others ride.
+    fn place_riders(&mut self) {
+        let posing = |joints: &[usize]| self.target_posing(joints.iter().copied());
+        let (rides, driven) = (&self.mapping.rides, self.mapping.driven());
+        let stage = RideStage::new(self.target, rides, &driven, posing);
+        self.stages.extend(stage.map(Stage::Ride));
     }
 
     fn pull_pelvis(&mut self, open: &[(usize, IkOp)]) {
@@ -287,21 +499,29 @@ impl Compiler<'_> {
             pulls,
         };
         self.stages.push(Stage::Pull(stage));
+        self.place_riders();
     }
 }
 
-/// Size of the target's foot over the source's, where both are of one shape.
-fn size_ratio(source: &Sole, target: &Sole) -> Option<f64> {
+/// The points of contact of a limb, and the joints of the target that they are.
+fn contact_joints(pair: &LimbPair) -> Vec<(&'static str, usize)> {
+    let joints = [Some(pair.target.end), pair.target.ball, pair.target.tip];
+    pair.limb.contact_points().into_iter().zip(joints).filter_map(|(point, joint)| Some((point, joint?))).collect()
+}
+
+/// Size of the target's foot over the source's, where both are of one shape; that of the legs where neither has a size.
+fn size_ratio(source: &Sole, target: &Sole, leg_ratio: f64) -> Option<f64> {
     let length = |bone: Option<DVec3>| bone.map(DVec3::length);
     let parts =
         |sole: &Sole| [length(sole.end_to_ball), Some(sole.heel), sole.ball, sole.tip, length(sole.ball_to_tip)];
     let (source, target) = (parts(source), parts(target));
     let largest = |parts: &[Option<f64>]| parts.iter().flatten().fold(0.0, |most: f64, part| most.max(part.abs()));
     let (source_size, target_size) = (largest(&source), largest(&target));
-    let ratio = target_size / source_size;
+    let ratio = if source_size > 0.0 { target_size / source_size } else { leg_ratio };
     let is_same = |(source, target): (Option<f64>, Option<f64>)| match (source, target) {
-        (Some(source), Some(target)) => (source * ratio - target).abs() < ALIKE * target_size,
+        (Some(source), Some(target)) => (source * ratio - target).abs() <= ALIKE * target_size,
         (source, target) => source.is_none() == target.is_none(),
     };
-    (source_size > 0.0 && source.into_iter().zip(target).all(is_same)).then_some(ratio)
+    let have_size = source_size > 0.0 || target_size <= 0.0;
+    (have_size && source.into_iter().zip(target).all(is_same)).then_some(ratio)
 }

@@ -48,6 +48,11 @@ impl Posing {
         posing
     }
 
+    /// Whether a joint is looked at.
+    pub(super) fn has(&self, joint: usize) -> bool {
+        self.slots[joint].is_some()
+    }
+
     /// The slot of a joint that was wanted, or is above one.
     pub(super) fn slot(&self, joint: usize) -> usize {
         self.slots[joint].expect("a stage asks for the joints that it wanted")

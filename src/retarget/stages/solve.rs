@@ -2,7 +2,10 @@
 
 use glam::DQuat;
 
-use crate::model::Canceled;
+use crate::{
+    model::{Canceled, Skeleton},
+    rig::LimbJoints,
+};
 
 use super::{
     limbs::{LimbRest, LimbSlots},
@@ -27,11 +30,32 @@ pub(super) struct SolvedLimb {
     pub(super) limb: usize,
     pub(super) slots: LimbSlots,
     pub(super) rest: LimbRest,
+    pub(super) hangs: Hangs,
     pub(super) softness: f64,
     pub(super) stretch: f64,
     pub(super) align_pole: f64,
     /// Radians.
     pub(super) pole_offset: f64,
+}
+
+/// What moves with what in the file's hierarchy; a limb may come in pieces that ride one another.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hangs {
+    /// Whether the middle joint is below the start.
+    middle_from_start: bool,
+    /// Whether the end joint is below the start, and below the middle.
+    end_from_start: bool,
+    end_from_middle: bool,
+}
+
+impl Hangs {
+    pub(super) fn of(skeleton: &Skeleton, limb: &LimbJoints) -> Self {
+        Self {
+            middle_from_start: skeleton.is_ancestor_or_self(limb.start, limb.middle),
+            end_from_start: skeleton.is_ancestor_or_self(limb.start, limb.end),
+            end_from_middle: skeleton.is_ancestor_or_self(limb.middle, limb.end),
+        }
+    }
 }
 
 /// What comes out for one limb at one frame.
@@ -91,6 +115,10 @@ impl SolveStage {
         let (above_start, above_middle, above_end) =
             (parent(limb.slots.start), parent(limb.slots.middle), parent(limb.slots.end));
         let local = |above: DQuat, turned: DQuat| (above.conjugate() * turned).normalize().as_quat();
+        let turned = |turn: DQuat, turns: bool, above: DQuat| if turns { turn * above } else { above };
+        let above_middle = turned(aim, limb.hangs.middle_from_start, above_middle);
+        let above_end = turned(reach.bend, limb.hangs.end_from_middle, above_end);
+        let above_end = turned(aim, limb.hangs.end_from_start, above_end);
         let moved = |slot: usize| (pose.local[slot].translation * reach.stretch).as_vec3();
         let changes = [
             Change {
@@ -98,10 +126,10 @@ impl SolveStage {
                 translation: pose.local[limb.slots.start].translation.as_vec3(),
             },
             Change {
-                rotation: local(above_middle, reach.bend * model(limb.slots.middle)),
+                rotation: local(above_middle, aim * reach.bend * model(limb.slots.middle)),
                 translation: moved(limb.slots.middle),
             },
-            Change { rotation: local(aim * reach.bend * above_end, goal.rotation), translation: moved(limb.slots.end) },
+            Change { rotation: local(above_end, goal.rotation), translation: moved(limb.slots.end) },
         ];
         #[expect(clippy::cast_possible_truncation, reason = "a distance for a report")]
         let residual = reach.end.distance(goal.position) as f32;

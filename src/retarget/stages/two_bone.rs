@@ -4,6 +4,8 @@ use glam::{DQuat, DVec3};
 
 /// Below this sine of the bend, the plane of the limb is not taken from where its joints are but from its hinge.
 const SURE_SINE: f64 = 0.1;
+/// A limb whose bend changes by less than this share of it stays in its plane, however straight it is.
+const LITTLE_CHANGE: f64 = 0.5;
 /// Bends beyond this are not hyperextended any more, whatever the limb was before; radians.
 const SURE_BEND: f64 = 0.25;
 
@@ -54,11 +56,12 @@ impl TwoBone {
         let distance = wanted.length();
         let allowed = soft(distance, a + b, self.softness).max(distance.min(self.extension * (a + b)));
         let stretch = if allowed > 0.0 { (distance / allowed).clamp(1.0, self.stretch.max(1.0)) } else { 1.0 };
-        let axis = self.bend_axis(upper, lower);
-        let now = signed_angle(upper, lower, axis);
         let reach = allowed.clamp((a - b).abs(), a + b);
         let cosine = ((reach * reach - a * a - b * b) / (2.0 * a * b)).clamp(-1.0, 1.0);
-        let bend = DQuat::from_axis_angle(axis, relaxed(cosine.acos(), now) - now);
+        let wanted_bend = cosine.acos();
+        let axis = self.bend_axis(upper, lower, wanted_bend);
+        let now = signed_angle(upper, lower, axis);
+        let bend = DQuat::from_axis_angle(axis, relaxed(wanted_bend, now) - now);
         let bent = upper + bend * lower;
         let aim = arc(bent, wanted, axis);
         let middle = self.start + aim * upper * stretch;
@@ -70,25 +73,31 @@ impl TwoBone {
         Reach { bend: DQuat::IDENTITY, aim: DQuat::IDENTITY, stretch: 1.0, middle, end }
     }
 
-    /// The normal of the limb's plane, on the hinge's side; the hinge itself where the limb is nearly straight.
-    fn bend_axis(&self, upper: DVec3, lower: DVec3) -> DVec3 {
+    /// The normal of the limb's plane, on the hinge's side; the hinge itself where the limb is nearly straight and its bend is to
+    /// change.
+    fn bend_axis(&self, upper: DVec3, lower: DVec3, wanted_bend: f64) -> DVec3 {
         let direction = upper.normalize_or_zero();
         let hinge =
             (self.hinge - direction * self.hinge.dot(direction)).normalize_or(direction.any_orthonormal_vector());
         let normal = upper.cross(lower) / (upper.length() * lower.length());
         let sine = normal.length();
         let normal = if normal.dot(hinge) < 0.0 { -normal } else { normal };
-        let sure = smooth(sine / SURE_SINE);
+        let change = wanted_bend - sine.atan2(upper.dot(lower) / (upper.length() * lower.length()));
+        let sure =
+            smooth(sine / SURE_SINE).max(1.0 - smooth(change.abs() / (LITTLE_CHANGE * sine).max(f64::MIN_POSITIVE)));
         (normal.normalize_or_zero() * sure + hinge * (1.0 - sure)).normalize_or(hinge)
     }
 }
 
 /// The bend to take, where the limb is bent by `now` about the hinge and should be by `wanted`: the same, but a limb that is bent
-/// backward a little stays so while it is nearly straight.
+/// backward a little stays so while it is nearly straight, and one that is bent backward a lot is meant to be: the legs of birds and
+/// robots, and rigs whose rest pose says nothing about the hinge.
 fn relaxed(wanted: f64, now: f64) -> f64 {
-    let backward = (-now).clamp(0.0, SURE_BEND);
+    let backward = (-now).max(0.0);
     let fade = 1.0 - smooth((wanted - backward) / SURE_BEND);
-    wanted - 2.0 * backward * fade
+    let forward = wanted - 2.0 * backward.min(wanted) * fade;
+    let is_meant = smooth((backward - SURE_BEND) / SURE_BEND);
+    forward + (-wanted - forward) * is_meant
 }
 
 /// `d` up to `length − width`; from there on it comes ever nearer to `length`, with a continuous slope.

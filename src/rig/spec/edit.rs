@@ -3,8 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::LayerReference;
+
 /// Edits of the clip. Whatever order they are written in, they are done in this one: `range`, `every`, `warp`, `speed`, `reverse`,
-/// `ping_pong`, `loop`, `hold`, `fps`, `start_seconds`, and last `mirror`. Without any of them the clip keeps its own key times.
+/// `ping_pong`, `loop`, `hold`, `fps`, `start_seconds`, `mirror`, and last `additive`. Without any of them the clip keeps its own key times.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EditSpec {
@@ -45,6 +47,10 @@ pub struct EditSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = -1_000_000.0, max = 1_000_000.0))]
     pub start_seconds: Option<f64>,
+    /// Makes the clip additive: what it changes against the reference, as changes of the rest pose. `layer` puts such a clip back on top
+    /// of another one with `"mode": "add", "reference": "rest"`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub additive: Option<LayerReference>,
     /// Swaps left and right: `true`, or an object for more say.
     #[serde(skip_serializing_if = "MirrorChoice::is_off")]
     pub mirror: MirrorChoice,
@@ -66,6 +72,7 @@ impl EditSpec {
             fps,
             interpolation: _,
             start_seconds,
+            additive: _,
             mirror: _,
         } = self;
         range.is_none()

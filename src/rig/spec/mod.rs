@@ -2,7 +2,9 @@
 //! everything out. The doc comments here are the reference: the JSON Schema, the API document and the README take them over.
 
 mod edit;
+mod layer;
 mod map;
+mod morphs;
 mod ops;
 mod output;
 mod pose;
@@ -14,12 +16,18 @@ pub use edit::{
     EditSpec, FractionRange, FrameRange, HoldSpec, InterpolationSpec, LoopRoot, LoopSpec, MirrorChoice, MirrorPlane,
     MirrorSpec, RangeSpec,
 };
+pub use layer::{LayerMode, LayerReference, LayerSpec};
 pub use map::{ChainMap, RotationMode, TranslationMode};
+pub use morphs::{MorphCombine, MorphRow, MorphsSpec};
 pub use ops::{
-    Alpha, Carry, ContactFloor, ContactFloorRule, ContactsOp, FilterKind, FilterOp, FkOp, FloorOp, HeightRule, IkGoal,
-    IkOp, Op, PelvisOp, PelvisScale, PelvisScaleRule, PlantMode, PlantOp, ScaleOrigin, Scope,
+    AdditivePoseOp, Alpha, ArmSpacingOp, CarriedProp, Carry, ContactFloor, ContactFloorRule, ContactsOp,
+    CopyBasePoseOp, FilterKind, FilterOp, FingersOp, FkOp, FloorOp, Grip, GripHand, HeightRule, IkGoal, IkOp, JointRow,
+    JointSource, JointSpace, JointsOp, LimitRange, LimitsOp, Op, PelvisOp, PelvisScale, PelvisScaleRule, Pin, PinMode,
+    PinOp, PinSide, PlantMode, PlantOp, PropsOp, ReachGoal, ReachOp, ReachPlace, RootAction, RootAxis, RootMotionOp,
+    RootPlace, RootSource, ScaleOrigin, ScaleSourceOp, Scope, SelfContactOp, StretchChainOp, StrideDirection, StrideOp,
+    TwistOp,
 };
-pub use output::{IncludeSpec, OutputChoice, OutputSpec, TargetClipsSpec};
+pub use output::{IncludeSpec, KeyTolerance, KeysSpec, KeysWord, OutputChoice, OutputSpec, TargetClipsSpec};
 pub use pose::{EditAxes, FromClipEdit, PoseChoice, PoseEdit, PoseSpec, ResetEdit, RotateEdit};
 pub use report::{MetricInfo, MetricName, ReportChoice, ReportDetail, ReportSpec, Threshold};
 pub use rig::{AutoWord, OneOrMany, RestFrame, RestRule, RestSpec, RigSpec, UnitSpec};
@@ -35,6 +43,9 @@ pub struct RetargetSpec {
     /// Version of this document's shape; 1.
     #[schemars(range(min = 1, max = 1))]
     pub version: Option<u32>,
+    /// What is asked for.
+    #[serde(skip_serializing_if = "is_default")]
+    pub task: Task,
     /// The rig that the animation comes from.
     pub source: RigSpec,
     /// The rig that it goes onto.
@@ -56,9 +67,15 @@ pub struct RetargetSpec {
     /// that feet stay where they stand.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ops: Option<Vec<Op>>,
+    /// How morph weights and facial expressions are moved over.
+    #[serde(skip_serializing_if = "is_default")]
+    pub morphs: MorphsSpec,
     /// Edits of the clip: its time, its seams, its sides.
     #[serde(skip_serializing_if = "is_default")]
     pub edit: EditSpec,
+    /// Lays what was made over a clip that the target has already; for an edit, over another clip of the same file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layer: Option<LayerSpec>,
     /// What comes out: one output or a list. Default: GLB with everything of the target.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub output: Option<OutputChoice>,
@@ -70,6 +87,17 @@ pub struct RetargetSpec {
     pub tune: Option<TuneChoice>,
     /// Turns warnings, and measures that fail, into an error.
     pub strict: bool,
+}
+
+/// What a spec asks for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Task {
+    /// The source's clip, edited where `edit` says so, on the target.
+    #[default]
+    Retarget,
+    /// The source's clip, edited as `edit` says, on the source itself. Nothing is retargeted, and the target is not looked at.
+    Edit,
 }
 
 /// A clip by name or by index.

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// One output or several.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected an output or a list of outputs")]
 pub enum OutputChoice {
     /// One.
@@ -14,7 +14,7 @@ pub enum OutputChoice {
 }
 
 /// One output.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputSpec {
     /// Wire name of the format, such as `glb`, `gltf`, `bvh`, `poses_npz`, `poses_json`; see `/v1/formats`.
@@ -26,6 +26,71 @@ pub struct OutputSpec {
     /// Name of the new clip. Default: the source clip's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clip_name: Option<String>,
+    /// Which keys are written. Formats whose tracks all have the same key times hold every frame; a warning says so.
+    #[serde(skip_serializing_if = "KeysSpec::is_all")]
+    pub keys: KeysSpec,
+}
+
+/// Which keys are written.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected \"all\", \"needed\" or an object")]
+pub enum KeysSpec {
+    /// A word.
+    Word(KeysWord),
+    /// Those that are needed, with these tolerances.
+    Needed(KeyTolerance),
+}
+
+/// Which keys are written, in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum KeysWord {
+    /// One per frame.
+    All,
+    /// Those that interpolation does not give back, with the default tolerances.
+    Needed,
+}
+
+/// How much may be lost where keys are left out.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct KeyTolerance {
+    /// The most that a point of the mesh may move. Metres, 0.000001 to 1.
+    #[schemars(range(min = 0.000_001, max = 1.0))]
+    pub distance_metres: f64,
+    /// How far from a joint its mesh reaches. Metres, 0 to 10.
+    #[schemars(range(min = 0.0, max = 10.0))]
+    pub shell_metres: f64,
+}
+
+impl Default for KeyTolerance {
+    fn default() -> Self {
+        Self { distance_metres: 0.0005, shell_metres: 0.1 }
+    }
+}
+
+impl Default for KeysSpec {
+    fn default() -> Self {
+        Self::Word(KeysWord::All)
+    }
+}
+
+impl KeysSpec {
+    /// Whether every key is written.
+    #[must_use]
+    pub const fn is_all(&self) -> bool {
+        matches!(self, Self::Word(KeysWord::All))
+    }
+
+    /// How much may be lost, where keys may be left out.
+    #[must_use]
+    pub fn tolerance(&self) -> Option<KeyTolerance> {
+        match self {
+            Self::Word(KeysWord::All) => None,
+            Self::Word(KeysWord::Needed) => Some(KeyTolerance::default()),
+            Self::Needed(tolerance) => Some(*tolerance),
+        }
+    }
 }
 
 /// How much of the target goes into an output.

@@ -4,13 +4,14 @@ use glam::DMat4;
 use retargetd::{
     formats::{self, Limits},
     model::{Clip, Control, Reporter, Scene, Skeleton},
-    retarget::{Plan, run},
-    rig::{Mapping, Resolved, RetargetSpec, Rig, resolve},
+    retarget::Stack,
+    rig::{Mapping, Resolved, RetargetSpec, Rig, parse_spec, resolve},
 };
 
 use super::figure::{degrees_between, frames_of, position, rotations, world};
 use crate::support::{corpus_file, files_below};
 
+const PLAIN: &[u8] = br#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#;
 const MOST_DEGREES: f64 = 0.01;
 /// At a height of [`MAN_METRES`].
 const MOST_METRES: f64 = 1e-4;
@@ -125,7 +126,10 @@ impl Comparison {
 }
 
 fn retarget_onto_itself(scene: &Scene) -> Result<(&Clip, Clip, Mapping), String> {
-    let spec = RetargetSpec::default();
+    // Feet of legs whose bones stretch are where rotations do not take them, and planting would take them there.
+    let moves_bones = |clip: &Clip| (1..scene.skeleton.len()).any(|joint| !keeps_bone(&scene.skeleton, clip, joint));
+    let stretches = scene.clips.iter().find(|clip| clip.is_animated()).is_some_and(moves_bones);
+    let spec = if stretches { parse_spec(PLAIN).expect("a spec") } else { RetargetSpec::default() };
     let mut reporter = Reporter::new();
     let rig = |name, reporter: &mut Reporter| Rig::new(name, scene, None, &spec.source, reporter);
     let source = rig("source", &mut reporter).map_err(|error| error.to_string())?;
@@ -133,9 +137,9 @@ fn retarget_onto_itself(scene: &Scene) -> Result<(&Clip, Clip, Mapping), String>
     let clip = scene.clips.iter().find(|clip| clip.is_animated()).ok_or("no clip")?;
     let Resolved { mapping, .. } =
         resolve(&spec, &source, &target, clip, &mut reporter).map_err(|error| error.to_string())?;
-    let plan = Plan::new(source.skeleton(), target.skeleton(), &mapping);
-    let result = run(&plan, clip, &Control::new()).map_err(|error| error.to_string())?;
-    Ok((clip, result, mapping))
+    let stack = Stack::new(source.skeleton(), target.skeleton(), &mapping);
+    let result = stack.run(clip, &Control::new()).map_err(|error| error.to_string())?;
+    Ok((clip, result.clip, mapping))
 }
 
 /// Driven joints whose place follows from the pelvis' and from rotations that the plan drives: on the way up to the pelvis

@@ -10,17 +10,18 @@ use glam::{Quat, Vec3};
 use super::{
     accessor::{Accessors, Shape},
     curve::{self, Curve, Interpolation, Value},
+    morphs::Morphs,
     nodes::{Graph, UNIT_TOLERANCE},
 };
 use crate::{
     formats::{Budget, FormatError, Limit, gltf::json::Cursor},
-    model::{Clip, JointTracks, Reporter, Track},
+    model::{Clip, JointTracks, MorphTrack, Reporter, Track},
 };
 
 /// What is reported once per file, however often it is seen: code, what was done, what the user can do.
 const NOTES: [(&str, &str, &str); 11] = [
     ("channel_without_node", "a channel has no target node and was left out", ""),
-    ("weights_skipped", "morph weights are not retargeted", ""),
+    ("weights_skipped", "morph weights of a node without morph targets were left out", ""),
     ("animation_pointer_skipped", "an animation pointer drives something else than a joint and is not retargeted", ""),
     ("unknown_path", "a channel drives a property that is not known and was left out", ""),
     ("duplicate_channel", "two channels drive one property of one node; the first was used", ""),
@@ -69,12 +70,15 @@ struct JointCurves {
     translation: Option<Curve<Vec3>>,
     rotation: Option<Curve<Quat>>,
     scale: Option<Curve<Vec3>>,
+    /// One per morph target of the node's mesh.
+    weights: Vec<Curve<f32>>,
 }
 
 /// What reading an animation needs at hand.
 struct Reader<'r, 'd, 'b> {
     accessors: &'r mut Accessors<'d>,
     graph: &'r Graph,
+    morphs: &'r Morphs,
     budget: &'r mut Budget<'b>,
     notes: Notes,
     key_times: BTreeMap<usize, KeyTimes>,
@@ -85,6 +89,7 @@ struct Reader<'r, 'd, 'b> {
 pub(super) fn read(
     accessors: &mut Accessors<'_>,
     graph: &Graph,
+    morphs: &Morphs,
     budget: &mut Budget<'_>,
     reporter: &mut Reporter,
 ) -> Result<Vec<Clip>, FormatError> {
@@ -92,7 +97,7 @@ pub(super) fn read(
     let Some(animations) = root.get("animations")? else { return Ok(Vec::new()) };
     budget.check(Limit::Clips, animations.length()? as u64, "/animations")?;
     let mut reader =
-        Reader { accessors, graph, budget, notes: Notes::default(), key_times: BTreeMap::new(), keys_added: 0 };
+        Reader { accessors, graph, morphs, budget, notes: Notes::default(), key_times: BTreeMap::new(), keys_added: 0 };
     let mut clips = Vec::new();
     for animation in animations.elements()? {
         clips.push(reader.clip(&animation)?);
@@ -121,16 +126,29 @@ impl Reader<'_, '_, '_> {
         self.budget.check(Limit::FramesPerClip, times.len() as u64, &place)?;
         self.budget.take(Limit::Samples, (times.len() as u64).saturating_mul(joints as u64), &place)?;
         let mut tracks = vec![JointTracks::default(); joints];
+        let mut weights: Vec<MorphTrack> = Vec::new();
         for (joint, curves) in curves {
             self.budget.check_canceled()?;
+            weights.extend(self.morph_tracks(joint, curves.weights, &times, &place)?);
             tracks[joint] = JointTracks {
                 translation: self.track(curves.translation, &times, &place)?,
                 rotation: self.rotation_track(curves.rotation, &times, &place)?,
                 scale: self.track(curves.scale, &times, &place)?,
             };
         }
+        weights.extend(self.morphs.of_translation.iter().filter_map(|(joint, morph)| {
+            let clamped = |value: &Vec3| value.x.clamp(0.0, 1.0);
+            let weights = match &tracks[*joint].translation {
+                Track::Rest => return None,
+                Track::Constant(value) => Track::Constant(clamped(value)),
+                Track::Sampled(values) => Track::Sampled(values.iter().map(clamped).collect()),
+            };
+            Some(MorphTrack { morph: *morph, weights })
+        }));
         let times = times.into_iter().map(f64::from).collect();
-        Clip::new(name, times, tracks).map_err(|error| FormatError::malformed("animations", place, error.to_string()))
+        Clip::new(name, times, tracks)
+            .and_then(|clip| clip.with_morphs(weights))
+            .map_err(|error| FormatError::malformed("animations", place, error.to_string()))
     }
 
     fn channels(&mut self, animation: &Cursor<'_, '_>) -> Result<BTreeMap<usize, JointCurves>, FormatError> {
@@ -156,10 +174,11 @@ impl Reader<'_, '_, '_> {
                 "translation" => entry.translation.is_some(),
                 "rotation" => entry.rotation.is_some(),
                 "scale" => entry.scale.is_some(),
-                "weights" => {
+                "weights" if !self.morphs.of_joint.contains_key(&joint) => {
                     self.notes.add("weights_skipped", &target);
                     continue;
                 }
+                "weights" => !entry.weights.is_empty(),
                 _ => {
                     self.notes.add("unknown_path", &target);
                     continue;
@@ -167,6 +186,10 @@ impl Reader<'_, '_, '_> {
             };
             if is_taken {
                 self.notes.add("duplicate_channel", &target);
+                continue;
+            }
+            if path == "weights" {
+                entry.weights = self.weights(&sampler, joint)?;
                 continue;
             }
             if self.graph.has_matrix[joint] {
@@ -207,10 +230,35 @@ impl Reader<'_, '_, '_> {
         Ok(curve)
     }
 
+    /// The weights of all morph targets of a node's mesh, which lie side by side at each key.
+    fn weights(&mut self, sampler: &Cursor<'_, '_>, joint: usize) -> Result<Vec<Curve<f32>>, FormatError> {
+        let count = self.morphs.of_joint.get(&joint).map_or(0, |(_, count)| *count);
+        let all = self.curve_of(sampler, Shape::Scalar, count, |value: &f32| value.is_finite())?;
+        let place = sampler.to_string();
+        self.budget.take_array(all.values.len() as u64, size_of::<f32>() as u64, &place)?;
+        let one = |morph: usize| Curve {
+            times: Rc::clone(&all.times),
+            values: all.values.iter().skip(morph).step_by(count).copied().collect(),
+            interpolation: all.interpolation,
+        };
+        Ok((0..count).map(one).collect())
+    }
+
     fn curve<T: Value>(
         &mut self,
         sampler: &Cursor<'_, '_>,
         shape: Shape,
+        is_finite: impl Fn(&T) -> bool,
+    ) -> Result<Curve<T>, FormatError> {
+        self.curve_of(sampler, shape, 1, is_finite)
+    }
+
+    /// A curve with so many values side by side.
+    fn curve_of<T: Value>(
+        &mut self,
+        sampler: &Cursor<'_, '_>,
+        shape: Shape,
+        width: usize,
         is_finite: impl Fn(&T) -> bool,
     ) -> Result<Curve<T>, FormatError> {
         let interpolation = match sampler.get("interpolation")? {
@@ -226,7 +274,7 @@ impl Reader<'_, '_, '_> {
         let output = sampler.require("output")?;
         let accessor = self.accessors.accessor(&output)?;
         accessor.expect(shape, false, &output)?;
-        let values_per_key = interpolation.values_per_key();
+        let values_per_key = interpolation.values_per_key().saturating_mul(width);
         let wanted = keys.count.saturating_mul(values_per_key);
         if accessor.count != wanted {
             return Err(output.malformed(format!(
@@ -307,6 +355,9 @@ impl Reader<'_, '_, '_> {
             for curve in [&joint.translation, &joint.scale].into_iter().flatten() {
                 add(&curve.times, curve.times_between_keys(most))?;
             }
+            for curve in &joint.weights {
+                add(&curve.times, curve.times_between_keys(most))?;
+            }
             if let Some(curve) = &joint.rotation {
                 add(&curve.times, curve.times_between_keys(most))?;
             }
@@ -321,6 +372,24 @@ impl Reader<'_, '_, '_> {
         let Some(curve) = curve else { return Ok(Track::Rest) };
         self.budget.take_array(times.len() as u64, size_of::<Vec3>() as u64, place)?;
         Ok(Track::Sampled(curve.sampled(times)).compacted())
+    }
+
+    fn morph_tracks(
+        &mut self,
+        joint: usize,
+        curves: Vec<Curve<f32>>,
+        times: &[f32],
+        place: &str,
+    ) -> Result<Vec<MorphTrack>, FormatError> {
+        let first = self.morphs.of_joint.get(&joint).map_or(0, |(first, _)| *first);
+        let bytes = (times.len() as u64).saturating_mul(curves.len() as u64);
+        self.budget.take(Limit::Samples, bytes, place)?;
+        self.budget.take_array(bytes, size_of::<f32>() as u64, place)?;
+        let track = |(index, curve): (usize, Curve<f32>)| MorphTrack {
+            morph: first + index,
+            weights: Track::Sampled(curve.sampled(times)).compacted(),
+        };
+        Ok(curves.into_iter().enumerate().map(track).collect())
     }
 
     fn rotation_track(

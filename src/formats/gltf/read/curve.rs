@@ -66,6 +66,25 @@ impl Value for Vec3 {
     }
 }
 
+impl Value for f32 {
+    fn linear(from: Self, to: Self, fraction: f64) -> Self {
+        let (from, to) = (f64::from(from), f64::from(to));
+        (from + (to - from) * fraction) as Self
+    }
+
+    fn weighted(terms: [(Self, f64); 4]) -> Self {
+        terms.iter().map(|(value, weight)| f64::from(*value) * weight).sum::<f64>() as Self
+    }
+
+    fn is_zero(self) -> bool {
+        self == 0.0
+    }
+
+    fn is_about(self, other: Self) -> bool {
+        f64::from((self - other).abs()) <= ROUNDING
+    }
+}
+
 impl Value for Quat {
     /// The short way round.
     fn linear(from: Self, to: Self, fraction: f64) -> Self {

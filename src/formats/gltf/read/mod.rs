@@ -6,6 +6,7 @@ mod curve;
 mod extensions;
 mod humanoid;
 mod meshopt;
+mod morphs;
 mod nodes;
 mod points;
 mod skins;
@@ -46,7 +47,8 @@ pub(in crate::formats) fn read(
         let detail = "the file is named as VRM, but holds no humanoid map; its roles will have to be found";
         reporter.warn("humanoid_missing", "/extensions", detail, "");
     }
-    let clips = animation::read(&mut accessors, &graph, budget, reporter)?;
+    let morphs = morphs::read(&document.json, &graph, budget)?;
+    let clips = animation::read(&mut accessors, &graph, &morphs, budget, reporter)?;
 
     let (declared_convention, declared_roles) =
         humanoid.map_or((None, Vec::new()), |map| (Some(map.convention), map.roles));
@@ -57,6 +59,7 @@ pub(in crate::formats) fn read(
         skins: skins.skins,
         bind_pose: skins.bind_pose,
         skin_points,
+        morphs: morphs.all,
         declared_roles,
         declared_convention,
         axes: Some(Axes::Y_UP_Z_FRONT),

@@ -1,19 +1,20 @@
 //! A clip to an animation, its accessors and one buffer view.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, collections::BTreeMap};
 
 use serde_json::{Map, Value, json};
 
 use super::{Output, array};
 use crate::{
     formats::FormatError,
-    model::{Clip, Control, Joint, Reporter, Scene, Track},
+    model::{Clip, Control, Joint, MorphPlace, Reporter, Scene, Track},
 };
 
 const FLOAT: u64 = 5126;
 
 /// Adds the clip's data to the document and returns the animation that refers to it; nothing where the target has no node
-/// that could be animated. `node_of` gives the node of a joint, by its index and itself.
+/// that could be animated. `node_of` gives the node of a joint, by its index and itself; `has_meshes` says that the document has the
+/// target's meshes, and with them its morph targets.
 ///
 /// All tracks lie in one buffer view. Tracks with a value per frame share one time accessor. Constant tracks have one key,
 /// or two where nothing else makes the animation as long as the clip.
@@ -22,6 +23,7 @@ pub(super) fn append<'a>(
     target: &Scene,
     clip: &'a Clip,
     node_of: impl Fn(usize, &Joint) -> usize,
+    has_meshes: bool,
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Option<Value>, FormatError> {
@@ -30,23 +32,30 @@ pub(super) fn append<'a>(
         return Ok(None);
     }
     let times = key_times(clip.times_seconds(), reporter);
-    let is_sampled = clip.joints().iter().any(|tracks| {
-        [tracks.translation.sample_count(), tracks.rotation.sample_count(), tracks.scale.sample_count()]
-            .iter()
-            .any(Option::is_some)
-    });
+    let morphs = morph_weights(target, clip, has_meshes);
+    let is_sampled = !morphs.is_empty()
+        || clip.joints().iter().any(|tracks| {
+            [tracks.translation.sample_count(), tracks.rotation.sample_count(), tracks.scale.sample_count()]
+                .iter()
+                .any(Option::is_some)
+        });
     let constant_times = match times.as_slice() {
         [first, .., last] if !is_sampled => vec![*first, *last],
         [first, ..] => vec![*first],
         [] => Vec::new(),
     };
-    let mut writer = Writer::new(output, is_sampled.then_some(times), constant_times)?;
+    let is_sparse = clip.sparse_keys().is_some();
+    let mut writer = Writer::new(output, is_sampled.then_some(times), is_sparse, constant_times)?;
     for (index, (joint, tracks)) in target.skeleton.joints().iter().zip(clip.joints()).enumerate() {
         control.check()?;
         let node = node_of(index, joint);
-        writer.track(&tracks.translation, node, "translation", "VEC3")?;
-        writer.track(&tracks.rotation, node, "rotation", "VEC4")?;
-        writer.track(&tracks.scale, node, "scale", "VEC3")?;
+        let keys = clip.sparse_keys().and_then(|keys| keys.joints.get(index));
+        writer.track(&tracks.translation, keys.map(|keys| &keys.translation), node, "translation", "VEC3")?;
+        writer.track(&tracks.rotation, keys.map(|keys| &keys.rotation), node, "rotation", "VEC4")?;
+        writer.track(&tracks.scale, keys.map(|keys| &keys.scale), node, "scale", "VEC3")?;
+    }
+    for (node, weights) in &morphs {
+        writer.weights(*node, weights)?;
     }
     if writer.channels.is_empty() {
         let joint = &target.skeleton.joints()[0];
@@ -64,11 +73,36 @@ pub(super) fn append<'a>(
     Ok(Some(Value::Object(animation)))
 }
 
+/// For each node with a mesh of which a morph is animated the weights of all its morph targets, side by side at each frame.
+fn morph_weights(target: &Scene, clip: &Clip, has_meshes: bool) -> BTreeMap<usize, Vec<f32>> {
+    let mut nodes: BTreeMap<usize, Vec<f32>> = BTreeMap::new();
+    let tracks = clip.morphs().iter().filter(|_| has_meshes);
+    for track in tracks {
+        let Some(MorphPlace::Mesh { node, index, count }) = target.morphs.get(track.morph).map(|morph| &morph.place)
+        else {
+            continue;
+        };
+        let first = track.morph - index;
+        let weights = nodes.entry(*node).or_insert_with(|| {
+            let rest: Vec<f32> = target.morphs[first..first + count].iter().map(|morph| morph.rest).collect();
+            rest.repeat(clip.frame_count())
+        });
+        for frame in 0..clip.frame_count() {
+            weights[frame * count + index] = track.weights.at(frame, target.morphs[track.morph].rest);
+        }
+    }
+    nodes
+}
+
 struct Writer<'o, 'a> {
     output: &'o mut Output<'a>,
     view: usize,
     view_offset: usize,
     sampled_input: Option<usize>,
+    /// Times of all frames, where there is a sampled track and tracks need some of them only.
+    times: Vec<f32>,
+    /// Accessors of times for tracks that need some frames only.
+    sparse_inputs: BTreeMap<Vec<usize>, usize>,
     constant_input: usize,
     constant_keys: usize,
     channels: Vec<Value>,
@@ -76,7 +110,12 @@ struct Writer<'o, 'a> {
 }
 
 impl<'o, 'a> Writer<'o, 'a> {
-    fn new(output: &'o mut Output<'a>, times: Option<Vec<f32>>, constant_times: Vec<f32>) -> Result<Self, FormatError> {
+    fn new(
+        output: &'o mut Output<'a>,
+        times: Option<Vec<f32>>,
+        is_sparse: bool,
+        constant_times: Vec<f32>,
+    ) -> Result<Self, FormatError> {
         let view = array(&mut output.json, "bufferViews")?.len();
         let view_offset = output.binary.push(Cow::Borrowed(&[]));
         let mut writer = Self {
@@ -84,13 +123,19 @@ impl<'o, 'a> Writer<'o, 'a> {
             view,
             view_offset,
             sampled_input: None,
+            times: Vec::new(),
+            sparse_inputs: BTreeMap::new(),
             constant_input: 0,
             constant_keys: constant_times.len(),
             channels: Vec::new(),
             samplers: Vec::new(),
         };
         if let Some(times) = times {
-            writer.sampled_input = Some(writer.input(times)?);
+            if is_sparse {
+                writer.times = times;
+            } else {
+                writer.sampled_input = Some(writer.input(times)?);
+            }
         }
         writer.constant_input = writer.input(constant_times)?;
         Ok(writer)
@@ -122,12 +167,23 @@ impl<'o, 'a> Writer<'o, 'a> {
     fn track<T: bytemuck::Pod>(
         &mut self,
         track: &'a Track<T>,
+        keys: Option<&Vec<usize>>,
         node: usize,
         path: &str,
         shape: &str,
     ) -> Result<(), FormatError> {
         match (track, self.sampled_input) {
             (Track::Constant(value), _) => self.constant(*value, node, path, shape),
+            (Track::Sampled(values), None) if !self.times.is_empty() => {
+                let all = || (0..values.len()).collect();
+                let keys = keys.filter(|keys| !keys.is_empty()).cloned().unwrap_or_else(all);
+                let needed: Vec<T> = keys.iter().map(|frame| values[*frame]).collect();
+                let bytes = Cow::Owned(bytemuck::cast_slice(&needed).to_vec());
+                let output = self.accessor(bytes, needed.len(), shape)?;
+                let input = self.sparse_input(keys)?;
+                self.channel(input, output, node, path);
+                Ok(())
+            }
             (Track::Sampled(values), Some(input)) => {
                 let output = self.accessor(Cow::Borrowed(bytemuck::cast_slice(values)), values.len(), shape)?;
                 self.channel(input, output, node, path);
@@ -136,6 +192,29 @@ impl<'o, 'a> Writer<'o, 'a> {
             // Where there is a sampled track, there is an input for it.
             (Track::Rest, _) | (Track::Sampled(_), None) => Ok(()),
         }
+    }
+
+    /// The accessor of the times of these frames; the same for all tracks that need the same ones.
+    fn sparse_input(&mut self, keys: Vec<usize>) -> Result<usize, FormatError> {
+        if let Some(input) = self.sparse_inputs.get(&keys) {
+            return Ok(*input);
+        }
+        let times = keys.iter().map(|frame| self.times[*frame]).collect();
+        let input = self.input(times)?;
+        self.sparse_inputs.insert(keys, input);
+        Ok(input)
+    }
+
+    /// The weights of all morph targets of a node, at all frames.
+    fn weights(&mut self, node: usize, weights: &[f32]) -> Result<(), FormatError> {
+        let bytes = Cow::Owned(bytemuck::cast_slice(weights).to_vec());
+        let output = self.accessor(bytes, weights.len(), "SCALAR")?;
+        let input = match self.sampled_input {
+            Some(input) => input,
+            None => self.sparse_input((0..self.times.len()).collect())?,
+        };
+        self.channel(input, output, node, "weights");
+        Ok(())
     }
 
     fn constant<T: bytemuck::Pod>(

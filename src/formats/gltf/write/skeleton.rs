@@ -25,7 +25,7 @@ pub(super) fn build<'a>(
     json.insert("asset".into(), json!({"version": "2.0", "generator": generator}));
     let mut output = Output { json, binary: Binary::default() };
     if target.skeleton.is_empty() {
-        animation::append(&mut output, target, clip, |index, _| index, control, reporter)?;
+        animation::append(&mut output, target, clip, |index, _| index, false, control, reporter)?;
         return Ok(output);
     }
     let joints = target.skeleton.joints();
@@ -38,7 +38,7 @@ pub(super) fn build<'a>(
     control.check()?;
 
     // Nodes are numbered as the joints are here, not as they were in the file that they came from.
-    let animation = animation::append(&mut output, target, clip, |index, _| index, control, reporter)?;
+    let animation = animation::append(&mut output, target, clip, |index, _| index, false, control, reporter)?;
     if let Some(animation) = animation {
         output.json.insert("animations".into(), Value::Array(vec![animation]));
     }

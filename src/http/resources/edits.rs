@@ -1,0 +1,74 @@
+//! `POST /v1/edits`: a clip in, the same clip edited out, without a second rig. A job with a wait, like every other work.
+
+use axum::{
+    body::Body,
+    extract::{Request, State},
+    http::header,
+    response::Response,
+};
+use utoipa::ToSchema;
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use crate::{
+    engine::{self, NamedBytes},
+    http::{
+        ApiState, extract, negotiate,
+        prefer::Prefer,
+        problem::{Problem, ProblemView},
+        resources::retarget::answer,
+        upload,
+        views::JobView,
+    },
+    jobs::{ConfigDocument, InputRole},
+};
+
+pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
+    OpenApiRouter::new().routes(routes!(edit))
+}
+
+/// The parts of an edit, in any order.
+#[derive(ToSchema)]
+#[allow(dead_code, reason = "only its schema is used: parts are streamed, never held in one value")]
+pub(in crate::http) struct EditForm {
+    /// The file with the animation.
+    #[schema(content_media_type = "application/octet-stream")]
+    source: String,
+    /// The rig in its rest pose, where the file does not hold it.
+    #[schema(content_media_type = "application/octet-stream")]
+    source_rest: Option<String>,
+    /// The retarget spec (JSON or YAML), whose `edit` says what is to be done.
+    #[schema(content_media_type = "application/json")]
+    config: Option<String>,
+    /// The name of a preset that the config is laid over.
+    preset: Option<String>,
+}
+
+/// Edits the clip of a file and gives the file back: its time, its seams, its sides.
+///
+/// The format is that of `Accept`, else of the config's `output.format`, else GLB. A glTF or VRM keeps all that it has; the edited
+/// clip is its first animation. The same as a job of `POST /v1/jobs`: `"task": "edit"` in the config.
+#[utoipa::path(post, path = "/v1/edits", tag = "retarget",
+    params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds"),
+        ("Accept" = Option<String>, Header, description = "the media type of the format wanted")),
+    request_body(content = EditForm, content_type = "multipart/form-data"),
+    responses((status = 200, description = "the file", content((String = "model/gltf-binary"), (String = "model/gltf+json"),
+            (String = "text/plain"), (String = "application/x-npz"), (Object = "application/json")),
+            headers(("Job-Id" = String), ("ETag" = String), ("Server-Timing" = String), ("Warnings-Count" = u64),
+                ("Content-Disposition" = String))),
+        (status = 202, body = JobView, description = "not ended within the wait", headers(("Location" = String), ("Retry-After" = u32))),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn edit(State(state): State<ApiState>, prefer: Prefer, request: Request<Body>) -> Result<Response, Problem> {
+    state.jobs.check_admission()?;
+    let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
+    let mut new = upload::read_edit(request, &state.assets, &state.settings).await?;
+    if let Some(source) = new.inputs.get(&InputRole::Source).cloned() {
+        // Every job has a target; one that looks at none has the source itself.
+        new.inputs.insert(InputRole::Target, source);
+    }
+    let given = new.config.take();
+    let config = given.as_ref().map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
+    let text = engine::edit_config(config)?;
+    new.config = Some(ConfigDocument { file_name: "edit.json".into(), text });
+    new.formats.extend(format);
+    answer(&state, &prefer, new).await
+}

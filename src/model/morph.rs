@@ -1,0 +1,40 @@
+//! Morph targets and facial expressions, and their weights over time.
+
+use super::Track;
+
+/// Something that a face, or any mesh, can do: a morph target, or an expression made of several.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Morph {
+    /// Its name in the file; `target_<index>` where it has none.
+    pub name: String,
+    /// The weight that it has where nothing animates it.
+    pub rest: f32,
+    /// What it drives.
+    pub place: MorphPlace,
+}
+
+/// What a morph drives.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MorphPlace {
+    /// A morph target of the mesh of a node.
+    Mesh {
+        /// The node's index in the file.
+        node: usize,
+        /// The target's index in the mesh.
+        index: usize,
+        /// How many targets the mesh has; those of one node follow each other in [`super::Scene::morphs`].
+        count: usize,
+    },
+    /// An expression: morphs of meshes (by their index in [`super::Scene::morphs`]) with the weight that each has at 1. None where the
+    /// file animates a face that it does not hold.
+    Expression(Vec<(usize, f32)>),
+}
+
+/// The weight of one morph over the frames of a clip.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MorphTrack {
+    /// Index in [`super::Scene::morphs`].
+    pub morph: usize,
+    /// Its weights.
+    pub weights: Track<f32>,
+}

@@ -1,0 +1,198 @@
+//! What names of morphs mean: the vocabularies of several tools, folded into ARKit's.
+
+/// ARKit's 52 blend shapes, folded.
+const ARKIT: [&str; 52] = [
+    "browdownleft",
+    "browdownright",
+    "browinnerup",
+    "browouterupleft",
+    "browouterupright",
+    "cheekpuff",
+    "cheeksquintleft",
+    "cheeksquintright",
+    "eyeblinkleft",
+    "eyeblinkright",
+    "eyelookdownleft",
+    "eyelookdownright",
+    "eyelookinleft",
+    "eyelookinright",
+    "eyelookoutleft",
+    "eyelookoutright",
+    "eyelookupleft",
+    "eyelookupright",
+    "eyesquintleft",
+    "eyesquintright",
+    "eyewideleft",
+    "eyewideright",
+    "jawforward",
+    "jawleft",
+    "jawopen",
+    "jawright",
+    "mouthclose",
+    "mouthdimpleleft",
+    "mouthdimpleright",
+    "mouthfrownleft",
+    "mouthfrownright",
+    "mouthfunnel",
+    "mouthleft",
+    "mouthlowerdownleft",
+    "mouthlowerdownright",
+    "mouthpressleft",
+    "mouthpressright",
+    "mouthpucker",
+    "mouthright",
+    "mouthrolllower",
+    "mouthrollupper",
+    "mouthshruglower",
+    "mouthshrugupper",
+    "mouthsmileleft",
+    "mouthsmileright",
+    "mouthstretchleft",
+    "mouthstretchright",
+    "mouthupperupleft",
+    "mouthupperupright",
+    "nosesneerleft",
+    "nosesneerright",
+    "tongueout",
+];
+
+/// Expressions of VRM 1.0, folded.
+const VRM: [&str; 17] = [
+    "aa",
+    "ih",
+    "ou",
+    "ee",
+    "oh",
+    "happy",
+    "angry",
+    "sad",
+    "relaxed",
+    "surprised",
+    "blink",
+    "blinkleft",
+    "blinkright",
+    "lookup",
+    "lookdown",
+    "lookleft",
+    "lookright",
+];
+
+/// Other tools' words, without side, for ARKit's: MetaHuman's control curves and Character Creator 3's shapes.
+const ALIASES: [(&str, &str); 31] = [
+    ("browraisein", "browinnerup"),
+    ("browraiseinner", "browinnerup"),
+    ("browraiseout", "browouterup"),
+    ("browraiseouter", "browouterup"),
+    ("browdrop", "browdown"),
+    ("browlateral", "browdown"),
+    ("eyewiden", "eyewide"),
+    ("eyesquintinner", "eyesquint"),
+    ("eyecheekraise", "cheeksquint"),
+    ("cheekraise", "cheeksquint"),
+    ("nosewrinkle", "nosesneer"),
+    ("nosescrunch", "nosesneer"),
+    ("mouthcornerpull", "mouthsmile"),
+    ("mouthcornerdepress", "mouthfrown"),
+    ("mouthupperlipraise", "mouthupperup"),
+    ("mouthlowerlipdepress", "mouthlowerdown"),
+    ("mouthlipspurse", "mouthpucker"),
+    ("mouthupup", "mouthupperup"),
+    ("mouthdown", "mouthlowerdown"),
+    ("mouthcheekblow", "cheekpuff"),
+    ("cheekpuffboth", "cheekpuff"),
+    ("jawfwd", "jawforward"),
+    ("jawopenextreme", "jawopen"),
+    ("mouthlipsblow", "cheekpuff"),
+    ("tongueoutward", "tongueout"),
+    ("eyesblink", "blink"),
+    ("mouthopen", "jawopen"),
+    ("mouthlipspress", "mouthpress"),
+    ("mouthrollinlower", "mouthrolllower"),
+    ("mouthrollinupper", "mouthrollupper"),
+    ("mouthpuckeropen", "mouthfunnel"),
+];
+
+/// Oculus visemes that VRM has too.
+const VISEMES: [(&str, &str); 8] = [
+    ("visemeaa", "aa"),
+    ("visemee", "ee"),
+    ("visemei", "ih"),
+    ("visemeih", "ih"),
+    ("visemeo", "oh"),
+    ("visemeoh", "oh"),
+    ("visemeu", "ou"),
+    ("visemeou", "ou"),
+];
+
+/// Small letters and digits, without what tools put in front.
+pub(super) fn folded(name: &str) -> String {
+    let bare = name.rsplit(['.', ':', '|']).next().unwrap_or(name);
+    let folded: String = bare.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_ascii_lowercase();
+    let folded = folded.strip_prefix("ctrlexpressions").unwrap_or(&folded);
+    // Character Creator 4 numbers its shapes: A14_Eye_Blink_Left.
+    let numbered = bare.as_bytes();
+    let is_numbered = numbered.len() > 4
+        && numbered[0].is_ascii_alphabetic()
+        && numbered[1..3].iter().all(u8::is_ascii_digit)
+        && numbered[3] == b'_';
+    if is_numbered { folded[3..].to_owned() } else { folded.to_owned() }
+}
+
+/// What a name means: a folded name of ARKit's or VRM's.
+pub(super) fn canonical(name: &str) -> Option<&'static str> {
+    let name = folded(name);
+    let known = |name: &str| ARKIT.iter().chain(&VRM).find(|known| **known == name).copied();
+    if let Some(found) = known(&name) {
+        return Some(found);
+    }
+    if let Some((_, meant)) = VISEMES.iter().find(|(viseme, _)| *viseme == name) {
+        return Some(meant);
+    }
+    let (stem, side) = sided(&name);
+    let meant = |stem: &str| ALIASES.iter().find(|(alias, _)| *alias == stem).map(|(_, meant)| *meant);
+    [Some(stem), meant(stem)].into_iter().flatten().find_map(|stem| {
+        known(&format!("{stem}{side}")).or_else(|| {
+            // Some have one shape for what others have two sides of.
+            known(stem).filter(|_| !side.is_empty())
+        })
+    })
+}
+
+/// A name without its side, and the side in full.
+fn sided(name: &str) -> (&str, &'static str) {
+    for (ending, side) in [("left", "left"), ("right", "right"), ("l", "left"), ("r", "right")] {
+        if let Some(stem) = name.strip_suffix(ending).filter(|stem| !stem.is_empty()) {
+            return (stem, side);
+        }
+    }
+    (name, "")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vocabularies_meet() {
+        for (name, meant) in [
+            ("eyeBlinkLeft", "eyeblinkleft"),
+            ("EyeBlink_L", "eyeblinkleft"),
+            ("A14_Eye_Blink_Left", "eyeblinkleft"),
+            ("Eye_Blink_R", "eyeblinkright"),
+            ("CTRL_expressions_eyeBlinkL", "eyeblinkleft"),
+            ("CTRL_expressions_mouthCornerPullR", "mouthsmileright"),
+            ("CTRL_expressions_browRaiseInL", "browinnerup"),
+            ("CTRL_expressions_noseWrinkleL", "nosesneerleft"),
+            ("Brow_Raise_Outer_L", "browouterupleft"),
+            ("blendShape1.jawOpen", "jawopen"),
+            ("viseme_aa", "aa"),
+            ("viseme_O", "oh"),
+            ("blinkLeft", "blinkleft"),
+        ] {
+            assert_eq!(canonical(name), Some(meant), "{name}");
+        }
+        for name in ["hair", "target_0", "", "l", "Body_Fat"] {
+            assert_eq!(canonical(name), None, "{name:?}");
+        }
+    }
+}

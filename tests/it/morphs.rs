@@ -1,0 +1,281 @@
+//! Faces: names that meet, formulas by a hand-checked table, files through the engine.
+
+use std::collections::BTreeMap;
+
+use retargetd::{
+    engine::{self, EditInputs, Inputs, Limits, NamedBytes},
+    model::{Clip, Control, Morph, MorphPlace, MorphTrack, Scene, Track},
+    rig::{MorphCombine, MorphMapping, MorphRow, MorphsSpec, map_morphs},
+};
+use serde_json::{Value, json};
+
+use crate::support::corpus_file;
+
+fn shape(name: &str) -> Morph {
+    Morph { name: name.into(), rest: 0.0, place: MorphPlace::Mesh { node: 0, index: 0, count: 1 } }
+}
+
+/// Expressions of an avatar, all bound to the shape that comes first.
+fn avatar(expressions: &[&str]) -> Vec<Morph> {
+    let expression = |name: &&str| Morph { place: MorphPlace::Expression(vec![(0, 1.0)]), ..shape(name) };
+    [shape("face")].into_iter().chain(expressions.iter().map(expression)).collect()
+}
+
+/// What the target's morphs become for weights of the source's.
+fn weights(weights: &[(&str, f64)], target: &[Morph], spec: &MorphsSpec) -> BTreeMap<String, f64> {
+    let source: Vec<Morph> = weights.iter().map(|(name, _)| shape(name)).collect();
+    let animated: Vec<usize> = (0..source.len()).collect();
+    let mapping = map_morphs(&source, &animated, target, spec).expect("a mapping");
+    let weight = |drive: &retargetd::rig::MorphDrive| {
+        let value = drive.weight(|morph| weights[morph].1);
+        (target[drive.target].name.clone(), (value * 1e6).round() / 1e6)
+    };
+    mapping.drives.iter().map(weight).collect()
+}
+
+#[test]
+fn arkit_becomes_vrm_expressions_by_the_documented_table() {
+    let vrm = avatar(&[
+        "aa",
+        "ih",
+        "ou",
+        "ee",
+        "oh",
+        "happy",
+        "angry",
+        "sad",
+        "surprised",
+        "blinkLeft",
+        "blinkRight",
+        "lookUp",
+        "lookLeft",
+    ]);
+    let clip = [
+        ("eyeBlinkLeft", 0.8),
+        ("eyeBlinkRight", 0.2),
+        ("jawOpen", 0.5),
+        ("mouthFunnel", 0.25),
+        ("mouthPucker", 0.5),
+        ("mouthStretchLeft", 0.2),
+        ("mouthStretchRight", 0.4),
+        ("mouthSmileLeft", 0.6),
+        ("mouthSmileRight", 0.4),
+        ("cheekSquintLeft", 0.2),
+        ("cheekSquintRight", 0.4),
+        ("browDownLeft", 0.1),
+        ("browDownRight", 0.3),
+        ("noseSneerLeft", 0.2),
+        ("noseSneerRight", 0.2),
+        ("mouthFrownLeft", 0.2),
+        ("mouthFrownRight", 0.6),
+        ("browInnerUp", 0.6),
+        ("eyeWideLeft", 0.4),
+        ("eyeWideRight", 0.6),
+        ("browOuterUpLeft", 0.3),
+        ("browOuterUpRight", 0.7),
+        ("eyeLookUpLeft", 0.3),
+        ("eyeLookUpRight", 0.5),
+        ("eyeLookOutLeft", 0.2),
+        ("eyeLookInRight", 0.4),
+    ];
+    // By hand, from the formulas of the documentation.
+    let expected = [
+        ("aa", 0.275),      // 0.5 · (1 − 0.6 · 0.25 − 0.6 · 0.5)
+        ("ih", 0.15),       // 0.3 · (1 − 0.5)
+        ("ou", 0.5),        // the pucker
+        ("ee", 0.25),       // 2 · 0.5 · 0.5 · (1 − 0.5)
+        ("oh", 0.25),       // 2 · 0.25 · 0.5
+        ("happy", 0.4),     // mean of 0.6 0.4 0.2 0.4
+        ("angry", 0.2),     // mean of 0.1 0.3 0.2 0.2
+        ("sad", 0.5),       // mean of 0.4, the frown, and 0.6
+        ("surprised", 0.5), // mean of 0.5, the eyes, 0.5, the brows, and 0.5
+        ("blinkLeft", 0.8),
+        ("blinkRight", 0.2),
+        ("lookUp", 0.4),
+        ("lookLeft", 0.3),
+    ];
+    let expected: BTreeMap<String, f64> =
+        expected.into_iter().map(|(name, weight)| (name.to_owned(), weight)).collect();
+    assert_eq!(weights(&clip, &vrm, &MorphsSpec::default()), expected);
+
+    let one_lid = avatar(&["blink"]);
+    let blink = weights(&clip, &one_lid, &MorphsSpec::default());
+    assert_eq!(blink["blink"], 0.2, "both lids only close as far as both do");
+    let three = avatar(&["blink", "blinkLeft", "blinkRight"]);
+    assert!(!weights(&clip, &three, &MorphsSpec::default()).contains_key("blink"), "lids close once");
+}
+
+#[test]
+fn avatars_with_the_shapes_of_arkit_take_them_as_they_are() {
+    let mut perfect = avatar(&["blinkLeft", "aa"]);
+    perfect.extend([shape("EyeBlink_L"), shape("CTRL_expressions_jawOpen"), shape("A38_Mouth_Smile_Left")]);
+    let clip = [("eyeBlinkLeft", 0.8), ("jawOpen", 0.5), ("mouthSmileLeft", 1.2)];
+    let expected: BTreeMap<String, f64> =
+        [("EyeBlink_L", 0.8), ("CTRL_expressions_jawOpen", 0.5), ("A38_Mouth_Smile_Left", 1.2)]
+            .map(|(name, weight)| (name.to_owned(), weight))
+            .into();
+    assert_eq!(weights(&clip, &perfect, &MorphsSpec::default()), expected, "no expression on top");
+}
+
+#[test]
+fn rows_say_what_follows_what() {
+    let row = |source: &str, gain: f64, offset: f64, combine: MorphCombine| MorphRow {
+        source: source.into(),
+        target: "open".into(),
+        gain,
+        offset,
+        clamp: [0.0, 1.0],
+        combine,
+    };
+    let clip = [("jawOpen", 0.5), ("tongueOut", 0.3)];
+    let target = [shape("open"), shape("other")];
+    for (combine, wanted) in
+        [(MorphCombine::Sum, 0.9), (MorphCombine::Max, 0.6), (MorphCombine::Min, 0.3), (MorphCombine::Product, 0.18)]
+    {
+        let rows = vec![row("jawOpen", 1.0, 0.1, combine), row("tongueOut", 1.0, 0.0, combine)];
+        let made = weights(&clip, &target, &MorphsSpec { rows, ..MorphsSpec::default() });
+        assert_eq!(made, BTreeMap::from([("open".to_owned(), wanted)]), "{combine:?}");
+    }
+    let rows = vec![row("jawOpen", 10.0, 0.0, MorphCombine::Sum)];
+    assert_eq!(weights(&clip, &target, &MorphsSpec { rows, ..MorphsSpec::default() })["open"], 1.0, "clamped");
+    let rows = vec![row("jawOpn", 1.0, 0.0, MorphCombine::Sum)];
+    let spec = MorphsSpec { rows, ..MorphsSpec::default() };
+    let error = map_morphs(&[shape("jawOpen")], &[0], &target, &spec).expect_err("no such morph");
+    assert_eq!((error.fields[0].pointer.as_str(), error.fields[0].did_you_mean.len()), ("/morphs/rows/0/source", 1));
+    let off = MorphsSpec { enabled: false, ..MorphsSpec::default() };
+    let mapping = map_morphs(&[shape("open")], &[0], &target, &off).expect("a mapping");
+    assert_eq!(mapping, MorphMapping { drives: Vec::new(), unused: vec![0] }, "switched off");
+}
+
+fn read(bytes: &[u8], name: &str) -> Scene {
+    crate::quality::figure::read_scene(bytes, name)
+}
+
+/// The weights of the first morph of that name in the first clip; of its first frames where there are more.
+fn track(scene: &Scene, name: &str) -> Option<Vec<f32>> {
+    let clip = &scene.clips[0];
+    let found = clip.morphs().iter().find(|track| scene.morphs[track.morph].name == name)?;
+    Some((0..clip.frame_count()).map(|frame| found.weights.at(frame, 0.0)).collect())
+}
+
+/// A Ready Player Me avatar that says something, its shapes called otherwise: old names and new.
+fn speaking(names: &[(&str, &str)]) -> Option<Vec<u8>> {
+    let bytes = std::fs::read(corpus_file("readyplayerme/rpm_avatar_a.glb")?).expect("the avatar");
+    let length = u32::from_le_bytes(bytes[12..16].try_into().expect("four bytes")) as usize;
+    let mut document: Value = serde_json::from_slice(&bytes[20..20 + length]).expect("JSON");
+    for mesh in document["meshes"].as_array_mut().expect("meshes") {
+        for place in [mesh["extras"]["targetNames"].take(), mesh["primitives"][0]["extras"]["targetNames"].take()] {
+            let Value::Array(mut targets) = place else { continue };
+            for target in &mut targets {
+                if let Some((_, new)) = names.iter().find(|(old, _)| *target == json!(old)) {
+                    *target = json!(new);
+                }
+            }
+            mesh["extras"] = json!({"targetNames": targets});
+        }
+    }
+    let mut text = document.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let rest = &bytes[20 + length..];
+    let mut renamed = bytes[..8].to_vec();
+    renamed.extend(((20 + text.len() + rest.len()) as u32).to_le_bytes());
+    renamed.extend((text.len() as u32).to_le_bytes());
+    renamed.extend(&bytes[16..20]);
+    renamed.extend(text);
+    renamed.extend(rest);
+
+    let scene = read(&renamed, "avatar.glb");
+    let morphs = (0..scene.morphs.len()).filter(|morph| names.iter().any(|(_, new)| *new == scene.morphs[*morph].name));
+    let rising =
+        |morph| MorphTrack { morph, weights: Track::Sampled((0..=10).map(|frame| frame as f32 / 10.0).collect()) };
+    let tracks = vec![retargetd::model::JointTracks::default(); scene.skeleton.len()];
+    let clip = Clip::new("speech".into(), (0..=10).map(|frame| f64::from(frame) / 30.0).collect(), tracks);
+    let clip = clip.and_then(|clip| clip.with_morphs(morphs.map(rising).collect())).expect("a clip");
+    let options = retargetd::formats::WriteOptions {
+        format: engine::Format::Glb,
+        include: retargetd::formats::Include::Everything,
+        target_clips: retargetd::formats::TargetClips::Drop,
+        extras: None,
+    };
+    let mut reporter = retargetd::model::Reporter::new();
+    Some(retargetd::formats::write(&scene, &clip, &options, &Control::new(), &mut reporter).expect("it is written"))
+}
+
+fn onto_vrm(source: &[u8], config: &Value) -> Option<engine::Outcome> {
+    let target = std::fs::read(corpus_file("vrm0/godette.vrm")?).expect("the avatar");
+    let config = config.to_string();
+    let inputs = Inputs {
+        source: NamedBytes { name: "speaking.glb", bytes: source },
+        target: NamedBytes { name: "godette.vrm", bytes: &target },
+        source_rest: None,
+        target_rest: None,
+        config: Some(NamedBytes { name: "config.json", bytes: config.as_bytes() }),
+        formats: &[],
+    };
+    Some(engine::retarget(&inputs, &Limits::default(), &Control::new()).expect("an outcome"))
+}
+
+#[test]
+fn a_speaking_avatar_makes_a_vrm_speak() {
+    let Some(source) = speaking(&[("viseme_aa", "viseme_aa"), ("viseme_O", "viseme_O")]) else { return };
+    let Some(outcome) = onto_vrm(&source, &json!({})) else { return };
+    let made = read(&outcome.outputs[0].bytes, "out.glb");
+    for shape in ["ah", "oh"] {
+        let weights = track(&made, shape).unwrap_or_else(|| panic!("'{shape}' moves"));
+        let error = weights.iter().enumerate().map(|(frame, weight)| (weight - frame as f32 / 10.0).abs());
+        assert!(error.fold(0.0, f32::max) < 1e-6, "'{shape}' follows its viseme: {weights:?}");
+    }
+    assert_eq!(track(&made, "ih").map(|weights| weights[10]), Some(0.0), "what nothing moves stays");
+    let off = onto_vrm(&source, &json!({"morphs": {"enabled": false}})).expect("an outcome");
+    assert!(read(&off.outputs[0].bytes, "out.glb").clips[0].morphs().is_empty(), "switched off");
+}
+
+#[test]
+fn an_arkit_clip_onto_a_vrm_avatar() {
+    let names = [
+        ("viseme_PP", "eyeBlinkLeft"),
+        ("viseme_FF", "jawOpen"),
+        ("viseme_TH", "mouthFunnel"),
+        ("viseme_DD", "tongueOut"),
+    ];
+    let Some(source) = speaking(&names) else { return };
+    let Some(outcome) = onto_vrm(&source, &json!({})) else { return };
+    let made = read(&outcome.outputs[0].bytes, "out.glb");
+    let blink = track(&made, "blink_left").expect("a blink");
+    assert!((blink[8] - 0.8).abs() < 1e-6, "the left lid: {blink:?}");
+    let open = track(&made, "ah").expect("an open mouth");
+    assert!((open[5] - 0.5 * (1.0 - 0.6 * 0.5)).abs() < 1e-6, "aa of the table: {open:?}");
+    let lost = outcome.report.warnings.iter().find(|warning| warning.code == "morphs_lost").expect("a loss");
+    assert!(lost.detail.contains("tongueOut"), "what is lost is named: {}", lost.detail);
+}
+
+#[test]
+fn faces_go_along_with_edits() {
+    let Some(path) = corpus_file("cc0-stylised/robot_expressive.glb") else { return };
+    let bytes = std::fs::read(path).expect("the robot");
+    let edit = |config: Value| {
+        let config = config.to_string();
+        let inputs = EditInputs {
+            source: NamedBytes { name: "robot.glb", bytes: &bytes },
+            source_rest: None,
+            config: Some(NamedBytes { name: "config.json", bytes: config.as_bytes() }),
+            formats: &[],
+        };
+        let outcome = engine::edit(&inputs, &Limits::default(), &Control::new()).expect("an outcome");
+        read(&outcome.outputs[0].bytes, "out.glb")
+    };
+    let own = read(&bytes, "robot.glb");
+    let moving =
+        own.clips.iter().find(|clip| clip.morphs().iter().any(|track| matches!(&track.weights, Track::Sampled(_))));
+    let Some(moving) = moving else { return };
+    let plain = edit(json!({"clip": moving.name()}));
+    assert_eq!(plain.clips[0].morphs(), moving.morphs(), "nothing asked for, nothing changed");
+    let back = edit(json!({"clip": moving.name(), "edit": {"reverse": true}}));
+    for (track, other) in moving.morphs().iter().zip(back.clips[0].morphs()) {
+        let frames = moving.frame_count();
+        for frame in 0..frames {
+            let (one, two) = (track.weights.at(frame, 0.0), other.weights.at(frames - 1 - frame, 0.0));
+            assert!((one - two).abs() < 1e-5, "frame {frame} from the other end: {one}, {two}");
+        }
+    }
+}
