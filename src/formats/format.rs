@@ -101,8 +101,8 @@ impl Format {
                 endings: &["fbx"],
                 media_type: "application/octet-stream",
                 reads: true,
-                writes: false,
-                description: "Autodesk FBX, binary or text",
+                writes: true,
+                description: "Autodesk FBX, binary or text; written binary, the skeleton and its animation",
             },
             Self::Bvh => FormatInfo {
                 name: "bvh",

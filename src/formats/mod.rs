@@ -17,12 +17,14 @@ pub mod budget;
 mod bundle;
 mod bvh;
 mod error;
+mod euler;
 mod fbx;
 mod format;
 mod gltf;
 mod numpy;
 mod poses;
 mod sniff;
+mod written;
 
 pub use budget::{Budget, Limit, Limits};
 pub use bundle::{Unpacked, embed_with, may_point_to_others, unpack};
@@ -138,14 +140,13 @@ pub fn write(
         Format::Glb | Format::Gltf | Format::Vrm => gltf::write(target, clip, options, control, reporter),
         Format::Bvh => bvh::write(target, clip, options, control, reporter),
         Format::PosesNpz | Format::PosesJson => poses::write(target, clip, options, control, reporter),
-        Format::Vrma | Format::Fbx | Format::BodyModel | Format::JointPositions | Format::Zip => {
-            Err(FormatError::unsupported(
-                "write",
-                "",
-                format!("{} files can be read but not written", options.format.info().name),
-                "ask for glb, gltf, bvh, npz or poses json",
-            ))
-        }
+        Format::Fbx => fbx::write(target, clip, options, control, reporter),
+        Format::Vrma | Format::BodyModel | Format::JointPositions | Format::Zip => Err(FormatError::unsupported(
+            "write",
+            "",
+            format!("{} files can be read but not written", options.format.info().name),
+            "ask for glb, gltf, fbx, bvh, npz or poses json",
+        )),
     }
 }
 

@@ -28,6 +28,7 @@ mod stages;
 mod twist;
 mod understand;
 mod unknown_fields;
+mod volumes;
 
 pub use alignment::{AlignedJoint, CanonicalPose, HowAligned, RollCue};
 pub use error::{SpecError, SpecErrorKind, SpecField};
@@ -51,3 +52,4 @@ pub use spec::*;
 pub use stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, StagedKind, StagedOp, Stages};
 pub use twist::{TwistAgainst, TwistPair};
 pub use understand::{Rig, find_clip};
+pub use volumes::{Anchor, BodyPart, Capsule, HandPair};

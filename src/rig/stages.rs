@@ -2,7 +2,10 @@
 
 use glam::{DMat3, DVec3};
 
-use super::spec::{ContactsOp, FilterOp, FloorOp, IkOp, PlantOp};
+use super::{
+    spec::{ContactsOp, FilterOp, FloorOp, IkOp, PlantOp, SelfContactOp},
+    volumes::{BodyPart, HandPair},
+};
 
 /// The stages and what they share.
 #[derive(Clone, Debug, Default)]
@@ -11,6 +14,10 @@ pub struct Stages {
     pub ground: Ground,
     /// Limbs that both rigs have.
     pub limbs: Vec<LimbPair>,
+    /// Parts of the body that hands may touch, where an op asks for them.
+    pub parts: Vec<BodyPart>,
+    /// The hands that may touch them, likewise.
+    pub hands: Vec<HandPair>,
     /// The ops, in order.
     pub ops: Vec<StagedOp>,
 }
@@ -193,6 +200,8 @@ pub enum StagedKind {
     Plant(PlantOp),
     /// Puts soles onto the floor.
     Floor(FloorOp),
+    /// Leads hands to what they touch.
+    SelfContact(SelfContactOp),
     /// Filters the rotations of these target joints.
     Filter(FilterOp, Vec<usize>),
 }

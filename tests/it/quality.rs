@@ -11,5 +11,6 @@ mod matrix;
 mod onto_itself;
 mod pairs;
 mod properties;
+mod self_contact;
 mod shoulders;
 mod stretched;

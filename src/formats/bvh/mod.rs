@@ -5,7 +5,6 @@
 //! Knows no rig convention.
 
 mod bones;
-mod euler;
 mod hierarchy;
 mod motion;
 mod scanner;

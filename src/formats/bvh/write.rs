@@ -16,13 +16,12 @@
 use glam::{DQuat, DVec3};
 
 use crate::{
-    formats::{ErrorKind, FormatError, Limit, Limits, WriteOptions},
+    formats::{ErrorKind, FormatError, Limit, Limits, WriteOptions, euler::EulerOrder},
     model::{Clip, Control, LocalPose, ModelPose, Reporter, Scene, Skeleton, Track, Transform},
 };
 
 use super::{
     bones::{Bone, bones},
-    euler::EulerOrder,
     hierarchy::Channel,
     text::push_number,
 };

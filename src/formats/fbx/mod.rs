@@ -12,6 +12,9 @@ mod load;
 mod nodes;
 mod points;
 mod skins;
+mod write;
+
+pub(super) use write::write;
 
 use crate::{
     formats::{Budget, FormatError, straighten},

@@ -4,7 +4,7 @@ use glam::DQuat;
 use serde::Serialize;
 
 use crate::{
-    formats::{FormatError, WriteOptions},
+    formats::{FormatError, WriteOptions, written},
     model::{Clip, Reporter, Scene, Skeleton},
 };
 
@@ -76,8 +76,8 @@ impl<'a> Poses<'a> {
             ));
         }
         debug_assert_eq!(clip.joints().len(), skeleton.len(), "a clip belongs to its skeleton");
-        let joints = joints_to_write(skeleton);
-        warn_of_lost_motion(target, clip, &joints, reporter);
+        let joints = written::joints_to_write(skeleton);
+        written::warn_of_lost_motion(target, clip, &joints, "pose arrays do", reporter);
         let mut written = vec![None; skeleton.len()];
         for (position, joint) in joints.iter().enumerate() {
             written[*joint] = Some(position);
@@ -159,39 +159,6 @@ fn unit(rotation: DQuat) -> [f32; 4] {
     let is_unit = (rotation.length() - 1.0).abs() < 1e-5;
     let rotation = if is_unit { rotation } else { rotation.normalize() };
     rotation.as_quat().to_array()
-}
-
-/// The joints and everything above them; all nodes where the file calls none a joint.
-fn joints_to_write(skeleton: &Skeleton) -> Vec<usize> {
-    let joints = skeleton.joints();
-    if !joints.iter().any(|joint| joint.is_joint) {
-        return (0..joints.len()).collect();
-    }
-    let mut wanted: Vec<bool> = joints.iter().map(|joint| joint.is_joint).collect();
-    // Parents come before children, so one pass from the end reaches every ancestor.
-    for index in (0..joints.len()).rev() {
-        if let Some(parent) = joints[index].parent
-            && wanted[index]
-        {
-            wanted[parent] = true;
-        }
-    }
-    wanted.iter().enumerate().filter(|(_, wanted)| **wanted).map(|(index, _)| index).collect()
-}
-
-fn warn_of_lost_motion(target: &Scene, clip: &Clip, joints: &[usize], reporter: &mut Reporter) {
-    for (index, tracks) in clip.joints().iter().enumerate() {
-        let is_animated =
-            tracks.translation.is_animated() || tracks.rotation.is_animated() || tracks.scale.is_animated();
-        if is_animated && joints.binary_search(&index).is_err() {
-            reporter.warn(
-                "poses_node_left_out",
-                target.skeleton.label(index),
-                "the node is animated but is no joint, so pose arrays do not hold it",
-                "write glTF when nodes outside the skeleton matter",
-            );
-        }
-    }
 }
 
 /// Key times that were rounded to single precision give 29.999998; nobody means that.

@@ -5,7 +5,8 @@ use glam::DVec3;
 use crate::{
     model::{Skeleton, Transform},
     rig::{
-        FloorOp, Ground, IkOp, LimbJoints, LimbPair, Mapping, PlantMode, PlantOp, Schedule, Sole, StagedKind, StagedOp,
+        BodyPart, Capsule, FloorOp, Ground, HandPair, IkOp, Limb, LimbJoints, LimbPair, Mapping, PlantMode, PlantOp,
+        Schedule, SelfContactOp, Sole, StagedKind, StagedOp,
     },
 };
 
@@ -20,10 +21,13 @@ use super::{
     posing::Posing,
     pull::{PullStage, PulledLeg},
     ride::RideStage,
+    self_contact::{Fixed, Hand, Part, SelfContactStage},
     solve::{Hangs, SolveStage, SolvedLimb},
     work::Changed,
 };
 
+/// How often hands are led to what they touch, and arms solved.
+const SELF_CONTACT_PASSES: usize = 3;
 /// Feet whose parts differ by less than this share of the largest are of one shape.
 const ALIKE: f64 = 1e-2;
 
@@ -90,6 +94,16 @@ impl Compiler<'_> {
                 if plant.pull_pelvis {
                     self.pull = Some((true, plant.sideways_cost));
                 }
+            }
+            StagedKind::SelfContact(self_contact) => {
+                // Arms are a part of the body, too: what they touch has moved once they have reached their goals.
+                for _ in 0..SELF_CONTACT_PASSES {
+                    self.close();
+                    self.need_goals(&op.limbs);
+                    let stage = self.self_contact_stage(self_contact, op);
+                    self.stages.extend(stage.map(Stage::SelfContact));
+                }
+                self.close();
             }
             StagedKind::Filter(filter, joints) => {
                 self.close();
@@ -235,6 +249,43 @@ impl Compiler<'_> {
             source,
             target,
         }
+    }
+
+    /// Nothing where there is no hand, or nothing that it could touch.
+    fn self_contact_stage(&self, op: &SelfContactOp, staged: &StagedOp) -> Option<SelfContactStage> {
+        let stages = &self.mapping.stages;
+        let pairs: Vec<&HandPair> = stages.hands.iter().filter(|hand| staged.limbs.contains(&hand.limb)).collect();
+        if pairs.is_empty() || stages.parts.is_empty() {
+            return None;
+        }
+        let joints = |capsule: &Capsule| [capsule.start.joint, capsule.end.joint];
+        let of_source = pairs.iter().map(|hand| &hand.source).chain(stages.parts.iter().map(|part| &part.source));
+        let of_target = pairs.iter().map(|hand| &hand.target).chain(stages.parts.iter().map(|part| &part.target));
+        let source = self.source_posing(of_source.flat_map(joints));
+        let target = self.target_posing(of_target.flat_map(joints));
+        let hand = |hand: &&HandPair| Hand {
+            limb: hand.limb,
+            source: Fixed::new(&hand.source, &source),
+            target: Fixed::new(&hand.target, &target),
+        };
+        let own = |arm: Option<Limb>| stages.limbs.iter().position(|pair| Some(pair.limb) == arm);
+        let part = |part: &BodyPart| Part {
+            own: own(part.arm),
+            source: Fixed::new(&part.source, &source),
+            target: Fixed::new(&part.target, &target),
+        };
+        let (source_leg, target_leg) = self.legs();
+        Some(SelfContactStage {
+            op: op.clone(),
+            schedule: staged.schedule.clone(),
+            hands: pairs.iter().map(hand).collect(),
+            parts: stages.parts.iter().map(part).collect(),
+            source_leg,
+            leg_ratio: target_leg / source_leg,
+            limb_count: self.limb_count(),
+            source,
+            target,
+        })
     }
 
     /// Solves what is open.

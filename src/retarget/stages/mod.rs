@@ -17,6 +17,7 @@ mod pull;
 mod result;
 mod ride;
 mod schedule;
+mod self_contact;
 mod solve;
 mod temporal;
 mod two_bone;
@@ -34,6 +35,7 @@ use self::{
     plant::PlantStage,
     pull::PullStage,
     ride::RideStage,
+    self_contact::SelfContactStage,
     solve::SolveStage,
     work::Work,
 };
@@ -62,6 +64,7 @@ enum Stage {
     Filter(FilterStage),
     Solve(SolveStage),
     Ride(RideStage),
+    SelfContact(SelfContactStage),
 }
 
 impl Stack {
@@ -112,6 +115,7 @@ impl Stage {
             Self::Filter(stage) => stage.run(work),
             Self::Solve(stage) => stage.run(work),
             Self::Ride(stage) => stage.run(work),
+            Self::SelfContact(stage) => stage.run(work),
         }
     }
 }

@@ -13,6 +13,7 @@ use super::super::{
     spec::{Op, Scope},
     stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, StagedKind, StagedOp, Stages},
     understand::Rig,
+    volumes::{HandPair, body_parts, hand},
 };
 
 /// Resolves the ops behind `pelvis` and `fk`. Needs the rest of the mapping.
@@ -36,6 +37,7 @@ pub(super) fn resolve_stages(
             Op::Ik(op) => (&op.scope, StagedKind::Ik(op.clone()), Defaults::Legs),
             Op::Plant(op) => (&op.scope, StagedKind::Plant(op.clone()), Defaults::Legs),
             Op::Floor(op) => (&op.scope, StagedKind::Floor(op.clone()), Defaults::Legs),
+            Op::SelfContact(op) => (&op.scope, StagedKind::SelfContact(op.clone()), Defaults::Arms),
             Op::Filter(op) => {
                 if op.scope.enabled {
                     let context = Context { index, clip, limbs: &limbs };
@@ -63,7 +65,20 @@ pub(super) fn resolve_stages(
     if staged.is_empty() {
         return Ok(Stages::default());
     }
-    Ok(Stages { ground: ground(source, target, clip, mapping), limbs, ops: staged })
+    let (mut parts, mut hands) = (Vec::new(), Vec::new());
+    if staged.iter().any(|op| matches!(op.kind, StagedKind::SelfContact(_))) {
+        let unit = source.unit_metres / target.unit_metres;
+        parts = body_parts(source, target, unit);
+        hands = find_hands(&limbs, source, target, unit);
+    }
+    Ok(Stages { ground: ground(source, target, clip, mapping), limbs, parts, hands, ops: staged })
+}
+
+fn find_hands(limbs: &[LimbPair], source: &Rig<'_>, target: &Rig<'_>, unit: f64) -> Vec<HandPair> {
+    let pair = |(limb, pair): (usize, &LimbPair)| {
+        Some(HandPair { limb, source: hand(source, pair.limb, unit)?, target: hand(target, pair.limb, 1.0)? })
+    };
+    limbs.iter().enumerate().filter_map(pair).collect()
 }
 
 /// Which limbs an op is about when its mask does not say.
@@ -71,6 +86,7 @@ pub(super) fn resolve_stages(
 enum Defaults {
     All,
     Legs,
+    Arms,
 }
 
 struct Context<'a> {
@@ -103,7 +119,11 @@ impl Context<'_> {
             }
         }
         let wanted = |pair: &LimbPair| match &scope.mask {
-            None => matches!(defaults, Defaults::All) || pair.limb.is_leg(),
+            None => match defaults {
+                Defaults::All => true,
+                Defaults::Legs => pair.limb.is_leg(),
+                Defaults::Arms => !pair.limb.is_leg(),
+            },
             Some(masked) => names(&pair.limb).any(|name| masked.iter().any(|masked| masked == name)),
         };
         (0..self.limbs.len()).filter(|&index| wanted(&self.limbs[index])).collect()

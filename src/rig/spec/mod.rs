@@ -21,7 +21,7 @@ pub use map::{ChainMap, RotationMode, TranslationMode};
 pub use morphs::{MorphCombine, MorphRow, MorphsSpec};
 pub use ops::{
     Alpha, Carry, ContactFloor, ContactFloorRule, ContactsOp, FilterKind, FilterOp, FkOp, FloorOp, HeightRule, IkGoal,
-    IkOp, Op, PelvisOp, PelvisScale, PelvisScaleRule, PlantMode, PlantOp, ScaleOrigin, Scope,
+    IkOp, Op, PelvisOp, PelvisScale, PelvisScaleRule, PlantMode, PlantOp, ScaleOrigin, Scope, SelfContactOp,
 };
 pub use output::{IncludeSpec, KeyTolerance, KeysSpec, KeysWord, OutputChoice, OutputSpec, TargetClipsSpec};
 pub use pose::{EditAxes, FromClipEdit, PoseChoice, PoseEdit, PoseSpec, ResetEdit, RotateEdit};

@@ -8,6 +8,7 @@ mod ik;
 mod pelvis;
 mod plant;
 mod scope;
+mod self_contact;
 
 pub use contacts::{ContactFloor, ContactFloorRule, ContactsOp};
 pub use filter::{FilterKind, FilterOp};
@@ -17,6 +18,7 @@ pub use ik::{IkGoal, IkOp};
 pub use pelvis::{HeightRule, PelvisOp, PelvisScale, PelvisScaleRule, ScaleOrigin};
 pub use plant::{PlantMode, PlantOp};
 pub use scope::{Alpha, Scope};
+pub use self_contact::SelfContactOp;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -37,6 +39,8 @@ pub enum Op {
     Plant(PlantOp),
     /// Keeps soles as far above the floor as the source's are.
     Floor(FloorOp),
+    /// Keeps hands that touch the body touching it.
+    SelfContact(SelfContactOp),
     /// Takes noise off rotations.
     Filter(FilterOp),
 }
@@ -51,6 +55,7 @@ impl Op {
             Self::Ik(op) => Some(&op.scope),
             Self::Plant(op) => Some(&op.scope),
             Self::Floor(op) => Some(&op.scope),
+            Self::SelfContact(op) => Some(&op.scope),
             Self::Filter(op) => Some(&op.scope),
         }
     }

@@ -14,26 +14,28 @@ const GIMBAL_ERROR_RADIANS: f64 = 5e-7;
 
 /// An order of three different axes, by index; the first one is applied last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct EulerOrder([usize; 3]);
+pub(in crate::formats) struct EulerOrder([usize; 3]);
 
 impl EulerOrder {
     /// What motion capture files use most.
-    pub(super) const ZXY: Self = Self([2, 0, 1]);
+    pub(in crate::formats) const ZXY: Self = Self([2, 0, 1]);
+    /// What FBX calls XYZ.
+    pub(in crate::formats) const ZYX: Self = Self([2, 1, 0]);
 
     /// The axes, in the order of the channels.
-    pub(super) const fn axes(self) -> [usize; 3] {
+    pub(in crate::formats) const fn axes(self) -> [usize; 3] {
         self.0
     }
 
     /// The rotation of three angles in radians.
-    pub(super) fn compose(self, angles: [f64; 3]) -> DQuat {
+    pub(in crate::formats) fn compose(self, angles: [f64; 3]) -> DQuat {
         let turn = |position: usize| DQuat::from_axis_angle(DVec3::AXES[self.0[position]], angles[position]);
         turn(0) * turn(1) * turn(2)
     }
 
     /// Angles in radians that give a unit rotation, the nearest ones to `previous`; without one, those with the middle
     /// angle within a quarter turn.
-    pub(super) fn decompose(self, rotation: DQuat, previous: Option<[f64; 3]>) -> [f64; 3] {
+    pub(in crate::formats) fn decompose(self, rotation: DQuat, previous: Option<[f64; 3]>) -> [f64; 3] {
         let matrix = DMat3::from_quat(rotation);
         let sign = self.sign();
         let [i, j, k] = self.0;

@@ -1,0 +1,195 @@
+//! The take: stack, layer, curve nodes and curves, and how they hang together.
+
+use glam::{DQuat, DVec3};
+
+use crate::{
+    formats::{FormatError, euler::EulerOrder},
+    model::{Clip, Control, Track},
+};
+
+use super::{
+    binary::{Property, Record},
+    scene::{Figure, LimbNode, property},
+};
+
+/// Ticks of FBX's clock; divisible by all frame rates in use.
+const TICKS_PER_SECOND: f64 = 46_186_158_000.0;
+const KEY_VERSION: i32 = 4008;
+const LINEAR: i32 = 4;
+/// FBX's X, Y, Z: the rotation about X is applied first.
+pub(super) const ORDER: EulerOrder = EulerOrder::ZYX;
+const AXES: [&str; 3] = ["d|X", "d|Y", "d|Z"];
+
+/// One clip, as records.
+pub(super) struct Animation {
+    pub(super) name: String,
+    pub(super) frames_per_second: Option<f64>,
+    pub(super) start_ticks: i64,
+    pub(super) stop_ticks: i64,
+    pub(super) objects: Vec<Record>,
+    pub(super) connections: Vec<Record>,
+    /// How many objects there are of each kind, for the definitions.
+    pub(super) curve_nodes: i32,
+    pub(super) curves: i32,
+}
+
+/// The three channels as FBX calls them.
+#[derive(Clone, Copy)]
+enum Channel {
+    Translation,
+    Rotation,
+    Scaling,
+}
+
+impl Channel {
+    const fn node_name(self) -> &'static str {
+        match self {
+            Self::Translation => "T\0\u{1}AnimCurveNode",
+            Self::Rotation => "R\0\u{1}AnimCurveNode",
+            Self::Scaling => "S\0\u{1}AnimCurveNode",
+        }
+    }
+
+    const fn property(self) -> &'static str {
+        match self {
+            Self::Translation => "Lcl Translation",
+            Self::Rotation => "Lcl Rotation",
+            Self::Scaling => "Lcl Scaling",
+        }
+    }
+}
+
+const STACK_ID: i64 = 1;
+const LAYER_ID: i64 = 2;
+/// Ids of curves and curve nodes count from here; those of nodes are below.
+const FIRST_CURVE_ID: i64 = 1 << 40;
+
+impl Animation {
+    pub(super) fn new(figure: &Figure<'_>, clip: &Clip, control: &Control) -> Result<Self, FormatError> {
+        let times: Vec<i64> =
+            clip.times_seconds().iter().map(|time| (time * TICKS_PER_SECOND).round() as i64).collect();
+        let name = if clip.name().is_empty() { "Take 001" } else { clip.name() };
+        let (start_ticks, stop_ticks) = (times[0], times[times.len() - 1]);
+        let mut animation = Self {
+            name: name.to_owned(),
+            frames_per_second: clip.uniform_fps(),
+            start_ticks,
+            stop_ticks,
+            objects: vec![stack(name, start_ticks, stop_ticks), layer()],
+            connections: vec![connection(LAYER_ID, STACK_ID)],
+            curve_nodes: 0,
+            curves: 0,
+        };
+        for node in &figure.nodes {
+            control.check()?;
+            let tracks = &clip.joints()[node.joint];
+            if let Some(values) = keys(&tracks.translation) {
+                let values = values.iter().map(|value| value.as_dvec3() * figure.centimetres);
+                animation.add(node, Channel::Translation, &times, values.collect());
+            }
+            if let Some(values) = keys(&tracks.rotation) {
+                let mut before = None;
+                let angles = values.iter().map(|rotation| {
+                    let angles = node.angles(rotation.as_dquat(), before);
+                    before = Some(angles);
+                    degrees(angles)
+                });
+                animation.add(node, Channel::Rotation, &times, angles.collect());
+            }
+            if let Some(values) = keys(&tracks.scale) {
+                let values = values.iter().map(|value| value.as_dvec3());
+                animation.add(node, Channel::Scaling, &times, values.collect());
+            }
+        }
+        Ok(animation)
+    }
+
+    /// Adds the curves of one channel: a key per frame, or one for all frames.
+    fn add(&mut self, node: &LimbNode, channel: Channel, times: &[i64], values: Vec<DVec3>) {
+        let node_id = self.next_id();
+        self.curve_nodes += 1;
+        let first = values[0];
+        let defaults = Record::new("Properties70").holding(
+            AXES.iter().zip(first.to_array()).map(|(axis, value)| property(axis, "Number", "", "A", [value.into()])),
+        );
+        self.objects.push(
+            Record::new("AnimationCurveNode").with(node_id).with(channel.node_name()).with("").holding([defaults]),
+        );
+        self.connections.push(connection(node_id, LAYER_ID));
+        self.connections.push(connection_to_property(node_id, node.id, channel.property()));
+        for (axis, name) in AXES.into_iter().enumerate() {
+            let curve_id = self.next_id();
+            self.curves += 1;
+            let values: Vec<f32> = values.iter().map(|value| value[axis] as f32).collect();
+            self.objects.push(curve(curve_id, &times[..values.len()], values));
+            self.connections.push(connection_to_property(curve_id, node_id, name));
+        }
+    }
+
+    fn next_id(&self) -> i64 {
+        FIRST_CURVE_ID + i64::from(self.curve_nodes) + i64::from(self.curves)
+    }
+}
+
+/// The values of a channel that is animated: one per frame, or one that holds.
+fn keys<T>(track: &Track<T>) -> Option<&[T]> {
+    match track {
+        Track::Rest => None,
+        Track::Constant(value) => Some(std::slice::from_ref(value)),
+        Track::Sampled(values) => Some(values),
+    }
+}
+
+impl LimbNode {
+    /// The angles, in radians about X, Y and Z, of a local rotation, near those of the frame before.
+    pub(super) fn angles(&self, rotation: DQuat, before: Option<[f64; 3]>) -> [f64; 3] {
+        let [z, y, x] =
+            ORDER.decompose((self.pre_rotation.inverse() * rotation).normalize(), before.map(|[x, y, z]| [z, y, x]));
+        [x, y, z]
+    }
+}
+
+pub(super) fn degrees(angles: [f64; 3]) -> DVec3 {
+    DVec3::from_array(angles.map(f64::to_degrees))
+}
+
+fn stack(name: &str, start: i64, stop: i64) -> Record {
+    let time = |name, ticks: i64| property(name, "KTime", "Time", "", [ticks.into()]);
+    Record::new("AnimationStack").with(STACK_ID).with(format!("{name}\0\u{1}AnimStack")).with("").holding([
+        Record::new("Properties70").holding([
+            time("LocalStart", start),
+            time("LocalStop", stop),
+            time("ReferenceStart", start),
+            time("ReferenceStop", stop),
+        ]),
+    ])
+}
+
+fn layer() -> Record {
+    Record::new("AnimationLayer").with(LAYER_ID).with("BaseLayer\0\u{1}AnimLayer").with("")
+}
+
+fn curve(id: i64, times: &[i64], values: Vec<f32>) -> Record {
+    let keys = i32::try_from(times.len()).unwrap_or(i32::MAX);
+    let default = f64::from(values[0]);
+    Record::new("AnimationCurve")
+        .with(id)
+        .with("\0\u{1}AnimCurve")
+        .with("")
+        .field("Default", default)
+        .field("KeyVer", KEY_VERSION)
+        .field("KeyTime", Property::Longs(times.to_vec()))
+        .field("KeyValueFloat", Property::Singles(values))
+        .field("KeyAttrFlags", Property::Wholes(vec![LINEAR]))
+        .field("KeyAttrDataFloat", Property::Singles(vec![0.0; 4]))
+        .field("KeyAttrRefCount", Property::Wholes(vec![keys]))
+}
+
+/// `child` belongs to `parent`.
+pub(super) fn connection(child: i64, parent: i64) -> Record {
+    Record::new("C").with("OO").with(child).with(parent)
+}
+
+fn connection_to_property(child: i64, parent: i64, property: &str) -> Record {
+    Record::new("C").with("OP").with(child).with(parent).with(property)
+}

@@ -1,0 +1,43 @@
+//! Which nodes go into a file that has room for a skeleton and nothing else.
+
+use crate::model::{Clip, Reporter, Scene, Skeleton};
+
+/// The joints and everything above them; all nodes where the file calls none a joint.
+pub(super) fn joints_to_write(skeleton: &Skeleton) -> Vec<usize> {
+    let joints = skeleton.joints();
+    if !joints.iter().any(|joint| joint.is_joint) {
+        return (0..joints.len()).collect();
+    }
+    let mut wanted: Vec<bool> = joints.iter().map(|joint| joint.is_joint).collect();
+    // Parents come before children, so one pass from the end reaches every ancestor.
+    for index in (0..joints.len()).rev() {
+        if let Some(parent) = joints[index].parent
+            && wanted[index]
+        {
+            wanted[parent] = true;
+        }
+    }
+    wanted.iter().enumerate().filter(|(_, wanted)| **wanted).map(|(index, _)| index).collect()
+}
+
+/// Reports nodes that move and are not written; `format` is who leaves them out, such as "FBX does".
+pub(super) fn warn_of_lost_motion(
+    target: &Scene,
+    clip: &Clip,
+    joints: &[usize],
+    format: &str,
+    reporter: &mut Reporter,
+) {
+    for (index, tracks) in clip.joints().iter().enumerate() {
+        let is_animated =
+            tracks.translation.is_animated() || tracks.rotation.is_animated() || tracks.scale.is_animated();
+        if is_animated && joints.binary_search(&index).is_err() {
+            reporter.warn(
+                "node_left_out",
+                target.skeleton.label(index),
+                format!("the node is animated but is no joint, so {format} not hold it"),
+                "write glTF when nodes outside the skeleton matter",
+            );
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! How thick a body is: capsules and balls about its bones. (retargeting.md B21, B43b.)
+//!
+//! As thick as the mesh where there is one, else as bodies usually are. Shares of the leg (hip to ankle): of a man of 1.75 m it is
+//! 0.86 m.
+
+use glam::DVec3;
+
+use super::{stages::Limb, understand::Rig};
+
+/// Fewer points of a mesh do not say how thick a part is.
+const FEW_POINTS: usize = 12;
+/// Share of the points about a bone that lie within the radius.
+const WITHIN: f64 = 0.6;
+/// A mesh that says a part is thinner or thicker than usual by more than this factor is clothes, or belongs to something else.
+const MOST_UNUSUAL: f64 = 2.5;
+
+/// A part of the body on both sides.
+#[derive(Clone, Debug)]
+pub struct BodyPart {
+    /// What it is, for tests and messages.
+    pub name: &'static str,
+    /// The arm that it is a part of; its own hand cannot touch it.
+    pub arm: Option<Limb>,
+    /// Of the source.
+    pub source: Capsule,
+    /// Of the target.
+    pub target: Capsule,
+}
+
+/// A hand on both sides.
+#[derive(Clone, Debug)]
+pub struct HandPair {
+    /// Its arm, as an index into the limbs.
+    pub limb: usize,
+    /// A capsule of no length.
+    pub source: Capsule,
+    /// Likewise.
+    pub target: Capsule,
+}
+
+/// What is within a radius of a line, in plan units.
+#[derive(Clone, Copy, Debug)]
+pub struct Capsule {
+    /// Where the line begins.
+    pub start: Anchor,
+    /// Where it ends.
+    pub end: Anchor,
+    /// How thick.
+    pub radius: f64,
+}
+
+/// A point that is fixed to a joint.
+#[derive(Clone, Copy, Debug)]
+pub struct Anchor {
+    /// The joint.
+    pub joint: usize,
+    /// From the joint, in its axes, in plan units.
+    pub offset: DVec3,
+}
+
+/// The parts that both rigs have. `unit` is plan units per unit of the source.
+pub(super) fn body_parts(source: &Rig<'_>, target: &Rig<'_>, unit: f64) -> Vec<BodyPart> {
+    let mut of_target = capsules(target, 1.0);
+    let mut parts = Vec::new();
+    for (name, arm, source) in capsules(source, unit) {
+        if let Some(position) = of_target.iter().position(|(other, _, _)| *other == name) {
+            let (_, _, target) = of_target.swap_remove(position);
+            parts.push(BodyPart { name, arm, source, target });
+        }
+    }
+    parts
+}
+
+/// The ball of a hand; nothing for what is no arm.
+pub(super) fn hand(side: &Rig<'_>, limb: Limb, unit: f64) -> Option<Capsule> {
+    let prefix = match limb {
+        Limb::LeftArm => "left_",
+        Limb::RightArm => "right_",
+        _ => return None,
+    };
+    let body = Body::of(side, unit)?;
+    let (forearm, wrist) = (body.place(&format!("{prefix}forearm"))?, body.first(&format!("{prefix}hand"))?);
+    let at = body.at(wrist);
+    let palm = match body.place(&format!("{prefix}middle")) {
+        Some(knuckle) => at + (knuckle - at) * 0.8,
+        None => at + (at - forearm).normalize_or_zero() * (0.09 * body.leg),
+    };
+    let anchor = body.anchor(wrist, palm);
+    Some(Capsule { start: anchor, end: anchor, radius: 0.025 * body.leg * unit })
+}
+
+type Named = (&'static str, Option<Limb>, Capsule);
+
+fn capsules(side: &Rig<'_>, unit: f64) -> Vec<Named> {
+    let Some(body) = Body::of(side, unit) else { return Vec::new() };
+    [body.trunk(), body.limbs()].concat()
+}
+
+/// A rig at rest.
+struct Body<'a, 'b> {
+    side: &'a Rig<'b>,
+    unit: f64,
+    /// Hip to ankle, in the scene's unit.
+    leg: f64,
+}
+
+impl<'a, 'b> Body<'a, 'b> {
+    fn of(side: &'a Rig<'b>, unit: f64) -> Option<Self> {
+        let mut body = Self { side, unit, leg: 0.0 };
+        let [thigh, shin, foot] = ["left_thigh", "left_shin", "left_foot"].map(|role| body.place(role));
+        let (thigh, shin, foot) = (thigh?, shin?, foot?);
+        body.leg = thigh.distance(shin) + shin.distance(foot);
+        (body.leg > 0.0).then_some(body)
+    }
+
+    fn first(&self, role: &str) -> Option<usize> {
+        self.side.role(role).first().copied()
+    }
+
+    fn at(&self, joint: usize) -> DVec3 {
+        self.side.rest.transforms()[joint].translation
+    }
+
+    fn place(&self, role: &str) -> Option<DVec3> {
+        self.first(role).map(|joint| self.at(joint))
+    }
+
+    fn anchor(&self, joint: usize, place: DVec3) -> Anchor {
+        let rest = self.side.rest.transforms()[joint];
+        Anchor { joint, offset: rest.rotation.conjugate() * (place - rest.translation) * self.unit }
+    }
+
+    /// From one place to another, both fixed to joints; `thickness` is the usual one in legs, and the mesh of `joints` has a say.
+    fn capsule(&self, start: (usize, DVec3), end: (usize, DVec3), thickness: f64, joints: &[usize]) -> Capsule {
+        let usual = thickness * self.leg;
+        let radius = self.thickness(start.1, end.1, joints).unwrap_or(usual);
+        let radius = radius.clamp(usual / MOST_UNUSUAL, usual * MOST_UNUSUAL);
+        Capsule { start: self.anchor(start.0, start.1), end: self.anchor(end.0, end.1), radius: radius * self.unit }
+    }
+
+    /// The distance from the line within which most of the points beside it are.
+    fn thickness(&self, start: DVec3, end: DVec3, joints: &[usize]) -> Option<f64> {
+        let line = end - start;
+        let mut distances = Vec::new();
+        for &joint in joints {
+            let rest = self.side.rest.transforms()[joint];
+            for point in self.side.scene.skin_points.of(joint) {
+                let point = rest.transform_point(point.position.as_dvec3());
+                let share = (point - start).dot(line) / line.length_squared().max(f64::MIN_POSITIVE);
+                if (0.0..=1.0).contains(&share) {
+                    distances.push(point.distance(start + line * share));
+                }
+            }
+        }
+        distances.sort_by(f64::total_cmp);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
+        let index = (distances.len() as f64 * WITHIN) as usize;
+        (distances.len() >= FEW_POINTS).then(|| distances[index])
+    }
+
+    /// Hips and chest lie across, so that they are wider than deep; the waist stands between them, the head on top.
+    fn trunk(&self) -> Vec<Named> {
+        let mut found = Vec::new();
+        let spine = self.side.role("spine");
+        let (Some(pelvis), Some(left), Some(right)) =
+            (self.first("pelvis"), self.place("left_thigh"), self.place("right_thigh"))
+        else {
+            return found;
+        };
+        let chest = spine.last().copied().unwrap_or(pelvis);
+        found.push(("hips", None, self.capsule((pelvis, left), (pelvis, right), 0.13, &[pelvis])));
+        if let (Some(left), Some(right)) = (self.place("left_upper_arm"), self.place("right_upper_arm")) {
+            let middle = (left + right) / 2.0 - self.side.up() * (0.12 * self.leg);
+            let half = (left - right) * 0.3;
+            found.push(("chest", None, self.capsule((chest, middle + half), (chest, middle - half), 0.13, &[chest])));
+            let hips = (self.place("left_thigh").unwrap_or(middle) + self.place("right_thigh").unwrap_or(middle)) / 2.0;
+            let joints: Vec<usize> = spine.iter().copied().chain([pelvis]).collect();
+            found.push(("waist", None, self.capsule((pelvis, hips), (chest, middle), 0.14, &joints)));
+        }
+        if let Some(head) = self.first("head") {
+            let up = self.side.up() * self.leg;
+            let (low, high) = (self.at(head) + up * 0.07, self.at(head) + up * 0.13);
+            found.push(("head", None, self.capsule((head, low), (head, high), 0.11, &[head])));
+        }
+        found
+    }
+
+    fn limbs(&self) -> Vec<Named> {
+        const PARTS: [(&str, &str, &str, Option<Limb>, f64); 8] = [
+            ("left_upper_arm", "left_upper_arm", "left_forearm", Some(Limb::LeftArm), 0.052),
+            ("left_forearm", "left_forearm", "left_hand", Some(Limb::LeftArm), 0.041),
+            ("right_upper_arm", "right_upper_arm", "right_forearm", Some(Limb::RightArm), 0.052),
+            ("right_forearm", "right_forearm", "right_hand", Some(Limb::RightArm), 0.041),
+            ("left_thigh", "left_thigh", "left_shin", None, 0.087),
+            ("left_shin", "left_shin", "left_foot", None, 0.058),
+            ("right_thigh", "right_thigh", "right_shin", None, 0.087),
+            ("right_shin", "right_shin", "right_foot", None, 0.058),
+        ];
+        let part = |(name, start, end, arm, thickness): (&'static str, &str, &str, Option<Limb>, f64)| {
+            let (joint, end) = (self.first(start)?, self.place(end)?);
+            let joints = self.side.role(start);
+            let capsule = self.capsule((joint, self.at(joint)), (joint, end), thickness, joints);
+            Some((name, arm, capsule))
+        };
+        PARTS.into_iter().filter_map(part).collect()
+    }
+}

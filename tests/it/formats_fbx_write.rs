@@ -1,0 +1,106 @@
+//! FBX as it is written, read by an independent parser and, by hand, by Blender.
+
+use glam::{DQuat, DVec3, Quat, Vec3};
+use retargetd::{
+    formats::{self, Format, Include, Limits, TargetClips, WriteOptions},
+    model::{Axes, Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
+    samples,
+};
+
+use crate::support::corpus_file;
+
+fn read(bytes: &[u8], format: Format) -> Scene {
+    formats::read(bytes, format, &Limits::default(), &Control::new(), &mut Reporter::new()).expect("it can be read")
+}
+
+fn write(scene: &Scene, clip: &Clip) -> (Vec<u8>, Vec<&'static str>) {
+    let options = WriteOptions {
+        format: Format::Fbx,
+        include: Include::Everything,
+        target_clips: TargetClips::Keep,
+        extras: None,
+    };
+    let mut reporter = Reporter::new();
+    let bytes = formats::write(scene, clip, &options, &Control::new(), &mut reporter).expect("it can be written");
+    (bytes, reporter.into_warnings().iter().map(|warning| warning.code).collect())
+}
+
+/// The largest distance, in metres, and angle, in degrees, between joints of the same name over all frames.
+fn apart(one: &Scene, clip: &Clip, other: &Scene) -> (f64, f64) {
+    let pairs: Vec<(usize, usize)> = (0..one.skeleton.len())
+        .filter(|joint| one.skeleton.joints()[*joint].is_joint)
+        .map(|joint| {
+            let name = &one.skeleton.joints()[joint].name;
+            (joint, other.skeleton.find(name).unwrap_or_else(|| panic!("'{name}' is there")))
+        })
+        .collect();
+    let (mut farthest, mut widest) = (0.0_f64, 0.0_f64);
+    for frame in 0..clip.frame_count() {
+        let here = clip.local_pose(&one.skeleton, frame).to_model(&one.skeleton);
+        let there = other.clips[0].local_pose(&other.skeleton, frame).to_model(&other.skeleton);
+        for (joint, same) in &pairs {
+            let (here, there) = (&here.transforms()[*joint], &there.transforms()[*same]);
+            farthest = farthest.max(here.translation.distance(there.translation));
+            widest = widest.max(here.rotation.angle_between(there.rotation).to_degrees());
+        }
+    }
+    (farthest, widest)
+}
+
+#[test]
+fn a_sample_comes_back_as_it_was() {
+    let scene = read(&samples::walk_clip(), Format::Glb);
+    let clip = &scene.clips[0];
+    let (bytes, _) = write(&scene, clip);
+    assert_eq!(formats::sniff(&bytes, "walk.fbx"), Ok(Format::Fbx));
+    assert_eq!(bytes, write(&scene, clip).0, "the same every time");
+    let back = read(&bytes, Format::Fbx);
+    assert_eq!(back.clips.len(), 1, "one take");
+    assert_eq!(back.clips[0].frame_count(), clip.frame_count(), "every frame");
+    assert_eq!(back.clips[0].name(), clip.name(), "its name");
+    let late = (back.clips[0].duration_seconds() - clip.duration_seconds()).abs();
+    assert!(late < 1e-6, "{late} seconds longer");
+    let (farthest, widest) = apart(&scene, clip, &back);
+    assert!(farthest < 1e-5 && widest < 0.001, "{farthest} m and {widest} degrees apart");
+}
+
+#[test]
+fn turning_on_and_on_makes_no_jump() {
+    let rest = Transform {
+        translation: DVec3::Y,
+        rotation: DQuat::from_euler(glam::EulerRot::XYZ, 0.5, 1.4, -0.3),
+        scale: DVec3::splat(2.0),
+    };
+    let joint = |name: &str, parent, rest| Joint { name: name.to_owned(), parent, rest, is_joint: true, node: 0 };
+    let joints = vec![joint("root", None, rest), joint("tip: 1", Some(0), rest)];
+    let skeleton = Skeleton::new(joints).expect("a skeleton");
+    let turn = |frame: usize| {
+        let about = DVec3::new(0.3, 1.0, 0.2).normalize();
+        (DQuat::from_axis_angle(about, frame as f64 * 0.3) * rest.rotation).as_quat()
+    };
+    let tracks = JointTracks {
+        translation: Track::Sampled((0..90).map(|frame| Vec3::X * frame as f32 * 0.1).collect()),
+        rotation: Track::Sampled((0..90).map(turn).collect::<Vec<Quat>>()),
+        scale: Track::Sampled((0..90).map(|frame| Vec3::splat(1.0 + frame as f32 * 0.01)).collect()),
+    };
+    let times = (0..90).map(|frame| f64::from(frame) / 30.0).collect();
+    let clip = Clip::new("a \"b\" é".to_owned(), times, vec![tracks, JointTracks::default()]).expect("a clip");
+    let scene = Scene { skeleton, axes: Some(Axes::default()), unit_metres: Some(1.0), ..Scene::default() };
+    let back = read(&write(&scene, &clip).0, Format::Fbx);
+    let (farthest, widest) = apart(&scene, &clip, &back);
+    assert!(farthest < 1e-4 && widest < 0.01, "{farthest} m and {widest} degrees apart");
+    assert_eq!(back.clips[0].name(), clip.name(), "whatever its letters");
+}
+
+#[test]
+fn real_skeletons_come_back_as_they_were() {
+    for file in ["unreal/mannequiny.glb", "mixamo/gltf/Xbot.glb"] {
+        let Some(path) = corpus_file(file) else { continue };
+        let scene = read(&std::fs::read(path).expect("a file"), Format::Glb);
+        let clip = &scene.clips[0];
+        let (bytes, warnings) = write(&scene, clip);
+        assert!(warnings.contains(&"fbx_mesh_left_out"), "{file}: what is left out is said");
+        let (farthest, widest) = apart(&scene, clip, &read(&bytes, Format::Fbx));
+        assert!(farthest < 1e-4 && widest < 0.01, "{file}: {farthest} m and {widest} degrees apart");
+    }
+}
