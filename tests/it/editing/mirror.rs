@@ -114,7 +114,7 @@ fn places_mirror_whatever_the_axes_are() {
 fn with_riggers_axes(scene: &Scene) -> Scene {
     let rig = rig(scene);
     let twins = Mirror::new(&rig, &[]).twins().clone();
-    let angle = |joint: usize| (joint as f64 * 2.399).rem_euclid(6.283);
+    let angle = |joint: usize| (joint as f64 * 2.399).rem_euclid(std::f64::consts::TAU);
     let turn = |joint: usize| {
         let twin = twins.of(joint);
         let of = |joint: usize| rig.rest.transforms()[joint].rotation;
