@@ -73,6 +73,16 @@ impl<'a> Mirror<'a> {
         &self.twins
     }
 
+    /// The figure's left, in model space.
+    pub(super) const fn lateral(&self) -> DVec3 {
+        self.lateral
+    }
+
+    /// The morph that one changes sides with.
+    pub(super) fn morph_twin(&self, morph: usize) -> usize {
+        self.morph_twins.get(morph).copied().unwrap_or(morph)
+    }
+
     /// The clip with left and right swapped. Joints that neither side animates stay as they are.
     ///
     /// # Errors
@@ -121,10 +131,10 @@ impl<'a> Mirror<'a> {
                 scale: if grows(joint) { Track::Sampled(sampled.scales).compacted() } else { Track::Rest },
             }
         });
-        let morphs = clip.morphs().iter().map(|track| MorphTrack {
-            morph: self.morph_twins.get(track.morph).copied().unwrap_or(track.morph),
-            weights: track.weights.clone(),
-        });
+        let morphs = clip
+            .morphs()
+            .iter()
+            .map(|track| MorphTrack { morph: self.morph_twin(track.morph), weights: track.weights.clone() });
         Clip::new(clip.name().to_owned(), clip.times_seconds().to_vec(), tracks.collect())?
             .with_morphs(morphs.collect())
     }

@@ -3,10 +3,13 @@
 use std::borrow::Cow;
 
 use crate::{
-    editing::{EditError, Mirror, TimeEditError, edit_time, taken_out},
+    editing::{EditError, Mirror, TimeEditError, edit_time, mirror_components, taken_out},
     formats::Limits,
     model::{Clip, ClipError, Control, JointTracks, Phase, Reporter, Scene},
-    rig::{MirrorSpec, RetargetSpec, Rig, RigSpec, SpecError, SpecErrorKind, SpecField, is_own_shape, parse_document},
+    rig::{
+        MirrorMode, MirrorSpec, RetargetSpec, Rig, RigSpec, SpecError, SpecErrorKind, SpecField, is_own_shape,
+        parse_document,
+    },
 };
 
 use super::{
@@ -184,7 +187,11 @@ fn mirrored(rig: &Rig<'_>, clip: &Clip, spec: &MirrorSpec, reporter: &mut Report
     }
     let mirror = Mirror::new(rig, &pairs);
     report_asymmetry(rig, &mirror, clip, reporter);
-    mirror.apply(clip, spec.plane).map_err(|error| not_a_clip(rig, &error))
+    let mirrored = match spec.mode {
+        MirrorMode::Model => mirror.apply(clip, spec.plane),
+        MirrorMode::Components => mirror_components(rig, &mirror, clip, spec.centre_axis, spec.pelvis_axis),
+    };
+    mirrored.map_err(|error| not_a_clip(rig, &error))
 }
 
 /// Says where the two halves of a rig differ, since the mirrored motion differs there too.

@@ -14,8 +14,8 @@ use crate::{
     formats::{Format, Limits},
     model::{Clip, Control, JointTracks, Reporter, Scene, SignedAxis},
     rig::{
-        FileFacts, Finding, Hints, RestPoseKind, RestSource, Rig, RigKind, RigSpec, Role, examine, examine_clips,
-        recognise, report_doubts,
+        FileFacts, Finding, Hints, Prop, RestPoseKind, RestSource, Rig, RigKind, RigSpec, RigTemplate, Role,
+        Side as RigSide, TwistHelper, examine, examine_clips, recognise, report_doubts,
     },
 };
 
@@ -104,6 +104,34 @@ pub struct RigView {
     pub role_details: ByRole<RoleView>,
     /// Joints that carry part of a limb's twist.
     pub twist_helpers: Vec<String>,
+    /// The same, with the segment that each belongs to.
+    pub twists: Vec<TwistView>,
+    /// What the hands hold.
+    pub props: Vec<PropView>,
+    /// A rig template by which this rig is recognised for sure, to be looked at, corrected and kept; nothing for what is no body,
+    /// or has no names.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub template: Option<RigTemplate>,
+}
+
+/// A joint beside a limb that carries part of its twist.
+#[derive(Clone, Debug, Serialize)]
+pub struct TwistView {
+    /// Its name.
+    pub joint: String,
+    /// The segment: an upper arm, forearm, thigh or shin.
+    pub role: String,
+    /// Where it lies on that segment: 0 at the segment's own joint, 1 at the next.
+    pub fraction: f64,
+}
+
+/// A joint that a hand holds.
+#[derive(Clone, Debug, Serialize)]
+pub struct PropView {
+    /// Its name.
+    pub joint: String,
+    /// `left` or `right`.
+    pub side: &'static str,
 }
 
 /// A joint.
@@ -172,7 +200,7 @@ pub fn inspect_with(
         Some(rig) => {
             let facts = FileFacts { can_have_skins: can_have_skins(loaded.format), warnings: &read_warnings };
             report_doubts(&scene.skeleton, &rig.recognition, &mut reporter, "source");
-            (vec![inspect_rig(&rig)], examine(&rig, facts))
+            (vec![inspect_rig(&rig, knowledge)], examine(&rig, facts))
         }
         None => (Vec::new(), examine_clips(scene)),
     };
@@ -233,7 +261,7 @@ fn has_joints(scene: &Scene) -> bool {
     scene.skeleton.joints().iter().any(|joint| joint.is_joint)
 }
 
-fn inspect_rig(rig: &Rig<'_>) -> RigView {
+fn inspect_rig(rig: &Rig<'_>, knowledge: &Knowledge) -> RigView {
     let (scene, recognition) = (rig.scene, &rig.recognition);
     let labels = Labels::new(scene);
     let names = |joints: &[usize]| labels.one_or_more(joints);
@@ -246,6 +274,15 @@ fn inspect_rig(rig: &Rig<'_>) -> RigView {
             reasons: finding.reasons.clone(),
         }
     };
+    let twist = |helper: &TwistHelper| TwistView {
+        joint: labels.of(helper.joint),
+        role: helper.role.to_string(),
+        fraction: hundredths(helper.fraction),
+    };
+    let prop = |prop: &Prop| PropView {
+        joint: labels.of(prop.joint),
+        side: if prop.side == RigSide::Right { "right" } else { "left" },
+    };
     let in_rig = rig_joints(scene, recognition.roles.values().flat_map(|finding| &finding.joints), has_joints(scene));
     let axis = |direction: DVec3| SignedAxis::nearest(direction).name();
     RigView {
@@ -253,7 +290,7 @@ fn inspect_rig(rig: &Rig<'_>) -> RigView {
         recognised_as: recognition.recognised_as.clone(),
         confidence: hundredths(recognition.confidence),
         kind: recognition.kind.name(),
-        rest_pose: own_rest_pose(rig).name(),
+        rest_pose: own_rest_pose(rig, knowledge).name(),
         measured_pose: recognition.rest_pose.name(),
         rest_source: rig.rest_source.name(),
         rest_reason: rig.rest_reason.clone(),
@@ -266,16 +303,25 @@ fn inspect_rig(rig: &Rig<'_>) -> RigView {
         ),
         role_details: ByRole(recognition.roles.keys().map(|role| (role.to_string(), details(role))).collect()),
         twist_helpers: recognition.twist_helpers.iter().map(|joint| labels.of(*joint)).collect(),
+        twists: recognition.twists.iter().map(twist).collect(),
+        props: recognition.props.iter().map(prop).collect(),
+        template: RigTemplate::learn(
+            &labels.of(top_of(scene, &in_rig)),
+            recognition.kind,
+            &scene.skeleton,
+            recognition.roles.iter().map(|(role, finding)| (*role, finding.joints.as_slice())),
+        ),
     }
 }
 
 /// How the file's own rest pose holds the arms, whatever is measured from instead.
-fn own_rest_pose(rig: &Rig<'_>) -> RestPoseKind {
+fn own_rest_pose(rig: &Rig<'_>, knowledge: &Knowledge) -> RestPoseKind {
     if !matches!(rig.rest_source, RestSource::StandingFrame | RestSource::Solved) {
         return rig.recognition.rest_pose;
     }
     let skeleton = rig.skeleton();
-    recognise(skeleton, &skeleton.rest_pose().to_model(skeleton), &Hints::of(rig.scene)).rest_pose
+    let hints = Hints { templates: knowledge.rigs(), ..Hints::of(rig.scene) };
+    recognise(skeleton, &skeleton.rest_pose().to_model(skeleton), &hints).rest_pose
 }
 
 /// What the file calls joints, and what has a role all the same; all nodes where it calls none so.

@@ -60,8 +60,13 @@ fn write_rig(formatter: &mut fmt::Formatter<'_>, rig: &RigView) -> fmt::Result {
     for (role, joints) in &rig.roles.0 {
         writeln!(formatter, "  {role:<24}{joints}")?;
     }
-    if !rig.twist_helpers.is_empty() {
-        writeln!(formatter, "  {:<24}{}", "twist helpers", rig.twist_helpers.join(", "))?;
+    for (index, helper) in rig.twists.iter().enumerate() {
+        let title = if index == 0 { "twist helpers" } else { "" };
+        let percent = helper.fraction * 100.0;
+        writeln!(formatter, "  {title:<24}{} ({percent:.0} % along {})", helper.joint, helper.role)?;
+    }
+    for prop in &rig.props {
+        writeln!(formatter, "  {:<24}{}", format!("held, {}", prop.side), prop.joint)?;
     }
     Ok(())
 }

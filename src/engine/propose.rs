@@ -13,6 +13,7 @@ use crate::{
 
 use super::{
     Failure, FailureCode, Inputs, Knowledge, Limits, NamedBytes, Rigs, WarningView,
+    alignment::{AlignmentView, view as view_alignment},
     edit::edited_clip,
     files::{Files, Sides, in_config, read_spec},
     labels::{Labels, OneOrMore},
@@ -33,6 +34,8 @@ pub struct Proposal {
     pub roles: Vec<RolePair>,
     /// What drives each joint of the target, parents before children.
     pub joints: Vec<DriverView>,
+    /// How the target's rest pose would be turned to look like the source's, and what is left, by joint.
+    pub alignment: Vec<AlignmentView>,
     /// Guesses, repairs and losses.
     pub warnings: Vec<WarningView>,
 }
@@ -102,6 +105,9 @@ pub struct DriverView {
     /// How its translation is found, where a chain drives it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub translation: Option<TranslationMode>,
+    /// Ops behind forward kinematics that may turn or move it too, in their order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub ops: Vec<&'static str>,
     /// One sentence: why this driver, or why none.
     pub reason: String,
 }
@@ -162,7 +168,7 @@ pub fn propose_with(
     };
     let edited = edited_clip(&source, clip, &spec, control, &mut reporter)?;
     let clip = edited.as_ref();
-    let Resolved { mapping, spec: resolved, alignment: _ } =
+    let Resolved { mapping, spec: resolved, alignment } =
         resolve(&spec, &source, &target, clip, &mut reporter).map_err(in_config)?;
     let labels = (Labels::new(source.scene), Labels::new(target.scene));
     let roles = role_pairs(
@@ -192,7 +198,8 @@ pub fn propose_with(
             ..described.unwrap_or_else(|| DriverView::none(idle()))
         }
     };
-    let joints: Vec<DriverView> = drivers.iter().enumerate().map(view).collect();
+    let mut joints: Vec<DriverView> = drivers.iter().enumerate().map(view).collect();
+    add_ops(&mut joints, &mapping);
     let counts = ProposalCounts {
         source_joints: joint_count(source.scene),
         target_joints: joint_count(target.scene),
@@ -205,8 +212,23 @@ pub fn propose_with(
         counts,
         roles,
         joints,
+        alignment: view_alignment(&alignment, target.skeleton()),
         warnings: reporter.into_warnings().into_iter().map(WarningView::from).collect(),
     })
+}
+
+/// Says of each joint which ops behind forward kinematics may change it.
+fn add_ops(joints: &mut [DriverView], mapping: &Mapping) {
+    let pelvis = mapping.pelvis.map(|pelvis| pelvis.target);
+    for op in &mapping.stages.ops {
+        for (joint, name) in mapping.stages.changed_by(op, pelvis) {
+            if let Some(view) = joints.get_mut(joint)
+                && !view.ops.contains(&name)
+            {
+                view.ops.push(name);
+            }
+        }
+    }
 }
 
 fn to_json(spec: &RetargetSpec) -> Result<serde_json::Value, Failure> {
@@ -270,7 +292,17 @@ fn role_pairs(source: &Side<'_>, target: &Side<'_>) -> Vec<RolePair> {
 impl DriverView {
     fn none(reason: String) -> Self {
         let (joint, sources) = (String::new(), Vec::new());
-        Self { joint, node: 0, driver: None, chain: None, sources, rotation: None, translation: None, reason }
+        Self {
+            joint,
+            node: 0,
+            driver: None,
+            chain: None,
+            sources,
+            rotation: None,
+            translation: None,
+            ops: Vec::new(),
+            reason,
+        }
     }
 }
 

@@ -4,11 +4,14 @@ use std::fmt;
 
 use super::{
     RigFacts,
+    alignment::AlignmentView,
     propose::{DriverView, Proposal, RolePair},
 };
 
 /// Roles that are less sure than this are shown with their reasons.
 const SURE: f64 = 0.8;
+/// Joints whose rest poses differ by less are not listed.
+const APART_DEGREES: f64 = 1.0;
 
 impl fmt::Display for Proposal {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -27,6 +30,7 @@ impl fmt::Display for Proposal {
         for joint in &self.joints {
             write_joint(formatter, joint)?;
         }
+        write_alignment(formatter, &self.alignment)?;
         if !self.warnings.is_empty() {
             writeln!(formatter, "\nwarnings")?;
         }
@@ -62,6 +66,29 @@ fn write_role(formatter: &mut fmt::Formatter<'_>, pair: &RolePair) -> fmt::Resul
     Ok(())
 }
 
+/// The joints whose rest poses would still differ, worst first.
+fn write_alignment(formatter: &mut fmt::Formatter<'_>, alignment: &[AlignmentView]) -> fmt::Result {
+    let left = |joint: &AlignmentView| {
+        joint.direction_degrees.unwrap_or_default().max(joint.roll_degrees.unwrap_or_default().abs())
+    };
+    let mut apart: Vec<&AlignmentView> = alignment.iter().filter(|joint| left(joint) >= APART_DEGREES).collect();
+    if alignment.is_empty() {
+        return Ok(());
+    }
+    apart.sort_by(|first, second| left(second).total_cmp(&left(first)));
+    let (all, count) = (alignment.len(), apart.len());
+    writeln!(formatter, "\nrest poses: {} of {all} joints are aligned within {APART_DEGREES} degrees", all - count)?;
+    for joint in apart {
+        let angle = |what: &str, degrees: Option<f64>| match degrees {
+            Some(degrees) => format!("  {what} {degrees:.1}"),
+            None => String::new(),
+        };
+        let (direction, roll) = (angle("direction", joint.direction_degrees), angle("roll", joint.roll_degrees));
+        writeln!(formatter, "  {:<24}{}{direction}{roll}  ({})", joint.role, joint.joint, joint.aligned)?;
+    }
+    Ok(())
+}
+
 fn write_joint(formatter: &mut fmt::Formatter<'_>, joint: &DriverView) -> fmt::Result {
     let sources: Vec<String> = joint
         .sources
@@ -72,5 +99,6 @@ fn write_joint(formatter: &mut fmt::Formatter<'_>, joint: &DriverView) -> fmt::R
         })
         .collect();
     let from = if sources.is_empty() { "–".to_owned() } else { sources.join(" + ") };
-    writeln!(formatter, "  {:<28}{from:<32}  {}", joint.joint, joint.reason)
+    let then = if joint.ops.is_empty() { String::new() } else { format!("; then {}", joint.ops.join(", ")) };
+    writeln!(formatter, "  {:<28}{from:<32}  {}{then}", joint.joint, joint.reason)
 }

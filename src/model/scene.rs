@@ -51,7 +51,7 @@ pub struct Skin {
     pub has_no_inverse_binds: bool,
     /// Whether they are all the identity although its joints are in different places, which says as little.
     pub has_identity_binds: bool,
-    /// How many joints a vertex of it can be bound to at most; 0 where nobody counted.
+    /// How many joints a vertex of it is bound to at most, or can be where its meshes cannot be decoded; 0 where nobody counted.
     pub most_influences: usize,
 }
 

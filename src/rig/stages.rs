@@ -1,5 +1,6 @@
 //! What is done behind forward kinematics, in indices: the ops of a spec resolved against two rigs.
 
+mod changes;
 mod posed;
 
 pub use posed::{

@@ -3,6 +3,8 @@
 mod conventions;
 mod corpus;
 mod generated;
+mod learned;
+mod random;
 mod real_files;
 mod schemes;
 mod stripped;

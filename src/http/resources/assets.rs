@@ -140,7 +140,8 @@ struct SkeletonView {
     #[schema(value_type = Object)]
     counts: serde_json::Value,
     /// The largest body: `name`, `recognised_as`, `confidence`, `kind`, `rest_pose`, `rest_source`, `forward`, `up`,
-    /// `height_metres`, `joints`, `roles`, `role_details` (confidence, alternatives and reasons of each role), `twist_helpers`.
+    /// `height_metres`, `joints`, `roles`, `role_details` (confidence, alternatives and reasons of each role), `twist_helpers`,
+    /// `twists` (the same with segment and place), `props`.
     /// Empty where there is no skeleton.
     #[schema(value_type = Vec<Object>)]
     rigs: serde_json::Value,

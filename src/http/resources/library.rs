@@ -17,12 +17,13 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use crate::{
     http::{
         ApiState,
+        code::Code,
         download::ascii,
         extract::{JsonBody, QueryOf},
         precondition,
         problem::{Problem, ProblemView},
     },
-    jobs::{DocumentKind, Kept, Library},
+    jobs::{AssetId, DocumentKind, Kept, Library, Precondition},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -116,7 +117,16 @@ async fn put(
 ) -> Result<Response, Problem> {
     let precondition = precondition::of_change(request.headers())?;
     let JsonBody(document) = JsonBody::<serde_json::Value>::from_request(request, state).await?;
-    let written = library.put(kind, name, &document, &precondition).await?;
+    keep(library, (kind, name), &document, &precondition).await
+}
+
+async fn keep(
+    library: &Library,
+    (kind, name): (DocumentKind, &str),
+    document: &serde_json::Value,
+    precondition: &Precondition,
+) -> Result<Response, Problem> {
+    let written = library.put(kind, name, document, precondition).await?;
     let status = if written.is_new { StatusCode::CREATED } else { StatusCode::OK };
     let mut response = answer(written.kept, status);
     if written.is_new {
@@ -181,6 +191,9 @@ async fn show_rig(
 /// The body is a rig template: which joints a rig is made of and what they mean; `GET /v1/schemas/rig-template` is its JSON Schema,
 /// `GET /v1/rigs/{name}` of a built-in one an example. From then on it takes part in every recognition, before the built-in ones:
 /// of jobs, of `GET /v1/assets/{id}/skeleton` and of mapping suggestions. Jobs that were asked for before keep what they had.
+///
+/// `{"asset": "…"}` instead of a template learns one from an uploaded character: the names of its joints, with the roles that they
+/// have been recognised as. The answer is the template, to be looked at and corrected.
 #[utoipa::path(put, path = "/v1/rigs/{name}", tag = "rigs",
     params(("name" = String, Path, description = "up to 64 lower-case letters, digits, `_` and `-`"),
         ("If-Match" = Option<String>, Header, description = "change only the version with this `ETag`"),
@@ -194,7 +207,29 @@ async fn put_rig(
     Path(name): Path<String>,
     request: Request<Body>,
 ) -> Result<Response, Problem> {
-    put(&state.library, (DocumentKind::Rig, &name), &state, request).await
+    let precondition = precondition::of_change(request.headers())?;
+    let JsonBody(mut document) = JsonBody::<serde_json::Value>::from_request(request, &state).await?;
+    if let Some(asset) = document.get("asset").filter(|_| document.as_object().is_some_and(|body| body.len() == 1)) {
+        document = learned(&state, asset, &name).await?;
+    }
+    keep(&state.library, (DocumentKind::Rig, &name), &document, &precondition).await
+}
+
+/// The template of the rig in an uploaded file.
+async fn learned(state: &ApiState, asset: &serde_json::Value, name: &str) -> Result<serde_json::Value, Problem> {
+    let wrong = |detail: String| {
+        Problem::new(Code::InvalidValue, detail).with_hint("upload a character whose joints have names")
+    };
+    let id = asset.as_str().and_then(|id| AssetId::parse(id).ok());
+    let id = id.ok_or_else(|| wrong(format!("{asset} is no id of an asset")))?;
+    let inspection: serde_json::Value = serde_json::from_str(&state.assets.inspect(&id).await?)
+        .map_err(|error| Problem::new(Code::Internal, error.to_string()))?;
+    let mut template = inspection.pointer("/rigs/0/template").cloned().unwrap_or_default();
+    let Some(members) = template.as_object_mut() else {
+        return Err(wrong(format!("the file of {id} holds no body whose joints can be told by their names")));
+    };
+    members.insert("name".to_owned(), name.into());
+    Ok(template)
 }
 
 /// Removes a rig template.

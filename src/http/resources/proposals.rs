@@ -80,7 +80,8 @@ struct ProposalView {
     #[schema(value_type = Object)]
     resolved_spec: serde_json::Value,
     /// `rigs`, `counts`, `roles` (role, source and target joints, confidence, alternatives, reasons), `joints` (for each target
-    /// joint its `driver`, `sources` with weights, modes, and the `reason`) and `warnings`.
+    /// joint its `driver`, `sources` with weights, modes, `ops` that change it later, and the `reason`), `alignment` (what is left
+    /// between the rest poses, by joint) and `warnings`.
     #[serde(flatten)]
     #[schema(value_type = Object)]
     proposal: serde_json::Map<String, serde_json::Value>,

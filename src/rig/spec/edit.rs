@@ -211,12 +211,62 @@ impl MirrorChoice {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MirrorSpec {
-    /// The plane that the character's path is mirrored on.
+    /// How poses are mirrored.
+    #[serde(skip_serializing_if = "is_model")]
+    pub mode: MirrorMode,
+    /// The plane that the character's path is mirrored on; only for `model`.
     pub plane: MirrorPlane,
+    /// The own axis of joints of the middle that points sideways; only for `components`. Default: found, joint by joint.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub centre_axis: Option<ComponentAxis>,
+    /// The same for the pelvis and what is above it, where it differs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pelvis_axis: Option<ComponentAxis>,
     /// Joints that belong together beyond those found by roles, names and places: pairs of joint names. A joint paired with itself
     /// is on the middle plane.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub pairs: Vec<[String; 2]>,
+}
+
+/// How poses are mirrored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MirrorMode {
+    /// In model space, whatever way the joints' axes lie.
+    #[default]
+    Model,
+    /// By components of local rotations with the rest pose taken out: twins swap them, joints of the middle negate all but one. Right
+    /// where twins turn the same way about their own axes.
+    Components,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
+fn is_model(mode: &MirrorMode) -> bool {
+    *mode == MirrorMode::Model
+}
+
+/// An axis of a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ComponentAxis {
+    /// Its X.
+    X,
+    /// Its Y.
+    Y,
+    /// Its Z.
+    Z,
+}
+
+impl ComponentAxis {
+    /// As a unit vector.
+    #[must_use]
+    pub const fn vector(self) -> glam::DVec3 {
+        match self {
+            Self::X => glam::DVec3::X,
+            Self::Y => glam::DVec3::Y,
+            Self::Z => glam::DVec3::Z,
+        }
+    }
 }
 
 /// The plane that a character's path is mirrored on.

@@ -2,10 +2,11 @@
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 use retargetd::{
-    editing::Mirror,
+    editing::{Mirror, mirror_components},
+    engine::{self, EditInputs, NamedBytes},
     model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
     retarget::{Plan, run},
-    rig::{MirrorPlane, Resolved, RetargetSpec, Rig, resolve},
+    rig::{ComponentAxis, MirrorPlane, Resolved, RetargetSpec, Rig, resolve},
     samples,
 };
 
@@ -21,6 +22,11 @@ fn with_other_axes(scene: &Scene, seed: u64) -> Scene {
     let turns: Vec<DQuat> = (0..scene.skeleton.len())
         .map(|_| DQuat::from_xyzw(random(), random(), random(), random() + 1e-3).normalize())
         .collect();
+    with_axes(scene, &turns)
+}
+
+/// Every joint's own axes turned; where joints are does not change.
+fn with_axes(scene: &Scene, turns: &[DQuat]) -> Scene {
     let above = |parent: Option<usize>| parent.map_or(DQuat::IDENTITY, |parent| turns[parent].conjugate());
     let joints = scene.skeleton.joints().iter().enumerate().map(|(index, joint)| Joint {
         rest: Transform {
@@ -103,6 +109,50 @@ fn places_mirror_whatever_the_axes_are() {
     }
 }
 
+/// The scene with every joint's axes as riggers make them: on the left turned at random about the figure's left, on the right those of
+/// the left mirrored and reversed.
+fn with_riggers_axes(scene: &Scene) -> Scene {
+    let rig = rig(scene);
+    let twins = Mirror::new(&rig, &[]).twins().clone();
+    let angle = |joint: usize| (joint as f64 * 2.399).rem_euclid(std::f64::consts::TAU);
+    let turn = |joint: usize| {
+        let twin = twins.of(joint);
+        let of = |joint: usize| rig.rest.transforms()[joint].rotation;
+        let wanted = if twin == joint {
+            DQuat::from_rotation_x(angle(joint))
+        } else {
+            let left = joint.min(twin);
+            let axes = DQuat::from_rotation_y(angle(left)) * DQuat::from_rotation_z(angle(left + 7));
+            if joint == left { axes } else { DQuat::from_rotation_x(std::f64::consts::PI) * axes }
+        };
+        of(joint).conjugate() * wanted
+    };
+    let turns: Vec<DQuat> = (0..scene.skeleton.len()).map(turn).collect();
+    with_axes(scene, &turns)
+}
+
+#[test]
+fn by_components_is_the_same_where_the_rig_is_made_for_it() {
+    let scene = with_riggers_axes(&samples::walk_scene());
+    let rig = rig(&scene);
+    let mirror = Mirror::new(&rig, &[]);
+    let clip = &scene.clips[0];
+    let general = mirror.apply(clip, MirrorPlane::Rest).expect("a clip");
+    let components = mirror_components(&rig, &mirror, clip, None, None).expect("a clip");
+    assert_same_places(&scene, &components, &general, 2e-5, "found axes");
+    let x = Some(ComponentAxis::X);
+    let given = mirror_components(&rig, &mirror, clip, x, x).expect("a clip");
+    assert_same_places(&scene, &given, &general, 2e-5, "given axes");
+    let other = with_other_axes(&samples::walk_scene(), 3);
+    let rig = super::mirror::rig(&other);
+    let mirror = Mirror::new(&rig, &[]);
+    let wrong = mirror_components(&rig, &mirror, &other.clips[0], None, None).expect("a clip");
+    let right = mirror.apply(&other.clips[0], MirrorPlane::Rest).expect("a clip");
+    let (one, two) = (places(&other, &wrong, 5), places(&other, &right, 5));
+    let far = one.iter().zip(two).map(|(one, two)| one.distance(two));
+    assert!(far.fold(0.0, f64::max) > 0.05, "on other axes it is not, which is why it is not the default");
+}
+
 #[test]
 fn mirroring_twice_is_the_clip() {
     let scene = with_other_axes(&samples::walk_scene(), 9);
@@ -111,6 +161,40 @@ fn mirroring_twice_is_the_clip() {
         let back = mirrored(&scene, &mirrored(&scene, clip, plane), plane);
         assert_same_places(&scene, &back, clip, 2e-5, &format!("{plane:?}"));
     }
+}
+
+#[test]
+fn what_is_not_symmetric_about_a_real_rig_is_said() {
+    let mut told = 0;
+    for (name, scene) in real_clips() {
+        let rig = rig(&scene);
+        let mirror = Mirror::new(&rig, &[]);
+        let asymmetry = mirror.twins().asymmetry.map_or(0.0, |(_, share)| share);
+        let Some(path) = crate::support::corpus_file(name) else { continue };
+        let bytes = std::fs::read(&path).expect("the file");
+        let file = path.file_name().expect("a name").to_string_lossy();
+        let inputs = EditInputs {
+            source: NamedBytes { name: &file, bytes: &bytes },
+            source_rest: None,
+            config: Some(NamedBytes { name: "config.json", bytes: br#"{"edit": {"mirror": true}}"# }),
+            formats: &[engine::Format::PosesJson],
+        };
+        let outcome = engine::edit(&inputs, &engine::Limits::default(), &Control::new()).expect("an outcome");
+        let is_told = outcome.report.warnings.iter().any(|warning| warning.code == "mirror_asymmetric_rest");
+        assert_eq!(is_told, asymmetry > 0.02, "{name}: off by {asymmetry} of its size");
+        told += usize::from(is_told);
+        let clip = scene.clips.iter().find(|clip| clip.is_animated()).expect("a clip");
+        let image = mirror.apply(clip, MirrorPlane::Start).expect("a clip");
+        for tracks in image.joints() {
+            if let Track::Sampled(values) = &tracks.rotation {
+                assert!(
+                    values.windows(2).all(|pair| pair[0].dot(pair[1]) >= 0.0),
+                    "{name}: a quaternion flips its sign"
+                );
+            }
+        }
+    }
+    assert!(told < 5, "not all of them are crooked");
 }
 
 #[test]

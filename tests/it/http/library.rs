@@ -205,3 +205,24 @@ async fn everything_built_in_can_be_read() {
     }
     service.stop().await;
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_rig_is_learned_from_an_uploaded_character() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = Server::start(data.path(), &[]);
+    let client = reqwest::Client::builder().no_proxy().build().expect("a client");
+    let url = format!("{}/v1/assets?filename=mannequin.glb", server.url);
+    let upload = client.post(url).body(samples::mannequin()).send().await.expect("an answer");
+    let asset = read(upload).await["id"].clone();
+    let put = |body: Value| client.put(format!("{}/v1/rigs/hero", server.url)).json(&body).send();
+    let kept = put(json!({ "asset": asset })).await.expect("an answer");
+    assert_eq!(kept.status(), StatusCode::CREATED, "kept");
+    let template = read(kept).await;
+    assert_eq!(template["name"], "hero", "under the name of the request");
+    assert_eq!(template["roles"]["left_forearm"], json!(["lowerarm_l"]), "{template}");
+    let skeleton = format!("{}/v1/assets/{}/skeleton", server.url, asset.as_str().expect("an id"));
+    let known = read(client.get(skeleton).send().await.expect("an answer")).await;
+    assert_eq!(known["rigs"][0]["recognised_as"], "hero", "from then on it is known by that name");
+    problem(put(json!({"asset": 7})).await.expect("an answer"), 422, "invalid_value").await;
+    problem(put(json!({"asset": "asset_nowhere"})).await.expect("an answer"), 422, "invalid_value").await;
+}

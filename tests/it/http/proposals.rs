@@ -87,3 +87,31 @@ async fn configs_are_checked_with_files_and_without() {
     let alone = client().post(format!("{}/v1/config-checks", server.url)).multipart(alone).send();
     assert_eq!(alone.await.expect("an answer").status(), StatusCode::OK, "a form with a config alone");
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_suggestion_tells_what_is_left_between_the_rest_poses_and_what_later_ops_change() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = Server::start(data.path(), &[]);
+    let config = r#"{"align": "off", "ops": [{"op": "pelvis"}, {"op": "fk"}, {"op": "ik", "mask": ["left_leg"]}]}"#;
+    let url = format!("{}/v1/mapping-suggestions", server.url);
+    let answer = client().post(&url).multipart(form(Some(config))).send().await.expect("an answer");
+    let suggestion = read(answer).await;
+    let ops = |joint: &str| {
+        let joints = suggestion["joints"].as_array().expect("joints");
+        joints.iter().find(|view| view["joint"] == joint).map(|view| view["ops"].clone())
+    };
+    for joint in ["thigh_l", "calf_l", "foot_l"] {
+        assert_eq!(ops(joint), Some(json!(["ik"])), "{joint} is turned by it");
+    }
+    assert_eq!(ops("thigh_r"), Some(Value::Null), "the other leg is not");
+    let degrees = |suggestion: &Value, role: &str| {
+        let joints = suggestion["alignment"].as_array().expect("an alignment");
+        let joint = joints.iter().find(|joint| joint["role"] == role).expect("the role");
+        joint["direction_degrees"].as_f64().expect("a direction")
+    };
+    let apart = degrees(&suggestion, "left_upper_arm");
+    assert!((apart - 45.0).abs() < 3.0, "an arm at the side of a T against one of an A: {apart}");
+    let answer = client().post(&url).multipart(form(None)).send().await.expect("an answer");
+    let aligned = degrees(&read(answer).await, "left_upper_arm");
+    assert!(aligned < 0.1, "aligned: {aligned}");
+}

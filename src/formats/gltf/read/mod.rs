@@ -39,8 +39,8 @@ pub(in crate::formats) fn read(
 
     let graph = nodes::read(&root, budget, reporter)?;
     let mut accessors = Accessors::new(&document);
-    let skins = skins::read(&mut accessors, &graph, budget, reporter)?;
-    let skin_points = points::read(&mut accessors, &graph, &skins, budget, reporter)?;
+    let mut skins = skins::read(&mut accessors, &graph, budget, reporter)?;
+    let skin_points = points::read(&mut accessors, &graph, &mut skins, budget, reporter)?;
     let humanoid = humanoid::read(&root, &graph, reporter)?;
     let is_vrm = matches!(format, Format::Vrm | Format::Vrma);
     if is_vrm && humanoid.is_none() {

@@ -24,24 +24,33 @@ const MOST_ENTRIES_PER_VERTEX: u64 = 3;
 
 const DRACO: &str = "KHR_draco_mesh_compression";
 
-/// Collects the points of all meshes that a node binds to a skin.
+/// Collects the points of all meshes that a node binds to a skin, and counts the joints that move each vertex: skins whose meshes
+/// can all be decoded learn how many there are at most, the others keep what their arrays have room for.
 pub(super) fn read(
     accessors: &mut Accessors<'_>,
     graph: &Graph,
-    skins: &Skins,
+    skins: &mut Skins,
     budget: &mut Budget<'_>,
     reporter: &mut Reporter,
 ) -> Result<SkinPoints, FormatError> {
     if skins.skins.is_empty() {
         return Ok(SkinPoints::default());
     }
-    let mut collector = Collector { skins, entries: Vec::new(), seen: BTreeSet::new() };
+    let influences = vec![Some(0); skins.skins.len()];
+    let mut collector = Collector { skins: &*skins, entries: Vec::new(), seen: BTreeSet::new(), influences };
     match collector.read(accessors, budget, reporter) {
         Err(error) if error.kind == ErrorKind::Canceled => return Err(error),
-        Err(error) => warn(reporter, &error),
+        Err(error) => {
+            warn(reporter, &error);
+            collector.influences.fill(None);
+        }
         Ok(()) => {}
     }
-    Ok(SkinPoints::new(graph.joints.len(), &collector.entries))
+    let Collector { entries, influences, .. } = collector;
+    for (skin, counted) in skins.skins.iter_mut().zip(influences) {
+        skin.most_influences = counted.filter(|most| *most > 0).unwrap_or(skin.most_influences);
+    }
+    Ok(SkinPoints::new(graph.joints.len(), &entries))
 }
 
 struct Collector<'s> {
@@ -49,6 +58,8 @@ struct Collector<'s> {
     entries: Vec<(u32, SkinPoint)>,
     /// Skin and accessors of what has been decoded.
     seen: BTreeSet<(usize, Vec<usize>)>,
+    /// The most joints that move one vertex, per skin; nothing where a mesh of it cannot be decoded.
+    influences: Vec<Option<usize>>,
 }
 
 impl Collector<'_> {
@@ -65,6 +76,7 @@ impl Collector<'_> {
             let (Some(skin), Some(mesh)) = (node.get("skin")?, node.get("mesh")?) else { continue };
             let skin = skin.index(self.skins.skins.len(), "skins")?;
             if self.skins.joint_from_mesh[skin].is_empty() {
+                self.influences[skin] = None;
                 continue;
             }
             let mesh = meshes.element(mesh.index(mesh_count, "meshes")?)?;
@@ -73,7 +85,10 @@ impl Collector<'_> {
                 budget.check_canceled()?;
                 match self.read_primitive(&primitive, skin, accessors, budget, reporter) {
                     Err(error) if error.kind == ErrorKind::Canceled => return Err(error),
-                    Err(error) => warn(reporter, &error),
+                    Err(error) => {
+                        warn(reporter, &error);
+                        self.influences[skin] = None;
+                    }
                     Ok(()) => {}
                 }
             }
@@ -114,6 +129,8 @@ impl Collector<'_> {
         position.expect(Shape::Vec3, false, &place)?;
         let count = position.count;
         let positions: Vec<Vec3> = accessors.decode(&position, count, &place, budget)?;
+        budget.take_array(count as u64, size_of::<u8>() as u64, "/meshes")?;
+        let mut counts = vec![0_u8; count];
         for (joints, weights) in sets {
             joints.expect(Shape::Vec4, false, &attributes)?;
             weights.expect(Shape::Vec4, false, &attributes)?;
@@ -121,11 +138,18 @@ impl Collector<'_> {
             let weights: Vec<Vec4> = accessors.decode(&weights, count, &attributes, budget)?;
             let entry_size = size_of::<(u32, SkinPoint)>() as u64;
             budget.take_array(count as u64 * MOST_ENTRIES_PER_VERTEX, entry_size, "/meshes")?;
+            for (count, weights) in counts.iter_mut().zip(&weights) {
+                *count = weights.to_array().iter().fold(*count, |count, weight| count + u8::from(*weight > 0.0));
+            }
             let left_out = self.collect(skin, &positions, &joints, &weights);
             if left_out > 0 {
                 let detail = format!("{left_out} vertices are bound to joints that the skin does not have");
                 warn(reporter, &attributes.malformed(detail));
             }
+        }
+        let most = usize::from(counts.into_iter().max().unwrap_or(0));
+        if let Some(counted) = &mut self.influences[skin] {
+            *counted = (*counted).max(most);
         }
         Ok(())
     }

@@ -43,6 +43,7 @@ fn points_are_in_the_joint_s_own_space() {
         SkinPoint { position: Vec3::new(1.0, -1.0, 0.0), weight: 0.8 },
     ];
     assert_eq!(scene.skin_points.of(1), spine, "below the joint by two");
+    assert_eq!(scene.skins[0].most_influences, 2, "the vertex between them, whatever its arrays have room for");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::{
+    evidence::{weigh_level, weigh_upright},
     limb::{ARM, LEG, Segments, segments},
     shape::Shape,
     twins::{Pair, find_pairs},
@@ -10,6 +11,8 @@ use super::{
 
 /// Less likely figures are none.
 const LEAST_SCORE: f64 = 0.12;
+/// Nor are those that nothing beside their limbs speaks for.
+const LEAST_EVIDENCE: f64 = 0.1;
 
 /// An upright body.
 #[derive(Clone, Debug)]
@@ -66,7 +69,7 @@ pub(super) fn find_figure(shape: &Shape<'_>) -> Option<Figure> {
 }
 
 /// A step from 0 at `low` to 1 at `high`.
-fn step(value: f64, low: f64, high: f64) -> f64 {
+pub(super) fn step(value: f64, low: f64, high: f64) -> f64 {
     ((value - low) / (high - low)).clamp(0.0, 1.0)
 }
 
@@ -80,9 +83,11 @@ fn find_upright(shape: &Shape<'_>, pairs: &[Pair]) -> Option<Upright> {
     let mut best: Option<Upright> = None;
     for leg in &legs {
         for arm in arms.iter().filter(|arm| arm.pair.ways[0][0] != leg.pair.ways[0][0]) {
-            if let Some(upright) = stand(shape, leg, arm, pairs)
-                && upright.score > best.as_ref().map_or(LEAST_SCORE, |best| best.score)
-            {
+            let Some(mut upright) = stand(shape, leg, arm, pairs).filter(|upright| upright.score > LEAST_SCORE) else {
+                continue;
+            };
+            upright.score = weigh_upright(shape, &upright);
+            if upright.score > best.as_ref().map_or(LEAST_EVIDENCE, |best| best.score) {
                 best = Some(upright);
             }
         }
@@ -141,7 +146,10 @@ fn find_level(shape: &Shape<'_>, pairs: &[Pair]) -> Option<Level> {
     let mut best: Option<Level> = None;
     for hind in pairs {
         for front in pairs.iter().filter(|front| front.ways[0][0] != hind.ways[0][0]) {
-            let Some(level) = stand_on_four(shape, hind, front) else { continue };
+            let Some(mut level) = stand_on_four(shape, hind, front).filter(|level| level.score > LEAST_SCORE) else {
+                continue;
+            };
+            level.score = weigh_level(shape, &level);
             // A third pair that stands on the same ground makes it an insect, which has no roles.
             let others =
                 pairs.iter().filter(|pair| pair.ways[0][0] != hind.ways[0][0] && pair.ways[0][0] != front.ways[0][0]);
@@ -149,7 +157,7 @@ fn find_level(shape: &Shape<'_>, pairs: &[Pair]) -> Option<Level> {
             let tall = (ends(shape, hind) - starts(shape, hind)).dot(level.down);
             let stands = |pair: &Pair| (ends(shape, pair).dot(level.down) - ground).abs() < 0.2 * tall;
             if others.filter(|pair| stands(pair)).count() == 0
-                && level.score > best.as_ref().map_or(LEAST_SCORE, |best| best.score)
+                && level.score > best.as_ref().map_or(LEAST_EVIDENCE, |best| best.score)
             {
                 best = Some(level);
             }

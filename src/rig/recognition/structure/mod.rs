@@ -4,6 +4,7 @@
 //! and by how they hang from a trunk ([`figure`]); what lies between and above them is the spine, the neck and the head
 //! ([`trunk`]). A body whose limbs are not all there is not seen: shape alone never invents one.
 
+mod evidence;
 mod figure;
 mod hand;
 mod limb;
@@ -64,6 +65,11 @@ pub(super) fn find_anatomy(parents: &[Option<usize>], positions: &[DVec3], membe
     })
 }
 
+/// What is left of being sure where little speaks for a body.
+fn clearness(score: f64) -> f64 {
+    0.45 + 0.55 * figure::step(score, 0.05, 0.5)
+}
+
 fn describe(shape: &Shape<'_>, figure: &Figure) -> Anatomy {
     match figure {
         Figure::Upright(upright) => describe_upright(shape, upright),
@@ -90,7 +96,7 @@ fn describe_upright(shape: &Shape<'_>, body: &Upright) -> Anatomy {
     let forward = forward_of_legs(shape, &body.legs, up);
     let sides = sides_of(shape, body, up, forward);
     let mut places = Places::default();
-    let sure = SUREST.min(0.55 + 0.4 * body.score.sqrt());
+    let sure = SUREST.min(0.55 + 0.4 * body.score.sqrt()) * clearness(body.score);
     for (side, way) in [Side::Left, Side::Right].into_iter().zip(sides) {
         describe_leg(shape, &body.legs, way, side, sure, &mut places);
         describe_arm(shape, &body.arms, way, side, sure, &mut places);
@@ -181,7 +187,7 @@ fn describe_level(shape: &Shape<'_>, body: &Level) -> Anatomy {
     let forward = body.trunk - body.trunk.dot(up) * up;
     let left = up.cross(forward.normalize_or_zero());
     let mut places = Places::default();
-    let sure = SUREST.min(0.5 + 0.35 * body.score.sqrt());
+    let sure = SUREST.min(0.5 + 0.35 * body.score.sqrt()) * clearness(body.score);
     let at = |way: &[usize]| way.iter().map(|joint| shape.positions[*joint].dot(left)).sum::<f64>();
     for (part, pair) in [(Part::HindLeg, &body.hind), (Part::FrontLeg, &body.front)] {
         let [one, other] = &pair.ways;

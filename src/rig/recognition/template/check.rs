@@ -106,6 +106,11 @@ fn wrong_fields(template: &RigTemplate) -> Vec<SpecField> {
     fields
 }
 
+/// Whether a joint's name can stand in a template.
+pub(super) fn is_usable(name: &str) -> bool {
+    !name.contains(['|', '*', '{']) && wrong_name(name, false).is_none()
+}
+
 fn wrong_name(name: &str, has_sides: bool) -> Option<String> {
     if name.len() > LONGEST_NAME {
         return Some(format!("a name of {} bytes; at most {LONGEST_NAME} are allowed", name.len()));

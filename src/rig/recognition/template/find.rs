@@ -151,6 +151,24 @@ fn fits_wildcard(name: &str, pattern: &str) -> bool {
     name.ends_with(last)
 }
 
+/// The joints' names without the number that an exporter puts behind all of them.
+pub(super) fn own_names(skeleton: &Skeleton) -> Vec<String> {
+    let names: Vec<&str> = skeleton.joints().iter().map(|joint| joint.name.as_str()).collect();
+    let unnumbered = |name: &str| {
+        let cut = name.trim_end_matches(|character: char| character.is_ascii_digit());
+        (cut.len() < name.len()).then(|| cut.strip_suffix('_').map(str::to_owned)).flatten()
+    };
+    let numbered = names.iter().filter(|name| unnumbered(name).is_some()).count() as f64;
+    let all_numbered = numbered >= NUMBERED_SHARE * names.len() as f64;
+    let own = |name: &&str| unnumbered(name).filter(|_| all_numbered).unwrap_or_else(|| (*name).to_owned());
+    names.iter().map(own).collect()
+}
+
+/// A joint's name as it is compared: behind its last namespace, without separators and upper case.
+pub(super) fn plain_name(name: &str) -> String {
+    plain(name.rsplit([':', '|']).find(|part| !part.is_empty()).unwrap_or_default()).replace('*', "")
+}
+
 fn spellings(name: &str, sides: &[Vec<String>; 2], side: Side) -> Spellings {
     let words: &[String] = match side {
         Side::Left => &sides[0],
@@ -182,19 +200,10 @@ struct PlainNames {
 
 impl PlainNames {
     fn new(skeleton: &Skeleton) -> Self {
-        let names: Vec<&str> = skeleton.joints().iter().map(|joint| joint.name.as_str()).collect();
-        let unnumbered = |name: &str| {
-            let cut = name.trim_end_matches(|character: char| character.is_ascii_digit());
-            (cut.len() < name.len()).then(|| cut.strip_suffix('_').map(str::to_owned)).flatten()
-        };
-        let numbered = names.iter().filter(|name| unnumbered(name).is_some()).count() as f64;
-        let all_numbered = numbered >= NUMBERED_SHARE * names.len() as f64;
-        let own = |name: &&str| unnumbered(name).filter(|_| all_numbered).unwrap_or_else(|| (*name).to_owned());
-        let names: Vec<String> = names.iter().map(own).collect();
+        let names = own_names(skeleton);
         // A star in a joint's own name stands for nothing.
-        let plain = |name: &str| plain(name).replace('*', "");
-        let bare = |name: &String| plain(name.rsplit([':', '|']).find(|part| !part.is_empty()).unwrap_or_default());
-        Self { whole: names.iter().map(|name| plain(name)).collect(), bare: names.iter().map(bare).collect() }
+        let whole = names.iter().map(|name| plain(name).replace('*', "")).collect();
+        Self { whole, bare: names.iter().map(|name| plain_name(name)).collect() }
     }
 
     /// What is left of the names that begin with a prefix, and the first joint of each. A number may belong to the prefix

@@ -7,6 +7,7 @@
 mod builtin;
 mod check;
 mod find;
+mod learn;
 
 use std::collections::BTreeMap;
 
