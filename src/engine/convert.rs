@@ -54,6 +54,7 @@ pub(super) fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
 
 /// The same clip likewise.
 pub(super) fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -> Result<Clip, ClipError> {
+    let contacts = clip.contacts().to_vec();
     let morphs = clip.morphs().to_vec();
     let (name, times, tracks) = clip.into_parts();
     let rotation = conversion.rotation.as_quat();
@@ -69,7 +70,7 @@ pub(super) fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -
             scale: tracks.scale,
         }
     });
-    Clip::new(name, times, joints.collect())?.with_morphs(morphs)
+    Clip::new(name, times, joints.collect())?.with_contacts(contacts)?.with_morphs(morphs)
 }
 
 fn map<T: Copy>(track: Track<T>, change: impl Fn(T) -> T) -> Track<T> {

@@ -15,8 +15,18 @@ pub struct Clip {
     name: String,
     times_seconds: Vec<f64>,
     joints: Vec<JointTracks>,
+    contacts: Vec<JointContacts>,
     morphs: Vec<MorphTrack>,
     sparse_keys: Option<Arc<SparseKeys>>,
+}
+
+/// When a joint rests on something.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct JointContacts {
+    /// Index of the joint.
+    pub joint: usize,
+    /// One value per frame.
+    pub touches: Vec<bool>,
 }
 
 /// The three channels of one joint, local.
@@ -83,7 +93,25 @@ impl Clip {
             check_track(&tracks.rotation, joint, frames, |value| value.is_finite())?;
             check_track(&tracks.scale, joint, frames, |value| value.is_finite())?;
         }
-        Ok(Self { name, times_seconds, joints, morphs: Vec::new(), sparse_keys: None })
+        Ok(Self { name, times_seconds, joints, contacts: Vec::new(), morphs: Vec::new(), sparse_keys: None })
+    }
+
+    /// The same clip with what is known of contacts.
+    ///
+    /// # Errors
+    /// When a track's length is not the number of frames.
+    pub fn with_contacts(self, contacts: Vec<JointContacts>) -> Result<Self, ClipError> {
+        let frames = self.frame_count();
+        match contacts.iter().find(|track| track.touches.len() != frames) {
+            Some(track) => Err(ClipError::TrackLength { joint: track.joint, actual: track.touches.len(), frames }),
+            None => Ok(Self { contacts, ..self }),
+        }
+    }
+
+    /// When joints rest on something, where that is known.
+    #[must_use]
+    pub fn contacts(&self) -> &[JointContacts] {
+        &self.contacts
     }
 
     /// The clip's name; may be empty.
@@ -189,7 +217,7 @@ impl Clip {
         LocalPose::new(self.joints.iter().zip(skeleton.joints()).map(local).collect())
     }
 
-    /// Takes the clip apart: name, key times, tracks of joints. Morphs and the keys that are needed are left behind.
+    /// Takes the clip apart: name, key times, tracks of joints. Contacts, morphs and the keys that are needed are left behind.
     #[must_use]
     pub fn into_parts(self) -> (String, Vec<f64>, Vec<JointTracks>) {
         (self.name, self.times_seconds, self.joints)

@@ -20,7 +20,7 @@ mod transform;
 mod warning;
 
 pub use axes::{Axes, AxesError, SignedAxis};
-pub use clip::{Clip, ClipError, JointTracks};
+pub use clip::{Clip, ClipError, JointContacts, JointTracks};
 pub use control::{Canceled, Control, Phase, Progress};
 pub use morph::{Morph, MorphPlace, MorphTrack};
 pub use pose::{LocalPose, ModelPose};

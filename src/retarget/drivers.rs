@@ -7,7 +7,7 @@ use crate::{
 
 use super::{
     Plan,
-    compile::{Place, places},
+    places::{Place, places},
 };
 
 /// What drives a target joint.

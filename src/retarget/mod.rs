@@ -7,6 +7,7 @@ mod drivers;
 mod explain;
 mod lanes;
 mod measure;
+mod places;
 mod plan;
 mod run;
 mod stages;

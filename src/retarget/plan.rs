@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use crate::model::Transform;
+use crate::{model::Transform, rig::CrotchRule};
 
 /// A compiled retarget: constants and indices only.
 ///
@@ -117,6 +117,18 @@ pub(super) struct PelvisDriver {
     pub(super) rest_position: DVec3,
     /// Scale in model space, which stays at rest.
     pub(super) rest_scale: DVec3,
+    /// What moves and turns it further, where something does.
+    pub(super) further: Option<Box<PelvisFurther>>,
+}
+
+/// Offsets of the pelvis and its crotch's height.
+#[derive(Clone, Debug)]
+pub(super) struct PelvisFurther {
+    /// Turns it in plan space, after the source's change.
+    pub(super) turn: DQuat,
+    /// Moves it along its own axes.
+    pub(super) local_offset: DVec3,
+    pub(super) crotch: Option<CrotchRule>,
 }
 
 #[derive(Clone, Debug)]

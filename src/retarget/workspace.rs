@@ -9,8 +9,8 @@ use crate::model::{JointTracks, Track, Transform};
 use super::{
     lanes::{LANES, QuatLanes, VecLanes},
     plan::{
-        CarryStep, ChordStep, Driver, ModelDriver, Needs, Parent, PelvisDriver, Plan, RideStep, Sample, ShoulderDriver,
-        SourceStep, TargetStep, Translation, TwistDriver, TwistEnd, TwistSegment,
+        CarryStep, ChordStep, Driver, ModelDriver, Needs, Parent, PelvisDriver, PelvisFurther, Plan, RideStep, Sample,
+        ShoulderDriver, SourceStep, TargetStep, Translation, TwistDriver, TwistEnd, TwistSegment,
     },
 };
 
@@ -369,11 +369,18 @@ impl Workspace {
 
     fn move_pelvis(&mut self, slot: usize, step: &TargetStep, driver: &PelvisDriver) {
         self.target[slot] = self.source[driver.source_slot].times_constant(driver.rotation).normalized();
+        if let Some(further) = &driver.further {
+            self.target[slot] = QuatLanes::splat(further.turn).times(&self.target[slot]);
+        }
         self.blend_rotation(slot, step, driver.rotation_alpha);
         let source = &self.source_places[driver.source_slot].position;
+        let further = driver.further.as_ref().map(|further| further.moved(source, &self.target[slot]));
         let mut position = VecLanes::ZERO;
         for lane in 0..LANES {
-            let wanted = driver.matrix * DVec3::new(source.x[lane], source.y[lane], source.z[lane]) + driver.offset;
+            let mut wanted = driver.matrix * DVec3::new(source.x[lane], source.y[lane], source.z[lane]) + driver.offset;
+            if let Some(further) = &further {
+                wanted += DVec3::new(further.x[lane], further.y[lane], further.z[lane]);
+            }
             let placed = driver.rest_position.lerp(wanted, driver.translation_alpha);
             (position.x[lane], position.y[lane], position.z[lane]) = placed.into();
         }
@@ -482,6 +489,22 @@ impl Workspace {
                 local.scale.store(&mut tracks.scales[range]);
             }
         }
+    }
+}
+
+impl PelvisFurther {
+    /// How far the pelvis is moved beside its scale, where the source's is at `source` and the target's is turned by `rotation`.
+    fn moved(&self, source: &VecLanes, rotation: &QuatLanes) -> VecLanes {
+        let mut moved = rotation.rotate(&VecLanes::splat(self.local_offset));
+        if let Some(crotch) = &self.crotch {
+            for lane in 0..LANES {
+                let raised = crotch.up * crotch.raise(DVec3::new(source.x[lane], source.y[lane], source.z[lane]));
+                moved.x[lane] += raised.x;
+                moved.y[lane] += raised.y;
+                moved.z[lane] += raised.z;
+            }
+        }
+        moved
     }
 }
 

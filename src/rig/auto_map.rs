@@ -17,7 +17,7 @@ pub(super) struct NamedPair {
 }
 
 /// Roles that make up a limb, for specs that name the limb.
-const LIMBS: [(&str, &[&str]); 4] = [
+pub(super) const LIMBS: [(&str, &[&str]); 4] = [
     ("left_arm", &["left_upper_arm", "left_forearm", "left_hand"]),
     ("right_arm", &["right_upper_arm", "right_forearm", "right_hand"]),
     ("left_leg", &["left_thigh", "left_shin", "left_foot"]),

@@ -1,6 +1,6 @@
 //! What drives what, in indices: the result of resolving a spec against two rigs, and the input of the plan.
 
-use glam::DQuat;
+use glam::{DQuat, DVec3};
 
 use crate::model::{LocalPose, ModelPose, Transform};
 
@@ -69,6 +69,52 @@ pub struct PelvisPair {
     pub translation_alpha: f64,
     /// Source position to target position.
     pub position: PelvisPosition,
+    /// The same from the scale alone, without the op's offsets.
+    pub plain: PelvisPosition,
+    /// Turns it further in plan space, after the source's change.
+    pub turn: DQuat,
+    /// Turns it further about its own axes.
+    pub local_turn: DQuat,
+    /// Moves it along its own axes, in plan units.
+    pub local_offset: DVec3,
+    /// Makes the height of the crotch follow the source's.
+    pub crotch: Option<CrotchRule>,
+    /// How much goals of limbs go along with what moves the pelvis beside the scale: over the floor, and up.
+    pub affects_goals: [f64; 2],
+}
+
+impl PelvisPair {
+    /// Whether the pelvis goes elsewhere than where the scale alone puts it.
+    #[must_use]
+    pub fn is_moved(&self) -> bool {
+        let (position, plain) = (&self.position, &self.plain);
+        position.scale != plain.scale
+            || position.target_origin != plain.target_origin
+            || self.local_offset != DVec3::ZERO
+            || self.crotch.is_some()
+    }
+}
+
+/// Raises the pelvis by `weight · (ratio · (z_S − source_below) + target_below − scale · z_S)`, with `z_S` for the source pelvis'
+/// height above its floor; all in plan space and units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CrotchRule {
+    /// Up.
+    pub up: DVec3,
+    /// Height of the floor under the source's clip.
+    pub source_floor: f64,
+    /// From the crotch to the pelvis joint.
+    pub source_below: f64,
+    /// The same of the target.
+    pub target_below: f64,
+    /// Height of the target's crotch at rest over that of the source's.
+    pub ratio: f64,
+    /// What the scale alone makes of a height.
+    pub scale: f64,
+    /// How much of it is taken.
+    pub weight: f64,
+    /// Height of the source's crotch at which nothing of it is taken any more.
+    pub faded_at: Option<f64>,
 }
 
 /// `target = target_origin + turn⁻¹ · (scale ∘ (turn · (source − source_origin)))`, with `turn` = `ours_from_plan`, all in plan
@@ -78,11 +124,11 @@ pub struct PelvisPosition {
     /// The rotation into +Y up, +Z front.
     pub ours_from_plan: DQuat,
     /// Factors along right, up and front.
-    pub scale: glam::DVec3,
+    pub scale: DVec3,
     /// The point of the source that is scaled about.
-    pub source_origin: glam::DVec3,
+    pub source_origin: DVec3,
     /// Where that point goes.
-    pub target_origin: glam::DVec3,
+    pub target_origin: DVec3,
     /// How far `source_origin` is below what the source's feet touch, where only their lowest joint says where that is: as far as
     /// the target's soles are below its own, in proportion.
     pub source_sole: f64,
@@ -144,6 +190,20 @@ pub struct Chord {
     pub keeps_last: bool,
 }
 
+impl CrotchRule {
+    /// How much higher the pelvis goes when the source's is there.
+    #[must_use]
+    pub fn raise(&self, source: DVec3) -> f64 {
+        let height = source.dot(self.up) - self.source_floor;
+        let crotch = height - self.source_below;
+        let fade = self.faded_at.map_or(1.0, |faded_at| {
+            let share = 1.0 - (crotch / faded_at).clamp(0.0, 1.0);
+            share * share * (3.0 - 2.0 * share)
+        });
+        self.weight * fade * (self.ratio * crotch + self.target_below - self.scale * height)
+    }
+}
+
 /// How a chain is driven, every question answered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drive {
@@ -157,6 +217,14 @@ pub struct Drive {
     pub rotation_alpha: f64,
     /// 1 takes the translation mode's translation.
     pub translation_alpha: f64,
+}
+
+impl Drive {
+    /// How much of the source's rotation is followed; what shapes a chain afterwards applies its alpha itself.
+    #[must_use]
+    pub const fn followed_rotation_alpha(&self) -> f64 {
+        if self.rotation.is_shape() { 1.0 } else { self.rotation_alpha }
+    }
 }
 
 impl Default for Drive {

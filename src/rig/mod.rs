@@ -35,7 +35,7 @@ pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use findings::{FileFacts, Finding, FindingCode, Severity, examine, examine_clips};
 pub use floor::standing_floor;
 pub use joint_table::{TableRow, write_table};
-pub use mapping::{ChainPair, Chord, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing};
+pub use mapping::{ChainPair, Chord, CrotchRule, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing};
 pub use mask::named_joints;
 pub use morphs::{MorphDrive, MorphMapping, MorphTerm, map_morphs};
 pub use parse::{is_own_shape, parse_document, parse_spec, parse_value};
@@ -49,7 +49,11 @@ pub use resolve::{Resolved, resolve};
 pub use rest::RestSource;
 pub use shoulder::ShoulderPair;
 pub use spec::*;
-pub use stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, StagedKind, StagedOp, Stages};
+pub use stages::{
+    ChainShape, ChainStretch, CopyDrive, DriveFrom, FingerDrive, GripPair, Ground, JointDrive, JointLimit, Limb,
+    LimbJoints, LimbPair, LimitFrame, PinDrive, PosedEdit, PropDrive, ReachDrive, ReachEnd, RootMotion, Schedule, Sole,
+    SourceScale, StagedKind, StagedOp, Stages,
+};
 pub use twist::{TwistAgainst, TwistPair};
 pub use understand::{Rig, find_clip};
 pub use volumes::{Anchor, BodyPart, Capsule, HandPair};

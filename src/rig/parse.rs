@@ -130,10 +130,8 @@ fn out_of_range(spec: &RetargetSpec) -> Vec<SpecField> {
                 require(holds, format!("/ops/{index}/{name}"), format!("{value} is out of range"));
             }
         }
-        if let Some(scope) = op.scope() {
-            let detail = "keys are [seconds, alpha] in rising order of time, with alpha from 0 to 1; at least one";
-            require(scope.alpha.is_valid(), format!("/ops/{index}/alpha"), detail.into());
-        }
+        let detail = "keys are [seconds, alpha] in rising order of time, with alpha from 0 to 1; at least one";
+        require(op.alpha().is_valid(), format!("/ops/{index}/alpha"), detail.into());
     }
     if let ReportChoice::Spec(report) = &spec.report {
         for (metric, Threshold { warn_above, fail_above }) in &report.thresholds {

@@ -1,9 +1,16 @@
 //! What is done behind forward kinematics, in indices: the ops of a spec resolved against two rigs.
 
+mod posed;
+
+pub use posed::{
+    ChainShape, ChainStretch, CopyDrive, DriveFrom, FingerDrive, GripPair, JointDrive, JointLimit, LimitFrame,
+    PinDrive, PosedEdit, PropDrive, ReachDrive, ReachEnd, RootMotion, SourceScale,
+};
+
 use glam::{DMat3, DVec3};
 
 use super::{
-    spec::{ContactsOp, FilterOp, FloorOp, IkOp, PlantOp, SelfContactOp},
+    spec::{ContactsOp, FilterOp, FloorOp, IkOp, PlantOp, SelfContactOp, StrideOp},
     volumes::{BodyPart, HandPair},
 };
 
@@ -20,6 +27,8 @@ pub struct Stages {
     pub hands: Vec<HandPair>,
     /// The ops, in order.
     pub ops: Vec<StagedOp>,
+    /// What the source's motion is scaled by before anything else.
+    pub source_scale: Option<SourceScale>,
 }
 
 /// The floor of both sides. Heights are along `up`; everything is in plan space and in the plan's unit.
@@ -41,6 +50,14 @@ pub struct Ground {
     pub target_rest_floor: f64,
     /// Height of the floor under the result.
     pub target_floor: f64,
+}
+
+impl Ground {
+    /// The figure's left, up and front, as columns.
+    #[must_use]
+    pub fn axes(&self) -> DMat3 {
+        DMat3::from_cols(self.up.cross(self.front), self.up, self.front)
+    }
 }
 
 impl Default for Ground {
@@ -178,6 +195,14 @@ pub struct Schedule {
     pub frames: [usize; 2],
 }
 
+impl Schedule {
+    /// All of it, at all frames.
+    #[must_use]
+    pub fn always() -> Self {
+        Self { alpha: vec![[0.0, 1.0]], frames: [0, usize::MAX] }
+    }
+}
+
 /// One op behind forward kinematics.
 #[derive(Clone, Debug)]
 pub struct StagedOp {
@@ -204,4 +229,16 @@ pub enum StagedKind {
     SelfContact(SelfContactOp),
     /// Filters the rotations of these target joints.
     Filter(FilterOp, Vec<usize>),
+    /// Edits poses frame by frame, in this order.
+    Posed(Vec<PosedEdit>),
+    /// Shares twists out, times the gain, among the twist joints of these segments.
+    Twist(f64, Vec<usize>),
+    /// Fades the driven joints among these toward their rest pose where the schedule's alpha is below 1.
+    Fade(Vec<usize>),
+    /// Spreads goals and the pelvis' way.
+    Stride(StrideOp),
+    /// Leads hands to what other hands hold.
+    Grips(Vec<GripPair>),
+    /// Moves the figure's way.
+    RootMotion(RootMotion),
 }

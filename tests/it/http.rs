@@ -6,6 +6,7 @@ mod documents;
 mod edits;
 mod facts;
 mod library;
+mod ops;
 mod poses;
 mod proposals;
 mod real;

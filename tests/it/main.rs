@@ -19,6 +19,7 @@ mod formats_poses;
 mod http;
 mod joint_table;
 mod morphs;
+mod ops;
 mod parity;
 mod quality;
 mod readme;

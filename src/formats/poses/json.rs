@@ -298,6 +298,19 @@ impl Serialize for Document<'_> {
         for channel in Channel::ALL {
             map.serialize_entry(channel.key(), &Frames { document: self, channel })?;
         }
+        let (names, tracks) = poses.contacts();
+        if !names.is_empty() {
+            map.serialize_entry("contact_joints", &names)?;
+            let frames = || {
+                (0..poses.times().len()).map(|frame| {
+                    Sequence({
+                        let tracks = &tracks;
+                        move || tracks.iter().map(move |track| track[frame])
+                    })
+                })
+            };
+            map.serialize_entry("contacts", &Sequence(frames))?;
+        }
         map.serialize_entry("meta", &poses.meta())?;
         map.end()
     }

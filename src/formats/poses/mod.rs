@@ -7,7 +7,8 @@
 //! | `rest_translations`, `rest_rotations`, `rest_scales` | J×3, J×4, J×3 | local; rotations (identity) and scales (one) may be absent |
 //! | `times` | F | seconds, rising; may be absent when `meta` has `fps`: then frame k is at k / fps |
 //! | `translations`, `rotations`, `scales` | F×J×3, F×J×4, F×J×3 | local; an absent channel stays at rest |
-//! | `morph_names`, `morph_weights`, `contacts`, `contact_joints` | | accepted and left out |
+//! | `contacts`, `contact_joints` | F×C bool, C | written where contacts are known: when those joints rest on something; accepted and left out |
+//! | `morph_names`, `morph_weights` | | accepted and left out |
 //! | `meta` | JSON string | `name`, `fps`, `axes` (up and front, default `+y+z`), `unit` in metres (default 1) |
 //!
 //! Both codecs decode into the same [`arrays::Arrays`]; [`read`] is the only place that knows what the arrays mean. Nothing

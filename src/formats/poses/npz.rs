@@ -74,6 +74,12 @@ pub(super) fn write(poses: &Poses<'_>, control: &Control) -> Result<Vec<u8>, For
         let packing = if channel == Channel::Rotation { Packing::Stored } else { Packing::Deflated };
         archive.add(channel.key(), &member, packing)?;
     }
+    let (names, tracks) = poses.contacts();
+    if !names.is_empty() {
+        archive.add("contact_joints", &npy::unicode_array(&names, &[names.len()]), Packing::Deflated)?;
+        let touches = (0..frames).flat_map(|frame| tracks.iter().map(move |track| u8::from(track[frame])));
+        archive.add("contacts", &array("|b1", &[frames, names.len()], touches), Packing::Deflated)?;
+    }
     archive.add("meta", &npy::unicode_array(&[poses.meta()], &[]), Packing::Deflated)?;
     let bytes = archive.zip.finish().map_err(|error| zip_error(&error, "archive"))?;
     Ok(bytes.into_inner())

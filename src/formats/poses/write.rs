@@ -136,6 +136,12 @@ impl<'a> Poses<'a> {
         })
     }
 
+    /// Names of the joints with contacts, and their tracks; both empty where nothing is known of any.
+    pub(super) fn contacts(&self) -> (Vec<&'a str>, Vec<&'a [bool]>) {
+        let tracks = self.clip.contacts().iter().filter(|track| self.written[track.joint].is_some());
+        tracks.map(|track| (self.skeleton.joints()[track.joint].name.as_str(), track.touches.as_slice())).unzip()
+    }
+
     pub(super) fn meta(&self) -> &str {
         &self.meta
     }

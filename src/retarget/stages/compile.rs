@@ -1,12 +1,12 @@
 //! From the ops of a mapping to stages.
 
-use glam::DVec3;
+use glam::{DMat3, DVec2, DVec3};
 
 use crate::{
     model::{Skeleton, Transform},
     rig::{
-        BodyPart, Capsule, FloorOp, Ground, HandPair, IkOp, Limb, LimbJoints, LimbPair, Mapping, PlantMode, PlantOp,
-        Schedule, SelfContactOp, Sole, StagedKind, StagedOp,
+        BodyPart, Capsule, FloorOp, GripPair, Ground, HandPair, IkOp, Limb, LimbJoints, LimbPair, Mapping, PlantMode,
+        PlantOp, Schedule, SelfContactOp, Sole, StagedKind, StagedOp, StrideDirection, StrideOp,
     },
 };
 
@@ -15,14 +15,19 @@ use super::{
     contacts::ContactStage,
     filter::FilterStage,
     floor::{FloorFoot, FloorStage, FootSlots},
-    goals::{GoalLimb, GoalStage},
+    goals::{GoalLimb, GoalStage, PelvisShift},
+    grips::{GripStage, HeldGrip},
     limbs::{LimbRest, LimbSlots},
     plant::{PlantStage, PlantedFoot},
+    posed::PosedStage,
     posing::Posing,
     pull::{PullStage, PulledLeg},
     ride::RideStage,
+    root::RootStage,
+    scale_source::ScaledSource,
     self_contact::{Fixed, Hand, Part, SelfContactStage},
     solve::{Hangs, SolveStage, SolvedLimb},
+    stride::{StrideLimb, StrideStage},
     work::Changed,
 };
 
@@ -54,21 +59,23 @@ impl Stack {
         compiler.close();
         Self {
             plan: Plan::new(source, target, mapping),
+            source: mapping.stages.source_scale.map(|scale| ScaledSource::new(scale, source)),
             stages: compiler.stages,
             limbs: mapping.stages.limbs.iter().map(|pair| pair.limb.name()).collect(),
+            contact_joints: mapping.stages.limbs.iter().flat_map(contact_joints).collect(),
             metres_per_unit: mapping.stages.ground.units_per_metre.recip(),
         }
     }
 }
 
-struct Compiler<'a> {
-    source: &'a Skeleton,
-    target: &'a Skeleton,
-    mapping: &'a Mapping,
+pub(super) struct Compiler<'a> {
+    pub(super) source: &'a Skeleton,
+    pub(super) target: &'a Skeleton,
+    pub(super) mapping: &'a Mapping,
     /// In plan space.
-    source_rest: Vec<Transform>,
-    target_rest: Vec<Transform>,
-    plan_from_target: Transform,
+    pub(super) source_rest: Vec<Transform>,
+    pub(super) target_rest: Vec<Transform>,
+    pub(super) plan_from_target: Transform,
     stages: Vec<Stage>,
     /// Limbs with goals that are not solved yet, and the op that set them.
     open: Vec<(usize, IkOp)>,
@@ -110,6 +117,27 @@ impl Compiler<'_> {
                 let stage = FilterStage { op: filter.clone(), schedule: op.schedule.clone(), joints: joints.clone() };
                 self.stages.push(Stage::Filter(stage));
             }
+            StagedKind::Posed(edits) => {
+                self.close();
+                let stage = PosedStage::of_edits(self, edits, &op.schedule);
+                self.add_posed(stage);
+            }
+            StagedKind::Twist(gain, joints) => {
+                self.close();
+                let stage = PosedStage::of_twists(self, *gain, joints, &op.schedule);
+                self.add_posed(stage);
+            }
+            StagedKind::Fade(joints) => {
+                let stage = PosedStage::of_fade(self, joints, &op.schedule);
+                self.add_posed(stage);
+            }
+            StagedKind::Stride(stride) => self.add_stride(stride, op),
+            StagedKind::Grips(grips) => self.add_grips(grips, op),
+            StagedKind::RootMotion(motion) => {
+                self.close();
+                let stage = RootStage::new(self, motion, &op.schedule);
+                self.stages.push(Stage::Root(stage));
+            }
             StagedKind::Floor(floor) => {
                 self.need_goals(&op.limbs);
                 let stage = self.floor_stage(floor, op);
@@ -121,11 +149,27 @@ impl Compiler<'_> {
         }
     }
 
-    fn ground(&self) -> Ground {
+    pub(super) fn ground(&self) -> Ground {
         self.mapping.stages.ground
     }
 
-    fn limb(&self, limb: usize) -> &LimbPair {
+    /// Driven joints below a joint, or of the whole skeleton, that have no driven joint above them on the way.
+    pub(super) fn topmost_driven_below(&self, top: Option<usize>) -> Vec<usize> {
+        let driven = self.mapping.driven();
+        let is_topmost = |&joint: &usize| {
+            let mut above = self.target.parent(joint);
+            while let Some(parent) = above.filter(|parent| Some(*parent) != top) {
+                if driven[parent] {
+                    return false;
+                }
+                above = self.target.parent(parent);
+            }
+            above == top
+        };
+        (0..driven.len()).filter(|&joint| driven[joint]).filter(is_topmost).collect()
+    }
+
+    pub(super) fn limb(&self, limb: usize) -> &LimbPair {
         &self.mapping.stages.limbs[limb]
     }
 
@@ -133,7 +177,7 @@ impl Compiler<'_> {
         self.mapping.stages.limbs.len()
     }
 
-    fn rest(&self, limb: usize) -> LimbRest {
+    pub(super) fn rest(&self, limb: usize) -> LimbRest {
         LimbRest::new(self.limb(limb), &self.source_rest, &self.target_rest, &self.ground())
     }
 
@@ -150,11 +194,11 @@ impl Compiler<'_> {
         (mean(source), mean(lengths.iter().map(|(target, _)| *target).collect()))
     }
 
-    fn source_posing(&self, joints: impl IntoIterator<Item = usize>) -> Posing {
+    pub(super) fn source_posing(&self, joints: impl IntoIterator<Item = usize>) -> Posing {
         Posing::new(self.source, self.mapping.plan_from_source, joints)
     }
 
-    fn target_posing(&self, joints: impl IntoIterator<Item = usize>) -> Posing {
+    pub(super) fn target_posing(&self, joints: impl IntoIterator<Item = usize>) -> Posing {
         Posing::new(self.target, self.plan_from_target, joints)
     }
 
@@ -162,17 +206,32 @@ impl Compiler<'_> {
     fn need_goals(&mut self, limbs: &[usize]) {
         let missing: Vec<usize> =
             limbs.iter().copied().filter(|limb| !self.open.iter().any(|(open, _)| open == limb)).collect();
-        let always = Schedule { alpha: vec![[0.0, 1.0]], frames: [0, usize::MAX] };
-        self.set_goals(&IkOp::default(), &always, &missing);
+        self.set_goals(&IkOp::default(), &Schedule::always(), &missing);
     }
 
     fn set_goals(&mut self, op: &IkOp, schedule: &Schedule, limbs: &[usize]) {
         if limbs.is_empty() {
             return;
         }
-        let source = self.source_posing(limbs.iter().flat_map(|limb| self.limb(*limb).source.joints()));
-        let joints = |limb: &usize| self.limb(*limb).target.joints();
-        let target = self.target_posing(limbs.iter().flat_map(joints));
+        // A pelvis that fades in and out is nowhere where its scale puts it.
+        let shifted = self.mapping.pelvis.filter(|pelvis| pelvis.is_moved() && !self.fades(pelvis.target));
+        let source_joints = limbs.iter().flat_map(|limb| self.limb(*limb).source.joints());
+        let source = self.source_posing(source_joints.chain(shifted.map(|pelvis| pelvis.source)));
+        let target_joints = limbs.iter().flat_map(|limb| self.limb(*limb).target.joints());
+        let target = self.target_posing(target_joints.chain(shifted.map(|pelvis| pelvis.target)));
+        let shift = shifted.map(|pelvis| {
+            let turn = DMat3::from_quat(pelvis.plain.ours_from_plan);
+            let matrix = turn.transpose() * DMat3::from_diagonal(pelvis.plain.scale) * turn;
+            PelvisShift {
+                source: source.slot(pelvis.source),
+                target: target.slot(pelvis.target),
+                matrix,
+                offset: pelvis.plain.target_origin - matrix * pelvis.plain.source_origin,
+                alpha: pelvis.translation_alpha,
+                rest: self.target_rest[pelvis.target].translation,
+                affects: pelvis.affects_goals,
+            }
+        });
         let goal_limb = |&limb: &usize| GoalLimb {
             limb,
             source: LimbSlots::new(&self.limb(limb).source, &source),
@@ -187,10 +246,100 @@ impl Compiler<'_> {
             target,
             ground: self.ground(),
             limb_count: self.limb_count(),
+            pelvis: shift,
         };
         self.stages.push(Stage::Goals(stage));
         self.open.retain(|(open, _)| !limbs.contains(open));
         self.open.extend(limbs.iter().map(|&limb| (limb, op.clone())));
+    }
+
+    fn add_posed(&mut self, stage: Option<PosedStage>) {
+        if let Some(stage) = stage {
+            self.stages.push(Stage::Posed(stage));
+            self.place_riders();
+        }
+    }
+
+    /// Whether a joint is faded behind the plan.
+    fn fades(&self, joint: usize) -> bool {
+        let is_faded = |op: &StagedOp| matches!(&op.kind, StagedKind::Fade(joints) if joints.contains(&joint));
+        self.mapping.stages.ops.iter().any(is_faded)
+    }
+
+    fn add_stride(&mut self, op: &StrideOp, staged: &StagedOp) {
+        let Some(pelvis) = self.mapping.pelvis else { return };
+        self.need_goals(&staged.limbs);
+        let facing = match op.direction {
+            StrideDirection::Chest => self.chest().unwrap_or(pelvis.target),
+            StrideDirection::Pelvis | StrideDirection::Goals | StrideDirection::Travel => pelvis.target,
+        };
+        let feet = staged.limbs.iter().flat_map(|&limb| {
+            let joints = self.limb(limb).target;
+            [Some(joints.end), joints.ball].into_iter().flatten()
+        });
+        let target = self.target_posing(feet.chain([pelvis.target, facing]));
+        let ground = self.ground();
+        let axes = ground.axes();
+        let place = |limb: usize| {
+            let place = axes.transpose() * self.target_rest[self.limb(limb).target.end].translation;
+            DVec2::new(place.x, place.z)
+        };
+        let middle = staged.limbs.iter().map(|&limb| place(limb)).sum::<DVec2>() / staged.limbs.len().max(1) as f64;
+        let limb = |&limb: &usize| StrideLimb {
+            limb,
+            rest: place(limb) - middle,
+            end: target.slot(self.limb(limb).target.end),
+            ball: self.limb(limb).target.ball.map(|ball| target.slot(ball)),
+            side: if matches!(self.limb(limb).limb, Limb::LeftLeg | Limb::LeftArm) { 1.0 } else { -1.0 },
+        };
+        let stage = StrideStage {
+            op: op.clone(),
+            schedule: staged.schedule.clone(),
+            limbs: staged.limbs.iter().map(limb).collect(),
+            goal_limbs: self.open.iter().map(|(limb, _)| *limb).collect(),
+            limb_count: self.limb_count(),
+            ground,
+            pelvis: target.slot(pelvis.target),
+            facing: target.slot(facing),
+            front: self.target_rest[facing].rotation.conjugate() * ground.front,
+            target,
+        };
+        self.stages.push(Stage::Stride(stage));
+        if op.moves_pelvis && self.pull.is_none() {
+            self.pull = Some((false, 1.0));
+        }
+    }
+
+    /// The joint that carries an arm.
+    fn chest(&self) -> Option<usize> {
+        let arm = self.mapping.stages.limbs.iter().find(|pair| !pair.limb.is_leg())?;
+        let spine = self.mapping.chains.iter().find(|chain| chain.name == "spine");
+        spine.and_then(|chain| chain.target.last().copied()).or_else(|| self.target.parent(arm.target.start))
+    }
+
+    fn add_grips(&mut self, grips: &[GripPair], staged: &StagedOp) {
+        let followers: Vec<usize> = grips.iter().map(|grip| grip.follows).collect();
+        self.need_goals(&followers);
+        let hand = |limb: usize| (self.limb(limb).source.end, self.limb(limb).target.end);
+        let source = self.source_posing(grips.iter().flat_map(|grip| [hand(grip.lead).0, hand(grip.follows).0]));
+        let target = self.target_posing(grips.iter().map(|grip| hand(grip.lead).1));
+        let held = |grip: &GripPair| {
+            let (lead, lead_target) = hand(grip.lead);
+            let arm = self.rest(grip.lead);
+            HeldGrip {
+                limb: grip.follows,
+                dominant_limb: self.open.iter().any(|(limb, _)| *limb == grip.lead).then_some(grip.lead),
+                source: [source.slot(lead), source.slot(hand(grip.follows).0)],
+                target: target.slot(lead_target),
+                target_from_source: self.source_rest[lead].rotation.conjugate()
+                    * self.target_rest[lead_target].rotation,
+                scale: grip.scale,
+                within: grip.within * arm.length / arm.length_ratio,
+            }
+        };
+        let grips = grips.iter().map(held).collect();
+        let schedule = staged.schedule.clone();
+        self.stages.push(Stage::Grips(GripStage { schedule, grips, limb_count: self.limb_count(), source, target }));
     }
 
     fn plant_stage(&self, op: &PlantOp, staged: &StagedOp) -> PlantStage {
@@ -352,6 +501,12 @@ impl Compiler<'_> {
         self.stages.push(Stage::Pull(stage));
         self.place_riders();
     }
+}
+
+/// The points of contact of a limb, and the joints of the target that they are.
+fn contact_joints(pair: &LimbPair) -> Vec<(&'static str, usize)> {
+    let joints = [Some(pair.target.end), pair.target.ball, pair.target.tip];
+    pair.limb.contact_points().into_iter().zip(joints).filter_map(|(point, joint)| Some((point, joint?))).collect()
 }
 
 /// Size of the target's foot over the source's, where both are of one shape; that of the legs where neither has a size.

@@ -28,6 +28,32 @@ pub(super) struct GoalStage {
     pub(super) ground: Ground,
     /// Of all limbs of the mapping.
     pub(super) limb_count: usize,
+    /// What moves the pelvis beside its scale, where something does.
+    pub(super) pelvis: Option<PelvisShift>,
+}
+
+/// How far goals stay behind when the pelvis is moved beside its scale. (retargeting.md B3.)
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PelvisShift {
+    /// Slots of the two pelvises.
+    pub(super) source: usize,
+    pub(super) target: usize,
+    /// Where the scale alone puts it: `rest + alpha · (matrix · source + offset − rest)`.
+    pub(super) matrix: DMat3,
+    pub(super) offset: DVec3,
+    pub(super) alpha: f64,
+    pub(super) rest: DVec3,
+    /// How much goals go along, over the floor and up.
+    pub(super) affects: [f64; 2],
+}
+
+impl PelvisShift {
+    fn of(&self, source: &Pose, target: &Pose, up: DVec3) -> DVec3 {
+        let scaled = self.matrix * source.model[self.source].translation + self.offset;
+        let moved = target.model[self.target].translation - self.rest.lerp(scaled, self.alpha);
+        let raised = up * moved.dot(up);
+        raised * (self.affects[1] - 1.0) + (moved - raised) * (self.affects[0] - 1.0)
+    }
 }
 
 /// One limb of the stage.
@@ -72,6 +98,7 @@ impl GoalStage {
             IkGoal::Fk => end,
             IkGoal::Limb => start + of_source * rest.length_ratio,
         };
+        position += self.pelvis.map_or(DVec3::ZERO, |pelvis| pelvis.of(source, target, self.ground.up));
         position = start + (position - start) * op.extension;
         let up = self.ground.up;
         position += up * ((position.dot(up) - self.ground.target_floor) * (op.scale_vertical - 1.0));
@@ -105,16 +132,21 @@ impl GoalStage {
         if self.op.align_pole == 0.0 {
             return DVec3::ZERO;
         }
-        let (Some(source_line), Some(line)) =
-            ((source[2] - source[0]).try_normalize(), (target[2] - target[0]).try_normalize())
-        else {
-            return DVec3::ZERO;
-        };
-        let bent = source[1] - source[0];
-        let off = bent - source_line * bent.dot(source_line);
-        let sure = smooth(off.length() / (SURE_POLE * bent.length().max(f64::MIN_POSITIVE)));
-        let pole = arc(source_line, line, source_line.any_orthonormal_vector()) * off.normalize_or_zero();
-        let kept = if self.op.keep_pole_offset { rest.pole_angle } else { 0.0 };
-        DQuat::from_axis_angle(line, kept) * pole * sure
+        source_pole(source, target, if self.op.keep_pole_offset { rest.pole_angle } else { 0.0 })
     }
+}
+
+/// Which way the middle of a limb should point for the source's sake, from the line between start and end, where that line is
+/// turned to the target's; as long as that is sure, 0 to 1. `kept` is the angle between the bends at rest.
+pub(super) fn source_pole(source: [DVec3; 3], target: [DVec3; 3], kept: f64) -> DVec3 {
+    let (Some(source_line), Some(line)) =
+        ((source[2] - source[0]).try_normalize(), (target[2] - target[0]).try_normalize())
+    else {
+        return DVec3::ZERO;
+    };
+    let bent = source[1] - source[0];
+    let off = bent - source_line * bent.dot(source_line);
+    let sure = smooth(off.length() / (SURE_POLE * bent.length().max(f64::MIN_POSITIVE)));
+    let pole = arc(source_line, line, source_line.any_orthonormal_vector()) * off.normalize_or_zero();
+    DQuat::from_axis_angle(line, kept) * pole * sure
 }

@@ -10,33 +10,43 @@ mod contacts;
 mod filter;
 mod floor;
 mod goals;
+mod grips;
 mod limbs;
 mod plant;
+mod posed;
 mod posing;
 mod pull;
 mod result;
 mod ride;
+mod root;
+mod scale_source;
 mod schedule;
 mod self_contact;
 mod solve;
+mod stride;
 mod temporal;
 mod two_bone;
 mod work;
 
 pub use result::{ContactTrack, LimbReach, StackResult};
 
-use crate::model::{Canceled, Clip, Control};
+use crate::model::{Canceled, Clip, Control, JointContacts};
 
 use self::{
     contacts::{ContactPoints, ContactStage},
     filter::FilterStage,
     floor::FloorStage,
     goals::GoalStage,
+    grips::GripStage,
     plant::PlantStage,
+    posed::PosedStage,
     pull::PullStage,
     ride::RideStage,
+    root::RootStage,
+    scale_source::ScaledSource,
     self_contact::SelfContactStage,
     solve::SolveStage,
+    stride::StrideStage,
     work::Work,
 };
 use super::{
@@ -48,8 +58,11 @@ use super::{
 #[derive(Clone, Debug)]
 pub struct Stack {
     plan: Plan,
+    source: Option<ScaledSource>,
     stages: Vec<Stage>,
     limbs: Vec<&'static str>,
+    /// Points of contact and the joints of the target that they are.
+    contact_joints: Vec<(&'static str, usize)>,
     metres_per_unit: f64,
 }
 
@@ -64,6 +77,10 @@ enum Stage {
     Filter(FilterStage),
     Solve(SolveStage),
     Ride(RideStage),
+    Posed(PosedStage),
+    Stride(StrideStage),
+    Grips(GripStage),
+    Root(RootStage),
     SelfContact(SelfContactStage),
 }
 
@@ -79,6 +96,8 @@ impl Stack {
     /// # Errors
     /// When the work is canceled, or the result does not fit into the numbers of a track.
     pub fn run(&self, clip: &Clip, control: &Control) -> Result<StackResult, RunError> {
+        let scaled = self.source.as_ref().map(|source| source.apply(clip, control)).transpose()?;
+        let clip = scaled.as_ref().unwrap_or(clip);
         let result = run(&self.plan, clip, control)?;
         if self.stages.is_empty() {
             return Ok(StackResult { clip: result, contacts: Vec::new(), reaches: Vec::new() });
@@ -100,7 +119,20 @@ impl Stack {
         }
         let (contacts, reaches) = result::tell(&work, &self.limbs, self.metres_per_unit);
         let target = work.target;
-        Ok(StackResult { clip: Clip::new(name, times, target)?, contacts, reaches })
+        let touching = self.touching(&contacts);
+        let clip = Clip::new(name, times, target)?.with_contacts(touching)?;
+        Ok(StackResult { clip, contacts, reaches })
+    }
+}
+
+impl Stack {
+    /// What touches, as joints of the target; points that it does not have are left out.
+    fn touching(&self, contacts: &[ContactTrack]) -> Vec<JointContacts> {
+        let joint = |track: &ContactTrack| {
+            let (_, joint) = self.contact_joints.iter().find(|(point, _)| *point == track.point)?;
+            Some(JointContacts { joint: *joint, touches: track.touches.clone() })
+        };
+        contacts.iter().filter_map(joint).collect()
     }
 }
 
@@ -115,6 +147,10 @@ impl Stage {
             Self::Filter(stage) => stage.run(work),
             Self::Solve(stage) => stage.run(work),
             Self::Ride(stage) => stage.run(work),
+            Self::Posed(stage) => stage.run(work),
+            Self::Stride(stage) => stage.run(work),
+            Self::Grips(stage) => stage.run(work),
+            Self::Root(stage) => stage.run(work),
             Self::SelfContact(stage) => stage.run(work),
         }
     }

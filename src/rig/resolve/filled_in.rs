@@ -46,7 +46,7 @@ pub(super) fn filled_in(
             if let Op::Pelvis(op) = op {
                 let factor = tops.size_ratio * target.unit_metres / source.unit_metres;
                 op.origin = ScaleOrigin::Origin;
-                if op.scale == PelvisScale::Rule(PelvisScaleRule::Height) {
+                if matches!(op.scale, PelvisScale::Rule(rule) if rule != PelvisScaleRule::None) {
                     op.scale = PelvisScale::Value(factor);
                 }
             }

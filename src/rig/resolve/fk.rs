@@ -9,7 +9,7 @@ use super::super::{
     twist::is_lower,
     understand::Rig,
 };
-use super::stands_on_four;
+use super::{pelvis::constant_alpha, stands_on_four};
 
 pub(super) fn resolve_fk(
     op: &FkOp,
@@ -34,6 +34,7 @@ pub(super) fn resolve_fk(
             fields.push(field.with_nearest(name, known.iter().map(String::as_str)));
         }
     }
+    let alpha = constant_alpha(&op.alpha, op.frames);
     let wanted = |pair: &&NamedPair| mask.as_ref().is_none_or(|mask| mask.contains(&pair.name.as_str()));
     pairs
         .iter()
@@ -45,8 +46,8 @@ pub(super) fn resolve_fk(
                 carry: op.carry,
                 rotation,
                 translation: entry.and_then(|entry| entry.translation).unwrap_or(op.translation),
-                rotation_alpha: op.alpha * entry.and_then(|entry| entry.rotation_alpha).unwrap_or(op.rotation_alpha),
-                translation_alpha: op.alpha
+                rotation_alpha: alpha * entry.and_then(|entry| entry.rotation_alpha).unwrap_or(op.rotation_alpha),
+                translation_alpha: alpha
                     * entry.and_then(|entry| entry.translation_alpha).unwrap_or(op.translation_alpha),
             };
             if let Some(chains) = leg_chains(pair, drive, source, target) {

@@ -5,6 +5,8 @@ mod fk;
 mod notes;
 mod pairs;
 mod pelvis;
+mod posed;
+mod sizes;
 mod stages;
 
 use glam::DVec3;
@@ -83,6 +85,7 @@ pub fn resolve(
         stages: Stages::default(),
     };
     let mut fields = Vec::new();
+    let mut kinematics = Vec::new();
     for (index, op) in ops.iter().enumerate() {
         match op {
             Op::Pelvis(op) => match &found.tops {
@@ -91,6 +94,7 @@ pub fn resolve(
             },
             Op::Fk(op) => {
                 let chains = resolve_fk(op, index, spec, pairs, source, target, &mut fields);
+                kinematics.push((index, chains.clone()));
                 mapping.chains.extend(chains);
             }
             _ => {}
@@ -103,7 +107,7 @@ pub fn resolve(
         keep_slides(&mut mapping.chains, clip);
     }
     order_chains(&mut mapping.chains);
-    mapping.stages = resolve_stages(&ops, source, target, clip, &mapping, reporter)?;
+    mapping.stages = resolve_stages(&ops, &kinematics, [source, target], clip, &mapping, reporter)?;
     if mapping.pelvis.is_none() && mapping.chains.is_empty() {
         return Err(nothing_to_map(source, target));
     }

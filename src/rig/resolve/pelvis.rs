@@ -1,6 +1,6 @@
 //! How far the pelvis travels, and above which floors.
 
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec3, EulerRot};
 
 use crate::model::{Clip, Reporter};
 
@@ -10,15 +10,14 @@ use super::{
         floor::{Stance, clip_floor},
         mapping::{Mapping, PelvisPair, PelvisPosition},
         recognition::RigKind,
-        spec::{HeightRule, PelvisOp, PelvisScale, PelvisScaleRule, RetargetSpec, RigSpec, ScaleOrigin},
+        spec::{Alpha, HeightRule, PelvisOp, PelvisScale, PelvisScaleRule, RetargetSpec, RigSpec, ScaleOrigin},
         understand::Rig,
     },
     nothing_to_map,
     pairs::Tops,
+    sizes::{LEAST_HEIGHT, Sizes},
 };
 
-/// ikrigretarget's guard: a source height below this counts as one.
-const LEAST_HEIGHT: f64 = 1e-4;
 /// Ankles above the sole, as a share of what is above them up to the pelvis: 3.9 % of a person's height of 51 % (Winter,
 /// Biomechanics and Motor Control of Human Movement, after Drillis and Contini).
 const ANKLE_HEIGHT: f64 = 0.076;
@@ -70,11 +69,8 @@ pub(super) fn resolve_pelvis(
     if !op.enabled {
         return Ok(());
     }
-    let scale = match op.scale {
-        PelvisScale::Rule(PelvisScaleRule::Height) => mapping.global_scale,
-        PelvisScale::Rule(PelvisScaleRule::None) => 1.0,
-        PelvisScale::Value(value) => value,
-    };
+    let sizes = Sizes { source, target, floors: [source_height.floor, target_height.floor], unit };
+    let scale = sizes.scale(op.scale, mapping.global_scale, reporter);
     let (source_origin, target_origin, source_sole) = match op.origin {
         ScaleOrigin::Origin => (DVec3::ZERO, DVec3::ZERO, 0.0),
         // Nothing says where the target's floor is, so it is where the source's is.
@@ -84,22 +80,42 @@ pub(super) fn resolve_pelvis(
             (up * (source_floor * unit - source_sole), up * target_height.floor, source_sole)
         }
     };
+    let plain = PelvisPosition {
+        ours_from_plan: (target.work_from_scene * mapping.plan_from_target.conjugate()).normalize(),
+        scale,
+        source_origin,
+        target_origin,
+        source_sole,
+    };
+    let crotch = (op.floor_constraint > 0.0).then(|| {
+        let heights = [source_height.value, target_height.value];
+        let floor = source_floor * unit - source_sole;
+        sizes.crotch(op, heights, floor, scale.y, mapping.plan_from_target * target.up())
+    });
+    let alpha = constant_alpha(&op.alpha, op.frames);
+    let [left, up, front] = op.turn_offset.map(f64::to_radians);
+    let [x, y, z] = op.local_turn_offset.map(f64::to_radians);
+    let turn =
+        plain.ours_from_plan.conjugate() * DQuat::from_euler(EulerRot::XYZ, left, up, front) * plain.ours_from_plan;
     mapping.pelvis = Some(PelvisPair {
         source: source_pelvis,
         target: target_pelvis,
-        rotation_alpha: op.alpha * op.rotation_alpha,
-        translation_alpha: op.alpha * op.translation_alpha,
+        rotation_alpha: alpha * op.rotation_alpha,
+        translation_alpha: alpha * op.translation_alpha,
         position: blended(
             op,
             target.unit_metres,
             PelvisPosition {
-                ours_from_plan: (target.work_from_scene * mapping.plan_from_target.conjugate()).normalize(),
                 scale: DVec3::new(op.scale_horizontal, op.scale_vertical, op.scale_horizontal) * scale,
-                source_origin,
-                target_origin,
-                source_sole,
+                ..plain
             },
         ),
+        plain,
+        turn: turn.normalize(),
+        local_turn: DQuat::from_euler(EulerRot::XYZ, x, y, z),
+        local_offset: DVec3::from(op.local_offset) / target.unit_metres,
+        crotch,
+        affects_goals: [op.affect_ik_horizontal, op.affect_ik_vertical],
     });
     Ok(())
 }
@@ -126,23 +142,36 @@ pub(super) fn resolve_top(op: &PelvisOp, tops: &Tops, mapping: &mut Mapping) {
         return;
     }
     let scale = match op.scale {
-        PelvisScale::Rule(PelvisScaleRule::Height) => mapping.global_scale,
         PelvisScale::Rule(PelvisScaleRule::None) => 1.0,
+        PelvisScale::Rule(_) => mapping.global_scale,
         PelvisScale::Value(value) => value,
     };
+    let position = PelvisPosition {
+        ours_from_plan: DQuat::IDENTITY,
+        scale: DVec3::splat(scale),
+        source_origin: DVec3::ZERO,
+        target_origin: DVec3::ZERO,
+        source_sole: 0.0,
+    };
+    let alpha = constant_alpha(&op.alpha, op.frames);
     mapping.pelvis = Some(PelvisPair {
         source: tops.source,
         target: tops.target,
-        rotation_alpha: op.alpha * op.rotation_alpha,
-        translation_alpha: op.alpha * op.translation_alpha,
-        position: PelvisPosition {
-            ours_from_plan: DQuat::IDENTITY,
-            scale: DVec3::splat(scale),
-            source_origin: DVec3::ZERO,
-            target_origin: DVec3::ZERO,
-            source_sole: 0.0,
-        },
+        rotation_alpha: alpha * op.rotation_alpha,
+        translation_alpha: alpha * op.translation_alpha,
+        position,
+        plain: position,
+        turn: DQuat::IDENTITY,
+        local_turn: DQuat::IDENTITY,
+        local_offset: DVec3::ZERO,
+        crotch: None,
+        affects_goals: [op.affect_ik_horizontal, op.affect_ik_vertical],
     });
+}
+
+/// The alpha that the plan applies; what changes over time is faded behind it.
+pub(super) fn constant_alpha(alpha: &Alpha, frames: Option<[usize; 2]>) -> f64 {
+    alpha.constant().filter(|_| frames.is_none()).unwrap_or(1.0)
 }
 
 /// How far the lowest joint of the feet is above the soles of a rig that nothing says it of. It hangs from its pelvis, as captures

@@ -9,18 +9,20 @@ use super::super::{
     auto_map::{known_names, roles_of},
     error::{SpecError, SpecErrorKind, SpecField},
     floor::{Stance, clip_floor},
-    mapping::Mapping,
-    spec::{Op, Scope},
-    stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, StagedKind, StagedOp, Stages},
+    mapping::{ChainPair, Mapping},
+    spec::{Alpha, Op, Scope},
+    stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, SourceScale, StagedKind, StagedOp, Stages},
     understand::Rig,
     volumes::{HandPair, body_parts, hand},
 };
+use super::posed::{Subject, props, resolve_posed, scale_source, shapes};
 
-/// Resolves the ops behind `pelvis` and `fk`. Needs the rest of the mapping.
+/// Resolves the ops behind `pelvis` and `fk`, and what those two do behind the plan. `kinematics` are the chains of each `fk` op by
+/// its index. Needs the rest of the mapping.
 pub(super) fn resolve_stages(
     ops: &[Op],
-    source: &Rig<'_>,
-    target: &Rig<'_>,
+    kinematics: &[(usize, Vec<ChainPair>)],
+    [source, target]: [&Rig<'_>; 2],
     clip: &Clip,
     mapping: &Mapping,
     reporter: &mut Reporter,
@@ -28,11 +30,78 @@ pub(super) fn resolve_stages(
     let mut limbs: Vec<LimbPair> = Limb::ALL.into_iter().filter_map(|limb| find_limb(limb, source, target)).collect();
     share_soles(&mut limbs, |pair| &mut pair.source);
     share_soles(&mut limbs, |pair| &mut pair.target);
-    let mut staged = Vec::new();
+    let (mut front, mut staged) = (Vec::new(), Vec::new());
+    let mut source_scale: Option<SourceScale> = None;
     let mut fields = Vec::new();
     for (index, op) in ops.iter().enumerate() {
+        let context = Context { index, clip, limbs: &limbs };
         let (scope, kind, defaults) = match op {
-            Op::Pelvis(_) | Op::Fk(_) => continue,
+            Op::Pelvis(op) => {
+                let schedule = context.fade(&op.alpha, op.frames, &mut fields);
+                let pelvis = mapping.pelvis.filter(|_| op.enabled);
+                front.extend(schedule.zip(pelvis).map(|(schedule, pelvis)| StagedOp {
+                    schedule,
+                    limbs: Vec::new(),
+                    kind: StagedKind::Fade(vec![pelvis.target]),
+                }));
+                continue;
+            }
+            Op::Fk(op) => {
+                let schedule = context.fade(&op.alpha, op.frames, &mut fields);
+                let chains = kinematics.iter().find(|entry| entry.0 == index).map_or(&[][..], |entry| &entry.1);
+                let edits = shapes::resolve(op, chains, &limbs);
+                if !edits.is_empty() {
+                    front.push(StagedOp {
+                        schedule: Schedule::always(),
+                        limbs: Vec::new(),
+                        kind: StagedKind::Posed(edits),
+                    });
+                }
+                let joints = chains.iter().flat_map(|chain| chain.target.iter().copied()).collect();
+                let fade = schedule.filter(|_| op.enabled);
+                front.extend(fade.map(|schedule| StagedOp {
+                    schedule,
+                    limbs: Vec::new(),
+                    kind: StagedKind::Fade(joints),
+                }));
+                continue;
+            }
+            Op::ScaleSource(op) => {
+                source_scale = scale_source(op, index, source, source_scale, &mut fields);
+                continue;
+            }
+            Op::Props(op) => {
+                if op.scope.enabled {
+                    let mut subject = Subject { index, source, target, clip, mapping, reporter, fields: &mut fields };
+                    let grips = props::grips(op, &limbs, &mut subject);
+                    let edits = props::resolve(op, &mut subject);
+                    let schedule = context.schedule(&op.scope, &mut fields);
+                    let kinds =
+                        [(!grips.is_empty()).then_some(StagedKind::Grips(grips)), Some(StagedKind::Posed(edits))];
+                    let staged_op = |kind| StagedOp { schedule: schedule.clone(), limbs: Vec::new(), kind };
+                    staged.extend(kinds.into_iter().flatten().map(staged_op));
+                }
+                continue;
+            }
+            Op::Stride(op) => (&op.scope, StagedKind::Stride(op.clone()), Defaults::Legs),
+            Op::Fingers(_)
+            | Op::Reach(_)
+            | Op::Joints(_)
+            | Op::Pin(_)
+            | Op::CopyBasePose(_)
+            | Op::AdditivePose(_)
+            | Op::ArmSpacing(_)
+            | Op::StretchChain(_)
+            | Op::Twist(_)
+            | Op::Limits(_)
+            | Op::RootMotion(_) => {
+                let mut subject = Subject { index, source, target, clip, mapping, reporter, fields: &mut fields };
+                let Some(scope) = op.scope().filter(|scope| scope.enabled) else { continue };
+                if let Some(kind) = resolve_posed(op, &mut subject) {
+                    staged.push(StagedOp { schedule: context.schedule(scope, &mut fields), limbs: Vec::new(), kind });
+                }
+                continue;
+            }
             Op::Contacts(op) => (&op.scope, StagedKind::Contacts(op.clone()), Defaults::All),
             Op::Ik(op) => (&op.scope, StagedKind::Ik(op.clone()), Defaults::Legs),
             Op::Plant(op) => (&op.scope, StagedKind::Plant(op.clone()), Defaults::Legs),
@@ -40,7 +109,6 @@ pub(super) fn resolve_stages(
             Op::SelfContact(op) => (&op.scope, StagedKind::SelfContact(op.clone()), Defaults::Arms),
             Op::Filter(op) => {
                 if op.scope.enabled {
-                    let context = Context { index, clip, limbs: &limbs };
                     let joints = filtered_joints(&op.scope, index, target, mapping, &mut fields);
                     let schedule = context.schedule(&op.scope, &mut fields);
                     staged.push(StagedOp { schedule, limbs: Vec::new(), kind: StagedKind::Filter(op.clone(), joints) });
@@ -51,7 +119,6 @@ pub(super) fn resolve_stages(
         if !scope.enabled {
             continue;
         }
-        let context = Context { index, clip, limbs: &limbs };
         staged.push(StagedOp {
             schedule: context.schedule(scope, &mut fields),
             limbs: context.masked_limbs(scope, defaults, &mut fields),
@@ -62,16 +129,17 @@ pub(super) fn resolve_stages(
         return Err(error);
     }
     report_order(&staged, reporter);
-    if staged.is_empty() {
-        return Ok(Stages::default());
+    front.extend(staged);
+    if front.is_empty() {
+        return Ok(Stages { source_scale, ..Stages::default() });
     }
     let (mut parts, mut hands) = (Vec::new(), Vec::new());
-    if staged.iter().any(|op| matches!(op.kind, StagedKind::SelfContact(_))) {
+    if front.iter().any(|op| matches!(op.kind, StagedKind::SelfContact(_))) {
         let unit = source.unit_metres / target.unit_metres;
         parts = body_parts(source, target, unit);
         hands = find_hands(&limbs, source, target, unit);
     }
-    Ok(Stages { ground: ground(source, target, clip, mapping), limbs, parts, hands, ops: staged })
+    Ok(Stages { ground: ground(source, target, clip, mapping), limbs, parts, hands, ops: front, source_scale })
 }
 
 fn find_hands(limbs: &[LimbPair], source: &Rig<'_>, target: &Rig<'_>, unit: f64) -> Vec<HandPair> {
@@ -97,13 +165,23 @@ struct Context<'a> {
 
 impl Context<'_> {
     fn schedule(&self, scope: &Scope, fields: &mut Vec<SpecField>) -> Schedule {
+        self.schedule_of(&scope.alpha, scope.frames, fields)
+    }
+
+    /// When `pelvis` or `fk` is faded behind the plan; nothing where the plan's own alpha says it all.
+    fn fade(&self, alpha: &Alpha, frames: Option<[usize; 2]>, fields: &mut Vec<SpecField>) -> Option<Schedule> {
+        let is_constant = frames.is_none() && alpha.constant().is_some();
+        (!is_constant).then(|| self.schedule_of(alpha, frames, fields))
+    }
+
+    fn schedule_of(&self, alpha: &Alpha, frames: Option<[usize; 2]>, fields: &mut Vec<SpecField>) -> Schedule {
         let last = self.clip.frame_count() - 1;
-        let frames = scope.frames.unwrap_or([0, last]);
+        let frames = frames.unwrap_or([0, last]);
         if frames[0] > frames[1] || frames[0] > last {
             let detail = format!("frames {} to {} are none of the clip's 0 to {last}", frames[0], frames[1]);
             fields.push(SpecField::new(SpecErrorKind::InvalidValue, format!("/ops/{}/frames", self.index), detail));
         }
-        Schedule { alpha: scope.alpha.keys(), frames }
+        Schedule { alpha: alpha.keys(), frames }
     }
 
     fn masked_limbs(&self, scope: &Scope, defaults: Defaults, fields: &mut Vec<SpecField>) -> Vec<usize> {
@@ -252,12 +330,14 @@ fn ground(source: &Rig<'_>, target: &Rig<'_>, clip: &Clip, mapping: &Mapping) ->
     let target_rest_floor = stance(target).map_or(0.0, |(_, stance)| stance.floor);
     let (travel, target_floor) = match &mapping.pelvis {
         Some(pelvis) => {
-            let position = pelvis.position;
-            let turn = DMat3::from_quat(position.ours_from_plan);
-            let travel = turn.transpose() * DMat3::from_diagonal(position.scale) * turn;
-            let floor =
-                position.target_origin + travel * (up * (source_floor - position.source_sole) - position.source_origin);
-            (travel, floor.dot(up))
+            // The floor does not sink with a pelvis that is offset.
+            let travel = |scale: DVec3| {
+                let turn = DMat3::from_quat(pelvis.plain.ours_from_plan);
+                turn.transpose() * DMat3::from_diagonal(scale) * turn
+            };
+            let away = up * (source_floor - pelvis.plain.source_sole) - pelvis.plain.source_origin;
+            let floor = pelvis.plain.target_origin + travel(pelvis.plain.scale) * away;
+            (travel(pelvis.position.scale), floor.dot(up))
         }
         None => (DMat3::from_diagonal(DVec3::splat(mapping.global_scale)), target_rest_floor),
     };

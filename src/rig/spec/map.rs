@@ -42,6 +42,21 @@ pub enum RotationMode {
     OneToOne,
     /// The same, counted from the chain's end.
     OneToOneReversed,
+    /// As `interpolated`, then bones are turned until the target's joints lie on the line of the source's chain, laid to the
+    /// target's start; each as far along it as its bone is long. A limb is one chain.
+    MatchChain,
+    /// The same with the source's line scaled to the target's length, so that the whole shape fits.
+    MatchScaledChain,
+    /// The source joint's rotation below its parent, as it is: for rigs whose joints have the same axes.
+    CopyLocal,
+}
+
+impl RotationMode {
+    /// Whether it changes what forward kinematics give, instead of deciding what they follow.
+    #[must_use]
+    pub const fn is_shape(self) -> bool {
+        matches!(self, Self::MatchChain | Self::MatchScaledChain | Self::CopyLocal)
+    }
 }
 
 /// How the translations of a target chain follow from a source chain.
@@ -55,4 +70,19 @@ pub enum TranslationMode {
     GloballyScaled,
     /// The joint goes where the source joint is.
     Absolute,
+    /// All bones of the chain get longer or shorter as the source's chain as a whole does since its rest pose. A limb is one chain.
+    StretchUniform,
+    /// Each bone gets longer or shorter as the source's chain does at the same place.
+    StretchBySegment,
+    /// The bone is turned and stretched below its parent as the source's has been since its rest pose:
+    /// `o_T = |o_S| / |o_S^R| · arc(o_S^R → o_S) · o_T^R`.
+    OrientAndScale,
+}
+
+impl TranslationMode {
+    /// Whether it changes what forward kinematics give.
+    #[must_use]
+    pub const fn is_shape(self) -> bool {
+        matches!(self, Self::StretchUniform | Self::StretchBySegment | Self::OrientAndScale)
+    }
 }

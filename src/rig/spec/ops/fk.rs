@@ -3,7 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::super::{RotationMode, TranslationMode};
+use super::{
+    super::{RotationMode, TranslationMode},
+    Alpha,
+};
 
 /// In which frame a chain's rotation change is measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -22,9 +25,11 @@ pub enum Carry {
 pub struct FkOp {
     /// Whether the op runs.
     pub enabled: bool,
-    /// Multiplies both alphas of every chain. 0 to 1.
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub alpha: f64,
+    /// Multiplies both alphas of every chain: 0 leaves them at rest. A number from 0 to 1, or keys over time.
+    pub alpha: Alpha,
+    /// First and last frame of the clip on which the op works, both included, from 0; at others its chains are at rest. Default: all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames: Option<[usize; 2]>,
     /// Only these roles or chains (names of the target side). Default: all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mask: Option<Vec<String>>,
@@ -49,13 +54,23 @@ pub struct FkOp {
     /// 0 keeps rest translations. −10 to 10.
     #[schemars(range(min = -10.0, max = 10.0))]
     pub translation_alpha: f64,
+    /// How much the bend of arms and legs is turned to where the source's points (its pole vector), about the line from start to
+    /// end; hands and feet keep how they are turned. 0 to 1.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub align_pole: f64,
+    /// Degrees by which the bend is turned further. −180 to 180.
+    #[schemars(range(min = -180.0, max = 180.0))]
+    pub pole_offset: f64,
+    /// Whether `align_pole` keeps the angle that both rest poses have between their bends.
+    pub keep_pole_offset: bool,
 }
 
 impl Default for FkOp {
     fn default() -> Self {
         Self {
             enabled: true,
-            alpha: 1.0,
+            alpha: Alpha::default(),
+            frames: None,
             mask: None,
             carry: Carry::default(),
             rotation: RotationMode::default(),
@@ -64,6 +79,9 @@ impl Default for FkOp {
             shoulder: 0.3,
             rotation_alpha: 1.0,
             translation_alpha: 1.0,
+            align_pole: 0.0,
+            pole_offset: 0.0,
+            keep_pole_offset: true,
         }
     }
 }

@@ -1,24 +1,52 @@
 //! The steps of a retarget and their parameters, one file per op.
 
+mod additive_pose;
+mod arm_spacing;
 mod contacts;
+mod copy_base_pose;
 mod filter;
+mod fingers;
 mod fk;
 mod floor;
 mod ik;
+mod joints;
+mod limits;
 mod pelvis;
+mod pin;
 mod plant;
+mod props;
+mod reach;
+mod root_motion;
+mod scale_source;
 mod scope;
 mod self_contact;
+mod stretch_chain;
+mod stride;
+mod twist;
 
+pub use additive_pose::AdditivePoseOp;
+pub use arm_spacing::ArmSpacingOp;
 pub use contacts::{ContactFloor, ContactFloorRule, ContactsOp};
+pub use copy_base_pose::CopyBasePoseOp;
 pub use filter::{FilterKind, FilterOp};
+pub use fingers::FingersOp;
 pub use fk::{Carry, FkOp};
 pub use floor::FloorOp;
 pub use ik::{IkGoal, IkOp};
+pub use joints::{JointRow, JointSource, JointSpace, JointsOp};
+pub use limits::{LimitRange, LimitsOp};
 pub use pelvis::{HeightRule, PelvisOp, PelvisScale, PelvisScaleRule, ScaleOrigin};
+pub use pin::{Pin, PinMode, PinOp, PinSide};
 pub use plant::{PlantMode, PlantOp};
+pub use props::{CarriedProp, Grip, GripHand, PropsOp};
+pub use reach::{ReachGoal, ReachOp, ReachPlace};
+pub use root_motion::{RootAction, RootAxis, RootMotionOp, RootPlace, RootSource};
+pub use scale_source::ScaleSourceOp;
 pub use scope::{Alpha, Scope};
 pub use self_contact::SelfContactOp;
+pub use stretch_chain::StretchChainOp;
+pub use stride::{StrideDirection, StrideOp};
+pub use twist::TwistOp;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -43,9 +71,47 @@ pub enum Op {
     SelfContact(SelfContactOp),
     /// Takes noise off rotations.
     Filter(FilterOp),
+    /// Drives joints one by one from a table.
+    Joints(JointsOp),
+    /// Lets joints follow another joint.
+    Pin(PinOp),
+    /// Copies joints of equal names as they are.
+    CopyBasePose(CopyBasePoseOp),
+    /// Adds a constant change of pose.
+    AdditivePose(AdditivePoseOp),
+    /// Turns arms away from the body or toward it.
+    ArmSpacing(ArmSpacingOp),
+    /// Makes chains longer or shorter.
+    StretchChain(StretchChainOp),
+    /// Shares the twist of limbs out among twist joints.
+    Twist(TwistOp),
+    /// Takes back what bends farther than bodies do.
+    Limits(LimitsOp),
+    /// Bends and spreads fingers more or less.
+    Fingers(FingersOp),
+    /// Gets ends of chains to goals with the help of the body.
+    Reach(ReachOp),
+    /// Makes steps longer or shorter.
+    Stride(StrideOp),
+    /// Keeps things in hands.
+    Props(PropsOp),
+    /// Scales the source's motion.
+    ScaleSource(ScaleSourceOp),
+    /// Puts the figure's way onto its root joint, or takes it out.
+    RootMotion(RootMotionOp),
 }
 
 impl Op {
+    /// How much of it is taken.
+    #[must_use]
+    pub fn alpha(&self) -> &Alpha {
+        match self {
+            Self::Pelvis(op) => &op.alpha,
+            Self::Fk(op) => &op.alpha,
+            other => other.scope().map_or(&Alpha::ALL, |scope| &scope.alpha),
+        }
+    }
+
     /// When and on what it works; nothing for `pelvis` and `fk`, which have fields of their own for that.
     #[must_use]
     pub const fn scope(&self) -> Option<&Scope> {
@@ -57,6 +123,20 @@ impl Op {
             Self::Floor(op) => Some(&op.scope),
             Self::SelfContact(op) => Some(&op.scope),
             Self::Filter(op) => Some(&op.scope),
+            Self::Joints(op) => Some(&op.scope),
+            Self::Pin(op) => Some(&op.scope),
+            Self::CopyBasePose(op) => Some(&op.scope),
+            Self::AdditivePose(op) => Some(&op.scope),
+            Self::ArmSpacing(op) => Some(&op.scope),
+            Self::StretchChain(op) => Some(&op.scope),
+            Self::Twist(op) => Some(&op.scope),
+            Self::Limits(op) => Some(&op.scope),
+            Self::Fingers(op) => Some(&op.scope),
+            Self::Stride(op) => Some(&op.scope),
+            Self::Reach(op) => Some(&op.scope),
+            Self::Props(op) => Some(&op.scope),
+            Self::ScaleSource(op) => Some(&op.scope),
+            Self::RootMotion(op) => Some(&op.scope),
         }
     }
 }

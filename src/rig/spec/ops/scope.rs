@@ -42,12 +42,24 @@ impl Default for Alpha {
 }
 
 impl Alpha {
+    /// All of it.
+    pub const ALL: Self = Self::Constant(1.0);
+
     /// Keys of seconds and alpha; a constant is one key.
     #[must_use]
     pub fn keys(&self) -> Vec<[f64; 2]> {
         match self {
             Self::Constant(value) => vec![[0.0, *value]],
             Self::Keyed(keys) => keys.clone(),
+        }
+    }
+
+    /// The constant, where it is one.
+    #[must_use]
+    pub const fn constant(&self) -> Option<f64> {
+        match self {
+            Self::Constant(value) => Some(*value),
+            Self::Keyed(_) => None,
         }
     }
 

@@ -1,0 +1,75 @@
+//! Hands that hold the same thing. (retargeting.md B32.)
+
+use glam::{DQuat, DVec3};
+
+use crate::{model::Canceled, rig::Schedule};
+
+use super::{
+    posing::{Pose, Posing},
+    two_bone::smooth,
+    work::{Goal, Work},
+};
+
+/// Leads hands to where they hold what another hand holds.
+#[derive(Clone, Debug)]
+pub(super) struct GripStage {
+    pub(super) schedule: Schedule,
+    pub(super) grips: Vec<HeldGrip>,
+    pub(super) source: Posing,
+    pub(super) target: Posing,
+    pub(super) limb_count: usize,
+}
+
+/// One pair of hands.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct HeldGrip {
+    /// The limb that follows.
+    pub(super) limb: usize,
+    /// The limb that leads, where it has a goal of its own.
+    pub(super) dominant_limb: Option<usize>,
+    /// Slots of the two hands: the one that leads and the one that follows.
+    pub(super) source: [usize; 2],
+    pub(super) target: usize,
+    /// `S0⁻¹ · T0` of the hand that leads.
+    pub(super) target_from_source: DQuat,
+    pub(super) scale: f64,
+    /// Up to this distance of the source's hands the other follows fully, in plan units.
+    pub(super) within: f64,
+}
+
+impl GripStage {
+    pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        let mut goals = std::mem::take(&mut work.goals);
+        let fill = |(source, target): &mut (Pose, Pose), frame: usize, row: &mut [DVec3]| {
+            self.source.fill(source, work.source, frame);
+            self.target.fill(target, &work.target, frame);
+            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            let goals = &goals[frame * self.limb_count..(frame + 1) * self.limb_count];
+            for (grip, place) in self.grips.iter().zip(row) {
+                *place = grip.goal(source, target, goals, alpha);
+            }
+        };
+        let rows = work.rows(self.grips.len(), || (self.source.pose(), self.target.pose()), fill)?;
+        for (goals, row) in goals.chunks_exact_mut(self.limb_count).zip(rows.chunks_exact(self.grips.len())) {
+            for (grip, place) in self.grips.iter().zip(row) {
+                goals[grip.limb].position = *place;
+            }
+        }
+        work.goals = goals;
+        Ok(())
+    }
+}
+
+impl HeldGrip {
+    fn goal(&self, source: &Pose, target: &Pose, goals: &[Goal], alpha: f64) -> DVec3 {
+        let [lead, other] = self.source.map(|slot| source.model[slot]);
+        let between = lead.rotation.conjugate() * (other.translation - lead.translation);
+        let (rotation, position) = match self.dominant_limb {
+            Some(limb) => (goals[limb].rotation, goals[limb].position),
+            None => (target.model[self.target].rotation, target.model[self.target].translation),
+        };
+        let held = position + rotation * (self.target_from_source.conjugate() * between) * self.scale;
+        let far = between.length() / self.within.max(f64::MIN_POSITIVE) - 1.0;
+        goals[self.limb].position.lerp(held, alpha * (1.0 - smooth(far)))
+    }
+}

@@ -1,0 +1,30 @@
+//! A prop that a hand carries as the source's does. (retargeting.md B32.)
+
+use glam::DQuat;
+
+use super::figure::Figure;
+
+/// One prop.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CarriedStep {
+    pub(super) slot: usize,
+    pub(super) holder: usize,
+    pub(super) source: usize,
+    pub(super) source_holder: usize,
+    /// `S0⁻¹ · T0` of the holders, and of the props.
+    pub(super) holder_turn: DQuat,
+    pub(super) prop_turn: DQuat,
+    pub(super) scale: f64,
+}
+
+impl CarriedStep {
+    pub(super) fn apply(&self, figure: &mut Figure<'_>) {
+        let (holder, prop) = (figure.source.model[self.source_holder], figure.source.model[self.source]);
+        let away = holder.rotation.conjugate() * (prop.translation - holder.translation);
+        let turned = holder.rotation.conjugate() * prop.rotation;
+        let hand = figure.model(self.holder);
+        let back = self.holder_turn.conjugate();
+        figure.turn_to(self.slot, hand.rotation * back * turned * self.prop_turn);
+        figure.move_to(self.slot, hand.translation + hand.rotation * (back * away) * self.scale);
+    }
+}

@@ -1,0 +1,62 @@
+//! A twist joint that takes its share of what its limb is twisted by. (retargeting.md B29.)
+
+use glam::{DQuat, DVec3};
+
+use super::figure::Figure;
+
+/// Twists up to here are shared as they are, radians; beyond, the share shrinks down to nothing at half a turn, where both
+/// directions meet.
+const MOST_TWIST: f64 = 150.0 / 180.0 * std::f64::consts::PI;
+
+/// One joint beside its limb's bone.
+#[derive(Clone, Debug)]
+pub(super) struct TwistStep {
+    pub(super) slot: usize,
+    pub(super) segment: usize,
+    pub(super) against: Against,
+    /// Along the limb, in the segment's own axes.
+    pub(super) axis: DVec3,
+    pub(super) segment_from_joint: DQuat,
+    pub(super) share: f64,
+    /// Joints below that stay where they are: the hand below a joint that splits the forearm.
+    pub(super) left_behind: Vec<usize>,
+}
+
+/// Where the twist is seen.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Against {
+    /// Against what carries the limb; `carrier_from_segment` at rest.
+    Carrier { slot: usize, carrier_from_segment: DQuat },
+    /// Against what it leads to; `segment_from_end` at rest.
+    End { slot: usize, segment_from_end: DQuat },
+}
+
+impl TwistStep {
+    pub(super) fn apply(&self, figure: &mut Figure<'_>) {
+        let segment = figure.model(self.segment).rotation;
+        let change = match self.against {
+            Against::Carrier { slot, carrier_from_segment } => {
+                carrier_from_segment.conjugate() * figure.model(slot).rotation.conjugate() * segment
+            }
+            Against::End { slot, segment_from_end } => {
+                segment.conjugate() * figure.model(slot).rotation * segment_from_end.conjugate()
+            }
+        };
+        let turn = DQuat::from_axis_angle(self.axis, eased(twist_about(change, self.axis)) * self.share);
+        figure.keep(&self.left_behind);
+        figure.turn_to(self.slot, segment * turn * self.segment_from_joint);
+        figure.put_back(&self.left_behind);
+    }
+}
+
+/// The angle of a rotation's turn about a unit axis, −π to π.
+pub(super) fn twist_about(rotation: DQuat, axis: DVec3) -> f64 {
+    let along = rotation.xyz().dot(axis);
+    let (along, w) = if rotation.w < 0.0 { (-along, -rotation.w) } else { (along, rotation.w) };
+    2.0 * along.atan2(w)
+}
+
+fn eased(twist: f64) -> f64 {
+    let beyond = (twist.abs() - MOST_TWIST).max(0.0) / (std::f64::consts::PI - MOST_TWIST);
+    twist.clamp(-MOST_TWIST, MOST_TWIST) * (1.0 - beyond)
+}

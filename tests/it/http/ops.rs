@@ -1,0 +1,81 @@
+//! The ops of a config over HTTP, with the real engine.
+
+use reqwest::{Client, StatusCode, multipart};
+use retargetd::samples;
+use serde_json::{Value, json};
+
+use super::support::{PATIENCE, Server, json as read, problem};
+
+fn form(config: &Value) -> multipart::Form {
+    let part = |bytes: Vec<u8>, name: &'static str| multipart::Part::bytes(bytes).file_name(name);
+    multipart::Form::new()
+        .part("source", part(samples::walk_clip(), "walk.glb"))
+        .part("target", part(samples::mannequin(), "mannequin.glb"))
+        .text("config", config.to_string())
+}
+
+async fn post(server: &Server, config: &Value) -> reqwest::Response {
+    let client = Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client");
+    let request = client.post(format!("{}/v1/retarget", server.url)).multipart(form(config));
+    request.header("prefer", "wait=50").send().await.expect("an answer")
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn every_op_can_be_asked_for() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = Server::start(data.path(), &[]);
+    let config = json!({
+        "output": {"format": "poses_json"},
+        "ops": [
+            {"op": "scale_source", "factor": 1.1},
+            {"op": "pelvis", "scale": "limbs", "turn_offset": [0, 5, 0], "floor_constraint": 0.5, "alpha": [[0, 0.5], [1, 1]]},
+            {"op": "fk", "rotation": "auto", "align_pole": 0.5, "alpha": [[0, 0.5], [1, 1]]},
+            {"op": "contacts"},
+            {"op": "ik"},
+            {"op": "stride", "forward": 0.9},
+            {"op": "plant"},
+            {"op": "props", "grips": [{"within": 0.2}]},
+            {"op": "joints", "rows": [{"source": "head", "target": "head", "rotation_gain": 0.5}]},
+            {"op": "reach", "goals": [{"end": "left_hand", "depth": 6, "weight": 0.2}]},
+            {"op": "arm_spacing", "degrees": 4},
+            {"op": "fingers", "curl": 0.5},
+            {"op": "additive_pose", "degrees": {"neck": [0, 0, 3]}},
+            {"op": "stretch_chain", "mask": ["left_arm"], "scale": 1.02},
+            {"op": "pin", "pins": [{"joint": "upperarm_twist_01_l", "to": "upperarm_l", "position": false}]},
+            {"op": "twist"},
+            {"op": "limits"},
+            {"op": "filter"},
+            {"op": "root_motion"}
+        ]
+    });
+    let answer = post(&server, &config).await;
+    assert_eq!(answer.status(), StatusCode::OK, "{}", answer.text().await.unwrap_or_default());
+    let poses = read(answer).await;
+    let frames = poses["times"].as_array().expect("times").len();
+    let finite = |value: &Value| value.as_array().expect("a list").iter().all(|value| value.as_f64().is_some());
+    for channel in ["translations", "rotations"] {
+        let rows = poses[channel].as_array().expect("frames");
+        let all = rows.iter().flat_map(|row| row.as_array().expect("joints"));
+        assert!(
+            rows.len() == frames && all.clone().count() > 0 && all.into_iter().all(finite),
+            "{channel} are numbers"
+        );
+    }
+    let joints: Vec<&str> =
+        poses["contact_joints"].as_array().expect("names").iter().filter_map(Value::as_str).collect();
+    assert!(joints.contains(&"foot_l") && joints.contains(&"ball_r"), "what touches: {joints:?}");
+    let contacts = poses["contacts"].as_array().expect("frames");
+    assert_eq!(contacts.len(), frames, "one row for each frame");
+    let left = joints.iter().position(|joint| *joint == "foot_l").expect("it is there");
+    let touching = contacts.iter().filter(|row| row[left].as_bool().expect("true or false")).count();
+    assert!((20..100).contains(&touching), "a walk's foot stands about half of the time: {touching} of {frames}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_an_op_names_must_exist() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = Server::start(data.path(), &[]);
+    let config = json!({"ops": [{"op": "joints", "rows": [{"source": "hed", "target": "head"}]}]});
+    let refused = problem(post(&server, &config).await, 422, "unknown_joint").await;
+    assert_eq!(refused["errors"][0]["pointer"], "/ops/0/rows/0/source", "{refused}");
+}

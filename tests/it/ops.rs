@@ -1,0 +1,11 @@
+//! The ops behind forward kinematics, each against cases whose result is known.
+
+mod chains;
+mod goals;
+mod joints;
+mod limits;
+mod pelvis;
+mod pins;
+mod poses;
+mod root_motion;
+mod stage;
