@@ -1,4 +1,5 @@
-//! The whole stack with contacts, planting and inverse kinematics, in frames per second, beside forward kinematics alone.
+//! The default stack with contacts, planting and inverse kinematics, and the same with self-contact, in frames per second, beside
+//! forward kinematics alone.
 
 #![allow(missing_docs, reason = "criterion's macros make undocumented items")]
 
@@ -17,8 +18,9 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 const REPETITIONS: usize = 30;
 const FK: &str = r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#;
-const ALL: &str =
-    r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}, {"op": "contacts"}, {"op": "ik"}, {"op": "plant"}, {"op": "floor"}]}"#;
+const DEFAULT: &str = "{}";
+const SELF_CONTACT: &str = r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}, {"op": "contacts"}, {"op": "ik"}, {"op": "plant"},
+    {"op": "floor"}, {"op": "self_contact"}]}"#;
 
 /// The walk over and over.
 fn long_walk(clip: &Clip) -> Clip {
@@ -63,7 +65,7 @@ fn stack(criterion: &mut Criterion) {
     let control = Control::new();
     let mut group = criterion.benchmark_group("stack");
     group.throughput(Throughput::Elements(clip.frame_count() as u64));
-    for (name, spec) in [("fk", FK), ("all", ALL)] {
+    for (name, spec) in [("fk", FK), ("default", DEFAULT), ("self_contact", SELF_CONTACT)] {
         let spec = parse_spec(spec.as_bytes()).expect("a spec");
         let source_rig = Rig::new("source", &source, None, &spec.source, &mut reporter).expect("a rig");
         let target_rig = Rig::new("target", &target, None, &spec.target, &mut reporter).expect("a rig");

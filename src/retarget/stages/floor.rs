@@ -200,9 +200,10 @@ impl FloorStage {
         for (frame, row) in rows.chunks_exact(width).enumerate() {
             let carrying =
                 row.iter().enumerate().filter(|(foot, _)| work.contacts.touches(self.feet[*foot].limb, frame));
-            let lifts: Vec<f64> = carrying.map(|(foot, clearance)| wants(foot, clearance)).collect();
-            if !lifts.is_empty() {
-                known.push((frame, lifts.iter().sum::<f64>() / lifts.len() as f64));
+            let lifts = carrying.map(|(foot, clearance)| wants(foot, clearance));
+            let (sum, count) = lifts.fold((0.0, 0.0), |(sum, count), lift| (sum + lift, count + 1.0));
+            if count > 0.0 {
+                known.push((frame, sum / count));
             }
         }
         let (Some(first), Some(last)) = (known.first(), known.last()) else { return vec![0.0; work.frame_count()] };

@@ -116,7 +116,8 @@ impl PlantStage {
     fn held(&self, foot: &Foot, times: &[f64], first: usize, last: usize) -> Vec<DVec3> {
         let weights = foot.weights(times, first, last);
         let mut offset = DVec3::ZERO;
-        let mut offsets = vec![offset];
+        let mut offsets = Vec::with_capacity(last - first + 1);
+        offsets.push(offset);
         for frame in first..last {
             let (before, after) = (weights[frame - first], weights[frame + 1 - first]);
             for (part, (before, after)) in before.into_iter().zip(after).enumerate() {

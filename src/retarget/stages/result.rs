@@ -66,6 +66,9 @@ pub(super) fn tell(work: &Work<'_>, limbs: &[&str], metres_per_unit: f64) -> (Ve
             .step_by(limbs.len())
             .map(|residual| f64::from(*residual) * metres_per_unit)
             .collect();
+        if residuals.iter().any(|residual| residual.is_nan()) {
+            return None;
+        }
         let worst = residuals.iter().enumerate().max_by(|first, second| first.1.total_cmp(second.1))?;
         Some(LimbReach {
             limb: (*limb).to_owned(),

@@ -78,7 +78,7 @@ impl SolveStage {
         let rows = work.rows(width, || self.posing.pose(), fill)?;
         let changes: Vec<Change> = rows.iter().flat_map(|solved| solved.changes).collect();
         work.write(&self.changed, &changes);
-        work.residuals.resize(work.frame_count() * self.limb_count, 0.0);
+        work.residuals.resize(work.frame_count() * self.limb_count, f32::NAN);
         for (index, limb) in self.limbs.iter().enumerate() {
             let residuals = work.residuals.iter_mut().skip(limb.limb).step_by(self.limb_count);
             for (residual, solved) in residuals.zip(rows.iter().skip(index).step_by(width)) {

@@ -24,7 +24,7 @@ pub(super) struct Work<'a> {
     pub(super) goals: Vec<Goal>,
     /// How far the pelvis is to be moved beside what makes held feet reachable, frame by frame; empty where it is not.
     pub(super) pelvis_moves: Vec<DVec3>,
-    /// Distance that is left between goal and end, frame by frame, one per limb; in plan units.
+    /// Distance that is left between goal and end, frame by frame, one per limb; in plan units. Not a number for limbs without goals.
     pub(super) residuals: Vec<f32>,
 }
 

@@ -160,6 +160,7 @@ struct Feet {
     own_penetration: f64,
     jerk: f64,
     flips: usize,
+    elbow_flips: usize,
 }
 
 impl std::fmt::Display for Feet {
@@ -179,10 +180,21 @@ impl std::fmt::Display for Feet {
 
 impl Feet {
     fn measure(source: &Scene, clip: &Clip, target: &Scene, spec: &str) -> Self {
-        Self::of(&Self::legs(source, clip, target, spec), clip.times_seconds())
+        let limbs = Self::limbs(source, clip, target, spec);
+        let more_flips = |limb: &Leg| limb.target.flips().saturating_sub(limb.source.flips());
+        let elbow_flips = limbs.iter().filter(|(is_leg, _)| !is_leg).map(|(_, arm)| more_flips(arm)).sum();
+        let legs: Vec<Leg> = limbs.into_iter().filter(|(is_leg, _)| *is_leg).map(|(_, leg)| leg).collect();
+        let feet = Self::of(&legs, clip.times_seconds());
+        Self { elbow_flips, ..feet }
     }
 
     fn legs(source: &Scene, clip: &Clip, target: &Scene, spec: &str) -> Vec<Leg> {
+        let limbs = Self::limbs(source, clip, target, spec).into_iter();
+        limbs.filter(|(is_leg, _)| *is_leg).map(|(_, leg)| leg).collect()
+    }
+
+    /// Legs and arms, and which are legs.
+    fn limbs(source: &Scene, clip: &Clip, target: &Scene, spec: &str) -> Vec<(bool, Leg)> {
         let spec = parse_spec(spec.as_bytes()).expect("a spec");
         let mut reporter = Reporter::new();
         let source_rig = Rig::new("source", source, None, &spec.source, &mut reporter).expect("a rig");
@@ -194,8 +206,8 @@ impl Feet {
             resolve(&spec, &source_rig, &target_rig, clip, &mut reporter).expect("a mapping");
         let stack = Stack::new(source_rig.skeleton(), target_rig.skeleton(), &mapping);
         let result = stack.run(clip, &Control::new()).expect("a result").clip;
-        let legs = with_ground.stages.limbs.iter().filter(|pair| pair.limb.is_leg());
-        legs.map(|pair| Leg::read(pair, &with_ground, (&source_rig, clip), (&target_rig, &result))).collect()
+        let read = |pair| Leg::read(pair, &with_ground, (&source_rig, clip), (&target_rig, &result));
+        with_ground.stages.limbs.iter().map(|pair| (pair.limb.is_leg(), read(pair))).collect()
     }
 
     fn of(legs: &[Leg], times: &[f64]) -> Self {
@@ -236,6 +248,7 @@ impl Feet {
             own_penetration: percentile(own_depths, 0.99),
             jerk: jerk / own_jerk,
             flips,
+            elbow_flips: 0,
         }
     }
 
@@ -263,6 +276,9 @@ impl Feet {
         }
         if self.flips > 0 {
             problems.push(format!("{} knee flips", self.flips));
+        }
+        if self.elbow_flips > 0 {
+            problems.push(format!("{} elbow flips", self.elbow_flips));
         }
         problems
     }
