@@ -47,7 +47,7 @@ impl JointTable {
         write_table(&self.rows)
     }
 
-    /// As a config with one `joints` op.
+    /// As a config with one `joints` op, on top of the target at rest.
     #[must_use]
     pub fn to_spec(&self) -> Value {
         let rows: Vec<Value> = self
@@ -55,6 +55,6 @@ impl JointTable {
             .iter()
             .map(|row| json!({"source": row.source, "target": row.target, "position": row.position, "rotation": true}))
             .collect();
-        json!({ "ops": [{ "op": "joints", "rows": rows }] })
+        json!({ "ops": [{ "op": "fk", "rotation": "none" }, { "op": "joints", "rows": rows }] })
     }
 }

@@ -9,7 +9,7 @@ use retargetd::{
 use serde_json::{Value, json};
 
 fn rows(text: &str) -> Value {
-    parse_document(text.as_bytes()).expect("a table")["ops"][0]["rows"].clone()
+    parse_document(text.as_bytes()).expect("a table")["ops"][1]["rows"].clone()
 }
 
 #[test]
@@ -94,5 +94,22 @@ fn a_table_to_start_from() {
     run(&["--output", "table.json"]);
     let text = std::fs::read(folder.path().join("table.json")).expect("a config");
     let config: Value = serde_json::from_slice(&text).expect("JSON");
-    assert_eq!(config["ops"][0]["rows"], table, "the same as a config");
+    assert_eq!(config["ops"][1]["rows"], table, "the same as a config");
+
+    // As a config it does by rows about what is done without one.
+    std::fs::write(folder.path().join("table.csv"), csv).expect("the table");
+    let poses = |config: Option<&str>| -> Value {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_retargetd"));
+        command.args(["retarget", "--source", "walk.glb", "--target", "mannequin.glb", "--output", "out.json"]);
+        command.args(config.iter().flat_map(|config| ["--config", config]));
+        let output = command.current_dir(folder.path()).stdin(Stdio::null()).output().expect("the binary runs");
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice(&std::fs::read(folder.path().join("out.json")).expect("poses")).expect("JSON")
+    };
+    let (by_csv, by_json) = (poses(Some("table.csv")), poses(Some("table.json")));
+    assert_eq!(by_csv["rotations"], by_json["rotations"], "both say the same");
+    let names = by_csv["joint_names"].as_array().expect("names");
+    let thigh = names.iter().position(|name| name == "thigh_l").expect("a thigh");
+    let at = |frame: usize| by_csv["rotations"][frame][thigh].clone();
+    assert_ne!(at(0), at(15), "the thigh walks");
 }

@@ -21,7 +21,7 @@ pub(in super::super) fn is_table(text: &str) -> bool {
     !header.starts_with(['{', '[']) && ["source", "target"].iter().all(|name| names.iter().any(|known| known == name))
 }
 
-/// The spec that a table stands for: one `joints` op with its rows.
+/// The spec that a table stands for: one `joints` op with its rows, on top of the target at rest.
 ///
 /// # Errors
 /// For every cell that cannot be read; pointers are `/line/<line of the file>/<column>`.
@@ -47,8 +47,13 @@ pub(in super::super) fn read_table(text: &str) -> Result<Value, SpecError> {
     fields.truncate(MOST_ERRORS);
     match SpecError::from_fields(fields) {
         Some(error) => Err(error),
-        None => Ok(json!({ "ops": [{ "op": "joints", "rows": table }] })),
+        None => Ok(json!({ "ops": [hold(), { "op": "joints", "rows": table }] })),
     }
+}
+
+/// The op before the table: what no row drives stays as it is at rest.
+fn hold() -> Value {
+    json!({ "op": "fk", "rotation": "none" })
 }
 
 /// The column of each cell; nothing where its name is unknown.
