@@ -12,7 +12,7 @@ use crate::{
 use super::{
     exit::{Exit, say},
     files::InputFile,
-    outputs::{WantedFormats, check_places, check_strict, tell_warnings, write_results},
+    outputs::OutputArguments,
     watch::{ProgressWatch, cancel_on_interrupt},
 };
 
@@ -28,18 +28,8 @@ pub(super) struct Arguments {
     /// The spec whose "edit" says what is to be done (JSON or YAML)
     #[arg(long, value_name = "FILE")]
     config: PathBuf,
-    /// Where the result goes; the ending picks the format. May be given several times
-    #[arg(long, value_name = "FILE", required = true)]
-    output: Vec<PathBuf>,
-    /// Where the report goes, as JSON
-    #[arg(long, value_name = "FILE")]
-    report: Option<PathBuf>,
-    /// Show a progress bar even on a dumb terminal; other terminals show it anyway, pipes never
-    #[arg(long)]
-    progress: bool,
-    /// Treat every warning as an error
-    #[arg(long)]
-    strict: bool,
+    #[command(flatten)]
+    outputs: OutputArguments,
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
@@ -50,15 +40,14 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 }
 
 fn edit(arguments: &Arguments) -> Result<(), Exit> {
-    let formats = WantedFormats::of(&arguments.output)?;
-    check_places(&arguments.output, arguments.report.as_ref())?;
+    let formats = arguments.outputs.check()?;
     let limits = Limits::default();
     let input = InputFile::read("input", &arguments.input, &limits)?;
     let rest = arguments.rest.as_ref().map(|path| InputFile::read("rest", path, &limits)).transpose()?;
     let config = InputFile::read("config", &arguments.config, &limits)?;
     let control = Arc::new(Control::with_clock(monotonic_seconds));
     cancel_on_interrupt(&control);
-    let watch = ProgressWatch::start(&control, arguments.progress);
+    let watch = ProgressWatch::start(&control, arguments.outputs.progress);
     let inputs = EditInputs {
         source: input.as_named(),
         source_rest: rest.as_ref().map(InputFile::as_named),
@@ -76,12 +65,9 @@ fn edit(arguments: &Arguments) -> Result<(), Exit> {
         };
         Exit::from_failure(&failure, &subject)
     })?;
-    tell_warnings(&outcome);
-    check_strict(arguments.strict, &outcome)?;
-    write_results(&outcome, &arguments.output, &formats, arguments.report.as_ref(), &control)?;
+    arguments.outputs.finish(&outcome, &formats, &control)?;
     let counts = &outcome.report.counts;
-    let outputs: Vec<String> = arguments.output.iter().map(|path| path.display().to_string()).collect();
     let seconds = outcome.report.timings.total_seconds;
-    say(format_args!("wrote {}: {} frames, {seconds:.2} s", outputs.join(", "), counts.frames));
+    say(format_args!("wrote {}: {} frames, {seconds:.2} s", arguments.outputs.names(), counts.frames));
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! The `explain` subcommand: why a joint of the result is turned as it is at one frame.
 
-use std::{path::PathBuf, process::ExitCode, sync::Arc};
+use std::{process::ExitCode, sync::Arc};
 
 use crate::{
     engine::{self, Question},
@@ -10,8 +10,7 @@ use crate::{
 
 use super::{
     exit::{Exit, print, to_json},
-    inputs::{InputFiles, InputPaths},
-    taught::{PresetChoice, RigPaths},
+    inputs::InputPaths,
     watch::cancel_on_interrupt,
 };
 
@@ -20,13 +19,6 @@ use super::{
 pub(super) struct Arguments {
     #[command(flatten)]
     inputs: InputPaths,
-    /// The retarget spec (JSON or YAML); without it, everything is found out
-    #[arg(long, value_name = "FILE")]
-    config: Option<PathBuf>,
-    #[command(flatten)]
-    preset: PresetChoice,
-    #[command(flatten)]
-    rigs: RigPaths,
     /// The frame, from 0
     #[arg(long, value_name = "N")]
     frame: usize,
@@ -47,9 +39,7 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 
 fn explain(arguments: &Arguments) -> Result<(), Exit> {
     let limits = Limits::default();
-    let InputPaths { source, target, rests } = &arguments.inputs;
-    let files = InputFiles::read((source, target), rests, (arguments.config.as_deref(), &arguments.preset), &limits)?;
-    let knowledge = arguments.rigs.read(&limits)?;
+    let (files, knowledge) = arguments.inputs.read(&limits)?;
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);
     let question = Question { frame: arguments.frame, joint: &arguments.joint };

@@ -112,6 +112,13 @@ pub(super) struct StagedFiles {
 }
 
 impl StagedFiles {
+    /// Writes one file, whole or not at all.
+    pub(super) fn write_one(path: &Path, bytes: &[u8]) -> Result<(), Exit> {
+        let mut staged = Self::default();
+        staged.add(path, bytes)?;
+        staged.commit()
+    }
+
     /// Writes beside the place, so that the final rename stays within one file system.
     pub(super) fn add(&mut self, path: &Path, bytes: &[u8]) -> Result<(), Exit> {
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();

@@ -3,23 +3,43 @@
 use std::path::{Path, PathBuf};
 
 use crate::{
-    engine::{Failure, Inputs, NamedBytes},
+    engine::{Failure, Inputs, Knowledge, NamedBytes},
     formats::{Format, Limits},
 };
 
-use super::{exit::Exit, files::InputFile, taught::PresetChoice};
+use super::{
+    exit::Exit,
+    files::InputFile,
+    taught::{PresetChoice, RigPaths},
+};
 
-/// Where the files are.
+/// What every subcommand about a source and a target is given.
 #[derive(Debug, clap::Args)]
 pub(super) struct InputPaths {
     /// The file with the animation
     #[arg(long, value_name = "FILE")]
-    pub(super) source: PathBuf,
+    source: PathBuf,
     /// The file with the character that the animation goes onto
     #[arg(long, value_name = "FILE")]
-    pub(super) target: PathBuf,
+    target: PathBuf,
     #[command(flatten)]
-    pub(super) rests: RestPaths,
+    rests: RestPaths,
+    /// The retarget spec (JSON or YAML) with what is known already; without it, everything is found out
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    #[command(flatten)]
+    preset: PresetChoice,
+    #[command(flatten)]
+    rigs: RigPaths,
+}
+
+impl InputPaths {
+    /// Reads the files, and what is taught beside them.
+    pub(super) fn read(&self, limits: &Limits) -> Result<(InputFiles, Knowledge), Exit> {
+        let config = (self.config.as_deref(), &self.preset);
+        let files = InputFiles::read((&self.source, &self.target), &self.rests, config, limits)?;
+        Ok((files, self.rigs.read(limits)?))
+    }
 }
 
 /// Where rest poses are that the files themselves do not hold.

@@ -13,6 +13,45 @@ use super::{
     files::{StagedFiles, check_place},
 };
 
+/// Where results go, and how strictly they are looked at.
+#[derive(Debug, clap::Args)]
+pub(super) struct OutputArguments {
+    /// Where the result goes; the ending picks the format. May be given several times
+    #[arg(long, value_name = "FILE", required = true)]
+    output: Vec<PathBuf>,
+    /// Where the report goes: as a page to look at where the ending is .html, else as JSON
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+    /// Show a progress bar even on a dumb terminal; other terminals show it anyway, pipes never
+    #[arg(long)]
+    pub(super) progress: bool,
+    /// Treat every warning as an error
+    #[arg(long)]
+    strict: bool,
+}
+
+impl OutputArguments {
+    /// Finds out before the work which formats are wanted, and that every file has a place to go.
+    pub(super) fn check(&self) -> Result<WantedFormats, Exit> {
+        let formats = WantedFormats::of(&self.output)?;
+        check_places(&self.output, self.report.as_ref())?;
+        Ok(formats)
+    }
+
+    /// Tells the warnings and puts all results in their places; none where warnings are not wanted.
+    pub(super) fn finish(&self, outcome: &Outcome, formats: &WantedFormats, control: &Control) -> Result<(), Exit> {
+        tell_warnings(outcome);
+        check_strict(self.strict, outcome)?;
+        write_results(outcome, &self.output, formats, self.report.as_ref(), control)
+    }
+
+    /// The result files, as they are told to the user.
+    pub(super) fn names(&self) -> String {
+        let names: Vec<String> = self.output.iter().map(|path| path.display().to_string()).collect();
+        names.join(", ")
+    }
+}
+
 /// The formats that output files ask for, in their order, and each once.
 pub(super) struct WantedFormats {
     pub(super) of_each: Vec<Format>,

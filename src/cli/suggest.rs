@@ -2,14 +2,17 @@
 
 use std::{path::PathBuf, process::ExitCode, sync::Arc};
 
-use crate::{engine, formats::Limits, model::Control};
+use crate::{
+    engine::{self, Proposal},
+    formats::Limits,
+    model::Control,
+};
 
 use super::{
     check_config::print_proposal,
     exit::{Exit, say, to_json},
     files::{StagedFiles, check_place},
-    inputs::{InputFiles, InputPaths},
-    taught::{PresetChoice, RigPaths},
+    inputs::InputPaths,
     watch::cancel_on_interrupt,
 };
 
@@ -18,13 +21,6 @@ use super::{
 pub(super) struct Arguments {
     #[command(flatten)]
     inputs: InputPaths,
-    /// A config with what is known already; the rest is found out
-    #[arg(long, value_name = "FILE")]
-    config: Option<PathBuf>,
-    #[command(flatten)]
-    preset: PresetChoice,
-    #[command(flatten)]
-    rigs: RigPaths,
     /// Where the suggested config goes, as JSON
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -44,22 +40,22 @@ fn suggest(arguments: &Arguments) -> Result<(), Exit> {
     if let Some(path) = &arguments.output {
         check_place(path)?;
     }
-    let limits = Limits::default();
-    let InputPaths { source, target, rests } = &arguments.inputs;
-    let files = InputFiles::read((source, target), rests, (arguments.config.as_deref(), &arguments.preset), &limits)?;
-    let knowledge = arguments.rigs.read(&limits)?;
-    let control = Arc::new(Control::new());
-    cancel_on_interrupt(&control);
-    let proposal = engine::propose_with(&files.inputs(&[]), &knowledge, &limits, &control)
-        .map_err(|failure| files.exit(&failure))?;
+    let proposal = propose(&arguments.inputs)?;
     if let Some(path) = &arguments.output {
-        let mut staged = StagedFiles::default();
-        staged.add(path, to_json(&proposal.resolved_spec)?.as_bytes())?;
-        staged.commit()?;
+        StagedFiles::write_one(path, to_json(&proposal.resolved_spec)?.as_bytes())?;
     }
     print_proposal(&proposal, arguments.json, "")?;
     if let Some(path) = &arguments.output {
         say(format_args!("wrote {}: use it with --config", path.display()));
     }
     Ok(())
+}
+
+/// What a retarget of the two files would do.
+pub(super) fn propose(inputs: &InputPaths) -> Result<Proposal, Exit> {
+    let limits = Limits::default();
+    let (files, knowledge) = inputs.read(&limits)?;
+    let control = Arc::new(Control::new());
+    cancel_on_interrupt(&control);
+    engine::propose_with(&files.inputs(&[]), &knowledge, &limits, &control).map_err(|failure| files.exit(&failure))
 }
