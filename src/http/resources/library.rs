@@ -109,15 +109,11 @@ async fn show(
     Ok(answer(kept, status))
 }
 
-async fn put(
-    library: &Library,
-    (kind, name): (DocumentKind, &str),
-    state: &ApiState,
-    request: Request<Body>,
-) -> Result<Response, Problem> {
+/// A document that was sent, and what has to hold for it to be kept.
+async fn received(request: Request<Body>, state: &ApiState) -> Result<(serde_json::Value, Precondition), Problem> {
     let precondition = precondition::of_change(request.headers())?;
-    let JsonBody(document) = JsonBody::<serde_json::Value>::from_request(request, state).await?;
-    keep(library, (kind, name), &document, &precondition).await
+    let JsonBody(document) = JsonBody::from_request(request, state).await?;
+    Ok((document, precondition))
 }
 
 async fn keep(
@@ -207,8 +203,7 @@ async fn put_rig(
     Path(name): Path<String>,
     request: Request<Body>,
 ) -> Result<Response, Problem> {
-    let precondition = precondition::of_change(request.headers())?;
-    let JsonBody(mut document) = JsonBody::<serde_json::Value>::from_request(request, &state).await?;
+    let (mut document, precondition) = received(request, &state).await?;
     if let Some(asset) = document.get("asset").filter(|_| document.as_object().is_some_and(|body| body.len() == 1)) {
         document = learned(&state, asset, &name).await?;
     }
@@ -290,7 +285,8 @@ async fn put_preset(
     Path(name): Path<String>,
     request: Request<Body>,
 ) -> Result<Response, Problem> {
-    put(&state.library, (DocumentKind::Preset, &name), &state, request).await
+    let (document, precondition) = received(request, &state).await?;
+    keep(&state.library, (DocumentKind::Preset, &name), &document, &precondition).await
 }
 
 /// Removes a preset.
