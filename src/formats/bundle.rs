@@ -9,15 +9,15 @@ use base64::{Engine as _, engine::general_purpose::STANDARD};
 use serde_json::Value;
 use zip::ZipArchive;
 
-use super::{Budget, Format, FormatError, Limit, Limits, gltf, numpy::zip_error};
+use super::{
+    Budget, Format, FormatError, Limit, Limits, gltf,
+    zipped::{CHUNK_BYTES, check_ratio, has_more_members_than, zip_error},
+};
 use crate::model::Control;
 
 const PHASE: &str = "archive";
 /// An export with all its textures has a few hundred members; the directory of one with more is not even built.
 const MOST_MEMBERS: usize = 4096;
-/// What repeats one value packs beyond any ratio; below this size that does no harm.
-const RATIO_FREE_BYTES: u64 = 8 << 20;
-const CHUNK_BYTES: u64 = 1 << 20;
 /// Endings of files that a figure can be read from.
 const MODELS: [&str; 6] = ["gltf", "glb", "vrm", "vrma", "fbx", "bvh"];
 
@@ -170,9 +170,7 @@ struct Archive<'bytes, 'budget, 'limits> {
 impl<'bytes, 'budget, 'limits> Archive<'bytes, 'budget, 'limits> {
     fn open(bytes: &'bytes [u8], budget: &'budget mut Budget<'limits>) -> Result<Self, FormatError> {
         budget.take(Limit::FileBytes, bytes.len() as u64, "file")?;
-        // The zip reader allocates for every entry of its directory, so they are counted before it starts.
-        let entries = bytes.windows(4).filter(|window| *window == b"PK\x01\x02").take(MOST_MEMBERS + 1).count();
-        if entries > MOST_MEMBERS {
+        if has_more_members_than(MOST_MEMBERS, bytes) {
             let detail = format!("the archive has more than {MOST_MEMBERS} members");
             return Err(refused("archive", detail));
         }
@@ -222,15 +220,13 @@ impl<'bytes, 'budget, 'limits> Archive<'bytes, 'budget, 'limits> {
         let declared = member.size();
         self.budget.take(Limit::DecodedBytes, declared, path)?;
         self.unpacked_bytes += declared;
-        if self.unpacked_bytes > RATIO_FREE_BYTES {
-            self.budget.check(Limit::DecompressionRatio, self.unpacked_bytes / self.archive_bytes.max(1), path)?;
-        }
+        check_ratio(self.unpacked_bytes, self.archive_bytes, self.budget, path)?;
         // One byte more than declared shows a member that lies; the checksum is compared at the end.
         let mut content = Vec::new();
         let mut member = member.take(declared + 1);
         loop {
             self.budget.check_canceled()?;
-            let chunk = (&mut member).take(CHUNK_BYTES).read_to_end(&mut content);
+            let chunk = (&mut member).take(CHUNK_BYTES as u64).read_to_end(&mut content);
             if chunk.map_err(|error| refused(path, format!("the member cannot be unpacked: {error}")))? == 0 {
                 break;
             }

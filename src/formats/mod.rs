@@ -25,6 +25,7 @@ mod numpy;
 mod poses;
 mod sniff;
 mod written;
+mod zipped;
 
 pub use budget::{Budget, Limit, Limits};
 pub use bundle::{Unpacked, embed_with, may_point_to_others, unpack};

@@ -2,17 +2,17 @@
 
 use std::io::{Cursor, Read};
 
-use zip::{ZipArchive, result::ZipError};
+use zip::ZipArchive;
 
-use crate::formats::{Budget, ErrorKind, FormatError, Limit};
+use crate::formats::{
+    Budget, FormatError, Limit,
+    zipped::{CHUNK_BYTES, check_ratio, has_more_members_than, zip_error},
+};
 
 use super::{NumberArray, invalid, npy};
 
 /// An archive of any layout has some twenty members; the directory of one with more is not even built.
 const MOST_MEMBERS: usize = 1024;
-/// Arrays that repeat one value compress beyond any ratio; below this size that does no harm.
-const RATIO_FREE_BYTES: u64 = 8 << 20;
-const CHUNK_BYTES: usize = 1 << 20;
 
 /// Reads the members of one archive. No member is ever written anywhere.
 pub(in crate::formats) struct Archive<'bytes, 'budget, 'limits> {
@@ -28,9 +28,7 @@ impl<'bytes, 'budget, 'limits> Archive<'bytes, 'budget, 'limits> {
         bytes: &'bytes [u8],
         budget: &'budget mut Budget<'limits>,
     ) -> Result<Self, FormatError> {
-        // The zip reader allocates for every entry of its directory, so they are counted before it starts.
-        let entries = bytes.windows(4).filter(|window| *window == b"PK\x01\x02").take(MOST_MEMBERS + 1).count();
-        if entries > MOST_MEMBERS {
+        if has_more_members_than(MOST_MEMBERS, bytes) {
             return Err(invalid("archive", format!("the archive has more than {MOST_MEMBERS} members")));
         }
         let zip = ZipArchive::new(Cursor::new(bytes)).map_err(|error| zip_error(&error, "archive"))?;
@@ -73,9 +71,7 @@ impl<'bytes, 'budget, 'limits> Archive<'bytes, 'budget, 'limits> {
         self.budget.take(Limit::DecodedBytes, data_bytes as u64, key)?;
         self.budget.take(Limit::DecodedBytes, decoded_bytes as u64, key)?;
         self.decoded_bytes += data_bytes as u64;
-        if self.decoded_bytes > RATIO_FREE_BYTES {
-            self.budget.check(Limit::DecompressionRatio, self.decoded_bytes / self.archive_bytes.max(1), key)?;
-        }
+        check_ratio(self.decoded_bytes, self.archive_bytes, self.budget, key)?;
         if zip_bytes != header.header_bytes + data_bytes as u64 {
             return Err(invalid(
                 key,
@@ -97,21 +93,5 @@ impl<'bytes, 'budget, 'limits> Archive<'bytes, 'budget, 'limits> {
             Ok(_) => Err(invalid(key, "there are bytes after the end of the array")),
             Err(error) => Err(invalid(key, format!("the array cannot be unpacked: {error}"))),
         }
-    }
-}
-
-pub(in crate::formats) fn zip_error(error: &ZipError, place: &str) -> FormatError {
-    let kind = match error {
-        ZipError::UnsupportedArchive(_) | ZipError::CompressionMethodNotSupported(_) | ZipError::InvalidPassword => {
-            ErrorKind::UnsupportedFeature
-        }
-        _ => ErrorKind::Malformed,
-    };
-    FormatError {
-        kind,
-        phase: "container",
-        place: place.to_owned(),
-        detail: format!("the archive cannot be unpacked: {error}"),
-        hint: "save it again with numpy.savez or numpy.savez_compressed".into(),
     }
 }

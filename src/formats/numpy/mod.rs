@@ -4,7 +4,7 @@ mod archive;
 mod array;
 pub(in crate::formats) mod npy;
 
-pub(in crate::formats) use archive::{Archive, zip_error};
+pub(in crate::formats) use archive::Archive;
 pub(in crate::formats) use array::{NumberArray, Values};
 
 use super::FormatError;

@@ -7,7 +7,8 @@ use zip::{CompressionMethod, ZipWriter, result::ZipError, write::SimpleFileOptio
 use crate::{
     formats::{
         Budget, FormatError,
-        numpy::{self, npy, zip_error},
+        numpy::{self, npy},
+        zipped::zip_error,
     },
     model::Control,
 };

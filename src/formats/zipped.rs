@@ -1,0 +1,45 @@
+//! What bounds every zip archive that is read, whatever is in it.
+
+use zip::result::ZipError;
+
+use super::{Budget, ErrorKind, FormatError, Limit};
+
+/// Members are unpacked in pieces of this size, so that a canceled job ends soon.
+pub(super) const CHUNK_BYTES: usize = 1 << 20;
+/// What repeats one value packs beyond any ratio; below this size that does no harm.
+const RATIO_FREE_BYTES: u64 = 8 << 20;
+
+/// Whether the directory of an archive has more entries than `most`. The zip reader allocates for every one of them, so they are
+/// counted before it starts.
+pub(super) fn has_more_members_than(most: usize, bytes: &[u8]) -> bool {
+    bytes.windows(4).filter(|window| *window == b"PK\x01\x02").take(most + 1).count() > most
+}
+
+/// Refuses an archive that unpacks to far more than its size.
+pub(super) fn check_ratio(
+    unpacked_bytes: u64,
+    archive_bytes: u64,
+    budget: &Budget<'_>,
+    place: &str,
+) -> Result<(), FormatError> {
+    if unpacked_bytes <= RATIO_FREE_BYTES {
+        return Ok(());
+    }
+    budget.check(Limit::DecompressionRatio, unpacked_bytes / archive_bytes.max(1), place)
+}
+
+pub(super) fn zip_error(error: &ZipError, place: &str) -> FormatError {
+    let kind = match error {
+        ZipError::UnsupportedArchive(_) | ZipError::CompressionMethodNotSupported(_) | ZipError::InvalidPassword => {
+            ErrorKind::UnsupportedFeature
+        }
+        _ => ErrorKind::Malformed,
+    };
+    FormatError {
+        kind,
+        phase: "container",
+        place: place.to_owned(),
+        detail: format!("the archive cannot be unpacked: {error}"),
+        hint: "save it again with numpy.savez or numpy.savez_compressed".into(),
+    }
+}
