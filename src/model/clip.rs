@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::{Quat, Vec3};
+use rayon::prelude::*;
 
 use super::{LocalPose, MorphTrack, Skeleton, SparseKeys, Track, Transform};
 
@@ -88,10 +89,14 @@ impl Clip {
                 return Err(ClipError::TimesNotRising { frame });
             }
         }
-        for (joint, tracks) in joints.iter().enumerate() {
+        // In parallel, since it reads the whole clip once; the first joint's fault is told, whichever was found first.
+        let check = |(joint, tracks): (usize, &JointTracks)| {
             check_track(&tracks.translation, joint, frames, |value| value.is_finite())?;
             check_track(&tracks.rotation, joint, frames, |value| value.is_finite())?;
-            check_track(&tracks.scale, joint, frames, |value| value.is_finite())?;
+            check_track(&tracks.scale, joint, frames, |value| value.is_finite())
+        };
+        if let Some(fault) = joints.par_iter().enumerate().map(check).find_map_first(Result::err) {
+            return Err(fault);
         }
         Ok(Self { name, times_seconds, joints, contacts: Vec::new(), morphs: Vec::new(), sparse_keys: None })
     }

@@ -39,6 +39,7 @@ impl Transform {
     }
 
     /// `grandparent_from_child = grandparent_from_parent.then_child(parent_from_child)`.
+    #[inline]
     #[must_use]
     pub fn then_child(&self, parent_from_child: &Self) -> Self {
         Self {

@@ -35,7 +35,7 @@ pub enum RunError {
 pub fn run(plan: &Plan, clip: &Clip, control: &Control) -> Result<Clip, RunError> {
     let frames = clip.frame_count();
     let mut results: Vec<ResultTracks> =
-        plan.outputs.iter().map(|output| ResultTracks::new(frames, output.translation, output.scale)).collect();
+        plan.outputs.par_iter().map(|output| ResultTracks::new(frames, output.translation, output.scale)).collect();
     let chunks = split_into_chunks(&mut results, frames);
     chunks.into_par_iter().try_for_each_init(
         || Workspace::new(plan),
@@ -46,9 +46,7 @@ pub fn run(plan: &Plan, clip: &Clip, control: &Control) -> Result<Clip, RunError
             Ok::<(), Canceled>(())
         },
     )?;
-    for tracks in &mut results {
-        join_hemispheres(&mut tracks.rotations);
-    }
+    results.par_iter_mut().for_each(|tracks| join_hemispheres(&mut tracks.rotations));
     assemble(plan, clip, results)
 }
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::{
     model::Canceled,
@@ -122,12 +123,13 @@ impl ContactStage {
         };
         let rows = work.rows(width, || self.posing.pose(), fill)?;
         let tracks: Vec<Tracked> = (0..width)
+            .into_par_iter()
             .map(|index| {
                 let positions: Vec<DVec3> = rows.iter().skip(index).step_by(width).copied().collect();
                 Tracked::new(positions, work.times, &self.ground, self.op.smoothing_seconds / 2.0)
             })
             .collect();
-        let levels: Vec<f64> = tracks.iter().map(|track| self.level(track)).collect();
+        let levels: Vec<f64> = tracks.par_iter().map(|track| self.level(track)).collect();
         let mut points = Vec::with_capacity(width);
         for ((point, track), level) in self.points.iter().zip(tracks).zip(&levels) {
             let touches = self.touches(point, &track, self.agreed(point, *level, &levels), work.times);

@@ -6,6 +6,7 @@
 //! least in the middle of the contact. Between contacts the correction is faded out and in.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::{
     model::Canceled,
@@ -62,9 +63,14 @@ impl PlantStage {
         if self.op.mode == PlantMode::Never {
             return Ok(());
         }
-        for foot in &self.feet {
-            let Some(held) = self.read(foot, work)? else { continue };
-            let corrections = self.corrections(&held, work.times);
+        let correct = |foot: &PlantedFoot| {
+            let held = self.read(foot, work)?;
+            Ok(held.map(|held| self.corrections(&held, work.times)))
+        };
+        let corrections: Vec<Option<Vec<Correction>>> =
+            self.feet.par_iter().map(correct).collect::<Result<_, Canceled>>()?;
+        for (foot, corrections) in self.feet.iter().zip(corrections) {
+            let Some(corrections) = corrections else { continue };
             for (frame, correction) in corrections.iter().enumerate() {
                 let alpha = self.schedule.alpha_at(frame, work.times[frame]);
                 let goal = &mut work.goals[frame * self.limb_count + foot.limb];

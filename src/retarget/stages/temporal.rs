@@ -1,61 +1,86 @@
 //! Helpers that look along the time of a clip.
 
-use glam::{DQuat, DVec3};
+use std::ops::Range;
 
-/// Smooths values that are sampled at rising times with a bell of that standard deviation, cut at three of them. Weighs by time,
-/// so the frame rate does not matter; symmetric, so nothing is delayed.
+use glam::{DQuat, DVec3};
+use rayon::prelude::*;
+
+use super::work::CHUNK_FRAMES;
+
+/// How far the bell (1 − u²)⁴ over u = distance / reach reaches, in its standard deviations: √11.
+const REACH_DEVIATIONS: f64 = 3.316_624_790_355_4;
+
+/// Smooths values that are sampled at rising times under a [`Bell`] of that standard deviation. Weighs by time, so the frame rate
+/// does not matter; symmetric, so nothing is delayed.
 pub(super) fn smoothed(values: &[DVec3], times: &[f64], deviation_seconds: f64) -> Vec<DVec3> {
-    under_bell(values.len(), times, deviation_seconds, |frame, near| {
-        if near.is_empty() {
-            return values[frame];
+    under_bell(values, times, deviation_seconds, |bell, frame, near| {
+        let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
+        for other in near {
+            let weight = bell.weight(times[other] - times[frame]);
+            sum += values[other] * weight;
+            weights += weight;
         }
-        let (sum, weights) = near.iter().fold((DVec3::ZERO, 0.0), |(sum, weights), (other, weight)| {
-            (sum + values[*other] * *weight, weights + weight)
-        });
         sum / weights
     })
 }
 
 /// The same of rotations.
 pub(super) fn smoothed_rotations(values: &[DQuat], times: &[f64], deviation_seconds: f64) -> Vec<DQuat> {
-    under_bell(values.len(), times, deviation_seconds, |frame, near| {
+    under_bell(values, times, deviation_seconds, |bell, frame, near| {
         let own = values[frame];
-        let sum = near.iter().fold(DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0), |sum, (other, weight)| {
-            let other = values[*other];
-            sum + other * if own.dot(other) < 0.0 { -weight } else { *weight }
-        });
+        let mut sum = DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0);
+        for other in near {
+            let weight = bell.weight(times[other] - times[frame]);
+            sum = sum + values[other] * if own.dot(values[other]) < 0.0 { -weight } else { weight };
+        }
         if sum.length_squared() > 0.0 { sum.normalize() } else { own }
     })
 }
 
-/// Calls `mean` for every frame with the frames near it and their weights; with none where nothing is smoothed.
-fn under_bell<T>(
-    count: usize,
+/// Weights that fall from one to nothing with the distance in time: close to a normal distribution of the same deviation, but it
+/// ends by itself, so rounding of the times decides nothing, and it costs a few products.
+struct Bell {
+    reach_seconds: f64,
+}
+
+impl Bell {
+    fn weight(&self, seconds: f64) -> f64 {
+        let share = seconds / self.reach_seconds;
+        let square = (1.0 - share * share).max(0.0).powi(2);
+        square * square
+    }
+}
+
+/// Calls `mean` for every frame with the frames that the bell reaches from there; copies the values where nothing is smoothed. In
+/// parallel: a frame's mean depends on the values only, so the result does not depend on the number of threads.
+fn under_bell<T: Copy + Send + Sync>(
+    values: &[T],
     times: &[f64],
     deviation_seconds: f64,
-    mean: impl Fn(usize, &[(usize, f64)]) -> T,
+    mean: impl Fn(&Bell, usize, Range<usize>) -> T + Sync,
 ) -> Vec<T> {
-    // A little more than three deviations, so that rounding of the times does not decide on which side a frame is left out.
-    let reach = 3.0 * deviation_seconds * (1.0 + 1e-6);
-    let (mut first, mut after) = (0, 0);
-    let mut near = Vec::new();
-    let mut result = Vec::with_capacity(count);
-    for (frame, &time) in times.iter().enumerate().take(count) {
-        near.clear();
-        if deviation_seconds > 0.0 {
-            while times[first] < time - reach {
+    let mut result = values.to_vec();
+    if deviation_seconds <= 0.0 {
+        return result;
+    }
+    let bell = Bell { reach_seconds: REACH_DEVIATIONS * deviation_seconds };
+    result.par_chunks_mut(CHUNK_FRAMES).enumerate().for_each(|(chunk, result)| {
+        let (mut first, mut after) = (0, 0);
+        for (offset, result) in result.iter_mut().enumerate() {
+            let frame = chunk * CHUNK_FRAMES + offset;
+            if offset == 0 {
+                first = times.partition_point(|time| *time < times[frame] - bell.reach_seconds);
+                after = frame;
+            }
+            while times[first] < times[frame] - bell.reach_seconds {
                 first += 1;
             }
-            while after < times.len() && times[after] <= time + reach {
+            while after < values.len() && times[after] <= times[frame] + bell.reach_seconds {
                 after += 1;
             }
-            near.extend((first..after).map(|other| {
-                let distance = (times[other] - time) / deviation_seconds;
-                (other, (-0.5 * distance * distance).exp())
-            }));
+            *result = mean(&bell, frame, first..after);
         }
-        result.push(mean(frame, &near));
-    }
+    });
     result
 }
 
