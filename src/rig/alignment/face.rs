@@ -26,9 +26,6 @@ const LEAST_ACROSS: f64 = 0.5;
 const EYES_DEGREES: f64 = 15.0;
 /// Eyes alone tell how a head is turned and tilted to this many degrees.
 const EYES_ALONE_DEGREES: f64 = 10.0;
-/// How often the middle of the head is looked for again in the axes that were found: a box about a head that looks down has its
-/// middle elsewhere.
-const ROUNDS: usize = 6;
 
 /// How a head is held, in working space.
 #[derive(Clone, Copy, Debug)]
@@ -95,18 +92,14 @@ fn eyes_in_mesh(points: &[DVec3], eyes: DVec3, left: DVec3, level: DVec3) -> Opt
     if points.len() < FEW_POINTS {
         return None;
     }
-    let mut forward = level;
-    for _ in 0..ROUNDS {
-        let axes = DMat3::from_cols(left, forward.cross(left), forward);
-        let seen = points.iter().map(|point| axes.transpose() * *point);
-        let (low, high) =
-            seen.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| (low.min(point), high.max(point)));
-        let (size, way) = (high - low, eyes - axes * ((low + high) / 2.0));
-        let way = way - left * way.dot(left);
-        if size.x > WIDEST * size.y || way.length() < EYES_OUT * size.y {
-            return None;
-        }
-        forward = way.normalize();
-    }
-    (forward.angle_between(level).to_degrees() < EYES_HIGH_DEGREES).then_some(forward)
+    let axes = DMat3::from_cols(left, level.cross(left), level);
+    let seen = points.iter().map(|point| axes.transpose() * *point);
+    let (low, high) =
+        seen.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| (low.min(point), high.max(point)));
+    let (size, way) = (high - low, eyes - axes * ((low + high) / 2.0));
+    let way = way - left * way.dot(left);
+    let is_face = size.x <= WIDEST * size.y
+        && way.length() >= EYES_OUT * size.y
+        && way.angle_between(level).to_degrees() < EYES_HIGH_DEGREES;
+    is_face.then(|| way.normalize())
 }
