@@ -1,6 +1,6 @@
 //! Helpers that look along the time of a clip.
 
-use std::ops::Range;
+use std::ops::{Add, Div, Mul, Range};
 
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
@@ -10,14 +10,17 @@ use super::work::CHUNK_FRAMES;
 /// How far the bell (1 − u²)⁴ over u = distance / reach reaches, in its standard deviations: √11.
 const REACH_DEVIATIONS: f64 = 3.316_624_790_355_4;
 
-/// Smooths values that are sampled at rising times under a [`Bell`] of that standard deviation. Weighs by time, so the frame rate
-/// does not matter; symmetric, so nothing is delayed.
-pub(super) fn smoothed(values: &[DVec3], times: &[f64], deviation_seconds: f64) -> Vec<DVec3> {
+/// Smooths numbers or vectors that are sampled at rising times under a [`Bell`] of that standard deviation. Weighs by time, so the
+/// frame rate does not matter; symmetric, so nothing is delayed.
+pub(super) fn smoothed<T>(values: &[T], times: &[f64], deviation_seconds: f64) -> Vec<T>
+where
+    T: Copy + Default + Send + Sync + Add<Output = T> + Mul<f64, Output = T> + Div<f64, Output = T>,
+{
     under_bell(values, times, deviation_seconds, |bell, frame, near| {
-        let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
+        let (mut sum, mut weights) = (T::default(), 0.0);
         for other in near {
             let weight = bell.weight(times[other] - times[frame]);
-            sum += values[other] * weight;
+            sum = sum + values[other] * weight;
             weights += weight;
         }
         sum / weights
@@ -26,15 +29,10 @@ pub(super) fn smoothed(values: &[DVec3], times: &[f64], deviation_seconds: f64) 
 
 /// What is nowhere below the values and as smooth as under that bell: the largest value near each frame, smoothed.
 pub(super) fn smoothed_above(values: &[f64], times: &[f64], deviation_seconds: f64) -> Vec<f64> {
-    let largest = under_bell(values.len(), times, deviation_seconds, |frame, near| {
-        near.iter().fold(values[frame], |largest, (other, _)| largest.max(values[*other]))
+    let largest = under_bell(values, times, deviation_seconds, |_, frame, near| {
+        values[near].iter().copied().fold(values[frame], f64::max)
     });
-    under_bell(values.len(), times, deviation_seconds, |frame, near| {
-        let (sum, weights) = near
-            .iter()
-            .fold((0.0, 0.0), |(sum, weights), (other, weight)| (sum + largest[*other] * weight, weights + weight));
-        if weights > 0.0 { sum / weights } else { largest[frame] }
-    })
+    smoothed(&largest, times, deviation_seconds)
 }
 
 /// The same of rotations.
