@@ -2,7 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::{alignment::split, legs::corresponding, understand::Rig};
+use super::{
+    alignment::split,
+    leg_rows::{driving_leg, is_whole_leg},
+    legs::corresponding,
+    recognition::{Role, Side},
+    understand::Rig,
+};
 
 /// A chain of each side: its name on the target's, and its joints from the body outward.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -47,18 +53,18 @@ pub(super) fn known_names(side: &Rig<'_>) -> Vec<String> {
     roles.chain(limbs.map(|(limb, _)| (*limb).to_owned())).collect()
 }
 
-/// Pairs by role: every role that both sides have, and fingers that the source lacks with the finger beside them, so that a
-/// hand closes as a whole.
+/// Pairs by role: every role that both sides have; fingers that the source lacks with the finger beside them, so that a hand
+/// closes as a whole; legs of creatures that have other numbers of them from front to hind; necks, heads, wings and tails that the
+/// source has one of with that one, so that a hydra's heads look as one.
 pub(super) fn by_role(source: &Rig<'_>, target: &Rig<'_>) -> Vec<NamedPair> {
     let roles = target.roles.iter().filter(|(role, _)| !NO_CHAINS.contains(&role.as_str()));
-    roles.filter_map(|(role, _)| role_pair(source, &driving_role(role, source)?, target, role)).collect()
+    roles.filter_map(|(role, _)| role_pair(source, &driving_role(role, source, target)?, target, role)).collect()
 }
 
 /// A role of the source that drives a role of the target; nothing where either has no joints.
 pub(super) fn role_pair(source: &Rig<'_>, from: &str, target: &Rig<'_>, to: &str) -> Option<NamedPair> {
     let (source_joints, target_joints) = (source.role(from), target.role(to));
-    let is_leg = to.ends_with("_leg");
-    let (source, target) = if is_leg {
+    let (source, target) = if is_whole_leg(to) {
         corresponding(source, source_joints, target, target_joints)
     } else {
         (source_joints.to_vec(), target_joints.to_vec())
@@ -69,17 +75,37 @@ pub(super) fn role_pair(source: &Rig<'_>, from: &str, target: &Rig<'_>, to: &str
 }
 
 /// The role of the source that drives a role of the target.
-fn driving_role(role: &str, source: &Rig<'_>) -> Option<String> {
+fn driving_role(role: &str, source: &Rig<'_>, target: &Rig<'_>) -> Option<String> {
+    let wanted: Option<Role> = role.parse().ok();
+    if let Some(leg) = wanted.filter(|_| is_whole_leg(role)) {
+        return driving_leg(source, target, leg).map(|leg| leg.to_string());
+    }
     if !source.role(role).is_empty() {
         return Some(role.to_owned());
+    }
+    if let Some(other) = wanted.and_then(|role| first_alike(source, role)) {
+        return Some(other.to_string());
     }
     let (side, part) = split(role);
     let beside = NEIGHBORS.iter().find(|entry| entry.0 == part)?.1;
     beside.iter().map(|part| format!("{side}{part}")).find(|role| !source.role(role).is_empty())
 }
 
-/// Whether a role of the source may stand in for another of the target: fingers of one hand.
+/// Of a part that creatures have several of, the first that the source has: on the same side, in the middle, else on any.
+fn first_alike(source: &Rig<'_>, role: Role) -> Option<Role> {
+    let sides = [role.side, Side::Center, Side::Left, Side::Right].into_iter();
+    let first = |side: Side| Role::new(side, role.part);
+    let may_follow = |other: &Role| role.may_follow(*other) && !source.role(&other.to_string()).is_empty();
+    sides.map(first).find(may_follow)
+}
+
+/// Whether a role of the source may stand in for another of the target: fingers of one hand, legs of one side, one neck for several.
 fn stands_in(source: &str, target: &str) -> bool {
+    if let (Ok(from), Ok(to)) = (source.parse::<Role>(), target.parse::<Role>())
+        && (to.may_follow(from) || (from.side == to.side && is_whole_leg(source) && is_whole_leg(target)))
+    {
+        return true;
+    }
     let (from, to) = (split(source), split(target));
     from == to || (from.0 == to.0 && NEIGHBORS.iter().any(|(part, beside)| *part == to.1 && beside.contains(&from.1)))
 }

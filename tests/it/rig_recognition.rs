@@ -1,7 +1,9 @@
 //! Roles found by name and by shape, on real and generated rigs.
 
+mod beasts;
 mod conventions;
 mod corpus;
+mod creatures;
 mod generated;
 mod learned;
 mod random;

@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use super::{
     super::{auto_map::NamedPair, understand::Rig},
     look::{Look, RollCue, Second, chain, place},
-    split,
+    split, unnumbered,
 };
 
 /// Bodies that face this close to one another face the same way, in radians: feet and shoulders are never quite even.
@@ -44,7 +44,12 @@ fn rule(part: &str, from_nothing: bool, is_in_motion: bool) -> Rule {
         "head" if from_nothing => Rule::Ride,
         "thumb" | "index" | "middle" | "ring" | "pinky" | "front_leg" | "hind_leg" | "tail" => Rule::AlongChain,
         "head" | "clavicle" => Rule::Keep,
-        _ => Rule::Ride,
+        // What creatures have several of.
+        _ => match unnumbered(part) {
+            "leg" | "wing" | "neck" | "tail" => Rule::AlongChain,
+            "head" => Rule::Keep,
+            _ => Rule::Ride,
+        },
     }
 }
 

@@ -13,7 +13,7 @@ const MOST_TAKEN: f64 = 0.03;
 const MOST_SURE: f64 = 0.01;
 
 /// Numbers that look random and are the same everywhere (SplitMix64).
-struct Random(u64);
+pub(super) struct Random(pub(super) u64);
 
 impl Random {
     fn unit(&mut self) -> f64 {
@@ -24,7 +24,7 @@ impl Random {
         ((bits ^ (bits >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
@@ -32,7 +32,7 @@ impl Random {
         low + (self.unit() * (high - low + 1) as f64) as usize
     }
 
-    fn direction(&mut self) -> DVec3 {
+    pub(super) fn direction(&mut self) -> DVec3 {
         loop {
             let vector = DVec3::new(self.between(-1.0, 1.0), self.between(-1.0, 1.0), self.between(-1.0, 1.0));
             if (0.1..=1.0).contains(&vector.length()) {

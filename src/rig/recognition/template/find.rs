@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::{RigTemplate, builtin};
 use crate::{
     model::Skeleton,
-    rig::{Part, Role, Side},
+    rig::{Role, Side},
 };
 
 /// Exporters that number all nodes put the number behind every name (`Hips_01`); on fewer names than this share it is the
@@ -77,8 +77,7 @@ impl Matcher {
         let mut roles = Vec::new();
         for (key, names) in &template.roles {
             let of_role = key.parse::<Role>().ok().into_iter();
-            let of_part = Part::from_name(key).filter(|part| !part.is_central()).into_iter();
-            let both = of_part.flat_map(|part| Side::BOTH.map(|side| Role::new(side, part)));
+            let both = Role::of_both_sides(key).into_iter().flatten();
             for role in of_role.chain(both) {
                 roles.push((role, names.iter().map(|name| spell(name, role.side)).collect::<Vec<_>>()));
             }
