@@ -39,7 +39,7 @@ const KNOWN: [(&str, &[&str]); 24] = [
     ("rigify-blender/rigify_full_controls_leafbones.fbx", &["non_uniform_scale", "limb_disconnected"]),
     ("khronos/CesiumMan.glb", &["joint_names_missing"]),
     ("bvh/cmu/12_01_walk.bvh", &["unit_unknown", "feet_off_floor"]),
-    ("creatures/m2m_rig_spider.glb", &["no_body"]),
+    ("creatures/m2m_rig_spider.glb", &["no_animation"]),
     ("creatures/oculus_hand_left.fbx", &["no_body"]),
     ("hostile/gltf/node_scale_zero.gltf", &["zero_scale"]),
     ("hostile/bvh/names_duplicate.bvh", &["joint_names_repeated"]),

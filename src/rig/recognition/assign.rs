@@ -187,10 +187,7 @@ const fn may_mean(sense: Sense, part: Part) -> bool {
                 | Sense::UpperArm
                 | Sense::Clavicle
         ),
-        Part::Tail => matches!(sense, Sense::Tail | Sense::Spine),
-        Part::Wing => matches!(sense, Sense::Wing | Sense::Arm | Sense::Shoulder | Sense::UpperArm),
-        Part::Jaw => matches!(sense, Sense::Jaw),
-        Part::Eye => matches!(sense, Sense::Eye),
+        Part::Wing => matches!(sense, Sense::Arm | Sense::Shoulder | Sense::UpperArm),
         Part::Thumb | Part::Index | Part::Middle | Part::Ring | Part::Pinky => {
             matches!(sense, Sense::Finger(_) | Sense::AnyFinger)
         }

@@ -24,8 +24,8 @@ const SHORTEST_LEG: f64 = 0.35;
 const FEWEST_JOINTS: usize = 3;
 /// A leg rises from its foot at least this share of its length.
 const LEAST_RISE: f64 = 0.12;
-/// Two ends that share more of their way than this share of it are toes of one foot.
-const TOES_SHARE: f64 = 0.65;
+/// Two ends that share more of their way than this share of it belong to one limb: toes of a foot, fingers of a wing.
+const ONE_LIMB_SHARE: f64 = 0.35;
 /// Feet of two pairs are at least this far from one another, as a share of the body's span, to show how the ground lies.
 const LEAST_BASE: f64 = 0.02;
 /// Evidence that is weaker does not say which end is the front.
@@ -150,7 +150,7 @@ fn legs_of(shape: &Shape<'_>, pairs: &[Ways], standing: &[usize], height: impl F
         let longest = legs.first().map_or(pair.length, |leg| pairs[*leg].length);
         let top = pair.ways[0].iter().map(|joint| height(*joint)).fold(0.0, f64::max);
         let is_toe =
-            legs.iter().any(|leg| shared(shape, &pairs[*leg].ways[0], &pair.ways[0]) > TOES_SHARE * pair.length);
+            legs.iter().any(|leg| shared(shape, &pairs[*leg].ways[0], &pair.ways[0]) > ONE_LIMB_SHARE * pair.length);
         let is_long = pair.length >= SHORTEST_LEG * longest && pair.ways[0].len() >= FEWEST_JOINTS;
         if is_long && !is_toe && top >= LEAST_RISE * pair.length && legs.len() < MOST_PAIRS {
             legs.push(*candidate);
