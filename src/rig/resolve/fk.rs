@@ -99,7 +99,7 @@ fn spread(pair: &NamedPair, rotation: RotationMode, source: &Rig<'_>) -> (Vec<us
 /// An animal's leg bone by bone, where the source has joints between two that belong together: what bends there turns the one
 /// bone of the target as a whole, so that it points where the source's bones together lead. Nothing for other chains.
 fn leg_chains(pair: &NamedPair, drive: Drive, source: &Rig<'_>, target: &Rig<'_>) -> Option<Vec<ChainPair>> {
-    let is_leg = pair.role.as_deref().is_some_and(|role| is_whole_leg(role));
+    let is_leg = pair.role.as_deref().is_some_and(is_whole_leg);
     if !is_leg || drive.rotation != RotationMode::Auto || pair.source.len() != pair.target.len() {
         return None;
     }
