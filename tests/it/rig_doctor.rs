@@ -77,6 +77,22 @@ fn rigs_that_are_well_get_notes_only() {
 }
 
 #[test]
+fn a_spider_is_shown_with_its_legs() {
+    let Some(inspection) = examined("creatures/m2m_rig_spider.glb") else { return };
+    let rig = &inspection.rigs[0];
+    assert_eq!((rig.kind, rig.forward, rig.up), ("other", Some("+z"), Some("+y")), "what the wire has");
+    let codes: BTreeSet<&str> = inspection.findings.iter().map(|finding| finding.code).collect();
+    assert!(!codes.contains("no_body"), "it is a body: {codes:?}");
+    let text = inspection.to_string();
+    let rows = ["creature on 8 legs", "left_leg_1", "leg_a_1_l, leg_a_2_l, leg_a_3_l", "right_leg_4"];
+    for row in rows {
+        assert!(text.contains(row), "'{row}' in:\n{text}");
+    }
+    let template = rig.template.as_ref().expect("a template to keep");
+    assert_eq!(template.roles["left_leg_4"][0], "leg_d_1_l", "{template:?}");
+}
+
+#[test]
 fn one_body_with_layers_of_controls_is_one_body() {
     let Some(inspection) = examined("rigify-blender/rigify_full_controls_leafbones.fbx") else { return };
     assert!(inspection.findings.iter().all(|finding| finding.code != "several_bodies"), "{:?}", inspection.findings);

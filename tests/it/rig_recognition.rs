@@ -1,6 +1,5 @@
 //! Roles found by name and by shape, on real and generated rigs.
 
-mod beasts;
 mod conventions;
 mod corpus;
 mod creatures;

@@ -346,8 +346,12 @@ fn swapped(roles: BTreeMap<Role, RoleFinding>) -> BTreeMap<Role, RoleFinding> {
 
 fn confidence(kind: RigKind, roles: &BTreeMap<Role, RoleFinding>) -> f64 {
     const CENTER: [Part; 3] = [Part::Pelvis, Part::Spine, Part::Head];
+    const ARM_AND_LEG: [Part; 6] = [Part::UpperArm, Part::Forearm, Part::Hand, Part::Thigh, Part::Shin, Part::Foot];
+    const WING_AND_LEG: [Part; 4] = [Part::Wing, Part::Thigh, Part::Shin, Part::Foot];
+    let has = |part: Part| roles.contains_key(&Role::new(Side::Left, part));
     let paired: &[Part] = match kind {
-        RigKind::Biped => &[Part::UpperArm, Part::Forearm, Part::Hand, Part::Thigh, Part::Shin, Part::Foot],
+        RigKind::Biped if has(Part::Wing) && !has(Part::UpperArm) => &WING_AND_LEG,
+        RigKind::Biped => &ARM_AND_LEG,
         RigKind::Quadruped => &[Part::FrontLeg, Part::HindLeg],
         RigKind::Other if is_crawler(roles) => &[],
         RigKind::Other => return 0.0,

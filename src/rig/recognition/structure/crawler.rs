@@ -17,7 +17,7 @@ const FEWEST_PAIRS: usize = 3;
 /// More pairs than this are not counted as legs.
 const MOST_PAIRS: usize = 64;
 /// Feet are within this share of the longest limb of the ground.
-const ON_GROUND: f64 = 0.06;
+const ON_GROUND: f64 = 0.04;
 /// A leg has at least this share of the length of the longest.
 const SHORTEST_LEG: f64 = 0.35;
 /// A leg has at least so many joints.
@@ -271,17 +271,32 @@ fn describe(
     let tail = last.and_then(|last| shape.way(pelvis, last)).unwrap_or_default();
     let tail: Vec<usize> = tail.into_iter().filter(|joint| !carries(*joint)).collect();
     let explained = explained(shape, pelvis, &legs, &[&trunk.spine, &trunk.neck, &tail], trunk.head);
-    // Legs of one body are alike, and with the trunk they are most of it.
+    // Legs of one body are alike, stand on their ends, and with the trunk they are most of it.
+    let counts = || legs.iter().map(|[way, _]| way.len());
+    let uneven = counts().max().unwrap_or(0) - counts().min().unwrap_or(0);
+    let on_foot = legs.iter().filter(|[way, _]| stands_on_end(shape, way, up)).count() as f64 / legs.len() as f64;
     let score = step(plane.share, 0.75, 0.95)
-        * (0.4 + 0.6 * step(shortest / longest, 0.35, 0.6))
-        * (0.3 + 0.7 * step(explained, 0.35, 0.7))
-        * if trunk.head.is_some() { 1.0 } else { 0.5 }
+        * [1.0, 0.6, 0.3].get(uneven).copied().unwrap_or(0.1)
+        * (0.3 + 0.7 * step(shortest / longest, 0.4, 0.65))
+        * on_foot.powi(3)
+        * (0.1 + 0.9 * step(explained, 0.45, 0.75))
+        * if trunk.head.is_some() { 1.0 } else { 0.3 }
         * if facing_known { 1.0 } else { 0.6 };
     Some(Crawler { legs, pelvis, chest, trunk, tail, up, forward, facing_known, score })
 }
 
+/// Whether a leg ends where it is lowest, and leads down there: what happens to touch the ground elsewhere is no leg.
+fn stands_on_end(shape: &Shape<'_>, way: &[usize], up: DVec3) -> bool {
+    let height = |joint: &usize| shape.positions[*joint].dot(up);
+    let [.., before, last] = way else { return false };
+    let is_lowest = way.iter().all(|joint| height(joint) >= height(last) - 1e-3 * shape.span);
+    // A foot or a claw may lie flat on the ground; the bone above it leads down.
+    let above = way.len().checked_sub(3).and_then(|index| way.get(index)).unwrap_or(before);
+    is_lowest && height(above) > height(last) + 0.2 * (shape.length[*last] + shape.length[*before])
+}
+
 /// The share of all bones, by length, that are part of the body's legs, its trunk, or what hangs from its head.
-fn explained(
+pub(super) fn explained(
     shape: &Shape<'_>,
     pelvis: usize,
     legs: &[[Vec<usize>; 2]],

@@ -8,6 +8,7 @@
 mod appendages;
 mod crawler;
 mod evidence;
+mod face;
 mod figure;
 mod hand;
 mod limb;
@@ -15,6 +16,7 @@ mod plane;
 mod shape;
 mod trunk;
 mod twins;
+mod winged;
 
 use std::collections::BTreeMap;
 
@@ -23,11 +25,14 @@ use glam::DVec3;
 use self::{
     appendages::{Animal, add_appendages},
     crawler::{Crawler, find_crawler},
+    face::{Directions, add_face},
     figure::{Figure, LEAST_EVIDENCE, Level, Limbs, Upright, find_figure},
     hand::find_fingers,
     plane::{Plane, find_plane},
     shape::Shape,
     trunk::{Ends, Trunk, find_animal_trunk, find_trunk},
+    twins::Pair,
+    winged::{Winged, find_winged},
 };
 use super::{Part, RigKind, Role, Side, facing::upright};
 
@@ -77,6 +82,10 @@ pub(super) fn find_anatomy(parents: &[Option<usize>], positions: &[DVec3], membe
     let score = figure.as_ref().map_or(0.0, Figure::score);
     if let Some((crawler, plane)) = crawler.filter(|crawler| crawler.score >= score).zip(plane.as_ref()) {
         return Some(describe_crawler(&shape, plane, &crawler));
+    }
+    let winged = plane.as_ref().and_then(|plane| find_winged(&shape, plane));
+    if let Some(winged) = winged.filter(|winged| winged.score > score.max(LEAST_EVIDENCE)) {
+        return Some(describe_winged(&shape, &winged));
     }
     let whole = figure.map(|figure| describe(&shape, plane.as_ref(), &figure));
     // Limbs that hang from one node above the body are seen only when they are joined to it.
@@ -135,6 +144,9 @@ fn describe_upright(shape: &Shape<'_>, body: &Upright) -> Anatomy {
     places.set(Role::center(Part::Neck), trunk.neck.clone(), sure - 0.1, None);
     let head_alternative = trunk.neck.last().copied();
     places.set(Role::center(Part::Head), trunk.head.into_iter().collect(), sure - 0.1, head_alternative);
+    if let Some((head, forward)) = trunk.head.zip(forward) {
+        add_face(shape, head, Directions { up, forward, left: up.cross(forward) }, sure - 0.2, &mut places);
+    }
     Anatomy { kind: RigKind::Biped, places: places.0, facing_known: forward.is_some() }
 }
 
@@ -227,12 +239,13 @@ fn describe_level(shape: &Shape<'_>, plane: Option<&Plane>, body: &Level) -> Ana
         let legs: Vec<usize> =
             [&body.hind, &body.front].into_iter().flat_map(|pair| &pair.ways).flatten().copied().collect();
         let leg_length = body.hind.ways[0].iter().skip(1).map(|joint| shape.length[*joint]).sum();
-        let forward = forward.normalize_or_zero();
         let (pelvis, chest) = (body.pelvis, body.front.center);
-        let animal = Animal { trunk: &trunk, pelvis, chest, legs: &legs, leg_length, up, forward };
+        let animal =
+            Animal { trunk: &trunk, pelvis, chest, legs: &legs, leg_length, up, forward: forward.normalize_or_zero() };
         add_appendages(shape, plane, &animal, sure, &mut places);
     }
-    set_trunk(&mut places, body.pelvis, trunk, sure);
+    let forward = forward.normalize_or_zero();
+    set_trunk(shape, &mut places, body.pelvis, trunk, Directions { up, forward, left }, sure);
     let back = -forward.normalize_or_zero();
     let tail = shape.children[body.pelvis].iter().copied().find(|joint| {
         let bone = shape.positions[*joint] - shape.positions[body.pelvis];
@@ -248,7 +261,10 @@ fn describe_level(shape: &Shape<'_>, plane: Option<&Plane>, body: &Level) -> Ana
     Anatomy { kind: RigKind::Quadruped, places: places.0, facing_known: true }
 }
 
-fn set_trunk(places: &mut Places, pelvis: usize, trunk: Trunk, sure: f64) {
+fn set_trunk(shape: &Shape<'_>, places: &mut Places, pelvis: usize, trunk: Trunk, directions: Directions, sure: f64) {
+    if let Some(head) = trunk.head {
+        add_face(shape, head, directions, sure - 0.25, places);
+    }
     places.set(Role::center(Part::Pelvis), vec![pelvis], sure, None);
     places.set(Role::center(Part::Spine), trunk.spine, sure - 0.05, None);
     places.set(Role::center(Part::Neck), trunk.neck, sure - 0.15, None);
@@ -277,6 +293,28 @@ fn describe_crawler(shape: &Shape<'_>, plane: &Plane, body: &Crawler) -> Anatomy
     };
     add_appendages(shape, plane, &animal, sure, &mut places);
     places.set(Role::center(Part::Tail), body.tail.clone(), sure - 0.1, None);
-    set_trunk(&mut places, body.pelvis, body.trunk.clone(), sure);
+    let directions = Directions { up: body.up, forward: body.forward, left: body.up.cross(body.forward) };
+    set_trunk(shape, &mut places, body.pelvis, body.trunk.clone(), directions, sure);
     Anatomy { kind: RigKind::Other, places: places.0, facing_known: body.facing_known }
+}
+
+fn describe_winged(shape: &Shape<'_>, body: &Winged) -> Anatomy {
+    let mut places = Places::default();
+    let sure = SUREST.min(0.5 + 0.35 * body.score.sqrt()) * clearness(body.score);
+    let left = body.up.cross(body.forward);
+    let is_left = |pair: &Pair| {
+        let at = |side: usize| pair.ways[side].iter().map(|joint| shape.positions[*joint].dot(left)).sum::<f64>();
+        at(0) > at(1)
+    };
+    let ways = |pair: &Pair| if is_left(pair) { [0, 1] } else { [1, 0] };
+    for (side, way) in Side::BOTH.into_iter().zip(ways(&body.legs.pair)) {
+        describe_leg(shape, &body.legs, way, side, sure, &mut places);
+    }
+    for (side, way) in Side::BOTH.into_iter().zip(ways(&body.wings)) {
+        places.set(Role::new(side, Part::Wing), body.wings.ways[way].clone(), sure, None);
+    }
+    places.set(Role::center(Part::Tail), body.tail.clone(), sure - 0.1, None);
+    let directions = Directions { up: body.up, forward: body.forward, left };
+    set_trunk(shape, &mut places, body.pelvis, body.trunk.clone(), directions, sure);
+    Anatomy { kind: RigKind::Biped, places: places.0, facing_known: true }
 }

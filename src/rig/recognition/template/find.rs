@@ -1,6 +1,6 @@
 //! Which template a skeleton follows, and what it says of the joints.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::{RigTemplate, builtin};
 use crate::{
@@ -158,7 +158,9 @@ pub(super) fn own_names(skeleton: &Skeleton) -> Vec<String> {
         (cut.len() < name.len()).then(|| cut.strip_suffix('_').map(str::to_owned)).flatten()
     };
     let numbered = names.iter().filter(|name| unnumbered(name).is_some()).count() as f64;
-    let all_numbered = numbered >= NUMBERED_SHARE * names.len() as f64;
+    // Joints that are called nothing but a number keep it.
+    let bare: BTreeSet<String> = names.iter().filter_map(|name| unnumbered(name)).collect();
+    let all_numbered = numbered >= NUMBERED_SHARE * names.len() as f64 && bare.len() as f64 > 0.5 * numbered;
     let own = |name: &&str| unnumbered(name).filter(|_| all_numbered).unwrap_or_else(|| (*name).to_owned());
     names.iter().map(own).collect()
 }
