@@ -128,7 +128,18 @@ pub(super) fn by_name(source: &Rig<'_>, target: &Rig<'_>, taken: &[NamedPair]) -
     let is_target = |joint: usize| {
         target.skeleton().is_ancestor_or_self(target_pelvis, joint) && free(target, joint, |pair| &pair.target)
     };
-    twins(source, target, is_source, is_target)
+    // What has another role in each is called the same by chance: `joint_17` of a wing and of a leg.
+    let role_of = |side: &Rig<'_>, joint: usize| {
+        let mut roles = side.roles.iter().filter(|(_, joints)| joints.contains(&joint));
+        roles.next().map(|(role, _)| role.clone())
+    };
+    let differ = |pair: &NamedPair| {
+        let roles = role_of(source, pair.source[0]).zip(role_of(target, pair.target[0]));
+        roles.is_some_and(|(source, target)| source != target)
+    };
+    let mut pairs = twins(source, target, is_source, is_target);
+    pairs.retain(|pair| !differ(pair));
+    pairs
 }
 
 /// Joint by joint by equal names, for two skeletons that no body was recognised in: what a studio calls a crane it calls so in

@@ -46,7 +46,7 @@ pub(super) fn add_face(shape: &Shape<'_>, head: usize, directions: Directions, s
         return;
     }
     let features: Vec<Feature> = below.into_iter().map(|joint| Feature { joint, place: place(joint) }).collect();
-    if let Some([left, right]) = find_eyes(shape, &features) {
+    if let Some([left, right]) = find_eyes(shape, head, &features) {
         for (side, joint) in [(Side::Left, left), (Side::Right, right)] {
             places.set(Role::new(side, Part::Eye), vec![joint], sure, None);
         }
@@ -69,7 +69,7 @@ fn below(shape: &Shape<'_>, head: usize) -> Vec<usize> {
 
 /// The one pair of single joints that mirror one another ahead of the head joint, and not lower than it. A joint may mark where they
 /// look.
-fn find_eyes(shape: &Shape<'_>, features: &[Feature]) -> Option<[usize; 2]> {
+fn find_eyes(shape: &Shape<'_>, head: usize, features: &[Feature]) -> Option<[usize; 2]> {
     let is_eye = |feature: &&Feature| {
         let DVec3 { x: aside, y: above, z: ahead } = feature.place;
         let has_mark_at_most = match shape.children[feature.joint][..] {
@@ -77,7 +77,10 @@ fn find_eyes(shape: &Shape<'_>, features: &[Feature]) -> Option<[usize; 2]> {
             [only] => shape.children[only].is_empty(),
             _ => false,
         };
-        has_mark_at_most && ahead > AHEAD_OVER_ASIDE * aside.abs() && above > 0.0
+        // The middle of a feeler is no eye.
+        let is_first =
+            shape.parent[feature.joint].is_some_and(|above| above == head || shape.children[above].len() > 1);
+        has_mark_at_most && is_first && ahead > AHEAD_OVER_ASIDE * aside.abs() && above > 0.0
     };
     let eyes: Vec<&Feature> = features.iter().filter(is_eye).collect();
     let is_top = |feature: &&&Feature| !eyes.iter().any(|other| shape.parent[feature.joint] == Some(other.joint));
