@@ -81,8 +81,11 @@ fn a_spider_is_shown_with_its_legs() {
     let Some(inspection) = examined("creatures/m2m_rig_spider.glb") else { return };
     let rig = &inspection.rigs[0];
     assert_eq!((rig.kind, rig.forward, rig.up), ("other", Some("+z"), Some("+y")), "what the wire has");
+    assert_eq!(rig.recognised_as.as_deref(), Some("mesh2motion_spider"), "a rig with a name");
     let codes: BTreeSet<&str> = inspection.findings.iter().map(|finding| finding.code).collect();
     assert!(!codes.contains("no_body"), "it is a body: {codes:?}");
+    let doubts: Vec<&str> = inspection.warnings.iter().map(|warning| warning.code).collect();
+    assert!(doubts.is_empty(), "names and shape agree: {doubts:?}");
     let text = inspection.to_string();
     let rows = ["creature on 8 legs", "left_leg_1", "leg_a_1_l, leg_a_2_l, leg_a_3_l", "right_leg_4"];
     for row in rows {

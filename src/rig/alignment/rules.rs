@@ -202,7 +202,9 @@ impl Rules<'_> {
                     self.wish(joint, role, Aim::Follow { first, bone: None }, None);
                 }
             }
-            Rule::Trunk(ends) => self.trunk(pair, role, part, ends),
+            Rule::Trunk(ends) if role == part => self.trunk(pair, role, part, ends),
+            // A neck beside others leads to a head of its own.
+            Rule::Trunk(_) => self.along_chain(pair, role, part),
             Rule::Heading(ends) => {
                 let up = self.target.up();
                 let level = |direction: DVec3| (direction - up * direction.dot(up)).try_normalize();

@@ -211,8 +211,9 @@ fn attempt(
     let anatomy = anatomy.filter(|anatomy| [anatomy.kind, RigKind::Other].contains(&kind));
     let has_named_sides = findings.roles.keys().any(|role| role.side != Side::Center);
     let sides_guessed = !has_named_sides && anatomy.as_ref().is_some_and(|anatomy| !anatomy.facing_known);
+    // Legs that are counted are known before by the rig's template only.
+    let by_shape = kind == RigKind::Other && anatomy.is_some() && !is_crawler(&findings.roles);
     let mut findings = combine(&body, findings, anatomy.as_ref());
-    let by_shape = kind == RigKind::Other && anatomy.is_some();
     if let Some(anatomy) = anatomy.filter(|_| by_shape) {
         kind = anatomy.kind;
     }

@@ -17,8 +17,8 @@ const ALIKE: f64 = 0.08;
 const AHEAD_OVER_ASIDE: f64 = 0.9;
 /// Bones from a jaw's joint to its end at most.
 const LONGEST_JAW: usize = 2;
-/// What leads up more than this, against forward, is the top of a head and no jaw.
-const STEEPEST_JAW: f64 = 0.35;
+/// What leads up more than this, against forward, is the top of a head or its tip, and no jaw.
+const STEEPEST_JAW: f64 = 0.05;
 
 /// The directions of a body, of unit length.
 #[derive(Clone, Copy, Debug)]
