@@ -9,7 +9,7 @@ use glam::{DQuat, DVec3, Quat, Vec3};
 
 use crate::{
     model::{Clip, ClipError, JointTracks, ModelPose, MorphTrack, Skeleton, Track, Transform},
-    rig::{MirrorPlane, Rig, Role},
+    rig::{MirrorPlane, Rig, Role, Side},
 };
 
 /// A joint's mirror image is found within this share of the figure's size.
@@ -212,7 +212,7 @@ impl<'a> Mirror<'a> {
         for (name, joints) in &rig.roles {
             let Ok(role) = name.parse::<Role>() else { continue };
             let others =
-                if role.part.is_central() { joints.as_slice() } else { rig.role(&role.mirrored().to_string()) };
+                if role.side == Side::Center { joints.as_slice() } else { rig.role(&role.mirrored().to_string()) };
             if others.len() == joints.len() {
                 joints.iter().zip(others).for_each(|(joint, other)| join(*joint, *other));
             }

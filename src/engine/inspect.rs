@@ -14,8 +14,8 @@ use crate::{
     formats::{Format, Limits},
     model::{Clip, Control, JointTracks, Reporter, Scene, SignedAxis},
     rig::{
-        FileFacts, Finding, Hints, Prop, RestPoseKind, RestSource, Rig, RigKind, RigSpec, RigTemplate, Role,
-        Side as RigSide, TwistHelper, examine, examine_clips, recognise, report_doubts,
+        FileFacts, Finding, Hints, Prop, RestPoseKind, RestSource, Rig, RigSpec, RigTemplate, Role, Side as RigSide,
+        TwistHelper, examine, examine_clips, recognise, report_doubts,
     },
 };
 
@@ -249,7 +249,7 @@ fn read_rig<'a>(scene: &'a Scene, knowledge: &Knowledge, reporter: &mut Reporter
     }
     let mut own = Reporter::new();
     let rig = Rig::with_templates("source", scene, None, &RigSpec::default(), knowledge.rigs(), &mut own)?;
-    if rig.recognition.kind == RigKind::Other && !has_joints(scene) && rig.recognition.roles.is_empty() {
+    if !rig.recognition.is_body() && !has_joints(scene) && rig.recognition.roles.is_empty() {
         // Meshes, lamps and cameras: what was guessed about their axes is of no use to anyone.
         return Ok(None);
     }
@@ -352,7 +352,7 @@ fn joint_view(scene: &Scene, labels: &Labels<'_>, in_rig: &BTreeSet<usize>, join
 fn height(rig: &Rig<'_>, in_rig: &BTreeSet<usize>) -> f64 {
     let with_role: BTreeSet<usize> =
         rig.recognition.roles.values().flat_map(|finding| finding.joints.iter().copied()).collect();
-    let measured = if rig.recognition.kind == RigKind::Other { in_rig } else { &with_role };
+    let measured = if !rig.recognition.is_body() { in_rig } else { &with_role };
     let heights = measured.iter().map(|joint| rig.rest_height(*joint));
     let (low, high) =
         heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), height| (low.min(height), high.max(height)));

@@ -4,6 +4,9 @@ use std::fmt::{self, Write as _};
 
 use super::inspect::{ClipView, FindingView, Inspection, RigView};
 
+/// Roles that are less sure than this are shown with how sure they are.
+const SURE: f64 = 0.8;
+
 impl fmt::Display for Inspection {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let counts = &self.counts;
@@ -51,14 +54,21 @@ impl fmt::Display for Inspection {
 fn write_rig(formatter: &mut fmt::Formatter<'_>, rig: &RigView) -> fmt::Result {
     let convention = rig.recognised_as.as_deref().unwrap_or("no known convention");
     let percent = rig.confidence * 100.0;
-    writeln!(formatter, "rig '{}': {}, {convention}, {percent:.0} % sure", rig.name, rig.kind)?;
-    let mut facts = format!("  rest pose {} (from {}: {})", rig.measured_pose, rig.rest_source, rig.rest_reason);
+    let legs = rig.roles.0.iter().filter(|(role, _)| role.contains("_leg_")).count();
+    let kind = if legs > 0 { format!("creature on {legs} legs") } else { rig.kind.to_owned() };
+    writeln!(formatter, "rig '{}': {kind}, {convention}, {percent:.0} % sure", rig.name)?;
+    // Only arms make a pose a T or an A.
+    let pose =
+        if rig.roles.get("left_upper_arm").is_some() { format!(" {}", rig.measured_pose) } else { String::new() };
+    let mut facts = format!("  rest pose{pose} (from {}: {})", rig.rest_source, rig.rest_reason);
     if let (Some(up), Some(forward)) = (rig.up, rig.forward) {
         write!(facts, ", up {up}, facing {forward}")?;
     }
     writeln!(formatter, "{facts}, {:.2} m high", rig.height_metres)?;
     for (role, joints) in &rig.roles.0 {
-        writeln!(formatter, "  {role:<24}{joints}")?;
+        let confidence = rig.role_details.get(role).map_or(1.0, |details| details.confidence);
+        let doubt = if confidence < SURE { format!(" ({:.0} % sure)", confidence * 100.0) } else { String::new() };
+        writeln!(formatter, "  {role:<24}{joints}{doubt}")?;
     }
     for (index, helper) in rig.twists.iter().enumerate() {
         let title = if index == 0 { "twist helpers" } else { "" };

@@ -274,12 +274,13 @@ impl Side<'_> {
 
 fn role_pairs(source: &Side<'_>, target: &Side<'_>) -> Vec<RolePair> {
     let mut pairs = Vec::new();
-    for role in Role::all() {
+    let names = source.roles.keys().chain(target.roles.keys());
+    let roles: BTreeSet<Role> = names.filter_map(|role| role.parse().ok()).collect();
+    let mut roles: Vec<Role> = roles.into_iter().collect();
+    roles.sort_by_key(|role| (role.part, role.number, role.side));
+    for role in roles {
         let name = role.to_string();
         let (source_joints, target_joints) = (source.joints(&name), target.joints(&name));
-        if source_joints.is_none() && target_joints.is_none() {
-            continue;
-        }
         let (source_details, target_details) = (source.details(role, &name), target.details(role, &name));
         let both = source_details.as_ref().zip(target_details.as_ref());
         let confidence = both.map(|(source, target)| source.confidence.min(target.confidence));

@@ -50,9 +50,15 @@ pub(super) fn carriers(rig: &Rig<'_>) -> BTreeMap<usize, usize> {
     for (role, joints) in &rig.roles {
         let (side, part) = super::alignment::split(role);
         let Some((_, above)) = CARRIERS.iter().find(|entry| entry.0 == part) else { continue };
+        let hangs_from = |carrier: &&usize| {
+            joints.first().is_some_and(|joint| rig.skeleton().is_ancestor_or_self(**carrier, *joint))
+        };
         let first = above.iter().find_map(|part| {
             let own_side = rig.role(&format!("{side}{part}")).last();
-            own_side.or_else(|| rig.role(part).last()).copied()
+            let center = rig.role(part).last();
+            // The eyes of a hydra's middle head do not hang from those at its sides.
+            let both = own_side.into_iter().chain(center);
+            both.clone().find(hangs_from).or(own_side).or(center).copied()
         });
         let mut carrier = first;
         for &joint in joints {

@@ -2,7 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::{alignment::split, legs::corresponding, understand::Rig};
+use super::{
+    alignment::split,
+    leg_rows::{driving_leg, is_whole_leg},
+    legs::corresponding,
+    recognition::{Role, Side},
+    understand::Rig,
+};
 
 /// A chain of each side: its name on the target's, and its joints from the body outward.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -50,13 +56,15 @@ pub(super) fn known_names(side: &Rig<'_>) -> Vec<String> {
     roles.chain(limbs.map(|(limb, _)| (*limb).to_owned())).collect()
 }
 
-/// Pairs by role: every role that both sides have, and fingers that the source lacks with the finger beside them, so that a
-/// hand closes as a whole. Fingers that the target lacks move the finger beside them, together with its own.
+/// Pairs by role: every role that both sides have; fingers that the source lacks with the finger beside them, so that a hand
+/// closes as a whole; legs of creatures that have other numbers of them from front to hind; necks, heads, wings and tails that the
+/// source has one of with that one, so that a hydra's heads look as one. Fingers that the target lacks move the finger beside them,
+/// together with its own.
 pub(super) fn by_role(source: &Rig<'_>, target: &Rig<'_>) -> Vec<NamedPair> {
     let roles = target.roles.iter().filter(|(role, _)| !NO_CHAINS.contains(&role.as_str()));
     let mut pairs: Vec<NamedPair> =
-        roles.filter_map(|(role, _)| role_pair(source, &beside(role, source)?, target, role)).collect();
-    for (role, joints) in &source.roles {
+        roles.filter_map(|(role, _)| role_pair(source, &driving_role(role, source, target)?, target, role)).collect();
+    for (role, joints) in source.roles.iter().filter(|(role, _)| !is_whole_leg(role)) {
         let is_free = !pairs.iter().any(|pair| pair.source_name == *role);
         let falls_on = beside(role, target).filter(|_| is_free && !joints.is_empty());
         if let Some(pair) = pairs.iter_mut().find(|pair| Some(&pair.name) == falls_on.as_ref()) {
@@ -69,8 +77,7 @@ pub(super) fn by_role(source: &Rig<'_>, target: &Rig<'_>) -> Vec<NamedPair> {
 /// A role of the source that drives a role of the target; nothing where either has no joints.
 pub(super) fn role_pair(source: &Rig<'_>, from: &str, target: &Rig<'_>, to: &str) -> Option<NamedPair> {
     let (source_joints, target_joints) = (source.role(from), target.role(to));
-    let is_leg = to.ends_with("_leg");
-    let (source, target) = if is_leg {
+    let (source, target) = if is_whole_leg(to) {
         corresponding(source, source_joints, target, target_joints)
     } else {
         (source_joints.to_vec(), target_joints.to_vec())
@@ -87,6 +94,15 @@ pub(super) fn role_pair(source: &Rig<'_>, from: &str, target: &Rig<'_>, to: &str
     })
 }
 
+/// The role of the source that drives a role of the target.
+fn driving_role(role: &str, source: &Rig<'_>, target: &Rig<'_>) -> Option<String> {
+    let wanted: Option<Role> = role.parse().ok();
+    if let Some(leg) = wanted.filter(|_| is_whole_leg(role)) {
+        return driving_leg(source, target, leg).map(|leg| leg.to_string());
+    }
+    beside(role, source).or_else(|| Some(first_alike(source, wanted?)?.to_string()))
+}
+
 /// The role of a rig that answers to a role of another: the same, and for fingers that it lacks, the one beside.
 fn beside(role: &str, rig: &Rig<'_>) -> Option<String> {
     if !rig.role(role).is_empty() {
@@ -97,8 +113,21 @@ fn beside(role: &str, rig: &Rig<'_>) -> Option<String> {
     neighbors.iter().map(|part| format!("{side}{part}")).find(|role| !rig.role(role).is_empty())
 }
 
-/// Whether a role of the source may stand in for another of the target: fingers of one hand.
+/// Of a part that creatures have several of, the first that the source has: on the same side, in the middle, else on any.
+fn first_alike(source: &Rig<'_>, role: Role) -> Option<Role> {
+    let sides = [role.side, Side::Center, Side::Left, Side::Right].into_iter();
+    let first = |side: Side| Role::new(side, role.part);
+    let may_follow = |other: &Role| role.may_follow(*other) && !source.role(&other.to_string()).is_empty();
+    sides.map(first).find(may_follow)
+}
+
+/// Whether a role of the source may stand in for another of the target: fingers of one hand, legs of one side, one neck for several.
 fn stands_in(source: &str, target: &str) -> bool {
+    if let (Ok(from), Ok(to)) = (source.parse::<Role>(), target.parse::<Role>())
+        && (to.may_follow(from) || (from.side == to.side && is_whole_leg(source) && is_whole_leg(target)))
+    {
+        return true;
+    }
     let (from, to) = (split(source), split(target));
     from == to || (from.0 == to.0 && NEIGHBORS.iter().any(|(part, beside)| *part == to.1 && beside.contains(&from.1)))
 }
@@ -121,7 +150,18 @@ pub(super) fn by_name(source: &Rig<'_>, target: &Rig<'_>, taken: &[NamedPair]) -
     let is_target = |joint: usize| {
         target.skeleton().is_ancestor_or_self(target_pelvis, joint) && free(target, joint, |pair| &pair.target)
     };
-    twins(source, target, is_source, is_target)
+    // What has another role in each is called the same by chance: `joint_17` of a wing and of a leg.
+    let role_of = |side: &Rig<'_>, joint: usize| {
+        let mut roles = side.roles.iter().filter(|(_, joints)| joints.contains(&joint));
+        roles.next().map(|(role, _)| role.clone())
+    };
+    let differ = |pair: &NamedPair| {
+        let roles = role_of(source, pair.source[0]).zip(role_of(target, pair.target[0]));
+        roles.is_some_and(|(source, target)| source != target)
+    };
+    let mut pairs = twins(source, target, is_source, is_target);
+    pairs.retain(|pair| !differ(pair));
+    pairs
 }
 
 /// Joint by joint by equal names, for two skeletons that no body was recognised in: what a studio calls a crane it calls so in

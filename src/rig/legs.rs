@@ -5,7 +5,7 @@
 
 use glam::DVec2;
 
-use super::understand::Rig;
+use super::{leg_rows::is_whole_leg, understand::Rig};
 
 /// What leaving out a joint between two that belong together costs, as a share of the body's height: better a scapula or a toe
 /// is left out than an elbow.
@@ -41,7 +41,7 @@ pub(super) fn corresponding(
 /// animal without a height.
 fn places(rig: &Rig<'_>, leg: &[usize]) -> Option<Vec<DVec2>> {
     let place = |joint: usize| rig.work_from_scene * rig.rest.transforms()[joint].translation;
-    let legs = rig.roles.iter().filter(|(role, _)| role.ends_with("_leg"));
+    let legs = rig.roles.iter().filter(|(role, _)| is_whole_leg(role));
     let floor = legs.flat_map(|(_, joints)| joints).map(|&joint| place(joint).y).fold(f64::INFINITY, f64::min);
     let height = place(*rig.role("pelvis").first()?).y - floor;
     let paw = place(*leg.last()?).z;

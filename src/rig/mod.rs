@@ -11,6 +11,7 @@ mod findings;
 mod floor;
 mod ikrig;
 mod joint_table;
+mod leg_rows;
 mod legs;
 mod mapping;
 mod mask;

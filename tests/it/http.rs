@@ -2,6 +2,7 @@
 
 mod black_box;
 mod container;
+mod creatures;
 mod documents;
 mod edits;
 mod facts;

@@ -1,5 +1,6 @@
 //! All integration tests, in one binary for the sake of link time.
 
+mod made_animals;
 mod support;
 
 mod alignment;

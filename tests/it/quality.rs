@@ -1,6 +1,7 @@
 //! What a retarget is worth, on real files and on made ones: measured here, with nothing of the code that measures for users.
 
 mod bodies;
+mod creatures;
 mod determinism;
 mod feet;
 pub(crate) mod figure;

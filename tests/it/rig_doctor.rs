@@ -39,7 +39,7 @@ const KNOWN: [(&str, &[&str]); 24] = [
     ("rigify-blender/rigify_full_controls_leafbones.fbx", &["non_uniform_scale", "limb_disconnected"]),
     ("khronos/CesiumMan.glb", &["joint_names_missing"]),
     ("bvh/cmu/12_01_walk.bvh", &["unit_unknown", "feet_off_floor"]),
-    ("creatures/m2m_rig_spider.glb", &["no_body"]),
+    ("creatures/m2m_rig_spider.glb", &["no_animation"]),
     ("creatures/oculus_hand_left.fbx", &["no_body"]),
     ("hostile/gltf/node_scale_zero.gltf", &["zero_scale"]),
     ("hostile/bvh/names_duplicate.bvh", &["joint_names_repeated"]),
@@ -74,6 +74,25 @@ fn rigs_that_are_well_get_notes_only() {
             assert_eq!(finding.severity, "note", "{path}: {finding:?}");
         }
     }
+}
+
+#[test]
+fn a_spider_is_shown_with_its_legs() {
+    let Some(inspection) = examined("creatures/m2m_rig_spider.glb") else { return };
+    let rig = &inspection.rigs[0];
+    assert_eq!((rig.kind, rig.forward, rig.up), ("other", Some("+z"), Some("+y")), "what the wire has");
+    assert_eq!(rig.recognised_as.as_deref(), Some("mesh2motion_spider"), "a rig with a name");
+    let codes: BTreeSet<&str> = inspection.findings.iter().map(|finding| finding.code).collect();
+    assert!(!codes.contains("no_body"), "it is a body: {codes:?}");
+    let doubts: Vec<&str> = inspection.warnings.iter().map(|warning| warning.code).collect();
+    assert!(doubts.is_empty(), "names and shape agree: {doubts:?}");
+    let text = inspection.to_string();
+    let rows = ["creature on 8 legs", "left_leg_1", "leg_a_1_l, leg_a_2_l, leg_a_3_l", "right_leg_4"];
+    for row in rows {
+        assert!(text.contains(row), "'{row}' in:\n{text}");
+    }
+    let template = rig.template.as_ref().expect("a template to keep");
+    assert_eq!(template.roles["left_leg_4"][0], "leg_d_1_l", "{template:?}");
 }
 
 #[test]

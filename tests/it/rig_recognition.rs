@@ -2,6 +2,7 @@
 
 mod conventions;
 mod corpus;
+mod creatures;
 mod generated;
 mod learned;
 mod random;

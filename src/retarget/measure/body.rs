@@ -43,8 +43,8 @@ fn leg_length(rig: &Rig<'_>) -> Option<f64> {
         match (joint("thigh"), joint("shin"), joint("foot")) {
             (Some(thigh), Some(shin), Some(foot)) => Some(along(&[thigh, shin, foot])),
             _ => {
-                let whole = rig.role(&format!("{side}_hind_leg"));
-                (whole.len() > 1).then(|| along(whole))
+                let whole = ["hind_leg", "leg_1"].map(|part| rig.role(&format!("{side}_{part}")));
+                whole.into_iter().find(|whole| whole.len() > 1).map(along)
             }
         }
     };

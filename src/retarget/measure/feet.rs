@@ -14,7 +14,7 @@ use super::{
     motion::{Anchor, Both, Compared, Wanted},
     statistics::percentile,
 };
-use crate::rig::Rig;
+use crate::rig::{Rig, Role};
 
 /// A sole further below its joint than this share of the leg is none: the rest pose stands on tiptoe, or on something else.
 const MOST_SOLE: f64 = 0.2;
@@ -120,10 +120,13 @@ impl Feet {
                     points.push(FootPoint::new(&foot, "tip", rigs, tips, &sizes, wanted));
                 }
             }
-            for leg in [format!("{side}_front_leg"), format!("{side}_hind_leg")] {
-                let joints = rigs.map(|rig| rig.role(&leg).last().copied());
+            let is_leg = |role: &&String| {
+                role.starts_with(side) && role.parse::<Role>().is_ok_and(|role| role.part.is_whole_leg())
+            };
+            for leg in rigs.target.roles.keys().filter(is_leg) {
+                let joints = rigs.map(|rig| rig.role(leg).last().copied());
                 if let (Some(source), Some(target)) = (joints.source, joints.target) {
-                    points.push(FootPoint::new(&leg, "paw", rigs, Both { source, target }, &sizes, wanted));
+                    points.push(FootPoint::new(leg, "paw", rigs, Both { source, target }, &sizes, wanted));
                 }
             }
         }

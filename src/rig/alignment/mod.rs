@@ -115,6 +115,12 @@ pub(super) fn canonical_rest(rig: &Rig<'_>, pose: CanonicalPose, from_nothing: b
     turn(rig, &wishes(&Look::Canonical(pose), rig, &pairs, from_nothing, Align::Auto), Align::Auto)
 }
 
+/// A part without the number that tells it from others of its kind: `leg` of `leg_3`.
+pub(super) fn unnumbered(part: &str) -> &str {
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    part.rsplit_once('_').filter(|(_, number)| is_number(number)).map_or(part, |(part, _)| part)
+}
+
 /// `left_upper_arm` into `left_` and `upper_arm`.
 pub(super) fn split(role: &str) -> (&str, &str) {
     for prefix in ["left_", "right_"] {

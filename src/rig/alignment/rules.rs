@@ -9,6 +9,7 @@ use super::{
     look::{Look, RollCue, Second, place},
     split,
     turn::arc,
+    unnumbered,
 };
 
 /// Bodies that face this close to one another face the same way, in radians: feet and shoulders are never quite even.
@@ -52,7 +53,12 @@ fn rule(part: &str, from_nothing: bool, is_in_motion: bool) -> Rule {
         "thumb" | "index" | "middle" | "ring" | "pinky" | "front_leg" | "hind_leg" | "tail" => Rule::AlongChain,
         "head" => Rule::Face,
         "clavicle" => Rule::Keep,
-        _ => Rule::Ride,
+        // What creatures have several of.
+        _ => match unnumbered(part) {
+            "leg" | "wing" | "neck" | "tail" => Rule::AlongChain,
+            "head" => Rule::Keep,
+            _ => Rule::Ride,
+        },
     }
 }
 
@@ -196,7 +202,9 @@ impl Rules<'_> {
                     self.wish(joint, role, Aim::Follow { first, bone: None }, None);
                 }
             }
-            Rule::Trunk(ends) => self.trunk(pair, role, part, ends),
+            Rule::Trunk(ends) if role == part => self.trunk(pair, role, part, ends),
+            // A neck beside others leads to a head of its own.
+            Rule::Trunk(_) => self.along_chain(pair, role, part),
             Rule::Heading(ends) => {
                 let up = self.target.up();
                 let level = |direction: DVec3| (direction - up * direction.dot(up)).try_normalize();
@@ -205,8 +213,9 @@ impl Rules<'_> {
                 let aim = levels.map_or(Aim::Turn(self.body_turn), |(own, wanted)| Aim::Head { own, wanted });
                 self.wish(first, role, aim, None);
             }
-            Rule::Keep => self.wish(first, role, Aim::Turn(self.body_turn), None),
-            Rule::Face => self.face(first, role),
+            // Of several heads, eyes are known of the middle one only.
+            Rule::Face if role == "head" => self.face(first, role),
+            Rule::Keep | Rule::Face => self.wish(first, role, Aim::Turn(self.body_turn), None),
             Rule::AlongChain => self.along_chain(pair, role, part),
             Rule::Ride => {}
         }

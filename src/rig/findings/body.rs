@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::{Finding, FindingCode, places};
-use crate::{
-    model::{LocalPose, ModelPose, Skeleton},
-    rig::{Hints, RestPoseKind, Rig, RigKind, Role, RoleFinding, recognise},
+use super::{
+    super::{Hints, RestPoseKind, Rig, RigKind, Role, RoleFinding, leg_rows::is_whole_leg, recognise},
+    Finding, FindingCode, places,
 };
+use crate::model::{LocalPose, ModelPose, Skeleton};
 
 /// People and their caricatures are between these heights, in metres.
 const PLAUSIBLE_METRES: std::ops::RangeInclusive<f64> = 0.3..=4.0;
@@ -21,7 +21,7 @@ const SAME_PLACE_SHARE: f64 = 0.1;
 
 pub(super) fn examine(rig: &Rig<'_>, found: &mut Vec<Finding>) {
     let whole = |code, detail: String| Finding { code, place: String::new(), detail };
-    if rig.recognition.kind == RigKind::Other {
+    if !rig.recognition.is_body() {
         let joints = rig.skeleton().joints().iter().filter(|joint| joint.is_joint).count();
         let detail = format!("{joints} joints, of which {} have a role", rig.roles.values().flatten().count());
         found.push(whole(FindingCode::NoBody, detail));
@@ -61,8 +61,13 @@ fn examine_size(rig: &Rig<'_>, found: &mut Vec<Finding>) {
         }
         Some(_) => {}
     }
-    let feet = ["left_toe", "right_toe", "left_foot", "right_foot", "left_hind_leg", "right_hind_leg"];
-    let lowest = feet.iter().filter_map(|role| rig.role(role).last()).map(|joint| (rig.rest_height(*joint), *joint));
+    let feet = ["left_toe", "right_toe", "left_foot", "right_foot"];
+    let legs = rig.roles.keys().map(String::as_str).filter(|role| is_whole_leg(role));
+    let lowest = feet
+        .into_iter()
+        .chain(legs)
+        .filter_map(|role| rig.role(role).last())
+        .map(|joint| (rig.rest_height(*joint), *joint));
     if let Some((height, foot)) = lowest.min_by(|first, second| first.0.total_cmp(&second.0))
         && height.abs() > size * OFF_FLOOR_SHARE
     {
@@ -111,7 +116,7 @@ fn second_body(rig: &Rig<'_>) -> Option<usize> {
     let pose: ModelPose = rest.rest_pose().to_model(&rest);
     let other = recognise(&rest, &pose, &Hints::default());
     let first = other.roles.values().flat_map(|finding| finding.joints.first()).min()?;
-    let is_body = other.kind != RigKind::Other && has_extent(&other.roles, &pose);
+    let is_body = other.is_body() && has_extent(&other.roles, &pose);
     (is_body && !is_layer(rig, &other.roles, &pose)).then(|| order[*first])
 }
 

@@ -119,7 +119,7 @@ findings! {
         "Vertices may be bound to more than four joints; many engines keep only the four strongest.",
         "Limit the influences to four when exporting for a game engine.";
     NoBody = "no_body", Warning,
-        "The joints make up no body that is known: neither a biped nor a quadruped.",
+        "The joints make up no body that is known: neither a biped, nor a quadruped, nor a creature on more legs.",
         "Give `roles` or `chains` in the config, or teach the rig with `PUT /v1/rigs/{name}`.";
     SeveralBodies = "several_bodies", Warning,
         "The file holds more than one body. The largest is looked at and retargeted.",

@@ -6,14 +6,23 @@ use super::{FileFacts, Finding, FindingCode, places};
 use crate::{
     model::Reporter,
     rig::{
-        Part, Rig, RigKind, Role,
+        Part, Rig, Role,
         rest::{BindPose, bind_pose},
     },
 };
 
 /// Parts of a body that a skin binds in every rig that is whole.
-const SKINNED: [Part; 8] =
-    [Part::UpperArm, Part::Forearm, Part::Hand, Part::Thigh, Part::Shin, Part::Foot, Part::FrontLeg, Part::HindLeg];
+const SKINNED: [Part; 9] = [
+    Part::UpperArm,
+    Part::Forearm,
+    Part::Hand,
+    Part::Thigh,
+    Part::Shin,
+    Part::Foot,
+    Part::FrontLeg,
+    Part::HindLeg,
+    Part::Leg,
+];
 /// Joint indices of a vertex that every engine takes.
 const COMMON_INFLUENCES: usize = 4;
 /// Rotations closer than this are the same.
@@ -93,7 +102,7 @@ fn examine_bound(rig: &Rig<'_>, found: &mut Vec<Finding>) {
             bound_below[parent] = true;
         }
     }
-    if rig.recognition.kind != RigKind::Other {
+    if rig.recognition.is_body() {
         let is_needed = |role: &str| role.parse::<Role>().is_ok_and(|role| SKINNED.contains(&role.part));
         let missing = rig.roles.iter().filter(|(role, joints)| {
             is_needed(role) && !joints.is_empty() && !joints.iter().any(|joint| moves_mesh(rig, &bound, *joint))

@@ -130,7 +130,10 @@ fn on_named_sides<'a>(named: &BTreeMap<Role, RoleFinding>, anatomy: &'a Anatomy)
 
 /// Whether two lists of joints mean the same: the same first joint, or for parts of several joints half of them.
 fn agree(role: Role, named: &[usize], placed: &[usize]) -> bool {
-    let is_list = matches!(role.part, Part::Spine | Part::Neck | Part::Tail | Part::FrontLeg | Part::HindLeg);
+    let is_list = matches!(
+        role.part,
+        Part::Spine | Part::Neck | Part::Tail | Part::Wing | Part::FrontLeg | Part::HindLeg | Part::Leg
+    );
     let common = named.iter().filter(|joint| placed.contains(joint)).count();
     named[0] == placed[0] || (is_list && 2 * common >= named.len().max(placed.len()))
 }
@@ -168,6 +171,23 @@ const fn may_mean(sense: Sense, part: Part) -> bool {
         Part::Spine => matches!(sense, Sense::Spine),
         Part::Neck => matches!(sense, Sense::Neck | Sense::Spine),
         Part::Head => matches!(sense, Sense::Head | Sense::Neck | Sense::Spine),
+        Part::FrontLeg | Part::HindLeg | Part::Leg => matches!(
+            sense,
+            Sense::FrontLeg
+                | Sense::HindLeg
+                | Sense::Hip
+                | Sense::Thigh
+                | Sense::Leg
+                | Sense::Shin
+                | Sense::Ankle
+                | Sense::Foot
+                | Sense::Toe
+                | Sense::Arm
+                | Sense::Shoulder
+                | Sense::UpperArm
+                | Sense::Clavicle
+        ),
+        Part::Wing => matches!(sense, Sense::Arm | Sense::Shoulder | Sense::UpperArm),
         Part::Thumb | Part::Index | Part::Middle | Part::Ring | Part::Pinky => {
             matches!(sense, Sense::Finger(_) | Sense::AnyFinger)
         }

@@ -52,6 +52,11 @@ impl<'a> Body<'a> {
     ) -> Self {
         let mut names: Vec<ParsedName> = skeleton.joints().iter().map(|joint| ParsedName::parse(&joint.name)).collect();
         for (role, joints) in template.iter().flat_map(|template| &template.roles) {
+            if role.is_one_of_several() {
+                // No word says which of several it is; the template itself does.
+                joints.iter().for_each(|joint| names[*joint].set_nameless());
+                continue;
+            }
             for (place, joint) in joints.iter().enumerate() {
                 names[*joint].set_meaning(*role, place);
             }

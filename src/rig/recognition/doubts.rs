@@ -1,6 +1,6 @@
 //! What a user should know about a recognition: guesses and contradictions, as warnings.
 
-use super::{Recognition, RigKind, Side};
+use super::{Recognition, Side};
 use crate::model::{Reporter, Skeleton};
 
 /// Roles that are less sure than this are said to be guesses.
@@ -8,7 +8,7 @@ const SURE_ENOUGH: f64 = 0.6;
 
 /// Warns of everything in a recognition that is a guess. `place` says which rig.
 pub fn report_doubts(skeleton: &Skeleton, recognition: &Recognition, reporter: &mut Reporter, place: &str) {
-    if recognition.kind == RigKind::Other {
+    if !recognition.is_body() {
         reporter.warn(
             "rig_not_recognised",
             place,
@@ -52,7 +52,7 @@ pub fn report_doubts(skeleton: &Skeleton, recognition: &Recognition, reporter: &
     }
     for role in recognition.roles.keys().filter(|role| role.side == Side::Left) {
         let twin = role.mirrored();
-        if recognition.kind != RigKind::Other && !recognition.roles.contains_key(&twin) {
+        if recognition.is_body() && !recognition.roles.contains_key(&twin) {
             reporter.warn("role_one_sided", place, format!("there is {role}, but no {twin}"), "give it in the config");
         }
     }

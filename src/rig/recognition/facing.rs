@@ -35,6 +35,9 @@ const LEGS_DOWN_COSINE: f64 = -0.3;
 #[must_use]
 pub fn body_frame(roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose) -> Option<BodyFrame> {
     let points = Points { roles, pose };
+    if let Some(frame) = crawler_frame(&points).or_else(|| bird_frame(&points)) {
+        return Some(frame);
+    }
     let quadruped = points.pair(Part::FrontLeg).zip(points.pair(Part::HindLeg));
     let (up, across) = match quadruped {
         Some(((front_left, front_right), (hind_left, hind_right))) => {
@@ -66,6 +69,30 @@ pub fn body_frame(roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose) -> Opti
     if !points.legs_are_below(up) {
         return None;
     }
+    Some(BodyFrame { up, forward: left.cross(up), left })
+}
+
+/// The directions of a body on six and more legs: the feet lie on the ground, the first pair of legs ahead of the last.
+fn crawler_frame(points: &Points<'_>) -> Option<BodyFrame> {
+    let legs: Vec<Role> =
+        points.roles.keys().copied().filter(|role| role.part == Part::Leg && role.side == Side::Left).collect();
+    let middle = |role: Role| Some(points.last(role)?.midpoint(points.last(role.mirrored())?));
+    let (front, rear) = (middle(*legs.first()?)?, middle(*legs.last()?)?);
+    let across = |role: &Role| Some(points.last(*role)? - points.last(role.mirrored())?);
+    let across = legs.iter().filter_map(across).fold(DVec3::ZERO, |sum, step| sum + step);
+    let ahead = front - rear;
+    let up = upright(ahead.cross(across).try_normalize()?);
+    let left = (across - across.dot(up) * up).try_normalize()?;
+    Some(BodyFrame { up, forward: left.cross(up), left })
+}
+
+/// The directions of a body on two legs with wings and no arms, whose trunk leans forward: its legs say where up is.
+fn bird_frame(points: &Points<'_>) -> Option<BodyFrame> {
+    let (left_wing, right_wing) = points.pair(Part::Wing).filter(|_| points.pair(Part::UpperArm).is_none())?;
+    let ((left_hip, right_hip), (left_foot, right_foot)) = points.pair(Part::Thigh).zip(points.pair(Part::Foot))?;
+    let up = upright(((left_hip + right_hip) - (left_foot + right_foot)).try_normalize()?);
+    let across = (left_wing - right_wing) + (left_hip - right_hip);
+    let left = (across - across.dot(up) * up).try_normalize()?;
     Some(BodyFrame { up, forward: left.cross(up), left })
 }
 

@@ -73,6 +73,7 @@ impl Sense {
             }
             Part::FrontLeg => Self::FrontLeg,
             Part::HindLeg => Self::HindLeg,
+            Part::Leg => Self::Leg,
             Part::Tail => Self::Tail,
             Part::Wing => Self::Wing,
         })

@@ -86,6 +86,15 @@ impl ParsedName {
         self.is_twist &= place > 0;
     }
 
+    /// Takes everything away that the name's words say.
+    pub(super) fn set_nameless(&mut self) {
+        *self = Self {
+            words: std::mem::take(&mut self.words),
+            digits: std::mem::take(&mut self.digits),
+            ..Self::default()
+        };
+    }
+
     /// Whether the name has that word.
     pub(super) fn has(&self, word: &str) -> bool {
         self.words.iter().any(|own| own == word)

@@ -38,6 +38,13 @@ pub(super) fn find_named_legs(body: &Body<'_>, findings: &mut Findings) -> bool 
     true
 }
 
+/// Takes the legs away again: there are more than four.
+pub(super) fn forget_legs(findings: &mut Findings) {
+    for role in Side::BOTH.iter().flat_map(|side| [Part::FrontLeg, Part::HindLeg].map(|part| Role::new(*side, part))) {
+        findings.remove(role);
+    }
+}
+
 /// Whether limbs that are named like arms and legs carry a level trunk.
 pub(super) fn stands_on_four(roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose) -> bool {
     let points = Points { roles, pose };

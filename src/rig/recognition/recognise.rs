@@ -18,7 +18,7 @@ use super::{
     body_frame,
     extras::{find_props, find_twist_helpers},
     facing::sides_contradict_feet,
-    finding::Findings,
+    finding::{Findings, sure},
     fingers::find_fingers,
     lexicon::Sense,
     limbs::{find_arm, find_leg},
@@ -38,7 +38,7 @@ pub enum RigKind {
     Biped,
     /// Four legs.
     Quadruped,
-    /// Anything else: props, single hands, spiders, skeletons whose names say nothing.
+    /// Anything else: props, single hands, skeletons that say nothing; and creatures on six and more legs.
     #[default]
     Other,
 }
@@ -46,7 +46,8 @@ pub enum RigKind {
 /// What the joints of a skeleton mean.
 #[derive(Clone, Debug, Default)]
 pub struct Recognition {
-    /// What kind of body it is. [`RigKind::Other`] has no limbs, only what is named beyond doubt.
+    /// What kind of body it is. [`RigKind::Other`] has no limbs, only what is named beyond doubt; but for creatures on six and more
+    /// legs, see [`Self::is_body`].
     pub kind: RigKind,
     /// The naming convention, where it is one with a name.
     pub recognised_as: Option<String>,
@@ -70,6 +71,19 @@ pub struct Recognition {
     pub sides_guessed: bool,
     /// Whether the names do not make up a body and its shape alone does.
     pub by_shape: bool,
+}
+
+impl Recognition {
+    /// Whether it is a body that stands: a biped, a quadruped, or a creature on more legs.
+    #[must_use]
+    pub fn is_body(&self) -> bool {
+        self.kind != RigKind::Other || is_crawler(&self.roles)
+    }
+}
+
+/// Whether the roles have legs that are counted: those of a body on six and more.
+fn is_crawler(roles: &BTreeMap<Role, RoleFinding>) -> bool {
+    roles.keys().any(|role| role.part == Part::Leg)
 }
 
 impl RigKind {
@@ -105,6 +119,9 @@ const PARTS_WITHOUT_BODY: [Part; 17] = [
     Part::Tail,
 ];
 
+/// Parts that creatures on six and more legs have beside those.
+const PARTS_OF_CRAWLER: [Part; 3] = [Part::Root, Part::Leg, Part::Wing];
+
 /// What is known of a skeleton beside its names and its rest pose.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Hints<'a> {
@@ -139,14 +156,14 @@ pub fn recognise(skeleton: &Skeleton, rest: &ModelPose, hints: &Hints<'_>) -> Re
     if joints_only {
         recognition = attempt(skeleton, rest, &declared, template.as_ref(), true);
     }
-    if recognition.kind == RigKind::Other {
+    if !recognition.is_body() {
         // No skin, or a skin of a prop only: the body may be made of plain nodes.
         let of_nodes = attempt(skeleton, rest, &declared, template.as_ref(), false);
-        if !joints_only || of_nodes.kind != RigKind::Other {
+        if !joints_only || of_nodes.is_body() {
             recognition = of_nodes;
         }
     }
-    if recognition.kind != RigKind::Other {
+    if recognition.is_body() {
         let named = template.map(|template| template.name);
         let declared_name = hints.convention.filter(|_| !declared.is_empty());
         let is_vrm = declared_name.is_some_and(|name| name.starts_with("vrm"));
@@ -165,6 +182,10 @@ fn attempt(
 ) -> Recognition {
     let body = Body::new(skeleton, rest, template, joints_only);
     let mut findings = Findings::new(declared.clone());
+    let of_several = template.iter().flat_map(|template| &template.roles).filter(|(role, _)| role.is_one_of_several());
+    for (role, joints) in of_several {
+        findings.assign(*role, joints, sure::NAMED, "the rig's template says so");
+    }
     let four_named = quadruped::find_named_legs(&body, &mut findings);
     if !four_named {
         for side in Side::BOTH {
@@ -181,11 +202,18 @@ fn attempt(
     for side in Side::BOTH {
         find_fingers(&body, side, &mut findings);
     }
-    let anatomy = see_shape(&body, rest, joints_only).filter(|anatomy| [anatomy.kind, RigKind::Other].contains(&kind));
+    let anatomy = see_shape(&body, rest, joints_only);
+    if four_named && anatomy.as_ref().is_some_and(Anatomy::is_crawler) {
+        // Front and hind legs with others between them.
+        quadruped::forget_legs(&mut findings);
+        kind = RigKind::Other;
+    }
+    let anatomy = anatomy.filter(|anatomy| [anatomy.kind, RigKind::Other].contains(&kind));
     let has_named_sides = findings.roles.keys().any(|role| role.side != Side::Center);
     let sides_guessed = !has_named_sides && anatomy.as_ref().is_some_and(|anatomy| !anatomy.facing_known);
+    // Legs that are counted are known before by the rig's template only.
+    let by_shape = kind == RigKind::Other && anatomy.is_some() && !is_crawler(&findings.roles);
     let mut findings = combine(&body, findings, anatomy.as_ref());
-    let by_shape = kind == RigKind::Other && anatomy.is_some();
     if let Some(anatomy) = anatomy.filter(|_| by_shape) {
         kind = anatomy.kind;
     }
@@ -196,9 +224,12 @@ fn attempt(
     let (mut twists, mut props) = (find_twist_helpers(&body, &findings), find_props(&body, &findings));
     let mut roles = findings.roles;
     if kind == RigKind::Other {
-        roles.retain(|role, _| PARTS_WITHOUT_BODY.contains(&role.part));
+        let is_crawler = is_crawler(&roles);
+        let may_stay =
+            |part: &Part| PARTS_WITHOUT_BODY.contains(part) || (is_crawler && PARTS_OF_CRAWLER.contains(part));
+        roles.retain(|role, _| may_stay(&role.part));
     }
-    let mut frame = body_frame(&roles, rest).filter(|_| kind != RigKind::Other);
+    let mut frame = body_frame(&roles, rest).filter(|_| kind != RigKind::Other || is_crawler(&roles));
     // Sides that the file declares stand, whatever its feet do.
     let sides_swapped = declared.is_empty() && frame.is_some_and(|frame| sides_contradict_feet(&roles, rest, &frame));
     if sides_swapped {
@@ -251,7 +282,7 @@ fn declared_roles(skeleton: &Skeleton, declared: &[(String, usize)]) -> BTreeMap
     for (name, joint) in declared.iter().filter(|(_, joint)| *joint < skeleton.len()) {
         let parsed = ParsedName::parse(name);
         let Some(part) = parsed.sense.and_then(declared_part) else { continue };
-        let role = Role { side: parsed.side.unwrap_or(Side::Center), part };
+        let role = Role::new(parsed.side.unwrap_or(Side::Center), part);
         let joints = roles.entry(role).or_default();
         if part.is_central() == parsed.side.is_none() && !joints.contains(joint) {
             joints.push(*joint);
@@ -316,14 +347,21 @@ fn swapped(roles: BTreeMap<Role, RoleFinding>) -> BTreeMap<Role, RoleFinding> {
 
 fn confidence(kind: RigKind, roles: &BTreeMap<Role, RoleFinding>) -> f64 {
     const CENTER: [Part; 3] = [Part::Pelvis, Part::Spine, Part::Head];
+    const ARM_AND_LEG: [Part; 6] = [Part::UpperArm, Part::Forearm, Part::Hand, Part::Thigh, Part::Shin, Part::Foot];
+    const WING_AND_LEG: [Part; 4] = [Part::Wing, Part::Thigh, Part::Shin, Part::Foot];
+    let has = |part: Part| roles.contains_key(&Role::new(Side::Left, part));
     let paired: &[Part] = match kind {
-        RigKind::Biped => &[Part::UpperArm, Part::Forearm, Part::Hand, Part::Thigh, Part::Shin, Part::Foot],
+        RigKind::Biped if has(Part::Wing) && !has(Part::UpperArm) => &WING_AND_LEG,
+        RigKind::Biped => &ARM_AND_LEG,
         RigKind::Quadruped => &[Part::FrontLeg, Part::HindLeg],
+        RigKind::Other if is_crawler(roles) => &[],
         RigKind::Other => return 0.0,
     };
+    // Of legs that are counted nobody knows how many there should be.
+    let legs = roles.keys().copied().filter(|role| role.part == Part::Leg && kind == RigKind::Other);
     let center = CENTER.iter().map(|part| Role::center(*part));
     let both = Side::BOTH.iter().flat_map(|side| paired.iter().map(|part| Role::new(*side, *part)));
-    let expected: Vec<Role> = center.chain(both).collect();
+    let expected: Vec<Role> = center.chain(both).chain(legs).collect();
     let sum: f64 = expected.iter().filter_map(|role| roles.get(role)).map(|finding| finding.confidence).sum();
     sum / expected.len() as f64
 }

@@ -70,6 +70,8 @@ pub enum Part {
     FrontLeg,
     /// A whole hind leg of a quadruped, from the body down.
     HindLeg,
+    /// A whole leg of a creature with six and more of them, from the body down; numbered from the front.
+    Leg,
     /// The tail, from the body outward.
     Tail,
     /// A wing, from the body outward.
@@ -78,14 +80,23 @@ pub enum Part {
 
 /// What joints mean: a part of one side of the body.
 ///
-/// On the wire a role is its part's name after its side's, such as `pelvis` or `left_forearm`.
+/// On the wire a role is its part's name after its side's, such as `pelvis` or `left_forearm`. Parts that creatures have several
+/// of on a side carry a number behind: legs of six and more always (`left_leg_1` is the foremost), others from the second on
+/// (`left_wing_2`). Necks, heads, jaws and tails that mirror one another have sides: a hydra's are `left_neck`, `neck`,
+/// `right_neck`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Role {
     /// Which half of the body.
     pub side: Side,
     /// Which part of it.
     pub part: Part,
+    /// Which of several such parts of that side, from 1: legs and wings from the front, necks, heads, jaws and tails from the
+    /// middle.
+    pub number: u8,
 }
+
+/// No body has more parts of one kind on a side.
+const MOST_ALIKE: u8 = 99;
 
 /// Why text is no role.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -112,7 +123,7 @@ impl Side {
 
 impl Part {
     /// All parts with their names, from the root outward.
-    const NAMED: [(Self, &'static str); 28] = [
+    const NAMED: [(Self, &'static str); 29] = [
         (Self::Root, "root"),
         (Self::Pelvis, "pelvis"),
         (Self::Spine, "spine"),
@@ -139,6 +150,7 @@ impl Part {
         (Self::PinkyMetacarpal, "pinky_metacarpal"),
         (Self::FrontLeg, "front_leg"),
         (Self::HindLeg, "hind_leg"),
+        (Self::Leg, "leg"),
         (Self::Tail, "tail"),
         (Self::Wing, "wing"),
     ];
@@ -154,14 +166,36 @@ impl Part {
 
     /// The part of that name on the wire, without a side.
     #[must_use]
-    pub(in crate::rig::recognition) fn from_name(name: &str) -> Option<Self> {
+    fn from_name(name: &str) -> Option<Self> {
         Self::NAMED.iter().find(|entry| entry.1 == name).map(|entry| entry.0)
     }
 
-    /// Whether the part lies on the middle plane; all others come in pairs.
+    /// Whether the part lies on the middle plane of most bodies; all others come in pairs.
     #[must_use]
     pub const fn is_central(self) -> bool {
         matches!(self, Self::Root | Self::Pelvis | Self::Spine | Self::Neck | Self::Head | Self::Jaw | Self::Tail)
+    }
+
+    /// Whether it is a whole leg of an animal, from the body down.
+    #[must_use]
+    pub const fn is_whole_leg(self) -> bool {
+        matches!(self, Self::FrontLeg | Self::HindLeg | Self::Leg)
+    }
+
+    /// Whether the part may be on that side of a body: paired parts on both, central ones in the middle, and those in the middle
+    /// that creatures have several of on both sides, too.
+    const fn may_be_on(self, side: Side) -> bool {
+        match side {
+            Side::Center => self.is_central(),
+            Side::Left | Side::Right => {
+                !self.is_central() || matches!(self, Self::Neck | Self::Head | Self::Jaw | Self::Tail)
+            }
+        }
+    }
+
+    /// Whether a body may have several of the part on one side, so that they are numbered.
+    const fn may_repeat(self) -> bool {
+        matches!(self, Self::Leg | Self::Wing | Self::Neck | Self::Head | Self::Jaw | Self::Tail)
     }
 
     /// The bone of the palm that belongs to a finger; the thumb has none of its own.
@@ -178,41 +212,74 @@ impl Part {
 }
 
 impl Role {
-    /// A part on the middle plane.
+    /// A part on the middle plane; the first of its kind.
     #[must_use]
     pub const fn center(part: Part) -> Self {
-        Self { side: Side::Center, part }
+        Self::new(Side::Center, part)
     }
 
-    /// A part of one half.
+    /// A part of one half; the first of its kind.
     #[must_use]
     pub const fn new(side: Side, part: Part) -> Self {
-        Self { side, part }
+        Self::numbered(side, part, 1)
+    }
+
+    /// One of several parts of one half.
+    #[must_use]
+    pub const fn numbered(side: Side, part: Part, number: u8) -> Self {
+        Self { side, part, number }
     }
 
     /// The same part of the other half.
     #[must_use]
     pub const fn mirrored(self) -> Self {
-        Self { side: self.side.opposite(), part: self.part }
+        Self { side: self.side.opposite(), ..self }
     }
 
-    /// Every role that there is: parts from the root outward, left before right.
+    /// Whether it is a part that only creatures with several of its kind have.
+    #[must_use]
+    pub(in crate::rig::recognition) fn is_one_of_several(self) -> bool {
+        self.number > 1 || self.part == Part::Leg || (self.part.is_central() && self.side != Side::Center)
+    }
+
+    /// Whether a body that has no such part of its own may move this one as another moves that one: one of several necks, heads,
+    /// jaws or tails as any other, a wing as one of its side.
+    #[must_use]
+    pub(in crate::rig) fn may_follow(self, other: Self) -> bool {
+        self.part == other.part
+            && match self.part {
+                Part::Neck | Part::Head | Part::Jaw | Part::Tail => true,
+                Part::Wing => self.side == other.side,
+                _ => false,
+            }
+    }
+
+    /// The two roles that a name without a side stands for, such as `forearm` or `leg_3`.
+    #[must_use]
+    pub(in crate::rig::recognition) fn of_both_sides(name: &str) -> Option<[Self; 2]> {
+        let left: Self = format!("left_{name}").parse().ok()?;
+        (!left.part.is_central()).then(|| [left, left.mirrored()])
+    }
+
+    /// Every role that most bodies have: parts from the root outward, left before right, the first of each kind.
     pub fn all() -> impl Iterator<Item = Self> {
         const CENTER: &[Side] = &[Side::Center];
         Part::NAMED.iter().flat_map(|(part, _)| {
             let sides = if part.is_central() { CENTER } else { &Side::BOTH[..] };
-            sides.iter().map(|side| Self { side: *side, part: *part })
+            sides.iter().map(|side| Self::new(*side, *part))
         })
     }
 }
 
 impl fmt::Display for Role {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.side {
-            Side::Center => formatter.write_str(self.part.name()),
-            Side::Left => write!(formatter, "left_{}", self.part.name()),
-            Side::Right => write!(formatter, "right_{}", self.part.name()),
-        }
+        let side = match self.side {
+            Side::Center => "",
+            Side::Left => "left_",
+            Side::Right => "right_",
+        };
+        write!(formatter, "{side}{}", self.part.name())?;
+        if self.number > 1 || self.part == Part::Leg { write!(formatter, "_{}", self.number) } else { Ok(()) }
     }
 }
 
@@ -225,9 +292,14 @@ impl FromStr for Role {
             (None, Some(name)) => (Side::Right, name),
             (None, None) => (Side::Center, text),
         };
+        let numbered = name.rsplit_once('_').and_then(|(name, number)| Some((name, number.parse::<u8>().ok()?)));
+        let (name, number) = numbered.unwrap_or((name, 1));
+        let may_be = |part: &Part| part.may_be_on(side) && (number == 1 || part.may_repeat());
         Part::from_name(name)
-            .filter(|part| part.is_central() == (side == Side::Center))
-            .map(|part| Self { side, part })
+            .filter(|part| may_be(part) && (1..=MOST_ALIKE).contains(&number))
+            .map(|part| Self { side, part, number })
+            // There is one way to write a role: no `neck_1`, no `left_leg_01`, no leg without a number.
+            .filter(|role| role.to_string() == text)
             .ok_or_else(|| RoleError { text: text.to_owned() })
     }
 }
@@ -238,7 +310,7 @@ mod tests {
 
     #[test]
     fn every_role_comes_back_from_its_name() {
-        assert_eq!(Role::all().count(), 7 + 21 * 2, "seven parts are central, the others come in pairs");
+        assert_eq!(Role::all().count(), 7 + 22 * 2, "seven parts are central, the others come in pairs");
         for role in Role::all() {
             assert_eq!(role.to_string().parse(), Ok(role), "{role}");
             assert_eq!(role.mirrored().mirrored(), role, "{role}");
@@ -246,8 +318,43 @@ mod tests {
     }
 
     #[test]
+    fn parts_that_creatures_have_several_of_are_numbered() {
+        let cases = [
+            ("left_leg_1", Role::numbered(Side::Left, Part::Leg, 1)),
+            ("right_leg_12", Role::numbered(Side::Right, Part::Leg, 12)),
+            ("left_wing_2", Role::numbered(Side::Left, Part::Wing, 2)),
+            ("right_neck", Role::new(Side::Right, Part::Neck)),
+            ("left_head_2", Role::numbered(Side::Left, Part::Head, 2)),
+            ("tail_2", Role::numbered(Side::Center, Part::Tail, 2)),
+        ];
+        for (name, role) in cases {
+            assert_eq!((name.parse(), role.to_string()), (Ok(role), name.to_owned()), "{name}");
+        }
+        assert_eq!(Role::of_both_sides("leg_3").map(|roles| roles.map(|role| role.to_string())), {
+            Some(["left_leg_3".to_owned(), "right_leg_3".to_owned()])
+        });
+        assert_eq!(Role::of_both_sides("neck"), None, "one neck is in the middle");
+    }
+
+    #[test]
     fn what_is_no_role_is_refused() {
-        for text in ["", "left_pelvis", "forearm", "Left_Hand", "left_", "left_left_hand"] {
+        for text in [
+            "",
+            "left_pelvis",
+            "forearm",
+            "Left_Hand",
+            "left_",
+            "left_left_hand",
+            "neck_1",
+            "left_leg",
+            "left_leg_0",
+            "left_leg_01",
+            "left_leg_100",
+            "leg_1",
+            "spine_2",
+            "left_spine",
+            "left_hand_2",
+        ] {
             assert!(text.parse::<Role>().is_err(), "{text:?}");
         }
     }

@@ -4,6 +4,7 @@ use super::super::{
     alignment::split,
     auto_map::{NamedPair, known_names, roles_of},
     error::{SpecErrorKind, SpecField},
+    leg_rows::is_whole_leg,
     mapping::{ChainPair, Chord, Drive, FurtherChain, Spacing},
     spec::{Align, FkOp, RetargetSpec, RotationMode},
     twist::is_lower,
@@ -109,7 +110,7 @@ fn spread(
 /// An animal's leg bone by bone, where the source has joints between two that belong together: what bends there turns the one
 /// bone of the target as a whole, so that it points where the source's bones together lead. Nothing for other chains.
 fn leg_chains(pair: &NamedPair, drive: Drive, source: &Rig<'_>, target: &Rig<'_>) -> Option<Vec<ChainPair>> {
-    let is_leg = pair.role.as_deref().is_some_and(|role| role.ends_with("_leg"));
+    let is_leg = pair.role.as_deref().is_some_and(is_whole_leg);
     if !is_leg || drive.rotation != RotationMode::Auto || pair.source.len() != pair.target.len() {
         return None;
     }

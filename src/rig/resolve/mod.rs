@@ -26,6 +26,7 @@ use super::{
     anatomy::{loose_joints, rides},
     auto_map::NamedPair,
     error::{SpecError, SpecErrorKind},
+    leg_rows::{is_whole_leg, leg_rows},
     mapping::{ChainPair, Mapping},
     recognition::RigKind,
     shoulder::find_shoulders,
@@ -62,7 +63,8 @@ pub fn resolve(
     let found = find_pairs(spec, source, target)?;
     let pairs = &found.pairs;
     let ops = spec.ops.clone().unwrap_or_else(|| default_ops(source, target, pairs));
-    let Alignment { rest: aligned, joints: alignment } = align(source, target, &alignable(pairs, target), spec.align);
+    let Alignment { rest: aligned, joints: alignment } =
+        align(source, target, &alignable(pairs, source, target), spec.align);
     let carried = is_carried(&ops);
     let ours_from_plan = if carried { Axes::Z_UP_Y_FRONT.ours_from_this() } else { target.work_from_scene };
     let plan_from_source = Transform {
@@ -135,14 +137,18 @@ pub fn resolve(
 
 /// The pairs whose rest poses are to look alike. Four-legged animals stand on both ends of their spine: one that is tipped to
 /// another's slope has its front paws in the floor or in the air.
-fn alignable(pairs: &[NamedPair], target: &Rig<'_>) -> Vec<NamedPair> {
+///
+/// Creatures with other numbers of legs stand on them in other ways: each keeps its own.
+fn alignable(pairs: &[NamedPair], source: &Rig<'_>, target: &Rig<'_>) -> Vec<NamedPair> {
+    let stand_alike = leg_rows(source).len() == leg_rows(target).len();
+    let is_other_leg = |pair: &NamedPair| !stand_alike && pair.role.as_deref().is_some_and(is_whole_leg);
     let is_tipped = |pair: &&NamedPair| stands_on_four(target) && pair.role.as_deref() == Some("spine");
-    pairs.iter().filter(|pair| !is_tipped(pair)).cloned().collect()
+    pairs.iter().filter(|pair| !is_tipped(pair) && !is_other_leg(pair)).cloned().collect()
 }
 
-/// Whether a rig is a four-legged animal.
+/// Whether a rig is an animal on four or more legs.
 pub(super) fn stands_on_four(rig: &Rig<'_>) -> bool {
-    rig.recognition.kind == RigKind::Quadruped
+    rig.recognition.is_body() && rig.recognition.kind != RigKind::Biped
 }
 
 /// What is no body has joints that slide, such as pistons and trolleys; where they do, their way counts.

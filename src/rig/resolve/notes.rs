@@ -4,16 +4,31 @@
 use crate::model::Reporter;
 
 use super::super::{
+    alignment::{split, unnumbered},
     error::{SpecError, SpecErrorKind},
+    leg_rows::leg_rows,
     mapping::{Mapping, Ride},
-    recognition::{RigKind, report_doubts},
+    recognition::{Recognition, RigKind, report_doubts},
     spec::{RetargetSpec, RigSpec},
     understand::Rig,
 };
 
 /// Parts without which a figure stands there with a stiff limb. Others ride along and look alive.
-const LIMBS: [&str; 11] =
-    ["spine", "head", "upper_arm", "forearm", "hand", "thigh", "shin", "foot", "front_leg", "hind_leg", "tail"];
+const LIMBS: [&str; 13] = [
+    "spine",
+    "head",
+    "upper_arm",
+    "forearm",
+    "hand",
+    "thigh",
+    "shin",
+    "foot",
+    "front_leg",
+    "hind_leg",
+    "leg",
+    "tail",
+    "wing",
+];
 
 /// Joints that are named in one message.
 const NAMED_AT_MOST: usize = 8;
@@ -26,8 +41,9 @@ pub(super) fn is_found_out(spec: &RetargetSpec) -> bool {
 /// Refuses bodies of other kinds where nobody says which limb is to drive which.
 pub(super) fn check_kinds(spec: &RetargetSpec, source: &Rig<'_>, target: &Rig<'_>) -> Result<(), SpecError> {
     let says_something = |rig: &RigSpec| !rig.chains.is_empty() || !rig.roles.is_empty();
-    let (from, to) = (source.recognition.kind, target.recognition.kind);
-    let differ = from != RigKind::Other && to != RigKind::Other && from != to;
+    let (from, to) = (&source.recognition, &target.recognition);
+    let on_two = |recognition: &Recognition| recognition.kind == RigKind::Biped;
+    let differ = from.is_body() && to.is_body() && on_two(from) != on_two(to);
     if !differ || !is_found_out(spec) || says_something(&spec.source) || says_something(&spec.target) {
         return Ok(());
     }
@@ -35,11 +51,19 @@ pub(super) fn check_kinds(spec: &RetargetSpec, source: &Rig<'_>, target: &Rig<'_
         SpecErrorKind::NothingToMap,
         format!(
             "the source is a {} and the target a {}: no limb of one is a limb of the other",
-            from.name(),
-            to.name()
+            standing(source),
+            standing(target)
         ),
         "say in \"map\" which chains drive which, with source.chains and target.chains, or send a target of the same kind",
     ))
+}
+
+/// What a body is called that stands on so many legs.
+fn standing(rig: &Rig<'_>) -> String {
+    match rig.recognition.kind {
+        RigKind::Other => format!("creature on {} legs", 2 * leg_rows(rig).len()),
+        kind => kind.name().to_owned(),
+    }
 }
 
 /// Warns of what is uncertain in rigs that the spec says nothing about.
@@ -63,7 +87,7 @@ pub(super) fn report_idle_limbs(
         return;
     }
     let driven = mapping.driven();
-    let is_limb = |role: &str| LIMBS.contains(&super::super::alignment::split(role).1);
+    let is_limb = |role: &str| LIMBS.contains(&unnumbered(split(role).1));
     let is_idle = |joints: &[usize]| !joints.is_empty() && !joints.iter().any(|joint| driven[*joint]);
     let idle: Vec<&str> = target
         .roles

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use super::super::{
     auto_map::{NamedPair, by_name, by_name_alone, by_role, known_names, role_pair, roles_of},
     error::{SpecError, SpecErrorKind, SpecField},
-    recognition::RigKind,
     spec::{ChainMap, RetargetSpec, RigSpec},
     understand::Rig,
 };
@@ -63,7 +62,7 @@ pub(super) fn find_pairs(spec: &RetargetSpec, source: &Rig<'_>, target: &Rig<'_>
             pairs.extend(by_role(source, target).into_iter().filter(free));
             let named = by_name(source, target, &pairs);
             pairs.extend(named);
-            let no_body = [source, target].iter().all(|side| side.recognition.kind == RigKind::Other);
+            let no_body = [source, target].iter().all(|side| !side.recognition.is_body());
             let is_open =
                 [&spec.source, &spec.target].iter().all(|side| side.roles.is_empty() && side.chains.is_empty());
             if no_body && is_open {

@@ -9,7 +9,6 @@ use super::{
         error::SpecError,
         floor::{Stance, clip_floor},
         mapping::{Mapping, PelvisPair, PelvisPosition},
-        recognition::RigKind,
         spec::{Alpha, HeightRule, PelvisOp, PelvisScale, PelvisScaleRule, RetargetSpec, RigSpec, ScaleOrigin},
         understand::Rig,
     },
@@ -61,9 +60,7 @@ pub(super) fn resolve_pelvis(
     let source_sole = if is_joint { source_height.guessed_sole * unit } else { 0.0 };
     mapping.global_scale = match op.scale {
         // What is no body has no height to compare.
-        PelvisScale::Value(value) if [source, target].iter().all(|side| side.recognition.kind == RigKind::Other) => {
-            value
-        }
+        PelvisScale::Value(value) if [source, target].iter().all(|side| !side.recognition.is_body()) => value,
         _ => ratio / unit,
     };
     if !op.enabled {

@@ -190,7 +190,7 @@ fn recognised(convention: &Convention) -> (Recognition, Vec<String>) {
     assert_eq!(recognition.kind, RigKind::Biped, "{what}");
     let mut wrong = Vec::new();
     for ((bone, side), joint) in joint_of {
-        let role = Role { side, part: FIGURE[bone].0 };
+        let role = Role::new(side, FIGURE[bone].0);
         if !recognition.roles.get(&role).is_some_and(|finding| finding.joints.contains(&joint)) {
             wrong.push(format!("{what}: '{}' should be {role}", skeleton.joints()[joint].name));
         }

@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 use retargetd::{
     formats::{self, Limits},
     model::{Control, Joint, ModelPose, Reporter, Scene, Skeleton, Transform},
-    rig::{Hints, Part, Recognition, Rig, RigKind, RigSpec, Role, Side, recognise},
+    rig::{Hints, Part, Recognition, Rig, RigKind, RigSpec, Role, RoleFinding, Side, recognise},
 };
 
 use crate::support::{corpus_file, files_below};
@@ -179,4 +179,39 @@ fn shape_is_seen_in_every_rest_pose() {
             assert_eq!(seen, expected, "{path}: arms {degrees} degrees down");
         }
     }
+}
+
+#[test]
+#[expect(clippy::print_stdout, reason = "the figures are for people, where they ask for them")]
+fn eyes_jaws_and_bones_of_the_palm_that_are_seen_are_there() {
+    const SEEN: [Part; 6] = [
+        Part::Eye,
+        Part::Jaw,
+        Part::IndexMetacarpal,
+        Part::MiddleMetacarpal,
+        Part::RingMetacarpal,
+        Part::PinkyMetacarpal,
+    ];
+    let (mut right, mut wrong, mut invented, mut missed) = (0, Vec::new(), Vec::new(), 0);
+    for Sample { path, scene } in samples() {
+        let rig = Rig::new("source", &scene, None, &RigSpec::default(), &mut Reporter::new()).expect("a rig");
+        if rig.recognition.kind != RigKind::Biped || rig.recognition.by_shape {
+            continue;
+        }
+        let seen = seen(&scene.skeleton, &positions(&rig.rest));
+        let label = |finding: &RoleFinding| scene.skeleton.label(finding.joints[0]);
+        for (role, finding) in seen.roles.iter().filter(|(role, _)| SEEN.contains(&role.part)) {
+            match rig.recognition.roles.get(role) {
+                Some(named) if named.joints[0] == finding.joints[0] => right += 1,
+                Some(named) => wrong.push(format!("{path}: {role} is {}, not {}", label(finding), label(named))),
+                None => invented.push(format!("{path}: {role} is {}", label(finding))),
+            }
+            assert!(finding.confidence < 0.8, "{path}: {role} is but a guess");
+        }
+        let named = rig.recognition.roles.keys().filter(|role| SEEN.contains(&role.part));
+        missed += named.filter(|role| !seen.roles.contains_key(role)).count();
+    }
+    println!("{right} right, {missed} not seen\nwrong: {wrong:#?}\nnot named so: {invented:#?}");
+    let all = right + wrong.len() + invented.len();
+    assert!(right * 10 >= 9 * all, "{right} of {all} are right:\n{}\n{}", wrong.join("\n"), invented.join("\n"));
 }

@@ -12,7 +12,7 @@ use super::{
 /// Less likely figures are none.
 const LEAST_SCORE: f64 = 0.12;
 /// Nor are those that nothing beside their limbs speaks for.
-const LEAST_EVIDENCE: f64 = 0.1;
+pub(super) const LEAST_EVIDENCE: f64 = 0.1;
 
 /// An upright body.
 #[derive(Clone, Debug)]
@@ -54,6 +54,16 @@ pub(super) struct Level {
 pub(super) enum Figure {
     Upright(Box<Upright>),
     Level(Box<Level>),
+}
+
+impl Figure {
+    /// How likely it is, from 0 to 1.
+    pub(super) fn score(&self) -> f64 {
+        match self {
+            Self::Upright(upright) => upright.score,
+            Self::Level(level) => level.score,
+        }
+    }
 }
 
 /// The likeliest body.
@@ -150,7 +160,7 @@ fn find_level(shape: &Shape<'_>, pairs: &[Pair]) -> Option<Level> {
                 continue;
             };
             level.score = weigh_level(shape, &level);
-            // A third pair that stands on the same ground makes it an insect, which has no roles.
+            // A third pair that stands on the same ground makes it a crawler, which is looked for by itself.
             let others =
                 pairs.iter().filter(|pair| pair.ways[0][0] != hind.ways[0][0] && pair.ways[0][0] != front.ways[0][0]);
             let ground = ends(shape, hind).dot(level.down);

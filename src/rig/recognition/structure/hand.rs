@@ -10,7 +10,11 @@ const FEWEST_JOINTS: usize = 2;
 /// Joints of a whole finger; one more is its tip.
 const PHALANGES: usize = 3;
 
-/// The fingers of a hand, thumb first, each from the palm outward. Empty where there are too few or too many to tell.
+/// How much it speaks for a thumb that it alone has fewer joints than all others.
+const FEWER_JOINTS: f64 = 0.5;
+
+/// The fingers of a hand, thumb first, each from the palm outward, and the bones of the palm below them. Empty where there are too
+/// few or too many to tell.
 pub(super) fn find_fingers(shape: &Shape<'_>, hand: usize) -> Vec<(Part, Vec<usize>)> {
     let mut fingers: Vec<Vec<usize>> = Vec::new();
     for child in &shape.children[hand] {
@@ -42,7 +46,15 @@ pub(super) fn find_fingers(shape: &Shape<'_>, hand: usize) -> Vec<(Part, Vec<usi
     };
     let mean = all.clone().fold(DVec3::ZERO, |sum, finger| sum + along(finger)).normalize_or_zero();
     let reach = all.clone().map(|finger| base(finger).length()).fold(1e-12, f64::max);
-    let thumb_like = |finger: usize| (1.0 - base(finger).length() / reach) + 2.0 * (1.0 - along(finger).dot(mean));
+    // Where the other fingers begin in the palm, the thumb has a joint less.
+    let most = fingers.iter().map(Vec::len).max().unwrap_or(0);
+    let is_shorter = |finger: usize| {
+        fingers.iter().filter(|other| other.len() == most).count() + 1 == fingers.len() && fingers[finger].len() < most
+    };
+    let thumb_like = |finger: usize| {
+        let shorter = if is_shorter(finger) { FEWER_JOINTS } else { 0.0 };
+        (1.0 - base(finger).length() / reach) + 2.0 * (1.0 - along(finger).dot(mean)) + shorter
+    };
     let thumb = if thumb_like(one) >= thumb_like(other) { one } else { other };
     let from_thumb = |finger: usize| middle(finger).distance(middle(thumb));
     let mut others: Vec<usize> = all.filter(|finger| *finger != thumb).collect();
@@ -53,11 +65,15 @@ pub(super) fn find_fingers(shape: &Shape<'_>, hand: usize) -> Vec<(Part, Vec<usi
         _ => &[Part::Index, Part::Middle],
     };
     let order = std::iter::once((Part::Thumb, thumb)).chain(names.iter().copied().zip(others));
-    let whole = |finger: usize| {
+    let whole = |(part, finger): (Part, usize)| {
         let joints = &fingers[finger];
         // A bone of the palm comes first where the way to it is shorter than itself.
         let in_palm = finger != thumb && joints.len() > PHALANGES && base(finger).length() < shape.length[joints[1]];
-        joints.iter().copied().skip(usize::from(in_palm)).take(PHALANGES).collect::<Vec<_>>()
+        // Four chains, all alike, may be four fingers of which one carries the thumb: then nothing says which is which.
+        let is_plain = fingers.len() == 5 || is_shorter(thumb);
+        let metacarpal = part.metacarpal().filter(|_| in_palm && is_plain).map(|part| (part, vec![joints[0]]));
+        let phalanges = joints.iter().copied().skip(usize::from(in_palm)).take(PHALANGES).collect();
+        metacarpal.into_iter().chain([(part, phalanges)])
     };
-    order.map(|(part, finger)| (part, whole(finger))).collect()
+    order.flat_map(whole).collect()
 }

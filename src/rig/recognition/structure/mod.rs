@@ -2,25 +2,37 @@
 //!
 //! Pairs of limbs that mirror one another bone by bone ([`twins`]) are seen as legs and arms by their proportions ([`limb`])
 //! and by how they hang from a trunk ([`figure`]); what lies between and above them is the spine, the neck and the head
-//! ([`trunk`]). A body whose limbs are not all there is not seen: shape alone never invents one.
+//! ([`trunk`]). Where the whole skeleton is mirrored at one plane ([`plane`]), six and more legs are seen ([`crawler`]), and wings and
+//! further necks ([`appendages`]). A body whose limbs are not all there is not seen: shape alone never invents one.
 
+mod appendages;
+mod crawler;
 mod evidence;
+mod face;
 mod figure;
 mod hand;
 mod limb;
+mod plane;
 mod shape;
 mod trunk;
 mod twins;
+mod winged;
 
 use std::collections::BTreeMap;
 
 use glam::DVec3;
 
 use self::{
-    figure::{Figure, Level, Limbs, Upright, find_figure},
+    appendages::{Animal, add_appendages},
+    crawler::{Crawler, find_crawler},
+    face::{Directions, add_face},
+    figure::{Figure, LEAST_EVIDENCE, Level, Limbs, Upright, find_figure},
     hand::find_fingers,
+    plane::{Plane, find_plane},
     shape::Shape,
-    trunk::{Ends, find_animal_trunk, find_trunk},
+    trunk::{Ends, Trunk, find_animal_trunk, find_trunk},
+    twins::Pair,
+    winged::{Winged, find_winged},
 };
 use super::{Part, RigKind, Role, Side, facing::upright};
 
@@ -38,11 +50,18 @@ pub(super) struct Place {
 /// A body, as its shape says.
 #[derive(Clone, Debug)]
 pub(super) struct Anatomy {
-    /// Biped or quadruped.
+    /// Biped or quadruped; other for bodies on more legs.
     pub kind: RigKind,
     pub places: BTreeMap<Role, Place>,
     /// Whether something shows which way the body faces, and by that which side is left.
     pub facing_known: bool,
+}
+
+impl Anatomy {
+    /// Whether it stands on six and more legs.
+    pub(super) fn is_crawler(&self) -> bool {
+        self.places.keys().any(|role| role.part == Part::Leg)
+    }
 }
 
 /// A foot or knee that is out of line by less than this share of the leg does not say where front is.
@@ -56,12 +75,24 @@ pub(super) fn find_anatomy(parents: &[Option<usize>], positions: &[DVec3], membe
     if shape.span <= 0.0 {
         return None;
     }
-    let whole = find_figure(&shape).map(|figure| describe(&shape, &figure));
+    let plane = find_plane(&shape);
+    let crawler = plane.as_ref().and_then(|plane| find_crawler(&shape, plane));
+    let crawler = crawler.filter(|crawler| crawler.score > LEAST_EVIDENCE);
+    let figure = find_figure(&shape);
+    let score = figure.as_ref().map_or(0.0, Figure::score);
+    if let Some((crawler, plane)) = crawler.filter(|crawler| crawler.score >= score).zip(plane.as_ref()) {
+        return Some(describe_crawler(&shape, plane, &crawler));
+    }
+    let winged = plane.as_ref().and_then(|plane| find_winged(&shape, plane));
+    if let Some(winged) = winged.filter(|winged| winged.score > score.max(LEAST_EVIDENCE)) {
+        return Some(describe_winged(&shape, &winged));
+    }
+    let whole = figure.map(|figure| describe(&shape, plane.as_ref(), &figure));
     // Limbs that hang from one node above the body are seen only when they are joined to it.
     whole.or_else(|| {
         let bridged = shape.bridged()?;
         let figure = find_figure(&bridged)?;
-        Some(describe(&bridged, &figure))
+        Some(describe(&bridged, None, &figure))
     })
 }
 
@@ -70,10 +101,10 @@ fn clearness(score: f64) -> f64 {
     0.45 + 0.55 * figure::step(score, 0.05, 0.5)
 }
 
-fn describe(shape: &Shape<'_>, figure: &Figure) -> Anatomy {
+fn describe(shape: &Shape<'_>, plane: Option<&Plane>, figure: &Figure) -> Anatomy {
     match figure {
         Figure::Upright(upright) => describe_upright(shape, upright),
-        Figure::Level(level) => describe_level(shape, level),
+        Figure::Level(level) => describe_level(shape, plane, level),
     }
 }
 
@@ -113,6 +144,9 @@ fn describe_upright(shape: &Shape<'_>, body: &Upright) -> Anatomy {
     places.set(Role::center(Part::Neck), trunk.neck.clone(), sure - 0.1, None);
     let head_alternative = trunk.neck.last().copied();
     places.set(Role::center(Part::Head), trunk.head.into_iter().collect(), sure - 0.1, head_alternative);
+    if let Some((head, forward)) = trunk.head.zip(forward) {
+        add_face(shape, head, Directions { up, forward, left: up.cross(forward) }, sure - 0.2, &mut places);
+    }
     Anatomy { kind: RigKind::Biped, places: places.0, facing_known: forward.is_some() }
 }
 
@@ -182,7 +216,7 @@ fn describe_arm(shape: &Shape<'_>, arms: &Limbs, way: usize, side: Side, sure: f
     }
 }
 
-fn describe_level(shape: &Shape<'_>, body: &Level) -> Anatomy {
+fn describe_level(shape: &Shape<'_>, plane: Option<&Plane>, body: &Level) -> Anatomy {
     let up = upright(-body.down);
     let forward = body.trunk - body.trunk.dot(up) * up;
     let left = up.cross(forward.normalize_or_zero());
@@ -201,10 +235,17 @@ fn describe_level(shape: &Shape<'_>, body: &Level) -> Anatomy {
     let to_head = (up + forward.normalize_or_zero()).normalize_or_zero();
     let ends = Ends { pelvis: body.pelvis, chest: body.front.center, limbs: &limbs };
     let trunk = find_animal_trunk(shape, ends, to_head, left);
-    places.set(Role::center(Part::Pelvis), vec![body.pelvis], sure, None);
-    places.set(Role::center(Part::Spine), trunk.spine, sure - 0.05, None);
-    places.set(Role::center(Part::Neck), trunk.neck, sure - 0.15, None);
-    places.set(Role::center(Part::Head), trunk.head.into_iter().collect(), sure - 0.15, None);
+    if let Some(plane) = plane {
+        let legs: Vec<usize> =
+            [&body.hind, &body.front].into_iter().flat_map(|pair| &pair.ways).flatten().copied().collect();
+        let leg_length = body.hind.ways[0].iter().skip(1).map(|joint| shape.length[*joint]).sum();
+        let (pelvis, chest) = (body.pelvis, body.front.center);
+        let animal =
+            Animal { trunk: &trunk, pelvis, chest, legs: &legs, leg_length, up, forward: forward.normalize_or_zero() };
+        add_appendages(shape, plane, &animal, sure, &mut places);
+    }
+    let forward = forward.normalize_or_zero();
+    set_trunk(shape, &mut places, body.pelvis, trunk, Directions { up, forward, left }, sure);
     let back = -forward.normalize_or_zero();
     let tail = shape.children[body.pelvis].iter().copied().find(|joint| {
         let bone = shape.positions[*joint] - shape.positions[body.pelvis];
@@ -218,4 +259,62 @@ fn describe_level(shape: &Shape<'_>, body: &Level) -> Anatomy {
         places.set(Role::center(Part::Tail), joints, sure - 0.1, None);
     }
     Anatomy { kind: RigKind::Quadruped, places: places.0, facing_known: true }
+}
+
+fn set_trunk(shape: &Shape<'_>, places: &mut Places, pelvis: usize, trunk: Trunk, directions: Directions, sure: f64) {
+    if let Some(head) = trunk.head {
+        add_face(shape, head, directions, sure - 0.25, places);
+    }
+    places.set(Role::center(Part::Pelvis), vec![pelvis], sure, None);
+    places.set(Role::center(Part::Spine), trunk.spine, sure - 0.05, None);
+    places.set(Role::center(Part::Neck), trunk.neck, sure - 0.15, None);
+    places.set(Role::center(Part::Head), trunk.head.into_iter().collect(), sure - 0.15, None);
+}
+
+fn describe_crawler(shape: &Shape<'_>, plane: &Plane, body: &Crawler) -> Anatomy {
+    let mut places = Places::default();
+    let sure = SUREST.min(0.5 + 0.35 * body.score.sqrt()) * clearness(body.score);
+    for (index, ways) in body.legs.iter().enumerate() {
+        let Ok(number) = u8::try_from(index + 1) else { break };
+        for (side, way) in Side::BOTH.into_iter().zip(ways) {
+            places.set(Role::numbered(side, Part::Leg, number), way.clone(), sure, None);
+        }
+    }
+    let legs: Vec<usize> = body.legs.iter().flatten().flatten().copied().collect();
+    let longest = body.legs.iter().map(|[way, _]| way.iter().skip(1).map(|joint| shape.length[*joint]).sum());
+    let animal = Animal {
+        trunk: &body.trunk,
+        pelvis: body.pelvis,
+        chest: body.chest,
+        legs: &legs,
+        leg_length: longest.fold(0.0, f64::max),
+        up: body.up,
+        forward: body.forward,
+    };
+    add_appendages(shape, plane, &animal, sure, &mut places);
+    places.set(Role::center(Part::Tail), body.tail.clone(), sure - 0.1, None);
+    let directions = Directions { up: body.up, forward: body.forward, left: body.up.cross(body.forward) };
+    set_trunk(shape, &mut places, body.pelvis, body.trunk.clone(), directions, sure);
+    Anatomy { kind: RigKind::Other, places: places.0, facing_known: body.facing_known }
+}
+
+fn describe_winged(shape: &Shape<'_>, body: &Winged) -> Anatomy {
+    let mut places = Places::default();
+    let sure = SUREST.min(0.5 + 0.35 * body.score.sqrt()) * clearness(body.score);
+    let left = body.up.cross(body.forward);
+    let is_left = |pair: &Pair| {
+        let at = |side: usize| pair.ways[side].iter().map(|joint| shape.positions[*joint].dot(left)).sum::<f64>();
+        at(0) > at(1)
+    };
+    let ways = |pair: &Pair| if is_left(pair) { [0, 1] } else { [1, 0] };
+    for (side, way) in Side::BOTH.into_iter().zip(ways(&body.legs.pair)) {
+        describe_leg(shape, &body.legs, way, side, sure, &mut places);
+    }
+    for (side, way) in Side::BOTH.into_iter().zip(ways(&body.wings)) {
+        places.set(Role::new(side, Part::Wing), body.wings.ways[way].clone(), sure, None);
+    }
+    places.set(Role::center(Part::Tail), body.tail.clone(), sure - 0.1, None);
+    let directions = Directions { up: body.up, forward: body.forward, left };
+    set_trunk(shape, &mut places, body.pelvis, body.trunk.clone(), directions, sure);
+    Anatomy { kind: RigKind::Biped, places: places.0, facing_known: true }
 }

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::{RigTemplate, template_schema};
 use crate::rig::{
-    Part, Role,
+    Role,
     deserialize::deserialize,
     error::{SpecError, SpecErrorKind, SpecField},
     parse::kind_of,
@@ -75,7 +75,7 @@ fn wrong_fields(template: &RigTemplate) -> Vec<SpecField> {
     for (role, names) in &template.roles {
         let pointer = format!("/roles/{role}");
         let is_role = role.parse::<Role>().is_ok();
-        let is_paired = Part::from_name(role).is_some_and(|part| !part.is_central());
+        let is_paired = Role::of_both_sides(role).is_some();
         if !is_role && !is_paired {
             let known: Vec<String> = Role::all().map(|role| role.to_string()).collect();
             let field = SpecField::new(SpecErrorKind::UnknownName, &pointer, format!("there is no role '{role}'"));

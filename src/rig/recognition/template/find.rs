@@ -1,11 +1,11 @@
 //! Which template a skeleton follows, and what it says of the joints.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::{RigTemplate, builtin};
 use crate::{
     model::Skeleton,
-    rig::{Part, Role, Side},
+    rig::{Role, Side},
 };
 
 /// Exporters that number all nodes put the number behind every name (`Hips_01`); on fewer names than this share it is the
@@ -77,8 +77,7 @@ impl Matcher {
         let mut roles = Vec::new();
         for (key, names) in &template.roles {
             let of_role = key.parse::<Role>().ok().into_iter();
-            let of_part = Part::from_name(key).filter(|part| !part.is_central()).into_iter();
-            let both = of_part.flat_map(|part| Side::BOTH.map(|side| Role::new(side, part)));
+            let both = Role::of_both_sides(key).into_iter().flatten();
             for role in of_role.chain(both) {
                 roles.push((role, names.iter().map(|name| spell(name, role.side)).collect::<Vec<_>>()));
             }
@@ -159,7 +158,9 @@ pub(super) fn own_names(skeleton: &Skeleton) -> Vec<String> {
         (cut.len() < name.len()).then(|| cut.strip_suffix('_').map(str::to_owned)).flatten()
     };
     let numbered = names.iter().filter(|name| unnumbered(name).is_some()).count() as f64;
-    let all_numbered = numbered >= NUMBERED_SHARE * names.len() as f64;
+    // Joints that are called nothing but a number keep it.
+    let bare: BTreeSet<String> = names.iter().filter_map(|name| unnumbered(name)).collect();
+    let all_numbered = numbered >= NUMBERED_SHARE * names.len() as f64 && bare.len() as f64 > 0.5 * numbered;
     let own = |name: &&str| unnumbered(name).filter(|_| all_numbered).unwrap_or_else(|| (*name).to_owned());
     names.iter().map(own).collect()
 }

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     model::Skeleton,
-    rig::{RigKind, Role},
+    rig::{Part, RigKind, Role},
 };
 
 impl RigTemplate {
@@ -40,13 +40,16 @@ impl RigTemplate {
             is_own.then_some(bare)
         };
         let mut named: BTreeMap<String, Vec<String>> = BTreeMap::new();
+        let mut has_counted_legs = false;
         for (role, joints) in roles {
+            has_counted_legs |= role.part == Part::Leg;
             let names: Vec<String> = joints.iter().filter_map(own_name).collect();
             if !names.is_empty() {
                 named.insert(role.to_string(), names);
             }
         }
-        (!named.is_empty() && kind != RigKind::Other).then(|| Self {
+        let is_body = kind != RigKind::Other || has_counted_legs;
+        (!named.is_empty() && is_body).then(|| Self {
             name: template_name(name),
             title: String::new(),
             kind,
