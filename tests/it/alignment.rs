@@ -411,3 +411,53 @@ fn soles_count_and_not_joints() {
     let (before, after) = (lowest(&figure.scene, &before), lowest(&figure.scene, &found));
     assert!((before - after).abs() < 0.002, "the aligned pose stands where the rest pose does: {before} {after}");
 }
+
+/// Its nodes are a frame of a run, in which the pelvis is low.
+#[test]
+fn a_bind_pose_is_put_onto_the_floor() {
+    let Some(path) = corpus_file("cc0-stylised/kenney_medium_maya.fbx") else { return };
+    let scene = Figure::read(&path).scene;
+    let rig = rig("target", &scene, &RetargetSpec::default());
+    assert_eq!(rig.rest_source.name(), "bind", "it has one");
+    let soles = ["left_foot", "left_toe", "right_foot", "right_toe"].iter().flat_map(|role| {
+        let joint = rig.role(role)[0];
+        let points = scene.skin_points.of(joint).iter().map(|point| point.position.as_dvec3());
+        points.map(|point| rig.rest.transforms()[joint].transform_point(point).dot(rig.up())).collect::<Vec<f64>>()
+    });
+    let lowest = soles.fold(f64::INFINITY, f64::min) / rig.rest_height(rig.role("pelvis")[0]);
+    assert!(lowest.abs() < 0.001, "{lowest}");
+    let node = scene.skeleton.rest_pose().to_model(&scene.skeleton).transforms()[rig.role("pelvis")[0]].translation;
+    assert!(node.dot(rig.up()) < rig.rest_height(rig.role("pelvis")[0]) * 0.95, "the nodes have it lower");
+}
+
+/// A dancer in the middle of a step, with one arm that the config moves and holds.
+#[test]
+fn a_real_character_is_edited_and_keeps_what_it_is_told() {
+    let Some(path) = corpus_file("mixamo/fbx/samba_dancing_skin.fbx") else { return };
+    let target = Figure::read(&path).scene;
+    let (arm, other) = (role(&target, "left_upper_arm"), role(&target, "right_upper_arm"));
+    let name = target.skeleton.label(arm);
+    let edits = spec(json!({"target": {
+        "pose": [
+            {"edit": "from_clip", "clip": 1, "frame": 30},
+            {"edit": "rotate", "joint": name, "degrees": [0, 0, 20]},
+            {"edit": "reset", "joints": ["mixamorig:Head"]},
+        ],
+        "keep_pose": [name],
+    }}));
+    let frame = target.clips[1].local_pose(&target.skeleton, 30).to_model(&target.skeleton);
+    let turned = DQuat::from_rotation_z(20.0_f64.to_radians()) * frame.transforms()[arm].rotation;
+    let source = samples::walk_scene();
+    let found = resolved(&source, &target, &source.clips[0], &edits);
+    let rest = |joint: usize| found.mapping.target_rest.transforms()[joint].rotation;
+    assert!(degrees_between(rest(arm), turned) < 1e-3, "as the edits leave it");
+    let told = |joint: usize| found.alignment.iter().find(|told| told.joint == joint).expect("it is told");
+    assert_eq!((told(arm).how, told(arm).turned_degrees), (HowAligned::Kept, 0.0), "held");
+    assert!(told(other).turned_degrees > 10.0, "the other is turned from the dance");
+    assert!(told(other).direction_degrees.is_some_and(|degrees| degrees < 1e-3), "to where the source's points");
+    let head = role(&target, "head");
+    let local = |pose: &retargetd::model::ModelPose| pose.to_local(&target.skeleton).transforms()[head].rotation;
+    let edited = rig("target", &target, &edits).rest;
+    let own = rig("target", &target, &RetargetSpec::default()).rest;
+    assert!(degrees_between(local(&edited), local(&own)) < 1e-3, "the head is as it was on its neck");
+}

@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use super::{
     super::{auto_map::NamedPair, spec::Align, understand::Rig},
     look::{Bone, Look, chain},
-    rules::{Aim, Rules, pointed_at},
+    rules::{Aim, Rules},
     turn::arc,
 };
 
@@ -35,7 +35,7 @@ impl Rules<'_> {
     pub(super) fn trunk(&mut self, pair: &NamedPair, role: &str, part: &str, ends: &[&str]) {
         let Some((own, wanted)) = self.directions(pair, role, ends) else { return };
         let (first, pole, roll) = (pair.target[0], self.pole(part), self.roll(role));
-        let bones = self.bends(pair, wanted, ends);
+        let bones = self.bends(pair, role, wanted, ends);
         let whole = arc(own, wanted, pole);
         let is_like = |(own, wanted): &(DVec3, DVec3)| (whole * *own).angle_between(*wanted) <= SAME_BEND_RADIANS;
         if bones.is_empty() || (self.mode == Align::Auto && bones.iter().all(is_like)) {
@@ -52,16 +52,19 @@ impl Rules<'_> {
 
     /// The bones of a spine or neck up to what it leads to, each with where it points when the chain bends as the source's does and
     /// leads where it is wanted. Empty where one of the two has no bends, or the spec says what their first joints point at.
-    fn bends(&self, pair: &NamedPair, whole: DVec3, ends: &[&str]) -> Vec<(DVec3, DVec3)> {
-        let Look::Rig(source) = self.source else { return Vec::new() };
-        let end = ends.iter().find(|end| !source.role(end).is_empty() && !self.target.role(end).is_empty());
-        let is_pointed =
-            pointed_at(source, pair.source[0]).or_else(|| pointed_at(self.target, pair.target[0])).is_some();
-        let Some(end) = end.filter(|_| !is_pointed && pair.source.len() > 1 && pair.target.len() > 1) else {
+    fn bends(&self, pair: &NamedPair, role: &str, whole: DVec3, ends: &[&str]) -> Vec<(DVec3, DVec3)> {
+        let has = |end: &&&str| !self.target.role(end).is_empty() && self.source.toward(role, end).is_some();
+        let is_pointed = self.explicit(pair).iter().any(Option::is_some);
+        let Some(end) = ends.iter().find(has).filter(|_| !is_pointed && pair.target.len() > 1) else {
             return Vec::new();
         };
         let bones = |rig: &Rig<'_>, joints: &[usize]| chain(rig, &[joints, &rig.role(end)[..1]].concat());
-        let (own, wanted) = (bones(self.target, &pair.target), bones(source, &pair.source));
+        let own = bones(self.target, &pair.target);
+        let wanted = match self.source {
+            Look::Rig(source) if pair.source.len() > 1 => bones(source, &pair.source),
+            Look::Rig(_) => return Vec::new(),
+            Look::Canonical(_) => self.source.chain(role, &pair.source),
+        };
         if own.len() != pair.target.len() {
             return Vec::new();
         }

@@ -73,6 +73,8 @@ pub(super) enum Aim {
     Turn(DQuat),
     /// The same, told apart: `own` is where it looks, and `wanted` where it is to look.
     Face { turn: DQuat, own: DVec3, wanted: DVec3, how: HowAligned },
+    /// Carried along by its parent, then by this much.
+    Further(DQuat),
     /// By what its chain's first joint was turned by. `bone`: its own bone, and the source's at the same place of the chain, where
     /// they are to be compared.
     Follow { first: usize, bone: Option<(DVec3, DVec3)> },
@@ -223,9 +225,8 @@ impl Rules<'_> {
 
     /// A chain that no role names is turned only where both sides say what its first joint points at.
     fn unnamed(&mut self, pair: &NamedPair) {
-        let Look::Rig(source) = self.source else { return };
-        let wanted = pointed_at(source, pair.source[0]);
-        if let Some((own, wanted)) = pointed_at(self.target, pair.target[0]).zip(wanted) {
+        let [own, wanted] = self.explicit(pair);
+        if let Some((own, wanted)) = own.zip(wanted) {
             let aim = Aim::Point { own: self.scene(own), wanted: self.scene(wanted), pole: self.pole("") };
             self.wish(pair.target[0], &pair.name, aim, None);
         }
@@ -235,16 +236,21 @@ impl Rules<'_> {
     pub(super) fn directions(&self, pair: &NamedPair, role: &str, ends: &[&str]) -> Option<(DVec3, DVec3)> {
         let (side, _) = split(role);
         let ends: Vec<String> = ends.iter().map(|end| format!("{side}{end}")).collect();
-        let explicit_own = pointed_at(self.target, pair.target[0]);
-        let explicit_wanted = match self.source {
-            Look::Rig(source) => pointed_at(source, pair.source[0]),
-            Look::Canonical(_) => None,
-        };
+        let [explicit_own, explicit_wanted] = self.explicit(pair);
         let both = ends.iter().find_map(|end| self.own.toward(role, end).zip(self.source.toward(role, end)));
         let alone = |look: &Look<'_>| ends.iter().find_map(|end| look.toward(role, end)).or_else(|| look.leaf(role));
         let own = explicit_own.or_else(|| both.map(|both| both.0)).or_else(|| alone(&self.own))?;
         let wanted = explicit_wanted.or_else(|| both.map(|both| both.1)).or_else(|| alone(self.source))?;
         Some((self.scene(own), self.scene(wanted)))
+    }
+
+    /// Where the spec says that the first joints of a pair point, of the target's and of the source's.
+    pub(super) fn explicit(&self, pair: &NamedPair) -> [Option<DVec3>; 2] {
+        let source = match self.source {
+            Look::Rig(source) => pointed_at(source, pair.source[0]),
+            Look::Canonical(_) => None,
+        };
+        [pointed_at(self.target, pair.target[0]), source]
     }
 
     pub(super) fn roll(&self, role: &str) -> Option<Roll> {
@@ -302,7 +308,7 @@ impl Rules<'_> {
 }
 
 /// Where the spec says that a joint points, in working space.
-pub(super) fn pointed_at(rig: &Rig<'_>, joint: usize) -> Option<DVec3> {
+fn pointed_at(rig: &Rig<'_>, joint: usize) -> Option<DVec3> {
     let end = rig.points_at.get(&joint)?;
     (place(rig, *end) - place(rig, joint)).try_normalize()
 }

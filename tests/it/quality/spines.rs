@@ -2,8 +2,8 @@
 
 use glam::{DQuat, DVec3};
 use retargetd::{
-    model::Scene,
-    rig::{HowAligned, RetargetSpec},
+    model::{Reporter, Scene},
+    rig::{HowAligned, PoseChoice, RetargetSpec, Rig, posed_target},
     samples,
 };
 
@@ -103,4 +103,20 @@ fn small_differences_are_told_and_not_taken_over() {
     assert!(left[1..].iter().all(|(how, _)| *how == HowAligned::Whole), "{left:?}");
     let (_, _, left) = at_rest(&bent, &straight, "full");
     assert!(left.iter().all(|(how, degrees)| *how != HowAligned::Whole && *degrees < 0.01), "{left:?}");
+}
+
+/// A T pose stands straight up; the bends of a body that stands stay its own.
+#[test]
+fn a_bent_spine_is_straight_in_a_t_pose() {
+    for (bow, is_straight) in [(0.12, true), (0.03, false)] {
+        let scene = spined(5, bow);
+        let spec = RetargetSpec::default();
+        let rig = Rig::new("target", &scene, None, &spec.target, &mut Reporter::new()).expect("a rig");
+        let posed = posed_target(None, &rig, PoseChoice::T, spec.align).expect("a pose");
+        let model = posed.pose.to_model(&scene.skeleton);
+        let place = |joint: usize| model.transforms()[joint].translation;
+        let most = rig.role("spine").windows(2).map(|bone| (place(bone[1]) - place(bone[0])).angle_between(DVec3::Y));
+        let most = most.fold(0.0, f64::max).to_degrees();
+        assert_eq!(most < 0.1, is_straight, "{bow} m: {most:.2}°");
+    }
 }
