@@ -1,6 +1,6 @@
 //! The types that settings are validated into, and how each is written.
 
-use std::{fmt, net::SocketAddr, num::NonZeroUsize, path::PathBuf, time::Duration};
+use std::{fmt, net::SocketAddr, path::PathBuf, time::Duration};
 
 /// In what a setting's number is counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -124,7 +124,7 @@ fn split_unit(text: &str) -> (&str, &str) {
 
 /// How many jobs run at the same time: a number, or `auto` for one per core.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Workers(pub NonZeroUsize);
+pub struct Workers(pub usize);
 
 impl SettingValue for Workers {
     const UNIT: Unit = Unit::Count;
@@ -132,13 +132,13 @@ impl SettingValue for Workers {
 
     fn parse(text: &str) -> Result<Self, String> {
         if text == "auto" {
-            return Ok(Self(std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)));
+            return Ok(Self(std::thread::available_parallelism().map_or(1, std::num::NonZero::get)));
         }
-        text.parse().map(Self).map_err(|_| "expected 'auto' or a number from 1 on".to_owned())
+        text.parse().map(Self).map_err(|_| "expected 'auto' or a whole number".to_owned())
     }
 
     fn number(&self) -> Option<f64> {
-        Some(self.0.get() as f64)
+        Some(self.0 as f64)
     }
 }
 
@@ -242,6 +242,6 @@ mod tests {
             assert!(Period::parse(text).is_err(), "period {text:?}");
         }
         assert!(Period::parse("30").is_err(), "a period without a unit could be anything");
-        assert!(Workers::parse("0").is_err(), "no workers, no work");
+        assert_eq!(Workers::parse("0"), Ok(Workers(0)), "others do the work");
     }
 }
