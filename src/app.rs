@@ -89,7 +89,7 @@ pub async fn start_with(settings: Settings, engine: Arc<dyn Engine>, clock: Cloc
 /// When no other process could put jobs there, or the database or the blob store does not answer.
 pub async fn work(settings: Settings, stop: CancellationToken) -> anyhow::Result<()> {
     anyhow::ensure!(
-        !settings.database.is_empty() && !settings.blobs.is_empty(),
+        !settings.database.0.is_empty() && !settings.blobs.is_empty(),
         "a worker shares its jobs with other processes: give --database postgres://… and --blobs s3://… (or file:///…), \
          the same as to 'retargetd serve'"
     );
@@ -110,13 +110,13 @@ struct Core {
 
 impl Core {
     async fn open(settings: &Arc<Settings>, engine: Arc<dyn Engine>, clock: Clock) -> anyhow::Result<Self> {
-        let uses_folder = settings.database.is_empty() || settings.blobs.is_empty();
+        let uses_folder = settings.database.0.is_empty() || settings.blobs.is_empty();
         let folder = if uses_folder { Some(DataFolder::take(&settings.data)?) } else { None };
         let records = match &folder {
-            Some(folder) if settings.database.is_empty() => Records::open(&folder.database()).await?,
+            Some(folder) if settings.database.0.is_empty() => Records::open(&folder.database()).await?,
             _ => {
                 let connections = u32::try_from(settings.database_connections).unwrap_or(u32::MAX);
-                Records::connect(&settings.database, connections).await.context("the database cannot be used")?
+                Records::connect(&settings.database.0, connections).await.context("the database cannot be used")?
             }
         };
         let blobs = match &folder {

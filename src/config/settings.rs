@@ -4,7 +4,7 @@ use std::{fmt, net::SocketAddr, path::PathBuf};
 
 use super::{
     memory::MemoryBudget,
-    value::{ByteSize, LogFormat, Period, SettingValue, Unit, Workers},
+    value::{ByteSize, LogFormat, Period, Secret, SettingValue, Unit, Workers},
 };
 
 /// What is known about a setting before it has a value.
@@ -146,7 +146,7 @@ settings! {
     /// Folder for everything that must survive a restart; made when it is not there
     plain data: PathBuf = "retargetd-data";
     /// URL of the Postgres database that processes share; without it, a file in the data folder
-    plain database: String = "";
+    plain database: Secret = "";
     /// Where files are kept, as 's3://BUCKET/PREFIX' or 'file:///FOLDER'; without it, in the data folder
     plain blobs: String = "";
     /// Connections to the database of one process

@@ -181,6 +181,29 @@ impl SettingValue for String {
     }
 }
 
+/// A text that may have a password in it: never shown, neither in messages nor in logs.
+#[derive(Clone, Default, PartialEq, Eq)]
+pub struct Secret(pub String);
+
+impl fmt::Debug for Secret {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(if self.0.is_empty() { "none" } else { "hidden" })
+    }
+}
+
+impl SettingValue for Secret {
+    const UNIT: Unit = Unit::None;
+    const EXAMPLE: &'static str = "postgres://user:password@host/database";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        Ok(Self(text.to_owned()))
+    }
+
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
 /// How log lines are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LogFormat {
@@ -233,6 +256,12 @@ mod tests {
         for (text, seconds) in [("1500ms", 1.5), ("30s", 30.0), ("5m", 300.0), ("7d", 604_800.0)] {
             assert_eq!(Period::parse(text).map(|period| period.0.as_secs_f64()), Ok(seconds), "{text}");
         }
+    }
+
+    #[test]
+    fn a_secret_is_not_shown() {
+        let secret = Secret::parse("postgres://ann:sesame@db/clips").expect("any text");
+        assert_eq!(format!("{secret:?}"), "hidden", "not even to developers");
     }
 
     #[test]

@@ -22,7 +22,8 @@ pub(super) fn of_unknown_file(bytes: u64) -> u64 {
 /// What a file needs, by what `inspect` says of it: joints times frames, and the file itself for its meshes and images.
 pub(super) fn of_inspected_file(bytes: u64, inspection: &Value) -> Option<u64> {
     let nodes = inspection.pointer("/counts/nodes")?.as_u64()?;
-    let frames = inspection.get("clips")?.as_array()?.iter().filter_map(|clip| clip.get("frames")?.as_u64()).sum::<u64>();
+    let frames =
+        inspection.get("clips")?.as_array()?.iter().filter_map(|clip| clip.get("frames")?.as_u64()).sum::<u64>();
     let samples = nodes.saturating_mul(frames.max(1));
     Some(samples.saturating_mul(SAMPLE_BYTES * COPIES).saturating_add(bytes.saturating_mul(2)))
 }

@@ -2,16 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::{
-    JobSnapshot, Jobs, Refusal,
-    inspections::InspectionKey,
-    library, memory,
-};
+use super::{JobSnapshot, Jobs, Refusal, inspections::InspectionKey, library, memory};
 use crate::{
     config::Failpoint,
     engine::{self, Failure, FailureCode, Format, NamedBytes},
     store::{
-        AssetId, AssetRecord, ConfigDocument, InputRole, JobId, JobInput, JobRecord, JobRequest, JobState, VersionedName,
+        AssetId, AssetRecord, ConfigDocument, InputRole, JobId, JobInput, JobRecord, JobRequest, JobState,
+        VersionedName,
     },
     telemetry::Metric,
 };

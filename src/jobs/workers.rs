@@ -169,17 +169,15 @@ async fn keep_leases(jobs: Jobs) {
     let mut last_reached = Instant::now();
     loop {
         sleep(period / 3).await;
-        match jobs.extend_leases().await {
-            Ok(()) => {
-                // Where the store could not be reached for a while, others could not extend theirs either: they come first.
-                if last_reached.elapsed() < period
-                    && let Err(error) = jobs.take_from_lost_workers(false).await
-                {
-                    tracing::error!(%error, "jobs of lost workers could not be taken up");
-                }
-                last_reached = Instant::now();
-            }
-            Err(error) => tracing::error!(%error, "leases could not be extended"),
+        let extended = jobs.extend_leases().await;
+        // Where the store could not be reached for a while, others could not extend theirs either: they come first.
+        let done = match extended {
+            Ok(()) if last_reached.elapsed() < period => jobs.take_from_lost_workers(false).await.map(|_| ()),
+            other => other,
+        };
+        match done {
+            Ok(()) => last_reached = Instant::now(),
+            Err(error) => tracing::error!(%error, "the leases of jobs could not be looked after"),
         }
     }
 }
@@ -198,6 +196,9 @@ async fn hear_others(jobs: Jobs) {
 impl Jobs {
     async fn extend_leases(&self) -> Result<(), Refusal> {
         let held = self.0.running.held();
+        if held.is_empty() {
+            return Ok(());
+        }
         let states = self.0.store.records().extend_leases(&held, self.0.settings.lease_period.0).await?;
         for (held, state) in held.iter().zip(states) {
             match state {

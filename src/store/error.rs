@@ -50,7 +50,9 @@ impl StoreError {
     pub fn is_passing(&self) -> bool {
         match self {
             Self::Database(error) => match error {
-                sqlx::Error::Io(_) | sqlx::Error::Tls(_) | sqlx::Error::PoolTimedOut | sqlx::Error::WorkerCrashed => true,
+                sqlx::Error::Io(_) | sqlx::Error::Tls(_) | sqlx::Error::PoolTimedOut | sqlx::Error::WorkerCrashed => {
+                    true
+                }
                 sqlx::Error::Database(error) => error.code().is_some_and(|code| is_passing_code(&code)),
                 _ => false,
             },
@@ -92,7 +94,8 @@ impl StoreError {
 fn is_passing_code(code: &str) -> bool {
     let classes = ["08", "40", "53", "57"];
     let is_postgres = code.len() == 5 && classes.iter().any(|class| code.starts_with(class));
-    let is_sqlite = code.parse::<u32>().is_ok_and(|code| code.to_string().len() < 5 && [5, 6, 10, 13].contains(&(code & 0xff)));
+    let is_sqlite =
+        code.parse::<u32>().is_ok_and(|code| code.to_string().len() < 5 && [5, 6, 10, 13].contains(&(code & 0xff)));
     is_postgres || is_sqlite
 }
 

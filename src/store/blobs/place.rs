@@ -3,8 +3,8 @@
 use std::{path::PathBuf, sync::Arc, time::Duration};
 
 use object_store::{
-    ClientOptions, RetryConfig,
-    aws::AmazonS3Builder,
+    ClientConfigKey, RetryConfig,
+    aws::{AmazonS3Builder, AmazonS3ConfigKey},
     local::LocalFileSystem,
     path::Path,
 };
@@ -40,7 +40,8 @@ impl BlobPlace {
         if let Some(folder) = url.strip_prefix("file://").filter(|folder| folder.starts_with('/')) {
             return Ok(Self::Folder(PathBuf::from(folder)));
         }
-        let (bucket, prefix) = url.strip_prefix("s3://").map_or(("", ""), |rest| rest.split_once('/').unwrap_or((rest, "")));
+        let (bucket, prefix) =
+            url.strip_prefix("s3://").map_or(("", ""), |rest| rest.split_once('/').unwrap_or((rest, "")));
         if bucket.is_empty() {
             return Err(StoreError::UnknownScheme { what: "blob store", known: KNOWN });
         }
@@ -57,8 +58,10 @@ impl Blobs {
     pub fn at(place: &BlobPlace) -> Result<Self, StoreError> {
         match place {
             BlobPlace::Folder(root) => {
-                std::fs::create_dir_all(root)
-                    .map_err(|error| StoreError::Folder { folder: root.display().to_string(), reason: error.to_string() })?;
+                std::fs::create_dir_all(root).map_err(|error| StoreError::Folder {
+                    folder: root.display().to_string(),
+                    reason: error.to_string(),
+                })?;
                 let store = LocalFileSystem::new_with_prefix(root)?.with_fsync(true);
                 Ok(Self {
                     store: Arc::new(store),
@@ -70,12 +73,12 @@ impl Blobs {
                 })
             }
             BlobPlace::S3 { bucket, prefix } => {
-                let retry = RetryConfig { max_retries: 4, retry_timeout: Duration::from_secs(15), ..RetryConfig::default() };
-                let client = ClientOptions::new().with_connect_timeout(Duration::from_secs(5));
+                let retry =
+                    RetryConfig { max_retries: 4, retry_timeout: Duration::from_secs(15), ..RetryConfig::default() };
                 let store = AmazonS3Builder::from_env()
                     .with_bucket_name(bucket)
                     .with_retry(retry)
-                    .with_client_options(client)
+                    .with_config(AmazonS3ConfigKey::Client(ClientConfigKey::ConnectTimeout), "5s")
                     .build()?;
                 let store = Arc::new(store);
                 Ok(Self {

@@ -88,7 +88,8 @@ impl Records {
     /// # Errors
     /// When the database fails.
     pub async fn keep_asset(&self, id: &AssetId, expires_at: Timestamp) -> Result<bool, StoreError> {
-        let query = "UPDATE assets SET expires_at = CASE WHEN expires_at > $2 THEN expires_at ELSE $2 END WHERE id = $1";
+        let query =
+            "UPDATE assets SET expires_at = CASE WHEN expires_at > $2 THEN expires_at ELSE $2 END WHERE id = $1";
         let done = self.execute(sqlx::query(query).bind(id.as_str()).bind(expires_at.as_millisecond())).await?;
         Ok(done.rows_affected() > 0)
     }

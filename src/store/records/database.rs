@@ -9,7 +9,7 @@ use sqlx::{
 };
 
 use super::{Dialect, Faults, faults::Moment};
-use crate::store::StoreError;
+use crate::{config::Secret, store::StoreError};
 
 /// What sqlx calls the arguments of a query here.
 type Arguments = sqlx::any::AnyArguments;
@@ -26,7 +26,8 @@ pub struct Records {
     /// connection from those whom they wait for.
     gate_pool: AnyPool,
     pub(super) dialect: Dialect,
-    url: String,
+    /// May have a password in it.
+    url: Secret,
     faults: Option<Arc<dyn Faults>>,
 }
 
@@ -64,7 +65,7 @@ impl Records {
         let pool = pool_of(most_connections).connect_with(options.clone()).await?;
         dialect.migrator().run(&pool).await?;
         let gate_pool = pool_of(4).connect_lazy_with(options);
-        Ok(Self { pool, gate_pool, dialect, url: url.to_owned(), faults: None })
+        Ok(Self { pool, gate_pool, dialect, url: Secret(url.to_owned()), faults: None })
     }
 
     /// The same records, with faults on the way: for tests of what relies on them.
@@ -81,7 +82,7 @@ impl Records {
 
     /// Where the database is.
     pub(super) fn url(&self) -> &str {
-        &self.url
+        &self.url.0
     }
 
     async fn fault(&self, moment: Moment) -> Result<(), StoreError> {
@@ -184,7 +185,9 @@ impl Records {
 
 /// Locks on blobs, until it is dropped.
 #[derive(Debug)]
-pub(in crate::store) struct BlobLocks(#[expect(dead_code, reason = "held, never looked at")] Option<Transaction<'static, Any>>);
+pub(in crate::store) struct BlobLocks(
+    #[expect(dead_code, reason = "held, never looked at")] Option<Transaction<'static, Any>>,
+);
 
 /// Whether a lock goes together with others of its kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

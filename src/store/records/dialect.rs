@@ -85,13 +85,7 @@ impl Dialect {
             Self::Postgres => &POSTGRES,
         };
         let migrations = texts.iter().map(|(version, name, text)| {
-            Migration::new(
-                *version,
-                Cow::Borrowed(*name),
-                MigrationType::Simple,
-                SqlStr::from_static(text),
-                false,
-            )
+            Migration::new(*version, Cow::Borrowed(*name), MigrationType::Simple, SqlStr::from_static(text), false)
         });
         Migrator { migrations: migrations.collect(), ..Migrator::DEFAULT }
     }

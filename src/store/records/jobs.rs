@@ -4,7 +4,8 @@ use serde::{Serialize, de::DeserializeOwned};
 use sqlx::{Any, Row, Transaction, any::AnyRow};
 
 use super::{
-    FinishedJob, JobRecord, JobState, Page, Records, count, database::ours, optional_time, read_id, results, signed, time,
+    FinishedJob, JobRecord, JobState, Page, Records, count, database::ours, optional_time, read_id, results, signed,
+    time,
 };
 use crate::store::{JobId, LeaseId, StoreError};
 
@@ -96,7 +97,8 @@ impl Records {
                 return Ok(false);
             }
             // One file may be both source and target.
-            let query = "INSERT INTO job_inputs (job_id, asset_id) VALUES ($1, $2) ON CONFLICT (job_id, asset_id) DO NOTHING";
+            let query =
+                "INSERT INTO job_inputs (job_id, asset_id) VALUES ($1, $2) ON CONFLICT (job_id, asset_id) DO NOTHING";
             sqlx::query(query).bind(job.id.as_str()).bind(input.asset.as_str()).execute(&mut *transaction).await?;
         }
         // The row of a caller's turn goes when nobody has seen the caller for long, and never under a job that is being added.

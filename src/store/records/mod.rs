@@ -19,8 +19,8 @@ mod sweep;
 
 use dialect::Dialect;
 
-pub(in crate::store) use database::{BlobLocks, Lock};
 pub use database::Records;
+pub(in crate::store) use database::{BlobLocks, Lock};
 pub use documents::{DocumentChange, DocumentKind, DocumentRecord, NewDocument, Precondition};
 pub use faults::{Faults, Moment};
 pub use job_record::{

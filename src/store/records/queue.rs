@@ -258,7 +258,11 @@ impl Records {
     ///
     /// # Errors
     /// When the database fails.
-    pub async fn quarantined_until(&self, inputs_sha256: &str, now: Timestamp) -> Result<Option<Timestamp>, StoreError> {
+    pub async fn quarantined_until(
+        &self,
+        inputs_sha256: &str,
+        now: Timestamp,
+    ) -> Result<Option<Timestamp>, StoreError> {
         let query = "SELECT expires_at FROM quarantine WHERE inputs_sha256 = $1 AND expires_at > $2";
         let row = self.optional(sqlx::query(query).bind(inputs_sha256).bind(now.as_millisecond())).await?;
         row.map(|row| super::time(&row, "expires_at")).transpose()

@@ -90,7 +90,13 @@ impl Script {
     }
 
     /// Compares a job with what it must be when `done` (known, or unknown after a fault), and goes on from what is.
-    async fn settle(&mut self, id: &JobId, before: Option<Known>, after: Option<Known>, done: Result<bool, StoreError>) {
+    async fn settle(
+        &mut self,
+        id: &JobId,
+        before: Option<Known>,
+        after: Option<Known>,
+        done: Result<bool, StoreError>,
+    ) {
         let seen = self.seen(id).await;
         match done {
             Ok(true) => assert_eq!(seen, after, "{id} was changed"),

@@ -4,9 +4,9 @@ use std::{collections::BTreeSet, time::Duration};
 
 use jiff::Timestamp;
 use retargetd::store::{
-    AfterCrash, AssetId, AssetRecord, Claim, DocumentChange, DocumentKind, FinishedJob, GiveBack, Held, JobId, JobInput,
-    JobRecord, JobRequest, JobState, LeaseId, NewDocument, Notice, Precondition, Records, ResultId, ResultRecord,
-    StoreError, StoredProgress,
+    AfterCrash, AssetId, AssetRecord, Claim, DocumentChange, DocumentKind, FinishedJob, GiveBack, Held, JobId,
+    JobInput, JobRecord, JobRequest, JobState, LeaseId, NewDocument, Notice, Precondition, Records, ResultId,
+    ResultRecord, StoreError, StoredProgress,
 };
 
 use super::support::Postgres;
@@ -204,7 +204,12 @@ async fn files_stay_for_unfinished_jobs_and_go_with_the_last_record(records: &Re
     assert!(matches!(records.remove_asset(file).await, Err(StoreError::InUse(user)) if user == job.id), "in use");
     assert!(records.names_blob("aa").await.expect("reads"), "its bytes are named");
     assert_eq!(records.stored_bytes().await.expect("counts"), 10, "and counted once");
-    assert!(records.finish_job(&job.id, (JobState::Queued, None), &end(JobState::Canceled, Vec::new())).await.expect("ends"));
+    assert!(
+        records
+            .finish_job(&job.id, (JobState::Queued, None), &end(JobState::Canceled, Vec::new()))
+            .await
+            .expect("ends")
+    );
     let later = Timestamp::UNIX_EPOCH + HOUR * 2;
     assert!(records.keep_asset(file, later).await.expect("writes"), "is there");
     let kept = records.asset(file).await.expect("reads").expect("is there");

@@ -19,7 +19,11 @@ async fn apis_and_workers_share_a_database_and_a_bucket() {
     // Larger than one part of a multipart upload.
     let large = format!("{CLIP}{}", "0 90 0 0 0 0 0 0 0\n".repeat(400_000)).replace("Frames: 2", "Frames: 400002");
     let large = customer.upload(&apis[0].url, &large).await.expect("is taken");
-    assert_eq!(customer.status(&apis[1].url, &format!("/v1/assets/{large}/content")).await, StatusCode::OK, "there too");
+    assert_eq!(
+        customer.status(&apis[1].url, &format!("/v1/assets/{large}/content")).await,
+        StatusCode::OK,
+        "there too"
+    );
     let asset = customer.upload(&apis[0].url, CLIP).await.expect("is taken");
     let again = customer.upload(&apis[1].url, CLIP).await.expect("is taken");
     assert_eq!(asset, again, "the same bytes have one record");
@@ -117,9 +121,8 @@ async fn figures() {
             }
             let own = if is_folder { "1" } else { "0" };
             let api = place.serve(&["--workers", own, "--max-queued-jobs", "100000"], &[]);
-            let others: Vec<Process> = (0..if is_folder { 0 } else { workers })
-                .map(|_| place.worker(&["--workers", "1"], &[]))
-                .collect();
+            let others: Vec<Process> =
+                (0..if is_folder { 0 } else { workers }).map(|_| place.worker(&["--workers", "1"], &[])).collect();
             let mut customer = Customer::new();
             let asset = customer.upload(&api.url, CLIP).await.expect("is taken");
             let began = Instant::now();
@@ -129,7 +132,11 @@ async fn figures() {
             let asked = began.elapsed();
             customer.collect(&api.url).await;
             let per = |time: Duration| time.as_secs_f64() * 1e3 / count as f64;
-            println!("{name}, {workers} workers: {:.2} ms per request, {:.2} ms per job", per(asked), per(began.elapsed()));
+            println!(
+                "{name}, {workers} workers: {:.2} ms per request, {:.2} ms per job",
+                per(asked),
+                per(began.elapsed())
+            );
             drop(others);
         }
     }

@@ -41,7 +41,12 @@ impl Place {
         let own = match self {
             Self::Folder(root) => vec!["--data".to_owned(), root.path().display().to_string()],
             Self::Shared(database, root) => {
-                vec!["--database".to_owned(), database.url(), "--blobs".to_owned(), format!("file://{}", root.path().display())]
+                vec![
+                    "--database".to_owned(),
+                    database.url(),
+                    "--blobs".to_owned(),
+                    format!("file://{}", root.path().display()),
+                ]
             }
             Self::Cloud(database, _) => vec!["--database".to_owned(), database.url(), "--blobs".to_owned(), S3::url()],
         };
@@ -125,7 +130,10 @@ impl Customer {
             for result in job["results"].as_array().expect("a list") {
                 self.check_result(url, result).await;
             }
-            assert!(job["state"] != "succeeded" || job["results"].as_array().is_some_and(|all| all.len() == 1), "{job}");
+            assert!(
+                job["state"] != "succeeded" || job["results"].as_array().is_some_and(|all| all.len() == 1),
+                "{job}"
+            );
             *states.entry(job["state"].as_str().expect("a state").to_owned()).or_insert(0) += 1;
         }
         states
