@@ -1,9 +1,12 @@
 //! What a retarget is worth, on real files and on made ones: measured here, with nothing of the code that measures for users.
 
+mod animals;
 mod bodies;
 mod determinism;
 mod feet;
 pub(crate) mod figure;
+mod fingers;
+mod heads;
 mod invariance;
 mod limbs;
 mod made_rigs;
@@ -13,4 +16,5 @@ mod pairs;
 mod properties;
 mod self_contact;
 mod shoulders;
+mod spines;
 mod stretched;

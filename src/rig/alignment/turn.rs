@@ -5,9 +5,10 @@ use glam::{DQuat, DVec3};
 use crate::model::{ModelPose, Transform};
 
 use super::{
-    super::{floor::lowest_sole, spec::Align, understand::Rig},
+    super::{spec::Align, understand::Rig},
     AlignedJoint, Alignment, HowAligned,
     rules::{Aim, Roll, Wish},
+    stand::regrounded,
 };
 
 /// Turns the joints of a rig's rest pose to what is wished of them. With alignment off nothing is turned, only compared.
@@ -25,9 +26,10 @@ pub(super) fn turn(target: &Rig<'_>, wishes: &[Option<Wish>], mode: Align) -> Al
             _ if mode == Align::Off => DQuat::IDENTITY,
             None => carried,
             Some(wish) => match wish.aim {
-                Aim::Turn(turn) => turn,
+                Aim::Turn(turn) | Aim::Face { turn, .. } => turn,
                 Aim::Head { own, wanted } => arc(own, wanted, target.up()),
-                Aim::Follow(first) => turns[first],
+                Aim::Further(turn) => turn * carried,
+                Aim::Follow { first, .. } => turns[first],
                 Aim::Point { own, wanted, pole } => {
                     let pointed = arc(carried * own, wanted, pole) * carried;
                     let roll = wish.roll.filter(|_| mode != Align::Direction);
@@ -36,7 +38,7 @@ pub(super) fn turn(target: &Rig<'_>, wishes: &[Option<Wish>], mode: Align) -> Al
                 }
             },
         };
-        if let Some(wish) = wish.as_ref().filter(|wish| !matches!(wish.aim, Aim::Follow(_))) {
+        if let Some(wish) = wish.as_ref().filter(|wish| !matches!(wish.aim, Aim::Follow { bone: None, .. })) {
             joints.push(left_over(wish, joint, own_turn, mode));
         }
         let local = &target.rest_local.transforms()[joint];
@@ -49,21 +51,6 @@ pub(super) fn turn(target: &Rig<'_>, wishes: &[Option<Wish>], mode: Align) -> Al
         return Alignment { rest: target.rest.clone(), joints };
     }
     Alignment { rest: regrounded(target, ModelPose::new(turned)), joints }
-}
-
-/// The pose with its pelvis, and all below it, moved along the vertical until the soles are as high as at rest.
-fn regrounded(rig: &Rig<'_>, pose: ModelPose) -> ModelPose {
-    let Some(&pelvis) = rig.role("pelvis").first() else { return pose };
-    let (Some(before), Some(after)) = (lowest_sole(rig, &rig.rest, pelvis), lowest_sole(rig, &pose, pelvis)) else {
-        return pose;
-    };
-    let shift = rig.up() * (before - after);
-    let moved = pose.transforms().iter().enumerate().map(|(joint, transform)| {
-        let is_below = rig.skeleton().is_ancestor_or_self(pelvis, joint);
-        let translation = transform.translation + if is_below { shift } else { DVec3::ZERO };
-        Transform { translation, ..*transform }
-    });
-    ModelPose::new(moved.collect())
 }
 
 /// By how many degrees a joint is rolled that has been pointed already.
@@ -105,7 +92,10 @@ fn left_over(wish: &Wish, joint: usize, turn: DQuat, mode: Align) -> AlignedJoin
             (how, Some((own, wanted)))
         }
         Aim::Head { own, wanted } => (HowAligned::Heading, Some((own, wanted))),
-        Aim::Turn(_) | Aim::Follow(_) => (HowAligned::Kept, None),
+        Aim::Follow { bone, .. } => (HowAligned::Whole, bone),
+        Aim::Turn(_) => (HowAligned::Kept, None),
+        Aim::Further(_) => (HowAligned::Sloped, None),
+        Aim::Face { own, wanted, how, .. } => (how, Some((own, wanted))),
     };
     let roll = wish.roll.filter(|roll| roll.of_part_below.is_none()).zip(directions);
     AlignedJoint {
@@ -121,7 +111,7 @@ fn left_over(wish: &Wish, joint: usize, turn: DQuat, mode: Align) -> AlignedJoin
 
 /// The shortest rotation from one unit vector to another. For opposite ones half a turn about `pole`, or about an axis square to
 /// it where `pole` lies along them: which way round the arc goes must not depend on rounding.
-fn arc(from: DVec3, to: DVec3, pole: DVec3) -> DQuat {
+pub(super) fn arc(from: DVec3, to: DVec3, pole: DVec3) -> DQuat {
     if from.dot(to) > -1.0 + 1e-9 {
         return DQuat::from_rotation_arc(from, to);
     }

@@ -52,6 +52,7 @@ pub(super) fn find_pairs(spec: &RetargetSpec, source: &Rig<'_>, target: &Rig<'_>
                         name: name.clone(),
                         source_name: name.clone(),
                         source: source_joints.clone(),
+                        also: Vec::new(),
                         target: joints.clone(),
                         role: None,
                     });
@@ -127,14 +128,6 @@ fn mapped_pairs(
     (target, target_chains): (&Rig<'_>, &Chains),
     fields: &mut Vec<SpecField>,
 ) -> Vec<NamedPair> {
-    let both_roles = !source_chains.contains_key(&entry.source) && !target_chains.contains_key(&entry.target);
-    if both_roles {
-        let (from, to) = (roles_of(&entry.source), roles_of(&entry.target));
-        let complete = |side: &Rig<'_>, roles: &[&str]| roles.iter().all(|role| !side.role(role).is_empty());
-        if from.len() == to.len() && complete(source, &from) && complete(target, &to) {
-            return from.into_iter().zip(to).filter_map(|(from, to)| role_pair(source, from, target, to)).collect();
-        }
-    }
     let mut joints_of = |side: &Rig<'_>, chains: &Chains, name: &str, end: &str| -> Option<Vec<usize>> {
         let from_roles = || {
             let joints: Vec<usize> = roles_of(name).iter().flat_map(|role| side.role(role).iter().copied()).collect();
@@ -151,12 +144,35 @@ fn mapped_pairs(
         }
         found
     };
+    let further = entry.also.iter().enumerate().filter_map(|(position, name)| {
+        Some((name.clone(), joints_of(source, source_chains, name, &format!("also/{position}"))?))
+    });
+    let also: Vec<(String, Vec<usize>)> = further.collect();
+    let both_roles = !source_chains.contains_key(&entry.source) && !target_chains.contains_key(&entry.target);
+    if both_roles {
+        let (from, to) = (roles_of(&entry.source), roles_of(&entry.target));
+        let complete = |side: &Rig<'_>, roles: &[&str]| roles.iter().all(|role| !side.role(role).is_empty());
+        if from.len() == to.len() && complete(source, &from) && complete(target, &to) {
+            if from.len() > 1 && !entry.also.is_empty() {
+                fields.push(SpecField::new(
+                    SpecErrorKind::InvalidValue,
+                    format!("/map/{index}/also"),
+                    format!(
+                        "'{}' is a limb of several roles, and the mean of several chains is for one; name the roles",
+                        entry.target
+                    ),
+                ));
+            }
+            let pairs = from.into_iter().zip(to).filter_map(|(from, to)| role_pair(source, from, target, to));
+            return pairs.map(|pair| NamedPair { also: also.clone(), ..pair }).collect();
+        }
+    }
     let source_joints = joints_of(source, source_chains, &entry.source, "source");
     let target_joints = joints_of(target, target_chains, &entry.target, "target");
     match (source_joints, target_joints) {
         (Some(source), Some(target)) => {
             let (name, source_name) = (entry.target.clone(), entry.source.clone());
-            vec![NamedPair { name, source_name, source, target, role: None }]
+            vec![NamedPair { name, source_name, source, also, target, role: None }]
         }
         _ => Vec::new(),
     }
