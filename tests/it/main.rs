@@ -8,6 +8,7 @@ mod architecture;
 mod cli;
 mod corpus;
 mod demo;
+mod durable;
 mod editing;
 mod explain;
 mod formats_body_model;
