@@ -11,6 +11,7 @@ mod morphs;
 mod reduce;
 mod sampling;
 mod schedule;
+mod seams;
 mod time;
 mod warp;
 

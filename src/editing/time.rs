@@ -79,7 +79,9 @@ pub fn edit_time(
         let start = spec.start_seconds.unwrap_or(0.0);
         let times = schedule.moments().iter().map(|moment| moment.at + start).collect();
         let edited = Clip::new(clip.name().to_owned(), times, joints);
-        Ok(edited.and_then(|edited| edited.with_morphs(sampling.morphs(clip.morphs()))).map_err(EditError::from)?)
+        let edited = edited.and_then(|edited| edited.with_morphs(sampling.morphs(clip.morphs())));
+        let edited = edited.and_then(|edited| edited.with_contacts(sampling.contacts(clip.contacts())));
+        Ok(edited.map_err(EditError::from)?)
     };
     let mut looped = None;
     if let Some(rule) = &spec.make_loop {

@@ -15,7 +15,7 @@ use crate::{
 use super::{
     Counts, EditInputs, Failure, FailureCode, Knowledge, NamedBytes, Outcome, Report, Rigs, Timings, WarningView,
     files::{chosen_clip, in_config, in_config_or, read_spec},
-    layer::laid_over,
+    layer::{laid_over, morph_rests},
     load::load,
     mixups,
     retarget::{Written, facts, joint_count, strict_failure, wanted_outputs, write_outputs},
@@ -162,7 +162,7 @@ pub(super) fn edited_clip<'a>(
         edited = Cow::Owned(mirrored(rig, &edited, &mirror, reporter)?);
     }
     if let Some(reference) = spec.edit.additive {
-        let difference = taken_out(&edited, rig.skeleton(), reference);
+        let difference = taken_out(&edited, rig.skeleton(), morph_rests(rig), reference);
         edited = Cow::Owned(difference.map_err(|error| not_a_clip(rig, &error))?);
     }
     Ok(edited)

@@ -204,14 +204,17 @@ pub(super) fn write_outputs(
         keys.extend(reduced.as_ref().map(|(_, view)| view.clone()));
         let renamed = output.options.clip_name.as_ref().map(|name| result.clone().renamed(name.clone()));
         let clip = renamed.as_ref().unwrap_or(result);
-        let holds_morphs = matches!(output.format, Format::Glb | Format::Gltf | Format::Vrm)
-            && output.options.include == IncludeSpec::Full;
+        let holds_morphs = match output.format {
+            Format::Glb | Format::Gltf | Format::Vrm => output.options.include == IncludeSpec::Full,
+            Format::PosesNpz | Format::PosesJson => true,
+            _ => false,
+        };
         if !clip.morphs().is_empty() && !holds_morphs {
             reporter.warn(
                 "morphs_not_written",
                 output.format.info().name,
                 format!("the weights of {} morphs are not in this output", clip.morphs().len()),
-                "take a glTF format with everything of the target, or set morphs.enabled to false",
+                "take pose arrays or a glTF format with everything of the target, or set morphs.enabled to false",
             );
         }
         let options = WriteOptions {

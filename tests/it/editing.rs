@@ -1,6 +1,7 @@
 //! Edits of a clip: their properties on the sample and on real clips, and the command line.
 
 mod command;
+mod contacts;
 mod keys;
 mod layers;
 mod mirror;

@@ -194,7 +194,7 @@ const fn is_expression(morph: &Morph) -> bool {
 /// Whether something moves with it.
 fn can_show(morph: &Morph) -> bool {
     match &morph.place {
-        MorphPlace::Mesh { .. } => true,
+        MorphPlace::Mesh { .. } | MorphPlace::Weight => true,
         MorphPlace::Expression(binds) => !binds.is_empty(),
     }
 }
