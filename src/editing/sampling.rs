@@ -30,7 +30,7 @@ pub(super) struct Sampling {
 /// Shares below this, and above 1 minus it, are keys.
 const AT_KEY: f64 = 1e-9;
 /// A frame that stands for more than this many keys is an average.
-const MOST_KEYS_PER_FRAME: f64 = 2.0;
+const MOST_KEYS_PER_FRAME: f64 = 2.0 + 1e-3;
 /// An average takes at most so many samples.
 const MOST_TAPS: f64 = 255.0;
 

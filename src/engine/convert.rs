@@ -2,7 +2,9 @@
 
 use glam::{DQuat, Quat, Vec3};
 
-use crate::model::{Axes, Clip, ClipError, Joint, JointTracks, Payload, Scene, Skeleton, Transform};
+use crate::model::{
+    Axes, Clip, ClipError, Joint, JointKeys, JointTracks, Payload, Scene, Skeleton, SparseKeys, Transform,
+};
 
 /// A rotation of the scene, and a factor on its lengths.
 #[derive(Clone, Copy, Debug)]
@@ -69,6 +71,22 @@ pub(super) fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -
     });
     let joints = joints.collect();
     clip.with_joints(joints)
+}
+
+/// The keys of a clip likewise.
+pub(super) fn convert_keys(keys: &SparseKeys, scene: &Scene, conversion: &Conversion) -> SparseKeys {
+    let rotation = conversion.rotation.as_quat();
+    #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
+    let scale = conversion.scale as f32;
+    let joints = keys.joints.iter().zip(scene.skeleton.joints()).map(|(keys, joint)| {
+        let is_root = joint.parent.is_none();
+        JointKeys {
+            translation: keys.translation.map(|value| if is_root { rotation * (value * scale) } else { value * scale }),
+            rotation: keys.rotation.map(|value| if is_root { rotation * value } else { value }),
+            scale: keys.scale.clone(),
+        }
+    });
+    SparseKeys { joints: joints.collect() }
 }
 
 /// From the axes and unit that a side was found to have to +Y up, +Z front and metres.

@@ -27,7 +27,7 @@ pub use pose::{LocalPose, ModelPose};
 pub use scene::{Payload, Scene, Skin};
 pub use skeleton::{Joint, Skeleton, SkeletonError};
 pub use skin_points::{SkinPoint, SkinPoints};
-pub use sparse_keys::{JointKeys, SparseKeys};
+pub use sparse_keys::{JointKeys, KeyCurve, SparseKeys, hermite};
 pub use stretched::Stretched;
 pub use track::Track;
 pub use transform::Transform;

@@ -5,6 +5,7 @@
 mod alignment;
 mod anatomy;
 mod auto_map;
+mod bone_maps;
 mod deserialize;
 mod error;
 mod findings;

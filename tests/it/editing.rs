@@ -2,6 +2,7 @@
 
 mod command;
 mod contacts;
+mod euler;
 mod keys;
 mod layers;
 mod mirror;

@@ -28,7 +28,13 @@ fn read_under(bytes: &[u8], format: Format, limits: &Limits) -> Result<(Scene, V
 }
 
 fn write(scene: &Scene, clip: &Clip, format: Format, extras: Option<serde_json::Value>) -> Vec<u8> {
-    let options = WriteOptions { format, include: Include::Everything, target_clips: TargetClips::Keep, extras };
+    let options = WriteOptions {
+        format,
+        include: Include::Everything,
+        target_clips: TargetClips::Keep,
+        extras,
+        rotation_order: None,
+    };
     formats::write(scene, clip, &options, &Control::new(), &mut Reporter::new()).expect("it can be written")
 }
 

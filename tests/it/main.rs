@@ -4,6 +4,7 @@ mod support;
 
 mod alignment;
 mod architecture;
+mod bone_maps;
 mod cli;
 mod corpus;
 mod demo;

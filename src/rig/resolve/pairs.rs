@@ -123,16 +123,17 @@ type Chains = BTreeMap<String, Vec<usize>>;
 fn mapped_pairs(
     entry: &ChainMap,
     index: usize,
-    (source, source_chains): (&Rig<'_>, &Chains),
-    (target, target_chains): (&Rig<'_>, &Chains),
+    (source_rig, source_chains): (&Rig<'_>, &Chains),
+    (target_rig, target_chains): (&Rig<'_>, &Chains),
     fields: &mut Vec<SpecField>,
 ) -> Vec<NamedPair> {
     let both_roles = !source_chains.contains_key(&entry.source) && !target_chains.contains_key(&entry.target);
     if both_roles {
         let (from, to) = (roles_of(&entry.source), roles_of(&entry.target));
         let complete = |side: &Rig<'_>, roles: &[&str]| roles.iter().all(|role| !side.role(role).is_empty());
-        if from.len() == to.len() && complete(source, &from) && complete(target, &to) {
-            return from.into_iter().zip(to).filter_map(|(from, to)| role_pair(source, from, target, to)).collect();
+        if from.len() == to.len() && complete(source_rig, &from) && complete(target_rig, &to) {
+            let pair = |(from, to)| role_pair(source_rig, from, target_rig, to);
+            return from.into_iter().zip(to).filter_map(pair).collect();
         }
     }
     let mut joints_of = |side: &Rig<'_>, chains: &Chains, name: &str, end: &str| -> Option<Vec<usize>> {
@@ -151,13 +152,21 @@ fn mapped_pairs(
         }
         found
     };
-    let source_joints = joints_of(source, source_chains, &entry.source, "source");
-    let target_joints = joints_of(target, target_chains, &entry.target, "target");
+    let source_joints = joints_of(source_rig, source_chains, &entry.source, "source");
+    let target_joints = joints_of(target_rig, target_chains, &entry.target, "target");
     match (source_joints, target_joints) {
         (Some(source), Some(target)) => {
             let (name, source_name) = (entry.target.clone(), entry.source.clone());
-            vec![NamedPair { name, source_name, source, target, role: None }]
+            let role = shared_role((source_rig, &source), (target_rig, &target));
+            vec![NamedPair { name, source_name, source, target, role }]
         }
         _ => Vec::new(),
     }
+}
+
+/// The role that two chains are on their rigs, whatever they are called.
+fn shared_role((source, from): (&Rig<'_>, &[usize]), (target, to): (&Rig<'_>, &[usize])) -> Option<String> {
+    let begins = |joints: &[usize], chain: &[usize]| !joints.is_empty() && joints.first() == chain.first();
+    let role = target.roles.iter().find(|(role, joints)| begins(joints, to) && begins(source.role(role), from));
+    role.map(|(role, _)| role.clone())
 }

@@ -27,7 +27,9 @@ pub use ops::{
     RootPlace, RootSource, ScaleOrigin, ScaleSourceOp, Scope, SelfContactOp, StretchChainOp, StrideDirection, StrideOp,
     TwistOp,
 };
-pub use output::{IncludeSpec, KeyTolerance, KeysSpec, KeysWord, OutputChoice, OutputSpec, TargetClipsSpec};
+pub use output::{
+    IncludeSpec, KeyInterpolation, KeyTolerance, KeysSpec, KeysWord, OutputChoice, OutputSpec, TargetClipsSpec,
+};
 pub use pose::{EditAxes, FromClipEdit, PoseChoice, PoseEdit, PoseSpec, ResetEdit, RotateEdit};
 pub use report::{MetricInfo, MetricName, ReportChoice, ReportDetail, ReportSpec, Threshold};
 pub use rig::{AutoWord, OneOrMany, RestFrame, RestRule, RestSpec, RigSpec, UnitSpec};
