@@ -127,7 +127,7 @@ pub(super) fn make_loop(clip: &Clip, skeleton: &Skeleton, up: DVec3, rule: &Loop
 }
 
 /// The first joint whose place is animated. Parents come before children, so it is the one that moves the figure.
-fn carrier(clip: &Clip) -> Option<usize> {
+pub(super) fn carrier(clip: &Clip) -> Option<usize> {
     let moves = |track: &Track<Vec3>| match track {
         Track::Sampled(values) => values.iter().any(|value| *value != values[0]),
         Track::Rest | Track::Constant(_) => false,

@@ -49,6 +49,7 @@ pub(super) fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
         declared_convention: scene.declared_convention,
         axes: Some(Axes::Y_UP_Z_FRONT),
         unit_metres: Some(1.0),
+        look_at: scene.look_at,
         stretched: None,
         payload: Payload::default(),
     }

@@ -92,7 +92,7 @@ pub fn retarget_with(
         .then(|| measure(&mapping, &source, &target, clip, &result, &spec.report, &reaches));
     let measure_seconds = control.seconds() - measuring;
 
-    let result = with_morphs(result, clip, (&files.source.scene, &files.target.scene), &spec.morphs, &mut reporter)?;
+    let result = with_morphs(result, clip, (&source, &target), &spec.morphs, &mut reporter)?;
     let result = match &spec.layer {
         Some(layer) => laid_over(&target, &spec.target, &result, layer, control, &mut reporter)?,
         None => result,

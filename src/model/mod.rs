@@ -8,6 +8,7 @@
 mod axes;
 mod clip;
 mod control;
+mod look_at;
 mod morph;
 mod pose;
 mod scene;
@@ -22,6 +23,7 @@ mod warning;
 pub use axes::{Axes, AxesError, SignedAxis};
 pub use clip::{Clip, ClipError, JointContacts, JointTracks};
 pub use control::{Canceled, Control, Phase, Progress};
+pub use look_at::{LookAt, LookRange};
 pub use morph::{Morph, MorphPlace, MorphTrack};
 pub use pose::{LocalPose, ModelPose};
 pub use scene::{Payload, Scene, Skin};

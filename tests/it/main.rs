@@ -17,6 +17,7 @@ mod formats_fbx;
 mod formats_fbx_write;
 mod formats_gltf;
 mod formats_poses;
+mod gaze;
 mod http;
 mod joint_table;
 mod morphs;

@@ -13,8 +13,8 @@ mod rig;
 mod tune;
 
 pub use edit::{
-    ComponentAxis, EditSpec, FractionRange, FrameRange, HoldSpec, InterpolationSpec, LoopRoot, LoopSpec, MirrorChoice,
-    MirrorMode, MirrorPlane, MirrorSpec, RangeSpec,
+    ComponentAxis, CycleRange, EditSpec, FractionRange, FrameRange, HoldSpec, InterpolationSpec, LoopRoot, LoopSpec,
+    MirrorChoice, MirrorMode, MirrorPlane, MirrorSpec, RangeSpec,
 };
 pub use layer::{LayerMode, LayerReference, LayerSpec};
 pub use map::{ChainMap, RotationMode, TranslationMode};
