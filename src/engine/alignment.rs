@@ -14,7 +14,8 @@ pub struct AlignmentView {
     pub role: String,
     /// The target's joint.
     pub joint: String,
-    /// What was aligned: `full` (direction and roll), `direction`, `heading`, `kept` or `off`.
+    /// What was aligned: `full` (direction and roll), `direction`, `whole` (with its chain, whose own bends stay), `heading`, `kept`
+    /// or `off`.
     pub aligned: &'static str,
     /// How far the joint was turned in model space, degrees.
     pub turned_degrees: f64,
@@ -24,8 +25,8 @@ pub struct AlignmentView {
     /// The roll left about the direction, −180 to 180; absent where one of the two sides does not tell.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub roll_degrees: Option<f64>,
-    /// What the roll is known from on the source and on the target: `knuckles`, `thumb`, `mesh`, `bend`, `foot`, `shoulders`,
-    /// `convention`.
+    /// What the roll is known from on the source and on the target: `knuckles`, `thumb`, `mesh`, `bend`, `foot`, `eyes`,
+    /// `shoulders`, `convention`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub roll_from: Option<[&'static str; 2]>,
 }

@@ -113,7 +113,7 @@ impl<'a> Compiler<'a> {
                 }
                 _ => Needs::Transform,
             };
-            for &joint in &chain.source {
+            for &joint in chain.source.iter().chain(chain.also.iter().flat_map(|further| &further.source)) {
                 self.need_with_ancestors(&mut needs, joint, wanted);
             }
             if let Some(chord) = &chain.chord {
@@ -176,6 +176,14 @@ impl<'a> Compiler<'a> {
     }
 
     fn compile_chain(&self, chain: &ChainPair, drivers: &mut [Driver], chord_slots: &mut usize) {
+        let further: Vec<(ChainPair, Vec<Option<Place>>)> = chain
+            .further()
+            .into_iter()
+            .map(|chain| {
+                let places = places(&chain, &self.source_rest, &self.target_rest);
+                (chain, places)
+            })
+            .collect();
         let places = places(chain, &self.source_rest, &self.target_rest);
         let mut begin = self.chord_step(chain, &places, *chord_slots).map(Box::new);
         let chord = begin.as_ref().map(|step| step.slot);
@@ -187,9 +195,14 @@ impl<'a> Compiler<'a> {
                 continue;
             };
             let is_kept = keeps_last && position + 1 == chain.target.len();
+            let also = further.iter().filter_map(|(chain, places)| {
+                let place = places[position]?;
+                Some((self.model_sample(chain, place), self.model_rotation(chain, place, joint)))
+            });
             drivers[joint] = Driver::Model(ModelDriver {
                 sample: self.model_sample(chain, place),
                 rotation: self.model_rotation(chain, place, joint),
+                also: also.collect(),
                 rotation_alpha: chain.drive.followed_rotation_alpha(),
                 translation: self.translation(chain, place),
                 chord: chord.filter(|_| !is_kept),
@@ -458,7 +471,7 @@ impl<'a> Compiler<'a> {
 fn as_driven(driver: &Driver) -> Option<(Sample, DQuat)> {
     match driver {
         #[expect(clippy::float_cmp, reason = "exactly one means the whole motion")]
-        Driver::Model(model) if model.chord.is_none() && model.rotation_alpha == 1.0 => {
+        Driver::Model(model) if model.chord.is_none() && model.also.is_empty() && model.rotation_alpha == 1.0 => {
             Some((model.sample, model.rotation))
         }
         _ => None,

@@ -2,7 +2,7 @@
 
 use crate::{
     model::Skeleton,
-    rig::{ChainPair, Mapping},
+    rig::{Carry, ChainPair, Mapping},
 };
 
 use super::{
@@ -65,6 +65,9 @@ pub fn joint_drivers(source: &Skeleton, target: &Skeleton, mapping: &Mapping) ->
                 Some(place) => JointDriver::Chain { chain: index, sources: sources(chain, place) },
             };
         }
+        if chain.drive.carry == Carry::Model {
+            add_further(chain, mapping, &mut drivers);
+        }
     }
     for shoulder in mapping.shoulders.iter().filter(|shoulder| planned.contains(&shoulder.joint)) {
         drivers[shoulder.joint] = JointDriver::Shoulder { upper_arm: shoulder.upper_arm };
@@ -81,6 +84,24 @@ pub fn joint_drivers(source: &Skeleton, target: &Skeleton, mapping: &Mapping) ->
         drivers[pelvis.target] = JointDriver::Pelvis { source: pelvis.source };
     }
     drivers
+}
+
+/// The source joints of the further chains of which a chain follows the mean.
+fn add_further(chain: &ChainPair, mapping: &Mapping, drivers: &mut [JointDriver]) {
+    let further = chain.further();
+    for strand in &further {
+        let places = places(strand, mapping.source_rest.transforms(), mapping.target_rest.transforms());
+        for (&joint, place) in chain.target.iter().zip(places) {
+            if let (JointDriver::Chain { sources: all, .. }, Some(place)) = (&mut drivers[joint], place) {
+                all.extend(sources(strand, place));
+            }
+        }
+    }
+    for &joint in &chain.target {
+        if let JointDriver::Chain { sources, .. } = &mut drivers[joint] {
+            sources.iter_mut().for_each(|(_, weight)| *weight /= further.len() as f64 + 1.0);
+        }
+    }
 }
 
 fn sources(chain: &ChainPair, place: Place) -> Vec<(usize, f64)> {

@@ -4,7 +4,7 @@
 
 use glam::DQuat;
 
-use super::plan::{CarriedDriver, CarryStep, Driver, Parent, Plan, Sample, TwistSegment};
+use super::plan::{CarriedDriver, CarryStep, Driver, Parent, Plan, Sample, TwistSegment, mean_share};
 use crate::{
     model::{Clip, ModelPose, Skeleton},
     rig::Mapping,
@@ -83,15 +83,26 @@ pub fn explain_joint(
             turns_further: false,
             alpha: driver.rotation_alpha,
         },
-        Driver::Model(driver) => JointExplanation {
-            kind: DriverKind::Model,
-            sources: sources_of(driver.sample, &of_plan),
-            aligned_rest,
-            delta: sampled(driver.sample, source_rotation) * driver.rotation * aligned_rest.conjugate(),
-            carry: None,
-            turns_further: driver.chord.is_some(),
-            alpha: driver.rotation_alpha,
-        },
+        Driver::Model(driver) => {
+            let mut sources = sources_of(driver.sample, &of_plan);
+            let mut rotation = sampled(driver.sample, source_rotation) * driver.rotation;
+            for (taken, (sample, constant)) in driver.also.iter().enumerate() {
+                let other = sampled(*sample, source_rotation) * *constant;
+                rotation = blended(rotation, other, mean_share(taken));
+                sources.extend(sources_of(*sample, &of_plan));
+            }
+            let count = driver.also.len() as f64 + 1.0;
+            sources.iter_mut().for_each(|(_, weight)| *weight /= count);
+            JointExplanation {
+                kind: DriverKind::Model,
+                sources,
+                aligned_rest,
+                delta: rotation * aligned_rest.conjugate(),
+                carry: None,
+                turns_further: driver.chord.is_some(),
+                alpha: driver.rotation_alpha,
+            }
+        }
         Driver::Twist(driver) => {
             let (sources, delta) = match driver.segment {
                 TwistSegment::Slot(_) => (Vec::new(), DQuat::IDENTITY),
@@ -161,11 +172,15 @@ fn sampled(sample: Sample, rotation: impl Fn(usize) -> DQuat) -> DQuat {
     match sample {
         Sample::At(slot) => rotation(slot),
         Sample::Between { first, second, fraction, first_axes } => {
-            let (first, second) = (rotation(first), rotation(second) * first_axes.unwrap_or(DQuat::IDENTITY));
-            let sign = if first.dot(second) < 0.0 { -1.0 } else { 1.0 };
-            (first * (1.0 - fraction) + second * (fraction * sign)).normalize()
+            blended(rotation(first), rotation(second) * first_axes.unwrap_or(DQuat::IDENTITY), fraction)
         }
     }
+}
+
+/// Normalised linear, the short way.
+fn blended(first: DQuat, second: DQuat, fraction: f64) -> DQuat {
+    let sign = if first.dot(second) < 0.0 { -1.0 } else { 1.0 };
+    (first * (1.0 - fraction) + second * (fraction * sign)).normalize()
 }
 
 /// What fills the carried slots that a driver samples, and the first target joint of its chain.

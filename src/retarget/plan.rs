@@ -136,6 +136,8 @@ pub(super) struct ModelDriver {
     pub(super) sample: Sample,
     /// `S0(u)⁻¹ · T0`.
     pub(super) rotation: DQuat,
+    /// Further ones, each with its own `S0(u)⁻¹ · T0`: the joint turns as the mean of all.
+    pub(super) also: Vec<(Sample, DQuat)>,
     pub(super) rotation_alpha: f64,
     pub(super) translation: Translation,
     /// The slot of the chain's chord, where this joint is turned by it.
@@ -249,6 +251,11 @@ pub(super) enum Sample {
         /// axes lie. Nothing for carried chains, which count as ikrigretarget does.
         first_axes: Option<DQuat>,
     },
+}
+
+/// How much of the next of several rotations is blended in when so many have been `taken` beside the first, so that all count alike.
+pub(super) fn mean_share(taken: usize) -> f64 {
+    1.0 / (taken as f64 + 2.0)
 }
 
 /// A target joint that gets tracks.

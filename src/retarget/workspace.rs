@@ -10,7 +10,7 @@ use super::{
     lanes::{LANES, QuatLanes, VecLanes},
     plan::{
         CarryStep, ChordStep, Driver, ModelDriver, Needs, Parent, PelvisDriver, PelvisFurther, Plan, RideStep, Sample,
-        ShoulderDriver, SourceStep, TargetStep, Translation, TwistDriver, TwistEnd, TwistSegment,
+        ShoulderDriver, SourceStep, TargetStep, Translation, TwistDriver, TwistEnd, TwistSegment, mean_share,
     },
 };
 
@@ -259,6 +259,10 @@ impl Workspace {
                 let between = self.between(first, second, fraction, first_axes);
                 self.target[slot].set_product_with_constant(&between, driver.rotation);
             }
+        }
+        for (taken, (sample, rotation)) in driver.also.iter().enumerate() {
+            let other = self.sample_rotation(*sample).times_constant(*rotation);
+            self.target[slot] = self.target[slot].blend(&other, mean_share(taken));
         }
         if let Some(begin) = &driver.begin {
             self.chords[begin.slot] = self.chord_turn(begin);

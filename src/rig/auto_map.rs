@@ -11,6 +11,8 @@ pub(super) struct NamedPair {
     /// What the source calls it.
     pub(super) source_name: String,
     pub(super) source: Vec<usize>,
+    /// Further chains of the source, by what it calls them; the target follows the mean of all.
+    pub(super) also: Vec<(String, Vec<usize>)>,
     pub(super) target: Vec<usize>,
     /// The role, where the pair comes from one.
     pub(super) role: Option<String>,
@@ -27,7 +29,8 @@ pub(super) const LIMBS: [(&str, &[&str]); 4] = [
 /// Roles that no chain is made of: the pelvis has an op of its own, and a root above it stays where it is.
 const NO_CHAINS: [&str; 2] = ["pelvis", "root"];
 
-/// Fingers, and those that move most as they do, the likest first.
+/// Fingers, and those that move most as they do, the likest first: both for a finger of the target that the source lacks, and for
+/// one of the source that the target lacks.
 const NEIGHBORS: [(&str, &[&str]); 4] = [
     ("index", &["middle", "ring", "pinky"]),
     ("middle", &["ring", "index", "pinky"]),
@@ -48,10 +51,19 @@ pub(super) fn known_names(side: &Rig<'_>) -> Vec<String> {
 }
 
 /// Pairs by role: every role that both sides have, and fingers that the source lacks with the finger beside them, so that a
-/// hand closes as a whole.
+/// hand closes as a whole. Fingers that the target lacks move the finger beside them, together with its own.
 pub(super) fn by_role(source: &Rig<'_>, target: &Rig<'_>) -> Vec<NamedPair> {
     let roles = target.roles.iter().filter(|(role, _)| !NO_CHAINS.contains(&role.as_str()));
-    roles.filter_map(|(role, _)| role_pair(source, &driving_role(role, source)?, target, role)).collect()
+    let mut pairs: Vec<NamedPair> =
+        roles.filter_map(|(role, _)| role_pair(source, &beside(role, source)?, target, role)).collect();
+    for (role, joints) in &source.roles {
+        let is_free = !pairs.iter().any(|pair| pair.source_name == *role);
+        let falls_on = beside(role, target).filter(|_| is_free && !joints.is_empty());
+        if let Some(pair) = pairs.iter_mut().find(|pair| Some(&pair.name) == falls_on.as_ref()) {
+            pair.also.push((role.clone(), joints.clone()));
+        }
+    }
+    pairs
 }
 
 /// A role of the source that drives a role of the target; nothing where either has no joints.
@@ -65,17 +77,24 @@ pub(super) fn role_pair(source: &Rig<'_>, from: &str, target: &Rig<'_>, to: &str
     };
     let role = stands_in(from, to).then(|| to.to_owned());
     let is_whole = !source.is_empty() && !target.is_empty();
-    is_whole.then(|| NamedPair { name: to.to_owned(), source_name: from.to_owned(), source, target, role })
+    is_whole.then(|| NamedPair {
+        name: to.to_owned(),
+        source_name: from.to_owned(),
+        source,
+        also: Vec::new(),
+        target,
+        role,
+    })
 }
 
-/// The role of the source that drives a role of the target.
-fn driving_role(role: &str, source: &Rig<'_>) -> Option<String> {
-    if !source.role(role).is_empty() {
+/// The role of a rig that answers to a role of another: the same, and for fingers that it lacks, the one beside.
+fn beside(role: &str, rig: &Rig<'_>) -> Option<String> {
+    if !rig.role(role).is_empty() {
         return Some(role.to_owned());
     }
     let (side, part) = split(role);
-    let beside = NEIGHBORS.iter().find(|entry| entry.0 == part)?.1;
-    beside.iter().map(|part| format!("{side}{part}")).find(|role| !source.role(role).is_empty())
+    let neighbors = NEIGHBORS.iter().find(|entry| entry.0 == part)?.1;
+    neighbors.iter().map(|part| format!("{side}{part}")).find(|role| !rig.role(role).is_empty())
 }
 
 /// Whether a role of the source may stand in for another of the target: fingers of one hand.
@@ -138,6 +157,7 @@ fn twins(
                 name: name.to_owned(),
                 source_name: name.to_owned(),
                 source: vec![twin],
+                also: Vec::new(),
                 target: vec![joint],
                 role: None,
             })

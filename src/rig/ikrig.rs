@@ -58,6 +58,7 @@ pub(super) fn convert(document: Value) -> Result<RetargetSpec, SpecError> {
     let source_chains = used(config.source_chains, |mapping| &mapping.source);
     let target_chains = used(config.target_chains, |mapping| &mapping.target);
     let map = driven.iter().map(|mapping| ChainMap {
+        also: Vec::new(),
         source: mapping.source.clone(),
         target: mapping.target.clone(),
         rotation: None,

@@ -141,6 +141,9 @@ pub struct ChainPair {
     pub name: String,
     /// Source joints from the body outward; at least one; each below the one before.
     pub source: Vec<usize>,
+    /// Further source chains: the target chain follows the mean of all, as a finger does that stands for several. Not where chains
+    /// are carried along by their parents.
+    pub also: Vec<FurtherChain>,
     /// Target joints from the body outward; at least one; each below the one before.
     pub target: Vec<usize>,
     /// How it is driven.
@@ -149,6 +152,29 @@ pub struct ChainPair {
     pub spacing: Spacing,
     /// Where the chain as a whole points, for chains whose joints do not correspond one by one (spines, necks).
     pub chord: Option<Chord>,
+}
+
+/// A source chain beside the one that a target chain follows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FurtherChain {
+    /// Source joints from the body outward; at least one; each below the one before.
+    pub source: Vec<usize>,
+    /// Which places of it and of the target chain are equal.
+    pub spacing: Spacing,
+}
+
+impl ChainPair {
+    /// The pairs of which the target follows the mean: each further source chain in the place of the first, in order.
+    #[must_use]
+    pub fn further(&self) -> Vec<Self> {
+        let pair = |chain: &FurtherChain| Self {
+            source: chain.source.clone(),
+            spacing: chain.spacing,
+            also: Vec::new(),
+            ..self.clone()
+        };
+        self.also.iter().map(pair).collect()
+    }
 }
 
 /// Which places of two chains are equal.

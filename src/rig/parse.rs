@@ -18,6 +18,8 @@ use super::{
 
 /// More outputs than this are refused.
 const MOST_OUTPUTS: usize = 8;
+/// A chain that follows the mean of more is refused.
+const MOST_FURTHER_CHAINS: usize = 8;
 /// A search with more retargets than this is refused.
 const MOST_EVALUATIONS: u32 = 500;
 /// A joint is turned by no more than this at once, in degrees.
@@ -105,6 +107,11 @@ fn out_of_range(spec: &RetargetSpec) -> Vec<SpecField> {
     };
     let version = spec.version.unwrap_or(1);
     require(version == 1, "/version".into(), format!("version {version} is not known; this is version 1"));
+    for (index, entry) in spec.map.iter().flatten().enumerate() {
+        let count = entry.also.len();
+        let detail = format!("{count} further chains are too many; at most {MOST_FURTHER_CHAINS} are taken");
+        require(count <= MOST_FURTHER_CHAINS, format!("/map/{index}/also"), detail);
+    }
     for (side, rig) in [("source", &spec.source), ("target", &spec.target)] {
         if let Some(UnitSpec::Metres(metres)) = rig.unit {
             let detail = format!("a unit of {metres} metres is out of range; it is above 0 and finite");

@@ -105,6 +105,7 @@ pub(super) fn find_twists(source: &Rig<'_>, target: &Rig<'_>, clip: &Clip, mappi
             mapping.chains.push(ChainPair {
                 name: format!("{role}_twist"),
                 source: joints(&theirs),
+                also: Vec::new(),
                 target: joints(&helpers),
                 drive: Drive::default(),
                 chord: None,

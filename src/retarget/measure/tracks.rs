@@ -97,7 +97,8 @@ fn step_degrees(rotations: &[Quat], frame: usize) -> f64 {
 fn drivers_of(mapping: &Mapping, source: &Skeleton, joints: usize) -> Vec<Vec<usize>> {
     let mut drives = vec![false; source.len()];
     for chain in &mapping.chains {
-        chain.source.iter().for_each(|&joint| drives[joint] = true);
+        let further = chain.also.iter().flat_map(|further| &further.source);
+        chain.source.iter().chain(further).for_each(|&joint| drives[joint] = true);
     }
     if let Some(pelvis) = &mapping.pelvis {
         drives[pelvis.source] = true;
@@ -113,7 +114,8 @@ fn drivers_of(mapping: &Mapping, source: &Skeleton, joints: usize) -> Vec<Vec<us
     };
     let mut drivers = vec![Vec::new(); joints];
     for chain in &mapping.chains {
-        let found = with_idle_above(&chain.source);
+        let mut found = with_idle_above(&chain.source);
+        found.extend(chain.also.iter().flat_map(|further| with_idle_above(&further.source)));
         chain.target.iter().for_each(|&joint| drivers[joint].clone_from(&found));
     }
     if let Some(pelvis) = &mapping.pelvis {

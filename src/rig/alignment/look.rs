@@ -5,7 +5,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::{super::understand::Rig, canonical::CanonicalPose, mesh, split};
+use super::{super::understand::Rig, canonical::CanonicalPose, face::Face, mesh, split};
 
 /// A straighter elbow or knee has no plane, in degrees.
 const LEAST_BEND_DEGREES: f64 = 3.0;
@@ -42,6 +42,8 @@ pub enum RollCue {
     Bend,
     /// The way that the foot of the leg points.
     Foot,
+    /// The line from one eye to the other, and where the eyes are in the mesh of the head.
+    Eyes,
     /// The line from one shoulder to the other.
     Shoulders,
     /// How bodies are made: elbows bend forward, knees backward.
@@ -58,6 +60,7 @@ impl RollCue {
             Self::Mesh => "mesh",
             Self::Bend => "bend",
             Self::Foot => "foot",
+            Self::Eyes => "eyes",
             Self::Shoulders => "shoulders",
             Self::Convention => "convention",
         }
@@ -77,6 +80,17 @@ pub(super) struct Second {
     pub(super) cue: RollCue,
     /// How far it may be from the truth.
     pub(super) uncertainty_degrees: f64,
+}
+
+/// A bone of a chain, in working space.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bone {
+    /// The share of the chain's length at which it begins.
+    pub(super) begin: f64,
+    /// The share at which it ends; more than `begin`.
+    pub(super) end: f64,
+    /// Unit vector.
+    pub(super) direction: DVec3,
 }
 
 /// A body to compare with: a rig in its rest pose, or a pose that bodies of any build can take.
@@ -109,11 +123,13 @@ impl Look<'_> {
         }
     }
 
-    /// The bones of a chain that plays a role: unit directions, each with the share of the chain's length at which it ends.
-    pub(super) fn chain(&self, role: &str, joints: &[usize]) -> Vec<(f64, DVec3)> {
+    /// The bones of a chain that plays a role.
+    pub(super) fn chain(&self, role: &str, joints: &[usize]) -> Vec<Bone> {
         match self {
             Self::Rig(rig) => chain(rig, joints),
-            Self::Canonical(pose) => pose.direction(role).map(|direction| (1.0, direction)).into_iter().collect(),
+            Self::Canonical(pose) => {
+                pose.direction(role).map(|direction| Bone { begin: 0.0, end: 1.0, direction }).into_iter().collect()
+            }
         }
     }
 
@@ -131,6 +147,14 @@ impl Look<'_> {
         forward.x.atan2(forward.z)
     }
 
+    /// How the head is held.
+    pub(super) fn face(&self) -> Option<Face> {
+        match self {
+            Self::Rig(rig) => Face::of(rig),
+            Self::Canonical(_) => Some(Face::ahead(self)),
+        }
+    }
+
     /// Whether it is a moment of a motion, in which feet are as little flat as anything else.
     pub(super) fn is_in_motion(&self) -> bool {
         matches!(self, Self::Rig(rig) if rig.rest_source.is_in_motion())
@@ -145,15 +169,16 @@ impl Look<'_> {
     }
 }
 
-/// Bones of a list of joints, each with the share of the whole length at which it ends; what has no length is left out.
-pub(super) fn chain(rig: &Rig<'_>, joints: &[usize]) -> Vec<(f64, DVec3)> {
+/// Bones of a list of joints; what has no length is left out.
+pub(super) fn chain(rig: &Rig<'_>, joints: &[usize]) -> Vec<Bone> {
     let bones = joints.windows(2).map(|pair| place(rig, pair[1]) - place(rig, pair[0]));
     let total: f64 = bones.clone().map(DVec3::length).sum();
     let mut done = 0.0;
     bones
         .filter_map(|bone| {
+            let begin = done / total;
             done += bone.length();
-            Some((done / total, bone.try_normalize()?))
+            Some(Bone { begin, end: done / total, direction: bone.try_normalize()? })
         })
         .collect()
 }

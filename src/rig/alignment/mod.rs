@@ -9,12 +9,16 @@
 //! | file | answers |
 //! |---|---|
 //! | `look` | where the parts of a body point and how they are rolled |
+//! | `curve` | how the bends of a spine are laid onto one of another number of joints |
+//! | `face` | where a head looks |
 //! | `mesh` | what the skinned mesh says where no joint does |
 //! | `canonical` | the same for a T pose and an A pose, of no body in particular |
 //! | `rules` | what each part of the target is to be turned to |
 //! | `turn` | the turning itself, parents before children, and what is left over |
 
 mod canonical;
+mod curve;
+mod face;
 mod look;
 mod mesh;
 mod rules;
@@ -63,6 +67,8 @@ pub enum HowAligned {
     Off,
     /// It keeps its own orientation in model space.
     Kept,
+    /// With its chain as a whole, which keeps its own bends; what is left is that of its own bone.
+    Whole,
     /// Its heading only; pitch and roll stay, so that soles stay flat.
     Heading,
     /// Its direction; the roll is not known well enough.
@@ -78,6 +84,7 @@ impl HowAligned {
         match self {
             Self::Off => "off",
             Self::Kept => "kept",
+            Self::Whole => "whole",
             Self::Heading => "heading",
             Self::Direction => "direction",
             Self::Full => "full",
@@ -88,7 +95,7 @@ impl HowAligned {
 /// Aligns the target's rest pose with the source's. `pairs` are the chains that correspond; of the target's joints only
 /// theirs and the pelvis are turned, all others ride their parents. The pelvis is moved until the soles are as high as at rest.
 pub(super) fn align(source: &Rig<'_>, target: &Rig<'_>, pairs: &[NamedPair], mode: Align) -> Alignment {
-    turn(target, &wishes(&Look::Rig(source), target, pairs, false), mode)
+    turn(target, &wishes(&Look::Rig(source), target, pairs, false, mode), mode)
 }
 
 /// The rest pose of a rig turned into a pose that any body can take.
@@ -100,11 +107,12 @@ pub(super) fn canonical_rest(rig: &Rig<'_>, pose: CanonicalPose, from_nothing: b
         name: role.clone(),
         source_name: role.clone(),
         source: joints.clone(),
+        also: Vec::new(),
         target: joints.clone(),
         role: Some(role.clone()),
     };
     let pairs: Vec<NamedPair> = rig.roles.iter().filter(|(role, _)| *role != "pelvis").map(own).collect();
-    turn(rig, &wishes(&Look::Canonical(pose), rig, &pairs, from_nothing), Align::Auto)
+    turn(rig, &wishes(&Look::Canonical(pose), rig, &pairs, from_nothing, Align::Auto), Align::Auto)
 }
 
 /// `left_upper_arm` into `left_` and `upper_arm`.

@@ -3,9 +3,12 @@
 use glam::{DQuat, DVec3};
 
 use super::{
-    super::{auto_map::NamedPair, understand::Rig},
-    look::{Look, RollCue, Second, chain, place},
+    super::{auto_map::NamedPair, spec::Align, understand::Rig},
+    HowAligned,
+    face::Face,
+    look::{Look, RollCue, Second, place},
     split,
+    turn::arc,
 };
 
 /// Bodies that face this close to one another face the same way, in radians: feet and shoulders are never quite even.
@@ -19,10 +22,14 @@ enum Rule {
     Toward(&'static [&'static str]),
     /// The same, heading only: pitch and roll stay as the target has them, so soles stay flat.
     Heading(&'static [&'static str]),
+    /// As `Toward`, and where the chain's own bends are others than the source's, bone by bone at equal arc length.
+    Trunk(&'static [&'static str]),
     /// Along the chain, bone by bone at equal arc length.
     AlongChain,
     /// Keeps its own orientation on the body.
     Keep,
+    /// Looks where the source's looks, where that is known.
+    Face,
     /// Rides its parent.
     Ride,
 }
@@ -31,8 +38,8 @@ enum Rule {
 /// of a motion, so that soles need not be flat.
 fn rule(part: &str, from_nothing: bool, is_in_motion: bool) -> Rule {
     match part {
-        "spine" => Rule::Toward(&["neck", "head"]),
-        "neck" => Rule::Toward(&["head"]),
+        "spine" => Rule::Trunk(&["neck", "head"]),
+        "neck" => Rule::Trunk(&["head"]),
         "upper_arm" => Rule::Toward(&["forearm", "hand"]),
         "forearm" => Rule::Toward(&["hand"]),
         "hand" => Rule::Toward(&["middle", "index", "ring"]),
@@ -43,7 +50,8 @@ fn rule(part: &str, from_nothing: bool, is_in_motion: bool) -> Rule {
         "clavicle" if from_nothing => Rule::Toward(&["upper_arm"]),
         "head" if from_nothing => Rule::Ride,
         "thumb" | "index" | "middle" | "ring" | "pinky" | "front_leg" | "hind_leg" | "tail" => Rule::AlongChain,
-        "head" | "clavicle" => Rule::Keep,
+        "head" => Rule::Face,
+        "clavicle" => Rule::Keep,
         _ => Rule::Ride,
     }
 }
@@ -57,8 +65,11 @@ pub(super) enum Aim {
     Head { own: DVec3, wanted: DVec3 },
     /// From its own orientation by this much.
     Turn(DQuat),
-    /// By what its chain's first joint was turned by.
-    Follow(usize),
+    /// The same, told apart: `own` is where it looks, and `wanted` where it is to look.
+    Face { turn: DQuat, own: DVec3, wanted: DVec3, how: HowAligned },
+    /// By what its chain's first joint was turned by. `bone`: its own bone, and the source's at the same place of the chain, where
+    /// they are to be compared.
+    Follow { first: usize, bone: Option<(DVec3, DVec3)> },
 }
 
 /// How a joint is to be rolled about the direction that it has been given.
@@ -88,12 +99,14 @@ pub(super) fn wishes(
     target: &Rig<'_>,
     pairs: &[NamedPair],
     from_nothing: bool,
+    mode: Align,
 ) -> Vec<Option<Wish>> {
     let mut rules = Rules {
         source,
         own: Look::Rig(target),
         target,
         from_nothing,
+        mode,
         body_turn: body_turn(source, target),
         wishes: vec![None; target.skeleton().len()],
     };
@@ -118,26 +131,28 @@ fn body_turn(source: &Look<'_>, target: &Rig<'_>) -> DQuat {
     DQuat::from_axis_angle(target.up(), radians)
 }
 
-struct Rules<'a> {
-    source: &'a Look<'a>,
-    own: Look<'a>,
-    target: &'a Rig<'a>,
+/// The rules at work on one target.
+pub(super) struct Rules<'a> {
+    pub(super) source: &'a Look<'a>,
+    pub(super) own: Look<'a>,
+    pub(super) target: &'a Rig<'a>,
     from_nothing: bool,
+    pub(super) mode: Align,
     body_turn: DQuat,
     wishes: Vec<Option<Wish>>,
 }
 
 impl Rules<'_> {
-    fn scene(&self, work: DVec3) -> DVec3 {
+    pub(super) fn scene(&self, work: DVec3) -> DVec3 {
         self.target.work_from_scene.conjugate() * work
     }
 
-    fn wish(&mut self, joint: usize, name: &str, aim: Aim, roll: Option<Roll>) {
+    pub(super) fn wish(&mut self, joint: usize, name: &str, aim: Aim, roll: Option<Roll>) {
         self.wishes[joint] = Some(Wish { name: name.to_owned(), aim, roll });
     }
 
     /// The axis that limbs swing about: arms in the plane of the body, everything else in the plane of a stride.
-    fn pole(&self, part: &str) -> DVec3 {
+    pub(super) fn pole(&self, part: &str) -> DVec3 {
         let is_arm = matches!(part, "upper_arm" | "forearm" | "hand" | "clavicle");
         self.scene(if is_arm { DVec3::Z } else { DVec3::X })
     }
@@ -178,9 +193,10 @@ impl Rules<'_> {
                 let roll = self.roll(role).or_else(|| self.half_of_the_hand(role));
                 self.wish(first, role, Aim::Point { own, wanted, pole: self.pole(part) }, roll);
                 for &joint in &pair.target[1..] {
-                    self.wish(joint, role, Aim::Follow(first), None);
+                    self.wish(joint, role, Aim::Follow { first, bone: None }, None);
                 }
             }
+            Rule::Trunk(ends) => self.trunk(pair, role, part, ends),
             Rule::Heading(ends) => {
                 let up = self.target.up();
                 let level = |direction: DVec3| (direction - up * direction.dot(up)).try_normalize();
@@ -190,6 +206,7 @@ impl Rules<'_> {
                 self.wish(first, role, aim, None);
             }
             Rule::Keep => self.wish(first, role, Aim::Turn(self.body_turn), None),
+            Rule::Face => self.face(first, role),
             Rule::AlongChain => self.along_chain(pair, role, part),
             Rule::Ride => {}
         }
@@ -206,7 +223,7 @@ impl Rules<'_> {
     }
 
     /// Where a pair of joints points on both sides, to the same part of the body if both have one.
-    fn directions(&self, pair: &NamedPair, role: &str, ends: &[&str]) -> Option<(DVec3, DVec3)> {
+    pub(super) fn directions(&self, pair: &NamedPair, role: &str, ends: &[&str]) -> Option<(DVec3, DVec3)> {
         let (side, _) = split(role);
         let ends: Vec<String> = ends.iter().map(|end| format!("{side}{end}")).collect();
         let explicit_own = pointed_at(self.target, pair.target[0]);
@@ -221,7 +238,7 @@ impl Rules<'_> {
         Some((self.scene(own), self.scene(wanted)))
     }
 
-    fn roll(&self, role: &str) -> Option<Roll> {
+    pub(super) fn roll(&self, role: &str) -> Option<Roll> {
         let (own, wanted) = self.own.second(role).zip(self.source.second(role))?;
         Some(self.between(&own, &wanted, None))
     }
@@ -247,33 +264,36 @@ impl Rules<'_> {
         Some(self.between(&own, &wanted, Some(directions)))
     }
 
-    fn along_chain(&mut self, pair: &NamedPair, role: &str, part: &str) {
-        let wanted = self.source.chain(role, &pair.source);
-        let own = chain(self.target, &pair.target);
-        let is_whole = own.len() + 1 == pair.target.len();
-        let mut begin = 0.0;
-        for (bone, (end, own_direction)) in own.iter().enumerate() {
-            // Bones without a length were left out, and the others have no joint of their own number then.
-            if !is_whole {
-                return;
-            }
-            let middle = f64::midpoint(begin, *end);
-            begin = *end;
-            let found = if wanted.len() == own.len() {
-                wanted.get(bone)
-            } else {
-                wanted.iter().find(|(end, _)| *end >= middle).or(wanted.last())
-            };
-            let Some((_, wanted)) = found else { return };
-            let aim =
-                Aim::Point { own: self.scene(*own_direction), wanted: self.scene(*wanted), pole: self.pole(part) };
-            self.wish(pair.target[bone], role, aim, None);
-        }
+    /// A head looks where the source's looks: the two are compared by eyes and meshes, and where these say no more than that
+    /// both look somewhere ahead, the target's keeps its own orientation.
+    fn face(&mut self, joint: usize, role: &str) {
+        let is_known = |(own, wanted): &(Face, Face)| [own, wanted].iter().any(|face| face.cue != RollCue::Convention);
+        let Some((own, wanted)) = self.own.face().zip(self.source.face()).filter(is_known) else {
+            return self.wish(joint, role, Aim::Turn(self.body_turn), None);
+        };
+        let scene = self.target.work_from_scene;
+        let whole = scene.conjugate() * wanted.frame() * own.frame().conjugate() * scene;
+        let uncertainty_degrees = own.uncertainty_degrees.max(wanted.uncertainty_degrees);
+        let roll = Roll {
+            own: self.scene(own.left),
+            wanted: self.scene(wanted.left),
+            cues: (wanted.cue, own.cue),
+            uncertainty_degrees,
+            of_part_below: None,
+        };
+        let (own, wanted) = (self.scene(own.forward), self.scene(wanted.forward));
+        let further = self.body_turn.angle_between(whole).to_degrees();
+        let (turn, how) = match self.mode {
+            Align::Direction => (arc(own, wanted, self.target.up()), HowAligned::Direction),
+            Align::Auto if further <= uncertainty_degrees => (self.body_turn, HowAligned::Kept),
+            Align::Auto | Align::Full | Align::Off => (whole.normalize(), HowAligned::Full),
+        };
+        self.wish(joint, role, Aim::Face { turn, own, wanted, how }, Some(roll));
     }
 }
 
 /// Where the spec says that a joint points, in working space.
-fn pointed_at(rig: &Rig<'_>, joint: usize) -> Option<DVec3> {
+pub(super) fn pointed_at(rig: &Rig<'_>, joint: usize) -> Option<DVec3> {
     let end = rig.points_at.get(&joint)?;
     (place(rig, *end) - place(rig, joint)).try_normalize()
 }

@@ -25,9 +25,9 @@ pub(super) fn turn(target: &Rig<'_>, wishes: &[Option<Wish>], mode: Align) -> Al
             _ if mode == Align::Off => DQuat::IDENTITY,
             None => carried,
             Some(wish) => match wish.aim {
-                Aim::Turn(turn) => turn,
+                Aim::Turn(turn) | Aim::Face { turn, .. } => turn,
                 Aim::Head { own, wanted } => arc(own, wanted, target.up()),
-                Aim::Follow(first) => turns[first],
+                Aim::Follow { first, .. } => turns[first],
                 Aim::Point { own, wanted, pole } => {
                     let pointed = arc(carried * own, wanted, pole) * carried;
                     let roll = wish.roll.filter(|_| mode != Align::Direction);
@@ -36,7 +36,7 @@ pub(super) fn turn(target: &Rig<'_>, wishes: &[Option<Wish>], mode: Align) -> Al
                 }
             },
         };
-        if let Some(wish) = wish.as_ref().filter(|wish| !matches!(wish.aim, Aim::Follow(_))) {
+        if let Some(wish) = wish.as_ref().filter(|wish| !matches!(wish.aim, Aim::Follow { bone: None, .. })) {
             joints.push(left_over(wish, joint, own_turn, mode));
         }
         let local = &target.rest_local.transforms()[joint];
@@ -105,7 +105,9 @@ fn left_over(wish: &Wish, joint: usize, turn: DQuat, mode: Align) -> AlignedJoin
             (how, Some((own, wanted)))
         }
         Aim::Head { own, wanted } => (HowAligned::Heading, Some((own, wanted))),
-        Aim::Turn(_) | Aim::Follow(_) => (HowAligned::Kept, None),
+        Aim::Follow { bone, .. } => (HowAligned::Whole, bone),
+        Aim::Turn(_) => (HowAligned::Kept, None),
+        Aim::Face { own, wanted, how, .. } => (how, Some((own, wanted))),
     };
     let roll = wish.roll.filter(|roll| roll.of_part_below.is_none()).zip(directions);
     AlignedJoint {
@@ -121,7 +123,7 @@ fn left_over(wish: &Wish, joint: usize, turn: DQuat, mode: Align) -> AlignedJoin
 
 /// The shortest rotation from one unit vector to another. For opposite ones half a turn about `pole`, or about an axis square to
 /// it where `pole` lies along them: which way round the arc goes must not depend on rounding.
-fn arc(from: DVec3, to: DVec3, pole: DVec3) -> DQuat {
+pub(super) fn arc(from: DVec3, to: DVec3, pole: DVec3) -> DQuat {
     if from.dot(to) > -1.0 + 1e-9 {
         return DQuat::from_rotation_arc(from, to);
     }

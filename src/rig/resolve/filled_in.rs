@@ -24,6 +24,7 @@ pub(super) fn filled_in(
         let entry = |pair: &NamedPair| ChainMap {
             source: pair.source_name.clone(),
             target: pair.name.clone(),
+            also: pair.also.iter().map(|(name, _)| name.clone()).collect(),
             rotation: None,
             translation: tops.as_ref().and_then(|_| slide(mapping, pair)),
             rotation_alpha: None,

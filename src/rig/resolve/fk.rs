@@ -4,7 +4,7 @@ use super::super::{
     alignment::split,
     auto_map::{NamedPair, known_names, roles_of},
     error::{SpecErrorKind, SpecField},
-    mapping::{ChainPair, Chord, Drive, Spacing},
+    mapping::{ChainPair, Chord, Drive, FurtherChain, Spacing},
     spec::{Align, FkOp, RetargetSpec, RotationMode},
     twist::is_lower,
     understand::Rig,
@@ -53,11 +53,16 @@ pub(super) fn resolve_fk(
             if let Some(chains) = leg_chains(pair, drive, source, target) {
                 return chains;
             }
-            let (from, spacing) = spread(pair, rotation, source);
+            let (from, spacing) = spread(pair, (&pair.source_name, &pair.source), rotation, source);
+            let also = pair.also.iter().map(|(name, joints)| {
+                let (source, spacing) = spread(pair, (name, joints), rotation, source);
+                FurtherChain { source, spacing }
+            });
             let chord = if spec.align == Align::Off { None } else { find_chord(pair, source, target) };
             vec![ChainPair {
                 name: pair.name.clone(),
                 source: from,
+                also: also.collect(),
                 target: pair.target.clone(),
                 drive,
                 spacing,
@@ -67,17 +72,23 @@ pub(super) fn resolve_fk(
         .collect()
 }
 
-/// Which joints of the source a chain follows, and at which places, when the numbers of joints differ.
-fn spread(pair: &NamedPair, rotation: RotationMode, source: &Rig<'_>) -> (Vec<usize>, Spacing) {
-    let plain = (pair.source.clone(), Spacing::Length);
-    let (sources, targets) = (pair.source.len(), pair.target.len());
-    let Some(role) = pair.role.as_deref().filter(|_| rotation == RotationMode::Auto && sources != targets) else {
+/// Which joints of the source a chain follows, and at which places, when the numbers of joints differ. `name` and `joints` are
+/// those of one of the pair's source chains.
+fn spread(
+    pair: &NamedPair,
+    (name, joints): (&str, &[usize]),
+    rotation: RotationMode,
+    source: &Rig<'_>,
+) -> (Vec<usize>, Spacing) {
+    let plain = (joints.to_vec(), Spacing::Length);
+    let (sources, targets) = (joints.len(), pair.target.len());
+    if pair.role.is_none() || rotation != RotationMode::Auto || sources == targets {
         return plain;
-    };
-    let (side, part) = split(role);
+    }
+    let (side, part) = split(name);
     // What a split forearm twists on its way belongs to the hand; the elbow is where its first joint is.
     if is_lower(part) && targets == 1 {
-        return (pair.source[..1].to_vec(), Spacing::Length);
+        return (joints[..1].to_vec(), Spacing::Length);
     }
     let last = |part: &str| source.role(part).last().copied();
     let (lead, spacing) = match part {
@@ -89,8 +100,8 @@ fn spread(pair: &NamedPair, rotation: RotationMode, source: &Rig<'_>) -> (Vec<us
         }
         _ => return plain,
     };
-    match lead.filter(|lead| !pair.source.contains(lead)) {
-        Some(lead) => (std::iter::once(lead).chain(pair.source.iter().copied()).collect(), spacing),
+    match lead.filter(|lead| !joints.contains(lead)) {
+        Some(lead) => (std::iter::once(lead).chain(joints.iter().copied()).collect(), spacing),
         None => plain,
     }
 }
@@ -119,6 +130,7 @@ fn leg_chains(pair: &NamedPair, drive: Drive, source: &Rig<'_>, target: &Rig<'_>
         ChainPair {
             name: pair.name.clone(),
             source: piece,
+            also: Vec::new(),
             target: vec![joint],
             drive,
             spacing: Spacing::Length,

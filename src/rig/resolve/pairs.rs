@@ -52,6 +52,7 @@ pub(super) fn find_pairs(spec: &RetargetSpec, source: &Rig<'_>, target: &Rig<'_>
                         name: name.clone(),
                         source_name: name.clone(),
                         source: source_joints.clone(),
+                        also: Vec::new(),
                         target: joints.clone(),
                         role: None,
                     });
@@ -123,19 +124,10 @@ type Chains = BTreeMap<String, Vec<usize>>;
 fn mapped_pairs(
     entry: &ChainMap,
     index: usize,
-    (source_rig, source_chains): (&Rig<'_>, &Chains),
-    (target_rig, target_chains): (&Rig<'_>, &Chains),
+    (source, source_chains): (&Rig<'_>, &Chains),
+    (target, target_chains): (&Rig<'_>, &Chains),
     fields: &mut Vec<SpecField>,
 ) -> Vec<NamedPair> {
-    let both_roles = !source_chains.contains_key(&entry.source) && !target_chains.contains_key(&entry.target);
-    if both_roles {
-        let (from, to) = (roles_of(&entry.source), roles_of(&entry.target));
-        let complete = |side: &Rig<'_>, roles: &[&str]| roles.iter().all(|role| !side.role(role).is_empty());
-        if from.len() == to.len() && complete(source_rig, &from) && complete(target_rig, &to) {
-            let pair = |(from, to)| role_pair(source_rig, from, target_rig, to);
-            return from.into_iter().zip(to).filter_map(pair).collect();
-        }
-    }
     let mut joints_of = |side: &Rig<'_>, chains: &Chains, name: &str, end: &str| -> Option<Vec<usize>> {
         let from_roles = || {
             let joints: Vec<usize> = roles_of(name).iter().flat_map(|role| side.role(role).iter().copied()).collect();
@@ -152,21 +144,44 @@ fn mapped_pairs(
         }
         found
     };
-    let source_joints = joints_of(source_rig, source_chains, &entry.source, "source");
-    let target_joints = joints_of(target_rig, target_chains, &entry.target, "target");
+    let further = entry.also.iter().enumerate().filter_map(|(position, name)| {
+        Some((name.clone(), joints_of(source, source_chains, name, &format!("also/{position}"))?))
+    });
+    let also: Vec<(String, Vec<usize>)> = further.collect();
+    let both_roles = !source_chains.contains_key(&entry.source) && !target_chains.contains_key(&entry.target);
+    if both_roles {
+        let (from, to) = (roles_of(&entry.source), roles_of(&entry.target));
+        let complete = |side: &Rig<'_>, roles: &[&str]| roles.iter().all(|role| !side.role(role).is_empty());
+        if from.len() == to.len() && complete(source, &from) && complete(target, &to) {
+            if from.len() > 1 && !entry.also.is_empty() {
+                fields.push(SpecField::new(
+                    SpecErrorKind::InvalidValue,
+                    format!("/map/{index}/also"),
+                    format!(
+                        "'{}' is a limb of several roles, and the mean of several chains is for one; name the roles",
+                        entry.target
+                    ),
+                ));
+            }
+            let pairs = from.into_iter().zip(to).filter_map(|(from, to)| role_pair(source, from, target, to));
+            return pairs.map(|pair| NamedPair { also: also.clone(), ..pair }).collect();
+        }
+    }
+    let source_joints = joints_of(source, source_chains, &entry.source, "source");
+    let target_joints = joints_of(target, target_chains, &entry.target, "target");
     match (source_joints, target_joints) {
-        (Some(source), Some(target)) => {
+        (Some(from), Some(onto)) => {
             let (name, source_name) = (entry.target.clone(), entry.source.clone());
-            let role = shared_role((source_rig, &source), (target_rig, &target));
-            vec![NamedPair { name, source_name, source, target, role }]
+            let role = shared_role((source, &from), (target, &onto));
+            vec![NamedPair { name, source_name, source: from, also, target: onto, role }]
         }
         _ => Vec::new(),
     }
 }
 
 /// The role that two chains are on their rigs, whatever they are called.
-fn shared_role((source, from): (&Rig<'_>, &[usize]), (target, to): (&Rig<'_>, &[usize])) -> Option<String> {
+fn shared_role((source, from): (&Rig<'_>, &[usize]), (target, onto): (&Rig<'_>, &[usize])) -> Option<String> {
     let begins = |joints: &[usize], chain: &[usize]| !joints.is_empty() && joints.first() == chain.first();
-    let role = target.roles.iter().find(|(role, joints)| begins(joints, to) && begins(source.role(role), from));
+    let role = target.roles.iter().find(|(role, joints)| begins(joints, onto) && begins(source.role(role), from));
     role.map(|(role, _)| role.clone())
 }

@@ -11,6 +11,11 @@ pub struct ChainMap {
     pub source: String,
     /// A name from `target.chains`, or a role.
     pub target: String,
+    /// Further source chains; the target chain follows the mean of all, as a finger does that stands for several. Chains of one
+    /// name only, no limbs; not where `carry` is `parent`. At most 8.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(length(max = 8))]
+    pub also: Vec<String>,
     /// How rotations are found. Default: what the `fk` op says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotation: Option<RotationMode>,

@@ -1,0 +1,140 @@
+//! How the bends of a chain are laid onto another one, whatever the number of its bones.
+
+use glam::{DQuat, DVec3};
+
+use super::{
+    super::{auto_map::NamedPair, spec::Align, understand::Rig},
+    look::{Bone, Look, chain},
+    rules::{Aim, Rules, pointed_at},
+    turn::arc,
+};
+
+/// Bends of two spines that differ by less are where the riggers put the joints; by more, the two bodies hold themselves otherwise.
+const SAME_BEND_RADIANS: f64 = 0.44;
+
+impl Rules<'_> {
+    /// Each bone of a chain as the source's at the same place, or as the mean of several sources'.
+    pub(super) fn along_chain(&mut self, pair: &NamedPair, role: &str, part: &str) {
+        let own = chain(self.target, &pair.target);
+        // Bones without a length were left out, and the others have no joint of their own number then.
+        if own.len() + 1 != pair.target.len() {
+            return;
+        }
+        let sources = std::iter::once(&pair.source).chain(pair.also.iter().map(|(_, joints)| joints));
+        let bent: Vec<Vec<DVec3>> =
+            sources.filter_map(|joints| bent_as(&own, &self.source.chain(role, joints))).collect();
+        for (position, (bone, &joint)) in own.iter().zip(&pair.target).enumerate() {
+            let mean = bent.iter().map(|directions| directions[position]).sum::<DVec3>().try_normalize();
+            let Some(wanted) = mean else { return };
+            let aim = Aim::Point { own: self.scene(bone.direction), wanted: self.scene(wanted), pole: self.pole(part) };
+            self.wish(joint, role, aim, None);
+        }
+    }
+
+    /// A spine or neck as a whole, and where its bends are others than the source's, bone by bone.
+    pub(super) fn trunk(&mut self, pair: &NamedPair, role: &str, part: &str, ends: &[&str]) {
+        let Some((own, wanted)) = self.directions(pair, role, ends) else { return };
+        let (first, pole, roll) = (pair.target[0], self.pole(part), self.roll(role));
+        let bones = self.bends(pair, wanted, ends);
+        let whole = arc(own, wanted, pole);
+        let is_like = |(own, wanted): &(DVec3, DVec3)| (whole * *own).angle_between(*wanted) <= SAME_BEND_RADIANS;
+        if bones.is_empty() || (self.mode == Align::Auto && bones.iter().all(is_like)) {
+            self.wish(first, role, Aim::Point { own, wanted, pole }, roll);
+            for (position, &joint) in pair.target.iter().enumerate().skip(1) {
+                self.wish(joint, role, Aim::Follow { first, bone: bones.get(position).copied() }, None);
+            }
+            return;
+        }
+        for (&joint, (own, wanted)) in pair.target.iter().zip(bones) {
+            self.wish(joint, role, Aim::Point { own, wanted, pole }, roll.filter(|_| joint == first));
+        }
+    }
+
+    /// The bones of a spine or neck up to what it leads to, each with where it points when the chain bends as the source's does and
+    /// leads where it is wanted. Empty where one of the two has no bends, or the spec says what their first joints point at.
+    fn bends(&self, pair: &NamedPair, whole: DVec3, ends: &[&str]) -> Vec<(DVec3, DVec3)> {
+        let Look::Rig(source) = self.source else { return Vec::new() };
+        let end = ends.iter().find(|end| !source.role(end).is_empty() && !self.target.role(end).is_empty());
+        let is_pointed =
+            pointed_at(source, pair.source[0]).or_else(|| pointed_at(self.target, pair.target[0])).is_some();
+        let Some(end) = end.filter(|_| !is_pointed && pair.source.len() > 1 && pair.target.len() > 1) else {
+            return Vec::new();
+        };
+        let bones = |rig: &Rig<'_>, joints: &[usize]| chain(rig, &[joints, &rig.role(end)[..1]].concat());
+        let (own, wanted) = (bones(self.target, &pair.target), bones(source, &pair.source));
+        if own.len() != pair.target.len() {
+            return Vec::new();
+        }
+        let Some(bent) = bent_as(&own, &wanted) else { return Vec::new() };
+        let directions: Vec<DVec3> = bent.into_iter().map(|direction| self.scene(direction)).collect();
+        let bones = own.iter().map(|bone| self.scene(bone.direction));
+        bones.zip(leading_to(&own, &directions, whole)).collect()
+    }
+}
+
+/// Where the bones of a chain are to point so that it bends as another one does: over the same share of the length, or bone by bone
+/// where there are as many. As long as `own`; nothing where the other chain has no length.
+fn bent_as(own: &[Bone], wanted: &[Bone]) -> Option<Vec<DVec3>> {
+    if wanted.len() == own.len() {
+        return Some(wanted.iter().map(|bone| bone.direction).collect());
+    }
+    own.iter().map(|bone| straight_line(wanted, bone.begin, bone.end)).collect()
+}
+
+/// The same directions, turned together until a chain of such bones leads to where `whole` points.
+fn leading_to(own: &[Bone], directions: &[DVec3], whole: DVec3) -> Vec<DVec3> {
+    let way: DVec3 = own.iter().zip(directions).map(|(bone, direction)| *direction * (bone.end - bone.begin)).sum();
+    let turn = way.try_normalize().map_or(DQuat::IDENTITY, |way| DQuat::from_rotation_arc(way, whole));
+    directions.iter().map(|direction| turn * *direction).collect()
+}
+
+/// From one place of a chain to another, both as shares of its length.
+fn straight_line(bones: &[Bone], begin: f64, end: f64) -> Option<DVec3> {
+    let part = |bone: &Bone| bone.direction * (bone.end.min(end) - bone.begin.max(begin)).max(0.0);
+    bones.iter().map(part).sum::<DVec3>().try_normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A quarter of a circle from +Y to +Z, in equal bones.
+    fn quarter(bones: u32) -> Vec<Bone> {
+        let share = |bone: u32| f64::from(bone) / f64::from(bones);
+        let place = |bone: u32| {
+            let (sine, cosine) = (share(bone) * std::f64::consts::FRAC_PI_2).sin_cos();
+            DVec3::new(0.0, sine, 1.0 - cosine)
+        };
+        let bone = |bone: u32| Bone {
+            begin: share(bone),
+            end: share(bone + 1),
+            direction: (place(bone + 1) - place(bone)).normalize(),
+        };
+        (0..bones).map(bone).collect()
+    }
+
+    #[test]
+    fn a_curve_is_the_same_whatever_the_number_of_its_bones() {
+        let straight: Vec<Bone> = quarter(3).into_iter().map(|bone| Bone { direction: DVec3::Y, ..bone }).collect();
+        for bones in [2, 4, 5, 9] {
+            let found = bent_as(&straight, &quarter(bones)).expect("a curve");
+            for (found, wanted) in found.iter().zip(quarter(3)) {
+                // A chord of two bones turns by 22.5° at its ends.
+                let degrees = found.angle_between(wanted.direction).to_degrees();
+                assert!(degrees < if bones == 2 { 8.0 } else { 4.0 }, "{bones}: {degrees:.2}°");
+            }
+        }
+        assert!(bent_as(&straight, &[]).is_none(), "nothing to bend as");
+    }
+
+    #[test]
+    fn bent_bones_lead_where_the_whole_is_to_lead() {
+        let own = quarter(4);
+        let directions = bent_as(&own, &quarter(7)).expect("a curve");
+        let turned = leading_to(&own, &directions, DVec3::X);
+        let way: DVec3 = own.iter().zip(&turned).map(|(bone, direction)| *direction * (bone.end - bone.begin)).sum();
+        assert!(way.normalize().angle_between(DVec3::X) < 1e-9, "{way}");
+        let bend = |directions: &[DVec3]| directions[0].angle_between(directions[3]);
+        assert!((bend(&directions) - bend(&turned)).abs() < 1e-9, "bent as much as before");
+    }
+}
