@@ -21,7 +21,7 @@ fn walk() -> (Scene, usize, usize) {
     };
     let (left, right) = (joint("LeftFoot"), joint("RightFoot"));
     let clip = scene.clips[0].clone();
-    let stands = |frame: usize| (frame / 10) % 2 == 0;
+    let stands = |frame: usize| (frame / 10).is_multiple_of(2);
     let track = |joint, stands: &dyn Fn(usize) -> bool| JointContacts {
         joint,
         touches: (0..clip.frame_count()).map(stands).collect(),

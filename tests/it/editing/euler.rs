@@ -85,7 +85,6 @@ fn spinning_clips_have_no_jump_above_their_own() {
         let outcome = edited(&path, "{}", Format::Bvh);
         let written = String::from_utf8(outcome.outputs[0].bytes.clone()).expect("text");
         let ours = largest_step(&written, false);
-        println!("{name}: {own:.2} degrees a frame as it came, {ours:.2} as it is written");
         assert!(ours <= own + 1e-3, "{name}: a step of {ours} degrees where the file's own largest is {own}");
         let told = outcome.report.warnings.iter().any(|warning| warning.code == "rotation_order_chosen");
         let orders = written.matches("Zrotation Xrotation Yrotation").count();

@@ -96,8 +96,8 @@ fn real_clips_lose_less_than_half_a_millimetre() {
         let reduction = reduced(&scene, clip, unit);
         let (before, after) = (reduction.keys_before, reduction.keys.count());
         assert!(reduction.worst.0 * unit <= TOLERANCE_METRES, "{name}: {:?}", reduction.worst);
-        assert!(after < before, "{name}: {after} of {before} keys are left");
-        println!("{name}: keys {before} -> {after}, bytes {} -> {}", reduction.bytes_before, reduction.keys.bytes());
+        assert!(after * 5 < before * 2, "{name}: {after} of {before} keys are left");
+        assert!(reduction.keys.bytes() < reduction.bytes_before, "{name}: and fewer bytes");
         if clip.uniform_fps().is_some() && name.ends_with("noskin.fbx") {
             let worst = worst(&scene, &through_a_file(&scene, clip, &reduction), clip, unit);
             assert!(worst <= TOLERANCE_METRES + 2e-5, "{name}: points of the file move by {worst} m");
