@@ -144,6 +144,8 @@ pub struct LimbPair {
     pub source: LimbJoints,
     /// Joints of the target.
     pub target: LimbJoints,
+    /// Whether nothing says how the source's foot is turned: it has no toes, and never turns against the shin in this clip.
+    pub has_stiff_foot: bool,
 }
 
 /// The joints of a limb.

@@ -4,6 +4,7 @@ mod chains;
 mod goals;
 mod joints;
 mod limits;
+mod order;
 mod pelvis;
 mod pins;
 mod poses;

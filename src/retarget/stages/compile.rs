@@ -32,7 +32,7 @@ use super::{
 };
 
 /// How often hands are led to what they touch, and arms solved.
-const SELF_CONTACT_PASSES: usize = 3;
+const SELF_CONTACT_PASSES: usize = 8;
 /// Feet whose parts differ by less than this share of the largest are of one shape.
 const ALIKE: f64 = 1e-2;
 
@@ -383,6 +383,9 @@ impl Compiler<'_> {
                 },
                 target_sole,
                 size_ratio: size_ratio(&source_sole, &target_sole, self.rest(limb).length_ratio),
+                flat: pair
+                    .has_stiff_foot
+                    .then(|| self.target_rest[pair.target.end].rotation.conjugate() * self.ground().up),
             })
         };
         let (source_leg, target_leg) = self.legs();

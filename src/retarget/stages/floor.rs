@@ -10,8 +10,8 @@ use crate::{
 use super::{
     contacts::Part,
     posing::{Pose, Posing},
-    temporal::{median, runs, smoothed},
-    two_bone::smooth,
+    temporal::{median, runs, smoothed, smoothed_above},
+    two_bone::{arc, smooth},
     work::Work,
 };
 
@@ -55,6 +55,8 @@ pub(super) struct FloorFoot {
     /// The target's foot over the source's, where they differ in nothing but size. Such a foot stands as the source's stands, even
     /// where that hovers by the measure of its rest pose.
     pub(super) size_ratio: Option<f64>,
+    /// Up in the axes of the target's end at rest, of feet that are set flat while they stand.
+    pub(super) flat: Option<DVec3>,
 }
 
 /// Slots of a foot in a posing.
@@ -85,6 +87,10 @@ struct Lift {
 impl FloorStage {
     pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let width = self.feet.len();
+        let alphas: Vec<f64> =
+            work.times.iter().enumerate().map(|(frame, time)| self.schedule.alpha_at(frame, *time)).collect();
+        let holds: Vec<Vec<f64>> = self.feet.iter().map(|foot| holds(foot.limb, work)).collect();
+        self.flatten(&holds, &alphas, work);
         let fill = |(source, target): &mut (Pose, Pose), frame: usize, row: &mut [Clearance]| {
             self.source.fill(source, work.source, frame);
             self.target.fill(target, &work.target, frame);
@@ -110,13 +116,16 @@ impl FloorStage {
         let level = self.level(&rows, work);
         let scale = self.ground.up.dot(self.ground.travel * self.ground.up);
         // Where the target's sole should be, as a height above its floor.
-        let wanted = |foot: usize, clearance: &Clearance| match self.feet[foot].size_ratio {
-            Some(ratio) => scale * (clearance.source - level) + ratio * level,
-            // Hovering is taken off, but what touches without that is not pressed into the floor.
-            None if self.op.adaptive => scale * (clearance.source - level).max(clearance.source.min(0.0)),
-            None => scale * clearance.source,
+        let wanted = |foot: usize, clearance: &Clearance| {
+            let height = match self.feet[foot].size_ratio {
+                Some(ratio) => scale * (clearance.source - level) + ratio * level,
+                // Hovering is taken off, but what touches without that is not pressed into the floor.
+                None if self.op.adaptive => scale * (clearance.source - level).max(clearance.source.min(0.0)),
+                None => scale * clearance.source,
+            };
+            // No deeper in the floor than the source's for its legs, however large the pelvis scale.
+            height.max(clearance.source.min(0.0) * self.target_leg / self.source_leg)
         };
-        let holds: Vec<Vec<f64>> = self.feet.iter().map(|foot| holds(foot.limb, work)).collect();
         let lift = |foot: usize, frame: usize, clearance: &Clearance| {
             let wanted = wanted(foot, clearance);
             let metres = (clearance.source - level) / self.source_leg;
@@ -128,8 +137,6 @@ impl FloorStage {
         };
         let wants = |foot: usize, clearance: &Clearance| wanted(foot, clearance) - clearance.target;
         let shifts = if self.op.shift_pelvis { self.shifts(&rows, work, wants) } else { vec![0.0; work.frame_count()] };
-        let alphas: Vec<f64> =
-            work.times.iter().enumerate().map(|(frame, time)| self.schedule.alpha_at(frame, *time)).collect();
         for &limb in &self.goal_limbs {
             let foot = self.feet.iter().position(|foot| foot.limb == limb);
             let lifts: Vec<Lift> = (0..alphas.len())
@@ -152,6 +159,11 @@ impl FloorStage {
                 let more = smoothed(&missing, work.times, LIFT_SECONDS);
                 beyond.iter_mut().zip(more).for_each(|(beyond, more)| *beyond += more);
             }
+            // The little that is left then goes, too.
+            let missing = |(lift, beyond): (&Lift, &DVec3)| (lift.least - beyond.x).max(0.0);
+            let missing: Vec<f64> = lifts.iter().zip(&beyond).map(missing).collect();
+            let more = smoothed_above(&missing, work.times, LIFT_SECONDS);
+            beyond.iter_mut().zip(more).for_each(|(beyond, more)| beyond.x += more);
             let goals = work.goals.chunks_exact_mut(self.limb_count);
             for ((goals, lift), (frame, beyond)) in goals.zip(lifts).zip(beyond.iter().enumerate()) {
                 goals[limb].position += self.ground.up * (shifts[frame] * alphas[frame] + beyond.x);
@@ -163,6 +175,19 @@ impl FloorStage {
             *moved += self.ground.up * (shift * alpha);
         }
         Ok(())
+    }
+
+    /// Sets feet flat, the shortest way, as much as they are held.
+    fn flatten(&self, holds: &[Vec<f64>], alphas: &[f64], work: &mut Work<'_>) {
+        for (foot, holds) in self.feet.iter().zip(holds) {
+            let Some(flat) = foot.flat else { continue };
+            for (frame, (hold, alpha)) in holds.iter().zip(alphas).enumerate() {
+                let goal = &mut work.goals[frame * self.limb_count + foot.limb];
+                let now = goal.rotation * flat;
+                let turn = arc(now, self.ground.up, now.any_orthonormal_vector());
+                goal.rotation = DQuat::IDENTITY.slerp(turn, hold * alpha) * goal.rotation;
+            }
+        }
     }
 
     /// Height of the sole, by the joint that is lowest above it; where several are about as low, a little below them.

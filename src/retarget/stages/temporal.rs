@@ -16,6 +16,19 @@ pub(super) fn smoothed(values: &[DVec3], times: &[f64], deviation_seconds: f64) 
     })
 }
 
+/// What is nowhere below the values and as smooth as under that bell: the largest value near each frame, smoothed.
+pub(super) fn smoothed_above(values: &[f64], times: &[f64], deviation_seconds: f64) -> Vec<f64> {
+    let largest = under_bell(values.len(), times, deviation_seconds, |frame, near| {
+        near.iter().fold(values[frame], |largest, (other, _)| largest.max(values[*other]))
+    });
+    under_bell(values.len(), times, deviation_seconds, |frame, near| {
+        let (sum, weights) = near
+            .iter()
+            .fold((0.0, 0.0), |(sum, weights), (other, weight)| (sum + largest[*other] * weight, weights + weight));
+        if weights > 0.0 { sum / weights } else { largest[frame] }
+    })
+}
+
 /// The same of rotations.
 pub(super) fn smoothed_rotations(values: &[DQuat], times: &[f64], deviation_seconds: f64) -> Vec<DQuat> {
     under_bell(values.len(), times, deviation_seconds, |frame, near| {
@@ -108,6 +121,19 @@ mod tests {
         spike[10] = DVec3::X;
         let result = smoothed(&spike, &times, 0.1);
         assert!((result[8].x - result[12].x).abs() < 1e-12, "nothing is delayed");
+    }
+
+    #[test]
+    fn what_is_smoothed_above_is_nowhere_below() {
+        let times: Vec<f64> = (0..41).map(|frame| f64::from(frame) * 0.02).collect();
+        let values: Vec<f64> = (0..41).map(|frame| if frame % 17 == 5 { f64::from(frame) } else { 0.0 }).collect();
+        let above = smoothed_above(&values, &times, 0.04);
+        assert!(above.iter().zip(&values).all(|(above, value)| *above > value - 1e-9), "{above:?}");
+        let jolt = |values: &[f64]| -> f64 {
+            values.windows(3).map(|three| (three[0] - 2.0 * three[1] + three[2]).abs()).sum()
+        };
+        assert!(jolt(&above) < jolt(&values) / 5.0, "{} of {}", jolt(&above), jolt(&values));
+        assert_eq!(smoothed_above(&values, &times, 0.0), values, "nothing is smoothed");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::model::{Clip, Reporter};
+use crate::model::{Clip, Reporter, Track};
 
 use super::super::{
     anatomy::{is_carried, rides},
@@ -17,6 +17,9 @@ use super::super::{
 };
 use super::posed::{Subject, props, resolve_posed, scale_source, shapes};
 
+/// Cosine of half the angle by which what is stiff may turn: a tenth of a degree.
+const STIFF: f32 = 1.0 - 4e-7;
+
 /// Resolves the ops behind `pelvis` and `fk`, and what those two do behind the plan. `kinematics` are the chains of each `fk` op by
 /// its index. Needs the rest of the mapping.
 pub(super) fn resolve_stages(
@@ -28,6 +31,7 @@ pub(super) fn resolve_stages(
     reporter: &mut Reporter,
 ) -> Result<Stages, SpecError> {
     let mut limbs: Vec<LimbPair> = Limb::ALL.into_iter().filter_map(|limb| find_limb(limb, source, target)).collect();
+    limbs.iter_mut().for_each(|pair| pair.has_stiff_foot = has_stiff_foot(pair, source, clip));
     share_soles(&mut limbs, |pair| &mut pair.source);
     share_soles(&mut limbs, |pair| &mut pair.target);
     let (mut front, mut staged) = (Vec::new(), Vec::new());
@@ -128,7 +132,8 @@ pub(super) fn resolve_stages(
     if let Some(error) = SpecError::from_fields(fields) {
         return Err(error);
     }
-    report_order(&staged, reporter);
+    report_order(ops, &staged, reporter);
+    report_stiff_feet(&staged, &limbs, reporter);
     front.extend(staged);
     if front.is_empty() {
         return Ok(Stages { source_scale, ..Stages::default() });
@@ -240,8 +245,25 @@ fn filtered_joints(
     (0..driven.len()).filter(|joint| driven[*joint] && wanted.contains(joint)).collect()
 }
 
-/// Tells where an op can do nothing because of what stands before it.
-fn report_order(staged: &[StagedOp], reporter: &mut Reporter) {
+/// Tells where an op does not run where it stands, or can do nothing because of what stands before it.
+fn report_order(ops: &[Op], staged: &[StagedOp], reporter: &mut Reporter) {
+    let is_kinematic = |op: &Op| match op {
+        Op::Pelvis(op) => op.enabled,
+        Op::Fk(op) => op.enabled,
+        _ => false,
+    };
+    // Contacts are found in the source, which is scaled before anything else: where these two stand makes no difference.
+    let poses =
+        |op: &Op| !matches!(op, Op::Contacts(_) | Op::ScaleSource(_)) && op.scope().is_some_and(|op| op.enabled);
+    let kinematics_end = ops.iter().rposition(is_kinematic).unwrap_or(0);
+    for (index, _) in ops[..kinematics_end].iter().enumerate().filter(|(_, op)| poses(op)) {
+        reporter.warn(
+            "op_runs_behind_kinematics",
+            format!("/ops/{index}"),
+            "the op stands before a pelvis or fk op, and those run before all others; it runs behind them",
+            "put pelvis and fk first, as they run",
+        );
+    }
     let mut knows_contacts = false;
     for op in staged {
         match op.kind {
@@ -257,6 +279,22 @@ fn report_order(staged: &[StagedOp], reporter: &mut Reporter) {
     }
 }
 
+/// Tells that feet are set flat because the source does not say how they are turned.
+fn report_stiff_feet(staged: &[StagedOp], limbs: &[LimbPair], reporter: &mut Reporter) {
+    let is_set_flat = |op: &StagedOp| {
+        matches!(op.kind, StagedKind::Floor(_)) && op.limbs.iter().any(|limb| limbs[*limb].has_stiff_foot)
+    };
+    if staged.iter().any(is_set_flat) {
+        reporter.warn(
+            "feet_set_flat",
+            "source",
+            "the source has no toes and its feet never turn against the shins, so that nothing says how they are turned; \
+             feet are set flat while they stand",
+            "send a source whose feet are animated, or leave the floor op out",
+        );
+    }
+}
+
 /// Whether there is a leg that both rigs have and whose target joints are driven.
 pub(super) fn have_driven_leg(source: &Rig<'_>, target: &Rig<'_>, is_driven: impl Fn(usize) -> bool) -> bool {
     let legs = Limb::ALL.into_iter().filter(|limb| limb.is_leg());
@@ -267,7 +305,19 @@ pub(super) fn have_driven_leg(source: &Rig<'_>, target: &Rig<'_>, is_driven: imp
 /// A limb of which both rigs have start, middle and end.
 fn find_limb(limb: Limb, source: &Rig<'_>, target: &Rig<'_>) -> Option<LimbPair> {
     let unit = source.unit_metres / target.unit_metres;
-    Some(LimbPair { limb, source: limb_joints(limb, source, unit)?, target: limb_joints(limb, target, 1.0)? })
+    let (source, target) = (limb_joints(limb, source, unit)?, limb_joints(limb, target, 1.0)?);
+    Some(LimbPair { limb, source, target, has_stiff_foot: false })
+}
+
+/// Skeletons of points have ankles and nothing beyond.
+fn has_stiff_foot(pair: &LimbPair, source: &Rig<'_>, clip: &Clip) -> bool {
+    let LimbJoints { middle, end, ball, .. } = pair.source;
+    let turns = |joint: &usize| match &clip.joints()[*joint].rotation {
+        Track::Sampled(values) => values.iter().any(|value| value.dot(values[0]).abs() < STIFF),
+        Track::Rest | Track::Constant(_) => false,
+    };
+    let below_shin = source.skeleton().path(middle, end).filter(|_| pair.limb.is_leg() && ball.is_none());
+    clip.frame_count() > 1 && below_shin.is_some_and(|path| !path[1..].iter().any(turns))
 }
 
 /// `unit` is plan units per unit of that side.

@@ -18,8 +18,8 @@ const FRAMES: usize = 90;
 /// Share of the height within which surfaces touch.
 const TOUCH: f64 = 0.02;
 const LEAST_RECALL: f64 = 0.9;
-/// Share of the height by which a hand may be deeper in the body than the source's.
-const MOST_DEEPER: f64 = 0.003;
+/// Share of the height by which a hand may be deeper in the body than the source's: not at all, but for 2 mm of a man.
+const MOST_DEEPER: f64 = 0.001;
 
 /// Names of the joints of a body.
 struct Names {

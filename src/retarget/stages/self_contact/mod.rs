@@ -23,7 +23,7 @@ use super::{
 };
 
 /// Rounds of leading hands to where they should be and smoothing that.
-const ROUNDS: usize = 4;
+const ROUNDS: usize = 2;
 /// Rounds of pushing a hand out of all parts, one after the other.
 const PUSHES: usize = 3;
 /// The arms of a body.

@@ -9,7 +9,8 @@ use super::Scope;
 /// source's touch; at all other times they are only kept out of the floor.
 ///
 /// At rest the floor is some way below ankle, ball and toes; the joint that comes nearest to it, by that measure, counts. Needs a
-/// `contacts` op before it; without one soles are only kept out of the floor. Mask: `left_leg`, `right_leg`; default: both.
+/// `contacts` op before it; without one soles are only kept out of the floor. Where the source has no toes and feet that never turn
+/// against the shins, as skeletons of points have, feet are set flat while they stand. Mask: `left_leg`, `right_leg`; default: both.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 #[schemars(deny_unknown_fields)]
