@@ -42,7 +42,7 @@ pub(super) fn smoothed_rotations(values: &[DQuat], times: &[f64], deviation_seco
         let mut sum = DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0);
         for other in near {
             let weight = bell.weight(times[other] - times[frame]);
-            sum = sum + values[other] * if own.dot(values[other]) < 0.0 { -weight } else { weight };
+            sum += values[other] * if own.dot(values[other]) < 0.0 { -weight } else { weight };
         }
         if sum.length_squared() > 0.0 { sum.normalize() } else { own }
     })
