@@ -27,7 +27,6 @@ use super::{
     auto_map::NamedPair,
     error::{SpecError, SpecErrorKind},
     mapping::{ChainPair, Mapping},
-    recognition::RigKind,
     shoulder::find_shoulders,
     spec::{Carry, ContactsOp, FkOp, FloorOp, IkOp, Op, PelvisOp, PlantOp, RetargetSpec, TranslationMode},
     stages::Stages,
@@ -136,13 +135,8 @@ pub fn resolve(
 /// The pairs whose rest poses are to look alike. Four-legged animals stand on both ends of their spine: one that is tipped to
 /// another's slope has its front paws in the floor or in the air.
 fn alignable(pairs: &[NamedPair], target: &Rig<'_>) -> Vec<NamedPair> {
-    let is_tipped = |pair: &&NamedPair| stands_on_four(target) && pair.role.as_deref() == Some("spine");
+    let is_tipped = |pair: &&NamedPair| target.stands_on_four() && pair.role.as_deref() == Some("spine");
     pairs.iter().filter(|pair| !is_tipped(pair)).cloned().collect()
-}
-
-/// Whether a rig is a four-legged animal.
-pub(super) fn stands_on_four(rig: &Rig<'_>) -> bool {
-    rig.recognition.kind == RigKind::Quadruped
 }
 
 /// What is no body has joints that slide, such as pistons and trolleys; where they do, their way counts.
