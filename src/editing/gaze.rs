@@ -21,6 +21,13 @@ pub struct Look {
     pub pitch: f64,
 }
 
+impl Look {
+    /// Along a direction, in which +Z is ahead, +X to the left and +Y up.
+    fn along(ahead: DVec3) -> Self {
+        Self { yaw: ahead.x.atan2(ahead.z), pitch: ahead.y.atan2(ahead.x.hypot(ahead.z)) }
+    }
+}
+
 /// Both eyes over the frames of a clip, left and right.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gaze {
@@ -45,6 +52,18 @@ impl Gaze {
             .map(|frame| [0, 1].map(|side| turns[side].look(&clip.joints()[eyes[side]].rotation, frame)))
             .collect();
         Self { frames }.if_it_moves()
+    }
+
+    /// Where the clip of a file that has a gaze and no eyes looks; nothing where it has none, or looks ahead.
+    #[must_use]
+    pub fn of_gaze_joint(rig: &Rig<'_>, clip: &Clip) -> Option<Self> {
+        let joint = rig.scene.gaze_joint?;
+        let rest = rig.skeleton().joints()[joint].rest.rotation;
+        let look = |frame: usize| {
+            let turn = clip.joints()[joint].rotation.at(frame, rest.as_quat()).as_dquat();
+            [Look::along(turn * rest.conjugate() * DVec3::Z); 2]
+        };
+        Self { frames: (0..clip.frame_count()).map(look).collect() }.if_it_moves()
     }
 
     /// Where the shapes of a clip say that the eyes look; nothing where no such shape moves. `range` says what they mean.
@@ -164,7 +183,7 @@ impl InHead {
         let local = track.at(frame, self.local_rest.as_quat()).as_dquat();
         // With P and E at rest, a local rotation L turns what looks ahead by P · L · E⁻¹.
         let ahead = (self.work_from_parent * local * self.work_from_eye.conjugate()) * DVec3::Z;
-        Look { yaw: ahead.x.atan2(ahead.z), pitch: ahead.y.atan2(ahead.x.hypot(ahead.z)) }
+        Look::along(ahead)
     }
 
     fn turned(&self, look: Look) -> DQuat {

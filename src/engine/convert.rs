@@ -50,6 +50,7 @@ pub(super) fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
         axes: Some(Axes::Y_UP_Z_FRONT),
         unit_metres: Some(1.0),
         look_at: scene.look_at,
+        gaze_joint: scene.gaze_joint,
         stretched: None,
         payload: Payload::default(),
     }

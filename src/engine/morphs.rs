@@ -32,7 +32,7 @@ pub(super) fn with_morphs(
     if spec.enabled && spec.by_name {
         face.look_by_shapes(source_rig, target_rig).map_err(not_a_clip)?;
     }
-    if face.animated.is_empty() && spec.rows.is_empty() {
+    if face.animated.is_empty() && spec.rows.is_empty() && source.gaze_joint.is_none() {
         return Ok(result);
     }
     let mut mapping = map_morphs(&face.morphs, &face.animated, &target.morphs, spec).map_err(in_config)?;
@@ -41,7 +41,7 @@ pub(super) fn with_morphs(
     let mut result = result;
     if spec.enabled && spec.by_name && !mapping.drives.iter().any(|drive| looks(&target.morphs, drive.target)) {
         let range = source.look_at.unwrap_or_default();
-        let gaze = Gaze::of_morphs(clip, &source.morphs, &range);
+        let gaze = Gaze::of_morphs(clip, &source.morphs, &range).or_else(|| Gaze::of_gaze_joint(source_rig, clip));
         if let Some(turned) =
             gaze.map(|gaze| gaze.onto_eyes(target_rig, &result)).transpose().map_err(not_a_clip)?.flatten()
         {
@@ -80,7 +80,8 @@ impl Face<'_> {
         if by_joints || self.animated.iter().any(|morph| looks(&self.morphs, *morph)) {
             return Ok(());
         }
-        let Some(gaze) = Gaze::of_eyes(source, &self.clip) else { return Ok(()) };
+        let gaze = Gaze::of_eyes(source, &self.clip).or_else(|| Gaze::of_gaze_joint(source, &self.clip));
+        let Some(gaze) = gaze else { return Ok(()) };
         let mut tracks = self.clip.morphs().to_vec();
         for (name, weights) in gaze.weights(&target.scene.look_at.unwrap_or_default()) {
             self.animated.push(self.morphs.len());

@@ -26,6 +26,8 @@ pub struct Scene {
     pub morphs: Vec<Morph>,
     /// What the shapes that look aside mean, where the file says it.
     pub look_at: Option<LookAt>,
+    /// The joint whose rotation says where the figure looks, seen from its head: what a VRM animation has in place of eyes.
+    pub gaze_joint: Option<usize>,
     /// Roles that the file itself declares (a VRM humanoid map): role name of that format, and joint.
     pub declared_roles: Vec<(String, usize)>,
     /// The name of the convention that `declared_roles` follows, such as `vrm`.

@@ -163,3 +163,24 @@ fn shapes_that_look_turn_the_eyes_of_a_vrm_that_looks_by_joints() {
         assert!((look.yaw.to_degrees() - 30.0).abs() < 0.1, "a shape at 1 looks as far as eyes can: {look:?}");
     }
 }
+
+#[test]
+fn the_gaze_of_a_vrm_animation_turns_eyes() {
+    let (Some((_, animation)), Some((_, avatar))) = (read("vrma/test_small.vrma"), read("vrm1/debug_robot.vrm")) else {
+        return;
+    };
+    let joint = animation.gaze_joint.expect("it has a gaze");
+    let turn =
+        |frame: usize| DQuat::from_rotation_y(0.02 * frame as f64) * DQuat::from_rotation_x(-0.01 * frame as f64);
+    let mut joints = still(&animation).joints().to_vec();
+    joints[joint].rotation = Track::Sampled((0..FRAMES).map(|frame| turn(frame).as_quat()).collect());
+    let clip = still(&animation).with_joints(joints).expect("a clip");
+    let gaze = Gaze::of_gaze_joint(&rig(&animation), &clip).expect("it moves");
+    let rig = rig(&avatar);
+    let turned = gaze.onto_eyes(&rig, &still(&avatar)).expect("a clip").expect("it has eyes");
+    let last = Gaze::of_eyes(&rig, &turned).expect("they turn").frames[FRAMES - 1];
+    for look in last {
+        assert!((look.yaw - 0.2).abs() < 1e-4 && (look.pitch - 0.1).abs() < 1e-4, "left and up: {look:?}");
+    }
+    assert_eq!(gaze.onto_eyes(&rig, &turned).expect("a clip"), None, "eyes that turn already are left alone");
+}

@@ -73,9 +73,9 @@ pub(super) const ENTRIES: [Entry; 20] = [
     ),
     entry(
         "additive",
-        r#"{"edit": {"additive": "mean"}}"#,
-        Lead,
-        "What the clip changes against its mean, as changes of the rest pose.",
+        r#"{"edit": {"additive": "first_frame"}}"#,
+        Height,
+        "What the clip changes against its first frame, as changes of the rest pose.",
     ),
     entry(
         "layer",

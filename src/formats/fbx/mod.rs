@@ -45,6 +45,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
         axes: Some(Axes::Y_UP_Z_FRONT),
         unit_metres: Some(1.0),
         look_at: None,
+        gaze_joint: None,
         stretched: None,
         payload: Payload::default(),
         skeleton,

@@ -38,6 +38,8 @@ pub(super) struct Morphs {
     pub(super) of_translation: Vec<(usize, usize)>,
     /// What shapes that look aside mean.
     pub(super) look_at: Option<LookAt>,
+    /// The joint that a VRM animation turns to where its figure looks.
+    pub(super) gaze_joint: Option<usize>,
 }
 
 /// Reads them from the document.
@@ -65,6 +67,8 @@ pub(super) fn read(document: &Value, graph: &Graph, budget: &mut Budget<'_>) -> 
     }
     let extensions = &document["extensions"];
     morphs.look_at = look_at::read(extensions);
+    let gaze_node = extensions["VRMC_vrm_animation"]["lookAt"]["node"].as_u64();
+    morphs.gaze_joint = gaze_node.and_then(|node| graph.joint_of_node.get(node as usize).copied());
     morphs.read_vrm1(&extensions["VRMC_vrm"]["expressions"], graph);
     morphs.read_vrm0(&extensions["VRM"]["blendShapeMaster"]["blendShapeGroups"], nodes, graph);
     morphs.read_animation(&extensions["VRMC_vrm_animation"]["expressions"], graph);
