@@ -99,7 +99,7 @@ mod tests {
 
     fn source() -> (Scene, Clip) {
         let scene = Scene {
-            morphs: vec![Morph { name: "speed".into(), rest: 0.0, place: MorphPlace::Weight }],
+            morphs: vec![Morph { name: "speed".into(), rest: 0.0, place: MorphPlace::Expression(Vec::new()) }],
             ..Scene::default()
         };
         let weights = Track::Sampled(vec![30.0, 10.0, 5.0, 40.0, 8.0]);

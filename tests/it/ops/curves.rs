@@ -8,7 +8,7 @@ use super::stage::{KINEMATICS, Stage, degrees};
 /// The walk with a curve beside its joints.
 fn with_curve(name: &str, value: impl Fn(usize) -> f32) -> Stage {
     let mut stage = Stage::walk();
-    stage.source.morphs = vec![Morph { name: name.to_owned(), rest: 0.0, place: MorphPlace::Weight }];
+    stage.source.morphs = vec![Morph { name: name.to_owned(), rest: 0.0, place: MorphPlace::Expression(Vec::new()) }];
     let clip = stage.source.clips.remove(0);
     let weights = Track::Sampled((0..clip.frame_count()).map(value).collect());
     stage.source.clips = vec![clip.with_morphs(vec![MorphTrack { morph: 0, weights }]).expect("a curve")];

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// An alpha that follows a curve of the source's clip: a custom property, or the weight of a morph. It is the curve times `gain` plus
+/// An alpha that follows a curve of the source's clip: the weight of a morph or an expression. It is the curve times `gain` plus
 /// `offset`, within 0 and 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
