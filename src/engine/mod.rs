@@ -18,6 +18,7 @@ mod keys;
 mod knowledge;
 mod labels;
 mod layer;
+mod limited;
 mod load;
 mod mixups;
 mod morphs;
@@ -41,6 +42,7 @@ pub use joint_table::JointTable;
 pub use keys::KeysView;
 pub use knowledge::{Knowledge, built_in_presets, built_in_rigs, check_preset, check_rig, merge_config};
 pub use labels::{ByRole, OneOrMore};
+pub use limited::LimitedView;
 pub use pose::pose_config;
 pub use propose::{
     DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose, propose_with,
@@ -141,6 +143,9 @@ pub struct Report {
     /// How limbs reached their goals; empty without an op that sets some.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub reaches: Vec<LimbReach>,
+    /// Joints that a `limits` op turned back, and in how many frames; absent where there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub limited: Vec<LimitedView>,
     /// What a search for better parameters found; absent when the spec asks for none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tuning: Option<Tuning>,

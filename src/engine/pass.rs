@@ -2,7 +2,7 @@
 
 use crate::{
     model::{Clip, Control, Reporter},
-    retarget::{ContactTrack, LimbReach, RunError, Stack, StackResult},
+    retarget::{ContactTrack, LimbReach, LimitedJoint, RunError, Stack, StackResult},
     rig::{AlignedJoint, Mapping, Resolved, RetargetSpec, Rig, resolve},
 };
 
@@ -20,6 +20,8 @@ pub(super) struct Pass {
     pub(super) contacts: Vec<ContactTrack>,
     /// How limbs reached their goals.
     pub(super) reaches: Vec<LimbReach>,
+    /// What joints were turned back by limits.
+    pub(super) limited: Vec<LimitedJoint>,
     /// Compiling and running, nothing else.
     pub(super) seconds: f64,
 }
@@ -38,9 +40,9 @@ impl Pass {
             resolve(spec, source, target, clip, reporter).map_err(in_config)?;
         let begin = control.seconds();
         let stack = Stack::new(source.skeleton(), target.skeleton(), &mapping);
-        let StackResult { clip: result, contacts, reaches } = stack.run(clip, control).map_err(run_failure)?;
+        let StackResult { clip: result, contacts, reaches, limited } = stack.run(clip, control).map_err(run_failure)?;
         let seconds = control.seconds() - begin;
-        Ok(Self { mapping, resolved, alignment, stack, result, contacts, reaches, seconds })
+        Ok(Self { mapping, resolved, alignment, stack, result, contacts, reaches, limited, seconds })
     }
 }
 

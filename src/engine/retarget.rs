@@ -21,6 +21,7 @@ use super::{
     files::{Files, Sides, in_config, one_field, read_spec},
     keys::{KeysView, reduced},
     layer::laid_over,
+    limited::limited_view,
     morphs::with_morphs,
     pass::Pass,
     tune::Subject,
@@ -83,7 +84,7 @@ pub fn retarget_with(
     let (spec, tuning) = subject.settle(spec)?;
     let tune_seconds = control.seconds() - tuning_begin;
     control.enter(Phase::Retarget, clip.frame_count() as u64);
-    let Pass { mapping, resolved, alignment, stack, result, contacts, reaches, seconds: retarget_seconds } =
+    let Pass { mapping, resolved, alignment, stack, result, contacts, reaches, limited, seconds: retarget_seconds } =
         Pass::run(&spec, &source, &target, clip, control, &mut reporter)?;
     let plan_seconds = control.seconds() - planning - retarget_seconds - tune_seconds;
 
@@ -126,7 +127,9 @@ pub fn retarget_with(
         total_seconds: control.seconds() - begin,
     };
     let alignment = view(&alignment, target.skeleton());
-    let report = Report { timings, counts, warnings, rigs, contacts, reaches, tuning, alignment, keys, measures };
+    let limited = limited_view(&limited, target.skeleton());
+    let report =
+        Report { timings, counts, warnings, rigs, contacts, reaches, limited, tuning, alignment, keys, measures };
     Ok(Outcome { outputs, report, resolved_spec })
 }
 

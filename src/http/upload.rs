@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use axum::{
     body::{Body, Bytes},
-    extract::{FromRequest, Multipart, Request, multipart::Field},
+    extract::{DefaultBodyLimit, FromRequest, Multipart, Request, multipart::Field},
     http::{HeaderMap, header},
 };
 use futures::{Stream, StreamExt};
@@ -115,8 +115,14 @@ pub(super) fn missing(role: InputRole) -> Problem {
 ///
 /// # Errors
 /// When a part is unknown, sent twice, too large or of no known format.
-pub(super) async fn read_form(request: Request<Body>, assets: &Assets, settings: &Settings) -> Result<Form, Problem> {
+pub(super) async fn read_form(
+    mut request: Request<Body>,
+    assets: &Assets,
+    settings: &Settings,
+) -> Result<Form, Problem> {
     check_announced(request.headers(), settings)?;
+    // Ours are the limits; the framework's would end at 2 MB.
+    DefaultBodyLimit::disable().apply(&mut request);
     let pace = Pace::new(settings);
     let mut multipart = Multipart::from_request(request, &()).await.map_err(|error| {
         Problem::new(Code::UnsupportedMediaType, format!("the body must be multipart/form-data: {}", error.body_text()))

@@ -1,6 +1,7 @@
 //! The command line, by running the real binary.
 
 mod checks;
+mod real_ops;
 mod reports;
 
 use std::{

@@ -1,6 +1,7 @@
 //! The ops behind forward kinematics, each against cases whose result is known.
 
 mod chains;
+mod curves;
 mod goals;
 mod joints;
 mod limits;

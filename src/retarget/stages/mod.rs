@@ -29,7 +29,7 @@ mod two_bone;
 mod work;
 
 pub use filter::filtered;
-pub use result::{ContactTrack, LimbReach, StackResult};
+pub use result::{ContactTrack, LimbReach, LimitedJoint, StackResult};
 
 use crate::model::{Canceled, Clip, Control, JointContacts};
 
@@ -101,7 +101,8 @@ impl Stack {
         let clip = scaled.as_ref().unwrap_or(clip);
         let result = run(&self.plan, clip, control)?;
         if self.stages.is_empty() {
-            return Ok(StackResult { clip: result, contacts: Vec::new(), reaches: Vec::new() });
+            let (contacts, reaches, limited) = (Vec::new(), Vec::new(), Vec::new());
+            return Ok(StackResult { clip: result, contacts, reaches, limited });
         }
         let (name, times, target) = result.into_parts();
         let mut work = Work {
@@ -113,16 +114,17 @@ impl Stack {
             goals: Vec::new(),
             pelvis_moves: Vec::new(),
             residuals: Vec::new(),
+            limited: Vec::new(),
         };
         for stage in &self.stages {
             control.check()?;
             stage.run(&mut work)?;
         }
         let (contacts, reaches) = result::tell(&work, &self.limbs, self.metres_per_unit);
-        let target = work.target;
+        let (target, limited) = (work.target, work.limited);
         let touching = self.touching(&contacts);
         let clip = Clip::new(name, times, target)?.with_contacts(touching)?;
-        Ok(StackResult { clip, contacts, reaches })
+        Ok(StackResult { clip, contacts, reaches, limited })
     }
 }
 

@@ -53,6 +53,11 @@ impl Posing {
         self.slots[joint].is_some()
     }
 
+    /// The local rotation of a joint that was wanted, at rest.
+    pub(super) fn rest_rotation(&self, joint: usize) -> Quat {
+        self.joints[self.slot(joint)].rest.rotation.as_quat()
+    }
+
     /// The slot of a joint that was wanted, or is above one.
     pub(super) fn slot(&self, joint: usize) -> usize {
         self.slots[joint].expect("a stage asks for the joints that it wanted")

@@ -17,6 +17,21 @@ pub struct StackResult {
     pub contacts: Vec<ContactTrack>,
     /// How limbs reached their goals.
     pub reaches: Vec<LimbReach>,
+    /// What `limits` ops took back, in their order; joints that they left alone are not among them.
+    pub limited: Vec<LimitedJoint>,
+}
+
+/// What a `limits` op took back at one joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LimitedJoint {
+    /// Joint of the target.
+    pub joint: usize,
+    /// Frames in which it was turned back.
+    pub frames: usize,
+    /// The largest angle by which it was, degrees.
+    pub worst_degrees: f64,
+    /// The frame of that.
+    pub worst_frame: usize,
 }
 
 /// When one point of the source touches.

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::model::{Canceled, Control, JointTracks, Track};
 
-use super::contacts::ContactPoints;
+use super::{contacts::ContactPoints, result::LimitedJoint};
 
 /// Frames that one thread takes at a time.
 pub(super) const CHUNK_FRAMES: usize = 256;
@@ -26,6 +26,8 @@ pub(super) struct Work<'a> {
     pub(super) pelvis_moves: Vec<DVec3>,
     /// Distance that is left between goal and end, frame by frame, one per limb; in plan units. Not a number for limbs without goals.
     pub(super) residuals: Vec<f32>,
+    /// What `limits` ops took back so far.
+    pub(super) limited: Vec<LimitedJoint>,
 }
 
 /// Where the end of a limb should be, in plan space.

@@ -10,12 +10,15 @@ use super::super::{
     error::{SpecError, SpecErrorKind, SpecField},
     floor::{Stance, clip_floor},
     mapping::{ChainPair, Mapping},
-    spec::{Alpha, Op, Scope},
+    spec::{Alpha, ContactsOp, Op, Scope},
     stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, SourceScale, StagedKind, StagedOp, Stages},
     understand::Rig,
     volumes::{HandPair, body_parts, hand},
 };
-use super::posed::{Subject, props, resolve_posed, scale_source, shapes};
+use super::{
+    curves::{alpha_keys, contact_spans},
+    posed::{Subject, props, resolve_posed, scale_source, shapes},
+};
 
 /// Cosine of half the angle by which what is stiff may turn: a tenth of a degree.
 const STIFF: f32 = 1.0 - 4e-7;
@@ -38,7 +41,7 @@ pub(super) fn resolve_stages(
     let mut source_scale: Option<SourceScale> = None;
     let mut fields = Vec::new();
     for (index, op) in ops.iter().enumerate() {
-        let context = Context { index, clip, limbs: &limbs };
+        let context = Context { index, source, clip, limbs: &limbs };
         let (scope, kind, defaults) = match op {
             Op::Pelvis(op) => {
                 let schedule = context.fade(&op.alpha, op.frames, &mut fields);
@@ -106,7 +109,7 @@ pub(super) fn resolve_stages(
                 }
                 continue;
             }
-            Op::Contacts(op) => (&op.scope, StagedKind::Contacts(op.clone()), Defaults::All),
+            Op::Contacts(op) => (&op.scope, StagedKind::Contacts(context.contacts(op, &mut fields)), Defaults::All),
             Op::Ik(op) => (&op.scope, StagedKind::Ik(op.clone()), Defaults::Legs),
             Op::Plant(op) => (&op.scope, StagedKind::Plant(op.clone()), Defaults::Legs),
             Op::Floor(op) => (&op.scope, StagedKind::Floor(op.clone()), Defaults::Legs),
@@ -164,6 +167,7 @@ enum Defaults {
 
 struct Context<'a> {
     index: usize,
+    source: &'a Rig<'a>,
     clip: &'a Clip,
     limbs: &'a [LimbPair],
 }
@@ -186,7 +190,35 @@ impl Context<'_> {
             let detail = format!("frames {} to {} are none of the clip's 0 to {last}", frames[0], frames[1]);
             fields.push(SpecField::new(SpecErrorKind::InvalidValue, format!("/ops/{}/frames", self.index), detail));
         }
-        Schedule { alpha: alpha.keys(), frames }
+        let alpha = match alpha {
+            Alpha::Constant(value) => vec![[0.0, *value]],
+            Alpha::Keyed(keys) => keys.clone(),
+            Alpha::Curve(curve) => {
+                let pointer = format!("/ops/{}/alpha", self.index);
+                alpha_keys(curve, pointer, self.source.scene, self.clip, fields)
+            }
+        };
+        Schedule { alpha, frames }
+    }
+
+    /// The op with what curves say put into `set`.
+    fn contacts(&self, op: &ContactsOp, fields: &mut Vec<SpecField>) -> ContactsOp {
+        let pointer = format!("/ops/{}/curves", self.index);
+        let known: Vec<&str> =
+            Limb::ALL.iter().flat_map(|limb| limb.contact_points()).filter(|point| !point.is_empty()).collect();
+        let times = [("set", &op.set), ("add", &op.add), ("remove", &op.remove)];
+        let named = times.into_iter().flat_map(|(field, points)| points.keys().map(move |point| (field, point)));
+        for (field, point) in named.chain(op.curves.keys().map(|point| ("curves", point))) {
+            if !known.contains(&point.as_str()) {
+                let detail = format!("there is no point of contact '{point}'");
+                let pointer = format!("/ops/{}/{field}/{point}", self.index);
+                let field = SpecField::new(SpecErrorKind::UnknownName, pointer, detail);
+                fields.push(field.with_nearest(point, known.iter().copied()));
+            }
+        }
+        let mut resolved = op.clone();
+        resolved.set.extend(contact_spans(&op.curves, &pointer, self.source.scene, self.clip, fields));
+        resolved
     }
 
     fn masked_limbs(&self, scope: &Scope, defaults: Defaults, fields: &mut Vec<SpecField>) -> Vec<usize> {

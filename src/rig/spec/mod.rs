@@ -20,12 +20,12 @@ pub use layer::{LayerMode, LayerReference, LayerSpec};
 pub use map::{ChainMap, RotationMode, TranslationMode};
 pub use morphs::{MorphCombine, MorphRow, MorphsSpec};
 pub use ops::{
-    AdditivePoseOp, Alpha, ArmSpacingOp, CarriedProp, Carry, ContactFloor, ContactFloorRule, ContactsOp,
-    CopyBasePoseOp, FilterKind, FilterOp, FingersOp, FkOp, FloorOp, Grip, GripHand, HeightRule, IkGoal, IkOp, JointRow,
-    JointSource, JointSpace, JointsOp, LimitRange, LimitsOp, Op, PelvisOp, PelvisScale, PelvisScaleRule, Pin, PinMode,
-    PinOp, PinSide, PlantMode, PlantOp, PropsOp, ReachGoal, ReachOp, ReachPlace, RootAction, RootAxis, RootMotionOp,
-    RootPlace, RootSource, ScaleOrigin, ScaleSourceOp, Scope, SelfContactOp, StretchChainOp, StrideDirection, StrideOp,
-    TwistOp,
+    AdditivePoseOp, Alpha, AlphaCurve, ArmSpacingOp, CarriedProp, Carry, ContactCurve, ContactFloor, ContactFloorRule,
+    ContactsOp, CopyBasePoseOp, FilterKind, FilterOp, FingersOp, FkOp, FloorOp, Grip, GripHand, HeightRule, IkGoal,
+    IkOp, JointRow, JointSource, JointSpace, JointsOp, LimitRange, LimitsOp, Op, PelvisOp, PelvisScale,
+    PelvisScaleRule, Pin, PinMode, PinOp, PinSide, PlantMode, PlantOp, PropsOp, ReachGoal, ReachOp, ReachPlace,
+    RootAction, RootAxis, RootMotionOp, RootPlace, RootSource, ScaleOrigin, ScaleSourceOp, Scope, SelfContactOp,
+    StretchChainOp, StrideDirection, StrideOp, TwistOp,
 };
 pub use output::{
     IncludeSpec, KeyInterpolation, KeyTolerance, KeysSpec, KeysWord, OutputChoice, OutputSpec, TargetClipsSpec,

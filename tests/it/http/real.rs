@@ -6,8 +6,12 @@ use super::support::{PATIENCE, Server, header, json, problem};
 use crate::support::corpus_file;
 
 async fn retarget(server: &Server, config: Option<&'static str>) -> Option<Response> {
+    retarget_onto(server, "decentraland/walk.glb", config).await
+}
+
+async fn retarget_onto(server: &Server, target: &str, config: Option<&'static str>) -> Option<Response> {
     let source = std::fs::read(corpus_file("mixamo/bvh/ortiz_salsa.bvh")?).expect("reads");
-    let target = std::fs::read(corpus_file("decentraland/walk.glb")?).expect("reads");
+    let target = std::fs::read(corpus_file(target)?).expect("reads");
     let part = |bytes: Vec<u8>, name: &'static str| reqwest::multipart::Part::bytes(bytes).file_name(name);
     let mut form = reqwest::multipart::Form::new()
         .part("target", part(target, "walk.glb"))
@@ -37,6 +41,15 @@ async fn real_files_give_a_real_file_which_survives_a_restart() {
     let asset = job["inputs"]["target"]["asset"].as_str().expect("an asset");
     let skeleton = json(get(format!("/v1/assets/{asset}/skeleton")).await.expect("an answer")).await;
     assert_eq!(skeleton["format"], "glb", "what it holds: {skeleton}");
+}
+
+/// Frameworks have limits of their own, of 2 MB.
+#[tokio::test(flavor = "multi_thread")]
+async fn characters_of_several_megabytes_are_taken() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = Server::start(data.path(), &[]);
+    let Some(answer) = retarget_onto(&server, "mixamo/gltf/Xbot.glb", None).await else { return };
+    assert_eq!(answer.status(), StatusCode::OK, "{:?}", answer.text().await);
 }
 
 #[tokio::test(flavor = "multi_thread")]

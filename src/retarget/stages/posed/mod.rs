@@ -18,6 +18,8 @@ mod shapes;
 mod stretch;
 mod twists;
 
+use glam::Quat;
+
 use crate::{
     model::{Canceled, Transform},
     rig::Schedule,
@@ -30,8 +32,12 @@ use self::{
 };
 use super::{
     posing::{Pose, Posing},
+    result::LimitedJoint,
     work::{Change, Changed, Work},
 };
+
+/// Angles by which a joint is turned back that count as limited, degrees; less is rounding.
+const LEAST_LIMITED_DEGREES: f64 = 0.05;
 
 /// One op.
 #[derive(Clone, Debug)]
@@ -117,9 +123,40 @@ impl PosedStage {
             }
         };
         let rows = work.rows(self.changed.len(), init, fill)?;
+        let limited: Vec<LimitedJoint> = self.limited(&rows, work).collect();
+        work.limited.extend(limited);
         work.write(&self.changed, &rows);
         Ok(())
     }
+}
+
+impl PosedStage {
+    /// What limits among the steps take back; the rows are not in the tracks yet.
+    fn limited<'a>(&'a self, rows: &'a [Change], work: &'a Work<'_>) -> impl Iterator<Item = LimitedJoint> + 'a {
+        let is_limited =
+            |slot: &usize| self.steps.iter().any(|step| matches!(step, Step::Limit(limit) if limit.slot == *slot));
+        let columns = self.slots.iter().enumerate().filter(move |(_, slot)| is_limited(slot)).map(|(column, _)| column);
+        columns.filter_map(move |column| {
+            let Changed { joint, .. } = self.changed[column];
+            let after = rows.iter().skip(column).step_by(self.changed.len()).map(|change| change.rotation);
+            let before = &work.target[joint].rotation;
+            let turned = after.enumerate().map(|(frame, after)| {
+                let rest = self.target.rest_rotation(joint);
+                degrees_between(before.at(frame, rest), after)
+            });
+            let turned: Vec<f64> = turned.collect();
+            let frames = turned.iter().filter(|degrees| **degrees > LEAST_LIMITED_DEGREES).count();
+            let (worst_frame, worst_degrees) =
+                turned.into_iter().enumerate().max_by(|first, second| first.1.total_cmp(&second.1))?;
+            (frames > 0).then_some(LimitedJoint { joint, frames, worst_degrees, worst_frame })
+        })
+    }
+}
+
+/// Exact for small angles too.
+fn degrees_between(first: Quat, second: Quat) -> f64 {
+    let turn = first.as_dquat().conjugate() * second.as_dquat();
+    2.0 * turn.xyz().length().atan2(turn.w.abs()).to_degrees()
 }
 
 impl Step {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Scope;
+use super::{ContactCurve, Scope};
 
 /// Finds out when feet (and hands, where asked) rest on the floor in the source. Later ops use it, and it is returned with the
 /// result, so that it can be edited and sent back in `set`, `add` and `remove`.
@@ -49,6 +49,10 @@ pub struct ContactsOp {
     /// Contacts of these points instead of what is found: point to a list of `[from, to]` in seconds.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub set: BTreeMap<String, Vec<[f64; 2]>>,
+    /// Contacts of these points from curves of the source's clip instead of what is found: point to a curve and its bounds. For clips
+    /// whose feet have their speeds baked in, or switches that say when they are locked.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub curves: BTreeMap<String, ContactCurve>,
     /// Contacts beside what is found, likewise.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub add: BTreeMap<String, Vec<[f64; 2]>>,
@@ -71,6 +75,7 @@ impl Default for ContactsOp {
             smoothing_seconds: 0.05,
             floor: ContactFloor::default(),
             set: BTreeMap::new(),
+            curves: BTreeMap::new(),
             add: BTreeMap::new(),
             remove: BTreeMap::new(),
         }

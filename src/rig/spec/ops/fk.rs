@@ -25,7 +25,8 @@ pub enum Carry {
 pub struct FkOp {
     /// Whether the op runs.
     pub enabled: bool,
-    /// Multiplies both alphas of every chain: 0 leaves them at rest. A number from 0 to 1, or keys over time.
+    /// Multiplies both alphas of every chain: 0 leaves them at rest. A number from 0 to 1, keys over time, or a curve of the
+    /// source.
     pub alpha: Alpha,
     /// First and last frame of the clip on which the op works, both included, from 0; at others its chains are at rest. Default: all.
     #[serde(skip_serializing_if = "Option::is_none")]

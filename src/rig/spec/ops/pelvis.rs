@@ -14,7 +14,8 @@ use super::Alpha;
 pub struct PelvisOp {
     /// Whether the op runs.
     pub enabled: bool,
-    /// Multiplies both alphas: 0 leaves the pelvis at rest. A number from 0 to 1, or keys over time.
+    /// Multiplies both alphas: 0 leaves the pelvis at rest. A number from 0 to 1, keys over time, or a curve of the
+    /// source.
     pub alpha: Alpha,
     /// First and last frame of the clip on which the op works, both included, from 0; at others the pelvis is at rest. Default: all.
     #[serde(skip_serializing_if = "Option::is_none")]
