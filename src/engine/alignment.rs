@@ -14,8 +14,8 @@ pub struct AlignmentView {
     pub role: String,
     /// The target's joint.
     pub joint: String,
-    /// What was aligned: `full` (direction and roll), `direction`, `whole` (with its chain, whose own bends stay), `heading`, `kept`
-    /// or `off`.
+    /// What was aligned: `full` (direction and roll), `direction`, `whole` (with its chain, whose own bends stay), `sloped`,
+    /// `heading`, `kept` or `off`.
     pub aligned: &'static str,
     /// How far the joint was turned in model space, degrees.
     pub turned_degrees: f64,

@@ -57,9 +57,17 @@ impl Stance {
 /// Height of the lowest point of a rig's feet in a pose: of their mesh where there is one, else of their joints. Nothing where
 /// nothing is below the pelvis.
 pub(super) fn lowest_sole(side: &Rig<'_>, pose: &ModelPose, pelvis: usize) -> Option<f64> {
-    let supports = supports(side, pelvis);
+    lowest_of(side, pose, pelvis, &supports(side, pelvis))
+}
+
+/// The same of one pair of an animal's paws: `front_leg` or `hind_leg`. Nothing where there is no such pair.
+pub(super) fn lowest_paw(side: &Rig<'_>, pose: &ModelPose, pelvis: usize, pair: &str) -> Option<f64> {
+    lowest_of(side, pose, pelvis, &below(side, &paws(side, &[pair])))
+}
+
+fn lowest_of(side: &Rig<'_>, pose: &ModelPose, pelvis: usize, joints: &[usize]) -> Option<f64> {
     let height = pose.transforms()[pelvis].translation.dot(side.up());
-    let sole = mesh_sole(side, pose, &supports, height).unwrap_or_else(|| lowest(side, pose, &supports));
+    let sole = mesh_sole(side, pose, joints, height).unwrap_or_else(|| lowest(side, pose, joints));
     sole.is_finite().then_some(sole)
 }
 
@@ -145,18 +153,24 @@ pub(super) fn clip_floor(side: &Rig<'_>, clip: &Clip, pelvis: usize, rest_floor:
     }
 }
 
-/// The joints that can touch the floor: feet and toes with all below them, else everything below the pelvis.
+/// The joints that can touch the floor: feet, toes and paws with all below them, else everything below the pelvis.
 fn supports(side: &Rig<'_>, pelvis: usize) -> Vec<usize> {
-    let feet: Vec<usize> = ["left_foot", "right_foot", "left_toe", "right_toe"]
-        .iter()
-        .flat_map(|role| side.role(role).iter().copied())
-        .collect();
+    let mut feet = paws(side, &["front_leg", "hind_leg"]);
+    let roles = ["left_foot", "right_foot", "left_toe", "right_toe"];
+    feet.extend(roles.iter().flat_map(|role| side.role(role).iter().copied()));
+    if feet.is_empty() { below(side, &[pelvis]) } else { below(side, &feet) }
+}
+
+/// The last joints of an animal's legs.
+fn paws(side: &Rig<'_>, pairs: &[&str]) -> Vec<usize> {
+    let legs = pairs.iter().flat_map(|pair| ["left", "right"].map(|left_or_right| format!("{left_or_right}_{pair}")));
+    legs.filter_map(|leg| side.role(&leg).last().copied()).collect()
+}
+
+fn below(side: &Rig<'_>, roots: &[usize]) -> Vec<usize> {
     let skeleton = side.skeleton();
-    let below = |roots: &[usize]| -> Vec<usize> {
-        let is_below = |joint: &usize| roots.iter().any(|root| skeleton.is_ancestor_or_self(*root, *joint));
-        (0..skeleton.len()).filter(is_below).collect()
-    };
-    if feet.is_empty() { below(&[pelvis]) } else { below(&feet) }
+    let is_below = |joint: &usize| roots.iter().any(|root| skeleton.is_ancestor_or_self(*root, *joint));
+    (0..skeleton.len()).filter(is_below).collect()
 }
 
 fn lowest(side: &Rig<'_>, pose: &ModelPose, joints: &[usize]) -> f64 {

@@ -9,8 +9,8 @@ use crate::model::{Axes, LocalPose, ModelPose, Reporter, Scene, SignedAxis, Skel
 use super::{
     alignment::{CanonicalPose, canonical_rest},
     error::{SpecError, SpecErrorKind, SpecField},
-    recognition::{Hints, Recognition, RigTemplate, body_frame, recognise, rest_pose_kind},
-    rest::{Rest, RestSource, edit, find_rest},
+    recognition::{Hints, Recognition, RigKind, RigTemplate, body_frame, recognise, rest_pose_kind},
+    rest::{Rest, RestSource, edit, find_rest, grounded},
     spec::{ClipChoice, RestSpec, RigSpec, UnitSpec},
 };
 
@@ -117,6 +117,12 @@ impl<'a> Rig<'a> {
             let solved = canonical_rest(&rig, CanonicalPose::T, from_nothing).rest;
             rig.take_rest(solved.to_local(skeleton));
         }
+        if rig.rest_source == RestSource::Bind
+            && let Some(grounded) = grounded(&rig)
+        {
+            rig.take_rest(grounded);
+            rig.rest_reason.push_str("; it is put onto the floor");
+        }
         if let Some(edited) = edit(&rig, &spec.pose)? {
             rig.take_rest(edited);
             rig.rest_reason.push_str("; the config edits it");
@@ -172,6 +178,11 @@ impl<'a> Rig<'a> {
     #[must_use]
     pub fn rest_height(&self, joint: usize) -> f64 {
         self.rest.transforms()[joint].translation.dot(self.up())
+    }
+
+    /// Whether it is an animal on four or more legs.
+    pub(super) fn stands_on_four(&self) -> bool {
+        self.recognition.is_body() && self.recognition.kind != RigKind::Biped
     }
 
     /// The joints of a role; empty where there is none.

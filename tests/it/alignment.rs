@@ -411,3 +411,21 @@ fn soles_count_and_not_joints() {
     let (before, after) = (lowest(&figure.scene, &before), lowest(&figure.scene, &found));
     assert!((before - after).abs() < 0.002, "the aligned pose stands where the rest pose does: {before} {after}");
 }
+
+/// Its nodes are a frame of a run, in which the pelvis is low.
+#[test]
+fn a_bind_pose_is_put_onto_the_floor() {
+    let Some(path) = corpus_file("cc0-stylised/kenney_medium_maya.fbx") else { return };
+    let scene = Figure::read(&path).scene;
+    let rig = rig("target", &scene, &RetargetSpec::default());
+    assert_eq!(rig.rest_source.name(), "bind", "it has one");
+    let soles = ["left_foot", "left_toe", "right_foot", "right_toe"].iter().flat_map(|role| {
+        let joint = rig.role(role)[0];
+        let points = scene.skin_points.of(joint).iter().map(|point| point.position.as_dvec3());
+        points.map(|point| rig.rest.transforms()[joint].transform_point(point).dot(rig.up())).collect::<Vec<f64>>()
+    });
+    let lowest = soles.fold(f64::INFINITY, f64::min) / rig.rest_height(rig.role("pelvis")[0]);
+    assert!(lowest.abs() < 0.001, "{lowest}");
+    let node = scene.skeleton.rest_pose().to_model(&scene.skeleton).transforms()[rig.role("pelvis")[0]].translation;
+    assert!(node.dot(rig.up()) < rig.rest_height(rig.role("pelvis")[0]) * 0.95, "the nodes have it lower");
+}

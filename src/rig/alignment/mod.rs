@@ -14,6 +14,7 @@
 //! | `mesh` | what the skinned mesh says where no joint does |
 //! | `canonical` | the same for a T pose and an A pose, of no body in particular |
 //! | `rules` | what each part of the target is to be turned to |
+//! | `stand` | how a turned body stands on the floor |
 //! | `turn` | the turning itself, parents before children, and what is left over |
 
 mod canonical;
@@ -22,6 +23,7 @@ mod face;
 mod look;
 mod mesh;
 mod rules;
+mod stand;
 mod turn;
 
 pub use canonical::CanonicalPose;
@@ -29,7 +31,12 @@ pub use look::RollCue;
 
 use crate::model::ModelPose;
 
-use self::{look::Look, rules::wishes, turn::turn};
+use self::{
+    look::Look,
+    rules::{Aim, Wish, wishes},
+    stand::slope,
+    turn::turn,
+};
 use super::{auto_map::NamedPair, spec::Align, understand::Rig};
 
 /// A rest pose that was turned, and what was done to it.
@@ -69,6 +76,8 @@ pub enum HowAligned {
     Kept,
     /// With its chain as a whole, which keeps its own bends; what is left is that of its own bone.
     Whole,
+    /// Its slope, so that an animal stands on both pairs of its legs.
+    Sloped,
     /// Its heading only; pitch and roll stay, so that soles stay flat.
     Heading,
     /// Its direction; the roll is not known well enough.
@@ -85,6 +94,7 @@ impl HowAligned {
             Self::Off => "off",
             Self::Kept => "kept",
             Self::Whole => "whole",
+            Self::Sloped => "sloped",
             Self::Heading => "heading",
             Self::Direction => "direction",
             Self::Full => "full",
@@ -93,9 +103,18 @@ impl HowAligned {
 }
 
 /// Aligns the target's rest pose with the source's. `pairs` are the chains that correspond; of the target's joints only
-/// theirs and the pelvis are turned, all others ride their parents. The pelvis is moved until the soles are as high as at rest.
+/// theirs and the pelvis are turned, all others ride their parents. The pelvis is moved until the soles are as high as at rest, and
+/// the trunk of a four-legged animal sloped until both pairs of its paws are.
 pub(super) fn align(source: &Rig<'_>, target: &Rig<'_>, pairs: &[NamedPair], mode: Align) -> Alignment {
-    turn(target, &wishes(&Look::Rig(source), target, pairs, false, mode), mode)
+    let mut wishes = wishes(&Look::Rig(source), target, pairs, false, mode);
+    let aligned = turn(target, &wishes, mode);
+    match slope(target, &aligned.rest) {
+        Some((trunk, further)) if mode != Align::Off && wishes[trunk].is_none() => {
+            wishes[trunk] = Some(Wish { name: "spine".to_owned(), aim: Aim::Further(further), roll: None });
+            turn(target, &wishes, mode)
+        }
+        _ => aligned,
+    }
 }
 
 /// The rest pose of a rig turned into a pose that any body can take.

@@ -73,6 +73,8 @@ pub(super) enum Aim {
     Turn(DQuat),
     /// The same, told apart: `own` is where it looks, and `wanted` where it is to look.
     Face { turn: DQuat, own: DVec3, wanted: DVec3, how: HowAligned },
+    /// Carried along by its parent, then by this much.
+    Further(DQuat),
     /// By what its chain's first joint was turned by. `bone`: its own bone, and the source's at the same place of the chain, where
     /// they are to be compared.
     Follow { first: usize, bone: Option<(DVec3, DVec3)> },

@@ -5,9 +5,10 @@ use glam::{DQuat, DVec3};
 use crate::model::{ModelPose, Transform};
 
 use super::{
-    super::{floor::lowest_sole, spec::Align, understand::Rig},
+    super::{spec::Align, understand::Rig},
     AlignedJoint, Alignment, HowAligned,
     rules::{Aim, Roll, Wish},
+    stand::regrounded,
 };
 
 /// Turns the joints of a rig's rest pose to what is wished of them. With alignment off nothing is turned, only compared.
@@ -27,6 +28,7 @@ pub(super) fn turn(target: &Rig<'_>, wishes: &[Option<Wish>], mode: Align) -> Al
             Some(wish) => match wish.aim {
                 Aim::Turn(turn) | Aim::Face { turn, .. } => turn,
                 Aim::Head { own, wanted } => arc(own, wanted, target.up()),
+                Aim::Further(turn) => turn * carried,
                 Aim::Follow { first, .. } => turns[first],
                 Aim::Point { own, wanted, pole } => {
                     let pointed = arc(carried * own, wanted, pole) * carried;
@@ -49,21 +51,6 @@ pub(super) fn turn(target: &Rig<'_>, wishes: &[Option<Wish>], mode: Align) -> Al
         return Alignment { rest: target.rest.clone(), joints };
     }
     Alignment { rest: regrounded(target, ModelPose::new(turned)), joints }
-}
-
-/// The pose with its pelvis, and all below it, moved along the vertical until the soles are as high as at rest.
-fn regrounded(rig: &Rig<'_>, pose: ModelPose) -> ModelPose {
-    let Some(&pelvis) = rig.role("pelvis").first() else { return pose };
-    let (Some(before), Some(after)) = (lowest_sole(rig, &rig.rest, pelvis), lowest_sole(rig, &pose, pelvis)) else {
-        return pose;
-    };
-    let shift = rig.up() * (before - after);
-    let moved = pose.transforms().iter().enumerate().map(|(joint, transform)| {
-        let is_below = rig.skeleton().is_ancestor_or_self(pelvis, joint);
-        let translation = transform.translation + if is_below { shift } else { DVec3::ZERO };
-        Transform { translation, ..*transform }
-    });
-    ModelPose::new(moved.collect())
 }
 
 /// By how many degrees a joint is rolled that has been pointed already.
@@ -107,6 +94,7 @@ fn left_over(wish: &Wish, joint: usize, turn: DQuat, mode: Align) -> AlignedJoin
         Aim::Head { own, wanted } => (HowAligned::Heading, Some((own, wanted))),
         Aim::Follow { bone, .. } => (HowAligned::Whole, bone),
         Aim::Turn(_) => (HowAligned::Kept, None),
+        Aim::Further(_) => (HowAligned::Sloped, None),
         Aim::Face { own, wanted, how, .. } => (how, Some((own, wanted))),
     };
     let roll = wish.roll.filter(|roll| roll.of_part_below.is_none()).zip(directions);

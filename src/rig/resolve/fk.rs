@@ -10,7 +10,7 @@ use super::super::{
     twist::is_lower,
     understand::Rig,
 };
-use super::{pelvis::constant_alpha, stands_on_four};
+use super::pelvis::constant_alpha;
 
 pub(super) fn resolve_fk(
     op: &FkOp,
@@ -145,7 +145,7 @@ fn leg_chains(pair: &NamedPair, drive: Drive, source: &Rig<'_>, target: &Rig<'_>
 fn find_chord(pair: &NamedPair, source: &Rig<'_>, target: &Rig<'_>) -> Option<Chord> {
     let (ends, keeps_last): (&[&str], bool) = match pair.role.as_deref()? {
         // Its slope is the animal's own, as in its rest pose.
-        "spine" if stands_on_four(target) => return None,
+        "spine" if target.stands_on_four() => return None,
         "spine" => (&["neck", "head"], pair.target.len() > 1),
         "neck" => (&["head"], false),
         _ => return None,

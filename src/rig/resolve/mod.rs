@@ -28,7 +28,6 @@ use super::{
     error::{SpecError, SpecErrorKind},
     leg_rows::{is_whole_leg, leg_rows},
     mapping::{ChainPair, Mapping},
-    recognition::RigKind,
     shoulder::find_shoulders,
     spec::{Carry, ContactsOp, FkOp, FloorOp, IkOp, Op, PelvisOp, PlantOp, RetargetSpec, TranslationMode},
     stages::Stages,
@@ -142,13 +141,8 @@ pub fn resolve(
 fn alignable(pairs: &[NamedPair], source: &Rig<'_>, target: &Rig<'_>) -> Vec<NamedPair> {
     let stand_alike = leg_rows(source).len() == leg_rows(target).len();
     let is_other_leg = |pair: &NamedPair| !stand_alike && pair.role.as_deref().is_some_and(is_whole_leg);
-    let is_tipped = |pair: &&NamedPair| stands_on_four(target) && pair.role.as_deref() == Some("spine");
+    let is_tipped = |pair: &&NamedPair| target.stands_on_four() && pair.role.as_deref() == Some("spine");
     pairs.iter().filter(|pair| !is_tipped(pair) && !is_other_leg(pair)).cloned().collect()
-}
-
-/// Whether a rig is an animal on four or more legs.
-pub(super) fn stands_on_four(rig: &Rig<'_>) -> bool {
-    rig.recognition.is_body() && rig.recognition.kind != RigKind::Biped
 }
 
 /// What is no body has joints that slide, such as pistons and trolleys; where they do, their way counts.

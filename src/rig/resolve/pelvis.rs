@@ -48,7 +48,12 @@ pub(super) fn resolve_pelvis(
         return Ok(());
     };
     let source_height = Height::measure(source, &spec.source, op.source_height, source_pelvis)?;
-    let target_height = Height::measure(target, &spec.target, op.target_height, target_pelvis)?;
+    let mut target_height = Height::measure(target, &spec.target, op.target_height, target_pelvis)?;
+    if op.target_height == HeightRule::AboveFloor && source.stands_on_four() && target.stands_on_four() {
+        // Animals stand on bent legs, which the alignment has bent as the source's are.
+        let aligned = mapping.target_rest.transforms()[target_pelvis].translation.dot(target.up());
+        target_height.value += aligned - target.rest_height(target_pelvis);
+    }
     let unit = mapping.plan_from_source.scale.x;
     let (mut source_floor, mut is_joint) = (source_height.floor, false);
     if !source_height.stands {

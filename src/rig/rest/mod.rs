@@ -6,17 +6,20 @@
 //! | `bind` | in which pose the skins were bound |
 //! | `standing` | which frame of a clip can stand in for a rest pose that is none |
 //! | `take_over` | the rest pose of another file, on this skeleton |
+//! | `ground` | a bind pose, put onto the floor |
 //! | `edits` | the retarget-pose editor |
 
 mod bind;
 mod edits;
 mod find;
+mod ground;
 mod standing;
 mod take_over;
 
 pub(super) use bind::{BindPose, bind_pose};
 pub(super) use edits::edit;
 pub(super) use find::{Rest, find_rest};
+pub(super) use ground::grounded;
 
 /// Where a rest pose came from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

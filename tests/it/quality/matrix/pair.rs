@@ -227,8 +227,16 @@ impl Pair<'_> {
     fn length_drift(&self) -> (String, f64) {
         let Some(leg) = Self::leg(self.target, &self.target_rest) else { return (String::new(), 0.0) };
         let nodes = world(self.target.skeleton(), None);
+        let driven = self.mapping.driven();
         let drift = |(role, start, end): (String, usize, usize)| {
-            let length = |world: &[DMat4]| position(world, start).distance(position(world, end));
+            // Joints between that the source moves bend the segment, as it bends the source's; their bones keep their length.
+            let path = self.target.skeleton().path(start, end).unwrap_or_default();
+            let mut stops: Vec<usize> = path.iter().copied().skip(1).filter(|joint| driven[*joint]).collect();
+            stops.retain(|joint| *joint != end);
+            let stops = [vec![start], stops, vec![end]].concat();
+            let length = |world: &[DMat4]| -> f64 {
+                stops.windows(2).map(|pair| position(world, pair[0]).distance(position(world, pair[1]))).sum()
+            };
             let (bind, node) = (length(&self.target_rest), length(&nodes));
             let change = |pose: &Pose| {
                 let length = length(&pose.world);
