@@ -9,7 +9,7 @@ use crate::{
     retarget::filtered,
     rig::{
         CycleRange, EditSpec, MirrorMode, MirrorSpec, RangeSpec, RetargetSpec, Rig, RigSpec, SpecError, SpecErrorKind,
-        SpecField, is_own_shape, named_joints, parse_document,
+        SpecField, is_own_shape, named_joints, parse_document, scheduled,
     },
 };
 
@@ -171,7 +171,8 @@ pub(super) fn edited_clip<'a>(
             }
             None => (0..rig.skeleton().len()).collect(),
         };
-        let smooth = filtered(&edited, filter, joints, control)?;
+        let schedule = scheduled(&filter.scope, "/edit/filter", rig.scene, &edited).map_err(in_config)?;
+        let smooth = filtered(&edited, filter, schedule, joints, control)?;
         edited = Cow::Owned(smooth.map_err(|error| not_a_clip(rig, &error))?);
     }
     if let Some(reference) = spec.edit.additive {

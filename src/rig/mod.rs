@@ -47,7 +47,7 @@ pub use recognition::{
     TwistHelper, body_frame, builtin_templates, parse_template, recognise, report_doubts, rest_pose_kind,
     template_schema,
 };
-pub use resolve::{Resolved, resolve};
+pub use resolve::{Resolved, resolve, scheduled};
 pub use rest::RestSource;
 pub use shoulder::ShoulderPair;
 pub use spec::*;

@@ -22,11 +22,10 @@ const SPEED_CUTOFF: f64 = 1.0;
 pub fn filtered(
     clip: &Clip,
     op: &FilterOp,
+    schedule: Schedule,
     joints: Vec<usize>,
     control: &Control,
 ) -> Result<Result<Clip, ClipError>, Canceled> {
-    let frames = op.scope.frames.unwrap_or([0, usize::MAX]);
-    let schedule = Schedule { alpha: op.scope.alpha.keys(), frames };
     let stage = FilterStage { op: op.clone(), schedule, joints };
     let mut tracks = clip.joints().to_vec();
     for &joint in &stage.joints {

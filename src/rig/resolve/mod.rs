@@ -7,8 +7,11 @@ mod notes;
 mod pairs;
 mod pelvis;
 mod posed;
+mod schedule;
 mod sizes;
 mod stages;
+
+pub use schedule::scheduled;
 
 use glam::DVec3;
 

@@ -16,8 +16,9 @@ use super::super::{
     volumes::{HandPair, body_parts, hand},
 };
 use super::{
-    curves::{alpha_keys, contact_spans},
+    curves::contact_spans,
     posed::{Subject, props, resolve_posed, scale_source, shapes},
+    schedule::schedule,
 };
 
 /// Cosine of half the angle by which what is stiff may turn: a tenth of a degree.
@@ -184,21 +185,7 @@ impl Context<'_> {
     }
 
     fn schedule_of(&self, alpha: &Alpha, frames: Option<[usize; 2]>, fields: &mut Vec<SpecField>) -> Schedule {
-        let last = self.clip.frame_count() - 1;
-        let frames = frames.unwrap_or([0, last]);
-        if frames[0] > frames[1] || frames[0] > last {
-            let detail = format!("frames {} to {} are none of the clip's 0 to {last}", frames[0], frames[1]);
-            fields.push(SpecField::new(SpecErrorKind::InvalidValue, format!("/ops/{}/frames", self.index), detail));
-        }
-        let alpha = match alpha {
-            Alpha::Constant(value) => vec![[0.0, *value]],
-            Alpha::Keyed(keys) => keys.clone(),
-            Alpha::Curve(curve) => {
-                let pointer = format!("/ops/{}/alpha", self.index);
-                alpha_keys(curve, pointer, self.source.scene, self.clip, fields)
-            }
-        };
-        Schedule { alpha, frames }
+        schedule(alpha, frames, &format!("/ops/{}", self.index), self.source.scene, self.clip, fields)
     }
 
     /// The op with what curves say put into `set`.
