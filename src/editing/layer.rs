@@ -7,11 +7,15 @@
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 use crate::{
-    model::{Canceled, Clip, ClipError, Control, JointTracks, Skeleton, Track},
+    model::{Canceled, Clip, ClipError, Control, JointContacts, JointTracks, MorphTrack, Skeleton, Track},
     rig::{LayerMode, LayerReference},
 };
 
-use super::{sampling::Sampling, schedule::Schedule};
+use super::{
+    sampling::Sampling,
+    schedule::Schedule,
+    seams::{Seams, frames_inside, near},
+};
 
 /// How a motion goes over a base.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +26,10 @@ pub struct Layer {
     pub reference: LayerReference,
     /// For each joint how much of the motion is taken, 0 to 1.
     pub weights: Vec<f64>,
+    /// The same for morphs.
+    pub morph_weight: f64,
+    /// The weight of every morph of the scene where nothing animates it.
+    pub morph_rests: Vec<f32>,
     /// When the motion begins on the base's clock, counted from the base's first frame; nothing where the motion gives the clock.
     pub at_seconds: Option<f64>,
     /// Over how long a jump at the motion's begin and end dies away.
@@ -79,6 +87,11 @@ pub fn layered(
     let below = Sampling::new(base.times_seconds(), &Schedule::showing(times, base_time), None, false);
     let above = Sampling::new(motion.times_seconds(), &Schedule::showing(times, motion_time), None, false);
     let inside = frames_inside(times, start + at, start + at + motion.duration_seconds());
+    let seams = Seams {
+        times,
+        inside: inside.clone(),
+        seconds: if layer.at_seconds.is_some() { layer.seam_seconds } else { 0.0 },
+    };
     let mut joints = Vec::with_capacity(skeleton.len());
     for (index, joint) in skeleton.joints().iter().enumerate() {
         control.check()?;
@@ -86,11 +99,6 @@ pub fn layered(
         let weight = layer.weights[index];
         let motion = above.joint(own);
         let rest = joint.rest;
-        let seams = Seams {
-            times,
-            inside: inside.clone(),
-            seconds: if layer.at_seconds.is_some() { layer.seam_seconds } else { 0.0 },
-        };
         let merge = |own: bool| weight > 0.0 && own && !inside.is_empty();
         let vector = |base: &Track<Vec3>, motion: &Track<Vec3>, own: &Track<Vec3>, rest: DVec3| {
             if !merge(own.is_animated()) {
@@ -131,46 +139,109 @@ pub fn layered(
             scale: vector(&base.scale, &motion.scale, &own.scale, rest.scale),
         });
     }
-    // Faces are replaced as a whole where the new motion has them.
-    let mut morphs = above.morphs(motion.morphs());
-    let new: Vec<usize> = morphs.iter().map(|track| track.morph).collect();
-    morphs.extend(below.morphs(base.morphs()).into_iter().filter(|track| !new.contains(&track.morph)));
-    Ok(Clip::new(motion.name().to_owned(), times.to_vec(), joints)?.with_morphs(morphs)?)
+    let morphs = layer.morphs(&below.morphs(base.morphs()), &above.morphs(motion.morphs()), motion, &seams);
+    let contacts = layer.contacts(&below.contacts(base.contacts()), &above.contacts(motion.contacts()), &seams);
+    Ok(Clip::new(motion.name().to_owned(), times.to_vec(), joints)?.with_morphs(morphs)?.with_contacts(contacts)?)
 }
 
 /// The motion with a reference taken out, as changes of the rest pose: what `add` puts on top, as a clip of its own.
 ///
 /// # Errors
 /// When the result does not fit into the numbers of a track.
-pub fn taken_out(motion: &Clip, skeleton: &Skeleton, reference: LayerReference) -> Result<Clip, ClipError> {
-    let layer = Layer { mode: LayerMode::Add, reference, weights: Vec::new(), at_seconds: None, seam_seconds: 0.0 };
+pub fn taken_out(
+    motion: &Clip,
+    skeleton: &Skeleton,
+    morph_rests: Vec<f32>,
+    reference: LayerReference,
+) -> Result<Clip, ClipError> {
+    let layer = Layer {
+        mode: LayerMode::Add,
+        reference,
+        weights: Vec::new(),
+        morph_weight: 1.0,
+        morph_rests,
+        at_seconds: None,
+        seam_seconds: 0.0,
+    };
     let joints = motion.joints().iter().zip(skeleton.joints()).map(|(tracks, joint)| {
         let rest = joint.rest;
         let vector = |track: &Track<Vec3>, rest: DVec3| {
             let reference = layer.vector_reference(track, rest.as_vec3());
-            map(track, |value: Vec3| (rest + value.as_dvec3() - reference).as_vec3())
+            track.map(|value| (rest + value.as_dvec3() - reference).as_vec3())
         };
         let from_reference = layer.rotation_reference(&tracks.rotation, rest.rotation.as_quat()).conjugate();
         let turn = |value: Quat| (rest.rotation * from_reference * value.as_dquat()).normalize().as_quat();
         JointTracks {
             translation: vector(&tracks.translation, rest.translation),
-            rotation: map(&tracks.rotation, turn),
+            rotation: tracks.rotation.map(turn),
             scale: vector(&tracks.scale, rest.scale),
         }
     });
-    Clip::new(motion.name().to_owned(), motion.times_seconds().to_vec(), joints.collect())?
-        .with_morphs(motion.morphs().to_vec())
-}
-
-fn map<T: Copy>(track: &Track<T>, change: impl Fn(T) -> T) -> Track<T> {
-    match track {
-        Track::Rest => Track::Rest,
-        Track::Constant(value) => Track::Constant(change(*value)),
-        Track::Sampled(values) => Track::Sampled(values.iter().map(|value| change(*value)).collect()),
-    }
+    let morphs = motion.morphs().iter().map(|track| {
+        let rest = layer.morph_rests[track.morph];
+        let reference = layer.weight_reference(&track.weights, rest);
+        let weights = track.weights.map(|weight| (f64::from(rest) + f64::from(weight) - reference) as f32);
+        MorphTrack { morph: track.morph, weights }
+    });
+    let morphs = morphs.collect();
+    motion.clone().with_joints(joints.collect())?.with_morphs(morphs)
 }
 
 impl Layer {
+    /// The weights of all morphs that one of the clips animates; both are sampled at the frames of the result. A morph that the motion
+    /// leaves alone stays as in the base.
+    fn morphs(&self, base: &[MorphTrack], over: &[MorphTrack], motion: &Clip, seams: &Seams<'_>) -> Vec<MorphTrack> {
+        let is_base = self.morph_weight <= 0.0 || seams.inside.is_empty();
+        let mut merged: Vec<MorphTrack> = base.to_vec();
+        for (over, own) in over.iter().zip(motion.morphs()).filter(|_| !is_base) {
+            let rest = self.morph_rests[over.morph];
+            let reference = self.weight_reference(&own.weights, rest);
+            let found = base.iter().position(|track| track.morph == over.morph);
+            let under = |frame: usize| f64::from(found.map_or(rest, |index| base[index].weights.at(frame, rest)));
+            let value = |frame: usize| {
+                let (under, over) = (under(frame), f64::from(over.weights.at(frame, rest)));
+                match self.mode {
+                    LayerMode::Replace => under + (over - under) * self.morph_weight,
+                    LayerMode::Add => under + (over - reference) * self.morph_weight,
+                }
+            };
+            let track = MorphTrack { morph: over.morph, weights: seams.weights(under, value) };
+            match found {
+                Some(index) => merged[index] = track,
+                None => merged.push(track),
+            }
+        }
+        merged
+    }
+
+    /// Contacts: of the motion where it takes a joint's place for more than half, else of the base. What is added moves what touches,
+    /// but does not say where it does.
+    fn contacts(&self, base: &[JointContacts], over: &[JointContacts], seams: &Seams<'_>) -> Vec<JointContacts> {
+        let is_over = |joint: usize| self.mode == LayerMode::Replace && self.weights[joint] > 0.5;
+        let added = over.iter().filter(|track| base.iter().all(|known| known.joint != track.joint));
+        let joints = base.iter().chain(added).map(|track| track.joint);
+        let of = |tracks: &[JointContacts], joint: usize, frame: usize| {
+            tracks.iter().find(|track| track.joint == joint).is_some_and(|track| track.touches[frame])
+        };
+        let touches = |joint: usize, frame: usize| {
+            of(if is_over(joint) && seams.inside.contains(&frame) { over } else { base }, joint, frame)
+        };
+        let frames = seams.times.len();
+        let merged = |joint| JointContacts { joint, touches: (0..frames).map(|frame| touches(joint, frame)).collect() };
+        joints.map(merged).collect()
+    }
+
+    fn weight_reference(&self, track: &Track<f32>, rest: f32) -> f64 {
+        match (self.reference, track) {
+            (LayerReference::Rest, _) | (_, Track::Rest) => f64::from(rest),
+            (LayerReference::FirstFrame, track) => f64::from(track.at(0, rest)),
+            (LayerReference::Mean, Track::Constant(weight)) => f64::from(*weight),
+            (LayerReference::Mean, Track::Sampled(weights)) => {
+                weights.iter().map(|weight| f64::from(*weight)).sum::<f64>() / weights.len().max(1) as f64
+            }
+        }
+    }
+
     fn vector_reference(&self, track: &Track<Vec3>, rest: Vec3) -> DVec3 {
         match (self.reference, track) {
             (LayerReference::Rest, _) | (_, Track::Rest) => rest.as_dvec3(),
@@ -198,11 +269,6 @@ impl Layer {
     }
 }
 
-/// The same rotation, written as close to another as it can be.
-fn near(rotation: DQuat, other: DQuat) -> DQuat {
-    if rotation.dot(other) < 0.0 { -rotation } else { rotation }
-}
-
 /// A time within the clip that is played over and over; its end is its end only once.
 fn repeated(time: f64, duration: f64) -> f64 {
     if duration <= 0.0 {
@@ -211,100 +277,5 @@ fn repeated(time: f64, duration: f64) -> f64 {
         time
     } else {
         time.rem_euclid(duration)
-    }
-}
-
-/// Frames from the first at or after the begin to the last at or before the end.
-fn frames_inside(times: &[f64], begin: f64, end: f64) -> std::ops::Range<usize> {
-    /// Seconds that are the same time.
-    const SAME: f64 = 1e-9;
-    let first = times.partition_point(|time| *time < begin - SAME);
-    let after = times.partition_point(|time| *time <= end + SAME);
-    first..after.max(first)
-}
-
-/// Where the layered values begin and end, and how their jumps die away.
-struct Seams<'a> {
-    times: &'a [f64],
-    inside: std::ops::Range<usize>,
-    seconds: f64,
-}
-
-impl Seams<'_> {
-    fn vectors(&self, outside: impl Fn(usize) -> DVec3, inside: impl Fn(usize) -> DVec3) -> Track<Vec3> {
-        let difference = |one: DVec3, other: DVec3| one - other;
-        let (enter, leave) = self.offsets(&outside, &inside, difference);
-        let value = |frame: usize| {
-            let is_inside = self.inside.contains(&frame);
-            let value = if is_inside { inside(frame) } else { outside(frame) };
-            (value + self.left(frame, enter, leave)).as_vec3()
-        };
-        Track::Sampled((0..self.times.len()).map(value).collect())
-    }
-
-    fn rotations(&self, outside: impl Fn(usize) -> DQuat, inside: impl Fn(usize) -> DQuat) -> Track<Quat> {
-        // Offsets are rotations on the left, as rotation vectors.
-        let difference = |one: DQuat, other: DQuat| near(one * other.conjugate(), DQuat::IDENTITY).to_scaled_axis();
-        let (enter, leave) = self.offsets(&outside, &inside, difference);
-        let mut before: Option<Quat> = None;
-        let value = |frame: usize| {
-            let is_inside = self.inside.contains(&frame);
-            let value = if is_inside { inside(frame) } else { outside(frame) };
-            let value = match self.left(frame, enter, leave) {
-                DVec3::ZERO => value.as_quat(),
-                left => (DQuat::from_scaled_axis(left) * value).normalize().as_quat(),
-            };
-            let value = before.map_or(value, |before| if value.dot(before) < 0.0 { -value } else { value });
-            before = Some(value);
-            value
-        };
-        Track::Sampled((0..self.times.len()).map(value).collect())
-    }
-
-    /// Jump and jump of speed at the seam in, and at the seam out; nothing where there is no seam.
-    fn offsets<T: Copy>(
-        &self,
-        outside: &impl Fn(usize) -> T,
-        inside: &impl Fn(usize) -> T,
-        difference: impl Fn(T, T) -> DVec3,
-    ) -> (Option<[DVec3; 2]>, Option<[DVec3; 2]>) {
-        let (first, after) = (self.inside.start, self.inside.end);
-        if self.seconds <= 0.0 {
-            return (None, None);
-        }
-        let last_frame = self.times.len() - 1;
-        let speed = |value: &dyn Fn(usize) -> T, from: usize, to: usize| {
-            if from == to {
-                DVec3::ZERO
-            } else {
-                difference(value(to), value(from)) / (self.times[to] - self.times[from])
-            }
-        };
-        // How the old motion would have gone on, against how the new one does; each is looked at where it is.
-        let jump =
-            |old: &dyn Fn(usize) -> T, new: &dyn Fn(usize) -> T, frame: usize, old_from: usize, new_to: usize| {
-                [difference(old(frame), new(frame)), speed(old, old_from, frame) - speed(new, frame, new_to)]
-            };
-        let last = after.saturating_sub(1);
-        let enter = (first > 0 && first < after).then(|| jump(outside, inside, first, first - 1, last.min(first + 1)));
-        let leave = (after > first && last < last_frame)
-            .then(|| jump(inside, outside, last, first.max(last.saturating_sub(1)), last + 1));
-        (enter, leave)
-    }
-
-    /// What is left of the jumps at a frame: a cubic from the jump and its speed to nothing.
-    fn left(&self, frame: usize, enter: Option<[DVec3; 2]>, leave: Option<[DVec3; 2]>) -> DVec3 {
-        let decay = |begin: usize, [offset, speed]: [DVec3; 2]| {
-            let share = ((self.times[frame] - self.times[begin]) / self.seconds).clamp(0.0, 1.0);
-            let rest = 1.0 - share;
-            (offset * (1.0 + 2.0 * share) + speed * (self.seconds * share)) * (rest * rest)
-        };
-        if self.inside.contains(&frame) {
-            return enter.map_or(DVec3::ZERO, |jump| decay(self.inside.start, jump));
-        }
-        if frame >= self.inside.end {
-            return leave.map_or(DVec3::ZERO, |jump| decay(self.inside.end - 1, jump));
-        }
-        DVec3::ZERO
     }
 }

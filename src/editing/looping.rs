@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 use crate::{
-    model::{Clip, JointTracks, MorphTrack, Skeleton, Track},
+    model::{Clip, JointContacts, JointTracks, MorphTrack, Skeleton, Track},
     rig::{LoopRoot, LoopSpec},
 };
 
@@ -118,11 +118,16 @@ pub(super) fn make_loop(clip: &Clip, skeleton: &Skeleton, up: DVec3, rule: &Loop
             values[frame] + (values[0] - values[frames - 1]) * weights[frame] as f32
         }),
     });
-    Ok(Clip::new(clip.name().to_owned(), key_times, joints)?.with_morphs(morphs.collect())?)
+    let contacts = clip.contacts().iter().map(|track| JointContacts {
+        joint: track.joint,
+        touches: passes_of(times, frames).map(|(_, frame)| track.touches[frame]).collect(),
+    });
+    let looped = Clip::new(clip.name().to_owned(), key_times, joints)?;
+    Ok(looped.with_morphs(morphs.collect())?.with_contacts(contacts.collect())?)
 }
 
 /// The first joint whose place is animated. Parents come before children, so it is the one that moves the figure.
-fn carrier(clip: &Clip) -> Option<usize> {
+pub(super) fn carrier(clip: &Clip) -> Option<usize> {
     let moves = |track: &Track<Vec3>| match track {
         Track::Sampled(values) => values.iter().any(|value| *value != values[0]),
         Track::Rest | Track::Constant(_) => false,
@@ -150,8 +155,12 @@ fn smooth(share: f64) -> f64 {
 
 fn repeat<T: Copy>(track: &Track<T>, times: usize, value: impl Fn(&[T], usize, usize) -> T) -> Track<T> {
     let Track::Sampled(values) = track else { return track.clone() };
-    let passes = (0..times).flat_map(|pass| (usize::from(pass > 0)..values.len()).map(move |frame| (pass, frame)));
-    Track::Sampled(passes.map(|(pass, frame)| value(values, frame, pass)).collect())
+    Track::Sampled(passes_of(times, values.len()).map(|(pass, frame)| value(values, frame, pass)).collect())
+}
+
+/// Which frame of which pass each frame of the repeated clip is; the first of a later pass is the last of the one before.
+fn passes_of(times: usize, frames: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..times).flat_map(move |pass| (usize::from(pass > 0)..frames).map(move |frame| (pass, frame)))
 }
 
 fn keep_hemisphere(track: &mut Track<Quat>) {

@@ -8,7 +8,7 @@
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 use crate::{
-    model::{Clip, ClipError, JointTracks, ModelPose, MorphTrack, Skeleton, Track, Transform},
+    model::{Clip, ClipError, JointContacts, JointTracks, ModelPose, MorphTrack, Skeleton, Track, Transform},
     rig::{MirrorPlane, Rig, Role},
 };
 
@@ -78,11 +78,6 @@ impl<'a> Mirror<'a> {
         self.lateral
     }
 
-    /// The morph that one changes sides with.
-    pub(super) fn morph_twin(&self, morph: usize) -> usize {
-        self.morph_twins.get(morph).copied().unwrap_or(morph)
-    }
-
     /// The clip with left and right swapped. Joints that neither side animates stay as they are.
     ///
     /// # Errors
@@ -131,12 +126,22 @@ impl<'a> Mirror<'a> {
                 scale: if grows(joint) { Track::Sampled(sampled.scales).compacted() } else { Track::Rest },
             }
         });
-        let morphs = clip
-            .morphs()
-            .iter()
-            .map(|track| MorphTrack { morph: self.morph_twin(track.morph), weights: track.weights.clone() });
-        Clip::new(clip.name().to_owned(), clip.times_seconds().to_vec(), tracks.collect())?
-            .with_morphs(morphs.collect())
+        self.with_other_sides(clip, tracks.collect())
+    }
+
+    /// The clip with mirrored tracks, and everything beside them on the other side: contacts on the twins' joints, weights on the twins'
+    /// morphs.
+    pub(super) fn with_other_sides(&self, clip: &Clip, joints: Vec<JointTracks>) -> Result<Clip, ClipError> {
+        let morph = |track: &MorphTrack| MorphTrack {
+            morph: self.morph_twins.get(track.morph).copied().unwrap_or(track.morph),
+            weights: track.weights.clone(),
+        };
+        let contacts =
+            |track: &JointContacts| JointContacts { joint: self.twins.of(track.joint), touches: track.touches.clone() };
+        clip.clone()
+            .with_joints(joints)?
+            .with_contacts(clip.contacts().iter().map(contacts).collect())?
+            .with_morphs(clip.morphs().iter().map(morph).collect())
     }
 
     /// Fills in the local and model transforms of a mirrored pose.

@@ -9,7 +9,7 @@
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 use crate::{
-    model::{Clip, ClipError, JointTracks, MorphTrack, Skeleton, Track},
+    model::{Clip, ClipError, JointTracks, Skeleton},
     rig::{ComponentAxis, Rig},
 };
 
@@ -58,16 +58,12 @@ pub fn mirror_components(
             (own.1 + change).as_vec3()
         };
         JointTracks {
-            translation: map(&tracks.translation, place),
-            rotation: map(&tracks.rotation, turn),
+            translation: tracks.translation.map(place),
+            rotation: tracks.rotation.map(turn),
             scale: tracks.scale.clone(),
         }
     });
-    let morphs = clip
-        .morphs()
-        .iter()
-        .map(|track| MorphTrack { morph: mirror.morph_twin(track.morph), weights: track.weights.clone() });
-    Clip::new(clip.name().to_owned(), clip.times_seconds().to_vec(), joints.collect())?.with_morphs(morphs.collect())
+    mirror.with_other_sides(clip, joints.collect())
 }
 
 /// Local rotation and translation at rest.
@@ -94,12 +90,4 @@ fn about(rotation: DQuat, axis: DVec3) -> DQuat {
     let vector = DVec3::new(rotation.x, rotation.y, rotation.z);
     let kept = axis * (2.0 * vector.dot(axis)) - vector;
     DQuat::from_xyzw(kept.x, kept.y, kept.z, rotation.w)
-}
-
-fn map<T: Copy>(track: &Track<T>, change: impl Fn(T) -> T) -> Track<T> {
-    match track {
-        Track::Rest => Track::Rest,
-        Track::Constant(value) => Track::Constant(change(*value)),
-        Track::Sampled(values) => Track::Sampled(values.iter().map(|value| change(*value)).collect()),
-    }
 }

@@ -2,7 +2,9 @@
 //!
 //! Every edit is a function from a clip to a clip; none changes a skeleton. Knows no file format and no retarget.
 
+mod cycle;
 mod error;
+mod gaze;
 mod layer;
 mod looping;
 mod mirror;
@@ -11,10 +13,13 @@ mod morphs;
 mod reduce;
 mod sampling;
 mod schedule;
+mod seams;
 mod time;
 mod warp;
 
+pub use cycle::{Cycle, find_cycles};
 pub use error::EditError;
+pub use gaze::{Gaze, Look, is_look};
 pub use layer::{Layer, LayerError, branch_weights, layered, taken_out};
 pub use mirror::{Mirror, Twins};
 pub use mirror_components::mirror_components;

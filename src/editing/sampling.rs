@@ -4,7 +4,7 @@ use std::ops::{Add, Mul};
 
 use glam::{Quat, Vec3, Vec4};
 
-use crate::model::{JointTracks, MorphTrack, Track};
+use crate::model::{JointContacts, JointTracks, MorphTrack, Track};
 
 use super::schedule::Schedule;
 
@@ -30,7 +30,7 @@ pub(super) struct Sampling {
 /// Shares below this, and above 1 minus it, are keys.
 const AT_KEY: f64 = 1e-9;
 /// A frame that stands for more than this many keys is an average.
-const MOST_KEYS_PER_FRAME: f64 = 2.0;
+const MOST_KEYS_PER_FRAME: f64 = 2.0 + 1e-3;
 /// An average takes at most so many samples.
 const MOST_TAPS: f64 = 255.0;
 
@@ -73,6 +73,18 @@ impl Sampling {
     /// The weights of morphs.
     pub(super) fn morphs(&self, tracks: &[MorphTrack]) -> Vec<MorphTrack> {
         tracks.iter().map(|track| MorphTrack { morph: track.morph, weights: self.track(&track.weights) }).collect()
+    }
+
+    /// Contacts: at each frame those of the nearest key, or of most of them where a frame is an average.
+    pub(super) fn contacts(&self, tracks: &[JointContacts]) -> Vec<JointContacts> {
+        let resampled = |track: &JointContacts| {
+            let touches = |tap: &Tap| track.touches[tap.key + usize::from(tap.share >= 0.5)];
+            let most = |taps: &[Tap]| taps.iter().filter(|tap| touches(tap)).count() * 2 > taps.len();
+            let begins = std::iter::once(0).chain(self.ends.iter().copied());
+            let frames = begins.zip(&self.ends).map(|(begin, end)| most(&self.taps[begin..*end]));
+            JointContacts { joint: track.joint, touches: frames.collect() }
+        };
+        tracks.iter().map(resampled).collect()
     }
 
     fn track<T: Value>(&self, track: &Track<T>) -> Track<T> {

@@ -4,10 +4,12 @@ use glam::DVec3;
 
 use crate::{
     model::{Canceled, Clip, Control, Skeleton},
-    rig::{EditSpec, InterpolationSpec, RangeSpec},
+    rig::{CycleRange, EditSpec, InterpolationSpec, RangeSpec},
 };
 
-use super::{error::EditError, looping::make_loop, sampling::Sampling, schedule::Schedule, warp::Warp};
+use super::{
+    cycle::find_cycles, error::EditError, looping::make_loop, sampling::Sampling, schedule::Schedule, warp::Warp,
+};
 
 /// An edited clip has at most so many frames: a day at 60 fps is five million.
 const MOST_FRAMES: usize = 10_000_000;
@@ -44,7 +46,7 @@ pub fn edit_time(
     }
     let mut schedule = Schedule::new(clip.times_seconds());
     if let Some(range) = &spec.range {
-        let (start, end) = seconds_of(range, clip)?;
+        let (start, end) = seconds_of(range, clip, skeleton, control)?;
         schedule.crop(start, end);
     }
     if let Some(step) = spec.every {
@@ -79,7 +81,9 @@ pub fn edit_time(
         let start = spec.start_seconds.unwrap_or(0.0);
         let times = schedule.moments().iter().map(|moment| moment.at + start).collect();
         let edited = Clip::new(clip.name().to_owned(), times, joints);
-        Ok(edited.and_then(|edited| edited.with_morphs(sampling.morphs(clip.morphs()))).map_err(EditError::from)?)
+        let edited = edited.and_then(|edited| edited.with_morphs(sampling.morphs(clip.morphs())));
+        let edited = edited.and_then(|edited| edited.with_contacts(sampling.contacts(clip.contacts())));
+        Ok(edited.map_err(EditError::from)?)
     };
     let mut looped = None;
     if let Some(rule) = &spec.make_loop {
@@ -126,7 +130,12 @@ fn check_size(frames: f64, clip: &Clip, field: &str) -> Result<(), EditError> {
 }
 
 /// Start and end on the clip's own clock.
-fn seconds_of(range: &RangeSpec, clip: &Clip) -> Result<(f64, f64), EditError> {
+fn seconds_of(
+    range: &RangeSpec,
+    clip: &Clip,
+    skeleton: &Skeleton,
+    control: &Control,
+) -> Result<(f64, f64), TimeEditError> {
     let times = clip.times_seconds();
     let (first, last) = (times[0], times[times.len() - 1]);
     let (start, end) = match range {
@@ -136,7 +145,8 @@ fn seconds_of(range: &RangeSpec, clip: &Clip) -> Result<(f64, f64), EditError> {
             if end >= times.len() {
                 let detail =
                     format!("frame {end} is past the end: the clip's {} frames are counted from 0", times.len());
-                return Err(EditError::new("range/frames/1", detail, format!("the last frame is {}", times.len() - 1)));
+                let hint = format!("the last frame is {}", times.len() - 1);
+                return Err(EditError::new("range/frames/1", detail, hint).into());
             }
             (times[start.min(times.len() - 1)], if start <= end { times[end] } else { f64::NEG_INFINITY })
         }
@@ -146,14 +156,24 @@ fn seconds_of(range: &RangeSpec, clip: &Clip) -> Result<(f64, f64), EditError> {
             in_range("range/fraction/1", end, 0.0, 1.0)?;
             (first + (last - first) * start, first + (last - first) * end)
         }
+        RangeSpec::Cycles(CycleRange { cycles }) => {
+            in_range("range/cycles", f64::from(*cycles), 1.0, 1000.0)?;
+            let found = find_cycles(clip, skeleton, *cycles, control)?;
+            let [start, end] = found.map(|cycle| cycle.seconds).ok_or_else(|| {
+                let detail = format!("the poses of the clip do not come back {cycles} times");
+                EditError::new("range/cycles", detail, "ask for fewer cycles, or give the range in seconds")
+            })?;
+            (start, end)
+        }
     };
     if !start.is_finite() || end.is_nan() || start > end {
-        return Err(EditError::new("range", "the range ends before it starts", "write its start first, then its end"));
+        let hint = "write its start first, then its end";
+        return Err(EditError::new("range", "the range ends before it starts", hint).into());
     }
     if start > last || end < first {
         let detail =
             format!("the range from {start} to {end} s is outside the clip, which runs from {first} to {last} s");
-        return Err(EditError::new("range", detail, "times are those of the file's keys, in seconds"));
+        return Err(EditError::new("range", detail, "times are those of the file's keys, in seconds").into());
     }
     Ok((start.max(first), end.min(last)))
 }

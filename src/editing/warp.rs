@@ -1,5 +1,7 @@
 //! A rising curve through pairs of times.
 
+use crate::model::hermite;
+
 /// A curve through points that rise in both coordinates; it rises everywhere, and goes on with slope 1 outside them.
 ///
 /// Cubic Hermite with the tangents of Fritsch and Carlson (1980), in the harmonic form that keeps it monotone.
@@ -38,10 +40,8 @@ impl Warp {
         let Some([next_from, next_to]) = self.points.get(after).copied() else { return last[1] + time - last[0] };
         let [from, to] = self.points[after - 1];
         let width = next_from - from;
-        let (u, rest) = ((time - from) / width, (next_from - time) / width);
-        let (slope, next_slope) = (self.slopes[after - 1] * width, self.slopes[after] * width);
-        to * (1.0 + 2.0 * u) * rest * rest + slope * u * rest * rest + next_to * u * u * (3.0 - 2.0 * u)
-            - next_slope * u * u * rest
+        let slopes = [self.slopes[after - 1] * width, self.slopes[after] * width];
+        hermite((time - from) / width, [to, next_to], slopes)
     }
 }
 

@@ -2,7 +2,9 @@
 
 use glam::{DQuat, Quat, Vec3};
 
-use crate::model::{Axes, Clip, ClipError, Joint, JointTracks, Payload, Scene, Skeleton, Track, Transform};
+use crate::model::{
+    Axes, Clip, ClipError, Joint, JointKeys, JointTracks, Payload, Scene, Skeleton, SparseKeys, Transform,
+};
 
 /// A rotation of the scene, and a factor on its lengths.
 #[derive(Clone, Copy, Debug)]
@@ -47,6 +49,7 @@ pub(super) fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
         declared_convention: scene.declared_convention,
         axes: Some(Axes::Y_UP_Z_FRONT),
         unit_metres: Some(1.0),
+        look_at: scene.look_at,
         stretched: None,
         payload: Payload::default(),
     }
@@ -54,31 +57,37 @@ pub(super) fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
 
 /// The same clip likewise.
 pub(super) fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -> Result<Clip, ClipError> {
-    let contacts = clip.contacts().to_vec();
-    let morphs = clip.morphs().to_vec();
-    let (name, times, tracks) = clip.into_parts();
     let rotation = conversion.rotation.as_quat();
     #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
     let scale = conversion.scale as f32;
-    let joints = tracks.into_iter().zip(scene.skeleton.joints()).map(|(tracks, joint)| {
+    let joints = clip.joints().iter().zip(scene.skeleton.joints()).map(|(tracks, joint)| {
         let is_root = joint.parent.is_none();
         let place = |value: Vec3| if is_root { rotation * (value * scale) } else { value * scale };
         let turn = |value: Quat| if is_root { (rotation * value).normalize() } else { value };
         JointTracks {
-            translation: map(tracks.translation, place),
-            rotation: map(tracks.rotation, turn),
-            scale: tracks.scale,
+            translation: tracks.translation.map(place),
+            rotation: tracks.rotation.map(turn),
+            scale: tracks.scale.clone(),
         }
     });
-    Clip::new(name, times, joints.collect())?.with_contacts(contacts)?.with_morphs(morphs)
+    let joints = joints.collect();
+    clip.with_joints(joints)
 }
 
-fn map<T: Copy>(track: Track<T>, change: impl Fn(T) -> T) -> Track<T> {
-    match track {
-        Track::Rest => Track::Rest,
-        Track::Constant(value) => Track::Constant(change(value)),
-        Track::Sampled(values) => Track::Sampled(values.into_iter().map(change).collect()),
-    }
+/// The keys of a clip likewise.
+pub(super) fn convert_keys(keys: &SparseKeys, scene: &Scene, conversion: &Conversion) -> SparseKeys {
+    let rotation = conversion.rotation.as_quat();
+    #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
+    let scale = conversion.scale as f32;
+    let joints = keys.joints.iter().zip(scene.skeleton.joints()).map(|(keys, joint)| {
+        let is_root = joint.parent.is_none();
+        JointKeys {
+            translation: keys.translation.map(|value| if is_root { rotation * (value * scale) } else { value * scale }),
+            rotation: keys.rotation.map(|value| if is_root { rotation * value } else { value }),
+            scale: keys.scale.clone(),
+        }
+    });
+    SparseKeys { joints: joints.collect() }
 }
 
 /// From the axes and unit that a side was found to have to +Y up, +Z front and metres.

@@ -3,19 +3,20 @@
 use std::borrow::Cow;
 
 use crate::{
-    editing::{EditError, Mirror, TimeEditError, edit_time, mirror_components, taken_out},
+    editing::{Cycle, EditError, Mirror, TimeEditError, edit_time, find_cycles, mirror_components, taken_out},
     formats::Limits,
     model::{Clip, ClipError, Control, JointTracks, Phase, Reporter, Scene},
+    retarget::filtered,
     rig::{
-        MirrorMode, MirrorSpec, RetargetSpec, Rig, RigSpec, SpecError, SpecErrorKind, SpecField, is_own_shape,
-        parse_document,
+        CycleRange, EditSpec, MirrorMode, MirrorSpec, RangeSpec, RetargetSpec, Rig, RigSpec, SpecError, SpecErrorKind,
+        SpecField, is_own_shape, named_joints, parse_document,
     },
 };
 
 use super::{
     Counts, EditInputs, Failure, FailureCode, Knowledge, NamedBytes, Outcome, Report, Rigs, Timings, WarningView,
     files::{chosen_clip, in_config, in_config_or, read_spec},
-    layer::laid_over,
+    layer::{laid_over, morph_rests},
     load::load,
     mixups,
     retarget::{Written, facts, joint_count, strict_failure, wanted_outputs, write_outputs},
@@ -155,17 +156,54 @@ pub(super) fn edited_clip<'a>(
 ) -> Result<Cow<'a, Clip>, Failure> {
     let mut edited = Cow::Borrowed(clip);
     if !spec.edit.keeps_time() {
-        let timed = edit_time(clip, rig.skeleton(), rig.up(), &spec.edit, control).map_err(time_failure)?;
+        let edit = with_found_cycles(&spec.edit, rig, clip, control, reporter)?;
+        let timed = edit_time(clip, rig.skeleton(), rig.up(), &edit, control).map_err(time_failure)?;
         edited = Cow::Owned(timed);
     }
     if let Some(mirror) = spec.edit.mirror.details() {
         edited = Cow::Owned(mirrored(rig, &edited, &mirror, reporter)?);
     }
+    if let Some(filter) = spec.edit.filter.as_ref().filter(|filter| filter.scope.enabled) {
+        let joints = match &filter.scope.mask {
+            Some(names) => {
+                let rig_spec = if rig.name == "source" { &spec.source } else { &spec.target };
+                named_joints(rig, rig_spec, names, "/edit/filter/mask").map_err(in_config)?
+            }
+            None => (0..rig.skeleton().len()).collect(),
+        };
+        let smooth = filtered(&edited, filter, joints, control)?;
+        edited = Cow::Owned(smooth.map_err(|error| not_a_clip(rig, &error))?);
+    }
     if let Some(reference) = spec.edit.additive {
-        let difference = taken_out(&edited, rig.skeleton(), reference);
+        let difference = taken_out(&edited, rig.skeleton(), morph_rests(rig), reference);
         edited = Cow::Owned(difference.map_err(|error| not_a_clip(rig, &error))?);
     }
     Ok(edited)
+}
+
+/// The edits with the seconds of the cycles that they ask for, which are told.
+fn with_found_cycles<'a>(
+    edit: &'a EditSpec,
+    rig: &Rig<'_>,
+    clip: &Clip,
+    control: &Control,
+    reporter: &mut Reporter,
+) -> Result<Cow<'a, EditSpec>, Failure> {
+    let Some(RangeSpec::Cycles(CycleRange { cycles })) = &edit.range else { return Ok(Cow::Borrowed(edit)) };
+    let Some(Cycle { seconds: [start, end], seam_degrees }) = find_cycles(clip, rig.skeleton(), *cycles, control)?
+    else {
+        // The edit itself says what is missing.
+        return Ok(Cow::Borrowed(edit));
+    };
+    reporter.warn(
+        "cycles_found",
+        rig.name,
+        format!(
+            "{cycles} cycles were found from {start:.3} to {end:.3} s; the poses at the two ends differ by {seam_degrees:.1}° on average"
+        ),
+        "give edit.range in seconds for another part",
+    );
+    Ok(Cow::Owned(EditSpec { range: Some(RangeSpec::Seconds([start, end])), ..edit.clone() }))
 }
 
 fn not_a_clip(rig: &Rig<'_>, error: &ClipError) -> Failure {

@@ -22,6 +22,10 @@ pub struct KeysView {
     pub keys_before: usize,
     /// Keys that were written of them.
     pub keys_after: usize,
+    /// Bytes of those keys, times and values, with a key per frame.
+    pub bytes_before: usize,
+    /// Bytes of what was written.
+    pub bytes_after: usize,
     /// The most that a point of the mesh moves by it, in millimetres.
     pub worst_millimetres: f64,
     /// The joint that the point is on.
@@ -52,13 +56,16 @@ pub(super) fn reduced(
     let tolerance = Tolerance {
         distance: tolerance.distance_metres / rig.unit_metres,
         shell: tolerance.shell_metres / rig.unit_metres,
+        interpolation: tolerance.interpolation,
     };
-    let Reduction { keys, keys_before, worst } = reduce_keys(clip, rig.skeleton(), tolerance, control)?;
+    let Reduction { keys, keys_before, bytes_before, worst } = reduce_keys(clip, rig.skeleton(), tolerance, control)?;
     let (distance, joint, frame) = worst;
     let view = KeysView {
         format: output.format.info().name,
         keys_before,
         keys_after: keys.count(),
+        bytes_before,
+        bytes_after: keys.bytes(),
         worst_millimetres: distance * rig.unit_metres * 1000.0,
         worst_joint: rig.skeleton().label(joint),
         worst_frame: frame,

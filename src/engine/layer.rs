@@ -32,6 +32,12 @@ pub(super) fn laid_over(
     let layer = Layer {
         mode: spec.mode,
         reference: spec.reference,
+        morph_weight: match (&spec.mask, rig.role("head").first()) {
+            (None, _) => spec.weight,
+            // Faces go along with the head.
+            (Some(_), head) => head.map_or(0.0, |head| weights[*head]),
+        },
+        morph_rests: morph_rests(rig),
         weights,
         at_seconds: spec.at_seconds,
         seam_seconds: spec.seam_seconds,
@@ -48,6 +54,11 @@ pub(super) fn laid_over(
         LayerError::Canceled(canceled) => canceled.into(),
         LayerError::Clip(error) => Failure::new(FailureCode::AssetMalformed, error.to_string()).in_part(rig.name),
     })
+}
+
+/// The weights that morphs have where nothing animates them.
+pub(super) fn morph_rests(rig: &Rig<'_>) -> Vec<f32> {
+    rig.scene.morphs.iter().map(|morph| morph.rest).collect()
 }
 
 fn base<'a>(rig: &Rig<'a>, spec: &LayerSpec, reporter: &mut Reporter) -> Result<&'a Clip, Failure> {

@@ -6,6 +6,7 @@
 mod alignment;
 mod convert;
 mod edit;
+mod edits_page;
 mod explain;
 mod explain_text;
 mod failure;
@@ -30,6 +31,7 @@ mod tune;
 
 pub use alignment::AlignmentView;
 pub use edit::{edit, edit_config, edit_with};
+pub use edits_page::edits_page;
 pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain, explain_with};
 pub use failure::{Failure, FailureCode, FieldError};
 pub use inspect::{

@@ -1,9 +1,11 @@
 //! Faces on their way from the source to the target.
 
+use std::borrow::Cow;
+
 use crate::{
-    editing::moved_morphs,
-    model::{Clip, Reporter, Scene, Track},
-    rig::{MorphMapping, MorphsSpec, map_morphs},
+    editing::{Gaze, is_look, moved_morphs},
+    model::{Clip, ClipError, Morph, MorphPlace, MorphTrack, Reporter, Scene, Track},
+    rig::{MorphMapping, MorphsSpec, Rig, map_morphs, morph_meaning},
 };
 
 use super::{Failure, FailureCode, files::in_config};
@@ -15,20 +17,79 @@ const STILL: f32 = 0.01;
 pub(super) fn with_morphs(
     result: Clip,
     clip: &Clip,
-    (source, target): (&Scene, &Scene),
+    (source_rig, target_rig): (&Rig<'_>, &Rig<'_>),
     spec: &MorphsSpec,
     reporter: &mut Reporter,
 ) -> Result<Clip, Failure> {
+    let (source, target) = (source_rig.scene, target_rig.scene);
     // A file has weights for all morphs of a mesh where it has them for one.
     let moving = clip.morphs().iter().filter(|track| moves(&track.weights, source.morphs[track.morph].rest));
-    let animated: Vec<usize> = moving.map(|track| track.morph).collect();
-    if animated.is_empty() && spec.rows.is_empty() {
+    let mut face = Face {
+        animated: moving.map(|track| track.morph).collect(),
+        morphs: Cow::Borrowed(&source.morphs),
+        clip: Cow::Borrowed(clip),
+    };
+    if spec.enabled && spec.by_name {
+        face.look_by_shapes(source_rig, target_rig).map_err(not_a_clip)?;
+    }
+    if face.animated.is_empty() && spec.rows.is_empty() {
         return Ok(result);
     }
-    let mapping = map_morphs(&source.morphs, &animated, &target.morphs, spec).map_err(in_config)?;
+    let mut mapping = map_morphs(&face.morphs, &face.animated, &target.morphs, spec).map_err(in_config)?;
+    // What stands for eyes that turn is not lost with them.
+    mapping.unused.retain(|morph| *morph < source.morphs.len());
+    let mut result = result;
+    if spec.enabled && spec.by_name && !mapping.drives.iter().any(|drive| looks(&target.morphs, drive.target)) {
+        let range = source.look_at.unwrap_or_default();
+        let gaze = Gaze::of_morphs(clip, &source.morphs, &range);
+        if let Some(turned) =
+            gaze.map(|gaze| gaze.onto_eyes(target_rig, &result)).transpose().map_err(not_a_clip)?.flatten()
+        {
+            result = turned;
+            mapping.unused.retain(|morph| !looks(&source.morphs, *morph));
+        }
+    }
     report_lost(source, target, &mapping, spec, reporter);
-    let moved = moved_morphs(clip, &mapping, &source.morphs, &target.morphs);
-    result.with_morphs(moved).map_err(|error| Failure::new(FailureCode::Internal, error.to_string()))
+    let moved = moved_morphs(&face.clip, &mapping, &face.morphs, &target.morphs);
+    result.with_morphs(moved).map_err(not_a_clip)
+}
+
+fn not_a_clip(error: ClipError) -> Failure {
+    Failure::new(FailureCode::Internal, error.to_string())
+}
+
+/// Whether a morph, by its name, looks somewhere.
+fn looks(morphs: &[Morph], morph: usize) -> bool {
+    morph_meaning(&morphs[morph].name).is_some_and(is_look)
+}
+
+/// What the source's face does.
+struct Face<'a> {
+    /// Morphs that move, of `morphs`.
+    animated: Vec<usize>,
+    /// Those of the file, and behind them those that stand for its eyes.
+    morphs: Cow<'a, [Morph]>,
+    clip: Cow<'a, Clip>,
+}
+
+impl Face<'_> {
+    /// Adds shapes that look where the eye joints do, for a target that looks by shapes.
+    fn look_by_shapes(&mut self, source: &Rig<'_>, target: &Rig<'_>) -> Result<(), ClipError> {
+        let has_eyes = ["left_eye", "right_eye"].iter().any(|role| !target.role(role).is_empty());
+        let by_joints = has_eyes && !target.scene.look_at.is_some_and(|look_at| look_at.by_shapes);
+        if by_joints || self.animated.iter().any(|morph| looks(&self.morphs, *morph)) {
+            return Ok(());
+        }
+        let Some(gaze) = Gaze::of_eyes(source, &self.clip) else { return Ok(()) };
+        let mut tracks = self.clip.morphs().to_vec();
+        for (name, weights) in gaze.weights(&target.scene.look_at.unwrap_or_default()) {
+            self.animated.push(self.morphs.len());
+            tracks.push(MorphTrack { morph: self.morphs.len(), weights: Track::Sampled(weights) });
+            self.morphs.to_mut().push(Morph { name: name.to_owned(), rest: 0.0, place: MorphPlace::Weight });
+        }
+        self.clip = Cow::Owned(self.clip.clone().into_owned().with_morphs(tracks)?);
+        Ok(())
+    }
 }
 
 fn moves(weights: &Track<f32>, rest: f32) -> bool {

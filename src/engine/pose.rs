@@ -7,7 +7,7 @@
 use glam::{Quat, Vec3};
 
 use crate::{
-    formats::{self, Include, Limits, TargetClips, WriteOptions},
+    formats::{self, EulerOrder, Include, Limits, TargetClips, WriteOptions},
     model::{Axes, Clip, Control, Joint, JointTracks, LocalPose, Phase, Reporter, Scene, Skeleton, Track},
     rig::{IncludeSpec, PoseChoice, PoseSpec, Posed, RetargetSpec, Rig, parse_spec, posed_target},
 };
@@ -189,6 +189,7 @@ impl Posing {
                 "engine": { "name": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION") },
                 "pose": clip.name(),
             })),
+            rotation_order: output.options.rotation_order.name().and_then(EulerOrder::from_name),
         };
         let wants_ours = match output.format {
             formats::Format::Bvh => false,

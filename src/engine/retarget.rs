@@ -1,7 +1,9 @@
 //! The main job: read, resolve, plan, run, measure, write.
 
+use std::sync::Arc;
+
 use crate::{
-    formats::{self, Format, FormatError, Include, Limits, TargetClips, WriteOptions},
+    formats::{self, EulerOrder, Format, FormatError, Include, Limits, TargetClips, WriteOptions},
     model::{Axes, Clip, Control, Phase, Reporter, Scene},
     retarget::{Measures, Verdict, measure},
     rig::{
@@ -14,7 +16,7 @@ use super::{
     Counts, EditInputs, Failure, FailureCode, Inputs, Knowledge, Outcome, Output, Report, RigFacts, Rigs, Timings,
     WarningView,
     alignment::view,
-    convert::{convert_clip, convert_scene, into_ours},
+    convert::{convert_clip, convert_keys, convert_scene, into_ours},
     edit::{edit_by, edited_clip},
     files::{Files, Sides, in_config, one_field, read_spec},
     keys::{KeysView, reduced},
@@ -90,7 +92,7 @@ pub fn retarget_with(
         .then(|| measure(&mapping, &source, &target, clip, &result, &spec.report, &reaches));
     let measure_seconds = control.seconds() - measuring;
 
-    let result = with_morphs(result, clip, (&files.source.scene, &files.target.scene), &spec.morphs, &mut reporter)?;
+    let result = with_morphs(result, clip, (&source, &target), &spec.morphs, &mut reporter)?;
     let result = match &spec.layer {
         Some(layer) => laid_over(&target, &spec.target, &result, layer, control, &mut reporter)?,
         None => result,
@@ -204,14 +206,17 @@ pub(super) fn write_outputs(
         keys.extend(reduced.as_ref().map(|(_, view)| view.clone()));
         let renamed = output.options.clip_name.as_ref().map(|name| result.clone().renamed(name.clone()));
         let clip = renamed.as_ref().unwrap_or(result);
-        let holds_morphs = matches!(output.format, Format::Glb | Format::Gltf | Format::Vrm)
-            && output.options.include == IncludeSpec::Full;
+        let holds_morphs = match output.format {
+            Format::Glb | Format::Gltf | Format::Vrm => output.options.include == IncludeSpec::Full,
+            Format::PosesNpz | Format::PosesJson => true,
+            _ => false,
+        };
         if !clip.morphs().is_empty() && !holds_morphs {
             reporter.warn(
                 "morphs_not_written",
                 output.format.info().name,
                 format!("the weights of {} morphs are not in this output", clip.morphs().len()),
-                "take a glTF format with everything of the target, or set morphs.enabled to false",
+                "take pose arrays or a glTF format with everything of the target, or set morphs.enabled to false",
             );
         }
         let options = WriteOptions {
@@ -225,6 +230,7 @@ pub(super) fn write_outputs(
                 TargetClipsSpec::Drop => TargetClips::Drop,
             },
             extras: Some(extras.clone()),
+            rotation_order: output.options.rotation_order.name().and_then(EulerOrder::from_name),
         };
         let bytes = write_one(target, clip, &options, control, reporter)
             .map_err(|error| Failure::from(error).in_part("target"))?;
@@ -256,10 +262,13 @@ fn write_one(
         return formats::write(target.scene, clip, options, control, reporter);
     }
     let scene = convert_scene(target.scene, &conversion);
-    let keys = clip.sparse_keys().cloned();
+    let keys = clip.sparse_keys().map(|keys| Arc::new(convert_keys(keys, target.scene, &conversion)));
     let clip = convert_clip(clip.clone(), target.scene, &conversion)
         .map_err(|error| FormatError::malformed("convert", "", error.to_string()))?;
-    let clip = keys.map_or_else(|| clip.clone(), |keys| clip.clone().with_sparse_keys(keys));
+    let clip = match keys {
+        Some(keys) => clip.with_sparse_keys(keys),
+        None => clip,
+    };
     formats::write(&scene, &clip, options, control, reporter)
 }
 

@@ -30,6 +30,7 @@ mod zipped;
 pub use budget::{Budget, Limit, Limits};
 pub use bundle::{Unpacked, embed_with, may_point_to_others, unpack};
 pub use error::{ErrorKind, FormatError};
+pub use euler::EulerOrder;
 pub use format::{Format, FormatInfo};
 pub use sniff::sniff;
 
@@ -104,6 +105,9 @@ pub struct WriteOptions {
     pub target_clips: TargetClips,
     /// Merged into the document's `asset.extras.retargetd` where the format has room for it (provenance).
     pub extras: Option<serde_json::Value>,
+    /// In which order a BVH has the rotations of all joints; else each joint has the usual one, or where that comes near its gimbal the
+    /// one whose angles change least.
+    pub rotation_order: Option<EulerOrder>,
 }
 
 /// How much of the target goes into the output.

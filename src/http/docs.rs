@@ -5,14 +5,21 @@ use std::sync::OnceLock;
 use axum::{
     Router,
     http::header,
-    response::{IntoResponse, Response},
+    response::{Html, IntoResponse, Response},
     routing::get,
 };
 use utoipa::{OpenApi, openapi::OpenApi as Document};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
-use super::{ApiState, code::problems_page, json_text, resources};
+use super::{
+    ApiState,
+    code::{Code, problems_page},
+    json_text,
+    problem::Problem,
+    resources,
+};
+use crate::{engine::edits_page, samples::walk_scene};
 
 #[derive(OpenApi)]
 #[openapi(
@@ -53,7 +60,20 @@ pub fn openapi_document() -> Document {
 /// The document itself, and the page that shows it. Everything that the page needs is in the binary.
 pub(super) fn pages() -> Router<ApiState> {
     let page = SwaggerUi::new("/docs").config(Config::from("/openapi.json"));
-    Router::new().route("/openapi.json", get(document)).route("/problems", get(problems)).merge(Router::from(page))
+    Router::new()
+        .route("/openapi.json", get(document))
+        .route("/problems", get(problems))
+        .route("/docs/edits", get(edits))
+        .merge(Router::from(page))
+}
+
+/// What every edit does to a walk, in curves.
+async fn edits() -> Response {
+    static PAGE: OnceLock<Option<String>> = OnceLock::new();
+    match PAGE.get_or_init(|| edits_page(&walk_scene()).ok()) {
+        Some(page) => Html(page.as_str()).into_response(),
+        None => Problem::new(Code::Internal, "the page of edits could not be made").into_response(),
+    }
 }
 
 /// The page that the `type` of every problem points to.

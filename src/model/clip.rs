@@ -108,6 +108,16 @@ impl Clip {
         }
     }
 
+    /// The same clip with other tracks, one entry per joint: name, times, contacts and morphs stay. Which keys are needed is not known
+    /// of the new tracks.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_joints(self, joints: Vec<JointTracks>) -> Result<Self, ClipError> {
+        let Self { name, times_seconds, contacts, morphs, .. } = self;
+        Ok(Self { contacts, morphs, ..Self::new(name, times_seconds, joints)? })
+    }
+
     /// When joints rest on something, where that is known.
     #[must_use]
     pub fn contacts(&self) -> &[JointContacts] {

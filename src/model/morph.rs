@@ -28,6 +28,8 @@ pub enum MorphPlace {
     /// An expression: morphs of meshes (by their index in [`super::Scene::morphs`]) with the weight that each has at 1. None where the
     /// file animates a face that it does not hold.
     Expression(Vec<(usize, f32)>),
+    /// A weight of its own: the file holds it without the mesh that it moves, as pose arrays do.
+    Weight,
 }
 
 /// The weight of one morph over the frames of a clip.

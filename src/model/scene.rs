@@ -2,7 +2,7 @@
 
 use std::{any::Any, fmt, sync::Arc};
 
-use super::{Axes, Clip, Morph, Skeleton, SkinPoints, Stretched, Transform};
+use super::{Axes, Clip, LookAt, Morph, Skeleton, SkinPoints, Stretched, Transform};
 
 /// An imported file: one forest of joints, its clips and skins, and the file's own document for writing back what we do not
 /// understand.
@@ -24,6 +24,8 @@ pub struct Scene {
     pub skin_points: SkinPoints,
     /// Morph targets of meshes, and expressions.
     pub morphs: Vec<Morph>,
+    /// What the shapes that look aside mean, where the file says it.
+    pub look_at: Option<LookAt>,
     /// Roles that the file itself declares (a VRM humanoid map): role name of that format, and joint.
     pub declared_roles: Vec<(String, usize)>,
     /// The name of the convention that `declared_roles` follows, such as `vrm`.

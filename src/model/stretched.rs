@@ -103,8 +103,7 @@ impl Stretched {
             recorded.add(&straight_pose(file, pose.transforms(), &matrices, &stretched).0);
         }
         let rests = straight.joints().iter().map(|joint| joint.rest);
-        Clip::new(clip.name().to_owned(), clip.times_seconds().to_vec(), recorded.into_tracks(clip, rests))?
-            .with_morphs(clip.morphs().to_vec())
+        clip.clone().with_joints(recorded.into_tracks(clip, rests))
     }
 
     fn straight_points(&self, points: &SkinPoints) -> SkinPoints {
@@ -154,7 +153,7 @@ impl Stretched {
             recorded.add(&self.nodes_of(skeleton, &clip.local_pose(skeleton, frame)));
         }
         let tracks = recorded.into_tracks(clip, self.nodes.iter().copied());
-        Clip::new(clip.name().to_owned(), clip.times_seconds().to_vec(), tracks)?.with_morphs(clip.morphs().to_vec())
+        clip.clone().with_joints(tracks)
     }
 
     /// The local transforms of the file's nodes that put every joint where a pose has it.

@@ -26,6 +26,16 @@ impl<T: Copy> Track<T> {
         }
     }
 
+    /// The track with all of its values changed; one at rest stays so.
+    #[must_use]
+    pub fn map<U>(&self, change: impl Fn(T) -> U) -> Track<U> {
+        match self {
+            Self::Rest => Track::Rest,
+            Self::Constant(value) => Track::Constant(change(*value)),
+            Self::Sampled(values) => Track::Sampled(values.iter().map(|value| change(*value)).collect()),
+        }
+    }
+
     /// Whether the file animates this channel.
     #[must_use]
     pub const fn is_animated(&self) -> bool {

@@ -18,4 +18,4 @@ pub use explain::{DriverKind, JointExplanation, explain_joint};
 pub use measure::{ContactMeasure, Curves, LimbDirection, Measures, Metric, SidePair, Verdict, Worst, measure};
 pub use plan::Plan;
 pub use run::{RunError, run};
-pub use stages::{ContactTrack, LimbReach, Stack, StackResult};
+pub use stages::{ContactTrack, LimbReach, Stack, StackResult, filtered};

@@ -5,6 +5,7 @@
 mod alignment;
 mod anatomy;
 mod auto_map;
+mod bone_maps;
 mod deserialize;
 mod error;
 mod findings;
@@ -37,7 +38,7 @@ pub use floor::standing_floor;
 pub use joint_table::{TableRow, write_table};
 pub use mapping::{ChainPair, Chord, CrotchRule, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing};
 pub use mask::named_joints;
-pub use morphs::{MorphDrive, MorphMapping, MorphTerm, map_morphs};
+pub use morphs::{MorphDrive, MorphMapping, MorphTerm, map_morphs, morph_meaning};
 pub use parse::{is_own_shape, parse_document, parse_spec, parse_value};
 pub use posing::{Posed, posed_target};
 pub use recognition::{

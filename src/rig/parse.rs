@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use super::{
+    bone_maps::{convert, is_bmap, is_bone_map, read_bmap},
     deserialize::deserialize,
     error::{SpecError, SpecErrorKind, SpecField},
     ikrig,
@@ -26,7 +27,7 @@ const MOST_EDIT_DEGREES: f64 = 3600.0;
 /// Factors beyond this are refused.
 const MOST_SCALE: f64 = 1e6;
 
-/// Reads a config: our own spec as JSON or YAML, an ikrigretarget config, or a joint table. An empty document is an empty spec.
+/// Reads a config: our own spec as JSON or YAML, an ikrigretarget config, a joint table, or a bone map of another tool. An empty document is an empty spec.
 ///
 /// # Errors
 /// When it is neither, names fields that do not exist, or has values of the wrong type or out of range.
@@ -43,6 +44,7 @@ pub fn parse_value(document: Value) -> Result<RetargetSpec, SpecError> {
     if ikrig::is_config(&document) {
         return ikrig::convert(document);
     }
+    let document = if is_bone_map(&document) { convert(&document)? } else { document };
     if !document.is_object() {
         let detail = format!("the config is {} where an object is expected", kind_of(&document));
         return Err(SpecError::new(SpecErrorKind::Malformed, detail, "an empty config is {}"));
@@ -63,11 +65,11 @@ pub fn parse_value(document: Value) -> Result<RetargetSpec, SpecError> {
 /// Whether a document has the shape of our own spec, and is no config of another tool.
 #[must_use]
 pub fn is_own_shape(document: &Value) -> bool {
-    document.is_object() && !ikrig::is_config(document)
+    document.is_object() && !ikrig::is_config(document) && !is_bone_map(document)
 }
 
-/// Reads a document of ours: JSON, YAML, or a joint table, which becomes the spec that it stands for. An empty one is an empty
-/// object.
+/// Reads a document of ours: JSON, YAML, or a joint table or bone map in text, which becomes the spec that it stands for. An empty one
+/// is an empty object.
 ///
 /// # Errors
 /// When it is neither.
@@ -81,6 +83,9 @@ pub fn parse_document(bytes: &[u8]) -> Result<Value, SpecError> {
     }
     if text.starts_with(['{', '[']) {
         return serde_json::from_str(text).map_err(|error| malformed(format!("the config is not JSON: {error}")));
+    }
+    if is_bmap(text) {
+        return read_bmap(text);
     }
     if is_table(text) {
         return read_table(text);

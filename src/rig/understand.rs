@@ -263,13 +263,26 @@ fn find_roles(
     let mut roles: BTreeMap<String, Vec<usize>> =
         recognition.roles.iter().map(|(role, finding)| (role.to_string(), finding.joints.clone())).collect();
     let mut fields = Vec::new();
+    let recognised: Vec<String> = roles.keys().cloned().collect();
+    let unknown = |role: &str, pointer: String| {
+        let field = SpecField::new(SpecErrorKind::UnknownName, pointer, format!("there is no role '{role}'"));
+        let is_known = role.parse::<super::Role>().is_ok();
+        (!is_known).then(|| field.with_nearest(role, recognised.iter().map(String::as_str)))
+    };
+    for (role, alternatives) in &spec.role_names {
+        if let Some(field) = unknown(role, format!("/{name}/role_names/{role}")) {
+            fields.push(field);
+            continue;
+        }
+        let joints: Vec<usize> = alternatives.iter().filter_map(|names| first_named(skeleton, names)).collect();
+        if !joints.is_empty() {
+            roles.insert(role.clone(), joints);
+        }
+    }
     for (role, names) in &spec.roles {
         let pointer = format!("/{name}/roles/{role}");
-        if role.parse::<super::Role>().is_err() {
-            let detail = format!("there is no role '{role}'");
-            let known: Vec<String> = roles.keys().cloned().collect();
-            let field = SpecField::new(SpecErrorKind::UnknownName, pointer, detail);
-            fields.push(field.with_nearest(role, known.iter().map(String::as_str)));
+        if let Some(field) = unknown(role, pointer.clone()) {
+            fields.push(field);
             continue;
         }
         let mut joints = Vec::new();
@@ -292,6 +305,12 @@ fn find_roles(
         }
     }
     SpecError::from_fields(fields).map_or(Ok(roles), Err)
+}
+
+/// The first of some names that a joint has, capitals or not.
+fn first_named(skeleton: &Skeleton, names: &[String]) -> Option<usize> {
+    let named = |name: &String| skeleton.joints().iter().position(|joint| joint.name.eq_ignore_ascii_case(name));
+    names.iter().find_map(named)
 }
 
 /// The rotation to +Y up, +Z front. What the spec says wins; then what the file declares, unless the body contradicts it; then

@@ -1,9 +1,14 @@
 //! Edits of a clip: their properties on the sample and on real clips, and the command line.
 
 mod command;
+mod commute;
+mod contacts;
+mod cycles;
+mod euler;
 mod keys;
 mod layers;
 mod mirror;
+mod page;
 mod time;
 
 use glam::{DVec3, Quat, Vec3};

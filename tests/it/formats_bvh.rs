@@ -29,6 +29,7 @@ fn write(scene: &Scene, clip: &Clip) -> (Vec<u8>, Vec<&'static str>) {
         include: Include::default(),
         target_clips: TargetClips::default(),
         extras: None,
+        rotation_order: None,
     };
     let mut reporter = Reporter::new();
     let bytes = formats::write(scene, clip, &options, &Control::new(), &mut reporter).expect("it is written");
@@ -269,7 +270,14 @@ fn written_positions_are_exact_whatever_the_rest_is() {
     let (scene, clip) = awkward();
     let (bytes, mut codes) = write(&scene, &clip);
     codes.sort_unstable();
-    let expected = ["joint_renamed", "joint_renamed", "rest_rotations_folded", "scale_animation_lost", "scales_folded"];
+    let expected = [
+        "joint_renamed",
+        "joint_renamed",
+        "rest_rotations_folded",
+        "rotation_order_chosen",
+        "scale_animation_lost",
+        "scales_folded",
+    ];
     assert_eq!(codes, expected, "every loss is said");
     let (back, codes) = read(&bytes);
     assert_eq!(codes, Vec::<&str>::new(), "what we write is a good file");

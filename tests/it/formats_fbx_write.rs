@@ -19,6 +19,7 @@ fn write(scene: &Scene, clip: &Clip) -> (Vec<u8>, Vec<&'static str>) {
         include: Include::Everything,
         target_clips: TargetClips::Keep,
         extras: None,
+        rotation_order: None,
     };
     let mut reporter = Reporter::new();
     let bytes = formats::write(scene, clip, &options, &Control::new(), &mut reporter).expect("it can be written");

@@ -45,7 +45,8 @@ fn real_files_round_trip() {
             (Format::Gltf, Include::Everything, "gltf"),
             (Format::Glb, Include::SkeletonAndAnimation, "skeleton.glb"),
         ] {
-            let options = WriteOptions { format, include, target_clips: TargetClips::Keep, extras: None };
+            let options =
+                WriteOptions { format, include, target_clips: TargetClips::Keep, extras: None, rotation_order: None };
             let written = formats::write(&scene, &clip, &options, &Control::new(), &mut Reporter::new())
                 .unwrap_or_else(|error| panic!("{name} as {ending}: {error}"));
             let (back, _) = read(&written, file).unwrap_or_else(|error| panic!("{name} as {ending}: {error}"));
@@ -235,6 +236,7 @@ fn read_and_write_under_watch(bytes: Vec<u8>, file: &Path) {
                 include: Include::Everything,
                 target_clips: TargetClips::Keep,
                 extras: Some(serde_json::json!({"test": true})),
+                rotation_order: None,
             };
             formats::write(&scene, &clip, &options, &Control::new(), &mut Reporter::new()).map(|_| ()).ok();
         }

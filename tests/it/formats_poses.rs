@@ -28,7 +28,13 @@ fn read_under(bytes: &[u8], format: Format, limits: &Limits) -> Result<(Scene, V
 }
 
 fn write(scene: &Scene, clip: &Clip, format: Format, extras: Option<serde_json::Value>) -> Vec<u8> {
-    let options = WriteOptions { format, include: Include::Everything, target_clips: TargetClips::Keep, extras };
+    let options = WriteOptions {
+        format,
+        include: Include::Everything,
+        target_clips: TargetClips::Keep,
+        extras,
+        rotation_order: None,
+    };
     formats::write(scene, clip, &options, &Control::new(), &mut Reporter::new()).expect("it can be written")
 }
 
@@ -102,6 +108,11 @@ fn broken_documents_name_the_key_and_the_index() {
         (&[("meta", r#""{\"unit\": 0}""#)], "meta.unit"),
         (&[("meta", r#""{\"fps\": -1}""#)], "meta.fps"),
         (&[("meta", r#""{""#)], "meta"),
+        (&[("contacts", "[[true], [false], [true]]")], "contact_joints"),
+        (&[("contact_joints", r#"["nobody"]"#), ("contacts", "[[true], [false], [true]]")], "contact_joints[0]"),
+        (&[("contact_joints", "[]"), ("contacts", "[[true], [false], [true]]")], "contacts: the shape is [3, 1]"),
+        (&[("morph_weights", "[[0], [1], [0]]")], "morph_weights: the shape is [3, 1]"),
+        (&[("morph_names", r#"["smile"]"#), ("morph_weights", "[[0], [1e39], [0]]")], "morph_weights[1, 0]"),
     ] {
         let text = refusal(changes);
         assert!(text.starts_with(expected), "{changes:?} gives {text:?} where {expected:?} is expected");
@@ -115,7 +126,7 @@ fn repairs_and_losses_are_warnings() {
     assert_eq!(codes(&[("joint_names", r#"["", "a"]"#)]), ["joint_name_empty"], "no name");
     assert_eq!(codes(&[("rest_rotations", "[[0,0,0,1.01],[0,0,0,1]]")]), ["quaternion_not_unit"], "length");
     assert_eq!(codes(&[("rest_rotations", "[[0,0,0,1.0005],[0,0,0,1]]")]), [""; 0], "rounding is no fault");
-    assert_eq!(codes(&[("contacts", "[[[[1]]]]"), ("morph_names", "[]")]), ["poses_keys_ignored"], "one for all");
+    assert_eq!(codes(&[("velocities", "[[[[1]]]]"), ("heading", "[]")]), ["poses_keys_ignored"], "one for all");
     assert_eq!(codes(&[("translations", "")]), ["poses_channel_absent"], "an absent channel");
 }
 
@@ -342,5 +353,27 @@ numpy.savez_compressed(sys.argv[2], **a)
             let [a, b] = [ours, theirs].map(|tracks| tracks.rotation.at(frame, Quat::IDENTITY));
             assert!((a - b).length() < 1e-6, "big-endian doubles in column-major order");
         }
+    }
+}
+
+#[test]
+fn contacts_and_morphs_come_in_and_go_out() {
+    let beside = [
+        ("contact_joints", r#"["tip"]"#),
+        ("contacts", "[[true], [0], [1]]"),
+        ("morph_names", r#"["jawOpen", "eyeBlinkLeft"]"#),
+        ("morph_weights", "[[0, 0.25], [0.5, 0.25], [1, 0.25]]"),
+    ];
+    let (scene, codes) = read(&document(&beside), Format::PosesJson).expect("valid");
+    assert!(codes.is_empty(), "nothing is lost: {codes:?}");
+    let clip = &scene.clips[0];
+    assert_eq!(clip.contacts().len(), 1, "one joint");
+    assert_eq!((clip.contacts()[0].joint, clip.contacts()[0].touches.as_slice()), (1, &[true, false, true][..]));
+    assert_eq!(clip.morphs()[0].weights, Track::Sampled(vec![0.0, 0.5, 1.0]));
+    assert_eq!(clip.morphs()[1].weights, Track::Constant(0.25));
+    for format in [Format::PosesJson, Format::PosesNpz] {
+        let (back, _) = read(&write(&scene, clip, format, None), format).expect("what was written is read");
+        assert_eq!((back.clips[0].contacts(), back.clips[0].morphs()), (clip.contacts(), clip.morphs()), "{format:?}");
+        assert_eq!(back.morphs, scene.morphs, "{format:?}: names");
     }
 }

@@ -4,6 +4,7 @@ mod support;
 
 mod alignment;
 mod architecture;
+mod bone_maps;
 mod cli;
 mod corpus;
 mod demo;
@@ -17,6 +18,7 @@ mod formats_fbx;
 mod formats_fbx_write;
 mod formats_gltf;
 mod formats_poses;
+mod gaze;
 mod http;
 mod joint_table;
 mod morphs;

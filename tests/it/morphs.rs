@@ -196,6 +196,7 @@ fn speaking(names: &[(&str, &str)]) -> Option<Vec<u8>> {
         include: retargetd::formats::Include::Everything,
         target_clips: retargetd::formats::TargetClips::Drop,
         extras: None,
+        rotation_order: None,
     };
     let mut reporter = retargetd::model::Reporter::new();
     Some(retargetd::formats::write(&scene, &clip, &options, &Control::new(), &mut reporter).expect("it is written"))

@@ -12,10 +12,15 @@ mod tests;
 
 use serde_json::Value;
 
-use self::text::{Escaped, number};
+pub(super) use self::{
+    plots::{Line, line_plot},
+    text::Escaped,
+};
+
+use self::text::number;
 use crate::retarget::Measures;
 
-const STYLE: &str = include_str!("style.css");
+pub(super) const STYLE: &str = include_str!("style.css");
 
 /// The page of a report. What the report does not have, the page does not show.
 #[must_use]

@@ -121,6 +121,28 @@ impl Plot {
     }
 }
 
+/// A curve over times of its own.
+pub(in crate::engine) struct Line {
+    pub(in crate::engine) times_seconds: Vec<f64>,
+    pub(in crate::engine) values: Vec<f64>,
+}
+
+/// A plot of lines as SVG.
+pub(in crate::engine) fn line_plot(lines: &[Line], unit: &str) -> Option<String> {
+    let times = lines.iter().flat_map(|line| &line.times_seconds).copied();
+    let (first, last) =
+        times.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), time| (low.min(time), high.max(time)));
+    let up = padded(lines.iter().flat_map(|line| &line.values).copied());
+    draw(WIDTH, HEIGHT, |area| {
+        let mut chart = chart(area, span(&[first, last]), up.clone(), unit)?;
+        for (line, color) in lines.iter().zip(COLORS.iter().cycle()) {
+            let points = line.times_seconds.iter().copied().zip(line.values.iter().copied());
+            chart.draw_series(LineSeries::new(points, color.stroke_width(2)))?;
+        }
+        Ok(())
+    })
+}
+
 fn chart<'a>(
     area: &Area<'a>,
     across: Range<f64>,

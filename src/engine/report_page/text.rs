@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 use crate::retarget::Verdict;
 
 /// Text of a file or a user, with everything that HTML would take for its own made harmless.
-pub(super) struct Escaped<'a>(pub(super) &'a str);
+pub(in crate::engine) struct Escaped<'a>(pub(in crate::engine) &'a str);
 
 impl fmt::Display for Escaped<'_> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -16,8 +16,11 @@
 use glam::{DQuat, DVec3};
 
 use crate::{
-    formats::{ErrorKind, FormatError, Limit, Limits, WriteOptions, euler::EulerOrder},
-    model::{Clip, Control, LocalPose, ModelPose, Reporter, Scene, Skeleton, Track, Transform},
+    formats::{
+        ErrorKind, FormatError, Limit, Limits, WriteOptions,
+        euler::{EulerOrder, OrderChoice},
+    },
+    model::{Canceled, Clip, Control, LocalPose, ModelPose, Reporter, Scene, Skeleton, Track, Transform},
 };
 
 use super::{
@@ -26,7 +29,7 @@ use super::{
     text::push_number,
 };
 
-const ORDER: EulerOrder = EulerOrder::ZXY;
+const USUAL_ORDER: EulerOrder = EulerOrder::ZXY;
 /// A millionth of a degree: over the longest chains, still far below a millionth of the size.
 const ANGLE_DECIMALS: usize = 6;
 const MOST_FPS: f64 = 120.0;
@@ -41,7 +44,7 @@ const FRAMES_PER_CHECK: usize = 64;
 pub(in crate::formats) fn write(
     target: &Scene,
     clip: &Clip,
-    _options: &WriteOptions,
+    options: &WriteOptions,
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Vec<u8>, FormatError> {
@@ -56,28 +59,28 @@ pub(in crate::formats) fn write(
     report_losses(skeleton, clip, &bones, &rest, reporter);
     let decimals = length_decimals(&bones, &rest);
 
+    let frames = Frames { clip, skeleton, timing: &timing, rest: &rest };
+    let orders = match options.rotation_order {
+        Some(order) => vec![order; bones.len()],
+        None => orders(&frames, &bones, control, reporter)?,
+    };
+
     let mut out = Vec::new();
-    write_hierarchy(&mut out, &bones, decimals);
+    write_hierarchy(&mut out, &bones, &orders, decimals);
     out.extend_from_slice(
         format!("MOTION\nFrames: {}\nFrame Time: {}\n", timing.frames, timing.step_seconds).as_bytes(),
     );
     let mut angles: Vec<Option<[f64; 3]>> = vec![None; bones.len()];
-    for frame in 0..timing.frames {
-        if frame % FRAMES_PER_CHECK == 0 {
-            control.check()?;
-        }
-        let local = timing.pose(clip, skeleton, frame);
-        let model = local.to_model(skeleton);
-        for (bone, angles) in bones.iter().zip(&mut angles) {
+    frames.each(control, |local, model| {
+        for ((bone, angles), order) in bones.iter().zip(&mut angles).zip(&orders) {
             if bone.has_position {
-                let position = position(skeleton, bone, &rest, &local, &model);
+                let position = position(skeleton, bone, &rest, local, model);
                 for axis in 0..3 {
                     push_number(&mut out, position[axis], decimals);
                     out.push(b' ');
                 }
             }
-            let rotation = rotation(bone, &rest, &local, &model);
-            let found = ORDER.decompose(rotation, *angles);
+            let found = order.decompose(rotation(bone, &rest, local, model), *angles);
             *angles = Some(found);
             for angle in found {
                 push_number(&mut out, angle.to_degrees(), ANGLE_DECIMALS);
@@ -86,8 +89,70 @@ pub(in crate::formats) fn write(
         }
         out.pop();
         out.push(b'\n');
-    }
+    })?;
     Ok(out)
+}
+
+/// The frames that are written.
+struct Frames<'a> {
+    clip: &'a Clip,
+    skeleton: &'a Skeleton,
+    timing: &'a Timing,
+    rest: &'a ModelPose,
+}
+
+impl Frames<'_> {
+    fn each(&self, control: &Control, mut show: impl FnMut(&LocalPose, &ModelPose)) -> Result<(), Canceled> {
+        for frame in 0..self.timing.frames {
+            if frame % FRAMES_PER_CHECK == 0 {
+                control.check()?;
+            }
+            let local = self.timing.pose(self.clip, self.skeleton, frame);
+            show(&local, &local.to_model(self.skeleton));
+        }
+        Ok(())
+    }
+}
+
+/// The order of rotations of each bone.
+fn orders(
+    frames: &Frames<'_>,
+    bones: &[Bone],
+    control: &Control,
+    reporter: &mut Reporter,
+) -> Result<Vec<EulerOrder>, FormatError> {
+    let mut choices = vec![OrderChoice::new(USUAL_ORDER); bones.len()];
+    frames.each(control, |local, model| {
+        for (bone, choice) in bones.iter().zip(&mut choices) {
+            choice.look(rotation(bone, frames.rest, local, model));
+        }
+    })?;
+    if choices.iter().any(OrderChoice::is_in_doubt) {
+        frames.each(control, |local, model| {
+            for (bone, choice) in bones.iter().zip(&mut choices).filter(|(_, choice)| choice.is_in_doubt()) {
+                choice.try_all(rotation(bone, frames.rest, local, model));
+            }
+        })?;
+    }
+    let orders: Vec<EulerOrder> = choices.iter().map(OrderChoice::best).collect();
+    let others = bones.iter().zip(&orders).filter(|(_, order)| **order != USUAL_ORDER);
+    let others: Vec<String> = others.map(|(bone, order)| format!("'{}' {}", bone.name, order.name())).collect();
+    if !others.is_empty() {
+        const MOST: usize = 8;
+        let more = others.len().saturating_sub(MOST);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        reporter.warn(
+            "rotation_order_chosen",
+            "HIERARCHY",
+            format!(
+                "joints that turn through the gimbal of {} have their rotations in other orders: {}{more}",
+                USUAL_ORDER.name(),
+                others[..others.len().min(MOST)].join(", ")
+            ),
+            "set output.rotation_order to have all joints in one order",
+        );
+    }
+    Ok(orders)
 }
 
 /// The channel rotation of a bone; the top ones carry everything above them.
@@ -107,10 +172,10 @@ fn position(skeleton: &Skeleton, bone: &Bone, rest: &ModelPose, local: &LocalPos
     }
 }
 
-fn write_hierarchy(out: &mut Vec<u8>, bones: &[Bone], decimals: usize) {
+fn write_hierarchy(out: &mut Vec<u8>, bones: &[Bone], orders: &[EulerOrder], decimals: usize) {
     out.extend_from_slice(b"HIERARCHY\n");
     let mut depth = 0;
-    for bone in bones {
+    for (bone, order) in bones.iter().zip(orders) {
         while depth > bone.depth {
             depth -= 1;
             line(out, depth, "}");
@@ -119,7 +184,7 @@ fn write_hierarchy(out: &mut Vec<u8>, bones: &[Bone], decimals: usize) {
         line(out, depth, "{");
         depth += 1;
         write_offset(out, depth, bone.offset, decimals);
-        write_channels(out, depth, bone.has_position);
+        write_channels(out, depth, bone.has_position, *order);
         for end in &bone.ends {
             line(out, depth, "End Site");
             line(out, depth, "{");
@@ -143,10 +208,10 @@ fn write_offset(out: &mut Vec<u8>, depth: usize, offset: DVec3, decimals: usize)
     out.push(b'\n');
 }
 
-fn write_channels(out: &mut Vec<u8>, depth: usize, has_position: bool) {
+fn write_channels(out: &mut Vec<u8>, depth: usize, has_position: bool, order: EulerOrder) {
     let positions = (0..3).filter(|_| has_position).map(Channel::Position);
     let channels: Vec<String> =
-        positions.chain(ORDER.axes().into_iter().map(Channel::Rotation)).map(Channel::name).collect();
+        positions.chain(order.axes().into_iter().map(Channel::Rotation)).map(Channel::name).collect();
     line(out, depth, &format!("CHANNELS {} {}", channels.len(), channels.join(" ")));
 }
 

@@ -44,6 +44,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
         declared_roles,
         axes: Some(Axes::Y_UP_Z_FRONT),
         unit_metres: Some(1.0),
+        look_at: None,
         stretched: None,
         payload: Payload::default(),
         skeleton,

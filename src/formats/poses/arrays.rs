@@ -7,16 +7,21 @@ use serde::Deserialize;
 pub(super) use crate::formats::numpy::{NumberArray, Values, invalid};
 
 /// The arrays of numbers in the layout, each with its number of dimensions and whether single precision is enough.
-pub(super) const NUMBER_KEYS: [NumberKey; 8] = [
-    NumberKey { name: "parents", rank: 1, single: false },
-    NumberKey { name: "rest_translations", rank: 2, single: false },
-    NumberKey { name: "rest_rotations", rank: 2, single: false },
-    NumberKey { name: "rest_scales", rank: 2, single: false },
-    NumberKey { name: "times", rank: 1, single: false },
-    NumberKey { name: "translations", rank: 3, single: true },
-    NumberKey { name: "rotations", rank: 3, single: true },
-    NumberKey { name: "scales", rank: 3, single: true },
+pub(super) const NUMBER_KEYS: [NumberKey; 10] = [
+    NumberKey { name: "parents", rank: 1, single: false, truth: false },
+    NumberKey { name: "rest_translations", rank: 2, single: false, truth: false },
+    NumberKey { name: "rest_rotations", rank: 2, single: false, truth: false },
+    NumberKey { name: "rest_scales", rank: 2, single: false, truth: false },
+    NumberKey { name: "times", rank: 1, single: false, truth: false },
+    NumberKey { name: "translations", rank: 3, single: true, truth: false },
+    NumberKey { name: "rotations", rank: 3, single: true, truth: false },
+    NumberKey { name: "scales", rank: 3, single: true, truth: false },
+    NumberKey { name: "contacts", rank: 2, single: true, truth: true },
+    NumberKey { name: "morph_weights", rank: 2, single: true, truth: false },
 ];
+
+/// The lists of text in the layout.
+pub(super) const NAME_KEYS: [&str; 3] = ["joint_names", "contact_joints", "morph_names"];
 
 /// An array of numbers that the layout knows.
 #[derive(Clone, Copy, Debug)]
@@ -25,12 +30,14 @@ pub(super) struct NumberKey {
     pub(super) rank: usize,
     /// Whether the model keeps these values in single precision anyway.
     pub(super) single: bool,
+    /// Whether its values may be written as true and false.
+    pub(super) truth: bool,
 }
 
 /// The arrays of one file.
 #[derive(Debug, Default)]
 pub(super) struct Arrays {
-    pub(super) joint_names: Option<Vec<String>>,
+    pub(super) names: BTreeMap<&'static str, Vec<String>>,
     pub(super) numbers: BTreeMap<&'static str, NumberArray>,
     pub(super) meta: Meta,
     /// Keys of the file that were not decoded, in its order.

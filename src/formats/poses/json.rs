@@ -14,7 +14,7 @@ use crate::{
 };
 
 use super::{
-    arrays::{Arrays, Meta, NUMBER_KEYS, NumberArray, NumberKey, Values, invalid},
+    arrays::{Arrays, Meta, NAME_KEYS, NUMBER_KEYS, NumberArray, NumberKey, Values, invalid},
     write::{Channel, Poses},
 };
 
@@ -87,9 +87,9 @@ impl<'de> Visitor<'de> for DocumentSeed<'_, '_, '_> {
             if let Some(known) = NUMBER_KEYS.iter().find(|known| known.name == key) {
                 let array = map.next_value_seed(NumbersSeed { key: *known, progress: self.progress })?;
                 twice = arrays.numbers.insert(known.name, array).is_some();
-            } else if key == "joint_names" {
-                let names = map.next_value_seed(NamesSeed { progress: self.progress })?;
-                twice = arrays.joint_names.replace(names).is_some();
+            } else if let Some(known) = NAME_KEYS.into_iter().find(|known| *known == key) {
+                let names = map.next_value_seed(NamesSeed { key: known, progress: self.progress })?;
+                twice = arrays.names.insert(known, names).is_some();
             } else if key == "meta" {
                 arrays.meta = map.next_value::<MetaValue>()?.0;
             } else {
@@ -137,6 +137,7 @@ impl<'de> Deserialize<'de> for MetaValue {
 }
 
 struct NamesSeed<'a, 'budget, 'limits> {
+    key: &'static str,
     progress: &'a RefCell<Progress<'budget, 'limits>>,
 }
 
@@ -160,13 +161,21 @@ impl<'de> Visitor<'de> for NamesSeed<'_, '_, '_> {
         while let Some(name) = seq.next_element::<String>()? {
             let mut progress = self.progress.borrow_mut();
             let bytes = (size_of::<String>() + name.len()) as u64;
-            if let Err(failure) = progress.budget.take(Limit::DecodedBytes, bytes, "joint_names") {
+            if let Err(failure) = progress.budget.take(Limit::DecodedBytes, bytes, self.key) {
                 return Err(progress.fail(failure));
             }
             names.push(name);
         }
         Ok(names)
     }
+}
+
+/// Whether something is so, in a word or as 1 or 0.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "expected true, false or a number")]
+enum Truth {
+    Word(bool),
+    Number(f32),
 }
 
 /// Decodes the nested lists of one key into one flat array.
@@ -253,6 +262,12 @@ impl<'de> DeserializeSeed<'de> for LevelSeed<'_, '_, '_, '_> {
             return deserializer.deserialize_seq(self);
         }
         match &mut self.array.values {
+            Values::Single(values) if self.array.key.truth => {
+                values.push(match Truth::deserialize(deserializer)? {
+                    Truth::Number(number) => number,
+                    Truth::Word(truth) => f32::from(u8::from(truth)),
+                });
+            }
             Values::Single(values) => values.push(f32::deserialize(deserializer)?),
             Values::Double(values) => values.push(f64::deserialize(deserializer)?),
         }
@@ -310,6 +325,19 @@ impl Serialize for Document<'_> {
                 })
             };
             map.serialize_entry("contacts", &Sequence(frames))?;
+        }
+        let morphs = poses.morphs();
+        if !morphs.is_empty() {
+            map.serialize_entry("morph_names", &Sequence(|| morphs.iter().map(|morph| morph.name)))?;
+            let frames = || {
+                (0..poses.times().len()).map(|frame| {
+                    Sequence({
+                        let morphs = &morphs;
+                        move || morphs.iter().map(move |morph| morph.weight(frame))
+                    })
+                })
+            };
+            map.serialize_entry("morph_weights", &Sequence(frames))?;
         }
         map.serialize_entry("meta", &poses.meta())?;
         map.end()

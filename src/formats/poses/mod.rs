@@ -7,8 +7,8 @@
 //! | `rest_translations`, `rest_rotations`, `rest_scales` | J×3, J×4, J×3 | local; rotations (identity) and scales (one) may be absent |
 //! | `times` | F | seconds, rising; may be absent when `meta` has `fps`: then frame k is at k / fps |
 //! | `translations`, `rotations`, `scales` | F×J×3, F×J×4, F×J×3 | local; an absent channel stays at rest |
-//! | `contacts`, `contact_joints` | F×C bool, C | written where contacts are known: when those joints rest on something; accepted and left out |
-//! | `morph_names`, `morph_weights` | | accepted and left out |
+//! | `contacts`, `contact_joints` | F×C bool, C | where contacts are known: when those joints rest on something |
+//! | `morph_names`, `morph_weights` | M, F×M | the weights of morph targets and expressions; without a mesh that they move |
 //! | `meta` | JSON string | `name`, `fps`, `axes` (up and front, default `+y+z`), `unit` in metres (default 1) |
 //!
 //! Both codecs decode into the same [`arrays::Arrays`]; [`read`] is the only place that knows what the arrays mean. Nothing
@@ -18,6 +18,7 @@ mod arrays;
 mod json;
 mod npz;
 mod read;
+mod read_beside;
 mod write;
 
 use crate::{

@@ -14,7 +14,7 @@ use crate::{
 };
 
 use super::{
-    arrays::{Arrays, NUMBER_KEYS, invalid},
+    arrays::{Arrays, NAME_KEYS, NUMBER_KEYS, invalid},
     write::{Channel, Poses},
 };
 
@@ -25,12 +25,12 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>) -> Result<Arrays, Form
     for (index, key) in archive.keys().to_vec().into_iter().enumerate() {
         if let Some(known) = NUMBER_KEYS.iter().find(|known| known.name == key) {
             arrays.numbers.insert(known.name, archive.numbers(index)?);
-        } else if key == "joint_names" {
+        } else if let Some(known) = NAME_KEYS.into_iter().find(|known| *known == key) {
             let (shape, names) = archive.strings(index)?;
             if shape.len() != 1 {
                 return Err(invalid(key, format!("the shape is {shape:?}; one dimension is needed")));
             }
-            arrays.joint_names = Some(names);
+            arrays.names.insert(known, names);
         } else if key == "meta" {
             let (_, texts) = archive.strings(index)?;
             let [text] = texts.as_slice() else {
@@ -80,6 +80,14 @@ pub(super) fn write(poses: &Poses<'_>, control: &Control) -> Result<Vec<u8>, For
         archive.add("contact_joints", &npy::unicode_array(&names, &[names.len()]), Packing::Deflated)?;
         let touches = (0..frames).flat_map(|frame| tracks.iter().map(move |track| u8::from(track[frame])));
         archive.add("contacts", &array("|b1", &[frames, names.len()], touches), Packing::Deflated)?;
+    }
+    let morphs = poses.morphs();
+    if !morphs.is_empty() {
+        let names: Vec<&str> = morphs.iter().map(|morph| morph.name).collect();
+        archive.add("morph_names", &npy::unicode_array(&names, &[names.len()]), Packing::Deflated)?;
+        let weights = (0..frames).flat_map(|frame| morphs.iter().map(move |morph| morph.weight(frame)));
+        let member = array("<f4", &[frames, names.len()], weights.flat_map(f32::to_le_bytes));
+        archive.add("morph_weights", &member, Packing::Deflated)?;
     }
     archive.add("meta", &npy::unicode_array(&[poses.meta()], &[]), Packing::Deflated)?;
     let bytes = archive.zip.finish().map_err(|error| zip_error(&error, "archive"))?;

@@ -9,7 +9,10 @@ use crate::{
     model::{Axes, Clip, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
 };
 
-use super::arrays::{Arrays, Meta, NumberArray, invalid};
+use super::{
+    arrays::{Arrays, Meta, NumberArray, invalid},
+    read_beside::{morphs, with_contacts, with_morph_weights},
+};
 
 /// A quaternion whose length is off by more than this was no rounded unit quaternion.
 const LENGTH_SLACK: f64 = 1e-3;
@@ -30,9 +33,11 @@ pub(super) fn scene(
     let unit_metres = unit_metres(&meta)?;
     warn_of_ignored(&arrays.ignored, reporter);
     let skeleton = skeleton(&mut arrays, budget, reporter)?;
-    let clip = clip(&mut arrays, meta, skeleton.len(), budget, reporter)?;
+    let morphs = morphs(&mut arrays, budget)?;
+    let clip = clip(&mut arrays, meta, &skeleton, morphs.len(), budget, reporter)?;
     Ok(Scene {
         skeleton,
+        morphs,
         clips: clip.into_iter().collect(),
         axes: Some(axes),
         unit_metres: Some(unit_metres),
@@ -66,12 +71,12 @@ fn warn_of_ignored(ignored: &[String], reporter: &mut Reporter) {
         "poses_keys_ignored",
         "",
         format!("these keys are not used: {}{more}", shown.join(", ")),
-        "joints and their transforms are read; morphs and contacts are not carried over",
+        "joints and their transforms, contacts and morphs are read; the crate's docs name the keys",
     );
 }
 
 fn skeleton(arrays: &mut Arrays, budget: &mut Budget<'_>, reporter: &mut Reporter) -> Result<Skeleton, FormatError> {
-    let names = arrays.joint_names.take().ok_or_else(|| missing("joint_names"))?;
+    let names = arrays.names.remove("joint_names").ok_or_else(|| missing("joint_names"))?;
     let count = names.len();
     if count == 0 {
         return Err(invalid("joint_names", "there is no joint"));
@@ -165,10 +170,13 @@ fn parent_indices(parents: &NumberArray, budget: &Budget<'_>) -> Result<Vec<Opti
 fn clip(
     arrays: &mut Arrays,
     meta: Meta,
-    joints: usize,
+    skeleton: &Skeleton,
+    morphs: usize,
     budget: &mut Budget<'_>,
     reporter: &mut Reporter,
 ) -> Result<Option<Clip>, FormatError> {
+    let joints = skeleton.len();
+    let morph_weights = arrays.numbers.remove("morph_weights");
     let translations = arrays.numbers.remove("translations");
     let rotations = arrays.numbers.remove("rotations");
     let scales = arrays.numbers.remove("scales");
@@ -176,11 +184,12 @@ fn clip(
     let times = arrays.numbers.remove("times");
 
     let first = channels.iter().find_map(|(key, array, _)| array.as_ref().map(|array| (*key, array)));
+    let first = first.or_else(|| morph_weights.as_ref().map(|array| ("morph_weights", array)));
     let Some((first_key, first)) = first else {
         return match times.filter(|times| times.shape.first() != Some(&0)) {
             Some(times) => Err(invalid(
                 "times",
-                format!("there are {} key times, but neither translations nor rotations nor scales", times.shape[0]),
+                format!("there are {} key times, but nothing that has values at them", times.shape[0]),
             )),
             None => Ok(None),
         };
@@ -216,7 +225,9 @@ fn clip(
     }
     lengths.warn(reporter);
     let clip = Clip::new(meta.name.unwrap_or_default(), times, tracks);
-    clip.map(Some).map_err(|error| invalid("times", error.to_string()))
+    let clip = clip.map_err(|error| invalid("times", error.to_string()))?;
+    let clip = with_morph_weights(clip, morph_weights.as_ref(), morphs)?;
+    with_contacts(clip, arrays, skeleton).map(Some)
 }
 
 fn key_times(times: Option<&NumberArray>, frames: usize, fps: Option<f64>) -> Result<Vec<f64>, FormatError> {
@@ -344,7 +355,11 @@ fn require_rest(array: &NumberArray, key: &str, count: usize, width: usize) -> R
 }
 
 /// Compares a shape with the layout; the text is the letter that the documentation gives a dimension.
-fn require_shape(array: &NumberArray, key: &str, expected: &[(&str, Option<usize>)]) -> Result<(), FormatError> {
+pub(super) fn require_shape(
+    array: &NumberArray,
+    key: &str,
+    expected: &[(&str, Option<usize>)],
+) -> Result<(), FormatError> {
     // An empty list of JSON has no inner lists to count.
     let empty = array.shape.first() == Some(&0) && expected[0].1 == Some(0);
     let fits = array.shape.len() == expected.len()
@@ -363,6 +378,6 @@ fn require_shape(array: &NumberArray, key: &str, expected: &[(&str, Option<usize
     Err(invalid(key, format!("the shape is {:?} where [{}] is needed", array.shape, words.join(", "))))
 }
 
-fn missing(key: &str) -> FormatError {
+pub(super) fn missing(key: &str) -> FormatError {
     invalid(key, format!("the key '{key}' is missing"))
 }

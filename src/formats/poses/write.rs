@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::{
     formats::{FormatError, WriteOptions, written},
-    model::{Clip, Reporter, Scene, Skeleton},
+    model::{Clip, Reporter, Scene, Skeleton, Track},
 };
 
 /// The three local channels.
@@ -45,7 +45,21 @@ pub(super) struct Poses<'a> {
     joints: Vec<usize>,
     /// Index among the written joints, per joint of the skeleton.
     written: Vec<Option<usize>>,
+    morphs: Vec<MorphColumn<'a>>,
     meta: String,
+}
+
+/// The weights of one morph.
+pub(super) struct MorphColumn<'a> {
+    pub(super) name: &'a str,
+    rest: f32,
+    weights: &'a Track<f32>,
+}
+
+impl MorphColumn<'_> {
+    pub(super) fn weight(&self, frame: usize) -> f32 {
+        self.weights.at(frame, self.rest)
+    }
 }
 
 #[derive(Serialize)]
@@ -91,7 +105,7 @@ impl<'a> Poses<'a> {
         };
         let meta = serde_json::to_string(&meta)
             .map_err(|error| FormatError::malformed("write", "meta", format!("cannot be written as JSON: {error}")))?;
-        Ok(Self { skeleton, clip, joints, written, meta })
+        Ok(Self { skeleton, clip, joints, written, morphs: morph_columns(target, clip), meta })
     }
 
     pub(super) fn joint_count(&self) -> usize {
@@ -142,9 +156,26 @@ impl<'a> Poses<'a> {
         tracks.map(|track| (self.skeleton.joints()[track.joint].name.as_str(), track.touches.as_slice())).unzip()
     }
 
+    /// The weights of the morphs that the clip animates.
+    pub(super) fn morphs(&self) -> &[MorphColumn<'a>] {
+        &self.morphs
+    }
+
     pub(super) fn meta(&self) -> &str {
         &self.meta
     }
+}
+
+/// One column per name: the meshes of one face have shapes of the same names, and the first stands for all.
+fn morph_columns<'a>(target: &'a Scene, clip: &'a Clip) -> Vec<MorphColumn<'a>> {
+    let mut columns: Vec<MorphColumn<'a>> = Vec::new();
+    for track in clip.morphs() {
+        let Some(morph) = target.morphs.get(track.morph) else { continue };
+        if columns.iter().all(|column| column.name != morph.name) {
+            columns.push(MorphColumn { name: &morph.name, rest: morph.rest, weights: &track.weights });
+        }
+    }
+    columns
 }
 
 enum Value {

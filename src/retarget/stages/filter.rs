@@ -6,7 +6,7 @@ use glam::{DQuat, DVec4, Quat};
 use rayon::prelude::*;
 
 use crate::{
-    model::{Canceled, Track},
+    model::{Canceled, Clip, ClipError, Control, Track},
     rig::{FilterKind, FilterOp, Schedule},
 };
 
@@ -14,6 +14,29 @@ use super::{temporal::smoothed_rotations, work::Work};
 
 /// The cutoff of the filter of the angular speed itself, Hz.
 const SPEED_CUTOFF: f64 = 1.0;
+
+/// The clip with the local rotations of these joints filtered.
+///
+/// # Errors
+/// The outer one when the work is canceled, the inner one when the result does not fit into tracks.
+pub fn filtered(
+    clip: &Clip,
+    op: &FilterOp,
+    joints: Vec<usize>,
+    control: &Control,
+) -> Result<Result<Clip, ClipError>, Canceled> {
+    let frames = op.scope.frames.unwrap_or([0, usize::MAX]);
+    let schedule = Schedule { alpha: op.scope.alpha.keys(), frames };
+    let stage = FilterStage { op: op.clone(), schedule, joints };
+    let mut tracks = clip.joints().to_vec();
+    for &joint in &stage.joints {
+        control.check()?;
+        if let Track::Sampled(rotations) = &tracks[joint].rotation {
+            tracks[joint].rotation = Track::Sampled(stage.filter(rotations, clip.times_seconds()));
+        }
+    }
+    Ok(clip.clone().with_joints(tracks))
+}
 
 /// Filters the local rotations of some joints.
 #[derive(Clone, Debug)]

@@ -28,6 +28,7 @@ mod temporal;
 mod two_bone;
 mod work;
 
+pub use filter::filtered;
 pub use result::{ContactTrack, LimbReach, StackResult};
 
 use crate::model::{Canceled, Clip, Control, JointContacts};

@@ -18,6 +18,12 @@ use crate::model::{Morph, MorphPlace};
 use formulas::formula;
 use names::{canonical, folded};
 
+/// What a morph's name means: a name of ARKit's or VRM's in small letters, such as `eyeblinkleft`; nothing where it is none that is known.
+#[must_use]
+pub fn morph_meaning(name: &str) -> Option<&'static str> {
+    canonical(name)
+}
+
 /// One linear form of source weights: `offset + Σ gain · weight`, clamped.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MorphTerm {
@@ -156,7 +162,8 @@ fn by_names(source: &[Morph], animated: &[usize], target: &[Morph], drives: &mut
         let name = folded(&morph.name);
         let equal = animated.iter().copied().find(|source_morph| folded(&source[*source_morph].name) == name);
         let Some(found) = equal.or_else(|| by_canonical(canonical(&morph.name)?)) else { continue };
-        has_direct = true;
+        // Where somebody looks says nothing of which other shapes there are.
+        has_direct |= !canonical(&morph.name).is_some_and(|meaning| meaning.contains("look"));
         let term = MorphTerm { sources: vec![(found, 1.0)], offset: 0.0, clamp: [f64::MIN, f64::MAX] };
         // Shapes may be driven beyond their ends on purpose; expressions may not.
         let mut clamp = [f64::MIN, f64::MAX];
@@ -177,7 +184,7 @@ fn by_names(source: &[Morph], animated: &[usize], target: &[Morph], drives: &mut
         let morph = &target[index];
         let name = canonical(&morph.name).map_or_else(|| folded(&morph.name), str::to_owned);
         // The lids would close twice.
-        if is_bound[index] || (name == "blink" && has_both_blinks) {
+        if drives[index].is_some() || is_bound[index] || (name == "blink" && has_both_blinks) {
             continue;
         }
         drives[index] = formula(&name, index, &by_canonical);
@@ -194,7 +201,7 @@ const fn is_expression(morph: &Morph) -> bool {
 /// Whether something moves with it.
 fn can_show(morph: &Morph) -> bool {
     match &morph.place {
-        MorphPlace::Mesh { .. } => true,
+        MorphPlace::Mesh { .. } | MorphPlace::Weight => true,
         MorphPlace::Expression(binds) => !binds.is_empty(),
     }
 }

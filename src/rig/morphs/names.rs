@@ -78,7 +78,7 @@ const VRM: [&str; 17] = [
 ];
 
 /// Other tools' words, without side, for ARKit's: MetaHuman's control curves and Character Creator 3's shapes.
-const ALIASES: [(&str, &str); 31] = [
+const ALIASES: [(&str, &str); 39] = [
     ("browraisein", "browinnerup"),
     ("browraiseinner", "browinnerup"),
     ("browraiseout", "browouterup"),
@@ -110,6 +110,30 @@ const ALIASES: [(&str, &str); 31] = [
     ("mouthrollinlower", "mouthrolllower"),
     ("mouthrollinupper", "mouthrollupper"),
     ("mouthpuckeropen", "mouthfunnel"),
+    ("mouthfunneld", "mouthfunnel"),
+    ("mouthfunnelu", "mouthfunnel"),
+    ("mouthlipspursed", "mouthpucker"),
+    ("mouthlipspurseu", "mouthpucker"),
+    ("mouthlowerliprollin", "mouthrolllower"),
+    ("mouthupperliprollin", "mouthrollupper"),
+    ("jawchinraised", "mouthshruglower"),
+    ("jawchinraiseu", "mouthshrugupper"),
+];
+
+/// Words for an eye's look to a side of the figure, which ARKit calls inward and outward: MetaHuman's, then Character Creator's.
+const LOOKS: [(&str, &str); 12] = [
+    ("eyelookleftl", "eyelookoutleft"),
+    ("eyelookrightl", "eyelookinleft"),
+    ("eyelookleftr", "eyelookinright"),
+    ("eyelookrightr", "eyelookoutright"),
+    ("eyellookl", "eyelookoutleft"),
+    ("eyellookr", "eyelookinleft"),
+    ("eyerlookl", "eyelookinright"),
+    ("eyerlookr", "eyelookoutright"),
+    ("eyellookup", "eyelookupleft"),
+    ("eyellookdown", "eyelookdownleft"),
+    ("eyerlookup", "eyelookupright"),
+    ("eyerlookdown", "eyelookdownright"),
 ];
 
 /// Oculus visemes that VRM has too.
@@ -145,7 +169,7 @@ pub(super) fn canonical(name: &str) -> Option<&'static str> {
     if let Some(found) = known(&name) {
         return Some(found);
     }
-    if let Some((_, meant)) = VISEMES.iter().find(|(viseme, _)| *viseme == name) {
+    if let Some((_, meant)) = VISEMES.iter().chain(&LOOKS).find(|(word, _)| *word == name) {
         return Some(meant);
     }
     let (stem, side) = sided(&name);
@@ -193,6 +217,60 @@ mod tests {
         }
         for name in ["hair", "target_0", "", "l", "Body_Fat"] {
             assert_eq!(canonical(name), None, "{name:?}");
+        }
+    }
+
+    #[test]
+    fn all_of_arkit_is_met_in_every_spelling() {
+        let sides = [("left", "Left", "L"), ("right", "Right", "R")];
+        for name in ARKIT {
+            assert_eq!(canonical(name), Some(name), "{name} itself");
+            assert_eq!(canonical(&name.to_uppercase()), Some(name), "{name} in capitals");
+            let Some((stem, (_, long, short))) =
+                sides.into_iter().find_map(|side| Some((name.strip_suffix(side.0)?, side)))
+            else {
+                continue;
+            };
+            let spellings = [
+                format!("{stem}_{short}"),
+                format!("{stem}{long}"),
+                format!("CTRL_expressions_{stem}{short}"),
+                format!("A07_{stem}_{long}"),
+            ];
+            for spelling in spellings {
+                assert_eq!(canonical(&spelling), Some(name), "{spelling}");
+            }
+        }
+        for name in VRM {
+            assert_eq!(canonical(name), Some(name), "{name} of VRM");
+        }
+    }
+
+    #[test]
+    fn names_of_metahuman_and_character_creator_mean_what_arkit_says() {
+        for (name, meant) in [
+            ("CTRL_expressions_eyeLookLeftL", "eyelookoutleft"),
+            ("CTRL_expressions_eyeLookLeftR", "eyelookinright"),
+            ("CTRL_expressions_eyeLookUpR", "eyelookupright"),
+            ("CTRL_expressions_eyeWidenL", "eyewideleft"),
+            ("CTRL_expressions_eyeSquintInnerR", "eyesquintright"),
+            ("CTRL_expressions_mouthFunnelDL", "mouthfunnel"),
+            ("CTRL_expressions_mouthLipsPurseUR", "mouthpucker"),
+            ("CTRL_expressions_mouthUpperLipRaiseL", "mouthupperupleft"),
+            ("CTRL_expressions_mouthLowerLipDepressR", "mouthlowerdownright"),
+            ("CTRL_expressions_mouthCornerDepressL", "mouthfrownleft"),
+            ("CTRL_expressions_jawFwd", "jawforward"),
+            ("CTRL_expressions_jawChinRaiseDL", "mouthshruglower"),
+            ("CTRL_expressions_tongueOut", "tongueout"),
+            ("Eye_L_Look_L", "eyelookoutleft"),
+            ("Eye_R_Look_Up", "eyelookupright"),
+            ("Brow_Drop_R", "browdownright"),
+            ("Cheek_Raise_L", "cheeksquintleft"),
+            ("Mouth_Smile_L", "mouthsmileleft"),
+            ("Jaw_Open", "jawopen"),
+            ("A25_Jaw_Open", "jawopen"),
+        ] {
+            assert_eq!(canonical(name), Some(meant), "{name}");
         }
     }
 }

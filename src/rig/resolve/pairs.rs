@@ -170,10 +170,18 @@ fn mapped_pairs(
     let source_joints = joints_of(source, source_chains, &entry.source, "source");
     let target_joints = joints_of(target, target_chains, &entry.target, "target");
     match (source_joints, target_joints) {
-        (Some(source), Some(target)) => {
+        (Some(from), Some(onto)) => {
             let (name, source_name) = (entry.target.clone(), entry.source.clone());
-            vec![NamedPair { name, source_name, source, also, target, role: None }]
+            let role = shared_role((source, &from), (target, &onto));
+            vec![NamedPair { name, source_name, source: from, also, target: onto, role }]
         }
         _ => Vec::new(),
     }
+}
+
+/// The role that two chains are on their rigs, whatever they are called.
+fn shared_role((source, from): (&Rig<'_>, &[usize]), (target, onto): (&Rig<'_>, &[usize])) -> Option<String> {
+    let begins = |joints: &[usize], chain: &[usize]| !joints.is_empty() && joints.first() == chain.first();
+    let role = target.roles.iter().find(|(role, joints)| begins(joints, onto) && begins(source.role(role), from));
+    role.map(|(role, _)| role.clone())
 }

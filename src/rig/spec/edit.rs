@@ -3,15 +3,16 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::LayerReference;
+use super::{FilterOp, LayerReference};
 
 /// Edits of the clip. Whatever order they are written in, they are done in this one: `range`, `every`, `warp`, `speed`, `reverse`,
-/// `ping_pong`, `loop`, `hold`, `fps`, `start_seconds`, `mirror`, and last `additive`. Without any of them the clip keeps its own key times.
+/// `ping_pong`, `loop`, `hold`, `fps`, `start_seconds`, `mirror`, `filter`, and last `additive`. Without any of them the clip keeps its own key times.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EditSpec {
     /// The part of the clip that is used: `[start, end]` in seconds of the clip's own key times, `{"frames": [first, last]}` counted
-    /// from 0, or `{"fraction": [0.25, 1]}`. Both ends belong to it; where an end lies between keys, a frame is put there.
+    /// from 0, `{"fraction": [0.25, 1]}`, or `{"cycles": 2}` for so many whole cycles of a walk or the like, which are found; a warning
+    /// says where. Both ends belong to it; where an end lies between keys, a frame is put there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range: Option<RangeSpec>,
     /// Only every n-th frame is kept, from the first on, and the last one. 1 to 10000.
@@ -47,6 +48,9 @@ pub struct EditSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = -1_000_000.0, max = 1_000_000.0))]
     pub start_seconds: Option<f64>,
+    /// Takes noise off rotations; its `mask` names roles, limbs, chains or joints of the clip's own rig.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub filter: Option<FilterOp>,
     /// Makes the clip additive: what it changes against the reference, as changes of the rest pose. `layer` puts such a clip back on top
     /// of another one with `"mode": "add", "reference": "rest"`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -72,6 +76,7 @@ impl EditSpec {
             fps,
             interpolation: _,
             start_seconds,
+            filter: _,
             additive: _,
             mirror: _,
         } = self;
@@ -92,7 +97,7 @@ impl EditSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     untagged,
-    expecting = "expected [start, end] in seconds, {\"frames\": [first, last]} or {\"fraction\": [start, end]}"
+    expecting = "expected [start, end] in seconds, {\"frames\": [first, last]}, {\"fraction\": [start, end]} or {\"cycles\": count}"
 )]
 pub enum RangeSpec {
     /// In seconds of the clip's own key times.
@@ -101,6 +106,17 @@ pub enum RangeSpec {
     Frames(FrameRange),
     /// In fractions of the clip's duration, 0 to 1.
     Fraction(FractionRange),
+    /// Whole cycles, wherever they fit together best.
+    Cycles(CycleRange),
+}
+
+/// Whole cycles of a clip whose poses come back.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CycleRange {
+    /// How many. 1 to 1000.
+    #[schemars(range(min = 1, max = 1000))]
+    pub cycles: u32,
 }
 
 /// Frames from 0; both belong to it.

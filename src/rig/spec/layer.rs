@@ -18,7 +18,8 @@ pub struct LayerSpec {
     /// How much of the new motion is taken: 0 is none, 1 is all. 0 to 1.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub weight: f64,
-    /// Where the new motion counts: roles, limbs, chains or joints, each with all that is below it. Default: everywhere.
+    /// Where the new motion counts: roles, limbs, chains or joints, each with all that is below it. Faces go along with
+    /// the head. Default: everywhere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mask: Option<Vec<String>>,
     /// Over how many joints, from the first of each masked branch down, the weight rises to its full value. 0 to 100.

@@ -13,8 +13,8 @@ mod rig;
 mod tune;
 
 pub use edit::{
-    ComponentAxis, EditSpec, FractionRange, FrameRange, HoldSpec, InterpolationSpec, LoopRoot, LoopSpec, MirrorChoice,
-    MirrorMode, MirrorPlane, MirrorSpec, RangeSpec,
+    ComponentAxis, CycleRange, EditSpec, FractionRange, FrameRange, HoldSpec, InterpolationSpec, LoopRoot, LoopSpec,
+    MirrorChoice, MirrorMode, MirrorPlane, MirrorSpec, RangeSpec,
 };
 pub use layer::{LayerMode, LayerReference, LayerSpec};
 pub use map::{ChainMap, RotationMode, TranslationMode};
@@ -27,7 +27,9 @@ pub use ops::{
     RootPlace, RootSource, ScaleOrigin, ScaleSourceOp, Scope, SelfContactOp, StretchChainOp, StrideDirection, StrideOp,
     TwistOp,
 };
-pub use output::{IncludeSpec, KeyTolerance, KeysSpec, KeysWord, OutputChoice, OutputSpec, TargetClipsSpec};
+pub use output::{
+    IncludeSpec, KeyInterpolation, KeyTolerance, KeysSpec, KeysWord, OutputChoice, OutputSpec, TargetClipsSpec,
+};
 pub use pose::{EditAxes, FromClipEdit, PoseChoice, PoseEdit, PoseSpec, ResetEdit, RotateEdit};
 pub use report::{MetricInfo, MetricName, ReportChoice, ReportDetail, ReportSpec, Threshold};
 pub use rig::{AutoWord, OneOrMany, RestFrame, RestRule, RestSpec, RigSpec, UnitSpec};

@@ -29,6 +29,51 @@ pub struct OutputSpec {
     /// Which keys are written. Formats whose tracks all have the same key times hold every frame; a warning says so.
     #[serde(skip_serializing_if = "KeysSpec::is_all")]
     pub keys: KeysSpec,
+    /// In which order a BVH has the rotations of its joints.
+    #[serde(skip_serializing_if = "RotationOrder::is_auto")]
+    pub rotation_order: RotationOrder,
+}
+
+/// In which order rotations about three axes are written; the first one named is applied last, as BVH channels are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RotationOrder {
+    /// `zxy`; for joints that come near its gimbal, the order whose angles change least from frame to frame, with a warning.
+    #[default]
+    Auto,
+    /// X, Y, Z.
+    Xyz,
+    /// X, Z, Y.
+    Xzy,
+    /// Y, X, Z.
+    Yxz,
+    /// Y, Z, X.
+    Yzx,
+    /// Z, X, Y: what motion capture files use most.
+    Zxy,
+    /// Z, Y, X.
+    Zyx,
+}
+
+impl RotationOrder {
+    /// The names of the axes; nothing where each joint is to have its own.
+    #[must_use]
+    pub const fn name(self) -> Option<&'static str> {
+        match self {
+            Self::Auto => None,
+            Self::Xyz => Some("xyz"),
+            Self::Xzy => Some("xzy"),
+            Self::Yxz => Some("yxz"),
+            Self::Yzx => Some("yzx"),
+            Self::Zxy => Some("zxy"),
+            Self::Zyx => Some("zyx"),
+        }
+    }
+
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
+    fn is_auto(&self) -> bool {
+        *self == Self::Auto
+    }
 }
 
 /// Which keys are written.
@@ -61,11 +106,26 @@ pub struct KeyTolerance {
     /// How far from a joint its mesh reaches. Metres, 0 to 10.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub shell_metres: f64,
+    /// What may lie between keys.
+    pub interpolation: KeyInterpolation,
+}
+
+/// What lies between keys.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum KeyInterpolation {
+    /// For each track what takes less room.
+    #[default]
+    Auto,
+    /// The straight way, of rotations the shortest arc: what every reader knows.
+    Linear,
+    /// A cubic with tangents (`CUBICSPLINE` of glTF).
+    Cubic,
 }
 
 impl Default for KeyTolerance {
     fn default() -> Self {
-        Self { distance_metres: 0.0005, shell_metres: 0.1 }
+        Self { distance_metres: 0.0005, shell_metres: 0.1, interpolation: KeyInterpolation::Auto }
     }
 }
 

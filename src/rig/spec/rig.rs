@@ -44,6 +44,10 @@ pub struct RigSpec {
     /// list says that the rig has no such role.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub roles: BTreeMap<String, OneOrMany>,
+    /// Names that the joints of a role may have: for each joint from the body outward a list, of which the first that the rig has is
+    /// taken, capitals or not. What the rig has none of stays as recognised, so the same names do for many rigs. `roles` wins.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub role_names: BTreeMap<String, Vec<Vec<String>>>,
 }
 
 /// One joint or several.

@@ -8,7 +8,7 @@ use retargetd::{
     engine::{self, EditInputs, Format, Limits, NamedBytes},
     formats::{self, Include, TargetClips, WriteOptions},
     model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
-    rig::{RetargetSpec, Rig},
+    rig::{KeyInterpolation, RetargetSpec, Rig},
     samples,
 };
 use serde_json::json;
@@ -38,7 +38,11 @@ fn worst(scene: &Scene, ours: &Clip, theirs: &Clip, unit: f64) -> f64 {
 }
 
 fn reduced(scene: &Scene, clip: &Clip, unit: f64) -> Reduction {
-    let tolerance = Tolerance { distance: TOLERANCE_METRES / unit, shell: SHELL_METRES / unit };
+    let tolerance = Tolerance {
+        distance: TOLERANCE_METRES / unit,
+        shell: SHELL_METRES / unit,
+        interpolation: KeyInterpolation::Auto,
+    };
     reduce_keys(clip, &scene.skeleton, tolerance, &Control::new()).expect("not canceled")
 }
 
@@ -50,6 +54,7 @@ fn through_a_file(scene: &Scene, clip: &Clip, reduction: &Reduction) -> Clip {
         include: Include::SkeletonAndAnimation,
         target_clips: TargetClips::Drop,
         extras: None,
+        rotation_order: None,
     };
     let mut reporter = Reporter::new();
     let bytes = formats::write(scene, &sparse, &options, &Control::new(), &mut reporter).expect("it is written");
@@ -91,7 +96,8 @@ fn real_clips_lose_less_than_half_a_millimetre() {
         let reduction = reduced(&scene, clip, unit);
         let (before, after) = (reduction.keys_before, reduction.keys.count());
         assert!(reduction.worst.0 * unit <= TOLERANCE_METRES, "{name}: {:?}", reduction.worst);
-        assert!(after < before, "{name}: {after} of {before} keys are left");
+        assert!(after * 5 < before * 2, "{name}: {after} of {before} keys are left");
+        assert!(reduction.keys.bytes() < reduction.bytes_before, "{name}: and fewer bytes");
         if clip.uniform_fps().is_some() && name.ends_with("noskin.fbx") {
             let worst = worst(&scene, &through_a_file(&scene, clip, &reduction), clip, unit);
             assert!(worst <= TOLERANCE_METRES + 2e-5, "{name}: points of the file move by {worst} m");
@@ -125,19 +131,23 @@ fn arm(rotations: Vec<Quat>) -> Scene {
 fn straight_ways_need_their_ends_only() {
     let scene = arm((0..=60).map(|frame| Quat::from_rotation_z(frame as f32 * 0.02)).collect());
     let keys = reduced(&scene, &scene.clips[0], 1.0).keys;
-    assert_eq!(keys.joints[0].rotation, [0, 60], "a steady turn");
-    assert_eq!(keys.joints[1].translation, [0], "what stands still has one key");
+    assert_eq!(keys.joints[0].rotation.frames, [0, 60], "a steady turn");
+    assert_eq!(keys.joints[1].translation.frames, [0], "what stands still has one key");
     let bent = arm((0..=60_i32).map(|frame| Quat::from_rotation_z((frame - 30).abs() as f32 * 0.02)).collect());
-    assert_eq!(reduced(&bent, &bent.clips[0], 1.0).keys.joints[0].rotation, [0, 30, 60], "there and back");
+    assert_eq!(reduced(&bent, &bent.clips[0], 1.0).keys.joints[0].rotation.frames, [0, 30, 60], "there and back");
     let still = arm(vec![Quat::IDENTITY; 61]);
-    assert_eq!(reduced(&still, &still.clips[0], 1.0).keys.joints[0].rotation, [0, 60], "one track keeps the length");
+    assert_eq!(
+        reduced(&still, &still.clips[0], 1.0).keys.joints[0].rotation.frames,
+        [0, 60],
+        "one track keeps the length"
+    );
 }
 
 #[test]
 fn without_tolerance_every_key_that_matters_is_kept() {
     let scene = samples::walk_scene();
     let clip = &scene.clips[0];
-    let none = Tolerance { distance: 0.0, shell: 0.1 };
+    let none = Tolerance { distance: 0.0, shell: 0.1, interpolation: KeyInterpolation::Auto };
     let reduction = reduce_keys(clip, &scene.skeleton, none, &Control::new()).expect("not canceled");
     assert_eq!((reduction.keys.count(), reduction.worst.0), (reduction.keys_before, 0.0), "nothing is lost");
 }

@@ -12,12 +12,20 @@ use serde_json::{Value, json};
 
 use super::{edited, real_clips, rotations};
 
-fn layer(scene: &Scene, mode: LayerMode, weight: f64) -> Layer {
+pub(super) fn layer(scene: &Scene, mode: LayerMode, weight: f64) -> Layer {
     let weights = vec![weight; scene.skeleton.len()];
-    Layer { mode, reference: LayerReference::FirstFrame, weights, at_seconds: None, seam_seconds: 0.3 }
+    Layer {
+        mode,
+        reference: LayerReference::FirstFrame,
+        weights,
+        morph_weight: weight,
+        morph_rests: scene.morphs.iter().map(|morph| morph.rest).collect(),
+        at_seconds: None,
+        seam_seconds: 0.3,
+    }
 }
 
-fn lay(scene: &Scene, base: &Clip, motion: &Clip, layer: &Layer) -> Clip {
+pub(super) fn lay(scene: &Scene, base: &Clip, motion: &Clip, layer: &Layer) -> Clip {
     layered(base, motion, &scene.skeleton, layer, &Control::new()).expect("a clip")
 }
 
@@ -80,7 +88,7 @@ fn what_is_taken_out_and_added_again_is_the_motion() {
         let whole = layer(&scene, LayerMode::Add, 1.0);
         assert_same(&scene, &lay(&scene, &first, motion, &whole), motion, &format!("{name}: onto its first frame"));
         for reference in [LayerReference::FirstFrame, LayerReference::Mean, LayerReference::Rest] {
-            let difference = taken_out(motion, &scene.skeleton, reference).expect("a clip");
+            let difference = taken_out(motion, &scene.skeleton, whole.morph_rests.clone(), reference).expect("a clip");
             let direct = lay(&scene, &first, motion, &Layer { reference, ..whole.clone() });
             let on_rest = Layer { reference: LayerReference::Rest, ..whole.clone() };
             let in_steps = lay(&scene, &first, &difference, &on_rest);

@@ -251,3 +251,46 @@ fn mirroring_commutes_with_retargeting() {
     let after = mirrored(&target, &retarget(&source.clips[0]), MirrorPlane::Rest);
     assert_same_places(&target, &before, &after, 1e-4, "mirror, then retarget");
 }
+
+#[test]
+fn what_hands_carry_changes_hands() {
+    let plain = samples::walk_scene();
+    let hand = |name: &str| plain.skeleton.find(name).expect("a hand");
+    let rest = plain.skeleton.rest_pose().to_model(&plain.skeleton);
+    let mut joints = plain.skeleton.joints().to_vec();
+    let mut tracks = plain.clips[0].joints().to_vec();
+    let frames = plain.clips[0].frame_count();
+    for (name, hand, side) in
+        [("sword_l", hand("mixamorig:LeftHand"), 1.0), ("sword_r", hand("mixamorig:RightHand"), -1.0)]
+    {
+        // Half a metre ahead of the hand, in the model's axes; the one on the right is swung about.
+        let from_hand = rest.transforms()[hand].rotation.conjugate();
+        let place = DVec3::new(0.1 * side, 0.0, 0.5);
+        let rest = Transform { translation: from_hand * place, rotation: from_hand, scale: DVec3::ONE };
+        joints.push(Joint { name: name.into(), parent: Some(hand), rest, is_joint: true, node: joints.len() });
+        let swing = |frame: usize| (from_hand * DQuat::from_rotation_x(frame as f64 * 0.05)).as_quat();
+        let shift = |frame: usize| (from_hand * (place + DVec3::Y * frame as f64 * 0.002)).as_vec3();
+        tracks.push(if side < 0.0 {
+            JointTracks {
+                translation: Track::Sampled((0..frames).map(shift).collect()),
+                rotation: Track::Sampled((0..frames).map(swing).collect()),
+                scale: Track::Rest,
+            }
+        } else {
+            JointTracks::default()
+        });
+    }
+    let clip = Clip::new("fight".into(), plain.clips[0].times_seconds().to_vec(), tracks).expect("a clip");
+    let skeleton = Skeleton::new(joints).expect("a skeleton");
+    let scene =
+        Scene { skeleton, clips: vec![clip], axes: plain.axes, unit_metres: plain.unit_metres, ..Scene::default() };
+    let image = mirrored(&scene, &scene.clips[0], MirrorPlane::Rest);
+    let [left, right] = ["sword_l", "sword_r"].map(|name| scene.skeleton.find(name).expect("a sword"));
+    for frame in (0..frames).step_by(9) {
+        let (ours, theirs) = (places(&scene, &image, frame), places(&scene, &scene.clips[0], frame));
+        for (joint, twin) in [(left, right), (right, left)] {
+            let error = ours[joint].distance(theirs[twin] * DVec3::new(-1.0, 1.0, 1.0));
+            assert!(error < 2e-5, "frame {frame}: the sword is {error} m from its mirror image");
+        }
+    }
+}

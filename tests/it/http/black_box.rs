@@ -152,6 +152,8 @@ async fn the_docs_load_nothing_from_elsewhere() {
         let path = format!("/docs/{}", place.trim_start_matches("./"));
         assert_eq!(get(&path).await.expect("an answer").status(), StatusCode::OK, "'{path}' is there");
     }
+    let edits = get("/docs/edits").await.expect("an answer").text().await.expect("a page");
+    assert!(edits.contains("<svg") && !edits.contains("https://"), "edits are drawn, with nothing from elsewhere");
     let script = get("/docs/swagger-initializer.js").await.expect("an answer").text().await.expect("a script");
     assert!(script.contains("/openapi.json") && !script.contains("https://"), "it shows our document: {script}");
 }

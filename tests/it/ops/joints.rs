@@ -41,12 +41,15 @@ fn the_printed_example_of_the_script_comes_out() {
     // A forearm that is turned by −45° about X, under an axis offset of 45° about Z, has H −35.2643896828, P −30.0,
     // B −9.73561031725: the angles about Y, X and Z of a rotation that is applied heading first.
     let stage = stage(DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_4), Vec3::X);
-    let played =
-        stage.play(&table(r#"{"source": "fore", "target": "fore", "space": "local", "axis_offset": [0, 0, 45]}"#));
-    let rotation = played.clip.joints()[1].rotation.at(0, Quat::IDENTITY).as_dquat();
-    let (bank, pitch, heading) = rotation.to_euler(EulerRot::ZXY);
-    for (angle, wanted) in [(heading, -35.264_389_682_8), (pitch, -30.0), (bank, -9.735_610_317_25)] {
-        assert!((angle.to_degrees() - wanted).abs() < 1e-4, "{} where {wanted} is printed", angle.to_degrees());
+    let row = table(r#"{"source": "fore", "target": "fore", "space": "local", "axis_offset": [0, 0, 45]}"#);
+    let csv = "Source;Target;Space;Axis Offset Z\r\nfore;fore;local;45,0\r\n";
+    for config in [row.as_str(), csv] {
+        let played = stage.play(config);
+        let rotation = played.clip.joints()[1].rotation.at(0, Quat::IDENTITY).as_dquat();
+        let (bank, pitch, heading) = rotation.to_euler(EulerRot::ZXY);
+        for (angle, wanted) in [(heading, -35.264_389_682_8), (pitch, -30.0), (bank, -9.735_610_317_25)] {
+            assert!((angle.to_degrees() - wanted).abs() < 1e-4, "{} where {wanted} is printed", angle.to_degrees());
+        }
     }
 }
 

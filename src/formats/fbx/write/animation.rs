@@ -3,7 +3,10 @@
 use glam::{DQuat, DVec3};
 
 use crate::{
-    formats::{FormatError, euler::EulerOrder},
+    formats::{
+        FormatError,
+        euler::{EulerOrder, OrderChoice},
+    },
     model::{Clip, Control, Track},
 };
 
@@ -17,7 +20,7 @@ const TICKS_PER_SECOND: f64 = 46_186_158_000.0;
 const KEY_VERSION: i32 = 4008;
 const LINEAR: i32 = 4;
 /// FBX's X, Y, Z: the rotation about X is applied first.
-pub(super) const ORDER: EulerOrder = EulerOrder::ZYX;
+pub(super) const USUAL_ORDER: EulerOrder = EulerOrder::ZYX;
 const AXES: [&str; 3] = ["d|X", "d|Y", "d|Z"];
 
 /// One clip, as records.
@@ -143,9 +146,32 @@ fn keys<T>(track: &Track<T>) -> Option<&[T]> {
 impl LimbNode {
     /// The angles, in radians about X, Y and Z, of a local rotation, near those of the frame before.
     pub(super) fn angles(&self, rotation: DQuat, before: Option<[f64; 3]>) -> [f64; 3] {
-        let [z, y, x] =
-            ORDER.decompose((self.pre_rotation.inverse() * rotation).normalize(), before.map(|[x, y, z]| [z, y, x]));
-        [x, y, z]
+        let axes = self.order.axes();
+        let found = self
+            .order
+            .decompose(self.after_pre_rotation(rotation), before.map(|by_axis| axes.map(|axis| by_axis[axis])));
+        let mut by_axis = [0.0; 3];
+        for (axis, angle) in axes.into_iter().zip(found) {
+            by_axis[axis] = angle;
+        }
+        by_axis
+    }
+
+    /// What the node's own three angles have to give for a local rotation.
+    fn after_pre_rotation(&self, rotation: DQuat) -> DQuat {
+        (self.pre_rotation.inverse() * rotation).normalize()
+    }
+
+    /// Takes the order whose angles are steadiest for a clip.
+    pub(super) fn choose_order(&mut self, clip: &Clip) {
+        let Track::Sampled(rotations) = &clip.joints()[self.joint].rotation else { return };
+        let mut choice = OrderChoice::new(USUAL_ORDER);
+        let rotations = || rotations.iter().map(|rotation| self.after_pre_rotation(rotation.as_dquat()));
+        rotations().for_each(|rotation| choice.look(rotation));
+        if choice.is_in_doubt() {
+            rotations().for_each(|rotation| choice.try_all(rotation));
+        }
+        self.order = choice.best();
     }
 }
 

@@ -46,7 +46,8 @@ pub(in crate::formats) fn write(
         );
     }
     let centimetres = target.unit_metres.unwrap_or(1.0) * 100.0;
-    let figure = scene::Figure::new(skeleton, &joints, centimetres);
+    let mut figure = scene::Figure::new(skeleton, &joints, centimetres);
+    figure.nodes.iter_mut().for_each(|node| node.choose_order(clip));
     let animation = animation::Animation::new(&figure, clip, control)?;
     let records = scene::records(&figure, animation, target.axes.unwrap_or_default());
     binary::file(&records).ok_or_else(|| {

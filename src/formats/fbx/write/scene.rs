@@ -2,10 +2,13 @@
 
 use glam::{DMat4, DQuat, DVec3};
 
-use crate::model::{Axes, SignedAxis, Skeleton};
+use crate::{
+    formats::euler::EulerOrder,
+    model::{Axes, SignedAxis, Skeleton},
+};
 
 use super::{
-    animation::{Animation, ORDER, connection, degrees},
+    animation::{Animation, USUAL_ORDER, connection, degrees},
     binary::{CREATION_TIME, FILE_ID, Property, Record, VERSION},
 };
 
@@ -36,6 +39,17 @@ pub(super) struct LimbNode {
     parent_id: i64,
     is_limb: bool,
     pub(super) pre_rotation: DQuat,
+    /// Of the node's own angles; those before them are always in the usual one.
+    pub(super) order: EulerOrder,
+}
+
+impl LimbNode {
+    /// What FBX calls the order: the rotation that is named first is applied first.
+    fn rotation_order(&self) -> i32 {
+        const NAMES: [&str; 6] = ["XYZ", "XZY", "YZX", "YXZ", "ZXY", "ZYX"];
+        let name: String = self.order.name().chars().rev().collect();
+        NAMES.iter().position(|known| *known == name).map_or(0, |index| index as i32)
+    }
 }
 
 impl<'a> Figure<'a> {
@@ -50,6 +64,7 @@ impl<'a> Figure<'a> {
                 parent_id: skeleton.parent(joint).map_or(0, id),
                 is_limb: skeleton.joints()[joint].is_joint,
                 pre_rotation: skeleton.joints()[joint].rest.rotation,
+                order: USUAL_ORDER,
             }
         });
         Self { skeleton, nodes: nodes.collect(), centimetres }
@@ -67,7 +82,7 @@ impl<'a> Figure<'a> {
             |name, kind, flags, value: DVec3| property(name, kind, "", flags, value.to_array().map(Property::from));
         let kind = if node.is_limb { "LimbNode" } else { "Null" };
         let pre_rotation = degrees({
-            let [z, y, x] = ORDER.decompose(node.pre_rotation, None);
+            let [z, y, x] = USUAL_ORDER.decompose(node.pre_rotation, None);
             [x, y, z]
         });
         Record::new("Model")
@@ -77,6 +92,7 @@ impl<'a> Figure<'a> {
             .field("Version", 232)
             .holding([Record::new("Properties70").holding([
                 property("RotationActive", "bool", "", "", [1.into()]),
+                property("RotationOrder", "enum", "", "", [node.rotation_order().into()]),
                 property("InheritType", "enum", "", "", [INHERIT_AS_MATRICES.into()]),
                 vector("PreRotation", "Vector3D", "", pre_rotation),
                 vector("Lcl Translation", "Lcl Translation", "A", joint.rest.translation * self.centimetres),

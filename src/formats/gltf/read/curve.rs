@@ -12,6 +12,9 @@ const CUBIC_STEP_SECONDS: f64 = 1.0 / 60.0;
 /// How long before a step the old value is held by a key of its own.
 const STEP_LEAD_SECONDS: f64 = 1e-4;
 
+/// Times between keys that are as close to a key, or to one another, are left out; less than the lead of a step.
+const SAME_SECONDS: f32 = 5e-5;
+
 /// How values between keys are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Interpolation {
@@ -227,10 +230,20 @@ pub(super) fn union(all: &[Rc<Vec<f32>>], between: Vec<f32>) -> Vec<f32> {
     if is_sorted && between.is_empty() {
         return union;
     }
-    union.extend(between);
     // Runs that rise already are found and merged.
     union.sort_by(f32::total_cmp);
     union.dedup();
+    // Curves of equal keys are cut at the same times but for rounding: one sample does for all.
+    let is_far = |time: f32, other: Option<&f32>| other.is_none_or(|other| (time - other).abs() > SAME_SECONDS);
+    let mut between = between;
+    between.sort_by(f32::total_cmp);
+    between.dedup_by(|later, earlier| !is_far(*later, Some(&*earlier)));
+    between.retain(|time| {
+        let after = union.partition_point(|key| key < time);
+        is_far(*time, union.get(after)) && is_far(*time, after.checked_sub(1).and_then(|before| union.get(before)))
+    });
+    union.extend(between);
+    union.sort_by(f32::total_cmp);
     union
 }
 

@@ -5,6 +5,7 @@ mod animation;
 mod curve;
 mod extensions;
 mod humanoid;
+mod look_at;
 mod meshopt;
 mod morphs;
 mod nodes;
@@ -64,6 +65,7 @@ pub(in crate::formats) fn read(
         declared_convention,
         axes: Some(Axes::Y_UP_Z_FRONT),
         unit_metres: Some(1.0),
+        look_at: morphs.look_at,
         stretched: None,
         payload: Payload::new(document),
     };

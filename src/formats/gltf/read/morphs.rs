@@ -4,10 +4,10 @@
 
 use serde_json::Value;
 
-use super::nodes::Graph;
+use super::{look_at, nodes::Graph};
 use crate::{
     formats::{Budget, FormatError},
-    model::{Morph, MorphPlace},
+    model::{LookAt, Morph, MorphPlace},
 };
 
 /// Names of VRM 0.x presets that VRM 1.0 calls otherwise.
@@ -36,6 +36,8 @@ pub(super) struct Morphs {
     pub(super) of_joint: std::collections::BTreeMap<usize, (usize, usize)>,
     /// Expressions of a VRM animation: the joint whose translation along X is the weight, and the morph.
     pub(super) of_translation: Vec<(usize, usize)>,
+    /// What shapes that look aside mean.
+    pub(super) look_at: Option<LookAt>,
 }
 
 /// Reads them from the document.
@@ -62,6 +64,7 @@ pub(super) fn read(document: &Value, graph: &Graph, budget: &mut Budget<'_>) -> 
         }));
     }
     let extensions = &document["extensions"];
+    morphs.look_at = look_at::read(extensions);
     morphs.read_vrm1(&extensions["VRMC_vrm"]["expressions"], graph);
     morphs.read_vrm0(&extensions["VRM"]["blendShapeMaster"]["blendShapeGroups"], nodes, graph);
     morphs.read_animation(&extensions["VRMC_vrm_animation"]["expressions"], graph);

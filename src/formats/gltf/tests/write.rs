@@ -11,7 +11,13 @@ use crate::{
 };
 
 fn options(format: Format) -> WriteOptions {
-    WriteOptions { format, include: Include::Everything, target_clips: TargetClips::Keep, extras: None }
+    WriteOptions {
+        format,
+        include: Include::Everything,
+        target_clips: TargetClips::Keep,
+        extras: None,
+        rotation_order: None,
+    }
 }
 
 fn write(target: &Scene, clip: &Clip, options: &WriteOptions) -> (Vec<u8>, Vec<Warning>) {

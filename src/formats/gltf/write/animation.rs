@@ -7,10 +7,12 @@ use serde_json::{Map, Value, json};
 use super::{Output, array};
 use crate::{
     formats::FormatError,
-    model::{Clip, Control, Joint, MorphPlace, Reporter, Scene, Track},
+    model::{Clip, Control, Joint, KeyCurve, MorphPlace, Reporter, Scene, Track},
 };
 
 const FLOAT: u64 = 5126;
+const LINEAR: &str = "LINEAR";
+const CUBIC: &str = "CUBICSPLINE";
 
 /// Adds the clip's data to the document and returns the animation that refers to it; nothing where the target has no node
 /// that could be animated. `node_of` gives the node of a joint, by its index and itself; `has_meshes` says that the document has the
@@ -167,7 +169,7 @@ impl<'o, 'a> Writer<'o, 'a> {
     fn track<T: bytemuck::Pod>(
         &mut self,
         track: &'a Track<T>,
-        keys: Option<&Vec<usize>>,
+        keys: Option<&KeyCurve<T>>,
         node: usize,
         path: &str,
         shape: &str,
@@ -175,18 +177,27 @@ impl<'o, 'a> Writer<'o, 'a> {
         match (track, self.sampled_input) {
             (Track::Constant(value), _) => self.constant(*value, node, path, shape),
             (Track::Sampled(values), None) if !self.times.is_empty() => {
-                let all = || (0..values.len()).collect();
-                let keys = keys.filter(|keys| !keys.is_empty()).cloned().unwrap_or_else(all);
-                let needed: Vec<T> = keys.iter().map(|frame| values[*frame]).collect();
-                let bytes = Cow::Owned(bytemuck::cast_slice(&needed).to_vec());
-                let output = self.accessor(bytes, needed.len(), shape)?;
-                let input = self.sparse_input(keys)?;
-                self.channel(input, output, node, path);
+                let Some(keys) = keys.filter(|keys| !keys.frames.is_empty()) else {
+                    let output = self.accessor(Cow::Borrowed(bytemuck::cast_slice(values)), values.len(), shape)?;
+                    let input = self.sparse_input((0..values.len()).collect())?;
+                    self.channel(input, output, node, path, LINEAR);
+                    return Ok(());
+                };
+                let (numbers, interpolation) = if keys.is_cubic() {
+                    let key = |(value, [before, after]): (&T, &[T; 2])| [*before, *value, *after];
+                    (keys.values.iter().zip(&keys.tangents).flat_map(key).collect(), CUBIC)
+                } else {
+                    (keys.values.clone(), LINEAR)
+                };
+                let bytes = Cow::Owned(bytemuck::cast_slice(&numbers).to_vec());
+                let output = self.accessor(bytes, numbers.len(), shape)?;
+                let input = self.sparse_input(keys.frames.clone())?;
+                self.channel(input, output, node, path, interpolation);
                 Ok(())
             }
             (Track::Sampled(values), Some(input)) => {
                 let output = self.accessor(Cow::Borrowed(bytemuck::cast_slice(values)), values.len(), shape)?;
-                self.channel(input, output, node, path);
+                self.channel(input, output, node, path, LINEAR);
                 Ok(())
             }
             // Where there is a sampled track, there is an input for it.
@@ -213,7 +224,7 @@ impl<'o, 'a> Writer<'o, 'a> {
             Some(input) => input,
             None => self.sparse_input((0..self.times.len()).collect())?,
         };
-        self.channel(input, output, node, "weights");
+        self.channel(input, output, node, "weights", LINEAR);
         Ok(())
     }
 
@@ -227,13 +238,13 @@ impl<'o, 'a> Writer<'o, 'a> {
         let values = vec![value; self.constant_keys];
         let bytes = Cow::Owned(bytemuck::cast_slice(&values).to_vec());
         let output = self.accessor(bytes, values.len(), shape)?;
-        self.channel(self.constant_input, output, node, path);
+        self.channel(self.constant_input, output, node, path, LINEAR);
         Ok(())
     }
 
-    fn channel(&mut self, input: usize, output: usize, node: usize, path: &str) {
+    fn channel(&mut self, input: usize, output: usize, node: usize, path: &str, interpolation: &str) {
         self.channels.push(json!({"sampler": self.samplers.len(), "target": {"node": node, "path": path}}));
-        self.samplers.push(json!({"input": input, "interpolation": "LINEAR", "output": output}));
+        self.samplers.push(json!({"input": input, "interpolation": interpolation, "output": output}));
     }
 
     /// Adds the buffer view, now that its length is known.

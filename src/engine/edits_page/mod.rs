@@ -1,0 +1,84 @@
+//! What every edit does, as one HTML page: for each a config, and a curve of the motion before and after it. Made from a clip by the
+//! edits themselves, so it shows what they do and not what somebody once drew.
+
+mod entries;
+
+use std::borrow::Cow;
+
+use crate::{
+    editing::{Tolerance, reduce_keys},
+    model::{Clip, Control, Reporter, Scene},
+    rig::{KeysSpec, OutputChoice, RetargetSpec, Rig, parse_spec},
+};
+
+use self::entries::{ENTRIES, Entry, left_thigh, only};
+use super::{
+    Failure,
+    edit::edited_clip,
+    files::in_config,
+    layer::laid_over,
+    report_page::{Escaped, Line, STYLE, line_plot},
+};
+
+/// The page. `walk` is a scene with a clip of a body that walks: [`crate::samples::walk_scene`].
+///
+/// # Errors
+/// When the scene has no such clip.
+pub fn edits_page(walk: &Scene) -> Result<String, Failure> {
+    let mut page = String::with_capacity(256 << 10);
+    page.push_str("<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
+    page.push_str("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
+    page.push_str("<meta name=\"color-scheme\" content=\"light dark\">\n<title>Edits</title>\n<style>\n");
+    page.push_str(STYLE);
+    page.push_str("</style>\n</head>\n<body>\n<main>\n<header>\n<h1>Edits</h1>\n");
+    page.push_str(
+        "<p>Each figure is a curve of one walk, before (blue) and after (orange) the edit in its config.</p>\n",
+    );
+    page.push_str("</header>\n");
+    for entry in &ENTRIES {
+        section(&mut page, walk, entry)?;
+    }
+    page.push_str("</main>\n</body>\n</html>\n");
+    Ok(page)
+}
+
+fn section(page: &mut String, walk: &Scene, entry: &Entry) -> Result<(), Failure> {
+    let spec = parse_spec(entry.config.as_bytes()).map_err(in_config)?;
+    let mut reporter = Reporter::new();
+    let rig = Rig::new("source", walk, None, &spec.source, &mut reporter).map_err(in_config)?;
+    let before = &walk.clips[0];
+    let after = after(&rig, before, &spec, &mut reporter)?;
+    let line = |clip: &Clip| Line { times_seconds: clip.times_seconds().to_vec(), values: entry.shown.of(&rig, clip) };
+    let lines = [line(before), line(&after)];
+    let (name, text) = (entry.name, Escaped(entry.text));
+    page.push_str(&format!("<h2 id=\"{name}\"><code>{name}</code></h2>\n<p>{text}</p>\n"));
+    page.push_str(&format!("<pre><code>{}</code></pre>\n", Escaped(entry.config)));
+    let label = format!("{name}: {} before and after", entry.shown.name());
+    if let Some(svg) = line_plot(&lines, entry.shown.unit()) {
+        page.push_str(&format!("<figure role=\"img\" aria-label=\"{}\">{svg}</figure>\n", Escaped(&label)));
+    }
+    page.push_str(&format!("<p><small>{}</small></p>\n", Escaped(entry.shown.name())));
+    Ok(())
+}
+
+/// The clip as the spec's `edit`, `layer` and `output.keys` make it.
+fn after(rig: &Rig<'_>, clip: &Clip, spec: &RetargetSpec, reporter: &mut Reporter) -> Result<Clip, Failure> {
+    let control = Control::new();
+    let edited: Cow<'_, Clip> = edited_clip(rig, clip, spec, &control, reporter)?;
+    if let Some(layer) = &spec.layer {
+        return laid_over(rig, &spec.source, &edited, layer, &control, reporter);
+    }
+    let keys = match &spec.output {
+        Some(OutputChoice::One(output)) => output.keys.tolerance(),
+        _ => KeysSpec::default().tolerance(),
+    };
+    let Some(tolerance) = keys else { return Ok(edited.into_owned()) };
+    let tolerance = Tolerance {
+        distance: tolerance.distance_metres,
+        shell: tolerance.shell_metres,
+        interpolation: tolerance.interpolation,
+    };
+    let reduction = reduce_keys(&edited, rig.skeleton(), tolerance, &control)?;
+    let frames = left_thigh(rig).map(|joint| reduction.keys.joints[joint].rotation.frames.clone());
+    Ok(only(&edited, &frames.unwrap_or_default()))
+}
