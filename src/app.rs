@@ -11,7 +11,7 @@ use crate::{
     http::{self, ApiState, Server, ServerSettings},
     jobs::{Assets, Engine, Jobs, Library, RetargetEngine, Sweeper, Workers},
     rig,
-    store::{DataFolder, Store},
+    store::{BlobPlace, Blobs, DataFolder, Records, Store},
     telemetry::{Clock, Metrics},
 };
 
@@ -50,7 +50,7 @@ impl Running {
 /// Starts the service with the real engine.
 ///
 /// # Errors
-/// When the data folder is not there to be used, or the address is taken.
+/// As [`start_with`].
 pub async fn start(settings: Settings) -> anyhow::Result<Running> {
     start_with(settings, Arc::new(RetargetEngine), Clock::system()).await
 }
@@ -58,66 +58,115 @@ pub async fn start(settings: Settings) -> anyhow::Result<Running> {
 /// Starts the service with a given engine and clock.
 ///
 /// # Errors
-/// When the data folder is not there to be used, or the address is taken.
+/// When the data folder is not there to be used, the database or the blob store does not answer, or the address is taken.
 pub async fn start_with(settings: Settings, engine: Arc<dyn Engine>, clock: Clock) -> anyhow::Result<Running> {
-    let folder = DataFolder::take(&settings.data)?;
-    let store = Arc::new(Store::open(&folder).await?);
-    let metrics = Metrics::start().context("the metrics could not be started")?;
-    let settings = Arc::new(settings);
-    let jobs = Jobs::new(Arc::clone(&store), engine, Arc::clone(&settings), clock);
-    let taken_up = jobs.recover().await?;
+    let (settings, metrics) = (Arc::new(settings), Metrics::start().context("the metrics could not be started")?);
+    let core = Core::open(&settings, engine, clock).await?;
+    let jobs = core.jobs.clone();
     let listener = TcpListener::bind(settings.listen).await.with_context(|| {
         format!("cannot listen on {}; is something else there? --listen chooses another", settings.listen)
     })?;
     let address = listener.local_addr()?;
     let state = ApiState {
-        jobs: jobs.clone(),
         assets: Assets::new(&jobs),
         library: Library::new(&jobs),
+        jobs,
         settings: Arc::clone(&settings),
         metrics,
         spec_schema: rig::spec_schema,
         requests: Arc::new(Semaphore::new(permits(settings.max_concurrent_requests))),
     };
     let server = Server::new(listener, http::router(state), server_settings(&settings));
-    let parts = Parts {
-        workers: Workers::start(&jobs, settings.workers.0.get()),
-        sweeper: Sweeper::start(&jobs),
-        jobs,
-        server,
-    };
-    tracing::info!(%address, version = env!("CARGO_PKG_VERSION"), taken_up, "started");
+    tracing::info!(%address, version = env!("CARGO_PKG_VERSION"), "started");
     let stop = CancellationToken::new();
-    let stopped = stop.clone();
-    let task = tokio::spawn(async move {
-        parts.run(stopped, &settings).await;
-        store.records().close().await;
-        // The lock goes last: whoever takes the folder next finds it at rest.
-        drop(folder);
-        tracing::info!("stopped");
-    });
+    let task = tokio::spawn(core.run(Some(server), stop.clone(), settings));
     Ok(Running { address, stop, task })
+}
+
+/// Runs jobs that other processes take on, until `stop` is canceled: workers without an API.
+///
+/// # Errors
+/// When no other process could put jobs there, or the database or the blob store does not answer.
+pub async fn work(settings: Settings, stop: CancellationToken) -> anyhow::Result<()> {
+    anyhow::ensure!(
+        !settings.database.0.is_empty() && !settings.blobs.is_empty(),
+        "a worker shares its jobs with other processes: give --database postgres://… and --blobs s3://… (or file:///…), \
+         the same as to 'retargetd serve'"
+    );
+    let settings = Arc::new(settings);
+    let core = Core::open(&settings, Arc::new(RetargetEngine), Clock::system()).await?;
+    tracing::info!(workers = settings.workers.0, version = env!("CARGO_PKG_VERSION"), "started");
+    core.run(None, stop, settings).await;
+    Ok(())
+}
+
+/// What every role has: the store, and jobs over it.
+struct Core {
+    store: Arc<Store>,
+    jobs: Jobs,
+    /// Held until everything else is at rest: whoever takes the folder next finds it so.
+    folder: Option<DataFolder>,
+}
+
+impl Core {
+    async fn open(settings: &Arc<Settings>, engine: Arc<dyn Engine>, clock: Clock) -> anyhow::Result<Self> {
+        let uses_folder = settings.database.0.is_empty() || settings.blobs.is_empty();
+        let folder = if uses_folder { Some(DataFolder::take(&settings.data)?) } else { None };
+        let records = match &folder {
+            Some(folder) if settings.database.0.is_empty() => Records::open(&folder.database()).await?,
+            _ => {
+                let connections = u32::try_from(settings.database_connections).unwrap_or(u32::MAX);
+                Records::connect(&settings.database.0, connections).await.context("the database cannot be used")?
+            }
+        };
+        let blobs = match &folder {
+            Some(folder) if settings.blobs.is_empty() => Blobs::local(folder.root())?,
+            _ => Blobs::at(&BlobPlace::parse(&settings.blobs)?).context("the blob store cannot be used")?,
+        };
+        let store = Arc::new(Store::new(records, blobs));
+        let jobs = Jobs::new(Arc::clone(&store), engine, Arc::clone(settings), clock);
+        let waiting = jobs.recover().await?;
+        tracing::info!(waiting, "the queue is there");
+        Ok(Self { store, jobs, folder })
+    }
+
+    async fn run(self, server: Option<Server>, stop: CancellationToken, settings: Arc<Settings>) {
+        let parts = Parts {
+            workers: Workers::start(&self.jobs, settings.workers.0),
+            sweeper: Sweeper::start(&self.jobs),
+            jobs: self.jobs,
+            server,
+        };
+        parts.run(stop, &settings).await;
+        self.store.records().close().await;
+        drop(self.folder);
+        tracing::info!("stopped");
+    }
 }
 
 struct Parts {
     jobs: Jobs,
     workers: Workers,
     sweeper: Sweeper,
-    server: Server,
+    server: Option<Server>,
 }
 
 impl Parts {
     async fn run(self, stop: CancellationToken, settings: &Settings) {
         let close = CancellationToken::new();
-        let server = tokio::spawn(self.server.run(close.clone()));
+        let server = self.server.map(|server| tokio::spawn(server.run(close.clone())));
         stop.cancelled().await;
         // Readiness goes first; load balancers need the delay to notice.
         self.jobs.drain();
-        tokio::time::sleep(settings.drain_delay.0).await;
+        if server.is_some() {
+            tokio::time::sleep(settings.drain_delay.0).await;
+        }
         close.cancel();
         self.workers.stop(settings.grace_period.0).await;
         self.sweeper.stop().await;
-        if let Err(error) = server.await {
+        if let Some(server) = server
+            && let Err(error) = server.await
+        {
             tracing::error!(%error, "the server ended with a fault");
         }
     }

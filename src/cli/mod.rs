@@ -17,9 +17,11 @@ mod pose;
 mod retarget;
 mod samples;
 mod serve;
+mod service;
 mod suggest;
 mod taught;
 mod watch;
+mod worker;
 
 use std::process::ExitCode;
 
@@ -36,7 +38,9 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Run the HTTP service: API and workers in one process.
-    Serve(serve::Arguments),
+    Serve(service::Arguments),
+    /// Run jobs that `serve` takes on in other processes, on the same Postgres database and the same file store.
+    Worker(service::Arguments),
     /// Retarget one clip onto one character, without a server.
     Retarget(retarget::Arguments),
     /// Edit one clip of a file: its time, its seams, its sides; without a second rig.
@@ -67,7 +71,8 @@ enum Command {
 #[must_use]
 pub fn run() -> ExitCode {
     match Arguments::parse().command {
-        Command::Serve(arguments) => serve::run(arguments),
+        Command::Serve(arguments) => serve::run(&arguments),
+        Command::Worker(arguments) => worker::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Retarget(arguments) => retarget::run(&arguments),
         Command::Edit(arguments) => edit::run(&arguments),

@@ -1,75 +1,12 @@
-//! The `serve` subcommand: the service, until it is told to stop.
+//! The `serve` subcommand: the API, and workers beside it, until it is told to stop.
 
-use std::{collections::BTreeMap, process::ExitCode};
+use std::process::ExitCode;
 
-use clap::{Arg, ArgMatches, Command};
+use super::service::{self, Arguments, Signals};
+use crate::{app, config::Settings};
 
-use super::exit;
-use crate::{
-    app,
-    config::{LogFormat, Setting, Settings},
-    telemetry,
-};
-
-/// Arguments of `retargetd serve`: one flag and one environment variable per setting, made from the table of settings.
-#[derive(Debug)]
-pub(super) struct Arguments {
-    given: BTreeMap<&'static str, String>,
-}
-
-impl clap::Args for Arguments {
-    fn augment_args(command: Command) -> Command {
-        Settings::TABLE.iter().fold(command, |command, setting| {
-            let argument = Arg::new(setting.name)
-                .long(setting.name.replace('_', "-"))
-                .env(setting.variable())
-                .value_name(setting.unit.name().to_ascii_uppercase())
-                .help(format!("{} [default: {}]", setting.help.trim(), setting.default));
-            command.arg(argument)
-        })
-    }
-
-    fn augment_args_for_update(command: Command) -> Command {
-        Self::augment_args(command)
-    }
-}
-
-impl clap::FromArgMatches for Arguments {
-    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let given = Settings::TABLE.iter().filter_map(|Setting { name, .. }| {
-            let text = matches.get_one::<String>(name)?;
-            Some((*name, text.clone()))
-        });
-        Ok(Self { given: given.collect() })
-    }
-
-    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
-        *self = Self::from_arg_matches(matches)?;
-        Ok(())
-    }
-}
-
-pub(super) fn run(arguments: Arguments) -> ExitCode {
-    let settings = match Settings::read(|setting| arguments.given.get(setting.name).cloned()) {
-        Ok(settings) => settings,
-        Err(errors) => return exit::refuse(exit::BAD_USAGE, &errors),
-    };
-    let json = match settings.log_format {
-        LogFormat::Auto => None,
-        LogFormat::Text => Some(false),
-        LogFormat::Json => Some(true),
-    };
-    if let Err(error) = telemetry::start_logs(json, &settings.log) {
-        return exit::refuse(exit::BAD_USAGE, &error);
-    }
-    let runtime = match tokio::runtime::Builder::new_multi_thread().enable_all().build() {
-        Ok(runtime) => runtime,
-        Err(error) => return exit::refuse(exit::FAILED, &error),
-    };
-    match runtime.block_on(serve(settings)) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => exit::refuse(exit::FAILED, &format!("{error:#}")),
-    }
+pub(super) fn run(arguments: &Arguments) -> ExitCode {
+    service::run(arguments, serve)
 }
 
 async fn serve(settings: Settings) -> anyhow::Result<()> {
@@ -94,29 +31,4 @@ async fn serve(settings: Settings) -> anyhow::Result<()> {
 fn announce(running: &app::Running) {
     let url = running.url();
     println!("retargetd listens on {url} (documentation: {url}/docs)");
-}
-
-/// The signals that stop a service.
-struct Signals {
-    #[cfg(unix)]
-    terminate: tokio::signal::unix::Signal,
-}
-
-impl Signals {
-    fn listen() -> std::io::Result<Self> {
-        Ok(Self {
-            #[cfg(unix)]
-            terminate: tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?,
-        })
-    }
-
-    async fn next(&mut self) {
-        #[cfg(unix)]
-        tokio::select! {
-            _ = tokio::signal::ctrl_c() => {}
-            _ = self.terminate.recv() => {}
-        }
-        #[cfg(not(unix))]
-        let _ = tokio::signal::ctrl_c().await;
-    }
 }

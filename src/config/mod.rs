@@ -2,11 +2,15 @@
 //!
 //! One table ([`settings`](Settings::TABLE)) is the only place where a setting stands. The flags of `serve`, the
 //! environment variables, `/v1/limits` and the documentation are all made from it. Reading is in two steps: raw texts come
-//! in, a [`Settings`] of validated types comes out, and everything that is wrong is said at once. Nothing here reads the
-//! environment or the command line; the caller hands in a look-up.
+//! in, a [`Settings`] of validated types comes out, and everything that is wrong is said at once. Nothing of it reads the
+//! environment or the command line; the caller hands in a look-up. Beside the settings lie the [`Failpoint`]s of debug builds.
 
+mod failpoint;
+mod memory;
 mod settings;
 mod value;
 
+pub use failpoint::Failpoint;
+pub use memory::MemoryBudget;
 pub use settings::{LimitView, Setting, SettingError, SettingErrors, Settings};
-pub use value::{ByteSize, LogFormat, Period, SettingValue, Unit, Workers};
+pub use value::{ByteSize, LogFormat, Period, Secret, SettingValue, Unit, Workers};

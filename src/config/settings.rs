@@ -2,7 +2,10 @@
 
 use std::{fmt, net::SocketAddr, path::PathBuf};
 
-use super::value::{ByteSize, LogFormat, Period, SettingValue, Unit, Workers};
+use super::{
+    memory::MemoryBudget,
+    value::{ByteSize, LogFormat, Period, Secret, SettingValue, Unit, Workers},
+};
 
 /// What is known about a setting before it has a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -142,7 +145,13 @@ settings! {
     plain listen: SocketAddr = "127.0.0.1:8080";
     /// Folder for everything that must survive a restart; made when it is not there
     plain data: PathBuf = "retargetd-data";
-    /// Jobs that run at the same time, or 'auto' for one per core
+    /// URL of the Postgres database that processes share; without it, a file in the data folder
+    plain database: Secret = "";
+    /// Where files are kept, as 's3://BUCKET/PREFIX' or 'file:///FOLDER'; without it, in the data folder
+    plain blobs: String = "";
+    /// Connections to the database of one process
+    plain database_connections: u64 = "8" in 2..=1_000;
+    /// Jobs that run in this process at the same time, or 'auto' for one per core; with 0, other processes run them
     limit workers: Workers = "auto";
     /// How log lines are written: auto, text or json
     plain log_format: LogFormat = "auto";
@@ -178,8 +187,16 @@ settings! {
     limit max_queued_bytes: ByteSize = "8GiB" in 1..=1_125_899_906_842_624_u64;
     /// How long one job may run
     limit job_timeout: Period = "120s" in 1..=86_400;
-    /// How often a job may be started again after the process died under it
+    /// How often the process may die under a job before the job fails
     limit max_attempts: u64 = "3" in 1..=100;
+    /// How often a job is tried again when files or records could not be reached
+    limit max_retries: u64 = "3" in 0..=100;
+    /// How long jobs on files under which processes died again and again are refused
+    limit quarantine_period: Period = "1h" in 0..=31_536_000;
+    /// Memory that running jobs may be thought to need together, or 'auto' for 60 % of what there is
+    limit memory_budget: MemoryBudget = "auto" in 1_048_576..=1_125_899_906_842_624_u64;
+    /// How long a job is left to a worker that is not heard of; a worker tells three times in that time that it is there
+    plain lease_period: Period = "6s" in 0.3..=3_600;
     /// Files that one job may give
     limit max_outputs_per_job: u64 = "8" in 1..=8;
     /// Labels of one job
@@ -203,6 +220,8 @@ settings! {
     limit max_stored_bytes: ByteSize = "64GiB" in 1..=1_125_899_906_842_624_u64;
     /// Rig templates of one's own; as many presets may be kept besides
     limit max_stored_documents: u64 = "256" in 0..=10_000;
+    /// How long a link to the file store is good that a download is sent to, where it is S3; 0s sends the bytes through the service
+    plain download_link_period: Period = "0s" in 0..=86_400;
     /// How often what has expired is removed
     plain sweep_interval: Period = "60s" in 0.05..=86_400;
 

@@ -1,6 +1,6 @@
 //! The types that settings are validated into, and how each is written.
 
-use std::{fmt, net::SocketAddr, num::NonZeroUsize, path::PathBuf, time::Duration};
+use std::{fmt, net::SocketAddr, path::PathBuf, time::Duration};
 
 /// In what a setting's number is counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -124,7 +124,7 @@ fn split_unit(text: &str) -> (&str, &str) {
 
 /// How many jobs run at the same time: a number, or `auto` for one per core.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Workers(pub NonZeroUsize);
+pub struct Workers(pub usize);
 
 impl SettingValue for Workers {
     const UNIT: Unit = Unit::Count;
@@ -132,13 +132,13 @@ impl SettingValue for Workers {
 
     fn parse(text: &str) -> Result<Self, String> {
         if text == "auto" {
-            return Ok(Self(std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)));
+            return Ok(Self(std::thread::available_parallelism().map_or(1, std::num::NonZero::get)));
         }
-        text.parse().map(Self).map_err(|_| "expected 'auto' or a number from 1 on".to_owned())
+        text.parse().map(Self).map_err(|_| "expected 'auto' or a whole number".to_owned())
     }
 
     fn number(&self) -> Option<f64> {
-        Some(self.0.get() as f64)
+        Some(self.0 as f64)
     }
 }
 
@@ -174,6 +174,29 @@ impl SettingValue for String {
 
     fn parse(text: &str) -> Result<Self, String> {
         Ok(text.to_owned())
+    }
+
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
+/// A text that may have a password in it: never shown, neither in messages nor in logs.
+#[derive(Clone, Default, PartialEq, Eq)]
+pub struct Secret(pub String);
+
+impl fmt::Debug for Secret {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(if self.0.is_empty() { "none" } else { "hidden" })
+    }
+}
+
+impl SettingValue for Secret {
+    const UNIT: Unit = Unit::None;
+    const EXAMPLE: &'static str = "postgres://user:password@host/database";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        Ok(Self(text.to_owned()))
     }
 
     fn number(&self) -> Option<f64> {
@@ -236,12 +259,18 @@ mod tests {
     }
 
     #[test]
+    fn a_secret_is_not_shown() {
+        let secret = Secret::parse("postgres://ann:sesame@db/clips").expect("any text");
+        assert_eq!(format!("{secret:?}"), "hidden", "not even to developers");
+    }
+
+    #[test]
     fn what_is_no_size_or_period_is_refused() {
         for text in ["", "MiB", "-1", "1.5GiB", "1 parsec", "99999999999999999999", "18446744073709551615KiB"] {
             assert!(ByteSize::parse(text).is_err(), "size {text:?}");
             assert!(Period::parse(text).is_err(), "period {text:?}");
         }
         assert!(Period::parse("30").is_err(), "a period without a unit could be anything");
-        assert!(Workers::parse("0").is_err(), "no workers, no work");
+        assert_eq!(Workers::parse("0"), Ok(Workers(0)), "others do the work");
     }
 }

@@ -119,6 +119,8 @@ codes! {
         "`If-Match` or `If-None-Match` does not hold: somebody else has changed it. Get it again, and change that.";
     TooManyDocuments = "too_many_documents", CONFLICT, false, "There are as many as may be",
         "The limit is `stored_documents`. Delete rigs or presets that nobody needs, or ask the operator to raise it.";
+    Quarantined = "quarantined", UNPROCESSABLE_ENTITY, true, "These files have brought workers down",
+        "Jobs on the same files have killed the process that ran them several times. The detail says until when they are refused.";
     QueueFull = "queue_full", TOO_MANY_REQUESTS, true, "The queue is full",
         "Wait as long as `Retry-After` says and send again.";
     TooBusy = "too_busy", SERVICE_UNAVAILABLE, true, "Too many requests at the same time",
@@ -170,6 +172,7 @@ impl From<FailureReason> for Code {
             FailureReason::JobTimeout => Self::JobTimeout,
             FailureReason::WorkerCrashed => Self::WorkerCrashed,
             FailureReason::StorageFull => Self::StorageFull,
+            FailureReason::Unavailable => Self::Unavailable,
         }
     }
 }

@@ -57,11 +57,25 @@ impl File {
 
     /// All of it, whatever the request's conditions: the answer to a request that made the file.
     pub(super) async fn whole(self, jobs: &Jobs) -> Result<Response, Problem> {
-        self.answer(&Method::GET, &HeaderMap::new(), jobs).await
+        self.send(&Method::GET, &HeaderMap::new(), jobs).await
     }
 
-    /// What the request's method and headers ask for.
+    /// What the request's method and headers ask for, or where it can be had.
     pub(super) async fn answer(self, method: &Method, headers: &HeaderMap, jobs: &Jobs) -> Result<Response, Problem> {
+        let is_known = wanted(headers, &self.entity_tag(), self.bytes) == Wanted::Nothing;
+        if *method == Method::GET
+            && !is_known
+            && let Some(link) = jobs.download_link(&self.sha256, text(&disposition(&self.file_name))).await?
+        {
+            let mut response = StatusCode::TEMPORARY_REDIRECT.into_response();
+            response.headers_mut().insert(header::LOCATION, ascii(link));
+            response.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+            return Ok(response);
+        }
+        self.send(method, headers, jobs).await
+    }
+
+    async fn send(self, method: &Method, headers: &HeaderMap, jobs: &Jobs) -> Result<Response, Problem> {
         let (status, range) = match wanted(headers, &self.entity_tag(), self.bytes) {
             Wanted::Nothing => return Ok(self.with_headers(StatusCode::NOT_MODIFIED.into_response())),
             Wanted::OutOfRange => return Ok(self.out_of_range()),
@@ -145,6 +159,11 @@ fn disposition(file_name: &str) -> HeaderValue {
         .map(|byte| if is_safe(&byte) { char::from(byte).to_string() } else { format!("%{byte:02X}") })
         .collect();
     ascii(format!("attachment; filename=\"{plain}\"; filename*=UTF-8''{encoded}"))
+}
+
+/// The text of a header value that was made from text.
+fn text(value: &HeaderValue) -> &str {
+    value.to_str().unwrap_or("attachment")
 }
 
 /// A header value of text that is known to be ASCII.

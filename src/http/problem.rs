@@ -221,6 +221,7 @@ impl From<Refusal> for Problem {
             Refusal::Draining => Self::new(Code::Draining, detail),
             Refusal::StorageFull => Self::new(Code::StorageFull, detail),
             Refusal::WrongState { .. } => Self::new(Code::WrongState, detail),
+            Refusal::Quarantined { .. } => Self::new(Code::Quarantined, detail),
             Refusal::InUse(_) => Self::new(Code::InUse, detail).with_hint("wait for the job, or cancel it"),
             Refusal::BuiltIn { .. } => Self::new(Code::BuiltIn, detail).with_hint("keep yours under another name"),
             Refusal::Changed { .. } => {
@@ -234,6 +235,10 @@ impl From<Refusal> for Problem {
                 Self::new(Code::UnknownPreset, detail).with_hint("GET /v1/presets lists them").at("/preset", similar)
             }
             Refusal::Engine(failure) => failure.into(),
+            Refusal::Store(error) if error.is_passing() => {
+                tracing::error!(%error, "the store does not answer");
+                Self::new(Code::Unavailable, "the store does not answer")
+            }
             Refusal::Store(error) => Self::internal(&error),
         }
     }

@@ -200,7 +200,7 @@ impl From<VersionedName> for VersionedNameView {
 #[schema(as = Progress)]
 pub(super) struct ProgressView {
     /// `waiting`, `read`, `plan`, `retarget` or `write`.
-    phase: &'static str,
+    phase: String,
     /// Units done in this phase; frames while retargeting.
     done: u64,
     /// Units of this phase; 0 where unknown.
@@ -253,7 +253,7 @@ impl From<JobSnapshot> for JobView {
             state: record.state.name(),
             queue_position,
             progress: progress.map(|progress| ProgressView {
-                phase: progress.phase.name(),
+                phase: progress.phase,
                 done: progress.done,
                 total: progress.total,
             }),

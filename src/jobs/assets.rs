@@ -7,9 +7,11 @@ use tokio::sync::Semaphore;
 use super::{
     Engine, Jobs, Refusal,
     bridge::on_own_thread,
-    inspections::{InspectionKey, Inspections},
+    inspections::{Found, InspectionKey},
+    memory,
 };
 use crate::{
+    config::Failpoint,
     engine::{Control, Failure, FailureCode, Format, Knowledge, Limits, NamedBytes, sniff},
     store::{AssetId, AssetRecord, BlobWriter, Page, UnnamedBlob},
     telemetry::Metric,
@@ -19,9 +21,8 @@ use crate::{
 #[derive(Clone, Debug)]
 pub struct Assets {
     pub(super) jobs: Jobs,
-    /// As many files are looked into at the same time as jobs may run.
+    /// As many files are looked into at the same time as jobs may run here, and at least one.
     looks: Arc<Semaphore>,
-    inspections: Arc<Inspections>,
 }
 
 /// A file that is arriving. Dropping it leaves nothing.
@@ -51,8 +52,8 @@ impl Assets {
     /// The files that `jobs` work on.
     #[must_use]
     pub fn new(jobs: &Jobs) -> Self {
-        let looks = Arc::new(Semaphore::new(jobs.0.settings.workers.0.get()));
-        Self { jobs: jobs.clone(), looks, inspections: Arc::default() }
+        let looks = Arc::new(Semaphore::new(jobs.0.settings.workers.0.max(1)));
+        Self { jobs: jobs.clone(), looks }
     }
 
     /// Begins to take a file. `announced_bytes` is what the sender said it will be, so that too much is refused early.
@@ -84,8 +85,10 @@ impl Assets {
     /// When the store fails.
     pub async fn keep(&self, file: ReceivedFile) -> Result<(AssetRecord, bool), Refusal> {
         let inner = &self.jobs.0;
-        let _held = inner.store.hold_blobs().await;
+        Failpoint::UploadComplete.reach();
+        let _held = inner.store.hold_blobs(&[&file.blob.blob().sha256]).await?;
         let blob = file.blob.keep().await?;
+        Failpoint::UploadKept.reach();
         let asset = AssetRecord {
             id: AssetId::new(),
             sha256: blob.sha256,
@@ -137,13 +140,14 @@ impl Assets {
     pub async fn inspect(&self, id: &AssetId) -> Result<Arc<str>, Refusal> {
         let asset = self.get(id).await?;
         let rigs = self.jobs.own_rigs().await?;
-        let AssetRecord { sha256, format, .. } = asset.clone();
-        let key = InspectionKey { sha256, format, rigs_sha256: rigs.sha256.clone() };
-        if let Some(document) = self.inspections.find(&key) {
+        let (key, inspections) = (InspectionKey::of(&asset, &rigs.sha256), &self.jobs.0.inspections);
+        if let Some(document) = inspections.find(&key) {
             return Ok(document);
         }
-        let document: Arc<str> = self.inspect_now(&asset, rigs.knowledge()?).await?.to_string().into();
-        self.inspections.add(key, &document);
+        let inspection = self.inspect_now(&asset, rigs.knowledge()?).await?;
+        let document: Arc<str> = inspection.to_string().into();
+        let memory_bytes = memory::of_inspected_file(asset.bytes, &inspection);
+        inspections.add(key, Found { document: Arc::clone(&document), memory_bytes });
         Ok(document)
     }
 

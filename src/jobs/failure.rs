@@ -16,6 +16,8 @@ pub enum FailureReason {
     WorkerCrashed,
     /// Its results found no room.
     StorageFull,
+    /// Files or records could not be reached, again and again.
+    Unavailable,
 }
 
 impl FailureReason {
@@ -27,13 +29,14 @@ impl FailureReason {
             Self::JobTimeout => "job_timeout",
             Self::WorkerCrashed => "worker_crashed",
             Self::StorageFull => "storage_full",
+            Self::Unavailable => "unavailable",
         }
     }
 
     /// The reason of a kept failure. A code that this version does not know is one of a bug of ours.
     #[must_use]
     pub fn of(failure: &JobFailure) -> Self {
-        let own = [Self::JobTimeout, Self::WorkerCrashed, Self::StorageFull];
+        let own = [Self::JobTimeout, Self::WorkerCrashed, Self::StorageFull, Self::Unavailable];
         own.into_iter()
             .find(|reason| reason.name() == failure.code)
             .unwrap_or_else(|| Self::Engine(FailureCode::from_name(&failure.code).unwrap_or(FailureCode::Internal)))

@@ -6,6 +6,8 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
+use crate::store::AssetRecord;
+
 /// What an answer depends on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct InspectionKey {
@@ -17,28 +19,51 @@ pub(super) struct InspectionKey {
     pub(super) rigs_sha256: String,
 }
 
+impl InspectionKey {
+    /// The key of a file, with the users' templates as they are now.
+    pub(super) fn of(asset: &AssetRecord, rigs_sha256: &str) -> Self {
+        Self { sha256: asset.sha256.clone(), format: asset.format.clone(), rigs_sha256: rigs_sha256.to_owned() }
+    }
+}
+
+/// An answer, and what it says of the memory that a job on the file needs.
+#[derive(Clone, Debug)]
+pub(super) struct Found {
+    pub(super) document: Arc<str>,
+    pub(super) memory_bytes: Option<u64>,
+}
+
 /// The latest answers, bounded by their bytes.
 #[derive(Debug, Default)]
-pub(super) struct Inspections(Mutex<VecDeque<(InspectionKey, Arc<str>)>>);
+pub(super) struct Inspections(Mutex<VecDeque<(InspectionKey, Found)>>);
 
 impl Inspections {
     /// Enough for a few hundred characters.
     const MOST_BYTES: usize = 32 << 20;
 
     pub(super) fn find(&self, key: &InspectionKey) -> Option<Arc<str>> {
+        self.found(key).map(|found| found.document)
+    }
+
+    /// What is known of the memory that a job on the file needs.
+    pub(super) fn memory_bytes(&self, key: &InspectionKey) -> Option<u64> {
+        self.found(key)?.memory_bytes
+    }
+
+    fn found(&self, key: &InspectionKey) -> Option<Found> {
         let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        kept.iter().find(|(other, _)| other == key).map(|(_, document)| Arc::clone(document))
+        kept.iter().find(|(other, _)| other == key).map(|(_, found)| found.clone())
     }
 
     /// Remembers an answer, and forgets the oldest ones where there is no room.
-    pub(super) fn add(&self, key: InspectionKey, document: &Arc<str>) {
+    pub(super) fn add(&self, key: InspectionKey, found: Found) {
         let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         kept.retain(|(other, _)| *other != key);
-        kept.push_back((key, Arc::clone(document)));
-        let mut bytes: usize = kept.iter().map(|(_, document)| document.len()).sum();
+        kept.push_back((key, found));
+        let mut bytes: usize = kept.iter().map(|(_, found)| found.document.len()).sum();
         while bytes > Self::MOST_BYTES {
             let Some((_, oldest)) = kept.pop_front() else { return };
-            bytes -= oldest.len();
+            bytes -= oldest.document.len();
         }
     }
 }
@@ -51,16 +76,20 @@ mod tests {
         InspectionKey { sha256: sha256.to_owned(), format: "glb".to_owned(), rigs_sha256: rigs.to_owned() }
     }
 
+    fn found(document: &str) -> Found {
+        Found { document: document.into(), memory_bytes: Some(document.len() as u64) }
+    }
+
     #[test]
     fn other_templates_ask_anew_and_the_oldest_go_first() {
         let inspections = Inspections::default();
-        inspections.add(key("a", "1"), &"first".into());
+        inspections.add(key("a", "1"), found("first"));
         assert_eq!(inspections.find(&key("a", "1")).as_deref(), Some("first"), "remembered");
         assert_eq!(inspections.find(&key("a", "2")), None, "the templates have changed");
-        let large: Arc<str> = "x".repeat(Inspections::MOST_BYTES - 10).into();
-        inspections.add(key("b", "1"), &large);
+        assert_eq!(inspections.memory_bytes(&key("a", "1")), Some(5), "with what was found out");
+        inspections.add(key("b", "1"), found(&"x".repeat(Inspections::MOST_BYTES - 10)));
         assert!(inspections.find(&key("a", "1")).is_some(), "there is room for both");
-        inspections.add(key("c", "1"), &"more than is left".into());
+        inspections.add(key("c", "1"), found("more than is left"));
         assert_eq!(inspections.find(&key("a", "1")), None, "the oldest went");
         assert!(inspections.find(&key("c", "1")).is_some(), "the newest stays");
     }

@@ -213,7 +213,8 @@ fn unreadable(name: &str, reason: String) -> Refusal {
     Refusal::Store(StoreError::Unreadable { record: name.to_owned(), reason })
 }
 
-fn digest(text: &str) -> String {
+/// The SHA-256 of a text, in hexadecimal.
+pub(super) fn digest(text: &str) -> String {
     Sha256::digest(text.as_bytes()).iter().fold(String::new(), |mut text, byte| {
         // Writing to a string cannot fail.
         let _ = write!(text, "{byte:02x}");

@@ -3,39 +3,46 @@
 //! A job is plain data (digests of files, a config, formats), so it can be run again after a crash. [`Jobs`] is what
 //! everything else calls: submit, look, wait, cancel, retry, delete. [`Assets`] takes uploads and looks into them. [`Library`] keeps
 //! what users teach the service under a name.
-//! [`Workers`] runs what is queued. The queue is bounded by count and by bytes; what does not fit is refused at once.
-//! A job that panics or runs over its time fails alone.
+//! [`Workers`] runs what is queued. The queue lies in the store, so that any number of processes can share it; it is bounded by count
+//! and by bytes, and what does not fit is refused at once. A job that panics or runs over its time fails alone; one whose
+//! process dies is taken up by another when its lease has run out.
 //!
 //! Knows nothing of HTTP. The engine is handed in, so that tests can put one of their own in its place.
 
+mod admission;
 mod assets;
 mod bridge;
 mod failure;
 mod inputs;
 mod inspections;
 mod library;
+mod lost_workers;
+mod memory;
 mod proposals;
-mod queue;
-mod recovery;
 mod refusal;
 mod running;
 mod service;
 mod state;
-mod stopping;
+mod submission;
+mod sweeper;
 #[cfg(test)]
 mod tests;
 mod worker;
+mod workers;
 
 pub use assets::{Assets, ReceivedFile, Upload};
 pub use bridge::{Engine, RetargetEngine};
 pub use failure::FailureReason;
 pub use library::{Kept, Library, Written};
 pub use refusal::Refusal;
-pub use service::{JobSnapshot, Jobs, NewJob};
+pub use service::{JobSnapshot, Jobs};
 pub use state::{JobEvent, next_state};
-pub use stopping::{Sweeper, Workers};
+pub use submission::NewJob;
+pub use sweeper::Sweeper;
+pub use workers::Workers;
 
 pub use crate::store::{
     AssetId, AssetRecord, ByteStream, ConfigDocument, DocumentKind, InputRole, JobFailure, JobId, JobInput, JobRecord,
-    JobRequest, JobState, Page, Precondition, ResultId, ResultRecord, StoreError, StoredFieldError, VersionedName,
+    JobRequest, JobState, Page, Precondition, ResultId, ResultRecord, StoreError, StoredFieldError, StoredProgress,
+    VersionedName,
 };

@@ -12,7 +12,7 @@ impl Assets {
     /// # Errors
     /// When an input is not there, or as [`crate::engine::propose`].
     pub async fn propose(&self, new: NewJob) -> Result<(JobRequest, serde_json::Value), Refusal> {
-        let (request, _) = self.jobs.resolve(new).await?;
+        let request = self.jobs.resolve(new).await?.request;
         let files = self.jobs.read_inputs(&request).await?;
         let knowledge = self.jobs.knowledge(&request).await?;
         let work = request.clone();
@@ -29,7 +29,7 @@ impl Assets {
     /// # Errors
     /// When a file is not there, or as [`crate::engine::explain`].
     pub async fn explain(&self, new: NewJob, frame: usize, joint: String) -> Result<serde_json::Value, Refusal> {
-        let (request, _) = self.jobs.resolve(new).await?;
+        let request = self.jobs.resolve(new).await?.request;
         let files = self.jobs.read_inputs(&request).await?;
         let knowledge = self.jobs.knowledge(&request).await?;
         self.look("explain", "explaining the joint", move |engine, limits, control| {

@@ -78,6 +78,12 @@ pub enum Refusal {
         /// What cannot be done: `deleted`, `retried`, `shown`.
         action: &'static str,
     },
+    /// Processes died under jobs on the same files, again and again.
+    #[error("jobs on these files have brought workers down several times, so they are not taken until {until}")]
+    Quarantined {
+        /// When they are taken again.
+        until: jiff::Timestamp,
+    },
     /// An unfinished job needs the file.
     #[error("the file is an input of the unfinished job '{0}'")]
     InUse(JobId),

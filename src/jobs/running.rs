@@ -6,8 +6,8 @@ use std::{
 };
 
 use crate::{
-    engine::{Control, Progress},
-    store::JobId,
+    engine::Control,
+    store::{Held, JobId, LeaseId, StoredProgress},
     telemetry::{Metric, monotonic_seconds},
 };
 
@@ -20,23 +20,30 @@ pub(super) enum StopReason {
     TimedOut,
     /// The service is going down.
     Draining,
+    /// The job went to somebody else, because this process was not heard of for too long.
+    LeaseLost,
 }
 
 /// A job that a worker has.
 #[derive(Debug)]
 pub(super) struct RunningJob {
+    /// The hold on it.
+    pub(super) lease: LeaseId,
     /// Shared with the engine.
     pub(super) control: Arc<Control>,
     reason: Mutex<Option<StopReason>>,
 }
 
-impl Default for RunningJob {
-    fn default() -> Self {
-        Self { control: Arc::new(Control::with_clock(monotonic_seconds)), reason: Mutex::new(None) }
-    }
-}
-
 impl RunningJob {
+    fn new(lease: LeaseId) -> Self {
+        Self { lease, control: Arc::new(Control::with_clock(monotonic_seconds)), reason: Mutex::new(None) }
+    }
+
+    fn progress(&self) -> StoredProgress {
+        let progress = self.control.progress();
+        StoredProgress { phase: progress.phase.name().to_owned(), done: progress.done, total: progress.total }
+    }
+
     /// Tells it to stop.
     pub(super) fn stop(&self, reason: StopReason) {
         self.reason.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(reason);
@@ -59,16 +66,25 @@ impl RunningJobs {
     }
 
     /// Enters a job. It leaves when the guard is dropped.
-    pub(super) fn enter(self: &Arc<Self>, id: &JobId) -> (Arc<RunningJob>, RunningGuard) {
-        let job = Arc::new(RunningJob::default());
+    pub(super) fn enter(self: &Arc<Self>, id: &JobId, lease: LeaseId) -> (Arc<RunningJob>, RunningGuard) {
+        let job = Arc::new(RunningJob::new(lease));
         self.lock().insert(id.clone(), Arc::clone(&job));
         Metric::JobsRunning.change(1.0);
-        (job, RunningGuard { jobs: Arc::clone(self), id: id.clone() })
+        (Arc::clone(&job), RunningGuard { jobs: Arc::clone(self), id: id.clone(), job })
     }
 
-    /// Tells a job to stop. Gives whether it was there.
-    pub(super) fn stop(&self, id: &JobId, reason: StopReason) -> bool {
-        self.lock().get(id).map(|job| job.stop(reason)).is_some()
+    /// Tells a job to stop, if this process has it.
+    pub(super) fn stop(&self, id: &JobId, reason: StopReason) {
+        if let Some(job) = self.lock().get(id) {
+            job.stop(reason);
+        }
+    }
+
+    /// Tells a job to stop that this lease no longer holds.
+    pub(super) fn lose(&self, held: &Held) {
+        if let Some(job) = self.lock().get(&held.id).filter(|job| job.lease == held.lease) {
+            job.stop(StopReason::LeaseLost);
+        }
     }
 
     /// Tells all to stop.
@@ -77,8 +93,18 @@ impl RunningJobs {
     }
 
     /// How far a job is.
-    pub(super) fn progress(&self, id: &JobId) -> Option<Progress> {
-        self.lock().get(id).map(|job| job.control.progress())
+    pub(super) fn progress(&self, id: &JobId) -> Option<StoredProgress> {
+        self.lock().get(id).map(|job| job.progress())
+    }
+
+    /// All of them, as they are reported to the store.
+    pub(super) fn held(&self) -> Vec<Held> {
+        let held = |(id, job): (&JobId, &Arc<RunningJob>)| Held {
+            id: id.clone(),
+            lease: job.lease.clone(),
+            progress: job.progress(),
+        };
+        self.lock().iter().map(held).collect()
     }
 
     /// How many there are.
@@ -92,11 +118,17 @@ impl RunningJobs {
 pub(super) struct RunningGuard {
     jobs: Arc<RunningJobs>,
     id: JobId,
+    job: Arc<RunningJob>,
 }
 
 impl Drop for RunningGuard {
     fn drop(&mut self) {
-        self.jobs.lock().remove(&self.id);
+        let mut jobs = self.jobs.lock();
+        // A job that was lost and taken again may be there a second time.
+        if jobs.get(&self.id).is_some_and(|job| Arc::ptr_eq(job, &self.job)) {
+            jobs.remove(&self.id);
+        }
+        drop(jobs);
         Metric::JobsRunning.change(-1.0);
     }
 }

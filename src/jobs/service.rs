@@ -1,7 +1,6 @@
 //! What the rest of the program can ask of jobs.
 
 use std::{
-    collections::BTreeMap,
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -9,37 +8,28 @@ use std::{
     time::Duration,
 };
 
-use tokio::{sync::broadcast, time::Instant};
+use tokio::{
+    sync::{Notify, broadcast},
+    time::Instant,
+};
 
 use super::{
-    Engine, JobEvent, Refusal, next_state,
-    queue::Queue,
+    Engine, JobEvent, Refusal,
+    admission::Admission,
+    inspections::Inspections,
+    memory::MemoryBudget,
+    next_state,
     running::{RunningJobs, StopReason},
 };
 use crate::{
-    config::Settings,
-    engine::{self, Format, Limits, NamedBytes, Progress},
+    config::{Failpoint, Settings},
+    engine::Limits,
     store::{
-        AssetId, ConfigDocument, FinishedJob, InputRole, JobFailure, JobId, JobInput, JobRecord, JobRequest, JobState,
-        Page, ResultId, ResultRecord, Store, VersionedName,
+        FinishedJob, JobFailure, JobId, JobRecord, JobState, LeaseId, Page, ResultId, ResultRecord, Store,
+        StoredProgress,
     },
     telemetry::{Clock, Metric},
 };
-
-/// What somebody wants done.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct NewJob {
-    /// The files. Source and target must be among them.
-    pub inputs: BTreeMap<InputRole, AssetId>,
-    /// The retarget config.
-    pub config: Option<ConfigDocument>,
-    /// The formats wanted. Empty: what the config says.
-    pub formats: Vec<Format>,
-    /// The user's own words about it.
-    pub labels: BTreeMap<String, String>,
-    /// The preset that the config is laid over.
-    pub preset: Option<String>,
-}
 
 /// A job as it is now: its record, and what only this process knows.
 #[derive(Clone, Debug)]
@@ -48,11 +38,16 @@ pub struct JobSnapshot {
     pub record: JobRecord,
     /// The files it gave.
     pub results: Vec<ResultRecord>,
-    /// Its place in the queue, from 1.
+    /// Its place among the waiting jobs of its principal, from 1; places after ten thousand are told as that.
     pub queue_position: Option<u64>,
     /// How far it is, while it runs.
-    pub progress: Option<Progress>,
+    pub progress: Option<StoredProgress>,
 }
+
+/// Counting more jobs before one that waits is worth nobody's while.
+const MOST_POSITION: u64 = 10_000;
+/// How often to look at a job that somebody waits for, in case a notice of another process was missed.
+const LOOK_AT_AWAITED: Duration = Duration::from_secs(2);
 
 /// The jobs. Cheap to clone; all clones are the same.
 #[derive(Clone)]
@@ -64,15 +59,20 @@ pub(super) struct Inner {
     pub(super) settings: Arc<Settings>,
     pub(super) limits: Limits,
     pub(super) clock: Clock,
-    pub(super) queue: Arc<Queue>,
+    pub(super) admission: Arc<Admission>,
+    pub(super) memory: MemoryBudget,
+    pub(super) inspections: Inspections,
     pub(super) running: Arc<RunningJobs>,
-    changes: broadcast::Sender<JobId>,
+    /// One who waits for jobs to arrive: the task that claims them.
+    pub(super) arrivals: Notify,
+    /// Which job has changed; `None` for any.
+    changes: broadcast::Sender<Option<JobId>>,
     is_draining: AtomicBool,
 }
 
 impl std::fmt::Debug for Jobs {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.debug_struct("Jobs").field("queued", &self.queued()).field("running", &self.running()).finish()
+        formatter.debug_struct("Jobs").field("running", &self.running()).finish_non_exhaustive()
     }
 }
 
@@ -98,121 +98,21 @@ impl Jobs {
     pub fn new(store: Arc<Store>, engine: Arc<dyn Engine>, settings: Arc<Settings>, clock: Clock) -> Self {
         /// Waiters that fall this far behind look the record up instead of missing a change.
         const CHANGES_KEPT: usize = 1024;
-        let queue = Arc::new(Queue::new(settings.max_queued_jobs, settings.max_queued_bytes.0));
+        let admission = Arc::new(Admission::new(settings.max_queued_jobs, settings.max_queued_bytes.0));
         Self(Arc::new(Inner {
             limits: engine_limits(&settings),
+            memory: MemoryBudget::new(settings.memory_budget.0),
             store,
             engine,
             settings,
             clock,
-            queue,
+            admission,
+            inspections: Inspections::default(),
             running: Arc::default(),
+            arrivals: Notify::new(),
             changes: broadcast::Sender::new(CHANGES_KEPT),
             is_draining: AtomicBool::new(false),
         }))
-    }
-
-    /// Whether a new job would be taken now; to be asked before a large body is read.
-    ///
-    /// # Errors
-    /// [`Refusal::Draining`] or [`Refusal::QueueFull`].
-    pub fn check_admission(&self) -> Result<(), Refusal> {
-        if self.is_draining() {
-            return Err(Refusal::Draining);
-        }
-        self.0.queue.check_room()
-    }
-
-    /// Takes a job on. When this returns, the job survives a crash.
-    ///
-    /// # Errors
-    /// When the queue is full, the service is going down, or an input is not there.
-    pub async fn submit(&self, new: NewJob) -> Result<JobSnapshot, Refusal> {
-        let (request, input_bytes) = self.resolve(new).await?;
-        self.enqueue(request, input_bytes, None).await
-    }
-
-    pub(super) async fn resolve(&self, new: NewJob) -> Result<(JobRequest, u64), Refusal> {
-        let (mut found, mut input_bytes) = (BTreeMap::new(), 0);
-        for (role, id) in new.inputs {
-            let Some(asset) = self.0.store.records().asset(&id).await? else {
-                return Err(Refusal::UnknownInput { role, id: id.to_string() });
-            };
-            input_bytes += asset.bytes;
-            found.insert(role, JobInput { asset: id, sha256: asset.sha256, file_name: asset.file_name });
-        }
-        let missing = |role: InputRole| Refusal::UnknownInput { role, id: String::new() };
-        let (config, preset) = self.lay_over_preset(new.config, new.preset).await?;
-        let request = JobRequest {
-            source: found.remove(&InputRole::Source).ok_or_else(|| missing(InputRole::Source))?,
-            target: found.remove(&InputRole::Target).ok_or_else(|| missing(InputRole::Target))?,
-            source_rest: found.remove(&InputRole::SourceRest),
-            target_rest: found.remove(&InputRole::TargetRest),
-            config,
-            formats: new.formats.into_iter().map(|format| format.info().name.to_owned()).collect(),
-            labels: new.labels,
-            preset,
-            rigs: self.own_rigs().await?.versions(),
-        };
-        Ok((request, input_bytes))
-    }
-
-    /// The config with the preset under it. What comes out is the job's own: it does not change when the preset does.
-    async fn lay_over_preset(
-        &self,
-        config: Option<ConfigDocument>,
-        preset: Option<String>,
-    ) -> Result<(Option<ConfigDocument>, Option<VersionedName>), Refusal> {
-        let Some(name) = preset else { return Ok((config, None)) };
-        let kept = self.preset(&name).await?;
-        let bytes = config.as_ref().map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
-        let text = engine::merge_config(&kept.document, bytes)?;
-        let version = kept.own.map_or(0, |(version, _)| version);
-        let config = ConfigDocument { file_name: "config.json".to_owned(), text };
-        Ok((Some(config), Some(VersionedName { name, version })))
-    }
-
-    async fn enqueue(
-        &self,
-        request: JobRequest,
-        input_bytes: u64,
-        retry_of: Option<JobId>,
-    ) -> Result<JobSnapshot, Refusal> {
-        if self.is_draining() {
-            return Err(Refusal::Draining);
-        }
-        let reservation = self.0.queue.reserve(input_bytes)?;
-        let record = JobRecord {
-            id: JobId::new(),
-            state: JobState::Queued,
-            request,
-            input_bytes,
-            attempt: 0,
-            retry_of,
-            created_at: self.0.clock.now(),
-            started_at: None,
-            finished_at: None,
-            expires_at: None,
-            warnings: 0,
-            failure: None,
-        };
-        if !self.0.store.records().add_job(&record).await? {
-            let (role, input) = self.first_missing(&record.request).await?;
-            return Err(Refusal::UnknownInput { role, id: input.asset.to_string() });
-        }
-        reservation.fill(record.id.clone());
-        Metric::JobsSubmitted.count([], 1);
-        let queue_position = self.0.queue.position(&record.id);
-        Ok(JobSnapshot { record, results: Vec::new(), queue_position, progress: None })
-    }
-
-    async fn first_missing<'a>(&self, request: &'a JobRequest) -> Result<(InputRole, &'a JobInput), Refusal> {
-        for (role, input) in request.inputs() {
-            if self.0.store.records().asset(&input.asset).await?.is_none() {
-                return Ok((role, input));
-            }
-        }
-        Ok((InputRole::Source, &request.source))
     }
 
     /// A job as it is now.
@@ -225,13 +125,17 @@ impl Jobs {
             JobState::Succeeded => self.0.store.records().job_results(id).await?,
             _ => Vec::new(),
         };
-        Ok(self.snapshot(record, results))
+        self.snapshot(record, results).await
     }
 
-    fn snapshot(&self, record: JobRecord, results: Vec<ResultRecord>) -> JobSnapshot {
-        let queue_position = self.0.queue.position(&record.id);
-        let progress = self.0.running.progress(&record.id);
-        JobSnapshot { record, results, queue_position, progress }
+    /// What this process knows better than the record is put beside it.
+    pub(super) async fn snapshot(&self, record: JobRecord, results: Vec<ResultRecord>) -> Result<JobSnapshot, Refusal> {
+        let queue_position = match record.state {
+            JobState::Queued => Some(self.0.store.records().queue_position(&record, MOST_POSITION).await?),
+            _ => None,
+        };
+        let progress = self.0.running.progress(&record.id).or_else(|| record.progress.clone());
+        Ok(JobSnapshot { record, results, queue_position, progress })
     }
 
     async fn record(&self, id: &JobId) -> Result<JobRecord, Refusal> {
@@ -256,7 +160,7 @@ impl Jobs {
                 JobState::Succeeded => self.0.store.records().job_results(&record.id).await?,
                 _ => Vec::new(),
             };
-            items.push(self.snapshot(record, results));
+            items.push(self.snapshot(record, results).await?);
         }
         Ok(Page { items, has_more: page.has_more })
     }
@@ -276,9 +180,10 @@ impl Jobs {
             }
             let changed = async {
                 // Falling behind may have hidden the change, so it counts as one.
-                while matches!(changes.recv().await, Ok(other) if other != *id && !self.is_draining()) {}
+                while matches!(changes.recv().await, Ok(Some(other)) if other != *id && !self.is_draining()) {}
             };
-            if tokio::time::timeout_at(deadline, changed).await.is_err() {
+            let look = deadline.min(Instant::now() + LOOK_AT_AWAITED);
+            if tokio::time::timeout_at(look, changed).await.is_err() && look == deadline {
                 return self.get(id).await;
             }
         }
@@ -294,14 +199,10 @@ impl Jobs {
             let Some(next) = next_state(record.state, JobEvent::RequestCancel) else { return self.get(id).await };
             let moved = match next {
                 JobState::Canceled => {
-                    self.0.queue.remove(id);
-                    self.finish(id, record.state, self.ending(JobState::Canceled, None)).await?
+                    self.finish(id, (record.state, None), self.ending(JobState::Canceled, None)).await?
                 }
                 _ if record.state == next => true,
-                _ => {
-                    let change = (record.state, next);
-                    self.0.store.records().move_job(id, change, record.attempt, record.started_at).await?
-                }
+                _ => self.0.store.records().request_cancel(id).await?,
             };
             // Where it did not move, a worker was faster, and the loop looks again.
             if moved {
@@ -318,11 +219,11 @@ impl Jobs {
     /// # Errors
     /// When the job has not ended, its files are gone, or a new job would not be taken.
     pub async fn retry(&self, id: &JobId) -> Result<JobSnapshot, Refusal> {
-        let JobRecord { state, request, input_bytes, .. } = self.record(id).await?;
-        if !state.is_final() {
-            return Err(Refusal::WrongState { id: id.clone(), state, action: "retried" });
+        let record = self.record(id).await?;
+        if !record.state.is_final() {
+            return Err(Refusal::WrongState { id: id.clone(), state: record.state, action: "retried" });
         }
-        self.enqueue(request, input_bytes, Some(id.clone())).await
+        self.submit_again(record).await
     }
 
     /// Removes a job that has ended, with its results.
@@ -386,13 +287,20 @@ impl Jobs {
         Ok(self.0.store.blobs().stream(sha256, range).await?)
     }
 
-    /// How many jobs wait.
-    #[must_use]
-    pub fn queued(&self) -> usize {
-        self.0.queue.len()
+    /// A URL of the file store from which anybody who has it can get that blob for a while; `None` where downloads go through the
+    /// service.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn download_link(&self, sha256: &str, content_disposition: &str) -> Result<Option<String>, Refusal> {
+        let period = self.0.settings.download_link_period.0;
+        if period.is_zero() {
+            return Ok(None);
+        }
+        Ok(self.0.store.blobs().signed_url(sha256, content_disposition, period).await?)
     }
 
-    /// How many jobs run.
+    /// How many jobs run in this process.
     #[must_use]
     pub fn running(&self) -> usize {
         self.0.running.len()
@@ -407,7 +315,7 @@ impl Jobs {
     /// Takes no new jobs from now on, and lets those who wait go.
     pub fn drain(&self) {
         self.0.is_draining.store(true, Ordering::SeqCst);
-        self.announce(&JobId::new());
+        self.announce_anything();
     }
 
     /// Whether the store answers.
@@ -421,7 +329,28 @@ impl Jobs {
     /// Tells those who wait that something about the job has changed.
     pub(super) fn announce(&self, id: &JobId) {
         // Nobody waiting is no failure.
-        let _ = self.0.changes.send(id.clone());
+        let _ = self.0.changes.send(Some(id.clone()));
+    }
+
+    /// Tells that a job waits for a worker.
+    pub(super) fn announce_arrival(&self, id: &JobId) {
+        self.0.arrivals.notify_one();
+        self.announce(id);
+    }
+
+    /// Tells that anything may have changed.
+    pub(super) fn announce_anything(&self) {
+        let _ = self.0.changes.send(None);
+        self.0.arrivals.notify_one();
+    }
+
+    /// Counts the end of a job, and tells those who wait.
+    pub(super) fn announce_end(&self, id: &JobId, end: &FinishedJob) {
+        let code = end.failure.as_ref().map_or_else(String::new, |failure| failure.code.clone());
+        Metric::JobsFinished.count([("state", end.state.name().to_owned()), ("code", code.clone())], 1);
+        Metric::LastJobFinished.set([], end.finished_at.as_millisecond() as f64 / 1e3);
+        tracing::info!(job_id = %id, state = end.state.name(), code, "the job has ended");
+        self.announce(id);
     }
 
     /// An end without results.
@@ -438,16 +367,18 @@ impl Jobs {
         }
     }
 
-    /// Writes the end of a job that is in state `from`, counts it, and tells those who wait. Gives `false` when the job is
-    /// in another state.
-    pub(super) async fn finish(&self, id: &JobId, from: JobState, end: FinishedJob) -> Result<bool, Refusal> {
+    /// Writes the end of a job that is in state `from` and in the hands of that lease, counts it, and tells those who wait. Gives
+    /// `false` when the job is in another state or in other hands.
+    pub(super) async fn finish(
+        &self,
+        id: &JobId,
+        from: (JobState, Option<&LeaseId>),
+        end: FinishedJob,
+    ) -> Result<bool, Refusal> {
         let done = self.0.store.records().finish_job(id, from, &end).await?;
         if done {
-            let code = end.failure.as_ref().map_or_else(String::new, |failure| failure.code.clone());
-            Metric::JobsFinished.count([("state", end.state.name().to_owned()), ("code", code.clone())], 1);
-            Metric::LastJobFinished.set([], end.finished_at.as_millisecond() as f64 / 1e3);
-            tracing::info!(job_id = %id, state = end.state.name(), code, "the job has ended");
-            self.announce(id);
+            Failpoint::JobEnded.reach();
+            self.announce_end(id, &end);
         }
         Ok(done)
     }

@@ -10,7 +10,7 @@ use crate::{
     engine::{
         Control, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Outcome, Output, Question, Report,
     },
-    store::{DataFolder, Store},
+    store::{Claim, DataFolder, LeaseId, Store},
     telemetry::Clock,
 };
 
@@ -215,17 +215,22 @@ async fn a_drain_gives_running_jobs_back_and_the_next_start_ends_them() {
 #[tokio::test]
 async fn a_job_that_the_process_died_under_too_often_is_not_tried_again() {
     let fixture = Fixture::new(&[("max_attempts", "2")]).await;
-    let jobs = [fixture.submit("fine").await.expect("is taken"), fixture.submit("fine").await.expect("is taken")];
-    let records = fixture.jobs.0.store.records();
-    for (job, attempt) in jobs.iter().zip([1, 2]) {
-        let change = (JobState::Queued, JobState::Running);
-        assert!(records.move_job(&job.record.id, change, attempt, None).await.expect("moves"), "as if it had started");
-    }
-    fixture.jobs.recover().await.expect("recovers");
-    let first = fixture.jobs.get(&jobs[0].record.id).await.expect("is there").record;
-    assert_eq!((first.state, first.attempt), (JobState::Queued, 1), "tried again");
-    let second = fixture.jobs.get(&jobs[1].record.id).await.expect("is there").record;
+    let job = fixture.submit("fine").await.expect("is taken");
+    let crash = async || {
+        let records = fixture.jobs.0.store.records();
+        let claim = records.claim_job(&LeaseId::new(), Duration::from_secs(60), fixture.clock.now()).await;
+        assert!(matches!(claim, Ok(Claim::Job(taken)) if taken.id == job.record.id), "as if it had started");
+        fixture.jobs.recover().await.expect("recovers");
+        fixture.jobs.get(&job.record.id).await.expect("is there").record
+    };
+    let first = crash().await;
+    assert_eq!((first.state, first.attempt, first.crashes), (JobState::Queued, 1, 1), "tried again");
+    let second = crash().await;
     assert_eq!(second.failure.map(|failure| failure.code).as_deref(), Some("worker_crashed"), "given up");
+    let same_files = fixture.submit("fine").await;
+    assert!(matches!(same_files, Err(Refusal::Quarantined { .. })), "nor are these files: {same_files:?}");
+    fixture.clock.advance(Duration::from_secs(7200));
+    assert!(fixture.submit("fine").await.is_ok(), "for a while");
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -1,6 +1,9 @@
-//! Running one job, from the queue to its end.
+//! Running one job, from its claim to its end.
 
-use std::{sync::Arc, time::Instant};
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
 use super::{
     FailureReason, JobEvent, Jobs, Refusal,
@@ -9,8 +12,9 @@ use super::{
     running::{RunningJob, StopReason},
 };
 use crate::{
+    config::Failpoint,
     engine::{Failure, FailureCode, Format, Outcome, Output},
-    store::{FinishedJob, JobFailure, JobId, JobRecord, JobState, ResultId, ResultRecord},
+    store::{FinishedJob, GiveBack, JobFailure, JobRecord, JobState, ResultId, ResultRecord},
     telemetry::Metric,
 };
 
@@ -20,72 +24,54 @@ enum Attempt {
     Failed(JobFailure),
     Stopped,
     Requeued,
+    /// Files or records could not be reached.
+    Unreachable(Refusal),
+    /// The job is somebody else's by now.
+    Lost,
 }
 
 /// How long a job that was told to stop may take to do so before it is given up.
-const STOP_MARGIN: std::time::Duration = std::time::Duration::from_secs(5);
+const STOP_MARGIN: Duration = Duration::from_secs(5);
+/// How long to leave a store alone that has not taken the end of a job.
+const AFTER_FAILURE: Duration = Duration::from_millis(200);
 
 impl Jobs {
-    /// Runs a job that was taken from the queue, to its end.
-    pub(super) async fn run_one(&self, id: JobId) {
-        // The entry exists before the state says `running`, so that a cancel always finds what to stop.
-        let (running, _guard) = self.0.running.enter(&id);
-        let outcome = async {
-            let Some(record) = self.0.store.records().job(&id).await? else { return Ok(()) };
-            let Some(record) = self.start(record).await? else { return Ok(()) };
-            self.run(record, running).await
-        };
-        if let Err(refusal) = outcome.await {
-            tracing::error!(job_id = %id, error = %refusal, "the end of a job could not be written");
-            self.give_up(&id).await;
-        }
-    }
-
-    /// Ends a job whose end could not be written, so that nobody waits for it in vain. Where that fails too, the record still
-    /// says that the job has not ended, and the next start takes it up again.
-    async fn give_up(&self, id: &JobId) {
-        for from in [JobState::Running, JobState::Canceling] {
-            let end = self.ending(JobState::Failed, Some(failure::internal()));
-            if let Err(error) = self.finish(id, from, end).await {
-                tracing::error!(job_id = %id, %error, "neither could that it failed");
-            }
-        }
-    }
-
-    async fn start(&self, mut record: JobRecord) -> Result<Option<JobRecord>, Refusal> {
-        let Some(next) = next_state(record.state, JobEvent::Start) else { return Ok(None) };
-        let now = self.0.clock.now();
-        let attempt = record.attempt + 1;
-        if !self.0.store.records().move_job(&record.id, (record.state, next), attempt, Some(now)).await? {
-            return Ok(None);
-        }
-        let waited = now.as_millisecond().saturating_sub(record.created_at.as_millisecond());
-        Metric::JobQueueWait.observe([], std::time::Duration::from_millis(u64::try_from(waited).unwrap_or(0)));
-        Metric::JobAttempts.count([], 1);
-        (record.state, record.attempt, record.started_at) = (next, attempt, Some(now));
-        self.announce(&record.id);
-        Ok(Some(record))
-    }
-
-    async fn run(&self, record: JobRecord, running: Arc<RunningJob>) -> Result<(), Refusal> {
+    /// Runs a job that was claimed, to its end. Where its end cannot be written its lease runs out, and another worker does it again.
+    pub(super) async fn run_one(&self, record: &JobRecord, running: &Arc<RunningJob>) {
+        self.observe_start(record);
         let began = Instant::now();
-        let attempt = self.attempt(&record, &running).await;
+        let attempt = self.attempt(record, running).await;
         tracing::debug!(job_id = %record.id, seconds = began.elapsed().as_secs_f64(), "an attempt is over");
-        match attempt {
-            Attempt::Done(outcome) => self.succeed(&record, *outcome).await,
-            Attempt::Failed(failure) => self.end(&record, JobEvent::Fail, Some(failure)).await,
-            Attempt::Stopped => self.end(&record, JobEvent::Stop, None).await,
-            Attempt::Requeued => self.requeue(&record).await,
+        let ended = match attempt {
+            Attempt::Done(outcome) => self.succeed(record, running, *outcome).await,
+            Attempt::Failed(failure) => self.end(record, running, JobEvent::Fail, Some(failure)).await,
+            Attempt::Stopped => self.end(record, running, JobEvent::Stop, None).await,
+            Attempt::Requeued => {
+                self.give_back(record, running, GiveBack::Drained).await;
+                Ok(())
+            }
+            Attempt::Unreachable(refusal) => Err(refusal),
+            Attempt::Lost => {
+                tracing::warn!(job_id = %record.id, "the job went to another worker, since this one was not heard of");
+                Ok(())
+            }
+        };
+        if let Err(refusal) = ended {
+            self.retry_or_fail(record, running, &refusal).await;
         }
+    }
+
+    fn observe_start(&self, record: &JobRecord) {
+        let started = record.started_at.unwrap_or(record.created_at).as_millisecond();
+        let waited = started.saturating_sub(record.created_at.as_millisecond());
+        Metric::JobQueueWait.observe([], Duration::from_millis(u64::try_from(waited).unwrap_or(0)));
+        Metric::JobAttempts.count([], 1);
     }
 
     async fn attempt(&self, record: &JobRecord, running: &Arc<RunningJob>) -> Attempt {
         let work = match self.prepare(record, running).await {
             Ok(work) => work,
-            Err(error) => {
-                tracing::error!(job_id = %record.id, %error, "the inputs of a job could not be read");
-                return Attempt::Failed(failure::internal());
-            }
+            Err(refusal) => return Attempt::Unreachable(refusal),
         };
         let mut outcome = on_own_thread("retarget", work);
         let limit = self.0.settings.job_timeout.0;
@@ -126,6 +112,7 @@ impl Jobs {
         let inner = Arc::clone(&self.0);
         let running = Arc::clone(running);
         Ok(move || {
+            Failpoint::EngineRuns.reach();
             let formats: Vec<Format> = request.formats.iter().filter_map(|name| Format::from_name(name)).collect();
             inner.engine.retarget(&files.inputs(&request, &formats), &knowledge, &inner.limits, &running.control)
         })
@@ -136,6 +123,7 @@ impl Jobs {
             Some(StopReason::Canceled) => Attempt::Stopped,
             Some(StopReason::Draining) => Attempt::Requeued,
             Some(StopReason::TimedOut) => Attempt::Failed(self.timed_out()),
+            Some(StopReason::LeaseLost) => Attempt::Lost,
             None => {
                 tracing::error!("the engine stopped although nobody had asked it to");
                 Attempt::Failed(failure::internal())
@@ -152,18 +140,21 @@ impl Jobs {
     }
 
     /// Results first, record last: what the record names is there.
-    async fn succeed(&self, record: &JobRecord, outcome: Outcome) -> Result<(), Refusal> {
+    async fn succeed(&self, record: &JobRecord, running: &RunningJob, outcome: Outcome) -> Result<(), Refusal> {
         observe(&outcome);
         let Outcome { outputs, report, resolved_spec } = outcome;
         let mut files = Vec::with_capacity(outputs.len());
         for Output { format, name, bytes } in outputs {
             match self.0.store.blobs().write(bytes.into()).await.map_err(Refusal::from) {
                 Ok(blob) => files.push((format, name, blob)),
-                Err(Refusal::StorageFull) => return self.fail_for_room(record).await,
+                Err(Refusal::StorageFull) => return self.fail_for_room(record, running).await,
                 Err(refusal) => return Err(refusal),
             }
         }
-        let _held = self.0.store.hold_blobs().await;
+        Failpoint::ResultsComplete.reach();
+        let digests: Vec<String> = files.iter().map(|(_, _, blob)| blob.blob().sha256.clone()).collect();
+        let digests: Vec<&str> = digests.iter().map(String::as_str).collect();
+        let _held = self.0.store.hold_blobs(&digests).await?;
         let (created_at, expires_at) = (self.0.clock.now(), self.0.clock.after(self.0.settings.result_retention.0));
         let mut results = Vec::with_capacity(files.len());
         for (format, file_name, blob) in files {
@@ -179,6 +170,7 @@ impl Jobs {
                 expires_at,
             });
         }
+        Failpoint::ResultsKept.reach();
         let end = FinishedJob {
             report: serde_json::to_string(&report).ok(),
             resolved_spec: Some(resolved_spec.to_string()),
@@ -186,45 +178,114 @@ impl Jobs {
             results,
             ..self.ending(JobState::Succeeded, None)
         };
-        self.write_end(record, JobEvent::Succeed, end).await
+        self.write_end(record, running, JobEvent::Succeed, end).await
     }
 
-    async fn fail_for_room(&self, record: &JobRecord) -> Result<(), Refusal> {
+    async fn fail_for_room(&self, record: &JobRecord, running: &RunningJob) -> Result<(), Refusal> {
         let failure = FailureReason::StorageFull
             .because("there is no room for the results", "try again later, or ask the operator for more room");
-        self.end(record, JobEvent::Fail, Some(failure)).await
+        self.end(record, running, JobEvent::Fail, Some(failure)).await
     }
 
-    async fn end(&self, record: &JobRecord, event: JobEvent, failure: Option<JobFailure>) -> Result<(), Refusal> {
+    async fn end(
+        &self,
+        record: &JobRecord,
+        running: &RunningJob,
+        event: JobEvent,
+        failure: Option<JobFailure>,
+    ) -> Result<(), Refusal> {
         let end = self.ending(JobState::Failed, failure);
-        self.write_end(record, event, end).await
+        self.write_end(record, running, event, end).await
     }
 
-    /// Writes the end, whatever unfinished state the job is in by now.
-    async fn write_end(&self, record: &JobRecord, event: JobEvent, end: FinishedJob) -> Result<(), Refusal> {
+    /// Writes the end, whatever unfinished state the job is in by now. A store that does not answer is asked again until the lease
+    /// could have run out; what it may have written without saying so is recognised.
+    async fn write_end(
+        &self,
+        record: &JobRecord,
+        running: &RunningJob,
+        event: JobEvent,
+        end: FinishedJob,
+    ) -> Result<(), Refusal> {
+        let deadline = tokio::time::Instant::now() + self.0.settings.lease_period.0;
+        loop {
+            match self.try_to_end(record, running, event, &end).await {
+                Err(error) if tokio::time::Instant::now() < deadline => {
+                    tracing::warn!(job_id = %record.id, %error, "the end of a job could not be written yet");
+                    tokio::time::sleep(AFTER_FAILURE).await;
+                }
+                done => return done,
+            }
+        }
+    }
+
+    async fn try_to_end(
+        &self,
+        record: &JobRecord,
+        running: &RunningJob,
+        event: JobEvent,
+        end: &FinishedJob,
+    ) -> Result<(), Refusal> {
         for from in [JobState::Running, JobState::Canceling] {
             let Some(state) = next_state(from, event) else { continue };
             // Who asked for it to stop is not interested in how it would have failed.
             let failure = end.failure.clone().filter(|_| state == JobState::Failed);
-            if self.finish(&record.id, from, FinishedJob { state, failure, ..end.clone() }).await? {
+            let end = FinishedJob { state, failure, ..end.clone() };
+            if self.finish(&record.id, (from, Some(&running.lease)), end).await? {
                 return Ok(());
             }
         }
-        tracing::error!(job_id = %record.id, ?event, "a job ended in a state in which it cannot");
-        self.give_up(&record.id).await;
-        Ok(())
-    }
-
-    /// Gives the job back, with its attempt not counted.
-    async fn requeue(&self, record: &JobRecord) -> Result<(), Refusal> {
-        let change = (JobState::Running, JobState::Queued);
-        if self.0.store.records().move_job(&record.id, change, record.attempt - 1, None).await? {
-            tracing::info!(job_id = %record.id, "the job waits for the next start");
+        let now = self.0.store.records().job(&record.id).await?;
+        if now.is_some_and(|job| job.state.is_final() && job.lease.as_ref() == Some(&running.lease)) {
             self.announce(&record.id);
             return Ok(());
         }
-        self.end(record, JobEvent::Requeue, None).await
+        tracing::warn!(job_id = %record.id, ?event, "a job ended in other hands");
+        Ok(())
     }
+
+    /// Gives the job back. What was told to stop in the meantime ends.
+    pub(super) async fn give_back(&self, record: &JobRecord, running: &RunningJob, why: GiveBack) {
+        let given = match self.0.store.records().give_back(&record.id, &running.lease, why).await {
+            Ok(true) => {
+                tracing::info!(job_id = %record.id, ?why, "the job waits for another worker");
+                self.announce_arrival(&record.id);
+                Ok(())
+            }
+            Ok(false) => self.end(record, running, JobEvent::Requeue, None).await,
+            Err(error) => Err(error.into()),
+        };
+        if let Err(error) = given {
+            tracing::error!(job_id = %record.id, %error, "the job could not be given back; its lease runs out");
+        }
+    }
+
+    /// What becomes of a job when the store failed under it: it is tried again some times, later and later.
+    async fn retry_or_fail(&self, record: &JobRecord, running: &RunningJob, refusal: &Refusal) {
+        tracing::error!(job_id = %record.id, error = %refusal, retries = record.retries, "the store failed under a job");
+        let is_passing = matches!(refusal, Refusal::Store(error) if error.is_passing());
+        if is_passing && u64::from(record.retries) < self.0.settings.max_retries {
+            let why = GiveBack::RetryAfter(retry_delay(record.retries, running.lease.as_str()));
+            return self.give_back(record, running, why).await;
+        }
+        let failure = if is_passing {
+            let detail = format!("files or records could not be reached in {} attempts", record.retries + 1);
+            FailureReason::Unavailable.because(detail, "try again later")
+        } else {
+            failure::internal()
+        };
+        if let Err(error) = self.end(record, running, JobEvent::Fail, Some(failure)).await {
+            tracing::error!(job_id = %record.id, %error, "the end of a job could not be written; its lease runs out");
+        }
+    }
+}
+
+/// One second, then four, then sixteen, and so on, each up to a half more, so that jobs that failed together do not come together.
+fn retry_delay(retries: u32, lease: &str) -> Duration {
+    let seconds = 4_u64.saturating_pow(retries.min(6));
+    // The lease's last letters are random.
+    let part = lease.bytes().rev().take(2).fold(0, |sum, letter| sum * 36 + u64::from(letter) % 36) % 512;
+    Duration::from_millis(seconds * 1000 + seconds * part)
 }
 
 fn observe(outcome: &Outcome) {
@@ -249,4 +310,17 @@ fn watch_stuck<T: Send + 'static>(outcome: tokio::sync::oneshot::Receiver<T>) {
         let _ = outcome.await;
         Metric::JobsStuck.change(-1.0);
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn retries_come_later_and_later_and_not_together() {
+        let delays: Vec<Duration> = (0..5).map(|retries| retry_delay(retries, "lse_a7")).collect();
+        assert!(delays.windows(2).all(|pair| pair[1] > pair[0] * 2), "later and later: {delays:?}");
+        assert!(retry_delay(0, "lse_a7") != retry_delay(0, "lse_b3"), "not together");
+        assert!(retry_delay(u32::MAX, "lse_a7") < Duration::from_secs(8000), "but not for ever");
+    }
 }

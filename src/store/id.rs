@@ -103,6 +103,11 @@ id!(
     ResultId,
     "res_"
 );
+id!(
+    /// Names a worker's hold on a job. Only who took the job knows it, so nobody else can write the job's end.
+    LeaseId,
+    "lse_"
+);
 
 #[cfg(test)]
 mod tests {

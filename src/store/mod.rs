@@ -2,9 +2,11 @@
 //!
 //! A blob is named by the SHA-256 of its bytes and shared by every record that has it; it becomes visible only when it is
 //! complete. A record is written in one transaction. [`Store`] is the pair, with the one rule that needs both: a blob that
-//! no record names is removed. One process writes to a data folder; [`DataFolder`] sees to that.
+//! no record names is removed. One process writes to a data folder; [`DataFolder`] sees to that. Any number of processes share a
+//! Postgres database with an S3-compatible store or a folder of blobs.
 //!
-//! Knows nothing of scheduling, of HTTP, and of what is in a file. Never reads the clock: times come from the caller.
+//! Knows nothing of scheduling, of HTTP, and of what is in a file. Never reads the clock: times come from the caller, and those of the
+//! queue from the database.
 
 mod blobs;
 mod error;
@@ -14,33 +16,45 @@ mod records;
 #[cfg(test)]
 mod tests;
 
-pub use blobs::{Blob, BlobWriter, Blobs, ByteStream, UnnamedBlob};
+pub use blobs::{Blob, BlobPlace, BlobWriter, Blobs, ByteStream, UnnamedBlob};
 pub use error::StoreError;
 pub use folder::DataFolder;
-pub use id::{AssetId, IdError, JobId, ResultId};
+pub use id::{AssetId, IdError, JobId, LeaseId, ResultId};
 pub use records::{
-    AssetRecord, ConfigDocument, DocumentChange, DocumentKind, DocumentRecord, FinishedJob, InputRole, JobFailure,
-    JobInput, JobRecord, JobRequest, JobState, NewDocument, Page, Precondition, Records, ResultRecord,
-    StoredFieldError, VersionedName,
+    AfterCrash, AssetRecord, Claim, ConfigDocument, DocumentChange, DocumentKind, DocumentRecord, Faults, FinishedJob,
+    GiveBack, Held, InputRole, JobFailure, JobInput, JobRecord, JobRequest, JobState, Listener, Moment, NewDocument,
+    Notice, Page, Precondition, QueueDepth, Records, ResultRecord, StoredFieldError, StoredProgress, VersionedName,
 };
 
-use jiff::Timestamp;
-use tokio::sync::{Mutex, MutexGuard};
+use std::sync::Arc;
+
+use jiff::{SignedDuration, Timestamp};
+use tokio::sync::{OwnedRwLockReadGuard, RwLock};
+
+use records::{BlobLocks, Lock};
 
 /// Records and blobs, kept in step.
 #[derive(Debug)]
 pub struct Store {
     records: Records,
     blobs: Blobs,
-    /// Held while a blob gets its first record or loses its last, so that neither can happen in the middle of the other.
-    blob_gate: Mutex<()>,
+    /// Held while a blob gets a record or loses its last, so that neither can happen in the middle of the other. Among processes,
+    /// locks of the database do the same.
+    blob_gate: Arc<RwLock<()>>,
+}
+
+/// Until it is dropped, none of its blobs is removed.
+#[derive(Debug)]
+pub struct HeldBlobs {
+    _here: OwnedRwLockReadGuard<()>,
+    _everywhere: BlobLocks,
 }
 
 impl Store {
     /// Puts the two together.
     #[must_use]
     pub fn new(records: Records, blobs: Blobs) -> Self {
-        Self { records, blobs, blob_gate: Mutex::new(()) }
+        Self { records, blobs, blob_gate: Arc::default() }
     }
 
     /// Opens both inside a data folder.
@@ -63,9 +77,13 @@ impl Store {
         &self.blobs
     }
 
-    /// To be held from before a blob is made visible until a record names it.
-    pub async fn hold_blobs(&self) -> MutexGuard<'_, ()> {
-        self.blob_gate.lock().await
+    /// To be held from before blobs of these digests are made visible until a record names them.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn hold_blobs(&self, digests: &[&str]) -> Result<HeldBlobs, StoreError> {
+        let here = Arc::clone(&self.blob_gate).read_owned().await;
+        Ok(HeldBlobs { _here: here, _everywhere: self.records.lock_blobs(digests, Lock::Shared).await? })
     }
 
     /// Removes those of `digests` that no record names.
@@ -74,12 +92,24 @@ impl Store {
     /// When the store fails.
     pub async fn remove_unnamed(&self, digests: &[String]) -> Result<(), StoreError> {
         for digest in digests {
-            let _held = self.hold_blobs().await;
+            let _here = self.blob_gate.write().await;
+            let _everywhere = self.records.lock_blobs(&[digest], Lock::Alone).await?;
             if !self.records.names_blob(digest).await? {
                 self.blobs.remove(digest).await?;
             }
         }
         Ok(())
+    }
+
+    /// Removes what crashes left: blobs that no record names, and unfinished ones. Young ones stay, since somebody may be about to
+    /// write their record.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn remove_leftovers(&self, now: Timestamp) -> Result<(), StoreError> {
+        let before = |hours: i64| now.checked_sub(SignedDuration::from_hours(hours)).unwrap_or(Timestamp::MIN);
+        self.remove_unnamed(&self.blobs.written_before(before(1)).await?).await?;
+        self.blobs.remove_unfinished_before(before(24)).await
     }
 
     /// Removes every record that has expired by `now`, and the blobs that nothing names then. Inputs of unfinished jobs stay.

@@ -9,6 +9,7 @@ mod bone_maps;
 mod cli;
 mod corpus;
 mod demo;
+mod durable;
 mod editing;
 mod explain;
 mod formats_body_model;

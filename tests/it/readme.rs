@@ -11,11 +11,12 @@ use std::{
 };
 
 /// Commands that build or install; they are what runs the tests, so the tests cannot run them.
-const NOT_RUN_HERE: [&str; 4] = [
+const NOT_RUN_HERE: [&str; 5] = [
     "cargo run --release -- demo",
     "tests/run",
     "cargo install --locked --path .",
     "docker compose --file docker/compose.yaml up --build",
+    "docker compose --file docker/compose.scaled.yaml up --build --scale worker=4",
 ];
 
 /// The address that the README's recipes use.

@@ -58,7 +58,7 @@ pub(in crate::http) struct EditForm {
         (status = 202, body = JobView, description = "not ended within the wait", headers(("Location" = String), ("Retry-After" = u32))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn edit(State(state): State<ApiState>, prefer: Prefer, request: Request<Body>) -> Result<Response, Problem> {
-    state.jobs.check_admission()?;
+    state.jobs.check_admission().await?;
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
     let mut new = upload::read_edit(request, &state.assets, &state.settings).await?;
     if let Some(source) = new.inputs.get(&InputRole::Source).cloned() {

@@ -72,7 +72,7 @@ pub(in crate::http) fn accepted(snapshot: JobSnapshot, status: StatusCode) -> Re
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn create(State(state): State<ApiState>, prefer: Prefer, request: Request<Body>) -> Result<Response, Problem> {
     let ApiState { jobs, assets, settings, .. } = &state;
-    jobs.check_admission()?;
+    jobs.check_admission().await?;
     let new = if extract::is_media_type(request.headers(), "multipart/form-data") {
         upload::read_job(request, assets, settings).await?
     } else {

@@ -36,6 +36,10 @@ pub(in crate::http) struct NewJobBody {
     /// else (lists too) is taken from the config where it says something (RFC 7396).
     #[schema(example = "plain_fk")]
     preset: Option<String>,
+    /// Among your waiting jobs, the greater goes first: from -100 to 100.
+    #[serde(default)]
+    #[schema(minimum = -100, maximum = 100)]
+    priority: i32,
     /// Words of your own, given back with the job.
     #[serde(default)]
     labels: BTreeMap<String, String>,
@@ -66,7 +70,12 @@ impl NewJobBody {
         }
         let config = self.config.map(config_document);
         let formats = read_formats(&self.output, settings.max_outputs_per_job)?;
-        Ok(NewJob { inputs, config, formats, preset: self.preset, labels: check_labels(self.labels, settings)? })
+        if !(-100..=100).contains(&self.priority) {
+            let detail = format!("a priority is from -100 to 100, not {}", self.priority);
+            return Err(Problem::new(Code::InvalidValue, detail).at("/priority", Vec::new()));
+        }
+        let labels = check_labels(self.labels, settings)?;
+        Ok(NewJob { inputs, config, formats, preset: self.preset, labels, priority: self.priority })
     }
 }
 

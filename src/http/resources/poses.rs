@@ -98,7 +98,7 @@ async fn pose(
     prefer: Prefer,
     request: Request<Body>,
 ) -> Result<Response, Problem> {
-    state.jobs.check_admission()?;
+    state.jobs.check_admission().await?;
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
     let mut new = upload::read_pose(request, &state.assets, &state.settings).await?;
     let has_source = new.inputs.contains_key(&InputRole::Source);

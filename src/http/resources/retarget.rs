@@ -86,17 +86,20 @@ impl Drop for StopUnlessAnswered {
         (status = 202, body = JobView, description = "not ended within the wait", headers(("Location" = String), ("Retry-After" = u32))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn retarget(State(state): State<ApiState>, prefer: Prefer, request: Request<Body>) -> Result<Response, Problem> {
-    state.jobs.check_admission()?;
+    state.jobs.check_admission().await?;
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
     let mut new = upload::read_job(request, &state.assets, &state.settings).await?;
     new.formats.extend(format);
     answer(&state, &prefer, new).await
 }
 
+/// Somebody waits for the answer, so these go before what was left to run by itself.
+const AWAITED_PRIORITY: i32 = 10;
+
 /// Runs a job and answers with its first file, or with the job itself when it takes longer than the wait.
 pub(in crate::http) async fn answer(state: &ApiState, prefer: &Prefer, new: NewJob) -> Result<Response, Problem> {
     let ApiState { jobs, settings, .. } = state;
-    let id = jobs.submit(new).await?.record.id;
+    let id = jobs.submit(NewJob { priority: AWAITED_PRIORITY, ..new }).await?.record.id;
     let mut stop = StopUnlessAnswered { jobs: jobs.clone(), id: Some(id.clone()) };
     let longest = settings.max_wait.0;
     let snapshot = jobs.wait(&id, prefer.wait(settings.default_wait.0, longest)).await?;

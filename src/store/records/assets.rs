@@ -1,12 +1,12 @@
 //! Records of uploaded files.
 
 use jiff::Timestamp;
-use sqlx::{Row, sqlite::SqliteRow};
+use sqlx::{Row, any::AnyRow};
 
-use super::{AssetRecord, Page, Records, count, read_id, signed, time};
+use super::{AssetRecord, Page, Records, count, database::ours, read_id, signed, time, without_nul};
 use crate::store::{AssetId, JobId, StoreError};
 
-fn read(row: &SqliteRow) -> Result<AssetRecord, StoreError> {
+fn read(row: &AnyRow) -> Result<AssetRecord, StoreError> {
     Ok(AssetRecord {
         id: read_id(row, "id", AssetId::parse)?,
         sha256: row.try_get("sha256")?,
@@ -25,22 +25,19 @@ impl Records {
     /// # Errors
     /// When the database fails.
     pub async fn add_asset(&self, asset: &AssetRecord) -> Result<(AssetRecord, bool), StoreError> {
-        let mut transaction = self.begin().await?;
         let query = "INSERT INTO assets (id, sha256, bytes, format, file_name, created_at, expires_at) \
-                     VALUES ($1, $2, $3, $4, $5, $6, $7) \
-                     ON CONFLICT (sha256, format) DO UPDATE SET expires_at = MAX(expires_at, excluded.expires_at) \
+                     VALUES ($1, $2, $3, $4, $5, $6, $7) ON CONFLICT (sha256, format) DO UPDATE SET expires_at = \
+                     CASE WHEN assets.expires_at > excluded.expires_at THEN assets.expires_at ELSE excluded.expires_at END \
                      RETURNING *";
-        let row = sqlx::query(query)
+        let query = sqlx::query(query)
             .bind(asset.id.as_str())
             .bind(&asset.sha256)
             .bind(signed(asset.bytes))
             .bind(&asset.format)
-            .bind(&asset.file_name)
+            .bind(without_nul(&asset.file_name))
             .bind(asset.created_at.as_millisecond())
-            .bind(asset.expires_at.as_millisecond())
-            .fetch_one(&mut *transaction)
-            .await?;
-        transaction.commit().await?;
+            .bind(asset.expires_at.as_millisecond());
+        let row = self.one_written(query).await?;
         let stored = read(&row)?;
         let is_new = stored.id == asset.id;
         Ok((stored, is_new))
@@ -51,8 +48,7 @@ impl Records {
     /// # Errors
     /// When the database fails.
     pub async fn asset(&self, id: &AssetId) -> Result<Option<AssetRecord>, StoreError> {
-        let row =
-            sqlx::query("SELECT * FROM assets WHERE id = $1").bind(id.as_str()).fetch_optional(&self.pool).await?;
+        let row = self.optional(sqlx::query("SELECT * FROM assets WHERE id = $1").bind(id.as_str())).await?;
         row.as_ref().map(read).transpose()
     }
 
@@ -62,11 +58,8 @@ impl Records {
     /// When the database fails.
     pub async fn assets(&self, before: Option<&AssetId>, most: usize) -> Result<Page<AssetRecord>, StoreError> {
         let query = "SELECT * FROM assets WHERE $1 IS NULL OR id < $1 ORDER BY id DESC LIMIT $2";
-        let rows = sqlx::query(query)
-            .bind(before.map(AssetId::as_str))
-            .bind(signed(most as u64 + 1))
-            .fetch_all(&self.pool)
-            .await?;
+        let query = sqlx::query(query).bind(before.map(AssetId::as_str)).bind(signed(most as u64 + 1));
+        let rows = self.all(query).await?;
         Ok(Page::cut(rows.iter().map(read).collect::<Result<_, _>>()?, most))
     }
 
@@ -76,6 +69,9 @@ impl Records {
     /// [`StoreError::InUse`] when an unfinished job needs the file.
     pub async fn remove_asset(&self, id: &AssetId) -> Result<Option<AssetRecord>, StoreError> {
         let mut transaction = self.begin().await?;
+        // A job that is about to name the file keeps its row, so this waits for it and then sees the job.
+        let query = ours(format!("SELECT id FROM assets WHERE id = $1 {}", self.dialect.lock_rows()));
+        sqlx::query(query).bind(id.as_str()).fetch_optional(&mut *transaction).await?;
         let query = "SELECT id FROM jobs JOIN job_inputs ON job_id = id WHERE asset_id = $1 \
                      AND state IN ('queued', 'running', 'canceling') LIMIT 1";
         if let Some(row) = sqlx::query(query).bind(id.as_str()).fetch_optional(&mut *transaction).await? {
@@ -83,7 +79,7 @@ impl Records {
         }
         let query = "DELETE FROM assets WHERE id = $1 RETURNING *";
         let row = sqlx::query(query).bind(id.as_str()).fetch_optional(&mut *transaction).await?;
-        transaction.commit().await?;
+        self.commit(transaction).await?;
         row.as_ref().map(read).transpose()
     }
 
@@ -92,11 +88,9 @@ impl Records {
     /// # Errors
     /// When the database fails.
     pub async fn keep_asset(&self, id: &AssetId, expires_at: Timestamp) -> Result<bool, StoreError> {
-        let mut transaction = self.begin().await?;
-        let query = "UPDATE assets SET expires_at = MAX(expires_at, $2) WHERE id = $1";
-        let done =
-            sqlx::query(query).bind(id.as_str()).bind(expires_at.as_millisecond()).execute(&mut *transaction).await?;
-        transaction.commit().await?;
+        let query =
+            "UPDATE assets SET expires_at = CASE WHEN expires_at > $2 THEN expires_at ELSE $2 END WHERE id = $1";
+        let done = self.execute(sqlx::query(query).bind(id.as_str()).bind(expires_at.as_millisecond())).await?;
         Ok(done.rows_affected() > 0)
     }
 }

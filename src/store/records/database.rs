@@ -1,56 +1,170 @@
-//! Opening the database and bringing its layout up to date.
+//! Opening the database, bringing its layout up to date, and every way through which queries reach it.
 
-use std::{borrow::Cow, path::Path, time::Duration};
+use std::{path::Path, sync::Arc, time::Duration};
 
 use sqlx::{
-    ConnectOptions as _, SqlStr, Sqlite, SqlitePool, Transaction,
-    migrate::{Migration, MigrationType, Migrator},
-    sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous},
+    Any, AnyPool, ConnectOptions as _, Executor as _, SqlSafeStr, Transaction,
+    any::{AnyConnectOptions, AnyPoolOptions, AnyQueryResult, AnyRow},
+    query::Query,
 };
 
-use crate::store::StoreError;
+use super::{Dialect, Faults, faults::Moment};
+use crate::{config::Secret, store::StoreError};
 
-/// Every change of the layout, in order. A released one is never edited; add a new one.
-const MIGRATIONS: [(i64, &str, &str); 2] = [
-    (1, "first", include_str!("../migrations/0001_first.sql")),
-    (2, "named documents", include_str!("../migrations/0002_named_documents.sql")),
-];
+/// What sqlx calls the arguments of a query here.
+type Arguments = sqlx::any::AnyArguments;
 
-/// The records of a data folder.
+/// What every connection to SQLite is told first. WAL with full syncing: what is committed survives a power cut.
+const SQLITE_PRAGMAS: &str = "PRAGMA busy_timeout = 10000; PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; \
+                              PRAGMA foreign_keys = ON";
+
+/// The records of one database. Cheap to clone; all clones share the connections.
 #[derive(Clone, Debug)]
 pub struct Records {
-    pub(super) pool: SqlitePool,
+    pub(super) pool: AnyPool,
+    /// For transactions that only hold locks while others are at work: were they to come from `pool`, they could take the last
+    /// connection from those whom they wait for.
+    gate_pool: AnyPool,
+    pub(super) dialect: Dialect,
+    /// May have a password in it.
+    url: Secret,
+    faults: Option<Arc<dyn Faults>>,
 }
 
 impl Records {
-    /// Opens the database file, makes it where it is not there, and brings it up to date.
+    /// Opens a database file, makes it where it is not there, and brings it up to date.
     ///
     /// # Errors
     /// When the file cannot be opened, or comes from a newer version.
     pub async fn open(file: &Path) -> Result<Self, StoreError> {
-        let options = SqliteConnectOptions::new()
-            .filename(file)
-            .create_if_missing(true)
-            .journal_mode(SqliteJournalMode::Wal)
-            .synchronous(SqliteSynchronous::Full)
-            .busy_timeout(Duration::from_secs(10))
-            .foreign_keys(true)
-            .disable_statement_logging();
-        let pool = SqlitePoolOptions::new().max_connections(8).connect_with(options).await?;
-        let migrations: Vec<Migration> = MIGRATIONS
-            .into_iter()
-            .map(|(version, name, text)| {
-                let sql = SqlStr::from_static(text);
-                Migration::new(version, Cow::Borrowed(name), MigrationType::Simple, sql, false)
-            })
-            .collect();
-        Migrator { migrations: Cow::Owned(migrations), ..Migrator::DEFAULT }.run(&pool).await?;
-        Ok(Self { pool })
+        Self::connect(&format!("sqlite://{}?mode=rwc", escape(&file.display().to_string())), 8).await
+    }
+
+    /// Connects to the database of a URL (`sqlite:`, `postgres:`), with up to `most_connections`, and brings it up to date.
+    /// Any number of processes may do so at the same time.
+    ///
+    /// # Errors
+    /// When it is no such URL, the database does not answer, or it comes from a newer version.
+    pub async fn connect(url: &str, most_connections: u32) -> Result<Self, StoreError> {
+        sqlx::any::install_default_drivers();
+        let dialect = Dialect::of(url).ok_or_else(|| StoreError::UnknownScheme {
+            what: "database",
+            known: "postgres://USER:PASSWORD@HOST/DATABASE, or nothing for a file in the data folder",
+        })?;
+        let options: AnyConnectOptions = url.parse()?;
+        let pool_of = |most: u32| {
+            let pool = AnyPoolOptions::new().max_connections(most).acquire_timeout(Duration::from_secs(10));
+            match dialect {
+                Dialect::Postgres => pool,
+                Dialect::Sqlite => pool.after_connect(|connection, _| {
+                    Box::pin(async move { connection.execute(SQLITE_PRAGMAS).await.map(|_| ()) })
+                }),
+            }
+        };
+        let options = options.disable_statement_logging();
+        let pool = pool_of(most_connections).connect_with(options.clone()).await?;
+        dialect.migrator().run(&pool).await?;
+        let gate_pool = pool_of(4).connect_lazy_with(options);
+        Ok(Self { pool, gate_pool, dialect, url: Secret(url.to_owned()), faults: None })
+    }
+
+    /// The same records, with faults on the way: for tests of what relies on them.
+    #[must_use]
+    pub fn with_faults(self, faults: Arc<dyn Faults>) -> Self {
+        Self { faults: Some(faults), ..self }
+    }
+
+    /// Whether other processes may be at work on the same records.
+    #[must_use]
+    pub fn are_shared(&self) -> bool {
+        self.dialect == Dialect::Postgres
+    }
+
+    /// Where the database is.
+    pub(super) fn url(&self) -> &str {
+        &self.url.0
+    }
+
+    async fn fault(&self, moment: Moment) -> Result<(), StoreError> {
+        match &self.faults {
+            Some(faults) => faults.at(moment).await,
+            None => Ok(()),
+        }
     }
 
     /// A transaction that may write.
-    pub(super) async fn begin(&self) -> Result<Transaction<'static, Sqlite>, StoreError> {
-        Ok(self.pool.begin_with("BEGIN IMMEDIATE").await?)
+    pub(super) async fn begin(&self) -> Result<Transaction<'static, Any>, StoreError> {
+        self.fault(Moment::Before).await?;
+        Ok(self.pool.begin_with(self.dialect.begin()).await?)
+    }
+
+    /// Ends a transaction. When this fails, the changes may have been made all the same.
+    pub(super) async fn commit(&self, transaction: Transaction<'static, Any>) -> Result<(), StoreError> {
+        transaction.commit().await?;
+        self.fault(Moment::After).await
+    }
+
+    /// One statement that is a transaction of its own.
+    pub(super) async fn execute(&self, query: Query<'_, Any, Arguments>) -> Result<AnyQueryResult, StoreError> {
+        self.fault(Moment::Before).await?;
+        let done = query.execute(&self.pool).await?;
+        self.fault(Moment::After).await?;
+        Ok(done)
+    }
+
+    /// The rows of one query.
+    pub(super) async fn all(&self, query: Query<'_, Any, Arguments>) -> Result<Vec<AnyRow>, StoreError> {
+        self.fault(Moment::Before).await?;
+        Ok(query.fetch_all(&self.pool).await?)
+    }
+
+    /// The row of a query that has one at most.
+    pub(super) async fn optional(&self, query: Query<'_, Any, Arguments>) -> Result<Option<AnyRow>, StoreError> {
+        self.fault(Moment::Before).await?;
+        Ok(query.fetch_optional(&self.pool).await?)
+    }
+
+    /// The row of a query that always has one.
+    pub(super) async fn one(&self, query: Query<'_, Any, Arguments>) -> Result<AnyRow, StoreError> {
+        self.fault(Moment::Before).await?;
+        Ok(query.fetch_one(&self.pool).await?)
+    }
+
+    /// The row that a statement gives which writes and is a transaction of its own.
+    pub(super) async fn one_written(&self, query: Query<'_, Any, Arguments>) -> Result<AnyRow, StoreError> {
+        let row = self.one(query).await?;
+        self.fault(Moment::After).await?;
+        Ok(row)
+    }
+
+    /// Waits until nobody else has that lock among all processes, and keeps it for as long as the transaction lives. On SQLite,
+    /// where a writer is alone anyway, there is nothing to wait for.
+    pub(super) async fn lock(
+        &self,
+        transaction: &mut Transaction<'static, Any>,
+        name: &str,
+        kind: Lock,
+    ) -> Result<(), StoreError> {
+        if self.dialect == Dialect::Postgres {
+            let query = match kind {
+                Lock::Shared => "SELECT pg_advisory_xact_lock_shared(hashtextextended($1, 0))",
+                Lock::Alone => "SELECT pg_advisory_xact_lock(hashtextextended($1, 0))",
+            };
+            sqlx::query(query).bind(name).execute(&mut **transaction).await?;
+        }
+        Ok(())
+    }
+
+    /// Locks blobs among all processes; on SQLite there are no others.
+    pub(in crate::store) async fn lock_blobs(&self, digests: &[&str], kind: Lock) -> Result<BlobLocks, StoreError> {
+        if self.dialect == Dialect::Sqlite {
+            return Ok(BlobLocks(None));
+        }
+        let mut transaction = self.gate_pool.begin().await?;
+        for digest in digests {
+            self.lock(&mut transaction, digest, kind).await?;
+        }
+        Ok(BlobLocks(Some(transaction)))
     }
 
     /// Whether the database answers.
@@ -58,33 +172,46 @@ impl Records {
     /// # Errors
     /// When it does not.
     pub async fn check(&self) -> Result<(), StoreError> {
-        sqlx::query("SELECT 1").execute(&self.pool).await?;
+        self.one(sqlx::query("SELECT 1")).await?;
         Ok(())
     }
 
     /// Closes the database when everything that uses it has ended.
     pub async fn close(&self) {
+        self.gate_pool.close().await;
         self.pool.close().await;
     }
+}
 
-    /// Whether any record names that blob.
-    ///
-    /// # Errors
-    /// When the database fails.
-    pub async fn names_blob(&self, sha256: &str) -> Result<bool, StoreError> {
-        let query = "SELECT EXISTS (SELECT 1 FROM assets WHERE sha256 = $1) OR \
-                     EXISTS (SELECT 1 FROM results WHERE sha256 = $1)";
-        Ok(sqlx::query_scalar::<_, i64>(query).bind(sha256).fetch_one(&self.pool).await? != 0)
-    }
+/// Locks on blobs, until it is dropped.
+#[derive(Debug)]
+pub(in crate::store) struct BlobLocks(
+    #[expect(dead_code, reason = "held, never looked at")] Option<Transaction<'static, Any>>,
+);
 
-    /// Bytes of all blobs that records name, each counted once.
-    ///
-    /// # Errors
-    /// When the database fails.
-    pub async fn stored_bytes(&self) -> Result<u64, StoreError> {
-        let query = "SELECT COALESCE(SUM(bytes), 0) FROM \
-                     (SELECT sha256, bytes FROM assets UNION SELECT sha256, bytes FROM results)";
-        let sum = sqlx::query_scalar::<_, i64>(query).fetch_one(&self.pool).await?;
-        Ok(u64::try_from(sum).unwrap_or(0))
-    }
+/// Whether a lock goes together with others of its kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::store) enum Lock {
+    /// Any number of these at the same time.
+    Shared,
+    /// Nobody else at all.
+    Alone,
+}
+
+/// A query whose text was put together from texts of this module alone, never from what users sent.
+pub(super) fn ours(text: String) -> impl SqlSafeStr {
+    sqlx::AssertSqlSafe(text)
+}
+
+/// A path as it stands in a URL.
+fn escape(path: &str) -> String {
+    let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"/-_.~".contains(&byte);
+    path.bytes().fold(String::with_capacity(path.len()), |mut text, byte| {
+        if is_plain(byte) {
+            text.push(char::from(byte));
+        } else {
+            text.push_str(&format!("%{byte:02X}"));
+        }
+        text
+    })
 }

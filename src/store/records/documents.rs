@@ -1,9 +1,9 @@
 //! Records of documents that users keep under a name, with versions.
 
 use jiff::Timestamp;
-use sqlx::{Row, Sqlite, Transaction, sqlite::SqliteRow};
+use sqlx::{Any, Row, Transaction, any::AnyRow};
 
-use super::{Records, count, signed, time};
+use super::{Records, count, database::Lock, signed, time};
 use crate::store::StoreError;
 
 /// What is kept under names. The name on the wire is the one in the database.
@@ -84,7 +84,10 @@ pub enum DocumentChange {
     TooMany,
 }
 
-fn read(row: &SqliteRow) -> Result<DocumentRecord, StoreError> {
+/// Changes of documents come one after the other: each looks at what is there before it writes.
+const LOCK: &str = "named_documents";
+
+fn read(row: &AnyRow) -> Result<DocumentRecord, StoreError> {
     Ok(DocumentRecord {
         name: row.try_get("name")?,
         version: count(row, "version")?,
@@ -121,6 +124,7 @@ impl Records {
     ) -> Result<DocumentChange, StoreError> {
         let NewDocument { kind, name, sha256, document } = new;
         let mut transaction = self.begin().await?;
+        self.lock(&mut transaction, LOCK, Lock::Alone).await?;
         let current = current(&mut transaction, kind, name).await?;
         if !precondition.holds(current.as_ref()) {
             return Ok(DocumentChange::Refused(current.map(|current| current.sha256)));
@@ -151,7 +155,7 @@ impl Records {
             .bind(now.as_millisecond())
             .fetch_one(&mut *transaction)
             .await?;
-        transaction.commit().await?;
+        self.commit(transaction).await?;
         let record = read(&row)?;
         Ok(if is_new { DocumentChange::Created(record) } else { DocumentChange::Replaced(record) })
     }
@@ -168,12 +172,13 @@ impl Records {
         now: Timestamp,
     ) -> Result<DocumentChange, StoreError> {
         let mut transaction = self.begin().await?;
+        self.lock(&mut transaction, LOCK, Lock::Alone).await?;
         let Some(current) = current(&mut transaction, kind, name).await? else { return Ok(DocumentChange::NotThere) };
         if !precondition.holds(Some(&current)) {
             return Ok(DocumentChange::Refused(Some(current.sha256)));
         }
         supersede(&mut transaction, kind, name, now).await?;
-        transaction.commit().await?;
+        self.commit(transaction).await?;
         Ok(DocumentChange::Removed)
     }
 
@@ -189,12 +194,7 @@ impl Records {
     ) -> Result<Option<DocumentRecord>, StoreError> {
         let query = "SELECT * FROM named_documents WHERE kind = $1 AND name = $2 \
                      AND (version = $3 OR ($3 IS NULL AND superseded_at IS NULL))";
-        let row = sqlx::query(query)
-            .bind(kind.name())
-            .bind(name)
-            .bind(version.map(signed))
-            .fetch_optional(&self.pool)
-            .await?;
+        let row = self.optional(sqlx::query(query).bind(kind.name()).bind(name).bind(version.map(signed))).await?;
         row.as_ref().map(read).transpose()
     }
 
@@ -204,12 +204,12 @@ impl Records {
     /// When the database fails.
     pub async fn documents(&self, kind: DocumentKind) -> Result<Vec<DocumentRecord>, StoreError> {
         let query = "SELECT * FROM named_documents WHERE kind = $1 AND superseded_at IS NULL ORDER BY name";
-        sqlx::query(query).bind(kind.name()).fetch_all(&self.pool).await?.iter().map(read).collect()
+        self.all(sqlx::query(query).bind(kind.name())).await?.iter().map(read).collect()
     }
 }
 
 async fn current(
-    transaction: &mut Transaction<'static, Sqlite>,
+    transaction: &mut Transaction<'static, Any>,
     kind: DocumentKind,
     name: &str,
 ) -> Result<Option<DocumentRecord>, StoreError> {
@@ -219,7 +219,7 @@ async fn current(
 }
 
 async fn supersede(
-    transaction: &mut Transaction<'static, Sqlite>,
+    transaction: &mut Transaction<'static, Any>,
     kind: DocumentKind,
     name: &str,
     now: Timestamp,

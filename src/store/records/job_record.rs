@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
-use crate::store::{AssetId, JobId, ResultRecord};
+use crate::store::{AssetId, JobId, LeaseId, ResultRecord};
 
 /// Where a job is in its life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -210,6 +210,33 @@ pub struct JobRecord {
     pub warnings: u64,
     /// Why it has no results.
     pub failure: Option<JobFailure>,
+    /// Who asked for it.
+    pub principal: String,
+    /// Among the jobs of one principal, the greater goes first.
+    pub priority: i32,
+    /// SHA-256 of what it is and of the digests of its input files: the same for every job on the same files.
+    pub inputs_sha256: String,
+    /// How much memory it is thought to need while it runs.
+    pub memory_bytes: u64,
+    /// How often the process died under it.
+    pub crashes: u32,
+    /// How often it was put back because the store had failed.
+    pub retries: u32,
+    /// Who has it, or who had it when it ended.
+    pub lease: Option<LeaseId>,
+    /// How far it was when its worker last said so.
+    pub progress: Option<StoredProgress>,
+}
+
+/// How far a job is, as its worker last said.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StoredProgress {
+    /// The wire name of the phase.
+    pub phase: String,
+    /// Units done in it.
+    pub done: u64,
+    /// Units of it; 0 where unknown.
+    pub total: u64,
 }
 
 /// What is written when a job ends.

@@ -1,59 +1,80 @@
 //! Records of jobs.
 
-use jiff::Timestamp;
 use serde::{Serialize, de::DeserializeOwned};
-use sqlx::{Row, Sqlite, Transaction, sqlite::SqliteRow};
+use sqlx::{Any, Row, Transaction, any::AnyRow};
 
-use super::{FinishedJob, JobRecord, JobState, Page, Records, count, optional_time, read_id, results, signed, time};
-use crate::store::{JobId, StoreError};
+use super::{
+    FinishedJob, JobRecord, JobState, Page, Records, count, database::ours, optional_time, read_id, results, signed,
+    time,
+};
+use crate::store::{JobId, LeaseId, StoreError};
 
 /// Everything but the documents, which can be large and are read by themselves.
-const COLUMNS: &str = "id, state, request, input_bytes, attempt, retry_of, created_at, started_at, finished_at, \
-                       expires_at, warnings, failure";
+pub(super) const COLUMNS: &str = "id, state, request, input_bytes, attempt, retry_of, created_at, started_at, \
+                                  finished_at, expires_at, warnings, failure, principal, priority, inputs_sha256, \
+                                  memory_bytes, crashes, retries, lease, progress";
 
-fn read(row: &SqliteRow) -> Result<JobRecord, StoreError> {
+pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
     let id = read_id(row, "id", JobId::parse)?;
     let unreadable = |reason: String| StoreError::Unreadable { record: id.to_string(), reason };
     let state: String = row.try_get("state")?;
     let failure: Option<String> = row.try_get("failure")?;
-    let retry_of: Option<String> = row.try_get("retry_of")?;
+    let progress: Option<String> = row.try_get("progress")?;
+    let small = |column: &str| Ok::<_, StoreError>(u32::try_from(count(row, column)?).unwrap_or(u32::MAX));
     Ok(JobRecord {
         state: JobState::from_name(&state).ok_or_else(|| unreadable(format!("no state is called '{state}'")))?,
         request: from_json(row.try_get("request")?).map_err(unreadable)?,
         input_bytes: count(row, "input_bytes")?,
-        attempt: u32::try_from(count(row, "attempt")?).unwrap_or(u32::MAX),
-        retry_of: retry_of
-            .map(|text| JobId::parse(&text).map_err(|error| unreadable(error.to_string())))
-            .transpose()?,
+        attempt: small("attempt")?,
+        retry_of: optional_id(row, "retry_of", JobId::parse).map_err(unreadable)?,
         created_at: time(row, "created_at")?,
         started_at: optional_time(row, "started_at")?,
         finished_at: optional_time(row, "finished_at")?,
         expires_at: optional_time(row, "expires_at")?,
         warnings: count(row, "warnings")?,
         failure: failure.map(|text| from_json(&text)).transpose().map_err(unreadable)?,
+        principal: row.try_get("principal")?,
+        priority: i32::try_from(row.try_get::<i64, _>("priority")?).unwrap_or(0),
+        inputs_sha256: row.try_get("inputs_sha256")?,
+        memory_bytes: count(row, "memory_bytes")?,
+        crashes: small("crashes")?,
+        retries: small("retries")?,
+        lease: optional_id(row, "lease", LeaseId::parse).map_err(unreadable)?,
+        progress: progress.map(|text| from_json(&text)).transpose().map_err(unreadable)?,
         id,
     })
+}
+
+fn optional_id<T>(
+    row: &AnyRow,
+    column: &str,
+    parse: fn(&str) -> Result<T, crate::store::IdError>,
+) -> Result<Option<T>, String> {
+    let text: Option<String> = row.try_get(column).map_err(|error| error.to_string())?;
+    text.map(|text| parse(&text).map_err(|error| error.to_string())).transpose()
 }
 
 fn from_json<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     serde_json::from_str(text).map_err(|error| error.to_string())
 }
 
-fn to_json(value: &impl Serialize, record: &JobId) -> Result<String, StoreError> {
+pub(super) fn to_json<T: Serialize>(value: &T, record: &JobId) -> Result<String, StoreError> {
     serde_json::to_string(value)
         .map_err(|error| StoreError::Unreadable { record: record.to_string(), reason: error.to_string() })
 }
 
 impl Records {
-    /// Writes a new job. Gives `false`, and writes nothing, when one of its files is no longer there.
+    /// Writes a new job and puts it into the queue. Gives `false`, and writes nothing, when one of its files is no longer there.
+    /// Doing it again changes nothing.
     ///
     /// # Errors
-    /// When the database fails.
+    /// When the database fails. The job may be there all the same.
     pub async fn add_job(&self, job: &JobRecord) -> Result<bool, StoreError> {
         let mut transaction = self.begin().await?;
-        let query = "INSERT INTO jobs (id, state, request, input_bytes, attempt, retry_of, created_at) \
-                     VALUES ($1, $2, $3, $4, $5, $6, $7)";
-        sqlx::query(query)
+        let query = "INSERT INTO jobs (id, state, request, input_bytes, attempt, retry_of, created_at, principal, \
+                     priority, inputs_sha256, memory_bytes) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11) \
+                     ON CONFLICT (id) DO NOTHING";
+        let done = sqlx::query(query)
             .bind(job.id.as_str())
             .bind(job.state.name())
             .bind(to_json(&job.request, &job.id)?)
@@ -61,18 +82,35 @@ impl Records {
             .bind(i64::from(job.attempt))
             .bind(job.retry_of.as_ref().map(JobId::as_str))
             .bind(job.created_at.as_millisecond())
+            .bind(&job.principal)
+            .bind(i64::from(job.priority))
+            .bind(&job.inputs_sha256)
+            .bind(signed(job.memory_bytes))
             .execute(&mut *transaction)
             .await?;
+        if done.rows_affected() == 0 {
+            return Ok(true);
+        }
         for (_, input) in job.request.inputs() {
-            let query = "SELECT 1 FROM assets WHERE id = $1";
+            let query = ours(format!("SELECT id FROM assets WHERE id = $1 {}", self.dialect.keep_rows()));
             if sqlx::query(query).bind(input.asset.as_str()).fetch_optional(&mut *transaction).await?.is_none() {
                 return Ok(false);
             }
             // One file may be both source and target.
-            let query = "INSERT OR IGNORE INTO job_inputs (job_id, asset_id) VALUES ($1, $2)";
+            let query =
+                "INSERT INTO job_inputs (job_id, asset_id) VALUES ($1, $2) ON CONFLICT (job_id, asset_id) DO NOTHING";
             sqlx::query(query).bind(job.id.as_str()).bind(input.asset.as_str()).execute(&mut *transaction).await?;
         }
-        transaction.commit().await?;
+        // The row of a caller's turn goes when nobody has seen the caller for long, and never under a job that is being added.
+        let query = "INSERT INTO turns (principal, served, seen_at) VALUES ($1, 0, $2) \
+                     ON CONFLICT (principal) DO UPDATE SET seen_at = excluded.seen_at";
+        sqlx::query(query)
+            .bind(&job.principal)
+            .bind(job.created_at.as_millisecond())
+            .execute(&mut *transaction)
+            .await?;
+        self.notify(&mut transaction, &job.id, JobState::Queued).await?;
+        self.commit(transaction).await?;
         Ok(true)
     }
 
@@ -81,9 +119,8 @@ impl Records {
     /// # Errors
     /// When the database fails.
     pub async fn job(&self, id: &JobId) -> Result<Option<JobRecord>, StoreError> {
-        let query = sqlx::AssertSqlSafe(format!("SELECT {COLUMNS} FROM jobs WHERE id = $1"));
-        let row = sqlx::query(query).bind(id.as_str()).fetch_optional(&self.pool).await?;
-        row.as_ref().map(read).transpose()
+        let query = ours(format!("SELECT {COLUMNS} FROM jobs WHERE id = $1"));
+        self.optional(sqlx::query(query).bind(id.as_str())).await?.as_ref().map(read).transpose()
     }
 
     /// Up to `most` jobs, newest first, that are older than `before` and in `state`.
@@ -96,70 +133,82 @@ impl Records {
         before: Option<&JobId>,
         most: usize,
     ) -> Result<Page<JobRecord>, StoreError> {
-        let query = sqlx::AssertSqlSafe(format!(
+        let query = ours(format!(
             "SELECT {COLUMNS} FROM jobs WHERE ($1 IS NULL OR id < $1) AND ($2 IS NULL OR state = $2) \
              ORDER BY id DESC LIMIT $3"
         ));
-        let rows = sqlx::query(query)
+        let query = sqlx::query(query)
             .bind(before.map(JobId::as_str))
             .bind(state.map(JobState::name))
-            .bind(signed(most as u64 + 1))
-            .fetch_all(&self.pool)
-            .await?;
-        Ok(Page::cut(rows.iter().map(read).collect::<Result<_, _>>()?, most))
+            .bind(signed(most as u64 + 1));
+        Ok(Page::cut(self.all(query).await?.iter().map(read).collect::<Result<_, _>>()?, most))
     }
 
-    /// All jobs that have not ended, oldest first.
+    /// Tells a running job's worker that somebody wants the job to stop. Gives `false`, and writes nothing, when the job does not
+    /// run.
     ///
     /// # Errors
-    /// When the database fails.
-    pub async fn unfinished_jobs(&self) -> Result<Vec<JobRecord>, StoreError> {
-        let query = sqlx::AssertSqlSafe(format!(
-            "SELECT {COLUMNS} FROM jobs WHERE state IN ('queued', 'running', 'canceling') ORDER BY id"
-        ));
-        sqlx::query(query).fetch_all(&self.pool).await?.iter().map(read).collect()
-    }
-
-    /// Moves a job from one unfinished state to another. `attempt` and `started_at` are written along. Gives `false`, and
-    /// writes nothing, when the job is not in state `from`.
-    ///
-    /// # Errors
-    /// When the database fails.
-    pub async fn move_job(
-        &self,
-        id: &JobId,
-        (from, to): (JobState, JobState),
-        attempt: u32,
-        started_at: Option<Timestamp>,
-    ) -> Result<bool, StoreError> {
+    /// When the database fails. The change may have been made all the same.
+    pub async fn request_cancel(&self, id: &JobId) -> Result<bool, StoreError> {
         let mut transaction = self.begin().await?;
-        let query = "UPDATE jobs SET state = $3, attempt = $4, started_at = $5 WHERE id = $1 AND state = $2";
-        let done = sqlx::query(query)
-            .bind(id.as_str())
-            .bind(from.name())
-            .bind(to.name())
-            .bind(i64::from(attempt))
-            .bind(started_at.map(Timestamp::as_millisecond))
-            .execute(&mut *transaction)
-            .await?;
-        transaction.commit().await?;
+        let query = "UPDATE jobs SET state = 'canceling' WHERE id = $1 AND state = 'running'";
+        let done = sqlx::query(query).bind(id.as_str()).execute(&mut *transaction).await?;
+        self.notify(&mut transaction, id, JobState::Canceling).await?;
+        self.commit(transaction).await?;
         Ok(done.rows_affected() > 0)
     }
 
-    /// Ends a job that is in state `from`: state, documents and results in one transaction. Gives `false`, and writes
-    /// nothing, when the job is not in that state.
+    /// Ends a job that is in state `from` and in the hands of `lease`: state, documents and results in one transaction. Gives
+    /// `false`, and writes nothing, when it is in another state or in other hands. What waits is in nobody's.
     ///
     /// # Errors
-    /// When the database fails.
-    pub async fn finish_job(&self, id: &JobId, from: JobState, finished: &FinishedJob) -> Result<bool, StoreError> {
+    /// When the database fails. The end may have been written all the same.
+    pub async fn finish_job(
+        &self,
+        id: &JobId,
+        (from, lease): (JobState, Option<&LeaseId>),
+        finished: &FinishedJob,
+    ) -> Result<bool, StoreError> {
         let mut transaction = self.begin().await?;
-        if !write_end(&mut transaction, id, from, finished).await? {
+        if !self.write_end(&mut transaction, id, (from, lease), finished).await? {
+            return Ok(false);
+        }
+        self.commit(transaction).await?;
+        Ok(true)
+    }
+
+    /// Part of the transaction in which a job ends.
+    pub(super) async fn write_end(
+        &self,
+        transaction: &mut Transaction<'static, Any>,
+        id: &JobId,
+        (from, lease): (JobState, Option<&LeaseId>),
+        finished: &FinishedJob,
+    ) -> Result<bool, StoreError> {
+        let query = "UPDATE jobs SET state = $4, finished_at = $5, expires_at = $6, failure = $7, report = $8, \
+                     resolved_spec = $9, warnings = $10, lease_expires_at = NULL, progress = NULL \
+                     WHERE id = $1 AND state = $2 AND COALESCE(lease, '') = $3";
+        let failure = finished.failure.as_ref().map(|failure| to_json(failure, id)).transpose()?;
+        let done = sqlx::query(query)
+            .bind(id.as_str())
+            .bind(from.name())
+            .bind(lease.map_or("", LeaseId::as_str))
+            .bind(finished.state.name())
+            .bind(finished.finished_at.as_millisecond())
+            .bind(finished.expires_at.as_millisecond())
+            .bind(failure)
+            .bind(&finished.report)
+            .bind(&finished.resolved_spec)
+            .bind(signed(finished.warnings))
+            .execute(&mut **transaction)
+            .await?;
+        if done.rows_affected() == 0 {
             return Ok(false);
         }
         for (position, result) in finished.results.iter().enumerate() {
-            results::insert(&mut transaction, result, position).await?;
+            results::insert(transaction, result, position).await?;
         }
-        transaction.commit().await?;
+        self.notify(transaction, id, finished.state).await?;
         Ok(true)
     }
 
@@ -168,8 +217,7 @@ impl Records {
     /// # Errors
     /// When the database fails.
     pub async fn job_report(&self, id: &JobId) -> Result<Option<String>, StoreError> {
-        let query = sqlx::query_scalar::<_, Option<String>>("SELECT report FROM jobs WHERE id = $1");
-        Ok(query.bind(id.as_str()).fetch_optional(&self.pool).await?.flatten())
+        self.job_document(id, "SELECT report AS document FROM jobs WHERE id = $1").await
     }
 
     /// The resolved spec of a job, as JSON.
@@ -177,8 +225,12 @@ impl Records {
     /// # Errors
     /// When the database fails.
     pub async fn job_resolved_spec(&self, id: &JobId) -> Result<Option<String>, StoreError> {
-        let query = sqlx::query_scalar::<_, Option<String>>("SELECT resolved_spec FROM jobs WHERE id = $1");
-        Ok(query.bind(id.as_str()).fetch_optional(&self.pool).await?.flatten())
+        self.job_document(id, "SELECT resolved_spec AS document FROM jobs WHERE id = $1").await
+    }
+
+    async fn job_document(&self, id: &JobId, query: &'static str) -> Result<Option<String>, StoreError> {
+        let row = self.optional(sqlx::query(query).bind(id.as_str())).await?;
+        Ok(row.map(|row| row.try_get("document")).transpose()?.flatten())
     }
 
     /// Removes a job that has ended, with its results. Gives the digests of its blobs, or `None` when the job is not there
@@ -194,31 +246,7 @@ impl Records {
             .await?;
         let query = "DELETE FROM jobs WHERE id = $1 AND state IN ('succeeded', 'failed', 'canceled')";
         let done = sqlx::query(query).bind(id.as_str()).execute(&mut *transaction).await?;
-        transaction.commit().await?;
+        self.commit(transaction).await?;
         Ok((done.rows_affected() > 0).then_some(digests))
     }
-}
-
-async fn write_end(
-    transaction: &mut Transaction<'static, Sqlite>,
-    id: &JobId,
-    from: JobState,
-    finished: &FinishedJob,
-) -> Result<bool, StoreError> {
-    let query = "UPDATE jobs SET state = $3, finished_at = $4, expires_at = $5, failure = $6, report = $7, \
-                 resolved_spec = $8, warnings = $9 WHERE id = $1 AND state = $2";
-    let failure = finished.failure.as_ref().map(|failure| to_json(failure, id)).transpose()?;
-    let done = sqlx::query(query)
-        .bind(id.as_str())
-        .bind(from.name())
-        .bind(finished.state.name())
-        .bind(finished.finished_at.as_millisecond())
-        .bind(finished.expires_at.as_millisecond())
-        .bind(failure)
-        .bind(&finished.report)
-        .bind(&finished.resolved_spec)
-        .bind(signed(finished.warnings))
-        .execute(&mut **transaction)
-        .await?;
-    Ok(done.rows_affected() > 0)
 }

@@ -1,25 +1,37 @@
-//! Records, in SQLite.
+//! Records, in SQLite or in Postgres.
 //!
-//! The file is written ahead of (WAL) and every writing transaction begins as a writer, because one that turns into a
-//! writer half way fails at once when another is writing, whatever the busy timeout.
+//! Both understand one text for nearly every query, so there is one set of queries, run through sqlx's driver that is chosen at run
+//! time; [`dialect`] has the few words in which they differ. Every table keeps texts and whole numbers only, which is all that this
+//! driver knows, and all that is needed.
 
 mod assets;
+mod blob_names;
 mod database;
+mod dialect;
 mod documents;
+mod faults;
 mod job_record;
 mod jobs;
+mod notices;
+mod queue;
 mod results;
 mod sweep;
 
+use dialect::Dialect;
+
 pub use database::Records;
+pub(in crate::store) use database::{BlobLocks, Lock};
 pub use documents::{DocumentChange, DocumentKind, DocumentRecord, NewDocument, Precondition};
+pub use faults::{Faults, Moment};
 pub use job_record::{
     ConfigDocument, FinishedJob, InputRole, JobFailure, JobInput, JobRecord, JobRequest, JobState, StoredFieldError,
-    VersionedName,
+    StoredProgress, VersionedName,
 };
+pub use notices::{Listener, Notice};
+pub use queue::{AfterCrash, Claim, GiveBack, Held, QueueDepth};
 
 use jiff::Timestamp;
-use sqlx::{Row, sqlite::SqliteRow};
+use sqlx::{Row, any::AnyRow};
 
 use super::{AssetId, IdError, JobId, ResultId, StoreError};
 
@@ -81,11 +93,11 @@ impl<T> Page<T> {
     }
 }
 
-fn time(row: &SqliteRow, column: &str) -> Result<Timestamp, StoreError> {
+fn time(row: &AnyRow, column: &str) -> Result<Timestamp, StoreError> {
     from_milliseconds(row.try_get(column)?)
 }
 
-fn optional_time(row: &SqliteRow, column: &str) -> Result<Option<Timestamp>, StoreError> {
+fn optional_time(row: &AnyRow, column: &str) -> Result<Option<Timestamp>, StoreError> {
     row.try_get::<Option<i64>, _>(column)?.map(from_milliseconds).transpose()
 }
 
@@ -95,7 +107,7 @@ fn from_milliseconds(milliseconds: i64) -> Result<Timestamp, StoreError> {
 }
 
 /// Byte counts fit: nothing stored is larger than 2^63 bytes.
-fn count(row: &SqliteRow, column: &str) -> Result<u64, StoreError> {
+fn count(row: &AnyRow, column: &str) -> Result<u64, StoreError> {
     Ok(u64::try_from(row.try_get::<i64, _>(column)?).unwrap_or(0))
 }
 
@@ -103,7 +115,12 @@ fn signed(count: u64) -> i64 {
     i64::try_from(count).unwrap_or(i64::MAX)
 }
 
-fn read_id<T>(row: &SqliteRow, column: &str, parse: fn(&str) -> Result<T, IdError>) -> Result<T, StoreError> {
+fn read_id<T>(row: &AnyRow, column: &str, parse: fn(&str) -> Result<T, IdError>) -> Result<T, StoreError> {
     let text: String = row.try_get(column)?;
     parse(&text).map_err(|error| StoreError::Unreadable { reason: error.to_string(), record: text })
+}
+
+/// A text as both databases can hold it: Postgres has no NUL in texts.
+fn without_nul(text: &str) -> String {
+    text.replace('\0', "")
 }

@@ -1,11 +1,11 @@
 //! Records of the files that jobs gave.
 
-use sqlx::{Row, Sqlite, Transaction, sqlite::SqliteRow};
+use sqlx::{Any, Row, Transaction, any::AnyRow};
 
-use super::{Records, ResultRecord, count, read_id, signed, time};
+use super::{Records, ResultRecord, count, read_id, signed, time, without_nul};
 use crate::store::{JobId, ResultId, StoreError};
 
-fn read(row: &SqliteRow) -> Result<ResultRecord, StoreError> {
+fn read(row: &AnyRow) -> Result<ResultRecord, StoreError> {
     Ok(ResultRecord {
         id: read_id(row, "id", ResultId::parse)?,
         job_id: read_id(row, "job_id", JobId::parse)?,
@@ -20,7 +20,7 @@ fn read(row: &SqliteRow) -> Result<ResultRecord, StoreError> {
 
 /// Writes one; part of the transaction that ends its job.
 pub(super) async fn insert(
-    transaction: &mut Transaction<'static, Sqlite>,
+    transaction: &mut Transaction<'static, Any>,
     result: &ResultRecord,
     position: usize,
 ) -> Result<(), StoreError> {
@@ -31,7 +31,7 @@ pub(super) async fn insert(
         .bind(result.job_id.as_str())
         .bind(signed(position as u64))
         .bind(&result.format)
-        .bind(&result.file_name)
+        .bind(without_nul(&result.file_name))
         .bind(&result.sha256)
         .bind(signed(result.bytes))
         .bind(result.created_at.as_millisecond())
@@ -48,7 +48,7 @@ impl Records {
     /// When the database fails.
     pub async fn result(&self, id: &ResultId) -> Result<Option<ResultRecord>, StoreError> {
         let query = sqlx::query("SELECT * FROM results WHERE id = $1").bind(id.as_str());
-        query.fetch_optional(&self.pool).await?.as_ref().map(read).transpose()
+        self.optional(query).await?.as_ref().map(read).transpose()
     }
 
     /// The results of a job, in the order asked for.
@@ -57,6 +57,6 @@ impl Records {
     /// When the database fails.
     pub async fn job_results(&self, id: &JobId) -> Result<Vec<ResultRecord>, StoreError> {
         let query = sqlx::query("SELECT * FROM results WHERE job_id = $1 ORDER BY position").bind(id.as_str());
-        query.fetch_all(&self.pool).await?.iter().map(read).collect()
+        self.all(query).await?.iter().map(read).collect()
     }
 }

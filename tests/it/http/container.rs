@@ -19,7 +19,7 @@ fn variables(text: &str) -> BTreeSet<String> {
 fn every_variable_is_a_setting() {
     let mut known: BTreeSet<String> = Settings::TABLE.iter().map(retargetd::config::Setting::variable).collect();
     known.insert("RETARGETD_URL".to_owned());
-    for name in ["Dockerfile", "compose.yaml"] {
+    for name in ["Dockerfile", "compose.yaml", "compose.scaled.yaml"] {
         let seen = variables(&read(name));
         assert!(!seen.is_empty(), "{name} sets something");
         let unknown: Vec<_> = seen.difference(&known).collect();
@@ -36,6 +36,17 @@ fn ports_user_and_health_check_agree() {
     assert!(image.contains("RETARGETD_DATA=/data") && compose.contains(":/data"), "one data folder");
     assert!(image.contains("HEALTHCHECK") && image.contains("[\"retargetd\", \"health\"]"), "asks itself");
     assert!(compose.contains("read_only: true"), "the root is read-only");
+}
+
+#[test]
+fn processes_that_share_are_told_the_same_place() {
+    let scaled = read("compose.scaled.yaml");
+    assert!(scaled.contains("postgres://retargetd:retargetd@database/retargetd"), "the records");
+    assert!(scaled.contains("POSTGRES_USER: retargetd") && scaled.contains("POSTGRES_DB: retargetd"), "that are there");
+    assert!(scaled.contains("RETARGETD_BLOBS: s3://clips") && scaled.contains("files/clips"), "the files");
+    assert!(scaled.contains("AWS_SECRET_ACCESS_KEY: retargetd-secret"), "with the key");
+    assert!(scaled.contains("MINIO_ROOT_PASSWORD: retargetd-secret"), "that opens them");
+    assert!(scaled.contains("command: [worker]") && scaled.contains("RETARGETD_WORKERS: \"0\""), "both roles");
 }
 
 #[test]

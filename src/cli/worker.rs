@@ -1,0 +1,29 @@
+//! The `worker` subcommand: runs jobs that other processes take on, until it is told to stop.
+
+use std::process::ExitCode;
+
+use tokio_util::sync::CancellationToken;
+
+use super::service::{self, Arguments, Signals};
+use crate::{app, config::Settings};
+
+pub(super) fn run(arguments: &Arguments) -> ExitCode {
+    service::run(arguments, work)
+}
+
+async fn work(settings: Settings) -> anyhow::Result<()> {
+    let mut signals = Signals::listen()?;
+    let stop = CancellationToken::new();
+    let mut working = std::pin::pin!(app::work(settings, stop.clone()));
+    tokio::select! {
+        ended = &mut working => return ended,
+        () = signals.next() => {}
+    }
+    tracing::info!("stopping; a second signal stops at once");
+    stop.cancel();
+    tokio::select! {
+        ended = working => ended,
+        // What runs is taken up by another worker when its lease has run out, the same as after a crash.
+        () = signals.next() => Ok(()),
+    }
+}

@@ -1,0 +1,56 @@
+//! What becomes of jobs whose worker is gone.
+
+use super::{FailureReason, JobEvent, Jobs, Refusal, next_state};
+use crate::store::{AfterCrash, FinishedJob, JobFailure, JobRecord, JobState};
+
+/// Looked at in one go; more are left for the next.
+const MOST_AT_ONCE: usize = 100;
+
+impl Jobs {
+    /// Takes up the jobs that the last process left unfinished, where no other process can have them. To be called once, before
+    /// workers start. Gives how many wait then.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn recover(&self) -> Result<u64, Refusal> {
+        if !self.0.store.records().are_shared() {
+            while self.take_from_lost_workers(true).await? == MOST_AT_ONCE {}
+        }
+        Ok(self.0.admission.refresh(self.0.store.records()).await?.jobs)
+    }
+
+    /// Puts jobs back into the queue whose worker has not been heard of for the length of a lease. Gives how many there were.
+    pub(super) async fn take_from_lost_workers(&self, whose_ever: bool) -> Result<usize, Refusal> {
+        let decide = |job: &JobRecord| self.after_crash(job);
+        let lost = self.0.store.records().take_from_lost_workers(MOST_AT_ONCE, whose_ever, decide).await?;
+        for job in &lost {
+            tracing::warn!(job_id = %job.id, attempt = job.attempt, crashes = job.crashes + 1, "a job's worker is gone");
+            match self.after_crash(job) {
+                AfterCrash::Requeue => self.announce_arrival(&job.id),
+                AfterCrash::End(end) | AfterCrash::Quarantine(end, _) => self.announce_end(&job.id, &end),
+            }
+        }
+        Ok(lost.len())
+    }
+
+    /// A job under which processes died `max_attempts` times is not tried again: it may be what kills them.
+    fn after_crash(&self, job: &JobRecord) -> AfterCrash {
+        if next_state(job.state, JobEvent::Requeue) == Some(JobState::Canceled) {
+            return AfterCrash::End(Box::new(self.ending(JobState::Canceled, None)));
+        }
+        let crashes = u64::from(job.crashes) + 1;
+        if crashes < self.0.settings.max_attempts {
+            return AfterCrash::Requeue;
+        }
+        let until = self.0.clock.after(self.0.settings.quarantine_period.0);
+        AfterCrash::Quarantine(Box::new(self.crashed_too_often(crashes)), until)
+    }
+
+    fn crashed_too_often(&self, crashes: u64) -> FinishedJob {
+        let failure: JobFailure = FailureReason::WorkerCrashed.because(
+            format!("the service went down {crashes} times while it worked on this job"),
+            "report it with the id of the job",
+        );
+        self.ending(JobState::Failed, Some(failure))
+    }
+}

@@ -1,0 +1,188 @@
+//! Taking jobs on.
+
+use std::collections::BTreeMap;
+
+use super::{JobSnapshot, Jobs, Refusal, inspections::InspectionKey, library, memory};
+use crate::{
+    config::Failpoint,
+    engine::{self, Failure, FailureCode, Format, NamedBytes},
+    store::{
+        AssetId, AssetRecord, ConfigDocument, InputRole, JobId, JobInput, JobRecord, JobRequest, JobState,
+        VersionedName,
+    },
+    telemetry::Metric,
+};
+
+/// Who asks, for as long as nobody has to say so.
+const ANONYMOUS: &str = "anonymous";
+
+/// What somebody wants done.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NewJob {
+    /// The files. Source and target must be among them.
+    pub inputs: BTreeMap<InputRole, AssetId>,
+    /// The retarget config.
+    pub config: Option<ConfigDocument>,
+    /// The formats wanted. Empty: what the config says.
+    pub formats: Vec<Format>,
+    /// The user's own words about it.
+    pub labels: BTreeMap<String, String>,
+    /// The preset that the config is laid over.
+    pub preset: Option<String>,
+    /// Among the jobs of one principal, the greater goes first.
+    pub priority: i32,
+}
+
+/// A job that can be taken on: its files are there.
+pub(super) struct Wanted {
+    pub(super) request: JobRequest,
+    input_bytes: u64,
+    memory_bytes: u64,
+    priority: i32,
+    retry_of: Option<JobId>,
+}
+
+impl Jobs {
+    /// Whether a new job would be taken now; to be asked before a large body is read.
+    ///
+    /// # Errors
+    /// [`Refusal::Draining`] or [`Refusal::QueueFull`].
+    pub async fn check_admission(&self) -> Result<(), Refusal> {
+        if self.is_draining() {
+            return Err(Refusal::Draining);
+        }
+        self.0.admission.check_room(self.0.store.records()).await
+    }
+
+    /// Takes a job on. When this returns, the job survives a crash.
+    ///
+    /// # Errors
+    /// When the queue is full, the service is going down, or an input is not there.
+    pub async fn submit(&self, new: NewJob) -> Result<JobSnapshot, Refusal> {
+        self.enqueue(self.resolve(new).await?).await
+    }
+
+    pub(super) async fn resolve(&self, new: NewJob) -> Result<Wanted, Refusal> {
+        let own_rigs = self.own_rigs().await?;
+        let (mut found, mut input_bytes, mut needs) = (BTreeMap::new(), 0, Vec::new());
+        for (role, id) in new.inputs {
+            let Some(asset) = self.0.store.records().asset(&id).await? else {
+                return Err(Refusal::UnknownInput { role, id: id.to_string() });
+            };
+            input_bytes += asset.bytes;
+            needs.push(self.memory_need(&asset, &own_rigs.sha256)?);
+            found.insert(role, JobInput { asset: id, sha256: asset.sha256, file_name: asset.file_name });
+        }
+        let missing = |role: InputRole| Refusal::UnknownInput { role, id: String::new() };
+        let (config, preset) = self.lay_over_preset(new.config, new.preset).await?;
+        let request = JobRequest {
+            source: found.remove(&InputRole::Source).ok_or_else(|| missing(InputRole::Source))?,
+            target: found.remove(&InputRole::Target).ok_or_else(|| missing(InputRole::Target))?,
+            source_rest: found.remove(&InputRole::SourceRest),
+            target_rest: found.remove(&InputRole::TargetRest),
+            config,
+            formats: new.formats.into_iter().map(|format| format.info().name.to_owned()).collect(),
+            labels: new.labels,
+            preset,
+            rigs: own_rigs.versions(),
+        };
+        let memory_bytes = memory::of_job(needs.into_iter());
+        Ok(Wanted { request, input_bytes, memory_bytes, priority: new.priority, retry_of: None })
+    }
+
+    /// What a file adds to the memory that a job needs: by what was found in it, else by its size.
+    fn memory_need(&self, asset: &AssetRecord, rigs_sha256: &str) -> Result<u64, Refusal> {
+        let most = self.0.settings.memory_budget.0;
+        match self.0.inspections.memory_bytes(&InspectionKey::of(asset, rigs_sha256)) {
+            Some(bytes) if bytes > most => Err(Failure::new(
+                FailureCode::AssetLimitExceeded,
+                format!("a job on the file '{}' would need about {bytes} bytes of memory", asset.file_name),
+            )
+            .with_hint("the limit is 'memory_budget'; send fewer frames or joints")
+            .into()),
+            Some(bytes) => Ok(bytes),
+            None => Ok(memory::of_unknown_file(asset.bytes)),
+        }
+    }
+
+    /// The config with the preset under it. What comes out is the job's own: it does not change when the preset does.
+    async fn lay_over_preset(
+        &self,
+        config: Option<ConfigDocument>,
+        preset: Option<String>,
+    ) -> Result<(Option<ConfigDocument>, Option<VersionedName>), Refusal> {
+        let Some(name) = preset else { return Ok((config, None)) };
+        let kept = self.preset(&name).await?;
+        let bytes = config.as_ref().map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
+        let text = engine::merge_config(&kept.document, bytes)?;
+        let version = kept.own.map_or(0, |(version, _)| version);
+        let config = ConfigDocument { file_name: "config.json".to_owned(), text };
+        Ok((Some(config), Some(VersionedName { name, version })))
+    }
+
+    /// Asks for the same again.
+    pub(super) async fn submit_again(&self, ended: JobRecord) -> Result<JobSnapshot, Refusal> {
+        let JobRecord { id, request, input_bytes, priority, memory_bytes, .. } = ended;
+        self.enqueue(Wanted { request, input_bytes, memory_bytes, priority, retry_of: Some(id) }).await
+    }
+
+    async fn enqueue(&self, wanted: Wanted) -> Result<JobSnapshot, Refusal> {
+        if self.is_draining() {
+            return Err(Refusal::Draining);
+        }
+        let Wanted { request, input_bytes, memory_bytes, priority, retry_of } = wanted;
+        let (records, created_at) = (self.0.store.records(), self.0.clock.now());
+        let inputs_sha256 = inputs_digest(&request);
+        if let Some(until) = records.quarantined_until(&inputs_sha256, created_at).await? {
+            return Err(Refusal::Quarantined { until });
+        }
+        let reservation = self.0.admission.reserve(records, input_bytes).await?;
+        let record = JobRecord {
+            id: JobId::new(),
+            state: JobState::Queued,
+            request,
+            input_bytes,
+            attempt: 0,
+            retry_of,
+            created_at,
+            started_at: None,
+            finished_at: None,
+            expires_at: None,
+            warnings: 0,
+            failure: None,
+            principal: ANONYMOUS.to_owned(),
+            priority,
+            inputs_sha256,
+            memory_bytes,
+            crashes: 0,
+            retries: 0,
+            lease: None,
+            progress: None,
+        };
+        Failpoint::BeforeJobRecord.reach();
+        if !records.add_job(&record).await? {
+            let (role, input) = self.first_missing(&record.request).await?;
+            return Err(Refusal::UnknownInput { role, id: input.asset.to_string() });
+        }
+        Failpoint::AfterJobRecord.reach();
+        reservation.fill();
+        Metric::JobsSubmitted.count([], 1);
+        self.announce_arrival(&record.id);
+        self.snapshot(record, Vec::new()).await
+    }
+
+    async fn first_missing<'a>(&self, request: &'a JobRequest) -> Result<(InputRole, &'a JobInput), Refusal> {
+        for (role, input) in request.inputs() {
+            if self.0.store.records().asset(&input.asset).await?.is_none() {
+                return Ok((role, input));
+            }
+        }
+        Ok((InputRole::Source, &request.source))
+    }
+}
+
+/// A digest of what files a job works on, and as what: the same for every job on the same files.
+fn inputs_digest(request: &JobRequest) -> String {
+    let names = request.inputs().map(|(role, input)| format!("{} {}\n", role.name(), input.sha256));
+    library::digest(&names.collect::<String>())
+}

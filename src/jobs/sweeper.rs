@@ -1,0 +1,66 @@
+//! Removing what has expired, from time to time.
+
+use std::time::Duration;
+
+use tokio::time::Instant;
+
+use super::Jobs;
+use crate::telemetry::Metric;
+
+/// How often to look for what crashes left.
+const LOOK_FOR_LEFTOVERS: Duration = Duration::from_secs(3600);
+
+/// Removes what has expired, from time to time.
+#[derive(Debug)]
+pub struct Sweeper {
+    task: tokio::task::JoinHandle<()>,
+}
+
+impl Sweeper {
+    /// Starts it.
+    #[must_use]
+    pub fn start(jobs: &Jobs) -> Self {
+        let jobs = jobs.clone();
+        let task = tokio::spawn(async move {
+            let mut looked = None;
+            loop {
+                jobs.sweep().await;
+                if looked.is_none_or(|at: Instant| at.elapsed() > LOOK_FOR_LEFTOVERS) {
+                    looked = Some(Instant::now());
+                    jobs.remove_leftovers().await;
+                }
+                tokio::time::sleep(jobs.0.settings.sweep_interval.0).await;
+            }
+        });
+        Self { task }
+    }
+
+    /// Ends it.
+    pub async fn stop(self) {
+        self.task.abort();
+        let _ = self.task.await;
+    }
+}
+
+impl Jobs {
+    /// Removes what has expired by now. A failure is logged and tried again the next time.
+    pub async fn sweep(&self) {
+        match self.0.store.sweep(self.0.clock.now()).await {
+            Ok(0) => {}
+            Ok(count) => tracing::info!(count, "expired records were removed"),
+            Err(error) => tracing::error!(%error, "expired records could not be removed"),
+        }
+        if let Ok(bytes) = self.0.store.records().stored_bytes().await {
+            Metric::StoredBytes.set([], bytes as f64);
+        }
+        if let Err(error) = self.0.admission.refresh(self.0.store.records()).await {
+            tracing::error!(%error, "the queue could not be counted");
+        }
+    }
+
+    async fn remove_leftovers(&self) {
+        if let Err(error) = self.0.store.remove_leftovers(self.0.clock.now()).await {
+            tracing::error!(%error, "what crashes left could not be removed");
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! The tasks that run jobs beside the requests, and how they end.
+//!
+//! One task claims jobs, one at a time, for as many workers as there are; each job then runs by itself. Another task tells the store
+//! that the jobs are still worked on, hears there which ones shall stop, and takes up those whose worker is gone. A third hears
+//! what other processes do, so that nobody waits for longer than a message takes.
+
+use std::{sync::Arc, time::Duration};
+
+use tokio::{
+    sync::{OwnedSemaphorePermit, Semaphore},
+    task::JoinHandle,
+    time::{Instant, sleep},
+};
+use tokio_util::{sync::CancellationToken, task::TaskTracker};
+
+use super::{
+    Jobs, Refusal,
+    running::{RunningGuard, RunningJob, StopReason},
+};
+use crate::{
+    config::Failpoint,
+    store::{Claim, GiveBack, JobRecord, JobState, LeaseId, Notice},
+    telemetry::Metric,
+};
+
+/// How long nobody looks into an empty queue. New jobs come with a notice, which can be lost where processes share the queue.
+const LOOK_INTO_EMPTY_QUEUE: Duration = Duration::from_secs(2);
+/// How long to leave the queue to others who are about to take from it.
+const LEAVE_TO_OTHERS: Duration = Duration::from_millis(5);
+/// How long to leave a store alone that has failed.
+const AFTER_FAILURE: Duration = Duration::from_millis(500);
+
+/// The workers of this process: each runs one job at a time.
+#[derive(Debug)]
+pub struct Workers {
+    jobs: Jobs,
+    running: TaskTracker,
+    /// Nothing new from now on.
+    stop: CancellationToken,
+    claims: JoinHandle<()>,
+    /// To be ended after the last job.
+    others: [JoinHandle<()>; 2],
+}
+
+impl Workers {
+    /// Starts `count` of them. With 0, what others run is still followed.
+    #[must_use]
+    pub fn start(jobs: &Jobs, count: usize) -> Self {
+        let (running, stop) = (TaskTracker::new(), CancellationToken::new());
+        let claiming = Claiming { jobs: jobs.clone(), running: running.clone(), stop: stop.clone() };
+        let others = [tokio::spawn(keep_leases(jobs.clone())), tokio::spawn(hear_others(jobs.clone()))];
+        Metric::WorkerSlots.set([], count as f64);
+        Self { jobs: jobs.clone(), running, stop, claims: tokio::spawn(claiming.run(count)), others }
+    }
+
+    /// Starts nothing new, gives running jobs `grace` to end, and hands the rest back to the queue.
+    pub async fn stop(self, grace: Duration) {
+        self.stop.cancel();
+        if let Err(error) = self.claims.await {
+            tracing::error!(%error, "the task that claims jobs ended with a fault");
+        }
+        self.running.close();
+        if tokio::time::timeout(grace, self.running.wait()).await.is_err() {
+            self.jobs.0.running.stop_all(StopReason::Draining);
+            /// A job looks every few milliseconds; the lease of one that does not runs out.
+            const LAST_CHANCE: Duration = Duration::from_secs(5);
+            let _ = tokio::time::timeout(LAST_CHANCE, self.running.wait()).await;
+        }
+        for task in self.others {
+            task.abort();
+        }
+    }
+}
+
+/// A job that this process has, and what it takes up while it runs.
+struct Taken {
+    record: JobRecord,
+    running: Arc<RunningJob>,
+    _entry: RunningGuard,
+    _slot: OwnedSemaphorePermit,
+    _memory: OwnedSemaphorePermit,
+}
+
+struct Claiming {
+    jobs: Jobs,
+    running: TaskTracker,
+    stop: CancellationToken,
+}
+
+impl Claiming {
+    async fn run(self, count: usize) {
+        let slots = Arc::new(Semaphore::new(count));
+        while let Some(taken) = self.next(&slots).await {
+            let jobs = self.jobs.clone();
+            self.running.spawn(async move {
+                jobs.run_one(&taken.record, &taken.running).await;
+                drop(taken);
+            });
+        }
+    }
+
+    /// The next job, when a worker is free and there is memory for it; `None` when it is time to stop.
+    async fn next(&self, slots: &Arc<Semaphore>) -> Option<Taken> {
+        let slot = self.unless_stopped(Arc::clone(slots).acquire_owned()).await?.ok()?;
+        let lease = LeaseId::new();
+        let record = self.claim(&lease).await?;
+        Failpoint::JobClaimed.reach();
+        // Entered before anything is waited for, so that its lease is extended and a cancel finds what to stop.
+        let (running, entry) = self.jobs.0.running.enter(&record.id, lease);
+        self.jobs.announce(&record.id);
+        let memory = self.jobs.0.memory.clone();
+        let Some(memory) = self.unless_stopped(memory.take(record.memory_bytes)).await else {
+            self.jobs.give_back(&record, &running, GiveBack::Drained).await;
+            return None;
+        };
+        Some(Taken { record, running, _entry: entry, _slot: slot, _memory: memory? })
+    }
+
+    async fn unless_stopped<T>(&self, future: impl Future<Output = T>) -> Option<T> {
+        tokio::select! {
+            biased;
+            () = self.stop.cancelled() => None,
+            done = future => Some(done),
+        }
+    }
+
+    async fn claim(&self, lease: &LeaseId) -> Option<JobRecord> {
+        let inner = &self.jobs.0;
+        let (mut has_failed, period) = (false, inner.settings.lease_period.0);
+        loop {
+            if self.stop.is_cancelled() {
+                return None;
+            }
+            // An arrival from here on is remembered, so none is missed between looking and waiting.
+            let arrival = inner.arrivals.notified();
+            // After a failure, the lease may have a job without anybody knowing.
+            let claimed = match has_failed {
+                true => inner.store.records().leased(lease).await.map(|job| job.map(Box::new).map(Claim::Job)),
+                false => Ok(None),
+            };
+            let claimed = match claimed {
+                Ok(Some(claim)) => Ok(claim),
+                Ok(None) => inner.store.records().claim_job(lease, period, inner.clock.now()).await,
+                Err(error) => Err(error),
+            };
+            let wait = match claimed {
+                Ok(Claim::Job(record)) => return Some(*record),
+                Ok(Claim::Contended) => LEAVE_TO_OTHERS,
+                Ok(Claim::NothingFor(wait)) => wait.min(LOOK_INTO_EMPTY_QUEUE),
+                Ok(Claim::Nothing) => LOOK_INTO_EMPTY_QUEUE,
+                Err(error) => {
+                    tracing::error!(%error, "no job could be claimed");
+                    has_failed = true;
+                    self.unless_stopped(sleep(AFTER_FAILURE)).await?;
+                    continue;
+                }
+            };
+            self.unless_stopped(async {
+                let _ = tokio::time::timeout(wait, arrival).await;
+            })
+            .await?;
+        }
+    }
+}
+
+/// Extends the leases of the jobs of this process, and takes up those whose worker is gone.
+async fn keep_leases(jobs: Jobs) {
+    let period = jobs.0.settings.lease_period.0;
+    let mut last_reached = Instant::now();
+    loop {
+        sleep(period / 3).await;
+        let extended = jobs.extend_leases().await;
+        // Where the store could not be reached for a while, others could not extend theirs either: they come first.
+        let done = match extended {
+            Ok(()) if last_reached.elapsed() < period => jobs.take_from_lost_workers(false).await.map(|_| ()),
+            other => other,
+        };
+        match done {
+            Ok(()) => last_reached = Instant::now(),
+            Err(error) => tracing::error!(%error, "the leases of jobs could not be looked after"),
+        }
+    }
+}
+
+async fn hear_others(jobs: Jobs) {
+    loop {
+        if let Err(error) = jobs.hear_others().await {
+            tracing::error!(%error, "other processes cannot be heard");
+        } else {
+            return;
+        }
+        sleep(AFTER_FAILURE).await;
+    }
+}
+
+impl Jobs {
+    async fn extend_leases(&self) -> Result<(), Refusal> {
+        let held = self.0.running.held();
+        if held.is_empty() {
+            return Ok(());
+        }
+        let states = self.0.store.records().extend_leases(&held, self.0.settings.lease_period.0).await?;
+        for (held, state) in held.iter().zip(states) {
+            match state {
+                Some(JobState::Canceling) => self.0.running.stop(&held.id, StopReason::Canceled),
+                Some(_) => {}
+                None => self.0.running.lose(held),
+            }
+        }
+        Ok(())
+    }
+
+    /// Hears what other processes do, for ever; returns at once when there are none.
+    async fn hear_others(&self) -> Result<(), Refusal> {
+        let Some(mut listener) = self.0.store.records().listen().await? else { return Ok(()) };
+        loop {
+            match listener.next().await? {
+                Notice::Job(id, JobState::Queued) => self.announce_arrival(&id),
+                Notice::Job(id, state) => {
+                    if state == JobState::Canceling {
+                        self.0.running.stop(&id, StopReason::Canceled);
+                    }
+                    self.announce(&id);
+                }
+                Notice::Missed => self.announce_anything(),
+            }
+        }
+    }
+}

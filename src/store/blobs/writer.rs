@@ -1,0 +1,203 @@
+//! Writing a blob: its bytes first, its name when it is complete.
+
+use std::fmt::Write as _;
+
+use bytes::{Bytes, BytesMut};
+use object_store::{MultipartUpload, ObjectStore, ObjectStoreExt, PutMode, PutPayload, path::Path};
+use sha2::{Digest, Sha256};
+
+use super::Blobs;
+use crate::store::StoreError;
+
+/// A blob's name and size.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Blob {
+    /// SHA-256 of its bytes, in hexadecimal.
+    pub sha256: String,
+    /// How many bytes.
+    pub bytes: u64,
+}
+
+impl Blobs {
+    /// Begins a blob.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn begin(&self) -> Result<BlobWriter, StoreError> {
+        let upload = if self.puts_small_ones_whole { None } else { Some(Upload::begin(self).await?) };
+        let (buffer, hasher) = (BytesMut::new(), Sha256::new());
+        Ok(BlobWriter { blobs: self.clone(), upload, buffer, hasher, bytes: 0 })
+    }
+
+    /// Writes a whole blob. It is visible only after [`UnnamedBlob::keep`].
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn write(&self, bytes: Bytes) -> Result<UnnamedBlob, StoreError> {
+        /// So that hashing a large file does not hold a thread of the runtime for long.
+        const PIECE_BYTES: usize = 1 << 20;
+        let mut writer = self.begin().await?;
+        for piece in bytes.chunks(PIECE_BYTES) {
+            writer.write(piece).await?;
+        }
+        writer.finish().await
+    }
+}
+
+/// Parts on their way to a place beside the blobs.
+#[derive(Debug)]
+struct Upload {
+    parts: Box<dyn MultipartUpload>,
+    path: Path,
+}
+
+impl Upload {
+    async fn begin(blobs: &Blobs) -> Result<Self, StoreError> {
+        let path = blobs.prefix.clone().join("tmp").join(uuid::Uuid::now_v7().to_string());
+        Ok(Self { parts: blobs.store.put_multipart(&path).await?, path })
+    }
+}
+
+/// A blob that is being written. Dropping it leaves nothing.
+#[derive(Debug)]
+pub struct BlobWriter {
+    blobs: Blobs,
+    /// `None` as long as everything is in the buffer.
+    upload: Option<Upload>,
+    buffer: BytesMut,
+    hasher: Sha256,
+    bytes: u64,
+}
+
+impl BlobWriter {
+    /// Adds bytes.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn write(&mut self, mut chunk: &[u8]) -> Result<(), StoreError> {
+        self.hasher.update(chunk);
+        self.bytes += chunk.len() as u64;
+        // Parts are of one size, which some stores insist on.
+        while self.buffer.len() + chunk.len() > self.blobs.part_bytes {
+            let (head, rest) = chunk.split_at(self.blobs.part_bytes - self.buffer.len());
+            self.buffer.extend_from_slice(head);
+            chunk = rest;
+            self.flush().await?;
+        }
+        self.buffer.extend_from_slice(chunk);
+        Ok(())
+    }
+
+    /// How many bytes there are so far.
+    #[must_use]
+    pub const fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Ends the blob. It is not visible yet.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn finish(mut self) -> Result<UnnamedBlob, StoreError> {
+        if self.upload.is_some() && !self.buffer.is_empty() {
+            self.flush().await?;
+        }
+        let sha256 = hexadecimal(&std::mem::take(&mut self.hasher).finalize());
+        let blob = Blob { sha256, bytes: self.bytes };
+        let content = match &mut self.upload {
+            Some(upload) => {
+                upload.parts.complete().await?;
+                Content::Stored(upload.path.clone())
+            }
+            None => Content::InMemory(self.buffer.split().freeze()),
+        };
+        // Complete, so there is nothing to give up any more.
+        self.upload = None;
+        Ok(UnnamedBlob { blobs: self.blobs.clone(), content: Some(content), blob })
+    }
+
+    async fn flush(&mut self) -> Result<(), StoreError> {
+        let upload = match &mut self.upload {
+            Some(upload) => upload,
+            none => none.insert(Upload::begin(&self.blobs).await?),
+        };
+        let part = self.buffer.split().freeze();
+        Ok(upload.parts.put_part(PutPayload::from_bytes(part)).await?)
+    }
+}
+
+impl Drop for BlobWriter {
+    fn drop(&mut self) {
+        let (Some(mut upload), Ok(runtime)) = (self.upload.take(), tokio::runtime::Handle::try_current()) else {
+            return;
+        };
+        // What this misses is removed when it is old.
+        runtime.spawn(async move { upload.parts.abort().await });
+    }
+}
+
+/// Where the bytes of an unnamed blob are.
+#[derive(Debug)]
+enum Content {
+    InMemory(Bytes),
+    Stored(Path),
+}
+
+/// Complete bytes that have no name yet. Dropping it removes them.
+#[derive(Debug)]
+pub struct UnnamedBlob {
+    blobs: Blobs,
+    content: Option<Content>,
+    blob: Blob,
+}
+
+impl UnnamedBlob {
+    /// What its name will be.
+    #[must_use]
+    pub const fn blob(&self) -> &Blob {
+        &self.blob
+    }
+
+    /// Makes the blob durable and visible under its digest. To be called while `Store::hold_blobs` is held, until a record names
+    /// the blob.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn keep(mut self) -> Result<Blob, StoreError> {
+        let name = self.blobs.path(&self.blob.sha256);
+        match self.content.take() {
+            Some(Content::Stored(path)) => self.blobs.store.rename(&path, &name).await?,
+            Some(Content::InMemory(bytes)) => {
+                let payload = PutPayload::from_bytes(bytes);
+                // What has that name already has the same bytes.
+                match self.blobs.store.put_opts(&name, payload, PutMode::Create.into()).await {
+                    Ok(_) | Err(object_store::Error::AlreadyExists { .. }) => {}
+                    Err(error) => return Err(error.into()),
+                }
+            }
+            None => {}
+        }
+        Ok(self.blob.clone())
+    }
+}
+
+impl Drop for UnnamedBlob {
+    fn drop(&mut self) {
+        let (Some(Content::Stored(path)), Ok(runtime)) = (self.content.take(), tokio::runtime::Handle::try_current())
+        else {
+            return;
+        };
+        let store = self.blobs.store.clone();
+        // What this misses is removed when it is old.
+        runtime.spawn(async move { store.delete(&path).await });
+    }
+}
+
+/// Bytes as lower-case hexadecimal digits.
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::with_capacity(bytes.len() * 2), |mut text, byte| {
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}

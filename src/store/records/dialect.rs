@@ -1,0 +1,92 @@
+//! What SQLite and Postgres say differently. Everything else is one text for both.
+
+use std::borrow::Cow;
+
+use sqlx::{
+    SqlStr,
+    migrate::{Migration, MigrationType, Migrator},
+};
+
+/// The database at the other end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Dialect {
+    /// A file of this process alone.
+    Sqlite,
+    /// A server that many processes share.
+    Postgres,
+}
+
+type NumberedText = (i64, &'static str, &'static str);
+
+/// Every change of the layout, in order. A released one is never edited; add a new one to both lists.
+const SQLITE: [NumberedText; 3] = [
+    (1, "first", include_str!("migrations/sqlite/0001_first.sql")),
+    (2, "named documents", include_str!("migrations/sqlite/0002_named_documents.sql")),
+    (3, "queue", include_str!("migrations/sqlite/0003_queue.sql")),
+];
+const POSTGRES: [NumberedText; 1] = [(1, "first", include_str!("migrations/postgres/0001_first.sql"))];
+
+impl Dialect {
+    /// The dialect of a database URL.
+    pub(super) fn of(url: &str) -> Option<Self> {
+        let (scheme, _) = url.split_once(':')?;
+        match scheme {
+            "sqlite" => Some(Self::Sqlite),
+            "postgres" | "postgresql" => Some(Self::Postgres),
+            _ => None,
+        }
+    }
+
+    /// Begins a transaction that may write. On SQLite it begins as a writer, because one that turns into a writer half way fails at
+    /// once when another is writing, whatever the busy timeout.
+    pub(super) const fn begin(self) -> &'static str {
+        match self {
+            Self::Sqlite => "BEGIN IMMEDIATE",
+            Self::Postgres => "BEGIN",
+        }
+    }
+
+    /// The end of a query whose rows nobody else may change until the transaction is over. On SQLite nobody else can.
+    pub(super) const fn lock_rows(self) -> &'static str {
+        match self {
+            Self::Sqlite => "",
+            Self::Postgres => "FOR UPDATE",
+        }
+    }
+
+    /// The same for rows that shall only stay.
+    pub(super) const fn keep_rows(self) -> &'static str {
+        match self {
+            Self::Sqlite => "",
+            Self::Postgres => "FOR KEY SHARE",
+        }
+    }
+
+    /// The same, leaving out what somebody else has.
+    pub(super) const fn lock_free_rows(self) -> &'static str {
+        match self {
+            Self::Sqlite => "",
+            Self::Postgres => "FOR UPDATE SKIP LOCKED",
+        }
+    }
+
+    /// Now, in milliseconds, by the clock of the database: the one clock that all processes share.
+    pub(super) const fn now(self) -> &'static str {
+        match self {
+            Self::Sqlite => "CAST(unixepoch('subsec') * 1000 AS INTEGER)",
+            Self::Postgres => "CAST(EXTRACT(EPOCH FROM clock_timestamp()) * 1000 AS BIGINT)",
+        }
+    }
+
+    /// What brings the layout up to date.
+    pub(super) fn migrator(self) -> Migrator {
+        let texts: &[NumberedText] = match self {
+            Self::Sqlite => &SQLITE,
+            Self::Postgres => &POSTGRES,
+        };
+        let migrations = texts.iter().map(|(version, name, text)| {
+            Migration::new(*version, Cow::Borrowed(*name), MigrationType::Simple, SqlStr::from_static(text), false)
+        });
+        Migrator { migrations: migrations.collect(), ..Migrator::DEFAULT }
+    }
+}

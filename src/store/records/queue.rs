@@ -1,0 +1,300 @@
+//! The queue: who gets which job, for how long, and what becomes of jobs whose worker is gone.
+//!
+//! A queue library was looked for and none fits: those that have SQLite and Postgres behind one interface keep the job's payload
+//! in tables of their own, so that a job's record and its place in the queue could disagree after a crash, and none has turns of
+//! callers, leases that end with the worker, and cancellation that reaches a running job. What is missing is small when the queue
+//! lies in the table of jobs: a claim is one `UPDATE` that takes a row nobody else has locked, and a lease is two columns.
+//!
+//! **Order.** The caller who was served longest ago comes next; among a caller's jobs, the greater priority, then the older.
+//! **At least once.** A lease that is not extended runs out, and the job goes back to the queue. The end of a job is written
+//! only by who holds the lease, so a job that two workers have computed has one end. **Time** is the database's, which is the
+//! same for all processes.
+
+use std::time::Duration;
+
+use jiff::Timestamp;
+use sqlx::{Any, Row, Transaction};
+
+use super::{
+    FinishedJob, JobRecord, JobState, Records, StoredProgress, count,
+    database::ours,
+    jobs::{COLUMNS, read, to_json},
+    signed,
+};
+use crate::store::{JobId, LeaseId, StoreError};
+
+/// What a look into the queue gave.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Claim {
+    /// A job, which is the caller's until its lease runs out.
+    Job(Box<JobRecord>),
+    /// There are jobs, but others were about to take them: look again soon.
+    Contended,
+    /// Nothing before that time is over. New jobs come with a notice.
+    NothingFor(Duration),
+    /// Nothing.
+    Nothing,
+}
+
+/// A job that a worker has, as the worker reports it.
+#[derive(Clone, Debug)]
+pub struct Held {
+    /// The job.
+    pub id: JobId,
+    /// The worker's hold on it.
+    pub lease: LeaseId,
+    /// How far it is.
+    pub progress: StoredProgress,
+}
+
+/// Why a worker gives a job back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GiveBack {
+    /// The worker goes away; the attempt does not count.
+    Drained,
+    /// What the worker needed did not answer; to be tried again when the time is over.
+    RetryAfter(Duration),
+}
+
+/// What becomes of a job whose worker is gone.
+#[derive(Clone, Debug)]
+pub enum AfterCrash {
+    /// It goes back to the queue.
+    Requeue,
+    /// It ends.
+    End(Box<FinishedJob>),
+    /// It ends, and jobs on the same files are not taken until that time.
+    Quarantine(Box<FinishedJob>, Timestamp),
+}
+
+/// How much waits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct QueueDepth {
+    /// Jobs.
+    pub jobs: u64,
+    /// Bytes of their input files.
+    pub bytes: u64,
+}
+
+impl Records {
+    /// Takes the job whose turn it is and gives it to `lease` for `period`, counting an attempt. `lease` must be new; when the
+    /// answer is an error, [`Records::leased`] tells whether it has a job.
+    ///
+    /// # Errors
+    /// When the database fails. The job may have been taken all the same.
+    pub async fn claim_job(&self, lease: &LeaseId, period: Duration, now: Timestamp) -> Result<Claim, StoreError> {
+        let mut transaction = self.begin().await?;
+        let (database_now, skip) = (self.dialect.now(), self.dialect.lock_free_rows());
+        let query = ours(format!(
+            "UPDATE jobs SET state = 'running', attempt = attempt + 1, started_at = $3, lease = $1, progress = NULL, \
+             lease_expires_at = {database_now} + $2 WHERE id = (SELECT id FROM jobs WHERE state = 'queued' AND \
+             available_at <= {database_now} AND principal = (SELECT principal FROM turns WHERE EXISTS (SELECT 1 FROM \
+             jobs WHERE jobs.principal = turns.principal AND state = 'queued' AND available_at <= {database_now}) \
+             ORDER BY served, principal LIMIT 1) ORDER BY priority DESC, id LIMIT 1 {skip}) RETURNING {COLUMNS}"
+        ));
+        let row = sqlx::query(query)
+            .bind(lease.as_str())
+            .bind(milliseconds(period))
+            .bind(now.as_millisecond())
+            .fetch_optional(&mut *transaction)
+            .await?;
+        let Some(row) = row else {
+            drop(transaction);
+            return self.when_to_look_again().await;
+        };
+        let job = read(&row)?;
+        let query = "UPDATE turns SET served = (SELECT MAX(served) + 1 FROM turns) WHERE principal = $1";
+        sqlx::query(query).bind(&job.principal).execute(&mut *transaction).await?;
+        self.commit(transaction).await?;
+        Ok(Claim::Job(Box::new(job)))
+    }
+
+    async fn when_to_look_again(&self) -> Result<Claim, StoreError> {
+        let now = self.dialect.now();
+        let query = ours(format!("SELECT MIN(available_at) - {now} AS wait FROM jobs WHERE state = 'queued'"));
+        let wait: Option<i64> = self.one(sqlx::query(query)).await?.try_get("wait")?;
+        Ok(match wait {
+            None => Claim::Nothing,
+            Some(wait) => match u64::try_from(wait) {
+                Ok(wait) if wait > 0 => Claim::NothingFor(Duration::from_millis(wait)),
+                _ => Claim::Contended,
+            },
+        })
+    }
+
+    /// The job that `lease` has, when it has one and has not ended it.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn leased(&self, lease: &LeaseId) -> Result<Option<JobRecord>, StoreError> {
+        let query = ours(format!(
+            "SELECT {COLUMNS} FROM jobs WHERE lease = $1 AND state IN ('running', 'canceling') \
+             AND lease_expires_at IS NOT NULL"
+        ));
+        self.optional(sqlx::query(query).bind(lease.as_str())).await?.as_ref().map(read).transpose()
+    }
+
+    /// Extends the leases of jobs to `period` from now and keeps how far they are. Gives the state of each: running, canceling,
+    /// or `None` where the lease is lost.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn extend_leases(&self, held: &[Held], period: Duration) -> Result<Vec<Option<JobState>>, StoreError> {
+        let mut transaction = self.begin().await?;
+        let mut states = Vec::with_capacity(held.len());
+        for Held { id, lease, progress } in held {
+            let query = ours(format!(
+                "UPDATE jobs SET lease_expires_at = {} + $3, progress = $4 WHERE id = $1 AND lease = $2 \
+                 AND state IN ('running', 'canceling') RETURNING state",
+                self.dialect.now()
+            ));
+            let state = sqlx::query_scalar::<_, String>(query)
+                .bind(id.as_str())
+                .bind(lease.as_str())
+                .bind(milliseconds(period))
+                .bind(to_json(progress, id)?)
+                .fetch_optional(&mut *transaction)
+                .await?;
+            states.push(state.as_deref().and_then(JobState::from_name));
+        }
+        self.commit(transaction).await?;
+        Ok(states)
+    }
+
+    /// Puts a running job back into the queue. Gives `false`, and writes nothing, when it is not in these hands or was told to
+    /// stop.
+    ///
+    /// # Errors
+    /// When the database fails. The change may have been made all the same.
+    pub async fn give_back(&self, id: &JobId, lease: &LeaseId, why: GiveBack) -> Result<bool, StoreError> {
+        let mut transaction = self.begin().await?;
+        let (attempts, retries, delay) = match why {
+            GiveBack::Drained => (1, 0, Duration::ZERO),
+            GiveBack::RetryAfter(delay) => (0, 1, delay),
+        };
+        let query = ours(format!(
+            "UPDATE jobs SET state = 'queued', attempt = attempt - $3, retries = retries + $4, \
+             available_at = {} + $5, lease = NULL, lease_expires_at = NULL, started_at = NULL, progress = NULL \
+             WHERE id = $1 AND lease = $2 AND state = 'running'",
+            self.dialect.now()
+        ));
+        let done = sqlx::query(query)
+            .bind(id.as_str())
+            .bind(lease.as_str())
+            .bind(attempts)
+            .bind(retries)
+            .bind(milliseconds(delay))
+            .execute(&mut *transaction)
+            .await?;
+        self.notify(&mut transaction, id, JobState::Queued).await?;
+        self.commit(transaction).await?;
+        Ok(done.rows_affected() > 0)
+    }
+
+    /// Takes up to `most` jobs from workers that are gone: those whose lease has run out, or all that anybody has when
+    /// `whose_ever`. `decide` says what becomes of each; what was told to stop must end. Gives the records as they were.
+    ///
+    /// # Errors
+    /// When the database fails. The changes may have been made all the same.
+    pub async fn take_from_lost_workers(
+        &self,
+        most: usize,
+        whose_ever: bool,
+        decide: impl Fn(&JobRecord) -> AfterCrash + Send,
+    ) -> Result<Vec<JobRecord>, StoreError> {
+        let mut transaction = self.begin().await?;
+        let query = ours(format!(
+            "SELECT {COLUMNS} FROM jobs WHERE state IN ('running', 'canceling') AND ($1 = 1 OR lease_expires_at <= {}) \
+             ORDER BY lease_expires_at LIMIT $2 {}",
+            self.dialect.now(),
+            self.dialect.lock_free_rows()
+        ));
+        let rows = sqlx::query(query)
+            .bind(i64::from(whose_ever))
+            .bind(signed(most as u64))
+            .fetch_all(&mut *transaction)
+            .await?;
+        let jobs: Vec<JobRecord> = rows.iter().map(read).collect::<Result<_, _>>()?;
+        for job in &jobs {
+            self.after_crash(&mut transaction, job, decide(job)).await?;
+        }
+        self.commit(transaction).await?;
+        Ok(jobs)
+    }
+
+    async fn after_crash(
+        &self,
+        transaction: &mut Transaction<'static, Any>,
+        job: &JobRecord,
+        after: AfterCrash,
+    ) -> Result<(), StoreError> {
+        let (end, until) = match after {
+            AfterCrash::Requeue => {
+                let query = "UPDATE jobs SET state = 'queued', crashes = crashes + 1, available_at = 0, lease = NULL, \
+                             lease_expires_at = NULL, started_at = NULL, progress = NULL WHERE id = $1";
+                sqlx::query(query).bind(job.id.as_str()).execute(&mut **transaction).await?;
+                return self.notify(transaction, &job.id, JobState::Queued).await;
+            }
+            AfterCrash::End(end) => (end, None),
+            AfterCrash::Quarantine(end, until) => (end, Some(until)),
+        };
+        let query = "UPDATE jobs SET crashes = crashes + 1 WHERE id = $1";
+        sqlx::query(query).bind(job.id.as_str()).execute(&mut **transaction).await?;
+        self.write_end(transaction, &job.id, (job.state, job.lease.as_ref()), &end).await?;
+        if let Some(until) = until {
+            let query = "INSERT INTO quarantine (inputs_sha256, job_id, expires_at) VALUES ($1, $2, $3) \
+                         ON CONFLICT (inputs_sha256) DO UPDATE SET expires_at = excluded.expires_at";
+            sqlx::query(query)
+                .bind(&job.inputs_sha256)
+                .bind(job.id.as_str())
+                .bind(until.as_millisecond())
+                .execute(&mut **transaction)
+                .await?;
+        }
+        Ok(())
+    }
+
+    /// Until when jobs on these files are not taken; `None` when they are.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn quarantined_until(
+        &self,
+        inputs_sha256: &str,
+        now: Timestamp,
+    ) -> Result<Option<Timestamp>, StoreError> {
+        let query = "SELECT expires_at FROM quarantine WHERE inputs_sha256 = $1 AND expires_at > $2";
+        let row = self.optional(sqlx::query(query).bind(inputs_sha256).bind(now.as_millisecond())).await?;
+        row.map(|row| super::time(&row, "expires_at")).transpose()
+    }
+
+    /// How much waits.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn queue_depth(&self) -> Result<QueueDepth, StoreError> {
+        let query = "SELECT CAST(COUNT(*) AS BIGINT) AS jobs, CAST(COALESCE(SUM(input_bytes), 0) AS BIGINT) AS bytes \
+                     FROM jobs WHERE state = 'queued'";
+        let row = self.one(sqlx::query(query)).await?;
+        Ok(QueueDepth { jobs: count(&row, "jobs")?, bytes: count(&row, "bytes")? })
+    }
+
+    /// How many jobs of the same caller come before a job that waits, plus one; counted up to `most`.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn queue_position(&self, job: &JobRecord, most: u64) -> Result<u64, StoreError> {
+        let query = "SELECT CAST(COUNT(*) AS BIGINT) AS jobs_before FROM (SELECT 1 FROM jobs WHERE state = 'queued' AND \
+                     principal = $1 AND (priority > $2 OR (priority = $2 AND id < $3)) LIMIT $4) AS ahead";
+        let query = sqlx::query(query)
+            .bind(&job.principal)
+            .bind(i64::from(job.priority))
+            .bind(job.id.as_str())
+            .bind(signed(most));
+        Ok(count(&self.one(query).await?, "jobs_before")? + 1)
+    }
+}
+
+fn milliseconds(period: Duration) -> i64 {
+    i64::try_from(period.as_millis()).unwrap_or(i64::MAX)
+}

@@ -1,0 +1,336 @@
+//! One suite for both databases: what the records promise, whichever keeps them.
+
+use std::{collections::BTreeSet, time::Duration};
+
+use jiff::Timestamp;
+use retargetd::store::{
+    AfterCrash, AssetId, AssetRecord, Claim, DocumentChange, DocumentKind, FinishedJob, GiveBack, Held, JobId,
+    JobInput, JobRecord, JobRequest, JobState, LeaseId, NewDocument, Notice, Precondition, Records, ResultId,
+    ResultRecord, StoreError, StoredProgress,
+};
+
+use super::support::Postgres;
+
+pub(super) const HOUR: Duration = Duration::from_secs(3600);
+
+pub(super) fn asset(sha256: &str) -> AssetRecord {
+    AssetRecord {
+        id: AssetId::new(),
+        sha256: sha256.to_owned(),
+        bytes: 10,
+        format: "bvh".to_owned(),
+        file_name: "walk\0.bvh".to_owned(),
+        created_at: Timestamp::UNIX_EPOCH,
+        expires_at: Timestamp::UNIX_EPOCH + HOUR,
+    }
+}
+
+pub(super) fn job(input: &AssetRecord, principal: &str, priority: i32) -> JobRecord {
+    let input = JobInput { asset: input.id.clone(), sha256: input.sha256.clone(), file_name: input.file_name.clone() };
+    JobRecord {
+        id: JobId::new(),
+        state: JobState::Queued,
+        request: JobRequest {
+            source: input.clone(),
+            target: input,
+            source_rest: None,
+            target_rest: None,
+            config: None,
+            formats: Vec::new(),
+            labels: [("shot".to_owned(), "010 \u{0} ü".to_owned())].into(),
+            preset: None,
+            rigs: Vec::new(),
+        },
+        input_bytes: 20,
+        attempt: 0,
+        retry_of: None,
+        created_at: Timestamp::UNIX_EPOCH,
+        started_at: None,
+        finished_at: None,
+        expires_at: None,
+        warnings: 0,
+        failure: None,
+        principal: principal.to_owned(),
+        priority,
+        inputs_sha256: "inputs".to_owned(),
+        memory_bytes: 1 << 40,
+        crashes: 0,
+        retries: 0,
+        lease: None,
+        progress: None,
+    }
+}
+
+pub(super) fn end(state: JobState, results: Vec<ResultRecord>) -> FinishedJob {
+    FinishedJob {
+        state,
+        finished_at: Timestamp::UNIX_EPOCH,
+        expires_at: Timestamp::UNIX_EPOCH + HOUR,
+        failure: None,
+        report: Some("{}".to_owned()),
+        resolved_spec: None,
+        warnings: 3,
+        results,
+    }
+}
+
+fn result(job: &JobId, sha256: &str) -> ResultRecord {
+    ResultRecord {
+        id: ResultId::new(),
+        job_id: job.clone(),
+        format: "glb".to_owned(),
+        file_name: "out.glb".to_owned(),
+        sha256: sha256.to_owned(),
+        bytes: 5,
+        created_at: Timestamp::UNIX_EPOCH,
+        expires_at: Timestamp::UNIX_EPOCH + HOUR,
+    }
+}
+
+async fn claim(records: &Records) -> Option<JobRecord> {
+    match records.claim_job(&LeaseId::new(), HOUR, Timestamp::UNIX_EPOCH).await.expect("claims") {
+        Claim::Job(job) => Some(*job),
+        _ => None,
+    }
+}
+
+async fn added(records: &Records, principal: &str, priority: i32) -> JobRecord {
+    let asset = records.add_asset(&asset("aa")).await.expect("writes").0;
+    let job = job(&asset, principal, priority);
+    assert!(records.add_job(&job).await.expect("writes"), "its file is there");
+    job
+}
+
+async fn a_job_reads_back_as_it_was_written(records: &Records) {
+    let written = added(records, "anonymous", 7).await;
+    let read = records.job(&written.id).await.expect("reads").expect("is there");
+    assert_eq!(read, written, "every field");
+    assert!(records.add_job(&written).await.expect("writes"), "the same again is no fault");
+    assert_eq!(records.queue_depth().await.expect("counts").jobs, 1, "and no second job");
+    let lease = LeaseId::new();
+    let missing = job(&asset("bb"), "anonymous", 0);
+    assert!(!records.add_job(&missing).await.expect("answers"), "without its file there is no job");
+    assert!(records.job(&missing.id).await.expect("reads").is_none(), "not even half of one");
+    assert!(records.leased(&lease).await.expect("reads").is_none(), "nobody has that lease");
+}
+
+async fn only_who_holds_the_lease_writes_the_end(records: &Records) {
+    let job = added(records, "anonymous", 0).await;
+    let taken = claim(records).await.expect("a job");
+    assert_eq!((&taken.id, taken.state, taken.attempt), (&job.id, JobState::Running, 1), "it, and counted");
+    assert!(claim(records).await.is_none(), "nobody else gets it");
+    let (mine, other) = (taken.lease.clone().expect("a lease"), LeaseId::new());
+    let done = end(JobState::Succeeded, vec![result(&job.id, "cc")]);
+    for lease in [None, Some(&other)] {
+        let written = records.finish_job(&job.id, (JobState::Running, lease), &done).await.expect("answers");
+        assert!(!written, "not in these hands");
+    }
+    assert!(records.job_results(&job.id).await.expect("reads").is_empty(), "nothing is visible before the end");
+    assert!(records.finish_job(&job.id, (JobState::Running, Some(&mine)), &done).await.expect("writes"), "the holder");
+    assert!(!records.finish_job(&job.id, (JobState::Running, Some(&mine)), &done).await.expect("answers"), "once");
+    let ended = records.job(&job.id).await.expect("reads").expect("is there");
+    assert_eq!((ended.state, ended.lease, ended.warnings), (JobState::Succeeded, Some(mine), 3), "whose end it was");
+    assert_eq!(records.job_results(&job.id).await.expect("reads").len(), 1, "with its results");
+    assert_eq!(records.job_report(&job.id).await.expect("reads").as_deref(), Some("{}"), "and its report");
+}
+
+async fn callers_take_turns_and_priorities_count_among_a_callers_own(records: &Records) {
+    let mut expected = Vec::new();
+    for (principal, priority) in [("ann", 0), ("ann", 5), ("ann", 0), ("bob", 0), ("cy", -3)] {
+        expected.push(added(records, principal, priority).await.id);
+    }
+    let mut order = Vec::new();
+    while let Some(job) = claim(records).await {
+        order.push(expected.iter().position(|id| *id == job.id).expect("one of them"));
+    }
+    assert_eq!(order, [1, 3, 4, 0, 2], "ann's greatest, bob, cy, then ann's others by age");
+}
+
+async fn what_runs_out_goes_back_and_what_was_canceled_ends(records: &Records) {
+    let (first, second) = (added(records, "anonymous", 0).await, added(records, "anonymous", 0).await);
+    let short = LeaseId::new();
+    assert!(matches!(records.claim_job(&short, Duration::ZERO, Timestamp::UNIX_EPOCH).await, Ok(Claim::Job(_))));
+    let held = claim(records).await.expect("the second");
+    assert!(records.request_cancel(&second.id).await.expect("writes"), "it runs");
+    assert!(!records.request_cancel(&second.id).await.expect("answers"), "and was told already");
+    let decide = |job: &JobRecord| match job.state {
+        JobState::Running => AfterCrash::Requeue,
+        _ => AfterCrash::End(Box::new(end(JobState::Canceled, Vec::new()))),
+    };
+    let lost = records.take_from_lost_workers(10, false, decide).await.expect("works");
+    assert_eq!(lost.iter().map(|job| &job.id).collect::<Vec<_>>(), [&first.id], "only whose lease has run out");
+    let again = records.job(&first.id).await.expect("reads").expect("is there");
+    assert_eq!((again.state, again.attempt, again.crashes, again.lease), (JobState::Queued, 1, 1, None), "back");
+    let progress = StoredProgress { phase: "retarget".to_owned(), done: 3, total: 9 };
+    let of = |id: &JobId, lease: &LeaseId| Held { id: id.clone(), lease: lease.clone(), progress: progress.clone() };
+    let lease = held.lease.expect("a lease");
+    let states = records.extend_leases(&[of(&first.id, &short), of(&second.id, &lease)], HOUR).await.expect("extends");
+    assert_eq!(states, [None, Some(JobState::Canceling)], "lost, and to be stopped");
+    assert_eq!(records.job(&second.id).await.expect("reads").expect("is there").progress, Some(progress), "kept");
+    records.take_from_lost_workers(10, true, decide).await.expect("works");
+    let ended = records.job(&second.id).await.expect("reads").expect("is there");
+    assert_eq!(ended.state, JobState::Canceled, "a canceled job never runs again");
+}
+
+async fn a_job_that_was_given_back_waits_its_time(records: &Records) {
+    let job = added(records, "anonymous", 0).await;
+    let lease = claim(records).await.expect("a job").lease.expect("a lease");
+    assert!(records.give_back(&job.id, &lease, GiveBack::RetryAfter(HOUR)).await.expect("writes"), "the holder may");
+    assert!(!records.give_back(&job.id, &lease, GiveBack::Drained).await.expect("answers"), "once");
+    let look = records.claim_job(&LeaseId::new(), HOUR, Timestamp::UNIX_EPOCH).await.expect("looks");
+    assert!(matches!(look, Claim::NothingFor(wait) if wait > HOUR / 2), "not yet: {look:?}");
+    let waiting = records.job(&job.id).await.expect("reads").expect("is there");
+    assert_eq!((waiting.attempt, waiting.retries), (1, 1), "counted");
+    let drained = added(records, "anonymous", 0).await;
+    let lease = claim(records).await.expect("the other").lease.expect("a lease");
+    assert!(records.give_back(&drained.id, &lease, GiveBack::Drained).await.expect("writes"), "at once");
+    assert_eq!(claim(records).await.expect("again").attempt, 1, "the attempt was not counted");
+}
+
+async fn quarantine_names_the_files_and_passes(records: &Records) {
+    let (_, now) = (added(records, "anonymous", 0).await, Timestamp::UNIX_EPOCH);
+    claim(records).await.expect("a job");
+    let until = now + HOUR;
+    let decide = |_: &JobRecord| AfterCrash::Quarantine(Box::new(end(JobState::Failed, Vec::new())), until);
+    records.take_from_lost_workers(10, true, decide).await.expect("works");
+    assert_eq!(records.quarantined_until("inputs", now).await.expect("reads"), Some(until), "for an hour");
+    assert_eq!(records.quarantined_until("inputs", until).await.expect("reads"), None, "not longer");
+    assert_eq!(records.quarantined_until("others", now).await.expect("reads"), None, "and only these");
+}
+
+async fn files_stay_for_unfinished_jobs_and_go_with_the_last_record(records: &Records) {
+    let job = added(records, "anonymous", 0).await;
+    let file = &job.request.source.asset;
+    assert!(matches!(records.remove_asset(file).await, Err(StoreError::InUse(user)) if user == job.id), "in use");
+    assert!(records.names_blob("aa").await.expect("reads"), "its bytes are named");
+    assert_eq!(records.stored_bytes().await.expect("counts"), 10, "and counted once");
+    assert!(
+        records
+            .finish_job(&job.id, (JobState::Queued, None), &end(JobState::Canceled, Vec::new()))
+            .await
+            .expect("ends")
+    );
+    let later = Timestamp::UNIX_EPOCH + HOUR * 2;
+    assert!(records.keep_asset(file, later).await.expect("writes"), "is there");
+    let kept = records.asset(file).await.expect("reads").expect("is there");
+    assert_eq!((kept.expires_at, kept.file_name.as_str()), (later, "walk.bvh"), "kept longer, and without its NUL");
+    assert!(records.remove_asset(file).await.expect("removes").is_some(), "free");
+    assert!(!records.names_blob("aa").await.expect("reads"), "nobody names it");
+    assert!(records.remove_job(&job.id).await.expect("removes").is_some(), "an ended job can go");
+}
+
+async fn documents_have_versions_and_one_writer_at_a_time(records: &Records) {
+    let put = async |text: &str, precondition: Precondition| {
+        let new = NewDocument { kind: DocumentKind::Preset, name: "hero", sha256: text, document: text };
+        records.put_document(new, &precondition, 3, Timestamp::UNIX_EPOCH).await.expect("writes")
+    };
+    assert!(matches!(put("1", Precondition::Absent).await, DocumentChange::Created(record) if record.version == 1));
+    assert!(matches!(put("2", Precondition::Absent).await, DocumentChange::Refused(Some(_))), "it is there");
+    let writers = (0..8).map(|number| {
+        let records = records.clone();
+        let text = format!("w{number}");
+        async move {
+            let new = NewDocument { kind: DocumentKind::Preset, name: "hero", sha256: &text, document: &text };
+            records.put_document(new, &Precondition::Is(vec!["1".to_owned()]), 3, Timestamp::UNIX_EPOCH).await
+        }
+    });
+    let outcomes = futures::future::join_all(writers).await;
+    let won = outcomes.iter().filter(|outcome| matches!(outcome, Ok(DocumentChange::Replaced(_)))).count();
+    assert_eq!(won, 1, "one of many who have seen the same wins: {outcomes:?}");
+}
+
+async fn many_claim_at_the_same_time_and_each_job_has_one(records: &Records) {
+    let mut jobs = BTreeSet::new();
+    for number in 0..60 {
+        jobs.insert(added(records, ["ann", "bob", "cy"][number % 3], 0).await.id);
+    }
+    let workers = (0..8).map(|_| {
+        let records = records.clone();
+        tokio::spawn(async move {
+            let mut mine = Vec::new();
+            loop {
+                match records.claim_job(&LeaseId::new(), HOUR, Timestamp::UNIX_EPOCH).await.expect("claims") {
+                    Claim::Job(job) => mine.push(job.id),
+                    Claim::Contended => tokio::time::sleep(Duration::from_millis(1)).await,
+                    Claim::Nothing | Claim::NothingFor(_) => return mine,
+                }
+            }
+        })
+    });
+    let taken: Vec<JobId> =
+        futures::future::join_all(workers).await.into_iter().flat_map(|mine| mine.expect("no panic")).collect();
+    assert_eq!((taken.len(), taken.into_iter().collect()), (jobs.len(), jobs), "every job, once");
+}
+
+/// Each promise on an empty database of its own.
+macro_rules! suite {
+    ($($promise:ident),+ $(,)?) => {
+        #[tokio::test(flavor = "multi_thread")]
+        async fn sqlite_keeps_every_promise() {
+            $( {
+                let folder = tempfile::tempdir().expect("a temporary folder");
+                let records = Records::open(&folder.path().join("a state?.db")).await.expect("opens");
+                $promise(&records).await;
+                records.close().await;
+            } )+
+        }
+
+        #[tokio::test(flavor = "multi_thread")]
+        async fn postgres_keeps_every_promise() {
+            let Some(server) = Postgres::start() else { return };
+            $( {
+                let records = server.records().await;
+                $promise(&records).await;
+                records.close().await;
+                server.empty().await;
+            } )+
+        }
+    };
+}
+
+suite![
+    a_job_reads_back_as_it_was_written,
+    only_who_holds_the_lease_writes_the_end,
+    callers_take_turns_and_priorities_count_among_a_callers_own,
+    what_runs_out_goes_back_and_what_was_canceled_ends,
+    a_job_that_was_given_back_waits_its_time,
+    quarantine_names_the_files_and_passes,
+    files_stay_for_unfinished_jobs_and_go_with_the_last_record,
+    documents_have_versions_and_one_writer_at_a_time,
+    many_claim_at_the_same_time_and_each_job_has_one,
+];
+
+#[tokio::test(flavor = "multi_thread")]
+async fn notices_reach_other_processes() {
+    let Some(server) = Postgres::start() else { return };
+    let (here, there) = (server.records().await, server.records().await);
+    let mut listener = there.listen().await.expect("listens").expect("there are others");
+    let job = added(&here, "anonymous", 0).await;
+    let heard = tokio::time::timeout(super::support::PATIENCE, listener.next()).await.expect("soon").expect("hears");
+    assert_eq!(heard, Notice::Job(job.id, JobState::Queued), "what happened");
+}
+
+/// With fifty thousand jobs in the queue, a claim looks at as many rows as with one. Counted by the database, so that no clock is
+/// needed.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_long_queue_does_not_slow_a_claim() {
+    let Some(server) = Postgres::start() else { return };
+    let records = server.records().await;
+    let first = added(&records, "anonymous", 0).await;
+    server
+        .execute(
+            "INSERT INTO jobs SELECT 'job_' || lpad(i::text, 26, '0'), state, request, input_bytes, attempt, retry_of, \
+             created_at, started_at, finished_at, expires_at, warnings, failure, report, resolved_spec, principal, \
+             priority, inputs_sha256, memory_bytes FROM jobs, generate_series(1, 50000) AS i; ANALYZE jobs",
+        )
+        .await;
+    records.close().await;
+    let read = server.rows_read().await;
+    let records = server.records().await;
+    for _ in 0..10 {
+        assert!(claim(&records).await.is_some_and(|job| job.id != first.id), "one of the many");
+    }
+    records.close().await;
+    let per_claim = (server.rows_read().await - read) / 10;
+    assert!(per_claim < 20, "a claim reads {per_claim} rows of the table of jobs");
+}

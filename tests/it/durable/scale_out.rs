@@ -1,0 +1,160 @@
+//! Many processes on one database and one file store.
+
+use std::time::{Duration, Instant};
+
+use reqwest::StatusCode;
+
+use super::{
+    studio::{CLIP, Customer, Place},
+    support::{PATIENCE, Process, S3, count_of},
+};
+
+/// The main job through a database and a bucket, by two APIs and two workers; then one of each goes, as in a rolling restart.
+#[tokio::test(flavor = "multi_thread")]
+async fn apis_and_workers_share_a_database_and_a_bucket() {
+    let Some(place) = Place::cloud() else { return };
+    let apis = [place.serve(&["--workers", "0"], &[]), place.serve(&["--workers", "0"], &[])];
+    let mut workers: Vec<Process> = (0..2).map(|_| place.worker(&["--workers", "1"], &[])).collect();
+    let mut customer = Customer::new();
+    // Larger than one part of a multipart upload.
+    let large = format!("{CLIP}{}", "0 90 0 0 0 0 0 0 0\n".repeat(400_000)).replace("Frames: 2", "Frames: 400002");
+    let large = customer.upload(&apis[0].url, &large).await.expect("is taken");
+    assert_eq!(
+        customer.status(&apis[1].url, &format!("/v1/assets/{large}/content")).await,
+        StatusCode::OK,
+        "there too"
+    );
+    let asset = customer.upload(&apis[0].url, CLIP).await.expect("is taken");
+    let again = customer.upload(&apis[1].url, CLIP).await.expect("is taken");
+    assert_eq!(asset, again, "the same bytes have one record");
+    for number in 0..30 {
+        assert!(customer.ask(&apis[number % 2].url, &asset).await, "is taken");
+        if number == 15 {
+            let old = workers.remove(0);
+            workers.push(place.worker(&["--workers", "1"], &[]));
+            assert_eq!(old.terminate(), Some(0), "a rolling restart");
+        }
+    }
+    let states = customer.collect(&apis[1].url).await;
+    assert_eq!(states.get("succeeded"), Some(&30), "whoever was asked: {states:?}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_download_can_be_sent_to_the_bucket() {
+    let Some(place) = Place::cloud() else { return };
+    let service = place.serve(&["--workers", "1", "--download-link-period", "5m"], &[]);
+    let mut customer = Customer::new();
+    let asset = customer.upload(&service.url, CLIP).await.expect("is taken");
+    assert!(customer.ask(&service.url, &asset).await, "is taken");
+    // Follows the redirect, and finds the bytes of the digest.
+    let states = customer.collect(&service.url).await;
+    assert_eq!(states.get("succeeded"), Some(&1), "{states:?}");
+    let url = customer.redirect(&service.url).await;
+    assert!(url.contains("X-Amz-Signature") && url.contains("/clips/studio/blobs/"), "a signed link: {url}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_database_that_restarts_costs_nothing_but_time() {
+    let Some(mut place) = Place::shared() else { return };
+    let service = place.serve(&["--workers", "2", "--lease-period", "2s"], &[]);
+    let mut customer = Customer::new();
+    let asset = customer.upload(&service.url, CLIP).await.expect("is taken");
+    let mut refused = 0;
+    for number in 0..60 {
+        if number == 20
+            && let Place::Shared(database, _) = &mut place
+        {
+            database.restart();
+        }
+        // What is refused says that it may be tried again; `ask` checks that.
+        if !customer.ask(&service.url, &asset).await {
+            refused += 1;
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+    }
+    assert!(customer.promised.len() + refused == 60 && customer.promised.len() > 30, "most were taken");
+    let states = customer.collect(&service.url).await;
+    assert_eq!(states.get("succeeded"), Some(&customer.promised.len()), "all that were taken: {states:?}");
+    assert_eq!(service.terminate(), Some(0), "it ends well");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_job_is_canceled_wherever_it_is() {
+    let Some(place) = Place::shared() else { return };
+    let api = place.serve(&["--workers", "0", "--max-queued-jobs", "3"], &[]);
+    let mut customer = Customer::new();
+    let asset = customer.upload(&api.url, CLIP).await.expect("is taken");
+    while customer.ask(&api.url, &asset).await {}
+    assert_eq!(customer.promised.len(), 3, "the queue is full");
+    let canceled = customer.cancel(&api.url, &customer.promised[1]).await;
+    assert_eq!(canceled["state"], "canceled", "at once, also with a full queue: {canceled}");
+    assert!(customer.ask(&api.url, &asset).await, "and there is room again");
+    let _worker = place.worker(&["--workers", "1"], &[]);
+    let states = customer.collect(&api.url).await;
+    assert_eq!((states.get("succeeded"), states.get("canceled")), (Some(&3), Some(&1)), "{states:?}");
+}
+
+#[test]
+fn a_worker_says_what_it_needs() {
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_retargetd"))
+        .args(["worker", "--log", "error"])
+        .output()
+        .expect("it runs");
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(4), "not started: {text}");
+    assert!(text.contains("--database postgres://") && text.contains("--blobs"), "says what is missing: {text}");
+}
+
+/// How much faster four workers are than one, and what the queue costs. Prints figures and asserts nothing about time: run it by
+/// `RETARGETD_TEST_JOBS=1000 cargo nextest run --release --run-ignored all -E 'test(figures)' --no-capture`.
+#[tokio::test(flavor = "multi_thread")]
+#[ignore = "measures"]
+#[expect(clippy::print_stdout, reason = "figures are what this is for")]
+async fn figures() {
+    for (name, place) in [("folder", Some(Place::folder())), ("shared", Place::shared()), ("cloud", Place::cloud())] {
+        let Some(place) = place else { continue };
+        for workers in [1, 4] {
+            let count = count_of("RETARGETD_TEST_JOBS", 200);
+            let is_folder = matches!(place, Place::Folder(_));
+            if is_folder && workers > 1 {
+                continue;
+            }
+            let own = if is_folder { "1" } else { "0" };
+            let api = place.serve(&["--workers", own, "--max-queued-jobs", "100000"], &[]);
+            let others: Vec<Process> =
+                (0..if is_folder { 0 } else { workers }).map(|_| place.worker(&["--workers", "1"], &[])).collect();
+            let mut customer = Customer::new();
+            let asset = customer.upload(&api.url, CLIP).await.expect("is taken");
+            let began = Instant::now();
+            for _ in 0..count {
+                assert!(customer.ask(&api.url, &asset).await, "is taken");
+            }
+            let asked = began.elapsed();
+            customer.collect(&api.url).await;
+            let per = |time: Duration| time.as_secs_f64() * 1e3 / count as f64;
+            println!(
+                "{name}, {workers} workers: {:.2} ms per request, {:.2} ms per job",
+                per(asked),
+                per(began.elapsed())
+            );
+            drop(others);
+        }
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_bucket_that_does_not_answer_is_said_to_be_away() {
+    let Some(place) = Place::cloud() else { return };
+    let service = place.serve(&["--workers", "1"], &[]);
+    let mut customer = Customer::new();
+    let Place::Cloud(_, files) = &place else { return };
+    let files: &S3 = files;
+    files.freeze(true);
+    let asked = Instant::now();
+    assert!(customer.upload(&service.url, CLIP).await.is_none(), "not taken, and said to be worth another try");
+    assert!(asked.elapsed() < PATIENCE, "after some time");
+    files.freeze(false);
+    let asset = customer.upload(&service.url, CLIP).await.expect("it has recovered by itself");
+    assert!(customer.ask(&service.url, &asset).await, "is taken");
+    assert_eq!(customer.collect(&service.url).await.get("succeeded"), Some(&1), "and works");
+}

@@ -1,0 +1,171 @@
+//! A studio: one database, one file store, as many processes as it likes, and a client that remembers what it was promised.
+
+use std::{collections::BTreeMap, time::Instant};
+
+use reqwest::{Client, StatusCode};
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+
+use super::support::{PATIENCE, Postgres, Process, S3};
+
+/// The smallest clip that is worth a job: two joints, two frames.
+pub(super) const CLIP: &str = "HIERARCHY\nROOT Hips\n{\n OFFSET 0 0 0\n CHANNELS 6 Xposition Yposition Zposition Zrotation \
+                               Xrotation Yrotation\n JOINT Spine\n {\n  OFFSET 0 10 0\n  CHANNELS 3 Zrotation Xrotation \
+                               Yrotation\n  End Site\n  {\n   OFFSET 0 10 0\n  }\n }\n}\nMOTION\nFrames: 2\nFrame Time: \
+                               0.0333333\n0 90 0 0 0 0 0 0 0\n0 91 0 0 5 0 0 0 5\n";
+
+/// Where records and files are kept.
+pub(super) enum Place {
+    /// In one folder, by one process.
+    Folder(tempfile::TempDir),
+    /// In a database and a folder that processes share.
+    Shared(Postgres, tempfile::TempDir),
+    /// In a database and a bucket that processes share.
+    Cloud(Postgres, S3),
+}
+
+impl Place {
+    pub(super) fn folder() -> Self {
+        Self::Folder(tempfile::tempdir().expect("a temporary folder"))
+    }
+
+    pub(super) fn shared() -> Option<Self> {
+        Some(Self::Shared(Postgres::start()?, tempfile::tempdir().expect("a temporary folder")))
+    }
+
+    pub(super) fn cloud() -> Option<Self> {
+        Some(Self::Cloud(Postgres::start()?, S3::start()?))
+    }
+
+    pub(super) fn flags(&self, more: &[&str]) -> Vec<String> {
+        let own = match self {
+            Self::Folder(root) => vec!["--data".to_owned(), root.path().display().to_string()],
+            Self::Shared(database, root) => {
+                vec![
+                    "--database".to_owned(),
+                    database.url(),
+                    "--blobs".to_owned(),
+                    format!("file://{}", root.path().display()),
+                ]
+            }
+            Self::Cloud(database, _) => vec!["--database".to_owned(), database.url(), "--blobs".to_owned(), S3::url()],
+        };
+        own.into_iter().chain(more.iter().map(ToString::to_string)).collect()
+    }
+
+    pub(super) fn variables(&self) -> Vec<(&'static str, String)> {
+        match self {
+            Self::Cloud(_, files) => files.variables(),
+            _ => Vec::new(),
+        }
+    }
+
+    pub(super) fn serve(&self, more: &[&str], variables: &[(&'static str, String)]) -> Process {
+        Process::serve(&self.flags(more), &[self.variables(), variables.to_vec()].concat())
+    }
+
+    pub(super) fn worker(&self, more: &[&str], variables: &[(&'static str, String)]) -> Process {
+        Process::worker(&self.flags(more), &[self.variables(), variables.to_vec()].concat())
+    }
+}
+
+/// Somebody who uploads, asks for jobs, and comes back for all of them.
+pub(super) struct Customer {
+    client: Client,
+    /// The jobs that were acknowledged.
+    pub(super) promised: Vec<String>,
+}
+
+impl Customer {
+    pub(super) fn new() -> Self {
+        let client = Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client");
+        Self { client, promised: Vec::new() }
+    }
+
+    /// Uploads the clip with a comment of its own; `None` when the service does not answer.
+    pub(super) async fn upload(&self, url: &str, clip: &str) -> Option<String> {
+        let answer = self.client.post(format!("{url}/v1/assets?filename=clip.bvh")).body(clip.to_owned()).send().await;
+        let answer = answer.ok()?;
+        let is_taken = answer.status().is_success();
+        let body: Value = answer.json().await.ok()?;
+        assert!(is_taken || body["retryable"] == true, "taken, or to be tried again: {body}");
+        Some(body["id"].as_str()?.to_owned())
+    }
+
+    /// Asks for a job; gives whether it was acknowledged.
+    pub(super) async fn ask(&mut self, url: &str, asset: &str) -> bool {
+        let body = json!({"source": {"asset": asset}, "config": {"task": "edit"}, "output": ["bvh"]});
+        let Ok(answer) = self.client.post(format!("{url}/v1/jobs")).json(&body).send().await else { return false };
+        if answer.status() != StatusCode::ACCEPTED {
+            let (status, body) = (answer.status(), answer.json::<Value>().await.unwrap_or_default());
+            assert!(body["retryable"] == true || body.is_null(), "taken, or to be tried again: {status} {body}");
+            return false;
+        }
+        let Ok(job) = answer.json::<Value>().await else { return false };
+        self.promised.push(job["id"].as_str().expect("an id").to_owned());
+        true
+    }
+
+    pub(super) async fn job(&self, url: &str, id: &str) -> Option<Value> {
+        let answer = self.client.get(format!("{url}/v1/jobs/{id}")).send().await.ok()?;
+        let status = answer.status();
+        assert!(status != StatusCode::NOT_FOUND, "an acknowledged job is never lost: {id}");
+        if status == StatusCode::OK { answer.json().await.ok() } else { None }
+    }
+
+    /// Waits until every promise is kept, and checks every result. Gives the states with how often each came.
+    pub(super) async fn collect(&self, url: &str) -> BTreeMap<String, usize> {
+        let mut states = BTreeMap::new();
+        let began = Instant::now();
+        for id in &self.promised {
+            let job = loop {
+                let job = self.job(url, id).await.unwrap_or_default();
+                let state = job["state"].as_str().unwrap_or_default();
+                if ["succeeded", "failed", "canceled"].contains(&state) {
+                    break job;
+                }
+                assert!(began.elapsed() < PATIENCE, "every acknowledged job ends: {job}");
+                tokio::time::sleep(std::time::Duration::from_millis(20)).await;
+            };
+            for result in job["results"].as_array().expect("a list") {
+                self.check_result(url, result).await;
+            }
+            assert!(
+                job["state"] != "succeeded" || job["results"].as_array().is_some_and(|all| all.len() == 1),
+                "{job}"
+            );
+            *states.entry(job["state"].as_str().expect("a state").to_owned()).or_insert(0) += 1;
+        }
+        states
+    }
+
+    /// What is visible is complete: the bytes have the digest that the job says.
+    async fn check_result(&self, url: &str, result: &Value) {
+        let path = format!("/v1/results/{}/content", result["id"].as_str().expect("an id"));
+        let answer = self.client.get(format!("{url}{path}")).send().await.expect("an answer");
+        assert_eq!(answer.status(), StatusCode::OK, "the result is there");
+        let bytes = answer.bytes().await.expect("its bytes");
+        let digest: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+        assert_eq!(result["sha256"], digest.as_str(), "the bytes are whole");
+    }
+
+    /// Where the service sends who wants the result of the first job.
+    pub(super) async fn redirect(&self, url: &str) -> String {
+        let job = self.job(url, &self.promised[0]).await.expect("is there");
+        let path = format!("/v1/results/{}/content", job["results"][0]["id"].as_str().expect("an id"));
+        let policy = reqwest::redirect::Policy::none();
+        let client = Client::builder().timeout(PATIENCE).no_proxy().redirect(policy).build().expect("a client");
+        let answer = client.get(format!("{url}{path}")).send().await.expect("an answer");
+        assert_eq!(answer.status(), StatusCode::TEMPORARY_REDIRECT, "sent elsewhere");
+        answer.headers()["location"].to_str().expect("text").to_owned()
+    }
+
+    pub(super) async fn cancel(&self, url: &str, id: &str) -> Value {
+        let answer = self.client.post(format!("{url}/v1/jobs/{id}/cancel")).send().await.expect("an answer");
+        answer.json().await.expect("JSON")
+    }
+
+    pub(super) async fn status(&self, url: &str, path: &str) -> StatusCode {
+        self.client.get(format!("{url}{path}")).send().await.expect("an answer").status()
+    }
+}
