@@ -13,7 +13,7 @@ use super::{
 };
 
 /// Frames that one thread takes at a time; a multiple of [`LANES`].
-const CHUNK_FRAMES: usize = 32 * LANES;
+const CHUNK_FRAMES: usize = 16 * LANES;
 
 /// Why a clip could not be retargeted.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -37,17 +37,20 @@ pub fn run(plan: &Plan, clip: &Clip, control: &Control) -> Result<Clip, RunError
     let mut results: Vec<ResultTracks> =
         plan.outputs.par_iter().map(|output| ResultTracks::new(frames, output.translation, output.scale)).collect();
     let chunks = split_into_chunks(&mut results, frames);
-    chunks.into_par_iter().try_for_each_init(
-        || Workspace::new(plan),
-        |workspace, mut chunk| {
-            control.check()?;
-            workspace.run(plan, clip.joints(), &mut chunk);
-            control.advance(chunk.frames as u64);
-            Ok::<(), Canceled>(())
-        },
-    )?;
+    let fill = |workspace: &mut Workspace, mut chunk: Chunk<'_>| {
+        control.check()?;
+        workspace.run(plan, clip.joints(), &mut chunk);
+        control.advance(chunk.frames as u64);
+        Ok::<bool, Canceled>(chunk.tracks.iter().all(|tracks| tracks.is_finite))
+    };
+    let is_finite = chunks
+        .into_par_iter()
+        .map_init(|| Workspace::new(plan), fill)
+        .try_reduce(|| true, |before, chunk| Ok(before && chunk))?;
     results.par_iter_mut().for_each(|tracks| join_hemispheres(&mut tracks.rotations));
-    assemble(plan, clip, results)
+    let (name, times) = (clip.name().to_owned(), clip.times_seconds().to_vec());
+    let joints = assemble(plan, results);
+    Ok(if is_finite { Clip::of_checked(name, times, joints) } else { Clip::new(name, times, joints)? })
 }
 
 /// The tracks of one driven joint, while they are being filled.
@@ -86,6 +89,7 @@ fn split_into_chunks(results: &mut [ResultTracks], frames: usize) -> Vec<Chunk<'
                 translations: translations.next().unwrap_or_default(),
                 scales: scales.next().unwrap_or_default(),
                 before: Quat::IDENTITY,
+                is_finite: true,
             });
         }
     }
@@ -104,7 +108,7 @@ fn join_hemispheres(rotations: &mut [Quat]) {
     }
 }
 
-fn assemble(plan: &Plan, clip: &Clip, results: Vec<ResultTracks>) -> Result<Clip, RunError> {
+fn assemble(plan: &Plan, results: Vec<ResultTracks>) -> Vec<JointTracks> {
     let mut joints = vec![JointTracks::default(); plan.target_joint_count];
     for (output, result) in plan.outputs.iter().zip(results) {
         joints[output.joint] = JointTracks {
@@ -113,5 +117,5 @@ fn assemble(plan: &Plan, clip: &Clip, results: Vec<ResultTracks>) -> Result<Clip
             scale: if output.scale { Track::Sampled(result.scales) } else { Track::Rest },
         };
     }
-    Ok(Clip::new(clip.name().to_owned(), clip.times_seconds().to_vec(), joints)?)
+    joints
 }
