@@ -136,8 +136,22 @@ const LOOKS: [(&str, &str); 12] = [
     ("eyerlookdown", "eyelookdownright"),
 ];
 
-/// Oculus visemes that VRM has too.
-const VISEMES: [(&str, &str); 8] = [
+/// Visemes of Oculus for consonants, folded; those for vowels are VRM's. The last one is silence.
+const CONSONANTS: [&str; 10] = [
+    "visemepp",
+    "visemeff",
+    "visemeth",
+    "visemedd",
+    "visemekk",
+    "visemech",
+    "visemess",
+    "visemenn",
+    "visemerr",
+    "visemesil",
+];
+
+/// Visemes by other names: those of Oculus that VRM has too, and those of Character Creator.
+const VISEMES: [(&str, &str); 15] = [
     ("visemeaa", "aa"),
     ("visemee", "ee"),
     ("visemei", "ih"),
@@ -146,6 +160,13 @@ const VISEMES: [(&str, &str); 8] = [
     ("visemeoh", "oh"),
     ("visemeu", "ou"),
     ("visemeou", "ou"),
+    ("vopen", "aa"),
+    ("vwide", "ee"),
+    ("vtighto", "ou"),
+    ("vlipopen", "ih"),
+    ("vexplosive", "visemepp"),
+    ("vdentallip", "visemeff"),
+    ("vaffricate", "visemech"),
 ];
 
 /// Small letters and digits, without what tools put in front.
@@ -162,10 +183,10 @@ pub(super) fn folded(name: &str) -> String {
     if is_numbered { folded[3..].to_owned() } else { folded.to_owned() }
 }
 
-/// What a name means: a folded name of ARKit's or VRM's.
+/// What a name means: a folded name of ARKit's, of VRM's, or of a viseme for a consonant.
 pub(super) fn canonical(name: &str) -> Option<&'static str> {
     let name = folded(name);
-    let known = |name: &str| ARKIT.iter().chain(&VRM).find(|known| **known == name).copied();
+    let known = |name: &str| ARKIT.iter().chain(&VRM).chain(&CONSONANTS).find(|known| **known == name).copied();
     if let Some(found) = known(&name) {
         return Some(found);
     }
@@ -211,6 +232,9 @@ mod tests {
             ("blendShape1.jawOpen", "jawopen"),
             ("viseme_aa", "aa"),
             ("viseme_O", "oh"),
+            ("viseme_kk", "visemekk"),
+            ("V_Explosive", "visemepp"),
+            ("V_Tight_O", "ou"),
             ("blinkLeft", "blinkleft"),
         ] {
             assert_eq!(canonical(name), Some(meant), "{name}");

@@ -101,7 +101,7 @@ pub enum KeysWord {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct KeyTolerance {
-    /// The most that a point of the mesh may move. Metres, 0.000001 to 1.
+    /// The most that a point of the mesh may move; where a joint is known to touch something, a quarter of it. Metres, 0.000001 to 1.
     #[schemars(range(min = 0.000_001, max = 1.0))]
     pub distance_metres: f64,
     /// How far from a joint its mesh reaches. Metres, 0 to 10.
