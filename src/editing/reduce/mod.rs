@@ -17,6 +17,8 @@ use crate::{
     rig::KeyInterpolation,
 };
 
+use super::seams::near;
+
 use fit::{Keys, Kind, fit};
 
 /// Rounds of sharing out what may be lost.
@@ -302,7 +304,7 @@ fn turned_back(track: &Track<Quat>, above: Option<&Motion>) -> Option<Vec<DVec4>
     let mut before: Option<DQuat> = None;
     let turns = above.thin.iter().zip(&above.exact).zip(values).map(|((thin, was), value)| {
         let turn = (thin.rotation.conjugate() * was.rotation * value.as_dquat()).normalize();
-        let turn = before.map_or(turn, |before| if before.dot(turn) < 0.0 { -turn } else { turn });
+        let turn = before.map_or(turn, |before| near(turn, before));
         before = Some(turn);
         DVec4::from(turn)
     });
