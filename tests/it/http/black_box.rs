@@ -103,7 +103,7 @@ async fn a_restart_keeps_assets_and_jobs() {
 #[test]
 fn one_server_per_data_folder_and_all_bad_settings_at_once() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let _server = serve(data.path(), &[]);
+    let _server = start_service(data.path(), &[]);
     let (code, text) = serve(data.path(), &["--listen", "127.0.0.1:0"]);
     assert_eq!(code, Some(4), "not started: {text}");
     assert!(text.contains("another server is using the data folder"), "says why: {text}");
