@@ -151,9 +151,9 @@ fn consonants_become_what_the_documented_table_says() {
     assert_eq!(weights(&speech, &face, &MorphsSpec::default()), expected, "ARKit's shapes");
 
     let vrm = [
-        ("aa", 0.38),  // its own 0.2, and 0.15 · 0.8 + 0.1 · 0.6
-        ("ih", 0.63),  // 0.2 · (0.4 + 0.8) + 0.3 · (0.2 + 0.6 + 0.4 + 0.1)
-        ("ou", 0.5),   // 0.4 · 0.5 + 0.3 · 1
+        ("aa", 0.38), // its own 0.2, and 0.15 · 0.8 + 0.1 · 0.6
+        ("ih", 0.63), // 0.2 · (0.4 + 0.8) + 0.3 · (0.2 + 0.6 + 0.4 + 0.1)
+        ("ou", 0.5),  // 0.4 · 0.5 + 0.3 · 1
         ("ee", 0.08),
     ];
     let expected: BTreeMap<String, f64> = vrm.map(|(name, weight)| (name.to_owned(), weight)).into();

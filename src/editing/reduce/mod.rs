@@ -17,6 +17,8 @@ use crate::{
     rig::KeyInterpolation,
 };
 
+use super::seams::near;
+
 use fit::{Allowed, Keys, Kind, fit};
 
 /// Rounds of sharing out what may be lost.
@@ -235,7 +237,8 @@ impl Fitted {
     }
 
     fn worst(&self) -> Worst {
-        let joints = self.errors.iter().enumerate().map(|(joint, Off { most: (error, frame), .. })| (*error, joint, *frame));
+        let joints =
+            self.errors.iter().enumerate().map(|(joint, Off { most: (error, frame), .. })| (*error, joint, *frame));
         joints.max_by(|first, second| first.0.total_cmp(&second.0)).unwrap_or_default()
     }
 }
@@ -260,7 +263,8 @@ impl Pass<'_> {
             let above = parent.and_then(|parent| motions[parent].clone());
             let (keys, motion) = self.joint(joint, above.as_deref());
             let mut off = Off::default();
-            for (frame, (exact, thin)) in motion.exact.iter().zip(&motion.thin).enumerate().filter(|_| !motion.is_exact) {
+            for (frame, (exact, thin)) in motion.exact.iter().zip(&motion.thin).enumerate().filter(|_| !motion.is_exact)
+            {
                 let error = self.error(exact, thin);
                 if error > off.most.0 {
                     off.most = (error, frame);
@@ -354,7 +358,7 @@ fn turned_back(track: &Track<Quat>, above: Option<&Motion>) -> Option<Vec<DVec4>
     let mut before: Option<DQuat> = None;
     let turns = above.thin.iter().zip(&above.exact).zip(values).map(|((thin, was), value)| {
         let turn = (thin.rotation.conjugate() * was.rotation * value.as_dquat()).normalize();
-        let turn = before.map_or(turn, |before| if before.dot(turn) < 0.0 { -turn } else { turn });
+        let turn = before.map_or(turn, |before| near(turn, before));
         before = Some(turn);
         DVec4::from(turn)
     });

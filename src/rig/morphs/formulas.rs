@@ -123,7 +123,11 @@ const RECIPES: [Recipe; 62] = [
         "visemeff",
         Product,
         1.0,
-        &[(0.0, &[("mouthrolllower", 1.0)]), (1.0, &[("mouthrollupper", -1.0)]), (1.0, &[("mouthpressleft", -0.5), ("mouthpressright", -0.5)])],
+        &[
+            (0.0, &[("mouthrolllower", 1.0)]),
+            (1.0, &[("mouthrollupper", -1.0)]),
+            (1.0, &[("mouthpressleft", -0.5), ("mouthpressright", -0.5)]),
+        ],
     ),
     ("visemeth", Sum, 1.0, &[(0.0, &[("tongueout", 1.0)])]),
     ("visemech", Product, 1.0, &[(0.0, &[("mouthfunnel", 1.0)]), (1.0, &[("jawopen", -1.0)])]),
@@ -154,7 +158,14 @@ const CONSONANTS_IN_VOWELS: [(&str, &[(&str, f64)]); 4] = [
     ("aa", &[("visemekk", 0.15), ("visemedd", 0.1)]),
     (
         "ih",
-        &[("visemeff", 0.2), ("visemeth", 0.3), ("visemedd", 0.3), ("visemekk", 0.2), ("visemess", 0.3), ("visemenn", 0.3)],
+        &[
+            ("visemeff", 0.2),
+            ("visemeth", 0.3),
+            ("visemedd", 0.3),
+            ("visemekk", 0.2),
+            ("visemess", 0.3),
+            ("visemenn", 0.3),
+        ],
     ),
     ("ou", &[("visemech", 0.4), ("visemerr", 0.3)]),
     ("ee", &[("visemess", 0.2)]),

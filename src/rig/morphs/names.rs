@@ -150,16 +150,33 @@ const CONSONANTS: [&str; 10] = [
     "visemesil",
 ];
 
-/// Visemes by other names: those of Oculus that VRM has too, and those of Character Creator.
-const VISEMES: [(&str, &str); 15] = [
-    ("visemeaa", "aa"),
-    ("visemee", "ee"),
-    ("visemei", "ih"),
-    ("visemeih", "ih"),
-    ("visemeo", "oh"),
-    ("visemeoh", "oh"),
-    ("visemeu", "ou"),
-    ("visemeou", "ou"),
+/// Visemes: what comes behind [`VISEME_PREFIXES`].
+const VISEMES: [(&str, &str); 18] = [
+    ("aa", "aa"),
+    ("e", "ee"),
+    ("i", "ih"),
+    ("ih", "ih"),
+    ("o", "oh"),
+    ("oh", "oh"),
+    ("u", "ou"),
+    ("ou", "ou"),
+    ("pp", "visemepp"),
+    ("ff", "visemeff"),
+    ("th", "visemeth"),
+    ("dd", "visemedd"),
+    ("kk", "visemekk"),
+    ("ch", "visemech"),
+    ("ss", "visemess"),
+    ("nn", "visemenn"),
+    ("rr", "visemerr"),
+    ("sil", "visemesil"),
+];
+
+/// What stands before visemes: Oculus' word, and VRChat's, of whose `vrc.v_aa` the part before the dot is left out.
+const VISEME_PREFIXES: [&str; 3] = ["viseme", "vrcv", "v"];
+
+/// Visemes of Character Creator.
+const CREATOR_VISEMES: [(&str, &str); 7] = [
     ("vopen", "aa"),
     ("vwide", "ee"),
     ("vtighto", "ou"),
@@ -190,7 +207,11 @@ pub(super) fn canonical(name: &str) -> Option<&'static str> {
     if let Some(found) = known(&name) {
         return Some(found);
     }
-    if let Some((_, meant)) = VISEMES.iter().chain(&LOOKS).find(|(word, _)| *word == name) {
+    if let Some((_, meant)) = CREATOR_VISEMES.iter().chain(&LOOKS).find(|(word, _)| *word == name) {
+        return Some(meant);
+    }
+    let viseme = |word: &str| VISEMES.iter().find(|(known, _)| *known == word).map(|(_, meant)| *meant);
+    if let Some(meant) = VISEME_PREFIXES.iter().find_map(|prefix| viseme(name.strip_prefix(prefix)?)) {
         return Some(meant);
     }
     let (stem, side) = sided(&name);
@@ -234,6 +255,8 @@ mod tests {
             ("viseme_O", "oh"),
             ("viseme_kk", "visemekk"),
             ("V_Explosive", "visemepp"),
+            ("vrc.v_ou", "ou"),
+            ("vrc_v_PP", "visemepp"),
             ("V_Tight_O", "ou"),
             ("blinkLeft", "blinkleft"),
         ] {

@@ -81,6 +81,8 @@ pub(crate) fn steps_of_fbx(fbx: &[u8]) -> Steps {
 
 /// Steps of less, in degrees, are no jumps, however small those of the file were.
 const SMALL_STEP: f64 = 11.5;
+/// The usual order is kept where another one would be better by no more.
+const KEPT_FOR_LESS: f64 = 1.06;
 
 fn no_jump_above(name: &str, ours: &Steps, own: &Steps) {
     let common: Vec<(&String, f64, f64)> =

@@ -155,7 +155,9 @@ fn what_touches_the_ground_keeps_to_its_place() {
     let reduction = reduced(&scene, &touching, 1.0);
     let back = through_a_file(&scene, &touching, &reduction);
     let off = |frame: usize| {
-        let place = |clip: &Clip| clip.local_pose(&scene.skeleton, frame).to_model(&scene.skeleton).transforms()[foot].translation;
+        let place = |clip: &Clip| {
+            clip.local_pose(&scene.skeleton, frame).to_model(&scene.skeleton).transforms()[foot].translation
+        };
         place(&back).distance(place(clip))
     };
     let worst = |wanted: bool| {

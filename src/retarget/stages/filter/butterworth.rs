@@ -3,7 +3,8 @@
 //! Each pass is of the second order, both together of the fourth; the cutoff of each is raised by (√2 − 1)^−¼, so that of a swing at the
 //! cutoff that was asked for 1/√2 is left after both (Winter, "Biomechanics and Motor Control of Human Movement", on low-pass filters).
 //! The components of quaternions are filtered and made unit again: what turns on and on comes out turning on and on. Before the first
-//! and after the last frame the motion is taken to go on, turned about that frame. Uneven keys are filtered on an even grid.
+//! and after the last frame the motion is taken to go on, turned about that frame. Uneven keys are filtered on an even grid,
+//! straight lines to and from which take a little more.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -124,7 +125,7 @@ mod tests {
     fn a_swing_at_the_cutoff_keeps_a_half_of_its_power() {
         let even: Vec<f64> = (0..1200).map(|frame| f64::from(frame) / 120.0).collect();
         let uneven: Vec<f64> = (0..1200).map(|frame| f64::from(frame) / 120.0 + f64::from(frame % 5) * 0.001).collect();
-        for (times, slack) in [(&even, 1e-3), (&uneven, 1e-2)] {
+        for (times, slack) in [(&even, 1e-3), (&uneven, 0.02)] {
             // 1 / (1 + (tan ratio)⁴ (√2 − 1)): what both passes leave.
             for hertz in [1.0, 3.0, 6.0, 12.0, 30.0] {
                 let ratio = (PI * hertz / 120.0).tan() / (PI * CUTOFF / 120.0).tan();

@@ -9,7 +9,7 @@ use glam::{DQuat, Quat};
 use rayon::prelude::*;
 
 use crate::{
-    model::{Canceled, Clip, ClipError, Control, Track},
+    model::{Canceled, Clip, ClipError, Control, JointTracks, Track},
     rig::{FilterKind, FilterOp, Schedule},
 };
 
@@ -32,12 +32,7 @@ pub fn filtered(
 ) -> Result<Result<Clip, ClipError>, Canceled> {
     let stage = FilterStage { op: op.clone(), schedule, joints };
     let mut tracks = clip.joints().to_vec();
-    for &joint in &stage.joints {
-        control.check()?;
-        if let Track::Sampled(rotations) = &tracks[joint].rotation {
-            tracks[joint].rotation = Track::Sampled(stage.filter(rotations, clip.times_seconds()));
-        }
-    }
+    stage.apply(&mut tracks, clip.times_seconds(), control)?;
     Ok(clip.clone().with_joints(tracks))
 }
 
@@ -51,18 +46,22 @@ pub(super) struct FilterStage {
 
 impl FilterStage {
     pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        self.apply(&mut work.target, work.times, work.control)
+    }
+
+    fn apply(&self, tracks: &mut [JointTracks], times: &[f64], control: &Control) -> Result<(), Canceled> {
         let filtered: Vec<Option<Vec<Quat>>> = self
             .joints
             .par_iter()
             .map(|&joint| {
-                work.control.check()?;
-                let Track::Sampled(rotations) = &work.target[joint].rotation else { return Ok(None) };
-                Ok(Some(self.filter(rotations, work.times)))
+                control.check()?;
+                let Track::Sampled(rotations) = &tracks[joint].rotation else { return Ok(None) };
+                Ok(Some(self.filter(rotations, times)))
             })
             .collect::<Result<_, Canceled>>()?;
         for (&joint, rotations) in self.joints.iter().zip(filtered) {
             if let Some(rotations) = rotations {
-                work.target[joint].rotation = Track::Sampled(rotations);
+                tracks[joint].rotation = Track::Sampled(rotations).on_one_hemisphere();
             }
         }
         Ok(())
@@ -80,11 +79,8 @@ impl FilterStage {
             FilterKind::Butterworth => butterworth(&rotations, times, self.op.cutoff_hertz),
             FilterKind::Median => vector_median(&rotations, self.op.reach_frames as usize),
         };
-        let mut before = Quat::IDENTITY;
         let blend = |(frame, (own, filtered)): (usize, (&DQuat, &DQuat))| {
-            let rotation = own.slerp(*filtered, self.schedule.alpha_at(frame, times[frame])).normalize().as_quat();
-            before = if rotation.dot(before) < 0.0 { -rotation } else { rotation };
-            before
+            own.slerp(*filtered, self.schedule.alpha_at(frame, times[frame])).normalize().as_quat()
         };
         rotations.iter().zip(&filtered).enumerate().map(blend).collect()
     }
