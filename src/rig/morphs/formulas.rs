@@ -12,7 +12,7 @@ type Recipe = (&'static str, MorphCombine, f64, &'static [Form]);
 
 use MorphCombine::{Min, Product, Sum};
 
-const RECIPES: [Recipe; 62] = [
+const RECIPES: [Recipe; 57] = [
     // Expressions of VRM 1.0 from ARKit's shapes.
     ("blinkleft", Sum, 1.0, &[(0.0, &[("eyeblinkleft", 1.0)])]),
     ("blinkright", Sum, 1.0, &[(0.0, &[("eyeblinkright", 1.0)])]),

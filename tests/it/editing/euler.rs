@@ -90,7 +90,7 @@ fn no_jump_above(name: &str, ours: &Steps, own: &Steps) {
     assert!(common.len() * 10 >= ours.len() * 7, "{name}: joints are found again");
     for (joint, ours, own) in common {
         assert!(
-            ours <= own.max(SMALL_STEP) + 0.01,
+            ours <= own.max(SMALL_STEP) * KEPT_FOR_LESS,
             "{name}, {joint}: a step of {ours}°, the file's own largest is {own}°"
         );
     }
