@@ -87,8 +87,9 @@ fn first_unit_solved(mut matrix: [[f64; MOST_TERMS]; MOST_TERMS], terms: usize) 
         }
         for row in pivot + 1..terms {
             let factor = matrix[row][pivot] / matrix[pivot][pivot];
-            for column in pivot..terms {
-                matrix[row][column] -= factor * matrix[pivot][column];
+            let (above, below) = matrix.split_at_mut(row);
+            for (entry, above) in below[0].iter_mut().zip(&above[pivot]).take(terms).skip(pivot) {
+                *entry -= factor * above;
             }
             right[row] -= factor * right[pivot];
         }
