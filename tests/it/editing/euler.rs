@@ -68,7 +68,7 @@ pub(crate) fn steps_of_fbx(fbx: &[u8]) -> Steps {
         .anim_layers
         .iter()
         .flat_map(|layer| &layer.anim_props)
-        .filter(|row| row.prop_name.to_string() == "Lcl Rotation")
+        .filter(|row| *row.prop_name == *"Lcl Rotation")
     {
         let largest = steps.entry(row.element.name.to_string()).or_default();
         for curve in row.anim_value.curves.iter().flatten() {
