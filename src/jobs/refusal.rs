@@ -2,7 +2,7 @@
 
 use crate::{
     engine::Failure,
-    store::{InputRole, JobId, JobState, StoreError},
+    store::{InputRole, JobId, JobState, Principal, StoreError},
 };
 
 /// Why a request is not carried out. The door that the request came through puts it into its own words.
@@ -111,6 +111,14 @@ pub enum Refusal {
         /// `rig` or `preset`.
         kind: &'static str,
         /// The limit.
+        most: u64,
+    },
+    /// The principal has as many keys as may be good at the same time.
+    #[error("'{principal}' has {most} keys already")]
+    TooManyKeys {
+        /// Who has them.
+        principal: Principal,
+        /// How many that is.
         most: u64,
     },
     /// A job names a preset that is not there.

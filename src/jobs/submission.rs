@@ -7,14 +7,11 @@ use crate::{
     config::Failpoint,
     engine::{self, Failure, FailureCode, Format, NamedBytes},
     store::{
-        AssetId, AssetRecord, ConfigDocument, InputRole, JobId, JobInput, JobRecord, JobRequest, JobState,
+        AssetId, AssetRecord, ConfigDocument, InputRole, JobId, JobInput, JobRecord, JobRequest, JobState, Principal,
         VersionedName,
     },
     telemetry::Metric,
 };
-
-/// Who asks, for as long as nobody has to say so.
-const ANONYMOUS: &str = "anonymous";
 
 /// What somebody wants done.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,6 +32,7 @@ pub struct NewJob {
 
 /// A job that can be taken on: its files are there.
 pub(super) struct Wanted {
+    owner: Principal,
     pub(super) request: JobRequest,
     input_bytes: u64,
     memory_bytes: u64,
@@ -58,15 +56,15 @@ impl Jobs {
     ///
     /// # Errors
     /// When the queue is full, the service is going down, or an input is not there.
-    pub async fn submit(&self, new: NewJob) -> Result<JobSnapshot, Refusal> {
-        self.enqueue(self.resolve(new).await?).await
+    pub async fn submit(&self, owner: &Principal, new: NewJob) -> Result<JobSnapshot, Refusal> {
+        self.enqueue(self.resolve(owner, new).await?).await
     }
 
-    pub(super) async fn resolve(&self, new: NewJob) -> Result<Wanted, Refusal> {
-        let own_rigs = self.own_rigs().await?;
+    pub(super) async fn resolve(&self, owner: &Principal, new: NewJob) -> Result<Wanted, Refusal> {
+        let own_rigs = self.own_rigs(owner).await?;
         let (mut found, mut input_bytes, mut needs) = (BTreeMap::new(), 0, Vec::new());
         for (role, id) in new.inputs {
-            let Some(asset) = self.0.store.records().asset(&id).await? else {
+            let Some(asset) = self.0.store.records().asset(owner, &id).await? else {
                 return Err(Refusal::UnknownInput { role, id: id.to_string() });
             };
             input_bytes += asset.bytes;
@@ -74,7 +72,7 @@ impl Jobs {
             found.insert(role, JobInput { asset: id, sha256: asset.sha256, file_name: asset.file_name });
         }
         let missing = |role: InputRole| Refusal::UnknownInput { role, id: String::new() };
-        let (config, preset) = self.lay_over_preset(new.config, new.preset).await?;
+        let (config, preset) = self.lay_over_preset(owner, new.config, new.preset).await?;
         let request = JobRequest {
             source: found.remove(&InputRole::Source).ok_or_else(|| missing(InputRole::Source))?,
             target: found.remove(&InputRole::Target).ok_or_else(|| missing(InputRole::Target))?,
@@ -87,7 +85,7 @@ impl Jobs {
             rigs: own_rigs.versions(),
         };
         let memory_bytes = memory::of_job(needs.into_iter());
-        Ok(Wanted { request, input_bytes, memory_bytes, priority: new.priority, retry_of: None })
+        Ok(Wanted { owner: owner.clone(), request, input_bytes, memory_bytes, priority: new.priority, retry_of: None })
     }
 
     /// What a file adds to the memory that a job needs: by what was found in it, else by its size.
@@ -108,11 +106,12 @@ impl Jobs {
     /// The config with the preset under it. What comes out is the job's own: it does not change when the preset does.
     async fn lay_over_preset(
         &self,
+        owner: &Principal,
         config: Option<ConfigDocument>,
         preset: Option<String>,
     ) -> Result<(Option<ConfigDocument>, Option<VersionedName>), Refusal> {
         let Some(name) = preset else { return Ok((config, None)) };
-        let kept = self.preset(&name).await?;
+        let kept = self.preset(owner, &name).await?;
         let bytes = config.as_ref().map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
         let text = engine::merge_config(&kept.document, bytes)?;
         let version = kept.own.map_or(0, |(version, _)| version);
@@ -122,15 +121,15 @@ impl Jobs {
 
     /// Asks for the same again.
     pub(super) async fn submit_again(&self, ended: JobRecord) -> Result<JobSnapshot, Refusal> {
-        let JobRecord { id, request, input_bytes, priority, memory_bytes, .. } = ended;
-        self.enqueue(Wanted { request, input_bytes, memory_bytes, priority, retry_of: Some(id) }).await
+        let JobRecord { id, principal: owner, request, input_bytes, priority, memory_bytes, .. } = ended;
+        self.enqueue(Wanted { owner, request, input_bytes, memory_bytes, priority, retry_of: Some(id) }).await
     }
 
     async fn enqueue(&self, wanted: Wanted) -> Result<JobSnapshot, Refusal> {
         if self.is_draining() {
             return Err(Refusal::Draining);
         }
-        let Wanted { request, input_bytes, memory_bytes, priority, retry_of } = wanted;
+        let Wanted { owner, request, input_bytes, memory_bytes, priority, retry_of } = wanted;
         let (records, created_at) = (self.0.store.records(), self.0.clock.now());
         let inputs_sha256 = inputs_digest(&request);
         if let Some(until) = records.quarantined_until(&inputs_sha256, created_at).await? {
@@ -150,7 +149,7 @@ impl Jobs {
             expires_at: None,
             warnings: 0,
             failure: None,
-            principal: ANONYMOUS.to_owned(),
+            principal: owner,
             priority,
             inputs_sha256,
             memory_bytes,
@@ -161,7 +160,7 @@ impl Jobs {
         };
         Failpoint::BeforeJobRecord.reach();
         if !records.add_job(&record).await? {
-            let (role, input) = self.first_missing(&record.request).await?;
+            let (role, input) = self.first_missing(&record).await?;
             return Err(Refusal::UnknownInput { role, id: input.asset.to_string() });
         }
         Failpoint::AfterJobRecord.reach();
@@ -171,13 +170,13 @@ impl Jobs {
         self.snapshot(record, Vec::new()).await
     }
 
-    async fn first_missing<'a>(&self, request: &'a JobRequest) -> Result<(InputRole, &'a JobInput), Refusal> {
-        for (role, input) in request.inputs() {
-            if self.0.store.records().asset(&input.asset).await?.is_none() {
+    async fn first_missing<'a>(&self, job: &'a JobRecord) -> Result<(InputRole, &'a JobInput), Refusal> {
+        for (role, input) in job.request.inputs() {
+            if self.0.store.records().asset(&job.principal, &input.asset).await?.is_none() {
                 return Ok((role, input));
             }
         }
-        Ok((InputRole::Source, &request.source))
+        Ok((InputRole::Source, &job.request.source))
     }
 }
 

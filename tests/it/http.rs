@@ -1,5 +1,6 @@
 //! The HTTP service, from outside.
 
+mod access;
 mod black_box;
 mod container;
 mod creatures;

@@ -12,7 +12,9 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use crate::{
     engine::{self, NamedBytes},
     http::{
-        ApiState, extract, negotiate,
+        ApiState,
+        auth::Caller,
+        extract, negotiate,
         prefer::Prefer,
         problem::{Problem, ProblemView},
         resources::retarget::answer,
@@ -57,10 +59,15 @@ pub(in crate::http) struct EditForm {
                 ("Content-Disposition" = String))),
         (status = 202, body = JobView, description = "not ended within the wait", headers(("Location" = String), ("Retry-After" = u32))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn edit(State(state): State<ApiState>, prefer: Prefer, request: Request<Body>) -> Result<Response, Problem> {
+async fn edit(
+    State(state): State<ApiState>,
+    Caller(owner): Caller,
+    prefer: Prefer,
+    request: Request<Body>,
+) -> Result<Response, Problem> {
     state.jobs.check_admission().await?;
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
-    let mut new = upload::read_edit(request, &state.assets, &state.settings).await?;
+    let mut new = upload::read_edit(request, &state, &owner).await?;
     if let Some(source) = new.inputs.get(&InputRole::Source).cloned() {
         // Every job has a target; one that looks at none has the source itself.
         new.inputs.insert(InputRole::Target, source);
@@ -70,5 +77,5 @@ async fn edit(State(state): State<ApiState>, prefer: Prefer, request: Request<Bo
     let text = engine::edit_config(config)?;
     new.config = Some(ConfigDocument { file_name: "edit.json".into(), text });
     new.formats.extend(format);
-    answer(&state, &prefer, new).await
+    answer(&state, &owner, &prefer, new).await
 }

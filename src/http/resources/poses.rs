@@ -13,6 +13,7 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use crate::{
     http::{
         ApiState,
+        auth::Caller,
         extract::{self, QueryOf},
         negotiate,
         prefer::Prefer,
@@ -94,13 +95,14 @@ impl PoseWord {
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn pose(
     State(state): State<ApiState>,
+    Caller(owner): Caller,
     QueryOf(query): QueryOf<PoseQuery>,
     prefer: Prefer,
     request: Request<Body>,
 ) -> Result<Response, Problem> {
     state.jobs.check_admission().await?;
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
-    let mut new = upload::read_pose(request, &state.assets, &state.settings).await?;
+    let mut new = upload::read_pose(request, &state, &owner).await?;
     let has_source = new.inputs.contains_key(&InputRole::Source);
     let to = query.to.unwrap_or(if has_source { PoseWord::Source } else { PoseWord::T });
     if to == PoseWord::Source && !has_source {
@@ -113,5 +115,5 @@ async fn pose(
     let text = serde_json::json!({ "pose": { "to": to.name() } }).to_string();
     new.config = Some(ConfigDocument { file_name: "pose.json".into(), text });
     new.formats.extend(format);
-    answer(&state, &prefer, new).await
+    answer(&state, &owner, &prefer, new).await
 }

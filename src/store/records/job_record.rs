@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
-use crate::store::{AssetId, JobId, LeaseId, ResultRecord};
+use crate::store::{AssetId, JobId, LeaseId, Principal, ResultRecord};
 
 /// Where a job is in its life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -211,7 +211,7 @@ pub struct JobRecord {
     /// Why it has no results.
     pub failure: Option<JobFailure>,
     /// Who asked for it.
-    pub principal: String,
+    pub principal: Principal,
     /// Among the jobs of one principal, the greater goes first.
     pub priority: i32,
     /// SHA-256 of what it is and of the digests of its input files: the same for every job on the same files.

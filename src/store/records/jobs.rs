@@ -4,10 +4,10 @@ use serde::{Serialize, de::DeserializeOwned};
 use sqlx::{Any, Row, Transaction, any::AnyRow};
 
 use super::{
-    FinishedJob, JobRecord, JobState, Page, Records, count, database::ours, optional_time, read_id, results, signed,
-    time,
+    FinishedJob, JobRecord, JobState, Page, Records, count, database::ours, optional_time, principal, read_id, results,
+    signed, time,
 };
-use crate::store::{JobId, LeaseId, StoreError};
+use crate::store::{JobId, LeaseId, Principal, StoreError};
 
 /// Everything but the documents, which can be large and are read by themselves.
 pub(super) const COLUMNS: &str = "id, state, request, input_bytes, attempt, retry_of, created_at, started_at, \
@@ -33,7 +33,7 @@ pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
         expires_at: optional_time(row, "expires_at")?,
         warnings: count(row, "warnings")?,
         failure: failure.map(|text| from_json(&text)).transpose().map_err(unreadable)?,
-        principal: row.try_get("principal")?,
+        principal: principal(row)?,
         priority: i32::try_from(row.try_get::<i64, _>("priority")?).unwrap_or(0),
         inputs_sha256: row.try_get("inputs_sha256")?,
         memory_bytes: count(row, "memory_bytes")?,
@@ -82,7 +82,7 @@ impl Records {
             .bind(i64::from(job.attempt))
             .bind(job.retry_of.as_ref().map(JobId::as_str))
             .bind(job.created_at.as_millisecond())
-            .bind(&job.principal)
+            .bind(job.principal.as_str())
             .bind(i64::from(job.priority))
             .bind(&job.inputs_sha256)
             .bind(signed(job.memory_bytes))
@@ -92,8 +92,10 @@ impl Records {
             return Ok(true);
         }
         for (_, input) in job.request.inputs() {
-            let query = ours(format!("SELECT id FROM assets WHERE id = $1 {}", self.dialect.keep_rows()));
-            if sqlx::query(query).bind(input.asset.as_str()).fetch_optional(&mut *transaction).await?.is_none() {
+            let query =
+                ours(format!("SELECT id FROM assets WHERE id = $1 AND principal = $2 {}", self.dialect.keep_rows()));
+            let query = sqlx::query(query).bind(input.asset.as_str()).bind(job.principal.as_str());
+            if query.fetch_optional(&mut *transaction).await?.is_none() {
                 return Ok(false);
             }
             // One file may be both source and target.
@@ -105,7 +107,7 @@ impl Records {
         let query = "INSERT INTO turns (principal, served, seen_at) VALUES ($1, 0, $2) \
                      ON CONFLICT (principal) DO UPDATE SET seen_at = excluded.seen_at";
         sqlx::query(query)
-            .bind(&job.principal)
+            .bind(job.principal.as_str())
             .bind(job.created_at.as_millisecond())
             .execute(&mut *transaction)
             .await?;
@@ -114,7 +116,7 @@ impl Records {
         Ok(true)
     }
 
-    /// A job.
+    /// A job, whoever owns it.
     ///
     /// # Errors
     /// When the database fails.
@@ -123,24 +125,26 @@ impl Records {
         self.optional(sqlx::query(query).bind(id.as_str())).await?.as_ref().map(read).transpose()
     }
 
-    /// Up to `most` jobs, newest first, that are older than `before` and in `state`.
+    /// Up to `most` jobs of one owner, newest first, that are older than `before` and in `state`.
     ///
     /// # Errors
     /// When the database fails.
     pub async fn jobs(
         &self,
+        owner: &Principal,
         state: Option<JobState>,
         before: Option<&JobId>,
         most: usize,
     ) -> Result<Page<JobRecord>, StoreError> {
         let query = ours(format!(
-            "SELECT {COLUMNS} FROM jobs WHERE ($1 IS NULL OR id < $1) AND ($2 IS NULL OR state = $2) \
-             ORDER BY id DESC LIMIT $3"
+            "SELECT {COLUMNS} FROM jobs WHERE principal = $4 AND ($1 IS NULL OR id < $1) \
+             AND ($2 IS NULL OR state = $2) ORDER BY id DESC LIMIT $3"
         ));
         let query = sqlx::query(query)
             .bind(before.map(JobId::as_str))
             .bind(state.map(JobState::name))
-            .bind(signed(most as u64 + 1));
+            .bind(signed(most as u64 + 1))
+            .bind(owner.as_str());
         Ok(Page::cut(self.all(query).await?.iter().map(read).collect::<Result<_, _>>()?, most))
     }
 

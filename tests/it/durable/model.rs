@@ -125,8 +125,9 @@ impl Script {
     }
 
     async fn add(&mut self) {
-        let file = self.truth.add_asset(&asset("aa")).await.expect("writes").0;
-        let new = job(&file, ["ann", "bob"][self.dice.roll(2) as usize], self.dice.roll(3) as i32);
+        let owner = ["ann", "bob"][self.dice.roll(2) as usize];
+        let file = self.truth.add_asset(&asset(owner, "aa")).await.expect("writes").0;
+        let new = job(&file, self.dice.roll(3) as i32);
         let done = self.records.add_job(&new).await;
         self.settle(&new.id, None, Some(Known::from(&new)), done).await;
     }
