@@ -125,6 +125,8 @@ codes! {
         "`If-Match` or `If-None-Match` does not hold: somebody else has changed it. Get it again, and change that.";
     TooManyDocuments = "too_many_documents", CONFLICT, false, "There are as many as may be",
         "The limit is `stored_documents`. Delete rigs or presets that nobody needs, or ask the operator to raise it.";
+    IdempotencyKeyReused = "idempotency_key_reused", UNPROCESSABLE_ENTITY, false, "The Idempotency-Key came before with something else",
+        "A key stands for one request, whatever becomes of it. Take a new one for another request. The detail names the job from then.";
     Quarantined = "quarantined", UNPROCESSABLE_ENTITY, true, "These files have brought workers down",
         "Jobs on the same files have killed the process that ran them several times. The detail says until when they are refused.";
     QueueFull = "queue_full", TOO_MANY_REQUESTS, true, "The queue is full",

@@ -72,7 +72,8 @@ pub fn openapi_document() -> Document {
 fn tell_who_may_come_in(document: &mut Document) {
     const SCHEME: &str = "key";
     let key = Http::builder().scheme(HttpAuthScheme::Bearer).bearer_format("rtk_…");
-    let key = key.description(Some("Asked for where the setting `authentication` says so; `retargetd keys create` makes them."));
+    let key = key
+        .description(Some("Asked for where the setting `authentication` says so; `retargetd keys create` makes them."));
     let components = document.components.get_or_insert_default();
     components.add_security_scheme(SCHEME, SecurityScheme::Http(key.build()));
     for (path, item) in &mut document.paths.paths {

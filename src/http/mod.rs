@@ -16,6 +16,7 @@ mod digest;
 mod docs;
 mod download;
 mod extract;
+mod idempotency;
 mod layers;
 mod negotiate;
 mod page;

@@ -39,7 +39,7 @@ pub use library::{Kept, Library, Written};
 pub use refusal::Refusal;
 pub use service::{JobSnapshot, Jobs};
 pub use state::{JobEvent, next_state};
-pub use submission::NewJob;
+pub use submission::{NewJob, Submitted};
 pub use sweeper::Sweeper;
 pub use workers::Workers;
 

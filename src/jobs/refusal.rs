@@ -121,6 +121,12 @@ pub enum Refusal {
         /// How many that is.
         most: u64,
     },
+    /// An idempotency key came before, with something else.
+    #[error("the same 'Idempotency-Key' came before with another request, which the job '{job}' is of")]
+    KeyReused {
+        /// The job from then.
+        job: JobId,
+    },
     /// A job names a preset that is not there.
     #[error("there is no preset '{name}'")]
     UnknownPreset {

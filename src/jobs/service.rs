@@ -227,7 +227,7 @@ impl Jobs {
         if !record.state.is_final() {
             return Err(Refusal::WrongState { id: id.clone(), state: record.state, action: "retried" });
         }
-        self.submit_again(record).await
+        Ok(self.submit_again(record).await?.job)
     }
 
     /// Removes a job that has ended, with its results.

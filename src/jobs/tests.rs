@@ -98,7 +98,7 @@ impl Fixture {
     async fn submit(&self, config: &str) -> Result<JobSnapshot, Refusal> {
         let inputs = [InputRole::Source, InputRole::Target].map(|role| (role, self.asset.clone())).into();
         let config = Some(ConfigDocument { file_name: "config.json".to_owned(), text: config.to_owned() });
-        self.jobs.submit(&me(), NewJob { inputs, config, ..NewJob::default() }).await
+        Ok(self.jobs.submit(&me(), NewJob { inputs, config, ..NewJob::default() }).await?.job)
     }
 
     async fn until(&self, job: &JobSnapshot, state: JobState) {

@@ -7,6 +7,7 @@ mod creatures;
 mod documents;
 mod edits;
 mod facts;
+mod idempotency;
 mod library;
 mod ops;
 mod poses;

@@ -14,7 +14,9 @@ use crate::{
     http::{
         ApiState,
         auth::Caller,
-        extract, negotiate,
+        extract,
+        idempotency::IdempotencyKey,
+        negotiate,
         prefer::Prefer,
         problem::{Problem, ProblemView},
         resources::retarget::answer,
@@ -51,6 +53,7 @@ pub(in crate::http) struct EditForm {
 /// clip is its first animation. The same as a job of `POST /v1/jobs`: `"task": "edit"` in the config.
 #[utoipa::path(post, path = "/v1/edits", tag = "retarget",
     params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds"),
+        ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
         ("Accept" = Option<String>, Header, description = "the media type of the format wanted")),
     request_body(content = EditForm, content_type = "multipart/form-data"),
     responses((status = 200, description = "the file", content((String = "model/gltf-binary"), (String = "model/gltf+json"),
@@ -62,6 +65,7 @@ pub(in crate::http) struct EditForm {
 async fn edit(
     State(state): State<ApiState>,
     Caller(owner): Caller,
+    IdempotencyKey(idempotency_key): IdempotencyKey,
     prefer: Prefer,
     request: Request<Body>,
 ) -> Result<Response, Problem> {
@@ -77,5 +81,6 @@ async fn edit(
     let text = engine::edit_config(config)?;
     new.config = Some(ConfigDocument { file_name: "edit.json".into(), text });
     new.formats.extend(format);
+    new.idempotency_key = idempotency_key;
     answer(&state, &owner, &prefer, new).await
 }

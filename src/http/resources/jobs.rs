@@ -23,13 +23,14 @@ use crate::{
         code::Code,
         download::ascii,
         extract::{self, Id, JsonBody, QueryOf},
+        idempotency::{IdempotencyKey, replayed},
         json_text, negotiate, page, page_text,
         prefer::Prefer,
         problem::{Problem, ProblemView},
         upload,
         views::{JobPageView, JobView},
     },
-    jobs::{JobId, JobSnapshot, JobState, Jobs},
+    jobs::{JobId, JobSnapshot, JobState, Jobs, Submitted},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -65,7 +66,8 @@ pub(in crate::http) fn accepted(snapshot: JobSnapshot, status: StatusCode) -> Re
 /// Either JSON that names uploaded files, or the same multipart form as `POST /v1/retarget`. When this is answered, the job
 /// survives a restart of the service.
 #[utoipa::path(post, path = "/v1/jobs", tag = "jobs",
-    params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds for its end")),
+    params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds for its end"),
+        ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job")),
     request_body(description = "the job", content(
         (NewJobBody = "application/json"), (super::retarget::RetargetForm = "multipart/form-data"))),
     responses((status = 202, body = JobView, description = "taken on", headers(("Location" = String), ("Retry-After" = u32))),
@@ -74,25 +76,27 @@ pub(in crate::http) fn accepted(snapshot: JobSnapshot, status: StatusCode) -> Re
 async fn create(
     State(state): State<ApiState>,
     Caller(owner): Caller,
+    IdempotencyKey(idempotency_key): IdempotencyKey,
     prefer: Prefer,
     request: Request<Body>,
 ) -> Result<Response, Problem> {
     let ApiState { jobs, settings, .. } = &state;
-    jobs.check_admission().await?;
-    let new = if extract::is_media_type(request.headers(), "multipart/form-data") {
+    let mut new = if extract::is_media_type(request.headers(), "multipart/form-data") {
+        jobs.check_admission().await?;
         upload::read_job(request, &state, &owner).await?
     } else {
         let JsonBody(body) = JsonBody::<NewJobBody>::from_request(request, &state).await?;
         body.read(settings)?
     };
-    let submitted = jobs.submit(&owner, new).await?;
+    new.idempotency_key = idempotency_key;
+    let Submitted { job: submitted, is_repeated } = jobs.submit(&owner, new).await?;
     let longest = settings.max_wait.0;
     let wait = prefer.wait(Duration::ZERO, longest);
     // Who does not wait is told what was taken on, however quick the worker is: the status is no race.
     let snapshot = if wait.is_zero() { submitted } else { jobs.wait(&owner, &submitted.record.id, wait).await? };
     let status = if snapshot.record.state.is_final() { StatusCode::OK } else { StatusCode::ACCEPTED };
     let mut response = accepted(snapshot, status);
-    response.headers_mut().extend(prefer.applied(longest));
+    response.headers_mut().extend(prefer.applied(longest).into_iter().chain(replayed(is_repeated)));
     Ok(response)
 }
 

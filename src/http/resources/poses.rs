@@ -15,6 +15,7 @@ use crate::{
         ApiState,
         auth::Caller,
         extract::{self, QueryOf},
+        idempotency::IdempotencyKey,
         negotiate,
         prefer::Prefer,
         problem::{Problem, ProblemView},
@@ -85,6 +86,7 @@ impl PoseWord {
 /// and one animation holds it. The same with edits, roles and axes of your own: `POST /v1/retarget` with `pose` in the config.
 #[utoipa::path(post, path = "/v1/poses", tag = "retarget",
     params(PoseQuery, ("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds"),
+        ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
         ("Accept" = Option<String>, Header, description = "the media type of the format wanted")),
     request_body(content = PoseForm, content_type = "multipart/form-data"),
     responses((status = 200, description = "the file", content((String = "model/gltf-binary"), (String = "model/gltf+json"),
@@ -96,6 +98,7 @@ impl PoseWord {
 async fn pose(
     State(state): State<ApiState>,
     Caller(owner): Caller,
+    IdempotencyKey(idempotency_key): IdempotencyKey,
     QueryOf(query): QueryOf<PoseQuery>,
     prefer: Prefer,
     request: Request<Body>,
@@ -115,5 +118,6 @@ async fn pose(
     let text = serde_json::json!({ "pose": { "to": to.name() } }).to_string();
     new.config = Some(ConfigDocument { file_name: "pose.json".into(), text });
     new.formats.extend(format);
+    new.idempotency_key = idempotency_key;
     answer(&state, &owner, &prefer, new).await
 }

@@ -16,14 +16,16 @@ use crate::{
         auth::Caller,
         code::Code,
         download::{File, ascii},
-        extract, negotiate,
+        extract,
+        idempotency::{IdempotencyKey, replayed},
+        negotiate,
         prefer::Prefer,
         problem::{Problem, ProblemView},
         resources::jobs::accepted,
         upload,
         views::JobView,
     },
-    jobs::{JobId, JobSnapshot, JobState, Jobs, NewJob, Principal},
+    jobs::{JobId, JobSnapshot, JobState, Jobs, NewJob, Principal, Submitted},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -79,6 +81,7 @@ impl Drop for StopUnlessAnswered {
 /// answer is 202 with the job, which goes on.
 #[utoipa::path(post, path = "/v1/retarget", tag = "retarget",
     params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds"),
+        ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
         ("Accept" = Option<String>, Header, description = "the media type of the format wanted")),
     request_body(content = RetargetForm, content_type = "multipart/form-data"),
     responses((status = 200, description = "the file", content((String = "model/gltf-binary"), (String = "model/gltf+json"),
@@ -90,6 +93,7 @@ impl Drop for StopUnlessAnswered {
 async fn retarget(
     State(state): State<ApiState>,
     Caller(owner): Caller,
+    IdempotencyKey(idempotency_key): IdempotencyKey,
     prefer: Prefer,
     request: Request<Body>,
 ) -> Result<Response, Problem> {
@@ -97,6 +101,7 @@ async fn retarget(
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
     let mut new = upload::read_job(request, &state, &owner).await?;
     new.formats.extend(format);
+    new.idempotency_key = idempotency_key;
     answer(&state, &owner, &prefer, new).await
 }
 
@@ -111,14 +116,18 @@ pub(in crate::http) async fn answer(
     new: NewJob,
 ) -> Result<Response, Problem> {
     let ApiState { jobs, settings, .. } = state;
-    let id = jobs.submit(owner, NewJob { priority: AWAITED_PRIORITY, ..new }).await?.record.id;
-    let mut stop = StopUnlessAnswered { jobs: jobs.clone(), owner: owner.clone(), id: Some(id.clone()) };
+    let will_ask_again = new.idempotency_key.is_some();
+    let Submitted { job, is_repeated } = jobs.submit(owner, NewJob { priority: AWAITED_PRIORITY, ..new }).await?;
+    let id = job.record.id;
+    // Who has a word for the request comes back for the answer.
+    let stopped = Some(id.clone()).filter(|_| !will_ask_again);
+    let mut stop = StopUnlessAnswered { jobs: jobs.clone(), owner: owner.clone(), id: stopped };
     let longest = settings.max_wait.0;
     let snapshot = jobs.wait(owner, &id, prefer.wait(settings.default_wait.0, longest)).await?;
     stop.id = None;
     let mut response = present(snapshot, jobs).await.unwrap_or_else(IntoResponse::into_response);
     response.headers_mut().insert("job-id", ascii(id.to_string()));
-    response.headers_mut().extend(prefer.applied(longest));
+    response.headers_mut().extend(prefer.applied(longest).into_iter().chain(replayed(is_repeated)));
     Ok(response)
 }
 

@@ -26,8 +26,8 @@ pub(in crate::store) use database::{BlobLocks, Lock};
 pub use documents::{DocumentChange, DocumentKind, DocumentRecord, NewDocument, Precondition};
 pub use faults::{Faults, Moment};
 pub use job_record::{
-    ConfigDocument, FinishedJob, InputRole, JobFailure, JobInput, JobRecord, JobRequest, JobState, StoredFieldError,
-    StoredProgress, VersionedName,
+    Added, ConfigDocument, FinishedJob, Idempotency, InputRole, JobFailure, JobInput, JobRecord, JobRequest, JobState,
+    StoredFieldError, StoredProgress, VersionedName,
 };
 pub use notices::{Listener, Notice};
 pub use queue::{AfterCrash, Claim, GiveBack, Held, QueueDepth};

@@ -4,9 +4,9 @@ use std::{collections::BTreeSet, time::Duration};
 
 use jiff::Timestamp;
 use retargetd::store::{
-    AfterCrash, ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, Claim, DocumentChange, DocumentKind, FinishedJob,
-    GiveBack, Held, JobId, JobInput, JobRecord, JobRequest, JobState, LeaseId, NewDocument, Notice, Precondition,
-    Principal, Records, ResultId, ResultRecord, Scope, StoreError, StoredProgress,
+    Added, AfterCrash, ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, Claim, DocumentChange, DocumentKind, FinishedJob,
+    GiveBack, Held, Idempotency, JobId, JobInput, JobRecord, JobRequest, JobState, LeaseId, NewDocument, Notice,
+    Precondition, Principal, Records, ResultId, ResultRecord, Scope, StoreError, StoredProgress,
 };
 
 use super::support::Postgres;
@@ -63,6 +63,7 @@ pub(super) fn job(input: &AssetRecord, priority: i32) -> JobRecord {
         memory_bytes: 1 << 40,
         crashes: 0,
         retries: 0,
+        idempotency: None,
         lease: None,
         progress: None,
     }
@@ -104,7 +105,7 @@ async fn claim(records: &Records) -> Option<JobRecord> {
 async fn added(records: &Records, owner: &str, priority: i32) -> JobRecord {
     let asset = records.add_asset(&asset(owner, "aa")).await.expect("writes").0;
     let job = job(&asset, priority);
-    assert!(records.add_job(&job).await.expect("writes"), "its file is there");
+    assert_eq!(records.add_job(&job).await.expect("writes"), Added::New, "its file is there");
     job
 }
 
@@ -112,11 +113,15 @@ async fn a_job_reads_back_as_it_was_written(records: &Records) {
     let written = added(records, "anonymous", 7).await;
     let read = records.job(&written.id).await.expect("reads").expect("is there");
     assert_eq!(read, written, "every field");
-    assert!(records.add_job(&written).await.expect("writes"), "the same again is no fault");
+    assert!(matches!(records.add_job(&written).await.expect("writes"), Added::Before(_)), "the same again is no fault");
     assert_eq!(records.queue_depth().await.expect("counts").jobs, 1, "and no second job");
     let lease = LeaseId::new();
     let missing = job(&asset("anonymous", "bb"), 0);
-    assert!(!records.add_job(&missing).await.expect("answers"), "without its file there is no job");
+    assert_eq!(
+        records.add_job(&missing).await.expect("answers"),
+        Added::FileMissing,
+        "without its file there is no job"
+    );
     assert!(records.job(&missing.id).await.expect("reads").is_none(), "not even half of one");
     assert!(records.leased(&lease).await.expect("reads").is_none(), "nobody has that lease");
 }
@@ -212,7 +217,7 @@ async fn what_belongs_to_others_is_not_there(records: &Records) {
     assert_eq!(ids(her).await, [hers.to_string(), ann.id.to_string()], "she sees what is hers");
     assert_eq!(ids(him).await, [his.to_string(), bob.id.to_string()], "he sees what is his");
     let stolen = JobRecord { id: JobId::new(), principal: him.clone(), ..ann.clone() };
-    assert!(!records.add_job(&stolen).await.expect("answers"), "nobody works on files of others");
+    assert_eq!(records.add_job(&stolen).await.expect("answers"), Added::FileMissing, "nobody works on files of others");
 
     let taken = claim(records).await.expect("a job");
     let owner = if taken.id == ann.id { her } else { him };
@@ -235,6 +240,28 @@ async fn what_belongs_to_others_is_not_there(records: &Records) {
         records.remove_document(him, DocumentKind::Rig, "hero", &Precondition::Always, Timestamp::UNIX_EPOCH).await;
     assert!(matches!(gone, Ok(DocumentChange::Removed)), "his");
     assert!(records.document(her, DocumentKind::Rig, "hero", None).await.expect("reads").is_some(), "hers stays");
+}
+
+async fn one_word_is_one_job_for_each_caller(records: &Records) {
+    let file = records.add_asset(&asset("ann", "aa")).await.expect("writes").0;
+    let word = |key: &str| Some(Idempotency { key: key.to_owned(), asked_sha256: "cc".to_owned() });
+    let askers = (0..64).map(|_| {
+        let (records, new) = (records.clone(), JobRecord { idempotency: word("monday"), ..job(&file, 0) });
+        async move { (records.add_job(&new).await.expect("answers"), new.id) }
+    });
+    let answers = futures::future::join_all(askers).await;
+    let made: Vec<&JobId> = answers.iter().filter(|(added, _)| *added == Added::New).map(|(_, id)| id).collect();
+    assert_eq!(made.len(), 1, "one of many who come at the same time");
+    let told =
+        |added: &Added| matches!(added, Added::Before(job) if job.id == *made[0] && job.idempotency == word("monday"));
+    assert_eq!(answers.iter().filter(|(added, _)| told(added)).count(), 63, "the others are told of it");
+    let asked = records.job_asked_with(&file.principal, "monday").await.expect("reads").expect("is there");
+    assert_eq!(asked.id, *made[0], "found by the word");
+    let other = JobRecord { idempotency: word("tuesday"), ..job(&file, 0) };
+    assert_eq!(records.add_job(&other).await.expect("writes"), Added::New, "another word");
+    let his = records.add_asset(&asset("bob", "aa")).await.expect("writes").0;
+    let his = JobRecord { idempotency: word("monday"), ..job(&his, 0) };
+    assert_eq!(records.add_job(&his).await.expect("writes"), Added::New, "words of others are others");
 }
 
 async fn keys_are_found_bounded_and_removed(records: &Records) {
@@ -390,6 +417,7 @@ suite![
     files_stay_for_unfinished_jobs_and_go_with_the_last_record,
     documents_have_versions_and_one_writer_at_a_time,
     what_belongs_to_others_is_not_there,
+    one_word_is_one_job_for_each_caller,
     keys_are_found_bounded_and_removed,
     many_claim_at_the_same_time_and_each_job_has_one,
 ];

@@ -36,6 +36,11 @@ DROP TABLE named_documents;
 ALTER TABLE documents_owned RENAME TO named_documents;
 CREATE UNIQUE INDEX named_documents_current ON named_documents (principal, kind, name) WHERE superseded_at IS NULL;
 
+-- Who asks twice with the same key has one job.
+ALTER TABLE jobs ADD COLUMN idempotency_key TEXT;
+ALTER TABLE jobs ADD COLUMN asked_sha256 TEXT;
+CREATE UNIQUE INDEX jobs_by_idempotency_key ON jobs (principal, idempotency_key) WHERE idempotency_key IS NOT NULL;
+
 CREATE INDEX jobs_by_principal ON jobs (principal, id);
 
 -- Keys with which callers say who they are. Only a digest of what is secret is kept.
