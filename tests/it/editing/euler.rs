@@ -64,11 +64,8 @@ fn steps_of_bvh(bvh: &str, wraps: bool) -> Steps {
 pub(crate) fn steps_of_fbx(fbx: &[u8]) -> Steps {
     let file = ufbx::load_memory(fbx, ufbx::LoadOpts::default()).expect("an FBX");
     let mut steps = Steps::new();
-    for row in file
-        .anim_layers
-        .iter()
-        .flat_map(|layer| &layer.anim_props)
-        .filter(|row| *row.prop_name == *"Lcl Rotation")
+    for row in
+        file.anim_layers.iter().flat_map(|layer| &layer.anim_props).filter(|row| *row.prop_name == *"Lcl Rotation")
     {
         let largest = steps.entry(row.element.name.to_string()).or_default();
         for curve in row.anim_value.curves.iter().flatten() {
