@@ -96,11 +96,11 @@ impl QuatLanes {
         if let (true, Ok(samples)) = (together, <&mut [Quat; LANES]>::try_from(&mut *samples)) {
             *samples = narrow;
             *before = narrow[LANES - 1];
-        } else {
-            for (sample, rotation) in samples.iter_mut().zip(narrow) {
-                *sample = if rotation.dot(*before) < 0.0 { -rotation } else { rotation };
-                *before = *sample;
-            }
+            return;
+        }
+        for (sample, rotation) in samples.iter_mut().zip(narrow) {
+            *sample = if rotation.dot(*before) < 0.0 { -rotation } else { rotation };
+            *before = *sample;
         }
     }
 

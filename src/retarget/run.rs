@@ -119,3 +119,34 @@ fn assemble(plan: &Plan, results: Vec<ResultTracks>) -> Vec<JointTracks> {
     }
     joints
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        model::Reporter,
+        rig::{Rig, parse_spec, resolve},
+        samples,
+    };
+
+    #[test]
+    fn what_no_track_can_hold_is_told_with_its_frame() {
+        let (source, target) = (samples::walk_scene(), samples::mannequin_scene());
+        let far = source.clips[0].frame_count() - 1;
+        let mut joints = source.clips[0].joints().to_vec();
+        let Track::Sampled(places) = &mut joints[0].translation else { panic!("the walk travels") };
+        places[far] = Vec3::X * 3e38;
+        let clip = source.clips[0].clone().with_joints(joints).expect("it is finite");
+        let spec = parse_spec(br#"{"ops": [{"op": "pelvis", "scale": 2.0}, {"op": "fk"}]}"#).expect("a spec");
+        let mut reporter = Reporter::new();
+        let source = Rig::new("source", &source, None, &spec.source, &mut reporter).expect("a rig");
+        let target = Rig::new("target", &target, None, &spec.target, &mut reporter).expect("a rig");
+        let resolved = resolve(&spec, &source, &target, &clip, &mut reporter).expect("it maps");
+        let plan = Plan::new(source.skeleton(), target.skeleton(), &resolved.mapping);
+        let error = run(&plan, &clip, &Control::new()).expect_err("twice as far is too far");
+        assert!(
+            matches!(error, RunError::OutOfRange(ClipError::NotFinite { frame, .. }) if frame == far),
+            "{error} at frame {far}"
+        );
+    }
+}

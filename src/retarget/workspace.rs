@@ -153,17 +153,15 @@ impl Workspace {
 
     #[inline(always)]
     fn accumulate(&mut self, slot: usize, step: &SourceStep, tracks: &JointTracks, span: Span) {
+        if let Track::Sampled(values) = &tracks.rotation {
+            self.local.load(&values[span.in_clip()]);
+            ask_for(&values[span.next_in_clip(values.len())]);
+        }
         let (done, rest) = self.source.split_at_mut(slot);
         let result = &mut rest[0];
         match (&tracks.rotation, step.parent) {
-            (Track::Sampled(values), Parent::Slot(parent)) => {
-                self.local.load(&values[span.in_clip()]);
-                ask_for(&values[span.next_in_clip(values.len())]);
-                result.set_product(&done[parent], &self.local);
-            }
-            (Track::Sampled(values), Parent::Constant(above)) => {
-                self.local.load(&values[span.in_clip()]);
-                ask_for(&values[span.next_in_clip(values.len())]);
+            (Track::Sampled(_), Parent::Slot(parent)) => result.set_product(&done[parent], &self.local),
+            (Track::Sampled(_), Parent::Constant(above)) => {
                 result.set_product_of_constant(above.rotation, &self.local);
             }
             (still, parent) => {
