@@ -335,7 +335,7 @@ fn what_cannot_be_fitted_is_said_and_goes_by_names() {
     assert!(codes.contains(&"morphs_fit_impossible") && codes.contains(&"morphs_lost"), "{codes:?}");
     assert_eq!(outcome.report.face_fit, None);
     let failure = onto(&source, target, &json!({"morphs": {"fit": {"bounds": [0.5, 1.0]}}})).expect_err("no bounds");
-    assert_eq!(failure.fields[0].pointer, "/morphs/fit/bounds", "{failure:?}");
+    assert_eq!(failure.errors[0].pointer, "/morphs/fit/bounds", "{failure:?}");
 }
 
 #[test]
