@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -75,9 +76,14 @@ pub(super) fn fitted(
     let source_shapes: Vec<Vec<usize>> = morphs_of(source_meshes).map(|morph| vec![morph]).collect();
     let target_shapes = shapes_by_name(target.scene, target_meshes, is_taken);
     let rule = FitRule { bounds: spec.bounds, regularization: spec.regularization };
-    let side = |meshes, shapes, rig: &Rig<'_>| FitSide { meshes, shapes, turn: rig.work_from_scene };
-    let fit =
-        MorphFit::new(side(source_meshes, &source_shapes, source), side(target_meshes, &target_shapes, target), rule);
+    let (source_places, target_places) = (landmarks(source), landmarks(target));
+    let side =
+        |meshes, shapes, rig: &Rig<'_>, landmarks| FitSide { meshes, shapes, landmarks, turn: rig.work_from_scene };
+    let fit = MorphFit::new(
+        side(source_meshes, &source_shapes, source, &source_places),
+        side(target_meshes, &target_shapes, target, &target_places),
+        rule,
+    );
     let Some(fit) = fit else {
         impossible("target", "the two faces have no moving points in common; faces go by names".to_owned());
         return Ok(None);
@@ -101,6 +107,16 @@ fn check(spec: &MorphFitSpec) -> Result<(), Failure> {
     let detail = format!("[{least}, {most}] are no bounds of weights; the least comes first, and 0 lies within");
     let field = SpecField::new(SpecErrorKind::InvalidValue, "/morphs/fit/bounds", detail);
     SpecError::from_fields(vec![field]).map_or(Ok(()), |error| Err(in_config(error)))
+}
+
+/// Where the eyes are, at rest.
+fn landmarks(rig: &Rig<'_>) -> Vec<(usize, DVec3)> {
+    let rest = rig.skeleton().rest_pose().to_model(rig.skeleton());
+    let place = |(number, role): (usize, &str)| {
+        let joint = *rig.role(role).first()?;
+        Some((number, rest.transforms()[joint].translation))
+    };
+    ["left_eye", "right_eye"].into_iter().enumerate().filter_map(place).collect()
 }
 
 fn morphs_of(meshes: &[MorphMesh]) -> impl Iterator<Item = usize> {

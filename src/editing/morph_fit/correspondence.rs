@@ -59,16 +59,19 @@ pub(super) fn correspondence(source: &Face, target: &Face) -> Option<Corresponde
     if let Some(found) = by_index(source, target, &ours, size) {
         return Some(found);
     }
-    let mut placement = {
+    let by_landmarks = Placement::best(&common_landmarks(source, target));
+    let mut placement = by_landmarks.unwrap_or_else(|| {
         let scale = size.1 / their_size.1;
         Placement { scale, offset: size.0 - their_size.0 * scale }
-    };
+    });
     let near = |placement: Placement| {
         let placed: Vec<DVec3> = source.positions.iter().map(|point| placement.of(*point)).collect();
         ByHeight::new(placed)
     };
     let farthest = FARTHEST_SHARE * size.1;
-    for _ in 0..ROUNDS {
+    // Points that move can be the mouth of one face and all of another: what is known to belong together says it better.
+    let rounds = if by_landmarks.is_some() { 0 } else { ROUNDS };
+    for _ in 0..rounds {
         let places = near(placement);
         let mut pairs: Vec<(f64, DVec3, DVec3)> = ours
             .iter()
@@ -102,6 +105,12 @@ pub(super) fn correspondence(source: &Face, target: &Face) -> Option<Corresponde
         is_same_topology: false,
         mean_distance_share: mean,
     })
+}
+
+/// Places that both have, the source's first.
+fn common_landmarks(source: &Face, target: &Face) -> Vec<(DVec3, DVec3)> {
+    let theirs = |number: usize| source.landmarks.iter().find(|(other, _)| *other == number).map(|(_, place)| *place);
+    target.landmarks.iter().filter_map(|(number, place)| Some((theirs(*number)?, *place))).collect()
 }
 
 /// Where both have as many points, and those of one index lie in one place.

@@ -46,11 +46,12 @@ struct Face {
     counts: Vec<usize>,
     /// Displacements of all points, by shape.
     shapes: Vec<Vec<DVec3>>,
+    landmarks: Vec<(usize, DVec3)>,
 }
 
 impl Face {
-    /// `shapes` lists for each shape the morphs that make it: those of several meshes go together.
-    fn new(meshes: &[MorphMesh], shapes: &[Vec<usize>], turn: DQuat) -> Self {
+    fn new(side: FitSide<'_>) -> Self {
+        let FitSide { meshes, shapes, turn, landmarks } = side;
         let positions: Vec<DVec3> =
             meshes.iter().flat_map(|mesh| &mesh.positions).map(|position| turn * position.as_dvec3()).collect();
         let begins = meshes.iter().scan(0, |next, mesh| {
@@ -73,7 +74,8 @@ impl Face {
         };
         let counts = meshes.iter().map(|mesh| mesh.positions.len()).collect();
         let shapes = shapes.iter().map(shape).collect();
-        Self { positions, counts, shapes }
+        let landmarks = landmarks.iter().map(|(number, place)| (*number, turn * *place)).collect();
+        Self { positions, counts, shapes, landmarks }
     }
 
     /// Points that some shape moves.
@@ -96,6 +98,9 @@ pub struct FitSide<'a> {
     pub meshes: &'a [MorphMesh],
     /// For each shape the morphs, by their index in the scene, that move together as one.
     pub shapes: &'a [Vec<usize>],
+    /// Places that both faces have, such as the eyes: each by its number, in the scene. Two of them say where the faces lie and how large
+    /// they are; else the points that move do.
+    pub landmarks: &'a [(usize, DVec3)],
     /// Turns the scene to where +Y is up and +Z the way that the figure faces.
     pub turn: DQuat,
 }
@@ -121,7 +126,7 @@ impl MorphFit {
     /// Lays the faces over each other; nothing where one of them has no point that moves, or they have none in common.
     #[must_use]
     pub fn new(source: FitSide<'_>, target: FitSide<'_>, rule: FitRule) -> Option<Self> {
-        let [source, target] = [source, target].map(|side| Face::new(side.meshes, side.shapes, side.turn));
+        let [source, target] = [source, target].map(Face::new);
         let found = correspondence(&source, &target)?;
         let columns: Vec<Vec<DVec3>> =
             target.shapes.iter().map(|shape| found.pairs.iter().map(|(point, _)| shape[*point]).collect()).collect();

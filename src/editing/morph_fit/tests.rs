@@ -29,7 +29,7 @@ const RIGHT: (f32, f32, Vec3) = (0.5, 0.4, Vec3::new(0.0, -0.2, 0.05));
 const JAW: (f32, f32, Vec3) = (0.0, -0.6, Vec3::new(0.0, -0.4, 0.0));
 
 fn side<'a>(mesh: &'a MorphMesh, shapes: &'a [Vec<usize>]) -> FitSide<'a> {
-    FitSide { meshes: std::slice::from_ref(mesh), shapes, turn: DQuat::IDENTITY }
+    FitSide { meshes: std::slice::from_ref(mesh), shapes, landmarks: &[], turn: DQuat::IDENTITY }
 }
 
 fn alone(count: usize) -> Vec<Vec<usize>> {
@@ -64,6 +64,21 @@ fn faces_of_other_points_are_laid_over_each_other() {
     let fit = MorphFit::new(side(&source, &shapes), side(&moved, &shapes), RULE).expect("a fit");
     assert!(!fit.quality.is_same_topology, "{:?}", fit.quality);
     assert_near(&fit.weights(&[0.7, 0.1, 0.4]), &[0.4, 0.1, 0.7], 0.05);
+}
+
+#[test]
+fn landmarks_lay_faces_over_each_other_that_move_in_other_places() {
+    // One face only moves its jaw, the other one everything: what moves does not say where the jaw is.
+    let (source, target) = (face(23, 1.0, &[JAW]), face(31, 2.0, &[LEFT, RIGHT, JAW]));
+    let (one, three) = (alone(1), alone(3));
+    let eyes = |size: f64| [(0, DVec3::new(-0.5, 0.5, 0.4) * size), (1, DVec3::new(0.5, 0.5, 0.4) * size)];
+    let (here, there) = (eyes(1.0), eyes(2.0));
+    let with = |source_eyes, target_eyes| {
+        let source = FitSide { landmarks: source_eyes, ..side(&source, &one) };
+        let target = FitSide { landmarks: target_eyes, ..side(&target, &three) };
+        MorphFit::new(source, target, RULE).expect("a fit").weights(&[0.8])
+    };
+    assert_near(&with(&here, &there), &[0.0, 0.0, 0.8], 0.05);
 }
 
 #[test]
