@@ -17,6 +17,8 @@ use super::{Failure, files::in_config};
 
 /// When more of the source's motion than this is not met, a word is due.
 const MUCH_MISSED: f64 = 0.4;
+/// When more than this is not met, names say more than the meshes do.
+const MOST_MISSED: f64 = 0.75;
 /// When corresponding points are farther apart than this share of the face, the faces may not lie over each other.
 const FAR_APART: f64 = 0.05;
 
@@ -40,7 +42,7 @@ pub struct FaceFitView {
 }
 
 /// Weights of shapes of the target, solved frame by frame, but of those that `is_taken`; nothing, and a warning why, where the files
-/// hold no two faces that can be compared.
+/// hold no two faces that can be compared, or one can do next to nothing of what the other does.
 pub(super) fn fitted(
     clip: &Clip,
     (source, target): (&Rig<'_>, &Rig<'_>),
@@ -51,7 +53,7 @@ pub(super) fn fitted(
 ) -> Result<Option<(Vec<MorphTrack>, FaceFitView)>, Failure> {
     check(spec)?;
     let mut impossible = |side: &str, detail: String| {
-        let hint = "send files with their meshes and uncompressed morph targets, or leave morphs.fit out";
+        let hint = "send meshes of much the same shape with uncompressed morph targets, or leave morphs.fit out";
         reporter.warn("morphs_fit_impossible", side, detail, hint);
     };
     let mut meshes = Vec::with_capacity(2);
@@ -90,6 +92,11 @@ pub(super) fn fitted(
     };
     let frames = solved(&fit, clip, source.scene, &source_shapes, control)?;
     let view = view(&fit, &frames, target_shapes.len());
+    if view.missed_share > MOST_MISSED {
+        let missed = view.missed_share * 100.0;
+        impossible("target", format!("the target's shapes miss {missed:.0} % of what the source's face does; faces go by names"));
+        return Ok(None);
+    }
     report(&view, reporter);
     let tracks = target_shapes.iter().enumerate().flat_map(|(shape, morphs)| {
         let weights: Vec<f32> = frames.iter().map(|frame| frame.weights[shape] as f32).collect();
