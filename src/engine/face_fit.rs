@@ -94,7 +94,10 @@ pub(super) fn fitted(
     let view = view(&fit, &frames, target_shapes.len());
     if view.missed_share > MOST_MISSED {
         let missed = view.missed_share * 100.0;
-        impossible("target", format!("the target's shapes miss {missed:.0} % of what the source's face does; faces go by names"));
+        impossible(
+            "target",
+            format!("the target's shapes miss {missed:.0} % of what the source's face does; faces go by names"),
+        );
         return Ok(None);
     }
     report(&view, reporter);

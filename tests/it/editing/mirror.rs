@@ -325,7 +325,10 @@ fn a_given_table_says_who_changes_sides() {
     };
     let angle = turn(frames - 1).angle_between(Quat::IDENTITY);
     let [lantern_alone, rope_alone] = turned(&[]);
-    assert!(lantern_alone < 1e-3 && (rope_alone - angle).abs() < 1e-3, "each mirrors its own: {lantern_alone}, {rope_alone}");
+    assert!(
+        lantern_alone < 1e-3 && (rope_alone - angle).abs() < 1e-3,
+        "each mirrors its own: {lantern_alone}, {rope_alone}"
+    );
     let [lantern_paired, rope_paired] = turned(&[(lantern, rope)]);
     assert!((lantern_paired - angle).abs() < 1e-3 && rope_paired < 1e-3, "swapped: {lantern_paired}, {rope_paired}");
 }
