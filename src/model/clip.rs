@@ -79,26 +79,14 @@ impl Clip {
     /// # Errors
     /// When times do not rise, a track's length is not the number of frames, or a value is not finite.
     pub fn new(name: String, times_seconds: Vec<f64>, joints: Vec<JointTracks>) -> Result<Self, ClipError> {
-        let frames = times_seconds.len();
-        if frames == 0 {
-            return Err(ClipError::NoFrame);
-        }
-        for (frame, time) in times_seconds.iter().enumerate() {
-            let rises = frame == 0 || times_seconds[frame - 1] < *time;
-            if !time.is_finite() || !rises {
-                return Err(ClipError::TimesNotRising { frame });
-            }
-        }
-        // In parallel, since it reads the whole clip once; the first joint's fault is told, whichever was found first.
-        let check = |(joint, tracks): (usize, &JointTracks)| {
-            check_track(&tracks.translation, joint, frames, |value| value.is_finite())?;
-            check_track(&tracks.rotation, joint, frames, |value| value.is_finite())?;
-            check_track(&tracks.scale, joint, frames, |value| value.is_finite())
-        };
-        if let Some(fault) = joints.par_iter().enumerate().map(check).find_map_first(Result::err) {
-            return Err(fault);
-        }
-        Ok(Self { name, times_seconds, joints, contacts: Vec::new(), morphs: Vec::new(), sparse_keys: None })
+        check(&times_seconds, &joints)?;
+        Ok(Self::of_checked(name, times_seconds, joints))
+    }
+
+    /// The same for one who has looked at every value already: reading the whole clip once more is what takes longest here.
+    pub(crate) fn of_checked(name: String, times_seconds: Vec<f64>, joints: Vec<JointTracks>) -> Self {
+        debug_assert_eq!(check(&times_seconds, &joints), Ok(()), "it has been looked at");
+        Self { name, times_seconds, joints, contacts: Vec::new(), morphs: Vec::new(), sparse_keys: None }
     }
 
     /// The same clip with what is known of contacts.
@@ -237,6 +225,26 @@ impl Clip {
     pub fn into_parts(self) -> (String, Vec<f64>, Vec<JointTracks>) {
         (self.name, self.times_seconds, self.joints)
     }
+}
+
+fn check(times_seconds: &[f64], joints: &[JointTracks]) -> Result<(), ClipError> {
+    let frames = times_seconds.len();
+    if frames == 0 {
+        return Err(ClipError::NoFrame);
+    }
+    for (frame, time) in times_seconds.iter().enumerate() {
+        let rises = frame == 0 || times_seconds[frame - 1] < *time;
+        if !time.is_finite() || !rises {
+            return Err(ClipError::TimesNotRising { frame });
+        }
+    }
+    // In parallel, since it reads the whole clip once; the first joint's fault is told, whichever was found first.
+    let check = |(joint, tracks): (usize, &JointTracks)| {
+        check_track(&tracks.translation, joint, frames, |value| value.is_finite())?;
+        check_track(&tracks.rotation, joint, frames, |value| value.is_finite())?;
+        check_track(&tracks.scale, joint, frames, |value| value.is_finite())
+    };
+    joints.par_iter().enumerate().map(check).find_map_first(Result::err).map_or(Ok(()), Err)
 }
 
 fn check_track<T: Copy>(

@@ -33,6 +33,7 @@ impl Transform {
     }
 
     /// Moves a point out of this transform's space into the parent's.
+    #[inline]
     #[must_use]
     pub fn transform_point(&self, point: DVec3) -> DVec3 {
         self.translation + self.rotation * (self.scale * point)

@@ -39,10 +39,12 @@ pub(super) struct VecLanes {
 impl QuatLanes {
     pub(super) const IDENTITY: Self = Self::splat_components(0.0, 0.0, 0.0, 1.0);
 
+    #[inline(always)]
     const fn splat_components(x: f64, y: f64, z: f64, w: f64) -> Self {
         Self { x: [x; LANES], y: [y; LANES], z: [z; LANES], w: [w; LANES] }
     }
 
+    #[inline(always)]
     pub(super) const fn splat(rotation: DQuat) -> Self {
         Self::splat_components(rotation.x, rotation.y, rotation.z, rotation.w)
     }
@@ -188,12 +190,15 @@ impl QuatLanes {
     }
 
     /// Brings quaternions that are unit ones but for rounding back to unit length, without a root or a division: two Newton
-    /// steps for the inverse root, which leave a length that was off by a share e off by about e to the fourth.
+    /// steps for the inverse root, which leave a length that was off by a share e off by about e to the fourth. Says whether all
+    /// lanes were about that long, and so are finite.
     #[inline(always)]
-    pub(super) fn refine_length(&mut self) {
+    pub(super) fn refine_length(&mut self) -> bool {
+        let mut is_near = true;
         for lane in 0..LANES {
             let (x, y, z, w) = (self.x[lane], self.y[lane], self.z[lane], self.w[lane]);
             let square = x * x + y * y + z * z + w * w;
+            is_near &= square <= 2.0;
             let first = 1.5 - 0.5 * square;
             let factor = first * (1.5 - 0.5 * square * first * first);
             self.x[lane] = x * factor;
@@ -201,6 +206,7 @@ impl QuatLanes {
             self.z[lane] = z * factor;
             self.w[lane] = w * factor;
         }
+        is_near
     }
 
     /// Unit length in every lane. Lanes of length zero become the identity.
@@ -323,6 +329,7 @@ impl QuatLanes {
 impl VecLanes {
     pub(super) const ZERO: Self = Self::splat(DVec3::ZERO);
 
+    #[inline(always)]
     pub(super) const fn splat(vector: DVec3) -> Self {
         Self { x: [vector.x; LANES], y: [vector.y; LANES], z: [vector.z; LANES] }
     }
@@ -341,14 +348,15 @@ impl VecLanes {
         result
     }
 
-    /// Writes as many lanes as `samples` is long.
+    /// Writes as many lanes as `samples` is long, and says whether they are finite.
     #[inline(always)]
-    pub(super) fn store(&self, samples: &mut [Vec3]) {
+    pub(super) fn store(&self, samples: &mut [Vec3]) -> bool {
         for (lane, sample) in samples.iter_mut().enumerate().take(LANES) {
             #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
             let component = |values: &Lane| values[lane] as f32;
             *sample = Vec3::new(component(&self.x), component(&self.y), component(&self.z));
         }
+        samples.iter().all(|sample| sample.is_finite())
     }
 
     #[inline(always)]

@@ -13,7 +13,7 @@ use super::{
 };
 
 /// Frames that one thread takes at a time; a multiple of [`LANES`].
-const CHUNK_FRAMES: usize = 32 * LANES;
+const CHUNK_FRAMES: usize = 16 * LANES;
 
 /// Why a clip could not be retargeted.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -37,17 +37,20 @@ pub fn run(plan: &Plan, clip: &Clip, control: &Control) -> Result<Clip, RunError
     let mut results: Vec<ResultTracks> =
         plan.outputs.par_iter().map(|output| ResultTracks::new(frames, output.translation, output.scale)).collect();
     let chunks = split_into_chunks(&mut results, frames);
-    chunks.into_par_iter().try_for_each_init(
-        || Workspace::new(plan),
-        |workspace, mut chunk| {
-            control.check()?;
-            workspace.run(plan, clip.joints(), &mut chunk);
-            control.advance(chunk.frames as u64);
-            Ok::<(), Canceled>(())
-        },
-    )?;
+    let fill = |workspace: &mut Workspace, mut chunk: Chunk<'_>| {
+        control.check()?;
+        workspace.run(plan, clip.joints(), &mut chunk);
+        control.advance(chunk.frames as u64);
+        Ok::<bool, Canceled>(chunk.tracks.iter().all(|tracks| tracks.is_finite))
+    };
+    let is_finite = chunks
+        .into_par_iter()
+        .map_init(|| Workspace::new(plan), fill)
+        .try_reduce(|| true, |before, chunk| Ok(before && chunk))?;
     results.par_iter_mut().for_each(|tracks| join_hemispheres(&mut tracks.rotations));
-    assemble(plan, clip, results)
+    let (name, times) = (clip.name().to_owned(), clip.times_seconds().to_vec());
+    let joints = assemble(plan, results);
+    Ok(if is_finite { Clip::of_checked(name, times, joints) } else { Clip::new(name, times, joints)? })
 }
 
 /// The tracks of one driven joint, while they are being filled.
@@ -86,6 +89,7 @@ fn split_into_chunks(results: &mut [ResultTracks], frames: usize) -> Vec<Chunk<'
                 translations: translations.next().unwrap_or_default(),
                 scales: scales.next().unwrap_or_default(),
                 before: Quat::IDENTITY,
+                is_finite: true,
             });
         }
     }
@@ -104,7 +108,7 @@ fn join_hemispheres(rotations: &mut [Quat]) {
     }
 }
 
-fn assemble(plan: &Plan, clip: &Clip, results: Vec<ResultTracks>) -> Result<Clip, RunError> {
+fn assemble(plan: &Plan, results: Vec<ResultTracks>) -> Vec<JointTracks> {
     let mut joints = vec![JointTracks::default(); plan.target_joint_count];
     for (output, result) in plan.outputs.iter().zip(results) {
         joints[output.joint] = JointTracks {
@@ -113,5 +117,36 @@ fn assemble(plan: &Plan, clip: &Clip, results: Vec<ResultTracks>) -> Result<Clip
             scale: if output.scale { Track::Sampled(result.scales) } else { Track::Rest },
         };
     }
-    Ok(Clip::new(clip.name().to_owned(), clip.times_seconds().to_vec(), joints)?)
+    joints
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        model::Reporter,
+        rig::{Rig, parse_spec, resolve},
+        samples,
+    };
+
+    #[test]
+    fn what_no_track_can_hold_is_told_with_its_frame() {
+        let (source, target) = (samples::walk_scene(), samples::mannequin_scene());
+        let far = source.clips[0].frame_count() - 1;
+        let mut joints = source.clips[0].joints().to_vec();
+        let Track::Sampled(places) = &mut joints[0].translation else { panic!("the walk travels") };
+        places[far] = Vec3::X * 3e38;
+        let clip = source.clips[0].clone().with_joints(joints).expect("it is finite");
+        let spec = parse_spec(br#"{"ops": [{"op": "pelvis", "scale": 2.0}, {"op": "fk"}]}"#).expect("a spec");
+        let mut reporter = Reporter::new();
+        let source = Rig::new("source", &source, None, &spec.source, &mut reporter).expect("a rig");
+        let target = Rig::new("target", &target, None, &spec.target, &mut reporter).expect("a rig");
+        let resolved = resolve(&spec, &source, &target, &clip, &mut reporter).expect("it maps");
+        let plan = Plan::new(source.skeleton(), target.skeleton(), &resolved.mapping);
+        let error = run(&plan, &clip, &Control::new()).expect_err("twice as far is too far");
+        assert!(
+            matches!(error, RunError::OutOfRange(ClipError::NotFinite { frame, .. }) if frame == far),
+            "{error} at frame {far}"
+        );
+    }
 }

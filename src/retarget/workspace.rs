@@ -1,6 +1,6 @@
 //! What one thread works in: the joints of both sides for a few frames.
 
-use std::ops::Range;
+use std::{hint::black_box, ops::Range};
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 
@@ -14,10 +14,8 @@ use super::{
     },
 };
 
-/// Frames that are staged at once; a multiple of [`LANES`].
-const BLOCK: usize = 4 * LANES;
-/// Distance between two rows of a stage: not a power of two, so that rows spread over the cache.
-const STAGE_STRIDE: usize = BLOCK + 4;
+/// Rotations in what memory hands over at once.
+const LINE: usize = 64 / size_of::<Quat>();
 
 /// A run of frames of all results.
 pub(super) struct Chunk<'a> {
@@ -34,6 +32,8 @@ pub(super) struct ChunkTracks<'a> {
     pub(super) scales: &'a mut [Vec3],
     /// The rotation before the one that is written next; its hemisphere is kept.
     pub(super) before: Quat,
+    /// Whether all that was written is finite.
+    pub(super) is_finite: bool,
 }
 
 /// Position and scale of one joint in plan space.
@@ -46,6 +46,7 @@ struct Place {
 impl Place {
     const ORIGIN: Self = Self { position: VecLanes::ZERO, scale: VecLanes::splat(DVec3::ONE) };
 
+    #[inline(always)]
     fn splat(transform: &Transform) -> Self {
         Self { position: VecLanes::splat(transform.translation), scale: VecLanes::splat(transform.scale) }
     }
@@ -61,14 +62,17 @@ struct Frame {
 impl Frame {
     const IDENTITY: Self = Self { rotation: QuatLanes::IDENTITY, place: Place::ORIGIN };
 
+    #[inline(always)]
     fn splat(transform: &Transform) -> Self {
         Self { rotation: QuatLanes::splat(transform.rotation), place: Place::splat(transform) }
     }
 
+    #[inline(always)]
     fn point(&self, point: &VecLanes) -> VecLanes {
         self.place.position.plus(&self.rotation.rotate(&self.place.scale.times(point)))
     }
 
+    #[inline(always)]
     fn then_child(&self, child: &Self) -> Self {
         let place =
             Place { position: self.point(&child.place.position), scale: self.place.scale.times(&child.place.scale) };
@@ -76,6 +80,7 @@ impl Frame {
     }
 
     /// The inverse of `then_child`, with the conjugate as the inverse rotation.
+    #[inline(always)]
     fn relative(&self, child: &Self) -> Self {
         let offset = self.rotation.rotate_back(&child.place.position.minus(&self.place.position));
         let place =
@@ -94,9 +99,6 @@ pub(super) struct Workspace {
     chords: Vec<QuatLanes>,
     /// A joint's local rotation, on its way in or out.
     local: QuatLanes,
-    /// A block of frames of every source track, and of every output.
-    staged_in: Vec<Quat>,
-    staged_out: Vec<Quat>,
 }
 
 impl Workspace {
@@ -109,8 +111,6 @@ impl Workspace {
             carried: vec![Frame::IDENTITY; plan.carried_slots],
             chords: vec![QuatLanes::IDENTITY; plan.chord_slots],
             local: QuatLanes::IDENTITY,
-            staged_in: vec![Quat::IDENTITY; plan.source_steps.len() * STAGE_STRIDE],
-            staged_out: vec![Quat::IDENTITY; plan.outputs.len() * STAGE_STRIDE],
         }
     }
 
@@ -139,50 +139,29 @@ impl Workspace {
 
     #[inline(always)]
     fn run_frames(&mut self, plan: &Plan, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
-        for block in (0..chunk.frames).step_by(BLOCK) {
-            let frames = BLOCK.min(chunk.frames - block);
-            self.stage_in(plan, tracks, chunk.first_frame + block, frames);
-            for first in (0..frames).step_by(LANES) {
-                let frame = chunk.first_frame + block + first;
-                let span = Span { frame, staged: first, in_chunk: block + first, count: LANES.min(frames - first) };
-                for (slot, step) in plan.source_steps.iter().enumerate() {
-                    self.accumulate(slot, step, &tracks[step.joint], span);
-                }
-                for (slot, step) in plan.target_steps.iter().enumerate() {
-                    self.compute(plan, slot, step, &mut chunk.tracks, span);
-                }
+        for first in (0..chunk.frames).step_by(LANES) {
+            let frame = chunk.first_frame + first;
+            let span = Span { frame, in_chunk: first, count: LANES.min(chunk.frames - first) };
+            for (slot, step) in plan.source_steps.iter().enumerate() {
+                self.accumulate(slot, step, &tracks[step.joint], span);
             }
-            self.stage_out(chunk, block, frames);
-        }
-    }
-
-    /// Copies a block of every source track. A track is one long run of memory, and all tracks are of one length, so reading a
-    /// few frames of each in turn would touch as many pages and, at lengths that are powers of two, few cache sets.
-    fn stage_in(&mut self, plan: &Plan, tracks: &[JointTracks], frame: usize, frames: usize) {
-        for (step, staged) in plan.source_steps.iter().zip(self.staged_in.chunks_exact_mut(STAGE_STRIDE)) {
-            if let Track::Sampled(values) = &tracks[step.joint].rotation {
-                staged[..frames].copy_from_slice(&values[frame..frame + frames]);
+            for (slot, step) in plan.target_steps.iter().enumerate() {
+                self.compute(plan, slot, step, &mut chunk.tracks, span);
             }
-        }
-    }
-
-    fn stage_out(&self, chunk: &mut Chunk<'_>, block: usize, frames: usize) {
-        for (tracks, staged) in chunk.tracks.iter_mut().zip(self.staged_out.chunks_exact(STAGE_STRIDE)) {
-            tracks.rotations[block..block + frames].copy_from_slice(&staged[..frames]);
         }
     }
 
     #[inline(always)]
     fn accumulate(&mut self, slot: usize, step: &SourceStep, tracks: &JointTracks, span: Span) {
+        if let Track::Sampled(values) = &tracks.rotation {
+            self.local.load(&values[span.in_clip()]);
+            ask_for(&values[span.next_in_clip(values.len())]);
+        }
         let (done, rest) = self.source.split_at_mut(slot);
         let result = &mut rest[0];
         match (&tracks.rotation, step.parent) {
-            (Track::Sampled(_), Parent::Slot(parent)) => {
-                self.local.load(&self.staged_in[span.staged_range(slot)]);
-                result.set_product(&done[parent], &self.local);
-            }
+            (Track::Sampled(_), Parent::Slot(parent)) => result.set_product(&done[parent], &self.local),
             (Track::Sampled(_), Parent::Constant(above)) => {
-                self.local.load(&self.staged_in[span.staged_range(slot)]);
                 result.set_product_of_constant(above.rotation, &self.local);
             }
             (still, parent) => {
@@ -322,6 +301,7 @@ impl Workspace {
     }
 
     /// Where a joint is whose bone keeps its length.
+    #[inline(always)]
     fn rest_place(&self, step: &TargetStep, parent: &Frame) -> Place {
         let position = match &step.ride {
             Some(ride) => self.ridden_position(ride),
@@ -334,13 +314,9 @@ impl Workspace {
     ///
     /// With d that direction, the end lies at `t · d`, where `|t · d − kept| = |turned|`; R takes `turned` to `t · d − kept`.
     /// Out of reach (the kept bone is longer than the others), t is the nearest.
+    #[inline(always)]
     fn chord_turn(&self, step: &ChordStep) -> QuatLanes {
-        let sum = |bones: &[(Sample, DVec3)]| {
-            bones.iter().fold(VecLanes::ZERO, |sum, (sample, bone)| {
-                sum.plus(&self.sample_rotation(*sample).rotate(&VecLanes::splat(*bone)))
-            })
-        };
-        let (turned, kept) = (sum(&step.turned), sum(&step.kept));
+        let (turned, kept) = (self.sum_of(&step.turned), self.sum_of(&step.kept));
         let (start, end) = (&self.source_places[step.source_start], &self.source_places[step.source_end]);
         let wanted = end.position.minus(&start.position);
         let mut goal = VecLanes::ZERO;
@@ -355,6 +331,15 @@ impl Workspace {
         QuatLanes::between(&turned, &goal)
     }
 
+    /// Where bones lead that each follow a place of the source.
+    #[inline(always)]
+    fn sum_of(&self, bones: &[(Sample, DVec3)]) -> VecLanes {
+        bones.iter().fold(VecLanes::ZERO, |sum, (sample, bone)| {
+            sum.plus(&self.sample_rotation(*sample).rotate(&VecLanes::splat(*bone)))
+        })
+    }
+
+    #[inline(always)]
     fn sample_rotation(&self, sample: Sample) -> QuatLanes {
         match sample {
             Sample::At(slot) => self.source[slot],
@@ -364,6 +349,7 @@ impl Workspace {
         }
     }
 
+    #[inline(always)]
     fn between(&self, first: usize, second: usize, fraction: f64, first_axes: Option<DQuat>) -> QuatLanes {
         match first_axes {
             Some(axes) => self.source[first].blend(&self.source[second].times_constant(axes), fraction),
@@ -371,6 +357,7 @@ impl Workspace {
         }
     }
 
+    #[inline(always)]
     fn move_pelvis(&mut self, slot: usize, step: &TargetStep, driver: &PelvisDriver) {
         self.target[slot] = self.source[driver.source_slot].times_constant(driver.rotation).normalized();
         if let Some(further) = &driver.further {
@@ -392,6 +379,7 @@ impl Workspace {
     }
 
     /// Goes back toward the rest rotation below the parent where the alpha is not one.
+    #[inline(always)]
     fn blend_rotation(&mut self, slot: usize, step: &TargetStep, alpha: f64) {
         #[expect(clippy::float_cmp, reason = "exactly one means that there is nothing to blend")]
         if alpha == 1.0 {
@@ -402,6 +390,7 @@ impl Workspace {
         self.target[slot] = parent.times(&local.scaled_from(step.hold.rotation, alpha));
     }
 
+    #[inline(always)]
     fn source_parent(&self, parent: Parent) -> Frame {
         match parent {
             Parent::Slot(slot) => Frame { rotation: self.source[slot], place: self.source_places[slot] },
@@ -409,6 +398,7 @@ impl Workspace {
         }
     }
 
+    #[inline(always)]
     fn target_parent(&self, parent: Parent) -> Frame {
         match parent {
             Parent::Slot(slot) => Frame { rotation: self.target[slot], place: self.target_places[slot] },
@@ -416,10 +406,12 @@ impl Workspace {
         }
     }
 
+    #[inline(always)]
     fn ridden_position(&self, ride: &RideStep) -> VecLanes {
         self.target_parent(Parent::Slot(ride.on)).point(&VecLanes::splat(ride.translation))
     }
 
+    #[inline(always)]
     fn sample_position(&self, sample: Sample) -> VecLanes {
         match sample {
             Sample::At(slot) => self.source_places[slot].position,
@@ -430,6 +422,7 @@ impl Workspace {
     }
 
     /// Where a translation mode puts a joint, and how much of it is wanted.
+    #[inline(always)]
     fn moved(&self, sample: Sample, translation: Translation, parent: &Frame) -> Option<(VecLanes, f64)> {
         match translation {
             Translation::Hold => None,
@@ -480,17 +473,17 @@ impl Workspace {
                 self.local.set_product_of_constant(DQuat::conjugate(above.rotation), &self.target[slot]);
             }
         }
-        if plan.normalizes {
-            self.local.refine_length();
-        }
-        self.local.store(&mut self.staged_out[span.staged_range(output)], &mut tracks.before);
+        let is_near = plan.normalizes && self.local.refine_length();
+        let rotations = &mut tracks.rotations[range.clone()];
+        self.local.store(rotations, &mut tracks.before);
+        tracks.is_finite &= is_near || rotations.iter().all(|rotation| rotation.is_finite());
         let output = &plan.outputs[output];
         if output.translation {
             let joint = Frame { rotation: self.target[slot], place: self.target_places[slot] };
             let local = self.target_parent(step.parent).relative(&joint).place;
-            local.position.store(&mut tracks.translations[range.clone()]);
+            tracks.is_finite &= local.position.store(&mut tracks.translations[range.clone()]);
             if output.scale {
-                local.scale.store(&mut tracks.scales[range]);
+                tracks.is_finite &= local.scale.store(&mut tracks.scales[range]);
             }
         }
     }
@@ -512,25 +505,38 @@ impl PelvisFurther {
     }
 }
 
-/// Which frames are being worked on: the first one's index in the clip, in the stage and in the chunk, and how many.
+/// Which frames are being worked on: the first one's index in the clip and in the chunk, and how many.
 #[derive(Clone, Copy)]
 struct Span {
     frame: usize,
-    staged: usize,
     in_chunk: usize,
     count: usize,
 }
 
 impl Span {
-    fn staged_range(self, row: usize) -> Range<usize> {
-        let begin = row * STAGE_STRIDE + self.staged;
-        begin..begin + self.count
+    fn in_clip(self) -> Range<usize> {
+        self.frame..self.frame + self.count
     }
+
+    /// What comes after it, in a clip of so many frames.
+    fn next_in_clip(self, frames: usize) -> Range<usize> {
+        let begin = self.frame + self.count;
+        begin..(begin + LANES).min(frames)
+    }
+}
+
+/// Reads a little of every [`LINE`] of the samples that are needed next, so that they are near by then.
+///
+/// A track is one long run of memory, and the loop reads a few frames of each in turn: it would wait for every one of them. Nothing
+/// waits for what is read here.
+#[inline(always)]
+fn ask_for(samples: &[Quat]) {
+    black_box(samples.iter().step_by(LINE).fold(0, |read, sample| read | sample.x.to_bits()));
 }
 
 fn load_vector(track: &Track<Vec3>, rest: DVec3, span: Span) -> VecLanes {
     match track {
-        Track::Sampled(values) => VecLanes::load(&values[span.frame..span.frame + span.count]),
+        Track::Sampled(values) => VecLanes::load(&values[span.in_clip()]),
         Track::Constant(value) => VecLanes::splat(value.as_dvec3()),
         Track::Rest => VecLanes::splat(rest),
     }

@@ -130,12 +130,12 @@ impl ContactStage {
             })
             .collect();
         let levels: Vec<f64> = tracks.par_iter().map(|track| self.level(track)).collect();
-        let mut points = Vec::with_capacity(width);
-        for ((point, track), level) in self.points.iter().zip(tracks).zip(&levels) {
+        let point = |((point, track), level): ((&Point, Tracked), &f64)| {
             let touches = self.touches(point, &track, self.agreed(point, *level, &levels), work.times);
             let Point { name, limb, part, .. } = *point;
-            points.push(ContactPoint { name, limb, part, positions: track.positions, touches });
-        }
+            ContactPoint { name, limb, part, positions: track.positions, touches }
+        };
+        let points = self.points.par_iter().zip(tracks).zip(&levels).map(point).collect();
         work.contacts = ContactPoints { points };
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! Soles as far above the floor as the source's. (retargeting.md B8.)
 
 use glam::{DQuat, DVec3};
+use rayon::prelude::*;
 
 use crate::{
     model::Canceled,
@@ -78,8 +79,8 @@ struct Clearance {
 /// How far a foot is moved.
 #[derive(Clone, Copy)]
 struct Lift {
-    /// Beyond the shift of the pelvis, along X so that it can be smoothed.
-    beyond: DVec3,
+    /// Beyond the shift of the pelvis.
+    beyond: f64,
     /// What it has to be moved by to stay out of the floor.
     least: f64,
 }
@@ -89,8 +90,8 @@ impl FloorStage {
         let width = self.feet.len();
         let alphas: Vec<f64> =
             work.times.iter().enumerate().map(|(frame, time)| self.schedule.alpha_at(frame, *time)).collect();
-        let holds: Vec<Vec<f64>> = self.feet.iter().map(|foot| holds(foot.limb, work)).collect();
-        self.flatten(&holds, &alphas, work);
+        let holds: Vec<Vec<f64>> = self.feet.par_iter().map(|foot| holds(foot.limb, work)).collect();
+        self.flatten(&holds, &alphas, work)?;
         let fill = |(source, target): &mut (Pose, Pose), frame: usize, row: &mut [Clearance]| {
             self.source.fill(source, work.source, frame);
             self.target.fill(target, &work.target, frame);
@@ -137,39 +138,27 @@ impl FloorStage {
         };
         let wants = |foot: usize, clearance: &Clearance| wanted(foot, clearance) - clearance.target;
         let shifts = if self.op.shift_pelvis { self.shifts(&rows, work, wants) } else { vec![0.0; work.frame_count()] };
-        for &limb in &self.goal_limbs {
-            let foot = self.feet.iter().position(|foot| foot.limb == limb);
-            let lifts: Vec<Lift> = (0..alphas.len())
-                .map(|frame| {
-                    let shift = shifts[frame] * alphas[frame];
-                    let foot = foot.map(|foot| lift(foot, frame, &rows[frame * width + foot]));
-                    let (wants, weight, lowest) = foot.unwrap_or((0.0, 0.0, f64::NEG_INFINITY));
-                    // A foot in the air goes with the pelvis, so that its leg keeps its shape, as long as it stays out of the floor.
-                    let free = shift.max(lowest * alphas[frame]);
-                    let moved = free + (wants * alphas[frame] - free) * weight;
-                    Lift { beyond: DVec3::X * (moved - shift), least: lowest * alphas[frame] - shift }
-                })
-                .collect();
-            let beyond: Vec<DVec3> = lifts.iter().map(|lift| lift.beyond).collect();
-            let mut beyond = smoothed(&beyond, work.times, LIFT_SECONDS);
-            // Smoothing takes the tips off, so what is still missing is added again, as smoothly.
-            for _ in 0..LIFT_ROUNDS {
-                let missing = |(lift, beyond): (&Lift, &DVec3)| DVec3::X * (lift.least - beyond.x).max(0.0);
-                let missing: Vec<DVec3> = lifts.iter().zip(&beyond).map(missing).collect();
-                let more = smoothed(&missing, work.times, LIFT_SECONDS);
-                beyond.iter_mut().zip(more).for_each(|(beyond, more)| *beyond += more);
+        let lifted = |limb: &usize| {
+            let foot = self.feet.iter().position(|foot| foot.limb == *limb);
+            let lift = |frame: usize| {
+                let shift = shifts[frame] * alphas[frame];
+                let foot = foot.map(|foot| lift(foot, frame, &rows[frame * width + foot]));
+                let (wants, weight, lowest) = foot.unwrap_or((0.0, 0.0, f64::NEG_INFINITY));
+                // A foot in the air goes with the pelvis, so that its leg keeps its shape, as long as it stays out of the floor.
+                let free = shift.max(lowest * alphas[frame]);
+                let moved = free + (wants * alphas[frame] - free) * weight;
+                Lift { beyond: moved - shift, least: lowest * alphas[frame] - shift }
+            };
+            smoothed_lifts((0..alphas.len()).map(lift).collect(), work.times)
+        };
+        let lifts: Vec<Vec<Lift>> = self.goal_limbs.par_iter().map(lifted).collect();
+        work.change_goals(self.limb_count, |_, frame, goals| {
+            for (&limb, lifts) in self.goal_limbs.iter().zip(&lifts) {
+                let lift = lifts[frame];
+                goals[limb].position += self.ground.up * (shifts[frame] * alphas[frame] + lift.beyond);
+                goals[limb].headroom = (lift.beyond - lift.least).max(0.0);
             }
-            // The little that is left then goes, too.
-            let missing = |(lift, beyond): (&Lift, &DVec3)| (lift.least - beyond.x).max(0.0);
-            let missing: Vec<f64> = lifts.iter().zip(&beyond).map(missing).collect();
-            let more = smoothed_above(&missing, work.times, LIFT_SECONDS);
-            beyond.iter_mut().zip(more).for_each(|(beyond, more)| beyond.x += more);
-            let goals = work.goals.chunks_exact_mut(self.limb_count);
-            for ((goals, lift), (frame, beyond)) in goals.zip(lifts).zip(beyond.iter().enumerate()) {
-                goals[limb].position += self.ground.up * (shifts[frame] * alphas[frame] + beyond.x);
-                goals[limb].headroom = (beyond.x - lift.least).max(0.0);
-            }
-        }
+        })?;
         work.pelvis_moves.resize(work.frame_count(), DVec3::ZERO);
         for (moved, (shift, alpha)) in work.pelvis_moves.iter_mut().zip(shifts.iter().zip(&alphas)) {
             *moved += self.ground.up * (shift * alpha);
@@ -178,16 +167,19 @@ impl FloorStage {
     }
 
     /// Sets feet flat, the shortest way, as much as they are held.
-    fn flatten(&self, holds: &[Vec<f64>], alphas: &[f64], work: &mut Work<'_>) {
-        for (foot, holds) in self.feet.iter().zip(holds) {
-            let Some(flat) = foot.flat else { continue };
-            for (frame, (hold, alpha)) in holds.iter().zip(alphas).enumerate() {
-                let goal = &mut work.goals[frame * self.limb_count + foot.limb];
+    fn flatten(&self, holds: &[Vec<f64>], alphas: &[f64], work: &mut Work<'_>) -> Result<(), Canceled> {
+        if self.feet.iter().all(|foot| foot.flat.is_none()) {
+            return Ok(());
+        }
+        work.change_goals(self.limb_count, |_, frame, goals| {
+            for (foot, holds) in self.feet.iter().zip(holds) {
+                let Some(flat) = foot.flat else { continue };
+                let goal = &mut goals[foot.limb];
                 let now = goal.rotation * flat;
                 let turn = arc(now, self.ground.up, now.any_orthonormal_vector());
-                goal.rotation = DQuat::IDENTITY.slerp(turn, hold * alpha) * goal.rotation;
+                goal.rotation = DQuat::IDENTITY.slerp(turn, holds[frame] * alphas[frame]) * goal.rotation;
             }
-        }
+        })
     }
 
     /// Height of the sole, by the joint that is lowest above it; where several are about as low, a little below them.
@@ -243,10 +235,32 @@ impl FloorStage {
             let span = work.times[after.0] - work.times[before.0];
             let share =
                 if span > 0.0 { ((work.times[frame] - work.times[before.0]) / span).clamp(0.0, 1.0) } else { 1.0 };
-            shifts.push(DVec3::X * (before.1 + (after.1 - before.1) * share));
+            shifts.push(before.1 + (after.1 - before.1) * share);
         }
-        smoothed(&shifts, work.times, SHIFT_SECONDS).into_iter().map(|shift| shift.x).collect()
+        smoothed(&shifts, work.times, SHIFT_SECONDS)
     }
+}
+
+/// Smooth over time, and nowhere less than the least.
+fn smoothed_lifts(mut lifts: Vec<Lift>, times: &[f64]) -> Vec<Lift> {
+    let beyond: Vec<f64> = lifts.iter().map(|lift| lift.beyond).collect();
+    let mut beyond = smoothed(&beyond, times, LIFT_SECONDS);
+    let missing = |beyond: &[f64]| -> Vec<f64> {
+        lifts.iter().zip(beyond).map(|(lift, beyond)| (lift.least - beyond).max(0.0)).collect()
+    };
+    let add = |beyond: &mut [f64], more: Vec<f64>| {
+        beyond.iter_mut().zip(more).for_each(|(beyond, more)| *beyond += more);
+    };
+    // Smoothing takes the tips off, so what is still missing is added again, as smoothly.
+    for _ in 0..LIFT_ROUNDS {
+        let more = smoothed(&missing(&beyond), times, LIFT_SECONDS);
+        add(&mut beyond, more);
+    }
+    // The little that is left then goes, too.
+    let more = smoothed_above(&missing(&beyond), times, LIFT_SECONDS);
+    add(&mut beyond, more);
+    lifts.iter_mut().zip(beyond).for_each(|(lift, beyond)| lift.beyond = beyond);
+    lifts
 }
 
 /// How much the floor counts for a foot, frame by frame: fully in contacts, and less and less around them.

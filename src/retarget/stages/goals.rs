@@ -11,7 +11,7 @@ use super::{
     limbs::{LimbRest, LimbSlots},
     posing::{Pose, Posing},
     two_bone::{arc, smooth},
-    work::{Goal, Work},
+    work::{Goal, Work, filled},
 };
 
 /// Share of its length that a middle joint lies off the line from start to end when its direction is fully trusted.
@@ -70,21 +70,18 @@ impl GoalStage {
     pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let width = self.limb_count;
         let mut goals = std::mem::take(&mut work.goals);
+        if goals.is_empty() {
+            goals = filled(Goal::default(), work.frame_count() * width);
+        }
         let fill = |(source, target): &mut (Pose, Pose), frame: usize, row: &mut [Goal]| {
             self.source.fill(source, work.source, frame);
             self.target.fill(target, &work.target, frame);
             let alpha = self.schedule.alpha_at(frame, work.times[frame]);
-            for (place, limb) in row.iter_mut().zip(&self.limbs) {
-                *place = self.goal(limb, source, target, alpha);
+            for limb in &self.limbs {
+                row[limb.limb] = self.goal(limb, source, target, alpha);
             }
         };
-        let rows = work.rows(self.limbs.len(), || (self.source.pose(), self.target.pose()), fill)?;
-        goals.resize(work.frame_count() * width, Goal::default());
-        for (goals, row) in goals.chunks_exact_mut(width).zip(rows.chunks_exact(self.limbs.len())) {
-            for (goal, limb) in row.iter().zip(&self.limbs) {
-                goals[limb.limb] = *goal;
-            }
-        }
+        work.fill(&mut goals, width, || (self.source.pose(), self.target.pose()), fill)?;
         work.goals = goals;
         Ok(())
     }

@@ -69,16 +69,15 @@ impl PlantStage {
         };
         let corrections: Vec<Option<Vec<Correction>>> =
             self.feet.par_iter().map(correct).collect::<Result<_, Canceled>>()?;
-        for (foot, corrections) in self.feet.iter().zip(corrections) {
-            let Some(corrections) = corrections else { continue };
-            for (frame, correction) in corrections.iter().enumerate() {
-                let alpha = self.schedule.alpha_at(frame, work.times[frame]);
-                let goal = &mut work.goals[frame * self.limb_count + foot.limb];
+        work.change_goals(self.limb_count, |work, frame, goals| {
+            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            for (foot, corrections) in self.feet.iter().zip(&corrections) {
+                let Some(correction) = corrections.as_ref().map(|corrections| corrections[frame]) else { continue };
+                let goal = &mut goals[foot.limb];
                 goal.position += correction.offset * alpha;
                 goal.hold = goal.hold.max(correction.hold * alpha);
             }
-        }
-        Ok(())
+        })
     }
 
     /// Where the points of a foot are on both sides; nothing where none is known to touch.

@@ -64,7 +64,7 @@ impl PullStage {
             let shifts = moves.clone();
             self.balance(&mut moves, work)?;
             self.pull(&mut moves, work)?;
-            self.take_along(&moves, &shifts, work);
+            self.take_along(&moves, &shifts, work)?;
         }
         if moves.iter().all(|moved| *moved == DVec3::ZERO) {
             return Ok(());
@@ -144,16 +144,16 @@ impl PullStage {
     }
 
     /// Feet that are not held go where the pelvis goes, so that their legs keep their shape, as long as they stay out of the floor.
-    fn take_along(&self, moves: &[DVec3], shifts: &[DVec3], work: &mut Work<'_>) {
+    fn take_along(&self, moves: &[DVec3], shifts: &[DVec3], work: &mut Work<'_>) -> Result<(), Canceled> {
         let up = self.ground.up;
-        for ((moved, shift), goals) in moves.iter().zip(shifts).zip(work.goals.chunks_exact_mut(self.limb_count)) {
+        work.change_goals(self.limb_count, |_, frame, goals| {
             for leg in &self.legs {
                 let goal = &mut goals[leg.limb];
-                let along = (*moved - *shift) * (1.0 - goal.hold);
+                let along = (moves[frame] - shifts[frame]) * (1.0 - goal.hold);
                 let height = along.dot(up);
                 goal.position += along + up * (height.max(-goal.headroom) - height);
             }
-        }
+        })
     }
 
     /// The least move, counting sideways ones dearer, after which every held foot is within reach of its hip.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::model::Clip;
@@ -93,5 +94,5 @@ pub(super) fn tell(work: &Work<'_>, limbs: &[&str], metres_per_unit: f64) -> (Ve
             worst_frame: worst.0,
         })
     };
-    (contacts.into_values().collect(), limbs.iter().enumerate().filter_map(reach).collect())
+    (contacts.into_values().collect(), limbs.par_iter().enumerate().filter_map(reach).collect())
 }

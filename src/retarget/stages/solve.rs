@@ -76,15 +76,16 @@ impl SolveStage {
             }
         };
         let rows = work.rows(width, || self.posing.pose(), fill)?;
-        let changes: Vec<Change> = rows.iter().flat_map(|solved| solved.changes).collect();
-        work.write(&self.changed, &changes);
-        work.residuals.resize(work.frame_count() * self.limb_count, f32::NAN);
-        for (index, limb) in self.limbs.iter().enumerate() {
-            let residuals = work.residuals.iter_mut().skip(limb.limb).step_by(self.limb_count);
-            for (residual, solved) in residuals.zip(rows.iter().skip(index).step_by(width)) {
-                *residual = solved.residual;
+        work.write_columns(&self.changed, |frame, index| &rows[frame * width + index / 3].changes[index % 3]);
+        let mut residuals = std::mem::take(&mut work.residuals);
+        residuals.resize(work.frame_count() * self.limb_count, f32::NAN);
+        let tell = |(): &mut (), frame: usize, residuals: &mut [f32]| {
+            for (limb, solved) in self.limbs.iter().zip(&rows[frame * width..]) {
+                residuals[limb.limb] = solved.residual;
             }
-        }
+        };
+        work.fill(&mut residuals, self.limb_count, || (), tell)?;
+        work.residuals = residuals;
         work.goals.clear();
         Ok(())
     }

@@ -8,7 +8,7 @@ use crate::model::{Canceled, Control, JointTracks, Track};
 use super::{contacts::ContactPoints, result::LimitedJoint};
 
 /// Frames that one thread takes at a time.
-pub(super) const CHUNK_FRAMES: usize = 256;
+pub(super) const CHUNK_FRAMES: usize = 64;
 
 /// The state between two stages.
 pub(super) struct Work<'a> {
@@ -72,6 +72,11 @@ pub(super) struct Changed {
 /// The new tracks of a joint, where it gets some.
 type NewTracks = (Option<Track<Quat>>, Option<Track<Vec3>>);
 
+/// So many of one value. In parallel, because it is the first touch of memory that takes long.
+pub(super) fn filled<T: Copy + Send>(value: T, count: usize) -> Vec<T> {
+    rayon::iter::repeat_n(value, count).collect()
+}
+
 /// What a joint changes to.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Change {
@@ -92,9 +97,21 @@ impl Work<'_> {
         init: impl Fn() -> S + Sync + Send,
         fill: impl Fn(&mut S, usize, &mut [T]) + Sync + Send,
     ) -> Result<Vec<T>, Canceled> {
-        let mut rows = vec![T::default(); self.frame_count() * width];
+        let mut rows = filled(T::default(), self.frame_count() * width);
+        self.fill(&mut rows, width, init, fill)?;
+        Ok(rows)
+    }
+
+    /// The same for rows that are there: `fill` changes what it wants of each.
+    pub(super) fn fill<T: Send, S>(
+        &self,
+        rows: &mut [T],
+        width: usize,
+        init: impl Fn() -> S + Sync + Send,
+        fill: impl Fn(&mut S, usize, &mut [T]) + Sync + Send,
+    ) -> Result<(), Canceled> {
         if width == 0 {
-            return Ok(rows);
+            return Ok(());
         }
         rows.par_chunks_mut(CHUNK_FRAMES * width).enumerate().try_for_each_init(init, |scratch, (chunk, rows)| {
             self.control.check()?;
@@ -102,14 +119,34 @@ impl Work<'_> {
                 fill(scratch, chunk * CHUNK_FRAMES + offset, row);
             }
             Ok(())
-        })?;
-        Ok(rows)
+        })
+    }
+
+    /// [`Self::fill`] for the goals, which the closure gets frame by frame, one per limb of the mapping.
+    pub(super) fn change_goals(
+        &mut self,
+        limb_count: usize,
+        change: impl Fn(&Self, usize, &mut [Goal]) + Sync + Send,
+    ) -> Result<(), Canceled> {
+        let mut goals = std::mem::take(&mut self.goals);
+        self.fill(&mut goals, limb_count, || (), |(), frame, goals| change(self, frame, goals))?;
+        self.goals = goals;
+        Ok(())
     }
 
     /// Writes rows of changes into the tracks. Rotations are brought onto the hemisphere of the one before.
     pub(super) fn write(&mut self, changed: &[Changed], rows: &[Change]) {
-        let width = changed.len();
-        let column = |index: usize| rows.iter().skip(index).step_by(width);
+        self.write_columns(changed, |frame, index| &rows[frame * changed.len() + index]);
+    }
+
+    /// The same where `change` says what the joint of an index changes to at a frame.
+    pub(super) fn write_columns<'a>(
+        &mut self,
+        changed: &[Changed],
+        change: impl Fn(usize, usize) -> &'a Change + Sync,
+    ) {
+        let (frames, change) = (self.frame_count(), &change);
+        let column = |index: usize| (0..frames).map(move |frame| change(frame, index));
         let tracks: Vec<NewTracks> = changed
             .par_iter()
             .enumerate()

@@ -8,6 +8,7 @@
 mod gaps;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::{
     model::Canceled,
@@ -101,19 +102,21 @@ impl SelfContactStage {
             if wanted.iter().all(|wanted| *wanted == [DVec3::ZERO; MOST_HANDS]) {
                 break;
             }
-            for hand in 0..self.hands.len() {
+            let smooth = |hand: usize| {
                 let more: Vec<DVec3> = wanted.iter().map(|wanted| wanted[hand]).collect();
-                let more = smoothed(&more, work.times, self.op.smoothing_seconds);
-                moves.iter_mut().zip(more).for_each(|(moves, more)| moves[hand] += more);
+                smoothed(&more, work.times, self.op.smoothing_seconds)
+            };
+            let more: Vec<Vec<DVec3>> = (0..self.hands.len()).into_par_iter().map(smooth).collect();
+            for (hand, more) in more.iter().enumerate() {
+                moves.iter_mut().zip(more).for_each(|(moves, more)| moves[hand] += *more);
             }
         }
-        for (frame, moves) in moves.iter().enumerate() {
+        work.change_goals(self.limb_count, |work, frame, goals| {
             let alpha = self.schedule.alpha_at(frame, work.times[frame]);
-            for (hand, moved) in self.hands.iter().zip(moves) {
-                work.goals[frame * self.limb_count + hand.limb].position += *moved * alpha;
+            for (hand, moved) in self.hands.iter().zip(&moves[frame]) {
+                goals[hand.limb].position += *moved * alpha;
             }
-        }
-        Ok(())
+        })
     }
 
     /// What is still missing when hands have been moved already.
