@@ -85,9 +85,9 @@ pub(super) const ENTRIES: [Entry; 24] = [
     ),
     entry(
         "filter.median",
-        r#"{"edit": {"filter": {"kind": "median", "reach_frames": 6}}}"#,
+        r#"{"edit": {"filter": {"kind": "median", "reach_frames": 3}}}"#,
         Height,
-        "The median of thirteen frames: spikes vanish, and turning points become flat.",
+        "The median of seven frames: spikes vanish, and turning points become a little flat.",
     ),
     entry(
         "margin_seconds",

@@ -117,7 +117,7 @@ fn shapes_and_curves_change_sides() {
         .iter()
         .map(|name| retargetd::model::Morph { name: (*name).into(), rest: 0.0, place: place.clone() })
         .collect();
-    let tracks = [0, 2, 3].map(|morph| MorphTrack { morph, weights: Track::Constant(0.2 * morph as f32 + 0.1) });
+    let tracks = [0, 2, 3].map(|morph| MorphTrack { morph, weights: Track::Constant(0.25 * (morph + 1) as f32) });
     let clip = scene.clips[0].clone().with_morphs(tracks.to_vec()).expect("a clip");
     let spec = RetargetSpec::default();
     let rig = Rig::new("source", &scene, None, &spec.source, &mut Reporter::new()).expect("a rig");
@@ -129,5 +129,5 @@ fn shapes_and_curves_change_sides() {
         .filter(|(_, weight)| *weight != 0.0)
         .collect();
     weights.sort_by_key(|(name, _)| *name);
-    assert_eq!(weights, [("eyeBlinkRight", 0.1), ("jawOpen", 0.5), ("lock_foot_r", 0.7)]);
+    assert_eq!(weights, [("eyeBlinkRight", 0.25), ("jawOpen", 0.75), ("lock_foot_r", 1.0)]);
 }

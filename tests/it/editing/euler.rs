@@ -234,7 +234,7 @@ fn quaternion_tracks_never_flip() {
         r#"{"edit": {"warp": [[0, 0], [1, 1.7]], "hold": {"after_seconds": 1}, "filter": {"kind": "one_euro"}}}"#,
         r#"{"edit": {"filter": {"kind": "savitzky_golay"}, "every": 3}}"#,
         r#"{"edit": {"filter": {"kind": "butterworth"}}, "layer": {"mode": "add", "weight": 0.5}}"#,
-        r#"{"edit": {"filter": {"kind": "median"}}, "layer": {"mask": ["spine"], "feather_joints": 2, "at_seconds": 0.5}}"#,
+        r#"{"edit": {"filter": {"kind": "median"}}, "layer": {"weight": 0.7, "at_seconds": 0.5}}"#,
     ];
     let formats = [Format::Glb, Format::PosesNpz, Format::PosesJson, Format::Fbx, Format::Bvh];
     let spin = tumbling();

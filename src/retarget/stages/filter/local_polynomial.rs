@@ -1,7 +1,8 @@
 //! Savitzky and Golay's filter: about each frame, the polynomial over time that meets the frames near it best, and its value there.
 //!
 //! What is fitted are the turns that lead from the frame itself to those near it, as vectors along their axes; with few degrees between
-//! frames they are as good as numbers. Uneven key times are fitted as they are; at the ends the same many frames lie to one side.
+//! frames they are as good as numbers. Uneven key times are fitted as they are. Toward the ends only as many frames are looked at as there
+//! are to both sides: polynomials through frames to one side swing far out.
 
 use std::ops::Range;
 
@@ -25,11 +26,10 @@ pub(super) fn local_polynomial(rotations: &[DQuat], times: &[f64], reach: usize,
     (0..rotations.len()).map(smooth).collect()
 }
 
-/// As many frames as there are to both sides, also at the ends, but none that is turned too far.
+/// The frames to look at, of which none is turned too far.
 fn window(rotations: &[DQuat], frame: usize, reach: usize) -> Range<usize> {
-    let count = (2 * reach + 1).min(rotations.len());
-    let first = frame.saturating_sub(reach).min(rotations.len() - count);
-    let wanted = first..first + count;
+    let reach = reach.min(frame).min(rotations.len() - 1 - frame);
+    let wanted = frame - reach..frame + reach + 1;
     let is_near = |other: &usize| {
         let path = if *other < frame { &rotations[*other..=frame] } else { &rotations[frame..=*other] };
         path.windows(2).map(|pair| pair[0].angle_between(pair[1])).sum::<f64>() < MOST_TURN

@@ -25,7 +25,8 @@ pub struct FilterOp {
     /// `one_euro`: how many Hz more for each radian per second. 0 to 100.
     #[schemars(range(min = 0.0, max = 100.0))]
     pub responsiveness: f64,
-    /// `savitzky_golay` and `median`: how many frames to each side are looked at. 1 to 50.
+    /// `savitzky_golay` and `median`: how many frames to each side are looked at; toward the ends of the clip as many as there are
+    /// to both. 1 to 50.
     #[schemars(range(min = 1, max = 50))]
     pub reach_frames: u32,
     /// `savitzky_golay`: the degree of the polynomial; motion that is one of that degree passes unchanged. 1 to 5.
