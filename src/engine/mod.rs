@@ -23,6 +23,7 @@ mod load;
 mod mixups;
 mod morphs;
 mod pass;
+mod performance;
 mod pose;
 mod propose;
 mod propose_text;

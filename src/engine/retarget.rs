@@ -24,6 +24,7 @@ use super::{
     limited::limited_view,
     morphs::with_morphs,
     pass::Pass,
+    performance::performance,
     tune::Subject,
 };
 
@@ -211,7 +212,7 @@ pub(super) fn write_outputs(
         let clip = renamed.as_ref().unwrap_or(result);
         let holds_morphs = match output.format {
             Format::Glb | Format::Gltf | Format::Vrm => output.options.include == IncludeSpec::Full,
-            Format::PosesNpz | Format::PosesJson => true,
+            Format::PosesNpz | Format::PosesJson | Format::Vrma => true,
             _ => false,
         };
         if !clip.morphs().is_empty() && !holds_morphs {
@@ -235,8 +236,7 @@ pub(super) fn write_outputs(
             extras: Some(extras.clone()),
             rotation_order: output.options.rotation_order.name().and_then(EulerOrder::from_name),
         };
-        let bytes = write_one(target, clip, &options, control, reporter)
-            .map_err(|error| Failure::from(error).in_part("target"))?;
+        let bytes = write_one(target, clip, &options, control, reporter)?;
         let name = format!("{}.{}", file_stem(result.name()), output.format.info().endings[0]);
         outputs.push(Output { format: output.format, name, bytes });
         control.advance(1);
@@ -252,27 +252,32 @@ fn write_one(
     options: &WriteOptions,
     control: &Control,
     reporter: &mut Reporter,
-) -> Result<Vec<u8>, FormatError> {
+) -> Result<Vec<u8>, Failure> {
+    let in_target = |error| Failure::from(error).in_part("target");
+    if options.format == Format::Vrma {
+        let (humanoid, clip) = performance(target, clip, control, reporter)?;
+        return formats::write(&humanoid, &clip, options, control, reporter).map_err(in_target);
+    }
     let is_ours = target.scene.axes == Some(Axes::Y_UP_Z_FRONT) && target.scene.unit_metres == Some(1.0);
     let wants_ours = match options.format {
-        Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma | Format::Fbx => true,
+        Format::Glb | Format::Gltf | Format::Vrm | Format::Fbx => true,
         Format::PosesNpz | Format::PosesJson => target.scene.axes.is_none(),
-        // None of the latter three is written.
-        Format::Bvh | Format::BodyModel | Format::JointPositions | Format::Zip => false,
+        // The first is taken care of, and none of the latter three is written.
+        Format::Vrma | Format::Bvh | Format::BodyModel | Format::JointPositions | Format::Zip => false,
     };
     let conversion = into_ours(target.axes, target.unit_metres);
     if is_ours || !wants_ours || conversion.is_identity() {
-        return formats::write(target.scene, clip, options, control, reporter);
+        return formats::write(target.scene, clip, options, control, reporter).map_err(in_target);
     }
     let scene = convert_scene(target.scene, &conversion);
     let keys = clip.sparse_keys().map(|keys| Arc::new(convert_keys(keys, target.scene, &conversion)));
     let clip = convert_clip(clip.clone(), target.scene, &conversion)
-        .map_err(|error| FormatError::malformed("convert", "", error.to_string()))?;
+        .map_err(|error| in_target(FormatError::malformed("convert", "", error.to_string())))?;
     let clip = match keys {
         Some(keys) => clip.with_sparse_keys(keys),
         None => clip,
     };
-    formats::write(&scene, &clip, options, control, reporter)
+    formats::write(&scene, &clip, options, control, reporter).map_err(in_target)
 }
 
 pub(super) fn file_stem(name: &str) -> String {

@@ -93,8 +93,8 @@ impl Format {
                 endings: &["vrma"],
                 media_type: "model/gltf-binary",
                 reads: true,
-                writes: false,
-                description: "VRM animation",
+                writes: true,
+                description: "VRM animation: the motion of a humanoid, its expressions and its gaze, for any VRM",
             },
             Self::Fbx => FormatInfo {
                 name: "fbx",

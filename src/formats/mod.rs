@@ -110,6 +110,15 @@ pub struct WriteOptions {
     pub rotation_order: Option<EulerOrder>,
 }
 
+impl WriteOptions {
+    /// Everything of the target and all of its clips, nothing noted.
+    #[must_use]
+    pub const fn new(format: Format) -> Self {
+        let (include, target_clips) = (Include::Everything, TargetClips::Keep);
+        Self { format, include, target_clips, extras: None, rotation_order: None }
+    }
+}
+
 /// How much of the target goes into the output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Include {
@@ -142,15 +151,15 @@ pub fn write(
     reporter: &mut Reporter,
 ) -> Result<Vec<u8>, FormatError> {
     match options.format {
-        Format::Glb | Format::Gltf | Format::Vrm => gltf::write(target, clip, options, control, reporter),
+        Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma => gltf::write(target, clip, options, control, reporter),
         Format::Bvh => bvh::write(target, clip, options, control, reporter),
         Format::PosesNpz | Format::PosesJson => poses::write(target, clip, options, control, reporter),
         Format::Fbx => fbx::write(target, clip, options, control, reporter),
-        Format::Vrma | Format::BodyModel | Format::JointPositions | Format::Zip => Err(FormatError::unsupported(
+        Format::BodyModel | Format::JointPositions | Format::Zip => Err(FormatError::unsupported(
             "write",
             "",
             format!("{} files can be read but not written", options.format.info().name),
-            "ask for glb, gltf, fbx, bvh, npz or poses json",
+            "ask for glb, gltf, vrma, fbx, bvh, npz or poses json",
         )),
     }
 }

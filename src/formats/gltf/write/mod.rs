@@ -5,6 +5,7 @@ mod binary;
 mod edit;
 mod pack;
 mod skeleton;
+mod vrma;
 
 use serde_json::{Map, Value};
 
@@ -14,6 +15,7 @@ use crate::{
     model::{Clip, Control, Reporter, Scene},
 };
 use binary::Binary;
+use skeleton::Skins;
 
 /// A document whose buffers are one run of bytes.
 #[derive(Debug)]
@@ -69,6 +71,9 @@ pub(in crate::formats) fn write_posed(
         let posed = stretched.posed_below(&target.skeleton, posed);
         return write_posed(&nodes, &posed, &clip, options, control, reporter);
     }
+    if options.format == Format::Vrma {
+        return vrma::write(target, clip, options, control, reporter);
+    }
     let document = target.payload.get::<Document>().filter(|_| options.include == Include::Everything);
     if options.format == Format::Vrm && !document.is_some_and(is_vrm) {
         return Err(FormatError::unsupported(
@@ -78,14 +83,24 @@ pub(in crate::formats) fn write_posed(
             "ask for .glb, or send a VRM as the target",
         ));
     }
-    let mut output = match document {
+    let output = match document {
         Some(document) => {
             let mut output = edit::edit(document, target, clip, options, control, reporter)?;
             edit::pose_nodes(&mut output.json, target, posed);
             output
         }
-        None => skeleton::build(target, clip, control, reporter)?,
+        None => skeleton::build(target, clip, Skins::OfTrees, control, reporter)?,
     };
+    finish(output, options, control, reporter)
+}
+
+/// Notes in a document what it was made from, and makes a file of it.
+fn finish(
+    mut output: Output<'_>,
+    options: &WriteOptions,
+    control: &Control,
+    reporter: &mut Reporter,
+) -> Result<Vec<u8>, FormatError> {
     if let Some(extras) = &options.extras {
         merge_extras(&mut output.json, extras, reporter);
     }

@@ -13,10 +13,20 @@ use crate::{
 
 const FLOAT: u64 = 5126;
 
-/// All joints as nodes in the order of the skeleton, one scene, one skin per tree, the animation.
+/// Which skins a new document has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Skins {
+    /// None.
+    None,
+    /// One for each tree of joints.
+    OfTrees,
+}
+
+/// All joints as nodes in the order of the skeleton, one scene, the skins, the animation.
 pub(super) fn build<'a>(
     target: &Scene,
     clip: &'a Clip,
+    skins: Skins,
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Output<'a>, FormatError> {
@@ -34,7 +44,9 @@ pub(super) fn build<'a>(
     output.json.insert("scene".into(), json!(0));
     output.json.insert("scenes".into(), json!([{"nodes": roots}]));
     output.json.insert("nodes".into(), Value::Array(nodes.collect()));
-    add_skins(&mut output, target, reporter);
+    if skins == Skins::OfTrees {
+        add_skins(&mut output, target, reporter);
+    }
     control.check()?;
 
     // Nodes are numbered as the joints are here, not as they were in the file that they came from.
