@@ -13,14 +13,29 @@ use crate::{
         Axes, Clip, Control, Joint, JointTracks, ModelPose, Morph, MorphPlace, MorphTrack, Reporter, Scene, Skeleton,
         Track, Transform,
     },
-    rig::{Align, HumanoidBone, MorphsSpec, PoseChoice, Rig, floors, map_morphs, missing_bones, morph_meaning, posed_target},
+    rig::{
+        Align, HumanoidBone, MorphsSpec, PoseChoice, Rig, floors, map_morphs, missing_bones, morph_meaning,
+        posed_target,
+    },
 };
 
 use super::{Failure, FailureCode, files::in_config};
 
 /// Expressions that every VRM knows, but for looks, which VRM animations have in their gaze, and `blink`, which is both eyes' at once.
 const PRESETS: [&str; 13] = [
-    "happy", "angry", "sad", "relaxed", "surprised", "aa", "ih", "ou", "ee", "oh", "blinkLeft", "blinkRight", "neutral",
+    "happy",
+    "angry",
+    "sad",
+    "relaxed",
+    "surprised",
+    "aa",
+    "ih",
+    "ou",
+    "ee",
+    "oh",
+    "blinkLeft",
+    "blinkRight",
+    "neutral",
 ];
 const BLINK: &str = "blink";
 const FRAMES_PER_CHECK: usize = 64;
@@ -76,7 +91,10 @@ fn report_missing(bones: &[HumanoidBone], reporter: &mut Reporter) {
         reporter.warn(
             "humanoid_bones_missing",
             "target",
-            format!("bones that every VRM has were not recognised and stand still in the output: {}", missing.join(", ")),
+            format!(
+                "bones that every VRM has were not recognised and stand still in the output: {}",
+                missing.join(", ")
+            ),
             "name their joints in target.roles",
         );
     }
@@ -108,8 +126,8 @@ impl<'a> Figure<'a> {
                 "floor_guessed",
                 "target",
                 format!(
-                    "the rest pose does not stand where the clip does; the floor is taken to be {:.3} m below the lowest joint of the \
-                     rest pose's origin and {:.3} m below that of the clip",
+                    "the rest pose does not stand where the clip does; it was raised by {:.3} m and the clip by {:.3} m, so that the \
+                     feet of both come down at zero",
                     raised.0, raised.1
                 ),
                 "send a target that stands on its origin at rest",
@@ -180,11 +198,7 @@ fn gaze(rig: &Rig<'_>, clip: &Clip) -> Option<Track<Quat>> {
 }
 
 /// Expressions that move, and their weights: those that the clip has, else those that the morphs of a face stand for.
-fn expressions(
-    scene: &Scene,
-    clip: &Clip,
-    reporter: &mut Reporter,
-) -> Result<(Vec<Morph>, Vec<MorphTrack>), Failure> {
+fn expressions(scene: &Scene, clip: &Clip, reporter: &mut Reporter) -> Result<(Vec<Morph>, Vec<MorphTrack>), Failure> {
     let expression = |name: &str| Morph { name: name.to_owned(), rest: 0.0, place: MorphPlace::Expression(Vec::new()) };
     let meaning = |track: &&MorphTrack| morph_meaning(&scene.morphs[track.morph].name);
     let moving = clip.morphs().iter().filter(|track| !meaning(track).is_some_and(is_look));
@@ -193,9 +207,13 @@ fn expressions(
     if !own.is_empty() {
         let named = own.iter().map(|track| expression(&scene.morphs[track.morph].name)).collect();
         let weights = own.iter().enumerate();
-        return Ok((named, weights.map(|(morph, track)| MorphTrack { morph, weights: track.weights.clone() }).collect()));
+        return Ok((
+            named,
+            weights.map(|(morph, track)| MorphTrack { morph, weights: track.weights.clone() }).collect(),
+        ));
     }
-    let mut targets: Vec<Morph> = PRESETS.iter().map(|name| Morph { place: MorphPlace::Weight, ..expression(name) }).collect();
+    let mut targets: Vec<Morph> =
+        PRESETS.iter().map(|name| Morph { place: MorphPlace::Weight, ..expression(name) }).collect();
     if shapes.iter().any(|track| meaning(track) == Some(BLINK)) {
         targets.push(Morph { place: MorphPlace::Weight, ..expression(BLINK) });
     }

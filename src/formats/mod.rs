@@ -151,7 +151,9 @@ pub fn write(
     reporter: &mut Reporter,
 ) -> Result<Vec<u8>, FormatError> {
     match options.format {
-        Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma => gltf::write(target, clip, options, control, reporter),
+        Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma => {
+            gltf::write(target, clip, options, control, reporter)
+        }
         Format::Bvh => bvh::write(target, clip, options, control, reporter),
         Format::PosesNpz | Format::PosesJson => poses::write(target, clip, options, control, reporter),
         Format::Fbx => fbx::write(target, clip, options, control, reporter),

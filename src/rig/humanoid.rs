@@ -43,8 +43,7 @@ const SIDES: [(&str, &[&str], &[&str]); 13] = [
 ];
 
 /// The bones without which VRM's humanoid is none, without their side where there are two of them.
-const REQUIRED: [&str; 9] =
-    ["hips", "spine", "head", "UpperLeg", "LowerLeg", "Foot", "UpperArm", "LowerArm", "Hand"];
+const REQUIRED: [&str; 9] = ["hips", "spine", "head", "UpperLeg", "LowerLeg", "Foot", "UpperArm", "LowerArm", "Hand"];
 
 impl Rig<'_> {
     /// The humanoid's bones that this rig has, parents before children. Eyes are none of them: a VRM animation has a gaze instead.

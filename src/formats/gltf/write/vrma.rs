@@ -14,7 +14,19 @@ use crate::{
 const EXTENSION: &str = "VRMC_vrm_animation";
 /// Expressions that every VRM knows; the others are a file's own.
 const PRESETS: [&str; 14] = [
-    "happy", "angry", "sad", "relaxed", "surprised", "aa", "ih", "ou", "ee", "oh", "blink", "blinkLeft", "blinkRight",
+    "happy",
+    "angry",
+    "sad",
+    "relaxed",
+    "surprised",
+    "aa",
+    "ih",
+    "ou",
+    "ee",
+    "oh",
+    "blink",
+    "blinkLeft",
+    "blinkRight",
     "neutral",
 ];
 
@@ -30,8 +42,8 @@ pub(super) fn write(
         return Err(FormatError::unsupported(
             "write",
             "",
-            "a VRM animation holds the motion of a humanoid that stands in a T pose, and this is none",
-            "retarget onto a body whose joints are recognised, or ask for .glb",
+            "a VRM animation is written of what a humanoid does, and this is none, or only a pose",
+            "retarget or edit a clip of a body whose joints are recognised, or ask for .glb",
         ));
     }
     let malformed = |error: &dyn std::fmt::Display| FormatError::malformed("write", "", error.to_string());
@@ -49,7 +61,8 @@ pub(super) fn write(
     }
     let skeleton = Skeleton::new(joints).map_err(|error| malformed(&error))?;
     let scene = Scene { skeleton, ..Scene::default() };
-    let clip = Clip::new(clip.name().to_owned(), clip.times_seconds().to_vec(), tracks).map_err(|error| malformed(&error))?;
+    let clip =
+        Clip::new(clip.name().to_owned(), clip.times_seconds().to_vec(), tracks).map_err(|error| malformed(&error))?;
 
     let mut output = skeleton::build(&scene, &clip, Skins::None, control, reporter)?;
     output.json.insert("extensionsUsed".into(), json!([EXTENSION]));
