@@ -27,6 +27,7 @@ mod performance;
 mod pose;
 mod propose;
 mod propose_text;
+mod provenance;
 mod report_page;
 mod retarget;
 mod tune;

@@ -25,6 +25,8 @@ pub enum Format {
     JointPositions,
     /// A zip archive with one model and the files that it points to.
     Zip,
+    /// Positions of joints as comma-separated text.
+    PositionsCsv,
 }
 
 /// What users are told about a format.
@@ -46,7 +48,7 @@ pub struct FormatInfo {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Glb,
         Self::Gltf,
         Self::Vrm,
@@ -58,6 +60,7 @@ impl Format {
         Self::BodyModel,
         Self::JointPositions,
         Self::Zip,
+        Self::PositionsCsv,
     ];
 
     /// The facts about a format; the only place where they stand.
@@ -149,10 +152,25 @@ impl Format {
                 endings: &["zip"],
                 media_type: "application/zip",
                 reads: true,
-                writes: false,
-                description: "one model of the formats above with the buffers and images that it points to",
+                writes: true,
+                description: "one model of the formats above with the buffers and images that it points to; written as glTF with its \
+                              buffer in a file of its own",
+            },
+            Self::PositionsCsv => FormatInfo {
+                name: "positions_csv",
+                endings: &["csv"],
+                media_type: "text/csv",
+                reads: false,
+                writes: true,
+                description: "where every joint is in every frame, as comma-separated text in metres, +Y up and +Z front",
             },
         }
+    }
+
+    /// Whether a written file holds a glTF document, with all that a target's has.
+    #[must_use]
+    pub const fn holds_gltf(self) -> bool {
+        matches!(self, Self::Glb | Self::Gltf | Self::Vrm | Self::Zip)
     }
 
     /// The format of that wire name.

@@ -23,6 +23,7 @@ mod format;
 mod gltf;
 mod numpy;
 mod poses;
+mod positions_csv;
 mod sniff;
 mod written;
 mod zipped;
@@ -69,6 +70,9 @@ pub fn read(
         Format::PosesNpz | Format::PosesJson => poses::read(bytes, format, &mut budget, reporter),
         Format::BodyModel => body_model::read_archive(bytes, &mut budget, reporter),
         Format::JointPositions => body_model::read_array(bytes, &mut budget, reporter),
+        Format::PositionsCsv => {
+            Err(FormatError::unsupported("read", "", "positions in CSV are written, not read", "send pose arrays"))
+        }
     }
 }
 
@@ -108,6 +112,20 @@ pub struct WriteOptions {
     /// In which order a BVH has the rotations of all joints; else each joint has the usual one, or where that comes near its gimbal the
     /// one whose angles change least.
     pub rotation_order: Option<EulerOrder>,
+    /// How a glTF format stores the animation.
+    pub compression: Compression,
+}
+
+/// How a glTF format stores the numbers of an animation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Compression {
+    /// As floats.
+    #[default]
+    None,
+    /// Rotations in 16 bits a component, which is within 0.003 degrees; the rest as floats. Every reader knows it.
+    Quantized,
+    /// `EXT_meshopt_compression`: rotations in 16 bits a component, translations and scales to a millionth.
+    Meshopt,
 }
 
 impl WriteOptions {
@@ -115,7 +133,7 @@ impl WriteOptions {
     #[must_use]
     pub const fn new(format: Format) -> Self {
         let (include, target_clips) = (Include::Everything, TargetClips::Keep);
-        Self { format, include, target_clips, extras: None, rotation_order: None }
+        Self { format, include, target_clips, extras: None, rotation_order: None, compression: Compression::None }
     }
 }
 
@@ -151,17 +169,18 @@ pub fn write(
     reporter: &mut Reporter,
 ) -> Result<Vec<u8>, FormatError> {
     match options.format {
-        Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma => {
+        Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma | Format::Zip => {
             gltf::write(target, clip, options, control, reporter)
         }
         Format::Bvh => bvh::write(target, clip, options, control, reporter),
         Format::PosesNpz | Format::PosesJson => poses::write(target, clip, options, control, reporter),
         Format::Fbx => fbx::write(target, clip, options, control, reporter),
-        Format::BodyModel | Format::JointPositions | Format::Zip => Err(FormatError::unsupported(
+        Format::PositionsCsv => positions_csv::write(target, clip, control, reporter),
+        Format::BodyModel | Format::JointPositions => Err(FormatError::unsupported(
             "write",
             "",
             format!("{} files can be read but not written", options.format.info().name),
-            "ask for glb, gltf, vrma, fbx, bvh, npz or poses json",
+            "GET /v1/formats lists those that are written",
         )),
     }
 }
@@ -183,7 +202,9 @@ pub fn write_posed(
     reporter: &mut Reporter,
 ) -> Result<Vec<u8>, FormatError> {
     match options.format {
-        Format::Glb | Format::Gltf | Format::Vrm => gltf::write_posed(target, posed, clip, options, control, reporter),
+        Format::Glb | Format::Gltf | Format::Vrm | Format::Zip => {
+            gltf::write_posed(target, posed, clip, options, control, reporter)
+        }
         _ => write(target, clip, options, control, reporter),
     }
 }

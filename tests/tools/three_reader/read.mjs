@@ -11,12 +11,13 @@
 
 import { readFile } from "node:fs/promises";
 
-let THREE, GLTFLoader, FBXLoader, BVHLoader, VRM, VRMA;
+let THREE, GLTFLoader, FBXLoader, BVHLoader, MeshoptDecoder, VRM, VRMA;
 try {
   THREE = await import("three");
   ({ GLTFLoader } = await import("three/addons/loaders/GLTFLoader.js"));
   ({ FBXLoader } = await import("three/addons/loaders/FBXLoader.js"));
   ({ BVHLoader } = await import("three/addons/loaders/BVHLoader.js"));
+  ({ MeshoptDecoder } = await import("three/addons/libs/meshopt_decoder.module.js"));
   withoutImages();
   VRM = await import("@pixiv/three-vrm");
   VRMA = await import("@pixiv/three-vrm-animation");
@@ -94,7 +95,7 @@ function sample(root, clip, seen = () => {}) {
 }
 
 async function load(file, plugins) {
-  const loader = new GLTFLoader();
+  const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
   for (const plugin of plugins) loader.register(plugin);
   return loader.parseAsync(buffer(await readFile(file)), "");
 }

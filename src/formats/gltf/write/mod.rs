@@ -5,6 +5,7 @@ mod binary;
 mod edit;
 mod pack;
 mod skeleton;
+mod streams;
 mod vrma;
 
 use serde_json::{Map, Value};
@@ -22,6 +23,17 @@ use skeleton::Skins;
 struct Output<'a> {
     json: Map<String, Value>,
     binary: Binary<'a>,
+    /// Index of the buffer that compressed animation decodes into, behind all that have content or stand for that of others.
+    decoded_buffer: usize,
+    /// Its length; 0 where nothing is compressed, and then there is no such buffer.
+    decoded_length: usize,
+}
+
+impl Output<'_> {
+    /// A document of which no buffer but the first is known.
+    fn new(json: Map<String, Value>) -> Self {
+        Self { json, binary: Binary::default(), decoded_buffer: 1, decoded_length: 0 }
+    }
 }
 
 /// Encodes the clip as the first animation of the target.
@@ -89,7 +101,7 @@ pub(in crate::formats) fn write_posed(
             edit::pose_nodes(&mut output.json, target, posed);
             output
         }
-        None => skeleton::build(target, clip, Skins::OfTrees, control, reporter)?,
+        None => skeleton::build(target, clip, Skins::OfTrees, options.compression, control, reporter)?,
     };
     finish(output, options, control, reporter)
 }
@@ -105,7 +117,11 @@ fn finish(
         merge_extras(&mut output.json, extras, reporter);
     }
     control.check()?;
-    if options.format == Format::Gltf { pack::gltf(output) } else { pack::glb(output) }
+    match options.format {
+        Format::Gltf => pack::gltf(output),
+        Format::Zip => pack::zip(output),
+        _ => pack::glb(output),
+    }
 }
 
 fn is_vrm(document: &Document) -> bool {

@@ -5,9 +5,9 @@ use std::borrow::Cow;
 use glam::{DMat4, DQuat, DVec3};
 use serde_json::{Map, Value, json};
 
-use super::{Output, animation, binary::Binary};
+use super::{Output, animation, streams::decoded_buffer};
 use crate::{
-    formats::FormatError,
+    formats::{Compression, FormatError},
     model::{Clip, Control, Joint, Reporter, Scene},
 };
 
@@ -27,15 +27,16 @@ pub(super) fn build<'a>(
     target: &Scene,
     clip: &'a Clip,
     skins: Skins,
+    compression: Compression,
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Output<'a>, FormatError> {
     let mut json = Map::new();
     let generator = concat!("retargetd ", env!("CARGO_PKG_VERSION"));
     json.insert("asset".into(), json!({"version": "2.0", "generator": generator}));
-    let mut output = Output { json, binary: Binary::default() };
+    let mut output = Output::new(json);
     if target.skeleton.is_empty() {
-        animation::append(&mut output, target, clip, |index, _| index, false, control, reporter)?;
+        animation::append(&mut output, target, clip, |index, _| index, false, compression, control, reporter)?;
         return Ok(output);
     }
     let joints = target.skeleton.joints();
@@ -50,11 +51,14 @@ pub(super) fn build<'a>(
     control.check()?;
 
     // Nodes are numbered as the joints are here, not as they were in the file that they came from.
-    let animation = animation::append(&mut output, target, clip, |index, _| index, false, control, reporter)?;
+    let animation =
+        animation::append(&mut output, target, clip, |index, _| index, false, compression, control, reporter)?;
     if let Some(animation) = animation {
         output.json.insert("animations".into(), Value::Array(vec![animation]));
     }
-    output.json.insert("buffers".into(), json!([{"byteLength": output.binary.length()}]));
+    let mut buffers = vec![json!({"byteLength": output.binary.length()})];
+    buffers.extend((output.decoded_length > 0).then(|| decoded_buffer(output.decoded_length)));
+    output.json.insert("buffers".into(), Value::Array(buffers));
     Ok(output)
 }
 
