@@ -1,5 +1,7 @@
 //! Written files, as other programs read them: every joint where it is in our own poses.
 
+mod blender;
+mod files;
 mod options;
 mod three;
 mod vrma;
@@ -23,6 +25,21 @@ struct Apart {
     degrees: f64,
     /// How many joints were compared.
     joints: usize,
+}
+
+/// Whether a reader's joints have the axes of the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Axes {
+    /// They do.
+    Same,
+    /// They have the reader's.
+    Own,
+}
+
+/// The angle between two rotations, exact for small ones too.
+fn angle(one: DQuat, other: DQuat) -> f64 {
+    let turn = one.conjugate() * other;
+    2.0 * turn.xyz().length().atan2(turn.w.abs())
 }
 
 /// A clip that was written, and what it should look like.
@@ -67,8 +84,9 @@ impl Written {
     }
 
     /// Compares with what a reader saw, which calls joints by `name_of` (nothing for those that it does not have) in units of
-    /// `unit_metres`.
-    fn apart(&self, seen: &Value, unit_metres: f64, name_of: impl Fn(usize) -> Option<String>) -> Apart {
+    /// `unit_metres`. Rotations are compared as they are, or as they changed since the clip's beginning, for readers that have
+    /// their own axes of joints.
+    fn apart(&self, seen: &Value, unit_metres: f64, axes: Axes, name_of: impl Fn(usize) -> Option<String>) -> Apart {
         assert_eq!(seen["error"], Value::Null, "it can be read");
         let mut apart = Apart::default();
         let times: Vec<f64> = seen["times"].as_array().expect("times").iter().filter_map(Value::as_f64).collect();
@@ -76,6 +94,7 @@ impl Written {
         let names: BTreeMap<usize, String> =
             (0..self.scene.skeleton.len()).filter_map(|joint| Some((joint, name_of(joint)?))).collect();
         let size = self.size();
+        let mut first: BTreeMap<usize, (DQuat, DQuat)> = BTreeMap::new();
         for (index, time) in times.iter().enumerate() {
             let pose = self.pose(*time).to_model(&self.scene.skeleton);
             for (joint, name) in &names {
@@ -89,12 +108,28 @@ impl Written {
                 let position = DVec3::from_slice(&theirs) * unit_metres;
                 let rotation = DQuat::from_slice(&theirs[3..]).normalize();
                 apart.size = apart.size.max(ours.translation.distance(position) / size);
-                apart.degrees = apart.degrees.max(ours.rotation.angle_between(rotation).to_degrees());
+                let (ours, theirs) = match axes {
+                    Axes::Same => (ours.rotation, rotation),
+                    Axes::Own => {
+                        let (here, there) = first.entry(*joint).or_insert((ours.rotation, rotation));
+                        (ours.rotation * here.conjugate(), rotation * there.conjugate())
+                    }
+                };
+                apart.degrees = apart.degrees.max(angle(ours, theirs).to_degrees());
             }
         }
         apart.joints = names.len();
         apart
     }
+}
+
+/// One JSON line for each file that a reader was given.
+fn answers(output: &std::process::Output, files: usize) -> Option<Vec<Value>> {
+    assert!(output.status.success(), "the reader works: {}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8_lossy(&output.stdout);
+    let answers: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).expect("one JSON a line")).collect();
+    assert_eq!(answers.len(), files, "one answer for each file");
+    Some(answers)
 }
 
 /// A retarget with several outputs.

@@ -9,7 +9,7 @@ use retargetd::{
 };
 use serde_json::Value;
 
-use super::{Written, retargeted, three};
+use super::{Axes, Written, angle, retargeted, three};
 use crate::{
     quality::figure::read_scene,
     support::{corpus_file, files_below, gltf_json, validate_gltf},
@@ -29,7 +29,7 @@ fn apart(one: &Written, other: &Written) -> (f64, f64) {
         let [here, there] = [one, other].map(|file| file.clip.local_pose(&file.scene.skeleton, frame));
         for (here, there) in here.to_model(skeleton).transforms().iter().zip(there.to_model(skeleton).transforms()) {
             farthest = farthest.max(here.translation.distance(there.translation));
-            widest = widest.max(here.rotation.angle_between(there.rotation).to_degrees());
+            widest = widest.max(angle(here.rotation, there.rotation).to_degrees());
         }
     }
     (farthest, widest)
@@ -72,7 +72,7 @@ fn small_files_move_as_large_ones_do() {
     let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
     let Some(answers) = three::read(&names) else { return };
     for seen in &answers {
-        let apart = plain.apart(seen, 1.0, |joint| {
+        let apart = plain.apart(seen, 1.0, Axes::Same, |joint| {
             let joint = &plain.scene.skeleton.joints()[joint];
             joint.is_joint.then(|| joint.name.clone())
         });

@@ -19,9 +19,5 @@ pub(super) fn read(files: &[String]) -> Option<Vec<Value>> {
         "three.js is not installed: run 'npm ci --prefix tests/tools/three_reader', or set RETARGETD_SKIP_NODE=1"
     );
     let output = Command::new("node").arg(tool.join("read.mjs")).args(files).output().expect("node runs");
-    assert!(output.status.success(), "the reader works: {}", String::from_utf8_lossy(&output.stderr));
-    let text = String::from_utf8(output.stdout).expect("text");
-    let answers: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).expect("one JSON a line")).collect();
-    assert_eq!(answers.len(), files.len(), "one answer for each file");
-    Some(answers)
+    super::answers(&output, files.len())
 }

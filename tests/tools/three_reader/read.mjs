@@ -85,7 +85,7 @@ function sample(root, clip, seen = () => {}) {
     root.updateMatrixWorld(true);
     root.traverse((node) => {
       // Loaders take letters out of names that their animations cannot address; the file's own name is kept by some.
-      const name = node.userData.name ?? node.name;
+      const name = node.userData.originalName ?? node.userData.name ?? node.name;
       if (!name) return;
       node.matrixWorld.decompose(position, rotation, scale);
       (joints[name] ??= []).push([...position.toArray(), ...rotation.toArray()]);

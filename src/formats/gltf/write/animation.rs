@@ -9,7 +9,7 @@ use super::{
     streams::{Kind, Streams},
 };
 use crate::{
-    formats::{Compression, FormatError},
+    formats::FormatError,
     model::{Clip, Control, Joint, KeyCurve, MorphPlace, Reporter, Scene, Track},
 };
 
@@ -40,7 +40,6 @@ pub(super) fn append<'a>(
     clip: &'a Clip,
     node_of: impl Fn(usize, &Joint) -> usize,
     has_meshes: bool,
-    compression: Compression,
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Option<Value>, FormatError> {
@@ -62,8 +61,7 @@ pub(super) fn append<'a>(
         [] => Vec::new(),
     };
     let is_sparse = clip.sparse_keys().is_some();
-    let mut writer =
-        Writer::new(Streams::new(output, compression)?, is_sampled.then_some(times), is_sparse, constant_times)?;
+    let mut writer = Writer::new(Streams::new(output)?, is_sampled.then_some(times), is_sparse, constant_times)?;
     for (index, (joint, tracks)) in target.skeleton.joints().iter().zip(clip.joints()).enumerate() {
         control.check()?;
         let node = node_of(index, joint);

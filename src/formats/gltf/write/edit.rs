@@ -33,23 +33,14 @@ pub(super) fn edit<'a>(
     reporter: &mut Reporter,
 ) -> Result<Output<'a>, FormatError> {
     let json = document.json.as_object().cloned().unwrap_or_default();
-    let mut output = Output::new(json);
+    let mut output = Output::new(json, options.compression);
     let will_have_bytes = !target.skeleton.is_empty() || document.buffers.iter().any(|buffer| buffer.bytes.is_some());
     let moved = merge_buffers(document, &mut output.binary, will_have_bytes);
     output.decoded_buffer = 1 + document.buffers.iter().filter(|buffer| buffer.bytes.is_none()).count();
     move_views(&mut output.json, &document.views, &moved)?;
     control.check()?;
 
-    let new = animation::append(
-        &mut output,
-        target,
-        clip,
-        |_, joint| joint.node,
-        true,
-        options.compression,
-        control,
-        reporter,
-    )?;
+    let new = animation::append(&mut output, target, clip, |_, joint| joint.node, true, control, reporter)?;
     let old = match output.json.get_mut("animations").and_then(Value::as_array_mut) {
         Some(animations) => std::mem::take(animations),
         None => Vec::new(),

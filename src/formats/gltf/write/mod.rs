@@ -12,7 +12,7 @@ use serde_json::{Map, Value};
 
 use super::document::Document;
 use crate::{
-    formats::{Format, FormatError, Include, WriteOptions},
+    formats::{Compression, Format, FormatError, Include, WriteOptions},
     model::{Clip, Control, Reporter, Scene},
 };
 use binary::Binary;
@@ -23,6 +23,8 @@ use skeleton::Skins;
 struct Output<'a> {
     json: Map<String, Value>,
     binary: Binary<'a>,
+    /// How the animation is stored.
+    compression: Compression,
     /// Index of the buffer that compressed animation decodes into, behind all that have content or stand for that of others.
     decoded_buffer: usize,
     /// Its length; 0 where nothing is compressed, and then there is no such buffer.
@@ -31,8 +33,8 @@ struct Output<'a> {
 
 impl Output<'_> {
     /// A document of which no buffer but the first is known.
-    fn new(json: Map<String, Value>) -> Self {
-        Self { json, binary: Binary::default(), decoded_buffer: 1, decoded_length: 0 }
+    fn new(json: Map<String, Value>, compression: Compression) -> Self {
+        Self { json, binary: Binary::default(), compression, decoded_buffer: 1, decoded_length: 0 }
     }
 }
 

@@ -34,9 +34,9 @@ pub(super) fn build<'a>(
     let mut json = Map::new();
     let generator = concat!("retargetd ", env!("CARGO_PKG_VERSION"));
     json.insert("asset".into(), json!({"version": "2.0", "generator": generator}));
-    let mut output = Output::new(json);
+    let mut output = Output::new(json, compression);
     if target.skeleton.is_empty() {
-        animation::append(&mut output, target, clip, |index, _| index, false, compression, control, reporter)?;
+        animation::append(&mut output, target, clip, |index, _| index, false, control, reporter)?;
         return Ok(output);
     }
     let joints = target.skeleton.joints();
@@ -51,8 +51,7 @@ pub(super) fn build<'a>(
     control.check()?;
 
     // Nodes are numbered as the joints are here, not as they were in the file that they came from.
-    let animation =
-        animation::append(&mut output, target, clip, |index, _| index, false, compression, control, reporter)?;
+    let animation = animation::append(&mut output, target, clip, |index, _| index, false, control, reporter)?;
     if let Some(animation) = animation {
         output.json.insert("animations".into(), Value::Array(vec![animation]));
     }

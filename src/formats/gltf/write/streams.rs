@@ -34,17 +34,16 @@ pub(super) enum Kind {
 /// Arrays on their way into the buffer.
 pub(super) struct Streams<'o, 'a> {
     output: &'o mut Output<'a>,
-    compression: Compression,
     /// The one view of what is not compressed.
     view: usize,
     view_offset: usize,
 }
 
 impl<'o, 'a> Streams<'o, 'a> {
-    pub(super) fn new(output: &'o mut Output<'a>, compression: Compression) -> Result<Self, FormatError> {
+    pub(super) fn new(output: &'o mut Output<'a>) -> Result<Self, FormatError> {
         let view = array(&mut output.json, "bufferViews")?.len();
         let view_offset = output.binary.push(Cow::Borrowed(&[]));
-        Ok(Self { output, compression, view, view_offset })
+        Ok(Self { output, view, view_offset })
     }
 
     /// Adds an array and gives the index of its accessor.
@@ -55,8 +54,8 @@ impl<'o, 'a> Streams<'o, 'a> {
         kind: Kind,
     ) -> Result<usize, FormatError> {
         let count = values.len();
-        let is_short = kind == Kind::Rotations && self.compression != Compression::None;
-        let accessor = if self.compression == Compression::Meshopt {
+        let is_short = kind == Kind::Rotations && self.output.compression != Compression::None;
+        let accessor = if self.output.compression == Compression::Meshopt {
             json!({"bufferView": self.compressed(bytemuck::cast_slice(&values), count, kind)?})
         } else {
             let bytes = match values {
@@ -136,7 +135,7 @@ impl<'o, 'a> Streams<'o, 'a> {
 
     /// Adds the view of what is not compressed, now that its length is known.
     pub(super) fn finish(self) -> Result<(), FormatError> {
-        if self.compression != Compression::Meshopt {
+        if self.output.compression != Compression::Meshopt {
             array(&mut self.output.json, "bufferViews")?.push(json!({
                 "buffer": 0,
                 "byteOffset": self.view_offset,
