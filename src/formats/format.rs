@@ -105,7 +105,7 @@ impl Format {
                 media_type: "application/octet-stream",
                 reads: true,
                 writes: true,
-                description: "Autodesk FBX, binary or text; written binary, the skeleton and its animation",
+                description: "Autodesk FBX, binary or text; written binary: the skeleton, its animation, and the meshes of an FBX target",
             },
             Self::Bvh => FormatInfo {
                 name: "bvh",

@@ -54,14 +54,14 @@ fn small_files_move_as_large_ones_do() {
         let (back, bytes, file) = written(&small, &format!("{compression}.glb"));
         let (farthest, widest) = apart(&plain, &back);
         // Rounding adds up along the limbs.
-        assert!(farthest < 1e-4 && widest < 0.02, "{compression}: {farthest} m, {widest} degrees");
+        assert!(farthest < 2e-4 && widest < 0.03, "{compression}: {farthest} m, {widest} degrees");
         let size = bytes.len() as f64 / large.len() as f64;
         assert!(size < most_of_size, "{compression}: {size} of the size");
         files.push(file);
         // With the whole document around it, and as text.
         let whole = format!(r#"{{"output": {{"format": "gltf", "compression": "{compression}"}}}}"#);
         let (back, _, file) = written(&whole, &format!("{compression}.gltf"));
-        assert!(apart(&plain, &back).0 < 1e-4, "{compression}: in the whole document");
+        assert!(apart(&plain, &back).0 < 2e-4, "{compression}: in the whole document");
         files.push(file);
     }
     let paths: Vec<_> = files.iter().map(|file| file.as_path()).collect();
@@ -76,7 +76,7 @@ fn small_files_move_as_large_ones_do() {
             let joint = &plain.scene.skeleton.joints()[joint];
             joint.is_joint.then(|| joint.name.clone())
         });
-        assert!(apart.size < 1e-4 && apart.degrees < 0.02, "{}: {apart:?}", seen["file"]);
+        assert!(apart.size < 1e-4 && apart.degrees < 0.03, "{}: {apart:?}", seen["file"]);
     }
 }
 

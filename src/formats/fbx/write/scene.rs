@@ -131,11 +131,15 @@ impl<'a> Figure<'a> {
             let local = DMat4::from_scale_rotation_translation(rest.scale, rest.rotation, translation);
             model_from_joint.push(joint.parent.map_or(local, |parent| model_from_joint[parent] * local));
         }
-        let poses = self.nodes.iter().map(|node| {
-            // Bound joints and meshes are where their skin was made.
-            let matrix = meshes.bind.get(&node.joint).unwrap_or(&model_from_joint[node.joint]);
+        // Where there are skins, what they bind is where they were made, and nothing is said of the rest.
+        let matrix = |node: &LimbNode| match meshes.bind.is_empty() {
+            true => Some(model_from_joint[node.joint]),
+            false => meshes.bind.get(&node.joint).copied(),
+        };
+        let posed: Vec<(i64, DMat4)> = self.nodes.iter().filter_map(|node| Some((node.id, matrix(node)?))).collect();
+        let poses = posed.iter().map(|(id, matrix)| {
             let matrix = matrix.to_cols_array().to_vec();
-            Record::new("PoseNode").field("Node", node.id).field("Matrix", Property::Numbers(matrix))
+            Record::new("PoseNode").field("Node", *id).field("Matrix", Property::Numbers(matrix))
         });
         Record::new("Pose")
             .with(POSE_ID)
@@ -143,7 +147,7 @@ impl<'a> Figure<'a> {
             .with("BindPose")
             .field("Type", "BindPose")
             .field("Version", 100)
-            .field("NbPoseNodes", count(self.nodes.len()))
+            .field("NbPoseNodes", count(posed.len()))
             .holding(poses)
     }
 }
