@@ -16,6 +16,8 @@ use crate::{
 };
 
 const SOURCE: &str = "mixamo/fbx/walking_noskin.fbx";
+/// Half a thousand frames: of a short clip, the document is most of the file.
+const LONG: &str = "mixamo/fbx/samba_dancing_skin.fbx";
 const TARGET: &str = "mixamo/gltf/Xbot.glb";
 
 fn pair() -> Option<(Vec<u8>, Vec<u8>)> {
@@ -37,10 +39,11 @@ fn apart(one: &Written, other: &Written) -> (f64, f64) {
 
 #[test]
 fn small_files_move_as_large_ones_do() {
-    let Some((source, target)) = pair() else { return };
+    let Some(((_, target), long)) = pair().zip(corpus_file(LONG)) else { return };
+    let source = fs::read(long).expect("a file");
     let folder = tempfile::tempdir().expect("a folder");
     let written = |config: &str, name: &str| {
-        let outcome = retargeted((SOURCE, &source), (TARGET, &target), config, &[]);
+        let outcome = retargeted((LONG, &source), (TARGET, &target), config, &[]);
         let bytes = outcome.outputs[0].bytes.clone();
         let file = folder.path().join(name);
         fs::write(&file, &bytes).expect("a file");

@@ -48,6 +48,13 @@ async function read(file) {
   }
   if (ending === "bvh") {
     const { clip: motion, skeleton } = new BVHLoader().parse(await readFile(clip, "utf8"));
+    // This loader leaves it to its user to take letters out of names that tracks cannot address.
+    const safe = THREE.PropertyBinding.sanitizeNodeName;
+    for (const bone of skeleton.bones) [bone.userData.name, bone.name] = [bone.name, safe(bone.name)];
+    for (const track of motion.tracks) {
+      const [, name, property] = track.name.match(/^(.*)\.(\w+)$/);
+      track.name = `${safe(name)}.${property}`;
+    }
     const root = new THREE.Group();
     root.add(skeleton.bones[0]);
     return { file, ...sample(root, motion) };
