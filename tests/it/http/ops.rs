@@ -4,7 +4,7 @@ use reqwest::{Client, StatusCode, multipart};
 use retargetd::samples;
 use serde_json::{Value, json};
 
-use super::support::{PATIENCE, Server, json as read, problem};
+use super::support::{PATIENCE, ServiceProcess, json as read, problem, start_service};
 
 fn form(config: &Value) -> multipart::Form {
     let part = |bytes: Vec<u8>, name: &'static str| multipart::Part::bytes(bytes).file_name(name);
@@ -14,7 +14,7 @@ fn form(config: &Value) -> multipart::Form {
         .text("config", config.to_string())
 }
 
-async fn post(server: &Server, config: &Value) -> reqwest::Response {
+async fn post(server: &ServiceProcess, config: &Value) -> reqwest::Response {
     let client = Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client");
     let request = client.post(format!("{}/v1/retarget", server.url)).multipart(form(config));
     request.header("prefer", "wait=50").send().await.expect("an answer")
@@ -23,7 +23,7 @@ async fn post(server: &Server, config: &Value) -> reqwest::Response {
 #[tokio::test(flavor = "multi_thread")]
 async fn every_op_can_be_asked_for() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let config = json!({
         "output": {"format": "poses_json"},
         "ops": [
@@ -74,7 +74,7 @@ async fn every_op_can_be_asked_for() {
 #[tokio::test(flavor = "multi_thread")]
 async fn what_an_op_names_must_exist() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let config = json!({"ops": [{"op": "joints", "rows": [{"source": "hed", "target": "head"}]}]});
     let refused = problem(post(&server, &config).await, 422, "unknown_joint").await;
     assert_eq!(refused["errors"][0]["pointer"], "/ops/0/rows/0/source", "{refused}");

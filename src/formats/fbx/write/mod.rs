@@ -11,7 +11,7 @@ mod mesh;
 mod scene;
 
 use crate::{
-    formats::{FormatError, Include, WriteOptions, fbx::FbxDocument, written},
+    formats::{FormatError, Include, WriteOptions, euler::report_orders, fbx::FbxDocument, written},
     model::{Clip, Control, Reporter, Scene},
 };
 
@@ -67,7 +67,14 @@ pub(in crate::formats) fn write(
         );
     }
     let mut figure = scene::Figure::new(skeleton, &joints, centimetres);
-    figure.nodes.iter_mut().for_each(|node| node.choose_order(clip));
+    for node in &mut figure.nodes {
+        control.check()?;
+        node.order = options.rotation_order.unwrap_or_else(|| node.steadiest_order(clip));
+    }
+    if options.rotation_order.is_none() {
+        let by_name = figure.nodes.iter().map(|node| (figure.name(node), node.order));
+        report_orders(animation::USUAL_ORDER, "Objects", by_name, reporter);
+    }
     let animation = animation::Animation::new(&figure, clip, control)?;
     let records = scene::records(&figure, animation, meshes, target.axes.unwrap_or_default());
     binary::file(&records).ok_or_else(|| {
