@@ -11,7 +11,7 @@ use crate::{
     editing::{Gaze, is_look, moved_morphs},
     model::{
         Axes, Clip, Control, Joint, JointTracks, ModelPose, Morph, MorphPlace, MorphTrack, Reporter, Scene, Skeleton,
-        Track, Transform,
+        Track, Transform, VRM_EXPRESSIONS,
     },
     rig::{
         Align, HumanoidBone, MorphsSpec, PoseChoice, Rig, floors, map_morphs, missing_bones, morph_meaning,
@@ -21,22 +21,7 @@ use crate::{
 
 use super::{Failure, FailureCode, files::in_config};
 
-/// Expressions that every VRM knows, but for looks, which VRM animations have in their gaze, and `blink`, which is both eyes' at once.
-const PRESETS: [&str; 13] = [
-    "happy",
-    "angry",
-    "sad",
-    "relaxed",
-    "surprised",
-    "aa",
-    "ih",
-    "ou",
-    "ee",
-    "oh",
-    "blinkLeft",
-    "blinkRight",
-    "neutral",
-];
+/// Both eyes' at once, where the others have one for each.
 const BLINK: &str = "blink";
 const FRAMES_PER_CHECK: usize = 64;
 
@@ -212,11 +197,9 @@ fn expressions(scene: &Scene, clip: &Clip, reporter: &mut Reporter) -> Result<(V
             weights.map(|(morph, track)| MorphTrack { morph, weights: track.weights.clone() }).collect(),
         ));
     }
-    let mut targets: Vec<Morph> =
-        PRESETS.iter().map(|name| Morph { place: MorphPlace::Weight, ..expression(name) }).collect();
-    if shapes.iter().any(|track| meaning(track) == Some(BLINK)) {
-        targets.push(Morph { place: MorphPlace::Weight, ..expression(BLINK) });
-    }
+    let has_blink = shapes.iter().any(|track| meaning(track) == Some(BLINK));
+    let presets = VRM_EXPRESSIONS.iter().filter(|name| **name != BLINK || has_blink);
+    let targets: Vec<Morph> = presets.map(|name| Morph { place: MorphPlace::Weight, ..expression(name) }).collect();
     let animated: Vec<usize> = shapes.iter().map(|track| track.morph).collect();
     let mapping = map_morphs(&scene.morphs, &animated, &targets, &MorphsSpec::default()).map_err(in_config)?;
     if !mapping.unused.is_empty() {

@@ -1,16 +1,30 @@
 //! Bytes to [`Scene`] and back.
 //!
-//! Each format is one folder with `read` and `write`. Readers take untrusted bytes: every count is checked against a
-//! [`Budget`] before anything is allocated for it, nothing recurses on input, nothing panics. Knows no rig and no algorithm;
-//! touches no file, no network, no clock.
+//! Each format is one folder (or file) with `read` and `write`, of one shape each: bytes, a [`Budget`] and a [`Reporter`] to a
+//! [`Scene`]; a [`Scene`], a [`Clip`] of its skeleton and [`WriteOptions`] to bytes. Readers take untrusted bytes: every count is
+//! checked against the [`Budget`] before anything is allocated for it, nothing recurses on input, nothing panics. Knows no rig and
+//! no algorithm; touches no file, no network, no clock.
 //!
 //! # How to add a format
 //!
-//! 1. Add a variant to [`Format`] and its row in [`Format::info`]; the compiler then names every `match` to extend.
-//! 2. Make a folder with `read.rs` (bytes to [`Scene`], saying its axes and unit) and, where it is written, `write.rs`.
-//! 3. Teach [`sniff`] its first bytes.
-//! 4. Add a hostile file of each kind (cut short, counts too large, NaN, cycles) to the format's tests, and real files to
-//!    `tests/it/corpus.rs`.
+//! Say it is called *acme*. In this order the compiler and the tests lead the way:
+//!
+//! 1. **Name it.** A variant of [`Format`], its row in [`Format::info`] (wire name, endings, media type, whether it is read and
+//!    written, one line for people), and its place in [`Format::ALL`]. `GET /v1/formats`, `Accept`, the endings of `--output`, and the
+//!    table of the README come from that row. The compiler names every `match` that has to know it; most need one word.
+//! 2. **Recognise it.** Its first bytes in [`sniff`], with a test there; the name of a file only decides between what bytes
+//!    cannot tell apart.
+//! 3. **Read it.** `acme/read.rs`: take from the budget before allocating, report every repair and guess with
+//!    [`Reporter::warn`], and fail with a [`FormatError`] that has a place and a hint. Say axes and unit in [`Scene::axes`] and
+//!    [`Scene::unit_metres`], `None` where the file does not know; mark joints as the file does; keep what the writer needs to
+//!    give the rest of the file back in [`Scene::payload`]. Then a line in [`read()`].
+//! 4. **Write it**, where that is of use: `acme/write.rs` and a line in [`write()`]. What a format cannot hold is a warning, never
+//!    silence. If it wants +Y up and metres, say so where the engine converts (`engine/retarget.rs`, `write_one`).
+//! 5. **Explain it.** New warnings go into the README's table (a test lists those that are not there). Then
+//!    `RETARGETD_UPDATE=1 cargo nextest run -E 'test(readme) | test(openapi)'` writes the tables and the API again.
+//! 6. **Prove it.** Beside the code: exact small files by hand. In `tests/it/formats_acme.rs`: files cut short at every byte, counts
+//!    too large, NaN, cycles, and a round trip. In `tests/it/corpus.rs`: real files, against numbers of another reader. In
+//!    `tests/it/judges`: what others make of what we write.
 
 mod body_model;
 pub mod budget;

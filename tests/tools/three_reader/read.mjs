@@ -90,10 +90,13 @@ function sample(root, clip, seen = () => {}) {
     mixer.setTime(time);
     seen();
     root.updateMatrixWorld(true);
+    const told = new Set();
     root.traverse((node) => {
       // Loaders take letters out of names that their animations cannot address; the file's own name is kept by some.
       const name = node.userData.originalName ?? node.userData.name ?? node.name;
-      if (!name) return;
+      // A bone that several meshes share is there once for each; the first one is what the animation moves.
+      if (!name || told.has(name)) return;
+      told.add(name);
       node.matrixWorld.decompose(position, rotation, scale);
       (joints[name] ??= []).push([...position.toArray(), ...rotation.toArray()]);
     });

@@ -245,6 +245,10 @@ impl Instance<'_> {
         self.mesh.faces.iter().flat_map(corners).map(|corner| of(indices[corner] as usize)).collect()
     }
 
+    fn indices(&self, indices: &ufbx::List<u32>) -> Property {
+        Property::Wholes(self.per_corner(indices, |index| index as i32))
+    }
+
     fn layers(&self) -> Vec<Record> {
         let mesh = self.mesh;
         let mut elements = Vec::new();
@@ -263,23 +267,17 @@ impl Instance<'_> {
         }
         for (index, set) in mesh.uv_sets.iter().enumerate().filter(|(_, set)| set.vertex_uv.exists) {
             let values = set.vertex_uv.values.iter().flat_map(|uv| [uv.x, uv.y]).collect();
-            let indices = self.per_corner(&set.vertex_uv.indices, |index| index as i32);
-            elements.push(
-                layer("LayerElementUV", index, &set.name, "IndexToDirect")
-                    .field("UV", Property::Numbers(values))
-                    .field("UVIndex", Property::Wholes(indices)),
-            );
+            let indices = self.indices(&set.vertex_uv.indices);
+            let element = layer("LayerElementUV", index, &set.name, "IndexToDirect");
+            elements.push(element.field("UV", Property::Numbers(values)).field("UVIndex", indices));
             on_layer(index, "LayerElementUV");
         }
         for (index, set) in mesh.color_sets.iter().enumerate().filter(|(_, set)| set.vertex_color.exists) {
             let values =
                 set.vertex_color.values.iter().flat_map(|color| [color.x, color.y, color.z, color.w]).collect();
-            let indices = self.per_corner(&set.vertex_color.indices, |index| index as i32);
-            elements.push(
-                layer("LayerElementColor", index, &set.name, "IndexToDirect")
-                    .field("Colors", Property::Numbers(values))
-                    .field("ColorIndex", Property::Wholes(indices)),
-            );
+            let indices = self.indices(&set.vertex_color.indices);
+            let element = layer("LayerElementColor", index, &set.name, "IndexToDirect");
+            elements.push(element.field("Colors", Property::Numbers(values)).field("ColorIndex", indices));
             on_layer(index, "LayerElementColor");
         }
         if materials(self).next().is_some() {

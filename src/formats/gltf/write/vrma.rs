@@ -8,28 +8,10 @@ use serde_json::{Map, Value, json};
 use super::skeleton::{self, Skins};
 use crate::{
     formats::{FormatError, WriteOptions},
-    model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Transform},
+    model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Transform, VRM_EXPRESSIONS},
 };
 
 const EXTENSION: &str = "VRMC_vrm_animation";
-/// Expressions that every VRM knows; the others are a file's own.
-const PRESETS: [&str; 14] = [
-    "happy",
-    "angry",
-    "sad",
-    "relaxed",
-    "surprised",
-    "aa",
-    "ih",
-    "ou",
-    "ee",
-    "oh",
-    "blink",
-    "blinkLeft",
-    "blinkRight",
-    "neutral",
-];
-
 /// Encodes the clip of a humanoid whose rest pose is a T pose; the joints that its file declares as bones are its bones.
 pub(super) fn write(
     target: &Scene,
@@ -52,7 +34,7 @@ pub(super) fn write(
     let mut expressions = [("preset", Map::new()), ("custom", Map::new())];
     for track in clip.morphs() {
         let Some(morph) = target.morphs.get(track.morph) else { continue };
-        let kind = usize::from(!PRESETS.contains(&morph.name.as_str()));
+        let kind = usize::from(!VRM_EXPRESSIONS.contains(&morph.name.as_str()));
         expressions[kind].1.insert(morph.name.clone(), json!({"node": joints.len()}));
         let node = joints.len();
         joints.push(Joint { name: morph.name.clone(), parent: None, rest: Transform::IDENTITY, is_joint: false, node });
