@@ -95,7 +95,8 @@ pub fn retarget_with(
         .then(|| measure(&mapping, &source, &target, clip, &result, &spec.report, &reaches));
     let measure_seconds = control.seconds() - measuring;
 
-    let result = with_morphs(result, clip, (&source, &target), &spec.morphs, &mut reporter)?;
+    let (result, face_fit) =
+        with_morphs(result, clip, (&source, &target), &spec.morphs, (limits, control), &mut reporter)?;
     let result = match &spec.layer {
         Some(layer) => laid_over(&target, &spec.target, &result, layer, control, &mut reporter)?,
         None => result,
@@ -137,8 +138,20 @@ pub fn retarget_with(
     };
     let alignment = view(&alignment, target.skeleton());
     let limited = limited_view(&limited, target.skeleton());
-    let report =
-        Report { timings, counts, warnings, rigs, contacts, reaches, limited, tuning, alignment, keys, measures };
+    let report = Report {
+        timings,
+        counts,
+        warnings,
+        rigs,
+        contacts,
+        reaches,
+        limited,
+        tuning,
+        alignment,
+        keys,
+        face_fit,
+        measures,
+    };
     Ok(Outcome { outputs, report, resolved_spec })
 }
 

@@ -1,5 +1,7 @@
 //! Morph targets and facial expressions, and their weights over time.
 
+use glam::Vec3;
+
 use super::Track;
 
 /// Expressions that every VRM 1.0 knows, but for looks, which VRM animations have in their gaze; others are a file's own.
@@ -57,4 +59,17 @@ pub struct MorphTrack {
     pub morph: usize,
     /// Its weights.
     pub weights: Track<f32>,
+}
+
+/// The vertices of a mesh with morph targets, in model space with the skeleton at rest and all weights at 0.
+///
+/// Made by a format's reader only: every number is finite, and there are as many displacements of each morph as positions.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MorphMesh {
+    /// Its first morph, as an index in [`super::Scene::morphs`]; the others follow.
+    pub first: usize,
+    /// Where its vertices are.
+    pub positions: Vec<Vec3>,
+    /// For each of its morphs, by how far it moves every vertex at weight 1.
+    pub displacements: Vec<Vec<Vec3>>,
 }

@@ -129,4 +129,6 @@ function withoutImages() {
   globalThis.self ??= globalThis;
   globalThis.document ??= { createElementNS: image, createElement: image };
   globalThis.window ??= globalThis;
+  // Loaders tell their progress with it.
+  globalThis.ProgressEvent ??= class extends Event {};
 }
