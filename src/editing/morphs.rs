@@ -34,6 +34,8 @@ pub fn moved_morphs(clip: &Clip, mapping: &MorphMapping, source: &[Morph], targe
             }
             MorphPlace::Expression(binds) => {
                 let weights: Vec<f32> = weights.collect();
+                // For files that know expressions and no meshes.
+                moved.insert(drive.target, weights.clone());
                 for (morph, share) in binds {
                     let shape = moved.entry(*morph).or_insert_with(|| vec![0.0; frames]);
                     for (shape, weight) in shape.iter_mut().zip(&weights) {

@@ -19,6 +19,7 @@ use super::{
     layer::{laid_over, morph_rests},
     load::load,
     mixups,
+    provenance::Provenance,
     retarget::{Written, facts, joint_count, strict_failure, wanted_outputs, write_outputs},
 };
 
@@ -103,7 +104,14 @@ pub(super) fn edit_by(
     control.enter(Phase::Write, wanted.len() as u64);
     let resolved_spec = serde_json::to_value(spec)
         .map_err(|error| Failure::new(FailureCode::Internal, format!("the resolved spec: {error}")))?;
-    let Written { outputs, keys } = write_outputs(&wanted, &rig, &edited, &resolved_spec, control, &mut reporter)?;
+    let Written { outputs, keys } = write_outputs(
+        &wanted,
+        &rig,
+        &edited,
+        &Provenance { source: inputs.source.bytes, resolved_spec: &resolved_spec },
+        control,
+        &mut reporter,
+    )?;
     let warnings: Vec<WarningView> = reporter.into_warnings().into_iter().map(WarningView::from).collect();
     if spec.strict && !warnings.is_empty() {
         return Err(strict_failure(&warnings));

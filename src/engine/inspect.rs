@@ -223,6 +223,7 @@ const fn can_have_skins(format: Format) -> bool {
         | Format::PosesJson
         | Format::BodyModel
         | Format::JointPositions
+        | Format::PositionsCsv
         | Format::Zip => false,
     }
 }
@@ -238,6 +239,7 @@ fn count_joints(scene: &Scene, format: Format) -> usize {
         | Format::PosesJson
         | Format::BodyModel
         | Format::JointPositions
+        | Format::PositionsCsv
         | Format::Zip => scene.skeleton.joints().iter().filter(|joint| joint.is_joint).count(),
     }
 }

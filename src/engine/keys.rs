@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use crate::{
     editing::{Reduction, Tolerance, reduce_keys},
-    formats::Format,
     model::{Clip, Control, Reporter},
     rig::Rig,
 };
@@ -44,8 +43,8 @@ pub(super) fn reduced(
 ) -> Result<Option<(Clip, KeysView)>, Failure> {
     let Some(tolerance) = output.options.keys.tolerance() else { return Ok(None) };
     let all_are_needed = match output.format {
-        Format::Glb | Format::Gltf | Format::Vrm if rig.scene.stretched.is_none() => None,
-        Format::Glb | Format::Gltf | Format::Vrm => Some("joints hang below stretched nodes, whose every frame counts"),
+        format if format.holds_gltf() && rig.scene.stretched.is_none() => None,
+        format if format.holds_gltf() => Some("joints hang below stretched nodes, whose every frame counts"),
         _ => Some("in this format all tracks share their key times, so every frame was written"),
     };
     if let Some(detail) = all_are_needed {

@@ -7,9 +7,9 @@
 use glam::{Quat, Vec3};
 
 use crate::{
-    formats::{self, EulerOrder, Include, Limits, TargetClips, WriteOptions},
+    formats::{self, Limits, TargetClips, WriteOptions},
     model::{Axes, Clip, Control, Joint, JointTracks, LocalPose, Phase, Reporter, Scene, Skeleton, Track},
-    rig::{IncludeSpec, PoseChoice, PoseSpec, Posed, RetargetSpec, Rig, parse_spec, posed_target},
+    rig::{PoseChoice, PoseSpec, Posed, RetargetSpec, Rig, parse_spec, posed_target},
 };
 
 use super::{
@@ -18,6 +18,7 @@ use super::{
     convert::{convert_clip, convert_scene, into_ours},
     files::{in_config, in_config_or},
     load::{Loaded, load},
+    provenance::engine,
     retarget::{Wanted, facts, joint_count, strict_failure, wanted_outputs},
 };
 
@@ -178,18 +179,10 @@ impl Posing {
         let renamed = output.options.clip_name.as_ref().map(|name| self.clip.clone().renamed(name.clone()));
         let clip = renamed.as_ref().unwrap_or(&self.clip);
         let options = WriteOptions {
-            format: output.format,
-            include: match output.options.include {
-                IncludeSpec::Full => Include::Everything,
-                IncludeSpec::SkeletonAndAnimation => Include::SkeletonAndAnimation,
-            },
             // Another clip would play instead of the pose.
             target_clips: TargetClips::Drop,
-            extras: Some(serde_json::json!({
-                "engine": { "name": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION") },
-                "pose": clip.name(),
-            })),
-            rotation_order: output.options.rotation_order.name().and_then(EulerOrder::from_name),
+            extras: Some(serde_json::json!({ "engine": engine(), "pose": clip.name() })),
+            ..output.write_options(reporter)
         };
         let wants_ours = match output.format {
             formats::Format::Bvh => false,

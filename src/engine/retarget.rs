@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use crate::{
-    formats::{self, EulerOrder, Format, FormatError, Include, Limits, TargetClips, WriteOptions},
+    formats::{self, Compression, EulerOrder, Format, FormatError, Include, Limits, TargetClips, WriteOptions},
     model::{Axes, Clip, Control, Phase, Reporter, Scene},
     retarget::{Measures, Verdict, measure},
     rig::{
-        IncludeSpec, OutputChoice, OutputSpec, ReportDetail, RetargetSpec, Rig, SpecErrorKind, SpecField,
-        TargetClipsSpec, Task,
+        CompressionSpec, IncludeSpec, OutputChoice, OutputSpec, ReportDetail, RetargetSpec, Rig, SpecErrorKind,
+        SpecField, TargetClipsSpec, Task,
     },
 };
 
@@ -24,6 +24,8 @@ use super::{
     limited::limited_view,
     morphs::with_morphs,
     pass::Pass,
+    performance::performance,
+    provenance::Provenance,
     tune::Subject,
 };
 
@@ -110,7 +112,14 @@ pub fn retarget_with(
     let rigs = Rigs { source: facts(&source, files.source.format), target: facts(&target, files.target.format) };
     let resolved_spec = serde_json::to_value(&resolved)
         .map_err(|error| Failure::new(FailureCode::Internal, format!("the resolved spec: {error}")))?;
-    let Written { outputs, keys } = write_outputs(&wanted, &target, &result, &resolved_spec, control, &mut reporter)?;
+    let Written { outputs, keys } = write_outputs(
+        &wanted,
+        &target,
+        &result,
+        &Provenance { source: inputs.source.bytes, resolved_spec: &resolved_spec },
+        control,
+        &mut reporter,
+    )?;
     let warnings: Vec<WarningView> = reporter.into_warnings().into_iter().map(WarningView::from).collect();
     if spec.strict && !warnings.is_empty() {
         return Err(strict_failure(&warnings));
@@ -150,6 +159,39 @@ pub fn retarget_with(
 pub(super) struct Wanted {
     pub(super) format: Format,
     pub(super) options: OutputSpec,
+}
+
+impl Wanted {
+    /// What a writer is told, but for what the output was made from.
+    pub(super) fn write_options(&self, reporter: &mut Reporter) -> WriteOptions {
+        let options = &self.options;
+        let compression = match options.compression {
+            CompressionSpec::None => Compression::None,
+            CompressionSpec::Quantized => Compression::Quantized,
+            CompressionSpec::Meshopt => Compression::Meshopt,
+        };
+        if compression != Compression::None && !self.format.holds_gltf() && self.format != Format::Vrma {
+            reporter.warn(
+                "field_without_effect",
+                "/output/compression",
+                format!("{} files are not compressed", self.format.info().name),
+                "leave it out, or take a glTF format",
+            );
+        }
+        WriteOptions {
+            include: match options.include {
+                IncludeSpec::Full => Include::Everything,
+                IncludeSpec::SkeletonAndAnimation => Include::SkeletonAndAnimation,
+            },
+            target_clips: match options.target_clips {
+                TargetClipsSpec::Keep => TargetClips::Keep,
+                TargetClipsSpec::Drop => TargetClips::Drop,
+            },
+            rotation_order: options.rotation_order.name().and_then(EulerOrder::from_name),
+            compression,
+            ..WriteOptions::new(self.format)
+        }
+    }
 }
 
 pub(super) fn wanted_outputs(spec: &RetargetSpec, formats: &[Format]) -> Result<Vec<Wanted>, Failure> {
@@ -205,15 +247,11 @@ pub(super) fn write_outputs(
     wanted: &[Wanted],
     target: &Rig<'_>,
     result: &Clip,
-    resolved_spec: &serde_json::Value,
+    provenance: &Provenance<'_>,
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Written, Failure> {
-    let extras = serde_json::json!({
-        "engine": { "name": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION") },
-        "source_clip": result.name(),
-        "spec_version": resolved_spec.get("version").cloned().unwrap_or_default(),
-    });
+    let extras = provenance.extras(result, target.skeleton());
     let (mut outputs, mut keys) = (Vec::with_capacity(wanted.len()), Vec::new());
     for output in wanted {
         control.check()?;
@@ -223,9 +261,8 @@ pub(super) fn write_outputs(
         let renamed = output.options.clip_name.as_ref().map(|name| result.clone().renamed(name.clone()));
         let clip = renamed.as_ref().unwrap_or(result);
         let holds_morphs = match output.format {
-            Format::Glb | Format::Gltf | Format::Vrm => output.options.include == IncludeSpec::Full,
-            Format::PosesNpz | Format::PosesJson => true,
-            _ => false,
+            Format::PosesNpz | Format::PosesJson | Format::Vrma => true,
+            format => format.holds_gltf() && output.options.include == IncludeSpec::Full,
         };
         if !clip.morphs().is_empty() && !holds_morphs {
             reporter.warn(
@@ -235,21 +272,8 @@ pub(super) fn write_outputs(
                 "take pose arrays or a glTF format with everything of the target, or set morphs.enabled to false",
             );
         }
-        let options = WriteOptions {
-            format: output.format,
-            include: match output.options.include {
-                IncludeSpec::Full => Include::Everything,
-                IncludeSpec::SkeletonAndAnimation => Include::SkeletonAndAnimation,
-            },
-            target_clips: match output.options.target_clips {
-                TargetClipsSpec::Keep => TargetClips::Keep,
-                TargetClipsSpec::Drop => TargetClips::Drop,
-            },
-            extras: Some(extras.clone()),
-            rotation_order: output.options.rotation_order.name().and_then(EulerOrder::from_name),
-        };
-        let bytes = write_one(target, clip, &options, control, reporter)
-            .map_err(|error| Failure::from(error).in_part("target"))?;
+        let options = WriteOptions { extras: Some(extras.clone()), ..output.write_options(reporter) };
+        let bytes = write_one(target, clip, &options, control, reporter)?;
         let name = format!("{}.{}", file_stem(result.name()), output.format.info().endings[0]);
         outputs.push(Output { format: output.format, name, bytes });
         control.advance(1);
@@ -265,27 +289,32 @@ fn write_one(
     options: &WriteOptions,
     control: &Control,
     reporter: &mut Reporter,
-) -> Result<Vec<u8>, FormatError> {
+) -> Result<Vec<u8>, Failure> {
+    let in_target = |error| Failure::from(error).in_part("target");
+    if options.format == Format::Vrma {
+        let (humanoid, clip) = performance(target, clip, control, reporter)?;
+        return formats::write(&humanoid, &clip, options, control, reporter).map_err(in_target);
+    }
     let is_ours = target.scene.axes == Some(Axes::Y_UP_Z_FRONT) && target.scene.unit_metres == Some(1.0);
     let wants_ours = match options.format {
-        Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma | Format::Fbx => true,
+        Format::Glb | Format::Gltf | Format::Vrm | Format::Zip | Format::Fbx | Format::PositionsCsv => true,
         Format::PosesNpz | Format::PosesJson => target.scene.axes.is_none(),
-        // None of the latter three is written.
-        Format::Bvh | Format::BodyModel | Format::JointPositions | Format::Zip => false,
+        // The first is taken care of, and neither of the latter two is written.
+        Format::Vrma | Format::Bvh | Format::BodyModel | Format::JointPositions => false,
     };
     let conversion = into_ours(target.axes, target.unit_metres);
     if is_ours || !wants_ours || conversion.is_identity() {
-        return formats::write(target.scene, clip, options, control, reporter);
+        return formats::write(target.scene, clip, options, control, reporter).map_err(in_target);
     }
     let scene = convert_scene(target.scene, &conversion);
     let keys = clip.sparse_keys().map(|keys| Arc::new(convert_keys(keys, target.scene, &conversion)));
     let clip = convert_clip(clip.clone(), target.scene, &conversion)
-        .map_err(|error| FormatError::malformed("convert", "", error.to_string()))?;
+        .map_err(|error| in_target(FormatError::malformed("convert", "", error.to_string())))?;
     let clip = match keys {
         Some(keys) => clip.with_sparse_keys(keys),
         None => clip,
     };
-    formats::write(&scene, &clip, options, control, reporter)
+    formats::write(&scene, &clip, options, control, reporter).map_err(in_target)
 }
 
 pub(super) fn file_stem(name: &str) -> String {

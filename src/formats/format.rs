@@ -25,6 +25,8 @@ pub enum Format {
     JointPositions,
     /// A zip archive with one model and the files that it points to.
     Zip,
+    /// Positions of joints as comma-separated text.
+    PositionsCsv,
 }
 
 /// What users are told about a format.
@@ -46,7 +48,7 @@ pub struct FormatInfo {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Glb,
         Self::Gltf,
         Self::Vrm,
@@ -58,6 +60,7 @@ impl Format {
         Self::BodyModel,
         Self::JointPositions,
         Self::Zip,
+        Self::PositionsCsv,
     ];
 
     /// The facts about a format; the only place where they stand.
@@ -93,8 +96,8 @@ impl Format {
                 endings: &["vrma"],
                 media_type: "model/gltf-binary",
                 reads: true,
-                writes: false,
-                description: "VRM animation",
+                writes: true,
+                description: "VRM animation: the motion of a humanoid, its expressions and its gaze, for any VRM",
             },
             Self::Fbx => FormatInfo {
                 name: "fbx",
@@ -102,7 +105,7 @@ impl Format {
                 media_type: "application/octet-stream",
                 reads: true,
                 writes: true,
-                description: "Autodesk FBX, binary or text; written binary, the skeleton and its animation",
+                description: "Autodesk FBX, binary or text; written binary: the skeleton, its animation, and the meshes of an FBX target",
             },
             Self::Bvh => FormatInfo {
                 name: "bvh",
@@ -149,10 +152,25 @@ impl Format {
                 endings: &["zip"],
                 media_type: "application/zip",
                 reads: true,
-                writes: false,
-                description: "one model of the formats above with the buffers and images that it points to",
+                writes: true,
+                description: "one model of the formats above with the buffers and images that it points to; written as glTF with its \
+                              buffer in a file of its own",
+            },
+            Self::PositionsCsv => FormatInfo {
+                name: "positions_csv",
+                endings: &["csv"],
+                media_type: "text/csv",
+                reads: false,
+                writes: true,
+                description: "where every joint is in every frame, as comma-separated text in metres, +Y up and +Z front",
             },
         }
+    }
+
+    /// Whether a written file holds a glTF document, with all that a target's has.
+    #[must_use]
+    pub const fn holds_gltf(self) -> bool {
+        matches!(self, Self::Glb | Self::Gltf | Self::Vrm | Self::Zip)
     }
 
     /// The format of that wire name.

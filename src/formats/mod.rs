@@ -1,16 +1,30 @@
 //! Bytes to [`Scene`] and back.
 //!
-//! Each format is one folder with `read` and `write`. Readers take untrusted bytes: every count is checked against a
-//! [`Budget`] before anything is allocated for it, nothing recurses on input, nothing panics. Knows no rig and no algorithm;
-//! touches no file, no network, no clock.
+//! Each format is one folder (or file) with `read` and `write`, of one shape each: bytes, a [`Budget`] and a [`Reporter`] to a
+//! [`Scene`]; a [`Scene`], a [`Clip`] of its skeleton and [`WriteOptions`] to bytes. Readers take untrusted bytes: every count is
+//! checked against the [`Budget`] before anything is allocated for it, nothing recurses on input, nothing panics. Knows no rig and
+//! no algorithm; touches no file, no network, no clock.
 //!
 //! # How to add a format
 //!
-//! 1. Add a variant to [`Format`] and its row in [`Format::info`]; the compiler then names every `match` to extend.
-//! 2. Make a folder with `read.rs` (bytes to [`Scene`], saying its axes and unit) and, where it is written, `write.rs`.
-//! 3. Teach [`sniff`] its first bytes.
-//! 4. Add a hostile file of each kind (cut short, counts too large, NaN, cycles) to the format's tests, and real files to
-//!    `tests/it/corpus.rs`.
+//! Say it is called *acme*. In this order the compiler and the tests lead the way:
+//!
+//! 1. **Name it.** A variant of [`Format`], its row in [`Format::info`] (wire name, endings, media type, whether it is read and
+//!    written, one line for people), and its place in [`Format::ALL`]. `GET /v1/formats`, `Accept`, the endings of `--output`, and the
+//!    table of the README come from that row. The compiler names every `match` that has to know it; most need one word.
+//! 2. **Recognise it.** Its first bytes in [`sniff`], with a test there; the name of a file only decides between what bytes
+//!    cannot tell apart.
+//! 3. **Read it.** `acme/read.rs`: take from the budget before allocating, report every repair and guess with
+//!    [`Reporter::warn`], and fail with a [`FormatError`] that has a place and a hint. Say axes and unit in [`Scene::axes`] and
+//!    [`Scene::unit_metres`], `None` where the file does not know; mark joints as the file does; keep what the writer needs to
+//!    give the rest of the file back in [`Scene::payload`]. Then a line in [`read()`].
+//! 4. **Write it**, where that is of use: `acme/write.rs` and a line in [`write()`]. What a format cannot hold is a warning, never
+//!    silence. If it wants +Y up and metres, say so where the engine converts (`engine/retarget.rs`, `write_one`).
+//! 5. **Explain it.** New warnings go into the README's table (a test lists those that are not there). Then
+//!    `RETARGETD_UPDATE=1 cargo nextest run -E 'test(readme) | test(openapi)'` writes the tables and the API again.
+//! 6. **Prove it.** Beside the code: exact small files by hand. In `tests/it/formats_acme.rs`: files cut short at every byte, counts
+//!    too large, NaN, cycles, and a round trip. In `tests/it/corpus.rs`: real files, against numbers of another reader. In
+//!    `tests/it/judges`: what others make of what we write.
 
 mod body_model;
 pub mod budget;
@@ -23,6 +37,7 @@ mod format;
 mod gltf;
 mod numpy;
 mod poses;
+mod positions_csv;
 mod sniff;
 mod written;
 mod zipped;
@@ -69,6 +84,9 @@ pub fn read(
         Format::PosesNpz | Format::PosesJson => poses::read(bytes, format, &mut budget, reporter),
         Format::BodyModel => body_model::read_archive(bytes, &mut budget, reporter),
         Format::JointPositions => body_model::read_array(bytes, &mut budget, reporter),
+        Format::PositionsCsv => {
+            Err(FormatError::unsupported("read", "", "positions in CSV are written, not read", "send pose arrays"))
+        }
     }
 }
 
@@ -116,6 +134,29 @@ pub struct WriteOptions {
     /// In which order a BVH or FBX has the rotations of all joints; else each joint has the usual one, or where that comes near its gimbal the
     /// one whose angles change least.
     pub rotation_order: Option<EulerOrder>,
+    /// How a glTF format stores the animation.
+    pub compression: Compression,
+}
+
+/// How a glTF format stores the numbers of an animation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Compression {
+    /// As floats.
+    #[default]
+    None,
+    /// Rotations in 16 bits a component, which is within 0.003 degrees; the rest as floats. Every reader knows it.
+    Quantized,
+    /// `EXT_meshopt_compression`: rotations in 16 bits a component, translations and scales to a millionth.
+    Meshopt,
+}
+
+impl WriteOptions {
+    /// Everything of the target and all of its clips, nothing noted.
+    #[must_use]
+    pub const fn new(format: Format) -> Self {
+        let (include, target_clips) = (Include::Everything, TargetClips::Keep);
+        Self { format, include, target_clips, extras: None, rotation_order: None, compression: Compression::None }
+    }
 }
 
 /// How much of the target goes into the output.
@@ -150,15 +191,18 @@ pub fn write(
     reporter: &mut Reporter,
 ) -> Result<Vec<u8>, FormatError> {
     match options.format {
-        Format::Glb | Format::Gltf | Format::Vrm => gltf::write(target, clip, options, control, reporter),
+        Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma | Format::Zip => {
+            gltf::write(target, clip, options, control, reporter)
+        }
         Format::Bvh => bvh::write(target, clip, options, control, reporter),
         Format::PosesNpz | Format::PosesJson => poses::write(target, clip, options, control, reporter),
         Format::Fbx => fbx::write(target, clip, options, control, reporter),
-        Format::Vrma | Format::BodyModel | Format::JointPositions | Format::Zip => Err(FormatError::unsupported(
+        Format::PositionsCsv => positions_csv::write(target, clip, control, reporter),
+        Format::BodyModel | Format::JointPositions => Err(FormatError::unsupported(
             "write",
             "",
             format!("{} files can be read but not written", options.format.info().name),
-            "ask for glb, gltf, fbx, bvh, npz or poses json",
+            "GET /v1/formats lists those that are written",
         )),
     }
 }
@@ -180,7 +224,9 @@ pub fn write_posed(
     reporter: &mut Reporter,
 ) -> Result<Vec<u8>, FormatError> {
     match options.format {
-        Format::Glb | Format::Gltf | Format::Vrm => gltf::write_posed(target, posed, clip, options, control, reporter),
+        Format::Glb | Format::Gltf | Format::Vrm | Format::Zip => {
+            gltf::write_posed(target, posed, clip, options, control, reporter)
+        }
         _ => write(target, clip, options, control, reporter),
     }
 }

@@ -4,6 +4,24 @@ use glam::Vec3;
 
 use super::Track;
 
+/// Expressions that every VRM 1.0 knows, but for looks, which VRM animations have in their gaze; others are a file's own.
+pub const VRM_EXPRESSIONS: [&str; 14] = [
+    "happy",
+    "angry",
+    "sad",
+    "relaxed",
+    "surprised",
+    "aa",
+    "ih",
+    "ou",
+    "ee",
+    "oh",
+    "blink",
+    "blinkLeft",
+    "blinkRight",
+    "neutral",
+];
+
 /// Something that a face, or any mesh, can do: a morph target, or an expression made of several.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Morph {

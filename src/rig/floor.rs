@@ -96,6 +96,17 @@ pub fn standing_floor(side: &Rig<'_>) -> Option<f64> {
     stance.stands.then_some(stance.floor)
 }
 
+/// Height of the floor under a rig at rest, and in a clip of it, along its up axis, in the scene's unit. The two differ where the rest
+/// pose of a file stands elsewhere than its clips do, as in those that have the pelvis at the origin. Nothing where no pelvis is
+/// known.
+#[must_use]
+pub fn floors(side: &Rig<'_>, clip: &Clip) -> Option<(f64, f64)> {
+    let pelvis = *side.role("pelvis").first()?;
+    let stance = Stance::of(side, pelvis);
+    let in_clip = if stance.stands { stance.floor } else { clip_floor(side, clip, pelvis, stance.floor).height };
+    Some((stance.floor, in_clip))
+}
+
 /// The pelvis above the ankles when thighs and shins are in line below it, as they are in a clip of somebody who stands: rest
 /// poses have their legs apart, or their knees bent. And the ankles above the floor.
 fn standing_legs(side: &Rig<'_>, pelvis: usize, floor: f64) -> Option<(f64, f64)> {

@@ -64,7 +64,7 @@ mod usage {
     #[test]
     fn an_ending_that_stands_for_nothing_lists_those_that_do() {
         let folder = tempfile::tempdir().expect("a folder");
-        for ending in ["out.xyz", "out", "out.vrma"] {
+        for ending in ["out.xyz", "out", "out.npy"] {
             let output =
                 retargetd(&["retarget", "--source", "a.glb", "--target", "b.glb", "--output", ending], folder.path());
             assert_eq!(code(&output), Some(2), "{ending}");

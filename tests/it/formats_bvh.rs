@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 use retargetd::{
-    formats::{self, ErrorKind, Format, FormatError, Include, Limit, Limits, TargetClips, WriteOptions},
+    formats::{self, ErrorKind, Format, FormatError, Limit, Limits, WriteOptions},
     model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform, Warning},
 };
 
@@ -24,13 +24,7 @@ fn refusal(bytes: &[u8]) -> FormatError {
 }
 
 fn write(scene: &Scene, clip: &Clip) -> (Vec<u8>, Vec<&'static str>) {
-    let options = WriteOptions {
-        format: Format::Bvh,
-        include: Include::default(),
-        target_clips: TargetClips::default(),
-        extras: None,
-        rotation_order: None,
-    };
+    let options = WriteOptions::new(Format::Bvh);
     let mut reporter = Reporter::new();
     let bytes = formats::write(scene, clip, &options, &Control::new(), &mut reporter).expect("it is written");
     (bytes, codes(&reporter.into_warnings()))

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 use retargetd::{
-    formats::{self, Format, Include, Limits, TargetClips, WriteOptions},
+    formats::{self, Format, Limits, WriteOptions},
     model::{Axes, Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
     samples,
 };
@@ -14,13 +14,7 @@ fn read(bytes: &[u8], format: Format) -> Scene {
 }
 
 fn write(scene: &Scene, clip: &Clip) -> (Vec<u8>, Vec<&'static str>) {
-    let options = WriteOptions {
-        format: Format::Fbx,
-        include: Include::Everything,
-        target_clips: TargetClips::Keep,
-        extras: None,
-        rotation_order: None,
-    };
+    let options = WriteOptions::new(Format::Fbx);
     let mut reporter = Reporter::new();
     let bytes = formats::write(scene, clip, &options, &Control::new(), &mut reporter).expect("it can be written");
     (bytes, reporter.into_warnings().iter().map(|warning| warning.code).collect())
@@ -104,4 +98,62 @@ fn real_skeletons_come_back_as_they_were() {
         let (farthest, widest) = apart(&scene, clip, &read(&bytes, Format::Fbx));
         assert!(farthest < 1e-4 && widest < 0.01, "{file}: {farthest} m and {widest} degrees apart");
     }
+}
+
+/// Skinned meshes of an FBX come back as they were: their polygons, and where every vertex lies about the joints that move it.
+#[test]
+fn real_meshes_come_back_as_they_were() {
+    for file in [
+        "mixamo/fbx/samba_dancing_skin.fbx",
+        "mixamo/fbx/ybot_prerotation_skin.fbx",
+        "mixamo/cc0/makehuman_mixamo_names_rest_leafbones.fbx",
+    ] {
+        let Some(path) = corpus_file(file) else { continue };
+        let scene = read(&std::fs::read(path).expect("a file"), Format::Fbx);
+        let clip = turning(&scene);
+        let (bytes, warnings) = write(&scene, &clip);
+        assert!(!warnings.contains(&"fbx_mesh_left_out"), "{file}: {warnings:?}");
+        let back = read(&bytes, Format::Fbx);
+        let (farthest, widest) = apart(&scene, &clip, &back);
+        assert!(farthest < 1e-4 && widest < 0.01, "{file}: {farthest} m and {widest} degrees apart");
+        assert_eq!(back.skeleton.len(), scene.skeleton.len(), "{file}: every node");
+        assert_eq!(back.skins.len(), scene.skins.len(), "{file}: skins");
+        for (one, other) in scene.skins.iter().zip(&back.skins) {
+            assert_eq!((&one.name, one.most_influences), (&other.name, other.most_influences), "{file}");
+            let names = |scene: &Scene, joints: &[usize]| -> Vec<String> {
+                joints.iter().map(|joint| scene.skeleton.joints()[*joint].name.clone()).collect()
+            };
+            assert_eq!(names(&scene, &one.joints), names(&back, &other.joints), "{file}: bound joints");
+        }
+        let mut points = 0;
+        for joint in 0..scene.skeleton.len() {
+            let (here, there) = (scene.skin_points.of(joint), back.skin_points.of(joint));
+            assert_eq!(here.len(), there.len(), "{file}: vertices of joint {joint}");
+            points += here.len();
+            for (one, other) in here.iter().zip(there) {
+                assert!(one.position.distance(other.position) < 1e-5, "{file}: {one:?} is at {other:?}");
+                assert!((one.weight - other.weight).abs() < 1e-5, "{file}: {one:?} weighs {other:?}");
+            }
+            let bind = |scene: &Scene| scene.bind_pose.get(joint).copied().flatten();
+            assert_eq!(bind(&scene).is_some(), bind(&back).is_some(), "{file}: joint {joint} is bound");
+            if let Some((one, other)) = bind(&scene).zip(bind(&back)) {
+                assert!(one.translation.distance(other.translation) < 1e-5, "{file}: bound elsewhere");
+            }
+        }
+        assert!(points > 1000, "{file}: {points} vertices");
+    }
+}
+
+/// A clip of a few frames in which every joint turns.
+fn turning(scene: &Scene) -> Clip {
+    let joints = scene.skeleton.joints().iter().enumerate().map(|(index, joint)| {
+        let turn = |frame: usize| {
+            let about = DVec3::new(1.0, index as f64 % 3.0, 0.5).normalize();
+            (joint.rest.rotation * DQuat::from_axis_angle(about, frame as f64 * 0.05)).as_quat()
+        };
+        let rotation = if joint.is_joint { Track::Sampled((0..5).map(turn).collect()) } else { Track::Rest };
+        JointTracks { rotation, ..JointTracks::default() }
+    });
+    Clip::new("turning".to_owned(), (0..5).map(|frame| f64::from(frame) / 30.0).collect(), joints.collect())
+        .expect("a clip")
 }

@@ -11,7 +11,7 @@ use std::{
 
 use glam::{Quat, Vec3};
 use retargetd::{
-    formats::{self, ErrorKind, Format, FormatError, Include, Limits, TargetClips, WriteOptions},
+    formats::{self, ErrorKind, Format, FormatError, Include, Limits, WriteOptions},
     model::{Clip, Control, JointTracks, Reporter, Scene, Track, Warning},
 };
 use serde_json::Value;
@@ -45,8 +45,7 @@ fn real_files_round_trip() {
             (Format::Gltf, Include::Everything, "gltf"),
             (Format::Glb, Include::SkeletonAndAnimation, "skeleton.glb"),
         ] {
-            let options =
-                WriteOptions { format, include, target_clips: TargetClips::Keep, extras: None, rotation_order: None };
+            let options = WriteOptions { include, ..WriteOptions::new(format) };
             let written = formats::write(&scene, &clip, &options, &Control::new(), &mut Reporter::new())
                 .unwrap_or_else(|error| panic!("{name} as {ending}: {error}"));
             let (back, _) = read(&written, file).unwrap_or_else(|error| panic!("{name} as {ending}: {error}"));
@@ -231,13 +230,8 @@ fn read_and_write_under_watch(bytes: Vec<u8>, file: &Path) {
     let worker = thread::spawn(move || {
         if let Ok((scene, _)) = read(&bytes, &path) {
             let clip = made_up_clip(scene.skeleton.len());
-            let options = WriteOptions {
-                format: Format::Glb,
-                include: Include::Everything,
-                target_clips: TargetClips::Keep,
-                extras: Some(serde_json::json!({"test": true})),
-                rotation_order: None,
-            };
+            let options =
+                WriteOptions { extras: Some(serde_json::json!({"test": true})), ..WriteOptions::new(Format::Glb) };
             formats::write(&scene, &clip, &options, &Control::new(), &mut Reporter::new()).map(|_| ()).ok();
         }
         sender.send(()).ok();

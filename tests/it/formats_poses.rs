@@ -7,7 +7,7 @@ use std::{
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 use retargetd::{
-    formats::{self, ErrorKind, Format, FormatError, Include, Limits, TargetClips, WriteOptions},
+    formats::{self, ErrorKind, Format, FormatError, Limits, WriteOptions},
     model::{Axes, Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
     samples,
 };
@@ -28,13 +28,7 @@ fn read_under(bytes: &[u8], format: Format, limits: &Limits) -> Result<(Scene, V
 }
 
 fn write(scene: &Scene, clip: &Clip, format: Format, extras: Option<serde_json::Value>) -> Vec<u8> {
-    let options = WriteOptions {
-        format,
-        include: Include::Everything,
-        target_clips: TargetClips::Keep,
-        extras,
-        rotation_order: None,
-    };
+    let options = WriteOptions { extras, ..WriteOptions::new(format) };
     formats::write(scene, clip, &options, &Control::new(), &mut Reporter::new()).expect("it can be written")
 }
 

@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 use retargetd::{
     editing::{Gaze, Look},
     engine::{self, Inputs, Limits, NamedBytes},
-    formats::{self, Format, Include, TargetClips, WriteOptions},
+    formats::{self, Format, TargetClips, WriteOptions},
     model::{Clip, Control, JointTracks, LookAt, MorphTrack, Reporter, Scene, Track},
     rig::{RetargetSpec, Rig},
 };
@@ -29,13 +29,7 @@ fn still(scene: &Scene) -> Clip {
 }
 
 fn written(scene: &Scene, clip: &Clip) -> Vec<u8> {
-    let options = WriteOptions {
-        format: Format::Glb,
-        include: Include::Everything,
-        target_clips: TargetClips::Drop,
-        extras: None,
-        rotation_order: None,
-    };
+    let options = WriteOptions { target_clips: TargetClips::Drop, ..WriteOptions::new(Format::Glb) };
     formats::write(scene, clip, &options, &Control::new(), &mut Reporter::new()).expect("it is written")
 }
 

@@ -23,6 +23,7 @@ mod formats_poses;
 mod gaze;
 mod http;
 mod joint_table;
+mod judges;
 mod morphs;
 mod ops;
 mod parity;

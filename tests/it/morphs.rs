@@ -260,11 +260,8 @@ fn speaking(names: &[(&str, &str)]) -> Option<Vec<u8>> {
     let clip = Clip::new("speech".into(), (0..=10).map(|frame| f64::from(frame) / 30.0).collect(), tracks);
     let clip = clip.and_then(|clip| clip.with_morphs(morphs.map(rising).collect())).expect("a clip");
     let options = retargetd::formats::WriteOptions {
-        format: engine::Format::Glb,
-        include: retargetd::formats::Include::Everything,
         target_clips: retargetd::formats::TargetClips::Drop,
-        extras: None,
-        rotation_order: None,
+        ..retargetd::formats::WriteOptions::new(engine::Format::Glb)
     };
     let mut reporter = retargetd::model::Reporter::new();
     Some(retargetd::formats::write(&scene, &clip, &options, &Control::new(), &mut reporter).expect("it is written"))

@@ -9,7 +9,8 @@
 //! channel rotation = Aₚ · L · A⁻¹        offset or channel position = Aₚ · (S ∘ l)
 //! ```
 //!
-//! Positions in the world are then those of the clip, for any rest rotations and scales; the joints' own axes are lost.
+//! Positions in the world are then those of the clip, for any rest rotations and scales; the joints' own axes are lost. Where the root
+//! is, its channels say alone: its offset is zero, as in most files.
 //! Written are the joints and the nodes between them; meshes, cameras and the other clips of the target have no place in
 //! a BVH.
 
@@ -166,7 +167,9 @@ fn write_hierarchy(out: &mut Vec<u8>, bones: &[Bone], orders: &[EulerOrder], dec
         line(out, depth, &format!("{} {}", if bone.depth == 0 { "ROOT" } else { "JOINT" }, bone.name));
         line(out, depth, "{");
         depth += 1;
-        write_offset(out, depth, bone.offset, decimals);
+        // Some programs add it to the position of the channels, others do not.
+        let offset = if bone.depth == 0 { DVec3::ZERO } else { bone.offset };
+        write_offset(out, depth, offset, decimals);
         write_channels(out, depth, bone.has_position, *order);
         for end in &bone.ends {
             line(out, depth, "End Site");

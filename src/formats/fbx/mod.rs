@@ -4,7 +4,7 @@
 //! believed here and judged by those who know what the joints mean. Pivots, pre- and post-rotations and rotation orders
 //! are resolved into plain translation, rotation and scale; scale inheritance becomes the component-wise composition of
 //! [`Transform`](crate::model::Transform) without any helper node. Of geometry only the vertices of skinned meshes are looked
-//! at, and a file whose meshes cannot be decoded is read without them. Knows no rig convention, though a HumanIK characterization is handed on as it stands.
+//! at, though all of it is kept to be written back, and a file whose meshes cannot be decoded is read without them. Knows no rig convention, though a HumanIK characterization is handed on as it stands.
 
 mod clips;
 mod keys;
@@ -51,9 +51,16 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
         skeleton,
     };
     if !is_sheared {
-        return Ok(scene);
+        return Ok(Scene { payload: Payload::new(FbxDocument { file, nodes }), ..scene });
     }
+    // The joints are no longer those that the meshes are bound to, so they cannot be written back.
     let scene = straighten(scene, budget, reporter)?;
     nodes::report_shear(&file, &nodes, &scene.skeleton, reporter);
     Ok(scene)
+}
+
+/// What a scene keeps of its file, to write its meshes back.
+struct FbxDocument {
+    file: ufbx::SceneRoot,
+    nodes: nodes::Nodes,
 }

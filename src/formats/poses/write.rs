@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::{
     formats::{FormatError, WriteOptions, written},
-    model::{Clip, Reporter, Scene, Skeleton, Track},
+    model::{Clip, MorphPlace, Reporter, Scene, Skeleton, Track},
 };
 
 /// The three local channels.
@@ -171,6 +171,10 @@ fn morph_columns<'a>(target: &'a Scene, clip: &'a Clip) -> Vec<MorphColumn<'a>> 
     let mut columns: Vec<MorphColumn<'a>> = Vec::new();
     for track in clip.morphs() {
         let Some(morph) = target.morphs.get(track.morph) else { continue };
+        // What an expression does to meshes is there as weights of their own.
+        if matches!(&morph.place, MorphPlace::Expression(binds) if !binds.is_empty()) {
+            continue;
+        }
         if columns.iter().all(|column| column.name != morph.name) {
             columns.push(MorphColumn { name: &morph.name, rest: morph.rest, weights: &track.weights });
         }

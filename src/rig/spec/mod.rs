@@ -28,7 +28,8 @@ pub use ops::{
     StretchChainOp, StrideDirection, StrideOp, TwistOp,
 };
 pub use output::{
-    IncludeSpec, KeyInterpolation, KeyTolerance, KeysSpec, KeysWord, OutputChoice, OutputSpec, TargetClipsSpec,
+    CompressionSpec, IncludeSpec, KeyInterpolation, KeyTolerance, KeysSpec, KeysWord, OutputChoice, OutputSpec,
+    TargetClipsSpec,
 };
 pub use pose::{EditAxes, FromClipEdit, PoseChoice, PoseEdit, PoseSpec, ResetEdit, RotateEdit};
 pub use report::{MetricInfo, MetricName, ReportChoice, ReportDetail, ReportSpec, Threshold};

@@ -17,7 +17,7 @@ pub enum OutputChoice {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputSpec {
-    /// Wire name of the format, such as `glb`, `gltf`, `bvh`, `poses_npz`, `poses_json`; see `/v1/formats`.
+    /// Wire name of the format, such as `glb`, `fbx`, `bvh`, `vrma`, `poses_npz`; see `/v1/formats`.
     pub format: Option<String>,
     /// How much of the target goes into it.
     pub include: IncludeSpec,
@@ -32,6 +32,30 @@ pub struct OutputSpec {
     /// In which order a BVH or FBX has the rotations of its joints. FBX itself names them from the other end: `zyx` is its XYZ.
     #[serde(skip_serializing_if = "RotationOrder::is_auto")]
     pub rotation_order: RotationOrder,
+    /// How glTF formats store the animation.
+    #[serde(skip_serializing_if = "CompressionSpec::is_none")]
+    pub compression: CompressionSpec,
+}
+
+/// How glTF formats store the numbers of an animation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CompressionSpec {
+    /// As floats.
+    #[default]
+    None,
+    /// Rotations in 16 bits a component, within 0.003 degrees. Every reader of glTF knows it.
+    Quantized,
+    /// `EXT_meshopt_compression`: rotations likewise, translations and scales to a millionth, and all of it packed. Readers need the
+    /// extension.
+    Meshopt,
+}
+
+impl CompressionSpec {
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
+    fn is_none(&self) -> bool {
+        *self == Self::None
+    }
 }
 
 /// In which order rotations about three axes are written; the first one named is applied last, as BVH channels are.

@@ -50,11 +50,9 @@ fn reduced(scene: &Scene, clip: &Clip, unit: f64) -> Reduction {
 fn through_a_file(scene: &Scene, clip: &Clip, reduction: &Reduction) -> Clip {
     let sparse = clip.clone().with_sparse_keys(Arc::new(reduction.keys.clone()));
     let options = WriteOptions {
-        format: Format::Glb,
         include: Include::SkeletonAndAnimation,
         target_clips: TargetClips::Drop,
-        extras: None,
-        rotation_order: None,
+        ..WriteOptions::new(Format::Glb)
     };
     let mut reporter = Reporter::new();
     let bytes = formats::write(scene, &sparse, &options, &Control::new(), &mut reporter).expect("it is written");

@@ -23,7 +23,7 @@ fn heap(beast: &Beast) -> Vec<u8> {
     let tracks = vec![JointTracks::default(); scene.skeleton.len()];
     let clip = retargetd::model::Clip::new("still".into(), vec![0.0], tracks).expect("a clip");
     let (format, include, target_clips) = (Format::PosesJson, Include::Everything, TargetClips::Keep);
-    let options = WriteOptions { format, include, target_clips, extras: None, rotation_order: None };
+    let options = WriteOptions { include, target_clips, ..WriteOptions::new(format) };
     formats::write(&scene, &clip, &options, &Control::new(), &mut Reporter::new()).expect("it can be written")
 }
 

@@ -1,18 +1,21 @@
-//! A clip into binary FBX: the skeleton, its rest pose, and one take.
+//! A clip into binary FBX: the skeleton, its rest pose, one take, and the meshes of a target that was FBX itself.
 //!
 //! Joints are limb nodes with their rest rotation as pre-rotation, so that zero angles are the rest pose and the angles of a clip
 //! stay small; curves have one linear key per frame, as Euler angles X, Y, Z that go on where the frame before was (see
-//! [`crate::formats::euler`]). Lengths are centimetres, which every reader takes for granted. Written are the joints and what is
-//! above them, not meshes.
+//! [`crate::formats::euler`]). Lengths are centimetres, which every reader takes for granted. Without
+//! meshes, only joints and what is above them are written.
 
 mod animation;
 mod binary;
+mod mesh;
 mod scene;
 
 use crate::{
-    formats::{FormatError, WriteOptions, euler::report_orders, written},
+    formats::{FormatError, Include, WriteOptions, euler::report_orders, fbx::FbxDocument, written},
     model::{Clip, Control, Reporter, Scene},
 };
+
+use mesh::Meshes;
 
 /// Encodes `clip`.
 ///
@@ -35,17 +38,34 @@ pub(in crate::formats) fn write(
             "choose a target with a skeleton",
         ));
     }
-    let joints = written::joints_to_write(skeleton);
+    let everything = options.include == Include::Everything;
+    let document = target.payload.get::<FbxDocument>().filter(|_| everything);
+    let joints = match document {
+        Some(_) => (0..skeleton.len()).collect(),
+        None => written::joints_to_write(skeleton),
+    };
     written::warn_of_lost_motion(target, clip, &joints, "our FBX does", reporter);
-    if !target.skins.is_empty() {
+    if everything && document.is_none() && !target.skins.is_empty() {
         reporter.warn(
             "fbx_mesh_left_out",
             "",
-            "the file holds the skeleton and its animation; meshes, skins and materials are not written as FBX",
-            "load it onto the character in the program that has it, or ask for glb",
+            "the file holds the skeleton and its animation; only meshes of an FBX are written as FBX",
+            "send the target as FBX, load the file onto the character in the program that has it, or ask for glb",
         );
     }
     let centimetres = target.unit_metres.unwrap_or(1.0) * 100.0;
+    let meshes = match document {
+        Some(document) => Meshes::new(document, skeleton, centimetres, scene::node_id, control)?,
+        None => Meshes::default(),
+    };
+    if meshes.has_textures {
+        reporter.warn(
+            "fbx_textures_left_out",
+            "Objects",
+            "materials are written with their names and colours, without their textures",
+            "assign the textures by the names of the materials, or send the target as glTF",
+        );
+    }
     let mut figure = scene::Figure::new(skeleton, &joints, centimetres);
     for node in &mut figure.nodes {
         control.check()?;
@@ -56,7 +76,7 @@ pub(in crate::formats) fn write(
         report_orders(animation::USUAL_ORDER, "Objects", by_name, reporter);
     }
     let animation = animation::Animation::new(&figure, clip, control)?;
-    let records = scene::records(&figure, animation, target.axes.unwrap_or_default());
+    let records = scene::records(&figure, animation, meshes, target.axes.unwrap_or_default());
     binary::file(&records).ok_or_else(|| {
         FormatError::unsupported(
             "write",

@@ -10,6 +10,7 @@ use crate::{
 use super::{
     animation::{Animation, USUAL_ORDER, connection, degrees},
     binary::{CREATION_TIME, FILE_ID, Property, Record, VERSION},
+    mesh::Meshes,
 };
 
 /// Ids of nodes count from here, those of their attributes from [`FIRST_ATTRIBUTE_ID`].
@@ -52,16 +53,20 @@ impl LimbNode {
     }
 }
 
+/// The id of a joint's node.
+pub(super) const fn node_id(joint: usize) -> i64 {
+    FIRST_NODE_ID + joint as i64
+}
+
 impl<'a> Figure<'a> {
     pub(super) fn new(skeleton: &'a Skeleton, joints: &[usize], centimetres: f64) -> Self {
-        let id = |joint: usize| FIRST_NODE_ID + joint as i64;
         let nodes = joints.iter().map(|joint| {
             let joint = *joint;
             LimbNode {
                 joint,
-                id: id(joint),
+                id: node_id(joint),
                 attribute_id: FIRST_ATTRIBUTE_ID + joint as i64,
-                parent_id: skeleton.parent(joint).map_or(0, id),
+                parent_id: skeleton.parent(joint).map_or(0, node_id),
                 is_limb: skeleton.joints()[joint].is_joint,
                 pre_rotation: skeleton.joints()[joint].rest.rotation,
                 order: USUAL_ORDER,
@@ -76,11 +81,15 @@ impl<'a> Figure<'a> {
         if name.is_empty() { format!("joint_{}", node.joint) } else { name.clone() }
     }
 
-    fn model(&self, node: &LimbNode) -> Record {
+    fn model(&self, node: &LimbNode, meshes: &Meshes) -> Record {
         let joint = &self.skeleton.joints()[node.joint];
         let vector =
             |name, kind, flags, value: DVec3| property(name, kind, "", flags, value.to_array().map(Property::from));
-        let kind = if node.is_limb { "LimbNode" } else { "Null" };
+        let kind = match node.is_limb {
+            _ if meshes.is_node(node.joint) => "Mesh",
+            true => "LimbNode",
+            false => "Null",
+        };
         let pre_rotation = degrees(USUAL_ORDER.by_axis(USUAL_ORDER.decompose(node.pre_rotation)));
         Record::new("Model")
             .with(node.id)
@@ -111,7 +120,7 @@ impl<'a> Figure<'a> {
     }
 
     /// Where every node is at rest, for readers that do not take that from the nodes themselves.
-    fn bind_pose(&self) -> Record {
+    fn bind_pose(&self, meshes: &Meshes) -> Record {
         let mut model_from_joint: Vec<DMat4> = Vec::with_capacity(self.skeleton.len());
         for joint in self.skeleton.joints() {
             let rest = &joint.rest;
@@ -119,9 +128,15 @@ impl<'a> Figure<'a> {
             let local = DMat4::from_scale_rotation_translation(rest.scale, rest.rotation, translation);
             model_from_joint.push(joint.parent.map_or(local, |parent| model_from_joint[parent] * local));
         }
-        let poses = self.nodes.iter().map(|node| {
-            let matrix = model_from_joint[node.joint].to_cols_array().to_vec();
-            Record::new("PoseNode").field("Node", node.id).field("Matrix", Property::Numbers(matrix))
+        // Where there are skins, what they bind is where they were made, and nothing is said of the rest.
+        let matrix = |node: &LimbNode| match meshes.bind.is_empty() {
+            true => Some(model_from_joint[node.joint]),
+            false => meshes.bind.get(&node.joint).copied(),
+        };
+        let posed: Vec<(i64, DMat4)> = self.nodes.iter().filter_map(|node| Some((node.id, matrix(node)?))).collect();
+        let poses = posed.iter().map(|(id, matrix)| {
+            let matrix = matrix.to_cols_array().to_vec();
+            Record::new("PoseNode").field("Node", *id).field("Matrix", Property::Numbers(matrix))
         });
         Record::new("Pose")
             .with(POSE_ID)
@@ -129,7 +144,7 @@ impl<'a> Figure<'a> {
             .with("BindPose")
             .field("Type", "BindPose")
             .field("Version", 100)
-            .field("NbPoseNodes", count(self.nodes.len()))
+            .field("NbPoseNodes", count(posed.len()))
             .holding(poses)
     }
 }
@@ -147,16 +162,21 @@ pub(super) fn property<const N: usize>(
 }
 
 /// All records of the file, in the order that readers expect.
-pub(super) fn records(figure: &Figure<'_>, animation: Animation, axes: Axes) -> Vec<Record> {
+pub(super) fn records(figure: &Figure<'_>, animation: Animation, meshes: Meshes, axes: Axes) -> Vec<Record> {
     let (settings, documents) = (settings(&animation, axes), documents(&animation));
-    let definitions = definitions(figure, &animation);
+    let definitions = definitions(figure, &animation, &meshes);
     let mut objects = Record::new("Objects");
     let mut connections = Record::new("Connections");
     for node in &figure.nodes {
-        objects = objects.holding([figure.attribute(node), figure.model(node)]);
-        connections =
-            connections.holding([connection(node.id, node.parent_id), connection(node.attribute_id, node.id)]);
+        objects = objects.holding([figure.model(node, &meshes)]);
+        connections = connections.holding([connection(node.id, node.parent_id)]);
+        if !meshes.is_node(node.joint) {
+            objects = objects.holding([figure.attribute(node)]);
+            connections = connections.holding([connection(node.attribute_id, node.id)]);
+        }
     }
+    let objects = objects.holding([figure.bind_pose(&meshes)]).holding(meshes.objects);
+    let connections = connections.holding(meshes.connections);
     vec![
         header(),
         Record::new("FileId").with(Property::Bytes(FILE_ID.to_vec())),
@@ -166,7 +186,7 @@ pub(super) fn records(figure: &Figure<'_>, animation: Animation, axes: Axes) -> 
         documents,
         Record::new("References"),
         definitions,
-        objects.holding([figure.bind_pose()]).holding(animation.objects),
+        objects.holding(animation.objects),
         connections.holding(animation.connections),
     ]
 }
@@ -243,11 +263,14 @@ fn documents(animation: &Animation) -> Record {
     Record::new("Documents").field("Count", 1).holding([document])
 }
 
-fn definitions(figure: &Figure<'_>, animation: &Animation) -> Record {
+fn definitions(figure: &Figure<'_>, animation: &Animation, meshes: &Meshes) -> Record {
     let nodes = count(figure.nodes.len());
     let kinds = [
         ("GlobalSettings", 1),
-        ("NodeAttribute", nodes),
+        ("NodeAttribute", nodes - count(meshes.nodes.len())),
+        ("Geometry", meshes.geometries),
+        ("Material", meshes.materials),
+        ("Deformer", meshes.deformers),
         ("Model", nodes),
         ("Pose", 1),
         ("AnimationStack", 1),
@@ -255,7 +278,10 @@ fn definitions(figure: &Figure<'_>, animation: &Animation) -> Record {
         ("AnimationCurveNode", animation.curve_nodes),
         ("AnimationCurve", animation.curves),
     ];
-    let types = kinds.iter().map(|(kind, count)| Record::new("ObjectType").with(*kind).field("Count", *count));
+    let types = kinds
+        .iter()
+        .filter(|(_, count)| *count > 0)
+        .map(|(kind, count)| Record::new("ObjectType").with(*kind).field("Count", *count));
     Record::new("Definitions")
         .field("Version", 100)
         .field("Count", kinds.iter().map(|(_, count)| count).sum::<i32>())

@@ -11,13 +11,7 @@ use crate::{
 };
 
 fn options(format: Format) -> WriteOptions {
-    WriteOptions {
-        format,
-        include: Include::Everything,
-        target_clips: TargetClips::Keep,
-        extras: None,
-        rotation_order: None,
-    }
+    WriteOptions::new(format)
 }
 
 fn write(target: &Scene, clip: &Clip, options: &WriteOptions) -> (Vec<u8>, Vec<Warning>) {

@@ -4,21 +4,35 @@ use std::{borrow::Cow, collections::BTreeMap};
 
 use serde_json::{Map, Value, json};
 
-use super::{Output, array};
+use super::{
+    Output,
+    streams::{Kind, Streams},
+};
 use crate::{
     formats::FormatError,
     model::{Clip, Control, Joint, KeyCurve, MorphPlace, Reporter, Scene, Track},
 };
 
-const FLOAT: u64 = 5126;
 const LINEAR: &str = "LINEAR";
 const CUBIC: &str = "CUBICSPLINE";
+
+/// A channel of a node: its name, the shape of its values, and what they are.
+#[derive(Clone, Copy)]
+struct NodePath {
+    name: &'static str,
+    shape: &'static str,
+    kind: Kind,
+}
+
+const TRANSLATION: NodePath = NodePath { name: "translation", shape: "VEC3", kind: Kind::Vectors };
+const ROTATION: NodePath = NodePath { name: "rotation", shape: "VEC4", kind: Kind::Rotations };
+const SCALE: NodePath = NodePath { name: "scale", shape: "VEC3", kind: Kind::Vectors };
 
 /// Adds the clip's data to the document and returns the animation that refers to it; nothing where the target has no node
 /// that could be animated. `node_of` gives the node of a joint, by its index and itself; `has_meshes` says that the document has the
 /// target's meshes, and with them its morph targets.
 ///
-/// All tracks lie in one buffer view. Tracks with a value per frame share one time accessor. Constant tracks have one key,
+/// All tracks lie in one buffer view, unless they are compressed. Tracks with a value per frame share one time accessor. Constant tracks have one key,
 /// or two where nothing else makes the animation as long as the clip.
 pub(super) fn append<'a>(
     output: &mut Output<'a>,
@@ -47,23 +61,23 @@ pub(super) fn append<'a>(
         [] => Vec::new(),
     };
     let is_sparse = clip.sparse_keys().is_some();
-    let mut writer = Writer::new(output, is_sampled.then_some(times), is_sparse, constant_times)?;
+    let mut writer = Writer::new(Streams::new(output)?, is_sampled.then_some(times), is_sparse, constant_times)?;
     for (index, (joint, tracks)) in target.skeleton.joints().iter().zip(clip.joints()).enumerate() {
         control.check()?;
         let node = node_of(index, joint);
         let keys = clip.sparse_keys().and_then(|keys| keys.joints.get(index));
-        writer.track(&tracks.translation, keys.map(|keys| &keys.translation), node, "translation", "VEC3")?;
-        writer.track(&tracks.rotation, keys.map(|keys| &keys.rotation), node, "rotation", "VEC4")?;
-        writer.track(&tracks.scale, keys.map(|keys| &keys.scale), node, "scale", "VEC3")?;
+        writer.track(&tracks.translation, keys.map(|keys| &keys.translation), node, TRANSLATION)?;
+        writer.track(&tracks.rotation, keys.map(|keys| &keys.rotation), node, ROTATION)?;
+        writer.track(&tracks.scale, keys.map(|keys| &keys.scale), node, SCALE)?;
     }
-    for (node, weights) in &morphs {
-        writer.weights(*node, weights)?;
+    for (node, weights) in morphs {
+        writer.weights(node, weights)?;
     }
     if writer.channels.is_empty() {
         let joint = &target.skeleton.joints()[0];
         let detail = "the clip animates nothing; it was written as the first node standing still, for its length";
         reporter.warn("clip_without_channels", clip.name(), detail, "");
-        writer.constant(joint.rest.translation.as_vec3(), node_of(0, joint), "translation", "VEC3")?;
+        writer.constant(joint.rest.translation.as_vec3(), node_of(0, joint), TRANSLATION)?;
     }
     let mut animation = Map::new();
     if !clip.name().is_empty() {
@@ -97,9 +111,7 @@ fn morph_weights(target: &Scene, clip: &Clip, has_meshes: bool) -> BTreeMap<usiz
 }
 
 struct Writer<'o, 'a> {
-    output: &'o mut Output<'a>,
-    view: usize,
-    view_offset: usize,
+    streams: Streams<'o, 'a>,
     sampled_input: Option<usize>,
     /// Times of all frames, where there is a sampled track and tracks need some of them only.
     times: Vec<f32>,
@@ -113,57 +125,28 @@ struct Writer<'o, 'a> {
 
 impl<'o, 'a> Writer<'o, 'a> {
     fn new(
-        output: &'o mut Output<'a>,
+        mut streams: Streams<'o, 'a>,
         times: Option<Vec<f32>>,
         is_sparse: bool,
         constant_times: Vec<f32>,
     ) -> Result<Self, FormatError> {
-        let view = array(&mut output.json, "bufferViews")?.len();
-        let view_offset = output.binary.push(Cow::Borrowed(&[]));
-        let mut writer = Self {
-            output,
-            view,
-            view_offset,
-            sampled_input: None,
-            times: Vec::new(),
+        let (times, sampled_input) = match times {
+            Some(times) if is_sparse => (times, None),
+            Some(times) => (Vec::new(), Some(streams.add_times(times)?)),
+            None => (Vec::new(), None),
+        };
+        let constant_keys = constant_times.len();
+        let constant_input = streams.add_times(constant_times)?;
+        Ok(Self {
+            streams,
+            sampled_input,
+            times,
             sparse_inputs: BTreeMap::new(),
-            constant_input: 0,
-            constant_keys: constant_times.len(),
+            constant_input,
+            constant_keys,
             channels: Vec::new(),
             samplers: Vec::new(),
-        };
-        if let Some(times) = times {
-            if is_sparse {
-                writer.times = times;
-            } else {
-                writer.sampled_input = Some(writer.input(times)?);
-            }
-        }
-        writer.constant_input = writer.input(constant_times)?;
-        Ok(writer)
-    }
-
-    /// An accessor of times, with the bounds that the specification asks for.
-    fn input(&mut self, times: Vec<f32>) -> Result<usize, FormatError> {
-        let (first, last) = (times.first().copied().unwrap_or(0.0), times.last().copied().unwrap_or(0.0));
-        let index = self.accessor(Cow::Owned(bytemuck::cast_slice(&times).to_vec()), times.len(), "SCALAR")?;
-        let accessor = &mut array(&mut self.output.json, "accessors")?[index];
-        accessor["min"] = json!([f64::from(first)]);
-        accessor["max"] = json!([f64::from(last)]);
-        Ok(index)
-    }
-
-    fn accessor(&mut self, bytes: Cow<'a, [u8]>, count: usize, shape: &str) -> Result<usize, FormatError> {
-        let offset = self.output.binary.push(bytes) - self.view_offset;
-        let accessors = array(&mut self.output.json, "accessors")?;
-        accessors.push(json!({
-            "bufferView": self.view,
-            "byteOffset": offset,
-            "componentType": FLOAT,
-            "count": count,
-            "type": shape,
-        }));
-        Ok(accessors.len() - 1)
+        })
     }
 
     fn track<T: bytemuck::Pod>(
@@ -171,33 +154,31 @@ impl<'o, 'a> Writer<'o, 'a> {
         track: &'a Track<T>,
         keys: Option<&KeyCurve<T>>,
         node: usize,
-        path: &str,
-        shape: &str,
+        path: NodePath,
     ) -> Result<(), FormatError> {
         match (track, self.sampled_input) {
-            (Track::Constant(value), _) => self.constant(*value, node, path, shape),
+            (Track::Constant(value), _) => self.constant(*value, node, path),
             (Track::Sampled(values), None) if !self.times.is_empty() => {
                 let Some(keys) = keys.filter(|keys| !keys.frames.is_empty()) else {
-                    let output = self.accessor(Cow::Borrowed(bytemuck::cast_slice(values)), values.len(), shape)?;
+                    let output = self.streams.add(Cow::Borrowed(values), path.shape, path.kind)?;
                     let input = self.sparse_input((0..values.len()).collect())?;
-                    self.channel(input, output, node, path, LINEAR);
+                    self.channel(input, output, node, path.name, LINEAR);
                     return Ok(());
                 };
-                let (numbers, interpolation) = if keys.is_cubic() {
+                let (numbers, kind, interpolation) = if keys.is_cubic() {
                     let key = |(value, [before, after]): (&T, &[T; 2])| [*before, *value, *after];
-                    (keys.values.iter().zip(&keys.tangents).flat_map(key).collect(), CUBIC)
+                    (keys.values.iter().zip(&keys.tangents).flat_map(key).collect(), Kind::Exact, CUBIC)
                 } else {
-                    (keys.values.clone(), LINEAR)
+                    (keys.values.clone(), path.kind, LINEAR)
                 };
-                let bytes = Cow::Owned(bytemuck::cast_slice(&numbers).to_vec());
-                let output = self.accessor(bytes, numbers.len(), shape)?;
+                let output = self.streams.add(Cow::Owned(numbers), path.shape, kind)?;
                 let input = self.sparse_input(keys.frames.clone())?;
-                self.channel(input, output, node, path, interpolation);
+                self.channel(input, output, node, path.name, interpolation);
                 Ok(())
             }
             (Track::Sampled(values), Some(input)) => {
-                let output = self.accessor(Cow::Borrowed(bytemuck::cast_slice(values)), values.len(), shape)?;
-                self.channel(input, output, node, path, LINEAR);
+                let output = self.streams.add(Cow::Borrowed(values), path.shape, path.kind)?;
+                self.channel(input, output, node, path.name, LINEAR);
                 Ok(())
             }
             // Where there is a sampled track, there is an input for it.
@@ -211,15 +192,14 @@ impl<'o, 'a> Writer<'o, 'a> {
             return Ok(*input);
         }
         let times = keys.iter().map(|frame| self.times[*frame]).collect();
-        let input = self.input(times)?;
+        let input = self.streams.add_times(times)?;
         self.sparse_inputs.insert(keys, input);
         Ok(input)
     }
 
     /// The weights of all morph targets of a node, at all frames.
-    fn weights(&mut self, node: usize, weights: &[f32]) -> Result<(), FormatError> {
-        let bytes = Cow::Owned(bytemuck::cast_slice(weights).to_vec());
-        let output = self.accessor(bytes, weights.len(), "SCALAR")?;
+    fn weights(&mut self, node: usize, weights: Vec<f32>) -> Result<(), FormatError> {
+        let output = self.streams.add(Cow::Owned(weights), "SCALAR", Kind::Scalars)?;
         let input = match self.sampled_input {
             Some(input) => input,
             None => self.sparse_input((0..self.times.len()).collect())?,
@@ -228,17 +208,9 @@ impl<'o, 'a> Writer<'o, 'a> {
         Ok(())
     }
 
-    fn constant<T: bytemuck::Pod>(
-        &mut self,
-        value: T,
-        node: usize,
-        path: &str,
-        shape: &str,
-    ) -> Result<(), FormatError> {
-        let values = vec![value; self.constant_keys];
-        let bytes = Cow::Owned(bytemuck::cast_slice(&values).to_vec());
-        let output = self.accessor(bytes, values.len(), shape)?;
-        self.channel(self.constant_input, output, node, path, LINEAR);
+    fn constant<T: bytemuck::Pod>(&mut self, value: T, node: usize, path: NodePath) -> Result<(), FormatError> {
+        let output = self.streams.add(Cow::Owned(vec![value; self.constant_keys]), path.shape, path.kind)?;
+        self.channel(self.constant_input, output, node, path.name, LINEAR);
         Ok(())
     }
 
@@ -247,13 +219,8 @@ impl<'o, 'a> Writer<'o, 'a> {
         self.samplers.push(json!({"input": input, "interpolation": interpolation, "output": output}));
     }
 
-    /// Adds the buffer view, now that its length is known.
     fn finish(self) -> Result<(Vec<Value>, Vec<Value>), FormatError> {
-        array(&mut self.output.json, "bufferViews")?.push(json!({
-            "buffer": 0,
-            "byteOffset": self.view_offset,
-            "byteLength": self.output.binary.length() - self.view_offset,
-        }));
+        self.streams.finish()?;
         Ok((self.channels, self.samplers))
     }
 }

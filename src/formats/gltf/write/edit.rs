@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use serde_json::{Map, Value, json};
 
-use super::{Output, animation, array, binary::Binary, skeleton::rotation};
+use super::{Output, animation, array, binary::Binary, skeleton::rotation, streams::decoded_buffer};
 use crate::{
     formats::{
         FormatError, TargetClips, WriteOptions,
@@ -33,9 +33,10 @@ pub(super) fn edit<'a>(
     reporter: &mut Reporter,
 ) -> Result<Output<'a>, FormatError> {
     let json = document.json.as_object().cloned().unwrap_or_default();
-    let mut output = Output { json, binary: Binary::default() };
+    let mut output = Output::new(json, options.compression);
     let will_have_bytes = !target.skeleton.is_empty() || document.buffers.iter().any(|buffer| buffer.bytes.is_some());
     let moved = merge_buffers(document, &mut output.binary, will_have_bytes);
+    output.decoded_buffer = 1 + document.buffers.iter().filter(|buffer| buffer.bytes.is_none()).count();
     move_views(&mut output.json, &document.views, &moved)?;
     control.check()?;
 
@@ -126,6 +127,7 @@ fn list_buffers(output: &mut Output<'_>, document: &Document, will_have_bytes: b
         buffers.push(merged);
     }
     buffers.extend(without_bytes.into_iter().map(|(object, _)| object));
+    buffers.extend((output.decoded_length > 0).then(|| decoded_buffer(output.decoded_length)));
     if !buffers.is_empty() {
         *array(&mut output.json, "buffers")? = buffers;
     }

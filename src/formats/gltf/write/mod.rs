@@ -5,21 +5,37 @@ mod binary;
 mod edit;
 mod pack;
 mod skeleton;
+mod streams;
+mod vrma;
 
 use serde_json::{Map, Value};
 
 use super::document::Document;
 use crate::{
-    formats::{Format, FormatError, Include, WriteOptions},
+    formats::{Compression, Format, FormatError, Include, WriteOptions},
     model::{Clip, Control, Reporter, Scene},
 };
 use binary::Binary;
+use skeleton::Skins;
 
 /// A document whose buffers are one run of bytes.
 #[derive(Debug)]
 struct Output<'a> {
     json: Map<String, Value>,
     binary: Binary<'a>,
+    /// How the animation is stored.
+    compression: Compression,
+    /// Index of the buffer that compressed animation decodes into, behind all that have content or stand for that of others.
+    decoded_buffer: usize,
+    /// Its length; 0 where nothing is compressed, and then there is no such buffer.
+    decoded_length: usize,
+}
+
+impl Output<'_> {
+    /// A document of which no buffer but the first is known.
+    fn new(json: Map<String, Value>, compression: Compression) -> Self {
+        Self { json, binary: Binary::default(), compression, decoded_buffer: 1, decoded_length: 0 }
+    }
 }
 
 /// Encodes the clip as the first animation of the target.
@@ -69,6 +85,9 @@ pub(in crate::formats) fn write_posed(
         let posed = stretched.posed_below(&target.skeleton, posed);
         return write_posed(&nodes, &posed, &clip, options, control, reporter);
     }
+    if options.format == Format::Vrma {
+        return vrma::write(target, clip, options, control, reporter);
+    }
     let document = target.payload.get::<Document>().filter(|_| options.include == Include::Everything);
     if options.format == Format::Vrm && !document.is_some_and(is_vrm) {
         return Err(FormatError::unsupported(
@@ -78,19 +97,33 @@ pub(in crate::formats) fn write_posed(
             "ask for .glb, or send a VRM as the target",
         ));
     }
-    let mut output = match document {
+    let output = match document {
         Some(document) => {
             let mut output = edit::edit(document, target, clip, options, control, reporter)?;
             edit::pose_nodes(&mut output.json, target, posed);
             output
         }
-        None => skeleton::build(target, clip, control, reporter)?,
+        None => skeleton::build(target, clip, Skins::OfTrees, options.compression, control, reporter)?,
     };
+    finish(output, options, control, reporter)
+}
+
+/// Notes in a document what it was made from, and makes a file of it.
+fn finish(
+    mut output: Output<'_>,
+    options: &WriteOptions,
+    control: &Control,
+    reporter: &mut Reporter,
+) -> Result<Vec<u8>, FormatError> {
     if let Some(extras) = &options.extras {
         merge_extras(&mut output.json, extras, reporter);
     }
     control.check()?;
-    if options.format == Format::Gltf { pack::gltf(output) } else { pack::glb(output) }
+    match options.format {
+        Format::Gltf => pack::gltf(output),
+        Format::Zip => pack::zip(output),
+        _ => pack::glb(output),
+    }
 }
 
 fn is_vrm(document: &Document) -> bool {

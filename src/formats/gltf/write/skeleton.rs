@@ -5,25 +5,36 @@ use std::borrow::Cow;
 use glam::{DMat4, DQuat, DVec3};
 use serde_json::{Map, Value, json};
 
-use super::{Output, animation, binary::Binary};
+use super::{Output, animation, streams::decoded_buffer};
 use crate::{
-    formats::FormatError,
+    formats::{Compression, FormatError},
     model::{Clip, Control, Joint, Reporter, Scene},
 };
 
 const FLOAT: u64 = 5126;
 
-/// All joints as nodes in the order of the skeleton, one scene, one skin per tree, the animation.
+/// Which skins a new document has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Skins {
+    /// None.
+    None,
+    /// One for each tree of joints.
+    OfTrees,
+}
+
+/// All joints as nodes in the order of the skeleton, one scene, the skins, the animation.
 pub(super) fn build<'a>(
     target: &Scene,
     clip: &'a Clip,
+    skins: Skins,
+    compression: Compression,
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Output<'a>, FormatError> {
     let mut json = Map::new();
     let generator = concat!("retargetd ", env!("CARGO_PKG_VERSION"));
     json.insert("asset".into(), json!({"version": "2.0", "generator": generator}));
-    let mut output = Output { json, binary: Binary::default() };
+    let mut output = Output::new(json, compression);
     if target.skeleton.is_empty() {
         animation::append(&mut output, target, clip, |index, _| index, false, control, reporter)?;
         return Ok(output);
@@ -34,7 +45,9 @@ pub(super) fn build<'a>(
     output.json.insert("scene".into(), json!(0));
     output.json.insert("scenes".into(), json!([{"nodes": roots}]));
     output.json.insert("nodes".into(), Value::Array(nodes.collect()));
-    add_skins(&mut output, target, reporter);
+    if skins == Skins::OfTrees {
+        add_skins(&mut output, target, reporter);
+    }
     control.check()?;
 
     // Nodes are numbered as the joints are here, not as they were in the file that they came from.
@@ -42,7 +55,9 @@ pub(super) fn build<'a>(
     if let Some(animation) = animation {
         output.json.insert("animations".into(), Value::Array(vec![animation]));
     }
-    output.json.insert("buffers".into(), json!([{"byteLength": output.binary.length()}]));
+    let mut buffers = vec![json!({"byteLength": output.binary.length()})];
+    buffers.extend((output.decoded_length > 0).then(|| decoded_buffer(output.decoded_length)));
+    output.json.insert("buffers".into(), Value::Array(buffers));
     Ok(output)
 }
 

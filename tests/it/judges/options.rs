@@ -1,0 +1,177 @@
+//! Outputs in all their forms say the same.
+
+use std::fs;
+
+use retargetd::{
+    engine::{Format, Limits},
+    formats,
+    model::{Control, Reporter},
+};
+use serde_json::Value;
+
+use super::{Axes, Written, angle, retargeted, three};
+use crate::{
+    quality::figure::read_scene,
+    support::{corpus_file, files_below, gltf_json, validate_gltf},
+};
+
+const SOURCE: &str = "mixamo/fbx/walking_noskin.fbx";
+/// Half a thousand frames: of a short clip, the document is most of the file.
+const LONG: &str = "mixamo/fbx/samba_dancing_skin.fbx";
+const TARGET: &str = "mixamo/gltf/Xbot.glb";
+
+fn pair() -> Option<(Vec<u8>, Vec<u8>)> {
+    Some((fs::read(corpus_file(SOURCE)?).expect("a file"), fs::read(corpus_file(TARGET)?).expect("a file")))
+}
+
+/// The largest distance in metres and angle in degrees between the joints of two files.
+fn apart(one: &Written, other: &Written) -> (f64, f64) {
+    let (skeleton, mut farthest, mut widest) = (&one.scene.skeleton, 0.0_f64, 0.0_f64);
+    for frame in 0..one.clip.frame_count() {
+        let [here, there] = [one, other].map(|file| file.clip.local_pose(&file.scene.skeleton, frame));
+        for (here, there) in here.to_model(skeleton).transforms().iter().zip(there.to_model(skeleton).transforms()) {
+            farthest = farthest.max(here.translation.distance(there.translation));
+            widest = widest.max(angle(here.rotation, there.rotation).to_degrees());
+        }
+    }
+    (farthest, widest)
+}
+
+#[test]
+fn small_files_move_as_large_ones_do() {
+    let Some(((_, target), long)) = pair().zip(corpus_file(LONG)) else { return };
+    let source = fs::read(long).expect("a file");
+    let folder = tempfile::tempdir().expect("a folder");
+    let written = |config: &str, name: &str| {
+        let outcome = retargeted((LONG, &source), (TARGET, &target), config, &[]);
+        let bytes = outcome.outputs[0].bytes.clone();
+        let file = folder.path().join(name);
+        fs::write(&file, &bytes).expect("a file");
+        (Written::of(&bytes, name), bytes, file)
+    };
+    let skeleton = r#""include": "skeleton+animation""#;
+    let (plain, large, _) = written(&format!(r#"{{"output": {{{skeleton}}}}}"#), "plain.glb");
+    let mut files = Vec::new();
+    for (compression, most_of_size) in [("quantized", 0.8), ("meshopt", 0.5)] {
+        let small = format!(r#"{{"output": {{{skeleton}, "compression": "{compression}"}}}}"#);
+        let (back, bytes, file) = written(&small, &format!("{compression}.glb"));
+        let (farthest, widest) = apart(&plain, &back);
+        // Rounding adds up along the limbs.
+        assert!(farthest < 2e-4 && widest < 0.03, "{compression}: {farthest} m, {widest} degrees");
+        let size = bytes.len() as f64 / large.len() as f64;
+        assert!(size < most_of_size, "{compression}: {size} of the size");
+        files.push(file);
+        // With the whole document around it, and as text.
+        let whole = format!(r#"{{"output": {{"format": "gltf", "compression": "{compression}"}}}}"#);
+        let (back, _, file) = written(&whole, &format!("{compression}.gltf"));
+        assert!(apart(&plain, &back).0 < 2e-4, "{compression}: in the whole document");
+        files.push(file);
+    }
+    let paths: Vec<_> = files.iter().map(|file| file.as_path()).collect();
+    let Some(reports) = validate_gltf(&paths) else { return };
+    for report in reports.values() {
+        assert_eq!(report["errors"].as_u64(), Some(0), "{report}");
+    }
+    let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+    let Some(answers) = three::read(&names) else { return };
+    for seen in &answers {
+        let apart = plain.apart(seen, 1.0, Axes::Same, |joint| {
+            let joint = &plain.scene.skeleton.joints()[joint];
+            joint.is_joint.then(|| joint.name.clone())
+        });
+        assert!(apart.size < 1e-4 && apart.degrees < 0.03, "{}: {apart:?}", seen["file"]);
+    }
+}
+
+#[test]
+fn an_archive_holds_the_document_and_its_buffer() {
+    let Some((source, target)) = pair() else { return };
+    let outcome = retargeted((SOURCE, &source), (TARGET, &target), "{}", &[Format::Glb, Format::Zip]);
+    let [glb, zip] = [0, 1].map(|index| &outcome.outputs[index].bytes);
+    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(zip)).expect("an archive");
+    let names: Vec<String> = (0..archive.len())
+        .map(|index| archive.by_index(index).expect("a file").name().expect("a name").into_owned())
+        .collect();
+    assert_eq!(names, ["scene.bin", "scene.gltf"], "nothing else");
+    let document: Value = serde_json::from_reader(archive.by_name("scene.gltf").expect("there")).expect("JSON");
+    assert_eq!(document["buffers"][0]["uri"], "scene.bin", "relative");
+    let mut same = document;
+    same["buffers"][0].as_object_mut().expect("an object").remove("uri");
+    assert_eq!(same, gltf_json(glb), "but for that, the document of the GLB");
+    assert_eq!(Written::of(glb, "a.glb").clip, Written::of(zip, "a.zip").clip, "it comes back");
+    // An archive is unpacked by whoever takes it; then it is an ordinary pair of files.
+    let folder = tempfile::tempdir().expect("a folder");
+    archive.extract(folder.path()).expect("it can be unpacked");
+    let file = folder.path().join("scene.gltf");
+    let Some(reports) = validate_gltf(&[&file]) else { return };
+    assert!(reports.values().all(|report| report["errors"].as_u64() == Some(0)), "{reports:?}");
+}
+
+#[test]
+fn a_table_says_where_joints_are() {
+    let Some((source, target)) = pair() else { return };
+    let outcome = retargeted((SOURCE, &source), (TARGET, &target), "{}", &[Format::Glb, Format::PositionsCsv]);
+    let ours = Written::of(&outcome.outputs[0].bytes, "a.glb");
+    assert_eq!(outcome.outputs[1].name.rsplit('.').next(), Some("csv"));
+    let text = String::from_utf8(outcome.outputs[1].bytes.clone()).expect("text");
+    let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let header = lines.next().expect("a header");
+    let column = header.iter().position(|cell| *cell == "mixamorig:LeftHand.x").expect("the hand");
+    let hand = ours.scene.skeleton.find("mixamorig:LeftHand").expect("the hand");
+    let rows: Vec<Vec<&str>> = lines.collect();
+    assert_eq!(rows.len(), ours.clip.frame_count(), "one row per frame");
+    for (frame, row) in rows.iter().enumerate() {
+        let pose = ours.clip.local_pose(&ours.scene.skeleton, frame).to_model(&ours.scene.skeleton);
+        let told = glam::DVec3::from_array([0, 1, 2].map(|axis| row[column + axis].parse().expect("a number")));
+        assert!(told.distance(pose.transforms()[hand].translation) < 2e-6, "frame {frame}");
+    }
+}
+
+#[test]
+fn outputs_say_what_they_were_made_of() {
+    let Some((source, target)) = pair() else { return };
+    let config = r#"{"ops": [{"op": "contacts"}, {"op": "pelvis"}, {"op": "fk"}]}"#;
+    let outcome = retargeted((SOURCE, &source), (TARGET, &target), config, &[Format::Glb]);
+    let extras = gltf_json(&outcome.outputs[0].bytes)["asset"]["extras"]["retargetd"].clone();
+    assert_eq!(extras["engine"]["name"], "retargetd", "{extras}");
+    for part in ["source_sha256", "spec_sha256"] {
+        assert_eq!(extras[part].as_str().map(str::len), Some(64), "{part}");
+    }
+    let resolved = outcome.resolved_spec.to_string();
+    let again = retargeted((SOURCE, &source), (TARGET, &target), &resolved, &[Format::Glb]);
+    assert_eq!(
+        again.outputs[0].bytes, outcome.outputs[0].bytes,
+        "the resolved spec makes the same file, digests and all"
+    );
+}
+
+/// What a target has beside its joints comes out as it went in, for every glTF of the corpus.
+#[test]
+fn what_is_not_animated_comes_out_as_it_went_in() {
+    let Some(corpus) = corpus_file("") else { return };
+    let mut compared = 0;
+    let kinds = ["glb", "gltf", "vrm"];
+    for path in files_below(&corpus).into_iter().filter(|path| !path.starts_with(corpus.join("hostile"))) {
+        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let bytes = fs::read(&path).expect("a file");
+        let name = path.display().to_string();
+        let Ok(format) = formats::sniff(&bytes, &name) else { continue };
+        let control = Control::new();
+        let Ok(scene) = formats::read(&bytes, format, &Limits::default(), &control, &mut Reporter::new()) else {
+            continue;
+        };
+        let Some(clip) = scene.clips.first().filter(|_| kinds.contains(&ending.as_str())) else { continue };
+        for compression in [formats::Compression::Quantized, formats::Compression::Meshopt] {
+            let options = formats::WriteOptions { compression, ..formats::WriteOptions::new(Format::Glb) };
+            let written = formats::write(&scene, clip, &options, &control, &mut Reporter::new())
+                .unwrap_or_else(|error| panic!("{name}: {error}"));
+            let back = read_scene(&written, "back.glb");
+            assert_eq!(back.clips.len(), scene.clips.len() + 1, "{name}: the target's own clips follow");
+            assert_eq!(back.clips[1..], scene.clips, "{name}: and are what they were");
+            assert_eq!(back.skins, scene.skins, "{name}: skins");
+            assert_eq!(back.bind_pose, scene.bind_pose, "{name}: and how they are bound");
+        }
+        compared += 1;
+    }
+    assert!(compared > 25, "{compared} files with clips");
+}
