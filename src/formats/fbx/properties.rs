@@ -20,15 +20,13 @@ pub(super) struct Properties {
 
 impl Properties {
     /// Finds the custom numbers, switches and choices of joints that have keys in some stack.
-    pub(super) fn find(
-        file: &ufbx::Scene,
-        nodes: &Nodes,
-        budget: &mut Budget<'_>,
-    ) -> Result<Self, FormatError> {
+    pub(super) fn find(file: &ufbx::Scene, nodes: &Nodes, budget: &mut Budget<'_>) -> Result<Self, FormatError> {
         let mut found: BTreeMap<(usize, String), ()> = BTreeMap::new();
         for property in file.anim_stacks.iter().flat_map(|stack| &stack.layers).flat_map(|layer| &layer.anim_props) {
             let node = property.element.typed_id as usize;
-            if is_custom_number(property) && file.nodes.as_ref().get(node).is_some_and(|node| nodes.joint(node).is_some()) {
+            if is_custom_number(property)
+                && file.nodes.as_ref().get(node).is_some_and(|node| nodes.joint(node).is_some())
+            {
                 budget.take_array(1, size_of::<Morph>() as u64, "custom properties")?;
                 found.insert((node, property.prop_name.to_string()), ());
             }
@@ -62,7 +60,9 @@ impl Properties {
         for (morph, (node, name)) in self.places.iter().enumerate() {
             let mut animated = stack.layers.iter().flat_map(|layer| &layer.anim_props);
             let is_this = |property: &ufbx::AnimProp| {
-                is_custom_number(property) && property.element.typed_id as usize == *node && *property.prop_name == **name
+                is_custom_number(property)
+                    && property.element.typed_id as usize == *node
+                    && *property.prop_name == **name
             };
             if !animated.any(is_this) {
                 continue;

@@ -391,18 +391,14 @@ impl Compiler<'_> {
         let pair = self.limb(limb);
         let (source, target) = (pair.source.sole?, pair.target.sole?);
         let is_other = self.size_ratio(limb, &source, &target).is_none();
-        let ball = pair.target.ball.filter(|_| is_other && target.tip.is_some())?;
-        let has_toes = target.ball_to_tip.is_some_and(|toes| toes.length() > 0.0);
-        has_toes.then_some((ball, target))
+        let ball = pair.target.ball.filter(|_| is_other)?;
+        ToedFoot::new(ball, 0, &target).map(|_| (ball, target))
     }
 
     fn toe_stage(&self, staged: &StagedOp) -> Option<ToeStage> {
         let toes: Vec<(usize, Sole)> = staged.limbs.iter().filter_map(|&limb| self.toes_of(limb)).collect();
         let target = self.target_posing(toes.iter().map(|(ball, _)| *ball));
-        let foot = |(ball, sole): &(usize, Sole)| {
-            let (ball_height, tip_height, ball_to_tip) = (sole.ball?, sole.tip?, sole.ball_to_tip?);
-            Some(ToedFoot { ball: *ball, slot: target.slot(*ball), ball_height, tip_height, ball_to_tip })
-        };
+        let foot = |(ball, sole): &(usize, Sole)| ToedFoot::new(*ball, target.slot(*ball), sole);
         let feet: Vec<ToedFoot> = toes.iter().filter_map(foot).collect();
         let (schedule, ground, (_, leg)) = (staged.schedule.clone(), self.ground(), self.legs());
         (!feet.is_empty()).then_some(ToeStage { schedule, feet, target, ground, leg })

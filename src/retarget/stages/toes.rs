@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 
 use crate::{
     model::Canceled,
-    rig::{Ground, Schedule},
+    rig::{Ground, Schedule, Sole},
 };
 
 use super::{
@@ -13,7 +13,7 @@ use super::{
 };
 
 /// How far toes bend up at most, in radians.
-const MOST_BEND: f64 = 1.0;
+const MOST_BEND: f64 = 1.2;
 /// Width over which toes begin to give way, for a leg of 1 m: keeps them from snapping.
 const SOFT_METRES: f64 = 0.01;
 
@@ -39,6 +39,17 @@ pub(super) struct ToedFoot {
     pub(super) tip_height: f64,
     /// From the one to the other, in the ball's axes.
     pub(super) ball_to_tip: DVec3,
+    /// The axis about which toes bend up, likewise; unit length.
+    pub(super) raise: DVec3,
+}
+
+impl ToedFoot {
+    /// Of a sole; nothing where toes have no length or stand upright at rest.
+    pub(super) fn new(ball: usize, slot: usize, sole: &Sole) -> Option<Self> {
+        let (ball_height, tip_height, ball_to_tip) = (sole.ball?, sole.tip?, sole.ball_to_tip?);
+        let raise = ball_to_tip.cross(-sole.down[1]?).try_normalize()?;
+        Some(Self { ball, slot, ball_height, tip_height, ball_to_tip, raise })
+    }
 }
 
 impl ToeStage {
@@ -63,15 +74,19 @@ impl ToeStage {
     /// The turn that brings the tip up to the floor, or as far down as the ball is.
     fn bend(&self, foot: &ToedFoot, ball: DVec3, rotation: DQuat) -> DQuat {
         let up = self.ground.up;
-        let toes = rotation * foot.ball_to_tip;
-        let length = toes.length();
-        let Some(axis) = toes.cross(up).try_normalize() else { return DQuat::IDENTITY };
+        let (toes, axis) = (rotation * foot.ball_to_tip, rotation * foot.raise);
         let stands = (ball.dot(up) - foot.ball_height - self.ground.target_floor).min(0.0);
         let height = (ball + toes).dot(up) - foot.tip_height - self.ground.target_floor;
         let missing = soft_above(stands - height, SOFT_METRES * self.leg);
-        let rise = |height: f64| (height / length).clamp(-1.0, 1.0).asin();
-        let bend = rise(toes.dot(up) + missing) - rise(toes.dot(up));
-        DQuat::from_axis_angle(axis, bend.min(MOST_BEND))
+        // Turned by θ about the axis the tip is `low · cos θ + ahead · sin θ` high, beside what lies along the axis.
+        let beside = toes.dot(axis) * axis.dot(up);
+        let (low, ahead) = (toes.dot(up) - beside, axis.cross(toes).dot(up));
+        let reach = low.hypot(ahead);
+        if missing <= 0.0 || reach <= 0.0 {
+            return DQuat::IDENTITY;
+        }
+        let bend = ((low + missing) / reach).clamp(-1.0, 1.0).asin() - low.atan2(ahead);
+        DQuat::from_axis_angle(axis, bend.clamp(0.0, MOST_BEND))
     }
 }
 
@@ -92,7 +107,7 @@ mod tests {
 
     fn foot() -> ToedFoot {
         let ball_to_tip = DVec3::new(0.0, -0.01, 0.08);
-        ToedFoot { ball: 0, slot: 0, ball_height: 0.03, tip_height: 0.02, ball_to_tip }
+        ToedFoot { ball: 0, slot: 0, ball_height: 0.03, tip_height: 0.02, ball_to_tip, raise: DVec3::NEG_X }
     }
 
     fn tip_height(ball: DVec3, rotation: DQuat) -> f64 {
@@ -118,6 +133,8 @@ mod tests {
         assert_eq!(lifted, DQuat::IDENTITY, "far above the floor");
         let upright = stage().bend(&foot(), DVec3::ZERO, DQuat::from_rotation_x(-1.445));
         assert!(upright.is_finite(), "straight up");
+        let flat = ToedFoot { ball_to_tip: DVec3::X * 0.1, ..foot() };
+        assert_eq!(stage().bend(&flat, DVec3::ZERO, DQuat::IDENTITY), DQuat::IDENTITY, "along their own axis");
     }
 
     #[test]
@@ -127,5 +144,15 @@ mod tests {
         let steps: Vec<f64> = (0..200).map(|step| bend(0.12 - f64::from(step) * 0.001)).collect();
         let largest = steps.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
         assert!(largest < 0.03, "a millimetre turns them by {largest} at most");
+        // Toes that curl under the foot pass the vertical while the foot turns about itself.
+        let curled = |step: u32| {
+            let turn =
+                DQuat::from_rotation_y(f64::from(step) * 0.05) * DQuat::from_rotation_x(1.3 + f64::from(step) * 0.02);
+            stage().bend(&foot(), DVec3::Y * 0.07, turn) * turn
+        };
+        for step in 0..20 {
+            let degrees = curled(step).angle_between(curled(step + 1)).to_degrees();
+            assert!(degrees < 6.0, "{degrees}° at step {step}");
+        }
     }
 }

@@ -19,7 +19,11 @@ pub(crate) fn with_a_property() -> Option<String> {
         .replace("\"lockInfluenceWeights\", \"Bool\", \"\", \"A+U\",0", "\"grip\", \"Number\", \"\", \"A+U\",0")
         .replace("\"d|lockInfluenceWeights\", \"Bool\"", "\"d|grip\", \"Number\"")
         .replace("lockInfluenceWeights", "grip")
-        .replacen("C: \"OP\",2516914037264,2520543562192, \"d|Visibility\"", "C: \"OP\",2516914037264,2520543546592, \"d|grip\"", 1)
+        .replacen(
+            "C: \"OP\",2516914037264,2520543562192, \"d|Visibility\"",
+            "C: \"OP\",2516914037264,2520543546592, \"d|grip\"",
+            1,
+        )
         .replacen(&format!("a: {ones}"), &format!("a: {}", values.join(",")), 1);
     assert!(text.contains("\"d|grip\"\n") && text.contains(",1.9"), "the file is as it was");
     Some(text)
@@ -68,7 +72,10 @@ fn a_property_goes_along_and_is_changed_as_the_rows_say() {
         let wanted = (2.0 * (1.0 - own).max(0.0) + 0.5).clamp(0.5, 2.0);
         assert!((hold - wanted).abs() < 1e-6, "{own} becomes {hold}, wanted {wanted}");
     }
-    assert!(values_of(&changed, "twice").is_some_and(|twice| (twice[10] - 2.0).abs() < 1e-6), "a second row of one source");
+    assert!(
+        values_of(&changed, "twice").is_some_and(|twice| (twice[10] - 2.0).abs() < 1e-6),
+        "a second row of one source"
+    );
     assert_eq!(values_of(&changed, "grip"), None, "what a row names is what the row makes of it");
 
     let dropped = json!({"ops": [{"op": "fk"}, {"op": "curves", "others": "drop"}]});
@@ -89,8 +96,12 @@ fn gltf_has_properties_as_extras_and_what_cannot_hold_them_says_so() {
     let lists = [&curves["times_seconds"], &curves["values"]["grip"]].map(|list| list.as_array().map(Vec::len));
     assert_eq!(lists, [Some(20), Some(20)], "{curves}");
     let report = retargeted(folder.path(), &json!({}), "out.bvh");
-    let codes: Vec<&str> =
-        report["warnings"].as_array().expect("warnings").iter().filter_map(|warning| warning["code"].as_str()).collect();
+    let codes: Vec<&str> = report["warnings"]
+        .as_array()
+        .expect("warnings")
+        .iter()
+        .filter_map(|warning| warning["code"].as_str())
+        .collect();
     assert!(codes.contains(&"curves_not_written"), "{codes:?}");
 }
 

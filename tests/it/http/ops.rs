@@ -86,9 +86,7 @@ async fn custom_properties_go_along() {
     let Some(file) = with_a_property() else { return };
     let data = tempfile::tempdir().expect("a temporary folder");
     let server = Server::start(data.path(), &[]);
-    let config = |row: Value| {
-        json!({"output": {"format": "poses_json"}, "ops": [{"op": "fk"}, {"op": "curves", "rows": [row]}]})
-    };
+    let config = |row: Value| json!({"output": {"format": "poses_json"}, "ops": [{"op": "fk"}, {"op": "curves", "rows": [row]}]});
     let files = || [(file.clone().into_bytes(), "source.fbx"), (file.clone().into_bytes(), "target.fbx")];
     let answer = post_files(&server, files(), &config(json!({"source": "grip", "target": "hold", "gain": 10}))).await;
     assert_eq!(answer.status(), StatusCode::OK, "{}", answer.text().await.unwrap_or_default());

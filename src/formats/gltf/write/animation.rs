@@ -83,8 +83,7 @@ fn properties(target: &Scene, clip: &Clip) -> Option<Value> {
     let mut values = Map::new();
     for track in clip.morphs() {
         let Some(property) = target.morphs.get(track.morph).filter(|morph| morph.is_property()) else { continue };
-        let of_frames: Vec<f32> =
-            (0..clip.frame_count()).map(|frame| track.weights.at(frame, property.rest)).collect();
+        let of_frames: Vec<f32> = (0..clip.frame_count()).map(|frame| track.weights.at(frame, property.rest)).collect();
         values.insert(property.name.clone(), json!(of_frames));
     }
     (!values.is_empty()).then(|| json!({ "times_seconds": clip.times_seconds(), "values": values }))
