@@ -9,7 +9,7 @@ use tokio_util::sync::CancellationToken;
 use crate::{
     config::Settings,
     http::{self, ApiState, Server, ServerSettings},
-    jobs::{Assets, Engine, Jobs, Library, RetargetEngine, Sweeper, Workers},
+    jobs::{Assets, Engine, Jobs, Keys, Library, RetargetEngine, Sweeper, Workers},
     rig,
     store::{BlobPlace, Blobs, DataFolder, Records, Store},
     telemetry::{Clock, Metrics},
@@ -70,6 +70,7 @@ pub async fn start_with(settings: Settings, engine: Arc<dyn Engine>, clock: Cloc
     let state = ApiState {
         assets: Assets::new(&jobs),
         library: Library::new(&jobs),
+        keys: core.keys.clone(),
         jobs,
         settings: Arc::clone(&settings),
         metrics,
@@ -100,10 +101,28 @@ pub async fn work(settings: Settings, stop: CancellationToken) -> anyhow::Result
     Ok(())
 }
 
+/// The keys of a service that may be running: they lie in its database.
+///
+/// # Errors
+/// When the database cannot be opened.
+pub async fn keys(settings: &Settings) -> anyhow::Result<Keys> {
+    // Not taken: the database has any number of writers, and it is the files beside it that have one.
+    let records = match settings.database.0.is_empty() {
+        true => {
+            std::fs::create_dir_all(&settings.data)
+                .with_context(|| format!("the folder '{}' cannot be made", settings.data.display()))?;
+            Records::open(&DataFolder::database_in(&settings.data)).await?
+        }
+        false => Records::connect(&settings.database.0, 2).await.context("the database cannot be used")?,
+    };
+    Ok(Keys::new(records, Clock::system()))
+}
+
 /// What every role has: the store, and jobs over it.
 struct Core {
     store: Arc<Store>,
     jobs: Jobs,
+    keys: Keys,
     /// Held until everything else is at rest: whoever takes the folder next finds it so.
     folder: Option<DataFolder>,
 }
@@ -112,22 +131,17 @@ impl Core {
     async fn open(settings: &Arc<Settings>, engine: Arc<dyn Engine>, clock: Clock) -> anyhow::Result<Self> {
         let uses_folder = settings.database.0.is_empty() || settings.blobs.is_empty();
         let folder = if uses_folder { Some(DataFolder::take(&settings.data)?) } else { None };
-        let records = match &folder {
-            Some(folder) if settings.database.0.is_empty() => Records::open(&folder.database()).await?,
-            _ => {
-                let connections = u32::try_from(settings.database_connections).unwrap_or(u32::MAX);
-                Records::connect(&settings.database.0, connections).await.context("the database cannot be used")?
-            }
-        };
+        let records = records(settings, folder.as_ref()).await?;
         let blobs = match &folder {
             Some(folder) if settings.blobs.is_empty() => Blobs::local(folder.root())?,
             _ => Blobs::at(&BlobPlace::parse(&settings.blobs)?).context("the blob store cannot be used")?,
         };
         let store = Arc::new(Store::new(records, blobs));
+        let keys = Keys::new(store.records().clone(), clock.clone());
         let jobs = Jobs::new(Arc::clone(&store), engine, Arc::clone(settings), clock);
         let waiting = jobs.recover().await?;
         tracing::info!(waiting, "the queue is there");
-        Ok(Self { store, jobs, folder })
+        Ok(Self { store, jobs, keys, folder })
     }
 
     async fn run(self, server: Option<Server>, stop: CancellationToken, settings: Arc<Settings>) {
@@ -183,4 +197,15 @@ fn server_settings(settings: &Settings) -> ServerSettings {
 
 fn permits(count: u64) -> usize {
     usize::try_from(count).unwrap_or(Semaphore::MAX_PERMITS).min(Semaphore::MAX_PERMITS)
+}
+
+/// The records of the database that the settings name, else of the data folder.
+async fn records(settings: &Settings, folder: Option<&DataFolder>) -> anyhow::Result<Records> {
+    match folder {
+        Some(folder) if settings.database.0.is_empty() => Ok(Records::open(&folder.database()).await?),
+        _ => {
+            let connections = u32::try_from(settings.database_connections).unwrap_or(u32::MAX);
+            Records::connect(&settings.database.0, connections).await.context("the database cannot be used")
+        }
+    }
 }

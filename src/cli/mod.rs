@@ -11,6 +11,7 @@ mod health;
 mod inputs;
 mod inspect;
 mod joint_table;
+mod keys;
 mod openapi;
 mod outputs;
 mod pose;
@@ -63,6 +64,8 @@ enum Command {
     Samples(samples::Arguments),
     /// Print the OpenAPI document.
     Openapi(openapi::Arguments),
+    /// Make, list and revoke the keys with which callers say who they are.
+    Keys(keys::Arguments),
     /// Ask a running service whether it is ready; for container health checks.
     Health(health::Arguments),
 }
@@ -84,6 +87,7 @@ pub fn run() -> ExitCode {
         Command::Demo(arguments) => demo::run(arguments),
         Command::Samples(arguments) => samples::run(&arguments),
         Command::Openapi(arguments) => openapi::run(&arguments),
+        Command::Keys(arguments) => keys::run(arguments),
         Command::Health(arguments) => health::run(arguments),
     }
 }

@@ -11,11 +11,15 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 
 async fn serve(settings: Settings) -> anyhow::Result<()> {
     let mut signals = Signals::listen()?;
-    let is_reachable = !settings.listen.ip().is_loopback();
+    let (asks_for_keys, is_reachable) = (settings.asks_for_keys(), !settings.listen.ip().is_loopback());
     let running = app::start(settings).await?;
     announce(&running);
-    if is_reachable {
-        tracing::warn!(address = %running.address(), "everybody who can reach this address can use the service: there is no authentication");
+    if asks_for_keys {
+        tracing::info!("callers must show a key; 'retargetd keys create' makes them");
+    } else if is_reachable {
+        tracing::warn!(address = %running.address(), "everybody who can reach this address can use the service: no keys are asked for");
+    } else {
+        tracing::info!("every program on this machine can use the service: no keys are asked for");
     }
     signals.next().await;
     tracing::info!("stopping; a second signal stops at once");

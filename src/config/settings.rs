@@ -4,7 +4,7 @@ use std::{fmt, net::SocketAddr, path::PathBuf};
 
 use super::{
     memory::MemoryBudget,
-    value::{ByteSize, LogFormat, Period, Secret, SettingValue, Unit, Workers},
+    value::{Authentication, ByteSize, LogFormat, Period, Secret, SettingValue, Unit, Workers},
 };
 
 /// What is known about a setting before it has a value.
@@ -143,6 +143,8 @@ macro_rules! settings {
 settings! {
     /// Address and port to listen on; port 0 takes any free one
     plain listen: SocketAddr = "127.0.0.1:8080";
+    /// Who must show a key: 'keys' for everybody, 'none' for nobody; 'auto' asks for keys where 'listen' can be reached from other machines
+    plain authentication: Authentication = "auto";
     /// Folder for everything that must survive a restart; made when it is not there
     plain data: PathBuf = "retargetd-data";
     /// URL of the Postgres database that processes share; without it, a file in the data folder
@@ -267,6 +269,18 @@ fn read_one<T: SettingValue>(
     }
 }
 
+impl Settings {
+    /// Whether callers must show a key.
+    #[must_use]
+    pub fn asks_for_keys(&self) -> bool {
+        match self.authentication {
+            Authentication::Keys => true,
+            Authentication::None => false,
+            Authentication::Auto => !self.listen.ip().is_loopback(),
+        }
+    }
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self::read(|_| None).expect("a test reads every default")
@@ -299,6 +313,21 @@ mod tests {
         let text = errors.to_string();
         assert!(text.contains("--max-file-bytes (RETARGETD_MAX_FILE_BYTES) is 'lots'"), "names flag and value: {text}");
         assert!(text.contains("must be from 1 to 86400 seconds"), "names the bounds: {text}");
+    }
+
+    #[test]
+    fn who_can_be_reached_from_elsewhere_asks_for_keys() {
+        let asks = |listen: &str, authentication: &str| {
+            let text = |setting: &Setting| match setting.name {
+                "listen" => Some(listen.to_owned()),
+                "authentication" => Some(authentication.to_owned()),
+                _ => None,
+            };
+            Settings::read(text).expect("both can be used").asks_for_keys()
+        };
+        assert!(!asks("127.0.0.1:1", "auto") && !asks("[::1]:1", "auto"), "only this machine");
+        assert!(asks("0.0.0.0:1", "auto") && asks("[::]:1", "auto") && asks("10.0.0.1:1", "auto"), "others too");
+        assert!(asks("127.0.0.1:1", "keys") && !asks("0.0.0.0:1", "none"), "who says so has it so");
     }
 
     #[test]

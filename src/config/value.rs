@@ -204,6 +204,35 @@ impl SettingValue for Secret {
     }
 }
 
+/// Who must show a key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Authentication {
+    /// Everybody, where others than this machine can reach the service; nobody elsewhere.
+    Auto,
+    /// Everybody.
+    Keys,
+    /// Nobody.
+    None,
+}
+
+impl SettingValue for Authentication {
+    const UNIT: Unit = Unit::None;
+    const EXAMPLE: &'static str = "keys";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        match text {
+            "auto" => Ok(Self::Auto),
+            "keys" => Ok(Self::Keys),
+            "none" => Ok(Self::None),
+            _ => Err("expected auto, keys or none".to_owned()),
+        }
+    }
+
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
 /// How log lines are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LogFormat {

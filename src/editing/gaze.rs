@@ -143,14 +143,8 @@ impl Gaze {
         let mut joints = clip.joints().to_vec();
         for (side, eye) in eyes.into_iter().enumerate() {
             let in_head = InHead::new(rig, eye);
-            let mut before: Option<Quat> = None;
-            let turns = self.frames.iter().map(|looks| {
-                let turn = in_head.turned(looks[side]).as_quat();
-                let turn = before.map_or(turn, |before| if turn.dot(before) < 0.0 { -turn } else { turn });
-                before = Some(turn);
-                turn
-            });
-            joints[eye].rotation = Track::Sampled(turns.collect()).compacted();
+            let turns = self.frames.iter().map(|looks| in_head.turned(looks[side]).as_quat());
+            joints[eye].rotation = Track::Sampled(turns.collect()).on_one_hemisphere().compacted();
         }
         clip.clone().with_joints(joints).map(Some)
     }

@@ -1,6 +1,6 @@
 //! A clip that flows into itself, and repeats.
 
-use glam::{DQuat, DVec3, Quat, Vec3};
+use glam::{DQuat, DVec3, Vec3};
 
 use crate::{
     model::{Clip, JointContacts, JointTracks, MorphTrack, Skeleton, Track},
@@ -110,7 +110,7 @@ pub(super) fn make_loop(clip: &Clip, skeleton: &Skeleton, up: DVec3, rule: &Loop
     });
     let mut joints: Vec<JointTracks> = joints.collect();
     for tracks in &mut joints {
-        keep_hemisphere(&mut tracks.rotation);
+        tracks.rotation = std::mem::take(&mut tracks.rotation).on_one_hemisphere();
     }
     let morphs = clip.morphs().iter().map(|track| MorphTrack {
         morph: track.morph,
@@ -161,13 +161,4 @@ fn repeat<T: Copy>(track: &Track<T>, times: usize, value: impl Fn(&[T], usize, u
 /// Which frame of which pass each frame of the repeated clip is; the first of a later pass is the last of the one before.
 fn passes_of(times: usize, frames: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..times).flat_map(move |pass| (usize::from(pass > 0)..frames).map(move |frame| (pass, frame)))
-}
-
-fn keep_hemisphere(track: &mut Track<Quat>) {
-    let Track::Sampled(values) = track else { return };
-    for index in 1..values.len() {
-        if values[index].dot(values[index - 1]) < 0.0 {
-            values[index] = -values[index];
-        }
-    }
 }

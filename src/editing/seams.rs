@@ -34,19 +34,15 @@ impl Seams<'_> {
         // Offsets are rotations on the left, as rotation vectors.
         let difference = |one: DQuat, other: DQuat| near(one * other.conjugate(), DQuat::IDENTITY).to_scaled_axis();
         let (enter, leave) = self.offsets(&outside, &inside, difference);
-        let mut before: Option<Quat> = None;
         let value = |frame: usize| {
             let is_inside = self.inside.contains(&frame);
             let value = if is_inside { inside(frame) } else { outside(frame) };
-            let value = match self.left(frame, enter, leave) {
+            match self.left(frame, enter, leave) {
                 DVec3::ZERO => value.as_quat(),
                 left => (DQuat::from_scaled_axis(left) * value).normalize().as_quat(),
-            };
-            let value = before.map_or(value, |before| if value.dot(before) < 0.0 { -value } else { value });
-            before = Some(value);
-            value
+            }
         };
-        Track::Sampled((0..self.times.len()).map(value).collect())
+        Track::Sampled((0..self.times.len()).map(value).collect()).on_one_hemisphere()
     }
 
     /// Jump and jump of speed at the seam in, and at the seam out; nothing where there is no seam.

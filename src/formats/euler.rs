@@ -1,11 +1,14 @@
 //! Rotations into three angles that change smoothly over time.
 //!
 //! Every rotation has two triples of angles, each repeating every full turn; the one nearest to the previous frame's is
-//! taken. Where the middle axis makes the outer two coincide, only their sum is defined: the first stays as it was.
+//! taken. Where the middle axis makes the outer two coincide, only their sum is defined: the first goes on a while as it
+//! went, and then stays.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::{DMat3, DQuat, DVec3};
+
+use crate::model::Reporter;
 
 /// Within this cosine of the middle angle, the outer two are noise.
 const GIMBAL_COSINE: f64 = 0.01;
@@ -42,15 +45,28 @@ impl EulerOrder {
         self.0
     }
 
+    /// Angles in the order of the channels as angles about X, Y and Z.
+    pub(in crate::formats) fn by_axis(self, angles: [f64; 3]) -> [f64; 3] {
+        let mut by_axis = [0.0; 3];
+        for (axis, angle) in self.0.into_iter().zip(angles) {
+            by_axis[axis] = angle;
+        }
+        by_axis
+    }
+
     /// The rotation of three angles in radians.
     pub(in crate::formats) fn compose(self, angles: [f64; 3]) -> DQuat {
         let turn = |position: usize| DQuat::from_axis_angle(DVec3::AXES[self.0[position]], angles[position]);
         turn(0) * turn(1) * turn(2)
     }
 
-    /// Angles in radians that give a unit rotation, the nearest ones to `previous`; without one, those with the middle
-    /// angle within a quarter turn.
-    pub(in crate::formats) fn decompose(self, rotation: DQuat, previous: Option<[f64; 3]>) -> [f64; 3] {
+    /// Angles in radians that give a unit rotation, with the middle angle within a quarter turn.
+    pub(in crate::formats) fn decompose(self, rotation: DQuat) -> [f64; 3] {
+        self.principal(rotation).0
+    }
+
+    /// Those angles, and the cosine of the middle one.
+    fn principal(self, rotation: DQuat) -> ([f64; 3], f64) {
         let matrix = DMat3::from_quat(rotation);
         let sign = self.sign();
         let [i, j, k] = self.0;
@@ -59,15 +75,7 @@ impl EulerOrder {
         let first = (-sign * at(j, k)).atan2(at(k, k));
         let middle = (sign * at(i, k)).atan2(cosine);
         let last = (-sign * at(i, j)).atan2(at(i, i));
-        let Some(previous) = previous else { return [first, middle, last] };
-        if cosine < GIMBAL_COSINE
-            && let Some(held) = self.hold_first(rotation, previous)
-        {
-            return held;
-        }
-        let one = unwrapped([first, middle, last], previous);
-        let other = unwrapped([first + PI, PI - middle, last + PI], previous);
-        if distance(other, previous) < distance(one, previous) { other } else { one }
+        ([first, middle, last], cosine)
     }
 
     /// How near a rotation is to where the outer two axes are one: |sin| of the middle angle, 1 at the gimbal.
@@ -76,23 +84,62 @@ impl EulerOrder {
         DMat3::from_quat(rotation).col(k)[i].abs()
     }
 
-    /// The angles with the first as it was, where they still give the rotation.
-    fn hold_first(self, rotation: DQuat, previous: [f64; 3]) -> Option<[f64; 3]> {
+    /// The angles nearest to `previous` whose first is the given one, where they still give the rotation.
+    fn with_first(self, first: f64, rotation: DQuat, previous: [f64; 3]) -> Option<[f64; 3]> {
         let [i, j, k] = self.0;
         let sign = self.sign();
-        let without_first = DMat3::from_quat(DQuat::from_axis_angle(DVec3::AXES[i], -previous[0]) * rotation);
+        let without_first = DMat3::from_quat(DQuat::from_axis_angle(DVec3::AXES[i], -first) * rotation);
         let at = |row: usize, column: usize| without_first.col(column)[row];
         let middle = (sign * at(i, k)).atan2(at(k, k));
         let last = (sign * at(j, i)).atan2(at(j, j));
-        let held = unwrapped([previous[0], middle, last], previous);
-        let back = self.compose(held);
+        let [_, middle, last] = unwrapped([first, middle, last], previous);
+        let found = [first, middle, last];
+        let back = self.compose(found);
         let error = 2.0 * (back - rotation).length().min((back + rotation).length());
-        (error < GIMBAL_ERROR_RADIANS).then_some(held)
+        (error < GIMBAL_ERROR_RADIANS).then_some(found)
     }
 
     /// 1 for XYZ and its rotations, −1 for the others.
     const fn sign(self) -> f64 {
         if (self.0[0] + 1) % 3 == self.0[1] { 1.0 } else { -1.0 }
+    }
+}
+
+/// The angles of one joint, frame after frame.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::formats) struct EulerTrack {
+    order: EulerOrder,
+    angles: Option<[f64; 3]>,
+    /// By how much the first angle goes on where nothing says by how much it does.
+    drift: f64,
+}
+
+impl EulerTrack {
+    pub(in crate::formats) const fn new(order: EulerOrder) -> Self {
+        Self { order, angles: None, drift: 0.0 }
+    }
+
+    /// Angles in radians that give the next unit rotation, the nearest ones to those of the frame before.
+    pub(in crate::formats) fn next(&mut self, rotation: DQuat) -> [f64; 3] {
+        let ([first, middle, last], cosine) = self.order.principal(rotation);
+        let Some(previous) = self.angles else {
+            self.angles = Some([first, middle, last]);
+            return [first, middle, last];
+        };
+        if cosine < GIMBAL_COSINE
+            && let Some(found) = self.order.with_first(previous[0] + self.drift, rotation, previous)
+        {
+            // What passes through goes on as it went; what stays comes to rest, and noise cannot turn it.
+            self.drift /= 2.0;
+            self.angles = Some(found);
+            return found;
+        }
+        let one = unwrapped([first, middle, last], previous);
+        let other = unwrapped([first + PI, PI - middle, last + PI], previous);
+        let found = if distance(other, previous) < distance(one, previous) { other } else { one };
+        self.drift = found[0] - previous[0];
+        self.angles = Some(found);
+        found
     }
 }
 
@@ -107,61 +154,114 @@ fn distance(angles: [f64; 3], previous: [f64; 3]) -> f64 {
 
 /// Finds the order in which the angles of one joint change least from frame to frame.
 ///
-/// The usual order is kept where it stays clear of its gimbal. Where it does not, all six are tried, and the one whose largest step is
-/// the least is taken. (retargeting.md B25.)
+/// The usual order is kept where it stays clear of its gimbal and its angles turn no faster than the joint does. Where they do, all six
+/// are tried, and the one whose largest step is the least is taken. (retargeting.md B25.)
 #[derive(Clone, Debug)]
 pub(in crate::formats) struct OrderChoice {
     usual: EulerOrder,
     exposure: f64,
+    as_usual: Tried,
+    before: Option<DQuat>,
+    largest_turn: f64,
     tried: [Tried; 6],
 }
 
-/// One order as it does so far: the angles of the last frame, and the largest step of any.
-#[derive(Clone, Copy, Debug, Default)]
+/// One order as it does so far: the angles up to the last frame, and the largest step of any.
+#[derive(Clone, Copy, Debug)]
 struct Tried {
-    angles: Option<[f64; 3]>,
+    track: EulerTrack,
     largest_step: f64,
+}
+
+impl Tried {
+    const fn new(order: EulerOrder) -> Self {
+        Self { track: EulerTrack::new(order), largest_step: 0.0 }
+    }
+
+    fn next(&mut self, rotation: DQuat) {
+        let before = self.track.angles;
+        let angles = self.track.next(rotation);
+        let steps = before.map(|before| angles.iter().zip(before).map(|(angle, before)| (angle - before).abs()));
+        self.largest_step = steps.into_iter().flatten().fold(self.largest_step, f64::max);
+    }
 }
 
 /// Sine of the middle angle from which the outer two turn several times as fast as the joint does.
 const NEAR_GIMBAL: f64 = 0.9;
+/// Steps of angles below this, in radians, are none to speak of.
+const SMALL_STEP: f64 = 0.2;
 /// Another order has to be better than the usual one by this factor.
 const WORTH_IT: f64 = 0.95;
 
 impl OrderChoice {
-    pub(in crate::formats) const fn new(usual: EulerOrder) -> Self {
-        Self { usual, exposure: 0.0, tried: [Tried { angles: None, largest_step: 0.0 }; 6] }
+    pub(in crate::formats) fn new(usual: EulerOrder) -> Self {
+        Self {
+            usual,
+            exposure: 0.0,
+            as_usual: Tried::new(usual),
+            before: None,
+            largest_turn: 0.0,
+            tried: EulerOrder::ALL.map(Tried::new),
+        }
     }
 
-    /// Looks at one frame.
+    /// Looks at the next frame.
     pub(in crate::formats) fn look(&mut self, rotation: DQuat) {
         self.exposure = self.exposure.max(self.usual.exposure(rotation));
+        self.as_usual.next(rotation);
+        let turn = self.before.map_or(0.0, |before| before.angle_between(rotation));
+        self.largest_turn = self.largest_turn.max(turn);
+        self.before = Some(rotation);
     }
 
-    /// Whether the frames that were looked at come near the gimbal of the usual order.
+    /// Whether another order may do better than the usual one for the frames that were looked at.
     pub(in crate::formats) fn is_in_doubt(&self) -> bool {
-        self.exposure > NEAR_GIMBAL
+        let step = self.as_usual.largest_step;
+        self.exposure > NEAR_GIMBAL || (step > SMALL_STEP && self.largest_turn < WORTH_IT * step)
     }
 
     /// Tries all orders on the next frame.
     pub(in crate::formats) fn try_all(&mut self, rotation: DQuat) {
-        for (order, tried) in EulerOrder::ALL.into_iter().zip(&mut self.tried) {
-            let angles = order.decompose(rotation, tried.angles);
-            if let Some(before) = tried.angles {
-                let steps = angles.iter().zip(before).map(|(angle, before)| (angle - before).abs());
-                tried.largest_step = steps.fold(tried.largest_step, f64::max);
-            }
-            tried.angles = Some(angles);
-        }
+        self.tried.iter_mut().for_each(|tried| tried.next(rotation));
     }
 
     /// The order to write; the usual one where none was tried.
     pub(in crate::formats) fn best(&self) -> EulerOrder {
-        let tried = || EulerOrder::ALL.into_iter().zip(&self.tried);
-        let usual = tried().find(|(order, _)| *order == self.usual).map_or(0.0, |(_, tried)| tried.largest_step);
-        let steadiest = tried().min_by(|first, second| first.1.largest_step.total_cmp(&second.1.largest_step));
-        steadiest.filter(|(_, tried)| tried.largest_step < WORTH_IT * usual).map_or(self.usual, |(order, _)| order)
+        let usual = self.as_usual.largest_step;
+        let steadiest = self.tried.iter().min_by(|first, second| first.largest_step.total_cmp(&second.largest_step));
+        let was_tried = |tried: &&Tried| tried.track.angles.is_some();
+        let better = steadiest.filter(was_tried).filter(|tried| tried.largest_step < WORTH_IT * usual);
+        better.map_or(self.usual, |tried| tried.track.order)
     }
+}
+
+/// Joints whose rotations are not in the usual order, as a warning lists them.
+pub(in crate::formats) fn report_orders(
+    usual: EulerOrder,
+    place: &str,
+    orders: impl Iterator<Item = (String, EulerOrder)>,
+    reporter: &mut Reporter,
+) {
+    const MOST: usize = 8;
+    let others: Vec<String> = orders
+        .filter(|(_, order)| *order != usual)
+        .map(|(joint, order)| format!("'{joint}' {}", order.name()))
+        .collect();
+    if others.is_empty() {
+        return;
+    }
+    let more = others.len().saturating_sub(MOST);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    reporter.warn(
+        "rotation_order_chosen",
+        place,
+        format!(
+            "joints that turn through the gimbal of {} have their rotations in other orders: {}{more}",
+            usual.name(),
+            others[..others.len().min(MOST)].join(", ")
+        ),
+        "set output.rotation_order to have all joints in one order",
+    );
 }
 
 #[cfg(test)]
@@ -177,44 +277,59 @@ mod tests {
         ) {
             for order in EulerOrder::ALL {
                 let rotation = order.compose([a, b, c]);
-                for previous in [None, Some(before)] {
-                    let back = order.compose(order.decompose(rotation, previous));
+                for angles in [None, Some(before)] {
+                    let back = order.compose(EulerTrack { angles, ..EulerTrack::new(order) }.next(rotation));
                     let error = (back - rotation).length().min((back + rotation).length());
-                    prop_assert!(error < 1e-6, "{order:?} {previous:?}: {error}");
+                    prop_assert!(error < 1e-6, "{order:?} {angles:?}: {error}");
                 }
             }
         }
+    }
+
+    /// The largest change of all three angles at once from frame to frame.
+    fn largest_step(order: EulerOrder, rotations: impl Iterator<Item = DQuat>) -> f64 {
+        let mut track = EulerTrack::new(order);
+        let angles: Vec<[f64; 3]> = rotations.map(|rotation| track.next(rotation)).collect();
+        angles.windows(2).map(|pair| distance(pair[0], pair[1]).sqrt()).fold(0.0, f64::max)
     }
 
     #[test]
     fn several_turns_about_one_axis_stay_continuous() {
         for order in EulerOrder::ALL {
             for axis in 0..3 {
-                let mut previous = None;
-                for frame in 0..400 {
+                let turn = |frame: i32| {
                     let mut angles = [0.0; 3];
                     angles[axis] = f64::from(frame) * 0.05;
-                    let found = order.decompose(order.compose(angles), previous);
-                    let step = previous.map_or(0.0, |previous| distance(found, previous).sqrt());
-                    assert!(step < 0.06, "{order:?}, axis {axis}, frame {frame}: a step of {step}");
-                    previous = Some(found);
-                }
+                    order.compose(angles)
+                };
+                let step = largest_step(order, (0..400).map(turn));
+                assert!(step < 0.06, "{order:?}, axis {axis}: a step of {step}");
             }
+        }
+    }
+
+    #[test]
+    fn what_passes_through_the_gimbal_goes_on_as_it_went() {
+        // All three turn at once, and the middle one is at a right angle exactly in frame 30, and in frame 90 and so on.
+        let step = PI / 60.0;
+        for order in EulerOrder::ALL {
+            let turn = |frame: i32| order.compose([2.0, 1.0, -1.5].map(|rate| rate * f64::from(frame) * step));
+            let found = largest_step(order, (0..400).map(turn));
+            let own = step * (4.0_f64 + 1.0 + 2.25).sqrt();
+            assert!(found < own + 1e-5, "{order:?}: a step of {found}, {own} went in");
         }
     }
 
     #[test]
     fn noise_at_the_gimbal_does_not_spin_the_outer_axes() {
         let order = EulerOrder::ZXY;
-        let mut previous = Some(order.decompose(order.compose([0.3, PI / 2.0 - 0.02, 0.1]), None));
-        for frame in 0..100 {
+        let noisy = |frame: i32| {
             let noise = if frame % 2 == 0 { 1e-7 } else { -1e-7 };
-            let rotation = order.compose([0.3, PI / 2.0, 0.1]) * DQuat::from_rotation_x(noise);
-            let found = order.decompose(rotation, previous);
-            let step = previous.map_or(0.0, |previous| distance(found, previous).sqrt());
-            assert!(step < 0.03, "frame {frame}: a step of {step} radians");
-            previous = Some(found);
-        }
+            order.compose([0.3, PI / 2.0, 0.1]) * DQuat::from_rotation_x(noise)
+        };
+        let before = order.compose([0.3, PI / 2.0 - 0.02, 0.1]);
+        let step = largest_step(order, std::iter::once(before).chain((0..100).map(noisy)));
+        assert!(step < 0.03, "a step of {step} radians");
     }
 
     #[test]
@@ -228,16 +343,7 @@ mod tests {
         (0..200).for_each(|frame| choice.look(spin(frame)));
         assert!(choice.is_in_doubt(), "it is all about the gimbal");
         (0..200).for_each(|frame| choice.try_all(spin(frame)));
-        let step = |order: EulerOrder| {
-            let mut before = None;
-            let mut largest: f64 = 0.0;
-            for frame in 0..200 {
-                let angles = order.decompose(spin(frame), before);
-                largest = before.map_or(largest, |before| largest.max(distance(angles, before).sqrt()));
-                before = Some(angles);
-            }
-            largest
-        };
+        let step = |order: EulerOrder| largest_step(order, (0..200).map(spin));
         let (best, usual) = (step(choice.best()), step(EulerOrder::ZXY));
         assert!(best < 0.02 && usual > 0.1, "{:?}: {best} a frame, ZXY {usual}", choice.best());
         let mut calm = OrderChoice::new(EulerOrder::ZXY);

@@ -105,7 +105,7 @@ pub struct WriteOptions {
     pub target_clips: TargetClips,
     /// Merged into the document's `asset.extras.retargetd` where the format has room for it (provenance).
     pub extras: Option<serde_json::Value>,
-    /// In which order a BVH has the rotations of all joints; else each joint has the usual one, or where that comes near its gimbal the
+    /// In which order a BVH or FBX has the rotations of all joints; else each joint has the usual one, or where that comes near its gimbal the
     /// one whose angles change least.
     pub rotation_order: Option<EulerOrder>,
 }

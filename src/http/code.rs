@@ -63,6 +63,12 @@ codes! {
         "`source` and `target` must both be sent.";
     DigestMismatch = "digest_mismatch", BAD_REQUEST, true, "The bytes are not those that were announced",
         "The digest in `Content-Digest` or `Repr-Digest` is not that of the bytes that arrived. Nothing was kept; send again.";
+    Unauthenticated = "unauthenticated", UNAUTHORIZED, false, "The request does not say who asks",
+        "Send the header `Authorization: Bearer rtk_…` with a key that is good. The operator makes keys with `retargetd keys create`.";
+    Forbidden = "forbidden", FORBIDDEN, false, "The key does not allow this",
+        "The detail names the scope that is needed: `read` to look, `write` to upload, run and remove, `admin` for keys.";
+    TooManyKeys = "too_many_keys", CONFLICT, false, "The principal has two keys already",
+        "One is in use, and one follows it. Revoke one, then make another.";
     NotFound = "not_found", NOT_FOUND, false, "There is nothing here",
         "Neither a route nor a resource is known by that name. What has expired long ago is not found either.";
     Expired = "expired", GONE, false, "It has expired",
@@ -119,6 +125,8 @@ codes! {
         "`If-Match` or `If-None-Match` does not hold: somebody else has changed it. Get it again, and change that.";
     TooManyDocuments = "too_many_documents", CONFLICT, false, "There are as many as may be",
         "The limit is `stored_documents`. Delete rigs or presets that nobody needs, or ask the operator to raise it.";
+    IdempotencyKeyReused = "idempotency_key_reused", UNPROCESSABLE_ENTITY, false, "The Idempotency-Key came before with something else",
+        "A key stands for one request, whatever becomes of it. Take a new one for another request. The detail names the job from then.";
     Quarantined = "quarantined", UNPROCESSABLE_ENTITY, true, "These files have brought workers down",
         "Jobs on the same files have killed the process that ran them several times. The detail says until when they are refused.";
     QueueFull = "queue_full", TOO_MANY_REQUESTS, true, "The queue is full",

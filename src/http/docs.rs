@@ -4,16 +4,23 @@ use std::sync::OnceLock;
 
 use axum::{
     Router,
-    http::header,
+    http::{Method, header},
     response::{Html, IntoResponse, Response},
     routing::get,
 };
-use utoipa::{OpenApi, openapi::OpenApi as Document};
+use utoipa::{
+    OpenApi,
+    openapi::{
+        OpenApi as Document,
+        security::{Http, HttpAuthScheme, SecurityRequirement, SecurityScheme},
+    },
+};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
 use super::{
     ApiState,
+    auth::needed_scope,
     code::{Code, problems_page},
     json_text,
     problem::Problem,
@@ -30,6 +37,7 @@ use crate::{engine::edits_page, samples::walk_scene};
         (name = "jobs", description = "Retargets that run by themselves"),
         (name = "results", description = "The files that jobs gave"),
         (name = "rigs", description = "What rigs are and how they belong together"),
+        (name = "keys", description = "Who may come in"),
         (name = "service", description = "What the service says of itself"),
     )
 )]
@@ -47,6 +55,7 @@ pub(super) fn documented_routes() -> OpenApiRouter<ApiState> {
         .merge(resources::explanations::routes())
         .merge(resources::library::routes())
         .merge(resources::results::routes())
+        .merge(resources::keys::routes())
         .merge(resources::describe::routes())
         .merge(resources::probes::routes())
 }
@@ -54,7 +63,35 @@ pub(super) fn documented_routes() -> OpenApiRouter<ApiState> {
 /// The OpenAPI document of the service.
 #[must_use]
 pub fn openapi_document() -> Document {
-    documented_routes().into_openapi()
+    let mut document = documented_routes().into_openapi();
+    tell_who_may_come_in(&mut document);
+    document
+}
+
+/// Which scope of a key each operation asks for, where keys are asked for; without them, it asks for nothing.
+fn tell_who_may_come_in(document: &mut Document) {
+    const SCHEME: &str = "key";
+    let key = Http::builder().scheme(HttpAuthScheme::Bearer).bearer_format("rtk_…");
+    let key = key
+        .description(Some("Asked for where the setting `authentication` says so; `retargetd keys create` makes them."));
+    let components = document.components.get_or_insert_default();
+    components.add_security_scheme(SCHEME, SecurityScheme::Http(key.build()));
+    for (path, item) in &mut document.paths.paths {
+        let operations = [
+            (Method::GET, &mut item.get),
+            (Method::HEAD, &mut item.head),
+            (Method::POST, &mut item.post),
+            (Method::PUT, &mut item.put),
+            (Method::PATCH, &mut item.patch),
+            (Method::DELETE, &mut item.delete),
+        ];
+        for (method, operation) in operations {
+            if let (Some(operation), Some(scope)) = (operation, needed_scope(&method, path)) {
+                let asked = SecurityRequirement::new(SCHEME, [scope.name()]);
+                operation.security = Some(vec![asked, SecurityRequirement::default()]);
+            }
+        }
+    }
 }
 
 /// The document itself, and the page that shows it. Everything that the page needs is in the binary.

@@ -8,7 +8,7 @@ use axum::{
 use serde::de::DeserializeOwned;
 
 use super::{ApiState, code::Code, problem::Problem, upload::BodyReader};
-use crate::jobs::{AssetId, JobId, ResultId};
+use crate::jobs::{ApiKeyId, AssetId, JobId, ResultId};
 
 /// An id in the path. What is no id names nothing, so it is not found.
 #[derive(Debug)]
@@ -20,6 +20,12 @@ pub(super) trait PathId: Sized {
 }
 
 impl PathId for AssetId {
+    fn read(text: &str) -> Option<Self> {
+        Self::parse(text).ok()
+    }
+}
+
+impl PathId for ApiKeyId {
     fn read(text: &str) -> Option<Self> {
         Self::parse(text).ok()
     }

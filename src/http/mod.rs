@@ -10,11 +10,13 @@
 //! 2. What it refuses becomes a code: a row in `code.rs`.
 //! 3. Render the document and the problems page again; the tests that compare them say how.
 
+mod auth;
 mod code;
 mod digest;
 mod docs;
 mod download;
 mod extract;
+mod idempotency;
 mod layers;
 mod negotiate;
 mod page;
@@ -43,7 +45,7 @@ use tokio::sync::Semaphore;
 
 use crate::{
     config::Settings,
-    jobs::{Assets, Jobs, Library},
+    jobs::{Assets, Jobs, Keys, Library},
     telemetry::Metrics,
 };
 
@@ -59,6 +61,8 @@ pub struct ApiState {
     pub assets: Assets,
     /// The rigs and presets.
     pub library: Library,
+    /// The keys with which callers say who they are.
+    pub keys: Keys,
     /// The settings.
     pub settings: Shared<Settings>,
     /// The metrics.

@@ -230,6 +230,8 @@ impl From<Refusal> for Problem {
             Refusal::TooManyDocuments { most, .. } => Self::new(Code::TooManyDocuments, detail)
                 .about_limit("stored_documents", most, most + 1)
                 .with_hint("delete some first"),
+            Refusal::TooManyKeys { .. } => Self::new(Code::TooManyKeys, detail).with_hint("revoke one first"),
+            Refusal::KeyReused { .. } => Self::new(Code::IdempotencyKeyReused, detail),
             Refusal::UnknownPreset { name, known } => {
                 let similar = known.iter().filter(|known| strsim::jaro_winkler(known, &name) > 0.7).cloned().collect();
                 Self::new(Code::UnknownPreset, detail).with_hint("GET /v1/presets lists them").at("/preset", similar)

@@ -10,10 +10,10 @@ use axum::{
 use futures::{Stream, StreamExt};
 use tokio::time::Instant;
 
-use super::{code::Code, digest, extract, problem::Problem};
+use super::{ApiState, code::Code, digest, extract, problem::Problem};
 use crate::{
     config::Settings,
-    jobs::{AssetRecord, Assets, ConfigDocument, InputRole, NewJob, ReceivedFile, Upload},
+    jobs::{AssetRecord, Assets, ConfigDocument, InputRole, NewJob, Principal, ReceivedFile, Upload},
 };
 
 /// How long a body may take.
@@ -64,13 +64,18 @@ impl<'a> BodyReader<'a> {
         collect(&mut self.body, most, what, self.pace).await
     }
 
-    /// A file, kept as an asset. Gives the record and whether it is new.
-    pub(super) async fn asset(mut self, assets: &Assets, name: &str) -> Result<(AssetRecord, bool), Problem> {
+    /// A file, kept as an asset of its owner. Gives the record and whether it is new.
+    pub(super) async fn asset(
+        mut self,
+        assets: &Assets,
+        owner: &Principal,
+        name: &str,
+    ) -> Result<(AssetRecord, bool), Problem> {
         let announced_digest = digest::announced(&self.headers)?;
         let mut upload = assets.begin(&clean_name(name), content_length(&self.headers)).await?;
         receive(&mut self.body, &mut upload, self.pace).await?;
         let file = upload.finish(announced_digest.as_deref()).await?;
-        Ok(assets.keep(file).await?)
+        Ok(assets.keep(owner, file).await?)
     }
 }
 
@@ -78,30 +83,30 @@ impl<'a> BodyReader<'a> {
 ///
 /// # Errors
 /// As [`read_form`], and when the source or the target is missing.
-pub(super) async fn read_job(request: Request<Body>, assets: &Assets, settings: &Settings) -> Result<NewJob, Problem> {
-    let form = read_form(request, assets, settings).await?;
-    form.into_job(&[InputRole::Source, InputRole::Target], assets).await
+pub(super) async fn read_job(request: Request<Body>, state: &ApiState, owner: &Principal) -> Result<NewJob, Problem> {
+    let form = read_form(request, state).await?;
+    form.into_job(&[InputRole::Source, InputRole::Target], &state.assets, owner).await
 }
 
 /// As [`read_job`], for a pose: only the target has to be there, and there is no config.
-pub(super) async fn read_pose(request: Request<Body>, assets: &Assets, settings: &Settings) -> Result<NewJob, Problem> {
-    let form = read_form(request, assets, settings).await?;
+pub(super) async fn read_pose(request: Request<Body>, state: &ApiState, owner: &Principal) -> Result<NewJob, Problem> {
+    let form = read_form(request, state).await?;
     if form.config.is_some() {
         return Err(Problem::new(Code::UnknownPart, "a pose takes no part 'config'")
             .with_hint("POST /v1/retarget takes one; {\"pose\": {\"to\": \"t\"}} in it asks for a pose"));
     }
-    form.into_job(&[InputRole::Target], assets).await
+    form.into_job(&[InputRole::Target], &state.assets, owner).await
 }
 
 /// As [`read_job`], for an edit: only the source has to be there, and a target has no place.
-pub(super) async fn read_edit(request: Request<Body>, assets: &Assets, settings: &Settings) -> Result<NewJob, Problem> {
-    let form = read_form(request, assets, settings).await?;
+pub(super) async fn read_edit(request: Request<Body>, state: &ApiState, owner: &Principal) -> Result<NewJob, Problem> {
+    let form = read_form(request, state).await?;
     let idle = [InputRole::Target, InputRole::TargetRest].into_iter().find(|role| form.files.contains_key(role));
     if let Some(role) = idle {
         return Err(Problem::new(Code::UnknownPart, format!("an edit takes no part '{}'", role.name()))
             .with_hint("POST /v1/retarget takes one, and edits in its config"));
     }
-    form.into_job(&[InputRole::Source], assets).await
+    form.into_job(&[InputRole::Source], &state.assets, owner).await
 }
 
 /// A part that has to be sent and was not.
@@ -115,11 +120,8 @@ pub(super) fn missing(role: InputRole) -> Problem {
 ///
 /// # Errors
 /// When a part is unknown, sent twice, too large or of no known format.
-pub(super) async fn read_form(
-    mut request: Request<Body>,
-    assets: &Assets,
-    settings: &Settings,
-) -> Result<Form, Problem> {
+pub(super) async fn read_form(mut request: Request<Body>, state: &ApiState) -> Result<Form, Problem> {
+    let ApiState { assets, settings, .. } = state;
     check_announced(request.headers(), settings)?;
     // Ours are the limits; the framework's would end at 2 MB.
     DefaultBodyLimit::disable().apply(&mut request);
@@ -184,17 +186,22 @@ impl Form {
         if self.files.is_empty() && self.preset.is_none() { self.config.take() } else { None }
     }
 
-    /// Keeps the files.
+    /// Keeps the files, as their owner's.
     ///
     /// # Errors
     /// When one of the required ones is missing.
-    pub(super) async fn into_job(self, required: &[InputRole], assets: &Assets) -> Result<NewJob, Problem> {
+    pub(super) async fn into_job(
+        self,
+        required: &[InputRole],
+        assets: &Assets,
+        owner: &Principal,
+    ) -> Result<NewJob, Problem> {
         if let Some(role) = required.iter().find(|role| !self.files.contains_key(role)) {
             return Err(missing(*role));
         }
         let mut inputs = BTreeMap::new();
         for (role, file) in self.files {
-            inputs.insert(role, assets.keep(file).await?.0.id);
+            inputs.insert(role, assets.keep(owner, file).await?.0.id);
         }
         Ok(NewJob { inputs, config: self.config, preset: self.preset, ..NewJob::default() })
     }

@@ -13,7 +13,7 @@ use super::{
 use crate::{
     config::Failpoint,
     engine::{Control, Failure, FailureCode, Format, Knowledge, Limits, NamedBytes, sniff},
-    store::{AssetId, AssetRecord, BlobWriter, Page, UnnamedBlob},
+    store::{AssetId, AssetRecord, BlobWriter, Page, Principal, UnnamedBlob},
     telemetry::Metric,
 };
 
@@ -79,11 +79,11 @@ impl Assets {
         Ok(Upload { writer, head: Vec::new(), tail: Vec::new(), file_name: file_name.to_owned(), most_bytes })
     }
 
-    /// Keeps a file that has arrived. The same bytes of the same format are kept once. Gives the record and whether it is new.
+    /// Keeps a file that has arrived. The same bytes of the same format are kept once for each owner. Gives the record and whether it is new.
     ///
     /// # Errors
     /// When the store fails.
-    pub async fn keep(&self, file: ReceivedFile) -> Result<(AssetRecord, bool), Refusal> {
+    pub async fn keep(&self, owner: &Principal, file: ReceivedFile) -> Result<(AssetRecord, bool), Refusal> {
         let inner = &self.jobs.0;
         Failpoint::UploadComplete.reach();
         let _held = inner.store.hold_blobs(&[&file.blob.blob().sha256]).await?;
@@ -91,6 +91,7 @@ impl Assets {
         Failpoint::UploadKept.reach();
         let asset = AssetRecord {
             id: AssetId::new(),
+            principal: owner.clone(),
             sha256: blob.sha256,
             bytes: blob.bytes,
             format: file.format.info().name.to_owned(),
@@ -104,9 +105,9 @@ impl Assets {
     /// A file's record.
     ///
     /// # Errors
-    /// When there is none, or its time is over.
-    pub async fn get(&self, id: &AssetId) -> Result<AssetRecord, Refusal> {
-        let asset = self.jobs.0.store.records().asset(id).await?;
+    /// When its owner has none, or its time is over.
+    pub async fn get(&self, owner: &Principal, id: &AssetId) -> Result<AssetRecord, Refusal> {
+        let asset = self.jobs.0.store.records().asset(owner, id).await?;
         let asset = asset.ok_or_else(|| Refusal::NotFound { kind: "asset", id: id.to_string() })?;
         if asset.expires_at <= self.jobs.0.clock.now() {
             return Err(Refusal::Expired { kind: "asset", id: id.to_string() });
@@ -114,21 +115,26 @@ impl Assets {
         Ok(asset)
     }
 
-    /// Up to `most` records, newest first, that are older than `before`.
+    /// Up to `most` records of one owner, newest first, that are older than `before`.
     ///
     /// # Errors
     /// When the store fails.
-    pub async fn list(&self, before: Option<&AssetId>, most: usize) -> Result<Page<AssetRecord>, Refusal> {
-        Ok(self.jobs.0.store.records().assets(before, most).await?)
+    pub async fn list(
+        &self,
+        owner: &Principal,
+        before: Option<&AssetId>,
+        most: usize,
+    ) -> Result<Page<AssetRecord>, Refusal> {
+        Ok(self.jobs.0.store.records().assets(owner, before, most).await?)
     }
 
     /// Removes a file.
     ///
     /// # Errors
     /// When there is none, or an unfinished job needs it.
-    pub async fn delete(&self, id: &AssetId) -> Result<(), Refusal> {
+    pub async fn delete(&self, owner: &Principal, id: &AssetId) -> Result<(), Refusal> {
         let store = &self.jobs.0.store;
-        let removed = store.records().remove_asset(id).await?;
+        let removed = store.records().remove_asset(owner, id).await?;
         let removed = removed.ok_or_else(|| Refusal::NotFound { kind: "asset", id: id.to_string() })?;
         Ok(store.remove_unnamed(&[removed.sha256]).await?)
     }
@@ -137,9 +143,9 @@ impl Assets {
     ///
     /// # Errors
     /// When there is no such file, or it cannot be read.
-    pub async fn inspect(&self, id: &AssetId) -> Result<Arc<str>, Refusal> {
-        let asset = self.get(id).await?;
-        let rigs = self.jobs.own_rigs().await?;
+    pub async fn inspect(&self, owner: &Principal, id: &AssetId) -> Result<Arc<str>, Refusal> {
+        let asset = self.get(owner, id).await?;
+        let rigs = self.jobs.own_rigs(owner).await?;
         let (key, inspections) = (InspectionKey::of(&asset, &rigs.sha256), &self.jobs.0.inspections);
         if let Some(document) = inspections.find(&key) {
             return Ok(document);

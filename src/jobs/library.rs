@@ -11,7 +11,8 @@ use super::{Jobs, Refusal};
 use crate::{
     engine::{self, Knowledge},
     store::{
-        DocumentChange, DocumentKind, DocumentRecord, JobRequest, NewDocument, Precondition, StoreError, VersionedName,
+        DocumentChange, DocumentKind, DocumentRecord, JobRequest, NewDocument, Precondition, Principal, StoreError,
+        VersionedName,
     },
 };
 
@@ -48,12 +49,12 @@ impl Library {
         Self(jobs.clone())
     }
 
-    /// All documents of a kind, by name: those that come with the program first.
+    /// All documents of a kind that one owner may use, by name: those that come with the program first.
     ///
     /// # Errors
     /// When the store fails.
-    pub async fn list(&self, kind: DocumentKind) -> Result<Vec<Kept>, Refusal> {
-        let own = self.0.0.store.records().documents(kind).await?;
+    pub async fn list(&self, owner: &Principal, kind: DocumentKind) -> Result<Vec<Kept>, Refusal> {
+        let own = self.0.0.store.records().documents(owner, kind).await?;
         let own = own.into_iter().map(read).collect::<Result<Vec<_>, _>>()?;
         Ok(built_in(kind).into_iter().chain(own).collect())
     }
@@ -62,11 +63,17 @@ impl Library {
     ///
     /// # Errors
     /// When there is none.
-    pub async fn get(&self, kind: DocumentKind, name: &str, version: Option<u64>) -> Result<Kept, Refusal> {
+    pub async fn get(
+        &self,
+        owner: &Principal,
+        kind: DocumentKind,
+        name: &str,
+        version: Option<u64>,
+    ) -> Result<Kept, Refusal> {
         if let (Some(kept), None) = (built_in_named(kind, name), version) {
             return Ok(kept);
         }
-        let record = self.0.0.store.records().document(kind, name, version).await?;
+        let record = self.0.0.store.records().document(owner, kind, name, version).await?;
         record.map_or_else(|| Err(not_found(kind, name)), read)
     }
 
@@ -77,6 +84,7 @@ impl Library {
     /// or there are as many as may be.
     pub async fn put(
         &self,
+        owner: &Principal,
         kind: DocumentKind,
         name: &str,
         document: &serde_json::Value,
@@ -92,7 +100,7 @@ impl Library {
         };
         let text = document.to_string();
         let sha256 = digest(&text);
-        let new = NewDocument { kind, name, sha256: &sha256, document: &text };
+        let new = NewDocument { owner, kind, name, sha256: &sha256, document: &text };
         let (most, now) = (self.0.0.settings.max_stored_documents, self.0.0.clock.now());
         match self.0.0.store.records().put_document(new, precondition, most, now).await? {
             DocumentChange::Created(record) => Ok(Written { kept: read(record)?, is_new: true }),
@@ -109,10 +117,16 @@ impl Library {
     ///
     /// # Errors
     /// When there is none, it comes with the program, or the precondition does not hold.
-    pub async fn delete(&self, kind: DocumentKind, name: &str, precondition: &Precondition) -> Result<(), Refusal> {
+    pub async fn delete(
+        &self,
+        owner: &Principal,
+        kind: DocumentKind,
+        name: &str,
+        precondition: &Precondition,
+    ) -> Result<(), Refusal> {
         refuse_built_in(kind, name)?;
         let now = self.0.0.clock.now();
-        match self.0.0.store.records().remove_document(kind, name, precondition, now).await? {
+        match self.0.0.store.records().remove_document(owner, kind, name, precondition, now).await? {
             DocumentChange::Refused(current) => Err(changed(kind, name, current)),
             DocumentChange::NotThere => Err(not_found(kind, name)),
             _ => Ok(()),
@@ -121,18 +135,18 @@ impl Library {
 }
 
 impl Jobs {
-    /// The user's own rig templates as they are now, with a digest over all of them.
-    pub(super) async fn own_rigs(&self) -> Result<OwnRigs, Refusal> {
-        let records = self.0.store.records().documents(DocumentKind::Rig).await?;
+    /// The rig templates of one owner as they are now, with a digest over all of them.
+    pub(super) async fn own_rigs(&self, owner: &Principal) -> Result<OwnRigs, Refusal> {
+        let records = self.0.store.records().documents(owner, DocumentKind::Rig).await?;
         let text = records.iter().fold(String::new(), |text, record| text + &record.name + ":" + &record.sha256 + "\n");
         Ok(OwnRigs { sha256: digest(&text), records })
     }
 
-    /// What a job knows: the versions of the templates that it was asked for with.
-    pub(super) async fn knowledge(&self, request: &JobRequest) -> Result<Knowledge, Refusal> {
+    /// What a job of that owner knows: the versions of the templates that it was asked for with.
+    pub(super) async fn knowledge(&self, owner: &Principal, request: &JobRequest) -> Result<Knowledge, Refusal> {
         let mut documents = Vec::with_capacity(request.rigs.len());
         for VersionedName { name, version } in &request.rigs {
-            let record = self.0.store.records().document(DocumentKind::Rig, name, Some(*version)).await?;
+            let record = self.0.store.records().document(owner, DocumentKind::Rig, name, Some(*version)).await?;
             let record = record.ok_or_else(|| unreadable(name, "a version that a job names is gone".to_owned()))?;
             documents.push(record.document);
         }
@@ -140,11 +154,12 @@ impl Jobs {
     }
 
     /// The preset of that name, current or built in.
-    pub(super) async fn preset(&self, name: &str) -> Result<Kept, Refusal> {
+    pub(super) async fn preset(&self, owner: &Principal, name: &str) -> Result<Kept, Refusal> {
         let library = Library::new(self);
-        match library.get(DocumentKind::Preset, name, None).await {
+        match library.get(owner, DocumentKind::Preset, name, None).await {
             Err(Refusal::NotFound { .. }) => {
-                let known = library.list(DocumentKind::Preset).await?.into_iter().map(|kept| kept.name).collect();
+                let known =
+                    library.list(owner, DocumentKind::Preset).await?.into_iter().map(|kept| kept.name).collect();
                 Err(Refusal::UnknownPreset { name: name.to_owned(), known })
             }
             other => other,
@@ -215,7 +230,12 @@ fn unreadable(name: &str, reason: String) -> Refusal {
 
 /// The SHA-256 of a text, in hexadecimal.
 pub(super) fn digest(text: &str) -> String {
-    Sha256::digest(text.as_bytes()).iter().fold(String::new(), |mut text, byte| {
+    hexadecimal(&Sha256::digest(text.as_bytes()))
+}
+
+/// Bytes as text, two letters each.
+pub(super) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
         // Writing to a string cannot fail.
         let _ = write!(text, "{byte:02x}");
         text

@@ -2,7 +2,7 @@
 //!
 //! A job is plain data (digests of files, a config, formats), so it can be run again after a crash. [`Jobs`] is what
 //! everything else calls: submit, look, wait, cancel, retry, delete. [`Assets`] takes uploads and looks into them. [`Library`] keeps
-//! what users teach the service under a name.
+//! what users teach the service under a name. All of them ask who owns what is asked for; [`Keys`] says who asks.
 //! [`Workers`] runs what is queued. The queue lies in the store, so that any number of processes can share it; it is bounded by count
 //! and by bytes, and what does not fit is refused at once. A job that panics or runs over its time fails alone; one whose
 //! process dies is taken up by another when its lease has run out.
@@ -15,6 +15,7 @@ mod bridge;
 mod failure;
 mod inputs;
 mod inspections;
+mod keys;
 mod library;
 mod lost_workers;
 mod memory;
@@ -33,16 +34,17 @@ mod workers;
 pub use assets::{Assets, ReceivedFile, Upload};
 pub use bridge::{Engine, RetargetEngine};
 pub use failure::FailureReason;
+pub use keys::{KeyText, Keys, NewKey};
 pub use library::{Kept, Library, Written};
 pub use refusal::Refusal;
 pub use service::{JobSnapshot, Jobs};
 pub use state::{JobEvent, next_state};
-pub use submission::NewJob;
+pub use submission::{NewJob, Submitted};
 pub use sweeper::Sweeper;
 pub use workers::Workers;
 
 pub use crate::store::{
-    AssetId, AssetRecord, ByteStream, ConfigDocument, DocumentKind, InputRole, JobFailure, JobId, JobInput, JobRecord,
-    JobRequest, JobState, Page, Precondition, ResultId, ResultRecord, StoreError, StoredFieldError, StoredProgress,
-    VersionedName,
+    ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, ByteStream, ConfigDocument, DocumentKind, InputRole, JobFailure,
+    JobId, JobInput, JobRecord, JobRequest, JobState, Page, Precondition, Principal, ResultId, ResultRecord, Scope,
+    StoreError, StoredFieldError, StoredProgress, VersionedName,
 };

@@ -3,7 +3,7 @@
 use super::{Assets, Engine, NewJob, Refusal};
 use crate::{
     engine::{Control, Limits, NamedBytes, Question},
-    store::{ConfigDocument, JobRequest},
+    store::{ConfigDocument, JobRequest, Principal},
 };
 
 impl Assets {
@@ -11,10 +11,10 @@ impl Assets {
     ///
     /// # Errors
     /// When an input is not there, or as [`crate::engine::propose`].
-    pub async fn propose(&self, new: NewJob) -> Result<(JobRequest, serde_json::Value), Refusal> {
-        let request = self.jobs.resolve(new).await?.request;
+    pub async fn propose(&self, owner: &Principal, new: NewJob) -> Result<(JobRequest, serde_json::Value), Refusal> {
+        let request = self.jobs.resolve(owner, new).await?.request;
         let files = self.jobs.read_inputs(&request).await?;
-        let knowledge = self.jobs.knowledge(&request).await?;
+        let knowledge = self.jobs.knowledge(owner, &request).await?;
         let work = request.clone();
         let proposal = self
             .look("propose", "looking into the files", move |engine, limits, control| {
@@ -28,10 +28,16 @@ impl Assets {
     ///
     /// # Errors
     /// When a file is not there, or as [`crate::engine::explain`].
-    pub async fn explain(&self, new: NewJob, frame: usize, joint: String) -> Result<serde_json::Value, Refusal> {
-        let request = self.jobs.resolve(new).await?.request;
+    pub async fn explain(
+        &self,
+        owner: &Principal,
+        new: NewJob,
+        frame: usize,
+        joint: String,
+    ) -> Result<serde_json::Value, Refusal> {
+        let request = self.jobs.resolve(owner, new).await?.request;
         let files = self.jobs.read_inputs(&request).await?;
-        let knowledge = self.jobs.knowledge(&request).await?;
+        let knowledge = self.jobs.knowledge(owner, &request).await?;
         self.look("explain", "explaining the joint", move |engine, limits, control| {
             let question = Question { frame, joint: &joint };
             engine.explain(&files.inputs(&request, &[]), &question, &knowledge, limits, control)

@@ -2,7 +2,7 @@
 
 use crate::{
     engine::Failure,
-    store::{InputRole, JobId, JobState, StoreError},
+    store::{InputRole, JobId, JobState, Principal, StoreError},
 };
 
 /// Why a request is not carried out. The door that the request came through puts it into its own words.
@@ -112,6 +112,20 @@ pub enum Refusal {
         kind: &'static str,
         /// The limit.
         most: u64,
+    },
+    /// The principal has as many keys as may be good at the same time.
+    #[error("'{principal}' has {most} keys already")]
+    TooManyKeys {
+        /// Who has them.
+        principal: Principal,
+        /// How many that is.
+        most: u64,
+    },
+    /// An idempotency key came before, with something else.
+    #[error("the same 'Idempotency-Key' came before with another request, which the job '{job}' is of")]
+    KeyReused {
+        /// The job from then.
+        job: JobId,
     },
     /// A job names a preset that is not there.
     #[error("there is no preset '{name}'")]

@@ -25,7 +25,7 @@ use crate::{
     config::{Failpoint, Settings},
     engine::Limits,
     store::{
-        FinishedJob, JobFailure, JobId, JobRecord, JobState, LeaseId, Page, ResultId, ResultRecord, Store,
+        FinishedJob, JobFailure, JobId, JobRecord, JobState, LeaseId, Page, Principal, ResultId, ResultRecord, Store,
         StoredProgress,
     },
     telemetry::{Clock, Metric},
@@ -118,9 +118,9 @@ impl Jobs {
     /// A job as it is now.
     ///
     /// # Errors
-    /// When there is none of that id.
-    pub async fn get(&self, id: &JobId) -> Result<JobSnapshot, Refusal> {
-        let record = self.record(id).await?;
+    /// When its owner has none of that id.
+    pub async fn get(&self, owner: &Principal, id: &JobId) -> Result<JobSnapshot, Refusal> {
+        let record = self.record(owner, id).await?;
         let results = match record.state {
             JobState::Succeeded => self.0.store.records().job_results(id).await?,
             _ => Vec::new(),
@@ -138,22 +138,24 @@ impl Jobs {
         Ok(JobSnapshot { record, results, queue_position, progress })
     }
 
-    async fn record(&self, id: &JobId) -> Result<JobRecord, Refusal> {
-        let record = self.0.store.records().job(id).await?;
+    /// To who does not own a job, there is none.
+    async fn record(&self, owner: &Principal, id: &JobId) -> Result<JobRecord, Refusal> {
+        let record = self.0.store.records().job(id).await?.filter(|record| record.principal == *owner);
         record.ok_or_else(|| Refusal::NotFound { kind: "job", id: id.to_string() })
     }
 
-    /// Up to `most` jobs, newest first, that are older than `before` and in `state`.
+    /// Up to `most` jobs of one owner, newest first, that are older than `before` and in `state`.
     ///
     /// # Errors
     /// When the store fails.
     pub async fn list(
         &self,
+        owner: &Principal,
         state: Option<JobState>,
         before: Option<&JobId>,
         most: usize,
     ) -> Result<Page<JobSnapshot>, Refusal> {
-        let page = self.0.store.records().jobs(state, before, most).await?;
+        let page = self.0.store.records().jobs(owner, state, before, most).await?;
         let mut items = Vec::with_capacity(page.items.len());
         for record in page.items {
             let results = match record.state {
@@ -169,12 +171,12 @@ impl Jobs {
     ///
     /// # Errors
     /// When there is none of that id.
-    pub async fn wait(&self, id: &JobId, longest: Duration) -> Result<JobSnapshot, Refusal> {
+    pub async fn wait(&self, owner: &Principal, id: &JobId, longest: Duration) -> Result<JobSnapshot, Refusal> {
         // Listening begins before looking, so that no change is missed in between.
         let mut changes = self.0.changes.subscribe();
         let deadline = Instant::now() + longest;
         loop {
-            let snapshot = self.get(id).await?;
+            let snapshot = self.get(owner, id).await?;
             if snapshot.record.state.is_final() || self.is_draining() {
                 return Ok(snapshot);
             }
@@ -184,7 +186,7 @@ impl Jobs {
             };
             let look = deadline.min(Instant::now() + LOOK_AT_AWAITED);
             if tokio::time::timeout_at(look, changed).await.is_err() && look == deadline {
-                return self.get(id).await;
+                return self.get(owner, id).await;
             }
         }
     }
@@ -193,10 +195,12 @@ impl Jobs {
     ///
     /// # Errors
     /// When there is none of that id.
-    pub async fn cancel(&self, id: &JobId) -> Result<JobSnapshot, Refusal> {
+    pub async fn cancel(&self, owner: &Principal, id: &JobId) -> Result<JobSnapshot, Refusal> {
         loop {
-            let record = self.record(id).await?;
-            let Some(next) = next_state(record.state, JobEvent::RequestCancel) else { return self.get(id).await };
+            let record = self.record(owner, id).await?;
+            let Some(next) = next_state(record.state, JobEvent::RequestCancel) else {
+                return self.get(owner, id).await;
+            };
             let moved = match next {
                 JobState::Canceled => {
                     self.finish(id, (record.state, None), self.ending(JobState::Canceled, None)).await?
@@ -209,7 +213,7 @@ impl Jobs {
                 // The state comes first: a worker that stops looks there for what to write.
                 self.0.running.stop(id, StopReason::Canceled);
                 self.announce(id);
-                return self.get(id).await;
+                return self.get(owner, id).await;
             }
         }
     }
@@ -218,22 +222,23 @@ impl Jobs {
     ///
     /// # Errors
     /// When the job has not ended, its files are gone, or a new job would not be taken.
-    pub async fn retry(&self, id: &JobId) -> Result<JobSnapshot, Refusal> {
-        let record = self.record(id).await?;
+    pub async fn retry(&self, owner: &Principal, id: &JobId) -> Result<JobSnapshot, Refusal> {
+        let record = self.record(owner, id).await?;
         if !record.state.is_final() {
             return Err(Refusal::WrongState { id: id.clone(), state: record.state, action: "retried" });
         }
-        self.submit_again(record).await
+        Ok(self.submit_again(record).await?.job)
     }
 
     /// Removes a job that has ended, with its results.
     ///
     /// # Errors
     /// When there is none, or it has not ended.
-    pub async fn delete(&self, id: &JobId) -> Result<(), Refusal> {
+    pub async fn delete(&self, owner: &Principal, id: &JobId) -> Result<(), Refusal> {
+        let JobRecord { state, .. } = self.record(owner, id).await?;
         match self.0.store.records().remove_job(id).await? {
             Some(digests) => Ok(self.0.store.remove_unnamed(&digests).await?),
-            None => Err(Refusal::WrongState { id: id.clone(), state: self.record(id).await?.state, action: "deleted" }),
+            None => Err(Refusal::WrongState { id: id.clone(), state, action: "deleted" }),
         }
     }
 
@@ -241,33 +246,28 @@ impl Jobs {
     ///
     /// # Errors
     /// When there is no such job, or it has no report.
-    pub async fn report(&self, id: &JobId) -> Result<String, Refusal> {
+    pub async fn report(&self, owner: &Principal, id: &JobId) -> Result<String, Refusal> {
+        let record = self.record(owner, id).await?;
         let report = self.0.store.records().job_report(id).await?;
-        self.shown(id, report).await
+        shown(record, report)
     }
 
     /// The resolved spec of a job that succeeded, as JSON.
     ///
     /// # Errors
     /// When there is no such job, or it has none.
-    pub async fn resolved_spec(&self, id: &JobId) -> Result<String, Refusal> {
+    pub async fn resolved_spec(&self, owner: &Principal, id: &JobId) -> Result<String, Refusal> {
+        let record = self.record(owner, id).await?;
         let spec = self.0.store.records().job_resolved_spec(id).await?;
-        self.shown(id, spec).await
-    }
-
-    async fn shown(&self, id: &JobId, document: Option<String>) -> Result<String, Refusal> {
-        match document {
-            Some(document) => Ok(document),
-            None => Err(Refusal::WrongState { id: id.clone(), state: self.record(id).await?.state, action: "shown" }),
-        }
+        shown(record, spec)
     }
 
     /// A result.
     ///
     /// # Errors
     /// When there is none, or its time is over.
-    pub async fn result(&self, id: &ResultId) -> Result<ResultRecord, Refusal> {
-        let result = self.0.store.records().result(id).await?;
+    pub async fn result(&self, owner: &Principal, id: &ResultId) -> Result<ResultRecord, Refusal> {
+        let result = self.0.store.records().result(owner, id).await?;
         let result = result.ok_or_else(|| Refusal::NotFound { kind: "result", id: id.to_string() })?;
         if result.expires_at <= self.0.clock.now() {
             return Err(Refusal::Expired { kind: "result", id: id.to_string() });
@@ -382,4 +382,9 @@ impl Jobs {
         }
         Ok(done)
     }
+}
+
+/// A document of a job, which only a job has that has succeeded.
+fn shown(job: JobRecord, document: Option<String>) -> Result<String, Refusal> {
+    document.ok_or(Refusal::WrongState { id: job.id, state: job.state, action: "shown" })
 }

@@ -7,14 +7,11 @@ use crate::{
     config::Failpoint,
     engine::{self, Failure, FailureCode, Format, NamedBytes},
     store::{
-        AssetId, AssetRecord, ConfigDocument, InputRole, JobId, JobInput, JobRecord, JobRequest, JobState,
-        VersionedName,
+        Added, AssetId, AssetRecord, ConfigDocument, Idempotency, InputRole, JobId, JobInput, JobRecord, JobRequest,
+        JobState, Principal, VersionedName,
     },
     telemetry::Metric,
 };
-
-/// Who asks, for as long as nobody has to say so.
-const ANONYMOUS: &str = "anonymous";
 
 /// What somebody wants done.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,15 +28,41 @@ pub struct NewJob {
     pub preset: Option<String>,
     /// Among the jobs of one principal, the greater goes first.
     pub priority: i32,
+    /// The caller's own word for this request: who asks twice with the same has one job.
+    pub idempotency_key: Option<String>,
+}
+
+impl NewJob {
+    /// The word, and a digest of everything else.
+    fn idempotency(&self) -> Option<Idempotency> {
+        let key = self.idempotency_key.clone()?;
+        let Self { inputs, config, formats, labels, preset, priority, idempotency_key: _ } = self;
+        let inputs: Vec<_> = inputs.iter().map(|(role, asset)| (role.name(), asset)).collect();
+        let formats: Vec<_> = formats.iter().map(|format| format.info().name).collect();
+        let config = config.as_ref().map(|config| &config.text);
+        let asked = serde_json::json!([inputs, config, formats, labels, preset, priority]);
+        Some(Idempotency { key, asked_sha256: library::digest(&asked.to_string()) })
+    }
+}
+
+/// A job that was asked for.
+#[derive(Clone, Debug)]
+pub struct Submitted {
+    /// The job as it is now.
+    pub job: JobSnapshot,
+    /// Whether it had been asked for before, with the same word.
+    pub is_repeated: bool,
 }
 
 /// A job that can be taken on: its files are there.
 pub(super) struct Wanted {
+    owner: Principal,
     pub(super) request: JobRequest,
     input_bytes: u64,
     memory_bytes: u64,
     priority: i32,
     retry_of: Option<JobId>,
+    idempotency: Option<Idempotency>,
 }
 
 impl Jobs {
@@ -54,19 +77,34 @@ impl Jobs {
         self.0.admission.check_room(self.0.store.records()).await
     }
 
-    /// Takes a job on. When this returns, the job survives a crash.
+    /// Takes a job on. When this returns, the job survives a crash. With a key that came before, it is the job from then.
     ///
     /// # Errors
-    /// When the queue is full, the service is going down, or an input is not there.
-    pub async fn submit(&self, new: NewJob) -> Result<JobSnapshot, Refusal> {
-        self.enqueue(self.resolve(new).await?).await
+    /// When the queue is full, the service is going down, an input is not there, or the key came before with something else.
+    pub async fn submit(&self, owner: &Principal, new: NewJob) -> Result<Submitted, Refusal> {
+        if let Some(idempotency) = new.idempotency()
+            && let Some(before) = self.0.store.records().job_asked_with(owner, &idempotency.key).await?
+        {
+            return self.repeated(before, &idempotency).await;
+        }
+        self.enqueue(self.resolve(owner, new).await?).await
     }
 
-    pub(super) async fn resolve(&self, new: NewJob) -> Result<Wanted, Refusal> {
-        let own_rigs = self.own_rigs().await?;
+    /// The job that was asked for before with the same key.
+    async fn repeated(&self, before: JobRecord, asked: &Idempotency) -> Result<Submitted, Refusal> {
+        if before.idempotency.as_ref() != Some(asked) {
+            return Err(Refusal::KeyReused { job: before.id });
+        }
+        let job = self.get(&before.principal, &before.id).await?;
+        Ok(Submitted { job, is_repeated: true })
+    }
+
+    pub(super) async fn resolve(&self, owner: &Principal, new: NewJob) -> Result<Wanted, Refusal> {
+        let idempotency = new.idempotency();
+        let own_rigs = self.own_rigs(owner).await?;
         let (mut found, mut input_bytes, mut needs) = (BTreeMap::new(), 0, Vec::new());
         for (role, id) in new.inputs {
-            let Some(asset) = self.0.store.records().asset(&id).await? else {
+            let Some(asset) = self.0.store.records().asset(owner, &id).await? else {
                 return Err(Refusal::UnknownInput { role, id: id.to_string() });
             };
             input_bytes += asset.bytes;
@@ -74,7 +112,7 @@ impl Jobs {
             found.insert(role, JobInput { asset: id, sha256: asset.sha256, file_name: asset.file_name });
         }
         let missing = |role: InputRole| Refusal::UnknownInput { role, id: String::new() };
-        let (config, preset) = self.lay_over_preset(new.config, new.preset).await?;
+        let (config, preset) = self.lay_over_preset(owner, new.config, new.preset).await?;
         let request = JobRequest {
             source: found.remove(&InputRole::Source).ok_or_else(|| missing(InputRole::Source))?,
             target: found.remove(&InputRole::Target).ok_or_else(|| missing(InputRole::Target))?,
@@ -87,7 +125,8 @@ impl Jobs {
             rigs: own_rigs.versions(),
         };
         let memory_bytes = memory::of_job(needs.into_iter());
-        Ok(Wanted { request, input_bytes, memory_bytes, priority: new.priority, retry_of: None })
+        let (owner, priority) = (owner.clone(), new.priority);
+        Ok(Wanted { owner, request, input_bytes, memory_bytes, priority, retry_of: None, idempotency })
     }
 
     /// What a file adds to the memory that a job needs: by what was found in it, else by its size.
@@ -108,11 +147,12 @@ impl Jobs {
     /// The config with the preset under it. What comes out is the job's own: it does not change when the preset does.
     async fn lay_over_preset(
         &self,
+        owner: &Principal,
         config: Option<ConfigDocument>,
         preset: Option<String>,
     ) -> Result<(Option<ConfigDocument>, Option<VersionedName>), Refusal> {
         let Some(name) = preset else { return Ok((config, None)) };
-        let kept = self.preset(&name).await?;
+        let kept = self.preset(owner, &name).await?;
         let bytes = config.as_ref().map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
         let text = engine::merge_config(&kept.document, bytes)?;
         let version = kept.own.map_or(0, |(version, _)| version);
@@ -121,16 +161,18 @@ impl Jobs {
     }
 
     /// Asks for the same again.
-    pub(super) async fn submit_again(&self, ended: JobRecord) -> Result<JobSnapshot, Refusal> {
-        let JobRecord { id, request, input_bytes, priority, memory_bytes, .. } = ended;
-        self.enqueue(Wanted { request, input_bytes, memory_bytes, priority, retry_of: Some(id) }).await
+    pub(super) async fn submit_again(&self, ended: JobRecord) -> Result<Submitted, Refusal> {
+        let JobRecord { id, principal: owner, request, input_bytes, priority, memory_bytes, .. } = ended;
+        let retry_of = Some(id);
+        let wanted = Wanted { owner, request, input_bytes, memory_bytes, priority, retry_of, idempotency: None };
+        self.enqueue(wanted).await
     }
 
-    async fn enqueue(&self, wanted: Wanted) -> Result<JobSnapshot, Refusal> {
+    async fn enqueue(&self, wanted: Wanted) -> Result<Submitted, Refusal> {
         if self.is_draining() {
             return Err(Refusal::Draining);
         }
-        let Wanted { request, input_bytes, memory_bytes, priority, retry_of } = wanted;
+        let Wanted { owner, request, input_bytes, memory_bytes, priority, retry_of, idempotency } = wanted;
         let (records, created_at) = (self.0.store.records(), self.0.clock.now());
         let inputs_sha256 = inputs_digest(&request);
         if let Some(until) = records.quarantined_until(&inputs_sha256, created_at).await? {
@@ -150,34 +192,44 @@ impl Jobs {
             expires_at: None,
             warnings: 0,
             failure: None,
-            principal: ANONYMOUS.to_owned(),
+            principal: owner,
             priority,
             inputs_sha256,
             memory_bytes,
             crashes: 0,
             retries: 0,
+            idempotency,
             lease: None,
             progress: None,
         };
         Failpoint::BeforeJobRecord.reach();
-        if !records.add_job(&record).await? {
-            let (role, input) = self.first_missing(&record.request).await?;
-            return Err(Refusal::UnknownInput { role, id: input.asset.to_string() });
+        match records.add_job(&record).await? {
+            Added::New => {}
+            Added::FileMissing => {
+                let (role, input) = self.first_missing(&record).await?;
+                return Err(Refusal::UnknownInput { role, id: input.asset.to_string() });
+            }
+            // The same request came twice at the same time, and the other one was faster.
+            Added::Before(before) => match &record.idempotency {
+                Some(asked) => return self.repeated(*before, asked).await,
+                None => return Err(Refusal::KeyReused { job: before.id }),
+            },
         }
         Failpoint::AfterJobRecord.reach();
         reservation.fill();
         Metric::JobsSubmitted.count([], 1);
         self.announce_arrival(&record.id);
-        self.snapshot(record, Vec::new()).await
+        let job = self.snapshot(record, Vec::new()).await?;
+        Ok(Submitted { job, is_repeated: false })
     }
 
-    async fn first_missing<'a>(&self, request: &'a JobRequest) -> Result<(InputRole, &'a JobInput), Refusal> {
-        for (role, input) in request.inputs() {
-            if self.0.store.records().asset(&input.asset).await?.is_none() {
+    async fn first_missing<'a>(&self, job: &'a JobRecord) -> Result<(InputRole, &'a JobInput), Refusal> {
+        for (role, input) in job.request.inputs() {
+            if self.0.store.records().asset(&job.principal, &input.asset).await?.is_none() {
                 return Ok((role, input));
             }
         }
-        Ok((InputRole::Source, &request.source))
+        Ok((InputRole::Source, &job.request.source))
     }
 }
 

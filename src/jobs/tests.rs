@@ -3,7 +3,8 @@
 use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
 use super::{
-    AssetId, Assets, ConfigDocument, Engine, InputRole, JobSnapshot, JobState, Jobs, NewJob, Refusal, Workers,
+    AssetId, Assets, ConfigDocument, Engine, InputRole, JobSnapshot, JobState, Jobs, NewJob, Principal, Refusal,
+    Workers,
 };
 use crate::{
     config::Settings,
@@ -16,6 +17,10 @@ use crate::{
 
 /// Long enough for a busy machine; nothing waits this long when all is well.
 const PATIENCE: Duration = Duration::from_secs(30);
+
+fn me() -> Principal {
+    Principal::anonymous()
+}
 
 struct Obedient;
 
@@ -86,19 +91,19 @@ impl Fixture {
         let mut upload = assets.begin("walk.bvh", None).await.expect("begins");
         upload.write(b"HIERARCHY").await.expect("writes");
         let file = upload.finish(None).await.expect("finishes");
-        let asset = assets.keep(file).await.expect("is kept").0.id;
+        let asset = assets.keep(&me(), file).await.expect("is kept").0.id;
         Self { jobs, assets, asset, clock, _root: root, _folder: folder }
     }
 
     async fn submit(&self, config: &str) -> Result<JobSnapshot, Refusal> {
         let inputs = [InputRole::Source, InputRole::Target].map(|role| (role, self.asset.clone())).into();
         let config = Some(ConfigDocument { file_name: "config.json".to_owned(), text: config.to_owned() });
-        self.jobs.submit(NewJob { inputs, config, ..NewJob::default() }).await
+        Ok(self.jobs.submit(&me(), NewJob { inputs, config, ..NewJob::default() }).await?.job)
     }
 
     async fn until(&self, job: &JobSnapshot, state: JobState) {
         let reached = async {
-            while self.jobs.get(&job.record.id).await.expect("is there").record.state != state {
+            while self.jobs.get(&me(), &job.record.id).await.expect("is there").record.state != state {
                 tokio::time::sleep(Duration::from_millis(2)).await;
             }
         };
@@ -106,13 +111,13 @@ impl Fixture {
     }
 
     async fn until_not(&self, job: &JobSnapshot, state: JobState) {
-        while self.jobs.get(&job.record.id).await.expect("is there").record.state == state {
+        while self.jobs.get(&me(), &job.record.id).await.expect("is there").record.state == state {
             tokio::time::sleep(Duration::from_millis(1)).await;
         }
     }
 
     async fn end_of(&self, job: &JobSnapshot) -> JobSnapshot {
-        self.jobs.wait(&job.record.id, PATIENCE).await.expect("is there")
+        self.jobs.wait(&me(), &job.record.id, PATIENCE).await.expect("is there")
     }
 }
 
@@ -133,7 +138,7 @@ async fn jobs_succeed_fail_and_panic_each_by_itself() {
     let end = fixture.end_of(&ends[2]).await;
     let result = end.results.first().expect("a result");
     assert!(result.expires_at > result.created_at && end.record.expires_at.is_some(), "expiry is visible");
-    assert_eq!(fixture.jobs.resolved_spec(&end.record.id).await.expect("is there"), "{}", "the resolved spec");
+    assert_eq!(fixture.jobs.resolved_spec(&me(), &end.record.id).await.expect("is there"), "{}", "the resolved spec");
     workers.stop(PATIENCE).await;
 }
 
@@ -147,12 +152,12 @@ async fn cancel_works_on_running_and_on_queued_jobs_with_a_full_queue() {
     assert_eq!(queued.queue_position, Some(1), "it waits");
     let refused = fixture.submit("fine").await;
     assert!(matches!(refused, Err(Refusal::QueueFull { most: 1, .. })), "full: {refused:?}");
-    let canceled = fixture.jobs.cancel(&queued.record.id).await.expect("works");
+    let canceled = fixture.jobs.cancel(&me(), &queued.record.id).await.expect("works");
     assert_eq!(canceled.record.state, JobState::Canceled, "at once");
-    let canceling = fixture.jobs.cancel(&running.record.id).await.expect("works").record.state;
+    let canceling = fixture.jobs.cancel(&me(), &running.record.id).await.expect("works").record.state;
     assert!(matches!(canceling, JobState::Canceling | JobState::Canceled), "on its way: {canceling:?}");
     assert_eq!(fixture.end_of(&running).await.record.state, JobState::Canceled, "canceled");
-    let again = fixture.jobs.cancel(&running.record.id).await.expect("any number of times");
+    let again = fixture.jobs.cancel(&me(), &running.record.id).await.expect("any number of times");
     assert_eq!(again.record.state, JobState::Canceled, "final states never change");
     workers.stop(PATIENCE).await;
 }
@@ -166,7 +171,7 @@ async fn cancel_wins_or_loses_every_race_cleanly() {
         if number % 2 == 0 {
             fixture.until_not(&job, JobState::Queued).await;
         }
-        fixture.jobs.cancel(&job.record.id).await.expect("works");
+        fixture.jobs.cancel(&me(), &job.record.id).await.expect("works");
         let state = fixture.end_of(&job).await.record.state;
         let may_have_been_done = number % 3 == 0 && state == JobState::Succeeded;
         assert!(state == JobState::Canceled || may_have_been_done, "job {number} ended {state:?}");
@@ -199,16 +204,16 @@ async fn a_drain_gives_running_jobs_back_and_the_next_start_ends_them() {
     fixture.jobs.drain();
     assert!(matches!(fixture.submit("fine").await, Err(Refusal::Draining)), "takes nothing new");
     workers.stop(Duration::ZERO).await;
-    let record = fixture.jobs.get(&running.record.id).await.expect("is there").record;
+    let record = fixture.jobs.get(&me(), &running.record.id).await.expect("is there").record;
     assert_eq!((record.state, record.attempt), (JobState::Queued, 0), "handed back, and the attempt does not count");
 
     let inner = &fixture.jobs.0;
     let next = Jobs::new(Arc::clone(&inner.store), Arc::new(Obedient), Arc::clone(&inner.settings), Clock::system());
     assert_eq!(next.recover().await.expect("recovers"), 2, "both are taken up");
     let workers = Workers::start(&next, 2);
-    let end = next.wait(&queued.record.id, PATIENCE).await.expect("is there");
+    let end = next.wait(&me(), &queued.record.id, PATIENCE).await.expect("is there");
     assert_eq!(end.record.state, JobState::Succeeded, "ended by the next start");
-    next.cancel(&running.record.id).await.expect("works");
+    next.cancel(&me(), &running.record.id).await.expect("works");
     workers.stop(PATIENCE).await;
 }
 
@@ -221,7 +226,7 @@ async fn a_job_that_the_process_died_under_too_often_is_not_tried_again() {
         let claim = records.claim_job(&LeaseId::new(), Duration::from_secs(60), fixture.clock.now()).await;
         assert!(matches!(claim, Ok(Claim::Job(taken)) if taken.id == job.record.id), "as if it had started");
         fixture.jobs.recover().await.expect("recovers");
-        fixture.jobs.get(&job.record.id).await.expect("is there").record
+        fixture.jobs.get(&me(), &job.record.id).await.expect("is there").record
     };
     let first = crash().await;
     assert_eq!((first.state, first.attempt, first.crashes), (JobState::Queued, 1, 1), "tried again");
@@ -237,16 +242,16 @@ async fn a_job_that_the_process_died_under_too_often_is_not_tried_again() {
 async fn inputs_of_unfinished_jobs_stay_and_what_has_expired_goes() {
     let fixture = Fixture::new(&[("workers", "1"), ("asset_retention", "1h"), ("result_retention", "1h")]).await;
     let job = fixture.submit("fine").await.expect("is taken");
-    let in_use = fixture.assets.delete(&fixture.asset).await;
+    let in_use = fixture.assets.delete(&me(), &fixture.asset).await;
     assert!(matches!(in_use, Err(Refusal::InUse(_))), "a queued job needs it: {in_use:?}");
     fixture.clock.advance(Duration::from_secs(7200));
     fixture.jobs.sweep().await;
-    let expired = fixture.assets.get(&fixture.asset).await;
+    let expired = fixture.assets.get(&me(), &fixture.asset).await;
     assert!(matches!(expired, Err(Refusal::Expired { .. })), "expired, but still there for its job: {expired:?}");
     let workers = Workers::start(&fixture.jobs, 1);
     let result = fixture.end_of(&job).await.results.first().expect("a result").clone();
     fixture.jobs.sweep().await;
-    let gone = fixture.assets.get(&fixture.asset).await;
+    let gone = fixture.assets.get(&me(), &fixture.asset).await;
     assert!(matches!(gone, Err(Refusal::NotFound { .. })), "now nobody needs it: {gone:?}");
     assert!(fixture.jobs.content(&result.sha256, None).await.is_ok(), "the result has the same bytes, so they stay");
     fixture.clock.advance(Duration::from_secs(7200));

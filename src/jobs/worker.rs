@@ -108,7 +108,7 @@ impl Jobs {
     ) -> Result<impl FnOnce() -> Result<Outcome, Failure> + Send + 'static, Refusal> {
         let request = record.request.clone();
         let files = self.read_inputs(&request).await?;
-        let knowledge = self.knowledge(&request).await?;
+        let knowledge = self.knowledge(&record.principal, &request).await?;
         let inner = Arc::clone(&self.0);
         let running = Arc::clone(running);
         Ok(move || {

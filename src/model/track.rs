@@ -1,5 +1,7 @@
 //! The values of one channel over the frames of a clip.
 
+use glam::Quat;
+
 /// One channel of one joint: a translation, a rotation or a scale.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Track<T> {
@@ -63,5 +65,21 @@ impl<T: Copy> Track<T> {
             }
             other => other,
         }
+    }
+}
+
+impl Track<Quat> {
+    /// The same rotations, each from the second on written on the hemisphere of the one before: q and −q are one rotation, but
+    /// players interpolate the short way only between neighbours that lie together.
+    #[must_use]
+    pub fn on_one_hemisphere(mut self) -> Self {
+        if let Self::Sampled(values) = &mut self {
+            for index in 1..values.len() {
+                if values[index].dot(values[index - 1]) < 0.0 {
+                    values[index] = -values[index];
+                }
+            }
+        }
+        self
     }
 }

@@ -49,7 +49,13 @@ impl DataFolder {
     /// The database file.
     #[must_use]
     pub fn database(&self) -> PathBuf {
-        self.root.join("state.db")
+        Self::database_in(&self.root)
+    }
+
+    /// The database file of a data folder that may be somebody else's.
+    #[must_use]
+    pub fn database_in(root: &Path) -> PathBuf {
+        root.join("state.db")
     }
 
     /// Where complete blobs lie.

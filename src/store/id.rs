@@ -109,6 +109,12 @@ id!(
     "lse_"
 );
 
+id!(
+    /// Names a key with which callers say who they are.
+    ApiKeyId,
+    "key_"
+);
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -12,6 +12,7 @@ mod blobs;
 mod error;
 mod folder;
 mod id;
+mod principal;
 mod records;
 #[cfg(test)]
 mod tests;
@@ -19,11 +20,13 @@ mod tests;
 pub use blobs::{Blob, BlobPlace, BlobWriter, Blobs, ByteStream, UnnamedBlob};
 pub use error::StoreError;
 pub use folder::DataFolder;
-pub use id::{AssetId, IdError, JobId, LeaseId, ResultId};
+pub use id::{ApiKeyId, AssetId, IdError, JobId, LeaseId, ResultId};
+pub use principal::{Principal, PrincipalError};
 pub use records::{
-    AfterCrash, AssetRecord, Claim, ConfigDocument, DocumentChange, DocumentKind, DocumentRecord, Faults, FinishedJob,
-    GiveBack, Held, InputRole, JobFailure, JobInput, JobRecord, JobRequest, JobState, Listener, Moment, NewDocument,
-    Notice, Page, Precondition, QueueDepth, Records, ResultRecord, StoredFieldError, StoredProgress, VersionedName,
+    Added, AfterCrash, ApiKeyRecord, AssetRecord, Claim, ConfigDocument, DocumentChange, DocumentKind, DocumentRecord,
+    Faults, FinishedJob, GiveBack, Held, Idempotency, InputRole, JobFailure, JobInput, JobRecord, JobRequest, JobState,
+    Listener, Moment, NewDocument, Notice, Page, Precondition, QueueDepth, Records, ResultRecord, Scope,
+    StoredFieldError, StoredProgress, VersionedName,
 };
 
 use std::sync::Arc;

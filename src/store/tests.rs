@@ -4,12 +4,13 @@ use std::{sync::Arc, time::Duration};
 
 use jiff::Timestamp;
 
-use super::{AssetId, AssetRecord, DataFolder, Store};
+use super::{AssetId, AssetRecord, DataFolder, Principal, Store};
 
 fn asset(sha256: &str, bytes: u64) -> AssetRecord {
     let created_at = Timestamp::UNIX_EPOCH;
     AssetRecord {
         id: AssetId::new(),
+        principal: Principal::anonymous(),
         sha256: sha256.to_owned(),
         bytes,
         format: "bvh".to_owned(),
@@ -80,7 +81,7 @@ async fn many_writers_wait_for_one_another() {
                 for number in 0..20 {
                     let record = asset(&format!("{task}-{number}"), 1);
                     store.records().add_asset(&record).await?;
-                    store.records().remove_asset(&record.id).await?;
+                    store.records().remove_asset(&record.principal, &record.id).await?;
                     store.records().add_asset(&record).await?;
                 }
                 Ok::<_, super::StoreError>(())

@@ -1,11 +1,13 @@
 //! The HTTP service, from outside.
 
+mod access;
 mod black_box;
 mod container;
 mod creatures;
 mod documents;
 mod edits;
 mod facts;
+mod idempotency;
 mod library;
 mod ops;
 mod poses;

@@ -1,6 +1,7 @@
 //! All integration tests, in one binary for the sake of link time.
 
 mod made_animals;
+mod service_process;
 mod support;
 
 mod alignment;

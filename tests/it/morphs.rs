@@ -118,6 +118,69 @@ fn avatars_with_the_shapes_of_arkit_take_them_as_they_are() {
 }
 
 #[test]
+fn consonants_become_what_the_documented_table_says() {
+    let speech = [
+        ("viseme_sil", 0.3),
+        ("viseme_PP", 0.5),
+        ("viseme_FF", 0.4),
+        ("viseme_TH", 0.2),
+        ("viseme_DD", 0.6),
+        ("viseme_kk", 0.8),
+        ("viseme_CH", 0.5),
+        ("viseme_SS", 0.4),
+        ("viseme_nn", 0.1),
+        ("viseme_RR", 1.0),
+        ("viseme_aa", 0.2),
+    ];
+    // By hand, from the table of the documentation.
+    let arkit = [
+        ("jawOpen", 0.58), // 0.7 · 0.2 + 0.15 · (0.2 + 0.6) + 0.2 · 0.8 + 0.1 · (0.1 + 1 + 0.5)
+        ("mouthPucker", 0.3),
+        ("mouthFunnel", 0.65),
+        ("mouthStretchLeft", 0.36),
+        ("mouthPressRight", 0.4),
+        ("mouthRollLower", 0.43),
+        ("mouthRollUpper", 0.15),
+        ("mouthUpperUpLeft", 0.12),
+        ("mouthLowerDownRight", 0.32),
+        ("mouthShrugUpper", 0.1),
+        ("tongueOut", 0.08),
+    ];
+    let face: Vec<Morph> = arkit.iter().map(|(name, _)| shape(name)).collect();
+    let expected: BTreeMap<String, f64> = arkit.map(|(name, weight)| (name.to_owned(), weight)).into();
+    assert_eq!(weights(&speech, &face, &MorphsSpec::default()), expected, "ARKit's shapes");
+
+    let vrm = [
+        ("aa", 0.38), // its own 0.2, and 0.15 · 0.8 + 0.1 · 0.6
+        ("ih", 0.63), // 0.2 · (0.4 + 0.8) + 0.3 · (0.2 + 0.6 + 0.4 + 0.1)
+        ("ou", 0.5),  // 0.4 · 0.5 + 0.3 · 1
+        ("ee", 0.08),
+    ];
+    let expected: BTreeMap<String, f64> = vrm.map(|(name, weight)| (name.to_owned(), weight)).into();
+    let avatar = avatar(&["aa", "ih", "ou", "ee", "oh"]);
+    assert_eq!(weights(&speech, &avatar, &MorphsSpec::default()), expected, "a VRM's vowels");
+
+    let shapes = [
+        ("mouthPressLeft", 0.4),
+        ("mouthPressRight", 0.2),
+        ("mouthRollLower", 0.6),
+        ("mouthRollUpper", 0.2),
+        ("tongueOut", 0.3),
+        ("mouthFunnel", 0.8),
+        ("jawOpen", 0.25),
+    ];
+    let visemes = [
+        ("viseme_PP", 0.35),  // half of (0.2 + 0.1 + 0.3 + 0.1)
+        ("viseme_FF", 0.336), // 0.6 · (1 − 0.2) · (1 − 0.3)
+        ("viseme_TH", 0.3),
+        ("viseme_CH", 0.6), // 0.8 · (1 − 0.25)
+    ];
+    let mouth: Vec<Morph> = visemes.iter().map(|(name, _)| shape(name)).chain([shape("viseme_kk")]).collect();
+    let expected: BTreeMap<String, f64> = visemes.map(|(name, weight)| (name.to_owned(), weight)).into();
+    assert_eq!(weights(&shapes, &mouth, &MorphsSpec::default()), expected, "visemes from ARKit's shapes");
+}
+
+#[test]
 fn rows_say_what_follows_what() {
     let row = |source: &str, gain: f64, offset: f64, combine: MorphCombine| MorphRow {
         source: source.into(),

@@ -5,10 +5,11 @@ mod warnings;
 
 use std::{
     collections::BTreeSet,
-    io::{BufRead, BufReader},
     path::Path,
-    process::{Child, Command, Stdio},
+    process::{Command, Stdio},
 };
+
+use crate::service_process::ServiceProcess;
 
 /// Commands that build or install; they are what runs the tests, so the tests cannot run them.
 const NOT_RUN_HERE: [&str; 5] = [
@@ -56,36 +57,14 @@ fn blocks(readme: &str) -> Vec<Block> {
 }
 
 /// `retargetd serve` of the README, on a port of its own.
-struct Server {
-    child: Child,
-    url: String,
-}
-
-impl Server {
-    fn start(folder: &Path) -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_retargetd"))
+fn serve(folder: &Path) -> ServiceProcess {
+    ServiceProcess::listening(
+        Command::new(env!("CARGO_BIN_EXE_retargetd"))
             .arg("serve")
             .current_dir(folder)
             .env("RETARGETD_LISTEN", "127.0.0.1:0")
-            .env("RETARGETD_LOG", "warn")
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("the service starts");
-        let mut line = String::new();
-        BufReader::new(child.stdout.take().expect("piped")).read_line(&mut line).expect("it says where it listens");
-        let url = line.split_whitespace().find(|word| word.starts_with("http://")).unwrap_or_default().to_owned();
-        assert!(!url.is_empty(), "the line has the address: {line:?}");
-        Self { child, url }
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        // It may have ended already.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
+            .env("RETARGETD_LOG", "warn"),
+    )
 }
 
 #[test]
@@ -94,12 +73,12 @@ fn every_recipe_runs_as_it_stands() {
     let binary = Path::new(env!("CARGO_BIN_EXE_retargetd")).parent().expect("it lies in a folder");
     #[expect(clippy::disallowed_methods, reason = "the recipes need the commands of the machine, and ours before them")]
     let path = std::env::var("PATH").expect("there is a PATH");
-    let mut server: Option<Server> = None;
+    let mut server: Option<ServiceProcess> = None;
     let recipes: Vec<Block> = blocks(&readme()).into_iter().filter(|block| block.kind == "sh").collect();
     assert!(recipes.len() >= 10, "the README has recipes, found {}", recipes.len());
     for recipe in recipes {
         if recipe.text.trim() == "retargetd serve" {
-            server = Some(Server::start(folder.path()));
+            server = Some(serve(folder.path()));
             continue;
         }
         let text = match &server {

@@ -35,13 +35,36 @@ pub(super) struct Keys {
 /// One piece of a cubic: its tangents, as changes over the whole piece.
 type Tangents = [DVec4; 2];
 
-/// The keys that are needed so that no frame is off by more than what is allowed: a distance, of rotations that of a point 1 from the
-/// joint. Without any allowance every frame is a key.
-pub(super) fn fit(values: &[DVec4], times: &[f64], allowed: f64, kind: Kind, interpolation: KeyInterpolation) -> Keys {
-    if allowed <= 0.0 {
+/// What a track may be off: a distance, of rotations that of a point 1 from the joint.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Allowed<'a> {
+    pub(super) distance: f64,
+    /// By how much finer it is in each frame; empty where it is the same in all.
+    pub(super) finer: &'a [f64],
+}
+
+impl Allowed<'_> {
+    pub(super) fn divided(self, by: f64) -> Self {
+        Self { distance: self.distance / by, ..self }
+    }
+
+    fn at(&self, frame: usize) -> f64 {
+        self.finer.get(frame).map_or(self.distance, |finer| self.distance / finer)
+    }
+}
+
+/// The keys that are needed so that no frame is off by more than what is allowed. Without any allowance every frame is a key.
+pub(super) fn fit(
+    values: &[DVec4],
+    times: &[f64],
+    allowed: Allowed<'_>,
+    kind: Kind,
+    interpolation: KeyInterpolation,
+) -> Keys {
+    if allowed.distance <= 0.0 {
         return Keys { frames: (0..values.len()).collect(), values: values.to_vec(), tangents: Vec::new() };
     }
-    if values.iter().all(|value| kind.error(*value, values[0]) <= allowed) {
+    if values.iter().enumerate().all(|(frame, value)| kind.error(*value, values[0]) <= allowed.at(frame)) {
         return Keys { frames: vec![0], values: vec![values[0]], tangents: Vec::new() };
     }
     let track = Samples { values, times, allowed, kind };
@@ -99,7 +122,7 @@ impl Kind {
 struct Samples<'a> {
     values: &'a [DVec4],
     times: &'a [f64],
-    allowed: f64,
+    allowed: Allowed<'a>,
     kind: Kind,
 }
 
@@ -169,7 +192,7 @@ impl Samples<'_> {
     fn is_straight(&self, start: usize, end: usize) -> bool {
         (start + 1..end).all(|frame| {
             let value = self.kind.between(self.values[start], self.values[end], self.share(start, end, frame));
-            self.kind.error(self.values[frame], value) <= self.allowed
+            self.kind.error(self.values[frame], value) <= self.allowed.at(frame)
         })
     }
 
@@ -200,7 +223,7 @@ impl Samples<'_> {
         };
         let fits = (start + 1..end).all(|frame| {
             let value = self.kind.valid(hermite(self.share(start, end, frame), ends, tangents));
-            self.kind.error(self.values[frame], value) <= self.allowed
+            self.kind.error(self.values[frame], value) <= self.allowed.at(frame)
         });
         fits.then_some(tangents)
     }
@@ -237,6 +260,10 @@ mod tests {
         (0..=120).map(|frame| f64::from(frame) / 30.0).collect()
     }
 
+    fn allowed(distance: f64) -> Allowed<'static> {
+        Allowed { distance, finer: &[] }
+    }
+
     fn worst(keys: &Keys, values: &[DVec4], times: &[f64], kind: Kind) -> f64 {
         keys.at_frames(times, kind).zip(values).map(|(ours, value)| kind.error(ours, *value)).fold(0.0, f64::max)
     }
@@ -245,11 +272,11 @@ mod tests {
     fn a_cubic_is_one_piece_and_a_corner_two_straight_ones() {
         let times = times();
         let cubic: Vec<DVec4> = times.iter().map(|t| DVec4::new(t * t * t - t, 2.0 * t, 1.0, 0.0)).collect();
-        let keys = fit(&cubic, &times, 1e-6, Kind::Vector, KeyInterpolation::Auto);
+        let keys = fit(&cubic, &times, allowed(1e-6), Kind::Vector, KeyInterpolation::Auto);
         assert_eq!((keys.frames.as_slice(), keys.tangents.len()), (&[0, 120][..], 2), "one cubic");
         assert!(worst(&keys, &cubic, &times, Kind::Vector) < 1e-6, "through all of its values");
         let corner: Vec<DVec4> = times.iter().map(|t| DVec4::X * (t - 2.0).abs()).collect();
-        let keys = fit(&corner, &times, 1e-6, Kind::Vector, KeyInterpolation::Auto);
+        let keys = fit(&corner, &times, allowed(1e-6), Kind::Vector, KeyInterpolation::Auto);
         assert_eq!((keys.frames.as_slice(), keys.tangents.len()), (&[0, 60, 120][..], 0), "two straight pieces");
     }
 
@@ -263,7 +290,7 @@ mod tests {
         let values: Vec<DVec4> = times.iter().map(turn).collect();
         let mut counts = Vec::new();
         for interpolation in [KeyInterpolation::Linear, KeyInterpolation::Cubic, KeyInterpolation::Auto] {
-            let keys = fit(&values, &times, 1e-3, Kind::Rotation, interpolation);
+            let keys = fit(&values, &times, allowed(1e-3), Kind::Rotation, interpolation);
             let worst = worst(&keys, &values, &times, Kind::Rotation);
             assert!(worst <= 1e-3 + 1e-12, "{interpolation:?}: {worst}");
             counts.push(keys.frames.len());
@@ -276,8 +303,8 @@ mod tests {
     fn what_is_nearly_still_has_one_key_and_no_allowance_keeps_all() {
         let times = times();
         let values: Vec<DVec4> = times.iter().map(|t| DVec4::Y * (1.0 + 1e-4 * t.sin())).collect();
-        assert_eq!(fit(&values, &times, 1e-3, Kind::Vector, KeyInterpolation::Auto).frames, [0]);
-        let all = fit(&values, &times, 0.0, Kind::Vector, KeyInterpolation::Auto);
+        assert_eq!(fit(&values, &times, allowed(1e-3), Kind::Vector, KeyInterpolation::Auto).frames, [0]);
+        let all = fit(&values, &times, allowed(0.0), Kind::Vector, KeyInterpolation::Auto);
         assert_eq!((all.frames.len(), all.values.as_slice()), (121, values.as_slice()), "to the bit");
     }
 }

@@ -4,7 +4,7 @@
 //! about it moves, with the errors of all joints above. Joints are gone through from the top down, and each is fitted not to its own
 //! values but to those that bring it back to where it was turned below its parent's curve, so that errors of rotation do not add up
 //! along a limb. How much each track may be off is settled in rounds: what is left over anywhere is shared out, what is too much is
-//! taken back. (retargeting.md B26.)
+//! taken back. Where a joint touches something, it may be off by a quarter as much in those frames. (retargeting.md B26.)
 
 mod fit;
 
@@ -17,7 +17,9 @@ use crate::{
     rig::KeyInterpolation,
 };
 
-use fit::{Keys, Kind, fit};
+use super::seams::near;
+
+use fit::{Allowed, Keys, Kind, fit};
 
 /// Rounds of sharing out what may be lost.
 const ROUNDS: usize = 7;
@@ -29,6 +31,8 @@ const FIRST_SHARE: f64 = 0.4;
 const AIM: f64 = 0.95;
 /// By so much a round changes a share at most.
 const FACTORS: [f64; 2] = [0.25, 1.6];
+/// By so much finer joints are fitted in the frames in which they touch something: an eye sees a foot that creeps.
+const TOUCHING: f64 = 4.0;
 
 /// What may be lost, in the clip's own unit of length.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,13 +71,14 @@ pub fn reduce_keys(
     control: &Control,
 ) -> Result<Reduction, Canceled> {
     let levers = levers(clip, skeleton, tolerance.shell);
+    let care = Care::of(clip, skeleton);
     let mut shares = vec![FIRST_SHARE; skeleton.len()];
     let mut best: Option<(Vec<JointKeys>, Worst)> = None;
     let mut least = usize::MAX;
     for round in 0..ROUNDS + MORE_ROUNDS {
-        let fitted = Pass { clip, skeleton, levers: &levers, shares: &shares, tolerance }.run(control)?;
-        let worst = fitted.worst();
-        if worst.0 <= tolerance.distance {
+        let fitted = Pass { clip, skeleton, levers: &levers, care: &care, shares: &shares, tolerance }.run(control)?;
+        if fitted.is_within(tolerance.distance) {
+            let worst = fitted.worst();
             let keys = SparseKeys { joints: fitted.keys };
             if keys.bytes() < least {
                 least = keys.bytes();
@@ -93,7 +98,7 @@ pub fn reduce_keys(
         Some(best) => best,
         None => {
             let shares = vec![0.0; skeleton.len()];
-            let all = Pass { clip, skeleton, levers: &levers, shares: &shares, tolerance }.run(control)?;
+            let all = Pass { clip, skeleton, levers: &levers, care: &care, shares: &shares, tolerance }.run(control)?;
             let worst = all.worst();
             (all.keys, worst)
         }
@@ -145,9 +150,9 @@ fn keep_length(keys: &mut [JointKeys], clip: &Clip) {
     }
 }
 
-/// For each joint the largest error of it and all below.
-fn below(skeleton: &Skeleton, errors: &[(f64, usize)]) -> Vec<f64> {
-    let mut largest: Vec<f64> = errors.iter().map(|(error, _)| *error).collect();
+/// For each joint the largest weighed error of it and all below.
+fn below(skeleton: &Skeleton, errors: &[Off]) -> Vec<f64> {
+    let mut largest: Vec<f64> = errors.iter().map(|off| off.weighed).collect();
     for joint in (0..skeleton.len()).rev() {
         if let Some(parent) = skeleton.parent(joint) {
             largest[parent] = largest[parent].max(largest[joint]);
@@ -168,24 +173,72 @@ fn levers(clip: &Clip, skeleton: &Skeleton, shell: f64) -> Vec<f64> {
     levers
 }
 
+/// In which frames joints are fitted how much finer.
+struct Care {
+    /// By the joint's own contacts; empty for one that has none.
+    own: Vec<Vec<f64>>,
+    /// By its own contacts and those of all joints below it.
+    with_below: Vec<Vec<f64>>,
+}
+
+impl Care {
+    fn of(clip: &Clip, skeleton: &Skeleton) -> Self {
+        let mut own = vec![Vec::new(); skeleton.len()];
+        for track in clip.contacts().iter().filter(|track| track.touches.contains(&true)) {
+            own[track.joint] = track.touches.iter().map(|touches| if *touches { TOUCHING } else { 1.0 }).collect();
+        }
+        let mut with_below = own.clone();
+        for joint in (0..skeleton.len()).rev() {
+            let Some(parent) = skeleton.parent(joint) else { continue };
+            if with_below[parent].is_empty() {
+                with_below[parent] = with_below[joint].clone();
+            } else {
+                for frame in 0..with_below[joint].len() {
+                    with_below[parent][frame] = with_below[parent][frame].max(with_below[joint][frame]);
+                }
+            }
+        }
+        Self { own, with_below }
+    }
+
+    fn own_at(&self, joint: usize, frame: usize) -> f64 {
+        self.own[joint].get(frame).copied().unwrap_or(1.0)
+    }
+}
+
+/// How far the points of a joint's shell are off.
+#[derive(Clone, Copy, Debug, Default)]
+struct Off {
+    /// The most, and in which frame.
+    most: (f64, usize),
+    /// The most where frames in which the joint touches something count by as much more as they are fitted finer.
+    weighed: f64,
+}
+
 /// All joints, fitted once.
 struct Pass<'a> {
     clip: &'a Clip,
     skeleton: &'a Skeleton,
     levers: &'a [f64],
+    care: &'a Care,
     shares: &'a [f64],
     tolerance: Tolerance,
 }
 
 struct Fitted {
     keys: Vec<JointKeys>,
-    /// For each joint the most that a point of its shell moves, and in which frame.
-    errors: Vec<(f64, usize)>,
+    /// One for each joint.
+    errors: Vec<Off>,
 }
 
 impl Fitted {
+    fn is_within(&self, distance: f64) -> bool {
+        self.errors.iter().all(|off| off.weighed <= distance)
+    }
+
     fn worst(&self) -> Worst {
-        let joints = self.errors.iter().enumerate().map(|(joint, (error, frame))| (*error, joint, *frame));
+        let joints =
+            self.errors.iter().enumerate().map(|(joint, Off { most: (error, frame), .. })| (*error, joint, *frame));
         joints.max_by(|first, second| first.0.total_cmp(&second.0)).unwrap_or_default()
     }
 }
@@ -209,14 +262,16 @@ impl Pass<'_> {
             let parent = self.skeleton.parent(joint);
             let above = parent.and_then(|parent| motions[parent].clone());
             let (keys, motion) = self.joint(joint, above.as_deref());
-            let errors = motion.exact.iter().zip(&motion.thin).map(|(exact, thin)| self.error(exact, thin));
-            let worst = errors.enumerate().fold(
-                (0.0, 0),
-                |worst: (f64, usize), (frame, error)| {
-                    if error > worst.0 { (error, frame) } else { worst }
-                },
-            );
-            fitted.errors.push(if motion.is_exact { (0.0, 0) } else { worst });
+            let mut off = Off::default();
+            for (frame, (exact, thin)) in motion.exact.iter().zip(&motion.thin).enumerate().filter(|_| !motion.is_exact)
+            {
+                let error = self.error(exact, thin);
+                if error > off.most.0 {
+                    off.most = (error, frame);
+                }
+                off.weighed = off.weighed.max(error * self.care.own_at(joint, frame));
+            }
+            fitted.errors.push(off);
             fitted.keys.push(keys);
             motions.push((children[joint] > 0).then(|| Arc::new(motion)));
             // What has been handed to the last child is not needed any longer.
@@ -242,14 +297,15 @@ impl Pass<'_> {
                 above.map_or(local, |above| above.exact[frame].then_child(&local))
             })
             .collect();
-        let allowed = self.shares[joint] * self.tolerance.distance;
-        let fitted = |samples: Option<Vec<DVec4>>, allowed: f64, kind: Kind| {
+        let distance = self.shares[joint] * self.tolerance.distance;
+        let allowed = Allowed { distance, finer: &self.care.with_below[joint] };
+        let fitted = |samples: Option<Vec<DVec4>>, allowed: Allowed<'_>, kind: Kind| {
             samples.map(|samples| fit(&samples, times, allowed, kind, self.tolerance.interpolation))
         };
         let lever = self.levers[joint];
         let translation = fitted(vectors(&tracks.translation), allowed, Kind::Vector);
-        let scale = fitted(vectors(&tracks.scale), allowed / lever, Kind::Vector);
-        let rotation = fitted(turned_back(&tracks.rotation, above), allowed / lever, Kind::Rotation);
+        let scale = fitted(vectors(&tracks.scale), allowed.divided(lever), Kind::Vector);
+        let rotation = fitted(turned_back(&tracks.rotation, above), allowed.divided(lever), Kind::Rotation);
         let is_exact = above.is_none_or(|above| above.is_exact)
             && [&translation, &scale, &rotation]
                 .into_iter()
@@ -302,7 +358,7 @@ fn turned_back(track: &Track<Quat>, above: Option<&Motion>) -> Option<Vec<DVec4>
     let mut before: Option<DQuat> = None;
     let turns = above.thin.iter().zip(&above.exact).zip(values).map(|((thin, was), value)| {
         let turn = (thin.rotation.conjugate() * was.rotation * value.as_dquat()).normalize();
-        let turn = before.map_or(turn, |before| if before.dot(turn) < 0.0 { -turn } else { turn });
+        let turn = before.map_or(turn, |before| near(turn, before));
         before = Some(turn);
         DVec4::from(turn)
     });

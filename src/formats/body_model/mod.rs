@@ -132,15 +132,9 @@ impl Capture {
     }
 }
 
-/// Each quaternion on the hemisphere of the one before.
+/// A track of them, each on the hemisphere of the one before.
 fn continuous(rotations: &[DQuat]) -> Track<Quat> {
-    let mut values: Vec<Quat> = Vec::with_capacity(rotations.len());
-    for rotation in rotations {
-        let rotation = rotation.as_quat();
-        let flipped = values.last().is_some_and(|before| before.dot(rotation) < 0.0);
-        values.push(if flipped { -rotation } else { rotation });
-    }
-    Track::Sampled(values).compacted()
+    Track::Sampled(rotations.iter().map(|rotation| rotation.as_quat()).collect()).on_one_hemisphere().compacted()
 }
 
 fn refused(place: impl Into<String>, detail: impl Into<String>) -> FormatError {

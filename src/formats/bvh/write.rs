@@ -18,7 +18,7 @@ use glam::{DQuat, DVec3};
 use crate::{
     formats::{
         ErrorKind, FormatError, Limit, Limits, WriteOptions,
-        euler::{EulerOrder, OrderChoice},
+        euler::{EulerOrder, EulerTrack, OrderChoice, report_orders},
     },
     model::{Canceled, Clip, Control, LocalPose, ModelPose, Reporter, Scene, Skeleton, Track, Transform},
 };
@@ -70,9 +70,9 @@ pub(in crate::formats) fn write(
     out.extend_from_slice(
         format!("MOTION\nFrames: {}\nFrame Time: {}\n", timing.frames, timing.step_seconds).as_bytes(),
     );
-    let mut angles: Vec<Option<[f64; 3]>> = vec![None; bones.len()];
+    let mut tracks: Vec<EulerTrack> = orders.iter().map(|order| EulerTrack::new(*order)).collect();
     frames.each(control, |local, model| {
-        for ((bone, angles), order) in bones.iter().zip(&mut angles).zip(&orders) {
+        for (bone, track) in bones.iter().zip(&mut tracks) {
             if bone.has_position {
                 let position = position(skeleton, bone, &rest, local, model);
                 for axis in 0..3 {
@@ -80,9 +80,7 @@ pub(in crate::formats) fn write(
                     out.push(b' ');
                 }
             }
-            let found = order.decompose(rotation(bone, &rest, local, model), *angles);
-            *angles = Some(found);
-            for angle in found {
+            for angle in track.next(rotation(bone, &rest, local, model)) {
                 push_number(&mut out, angle.to_degrees(), ANGLE_DECIMALS);
                 out.push(b' ');
             }
@@ -135,23 +133,8 @@ fn orders(
         })?;
     }
     let orders: Vec<EulerOrder> = choices.iter().map(OrderChoice::best).collect();
-    let others = bones.iter().zip(&orders).filter(|(_, order)| **order != USUAL_ORDER);
-    let others: Vec<String> = others.map(|(bone, order)| format!("'{}' {}", bone.name, order.name())).collect();
-    if !others.is_empty() {
-        const MOST: usize = 8;
-        let more = others.len().saturating_sub(MOST);
-        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-        reporter.warn(
-            "rotation_order_chosen",
-            "HIERARCHY",
-            format!(
-                "joints that turn through the gimbal of {} have their rotations in other orders: {}{more}",
-                USUAL_ORDER.name(),
-                others[..others.len().min(MOST)].join(", ")
-            ),
-            "set output.rotation_order to have all joints in one order",
-        );
-    }
+    let by_name = bones.iter().zip(&orders).map(|(bone, order)| (bone.name.to_string(), *order));
+    report_orders(USUAL_ORDER, "HIERARCHY", by_name, reporter);
     Ok(orders)
 }
 

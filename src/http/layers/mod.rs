@@ -12,7 +12,7 @@ use tower_http::catch_panic::CatchPanicLayer;
 
 pub(super) use request_id::RequestId;
 
-use super::{ApiState, problem::Problem};
+use super::{ApiState, auth, problem::Problem};
 
 /// Wraps the routes. The last layer is the outermost: ids exist before anything is logged, and problems are written after
 /// everything that can cause one.
@@ -21,6 +21,7 @@ pub(super) fn wrap(router: Router<ApiState>, state: &ApiState) -> Router<ApiStat
         .layer(CatchPanicLayer::custom(|_: Box<dyn std::any::Any + Send>| {
             axum::response::IntoResponse::into_response(Problem::internal(&"a handler panicked"))
         }))
+        .layer(middleware::from_fn_with_state(state.clone(), auth::authenticate))
         .layer(middleware::from_fn_with_state(state.clone(), admission::bound_concurrency))
         .layer(middleware::from_fn_with_state(state.clone(), linger::linger))
         .layer(middleware::from_fn(problems::write_problem))

@@ -9,7 +9,7 @@ use axum::{
 };
 
 use super::RequestId;
-use crate::telemetry::Metric;
+use crate::{http::auth::Caller, telemetry::Metric};
 
 /// Counts a request as in flight until it is dropped, even when the caller goes away.
 struct InFlight;
@@ -36,7 +36,17 @@ pub(super) async fn observe(request: Request, next: Next) -> Response {
     let response = next.run(request).await;
     let (status, took) = (response.status().as_u16(), began.elapsed());
     let job_id = response.headers().get("job-id").and_then(|id| id.to_str().ok()).unwrap_or_default();
-    tracing::info!(method, route, status, duration_seconds = took.as_secs_f64(), request_id, job_id, "answered");
+    let principal = response.extensions().get::<Caller>().map_or("", |caller| caller.0.as_str());
+    tracing::info!(
+        method,
+        route,
+        status,
+        duration_seconds = took.as_secs_f64(),
+        request_id,
+        job_id,
+        principal,
+        "answered"
+    );
     Metric::HttpRequestDuration.observe([("route", route.clone()), ("method", method.to_owned())], took);
     let labels = [("route", route), ("method", method.to_owned()), ("status", status.to_string())];
     Metric::HttpRequests.count(labels, 1);

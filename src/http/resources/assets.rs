@@ -16,6 +16,7 @@ use crate::{
     engine::FindingCode,
     http::{
         ApiState, Shared,
+        auth::Caller,
         download::{File, ascii},
         extract::{Id, QueryOf},
         page,
@@ -56,10 +57,11 @@ struct CreateQuery {
 async fn create(
     State(assets): State<Assets>,
     State(settings): State<Shared<Settings>>,
+    Caller(owner): Caller,
     QueryOf(query): QueryOf<CreateQuery>,
     request: Request<Body>,
 ) -> Result<Response, Problem> {
-    let (asset, is_new) = BodyReader::new(request, &settings).asset(&assets, &query.filename).await?;
+    let (asset, is_new) = BodyReader::new(request, &settings).asset(&assets, &owner, &query.filename).await?;
     let status = if is_new { StatusCode::CREATED } else { StatusCode::OK };
     let location = [(header::LOCATION, ascii(format!("/v1/assets/{}", asset.id)))];
     Ok((status, location, Json(AssetView::from(asset))).into_response())
@@ -82,10 +84,11 @@ struct ListQuery {
 async fn list(
     State(assets): State<Assets>,
     State(settings): State<Shared<Settings>>,
+    Caller(owner): Caller,
     QueryOf(query): QueryOf<ListQuery>,
 ) -> Result<Json<AssetPageView>, Problem> {
     let before = page::read_cursor(query.cursor.as_deref(), "", |text| AssetId::parse(text).ok())?;
-    let found = assets.list(before.as_ref(), page::items(query.limit, settings.max_page_items)).await?;
+    let found = assets.list(&owner, before.as_ref(), page::items(query.limit, settings.max_page_items)).await?;
     let last = found.items.last().filter(|_| found.has_more);
     let next_cursor = last.map(|asset| page::cursor("", asset.id.as_str()));
     let items = found.items.into_iter().map(AssetView::from).collect();
@@ -96,8 +99,12 @@ async fn list(
 #[utoipa::path(get, path = "/v1/assets/{id}", tag = "assets", params(("id" = String, Path, description = "the asset")),
     responses((status = 200, body = AssetView, description = "the asset"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn show(State(assets): State<Assets>, Id(id): Id<AssetId>) -> Result<Json<AssetView>, Problem> {
-    Ok(Json(assets.get(&id).await?.into()))
+async fn show(
+    State(assets): State<Assets>,
+    Caller(owner): Caller,
+    Id(id): Id<AssetId>,
+) -> Result<Json<AssetView>, Problem> {
+    Ok(Json(assets.get(&owner, &id).await?.into()))
 }
 
 /// Removes a file.
@@ -106,8 +113,12 @@ async fn show(State(assets): State<Assets>, Id(id): Id<AssetId>) -> Result<Json<
 #[utoipa::path(delete, path = "/v1/assets/{id}", tag = "assets", params(("id" = String, Path, description = "the asset")),
     responses((status = 204, description = "removed"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn delete(State(assets): State<Assets>, Id(id): Id<AssetId>) -> Result<StatusCode, Problem> {
-    assets.delete(&id).await?;
+async fn delete(
+    State(assets): State<Assets>,
+    Caller(owner): Caller,
+    Id(id): Id<AssetId>,
+) -> Result<StatusCode, Problem> {
+    assets.delete(&owner, &id).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -121,11 +132,12 @@ async fn delete(State(assets): State<Assets>, Id(id): Id<AssetId>) -> Result<Sta
 async fn content(
     State(assets): State<Assets>,
     State(jobs): State<Jobs>,
+    Caller(owner): Caller,
     Id(id): Id<AssetId>,
     method: Method,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    File::from(assets.get(&id).await?).answer(&method, &headers, &jobs).await
+    File::from(assets.get(&owner, &id).await?).answer(&method, &headers, &jobs).await
 }
 
 /// What a file holds.
@@ -188,6 +200,10 @@ fn finding_codes() -> utoipa::openapi::schema::Object {
 #[utoipa::path(get, path = "/v1/assets/{id}/skeleton", tag = "assets", params(("id" = String, Path, description = "the asset")),
     responses((status = 200, body = SkeletonView, description = "what the file holds, as `retargetd inspect --json` prints it"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn skeleton(State(assets): State<Assets>, Id(id): Id<AssetId>) -> Result<Response, Problem> {
-    Ok(crate::http::json_text(assets.inspect(&id).await?.to_string()))
+async fn skeleton(
+    State(assets): State<Assets>,
+    Caller(owner): Caller,
+    Id(id): Id<AssetId>,
+) -> Result<Response, Problem> {
+    Ok(crate::http::json_text(assets.inspect(&owner, &id).await?.to_string()))
 }

@@ -12,7 +12,11 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use crate::{
     engine::{self, NamedBytes},
     http::{
-        ApiState, extract, negotiate,
+        ApiState,
+        auth::Caller,
+        extract,
+        idempotency::IdempotencyKey,
+        negotiate,
         prefer::Prefer,
         problem::{Problem, ProblemView},
         resources::retarget::answer,
@@ -49,6 +53,7 @@ pub(in crate::http) struct EditForm {
 /// clip is its first animation. The same as a job of `POST /v1/jobs`: `"task": "edit"` in the config.
 #[utoipa::path(post, path = "/v1/edits", tag = "retarget",
     params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds"),
+        ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
         ("Accept" = Option<String>, Header, description = "the media type of the format wanted")),
     request_body(content = EditForm, content_type = "multipart/form-data"),
     responses((status = 200, description = "the file", content((String = "model/gltf-binary"), (String = "model/gltf+json"),
@@ -57,10 +62,16 @@ pub(in crate::http) struct EditForm {
                 ("Content-Disposition" = String))),
         (status = 202, body = JobView, description = "not ended within the wait", headers(("Location" = String), ("Retry-After" = u32))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn edit(State(state): State<ApiState>, prefer: Prefer, request: Request<Body>) -> Result<Response, Problem> {
+async fn edit(
+    State(state): State<ApiState>,
+    Caller(owner): Caller,
+    IdempotencyKey(idempotency_key): IdempotencyKey,
+    prefer: Prefer,
+    request: Request<Body>,
+) -> Result<Response, Problem> {
     state.jobs.check_admission().await?;
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
-    let mut new = upload::read_edit(request, &state.assets, &state.settings).await?;
+    let mut new = upload::read_edit(request, &state, &owner).await?;
     if let Some(source) = new.inputs.get(&InputRole::Source).cloned() {
         // Every job has a target; one that looks at none has the source itself.
         new.inputs.insert(InputRole::Target, source);
@@ -70,5 +81,6 @@ async fn edit(State(state): State<ApiState>, prefer: Prefer, request: Request<Bo
     let text = engine::edit_config(config)?;
     new.config = Some(ConfigDocument { file_name: "edit.json".into(), text });
     new.formats.extend(format);
-    answer(&state, &prefer, new).await
+    new.idempotency_key = idempotency_key;
+    answer(&state, &owner, &prefer, new).await
 }

@@ -15,6 +15,7 @@ use super::{
 };
 use crate::http::{
     ApiState,
+    auth::Caller,
     extract::QueryOf,
     problem::{Problem, ProblemView},
 };
@@ -48,9 +49,10 @@ struct Question {
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn explain(
     State(state): State<ApiState>,
+    Caller(owner): Caller,
     QueryOf(Question { frame, joint }): QueryOf<Question>,
     request: Request<Body>,
 ) -> Result<Json<serde_json::Value>, Problem> {
-    let new = read_files(request, &state).await?;
-    Ok(Json(state.assets.explain(new, frame, joint).await?))
+    let new = read_files(request, &state, &owner).await?;
+    Ok(Json(state.assets.explain(&owner, new, frame, joint).await?))
 }

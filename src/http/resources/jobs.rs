@@ -19,16 +19,18 @@ use crate::{
     engine::report_page,
     http::{
         ApiState, Shared,
+        auth::Caller,
         code::Code,
         download::ascii,
         extract::{self, Id, JsonBody, QueryOf},
+        idempotency::{IdempotencyKey, replayed},
         json_text, negotiate, page, page_text,
         prefer::Prefer,
         problem::{Problem, ProblemView},
         upload,
         views::{JobPageView, JobView},
     },
-    jobs::{JobId, JobSnapshot, JobState, Jobs},
+    jobs::{JobId, JobSnapshot, JobState, Jobs, Submitted},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -64,29 +66,37 @@ pub(in crate::http) fn accepted(snapshot: JobSnapshot, status: StatusCode) -> Re
 /// Either JSON that names uploaded files, or the same multipart form as `POST /v1/retarget`. When this is answered, the job
 /// survives a restart of the service.
 #[utoipa::path(post, path = "/v1/jobs", tag = "jobs",
-    params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds for its end")),
+    params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds for its end"),
+        ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job")),
     request_body(description = "the job", content(
         (NewJobBody = "application/json"), (super::retarget::RetargetForm = "multipart/form-data"))),
     responses((status = 202, body = JobView, description = "taken on", headers(("Location" = String), ("Retry-After" = u32))),
         (status = 200, body = JobView, description = "ended within the wait"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn create(State(state): State<ApiState>, prefer: Prefer, request: Request<Body>) -> Result<Response, Problem> {
-    let ApiState { jobs, assets, settings, .. } = &state;
-    jobs.check_admission().await?;
-    let new = if extract::is_media_type(request.headers(), "multipart/form-data") {
-        upload::read_job(request, assets, settings).await?
+async fn create(
+    State(state): State<ApiState>,
+    Caller(owner): Caller,
+    IdempotencyKey(idempotency_key): IdempotencyKey,
+    prefer: Prefer,
+    request: Request<Body>,
+) -> Result<Response, Problem> {
+    let ApiState { jobs, settings, .. } = &state;
+    let mut new = if extract::is_media_type(request.headers(), "multipart/form-data") {
+        jobs.check_admission().await?;
+        upload::read_job(request, &state, &owner).await?
     } else {
         let JsonBody(body) = JsonBody::<NewJobBody>::from_request(request, &state).await?;
         body.read(settings)?
     };
-    let submitted = jobs.submit(new).await?;
+    new.idempotency_key = idempotency_key;
+    let Submitted { job: submitted, is_repeated } = jobs.submit(&owner, new).await?;
     let longest = settings.max_wait.0;
     let wait = prefer.wait(Duration::ZERO, longest);
     // Who does not wait is told what was taken on, however quick the worker is: the status is no race.
-    let snapshot = if wait.is_zero() { submitted } else { jobs.wait(&submitted.record.id, wait).await? };
+    let snapshot = if wait.is_zero() { submitted } else { jobs.wait(&owner, &submitted.record.id, wait).await? };
     let status = if snapshot.record.state.is_final() { StatusCode::OK } else { StatusCode::ACCEPTED };
     let mut response = accepted(snapshot, status);
-    response.headers_mut().extend(prefer.applied(longest));
+    response.headers_mut().extend(prefer.applied(longest).into_iter().chain(replayed(is_repeated)));
     Ok(response)
 }
 
@@ -109,12 +119,13 @@ struct ListQuery {
 async fn list(
     State(jobs): State<Jobs>,
     State(settings): State<Shared<Settings>>,
+    Caller(owner): Caller,
     QueryOf(query): QueryOf<ListQuery>,
 ) -> Result<Json<JobPageView>, Problem> {
     let filter = query.state.as_deref().unwrap_or_default();
     let state = read_state(query.state.as_deref())?;
     let before = page::read_cursor(query.cursor.as_deref(), filter, |text| JobId::parse(text).ok())?;
-    let found = jobs.list(state, before.as_ref(), page::items(query.limit, settings.max_page_items)).await?;
+    let found = jobs.list(&owner, state, before.as_ref(), page::items(query.limit, settings.max_page_items)).await?;
     let last = found.items.last().filter(|_| found.has_more);
     let next_cursor = last.map(|job| page::cursor(filter, job.record.id.as_str()));
     let items = found.items.into_iter().map(JobView::from).collect();
@@ -140,11 +151,12 @@ fn read_state(name: Option<&str>) -> Result<Option<JobState>, Problem> {
 async fn show(
     State(jobs): State<Jobs>,
     State(settings): State<Shared<Settings>>,
+    Caller(owner): Caller,
     Id(id): Id<JobId>,
     prefer: Prefer,
 ) -> Result<Response, Problem> {
     let longest = settings.max_wait.0;
-    let snapshot = jobs.wait(&id, prefer.wait(Duration::ZERO, longest)).await?;
+    let snapshot = jobs.wait(&owner, &id, prefer.wait(Duration::ZERO, longest)).await?;
     let mut response = accepted(snapshot, StatusCode::OK);
     response.headers_mut().extend(prefer.applied(longest));
     Ok(response)
@@ -156,16 +168,16 @@ async fn show(
 #[utoipa::path(post, path = "/v1/jobs/{id}/cancel", tag = "jobs", params(("id" = String, Path, description = "the job")),
     responses((status = 200, body = JobView, description = "the job as it is now"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn cancel(State(jobs): State<Jobs>, Id(id): Id<JobId>) -> Result<Response, Problem> {
-    Ok(accepted(jobs.cancel(&id).await?, StatusCode::OK))
+async fn cancel(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<JobId>) -> Result<Response, Problem> {
+    Ok(accepted(jobs.cancel(&owner, &id).await?, StatusCode::OK))
 }
 
 /// Asks for the same again, as a new job.
 #[utoipa::path(post, path = "/v1/jobs/{id}/retry", tag = "jobs", params(("id" = String, Path, description = "the job")),
     responses((status = 202, body = JobView, description = "the new job", headers(("Location" = String))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn retry(State(jobs): State<Jobs>, Id(id): Id<JobId>) -> Result<Response, Problem> {
-    Ok(accepted(jobs.retry(&id).await?, StatusCode::ACCEPTED))
+async fn retry(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<JobId>) -> Result<Response, Problem> {
+    Ok(accepted(jobs.retry(&owner, &id).await?, StatusCode::ACCEPTED))
 }
 
 /// Removes a job and its results.
@@ -174,8 +186,8 @@ async fn retry(State(jobs): State<Jobs>, Id(id): Id<JobId>) -> Result<Response, 
 #[utoipa::path(delete, path = "/v1/jobs/{id}", tag = "jobs", params(("id" = String, Path, description = "the job")),
     responses((status = 204, description = "removed"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn delete(State(jobs): State<Jobs>, Id(id): Id<JobId>) -> Result<StatusCode, Problem> {
-    jobs.delete(&id).await?;
+async fn delete(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<JobId>) -> Result<StatusCode, Problem> {
+    jobs.delete(&owner, &id).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -187,8 +199,13 @@ async fn delete(State(jobs): State<Jobs>, Id(id): Id<JobId>) -> Result<StatusCod
     responses((status = 200, description = "timings, counts, warnings and measures",
             content((Object = "application/json"), (String = "text/html"))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn report(State(jobs): State<Jobs>, Id(id): Id<JobId>, headers: HeaderMap) -> Result<Response, Problem> {
-    let report = jobs.report(&id).await?;
+async fn report(
+    State(jobs): State<Jobs>,
+    Caller(owner): Caller,
+    Id(id): Id<JobId>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let report = jobs.report(&owner, &id).await?;
     let wants_page = negotiate::prefers_page(extract::text(&headers, &header::ACCEPT));
     let mut response = if wants_page {
         let report = serde_json::from_str(&report).map_err(|error| Problem::internal(&error))?;
@@ -206,6 +223,6 @@ async fn report(State(jobs): State<Jobs>, Id(id): Id<JobId>, headers: HeaderMap)
 #[utoipa::path(get, path = "/v1/jobs/{id}/config", tag = "jobs", params(("id" = String, Path, description = "the job")),
     responses((status = 200, body = Object, description = "the resolved spec"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn config(State(jobs): State<Jobs>, Id(id): Id<JobId>) -> Result<Response, Problem> {
-    Ok(json_text(jobs.resolved_spec(&id).await?))
+async fn config(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<JobId>) -> Result<Response, Problem> {
+    Ok(json_text(jobs.resolved_spec(&owner, &id).await?))
 }

@@ -17,13 +17,14 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use crate::{
     http::{
         ApiState,
+        auth::Caller,
         code::Code,
         download::ascii,
         extract::{JsonBody, QueryOf},
         precondition,
         problem::{Problem, ProblemView},
     },
-    jobs::{AssetId, DocumentKind, Kept, Library, Precondition},
+    jobs::{AssetId, DocumentKind, Kept, Library, Precondition, Principal},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -78,7 +79,11 @@ struct VersionQuery {
     version: Option<u64>,
 }
 
-async fn list(library: &Library, kind: DocumentKind) -> Result<Json<NamedDocumentListView>, Problem> {
+async fn list(
+    library: &Library,
+    owner: &Principal,
+    kind: DocumentKind,
+) -> Result<Json<NamedDocumentListView>, Problem> {
     let view = |kept: Kept| NamedDocumentView {
         title: text_of(&kept, "title").unwrap_or_default(),
         kind: text_of(&kept, "kind").filter(|_| kind == DocumentKind::Rig),
@@ -89,7 +94,7 @@ async fn list(library: &Library, kind: DocumentKind) -> Result<Json<NamedDocumen
         sha256: kept.sha256,
         name: kept.name,
     };
-    let items = library.list(kind).await?.into_iter().map(view).collect();
+    let items = library.list(owner, kind).await?.into_iter().map(view).collect();
     Ok(Json(NamedDocumentListView { items }))
 }
 
@@ -99,11 +104,12 @@ fn text_of(kept: &Kept, member: &str) -> Option<String> {
 
 async fn show(
     library: &Library,
+    owner: &Principal,
     (kind, name): (DocumentKind, &str),
     version: Option<u64>,
     headers: &HeaderMap,
 ) -> Result<Response, Problem> {
-    let kept = library.get(kind, name, version).await?;
+    let kept = library.get(owner, kind, name, version).await?;
     let status =
         if precondition::caller_has(headers, &kept.sha256) { StatusCode::NOT_MODIFIED } else { StatusCode::OK };
     Ok(answer(kept, status))
@@ -118,11 +124,12 @@ async fn received(request: Request<Body>, state: &ApiState) -> Result<(serde_jso
 
 async fn keep(
     library: &Library,
+    owner: &Principal,
     (kind, name): (DocumentKind, &str),
     document: &serde_json::Value,
     precondition: &Precondition,
 ) -> Result<Response, Problem> {
-    let written = library.put(kind, name, document, precondition).await?;
+    let written = library.put(owner, kind, name, document, precondition).await?;
     let status = if written.is_new { StatusCode::CREATED } else { StatusCode::OK };
     let mut response = answer(written.kept, status);
     if written.is_new {
@@ -133,10 +140,11 @@ async fn keep(
 
 async fn delete(
     library: &Library,
+    owner: &Principal,
     (kind, name): (DocumentKind, &str),
     headers: &HeaderMap,
 ) -> Result<StatusCode, Problem> {
-    library.delete(kind, name, &precondition::of_change(headers)?).await?;
+    library.delete(owner, kind, name, &precondition::of_change(headers)?).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -163,8 +171,11 @@ fn answer(kept: Kept, status: StatusCode) -> Response {
 #[utoipa::path(get, path = "/v1/rigs", tag = "rigs",
     responses((status = 200, body = NamedDocumentListView, description = "all of them"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn list_rigs(State(library): State<Library>) -> Result<Json<NamedDocumentListView>, Problem> {
-    list(&library, DocumentKind::Rig).await
+async fn list_rigs(
+    State(library): State<Library>,
+    Caller(owner): Caller,
+) -> Result<Json<NamedDocumentListView>, Problem> {
+    list(&library, &owner, DocumentKind::Rig).await
 }
 
 /// Gives a rig template, as it can be sent back.
@@ -175,11 +186,12 @@ async fn list_rigs(State(library): State<Library>) -> Result<Json<NamedDocumentL
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn show_rig(
     State(library): State<Library>,
+    Caller(owner): Caller,
     Path(name): Path<String>,
     QueryOf(query): QueryOf<VersionQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    show(&library, (DocumentKind::Rig, &name), query.version, &headers).await
+    show(&library, &owner, (DocumentKind::Rig, &name), query.version, &headers).await
 }
 
 /// Teaches a rig.
@@ -200,24 +212,30 @@ async fn show_rig(
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn put_rig(
     State(state): State<ApiState>,
+    Caller(owner): Caller,
     Path(name): Path<String>,
     request: Request<Body>,
 ) -> Result<Response, Problem> {
     let (mut document, precondition) = received(request, &state).await?;
     if let Some(asset) = document.get("asset").filter(|_| document.as_object().is_some_and(|body| body.len() == 1)) {
-        document = learned(&state, asset, &name).await?;
+        document = learned(&state, &owner, asset, &name).await?;
     }
-    keep(&state.library, (DocumentKind::Rig, &name), &document, &precondition).await
+    keep(&state.library, &owner, (DocumentKind::Rig, &name), &document, &precondition).await
 }
 
 /// The template of the rig in an uploaded file.
-async fn learned(state: &ApiState, asset: &serde_json::Value, name: &str) -> Result<serde_json::Value, Problem> {
+async fn learned(
+    state: &ApiState,
+    owner: &Principal,
+    asset: &serde_json::Value,
+    name: &str,
+) -> Result<serde_json::Value, Problem> {
     let wrong = |detail: String| {
         Problem::new(Code::InvalidValue, detail).with_hint("upload a character whose joints have names")
     };
     let id = asset.as_str().and_then(|id| AssetId::parse(id).ok());
     let id = id.ok_or_else(|| wrong(format!("{asset} is no id of an asset")))?;
-    let inspection: serde_json::Value = serde_json::from_str(&state.assets.inspect(&id).await?)
+    let inspection: serde_json::Value = serde_json::from_str(&state.assets.inspect(owner, &id).await?)
         .map_err(|error| Problem::new(Code::Internal, error.to_string()))?;
     let mut template = inspection.pointer("/rigs/0/template").cloned().unwrap_or_default();
     let Some(members) = template.as_object_mut() else {
@@ -236,10 +254,11 @@ async fn learned(state: &ApiState, asset: &serde_json::Value, name: &str) -> Res
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn delete_rig(
     State(library): State<Library>,
+    Caller(owner): Caller,
     Path(name): Path<String>,
     headers: HeaderMap,
 ) -> Result<StatusCode, Problem> {
-    delete(&library, (DocumentKind::Rig, &name), &headers).await
+    delete(&library, &owner, (DocumentKind::Rig, &name), &headers).await
 }
 
 /// Lists the presets.
@@ -248,8 +267,11 @@ async fn delete_rig(
 #[utoipa::path(get, path = "/v1/presets", tag = "rigs",
     responses((status = 200, body = NamedDocumentListView, description = "all of them"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn list_presets(State(library): State<Library>) -> Result<Json<NamedDocumentListView>, Problem> {
-    list(&library, DocumentKind::Preset).await
+async fn list_presets(
+    State(library): State<Library>,
+    Caller(owner): Caller,
+) -> Result<Json<NamedDocumentListView>, Problem> {
+    list(&library, &owner, DocumentKind::Preset).await
 }
 
 /// Gives a preset, as it can be sent back.
@@ -260,11 +282,12 @@ async fn list_presets(State(library): State<Library>) -> Result<Json<NamedDocume
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn show_preset(
     State(library): State<Library>,
+    Caller(owner): Caller,
     Path(name): Path<String>,
     QueryOf(query): QueryOf<VersionQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    show(&library, (DocumentKind::Preset, &name), query.version, &headers).await
+    show(&library, &owner, (DocumentKind::Preset, &name), query.version, &headers).await
 }
 
 /// Keeps a preset.
@@ -282,11 +305,12 @@ async fn show_preset(
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn put_preset(
     State(state): State<ApiState>,
+    Caller(owner): Caller,
     Path(name): Path<String>,
     request: Request<Body>,
 ) -> Result<Response, Problem> {
     let (document, precondition) = received(request, &state).await?;
-    keep(&state.library, (DocumentKind::Preset, &name), &document, &precondition).await
+    keep(&state.library, &owner, (DocumentKind::Preset, &name), &document, &precondition).await
 }
 
 /// Removes a preset.
@@ -298,8 +322,9 @@ async fn put_preset(
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn delete_preset(
     State(library): State<Library>,
+    Caller(owner): Caller,
     Path(name): Path<String>,
     headers: HeaderMap,
 ) -> Result<StatusCode, Problem> {
-    delete(&library, (DocumentKind::Preset, &name), &headers).await
+    delete(&library, &owner, (DocumentKind::Preset, &name), &headers).await
 }

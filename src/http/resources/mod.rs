@@ -5,6 +5,7 @@ pub(super) mod describe;
 pub(super) mod edits;
 pub(super) mod explanations;
 pub(super) mod jobs;
+pub(super) mod keys;
 pub(super) mod library;
 pub(super) mod new_job;
 pub(super) mod poses;

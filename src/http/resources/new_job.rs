@@ -75,7 +75,8 @@ impl NewJobBody {
             return Err(Problem::new(Code::InvalidValue, detail).at("/priority", Vec::new()));
         }
         let labels = check_labels(self.labels, settings)?;
-        Ok(NewJob { inputs, config, formats, preset: self.preset, labels, priority: self.priority })
+        let (preset, priority) = (self.preset, self.priority);
+        Ok(NewJob { inputs, config, formats, preset, labels, priority, idempotency_key: None })
     }
 }
 

@@ -13,7 +13,9 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use crate::{
     http::{
         ApiState,
+        auth::Caller,
         extract::{self, QueryOf},
+        idempotency::IdempotencyKey,
         negotiate,
         prefer::Prefer,
         problem::{Problem, ProblemView},
@@ -84,6 +86,7 @@ impl PoseWord {
 /// and one animation holds it. The same with edits, roles and axes of your own: `POST /v1/retarget` with `pose` in the config.
 #[utoipa::path(post, path = "/v1/poses", tag = "retarget",
     params(PoseQuery, ("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds"),
+        ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
         ("Accept" = Option<String>, Header, description = "the media type of the format wanted")),
     request_body(content = PoseForm, content_type = "multipart/form-data"),
     responses((status = 200, description = "the file", content((String = "model/gltf-binary"), (String = "model/gltf+json"),
@@ -94,13 +97,15 @@ impl PoseWord {
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn pose(
     State(state): State<ApiState>,
+    Caller(owner): Caller,
+    IdempotencyKey(idempotency_key): IdempotencyKey,
     QueryOf(query): QueryOf<PoseQuery>,
     prefer: Prefer,
     request: Request<Body>,
 ) -> Result<Response, Problem> {
     state.jobs.check_admission().await?;
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
-    let mut new = upload::read_pose(request, &state.assets, &state.settings).await?;
+    let mut new = upload::read_pose(request, &state, &owner).await?;
     let has_source = new.inputs.contains_key(&InputRole::Source);
     let to = query.to.unwrap_or(if has_source { PoseWord::Source } else { PoseWord::T });
     if to == PoseWord::Source && !has_source {
@@ -113,5 +118,6 @@ async fn pose(
     let text = serde_json::json!({ "pose": { "to": to.name() } }).to_string();
     new.config = Some(ConfigDocument { file_name: "pose.json".into(), text });
     new.formats.extend(format);
-    answer(&state, &prefer, new).await
+    new.idempotency_key = idempotency_key;
+    answer(&state, &owner, &prefer, new).await
 }

@@ -16,13 +16,14 @@ use super::{
 use crate::{
     http::{
         ApiState,
+        auth::Caller,
         code::Code,
         extract::{self, JsonBody},
         problem::{Problem, ProblemView},
         upload,
         views::{JobInputView, inputs_view},
     },
-    jobs::{Assets, ConfigDocument, InputRole, NewJob},
+    jobs::{Assets, ConfigDocument, InputRole, NewJob, Principal},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -106,15 +107,19 @@ struct CheckedConfig {
         (SuggestionBody = "application/json"), (RetargetForm = "multipart/form-data"))),
     responses((status = 200, body = ProposalView, description = "the proposal"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn suggest(State(state): State<ApiState>, request: Request<Body>) -> Result<Json<ProposalView>, Problem> {
-    let new = read_files(request, &state).await?;
-    propose(&state.assets, new).await.map(Json)
+async fn suggest(
+    State(state): State<ApiState>,
+    Caller(owner): Caller,
+    request: Request<Body>,
+) -> Result<Json<ProposalView>, Problem> {
+    let new = read_files(request, &state, &owner).await?;
+    propose(&state.assets, &owner, new).await.map(Json)
 }
 
 /// Two files and perhaps a config, as a form or as JSON.
-pub(super) async fn read_files(request: Request<Body>, state: &ApiState) -> Result<NewJob, Problem> {
+pub(super) async fn read_files(request: Request<Body>, state: &ApiState, owner: &Principal) -> Result<NewJob, Problem> {
     if extract::is_media_type(request.headers(), "multipart/form-data") {
-        return upload::read_job(request, &state.assets, &state.settings).await;
+        return upload::read_job(request, state, owner).await;
     }
     let JsonBody(body) = JsonBody::<SuggestionBody>::from_request(request, state).await?;
     let inputs = read_inputs([Some(body.source), Some(body.target), body.source_rest, body.target_rest])?;
@@ -131,20 +136,24 @@ pub(super) async fn read_files(request: Request<Body>, state: &ApiState) -> Resu
         (CheckBody = "application/json"), (RetargetForm = "multipart/form-data"))),
     responses((status = 200, description = "it can be used", content((ProposalView = "application/json"), (CheckedConfig = "application/json"))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn check(State(state): State<ApiState>, request: Request<Body>) -> Result<Json<serde_json::Value>, Problem> {
-    let ApiState { assets, settings, .. } = &state;
+async fn check(
+    State(state): State<ApiState>,
+    Caller(owner): Caller,
+    request: Request<Body>,
+) -> Result<Json<serde_json::Value>, Problem> {
+    let assets = &state.assets;
     let (alone, new) = if extract::is_media_type(request.headers(), "multipart/form-data") {
-        let mut form = upload::read_form(request, assets, settings).await?;
+        let mut form = upload::read_form(request, &state).await?;
         match form.only_config() {
             Some(config) => (Some(config), NewJob::default()),
-            None => (None, form.into_job(&[InputRole::Source, InputRole::Target], assets).await?),
+            None => (None, form.into_job(&[InputRole::Source, InputRole::Target], assets, &owner).await?),
         }
     } else {
         JsonBody::<CheckBody>::from_request(request, &state).await?.0.read()?
     };
     let answer = match alone {
         Some(config) => serde_json::to_value(CheckedConfig { spec: assets.check_config(config).await? }),
-        None => serde_json::to_value(propose(assets, new).await?),
+        None => serde_json::to_value(propose(assets, &owner, new).await?),
     };
     answer.map(Json).map_err(|error| Problem::internal(&error))
 }
@@ -170,8 +179,8 @@ impl CheckBody {
     }
 }
 
-async fn propose(assets: &Assets, new: NewJob) -> Result<ProposalView, Problem> {
-    let (request, proposal) = assets.propose(new).await?;
+async fn propose(assets: &Assets, owner: &Principal, new: NewJob) -> Result<ProposalView, Problem> {
+    let (request, proposal) = assets.propose(owner, new).await?;
     let serde_json::Value::Object(mut proposal) = proposal else {
         return Err(Problem::internal(&"a proposal is no object"));
     };

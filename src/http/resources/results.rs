@@ -11,6 +11,7 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use crate::{
     http::{
         ApiState,
+        auth::Caller,
         download::File,
         extract::Id,
         problem::{Problem, ProblemView},
@@ -27,8 +28,12 @@ pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
 #[utoipa::path(get, path = "/v1/results/{id}", tag = "results", params(("id" = String, Path, description = "the result")),
     responses((status = 200, body = ResultView, description = "the result"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn show(State(jobs): State<Jobs>, Id(id): Id<ResultId>) -> Result<Json<ResultView>, Problem> {
-    Ok(Json(jobs.result(&id).await?.into()))
+async fn show(
+    State(jobs): State<Jobs>,
+    Caller(owner): Caller,
+    Id(id): Id<ResultId>,
+) -> Result<Json<ResultView>, Problem> {
+    Ok(Json(jobs.result(&owner, &id).await?.into()))
 }
 
 /// Downloads a result.
@@ -43,9 +48,10 @@ async fn show(State(jobs): State<Jobs>, Id(id): Id<ResultId>) -> Result<Json<Res
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn content(
     State(jobs): State<Jobs>,
+    Caller(owner): Caller,
     Id(id): Id<ResultId>,
     method: Method,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    File::from(jobs.result(&id).await?).answer(&method, &headers, &jobs).await
+    File::from(jobs.result(&owner, &id).await?).answer(&method, &headers, &jobs).await
 }

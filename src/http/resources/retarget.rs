@@ -13,16 +13,19 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use crate::{
     http::{
         ApiState,
+        auth::Caller,
         code::Code,
         download::{File, ascii},
-        extract, negotiate,
+        extract,
+        idempotency::{IdempotencyKey, replayed},
+        negotiate,
         prefer::Prefer,
         problem::{Problem, ProblemView},
         resources::jobs::accepted,
         upload,
         views::JobView,
     },
-    jobs::{JobId, JobSnapshot, JobState, Jobs, NewJob},
+    jobs::{JobId, JobSnapshot, JobState, Jobs, NewJob, Principal, Submitted},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -55,15 +58,16 @@ pub(in crate::http) struct RetargetForm {
 /// Stops the job when the caller goes away while waiting for it.
 struct StopUnlessAnswered {
     jobs: Jobs,
+    owner: Principal,
     id: Option<JobId>,
 }
 
 impl Drop for StopUnlessAnswered {
     fn drop(&mut self) {
         if let Some(id) = self.id.take() {
-            let jobs = self.jobs.clone();
+            let (jobs, owner) = (self.jobs.clone(), self.owner.clone());
             tokio::spawn(async move {
-                if let Err(error) = jobs.cancel(&id).await {
+                if let Err(error) = jobs.cancel(&owner, &id).await {
                     tracing::warn!(job_id = %id, %error, "a job whose caller went away could not be stopped");
                 }
             });
@@ -77,6 +81,7 @@ impl Drop for StopUnlessAnswered {
 /// answer is 202 with the job, which goes on.
 #[utoipa::path(post, path = "/v1/retarget", tag = "retarget",
     params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds"),
+        ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
         ("Accept" = Option<String>, Header, description = "the media type of the format wanted")),
     request_body(content = RetargetForm, content_type = "multipart/form-data"),
     responses((status = 200, description = "the file", content((String = "model/gltf-binary"), (String = "model/gltf+json"),
@@ -85,28 +90,44 @@ impl Drop for StopUnlessAnswered {
                 ("Content-Disposition" = String))),
         (status = 202, body = JobView, description = "not ended within the wait", headers(("Location" = String), ("Retry-After" = u32))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn retarget(State(state): State<ApiState>, prefer: Prefer, request: Request<Body>) -> Result<Response, Problem> {
+async fn retarget(
+    State(state): State<ApiState>,
+    Caller(owner): Caller,
+    IdempotencyKey(idempotency_key): IdempotencyKey,
+    prefer: Prefer,
+    request: Request<Body>,
+) -> Result<Response, Problem> {
     state.jobs.check_admission().await?;
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
-    let mut new = upload::read_job(request, &state.assets, &state.settings).await?;
+    let mut new = upload::read_job(request, &state, &owner).await?;
     new.formats.extend(format);
-    answer(&state, &prefer, new).await
+    new.idempotency_key = idempotency_key;
+    answer(&state, &owner, &prefer, new).await
 }
 
 /// Somebody waits for the answer, so these go before what was left to run by itself.
 const AWAITED_PRIORITY: i32 = 10;
 
 /// Runs a job and answers with its first file, or with the job itself when it takes longer than the wait.
-pub(in crate::http) async fn answer(state: &ApiState, prefer: &Prefer, new: NewJob) -> Result<Response, Problem> {
+pub(in crate::http) async fn answer(
+    state: &ApiState,
+    owner: &Principal,
+    prefer: &Prefer,
+    new: NewJob,
+) -> Result<Response, Problem> {
     let ApiState { jobs, settings, .. } = state;
-    let id = jobs.submit(NewJob { priority: AWAITED_PRIORITY, ..new }).await?.record.id;
-    let mut stop = StopUnlessAnswered { jobs: jobs.clone(), id: Some(id.clone()) };
+    let will_ask_again = new.idempotency_key.is_some();
+    let Submitted { job, is_repeated } = jobs.submit(owner, NewJob { priority: AWAITED_PRIORITY, ..new }).await?;
+    let id = job.record.id;
+    // Who has a word for the request comes back for the answer.
+    let stopped = Some(id.clone()).filter(|_| !will_ask_again);
+    let mut stop = StopUnlessAnswered { jobs: jobs.clone(), owner: owner.clone(), id: stopped };
     let longest = settings.max_wait.0;
-    let snapshot = jobs.wait(&id, prefer.wait(settings.default_wait.0, longest)).await?;
+    let snapshot = jobs.wait(owner, &id, prefer.wait(settings.default_wait.0, longest)).await?;
     stop.id = None;
     let mut response = present(snapshot, jobs).await.unwrap_or_else(IntoResponse::into_response);
     response.headers_mut().insert("job-id", ascii(id.to_string()));
-    response.headers_mut().extend(prefer.applied(longest));
+    response.headers_mut().extend(prefer.applied(longest).into_iter().chain(replayed(is_repeated)));
     Ok(response)
 }
 
@@ -116,7 +137,7 @@ async fn present(snapshot: JobSnapshot, jobs: &Jobs) -> Result<Response, Problem
         (JobState::Succeeded, _) => {
             let first =
                 results.first().cloned().ok_or_else(|| Problem::internal(&"a job succeeded without results"))?;
-            let report = jobs.report(&record.id).await?;
+            let report = jobs.report(&record.principal, &record.id).await?;
             let mut response = File::from(first).whole(jobs).await?;
             response.headers_mut().insert("warnings-count", record.warnings.into());
             response.headers_mut().insert("server-timing", ascii(server_timing(&report)));

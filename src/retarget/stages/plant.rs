@@ -32,8 +32,8 @@ const ENDS: f64 = 0.2;
 const ROLL_SECONDS: f64 = 0.1;
 
 /// Standard deviation of the smoothing of corrections between contacts, and the time over which that begins.
-const SOFT_SECONDS: f64 = 0.03;
-const SOFTEN_SECONDS: f64 = 0.1;
+const SOFT_SECONDS: f64 = 0.02;
+const SOFTEN_SECONDS: f64 = 0.07;
 
 /// Seconds of a contact from which it is taken how fast its correction changes at its border.
 const SPEED_SECONDS: f64 = 0.05;

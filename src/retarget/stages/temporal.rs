@@ -76,13 +76,10 @@ fn under_bell<T: Copy + Send + Sync>(
     }
     let bell = Bell { reach_seconds: REACH_DEVIATIONS * deviation_seconds };
     result.par_chunks_mut(CHUNK_FRAMES).enumerate().for_each(|(chunk, result)| {
-        let (mut first, mut after) = (0, 0);
-        for (offset, result) in result.iter_mut().enumerate() {
-            let frame = chunk * CHUNK_FRAMES + offset;
-            if offset == 0 {
-                first = times.partition_point(|time| *time < times[frame] - bell.reach_seconds);
-                after = frame;
-            }
+        let begin = chunk * CHUNK_FRAMES;
+        let mut first = times.partition_point(|time| *time < times[begin] - bell.reach_seconds);
+        let mut after = begin;
+        for (frame, result) in (begin..).zip(result) {
             while times[first] < times[frame] - bell.reach_seconds {
                 first += 1;
             }

@@ -12,7 +12,7 @@ type Recipe = (&'static str, MorphCombine, f64, &'static [Form]);
 
 use MorphCombine::{Min, Product, Sum};
 
-const RECIPES: [Recipe; 43] = [
+const RECIPES: [Recipe; 57] = [
     // Expressions of VRM 1.0 from ARKit's shapes.
     ("blinkleft", Sum, 1.0, &[(0.0, &[("eyeblinkleft", 1.0)])]),
     ("blinkright", Sum, 1.0, &[(0.0, &[("eyeblinkright", 1.0)])]),
@@ -74,11 +74,63 @@ const RECIPES: [Recipe; 43] = [
     // ARKit's shapes from expressions and visemes.
     ("eyeblinkleft", Sum, 1.0, &[(0.0, &[("blink", 1.0), ("blinkleft", 1.0)])]),
     ("eyeblinkright", Sum, 1.0, &[(0.0, &[("blink", 1.0), ("blinkright", 1.0)])]),
-    ("jawopen", Sum, 1.0, &[(0.0, &[("aa", 0.7), ("oh", 0.4), ("ee", 0.2), ("ih", 0.1), ("surprised", 0.4)])]),
-    ("mouthpucker", Sum, 1.0, &[(0.0, &[("ou", 1.0)])]),
-    ("mouthfunnel", Sum, 1.0, &[(0.0, &[("oh", 0.7)])]),
-    ("mouthstretchleft", Sum, 1.0, &[(0.0, &[("ih", 0.7)])]),
-    ("mouthstretchright", Sum, 1.0, &[(0.0, &[("ih", 0.7)])]),
+    (
+        "jawopen",
+        Sum,
+        1.0,
+        &[(
+            0.0,
+            &[
+                ("aa", 0.7),
+                ("oh", 0.4),
+                ("ee", 0.2),
+                ("ih", 0.1),
+                ("surprised", 0.4),
+                ("visemeth", 0.15),
+                ("visemedd", 0.15),
+                ("visemekk", 0.2),
+                ("visemenn", 0.1),
+                ("visemerr", 0.1),
+                ("visemech", 0.1),
+            ],
+        )],
+    ),
+    ("mouthpucker", Sum, 1.0, &[(0.0, &[("ou", 1.0), ("visemerr", 0.3)])]),
+    ("mouthfunnel", Sum, 1.0, &[(0.0, &[("oh", 0.7), ("visemech", 0.7), ("visemerr", 0.3)])]),
+    ("mouthstretchleft", Sum, 1.0, &[(0.0, &[("ih", 0.7), ("visemekk", 0.2), ("visemess", 0.5)])]),
+    ("mouthstretchright", Sum, 1.0, &[(0.0, &[("ih", 0.7), ("visemekk", 0.2), ("visemess", 0.5)])]),
+    ("mouthpressleft", Sum, 1.0, &[(0.0, &[("visemepp", 0.8)])]),
+    ("mouthpressright", Sum, 1.0, &[(0.0, &[("visemepp", 0.8)])]),
+    ("mouthrolllower", Sum, 1.0, &[(0.0, &[("visemepp", 0.3), ("visemeff", 0.7)])]),
+    ("mouthrollupper", Sum, 1.0, &[(0.0, &[("visemepp", 0.3)])]),
+    ("mouthupperupleft", Sum, 1.0, &[(0.0, &[("visemeff", 0.3)])]),
+    ("mouthupperupright", Sum, 1.0, &[(0.0, &[("visemeff", 0.3)])]),
+    ("mouthlowerdownleft", Sum, 1.0, &[(0.0, &[("visemedd", 0.3), ("visemess", 0.3), ("visemenn", 0.2)])]),
+    ("mouthlowerdownright", Sum, 1.0, &[(0.0, &[("visemedd", 0.3), ("visemess", 0.3), ("visemenn", 0.2)])]),
+    ("mouthshrugupper", Sum, 1.0, &[(0.0, &[("visemech", 0.2)])]),
+    ("tongueout", Sum, 1.0, &[(0.0, &[("visemeth", 0.4)])]),
+    // Visemes for consonants from ARKit's shapes; what the tongue does behind the teeth, ARKit does not say.
+    (
+        "visemepp",
+        Sum,
+        0.5,
+        &[(
+            0.0,
+            &[("mouthpressleft", 0.5), ("mouthpressright", 0.5), ("mouthrolllower", 0.5), ("mouthrollupper", 0.5)],
+        )],
+    ),
+    (
+        "visemeff",
+        Product,
+        1.0,
+        &[
+            (0.0, &[("mouthrolllower", 1.0)]),
+            (1.0, &[("mouthrollupper", -1.0)]),
+            (1.0, &[("mouthpressleft", -0.5), ("mouthpressright", -0.5)]),
+        ],
+    ),
+    ("visemeth", Sum, 1.0, &[(0.0, &[("tongueout", 1.0)])]),
+    ("visemech", Product, 1.0, &[(0.0, &[("mouthfunnel", 1.0)]), (1.0, &[("jawopen", -1.0)])]),
     ("mouthsmileleft", Sum, 1.0, &[(0.0, &[("happy", 0.8), ("ee", 0.4), ("relaxed", 0.3)])]),
     ("mouthsmileright", Sum, 1.0, &[(0.0, &[("happy", 0.8), ("ee", 0.4), ("relaxed", 0.3)])]),
     ("cheeksquintleft", Sum, 1.0, &[(0.0, &[("happy", 0.6)])]),
@@ -100,6 +152,32 @@ const RECIPES: [Recipe; 43] = [
     ("eyelookdownright", Sum, 1.0, &[(0.0, &[("lookdown", 1.0)])]),
     ("relaxed", Sum, 1.0, &[]),
 ];
+
+/// What visemes for consonants add to mouths that have none of them: to vowels of VRM.
+const CONSONANTS_IN_VOWELS: [(&str, &[(&str, f64)]); 4] = [
+    ("aa", &[("visemekk", 0.15), ("visemedd", 0.1)]),
+    (
+        "ih",
+        &[
+            ("visemeff", 0.2),
+            ("visemeth", 0.3),
+            ("visemedd", 0.3),
+            ("visemekk", 0.2),
+            ("visemess", 0.3),
+            ("visemenn", 0.3),
+        ],
+    ),
+    ("ou", &[("visemech", 0.4), ("visemerr", 0.3)]),
+    ("ee", &[("visemess", 0.2)]),
+];
+
+/// What consonants that the source has and the target has not add to a vowel; nothing where there are none.
+pub(super) fn consonants_in(vowel: &str, find: &impl Fn(&str) -> Option<usize>) -> Option<MorphTerm> {
+    let (_, shares) = CONSONANTS_IN_VOWELS.iter().find(|(name, _)| *name == vowel)?;
+    let sources: Vec<(usize, f64)> =
+        shares.iter().filter_map(|(consonant, gain)| find(consonant).map(|morph| (morph, *gain))).collect();
+    (!sources.is_empty()).then_some(MorphTerm { sources, offset: 0.0, clamp: [0.0, 1.0] })
+}
 
 /// How a morph is made of others that the source has; nothing where it has none of them. A form of which the source has nothing is
 /// left out; where forms are multiplied, the first one has to be there.

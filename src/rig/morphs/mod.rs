@@ -15,10 +15,14 @@ use super::{
     spec::{MorphCombine, MorphsSpec},
 };
 use crate::model::{Morph, MorphPlace};
-use formulas::formula;
+use formulas::{consonants_in, formula};
 use names::{canonical, folded};
 
-/// What a morph's name means: a name of ARKit's or VRM's in small letters, such as `eyeblinkleft`; nothing where it is none that is known.
+/// A viseme that moves nothing, so nothing is lost with it.
+const SILENCE: &str = "visemesil";
+
+/// What a morph's name means: a name of ARKit's or VRM's in small letters, such as `eyeblinkleft`, or a viseme's for a consonant, such as
+/// `visemekk`; nothing where it is none that is known.
 #[must_use]
 pub fn morph_meaning(name: &str) -> Option<&'static str> {
     canonical(name)
@@ -97,7 +101,8 @@ pub fn map_morphs(
     let drives: Vec<MorphDrive> = drives.into_iter().flatten().collect();
     let used: BTreeSet<usize> =
         drives.iter().flat_map(|drive| &drive.terms).flat_map(|term| &term.sources).map(|(morph, _)| *morph).collect();
-    let unused = animated.iter().copied().filter(|morph| !used.contains(morph)).collect();
+    let is_silence = |morph: &usize| canonical(&source[*morph].name) == Some(SILENCE);
+    let unused = animated.iter().copied().filter(|morph| !used.contains(morph) && !is_silence(morph)).collect();
     Ok(MorphMapping { drives, unused })
 }
 
@@ -149,7 +154,8 @@ fn by_names(source: &[Morph], animated: &[usize], target: &[Morph], drives: &mut
         let found = canonical_names.iter().position(|known| *known == Some(name));
         found.map(|index| animated[index])
     };
-    let mut has_direct = drives.iter().any(Option::is_some);
+    let is_by_row: Vec<bool> = drives.iter().map(Option::is_some).collect();
+    let mut has_direct = is_by_row.contains(&true);
     // Expressions first: a shape that belongs to one that is met by name is moved by it, and not a second time by its own name.
     let (expressions, shapes): (Vec<usize>, Vec<usize>) =
         (0..target.len()).filter(|index| can_show(&target[*index])).partition(|index| is_expression(&target[*index]));
@@ -174,22 +180,56 @@ fn by_names(source: &[Morph], animated: &[usize], target: &[Morph], drives: &mut
         drives[index] =
             Some(MorphDrive { target: index, terms: vec![term], combine: MorphCombine::Sum, gain: 1.0, clamp });
     }
-    if has_direct {
-        return;
+    if !has_direct {
+        by_formulas(target, (&expressions, &shapes), drives, &mut is_bound, &by_canonical);
     }
+    let vowels = expressions.into_iter().filter(|index| !is_by_row[*index]);
+    add_consonants(target, vowels, drives, &by_canonical);
+}
+
+/// Drives of whatever can be made of several of the source's.
+fn by_formulas(
+    target: &[Morph],
+    (expressions, shapes): (&[usize], &[usize]),
+    drives: &mut [Option<MorphDrive>],
+    is_bound: &mut [bool],
+    by_canonical: &impl Fn(&str) -> Option<usize>,
+) {
     let has_both_blinks = ["blinkleft", "blinkright"]
         .iter()
         .all(|name| expressions.iter().any(|index| folded(&target[*index].name) == *name));
-    for index in expressions.into_iter().chain(shapes) {
+    for index in expressions.iter().chain(shapes).copied() {
         let morph = &target[index];
         let name = canonical(&morph.name).map_or_else(|| folded(&morph.name), str::to_owned);
         // The lids would close twice.
         if drives[index].is_some() || is_bound[index] || (name == "blink" && has_both_blinks) {
             continue;
         }
-        drives[index] = formula(&name, index, &by_canonical);
+        drives[index] = formula(&name, index, by_canonical);
         if let (Some(_), MorphPlace::Expression(binds)) = (&drives[index], &morph.place) {
             binds.iter().for_each(|(shape, _)| is_bound[*shape] = true);
+        }
+    }
+}
+
+/// Adds what consonants do to the vowels of a target without visemes for them.
+fn add_consonants(
+    target: &[Morph],
+    expressions: impl Iterator<Item = usize>,
+    drives: &mut [Option<MorphDrive>],
+    by_canonical: &impl Fn(&str) -> Option<usize>,
+) {
+    let has = |name: &str| target.iter().any(|morph| canonical(&morph.name) == Some(name));
+    let find = |name: &str| by_canonical(name).filter(|_| !has(name));
+    for index in expressions {
+        let Some(term) = canonical(&target[index].name).and_then(|vowel| consonants_in(vowel, &find)) else { continue };
+        match &mut drives[index] {
+            Some(drive) if drive.combine == MorphCombine::Sum => drive.terms.push(term),
+            Some(_) => {}
+            none => {
+                let (combine, clamp) = (MorphCombine::Sum, [0.0, 1.0]);
+                *none = Some(MorphDrive { target: index, terms: vec![term], combine, gain: 1.0, clamp });
+            }
         }
     }
 }

@@ -136,16 +136,54 @@ const LOOKS: [(&str, &str); 12] = [
     ("eyerlookdown", "eyelookdownright"),
 ];
 
-/// Oculus visemes that VRM has too.
-const VISEMES: [(&str, &str); 8] = [
-    ("visemeaa", "aa"),
-    ("visemee", "ee"),
-    ("visemei", "ih"),
-    ("visemeih", "ih"),
-    ("visemeo", "oh"),
-    ("visemeoh", "oh"),
-    ("visemeu", "ou"),
-    ("visemeou", "ou"),
+/// Visemes of Oculus for consonants, folded; those for vowels are VRM's. The last one is silence.
+const CONSONANTS: [&str; 10] = [
+    "visemepp",
+    "visemeff",
+    "visemeth",
+    "visemedd",
+    "visemekk",
+    "visemech",
+    "visemess",
+    "visemenn",
+    "visemerr",
+    "visemesil",
+];
+
+/// Visemes: what comes behind [`VISEME_PREFIXES`].
+const VISEMES: [(&str, &str); 18] = [
+    ("aa", "aa"),
+    ("e", "ee"),
+    ("i", "ih"),
+    ("ih", "ih"),
+    ("o", "oh"),
+    ("oh", "oh"),
+    ("u", "ou"),
+    ("ou", "ou"),
+    ("pp", "visemepp"),
+    ("ff", "visemeff"),
+    ("th", "visemeth"),
+    ("dd", "visemedd"),
+    ("kk", "visemekk"),
+    ("ch", "visemech"),
+    ("ss", "visemess"),
+    ("nn", "visemenn"),
+    ("rr", "visemerr"),
+    ("sil", "visemesil"),
+];
+
+/// What stands before visemes: Oculus' word, and VRChat's, of whose `vrc.v_aa` the part before the dot is left out.
+const VISEME_PREFIXES: [&str; 3] = ["viseme", "vrcv", "v"];
+
+/// Visemes of Character Creator.
+const CREATOR_VISEMES: [(&str, &str); 7] = [
+    ("vopen", "aa"),
+    ("vwide", "ee"),
+    ("vtighto", "ou"),
+    ("vlipopen", "ih"),
+    ("vexplosive", "visemepp"),
+    ("vdentallip", "visemeff"),
+    ("vaffricate", "visemech"),
 ];
 
 /// Small letters and digits, without what tools put in front.
@@ -162,14 +200,18 @@ pub(super) fn folded(name: &str) -> String {
     if is_numbered { folded[3..].to_owned() } else { folded.to_owned() }
 }
 
-/// What a name means: a folded name of ARKit's or VRM's.
+/// What a name means: a folded name of ARKit's, of VRM's, or of a viseme for a consonant.
 pub(super) fn canonical(name: &str) -> Option<&'static str> {
     let name = folded(name);
-    let known = |name: &str| ARKIT.iter().chain(&VRM).find(|known| **known == name).copied();
+    let known = |name: &str| ARKIT.iter().chain(&VRM).chain(&CONSONANTS).find(|known| **known == name).copied();
     if let Some(found) = known(&name) {
         return Some(found);
     }
-    if let Some((_, meant)) = VISEMES.iter().chain(&LOOKS).find(|(word, _)| *word == name) {
+    if let Some((_, meant)) = CREATOR_VISEMES.iter().chain(&LOOKS).find(|(word, _)| *word == name) {
+        return Some(meant);
+    }
+    let viseme = |word: &str| VISEMES.iter().find(|(known, _)| *known == word).map(|(_, meant)| *meant);
+    if let Some(meant) = VISEME_PREFIXES.iter().find_map(|prefix| viseme(name.strip_prefix(prefix)?)) {
         return Some(meant);
     }
     let (stem, side) = sided(&name);
@@ -211,6 +253,11 @@ mod tests {
             ("blendShape1.jawOpen", "jawopen"),
             ("viseme_aa", "aa"),
             ("viseme_O", "oh"),
+            ("viseme_kk", "visemekk"),
+            ("V_Explosive", "visemepp"),
+            ("vrc.v_ou", "ou"),
+            ("vrc_v_PP", "visemepp"),
+            ("V_Tight_O", "ou"),
             ("blinkLeft", "blinkleft"),
         ] {
             assert_eq!(canonical(name), Some(meant), "{name}");

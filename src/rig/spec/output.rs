@@ -29,7 +29,7 @@ pub struct OutputSpec {
     /// Which keys are written. Formats whose tracks all have the same key times hold every frame; a warning says so.
     #[serde(skip_serializing_if = "KeysSpec::is_all")]
     pub keys: KeysSpec,
-    /// In which order a BVH has the rotations of its joints.
+    /// In which order a BVH or FBX has the rotations of its joints. FBX itself names them from the other end: `zyx` is its XYZ.
     #[serde(skip_serializing_if = "RotationOrder::is_auto")]
     pub rotation_order: RotationOrder,
 }
@@ -38,7 +38,8 @@ pub struct OutputSpec {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RotationOrder {
-    /// `zxy`; for joints that come near its gimbal, the order whose angles change least from frame to frame, with a warning.
+    /// `zxy` in a BVH, `zyx` in an FBX; for joints that come near its gimbal, or whose angles turn faster than they do, the order whose
+    /// angles change least from frame to frame, with a warning.
     #[default]
     Auto,
     /// X, Y, Z.
@@ -100,7 +101,7 @@ pub enum KeysWord {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct KeyTolerance {
-    /// The most that a point of the mesh may move. Metres, 0.000001 to 1.
+    /// The most that a point of the mesh may move; where a joint is known to touch something, a quarter of it. Metres, 0.000001 to 1.
     #[schemars(range(min = 0.000_001, max = 1.0))]
     pub distance_metres: f64,
     /// How far from a joint its mesh reaches. Metres, 0 to 10.

@@ -3,12 +3,13 @@
 use jiff::Timestamp;
 use sqlx::{Row, any::AnyRow};
 
-use super::{AssetRecord, Page, Records, count, database::ours, read_id, signed, time, without_nul};
-use crate::store::{AssetId, JobId, StoreError};
+use super::{AssetRecord, Page, Records, count, database::ours, principal, read_id, signed, time, without_nul};
+use crate::store::{AssetId, JobId, Principal, StoreError};
 
 fn read(row: &AnyRow) -> Result<AssetRecord, StoreError> {
     Ok(AssetRecord {
         id: read_id(row, "id", AssetId::parse)?,
+        principal: principal(row)?,
         sha256: row.try_get("sha256")?,
         bytes: count(row, "bytes")?,
         format: row.try_get("format")?,
@@ -19,14 +20,14 @@ fn read(row: &AnyRow) -> Result<AssetRecord, StoreError> {
 }
 
 impl Records {
-    /// Writes a file's record. Where the same bytes of the same format are known already, that record stands and is kept
+    /// Writes a file's record. Where its owner has the same bytes of the same format already, that record stands and is kept
     /// at least as long. Gives the record and whether it is new.
     ///
     /// # Errors
     /// When the database fails.
     pub async fn add_asset(&self, asset: &AssetRecord) -> Result<(AssetRecord, bool), StoreError> {
-        let query = "INSERT INTO assets (id, sha256, bytes, format, file_name, created_at, expires_at) \
-                     VALUES ($1, $2, $3, $4, $5, $6, $7) ON CONFLICT (sha256, format) DO UPDATE SET expires_at = \
+        let query = "INSERT INTO assets (id, sha256, bytes, format, file_name, created_at, expires_at, principal) \
+                     VALUES ($1, $2, $3, $4, $5, $6, $7, $8) ON CONFLICT (principal, sha256, format) DO UPDATE SET expires_at = \
                      CASE WHEN assets.expires_at > excluded.expires_at THEN assets.expires_at ELSE excluded.expires_at END \
                      RETURNING *";
         let query = sqlx::query(query)
@@ -36,42 +37,54 @@ impl Records {
             .bind(&asset.format)
             .bind(without_nul(&asset.file_name))
             .bind(asset.created_at.as_millisecond())
-            .bind(asset.expires_at.as_millisecond());
+            .bind(asset.expires_at.as_millisecond())
+            .bind(asset.principal.as_str());
         let row = self.one_written(query).await?;
         let stored = read(&row)?;
         let is_new = stored.id == asset.id;
         Ok((stored, is_new))
     }
 
-    /// A file's record.
+    /// A file's record; to who does not own it, there is none.
     ///
     /// # Errors
     /// When the database fails.
-    pub async fn asset(&self, id: &AssetId) -> Result<Option<AssetRecord>, StoreError> {
-        let row = self.optional(sqlx::query("SELECT * FROM assets WHERE id = $1").bind(id.as_str())).await?;
+    pub async fn asset(&self, owner: &Principal, id: &AssetId) -> Result<Option<AssetRecord>, StoreError> {
+        let query = "SELECT * FROM assets WHERE id = $1 AND principal = $2";
+        let row = self.optional(sqlx::query(query).bind(id.as_str()).bind(owner.as_str())).await?;
         row.as_ref().map(read).transpose()
     }
 
-    /// Up to `most` records, newest first, that are older than `before`.
+    /// Up to `most` records of one owner, newest first, that are older than `before`.
     ///
     /// # Errors
     /// When the database fails.
-    pub async fn assets(&self, before: Option<&AssetId>, most: usize) -> Result<Page<AssetRecord>, StoreError> {
-        let query = "SELECT * FROM assets WHERE $1 IS NULL OR id < $1 ORDER BY id DESC LIMIT $2";
-        let query = sqlx::query(query).bind(before.map(AssetId::as_str)).bind(signed(most as u64 + 1));
+    pub async fn assets(
+        &self,
+        owner: &Principal,
+        before: Option<&AssetId>,
+        most: usize,
+    ) -> Result<Page<AssetRecord>, StoreError> {
+        let query = "SELECT * FROM assets WHERE principal = $3 AND ($1 IS NULL OR id < $1) ORDER BY id DESC LIMIT $2";
+        let before = before.map(AssetId::as_str);
+        let query = sqlx::query(query).bind(before).bind(signed(most as u64 + 1)).bind(owner.as_str());
         let rows = self.all(query).await?;
         Ok(Page::cut(rows.iter().map(read).collect::<Result<_, _>>()?, most))
     }
 
-    /// Removes a file's record and gives it back; `None` when there is none.
+    /// Removes a file's record and gives it back; `None` when its owner has none.
     ///
     /// # Errors
     /// [`StoreError::InUse`] when an unfinished job needs the file.
-    pub async fn remove_asset(&self, id: &AssetId) -> Result<Option<AssetRecord>, StoreError> {
+    pub async fn remove_asset(&self, owner: &Principal, id: &AssetId) -> Result<Option<AssetRecord>, StoreError> {
         let mut transaction = self.begin().await?;
         // A job that is about to name the file keeps its row, so this waits for it and then sees the job.
-        let query = ours(format!("SELECT id FROM assets WHERE id = $1 {}", self.dialect.lock_rows()));
-        sqlx::query(query).bind(id.as_str()).fetch_optional(&mut *transaction).await?;
+        let query =
+            ours(format!("SELECT id FROM assets WHERE id = $1 AND principal = $2 {}", self.dialect.lock_rows()));
+        let found = sqlx::query(query).bind(id.as_str()).bind(owner.as_str()).fetch_optional(&mut *transaction).await?;
+        if found.is_none() {
+            return Ok(None);
+        }
         let query = "SELECT id FROM jobs JOIN job_inputs ON job_id = id WHERE asset_id = $1 \
                      AND state IN ('queued', 'running', 'canceling') LIMIT 1";
         if let Some(row) = sqlx::query(query).bind(id.as_str()).fetch_optional(&mut *transaction).await? {

@@ -4,7 +4,7 @@ use jiff::Timestamp;
 use sqlx::{Any, Row, Transaction, any::AnyRow};
 
 use super::{Records, count, database::Lock, signed, time};
-use crate::store::StoreError;
+use crate::store::{Principal, StoreError};
 
 /// What is kept under names. The name on the wire is the one in the database.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -100,6 +100,8 @@ fn read(row: &AnyRow) -> Result<DocumentRecord, StoreError> {
 /// A document as it is to be written.
 #[derive(Clone, Copy, Debug)]
 pub struct NewDocument<'a> {
+    /// Who owns it.
+    pub owner: &'a Principal,
     /// What it is.
     pub kind: DocumentKind,
     /// What it is called.
@@ -122,37 +124,40 @@ impl Records {
         most: u64,
         now: Timestamp,
     ) -> Result<DocumentChange, StoreError> {
-        let NewDocument { kind, name, sha256, document } = new;
+        let NewDocument { owner, kind, name, sha256, document } = new;
         let mut transaction = self.begin().await?;
         self.lock(&mut transaction, LOCK, Lock::Alone).await?;
-        let current = current(&mut transaction, kind, name).await?;
+        let current = current(&mut transaction, owner, kind, name).await?;
         if !precondition.holds(current.as_ref()) {
             return Ok(DocumentChange::Refused(current.map(|current| current.sha256)));
         }
         let is_new = match current {
             Some(current) if current.sha256 == sha256 => return Ok(DocumentChange::Unchanged(current)),
             Some(_) => {
-                supersede(&mut transaction, kind, name, now).await?;
+                supersede(&mut transaction, owner, kind, name, now).await?;
                 false
             }
             None => {
-                let query = "SELECT COUNT(*) FROM named_documents WHERE kind = $1 AND superseded_at IS NULL";
-                let kept: i64 = sqlx::query_scalar(query).bind(kind.name()).fetch_one(&mut *transaction).await?;
+                let query =
+                    "SELECT COUNT(*) FROM named_documents WHERE kind = $1 AND principal = $2 AND superseded_at IS NULL";
+                let query = sqlx::query_scalar(query).bind(kind.name()).bind(owner.as_str());
+                let kept: i64 = query.fetch_one(&mut *transaction).await?;
                 if u64::try_from(kept).unwrap_or(0) >= most {
                     return Ok(DocumentChange::TooMany);
                 }
                 true
             }
         };
-        let query = "INSERT INTO named_documents (kind, name, version, sha256, document, created_at) \
-                     SELECT $1, $2, COALESCE(MAX(version), 0) + 1, $3, $4, $5 FROM named_documents \
-                     WHERE kind = $1 AND name = $2 RETURNING *";
+        let query = "INSERT INTO named_documents (kind, name, version, sha256, document, created_at, principal) \
+                     SELECT $1, $2, COALESCE(MAX(version), 0) + 1, $3, $4, $5, $6 FROM named_documents \
+                     WHERE kind = $1 AND name = $2 AND principal = $6 RETURNING *";
         let row = sqlx::query(query)
             .bind(kind.name())
             .bind(name)
             .bind(sha256)
             .bind(document)
             .bind(now.as_millisecond())
+            .bind(owner.as_str())
             .fetch_one(&mut *transaction)
             .await?;
         self.commit(transaction).await?;
@@ -166,6 +171,7 @@ impl Records {
     /// When the database fails.
     pub async fn remove_document(
         &self,
+        owner: &Principal,
         kind: DocumentKind,
         name: &str,
         precondition: &Precondition,
@@ -173,11 +179,13 @@ impl Records {
     ) -> Result<DocumentChange, StoreError> {
         let mut transaction = self.begin().await?;
         self.lock(&mut transaction, LOCK, Lock::Alone).await?;
-        let Some(current) = current(&mut transaction, kind, name).await? else { return Ok(DocumentChange::NotThere) };
+        let Some(current) = current(&mut transaction, owner, kind, name).await? else {
+            return Ok(DocumentChange::NotThere);
+        };
         if !precondition.holds(Some(&current)) {
             return Ok(DocumentChange::Refused(Some(current.sha256)));
         }
-        supersede(&mut transaction, kind, name, now).await?;
+        supersede(&mut transaction, owner, kind, name, now).await?;
         self.commit(transaction).await?;
         Ok(DocumentChange::Removed)
     }
@@ -188,43 +196,51 @@ impl Records {
     /// When the database fails.
     pub async fn document(
         &self,
+        owner: &Principal,
         kind: DocumentKind,
         name: &str,
         version: Option<u64>,
     ) -> Result<Option<DocumentRecord>, StoreError> {
-        let query = "SELECT * FROM named_documents WHERE kind = $1 AND name = $2 \
+        let query = "SELECT * FROM named_documents WHERE kind = $1 AND name = $2 AND principal = $4 \
                      AND (version = $3 OR ($3 IS NULL AND superseded_at IS NULL))";
-        let row = self.optional(sqlx::query(query).bind(kind.name()).bind(name).bind(version.map(signed))).await?;
-        row.as_ref().map(read).transpose()
+        let query = sqlx::query(query).bind(kind.name()).bind(name).bind(version.map(signed)).bind(owner.as_str());
+        self.optional(query).await?.as_ref().map(read).transpose()
     }
 
-    /// All current documents of a kind, by name.
+    /// All current documents of a kind that one owner has, by name.
     ///
     /// # Errors
     /// When the database fails.
-    pub async fn documents(&self, kind: DocumentKind) -> Result<Vec<DocumentRecord>, StoreError> {
-        let query = "SELECT * FROM named_documents WHERE kind = $1 AND superseded_at IS NULL ORDER BY name";
-        self.all(sqlx::query(query).bind(kind.name())).await?.iter().map(read).collect()
+    pub async fn documents(&self, owner: &Principal, kind: DocumentKind) -> Result<Vec<DocumentRecord>, StoreError> {
+        let query =
+            "SELECT * FROM named_documents WHERE kind = $1 AND principal = $2 AND superseded_at IS NULL ORDER BY name";
+        self.all(sqlx::query(query).bind(kind.name()).bind(owner.as_str())).await?.iter().map(read).collect()
     }
 }
 
 async fn current(
     transaction: &mut Transaction<'static, Any>,
+    owner: &Principal,
     kind: DocumentKind,
     name: &str,
 ) -> Result<Option<DocumentRecord>, StoreError> {
-    let query = "SELECT * FROM named_documents WHERE kind = $1 AND name = $2 AND superseded_at IS NULL";
-    let row = sqlx::query(query).bind(kind.name()).bind(name).fetch_optional(&mut **transaction).await?;
+    let query =
+        "SELECT * FROM named_documents WHERE kind = $1 AND name = $2 AND principal = $3 AND superseded_at IS NULL";
+    let query = sqlx::query(query).bind(kind.name()).bind(name).bind(owner.as_str());
+    let row = query.fetch_optional(&mut **transaction).await?;
     row.as_ref().map(read).transpose()
 }
 
 async fn supersede(
     transaction: &mut Transaction<'static, Any>,
+    owner: &Principal,
     kind: DocumentKind,
     name: &str,
     now: Timestamp,
 ) -> Result<(), StoreError> {
-    let query = "UPDATE named_documents SET superseded_at = $3 WHERE kind = $1 AND name = $2 AND superseded_at IS NULL";
-    sqlx::query(query).bind(kind.name()).bind(name).bind(now.as_millisecond()).execute(&mut **transaction).await?;
+    let query = "UPDATE named_documents SET superseded_at = $3 \
+                 WHERE kind = $1 AND name = $2 AND principal = $4 AND superseded_at IS NULL";
+    let query = sqlx::query(query).bind(kind.name()).bind(name).bind(now.as_millisecond()).bind(owner.as_str());
+    query.execute(&mut **transaction).await?;
     Ok(())
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
-use crate::store::{AssetId, JobId, LeaseId, ResultRecord};
+use crate::store::{AssetId, JobId, LeaseId, Principal, ResultRecord};
 
 /// Where a job is in its life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -211,7 +211,7 @@ pub struct JobRecord {
     /// Why it has no results.
     pub failure: Option<JobFailure>,
     /// Who asked for it.
-    pub principal: String,
+    pub principal: Principal,
     /// Among the jobs of one principal, the greater goes first.
     pub priority: i32,
     /// SHA-256 of what it is and of the digests of its input files: the same for every job on the same files.
@@ -222,10 +222,32 @@ pub struct JobRecord {
     pub crashes: u32,
     /// How often it was put back because the store had failed.
     pub retries: u32,
+    /// With what it was asked for, so that asking again gives the same job.
+    pub idempotency: Option<Idempotency>,
     /// Who has it, or who had it when it ended.
     pub lease: Option<LeaseId>,
     /// How far it was when its worker last said so.
     pub progress: Option<StoredProgress>,
+}
+
+/// What tells a request that comes again from another one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Idempotency {
+    /// The caller's word for the request; each principal has its own.
+    pub key: String,
+    /// SHA-256 of what was asked for: the same word for something else is a mistake.
+    pub asked_sha256: String,
+}
+
+/// How adding a job went.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Added {
+    /// It is there now.
+    New,
+    /// Nothing was written: one of its files is no longer there.
+    FileMissing,
+    /// Nothing was written: this one is there already, of the same id or asked for with the same key.
+    Before(Box<JobRecord>),
 }
 
 /// How far a job is, as its worker last said.

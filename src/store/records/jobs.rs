@@ -4,15 +4,15 @@ use serde::{Serialize, de::DeserializeOwned};
 use sqlx::{Any, Row, Transaction, any::AnyRow};
 
 use super::{
-    FinishedJob, JobRecord, JobState, Page, Records, count, database::ours, optional_time, read_id, results, signed,
-    time,
+    Added, FinishedJob, Idempotency, JobRecord, JobState, Page, Records, count, database::ours, optional_time,
+    principal, read_id, results, signed, time,
 };
-use crate::store::{JobId, LeaseId, StoreError};
+use crate::store::{JobId, LeaseId, Principal, StoreError};
 
 /// Everything but the documents, which can be large and are read by themselves.
 pub(super) const COLUMNS: &str = "id, state, request, input_bytes, attempt, retry_of, created_at, started_at, \
                                   finished_at, expires_at, warnings, failure, principal, priority, inputs_sha256, \
-                                  memory_bytes, crashes, retries, lease, progress";
+                                  memory_bytes, crashes, retries, lease, progress, idempotency_key, asked_sha256";
 
 pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
     let id = read_id(row, "id", JobId::parse)?;
@@ -20,6 +20,8 @@ pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
     let state: String = row.try_get("state")?;
     let failure: Option<String> = row.try_get("failure")?;
     let progress: Option<String> = row.try_get("progress")?;
+    let key: Option<String> = row.try_get("idempotency_key")?;
+    let asked: Option<String> = row.try_get("asked_sha256")?;
     let small = |column: &str| Ok::<_, StoreError>(u32::try_from(count(row, column)?).unwrap_or(u32::MAX));
     Ok(JobRecord {
         state: JobState::from_name(&state).ok_or_else(|| unreadable(format!("no state is called '{state}'")))?,
@@ -33,12 +35,13 @@ pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
         expires_at: optional_time(row, "expires_at")?,
         warnings: count(row, "warnings")?,
         failure: failure.map(|text| from_json(&text)).transpose().map_err(unreadable)?,
-        principal: row.try_get("principal")?,
+        principal: principal(row)?,
         priority: i32::try_from(row.try_get::<i64, _>("priority")?).unwrap_or(0),
         inputs_sha256: row.try_get("inputs_sha256")?,
         memory_bytes: count(row, "memory_bytes")?,
         crashes: small("crashes")?,
         retries: small("retries")?,
+        idempotency: key.zip(asked).map(|(key, asked_sha256)| Idempotency { key, asked_sha256 }),
         lease: optional_id(row, "lease", LeaseId::parse).map_err(unreadable)?,
         progress: progress.map(|text| from_json(&text)).transpose().map_err(unreadable)?,
         id,
@@ -64,16 +67,16 @@ pub(super) fn to_json<T: Serialize>(value: &T, record: &JobId) -> Result<String,
 }
 
 impl Records {
-    /// Writes a new job and puts it into the queue. Gives `false`, and writes nothing, when one of its files is no longer there.
-    /// Doing it again changes nothing.
+    /// Writes a new job and puts it into the queue. Doing it again changes nothing.
     ///
     /// # Errors
     /// When the database fails. The job may be there all the same.
-    pub async fn add_job(&self, job: &JobRecord) -> Result<bool, StoreError> {
+    pub async fn add_job(&self, job: &JobRecord) -> Result<Added, StoreError> {
         let mut transaction = self.begin().await?;
         let query = "INSERT INTO jobs (id, state, request, input_bytes, attempt, retry_of, created_at, principal, \
-                     priority, inputs_sha256, memory_bytes) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11) \
-                     ON CONFLICT (id) DO NOTHING";
+                     priority, inputs_sha256, memory_bytes, idempotency_key, asked_sha256) \
+                     VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13) ON CONFLICT DO NOTHING";
+        let (key, asked_sha256) = job.idempotency.as_ref().map(|word| (&word.key, &word.asked_sha256)).unzip();
         let done = sqlx::query(query)
             .bind(job.id.as_str())
             .bind(job.state.name())
@@ -82,19 +85,26 @@ impl Records {
             .bind(i64::from(job.attempt))
             .bind(job.retry_of.as_ref().map(JobId::as_str))
             .bind(job.created_at.as_millisecond())
-            .bind(&job.principal)
+            .bind(job.principal.as_str())
             .bind(i64::from(job.priority))
             .bind(&job.inputs_sha256)
             .bind(signed(job.memory_bytes))
+            .bind(key)
+            .bind(asked_sha256)
             .execute(&mut *transaction)
             .await?;
         if done.rows_affected() == 0 {
-            return Ok(true);
+            let query =
+                ours(format!("SELECT {COLUMNS} FROM jobs WHERE id = $1 OR (principal = $2 AND idempotency_key = $3)"));
+            let query = sqlx::query(query).bind(job.id.as_str()).bind(job.principal.as_str()).bind(key);
+            return Ok(Added::Before(Box::new(read(&query.fetch_one(&mut *transaction).await?)?)));
         }
         for (_, input) in job.request.inputs() {
-            let query = ours(format!("SELECT id FROM assets WHERE id = $1 {}", self.dialect.keep_rows()));
-            if sqlx::query(query).bind(input.asset.as_str()).fetch_optional(&mut *transaction).await?.is_none() {
-                return Ok(false);
+            let query =
+                ours(format!("SELECT id FROM assets WHERE id = $1 AND principal = $2 {}", self.dialect.keep_rows()));
+            let query = sqlx::query(query).bind(input.asset.as_str()).bind(job.principal.as_str());
+            if query.fetch_optional(&mut *transaction).await?.is_none() {
+                return Ok(Added::FileMissing);
             }
             // One file may be both source and target.
             let query =
@@ -105,16 +115,16 @@ impl Records {
         let query = "INSERT INTO turns (principal, served, seen_at) VALUES ($1, 0, $2) \
                      ON CONFLICT (principal) DO UPDATE SET seen_at = excluded.seen_at";
         sqlx::query(query)
-            .bind(&job.principal)
+            .bind(job.principal.as_str())
             .bind(job.created_at.as_millisecond())
             .execute(&mut *transaction)
             .await?;
         self.notify(&mut transaction, &job.id, JobState::Queued).await?;
         self.commit(transaction).await?;
-        Ok(true)
+        Ok(Added::New)
     }
 
-    /// A job.
+    /// A job, whoever owns it.
     ///
     /// # Errors
     /// When the database fails.
@@ -123,24 +133,35 @@ impl Records {
         self.optional(sqlx::query(query).bind(id.as_str())).await?.as_ref().map(read).transpose()
     }
 
-    /// Up to `most` jobs, newest first, that are older than `before` and in `state`.
+    /// The job that its owner asked for with that key.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn job_asked_with(&self, owner: &Principal, key: &str) -> Result<Option<JobRecord>, StoreError> {
+        let query = ours(format!("SELECT {COLUMNS} FROM jobs WHERE principal = $1 AND idempotency_key = $2"));
+        self.optional(sqlx::query(query).bind(owner.as_str()).bind(key)).await?.as_ref().map(read).transpose()
+    }
+
+    /// Up to `most` jobs of one owner, newest first, that are older than `before` and in `state`.
     ///
     /// # Errors
     /// When the database fails.
     pub async fn jobs(
         &self,
+        owner: &Principal,
         state: Option<JobState>,
         before: Option<&JobId>,
         most: usize,
     ) -> Result<Page<JobRecord>, StoreError> {
         let query = ours(format!(
-            "SELECT {COLUMNS} FROM jobs WHERE ($1 IS NULL OR id < $1) AND ($2 IS NULL OR state = $2) \
-             ORDER BY id DESC LIMIT $3"
+            "SELECT {COLUMNS} FROM jobs WHERE principal = $4 AND ($1 IS NULL OR id < $1) \
+             AND ($2 IS NULL OR state = $2) ORDER BY id DESC LIMIT $3"
         ));
         let query = sqlx::query(query)
             .bind(before.map(JobId::as_str))
             .bind(state.map(JobState::name))
-            .bind(signed(most as u64 + 1));
+            .bind(signed(most as u64 + 1))
+            .bind(owner.as_str());
         Ok(Page::cut(self.all(query).await?.iter().map(read).collect::<Result<_, _>>()?, most))
     }
 

@@ -4,6 +4,7 @@
 //! time; [`dialect`] has the few words in which they differ. Every table keeps texts and whole numbers only, which is all that this
 //! driver knows, and all that is needed.
 
+mod api_keys;
 mod assets;
 mod blob_names;
 mod database;
@@ -19,13 +20,14 @@ mod sweep;
 
 use dialect::Dialect;
 
+pub use api_keys::{ApiKeyRecord, Scope};
 pub use database::Records;
 pub(in crate::store) use database::{BlobLocks, Lock};
 pub use documents::{DocumentChange, DocumentKind, DocumentRecord, NewDocument, Precondition};
 pub use faults::{Faults, Moment};
 pub use job_record::{
-    ConfigDocument, FinishedJob, InputRole, JobFailure, JobInput, JobRecord, JobRequest, JobState, StoredFieldError,
-    StoredProgress, VersionedName,
+    Added, ConfigDocument, FinishedJob, Idempotency, InputRole, JobFailure, JobInput, JobRecord, JobRequest, JobState,
+    StoredFieldError, StoredProgress, VersionedName,
 };
 pub use notices::{Listener, Notice};
 pub use queue::{AfterCrash, Claim, GiveBack, Held, QueueDepth};
@@ -33,13 +35,15 @@ pub use queue::{AfterCrash, Claim, GiveBack, Held, QueueDepth};
 use jiff::Timestamp;
 use sqlx::{Row, any::AnyRow};
 
-use super::{AssetId, IdError, JobId, ResultId, StoreError};
+use super::{AssetId, IdError, JobId, Principal, ResultId, StoreError};
 
 /// An uploaded file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AssetRecord {
     /// Its name.
     pub id: AssetId,
+    /// Who owns it.
+    pub principal: Principal,
     /// The blob with its bytes.
     pub sha256: String,
     /// How many.
@@ -118,6 +122,11 @@ fn signed(count: u64) -> i64 {
 fn read_id<T>(row: &AnyRow, column: &str, parse: fn(&str) -> Result<T, IdError>) -> Result<T, StoreError> {
     let text: String = row.try_get(column)?;
     parse(&text).map_err(|error| StoreError::Unreadable { reason: error.to_string(), record: text })
+}
+
+fn principal(row: &AnyRow) -> Result<Principal, StoreError> {
+    let text: String = row.try_get("principal")?;
+    Principal::parse(&text).map_err(|error| StoreError::Unreadable { reason: error.to_string(), record: text })
 }
 
 /// A text as both databases can hold it: Postgres has no NUL in texts.

@@ -104,7 +104,7 @@ impl Records {
         };
         let job = read(&row)?;
         let query = "UPDATE turns SET served = (SELECT MAX(served) + 1 FROM turns) WHERE principal = $1";
-        sqlx::query(query).bind(&job.principal).execute(&mut *transaction).await?;
+        sqlx::query(query).bind(job.principal.as_str()).execute(&mut *transaction).await?;
         self.commit(transaction).await?;
         Ok(Claim::Job(Box::new(job)))
     }
@@ -287,7 +287,7 @@ impl Records {
         let query = "SELECT CAST(COUNT(*) AS BIGINT) AS jobs_before FROM (SELECT 1 FROM jobs WHERE state = 'queued' AND \
                      principal = $1 AND (priority > $2 OR (priority = $2 AND id < $3)) LIMIT $4) AS ahead";
         let query = sqlx::query(query)
-            .bind(&job.principal)
+            .bind(job.principal.as_str())
             .bind(i64::from(job.priority))
             .bind(job.id.as_str())
             .bind(signed(most));

@@ -3,7 +3,7 @@
 use sqlx::{Any, Row, Transaction, any::AnyRow};
 
 use super::{Records, ResultRecord, count, read_id, signed, time, without_nul};
-use crate::store::{JobId, ResultId, StoreError};
+use crate::store::{JobId, Principal, ResultId, StoreError};
 
 fn read(row: &AnyRow) -> Result<ResultRecord, StoreError> {
     Ok(ResultRecord {
@@ -42,13 +42,14 @@ pub(super) async fn insert(
 }
 
 impl Records {
-    /// A result.
+    /// A result; to who does not own its job, there is none.
     ///
     /// # Errors
     /// When the database fails.
-    pub async fn result(&self, id: &ResultId) -> Result<Option<ResultRecord>, StoreError> {
-        let query = sqlx::query("SELECT * FROM results WHERE id = $1").bind(id.as_str());
-        self.optional(query).await?.as_ref().map(read).transpose()
+    pub async fn result(&self, owner: &Principal, id: &ResultId) -> Result<Option<ResultRecord>, StoreError> {
+        let query =
+            "SELECT results.* FROM results JOIN jobs ON jobs.id = job_id WHERE results.id = $1 AND principal = $2";
+        self.optional(sqlx::query(query).bind(id.as_str()).bind(owner.as_str())).await?.as_ref().map(read).transpose()
     }
 
     /// The results of a job, in the order asked for.

@@ -9,7 +9,7 @@ use retargetd::config::Failpoint;
 
 use super::{
     studio::{CLIP, Customer, Place},
-    support::{PATIENCE, Process, count_of},
+    support::{PATIENCE, ServiceProcess, count_of},
 };
 
 /// Short, so that lost workers are soon known to be.
@@ -21,7 +21,7 @@ fn clip(number: usize) -> String {
 }
 
 /// Uploads and asks until the service dies under it.
-async fn use_until_it_dies(customer: &mut Customer, process: &mut Process, dies: &mut Process) {
+async fn use_until_it_dies(customer: &mut Customer, process: &mut ServiceProcess, dies: &mut ServiceProcess) {
     for number in 0..20 {
         if let Some(asset) = customer.upload(&process.url, &clip(number)).await {
             customer.ask(&process.url, &asset).await;
@@ -34,7 +34,7 @@ async fn use_until_it_dies(customer: &mut Customer, process: &mut Process, dies:
     wait_for_end(dies).await;
 }
 
-async fn wait_for_end(process: &mut Process) {
+async fn wait_for_end(process: &mut ServiceProcess) {
     let began = Instant::now();
     while !process.has_ended() {
         assert!(began.elapsed() < PATIENCE, "the failpoint is reached");
@@ -112,7 +112,7 @@ async fn workers_killed_at_random_lose_nothing() {
     let count = count_of("RETARGETD_TEST_JOBS", 60);
     let flags = ["--workers", "2", LEASE, SHORT, "--max-attempts", "50", "--max-queued-jobs", "100000"];
     let api = place.serve(&["--workers", "0", LEASE, SHORT, "--max-queued-jobs", "100000"], &[]);
-    let mut workers: Vec<Process> = (0..3).map(|_| place.worker(&flags, &[])).collect();
+    let mut workers: Vec<ServiceProcess> = (0..3).map(|_| place.worker(&flags, &[])).collect();
     let mut customer = Customer::new();
     let asset = customer.upload(&api.url, CLIP).await.expect("is taken");
     let kills = count / 20;

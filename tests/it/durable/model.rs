@@ -13,7 +13,7 @@ use std::{
 use futures::future::BoxFuture;
 use jiff::Timestamp;
 use retargetd::store::{
-    AfterCrash, Claim, Faults, GiveBack, JobId, JobRecord, JobState, LeaseId, Moment, Records, StoreError,
+    Added, AfterCrash, Claim, Faults, GiveBack, JobId, JobRecord, JobState, LeaseId, Moment, Records, StoreError,
 };
 
 use super::{
@@ -125,9 +125,10 @@ impl Script {
     }
 
     async fn add(&mut self) {
-        let file = self.truth.add_asset(&asset("aa")).await.expect("writes").0;
-        let new = job(&file, ["ann", "bob"][self.dice.roll(2) as usize], self.dice.roll(3) as i32);
-        let done = self.records.add_job(&new).await;
+        let owner = ["ann", "bob"][self.dice.roll(2) as usize];
+        let file = self.truth.add_asset(&asset(owner, "aa")).await.expect("writes").0;
+        let new = job(&file, self.dice.roll(3) as i32);
+        let done = self.records.add_job(&new).await.map(|added| added == Added::New);
         self.settle(&new.id, None, Some(Known::from(&new)), done).await;
     }
 

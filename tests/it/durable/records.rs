@@ -4,18 +4,23 @@ use std::{collections::BTreeSet, time::Duration};
 
 use jiff::Timestamp;
 use retargetd::store::{
-    AfterCrash, AssetId, AssetRecord, Claim, DocumentChange, DocumentKind, FinishedJob, GiveBack, Held, JobId,
-    JobInput, JobRecord, JobRequest, JobState, LeaseId, NewDocument, Notice, Precondition, Records, ResultId,
-    ResultRecord, StoreError, StoredProgress,
+    Added, AfterCrash, ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, Claim, DocumentChange, DocumentKind, FinishedJob,
+    GiveBack, Held, Idempotency, JobId, JobInput, JobRecord, JobRequest, JobState, LeaseId, NewDocument, Notice,
+    Precondition, Principal, Records, ResultId, ResultRecord, Scope, StoreError, StoredProgress,
 };
 
 use super::support::Postgres;
 
 pub(super) const HOUR: Duration = Duration::from_secs(3600);
 
-pub(super) fn asset(sha256: &str) -> AssetRecord {
+pub(super) fn principal(name: &str) -> Principal {
+    Principal::parse(name).expect("a name")
+}
+
+pub(super) fn asset(owner: &str, sha256: &str) -> AssetRecord {
     AssetRecord {
         id: AssetId::new(),
+        principal: principal(owner),
         sha256: sha256.to_owned(),
         bytes: 10,
         format: "bvh".to_owned(),
@@ -25,7 +30,9 @@ pub(super) fn asset(sha256: &str) -> AssetRecord {
     }
 }
 
-pub(super) fn job(input: &AssetRecord, principal: &str, priority: i32) -> JobRecord {
+/// One of the owner of the file.
+pub(super) fn job(input: &AssetRecord, priority: i32) -> JobRecord {
+    let principal = input.principal.clone();
     let input = JobInput { asset: input.id.clone(), sha256: input.sha256.clone(), file_name: input.file_name.clone() };
     JobRecord {
         id: JobId::new(),
@@ -50,12 +57,13 @@ pub(super) fn job(input: &AssetRecord, principal: &str, priority: i32) -> JobRec
         expires_at: None,
         warnings: 0,
         failure: None,
-        principal: principal.to_owned(),
+        principal,
         priority,
         inputs_sha256: "inputs".to_owned(),
         memory_bytes: 1 << 40,
         crashes: 0,
         retries: 0,
+        idempotency: None,
         lease: None,
         progress: None,
     }
@@ -94,10 +102,10 @@ async fn claim(records: &Records) -> Option<JobRecord> {
     }
 }
 
-async fn added(records: &Records, principal: &str, priority: i32) -> JobRecord {
-    let asset = records.add_asset(&asset("aa")).await.expect("writes").0;
-    let job = job(&asset, principal, priority);
-    assert!(records.add_job(&job).await.expect("writes"), "its file is there");
+async fn added(records: &Records, owner: &str, priority: i32) -> JobRecord {
+    let asset = records.add_asset(&asset(owner, "aa")).await.expect("writes").0;
+    let job = job(&asset, priority);
+    assert_eq!(records.add_job(&job).await.expect("writes"), Added::New, "its file is there");
     job
 }
 
@@ -105,11 +113,15 @@ async fn a_job_reads_back_as_it_was_written(records: &Records) {
     let written = added(records, "anonymous", 7).await;
     let read = records.job(&written.id).await.expect("reads").expect("is there");
     assert_eq!(read, written, "every field");
-    assert!(records.add_job(&written).await.expect("writes"), "the same again is no fault");
+    assert!(matches!(records.add_job(&written).await.expect("writes"), Added::Before(_)), "the same again is no fault");
     assert_eq!(records.queue_depth().await.expect("counts").jobs, 1, "and no second job");
     let lease = LeaseId::new();
-    let missing = job(&asset("bb"), "anonymous", 0);
-    assert!(!records.add_job(&missing).await.expect("answers"), "without its file there is no job");
+    let missing = job(&asset("anonymous", "bb"), 0);
+    assert_eq!(
+        records.add_job(&missing).await.expect("answers"),
+        Added::FileMissing,
+        "without its file there is no job"
+    );
     assert!(records.job(&missing.id).await.expect("reads").is_none(), "not even half of one");
     assert!(records.leased(&lease).await.expect("reads").is_none(), "nobody has that lease");
 }
@@ -187,6 +199,98 @@ async fn a_job_that_was_given_back_waits_its_time(records: &Records) {
     assert_eq!(claim(records).await.expect("again").attempt, 1, "the attempt was not counted");
 }
 
+async fn what_belongs_to_others_is_not_there(records: &Records) {
+    let (ann, bob) = (added(records, "ann", 0).await, added(records, "bob", 0).await);
+    let (hers, his) = (&ann.request.source.asset, &bob.request.source.asset);
+    assert_ne!(hers, his, "the same bytes are a file of each");
+    let (her, him) = (&ann.principal, &bob.principal);
+    assert!(records.asset(her, hers).await.expect("reads").is_some(), "her own");
+    assert!(records.asset(him, hers).await.expect("reads").is_none(), "not his");
+    assert!(records.remove_asset(him, hers).await.expect("answers").is_none(), "nor his to remove");
+    let ids = async |owner: &Principal| -> Vec<String> {
+        let files =
+            records.assets(owner, None, 9).await.expect("lists").items.into_iter().map(|file| file.id.to_string());
+        let jobs =
+            records.jobs(owner, None, None, 9).await.expect("lists").items.into_iter().map(|job| job.id.to_string());
+        files.chain(jobs).collect()
+    };
+    assert_eq!(ids(her).await, [hers.to_string(), ann.id.to_string()], "she sees what is hers");
+    assert_eq!(ids(him).await, [his.to_string(), bob.id.to_string()], "he sees what is his");
+    let stolen = JobRecord { id: JobId::new(), principal: him.clone(), ..ann.clone() };
+    assert_eq!(records.add_job(&stolen).await.expect("answers"), Added::FileMissing, "nobody works on files of others");
+
+    let taken = claim(records).await.expect("a job");
+    let owner = if taken.id == ann.id { her } else { him };
+    let result = result(&taken.id, "cc");
+    let done = end(JobState::Succeeded, vec![result.clone()]);
+    assert!(records.finish_job(&taken.id, (JobState::Running, taken.lease.as_ref()), &done).await.expect("ends"));
+    let other = if owner == her { him } else { her };
+    assert!(records.result(owner, &result.id).await.expect("reads").is_some(), "the file that it gave");
+    assert!(records.result(other, &result.id).await.expect("reads").is_none(), "is the asker's alone");
+
+    let put = async |owner: &Principal, text: &str| {
+        let new = NewDocument { owner, kind: DocumentKind::Rig, name: "hero", sha256: text, document: text };
+        records.put_document(new, &Precondition::Absent, 1, Timestamp::UNIX_EPOCH).await.expect("writes")
+    };
+    assert!(matches!(put(her, "1").await, DocumentChange::Created(_)), "hers");
+    assert!(matches!(put(him, "2").await, DocumentChange::Created(_)), "his of the same name, and counted by itself");
+    let read = async |owner: &Principal| records.documents(owner, DocumentKind::Rig).await.expect("lists");
+    assert_eq!(read(her).await.into_iter().map(|rig| rig.document).collect::<Vec<_>>(), ["1"], "only hers");
+    let gone =
+        records.remove_document(him, DocumentKind::Rig, "hero", &Precondition::Always, Timestamp::UNIX_EPOCH).await;
+    assert!(matches!(gone, Ok(DocumentChange::Removed)), "his");
+    assert!(records.document(her, DocumentKind::Rig, "hero", None).await.expect("reads").is_some(), "hers stays");
+}
+
+async fn one_word_is_one_job_for_each_caller(records: &Records) {
+    let file = records.add_asset(&asset("ann", "aa")).await.expect("writes").0;
+    let word = |key: &str| Some(Idempotency { key: key.to_owned(), asked_sha256: "cc".to_owned() });
+    let askers = (0..64).map(|_| {
+        let (records, new) = (records.clone(), JobRecord { idempotency: word("monday"), ..job(&file, 0) });
+        async move { (records.add_job(&new).await.expect("answers"), new.id) }
+    });
+    let answers = futures::future::join_all(askers).await;
+    let made: Vec<&JobId> = answers.iter().filter(|(added, _)| *added == Added::New).map(|(_, id)| id).collect();
+    assert_eq!(made.len(), 1, "one of many who come at the same time");
+    let told =
+        |added: &Added| matches!(added, Added::Before(job) if job.id == *made[0] && job.idempotency == word("monday"));
+    assert_eq!(answers.iter().filter(|(added, _)| told(added)).count(), 63, "the others are told of it");
+    let asked = records.job_asked_with(&file.principal, "monday").await.expect("reads").expect("is there");
+    assert_eq!(asked.id, *made[0], "found by the word");
+    let other = JobRecord { idempotency: word("tuesday"), ..job(&file, 0) };
+    assert_eq!(records.add_job(&other).await.expect("writes"), Added::New, "another word");
+    let his = records.add_asset(&asset("bob", "aa")).await.expect("writes").0;
+    let his = JobRecord { idempotency: word("monday"), ..job(&his, 0) };
+    assert_eq!(records.add_job(&his).await.expect("writes"), Added::New, "words of others are others");
+}
+
+async fn keys_are_found_bounded_and_removed(records: &Records) {
+    let key = |owner: &str, expires_at: Option<Timestamp>| ApiKeyRecord {
+        id: ApiKeyId::new(),
+        principal: principal(owner),
+        sha256: "aa".to_owned(),
+        scopes: vec![Scope::Read, Scope::Admin],
+        created_at: Timestamp::UNIX_EPOCH + HOUR,
+        expires_at,
+    };
+    let first = key("ann", Some(Timestamp::UNIX_EPOCH + HOUR * 2));
+    assert!(records.add_api_key(&first, 1).await.expect("writes"), "the first");
+    assert!(!records.add_api_key(&key("ann", None), 1).await.expect("answers"), "no second one");
+    assert!(records.add_api_key(&key("bob", None), 1).await.expect("writes"), "of another");
+    assert_eq!(records.api_key(&first.id).await.expect("reads").as_ref(), Some(&first), "every field");
+    let ended = ApiKeyRecord { created_at: Timestamp::UNIX_EPOCH + HOUR * 2, ..key("ann", None) };
+    assert!(records.add_api_key(&ended, 1).await.expect("writes"), "the first has ended by then");
+    let racers = (0..8).map(|_| {
+        let (records, key) = (records.clone(), key("cy", None));
+        async move { records.add_api_key(&key, 2).await }
+    });
+    let made = futures::future::join_all(racers).await.into_iter().filter(|made| matches!(made, Ok(true))).count();
+    assert_eq!(made, 2, "two of many who come at the same time");
+    assert_eq!(records.api_keys().await.expect("lists").len(), 5, "all of them");
+    assert!(records.remove_api_key(&first.id).await.expect("removes"), "it was there");
+    assert!(!records.remove_api_key(&first.id).await.expect("answers"), "and is gone");
+}
+
 async fn quarantine_names_the_files_and_passes(records: &Records) {
     let (_, now) = (added(records, "anonymous", 0).await, Timestamp::UNIX_EPOCH);
     claim(records).await.expect("a job");
@@ -201,7 +305,10 @@ async fn quarantine_names_the_files_and_passes(records: &Records) {
 async fn files_stay_for_unfinished_jobs_and_go_with_the_last_record(records: &Records) {
     let job = added(records, "anonymous", 0).await;
     let file = &job.request.source.asset;
-    assert!(matches!(records.remove_asset(file).await, Err(StoreError::InUse(user)) if user == job.id), "in use");
+    assert!(
+        matches!(records.remove_asset(&job.principal, file).await, Err(StoreError::InUse(user)) if user == job.id),
+        "in use"
+    );
     assert!(records.names_blob("aa").await.expect("reads"), "its bytes are named");
     assert_eq!(records.stored_bytes().await.expect("counts"), 10, "and counted once");
     assert!(
@@ -212,16 +319,22 @@ async fn files_stay_for_unfinished_jobs_and_go_with_the_last_record(records: &Re
     );
     let later = Timestamp::UNIX_EPOCH + HOUR * 2;
     assert!(records.keep_asset(file, later).await.expect("writes"), "is there");
-    let kept = records.asset(file).await.expect("reads").expect("is there");
+    let kept = records.asset(&job.principal, file).await.expect("reads").expect("is there");
     assert_eq!((kept.expires_at, kept.file_name.as_str()), (later, "walk.bvh"), "kept longer, and without its NUL");
-    assert!(records.remove_asset(file).await.expect("removes").is_some(), "free");
+    assert!(records.remove_asset(&job.principal, file).await.expect("removes").is_some(), "free");
     assert!(!records.names_blob("aa").await.expect("reads"), "nobody names it");
     assert!(records.remove_job(&job.id).await.expect("removes").is_some(), "an ended job can go");
 }
 
 async fn documents_have_versions_and_one_writer_at_a_time(records: &Records) {
     let put = async |text: &str, precondition: Precondition| {
-        let new = NewDocument { kind: DocumentKind::Preset, name: "hero", sha256: text, document: text };
+        let new = NewDocument {
+            owner: &principal("ann"),
+            kind: DocumentKind::Preset,
+            name: "hero",
+            sha256: text,
+            document: text,
+        };
         records.put_document(new, &precondition, 3, Timestamp::UNIX_EPOCH).await.expect("writes")
     };
     assert!(matches!(put("1", Precondition::Absent).await, DocumentChange::Created(record) if record.version == 1));
@@ -230,7 +343,13 @@ async fn documents_have_versions_and_one_writer_at_a_time(records: &Records) {
         let records = records.clone();
         let text = format!("w{number}");
         async move {
-            let new = NewDocument { kind: DocumentKind::Preset, name: "hero", sha256: &text, document: &text };
+            let new = NewDocument {
+                owner: &principal("ann"),
+                kind: DocumentKind::Preset,
+                name: "hero",
+                sha256: &text,
+                document: &text,
+            };
             records.put_document(new, &Precondition::Is(vec!["1".to_owned()]), 3, Timestamp::UNIX_EPOCH).await
         }
     });
@@ -297,6 +416,9 @@ suite![
     quarantine_names_the_files_and_passes,
     files_stay_for_unfinished_jobs_and_go_with_the_last_record,
     documents_have_versions_and_one_writer_at_a_time,
+    what_belongs_to_others_is_not_there,
+    one_word_is_one_job_for_each_caller,
+    keys_are_found_bounded_and_removed,
     many_claim_at_the_same_time_and_each_job_has_one,
 ];
 

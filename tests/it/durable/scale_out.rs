@@ -6,7 +6,7 @@ use reqwest::StatusCode;
 
 use super::{
     studio::{CLIP, Customer, Place},
-    support::{PATIENCE, Process, S3, count_of},
+    support::{PATIENCE, S3, ServiceProcess, count_of},
 };
 
 /// The main job through a database and a bucket, by two APIs and two workers; then one of each goes, as in a rolling restart.
@@ -14,7 +14,7 @@ use super::{
 async fn apis_and_workers_share_a_database_and_a_bucket() {
     let Some(place) = Place::cloud() else { return };
     let apis = [place.serve(&["--workers", "0"], &[]), place.serve(&["--workers", "0"], &[])];
-    let mut workers: Vec<Process> = (0..2).map(|_| place.worker(&["--workers", "1"], &[])).collect();
+    let mut workers: Vec<ServiceProcess> = (0..2).map(|_| place.worker(&["--workers", "1"], &[])).collect();
     let mut customer = Customer::new();
     // Larger than one part of a multipart upload.
     let large = format!("{CLIP}{}", "0 90 0 0 0 0 0 0 0\n".repeat(400_000)).replace("Frames: 2", "Frames: 400002");
@@ -121,7 +121,7 @@ async fn figures() {
             }
             let own = if is_folder { "1" } else { "0" };
             let api = place.serve(&["--workers", own, "--max-queued-jobs", "100000"], &[]);
-            let others: Vec<Process> =
+            let others: Vec<ServiceProcess> =
                 (0..if is_folder { 0 } else { workers }).map(|_| place.worker(&["--workers", "1"], &[])).collect();
             let mut customer = Customer::new();
             let asset = customer.upload(&api.url, CLIP).await.expect("is taken");

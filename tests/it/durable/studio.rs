@@ -6,7 +6,7 @@ use reqwest::{Client, StatusCode};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
-use super::support::{PATIENCE, Postgres, Process, S3};
+use super::support::{PATIENCE, Postgres, S3, ServiceProcess, serve, worker};
 
 /// The smallest clip that is worth a job: two joints, two frames.
 pub(super) const CLIP: &str = "HIERARCHY\nROOT Hips\n{\n OFFSET 0 0 0\n CHANNELS 6 Xposition Yposition Zposition Zrotation \
@@ -60,12 +60,12 @@ impl Place {
         }
     }
 
-    pub(super) fn serve(&self, more: &[&str], variables: &[(&'static str, String)]) -> Process {
-        Process::serve(&self.flags(more), &[self.variables(), variables.to_vec()].concat())
+    pub(super) fn serve(&self, more: &[&str], variables: &[(&'static str, String)]) -> ServiceProcess {
+        serve(&self.flags(more), &[self.variables(), variables.to_vec()].concat())
     }
 
-    pub(super) fn worker(&self, more: &[&str], variables: &[(&'static str, String)]) -> Process {
-        Process::worker(&self.flags(more), &[self.variables(), variables.to_vec()].concat())
+    pub(super) fn worker(&self, more: &[&str], variables: &[(&'static str, String)]) -> ServiceProcess {
+        worker(&self.flags(more), &[self.variables(), variables.to_vec()].concat())
     }
 }
 

@@ -1,7 +1,6 @@
 //! Databases, file stores and processes of the service, each in folders and on ports of its own, gone with the test.
 
 use std::{
-    io::{BufRead, BufReader},
     net::{TcpListener, TcpStream},
     os::unix::{
         fs::{MetadataExt, chown},
@@ -15,7 +14,8 @@ use std::{
 use retargetd::store::Records;
 use sqlx::Connection as _;
 
-use crate::support::skip;
+pub(super) use crate::service_process::ServiceProcess;
+use crate::{service_process::signal, support::skip};
 
 /// Long enough for a busy machine; nothing waits this long when all is well.
 pub(super) const PATIENCE: Duration = Duration::from_secs(120);
@@ -37,10 +37,6 @@ fn wait_for(what: &str, mut is_there: impl FnMut() -> bool) {
         assert!(began.elapsed() < PATIENCE, "{what} does not come up");
         std::thread::sleep(Duration::from_millis(20));
     }
-}
-
-fn signal(child: &Child, name: &str) {
-    Command::new("kill").args([name, &child.id().to_string()]).status().expect("kill runs");
 }
 
 /// A Postgres server with an empty database.
@@ -249,61 +245,21 @@ fn python_with(module: &str) -> Option<PathBuf> {
     })
 }
 
-/// A process of the service. Dropping it kills it.
-pub(super) struct Process {
-    child: Child,
-    /// Where it listens; empty for a worker.
-    pub(super) url: String,
+/// A service with these flags and variables.
+pub(super) fn serve(flags: &[String], variables: &[(&'static str, String)]) -> ServiceProcess {
+    ServiceProcess::listening(&mut of_role("serve", flags, variables))
 }
 
-impl Process {
-    pub(super) fn serve(flags: &[String], variables: &[(&'static str, String)]) -> Self {
-        let mut child = Self::spawn("serve", flags, variables);
-        let mut line = String::new();
-        let output = child.stdout.take().expect("its output is piped");
-        BufReader::new(output).read_line(&mut line).expect("it prints a line");
-        let url = line.split_whitespace().find(|word| word.starts_with("http://")).unwrap_or_default().to_owned();
-        assert!(!url.is_empty(), "the line has the address: {line:?}");
-        Self { child, url }
-    }
-
-    pub(super) fn worker(flags: &[String], variables: &[(&'static str, String)]) -> Self {
-        Self { child: Self::spawn("worker", flags, variables), url: String::new() }
-    }
-
-    fn spawn(role: &str, flags: &[String], variables: &[(&'static str, String)]) -> Child {
-        Command::new(env!("CARGO_BIN_EXE_retargetd"))
-            .args([role, "--listen", "127.0.0.1:0", "--log", "error"])
-            .args(flags)
-            .envs(variables.iter().map(|(name, value)| (*name, value)))
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("the binary starts")
-    }
-
-    /// Ends it as a power cut does.
-    pub(super) fn kill(&mut self) {
-        self.child.kill().expect("it can be killed");
-        self.child.wait().expect("it ends");
-    }
-
-    /// Asks it to end, and gives its exit code.
-    pub(super) fn terminate(mut self) -> Option<i32> {
-        signal(&self.child, "-TERM");
-        self.child.wait().expect("it ends").code()
-    }
-
-    /// Whether it has ended by itself.
-    pub(super) fn has_ended(&mut self) -> bool {
-        self.child.try_wait().expect("it can be asked").is_some()
-    }
+/// A worker with these flags and variables.
+pub(super) fn worker(flags: &[String], variables: &[(&'static str, String)]) -> ServiceProcess {
+    ServiceProcess::silent(&mut of_role("worker", flags, variables))
 }
 
-impl Drop for Process {
-    fn drop(&mut self) {
-        // It may have ended already.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
+fn of_role(role: &str, flags: &[String], variables: &[(&'static str, String)]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_retargetd"));
+    command
+        .args([role, "--listen", "127.0.0.1:0", "--log", "error"])
+        .args(flags)
+        .envs(variables.iter().map(|(name, value)| (*name, value)));
+    command
 }

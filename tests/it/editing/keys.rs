@@ -7,7 +7,7 @@ use retargetd::{
     editing::{Reduction, Tolerance, reduce_keys},
     engine::{self, EditInputs, Format, Limits, NamedBytes},
     formats::{self, Include, TargetClips, WriteOptions},
-    model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
+    model::{Clip, Control, Joint, JointContacts, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
     rig::{KeyInterpolation, RetargetSpec, Rig},
     samples,
 };
@@ -141,6 +141,33 @@ fn straight_ways_need_their_ends_only() {
         [0, 60],
         "one track keeps the length"
     );
+}
+
+#[test]
+fn what_touches_the_ground_keeps_to_its_place() {
+    let scene = samples::walk_scene();
+    let clip = &scene.clips[0];
+    let rig = Rig::new("source", &scene, None, &RetargetSpec::default().source, &mut Reporter::new()).expect("a rig");
+    let foot = rig.role("left_foot")[0];
+    let touches: Vec<bool> = (0..clip.frame_count()).map(|frame| frame % 30 < 15).collect();
+    let contacts = vec![JointContacts { joint: foot, touches: touches.clone() }];
+    let touching = clip.clone().with_contacts(contacts).expect("as long as the clip");
+    let reduction = reduced(&scene, &touching, 1.0);
+    let back = through_a_file(&scene, &touching, &reduction);
+    let off = |frame: usize| {
+        let place = |clip: &Clip| {
+            clip.local_pose(&scene.skeleton, frame).to_model(&scene.skeleton).transforms()[foot].translation
+        };
+        place(&back).distance(place(clip))
+    };
+    let worst = |wanted: bool| {
+        let frames = (0..touches.len()).filter(|frame| touches[*frame] == wanted);
+        frames.map(off).fold(0.0, f64::max)
+    };
+    assert!(worst(true) <= TOLERANCE_METRES / 4.0 + 1e-6, "touching, the foot moves by {} m", worst(true));
+    assert!(worst(false) > worst(true), "in the air it may move more: {} m", worst(false));
+    let more = reduction.keys.count() as f64 / reduced(&scene, clip, 1.0).keys.count() as f64;
+    assert!((1.0..1.6).contains(&more), "it takes {more} times the keys");
 }
 
 #[test]

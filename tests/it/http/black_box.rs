@@ -5,13 +5,13 @@ use std::{path::Path, process::Command};
 use reqwest::{Client, Response, StatusCode};
 use serde_json::json;
 
-use super::support::{BVH, PATIENCE, Server, form, header, json as read, problem};
+use super::support::{BVH, PATIENCE, ServiceProcess, form, header, json as read, problem, start_service};
 
 fn client() -> Client {
     Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client")
 }
 
-async fn upload(server: &Server, body: &str) -> Response {
+async fn upload(server: &ServiceProcess, body: &str) -> Response {
     let url = format!("{}/v1/assets?filename=a.bvh", server.url);
     client().post(url).body(body.to_owned()).send().await.expect("an answer")
 }
@@ -19,7 +19,7 @@ async fn upload(server: &Server, body: &str) -> Response {
 #[tokio::test(flavor = "multi_thread")]
 async fn every_bad_request_has_its_own_code_and_the_service_goes_on() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &["--max-file-bytes", "64KiB", "--max-document-bytes", "2KiB"]);
+    let server = start_service(data.path(), &["--max-file-bytes", "64KiB", "--max-document-bytes", "2KiB"]);
     let (client, url) = (client(), server.url.clone());
     let at = |path: &str| format!("{url}{path}");
     let post = |path: &str, body: String, media_type: &str| {
@@ -81,7 +81,7 @@ async fn every_bad_request_has_its_own_code_and_the_service_goes_on() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_restart_keeps_assets_and_jobs() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &["--workers", "1"]);
+    let server = start_service(data.path(), &["--workers", "1"]);
     let asset = read(upload(&server, BVH).await).await["id"].as_str().expect("an id").to_owned();
     let body = json!({"source": {"asset": asset}, "target": {"asset": asset}});
     let answer = client().post(format!("{}/v1/jobs", server.url)).json(&body).send().await.expect("an answer");
@@ -89,7 +89,7 @@ async fn a_restart_keeps_assets_and_jobs() {
     let job = read(answer).await["id"].as_str().expect("an id").to_owned();
     // Killed, not stopped: what was acknowledged must be there without any goodbye.
     drop(server);
-    let server = Server::start(data.path(), &["--workers", "1"]);
+    let server = start_service(data.path(), &["--workers", "1"]);
     let again = upload(&server, BVH).await;
     assert_eq!(again.status(), StatusCode::OK, "the same bytes are there");
     assert_eq!(read(again).await["id"], asset.as_str(), "under the same id");
@@ -103,7 +103,7 @@ async fn a_restart_keeps_assets_and_jobs() {
 #[test]
 fn one_server_per_data_folder_and_all_bad_settings_at_once() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let _server = Server::start(data.path(), &[]);
+    let _server = start_service(data.path(), &[]);
     let (code, text) = serve(data.path(), &["--listen", "127.0.0.1:0"]);
     assert_eq!(code, Some(4), "not started: {text}");
     assert!(text.contains("another server is using the data folder"), "says why: {text}");
@@ -121,7 +121,7 @@ fn serve(data: &Path, flags: &[&str]) -> (Option<i32>, String) {
 #[test]
 fn health_tells_ready_from_gone() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let health = |url: &str| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_retargetd"));
         command.args(["health", "--url", url]).output().expect("it runs").status.code()
@@ -135,7 +135,7 @@ fn health_tells_ready_from_gone() {
 #[tokio::test(flavor = "multi_thread")]
 async fn the_docs_load_nothing_from_elsewhere() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let client = client();
     let get = |path: &str| client.get(format!("{}{path}", server.url)).send();
     let page = get("/docs/").await.expect("an answer");

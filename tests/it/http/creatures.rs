@@ -7,7 +7,7 @@ use retargetd::{
 };
 use serde_json::{Value, json};
 
-use super::support::{Server, json as read};
+use super::support::{json as read, start_service};
 use crate::made_animals::{Beast, Random, ant, dragon};
 
 /// The animal as pose arrays, with joints called `krel_0` and so on that lie in a heap: nothing can be seen in them.
@@ -38,7 +38,7 @@ fn template(beast: &Beast, kind: &str) -> Value {
 #[tokio::test(flavor = "multi_thread")]
 async fn animals_of_ones_own_are_recognised_by_their_templates() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let client = Client::builder().no_proxy().build().expect("a client");
     for (name, beast, kind) in [("our_dragon", dragon(), "quadruped"), ("our_ant", ant(), "other")] {
         let url = format!("{}/v1/assets?filename={name}.json", server.url);

@@ -4,13 +4,13 @@ use reqwest::{Client, Response, StatusCode, multipart::Form, multipart::Part};
 use retargetd::samples;
 use serde_json::json;
 
-use super::support::{PATIENCE, Server, header, json as read, problem};
+use super::support::{PATIENCE, ServiceProcess, header, json as read, problem, start_service};
 
 fn client() -> Client {
     Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client")
 }
 
-async fn send(server: &Server, path: &str, parts: &[(&'static str, Vec<u8>)]) -> Response {
+async fn send(server: &ServiceProcess, path: &str, parts: &[(&'static str, Vec<u8>)]) -> Response {
     let form = parts.iter().fold(Form::new(), |form, (name, bytes)| {
         let ending = if *name == "config" { "json" } else { "glb" };
         form.part(*name, Part::bytes(bytes.clone()).file_name(format!("{name}.{ending}")))
@@ -22,7 +22,7 @@ async fn send(server: &Server, path: &str, parts: &[(&'static str, Vec<u8>)]) ->
 #[tokio::test(flavor = "multi_thread")]
 async fn a_clip_comes_back_edited() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let (walk, mannequin) = (("source", samples::walk_clip()), ("target", samples::mannequin()));
     let edit = json!({"edit": {"range": [0.5, 1.5], "fps": 24, "reverse": true, "mirror": true}});
     let config = ("config", edit.to_string().into_bytes());
@@ -55,7 +55,7 @@ async fn a_clip_comes_back_edited() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_job_that_edits_needs_no_target() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let upload = client().post(format!("{}/v1/assets?filename=walk.glb", server.url)).body(samples::walk_clip());
     let asset = read(upload.send().await.expect("an asset")).await["id"].clone();
     let ask = |config: serde_json::Value| {

@@ -4,7 +4,7 @@ use reqwest::{Response, StatusCode};
 use retargetd::{engine, samples};
 use serde_json::{Value, json};
 
-use super::support::{BVH, Server, Service, header, json as read, problem};
+use super::support::{BVH, Service, header, json as read, problem, start_service};
 
 async fn put(service: &Service, path: &str, body: &Value, condition: (&'static str, &str)) -> Response {
     let mut request = service.client.put(service.at(path)).json(body);
@@ -149,7 +149,7 @@ fn foreign() -> Vec<u8> {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_rig_of_ones_own_is_recognised_from_then_on() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let client = reqwest::Client::builder().no_proxy().build().expect("a client");
     let url = format!("{}/v1/assets?filename=hero.glb", server.url);
     let asset = read(client.post(url).body(foreign()).send().await.expect("an answer")).await;
@@ -209,7 +209,7 @@ async fn everything_built_in_can_be_read() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_rig_is_learned_from_an_uploaded_character() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let client = reqwest::Client::builder().no_proxy().build().expect("a client");
     let url = format!("{}/v1/assets?filename=mannequin.glb", server.url);
     let upload = client.post(url).body(samples::mannequin()).send().await.expect("an answer");

@@ -4,16 +4,16 @@ use reqwest::{Client, StatusCode, multipart};
 use retargetd::samples;
 use serde_json::{Value, json};
 
-use super::support::{PATIENCE, Server, json as read, problem};
+use super::support::{PATIENCE, ServiceProcess, json as read, problem, start_service};
 use crate::cli::carried_curves::{values_of, with_a_property};
 
-async fn post(server: &Server, config: &Value) -> reqwest::Response {
+async fn post(server: &ServiceProcess, config: &Value) -> reqwest::Response {
     let files = [(samples::walk_clip(), "walk.glb"), (samples::mannequin(), "mannequin.glb")];
     post_files(server, files, config).await
 }
 
 /// Source and target.
-async fn post_files(server: &Server, files: [(Vec<u8>, &'static str); 2], config: &Value) -> reqwest::Response {
+async fn post_files(server: &ServiceProcess, files: [(Vec<u8>, &'static str); 2], config: &Value) -> reqwest::Response {
     let [source, target] = files.map(|(bytes, name)| multipart::Part::bytes(bytes).file_name(name));
     let form = multipart::Form::new().part("source", source).part("target", target).text("config", config.to_string());
     let client = Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client");
@@ -24,7 +24,7 @@ async fn post_files(server: &Server, files: [(Vec<u8>, &'static str); 2], config
 #[tokio::test(flavor = "multi_thread")]
 async fn every_op_can_be_asked_for() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let config = json!({
         "output": {"format": "poses_json"},
         "ops": [
@@ -75,7 +75,7 @@ async fn every_op_can_be_asked_for() {
 #[tokio::test(flavor = "multi_thread")]
 async fn what_an_op_names_must_exist() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let config = json!({"ops": [{"op": "joints", "rows": [{"source": "hed", "target": "head"}]}]});
     let refused = problem(post(&server, &config).await, 422, "unknown_joint").await;
     assert_eq!(refused["errors"][0]["pointer"], "/ops/0/rows/0/source", "{refused}");
@@ -85,7 +85,7 @@ async fn what_an_op_names_must_exist() {
 async fn custom_properties_go_along() {
     let Some(file) = with_a_property() else { return };
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let config = |row: Value| json!({"output": {"format": "poses_json"}, "ops": [{"op": "fk"}, {"op": "curves", "rows": [row]}]});
     let files = || [(file.clone().into_bytes(), "source.fbx"), (file.clone().into_bytes(), "target.fbx")];
     let answer = post_files(&server, files(), &config(json!({"source": "grip", "target": "hold", "gain": 10}))).await;

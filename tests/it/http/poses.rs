@@ -3,9 +3,9 @@
 use reqwest::{Client, Response, StatusCode, multipart::Form, multipart::Part};
 use retargetd::samples;
 
-use super::support::{PATIENCE, Server, header, problem};
+use super::support::{PATIENCE, ServiceProcess, header, problem, start_service};
 
-async fn pose(server: &Server, query: &str, parts: &[(&'static str, Vec<u8>)]) -> Response {
+async fn pose(server: &ServiceProcess, query: &str, parts: &[(&'static str, Vec<u8>)]) -> Response {
     let form = parts.iter().fold(Form::new(), |form, (name, bytes)| {
         let ending = if *name == "config" { "json" } else { "glb" };
         form.part(*name, Part::bytes(bytes.clone()).file_name(format!("{name}.{ending}")))
@@ -34,7 +34,7 @@ async fn rest_pose(answer: Response) -> String {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_character_comes_back_in_the_pose_that_was_asked_for() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let (mannequin, walk) = (samples::mannequin(), samples::walk_clip());
     let target = ("target", mannequin.clone());
     assert_eq!(rest_pose(pose(&server, "", std::slice::from_ref(&target)).await).await, "T", "without a word");

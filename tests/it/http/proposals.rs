@@ -4,19 +4,19 @@ use reqwest::{Client, Response, StatusCode, multipart};
 use retargetd::samples;
 use serde_json::{Value, json};
 
-use super::support::{PATIENCE, Server, json as read, problem};
+use super::support::{PATIENCE, ServiceProcess, json as read, problem, start_service};
 
 fn client() -> Client {
     Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client")
 }
 
-async fn upload(server: &Server, name: &str, bytes: Vec<u8>) -> String {
+async fn upload(server: &ServiceProcess, name: &str, bytes: Vec<u8>) -> String {
     let url = format!("{}/v1/assets?filename={name}", server.url);
     let answer = client().post(url).body(bytes).send().await.expect("an answer");
     read(answer).await["id"].as_str().expect("an id").to_owned()
 }
 
-async fn post(server: &Server, path: &str, body: &Value) -> Response {
+async fn post(server: &ServiceProcess, path: &str, body: &Value) -> Response {
     client().post(format!("{}{path}", server.url)).json(body).send().await.expect("an answer")
 }
 
@@ -34,7 +34,7 @@ fn form(config: Option<&'static str>) -> multipart::Form {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_suggestion_is_a_config_that_gives_the_same() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let source = upload(&server, "walk.glb", samples::walk_clip()).await;
     let target = upload(&server, "mannequin.glb", samples::mannequin()).await;
     let files = json!({"source": {"asset": source}, "target": {"asset": target}});
@@ -62,7 +62,7 @@ async fn a_suggestion_is_a_config_that_gives_the_same() {
 #[tokio::test(flavor = "multi_thread")]
 async fn configs_are_checked_with_files_and_without() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let alone = post(&server, "/v1/config-checks", &json!({"config": {"align": "off"}})).await;
     assert_eq!(alone.status(), StatusCode::OK, "it can be read");
     assert_eq!(read(alone).await["spec"]["align"], "off", "as it is understood");
@@ -91,7 +91,7 @@ async fn configs_are_checked_with_files_and_without() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_suggestion_tells_what_is_left_between_the_rest_poses_and_what_later_ops_change() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let config = r#"{"align": "off", "ops": [{"op": "pelvis"}, {"op": "fk"}, {"op": "ik", "mask": ["left_leg"]}]}"#;
     let url = format!("{}/v1/mapping-suggestions", server.url);
     let answer = client().post(&url).multipart(form(Some(config))).send().await.expect("an answer");

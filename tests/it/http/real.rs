@@ -2,14 +2,14 @@
 
 use reqwest::{Client, Response, StatusCode};
 
-use super::support::{PATIENCE, Server, header, json, problem};
+use super::support::{PATIENCE, ServiceProcess, header, json, problem, start_service};
 use crate::support::corpus_file;
 
-async fn retarget(server: &Server, config: Option<&'static str>) -> Option<Response> {
+async fn retarget(server: &ServiceProcess, config: Option<&'static str>) -> Option<Response> {
     retarget_onto(server, "decentraland/walk.glb", config).await
 }
 
-async fn retarget_onto(server: &Server, target: &str, config: Option<&'static str>) -> Option<Response> {
+async fn retarget_onto(server: &ServiceProcess, target: &str, config: Option<&'static str>) -> Option<Response> {
     let source = std::fs::read(corpus_file("mixamo/bvh/ortiz_salsa.bvh")?).expect("reads");
     let target = std::fs::read(corpus_file(target)?).expect("reads");
     let part = |bytes: Vec<u8>, name: &'static str| reqwest::multipart::Part::bytes(bytes).file_name(name);
@@ -26,14 +26,14 @@ async fn retarget_onto(server: &Server, target: &str, config: Option<&'static st
 #[tokio::test(flavor = "multi_thread")]
 async fn real_files_give_a_real_file_which_survives_a_restart() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let Some(answer) = retarget(&server, None).await else { return };
     assert_eq!(answer.status(), StatusCode::OK, "ended within the wait");
     let job = header(&answer, "job-id").to_owned();
     let made = answer.bytes().await.expect("a body");
     assert!(made.starts_with(b"glTF"), "a GLB");
     assert_eq!(server.terminate(), Some(0), "SIGTERM ends it well");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let get = |path: String| reqwest::get(format!("{}{path}", server.url));
     let job = json(get(format!("/v1/jobs/{job}")).await.expect("an answer")).await;
     let content = job["results"][0]["content"].as_str().expect("a place").to_owned();
@@ -47,7 +47,7 @@ async fn real_files_give_a_real_file_which_survives_a_restart() {
 #[tokio::test(flavor = "multi_thread")]
 async fn characters_of_several_megabytes_are_taken() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let Some(answer) = retarget_onto(&server, "mixamo/gltf/Xbot.glb", None).await else { return };
     assert_eq!(answer.status(), StatusCode::OK, "{:?}", answer.text().await);
 }
@@ -55,7 +55,7 @@ async fn characters_of_several_megabytes_are_taken() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_wrong_config_is_refused_with_a_pointer() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let Some(answer) = retarget(&server, Some(r#"{"sorce": {}}"#)).await else { return };
     let refused = problem(answer, 422, "unknown_field").await;
     assert_eq!(refused["errors"][0]["pointer"], "/sorce", "where: {refused}");

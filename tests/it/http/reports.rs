@@ -4,7 +4,7 @@ use reqwest::{Client, StatusCode, multipart};
 use retargetd::samples;
 use serde_json::{Value, json};
 
-use super::support::{PATIENCE, Server, json as read, problem};
+use super::support::{PATIENCE, json as read, problem, start_service};
 
 fn client() -> Client {
     Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client")
@@ -20,7 +20,7 @@ fn form() -> multipart::Form {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_report_is_json_for_programs_and_a_page_for_people() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let request = client().post(format!("{}/v1/jobs", server.url)).multipart(form()).header("prefer", "wait=30");
     let job = read(request.send().await.expect("an answer")).await;
     let report = format!("{}{}", server.url, job["links"]["report"].as_str().expect("/v1/jobs/{id}/report"));
@@ -43,7 +43,7 @@ async fn a_report_is_json_for_programs_and_a_page_for_people() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_joint_is_explained_by_form_and_by_asset() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = Server::start(data.path(), &[]);
+    let server = start_service(data.path(), &[]);
     let url = |query: &str| format!("{}/v1/explanations?{query}", server.url);
     let by_form = client().post(url("frame=20&joint=lowerarm_l")).multipart(form()).send().await.expect("an answer");
     assert_eq!(by_form.status(), StatusCode::OK, "it can be explained");

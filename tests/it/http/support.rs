@@ -1,12 +1,6 @@
 //! A service to talk to, as a child process or inside the test.
 
-use std::{
-    collections::BTreeMap,
-    io::{BufRead, BufReader},
-    process::{Child, Command, Stdio},
-    sync::Arc,
-    time::Duration,
-};
+use std::{collections::BTreeMap, process::Command, sync::Arc, time::Duration};
 
 use reqwest::{Client, Response, StatusCode};
 use retargetd::{
@@ -20,50 +14,22 @@ use retargetd::{
 };
 use serde_json::Value;
 
+pub(super) use crate::service_process::ServiceProcess;
+
 /// Long enough for a busy machine; nothing waits this long when all is well.
 pub(super) const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The smallest file that is taken for a BVH.
 pub(super) const BVH: &str = "HIERARCHY\nROOT Hips\n";
 
-/// A server process. Dropping it kills it.
-pub(super) struct Server {
-    child: Child,
-    pub(super) url: String,
-}
-
-impl Server {
-    pub(super) fn start(data: &std::path::Path, flags: &[&str]) -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_retargetd"))
+/// A server on a folder of its own, with these flags.
+pub(super) fn start_service(data: &std::path::Path, flags: &[&str]) -> ServiceProcess {
+    ServiceProcess::listening(
+        Command::new(env!("CARGO_BIN_EXE_retargetd"))
             .args(["serve", "--listen", "127.0.0.1:0", "--log", "warn", "--data"])
             .arg(data)
-            .args(flags)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("the binary starts");
-        let mut line = String::new();
-        let output = child.stdout.take().expect("its output is piped");
-        BufReader::new(output).read_line(&mut line).expect("it prints a line");
-        let url = line.split_whitespace().find(|word| word.starts_with("http://")).unwrap_or_default().to_owned();
-        assert!(!url.is_empty(), "the line has the address: {line:?}");
-        Self { child, url }
-    }
-
-    /// Sends SIGTERM and gives the exit code.
-    pub(super) fn terminate(mut self) -> Option<i32> {
-        let id = self.child.id().to_string();
-        Command::new("kill").args(["-TERM", &id]).status().expect("kill runs");
-        self.child.wait().expect("it ends").code()
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        // It may have ended already.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
+            .args(flags),
+    )
 }
 
 /// An engine that does what the config says: `wait` until canceled, `refuse`, `panic`, else the target's bytes as GLB.

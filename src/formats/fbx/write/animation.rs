@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use crate::{
     formats::{
         FormatError,
-        euler::{EulerOrder, OrderChoice},
+        euler::{EulerOrder, EulerTrack, OrderChoice},
     },
     model::{Clip, Control, Track},
 };
@@ -91,11 +91,10 @@ impl Animation {
                 animation.add(node, Channel::Translation, &times, values.collect());
             }
             if let Some(values) = keys(&tracks.rotation) {
-                let mut before = None;
+                let mut track = EulerTrack::new(node.order);
                 let angles = values.iter().map(|rotation| {
-                    let angles = node.angles(rotation.as_dquat(), before);
-                    before = Some(angles);
-                    degrees(angles)
+                    let angles = track.next(node.after_pre_rotation(rotation.as_dquat()));
+                    degrees(node.order.by_axis(angles))
                 });
                 animation.add(node, Channel::Rotation, &times, angles.collect());
             }
@@ -144,34 +143,21 @@ fn keys<T>(track: &Track<T>) -> Option<&[T]> {
 }
 
 impl LimbNode {
-    /// The angles, in radians about X, Y and Z, of a local rotation, near those of the frame before.
-    pub(super) fn angles(&self, rotation: DQuat, before: Option<[f64; 3]>) -> [f64; 3] {
-        let axes = self.order.axes();
-        let found = self
-            .order
-            .decompose(self.after_pre_rotation(rotation), before.map(|by_axis| axes.map(|axis| by_axis[axis])));
-        let mut by_axis = [0.0; 3];
-        for (axis, angle) in axes.into_iter().zip(found) {
-            by_axis[axis] = angle;
-        }
-        by_axis
-    }
-
     /// What the node's own three angles have to give for a local rotation.
     fn after_pre_rotation(&self, rotation: DQuat) -> DQuat {
         (self.pre_rotation.inverse() * rotation).normalize()
     }
 
-    /// Takes the order whose angles are steadiest for a clip.
-    pub(super) fn choose_order(&mut self, clip: &Clip) {
-        let Track::Sampled(rotations) = &clip.joints()[self.joint].rotation else { return };
+    /// The order whose angles are steadiest for a clip.
+    pub(super) fn steadiest_order(&self, clip: &Clip) -> EulerOrder {
+        let Track::Sampled(rotations) = &clip.joints()[self.joint].rotation else { return USUAL_ORDER };
         let mut choice = OrderChoice::new(USUAL_ORDER);
         let rotations = || rotations.iter().map(|rotation| self.after_pre_rotation(rotation.as_dquat()));
         rotations().for_each(|rotation| choice.look(rotation));
         if choice.is_in_doubt() {
             rotations().for_each(|rotation| choice.try_all(rotation));
         }
-        self.order = choice.best();
+        choice.best()
     }
 }
 

@@ -10,7 +10,7 @@ mod binary;
 mod scene;
 
 use crate::{
-    formats::{FormatError, WriteOptions, written},
+    formats::{FormatError, WriteOptions, euler::report_orders, written},
     model::{Clip, Control, Reporter, Scene},
 };
 
@@ -22,7 +22,7 @@ use crate::{
 pub(in crate::formats) fn write(
     target: &Scene,
     clip: &Clip,
-    _options: &WriteOptions,
+    options: &WriteOptions,
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Vec<u8>, FormatError> {
@@ -47,7 +47,14 @@ pub(in crate::formats) fn write(
     }
     let centimetres = target.unit_metres.unwrap_or(1.0) * 100.0;
     let mut figure = scene::Figure::new(skeleton, &joints, centimetres);
-    figure.nodes.iter_mut().for_each(|node| node.choose_order(clip));
+    for node in &mut figure.nodes {
+        control.check()?;
+        node.order = options.rotation_order.unwrap_or_else(|| node.steadiest_order(clip));
+    }
+    if options.rotation_order.is_none() {
+        let by_name = figure.nodes.iter().map(|node| (figure.name(node), node.order));
+        report_orders(animation::USUAL_ORDER, "Objects", by_name, reporter);
+    }
     let animation = animation::Animation::new(&figure, clip, control)?;
     let records = scene::records(&figure, animation, target.axes.unwrap_or_default());
     binary::file(&records).ok_or_else(|| {

@@ -71,7 +71,7 @@ impl<'a> Figure<'a> {
     }
 
     /// What a node is called; nobody can tell nameless ones apart.
-    fn name(&self, node: &LimbNode) -> String {
+    pub(super) fn name(&self, node: &LimbNode) -> String {
         let name = &self.skeleton.joints()[node.joint].name;
         if name.is_empty() { format!("joint_{}", node.joint) } else { name.clone() }
     }
@@ -81,10 +81,7 @@ impl<'a> Figure<'a> {
         let vector =
             |name, kind, flags, value: DVec3| property(name, kind, "", flags, value.to_array().map(Property::from));
         let kind = if node.is_limb { "LimbNode" } else { "Null" };
-        let pre_rotation = degrees({
-            let [z, y, x] = USUAL_ORDER.decompose(node.pre_rotation, None);
-            [x, y, z]
-        });
+        let pre_rotation = degrees(USUAL_ORDER.by_axis(USUAL_ORDER.decompose(node.pre_rotation)));
         Record::new("Model")
             .with(node.id)
             .with(format!("{}\0\u{1}Model", self.name(node)))

@@ -25,6 +25,15 @@ pub struct FilterOp {
     /// `one_euro`: how many Hz more for each radian per second. 0 to 100.
     #[schemars(range(min = 0.0, max = 100.0))]
     pub responsiveness: f64,
+    /// `savitzky_golay` and `median`: how many frames to each side are looked at. 1 to 50.
+    #[schemars(range(min = 1, max = 50))]
+    pub reach_frames: u32,
+    /// `savitzky_golay`: the degree of the polynomial; motion that is one of that degree passes unchanged. 1 to 5.
+    #[schemars(range(min = 1, max = 5))]
+    pub degree: u32,
+    /// `butterworth`: of a swing of this frequency 1/√2 is left; at half the frame rate and above nothing is taken off. 0.01 to 1000 Hz.
+    #[schemars(range(min = 0.01, max = 1000.0))]
+    pub cutoff_hertz: f64,
 }
 
 impl Default for FilterOp {
@@ -35,6 +44,9 @@ impl Default for FilterOp {
             seconds: 0.03,
             min_frequency: 2.0,
             responsiveness: 0.5,
+            reach_frames: 3,
+            degree: 3,
+            cutoff_hertz: 6.0,
         }
     }
 }
@@ -48,4 +60,10 @@ pub enum FilterKind {
     Bell,
     /// The One-Euro filter, forward and backward: the slower a joint, the more is taken off.
     OneEuro,
+    /// Savitzky and Golay's: the polynomial that meets the frames near each frame best. Keeps the height of peaks.
+    SavitzkyGolay,
+    /// Butterworth's low pass of the second order, forward and backward: what is slower than the cutoff stays, what is faster goes.
+    Butterworth,
+    /// The median of the frames near each frame, in place of it: spikes of up to `reach_frames` frames vanish, all else stays sharp.
+    Median,
 }

@@ -1,19 +1,23 @@
 //! Takes noise off rotations. (retargeting.md B24.)
 
-use std::f64::consts::TAU;
+mod butterworth;
+mod local_polynomial;
+mod one_euro;
+mod vector_median;
 
-use glam::{DQuat, DVec4, Quat};
+use glam::{DQuat, Quat};
 use rayon::prelude::*;
 
 use crate::{
-    model::{Canceled, Clip, ClipError, Control, Track},
+    model::{Canceled, Clip, ClipError, Control, JointTracks, Track},
     rig::{FilterKind, FilterOp, Schedule},
 };
 
 use super::{temporal::smoothed_rotations, work::Work};
-
-/// The cutoff of the filter of the angular speed itself, Hz.
-const SPEED_CUTOFF: f64 = 1.0;
+use butterworth::butterworth;
+use local_polynomial::local_polynomial;
+use one_euro::one_euro;
+use vector_median::vector_median;
 
 /// The clip with the local rotations of these joints filtered.
 ///
@@ -28,12 +32,7 @@ pub fn filtered(
 ) -> Result<Result<Clip, ClipError>, Canceled> {
     let stage = FilterStage { op: op.clone(), schedule, joints };
     let mut tracks = clip.joints().to_vec();
-    for &joint in &stage.joints {
-        control.check()?;
-        if let Track::Sampled(rotations) = &tracks[joint].rotation {
-            tracks[joint].rotation = Track::Sampled(stage.filter(rotations, clip.times_seconds()));
-        }
-    }
+    stage.apply(&mut tracks, clip.times_seconds(), control)?;
     Ok(clip.clone().with_joints(tracks))
 }
 
@@ -47,70 +46,62 @@ pub(super) struct FilterStage {
 
 impl FilterStage {
     pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        self.apply(&mut work.target, work.times, work.control)
+    }
+
+    fn apply(&self, tracks: &mut [JointTracks], times: &[f64], control: &Control) -> Result<(), Canceled> {
         let filtered: Vec<Option<Vec<Quat>>> = self
             .joints
             .par_iter()
             .map(|&joint| {
-                work.control.check()?;
-                let Track::Sampled(rotations) = &work.target[joint].rotation else { return Ok(None) };
-                Ok(Some(self.filter(rotations, work.times)))
+                control.check()?;
+                let Track::Sampled(rotations) = &tracks[joint].rotation else { return Ok(None) };
+                Ok(Some(self.filter(rotations, times)))
             })
             .collect::<Result<_, Canceled>>()?;
         for (&joint, rotations) in self.joints.iter().zip(filtered) {
             if let Some(rotations) = rotations {
-                work.target[joint].rotation = Track::Sampled(rotations);
+                tracks[joint].rotation = Track::Sampled(rotations).on_one_hemisphere();
             }
         }
         Ok(())
     }
 
     fn filter(&self, rotations: &[Quat], times: &[f64]) -> Vec<Quat> {
-        let rotations: Vec<DQuat> = rotations.iter().map(|rotation| rotation.as_dquat()).collect();
+        let rotations = rotations.iter().map(|rotation| rotation.as_dquat().normalize()).collect();
+        let rotations: Vec<DQuat> = on_one_hemisphere(rotations);
         let filtered = match self.op.kind {
             FilterKind::Bell => smoothed_rotations(&rotations, times, self.op.seconds),
-            FilterKind::OneEuro => {
-                let forward = self.one_euro(&rotations, times);
-                let reversed: Vec<DQuat> = rotations.iter().rev().copied().collect();
-                let reversed_times: Vec<f64> = times.iter().rev().map(|time| -time).collect();
-                let backward = self.one_euro(&reversed, &reversed_times);
-                forward
-                    .iter()
-                    .zip(backward.iter().rev())
-                    .map(|(forward, backward)| forward.slerp(*backward, 0.5))
-                    .collect()
+            FilterKind::OneEuro => one_euro(&rotations, times, self.op.min_frequency, self.op.responsiveness),
+            FilterKind::SavitzkyGolay => {
+                local_polynomial(&rotations, times, self.op.reach_frames as usize, self.op.degree as usize)
             }
+            FilterKind::Butterworth => butterworth(&rotations, times, self.op.cutoff_hertz),
+            FilterKind::Median => vector_median(&rotations, self.op.reach_frames as usize),
         };
-        let mut before = Quat::IDENTITY;
         let blend = |(frame, (own, filtered)): (usize, (&DQuat, &DQuat))| {
-            let rotation = own.slerp(*filtered, self.schedule.alpha_at(frame, times[frame])).normalize().as_quat();
-            before = if rotation.dot(before) < 0.0 { -rotation } else { rotation };
-            before
+            own.slerp(*filtered, self.schedule.alpha_at(frame, times[frame])).normalize().as_quat()
         };
         rotations.iter().zip(&filtered).enumerate().map(blend).collect()
     }
+}
 
-    /// One pass: a low pass whose cutoff rises with the angular speed.
-    fn one_euro(&self, rotations: &[DQuat], times: &[f64]) -> Vec<DQuat> {
-        let Some(&first) = rotations.first() else { return Vec::new() };
-        let (mut filtered, mut speed) = (first, 0.0);
-        let share = |cutoff: f64, seconds: f64| 1.0 / (1.0 + 1.0 / (TAU * cutoff * seconds));
-        let mut result = vec![first];
-        for (pair, times) in rotations.windows(2).zip(times.windows(2)) {
-            let seconds = times[1] - times[0];
-            let turn = DVec4::from(pair[0].conjugate() * pair[1]);
-            let angle = 2.0 * turn.truncate().length().atan2(turn.w.abs());
-            speed += (angle / seconds - speed) * share(SPEED_CUTOFF, seconds);
-            let cutoff = self.op.min_frequency + self.op.responsiveness * speed;
-            filtered = filtered.slerp(pair[1], share(cutoff, seconds)).normalize();
-            result.push(filtered);
+/// The same rotations, each on the hemisphere of the one before.
+fn on_one_hemisphere(mut rotations: Vec<DQuat>) -> Vec<DQuat> {
+    for frame in 1..rotations.len() {
+        if rotations[frame].dot(rotations[frame - 1]) < 0.0 {
+            rotations[frame] = -rotations[frame];
         }
-        result
     }
+    rotations
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const ALL: [FilterKind; 5] =
+        [FilterKind::Bell, FilterKind::OneEuro, FilterKind::SavitzkyGolay, FilterKind::Butterworth, FilterKind::Median];
 
     fn filtered(kind: FilterKind, rotations: &[Quat], times: &[f64]) -> Vec<Quat> {
         let schedule = Schedule { alpha: vec![[0.0, 1.0]], frames: [0, rotations.len()] };
@@ -130,7 +121,7 @@ mod tests {
                 DQuat::from_rotation_y(angle(*time) + noise).as_quat()
             })
             .collect();
-        for kind in [FilterKind::Bell, FilterKind::OneEuro] {
+        for kind in [FilterKind::Bell, FilterKind::OneEuro, FilterKind::SavitzkyGolay, FilterKind::Butterworth] {
             let result = filtered(kind, &noisy, &times);
             let jolts = |rotations: &[Quat]| -> f32 {
                 rotations
@@ -148,14 +139,37 @@ mod tests {
     }
 
     #[test]
+    fn turning_round_and_round_is_left_alone() {
+        // 50 degrees a frame, about an axis that no component of a quaternion lies along.
+        let turn =
+            |frame: u8| Quat::from_axis_angle(glam::Vec3::new(0.6, 0.0, 0.8), f32::from(frame) * 50.0_f32.to_radians());
+        let spin: Vec<Quat> = (0..60).map(turn).collect();
+        let times: Vec<f64> = (0..60).map(|frame| f64::from(frame) / 30.0).collect();
+        for kind in [FilterKind::SavitzkyGolay, FilterKind::Butterworth, FilterKind::Median] {
+            let result = filtered(kind, &spin, &times);
+            let worst = (12..48).map(|frame| result[frame].angle_between(spin[frame])).fold(0.0, f32::max);
+            assert!(worst < 0.02, "{kind:?}: {worst} radians off");
+            assert!(result.windows(2).all(|pair| pair[0].dot(pair[1]) >= 0.0), "{kind:?}: no sign flips");
+        }
+    }
+
+    #[test]
     fn what_rests_stays() {
         let still = vec![Quat::from_rotation_x(0.4); 9];
         let times: Vec<f64> = (0..9).map(|frame| f64::from(frame) / 30.0).collect();
-        for kind in [FilterKind::Bell, FilterKind::OneEuro] {
+        for kind in ALL {
             let worst =
                 filtered(kind, &still, &times).iter().map(|rotation| rotation.dot(still[0])).fold(1.0, f32::min);
             assert!(worst > 1.0 - 1e-6, "{kind:?}: {worst}");
         }
-        assert_eq!(filtered(FilterKind::OneEuro, &still[..1], &times[..1]).len(), 1, "one frame");
+        for kind in ALL {
+            for frames in 0..3 {
+                let few = filtered(kind, &still[..frames], &times[..frames]);
+                assert!(
+                    few.iter().all(|rotation| rotation.is_normalized()) && few.len() == frames,
+                    "{kind:?}: {few:?}"
+                );
+            }
+        }
     }
 }

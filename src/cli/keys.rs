@@ -1,0 +1,133 @@
+//! The `keys` subcommand: who may come in, by the database itself, so that the first key can be made before anybody has one.
+
+use std::{path::PathBuf, process::ExitCode, time::Duration};
+
+use clap::{Args, Subcommand};
+
+use crate::{
+    app,
+    config::{Period, Secret, SettingValue, Settings},
+    jobs::{ApiKeyId, ApiKeyRecord, Keys, NewKey, Principal, Refusal, Scope},
+};
+
+use super::exit::{BAD_USAGE, Exit, FAILED, print, say};
+
+/// Arguments of `retargetd keys`.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Make a key, and print it: this once, since it is kept nowhere.
+    Create {
+        /// Who shall have it; all keys of one principal see the same files, jobs, rigs and presets
+        #[arg(value_name = "PRINCIPAL", value_parser = principal)]
+        principal: Principal,
+        /// What it shall allow: read, write, admin; may be given several times
+        #[arg(long = "scope", value_name = "SCOPE", value_parser = scope, default_values = ["read", "write"])]
+        scopes: Vec<Scope>,
+        /// How long it shall be good, such as 90d; for ever, where nothing is said
+        #[arg(long, value_name = "PERIOD", value_parser = period)]
+        lifetime: Option<Duration>,
+        #[command(flatten)]
+        place: Place,
+    },
+    /// List all keys, without what is secret.
+    List {
+        #[command(flatten)]
+        place: Place,
+    },
+    /// End a key at once.
+    Revoke {
+        /// Its id, as 'list' prints it
+        #[arg(value_name = "KEY")]
+        id: String,
+        #[command(flatten)]
+        place: Place,
+    },
+}
+
+/// Where the keys are: the same as the service is started with.
+#[derive(Debug, Args)]
+struct Place {
+    /// Folder of the service's data
+    #[arg(long, value_name = "FOLDER", env = "RETARGETD_DATA", default_value = "retargetd-data")]
+    data: PathBuf,
+    /// URL of the Postgres database, where there is one
+    #[arg(long, value_name = "URL", env = "RETARGETD_DATABASE", hide_env_values = true, default_value = "")]
+    database: String,
+}
+
+impl Place {
+    async fn keys(&self) -> Result<Keys, Exit> {
+        let settings =
+            Settings { data: self.data.clone(), database: Secret(self.database.clone()), ..Settings::default() };
+        app::keys(&settings).await.map_err(|error| {
+            Exit::new(FAILED, format!("{error:#}"), "give --data or --database, the same as to 'retargetd serve'")
+        })
+    }
+}
+
+pub(super) fn run(arguments: Arguments) -> ExitCode {
+    let runtime = match tokio::runtime::Builder::new_current_thread().enable_all().build() {
+        Ok(runtime) => runtime,
+        Err(error) => return super::exit::refuse(FAILED, &error),
+    };
+    match runtime.block_on(act(arguments.action)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(exit) => exit.tell(),
+    }
+}
+
+async fn act(action: Action) -> Result<(), Exit> {
+    match action {
+        Action::Create { principal, scopes, lifetime, place } => {
+            let new = NewKey { principal, scopes, lifetime };
+            let (text, key) = place.keys().await?.create(new).await.map_err(failed)?;
+            // The key alone goes to standard output, for scripts to keep.
+            say(format_args!("made {}; keep the key, it is not told again:", line(&key)));
+            print(&format!("{}\n", text.reveal()))
+        }
+        Action::List { place } => {
+            let keys = place.keys().await?.list().await.map_err(failed)?;
+            print(&keys.iter().map(|key| format!("{}\n", line(key))).collect::<String>())
+        }
+        Action::Revoke { id, place } => {
+            let id = ApiKeyId::parse(&id).map_err(|error| Exit::new(BAD_USAGE, error.to_string(), LIST_HINT))?;
+            place.keys().await?.revoke(&id).await.map_err(failed)
+        }
+    }
+}
+
+const LIST_HINT: &str = "'retargetd keys list' lists them";
+
+fn failed(refusal: Refusal) -> Exit {
+    match refusal {
+        Refusal::NotFound { .. } => Exit::new(BAD_USAGE, refusal.to_string(), LIST_HINT),
+        Refusal::TooManyKeys { .. } => {
+            Exit::new(BAD_USAGE, refusal.to_string(), "'retargetd keys revoke' ends one that is no longer used")
+        }
+        refusal => Exit::new(FAILED, refusal.to_string(), ""),
+    }
+}
+
+fn line(key: &ApiKeyRecord) -> String {
+    let scopes = key.scopes.iter().map(|scope| scope.name()).collect::<Vec<_>>().join(",");
+    let end = key.expires_at.map_or_else(|| "no end".to_owned(), |end| format!("until {end}"));
+    format!("{} {} {scopes} since {} {end}", key.id, key.principal, key.created_at)
+}
+
+fn principal(text: &str) -> Result<Principal, String> {
+    Principal::parse(text).map_err(|error| error.to_string())
+}
+
+fn scope(text: &str) -> Result<Scope, String> {
+    Scope::from_name(text).ok_or_else(|| "the scopes are read, write and admin".to_owned())
+}
+
+fn period(text: &str) -> Result<Duration, String> {
+    Period::parse(text).map(|period| period.0)
+}

@@ -1,0 +1,150 @@
+//! `/v1/keys`: who may come in. For keys with the scope `admin` only.
+
+use std::time::Duration;
+
+use axum::{
+    Json,
+    body::Body,
+    extract::{FromRequest, Request, State},
+    http::{StatusCode, header},
+    response::{IntoResponse, Response},
+};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use crate::{
+    http::{
+        ApiState,
+        code::Code,
+        download::ascii,
+        extract::{Id, JsonBody},
+        problem::{Problem, ProblemView},
+    },
+    jobs::{ApiKeyId, ApiKeyRecord, Keys, NewKey, Principal, Scope},
+};
+
+pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
+    OpenApiRouter::new().routes(routes!(create, list)).routes(routes!(revoke))
+}
+
+/// A key that is to be made.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = NewKey)]
+struct NewKeyBody {
+    /// Who shall have it: up to 64 lower-case letters, digits, `_`, `-` and `.`. All keys of one principal see the same files,
+    /// jobs, results, rigs and presets.
+    #[schema(example = "studio")]
+    principal: String,
+    /// What it shall allow: `read` to look, `write` to upload, run and remove, `admin` to make and revoke keys. Left out, `read` and
+    /// `write`.
+    #[serde(default)]
+    #[schema(example = json!(["read", "write"]))]
+    scopes: Vec<String>,
+    /// After how many seconds it ends. Left out, when it is revoked.
+    lifetime_seconds: Option<u64>,
+}
+
+/// A key, without what is secret.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = Key)]
+struct KeyView {
+    /// What it is called; no secret.
+    #[schema(value_type = String)]
+    id: ApiKeyId,
+    /// Who has it.
+    principal: String,
+    /// What it allows.
+    scopes: Vec<&'static str>,
+    /// When it was made.
+    #[schema(format = DateTime)]
+    created_at: String,
+    /// When it ends, where it does by itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(format = DateTime)]
+    expires_at: Option<String>,
+}
+
+/// A key that was made.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = CreatedKey)]
+struct CreatedKeyView {
+    #[serde(flatten)]
+    key: KeyView,
+    /// The key itself, to be sent as `Authorization: Bearer …`. It is told now and never again.
+    #[schema(example = "rtk_01j9z3k8m0q4r6t8v0x2y4a6c8_…")]
+    secret: String,
+}
+
+/// All keys. There are two for each principal at most, so there is one page.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = KeyList)]
+struct KeyListView {
+    /// The oldest first.
+    items: Vec<KeyView>,
+}
+
+impl From<ApiKeyRecord> for KeyView {
+    fn from(key: ApiKeyRecord) -> Self {
+        Self {
+            id: key.id,
+            principal: key.principal.to_string(),
+            scopes: key.scopes.into_iter().map(Scope::name).collect(),
+            created_at: key.created_at.to_string(),
+            expires_at: key.expires_at.map(|time| time.to_string()),
+        }
+    }
+}
+
+impl NewKeyBody {
+    fn read(self) -> Result<NewKey, Problem> {
+        let invalid =
+            |detail: String, pointer: String| Problem::new(Code::InvalidValue, detail).at(pointer, Vec::new());
+        let principal =
+            Principal::parse(&self.principal).map_err(|error| invalid(error.to_string(), "/principal".to_owned()))?;
+        let scope = |(place, name): (usize, &String)| {
+            Scope::from_name(name).ok_or_else(|| {
+                let shown: String = name.chars().take(64).collect();
+                invalid(format!("'{shown}' is no scope; they are read, write, admin"), format!("/scopes/{place}"))
+            })
+        };
+        let scopes: Vec<Scope> = self.scopes.iter().enumerate().map(scope).collect::<Result<_, _>>()?;
+        let scopes = if scopes.is_empty() { vec![Scope::Read, Scope::Write] } else { scopes };
+        Ok(NewKey { principal, scopes, lifetime: self.lifetime_seconds.map(Duration::from_secs) })
+    }
+}
+
+/// Makes a key.
+///
+/// A principal has two keys at most that are good at the same time: the one in use, and the one that follows it. To rotate, make the
+/// second, hand it out, and revoke the first.
+#[utoipa::path(post, path = "/v1/keys", tag = "keys", request_body = NewKeyBody,
+    responses((status = 201, body = CreatedKeyView, description = "made; the secret is told this once", headers(("Location" = String))),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn create(State(state): State<ApiState>, request: Request<Body>) -> Result<Response, Problem> {
+    let JsonBody(body) = JsonBody::<NewKeyBody>::from_request(request, &state).await?;
+    let (text, key) = state.keys.create(body.read()?).await?;
+    let location = [(header::LOCATION, ascii(format!("/v1/keys/{}", key.id)))];
+    let view = CreatedKeyView { key: key.into(), secret: text.reveal().to_owned() };
+    Ok((StatusCode::CREATED, location, Json(view)).into_response())
+}
+
+/// Lists all keys, of all principals.
+#[utoipa::path(get, path = "/v1/keys", tag = "keys",
+    responses((status = 200, body = KeyListView, description = "all of them"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn list(State(keys): State<Keys>) -> Result<Json<KeyListView>, Problem> {
+    Ok(Json(KeyListView { items: keys.list().await?.into_iter().map(KeyView::from).collect() }))
+}
+
+/// Ends a key at once.
+///
+/// What belongs to its principal stays.
+#[utoipa::path(delete, path = "/v1/keys/{id}", tag = "keys", params(("id" = String, Path, description = "the key, by its id")),
+    responses((status = 204, description = "it opens nothing any more"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn revoke(State(keys): State<Keys>, Id(id): Id<ApiKeyId>) -> Result<StatusCode, Problem> {
+    keys.revoke(&id).await?;
+    Ok(StatusCode::NO_CONTENT)
+}

@@ -1,0 +1,194 @@
+//! Keys with which callers say who they are: making them, checking them, ending them.
+//!
+//! A key is `rtk_<id>_<secret>`. The id is found in the database, the digest of the secret is compared without telling by the time
+//! that takes how much of it fits. The secret itself is told once, to whoever makes the key, and kept nowhere.
+
+use std::{fmt, time::Duration};
+
+use sha2::{Digest, Sha256};
+use subtle::ConstantTimeEq;
+
+use super::{Refusal, library::hexadecimal};
+use crate::{
+    store::{ApiKeyId, ApiKeyRecord, Principal, Records, Scope, StoreError},
+    telemetry::Clock,
+};
+
+/// What every key begins with, so that people and scanners for leaked secrets know one when they see it.
+const PREFIX: &str = "rtk_";
+/// 256 bits: nobody finds a key by trying.
+const SECRET_BYTES: usize = 32;
+/// Keys of one principal that are good at the same time: one that is in use, and the one that follows it.
+const MOST_PER_PRINCIPAL: u64 = 2;
+
+/// A key as its holder shows it. Never shown by us but once.
+#[derive(Clone, PartialEq, Eq)]
+pub struct KeyText(String);
+
+impl KeyText {
+    /// The key, to be handed to its holder.
+    #[must_use]
+    pub fn reveal(&self) -> &str {
+        &self.0
+    }
+}
+
+impl fmt::Debug for KeyText {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("hidden")
+    }
+}
+
+/// A key that is to be made.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NewKey {
+    /// Who shall have it.
+    pub principal: Principal,
+    /// What it shall allow.
+    pub scopes: Vec<Scope>,
+    /// How long it shall be good; for ever, where nothing is said.
+    pub lifetime: Option<Duration>,
+}
+
+/// The keys. Cheap to clone; all clones are the same.
+#[derive(Clone, Debug)]
+pub struct Keys {
+    records: Records,
+    clock: Clock,
+}
+
+impl Keys {
+    /// The keys that those records hold.
+    #[must_use]
+    pub const fn new(records: Records, clock: Clock) -> Self {
+        Self { records, clock }
+    }
+
+    /// Makes a key. What it gives first is told to its holder and to nobody else.
+    ///
+    /// # Errors
+    /// When the principal has two keys already that are good, or the store fails.
+    pub async fn create(&self, new: NewKey) -> Result<(KeyText, ApiKeyRecord), Refusal> {
+        let mut secret = [0; SECRET_BYTES];
+        getrandom::fill(&mut secret).map_err(|error| {
+            Refusal::Store(StoreError::Unreadable { record: "random bytes".to_owned(), reason: error.to_string() })
+        })?;
+        let secret = hexadecimal(&secret);
+        let mut scopes = new.scopes;
+        scopes.sort_unstable();
+        scopes.dedup();
+        let key = ApiKeyRecord {
+            id: ApiKeyId::new(),
+            principal: new.principal,
+            sha256: hexadecimal(&Sha256::digest(secret.as_bytes())),
+            scopes,
+            created_at: self.clock.now(),
+            expires_at: new.lifetime.map(|lifetime| self.clock.after(lifetime)),
+        };
+        if !self.records.add_api_key(&key, MOST_PER_PRINCIPAL).await? {
+            return Err(Refusal::TooManyKeys { principal: key.principal, most: MOST_PER_PRINCIPAL });
+        }
+        let letters = key.id.as_str().trim_start_matches(ApiKeyId::PREFIX);
+        Ok((KeyText(format!("{PREFIX}{letters}_{secret}")), key))
+    }
+
+    /// All keys, the oldest first.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn list(&self) -> Result<Vec<ApiKeyRecord>, Refusal> {
+        Ok(self.records.api_keys().await?)
+    }
+
+    /// Ends a key at once.
+    ///
+    /// # Errors
+    /// When there is none, or the store fails.
+    pub async fn revoke(&self, id: &ApiKeyId) -> Result<(), Refusal> {
+        match self.records.remove_api_key(id).await? {
+            true => Ok(()),
+            false => Err(Refusal::NotFound { kind: "key", id: id.to_string() }),
+        }
+    }
+
+    /// The record of a key as its holder shows it; `None` when it is no key, or none that is good now.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn check(&self, text: &str) -> Result<Option<ApiKeyRecord>, Refusal> {
+        let Some((id, secret)) = parts(text) else { return Ok(None) };
+        let Some(key) = self.records.api_key(&id).await? else { return Ok(None) };
+        let seen = hexadecimal(&Sha256::digest(secret.as_bytes()));
+        let is_the_same: bool = seen.as_bytes().ct_eq(key.sha256.as_bytes()).into();
+        let is_over = key.expires_at.is_some_and(|end| end <= self.clock.now());
+        Ok(Some(key).filter(|_| is_the_same && !is_over))
+    }
+}
+
+/// The id and the secret of a text that has the shape of a key.
+fn parts(text: &str) -> Option<(ApiKeyId, &str)> {
+    let (letters, secret) = text.strip_prefix(PREFIX)?.split_once('_')?;
+    let id = ApiKeyId::parse(&format!("{}{letters}", ApiKeyId::PREFIX)).ok()?;
+    (secret.len() == 2 * SECRET_BYTES).then_some((id, secret))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    async fn keys(clock: &Clock) -> (tempfile::TempDir, Keys) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let records = Records::open(&folder.path().join("state.db")).await.expect("opens");
+        (folder, Keys::new(records, clock.clone()))
+    }
+
+    fn new(principal: &str, lifetime_seconds: Option<u64>) -> NewKey {
+        NewKey {
+            principal: Principal::parse(principal).expect("a name"),
+            scopes: vec![Scope::Write, Scope::Read, Scope::Write],
+            lifetime: lifetime_seconds.map(Duration::from_secs),
+        }
+    }
+
+    #[tokio::test]
+    async fn only_the_whole_key_opens_and_only_until_it_ends() {
+        let clock = Clock::system();
+        let (_folder, keys) = keys(&clock).await;
+        let (text, made) = keys.create(new("ann", Some(60))).await.expect("is made");
+        assert_eq!(made.scopes, [Scope::Read, Scope::Write], "each once, in order");
+        let checked = keys.check(text.reveal()).await.expect("is looked up").expect("opens");
+        assert_eq!((checked.principal.as_str(), checked.id), ("ann", made.id.clone()), "it says who");
+        assert!(!text.reveal().contains(&made.sha256), "what is kept is not what is shown");
+
+        let (other, _) = keys.create(new("bob", None)).await.expect("is made");
+        let crossed =
+            format!("{}{}", &text.reveal()[..text.reveal().len() - 64], &other.reveal()[other.reveal().len() - 64..]);
+        for wrong in ["", "rtk_", "rtk__", text.reveal().trim_start_matches(PREFIX), crossed.as_str(), made.id.as_str()]
+        {
+            assert!(keys.check(wrong).await.expect("is looked up").is_none(), "{wrong:?}");
+        }
+
+        clock.advance(Duration::from_secs(61));
+        assert!(keys.check(text.reveal()).await.expect("is looked up").is_none(), "its time is over");
+        keys.revoke(&made.id).await.expect("is there");
+        assert!(keys.revoke(&made.id).await.is_err(), "it is gone");
+    }
+
+    #[tokio::test]
+    async fn a_principal_has_two_good_keys_at_most() {
+        let clock = Clock::system();
+        let (_folder, keys) = keys(&clock).await;
+        keys.create(new("ann", Some(60))).await.expect("the first");
+        keys.create(new("ann", None)).await.expect("the one that follows it");
+        let refused = keys.create(new("ann", None)).await.expect_err("a third");
+        assert!(matches!(refused, Refusal::TooManyKeys { most: 2, .. }), "{refused}");
+        keys.create(new("bob", None)).await.expect("others are not concerned");
+        clock.advance(Duration::from_secs(61));
+        keys.create(new("ann", None)).await.expect("the first has ended");
+    }
+
+    #[test]
+    fn a_key_is_not_shown_to_developers() {
+        assert_eq!(format!("{:?}", KeyText("rtk_sesame".to_owned())), "hidden", "nor to logs");
+    }
+}

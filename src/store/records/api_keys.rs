@@ -1,0 +1,130 @@
+//! Records of the keys with which callers say who they are.
+
+use jiff::Timestamp;
+use sqlx::{Row, any::AnyRow};
+
+use super::{Records, optional_time, principal, read_id, time};
+use crate::store::{ApiKeyId, Principal, StoreError};
+
+/// What a key allows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Scope {
+    /// To look at one's own files, jobs, results, rigs and presets.
+    Read,
+    /// To upload, to ask for jobs, and to change and remove what is one's own.
+    Write,
+    /// To make, list and revoke keys, for everybody.
+    Admin,
+}
+
+impl Scope {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Read, Self::Write, Self::Admin];
+
+    /// The name on the wire and in the database.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Read => "read",
+            Self::Write => "write",
+            Self::Admin => "admin",
+        }
+    }
+
+    /// The scope of a name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|scope| scope.name() == name)
+    }
+}
+
+/// A key, without its secret: that is known to its holder alone.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ApiKeyRecord {
+    /// Its name, which is no secret.
+    pub id: ApiKeyId,
+    /// Who has it.
+    pub principal: Principal,
+    /// SHA-256 of the secret, in hexadecimal. The secret has 256 random bits, so nobody finds it by trying.
+    pub sha256: String,
+    /// What it allows, each once, in the order of [`Scope::ALL`].
+    pub scopes: Vec<Scope>,
+    /// When it was made.
+    pub created_at: Timestamp,
+    /// When it ends; never, where there is none.
+    pub expires_at: Option<Timestamp>,
+}
+
+fn read(row: &AnyRow) -> Result<ApiKeyRecord, StoreError> {
+    let scopes: String = row.try_get("scopes")?;
+    Ok(ApiKeyRecord {
+        id: read_id(row, "id", ApiKeyId::parse)?,
+        principal: principal(row)?,
+        sha256: row.try_get("sha256")?,
+        scopes: scopes.split(' ').filter_map(Scope::from_name).collect(),
+        created_at: time(row, "created_at")?,
+        expires_at: optional_time(row, "expires_at")?,
+    })
+}
+
+impl Records {
+    /// Writes a key. Gives `false`, and writes nothing, when its principal has `most` keys already that have not ended by the time
+    /// this one is made.
+    ///
+    /// # Errors
+    /// When the database fails. The key may have been written all the same.
+    pub async fn add_api_key(&self, key: &ApiKeyRecord, most: u64) -> Result<bool, StoreError> {
+        /// Keys are made one after the other: each looks at what is there before it is written.
+        const LOCK: &str = "api_keys";
+        let mut transaction = self.begin().await?;
+        self.lock(&mut transaction, LOCK, super::database::Lock::Alone).await?;
+        let query = "SELECT COUNT(*) FROM api_keys WHERE principal = $1 AND (expires_at IS NULL OR expires_at > $2)";
+        let kept: i64 = sqlx::query_scalar(query)
+            .bind(key.principal.as_str())
+            .bind(key.created_at.as_millisecond())
+            .fetch_one(&mut *transaction)
+            .await?;
+        if u64::try_from(kept).unwrap_or(0) >= most {
+            return Ok(false);
+        }
+        let query = "INSERT INTO api_keys (id, principal, sha256, scopes, created_at, expires_at) \
+                     VALUES ($1, $2, $3, $4, $5, $6)";
+        sqlx::query(query)
+            .bind(key.id.as_str())
+            .bind(key.principal.as_str())
+            .bind(&key.sha256)
+            .bind(key.scopes.iter().map(|scope| scope.name()).collect::<Vec<_>>().join(" "))
+            .bind(key.created_at.as_millisecond())
+            .bind(key.expires_at.map(Timestamp::as_millisecond))
+            .execute(&mut *transaction)
+            .await?;
+        self.commit(transaction).await?;
+        Ok(true)
+    }
+
+    /// A key.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn api_key(&self, id: &ApiKeyId) -> Result<Option<ApiKeyRecord>, StoreError> {
+        let query = sqlx::query("SELECT * FROM api_keys WHERE id = $1").bind(id.as_str());
+        self.optional(query).await?.as_ref().map(read).transpose()
+    }
+
+    /// All keys, the oldest first. There are a few for each principal, and principals are added by hand.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn api_keys(&self) -> Result<Vec<ApiKeyRecord>, StoreError> {
+        self.all(sqlx::query("SELECT * FROM api_keys ORDER BY id")).await?.iter().map(read).collect()
+    }
+
+    /// Removes a key. Gives whether it was there.
+    ///
+    /// # Errors
+    /// When the database fails. The key may be gone all the same.
+    pub async fn remove_api_key(&self, id: &ApiKeyId) -> Result<bool, StoreError> {
+        let done = self.execute(sqlx::query("DELETE FROM api_keys WHERE id = $1").bind(id.as_str())).await?;
+        Ok(done.rows_affected() > 0)
+    }
+}

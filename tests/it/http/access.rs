@@ -1,0 +1,221 @@
+//! Who may come in, and that callers see nothing of one another.
+
+use std::{process::Command, time::Duration};
+
+use reqwest::{Method, RequestBuilder, StatusCode};
+use retargetd::{
+    app,
+    config::Settings,
+    http::openapi_document,
+    jobs::{KeyText, NewKey, Principal, Scope},
+};
+use serde_json::{Value, json};
+
+use super::support::{BVH, Service, header, json as read, problem, start_service};
+
+async fn guarded() -> Service {
+    Service::start(&[("authentication", "keys")]).await
+}
+
+async fn key(service: &Service, principal: &str, scopes: &[Scope]) -> KeyText {
+    let settings = Settings { data: service.data.path().to_owned(), ..Settings::default() };
+    let principal = Principal::parse(principal).expect("a name");
+    let new = NewKey { principal, scopes: scopes.to_vec(), lifetime: None };
+    app::keys(&settings).await.expect("opens").create(new).await.expect("is made").0
+}
+
+fn ask(service: &Service, key: &KeyText, method: Method, path: &str) -> RequestBuilder {
+    service.client.request(method, service.at(path)).bearer_auth(key.reveal())
+}
+
+async fn text_of(request: RequestBuilder, member: &str) -> String {
+    let answer = request.send().await.expect("an answer");
+    assert!(answer.status().is_success(), "it works: {} for {}", answer.status(), answer.url());
+    read(answer).await[member].as_str().expect("a text").to_owned()
+}
+
+/// Every operation of the document, as (method, path).
+fn operations() -> Vec<(Method, String)> {
+    let document = serde_json::to_value(openapi_document()).expect("a document");
+    let paths = document["paths"].as_object().expect("paths").clone();
+    let methods = |(path, item): (String, Value)| {
+        let names: Vec<String> = item.as_object().expect("operations").keys().cloned().collect();
+        names.into_iter().filter_map(move |name| Some((name.to_uppercase().parse().ok()?, path.clone())))
+    };
+    paths.into_iter().flat_map(methods).collect()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn nobody_comes_in_without_a_key_but_where_everybody_may() {
+    let service = guarded().await;
+    let mut open = Vec::new();
+    for (method, path) in operations() {
+        let answer = service.client.request(method.clone(), service.at(&path)).send().await.expect("an answer");
+        if answer.status() != StatusCode::UNAUTHORIZED {
+            open.push(format!("{method} {path}"));
+            continue;
+        }
+        assert!(header(&answer, "www-authenticate").starts_with("Bearer"), "{method} {path} says how");
+        let problem = problem(answer, 401, "unauthenticated").await;
+        assert!(problem["hint"].as_str().is_some_and(|hint| hint.contains("keys create")), "what to do: {problem}");
+    }
+    let expected = [
+        "GET /",
+        "GET /livez",
+        "GET /readyz",
+        "GET /v1/findings",
+        "GET /v1/formats",
+        "GET /v1/limits",
+        "GET /v1/schemas/retarget-spec",
+        "GET /v1/schemas/rig-template",
+        "GET /version",
+    ];
+    open.sort();
+    assert_eq!(open, expected, "open to everybody");
+    service.stop().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_key_opens_what_its_scopes_say_until_it_is_revoked() {
+    let service = guarded().await;
+    let admin = key(&service, "operator", &[Scope::Admin]).await;
+    let body = json!({"principal": "studio", "scopes": ["read"]});
+    let made = read(ask(&service, &admin, Method::POST, "/v1/keys").json(&body).send().await.expect("an answer")).await;
+    let (id, secret) = (made["id"].as_str().expect("an id"), made["secret"].as_str().expect("the key"));
+    let with = |method: Method, path: &str| service.client.request(method, service.at(path)).bearer_auth(secret);
+
+    assert_eq!(with(Method::GET, "/v1/jobs").send().await.expect("an answer").status(), StatusCode::OK, "it may look");
+    let refused = with(Method::POST, "/v1/assets").body(BVH).send().await.expect("an answer");
+    let refused = problem(refused, 403, "forbidden").await;
+    assert!(refused["detail"].as_str().is_some_and(|detail| detail.contains("'write'")), "which scope: {refused}");
+    problem(with(Method::GET, "/v1/keys").send().await.expect("an answer"), 403, "forbidden").await;
+    let wrong = service.client.get(service.at("/v1/jobs")).header("authorization", "Basic YTpi").send().await;
+    problem(wrong.expect("an answer"), 401, "unauthenticated").await;
+
+    let list =
+        ask(&service, &admin, Method::GET, "/v1/keys").send().await.expect("an answer").text().await.expect("text");
+    assert!(list.contains(id) && !list.contains(secret), "the list tells no secrets: {list}");
+    let typo = json!({"principal": "studio", "scopes": ["reed"]});
+    let typo = ask(&service, &admin, Method::POST, "/v1/keys").json(&typo).send().await.expect("an answer");
+    assert_eq!(problem(typo, 422, "invalid_value").await["errors"][0]["pointer"], "/scopes/0", "where");
+    let again = || ask(&service, &admin, Method::POST, "/v1/keys").json(&body).send();
+    assert_eq!(again().await.expect("an answer").status(), StatusCode::CREATED, "the one that follows");
+    problem(again().await.expect("an answer"), 409, "too_many_keys").await;
+
+    let revoked = ask(&service, &admin, Method::DELETE, &format!("/v1/keys/{id}")).send().await.expect("an answer");
+    assert_eq!(revoked.status(), StatusCode::NO_CONTENT, "it is gone");
+    problem(with(Method::GET, "/v1/jobs").send().await.expect("an answer"), 401, "unauthenticated").await;
+    service.stop().await;
+}
+
+/// What one caller has.
+struct Belongings {
+    asset: String,
+    job: String,
+    result: String,
+}
+
+async fn belongings(service: &Service, key: &KeyText) -> Belongings {
+    let upload = ask(service, key, Method::POST, "/v1/assets?filename=walk.bvh").body(BVH);
+    let asset = text_of(upload, "id").await;
+    let body = json!({"source": {"asset": asset}, "target": {"asset": asset}});
+    let ended = ask(service, key, Method::POST, "/v1/jobs").header("prefer", "wait=30").json(&body);
+    let ended = read(ended.send().await.expect("an answer")).await;
+    let text = |pointer: &str| ended.pointer(pointer).and_then(Value::as_str).expect("it succeeded").to_owned();
+    for (path, document) in [
+        ("/v1/presets/hero", json!({"align": "off"})),
+        ("/v1/rigs/hero", json!({"kind": "biped", "roles": {"pelvis": ["huefte"], "head": ["kopf"]}})),
+    ] {
+        let kept = ask(service, key, Method::PUT, path).json(&document).send().await.expect("an answer");
+        assert!(kept.status().is_success(), "{path} is kept: {}", kept.text().await.unwrap_or_default());
+    }
+    Belongings { job: text("/id"), result: text("/results/0/id"), asset }
+}
+
+/// Every route that names something, of every method, with what belongs to somebody else: made from the document, so that new routes
+/// are tried by themselves.
+#[tokio::test(flavor = "multi_thread")]
+async fn what_belongs_to_others_is_not_found_on_any_route() {
+    let service = guarded().await;
+    let (ann, bob) =
+        (key(&service, "ann", &[Scope::Read, Scope::Write]).await, key(&service, "bob", &Scope::ALL).await);
+    let hers = belongings(&service, &ann).await;
+    let mut tried = 0;
+    for (method, path) in operations() {
+        let place = match path.split('/').nth(2) {
+            Some("assets") => &hers.asset,
+            Some("jobs") => &hers.job,
+            Some("results") => &hers.result,
+            Some("rigs" | "presets") => "hero",
+            Some("keys") => continue,
+            _ if path.contains('{') => panic!("{path} names something that this test does not know: teach it"),
+            _ => continue,
+        };
+        // A name is free to whoever has none of that name.
+        if !path.contains('{') || method == Method::PUT {
+            continue;
+        }
+        let path = path.replace("{id}", place).replace("{name}", place);
+        assert!(!path.contains('{'), "{path} is filled in");
+        let answer = ask(&service, &bob, method.clone(), &path).send().await.expect("an answer");
+        assert_eq!(answer.status(), StatusCode::NOT_FOUND, "{method} {path} to somebody else");
+        if method == Method::GET {
+            let own = ask(&service, &ann, method, &path).send().await.expect("an answer");
+            assert_eq!(own.status(), StatusCode::OK, "{path} to its owner");
+        }
+        tried += 1;
+    }
+    assert!(tried >= 15, "the document has such routes: {tried}");
+
+    let inputs = json!({"source": {"asset": hers.asset}, "target": {"asset": hers.asset}});
+    for path in ["/v1/jobs", "/v1/mapping-suggestions", "/v1/explanations?frame=0&joint=Hips"] {
+        problem(
+            ask(&service, &bob, Method::POST, path).json(&inputs).send().await.expect("an answer"),
+            422,
+            "unknown_asset",
+        )
+        .await;
+    }
+    let learn = ask(&service, &bob, Method::PUT, "/v1/rigs/learned").json(&json!({"asset": hers.asset}));
+    problem(learn.send().await.expect("an answer"), 404, "not_found").await;
+    for list in ["/v1/assets", "/v1/jobs"] {
+        let seen = read(ask(&service, &bob, Method::GET, list).send().await.expect("an answer")).await;
+        assert_eq!(seen["items"], json!([]), "{list} shows him nothing");
+    }
+    let again =
+        ask(&service, &bob, Method::POST, "/v1/assets?filename=walk.bvh").body(BVH).send().await.expect("an answer");
+    assert_eq!(again.status(), StatusCode::CREATED, "that she has the same bytes is not told");
+    service.stop().await;
+}
+
+/// The operator's way in: the command line makes the first key while the service runs.
+#[tokio::test(flavor = "multi_thread")]
+async fn keys_are_made_listed_and_revoked_on_the_command_line() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = start_service(data.path(), &["--authentication", "keys"]);
+    let keys = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_retargetd"));
+        let output = command.arg("keys").args(arguments).arg("--data").arg(data.path()).output().expect("it runs");
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
+        (output.status.code(), text(output.stdout), text(output.stderr))
+    };
+    let client = reqwest::Client::builder().no_proxy().timeout(Duration::from_secs(60)).build().expect("a client");
+    let status = async |key: &str| {
+        let answer = client.get(format!("{}/v1/jobs", server.url)).bearer_auth(key).send().await;
+        answer.expect("an answer").status().as_u16()
+    };
+    let (code, key, told) = keys(&["create", "studio", "--lifetime", "90d"]);
+    assert_eq!((code, key.trim().lines().count()), (Some(0), 1), "the key alone, for scripts: {told}");
+    assert!(told.contains("studio read,write"), "what it is, apart from it: {told}");
+    assert_eq!(status(key.trim()).await, 200, "it opens at once");
+    let (code, list, _) = keys(&["list"]);
+    assert!(code == Some(0) && list.contains("studio") && !list.contains(key.trim()), "without secrets: {list}");
+    let id = list.split(' ').next().expect("an id");
+    assert_eq!(keys(&["revoke", id]).0, Some(0), "revoked");
+    assert_eq!(status(key.trim()).await, 401, "it opens nothing any more");
+    let (code, _, told) = keys(&["revoke", id]);
+    assert!(code == Some(2) && told.contains("keys list"), "gone already: {told}");
+    assert_eq!(keys(&["create", "Studio 1"]).0, Some(2), "no such name");
+    assert_eq!(keys(&["create", "studio", "--scope", "all"]).0, Some(2), "no such scope");
+    assert_eq!(server.terminate(), Some(0), "SIGTERM ends it well");
+}
