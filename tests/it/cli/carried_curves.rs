@@ -19,14 +19,14 @@ pub(crate) fn with_a_property() -> Option<String> {
         .replace("\"lockInfluenceWeights\", \"Bool\", \"\", \"A+U\",0", "\"grip\", \"Number\", \"\", \"A+U\",0")
         .replace("\"d|lockInfluenceWeights\", \"Bool\"", "\"d|grip\", \"Number\"")
         .replace("lockInfluenceWeights", "grip")
-        .replacen(
+        .replace(
             "C: \"OP\",2516914037264,2520543562192, \"d|Visibility\"",
             "C: \"OP\",2516914037264,2520543546592, \"d|grip\"",
-            1,
-        )
-        .replacen(&format!("a: {ones}"), &format!("a: {}", values.join(",")), 1);
-    assert!(text.contains("\"d|grip\"\n") && text.contains(",1.9"), "the file is as it was");
-    Some(text)
+        );
+    let (before, curve) = text.split_once("AnimationCurve: 2516914037264").expect("the curve");
+    let curve = curve.replacen(&format!("a: {ones}"), &format!("a: {}", values.join(",")), 1);
+    assert!(before.len() < text.len() && curve.contains(",1.9"), "the file is as it was");
+    Some(format!("{before}AnimationCurve: 2516914037264{curve}"))
 }
 
 /// The values of a curve in pose arrays; nothing where they have none of that name.
