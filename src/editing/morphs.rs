@@ -29,7 +29,7 @@ pub fn moved_morphs(clip: &Clip, mapping: &MorphMapping, source: &[Morph], targe
         };
         let weights = (0..frames).map(weight);
         match &target[drive.target].place {
-            MorphPlace::Mesh { .. } | MorphPlace::Weight => {
+            MorphPlace::Mesh { .. } | MorphPlace::Weight | MorphPlace::Property => {
                 moved.insert(drive.target, weights.collect());
             }
             MorphPlace::Expression(binds) => {
@@ -53,7 +53,7 @@ pub fn moved_morphs(clip: &Clip, mapping: &MorphMapping, source: &[Morph], targe
 pub(super) fn twins(morphs: &[Morph], other_side: impl Fn(&str) -> Option<String>) -> Vec<usize> {
     let node = |morph: &Morph| match morph.place {
         MorphPlace::Mesh { node, .. } => Some(node),
-        MorphPlace::Expression(_) | MorphPlace::Weight => None,
+        MorphPlace::Expression(_) | MorphPlace::Weight | MorphPlace::Property => None,
     };
     let mut by_name: BTreeMap<(Option<usize>, &str), usize> = BTreeMap::new();
     for (index, morph) in morphs.iter().enumerate() {

@@ -5,6 +5,7 @@
 
 mod alignment;
 mod convert;
+mod curves;
 mod edit;
 mod edits_page;
 mod explain;

@@ -24,8 +24,9 @@ pub(super) fn with_morphs(
     reporter: &mut Reporter,
 ) -> Result<(Clip, Option<FaceFitView>), Failure> {
     let (source, target) = (source_rig.scene, target_rig.scene);
-    // A file has weights for all morphs of a mesh where it has them for one.
-    let moving = clip.morphs().iter().filter(|track| moves(&track.weights, source.morphs[track.morph].rest));
+    // A file has weights for all morphs of a mesh where it has them for one. Custom properties are no part of a face.
+    let faces = clip.morphs().iter().filter(|track| !source.morphs[track.morph].is_property());
+    let moving = faces.filter(|track| moves(&track.weights, source.morphs[track.morph].rest));
     let mut face = Face {
         animated: moving.map(|track| track.morph).collect(),
         morphs: Cow::Borrowed(&source.morphs),

@@ -17,6 +17,7 @@ use super::{
     WarningView,
     alignment::view,
     convert::{convert_clip, convert_keys, convert_scene, into_ours},
+    curves::with_curves,
     edit::{edit_by, edited_clip},
     files::{Files, Sides, in_config, one_field, read_spec},
     keys::{KeysView, reduced},
@@ -97,6 +98,12 @@ pub fn retarget_with(
 
     let (result, face_fit) =
         with_morphs(result, clip, (&source, &target), &spec.morphs, (limits, control), &mut reporter)?;
+    let curves = with_curves(&result, clip, source.scene, target.scene, &mapping.stages.curves)?;
+    let (scene, result) = curves.map_or((None, result), |(scene, result)| (Some(scene), result));
+    let target = match &scene {
+        Some(scene) => Rig { scene, ..target },
+        None => target,
+    };
     let result = match &spec.layer {
         Some(layer) => laid_over(&target, &spec.target, &result, layer, control, &mut reporter)?,
         None => result,
@@ -260,15 +267,26 @@ pub(super) fn write_outputs(
         keys.extend(reduced.as_ref().map(|(_, view)| view.clone()));
         let renamed = output.options.clip_name.as_ref().map(|name| result.clone().renamed(name.clone()));
         let clip = renamed.as_ref().unwrap_or(result);
+        let holds_curves = output.format.holds_gltf() || matches!(output.format, Format::PosesNpz | Format::PosesJson);
         let holds_morphs = match output.format {
             Format::PosesNpz | Format::PosesJson | Format::Vrma => true,
             format => format.holds_gltf() && output.options.include == IncludeSpec::Full,
         };
-        if !clip.morphs().is_empty() && !holds_morphs {
+        let are_properties = clip.morphs().iter().map(|track| target.scene.morphs[track.morph].is_property());
+        let (properties, morphs): (Vec<bool>, Vec<bool>) = are_properties.partition(|is_property| *is_property);
+        if !properties.is_empty() && !holds_curves {
+            reporter.warn(
+                "curves_not_written",
+                output.format.info().name,
+                format!("{} custom properties are not in this output", properties.len()),
+                "take pose arrays or a glTF format, or leave the curves op out",
+            );
+        }
+        if !morphs.is_empty() && !holds_morphs {
             reporter.warn(
                 "morphs_not_written",
                 output.format.info().name,
-                format!("the weights of {} morphs are not in this output", clip.morphs().len()),
+                format!("the weights of {} morphs are not in this output", morphs.len()),
                 "take pose arrays or a glTF format with everything of the target, or set morphs.enabled to false",
             );
         }

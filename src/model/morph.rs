@@ -1,4 +1,4 @@
-//! Morph targets and facial expressions, and their weights over time.
+//! Morph targets, facial expressions and custom properties: numbers beside the joints, over time.
 
 use glam::Vec3;
 
@@ -22,7 +22,8 @@ pub const VRM_EXPRESSIONS: [&str; 14] = [
     "neutral",
 ];
 
-/// Something that a face, or any mesh, can do: a morph target, or an expression made of several.
+/// Something that a face, or any mesh, can do: a morph target, or an expression made of several; or a number that is animated beside
+/// the joints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Morph {
     /// Its name in the file; `target_<index>` where it has none.
@@ -50,6 +51,16 @@ pub enum MorphPlace {
     Expression(Vec<(usize, f32)>),
     /// A weight of its own: the file holds it without the mesh that it moves, as pose arrays do.
     Weight,
+    /// No morph: a custom property, a number over time that moves nothing by itself.
+    Property,
+}
+
+impl Morph {
+    /// Whether it is a custom property and no morph.
+    #[must_use]
+    pub const fn is_property(&self) -> bool {
+        matches!(self.place, MorphPlace::Property)
+    }
 }
 
 /// The weight of one morph over the frames of a clip.

@@ -8,7 +8,7 @@ use super::{Axes, Clip, LookAt, Morph, Skeleton, SkinPoints, Stretched, Transfor
 /// understand.
 ///
 /// Made by a format's reader only, which guarantees that every index in it is in range and every number finite.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// All nodes, parents before children.
     pub skeleton: Skeleton,

@@ -3,6 +3,7 @@
 //! Per frame there are indices and constants only. Knows no format, no name and no file.
 
 mod compile;
+mod curves;
 mod drivers;
 mod explain;
 mod lanes;
@@ -13,6 +14,7 @@ mod run;
 mod stages;
 mod workspace;
 
+pub use curves::carried_curves;
 pub use drivers::{JointDriver, joint_drivers};
 pub use explain::{DriverKind, JointExplanation, explain_joint};
 pub use measure::{ContactMeasure, Curves, LimbDirection, Measures, Metric, SidePair, Verdict, Worst, measure};

@@ -54,9 +54,9 @@ pub use rest::RestSource;
 pub use shoulder::ShoulderPair;
 pub use spec::*;
 pub use stages::{
-    ChainShape, ChainStretch, CopyDrive, DriveFrom, FingerDrive, GripPair, Ground, JointDrive, JointLimit, Limb,
-    LimbJoints, LimbPair, LimitFrame, PinDrive, PosedEdit, PropDrive, ReachDrive, ReachEnd, RootMotion, Schedule, Sole,
-    SourceScale, StagedKind, StagedOp, Stages,
+    ChainShape, ChainStretch, CopyDrive, CurveDrive, DriveFrom, FingerDrive, GripPair, Ground, JointDrive, JointLimit,
+    Limb, LimbJoints, LimbPair, LimitFrame, PinDrive, PosedEdit, PropDrive, ReachDrive, ReachEnd, RootMotion, Schedule,
+    Sole, SourceScale, StagedKind, StagedOp, Stages,
 };
 pub use twist::{TwistAgainst, TwistPair};
 pub use understand::{Rig, find_clip};

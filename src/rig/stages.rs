@@ -1,8 +1,10 @@
 //! What is done behind forward kinematics, in indices: the ops of a spec resolved against two rigs.
 
 mod changes;
+mod curves;
 mod posed;
 
+pub use curves::CurveDrive;
 pub use posed::{
     ChainShape, ChainStretch, CopyDrive, DriveFrom, FingerDrive, GripPair, JointDrive, JointLimit, LimitFrame,
     PinDrive, PosedEdit, PropDrive, ReachDrive, ReachEnd, RootMotion, SourceScale,
@@ -30,6 +32,8 @@ pub struct Stages {
     pub ops: Vec<StagedOp>,
     /// What the source's motion is scaled by before anything else.
     pub source_scale: Option<SourceScale>,
+    /// What is carried over beside the joints.
+    pub curves: Vec<CurveDrive>,
 }
 
 /// The floor of both sides. Heights are along `up`; everything is in plan space and in the plan's unit.
@@ -183,10 +187,22 @@ pub struct Sole {
     pub ball: Option<f64>,
     /// Below the end of the toes.
     pub tip: Option<f64>,
+    /// Straight down at rest, in the axes of ankle, ball and end of the toes; unit length. Nothing of a foot that does not stand at rest.
+    pub down: [Option<DVec3>; 3],
     /// From the ankle to the joint of the ball, in the ankle's axes.
     pub end_to_ball: Option<DVec3>,
     /// From the joint of the ball to the end of the toes, in the ball's axes.
     pub ball_to_tip: Option<DVec3>,
+}
+
+impl Sole {
+    /// The points of the sole below ankle, ball and end of the toes at rest, in the axes of those joints.
+    #[must_use]
+    pub fn points(&self) -> [Option<DVec3>; 3] {
+        let [heel, ball, tip] = self.down;
+        let below = |down: Option<DVec3>, height: Option<f64>| down.zip(height).map(|(down, height)| down * height);
+        [below(heel, Some(self.heel)), below(ball, self.ball), below(tip, self.tip)]
+    }
 }
 
 /// When an op works.

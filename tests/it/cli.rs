@@ -1,5 +1,6 @@
 //! The command line, by running the real binary.
 
+pub(crate) mod carried_curves;
 mod checks;
 mod real_ops;
 mod reports;

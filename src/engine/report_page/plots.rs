@@ -200,7 +200,9 @@ fn contacts(page: &mut String, measures: &Measures) {
     let color = |contact: &ContactMeasure| {
         if contact.slide_cm <= slide.warn_above.max(contact.source_slide_cm) {
             PASS
-        } else if contact.slide_cm <= slide.fail_above.max(contact.source_slide_cm) {
+        } else if contact.slide_cm
+            <= slide.fail_above.max(contact.source_slide_cm + slide.fail_above - slide.warn_above)
+        {
             WARN
         } else {
             FAIL

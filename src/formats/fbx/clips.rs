@@ -11,12 +11,13 @@ use ufbx::{ElementType, ExtrapolationMode, Interpolation};
 
 use crate::{
     formats::{Budget, FormatError, Limit},
-    model::{Canceled, Clip, Control, JointTracks, Reporter, Track},
+    model::{Canceled, Clip, ClipError, Control, JointTracks, Reporter, Track},
 };
 
 use super::{
     keys::{self, Grid, KeyFacts, KeyTimes},
     nodes::{self, Nodes},
+    properties::Properties,
 };
 
 /// The parser's flags, which it exports without a way to read them.
@@ -42,6 +43,7 @@ type Moves = BTreeMap<usize, u32>;
 pub(super) fn read_all(
     file: &ufbx::SceneRoot,
     nodes: &Nodes,
+    properties: &Properties,
     budget: &mut Budget<'_>,
     reporter: &mut Reporter,
 ) -> Result<Vec<Clip>, FormatError> {
@@ -52,7 +54,9 @@ pub(super) fn read_all(
     let mut clips = Vec::with_capacity(stacks);
     for stack in 0..stacks {
         budget.check_canceled()?;
-        clips.push(read_stack(file, nodes, stack, fps, &mut densified, budget, reporter)?);
+        let (clip, times) = read_stack(file, nodes, stack, fps, &mut densified, budget, reporter)?;
+        let curves = properties.tracks(file, &file.anim_stacks[stack], &times, budget)?;
+        clips.push(clip.with_morphs(curves).map_err(|error| not_a_clip(&file.anim_stacks[stack], &error))?);
     }
     Ok(clips)
 }
@@ -71,6 +75,7 @@ fn frame_rate(file: &ufbx::Scene, reporter: &mut Reporter) -> f64 {
     DEFAULT_FPS
 }
 
+/// The clip of a stack, and the times in the file that its frames are of.
 fn read_stack(
     file: &ufbx::SceneRoot,
     nodes: &Nodes,
@@ -79,7 +84,7 @@ fn read_stack(
     densified: &mut bool,
     budget: &mut Budget<'_>,
     reporter: &mut Reporter,
-) -> Result<Clip, FormatError> {
+) -> Result<(Clip, Vec<f64>), FormatError> {
     let stack = &file.anim_stacks[stack_index];
     let name = stack.element.name.to_string();
     let (moves, facts) = survey(file, nodes, stack, budget)?;
@@ -88,7 +93,8 @@ fn read_stack(
     budget.take_array(nodes.len() as u64, size_of::<JointTracks>() as u64, &name)?;
     let mut tracks = vec![JointTracks::default(); nodes.len()];
     if moves.is_empty() || times.seconds.is_empty() {
-        return clip(name, vec![0.0], tracks);
+        let at = times.seconds.first().copied().unwrap_or_default();
+        return Ok((clip(name, vec![0.0], tracks)?, vec![at]));
     }
     let frames = times.seconds.len() as u64;
     let samples = frames.saturating_mul(moves.len() as u64);
@@ -113,7 +119,12 @@ fn read_stack(
         tracks[*joint] = sampled?;
     }
     let first = times.seconds[0];
-    clip(name, times.seconds.iter().map(|time| time - first).collect(), tracks)
+    let clip = clip(name, times.seconds.iter().map(|time| time - first).collect(), tracks)?;
+    Ok((clip, times.seconds))
+}
+
+fn not_a_clip(stack: &ufbx::AnimStack, error: &ClipError) -> FormatError {
+    FormatError::malformed("animation", stack.element.name.to_string(), error.to_string())
 }
 
 fn clip(name: String, times: Vec<f64>, tracks: Vec<JointTracks>) -> Result<Clip, FormatError> {

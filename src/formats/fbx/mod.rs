@@ -11,6 +11,7 @@ mod keys;
 mod load;
 mod nodes;
 mod points;
+mod properties;
 mod skins;
 mod write;
 
@@ -32,10 +33,11 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
     let skeleton = Skeleton::new(nodes.joints(&file))
         .map_err(|error| FormatError::malformed("nodes", "Objects", error.to_string()))?;
     let is_sheared = nodes::is_sheared(&file, &nodes, &skeleton);
-    let clips = clips::read_all(&file, &nodes, budget, reporter)?;
+    let properties = properties::Properties::find(&file, &nodes, budget)?;
+    let clips = clips::read_all(&file, &nodes, &properties, budget, reporter)?;
     let declared_roles = skins::declared_roles(&file, &nodes);
     let scene = Scene {
-        morphs: Vec::new(),
+        morphs: properties.curves(&file),
         clips,
         skins: skins::skins(&file, &nodes),
         skin_points: points::skin_points(&file, &nodes, budget)?,

@@ -52,6 +52,12 @@ fn leg_length(rig: &Rig<'_>) -> Option<f64> {
     (!legs.is_empty()).then(|| legs.iter().sum::<f64>() / legs.len() as f64)
 }
 
+/// The bones from a joint to one below it at rest, in metres; the way between them where that is not below.
+pub(super) fn bones_length(rig: &Rig<'_>, from: usize, to: usize) -> f64 {
+    let path = rig.skeleton().path(from, to).unwrap_or_else(|| vec![from, to]);
+    path.windows(2).map(|pair| position(rig, pair[0]).distance(position(rig, pair[1]))).sum()
+}
+
 /// The first joint of a role on both sides.
 pub(super) fn first_joint(rigs: &Both<&Rig<'_>>, role: &str) -> Option<Both<usize>> {
     let [source, target] = [rigs.source, rigs.target].map(|rig| rig.role(role).first().copied());

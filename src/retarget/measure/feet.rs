@@ -16,8 +16,9 @@ use super::{
 };
 use crate::rig::{Rig, Role};
 
-/// A sole further below its joint than this share of the leg is none: the rest pose stands on tiptoe, or on something else.
-const MOST_SOLE: f64 = 0.2;
+/// A sole further below its joint than this share of the leg is none: the rest pose stands on something else. Cartoon figures have
+/// ankles at a third of their legs.
+const MOST_SOLE: f64 = 0.5;
 /// Contacts that are told of; of more, those that slide most.
 const MOST_CONTACTS: usize = 200;
 const CENTIMETRES: f64 = 100.0;

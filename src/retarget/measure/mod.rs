@@ -127,7 +127,7 @@ pub fn measure(
     let mut wanted = Wanted::default();
     let limbs = Limbs::find(&rigs, &mut wanted);
     let bends = Bends::find(&rigs, &mut wanted);
-    let smoothness = Smoothness::find(&rigs, &mut wanted);
+    let smoothness = Smoothness::find(&rigs, &sizes, &mut wanted);
     let hands = Hands::find(&rigs, &sizes, &mut wanted);
     let frames = if is_full { Frames::all(count) } else { Frames::spread(count, FRAMES_LOOKED_AT, NEIGHBOURS) };
     let spread = compare(&performers, &wanted, frames);

@@ -258,6 +258,29 @@ fn shaking_raises_the_jerk() {
 }
 
 #[test]
+fn a_pelvis_that_shakes_over_feet_that_stand_raises_the_jerk() {
+    let scene = walker();
+    let (skeleton, walk) = (&scene.skeleton, &scene.clips[0]);
+    let [hips, left, right] =
+        ["mixamorig:Hips", "mixamorig:LeftUpLeg", "mixamorig:RightUpLeg"].map(|name| joint(skeleton, name).0);
+    let world_turn = |pose: &LocalPose| pose.to_model(skeleton).transforms()[hips].rotation;
+    let shaken = clip(skeleton, walk.frame_count(), |frame, pose| {
+        *pose = walk.local_pose(skeleton, frame);
+        let by = DVec3::Y * (0.002 * leg(&scene) * if frame % 2 == 0 { 1.0 } else { -1.0 });
+        let back = world_turn(pose).conjugate() * by;
+        pose.transforms_mut()[hips].translation += by;
+        for thigh in [left, right] {
+            pose.transforms_mut()[thigh].translation -= back;
+        }
+    });
+    let measures = measured(&scene, walk, &shaken, ReportDetail::Summary);
+    let jerk = &measures.metrics[&MetricName::JerkRatio];
+    assert!(jerk.parts["pelvis"] > 2.0, "the pelvis shakes: {jerk:?}");
+    close(jerk.parts["right_hand"], 1.0, 1e-3, "the hand hangs from it as before");
+    assert_eq!(jerk.verdict, Verdict::Fail, "beyond 1.5");
+}
+
+#[test]
 fn hands_that_no_longer_meet_are_told() {
     let scene = walker();
     let clap = |open_degrees: f64| {

@@ -12,13 +12,13 @@ use crate::{
 
 use super::{
     Plan, Stack, Stage,
-    contacts::ContactStage,
+    contacts::{ContactStage, sole_points},
     filter::FilterStage,
     floor::{FloorFoot, FloorStage, FootSlots},
     goals::{GoalLimb, GoalStage, PelvisShift},
     grips::{GripStage, HeldGrip},
     limbs::{LimbRest, LimbSlots},
-    plant::{PlantStage, PlantedFoot},
+    plant::{FootAxes, PlantStage, PlantedFoot},
     posed::PosedStage,
     posing::Posing,
     pull::{PullStage, PulledLeg},
@@ -28,6 +28,7 @@ use super::{
     self_contact::{Fixed, Hand, Part, SelfContactStage},
     solve::{Hangs, SolveStage, SolvedLimb},
     stride::{StrideLimb, StrideStage},
+    toes::{ToeStage, ToedFoot},
     work::Changed,
 };
 
@@ -52,6 +53,7 @@ impl Stack {
             stages: Vec::new(),
             open: Vec::new(),
             pull: None,
+            toes: None,
         };
         for op in &mapping.stages.ops {
             compiler.add(op);
@@ -81,6 +83,8 @@ pub(super) struct Compiler<'a> {
     open: Vec<(usize, IkOp)>,
     /// Whether held feet pull at the pelvis, and how dear sideways moves are; nothing where no op may move the pelvis.
     pull: Option<(bool, f64)>,
+    /// What bends toes once the feet of a `floor` op are where they stay.
+    toes: Option<ToeStage>,
 }
 
 impl Compiler<'_> {
@@ -141,6 +145,7 @@ impl Compiler<'_> {
             StagedKind::Floor(floor) => {
                 self.need_goals(&op.limbs);
                 let stage = self.floor_stage(floor, op);
+                self.toes = self.toe_stage(op);
                 self.stages.push(Stage::Floor(stage));
                 if floor.shift_pelvis && self.pull.is_none() {
                     self.pull = Some((false, 1.0));
@@ -352,6 +357,8 @@ impl Compiler<'_> {
             limb,
             scale: self.rest(limb).length_ratio,
             slots: points(limb).map(|joint| joint.map(|joint| posing.slot(joint))),
+            soles: sole_points(self.limb(limb), &self.limb(limb).target),
+            axes: self.foot_axes(limb),
         };
         PlantStage {
             op: op.clone(),
@@ -361,6 +368,40 @@ impl Compiler<'_> {
             limb_count: self.limb_count(),
             posing,
         }
+    }
+
+    /// How the target's foot lies at rest, where it is not the source's but for its size.
+    fn foot_axes(&self, limb: usize) -> Option<FootAxes> {
+        let pair = self.limb(limb);
+        let (source, target) = (pair.source.sole?, pair.target.sole?);
+        let is_other = self.size_ratio(limb, &source, &target).is_none();
+        let ball = target.end_to_ball.filter(|_| is_other && !pair.has_stiff_foot)?;
+        let up = -target.down[0]?;
+        let front = (ball - up * ball.dot(up)).try_normalize()?;
+        Some(FootAxes { front, left: up.cross(front) })
+    }
+
+    /// See [`size_ratio`].
+    fn size_ratio(&self, limb: usize, source: &Sole, target: &Sole) -> Option<f64> {
+        size_ratio(source, target, self.rest(limb).length_ratio)
+    }
+
+    /// Whether the target's toes bend where the floor is: feet that are the source's have its toes.
+    fn toes_of(&self, limb: usize) -> Option<(usize, Sole)> {
+        let pair = self.limb(limb);
+        let (source, target) = (pair.source.sole?, pair.target.sole?);
+        let is_other = self.size_ratio(limb, &source, &target).is_none();
+        let ball = pair.target.ball.filter(|_| is_other)?;
+        ToedFoot::new(ball, 0, &target).map(|_| (ball, target))
+    }
+
+    fn toe_stage(&self, staged: &StagedOp) -> Option<ToeStage> {
+        let toes: Vec<(usize, Sole)> = staged.limbs.iter().filter_map(|&limb| self.toes_of(limb)).collect();
+        let target = self.target_posing(toes.iter().map(|(ball, _)| *ball));
+        let foot = |(ball, sole): &(usize, Sole)| ToedFoot::new(*ball, target.slot(*ball), sole);
+        let feet: Vec<ToedFoot> = toes.iter().filter_map(foot).collect();
+        let (schedule, ground, (_, leg)) = (staged.schedule.clone(), self.ground(), self.legs());
+        (!feet.is_empty()).then_some(ToeStage { schedule, feet, target, ground, leg })
     }
 
     fn floor_stage(&self, op: &FloorOp, staged: &StagedOp) -> FloorStage {
@@ -382,7 +423,8 @@ impl Compiler<'_> {
                     ball: pair.target.ball.map(|ball| target.slot(ball)),
                 },
                 target_sole,
-                size_ratio: size_ratio(&source_sole, &target_sole, self.rest(limb).length_ratio),
+                toes_give_way: self.toes_of(limb).is_some(),
+                size_ratio: self.size_ratio(limb, &source_sole, &target_sole),
                 flat: pair
                     .has_stiff_foot
                     .then(|| self.target_rest[pair.target.end].rotation.conjugate() * self.ground().up),
@@ -470,6 +512,8 @@ impl Compiler<'_> {
         let limbs = open.iter().map(limb).collect();
         self.stages.push(Stage::Solve(SolveStage { limbs, posing, limb_count: self.limb_count(), changed }));
         self.place_riders();
+        let toes = self.toes.take();
+        self.stages.extend(toes.map(Stage::Toes));
     }
 
     /// After each stage that moves joints which others ride.

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::{
     model::Canceled,
-    rig::{ContactFloor, ContactFloorRule, ContactsOp, Ground, Limb, LimbPair},
+    rig::{ContactFloor, ContactFloorRule, ContactsOp, Ground, Limb, LimbJoints, LimbPair},
 };
 
 use super::{
@@ -52,7 +52,7 @@ pub(super) struct ContactPoint {
     /// Index of its limb.
     pub(super) limb: usize,
     pub(super) part: Part,
-    /// In plan space, frame by frame.
+    /// Where the sole is below it, in plan space, frame by frame; the point itself where no sole is known.
     pub(super) positions: Vec<DVec3>,
     pub(super) touches: Vec<bool>,
 }
@@ -86,6 +86,8 @@ struct Point {
     limb: usize,
     part: Part,
     slot: usize,
+    /// To the sole, in the joint's axes.
+    sole: DVec3,
 }
 
 impl ContactStage {
@@ -101,9 +103,11 @@ impl ContactStage {
         let mut points = Vec::new();
         for (limb, pair) in limbs.iter().enumerate() {
             let joints = [Some(pair.source.end), pair.source.ball, pair.source.tip];
-            for ((name, part), joint) in pair.limb.contact_points().into_iter().zip(Part::ALL).zip(joints) {
+            let soles = sole_points(pair, &pair.source);
+            let names = pair.limb.contact_points().into_iter().zip(Part::ALL);
+            for (((name, part), joint), sole) in names.zip(joints).zip(soles) {
                 if let Some(joint) = joint.filter(|_| is_wanted(op, pair.limb, name)) {
-                    points.push((Point { name, limb, part, slot: 0 }, joint));
+                    points.push((Point { name, limb, part, slot: 0, sole }, joint));
                 }
             }
         }
@@ -115,25 +119,27 @@ impl ContactStage {
 
     pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let width = self.points.len();
-        let fill = |pose: &mut super::posing::Pose, frame: usize, row: &mut [DVec3]| {
+        let fill = |pose: &mut super::posing::Pose, frame: usize, row: &mut [[DVec3; 2]]| {
             self.posing.fill(pose, work.source, frame);
             for (point, place) in self.points.iter().zip(row) {
-                *place = pose.model[point.slot].translation;
+                let joint = pose.model[point.slot];
+                *place = [joint.translation, joint.translation + joint.rotation * point.sole];
             }
         };
         let rows = work.rows(width, || self.posing.pose(), fill)?;
         let tracks: Vec<Tracked> = (0..width)
             .into_par_iter()
             .map(|index| {
-                let positions: Vec<DVec3> = rows.iter().skip(index).step_by(width).copied().collect();
-                Tracked::new(positions, work.times, &self.ground, self.op.smoothing_seconds / 2.0)
+                let column = |side: usize| rows.iter().skip(index).step_by(width).map(|row| row[side]).collect();
+                let [joints, soles]: [Vec<DVec3>; 2] = [0, 1].map(column);
+                Tracked::new(&joints, soles, work.times, &self.ground, self.op.smoothing_seconds / 2.0)
             })
             .collect();
         let levels: Vec<f64> = tracks.par_iter().map(|track| self.level(track)).collect();
         let point = |((point, track), level): ((&Point, Tracked), &f64)| {
             let touches = self.touches(point, &track, self.agreed(point, *level, &levels), work.times);
             let Point { name, limb, part, .. } = *point;
-            ContactPoint { name, limb, part, positions: track.positions, touches }
+            ContactPoint { name, limb, part, positions: track.soles, touches }
         };
         let points = self.points.par_iter().zip(tracks).zip(&levels).map(point).collect();
         work.contacts = ContactPoints { points };
@@ -243,6 +249,14 @@ impl ContactStage {
     }
 }
 
+/// From end, ball and tip of one side of a limb to the sole below them, in the axes of those joints. Nothing where one side does
+/// not stand at rest, and of feet that are turned by nothing but the shins: there the joints are all that is known.
+pub(super) fn sole_points(pair: &LimbPair, side: &LimbJoints) -> [DVec3; 3] {
+    let stand = [pair.source, pair.target].iter().all(|side| side.sole.is_some_and(|sole| sole.down[0].is_some()));
+    let sole = side.sole.filter(|_| stand && !pair.has_stiff_foot);
+    sole.map_or([DVec3::ZERO; 3], |sole| sole.points().map(Option::unwrap_or_default))
+}
+
 /// The source has points that can be looked at when the mask does not name any: feet.
 fn is_wanted(op: &ContactsOp, limb: Limb, name: &str) -> bool {
     match &op.scope.mask {
@@ -253,16 +267,16 @@ fn is_wanted(op: &ContactsOp, limb: Limb, name: &str) -> bool {
 
 /// One point over the clip.
 struct Tracked {
-    positions: Vec<DVec3>,
+    soles: Vec<DVec3>,
     heights: Vec<f64>,
     speeds: Vec<f64>,
 }
 
 impl Tracked {
-    fn new(positions: Vec<DVec3>, times: &[f64], ground: &Ground, deviation_seconds: f64) -> Self {
-        let smooth = smoothed(&positions, times, deviation_seconds);
+    fn new(joints: &[DVec3], soles: Vec<DVec3>, times: &[f64], ground: &Ground, deviation_seconds: f64) -> Self {
+        let smooth = smoothed(joints, times, deviation_seconds);
         let heights = smooth.iter().map(|place| place.dot(ground.up)).collect();
         let speeds = speeds(&smooth, times);
-        Self { positions, heights, speeds }
+        Self { soles, heights, speeds }
     }
 }

@@ -58,6 +58,15 @@ pub(super) struct FloorFoot {
     pub(super) size_ratio: Option<f64>,
     /// Up in the axes of the target's end at rest, of feet that are set flat while they stand.
     pub(super) flat: Option<DVec3>,
+    /// Whether toes bend where they would go through the floor, so that heel and ball stand.
+    pub(super) toes_give_way: bool,
+}
+
+impl FloorFoot {
+    /// The part of a sole that keeps the foot out of the floor.
+    fn stands_on(&self, sole: Sole) -> Sole {
+        if self.toes_give_way { Sole { tip: None, ..sole } } else { sole }
+    }
 }
 
 /// Slots of a foot in a posing.
@@ -99,14 +108,14 @@ impl FloorStage {
             for (foot, clearance) in self.feet.iter().zip(row) {
                 let end = source.model[foot.source.end];
                 let toes = foot.source.ball.map(|ball| (source.model[ball].translation, source.model[ball].rotation));
-                let of_source = self.lowest(&foot.source_sole, end.translation, toes, self.source_leg);
+                let of_source = self.lowest(&foot.stands_on(foot.source_sole), end.translation, toes, self.source_leg);
                 let (goal, now) = (goals[foot.limb], &target.model[foot.target.end]);
                 let turn = goal.rotation * now.rotation.conjugate();
                 let toes = foot.target.ball.map(|ball| {
                     let ball = target.model[ball];
                     (goal.position + turn * (ball.translation - now.translation), turn * ball.rotation)
                 });
-                let of_target = self.lowest(&foot.target_sole, goal.position, toes, self.target_leg);
+                let of_target = self.lowest(&foot.stands_on(foot.target_sole), goal.position, toes, self.target_leg);
                 *clearance = Clearance {
                     source: of_source - self.ground.source_floor,
                     target: of_target - self.ground.target_floor,

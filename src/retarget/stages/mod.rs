@@ -25,6 +25,7 @@ mod self_contact;
 mod solve;
 mod stride;
 mod temporal;
+mod toes;
 mod two_bone;
 mod work;
 
@@ -48,6 +49,7 @@ use self::{
     self_contact::SelfContactStage,
     solve::SolveStage,
     stride::StrideStage,
+    toes::ToeStage,
     work::Work,
 };
 use super::{
@@ -81,6 +83,7 @@ enum Stage {
     Posed(PosedStage),
     Stride(StrideStage),
     Grips(GripStage),
+    Toes(ToeStage),
     Root(RootStage),
     SelfContact(SelfContactStage),
 }
@@ -153,6 +156,7 @@ impl Stage {
             Self::Posed(stage) => stage.run(work),
             Self::Stride(stage) => stage.run(work),
             Self::Grips(stage) => stage.run(work),
+            Self::Toes(stage) => stage.run(work),
             Self::Root(stage) => stage.run(work),
             Self::SelfContact(stage) => stage.run(work),
         }

@@ -1,9 +1,12 @@
 //! Feet stay where they stand. (retargeting.md B20.)
 //!
-//! A foot is held by the point that touches: the ankle above the heel, the ball, the tip of the toes, or several at once. From one frame to the next
+//! A foot is held by the point of its sole that touches: below the ankle, the ball or the tip of the toes, or several at once. So a
+//! foot with a higher ankle than the source's stands where it stands while it rolls, and its ankle is what moves. From one frame to the next
 //! that point moves on the target as it moves on the source (scaled; not at all in mode `always`); what the goals do beside that is
 //! summed up over the contact and taken away from them. The sum has a free constant, which is chosen so that the foot deviates
 //! least in the middle of the contact. Between contacts the correction is faded out and in.
+
+mod level;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -13,10 +16,12 @@ use crate::{
     rig::{PlantMode, PlantOp, Schedule},
 };
 
+pub(super) use self::level::FootAxes;
+
 use super::{
     contacts::{ContactPoint, ContactPoints, Part},
     posing::{Pose, Posing},
-    temporal::runs,
+    temporal::{runs, smoothed},
     two_bone::smooth,
     work::Work,
 };
@@ -25,6 +30,10 @@ use super::{
 const ENDS: f64 = 0.2;
 /// Seconds over which the weight goes from one point to the next.
 const ROLL_SECONDS: f64 = 0.1;
+
+/// Standard deviation of the smoothing of corrections between contacts, and the time over which that begins.
+const SOFT_SECONDS: f64 = 0.02;
+const SOFTEN_SECONDS: f64 = 0.07;
 
 /// Seconds of a contact from which it is taken how fast its correction changes at its border.
 const SPEED_SECONDS: f64 = 0.05;
@@ -48,6 +57,10 @@ pub(super) struct PlantedFoot {
     pub(super) scale: f64,
     /// Slots of end, ball and tip, as far as the target has them.
     pub(super) slots: [Option<usize>; 3],
+    /// From there to the sole, in the axes of those joints.
+    pub(super) soles: [DVec3; 3],
+    /// Front and left at rest in the axes of the end, of feet that may be leveled.
+    pub(super) axes: Option<FootAxes>,
 }
 
 /// The change of one limb at one frame.
@@ -63,6 +76,7 @@ impl PlantStage {
         if self.op.mode == PlantMode::Never {
             return Ok(());
         }
+        self.level(work);
         let correct = |foot: &PlantedFoot| {
             let held = self.read(foot, work)?;
             Ok(held.map(|held| self.corrections(&held, work.times)))
@@ -89,9 +103,13 @@ impl PlantStage {
             self.posing.fill(pose, &work.target, frame);
             let goal = &work.goals[frame * self.limb_count + foot.limb];
             let turn = goal.rotation * pose.model[end].rotation.conjugate();
-            let from_end = |slot: usize| pose.model[slot].translation - pose.model[end].translation;
             // A target without that point is held by its end.
-            row[0] = foot.slots.map(|slot| goal.position + turn * slot.map_or(DVec3::ZERO, from_end));
+            let point = |part: usize| foot.slots[part].map_or((end, foot.soles[0]), |slot| (slot, foot.soles[part]));
+            row[0] = [0, 1, 2].map(point).map(|(slot, sole)| {
+                let joint = pose.model[slot];
+                let from_end = joint.translation + joint.rotation * sole - pose.model[end].translation;
+                goal.position + turn * from_end
+            });
         };
         let targets = work.rows(1, || self.posing.pose(), fill)?;
         let has_point = foot.slots.map(|slot| slot.is_some());
@@ -114,6 +132,7 @@ impl PlantStage {
             before = Some(last);
         }
         fade(&mut corrections, times, before, None, self.op.blend_seconds);
+        soften(&mut corrections, times, &contacts);
         corrections
     }
 
@@ -202,6 +221,22 @@ impl Foot {
             _ => (track.positions[frame + 1] - track.positions[frame]) * self.scale,
         };
         wanted - (self.targets[frame + 1][part] - self.targets[frame][part])
+    }
+}
+
+/// Takes the corners off the corrections between contacts, more and more away from those.
+fn soften(corrections: &mut [Correction], times: &[f64], contacts: &[(usize, usize)]) {
+    let offsets: Vec<DVec3> = corrections.iter().map(|correction| correction.offset).collect();
+    let soft = smoothed(&offsets, times, SOFT_SECONDS);
+    let mut next = 0;
+    for (frame, correction) in corrections.iter_mut().enumerate() {
+        while contacts.get(next).is_some_and(|contact| contact.1 < frame) {
+            next += 1;
+        }
+        let since = next.checked_sub(1).map(|before| times[frame] - times[contacts[before].1]);
+        let until = contacts.get(next).map(|contact| times[contact.0] - times[frame]);
+        let away = [since, until].into_iter().flatten().fold(f64::INFINITY, f64::min);
+        correction.offset = correction.offset.lerp(soft[frame], smooth(away / SOFTEN_SECONDS));
     }
 }
 

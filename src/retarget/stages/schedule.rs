@@ -4,7 +4,7 @@ use crate::rig::Schedule;
 
 impl Schedule {
     /// The share of the stage's change at a frame: the alpha at its time, 0 outside of the frames.
-    pub(super) fn alpha_at(&self, frame: usize, seconds: f64) -> f64 {
+    pub(in super::super) fn alpha_at(&self, frame: usize, seconds: f64) -> f64 {
         if frame < self.frames[0] || frame > self.frames[1] {
             return 0.0;
         }

@@ -243,5 +243,6 @@ fn can_show(morph: &Morph) -> bool {
     match &morph.place {
         MorphPlace::Mesh { .. } | MorphPlace::Weight => true,
         MorphPlace::Expression(binds) => !binds.is_empty(),
+        MorphPlace::Property => false,
     }
 }

@@ -18,6 +18,7 @@ use glam::DVec3;
 use crate::model::{Axes, Clip, Reporter, Transform};
 
 use self::{
+    curves::has_properties,
     filled_in::filled_in,
     fk::{order_chains, resolve_fk},
     notes::{check_kinds, report_idle_limbs, report_loose_joints, report_rigs},
@@ -33,7 +34,7 @@ use super::{
     leg_rows::{is_whole_leg, leg_rows},
     mapping::{ChainPair, Mapping},
     shoulder::find_shoulders,
-    spec::{Carry, ContactsOp, FkOp, FloorOp, IkOp, Op, PelvisOp, PlantOp, RetargetSpec, TranslationMode},
+    spec::{Carry, ContactsOp, CurvesOp, FkOp, FloorOp, IkOp, Op, PelvisOp, PlantOp, RetargetSpec, TranslationMode},
     stages::Stages,
     twist::find_twists,
     understand::Rig,
@@ -65,7 +66,7 @@ pub fn resolve(
     report_rigs(spec, source, target, reporter);
     let found = find_pairs(spec, source, target)?;
     let pairs = &found.pairs;
-    let ops = spec.ops.clone().unwrap_or_else(|| default_ops(source, target, pairs));
+    let ops = spec.ops.clone().unwrap_or_else(|| default_ops(source, target, pairs, clip));
     let Alignment { rest: aligned, joints: alignment } =
         align(source, target, &alignable(pairs, source, target), spec.align);
     let carried = is_carried(&ops);
@@ -159,8 +160,9 @@ fn keep_slides(chains: &mut [ChainPair], clip: &Clip) {
     }
 }
 
-/// What is done when nobody says: rotations are copied, and where legs are mapped, feet stay where they stand.
-fn default_ops(source: &Rig<'_>, target: &Rig<'_>, pairs: &[NamedPair]) -> Vec<Op> {
+/// What is done when nobody says: rotations are copied, where legs are mapped, feet stay where they stand, and what is animated beside
+/// the joints goes along.
+fn default_ops(source: &Rig<'_>, target: &Rig<'_>, pairs: &[NamedPair], clip: &Clip) -> Vec<Op> {
     let mut ops = vec![Op::Pelvis(PelvisOp::default()), Op::Fk(FkOp::default())];
     let is_driven = |joint: usize| pairs.iter().any(|pair| pair.target.contains(&joint));
     if have_driven_leg(source, target, is_driven) {
@@ -170,6 +172,9 @@ fn default_ops(source: &Rig<'_>, target: &Rig<'_>, pairs: &[NamedPair]) -> Vec<O
             Op::Plant(PlantOp::default()),
             Op::Floor(FloorOp::default()),
         ]);
+    }
+    if has_properties(source.scene, clip) {
+        ops.push(Op::Curves(CurvesOp::default()));
     }
     ops
 }

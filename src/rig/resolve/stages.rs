@@ -16,11 +16,13 @@ use super::super::{
     volumes::{HandPair, body_parts, hand},
 };
 use super::{
-    curves::contact_spans,
+    curves::{contact_spans, curve_drives},
     posed::{Subject, props, resolve_posed, scale_source, shapes},
     schedule::schedule,
 };
 
+/// A foot whose ankle is higher than the other by more than this share of its length does not stand.
+const RAISED: f64 = 0.2;
 /// Cosine of half the angle by which what is stiff may turn: a tenth of a degree.
 const STIFF: f32 = 1.0 - 4e-7;
 
@@ -40,6 +42,7 @@ pub(super) fn resolve_stages(
     share_soles(&mut limbs, |pair| &mut pair.target);
     let (mut front, mut staged) = (Vec::new(), Vec::new());
     let mut source_scale: Option<SourceScale> = None;
+    let mut curves = Vec::new();
     let mut fields = Vec::new();
     for (index, op) in ops.iter().enumerate() {
         let context = Context { index, source, clip, limbs: &limbs };
@@ -88,6 +91,13 @@ pub(super) fn resolve_stages(
                         [(!grips.is_empty()).then_some(StagedKind::Grips(grips)), Some(StagedKind::Posed(edits))];
                     let staged_op = |kind| StagedOp { schedule: schedule.clone(), limbs: Vec::new(), kind };
                     staged.extend(kinds.into_iter().flatten().map(staged_op));
+                }
+                continue;
+            }
+            Op::Curves(op) => {
+                if op.scope.enabled {
+                    let schedule = context.schedule(&op.scope, &mut fields);
+                    curves.extend(curve_drives(op, index, &schedule, source.scene, clip, &mut fields));
                 }
                 continue;
             }
@@ -140,7 +150,7 @@ pub(super) fn resolve_stages(
     report_stiff_feet(&staged, &limbs, reporter);
     front.extend(staged);
     if front.is_empty() {
-        return Ok(Stages { source_scale, ..Stages::default() });
+        return Ok(Stages { source_scale, curves, ..Stages::default() });
     }
     let (mut parts, mut hands) = (Vec::new(), Vec::new());
     if front.iter().any(|op| matches!(op.kind, StagedKind::SelfContact(_))) {
@@ -148,7 +158,7 @@ pub(super) fn resolve_stages(
         parts = body_parts(source, target, unit);
         hands = find_hands(&limbs, source, target, unit);
     }
-    Ok(Stages { ground: ground(source, target, clip, mapping), limbs, parts, hands, ops: front, source_scale })
+    Ok(Stages { ground: ground(source, target, clip, mapping), limbs, parts, hands, ops: front, source_scale, curves })
 }
 
 fn find_hands(limbs: &[LimbPair], source: &Rig<'_>, target: &Rig<'_>, unit: f64) -> Vec<HandPair> {
@@ -271,9 +281,11 @@ fn report_order(ops: &[Op], staged: &[StagedOp], reporter: &mut Reporter) {
         Op::Fk(op) => op.enabled,
         _ => false,
     };
-    // Contacts are found in the source, which is scaled before anything else: where these two stand makes no difference.
-    let poses =
-        |op: &Op| !matches!(op, Op::Contacts(_) | Op::ScaleSource(_)) && op.scope().is_some_and(|op| op.enabled);
+    // Contacts are found in the source, which is scaled before anything else, and curves pose nothing: where these stand makes no
+    // difference.
+    let poses = |op: &Op| {
+        !matches!(op, Op::Contacts(_) | Op::ScaleSource(_) | Op::Curves(_)) && op.scope().is_some_and(|op| op.enabled)
+    };
     let kinematics_end = ops.iter().rposition(is_kinematic).unwrap_or(0);
     for (index, _) in ops[..kinematics_end].iter().enumerate().filter(|(_, op)| poses(op)) {
         reporter.warn(
@@ -362,10 +374,12 @@ fn limb_joints(limb: Limb, side: &Rig<'_>, unit: f64) -> Option<LimbJoints> {
         let bone = |from: usize, to: usize| {
             side.rest.transforms()[from].rotation.conjugate() * (place(to) - place(from)) * unit
         };
+        let down = |joint: usize| side.rest.transforms()[joint].rotation.conjugate() * -side.up();
         Sole {
             heel: above(end),
             ball: ball.map(above),
             tip: tip.map(above),
+            down: [Some(end), ball, tip].map(|joint| joint.map(down)),
             end_to_ball: ball.map(|ball| bone(end, ball)),
             ball_to_tip: ball.zip(tip).map(|(ball, tip)| bone(ball, tip)),
         }
@@ -379,6 +393,11 @@ fn share_soles(limbs: &mut [LimbPair], side: impl Fn(&mut LimbPair) -> &mut Limb
     let least = |part: fn(&Sole) -> Option<f64>| soles.iter().filter_map(part).reduce(f64::min);
     let (heel, ball, tip) = (least(|sole| Some(sole.heel)), least(|sole| sole.ball), least(|sole| sole.tip));
     for sole in limbs.iter_mut().filter_map(|pair| side(pair).sole.as_mut()) {
+        let raised = sole.heel - heel.unwrap_or(sole.heel);
+        if raised > RAISED * sole.end_to_ball.map_or(sole.heel, DVec3::length) {
+            // A foot in the air is tipped, too: nobody knows where below its joints the sole is.
+            sole.down = [None; 3];
+        }
         sole.heel = heel.unwrap_or(sole.heel);
         sole.ball = sole.ball.and(ball);
         sole.tip = sole.tip.and(tip);

@@ -21,11 +21,11 @@ pub use map::{ChainMap, RotationMode, TranslationMode};
 pub use morphs::{MorphCombine, MorphFitSpec, MorphRow, MorphsSpec};
 pub use ops::{
     AdditivePoseOp, Alpha, AlphaCurve, ArmSpacingOp, CarriedProp, Carry, ContactCurve, ContactFloor, ContactFloorRule,
-    ContactsOp, CopyBasePoseOp, FilterKind, FilterOp, FingersOp, FkOp, FloorOp, Grip, GripHand, HeightRule, IkGoal,
-    IkOp, JointRow, JointSource, JointSpace, JointsOp, LimitRange, LimitsOp, Op, PelvisOp, PelvisScale,
-    PelvisScaleRule, Pin, PinMode, PinOp, PinSide, PlantMode, PlantOp, PropsOp, ReachGoal, ReachOp, ReachPlace,
-    RootAction, RootAxis, RootMotionOp, RootPlace, RootSource, ScaleOrigin, ScaleSourceOp, Scope, SelfContactOp,
-    StretchChainOp, StrideDirection, StrideOp, TwistOp,
+    ContactsOp, CopyBasePoseOp, CurveRow, CurvesOp, FilterKind, FilterOp, FingersOp, FkOp, FloorOp, Grip, GripHand,
+    HeightRule, IkGoal, IkOp, JointRow, JointSource, JointSpace, JointsOp, LimitRange, LimitsOp, Op, OtherCurves,
+    PelvisOp, PelvisScale, PelvisScaleRule, Pin, PinMode, PinOp, PinSide, PlantMode, PlantOp, PropsOp, ReachGoal,
+    ReachOp, ReachPlace, RootAction, RootAxis, RootMotionOp, RootPlace, RootSource, ScaleOrigin, ScaleSourceOp, Scope,
+    SelfContactOp, StretchChainOp, StrideDirection, StrideOp, TwistOp,
 };
 pub use output::{
     CompressionSpec, IncludeSpec, KeyInterpolation, KeyTolerance, KeysSpec, KeysWord, OutputChoice, OutputSpec,
@@ -67,7 +67,7 @@ pub struct RetargetSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pose: Option<PoseSpec>,
     /// What is done, in this order. Default: `pelvis` and `fk`; where legs are mapped, then `contacts`, `ik`, `plant` and `floor`, so
-    /// that feet stay where they stand.
+    /// that feet stay where they stand; where the source animates custom properties, then `curves`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ops: Option<Vec<Op>>,
     /// How morph weights and facial expressions are moved over.

@@ -110,7 +110,8 @@ pub enum MetricName {
     /// Difference of the turn of pelvis, head, hands and feet since the rest pose; 95th percentile over joints and
     /// frames.
     EndOrientation,
-    /// Mean jerk over mean speed of hands, feet and head, target over source; 1 is as smooth as the source.
+    /// Mean jerk over mean speed, target over source: of hands and feet as seen from the start of their limbs, the head from the
+    /// pelvis, and the pelvis in the world; 1 is as smooth as the source.
     JerkRatio,
     /// Knees and elbows that snap over or bend backwards where the source's do not.
     BendFlips,
@@ -247,7 +248,8 @@ const METRICS: [MetricInfo; 17] = [
         threshold: Threshold { warn_above: 1.15, fail_above: 1.5 },
         forgives_source: false,
         weight: 2.0,
-        about: "mean jerk over mean speed of hands, feet and head, target over source; 1 is as smooth as the source",
+        about: "mean jerk over mean speed, target over source: of hands and feet as seen from the start of their limbs, the head \
+                from the pelvis, and the pelvis in the world; 1 is as smooth as the source",
     },
     MetricInfo {
         metric: MetricName::BendFlips,

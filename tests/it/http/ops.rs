@@ -5,18 +5,19 @@ use retargetd::samples;
 use serde_json::{Value, json};
 
 use super::support::{PATIENCE, ServiceProcess, json as read, problem, start_service};
-
-fn form(config: &Value) -> multipart::Form {
-    let part = |bytes: Vec<u8>, name: &'static str| multipart::Part::bytes(bytes).file_name(name);
-    multipart::Form::new()
-        .part("source", part(samples::walk_clip(), "walk.glb"))
-        .part("target", part(samples::mannequin(), "mannequin.glb"))
-        .text("config", config.to_string())
-}
+use crate::cli::carried_curves::{values_of, with_a_property};
 
 async fn post(server: &ServiceProcess, config: &Value) -> reqwest::Response {
+    let files = [(samples::walk_clip(), "walk.glb"), (samples::mannequin(), "mannequin.glb")];
+    post_files(server, files, config).await
+}
+
+/// Source and target.
+async fn post_files(server: &ServiceProcess, files: [(Vec<u8>, &'static str); 2], config: &Value) -> reqwest::Response {
+    let [source, target] = files.map(|(bytes, name)| multipart::Part::bytes(bytes).file_name(name));
+    let form = multipart::Form::new().part("source", source).part("target", target).text("config", config.to_string());
     let client = Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client");
-    let request = client.post(format!("{}/v1/retarget", server.url)).multipart(form(config));
+    let request = client.post(format!("{}/v1/retarget", server.url)).multipart(form);
     request.header("prefer", "wait=50").send().await.expect("an answer")
 }
 
@@ -78,4 +79,20 @@ async fn what_an_op_names_must_exist() {
     let config = json!({"ops": [{"op": "joints", "rows": [{"source": "hed", "target": "head"}]}]});
     let refused = problem(post(&server, &config).await, 422, "unknown_joint").await;
     assert_eq!(refused["errors"][0]["pointer"], "/ops/0/rows/0/source", "{refused}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn custom_properties_go_along() {
+    let Some(file) = with_a_property() else { return };
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = start_service(data.path(), &[]);
+    let config = |row: Value| json!({"output": {"format": "poses_json"}, "ops": [{"op": "fk"}, {"op": "curves", "rows": [row]}]});
+    let files = || [(file.clone().into_bytes(), "source.fbx"), (file.clone().into_bytes(), "target.fbx")];
+    let answer = post_files(&server, files(), &config(json!({"source": "grip", "target": "hold", "gain": 10}))).await;
+    assert_eq!(answer.status(), StatusCode::OK, "{}", answer.text().await.unwrap_or_default());
+    let hold = values_of(&read(answer).await, "hold").expect("the curve");
+    assert!((hold[19] - 19.0).abs() < 1e-4, "ten times as much: {hold:?}");
+    let refused = post_files(&server, files(), &config(json!({"source": "gripp"}))).await;
+    let refused = problem(refused, 422, "unknown_name").await;
+    assert_eq!(refused["errors"][0]["pointer"], "/ops/1/rows/0/source", "{refused}");
 }

@@ -4,8 +4,8 @@
 use glam::DVec3;
 use retargetd::{
     model::{Clip, Control, Joint, Reporter, Scene, Skeleton},
-    retarget::Stack,
-    rig::{Ground, LimbPair, Mapping, Resolved, RestSource, Rig, parse_spec, resolve},
+    retarget::{Metric, Stack, measure},
+    rig::{Ground, LimbPair, Mapping, MetricName, ReportChoice, Resolved, RestSource, Rig, parse_spec, resolve},
 };
 
 use super::figure::{Figure, percentile, position, world};
@@ -31,12 +31,14 @@ const MOST_SLIDE: f64 = 0.005;
 const MOST_PENETRATION: f64 = 0.005;
 const MOST_PENETRATION_OF_OTHER_FEET: f64 = 0.025;
 const MOST_JERK: f64 = 1.15;
+/// Longer or shorter limbs alone make nothing rougher.
+const MOST_JERK_OF_ROTATIONS: f64 = 0.01;
 /// Share of a leg by which a heel may be off its height above the ball while a foot stands flat.
 const MOST_TILT: f64 = 0.02;
 /// Share of a leg by which a clip may change on its own rig.
 const MOST_CHANGE: f64 = 1e-4;
-/// Share by which measures may be off.
-const SLACK: f64 = 0.05;
+/// Share by which measures may be off: joints are looked at here, and the soles below them are what is held.
+const SLACK: f64 = 0.1;
 
 const FK_ONLY: &str = r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#;
 /// What is done when nobody says.
@@ -199,14 +201,16 @@ struct Feet {
     /// 99th percentile of the depth of the lowest foot joint below its height at rest, beyond the source's own.
     penetration: f64,
     own_penetration: f64,
-    jerk: f64,
+    /// Of the report: every end, and the worst of them.
+    jerk: Metric,
     flips: usize,
     elbow_flips: usize,
 }
 
 impl std::fmt::Display for Feet {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { slide, source_slide, mean_slide, contacts, penetration, own_penetration, jerk, flips, .. } = self;
+        let Self { slide, source_slide, mean_slide, contacts, penetration, own_penetration, flips, .. } = self;
+        let jerk = self.jerk();
         write!(
             formatter,
             "slide {:.2} (own {:.2}, mean {:.2}, {contacts} contacts) pen {:.2} (own {:.2}) jerk {jerk:.2} flips {flips}",
@@ -221,21 +225,21 @@ impl std::fmt::Display for Feet {
 
 impl Feet {
     fn measure(source: &Scene, clip: &Clip, target: &Scene, spec: &str) -> Self {
-        let limbs = Self::limbs(source, clip, target, spec);
+        let (limbs, jerk) = Self::limbs(source, clip, target, spec);
         let more_flips = |limb: &Leg| limb.target.flips().saturating_sub(limb.source.flips());
         let elbow_flips = limbs.iter().filter(|(is_leg, _)| !is_leg).map(|(_, arm)| more_flips(arm)).sum();
         let legs: Vec<Leg> = limbs.into_iter().filter(|(is_leg, _)| *is_leg).map(|(_, leg)| leg).collect();
         let feet = Self::of(&legs, clip.times_seconds());
-        Self { elbow_flips, ..feet }
+        Self { elbow_flips, jerk, ..feet }
     }
 
     fn legs(source: &Scene, clip: &Clip, target: &Scene, spec: &str) -> Vec<Leg> {
-        let limbs = Self::limbs(source, clip, target, spec).into_iter();
-        limbs.filter(|(is_leg, _)| *is_leg).map(|(_, leg)| leg).collect()
+        let (limbs, _) = Self::limbs(source, clip, target, spec);
+        limbs.into_iter().filter(|(is_leg, _)| *is_leg).map(|(_, leg)| leg).collect()
     }
 
-    /// Legs and arms, and which are legs.
-    fn limbs(source: &Scene, clip: &Clip, target: &Scene, spec: &str) -> Vec<(bool, Leg)> {
+    /// Legs and arms, and which are legs; and how smooth the report finds the result.
+    fn limbs(source: &Scene, clip: &Clip, target: &Scene, spec: &str) -> (Vec<(bool, Leg)>, Metric) {
         let spec = parse_spec(spec.as_bytes()).expect("a spec");
         let mut reporter = Reporter::new();
         let source_rig = Rig::new("source", source, None, &spec.source, &mut reporter).expect("a rig");
@@ -248,7 +252,10 @@ impl Feet {
         let stack = Stack::new(source_rig.skeleton(), target_rig.skeleton(), &mapping);
         let result = stack.run(clip, &Control::new()).expect("a result").clip;
         let read = |pair| Leg::read(pair, &with_ground, (&source_rig, clip), (&target_rig, &result));
-        with_ground.stages.limbs.iter().map(|pair| (pair.limb.is_leg(), read(pair))).collect()
+        let limbs = with_ground.stages.limbs.iter().map(|pair| (pair.limb.is_leg(), read(pair))).collect();
+        let detail = ReportChoice::default();
+        let mut measures = measure(&mapping, &source_rig, &target_rig, clip, &result, &detail, &[]);
+        (limbs, measures.metrics.remove(&MetricName::JerkRatio).expect("every metric"))
     }
 
     fn of(legs: &[Leg], times: &[f64]) -> Self {
@@ -256,7 +263,7 @@ impl Feet {
         let (mut slides, mut source_slides, mut depths, mut own_depths) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
-        let (mut jerk, mut own_jerk, mut flips) = (0.0, 0.0, 0);
+        let mut flips = 0;
         for leg in legs {
             for point in 0..leg.source.points.len() {
                 for (first, last) in leg.source.contacts(point, times) {
@@ -275,8 +282,6 @@ impl Feet {
                 own_depths.push(own);
                 depths.push((depth - own).max(0.0));
             }
-            jerk += leg.target.jerk(times);
-            own_jerk += leg.source.jerk(times);
             flips += leg.target.flips().saturating_sub(leg.source.flips());
         }
         Self {
@@ -287,10 +292,14 @@ impl Feet {
             contacts: slides.len(),
             penetration: percentile(depths, 0.99),
             own_penetration: percentile(own_depths, 0.99),
-            jerk: jerk / own_jerk,
+            jerk: Metric::default(),
             flips,
             elbow_flips: 0,
         }
+    }
+
+    fn jerk(&self) -> f64 {
+        self.jerk.value.unwrap_or_default()
     }
 
     /// Feet that keep their size while legs do not cannot roll as the source's do; they only have to be better than without IK.
@@ -308,8 +317,11 @@ impl Feet {
         if self.penetration > most_penetration {
             problems.push(format!("sinks by {:.2} cm", self.penetration * 100.0));
         }
-        if with_feet && self.jerk > MOST_JERK * without.jerk.max(1.0) {
-            problems.push(format!("jerks {:.2} times as much, and {:.2} without IK", self.jerk, without.jerk));
+        if with_feet && self.jerk() > MOST_JERK {
+            problems.push(format!("jerks {:?} times as much, and {:.2} without IK", self.jerk.parts, without.jerk()));
+        }
+        if (without.jerk() - 1.0).abs() > MOST_JERK_OF_ROTATIONS {
+            problems.push(format!("rotations alone jerk {:?} times as much", without.jerk.parts));
         }
         if self.flips > 0 {
             problems.push(format!("{} knee flips", self.flips));
@@ -404,15 +416,6 @@ impl Track {
 
     fn depth(&self, frame: usize) -> f64 {
         self.points.iter().map(|(places, rest)| rest - places[frame].y).fold(0.0, f64::max)
-    }
-
-    fn jerk(&self, times: &[f64]) -> f64 {
-        let seconds = (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64;
-        let of = |places: &[DVec3]| -> f64 {
-            let jerk = |window: &[DVec3]| (window[3] - window[2] * 3.0 + window[1] * 3.0 - window[0]).length();
-            places.windows(4).map(jerk).sum::<f64>() / seconds.powi(3)
-        };
-        of(&self.hips) + of(&self.knees) + of(&self.points[0].0)
     }
 
     /// How often the bend turns over from one frame to the next.

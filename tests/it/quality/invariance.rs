@@ -233,6 +233,31 @@ fn everything_at_once_does_not_matter() {
     assert_same_motion(&motion(&source, &target), &plain, "both sides");
 }
 
+#[test]
+fn real_files_in_another_guise_move_the_same() {
+    let files = ["bvh/bandai-namco/dataset-1_walk_normal_001.bvh", "mixamo/gltf/Xbot.glb"].map(corpus_file);
+    let [Some(source), Some(target)] = files else { return };
+    let file = |path| {
+        let mut scene = Figure::read(path).scene;
+        // What is said of meshes and poses beside the nodes is in the axes and the unit of the file.
+        scene.skin_points = Default::default();
+        scene.bind_pose.clear();
+        scene.clips.truncate(1);
+        Guise::plain(scene)
+    };
+    let (walk, figure) = (|| file(&source), || file(&target));
+    let plain = motion(&walk(), &figure());
+    let (turn, axes) = z_up();
+    for (what, source, target) in [
+        ("other joint axes", walk().with_other_joint_axes(21), figure().with_other_joint_axes(22)),
+        ("an actor three times as large", walk().grown(3.0), figure()),
+        ("Z up", walk(), figure().turned(turn, Some(axes))),
+        ("centimetres", walk(), figure().in_units(100.0)),
+    ] {
+        assert_same_motion(&motion(&source, &target), &plain, what);
+    }
+}
+
 /// The mannequin with its limbs hung from the root, as exports of the skin's joints alone have them.
 fn in_pieces() -> Guise {
     let mut rig = MadeRig::of(&samples::mannequin_scene());

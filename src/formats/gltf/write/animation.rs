@@ -86,7 +86,21 @@ pub(super) fn append<'a>(
     let (channels, samplers) = writer.finish()?;
     animation.insert("channels".into(), Value::Array(channels));
     animation.insert("samplers".into(), Value::Array(samplers));
+    if let Some(curves) = properties(target, clip) {
+        animation.insert("extras".into(), json!({ "curves": curves }));
+    }
     Ok(Some(Value::Object(animation)))
+}
+
+/// Custom properties, which glTF has no channels for: key times and the values of each; nothing where there is none.
+fn properties(target: &Scene, clip: &Clip) -> Option<Value> {
+    let mut values = Map::new();
+    for track in clip.morphs() {
+        let Some(property) = target.morphs.get(track.morph).filter(|morph| morph.is_property()) else { continue };
+        let of_frames: Vec<f32> = (0..clip.frame_count()).map(|frame| track.weights.at(frame, property.rest)).collect();
+        values.insert(property.name.clone(), json!(of_frames));
+    }
+    (!values.is_empty()).then(|| json!({ "times_seconds": clip.times_seconds(), "values": values }))
 }
 
 /// For each node with a mesh of which a morph is animated the weights of all its morph targets, side by side at each frame.

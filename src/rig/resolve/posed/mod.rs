@@ -67,7 +67,8 @@ pub(super) fn resolve_posed(op: &Op, subject: &mut Subject<'_>) -> Option<Staged
         | Op::Ik(_)
         | Op::Plant(_)
         | Op::Floor(_)
-        | Op::Filter(_) => None,
+        | Op::Filter(_)
+        | Op::Curves(_) => None,
     }
 }
 

@@ -29,7 +29,7 @@ pub use additive_pose::AdditivePoseOp;
 pub use arm_spacing::ArmSpacingOp;
 pub use contacts::{ContactFloor, ContactFloorRule, ContactsOp};
 pub use copy_base_pose::CopyBasePoseOp;
-pub use curves::{AlphaCurve, ContactCurve};
+pub use curves::{AlphaCurve, ContactCurve, CurveRow, CurvesOp, OtherCurves};
 pub use filter::{FilterKind, FilterOp};
 pub use fingers::FingersOp;
 pub use fk::{Carry, FkOp};
@@ -95,6 +95,8 @@ pub enum Op {
     Reach(ReachOp),
     /// Makes steps longer or shorter.
     Stride(StrideOp),
+    /// Carries custom properties over.
+    Curves(CurvesOp),
     /// Keeps things in hands.
     Props(PropsOp),
     /// Scales the source's motion.
@@ -136,6 +138,7 @@ impl Op {
             Self::Fingers(op) => Some(&op.scope),
             Self::Stride(op) => Some(&op.scope),
             Self::Reach(op) => Some(&op.scope),
+            Self::Curves(op) => Some(&op.scope),
             Self::Props(op) => Some(&op.scope),
             Self::ScaleSource(op) => Some(&op.scope),
             Self::RootMotion(op) => Some(&op.scope),

@@ -22,6 +22,9 @@ pub struct PlantOp {
     /// Seconds over which a foot is led to its place before a contact and away from it afterwards. 0 to 2.
     #[schemars(range(min = 0.0, max = 2.0))]
     pub blend_seconds: f64,
+    /// Whether feet that stand on an edge in all contacts with heel and ball are taken to stand level, when the target's feet are
+    /// not the source's: rest poses with legs apart often have their feet on edge. By 3° nothing is done, from 8° on all.
+    pub level: bool,
     /// Whether the pelvis is moved where a held foot is out of reach.
     pub pull_pelvis: bool,
     /// How much dearer it is to move the pelvis sideways than up or down. 1 to 100.
@@ -35,6 +38,7 @@ impl Default for PlantOp {
             scope: Scope::default(),
             mode: PlantMode::default(),
             blend_seconds: 0.25,
+            level: true,
             pull_pelvis: true,
             sideways_cost: 3.0,
         }
