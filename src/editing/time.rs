@@ -111,7 +111,7 @@ pub fn edit_time(
     sample(clip, &schedule, spec.fps)
 }
 
-fn in_range(field: &str, value: f64, least: f64, most: f64) -> Result<f64, EditError> {
+pub(super) fn in_range(field: &str, value: f64, least: f64, most: f64) -> Result<f64, EditError> {
     if (least..=most).contains(&value) {
         return Ok(value);
     }
@@ -130,7 +130,7 @@ fn check_size(frames: f64, clip: &Clip, field: &str) -> Result<(), EditError> {
 }
 
 /// Start and end on the clip's own clock.
-fn seconds_of(
+pub(super) fn seconds_of(
     range: &RangeSpec,
     clip: &Clip,
     skeleton: &Skeleton,

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use crate::{
-    editing::{Cycle, EditError, Mirror, TimeEditError, edit_time, find_cycles, mirror_components, taken_out},
+    editing::{Cycle, EditError, Margin, Mirror, TimeEditError, edit_time, find_cycles, mirror_components, taken_out},
     formats::Limits,
     model::{Clip, ClipError, Control, JointTracks, Phase, Reporter, Scene},
     retarget::filtered,
@@ -155,9 +155,11 @@ pub(super) fn edited_clip<'a>(
     reporter: &mut Reporter,
 ) -> Result<Cow<'a, Clip>, Failure> {
     let mut edited = Cow::Borrowed(clip);
+    let edit = with_found_cycles(&spec.edit, rig, clip, control, reporter)?;
+    let margin = Margin::of(&edit, clip, rig.skeleton(), control).map_err(time_failure)?;
     if !spec.edit.keeps_time() {
-        let edit = with_found_cycles(&spec.edit, rig, clip, control, reporter)?;
-        let timed = edit_time(clip, rig.skeleton(), rig.up(), &edit, control).map_err(time_failure)?;
+        let edit = margin.as_ref().map_or(edit.as_ref(), |margin| &margin.wider);
+        let timed = edit_time(clip, rig.skeleton(), rig.up(), edit, control).map_err(time_failure)?;
         edited = Cow::Owned(timed);
     }
     if let Some(mirror) = spec.edit.mirror.details() {
@@ -174,6 +176,10 @@ pub(super) fn edited_clip<'a>(
         let schedule = scheduled(&filter.scope, "/edit/filter", rig.scene, &edited).map_err(in_config)?;
         let smooth = filtered(&edited, filter, schedule, joints, control)?;
         edited = Cow::Owned(smooth.map_err(|error| not_a_clip(rig, &error))?);
+    }
+    if let Some(Margin { cut, .. }) = margin {
+        let cropped = edit_time(&edited, rig.skeleton(), rig.up(), &cut, control).map_err(time_failure)?;
+        edited = Cow::Owned(cropped);
     }
     if let Some(reference) = spec.edit.additive {
         let difference = taken_out(&edited, rig.skeleton(), morph_rests(rig), reference);

@@ -10,6 +10,7 @@ mod edit;
 mod edits_page;
 mod explain;
 mod explain_text;
+mod face_fit;
 mod failure;
 mod files;
 mod inspect;
@@ -35,6 +36,7 @@ pub use alignment::AlignmentView;
 pub use edit::{edit, edit_config, edit_with};
 pub use edits_page::edits_page;
 pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain, explain_with};
+pub use face_fit::FaceFitView;
 pub use failure::{Failure, FailureCode, FieldError};
 pub use inspect::{
     ClipView, FindingView, Inspection, InspectionCounts, JointView, RigView, RoleView, inspect, inspect_with,
@@ -155,6 +157,9 @@ pub struct Report {
     /// How many keys outputs have that were asked to hold only what is needed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub keys: Vec<KeysView>,
+    /// How well the face was fitted, where the spec asks for it by `morphs.fit`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub face_fit: Option<FaceFitView>,
     /// The measures themselves, by name; absent when the spec asks for none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measures: Option<Measures>,

@@ -4,23 +4,25 @@ use std::borrow::Cow;
 
 use crate::{
     editing::{Gaze, is_look, moved_morphs},
-    model::{Clip, ClipError, Morph, MorphPlace, MorphTrack, Reporter, Scene, Track},
+    formats::Limits,
+    model::{Clip, ClipError, Control, Morph, MorphPlace, MorphTrack, Reporter, Scene, Track},
     rig::{MorphMapping, MorphsSpec, Rig, map_morphs, morph_meaning},
 };
 
-use super::{Failure, FailureCode, files::in_config};
+use super::{FaceFitView, Failure, FailureCode, face_fit::fitted, files::in_config};
 
 /// A weight that changes by less is noise.
 const STILL: f32 = 0.01;
 
-/// The result with the weights of the target's morphs that follow those of the clip.
+/// The result with the weights of the target's morphs that follow those of the clip, and how well they were fitted where they were.
 pub(super) fn with_morphs(
     result: Clip,
     clip: &Clip,
     (source_rig, target_rig): (&Rig<'_>, &Rig<'_>),
     spec: &MorphsSpec,
+    budget: (&Limits, &Control),
     reporter: &mut Reporter,
-) -> Result<Clip, Failure> {
+) -> Result<(Clip, Option<FaceFitView>), Failure> {
     let (source, target) = (source_rig.scene, target_rig.scene);
     // A file has weights for all morphs of a mesh where it has them for one. Custom properties are no part of a face.
     let faces = clip.morphs().iter().filter(|track| !source.morphs[track.morph].is_property());
@@ -34,13 +36,28 @@ pub(super) fn with_morphs(
         face.look_by_shapes(source_rig, target_rig).map_err(not_a_clip)?;
     }
     if face.animated.is_empty() && spec.rows.is_empty() && source.gaze_joint.is_none() {
-        return Ok(result);
+        return Ok((result, None));
     }
+    let rows_only = MorphsSpec { by_name: false, ..spec.clone() };
+    let fit = match spec.fit.filter(|_| spec.enabled) {
+        Some(fit) => {
+            let by_rows = map_morphs(&face.morphs, &face.animated, &target.morphs, &rows_only).map_err(in_config)?;
+            let is_taken = |morph| by_rows.drives.iter().any(|drive| drive.target == morph);
+            fitted(&face.clip, (source_rig, target_rig), &fit, is_taken, budget, reporter)?
+        }
+        None => None,
+    };
+    let fitted_looks = fit
+        .iter()
+        .flat_map(|(tracks, _)| tracks)
+        .any(|track| looks(&target.morphs, track.morph) && moves(&track.weights, target.morphs[track.morph].rest));
+    let eyes_may_turn = spec.enabled && spec.by_name && !fitted_looks;
+    let spec = if fit.is_some() { &rows_only } else { spec };
     let mut mapping = map_morphs(&face.morphs, &face.animated, &target.morphs, spec).map_err(in_config)?;
     // What stands for eyes that turn is not lost with them.
     mapping.unused.retain(|morph| *morph < source.morphs.len());
     let mut result = result;
-    if spec.enabled && spec.by_name && !mapping.drives.iter().any(|drive| looks(&target.morphs, drive.target)) {
+    if eyes_may_turn && !mapping.drives.iter().any(|drive| looks(&target.morphs, drive.target)) {
         let range = source.look_at.unwrap_or_default();
         let gaze = Gaze::of_morphs(clip, &source.morphs, &range).or_else(|| Gaze::of_gaze_joint(source_rig, clip));
         if let Some(turned) =
@@ -50,9 +67,16 @@ pub(super) fn with_morphs(
             mapping.unused.retain(|morph| !looks(&source.morphs, *morph));
         }
     }
-    report_lost(source, target, &mapping, spec, reporter);
-    let moved = moved_morphs(&face.clip, &mapping, &face.morphs, &target.morphs);
-    result.with_morphs(moved).map_err(not_a_clip)
+    let mut moved = moved_morphs(&face.clip, &mapping, &face.morphs, &target.morphs);
+    let Some((mut tracks, view)) = fit else {
+        report_lost(source, target, &mapping, spec, reporter);
+        return Ok((result.with_morphs(moved).map_err(not_a_clip)?, None));
+    };
+    // Rows of expressions move shapes as well, and win.
+    tracks.retain(|track| moved.iter().all(|other| other.morph != track.morph));
+    moved.append(&mut tracks);
+    moved.sort_by_key(|track| track.morph);
+    Ok((result.with_morphs(moved).map_err(not_a_clip)?, Some(view)))
 }
 
 fn not_a_clip(error: ClipError) -> Failure {

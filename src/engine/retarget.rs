@@ -94,7 +94,8 @@ pub fn retarget_with(
         .then(|| measure(&mapping, &source, &target, clip, &result, &spec.report, &reaches));
     let measure_seconds = control.seconds() - measuring;
 
-    let result = with_morphs(result, clip, (&source, &target), &spec.morphs, &mut reporter)?;
+    let (result, face_fit) =
+        with_morphs(result, clip, (&source, &target), &spec.morphs, (limits, control), &mut reporter)?;
     let curves = with_curves(&result, clip, source.scene, target.scene, &mapping.stages.curves)?;
     let (scene, result) = curves.map_or((None, result), |(scene, result)| (Some(scene), result));
     let target = match &scene {
@@ -135,8 +136,20 @@ pub fn retarget_with(
     };
     let alignment = view(&alignment, target.skeleton());
     let limited = limited_view(&limited, target.skeleton());
-    let report =
-        Report { timings, counts, warnings, rigs, contacts, reaches, limited, tuning, alignment, keys, measures };
+    let report = Report {
+        timings,
+        counts,
+        warnings,
+        rigs,
+        contacts,
+        reaches,
+        limited,
+        tuning,
+        alignment,
+        keys,
+        face_fit,
+        measures,
+    };
     Ok(Outcome { outputs, report, resolved_spec })
 }
 

@@ -36,7 +36,7 @@ pub use sniff::sniff;
 
 use glam::{Quat, Vec3};
 
-use crate::model::{Clip, Control, Reporter, Scene, Stretched};
+use crate::model::{Clip, Control, MorphMesh, Reporter, Scene, Stretched};
 
 /// Decodes a file.
 ///
@@ -92,6 +92,14 @@ fn straighten(scene: Scene, budget: &mut Budget<'_>, reporter: &mut Reporter) ->
         "apply the scale of the armature before exporting",
     );
     Ok(scene)
+}
+
+/// The meshes of a scene that have morph targets, in the order of [`Scene::morphs`]; none where its file was no glTF.
+///
+/// # Errors
+/// When a mesh cannot be decoded, exceeds the limits, or the work is canceled.
+pub fn morph_meshes(scene: &Scene, limits: &Limits, control: &Control) -> Result<Vec<MorphMesh>, FormatError> {
+    gltf::morph_meshes(scene, &mut Budget::new(limits, control))
 }
 
 /// What to write, and how.

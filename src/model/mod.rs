@@ -24,7 +24,7 @@ pub use axes::{Axes, AxesError, SignedAxis};
 pub use clip::{Clip, ClipError, JointContacts, JointTracks};
 pub use control::{Canceled, Control, Phase, Progress};
 pub use look_at::{LookAt, LookRange};
-pub use morph::{Morph, MorphPlace, MorphTrack};
+pub use morph::{Morph, MorphMesh, MorphPlace, MorphTrack};
 pub use pose::{LocalPose, ModelPose};
 pub use scene::{Payload, Scene, Skin};
 pub use skeleton::{Joint, Skeleton, SkeletonError};

@@ -1,5 +1,7 @@
 //! Morph targets, facial expressions and custom properties: numbers beside the joints, over time.
 
+use glam::Vec3;
+
 use super::Track;
 
 /// Something that a face, or any mesh, can do: a morph target, or an expression made of several; or a number that is animated beside
@@ -50,4 +52,17 @@ pub struct MorphTrack {
     pub morph: usize,
     /// Its weights.
     pub weights: Track<f32>,
+}
+
+/// The vertices of a mesh with morph targets, in model space with the skeleton at rest and all weights at 0.
+///
+/// Made by a format's reader only: every number is finite, and there are as many displacements of each morph as positions.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MorphMesh {
+    /// Its first morph, as an index in [`super::Scene::morphs`]; the others follow.
+    pub first: usize,
+    /// Where its vertices are.
+    pub positions: Vec<Vec3>,
+    /// For each of its morphs, by how far it moves every vertex at weight 1.
+    pub displacements: Vec<Vec<Vec3>>,
 }

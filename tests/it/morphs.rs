@@ -221,8 +221,8 @@ fn track(scene: &Scene, name: &str) -> Option<Vec<f32>> {
     Some((0..clip.frame_count()).map(|frame| found.weights.at(frame, 0.0)).collect())
 }
 
-/// A Ready Player Me avatar that says something, its shapes called otherwise: old names and new.
-fn speaking(names: &[(&str, &str)]) -> Option<Vec<u8>> {
+/// A Ready Player Me avatar, its shapes called otherwise: old names and new.
+fn renamed(names: &[(&str, &str)]) -> Option<Vec<u8>> {
     let bytes = std::fs::read(corpus_file("readyplayerme/rpm_avatar_a.glb")?).expect("the avatar");
     let length = u32::from_le_bytes(bytes[12..16].try_into().expect("four bytes")) as usize;
     let mut document: Value = serde_json::from_slice(&bytes[20..20 + length]).expect("JSON");
@@ -246,7 +246,12 @@ fn speaking(names: &[(&str, &str)]) -> Option<Vec<u8>> {
     renamed.extend(&bytes[16..20]);
     renamed.extend(text);
     renamed.extend(rest);
+    Some(renamed)
+}
 
+/// That avatar saying something with these shapes.
+fn speaking(names: &[(&str, &str)]) -> Option<Vec<u8>> {
+    let renamed = renamed(names)?;
     let scene = read(&renamed, "avatar.glb");
     let morphs = (0..scene.morphs.len()).filter(|morph| names.iter().any(|(_, new)| *new == scene.morphs[*morph].name));
     let rising =
@@ -267,21 +272,73 @@ fn speaking(names: &[(&str, &str)]) -> Option<Vec<u8>> {
 
 fn onto_vrm(source: &[u8], config: &Value) -> Option<engine::Outcome> {
     let target = std::fs::read(corpus_file("vrm0/godette.vrm")?).expect("the avatar");
+    Some(onto(source, NamedBytes { name: "godette.vrm", bytes: &target }, config).expect("an outcome"))
+}
+
+fn onto(source: &[u8], target: NamedBytes<'_>, config: &Value) -> Result<engine::Outcome, engine::Failure> {
     let config = config.to_string();
     let inputs = Inputs {
         source: NamedBytes { name: "speaking.glb", bytes: source },
-        target: NamedBytes { name: "godette.vrm", bytes: &target },
+        target,
         source_rest: None,
         target_rest: None,
         config: Some(NamedBytes { name: "config.json", bytes: config.as_bytes() }),
         formats: &[],
     };
-    Some(engine::retarget(&inputs, &Limits::default(), &Control::new()).expect("an outcome"))
+    engine::retarget(&inputs, &Limits::default(), &Control::new())
+}
+
+const SPEECH: [(&str, &str); 2] = [("viseme_aa", "viseme_aa"), ("viseme_O", "viseme_O")];
+
+#[test]
+fn a_face_is_fitted_by_what_its_meshes_do() {
+    // The same avatar with names that say nothing: what each shape does says it all.
+    let names = [("viseme_aa", "one"), ("viseme_O", "two"), ("viseme_PP", "three"), ("viseme_E", "four")];
+    let (Some(source), Some(target)) = (speaking(&SPEECH), renamed(&names)) else { return };
+    let target = NamedBytes { name: "avatar.glb", bytes: &target };
+    let outcome = onto(&source, target, &json!({"morphs": {"fit": {}}})).expect("an outcome");
+    let view = outcome.report.face_fit.expect("it was fitted");
+    assert!(view.same_topology && view.missed_share < 0.02, "{view:?}");
+    let made = read(&outcome.outputs[0].bytes, "out.glb");
+    for (shape, rises) in [("one", true), ("two", true), ("three", false), ("four", false)] {
+        let weights = track(&made, shape).unwrap_or_else(|| vec![0.0; 11]);
+        let wanted = |frame: usize| if rises { frame as f32 / 10.0 } else { 0.0 };
+        let error = weights.iter().enumerate().map(|(frame, weight)| (weight - wanted(frame)).abs());
+        assert!(error.fold(0.0, f32::max) < 0.03, "'{shape}': {weights:?}");
+    }
+    let config = json!({"morphs": {"fit": {}, "rows": [{"source": "viseme_aa", "target": "three", "gain": 0.5}]}});
+    let with_row = onto(&source, target, &config).expect("an outcome");
+    let three = track(&read(&with_row.outputs[0].bytes, "out.glb"), "three").expect("its row moves it");
+    assert!((three[10] - 0.5).abs() < 1e-6, "rows count: {three:?}");
+}
+
+#[test]
+fn faces_that_cannot_do_the_same_go_by_names() {
+    // A scanned face, and a drawn one of a third of its vertices whose mouth is elsewhere.
+    let Some(source) = speaking(&SPEECH) else { return };
+    let Some(outcome) = onto_vrm(&source, &json!({"morphs": {"fit": {}}})) else { return };
+    let told = outcome.report.warnings.iter().find(|warning| warning.code == "morphs_fit_impossible").expect("a word");
+    assert!(told.detail.contains(" % of what the source's face does"), "{}", told.detail);
+    let by_name = track(&read(&outcome.outputs[0].bytes, "out.glb"), "ah").expect("an open mouth");
+    assert!((by_name[10] - 1.0).abs() < 1e-6, "as without a fit: {by_name:?}");
+}
+
+#[test]
+fn what_cannot_be_fitted_is_said_and_goes_by_names() {
+    let Some(source) = speaking(&SPEECH) else { return };
+    let mannequin = retargetd::samples::mannequin();
+    let target = NamedBytes { name: "mannequin.glb", bytes: &mannequin };
+    let outcome = onto(&source, target, &json!({"morphs": {"fit": {}}})).expect("an outcome");
+    let codes: Vec<&str> = outcome.report.warnings.iter().map(|warning| warning.code).collect();
+    assert!(codes.contains(&"morphs_fit_impossible") && codes.contains(&"morphs_lost"), "{codes:?}");
+    assert_eq!(outcome.report.face_fit, None);
+    let failure = onto(&source, target, &json!({"morphs": {"fit": {"bounds": [0.5, 1.0]}}})).expect_err("no bounds");
+    assert_eq!(failure.errors[0].pointer, "/morphs/fit/bounds", "{failure:?}");
 }
 
 #[test]
 fn a_speaking_avatar_makes_a_vrm_speak() {
-    let Some(source) = speaking(&[("viseme_aa", "viseme_aa"), ("viseme_O", "viseme_O")]) else { return };
+    let Some(source) = speaking(&SPEECH) else { return };
     let Some(outcome) = onto_vrm(&source, &json!({})) else { return };
     let made = read(&outcome.outputs[0].bytes, "out.glb");
     for shape in ["ah", "oh"] {

@@ -20,7 +20,7 @@ const fn entry(name: &'static str, config: &'static str, shown: Shown, text: &'s
 
 use Shown::{Height, Lead, Travel};
 
-pub(super) const ENTRIES: [Entry; 20] = [
+pub(super) const ENTRIES: [Entry; 24] = [
     entry("range", r#"{"edit": {"range": [1.0, 2.5]}}"#, Height, "A part of the clip, which then begins at 0."),
     entry(
         "range.cycle",
@@ -70,6 +70,30 @@ pub(super) const ENTRIES: [Entry; 20] = [
         r#"{"edit": {"filter": {"kind": "bell", "seconds": 0.4}}}"#,
         Height,
         "Rotations smoothed over time, here far more than noise needs.",
+    ),
+    entry(
+        "filter.savitzky_golay",
+        r#"{"edit": {"filter": {"kind": "savitzky_golay", "reach_frames": 12}}}"#,
+        Height,
+        "A polynomial of the third degree through twelve frames to each side: peaks keep more of their height.",
+    ),
+    entry(
+        "filter.butterworth",
+        r#"{"edit": {"filter": {"kind": "butterworth", "cutoff_hertz": 2.0}}}"#,
+        Height,
+        "What swings faster than twice a second goes.",
+    ),
+    entry(
+        "filter.median",
+        r#"{"edit": {"filter": {"kind": "median", "reach_frames": 6}}}"#,
+        Height,
+        "The median of thirteen frames: spikes vanish, and turning points become flat.",
+    ),
+    entry(
+        "margin_seconds",
+        r#"{"edit": {"range": [1.0, 2.5], "margin_seconds": 1.0, "filter": {"kind": "bell", "seconds": 0.4}}}"#,
+        Height,
+        "A part of the clip, filtered as if the whole clip were: its ends do not bend.",
     ),
     entry(
         "additive",

@@ -81,8 +81,12 @@ async fn create(
     request: Request<Body>,
 ) -> Result<Response, Problem> {
     let ApiState { jobs, settings, .. } = &state;
-    let mut new = if extract::is_media_type(request.headers(), "multipart/form-data") {
+    let has_files = extract::is_media_type(request.headers(), "multipart/form-data");
+    // What was asked for before is answered also when nothing new is taken.
+    if has_files || idempotency_key.is_none() {
         jobs.check_admission().await?;
+    }
+    let mut new = if has_files {
         upload::read_job(request, &state, &owner).await?
     } else {
         let JsonBody(body) = JsonBody::<NewJobBody>::from_request(request, &state).await?;

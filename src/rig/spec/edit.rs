@@ -15,6 +15,11 @@ pub struct EditSpec {
     /// says where. Both ends belong to it; where an end lies between keys, a frame is put there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range: Option<RangeSpec>,
+    /// So much of the clip before and after `range`, as far as there is, `filter` looks at as well; it is not in the result. Goes with
+    /// `speed`, `reverse`, `fps`, `start_seconds`, `mirror` and `additive`. Seconds, 0 to 60.
+    #[serde(skip_serializing_if = "is_none")]
+    #[schemars(range(min = 0.0, max = 60.0))]
+    pub margin_seconds: f64,
     /// Only every n-th frame is kept, from the first on, and the last one. 1 to 10000.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 10000))]
@@ -66,6 +71,7 @@ impl EditSpec {
     pub fn keeps_time(&self) -> bool {
         let Self {
             range,
+            margin_seconds: _,
             every,
             warp,
             speed,
@@ -91,6 +97,11 @@ impl EditSpec {
             && fps.is_none()
             && start_seconds.is_none()
     }
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
+fn is_none(seconds: &f64) -> bool {
+    *seconds == 0.0
 }
 
 /// A part of a clip; both ends belong to it.

@@ -18,7 +18,7 @@ pub use edit::{
 };
 pub use layer::{LayerMode, LayerReference, LayerSpec};
 pub use map::{ChainMap, RotationMode, TranslationMode};
-pub use morphs::{MorphCombine, MorphRow, MorphsSpec};
+pub use morphs::{MorphCombine, MorphFitSpec, MorphRow, MorphsSpec};
 pub use ops::{
     AdditivePoseOp, Alpha, AlphaCurve, ArmSpacingOp, CarriedProp, Carry, ContactCurve, ContactFloor, ContactFloorRule,
     ContactsOp, CopyBasePoseOp, CurveRow, CurvesOp, FilterKind, FilterOp, FingersOp, FkOp, FloorOp, Grip, GripHand,

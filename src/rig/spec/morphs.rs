@@ -12,6 +12,11 @@ pub struct MorphsSpec {
     /// Whether morphs that no row names are found by their names, in the vocabularies that are known: ARKit, VRM 0.x and 1.0, Oculus
     /// visemes, Character Creator, MetaHuman.
     pub by_name: bool,
+    /// Finds the weights that move the target's face as the source's moves, whatever the shapes are called, by least squares over
+    /// the vertices of both meshes; `{}` for the defaults. Rows still count for the shapes that they name, and names for none. Both
+    /// files have to hold their meshes (GLB, glTF, VRM). Default: by names.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fit: Option<MorphFitSpec>,
     /// Rows that say which target follows which source. Several rows of one target are combined.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rows: Vec<MorphRow>,
@@ -19,7 +24,25 @@ pub struct MorphsSpec {
 
 impl Default for MorphsSpec {
     fn default() -> Self {
-        Self { enabled: true, by_name: true, rows: Vec::new() }
+        Self { enabled: true, by_name: true, fit: None, rows: Vec::new() }
+    }
+}
+
+/// How weights are fitted to what meshes do.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct MorphFitSpec {
+    /// Least and most of each weight. Default: `[0, 1]`.
+    pub bounds: [f64; 2],
+    /// What large weights cost, as a share of what a shape of average size moves: shapes that do nearly the same share their work
+    /// evenly the higher it is. 0.000001 to 1.
+    #[schemars(range(min = 0.000_001, max = 1.0))]
+    pub regularization: f64,
+}
+
+impl Default for MorphFitSpec {
+    fn default() -> Self {
+        Self { bounds: zero_to_one(), regularization: 0.001 }
     }
 }
 

@@ -107,3 +107,27 @@ fn weights_of_morphs_are_mixed_and_added() {
     let onto_rest = onto_rest.expect("a clip");
     assert!((weight(&onto_rest, 40) - (0.5 * 0.1 + 0.5 * 0.04)).abs() < 1e-6, "mixed with the weight at rest");
 }
+
+#[test]
+fn shapes_and_curves_change_sides() {
+    let mut scene = samples::walk_scene();
+    let names = ["eyeBlinkLeft", "eyeBlinkRight", "jawOpen", "lock_foot_l", "lock_foot_r"];
+    let place = retargetd::model::MorphPlace::Weight;
+    scene.morphs = names
+        .iter()
+        .map(|name| retargetd::model::Morph { name: (*name).into(), rest: 0.0, place: place.clone() })
+        .collect();
+    let tracks = [0, 2, 3].map(|morph| MorphTrack { morph, weights: Track::Constant(0.2 * morph as f32 + 0.1) });
+    let clip = scene.clips[0].clone().with_morphs(tracks.to_vec()).expect("a clip");
+    let spec = RetargetSpec::default();
+    let rig = Rig::new("source", &scene, None, &spec.source, &mut Reporter::new()).expect("a rig");
+    let image = Mirror::new(&rig, &[]).apply(&clip, MirrorPlane::Rest).expect("a clip");
+    let mut weights: Vec<(&str, f32)> = image
+        .morphs()
+        .iter()
+        .map(|track| (names[track.morph], track.weights.at(0, f32::NAN)))
+        .filter(|(_, weight)| *weight != 0.0)
+        .collect();
+    weights.sort_by_key(|(name, _)| *name);
+    assert_eq!(weights, [("eyeBlinkRight", 0.1), ("jawOpen", 0.5), ("lock_foot_r", 0.7)]);
+}

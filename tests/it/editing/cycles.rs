@@ -3,10 +3,10 @@
 use retargetd::{
     editing::find_cycles,
     engine::{self, EditInputs, Format, Limits, NamedBytes},
-    model::{Clip, Control, Scene},
+    model::{Clip, Control, Scene, Track},
     samples,
 };
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::{edited, read, real_clips, rotations};
 use crate::support::corpus_file;
@@ -100,5 +100,44 @@ fn edits_of_time_keep_their_cycles() {
             let (cycle, _) = found(&scene, &edited(&scene, clip, edit.clone()), 1).expect("a cycle");
             assert!((cycle - wanted).abs() < 0.1 * wanted, "{name}, {edit}: {cycle} s, {wanted} s expected");
         }
+    }
+}
+
+#[test]
+fn a_margin_is_looked_at_by_filters_and_cut_off() {
+    let scene = |config: Value| {
+        let outcome = outcome(&config.to_string()).expect("an outcome");
+        crate::quality::figure::read_scene(&outcome.outputs[0].bytes, "out.json")
+    };
+    let filter = json!({"kind": "bell", "seconds": 0.1});
+    let all = scene(json!({"edit": {"filter": filter}}));
+    let apart = |range: Value| {
+        let part = scene(json!({"edit": range}));
+        let (part, all) = (&part.clips[0], &all.clips[0]);
+        assert_eq!((part.frame_count(), part.times_seconds()[0]), (31, 0.0), "a second at 30 frames");
+        let joints = part.joints().iter().zip(all.joints());
+        let worst = joints.filter_map(|(part, all)| match (&part.rotation, &all.rotation) {
+            (Track::Sampled(part), Track::Sampled(all)) => {
+                let angles = part.iter().zip(&all[30..]).map(|(one, other)| one.angle_between(*other));
+                Some(angles.fold(0.0, f32::max))
+            }
+            _ => None,
+        });
+        worst.fold(0.0, f32::max)
+    };
+    let with = apart(json!({"range": [1.0, 2.0], "margin_seconds": 0.5, "filter": filter}));
+    let without = apart(json!({"range": [1.0, 2.0], "filter": filter}));
+    assert!(with < 1e-3 && without > 10.0 * with, "{with} radians from the filtered clip, {without} without a margin");
+    let on_a_grid = json!({"range": [1.0, 2.0], "margin_seconds": 0.53, "fps": 30, "filter": filter});
+    assert!(apart(on_a_grid) < 1e-3, "frames stay on their grid");
+
+    for (edit, name) in [
+        (json!({"margin_seconds": 1.0, "filter": filter}), "range"),
+        (json!({"margin_seconds": 1.0, "range": [1.0, 2.0]}), "filter"),
+        (json!({"margin_seconds": 1.0, "range": [1.0, 2.0], "filter": filter, "every": 2}), "every"),
+    ] {
+        let failure = outcome(&json!({"edit": edit}).to_string()).expect_err("no margin");
+        assert_eq!(failure.errors[0].pointer, "/edit/margin_seconds", "{failure:?}");
+        assert!(failure.errors[0].detail.contains(name), "{failure:?}");
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DQuat;
 use retargetd::{
     engine::{self, EditInputs, Format, Limits, NamedBytes},
-    model::{Clip, Control, Scene, Track},
+    model::{Clip, Control, JointTracks, Scene, Track},
 };
 
 use super::read;
@@ -76,14 +76,25 @@ pub(crate) fn steps_of_fbx(fbx: &[u8]) -> Steps {
     steps
 }
 
+/// The largest turn of each joint from one frame to the next, in degrees.
+fn turns_of(scene: &Scene) -> Steps {
+    let turn = |tracks: &JointTracks| match &tracks.rotation {
+        Track::Sampled(values) => values.windows(2).map(|pair| pair[0].angle_between(pair[1])).fold(0.0, f32::max),
+        Track::Rest | Track::Constant(_) => 0.0,
+    };
+    let joints = scene.skeleton.joints().iter().zip(scene.clips[0].joints());
+    joints.map(|(joint, tracks)| (joint.name.clone(), f64::from(turn(tracks)).to_degrees())).collect()
+}
+
 /// Steps of less, in degrees, are no jumps, however small those of the file were.
 const SMALL_STEP: f64 = 11.5;
 /// The usual order is kept where another one would be better by no more.
 const KEPT_FOR_LESS: f64 = 1.06;
 
-fn no_jump_above(name: &str, ours: &Steps, own: &Steps) {
+/// No angle steps by more than it did in the source, or by more than the joint turns.
+fn no_jump_above(name: &str, ours: &Steps, own: &Steps, turns: &Steps) {
     let common: Vec<(&String, f64, f64)> =
-        ours.iter().filter_map(|(joint, step)| Some((joint, *step, *own.get(joint)?))).collect();
+        ours.iter().filter_map(|(joint, step)| Some((joint, *step, own.get(joint)?.max(*turns.get(joint)?)))).collect();
     assert!(common.len() * 10 >= ours.len() * 7, "{name}: joints are found again");
     for (joint, ours, own) in common {
         assert!(
@@ -95,11 +106,15 @@ fn no_jump_above(name: &str, ours: &Steps, own: &Steps) {
 
 fn edited(path: &std::path::Path, config: &str, format: Format) -> engine::Outcome {
     let bytes = std::fs::read(path).expect("the file");
+    edited_bytes(&path.file_name().expect("a name").to_string_lossy(), &bytes, config, &[format])
+}
+
+fn edited_bytes(name: &str, bytes: &[u8], config: &str, formats: &[Format]) -> engine::Outcome {
     let inputs = EditInputs {
-        source: NamedBytes { name: &path.file_name().expect("a name").to_string_lossy(), bytes: &bytes },
+        source: NamedBytes { name, bytes },
         source_rest: None,
         config: Some(NamedBytes { name: "config.json", bytes: config.as_bytes() }),
-        formats: &[format],
+        formats,
     };
     engine::edit(&inputs, &Limits::default(), &Control::new()).expect("an outcome")
 }
@@ -131,7 +146,7 @@ fn spinning_clips_have_no_jump_above_their_own() {
         let scene = read(&path);
         let outcome = edited(&path, "{}", Format::Bvh);
         let written = String::from_utf8(outcome.outputs[0].bytes.clone()).expect("text");
-        no_jump_above(name, &steps_of_bvh(&written, false), &own);
+        no_jump_above(name, &steps_of_bvh(&written, false), &own, &turns_of(&scene));
         let told = outcome.report.warnings.iter().any(|warning| warning.code == "rotation_order_chosen");
         let orders = written.matches("Zrotation Xrotation Yrotation").count();
         assert_eq!(told, orders < written.matches("CHANNELS").count(), "{name}: other orders are told");
@@ -139,11 +154,56 @@ fn spinning_clips_have_no_jump_above_their_own() {
         assert!(apart(&scene, &back) < 0.01, "{name}: the same rotations");
 
         let outcome = edited(&path, "{}", Format::Fbx);
-        no_jump_above(&format!("{name} as FBX"), &steps_of_fbx(&outcome.outputs[0].bytes), &own);
+        no_jump_above(&format!("{name} as FBX"), &steps_of_fbx(&outcome.outputs[0].bytes), &own, &turns_of(&scene));
         let fbx = scene_of(&outcome);
         let off = apart(&scene_in_metres(&path), &fbx);
         assert!(off < 0.02, "{name}: {off} degrees off in an FBX");
         no_flip(name, &fbx.clips[0]);
+    }
+}
+
+/// A chain of which each joint turns through the gimbal of its own order, all three angles at once, each time exactly in one frame; and
+/// three joints that turn on and on about one axis.
+fn tumbling() -> String {
+    let orders = ["XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX"].map(|order| (order, [15.0, 7.5, -12.0]));
+    let single = [("ZXY", [0.0, 0.0, 15.0]), ("ZXY", [0.0, 15.0, 0.0]), ("YZX", [15.0, 0.0, 0.0])];
+    let joints: Vec<(&str, [f64; 3])> = orders.into_iter().chain(single).collect();
+    let mut text = "HIERARCHY\nROOT root\n{\nOFFSET 0 1 0\nCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n".to_owned();
+    for (index, (order, _)) in joints.iter().enumerate() {
+        let channels: Vec<String> = order.chars().map(|axis| format!("{axis}rotation")).collect();
+        text += &format!("JOINT joint_{index}\n{{\nOFFSET 0 1 0\nCHANNELS 3 {}\n", channels.join(" "));
+    }
+    text += &format!(
+        "End Site\n{{\nOFFSET 0 1 0\n}}\n{}MOTION\nFrames: 200\nFrame Time: 0.04\n",
+        "}\n".repeat(joints.len() + 1)
+    );
+    for frame in 0..200 {
+        let angles = joints.iter().flat_map(|(_, rates)| rates.map(|rate| (rate * f64::from(frame)).to_string()));
+        text += &format!("0 1 0 0 0 0 {}\n", angles.collect::<Vec<String>>().join(" "));
+    }
+    text
+}
+
+#[test]
+fn whatever_turns_through_the_gimbal_goes_on_as_it_went() {
+    let text = tumbling();
+    let own = steps_of_bvh(&text, true);
+    let mut reporter = retargetd::model::Reporter::new();
+    let source =
+        retargetd::formats::read(text.as_bytes(), Format::Bvh, &Limits::default(), &Control::new(), &mut reporter);
+    let source = source.expect("it reads");
+    for format in [Format::Bvh, Format::Fbx] {
+        let outcome =
+            edited_bytes("tumbling.bvh", text.as_bytes(), r#"{"source": {"axes": "+y+z", "unit": 1}}"#, &[format]);
+        let bytes = &outcome.outputs[0].bytes;
+        let steps = if format == Format::Bvh {
+            steps_of_bvh(&String::from_utf8_lossy(bytes), false)
+        } else {
+            steps_of_fbx(bytes)
+        };
+        no_jump_above(&format!("{format:?}"), &steps, &own, &turns_of(&source));
+        let off = apart(&source, &scene_of(&outcome));
+        assert!(off < 0.02, "{format:?}: {off} degrees off");
     }
 }
 
@@ -167,16 +227,30 @@ fn no_flip(name: &str, clip: &Clip) {
 #[test]
 fn quaternion_tracks_never_flip() {
     let edits = [
-        "{}",
         r#"{"edit": {"reverse": true, "ping_pong": true}}"#,
-        r#"{"edit": {"mirror": true, "fps": 24}}"#,
+        r#"{"edit": {"mirror": true, "fps": 24}, "output": {"keys": "needed"}}"#,
         r#"{"edit": {"loop": {"times": 3}, "mirror": {"mode": "components"}}}"#,
         r#"{"edit": {"additive": "mean", "interpolation": "cubic", "fps": 50}}"#,
+        r#"{"edit": {"warp": [[0, 0], [1, 1.7]], "hold": {"after_seconds": 1}, "filter": {"kind": "one_euro"}}}"#,
+        r#"{"edit": {"filter": {"kind": "savitzky_golay"}, "every": 3}}"#,
+        r#"{"edit": {"filter": {"kind": "butterworth"}}, "layer": {"mode": "add", "weight": 0.5}}"#,
+        r#"{"edit": {"filter": {"kind": "median"}}, "layer": {"mask": ["spine"], "feather_joints": 2, "at_seconds": 0.5}}"#,
     ];
+    let formats = [Format::Glb, Format::PosesNpz, Format::PosesJson, Format::Fbx, Format::Bvh];
+    let spin = tumbling();
+    let mut sources = vec![("tumbling.bvh".to_owned(), spin.into_bytes())];
     for name in ["poser-daz/pirouette_daz_friendly.bvh", "bvh/xsens/aitviewer_sample.bvh"] {
         let Some(path) = corpus_file(name) else { continue };
+        sources.push((name.replace('/', "_"), std::fs::read(path).expect("the file")));
+    }
+    for (name, bytes) in &sources {
         for edit in edits {
-            no_flip(&format!("{name}, {edit}"), &scene_of(&edited(&path, edit, Format::PosesNpz)).clips[0]);
+            let outcome = edited_bytes(name, bytes, edit, &formats);
+            assert_eq!(outcome.outputs.len(), formats.len(), "{name}: every format");
+            for output in &outcome.outputs {
+                let scene = crate::quality::figure::read_scene(&output.bytes, &output.name);
+                no_flip(&format!("{name}, {edit}, {}", output.name), &scene.clips[0]);
+            }
         }
     }
 }

@@ -294,3 +294,41 @@ fn what_hands_carry_changes_hands() {
         }
     }
 }
+
+#[test]
+fn a_given_table_says_who_changes_sides() {
+    // Two joints that nothing pairs: other names, other places.
+    let plain = samples::walk_scene();
+    let parent = plain.skeleton.find("mixamorig:Spine").expect("a spine");
+    let mut joints = plain.skeleton.joints().to_vec();
+    let mut tracks = plain.clips[0].joints().to_vec();
+    let frames = plain.clips[0].frame_count();
+    let turn = |frame: usize| Quat::from_rotation_z(frame as f32 * 0.01) * Quat::from_rotation_y(0.2);
+    for (name, place) in [("lantern", DVec3::new(0.3, 0.1, 0.0)), ("rope", DVec3::new(-0.1, 0.4, 0.2))] {
+        let rest = Transform::from_translation(place);
+        joints.push(Joint { name: name.into(), parent: Some(parent), rest, is_joint: true, node: joints.len() });
+        let rotation = if name == "rope" { Track::Sampled((0..frames).map(turn).collect()) } else { Track::Rest };
+        tracks.push(JointTracks { rotation, ..JointTracks::default() });
+    }
+    let clip = Clip::new("work".into(), plain.clips[0].times_seconds().to_vec(), tracks).expect("a clip");
+    let skeleton = Skeleton::new(joints).expect("a skeleton");
+    let (lantern, rope) = (skeleton.find("lantern").expect("it"), skeleton.find("rope").expect("it"));
+    let scene =
+        Scene { skeleton, clips: vec![clip], axes: plain.axes, unit_metres: plain.unit_metres, ..Scene::default() };
+    let rig = rig(&scene);
+    let turned = |pairs: &[(usize, usize)]| {
+        let image = Mirror::new(&rig, pairs).apply(&scene.clips[0], MirrorPlane::Rest).expect("a clip");
+        [lantern, rope].map(|joint| {
+            let rest = scene.skeleton.joints()[joint].rest.rotation.as_quat();
+            image.joints()[joint].rotation.at(frames - 1, rest).angle_between(rest)
+        })
+    };
+    let angle = turn(frames - 1).angle_between(Quat::IDENTITY);
+    let [lantern_alone, rope_alone] = turned(&[]);
+    assert!(
+        lantern_alone < 1e-3 && (rope_alone - angle).abs() < 1e-3,
+        "each mirrors its own: {lantern_alone}, {rope_alone}"
+    );
+    let [lantern_paired, rope_paired] = turned(&[(lantern, rope)]);
+    assert!((lantern_paired - angle).abs() < 1e-3 && rope_paired < 1e-3, "swapped: {lantern_paired}, {rope_paired}");
+}

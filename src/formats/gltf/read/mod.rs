@@ -7,6 +7,7 @@ mod extensions;
 mod humanoid;
 mod look_at;
 mod meshopt;
+mod morph_meshes;
 mod morphs;
 mod nodes;
 mod points;
@@ -18,6 +19,8 @@ use crate::{
     model::{Axes, Joint, Payload, Reporter, Scene, Skeleton},
 };
 use accessor::Accessors;
+
+pub(in crate::formats) use morph_meshes::morph_meshes;
 
 /// Decodes any of the glTF formats. The bytes, not `format`, decide between GLB and JSON, and humanoid maps are found in
 /// files of any name.
