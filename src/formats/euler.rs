@@ -154,8 +154,8 @@ fn distance(angles: [f64; 3], previous: [f64; 3]) -> f64 {
 
 /// Finds the order in which the angles of one joint change least from frame to frame.
 ///
-/// The usual order is kept where it stays clear of its gimbal and its angles turn no faster than the joint does. Where they do, all six
-/// are tried, and the one whose largest step is the least is taken. (retargeting.md B25.)
+/// The usual order is kept where it stays clear of its gimbal and its angles turn no faster than the joint does, and not very fast. Else
+/// all six are tried, and the one whose largest step is the least is taken. (retargeting.md B25.)
 #[derive(Clone, Debug)]
 pub(in crate::formats) struct OrderChoice {
     usual: EulerOrder,
@@ -190,8 +190,12 @@ impl Tried {
 const NEAR_GIMBAL: f64 = 0.9;
 /// Steps of angles below this, in radians, are none to speak of.
 const SMALL_STEP: f64 = 0.2;
-/// Another order has to be better than the usual one by this factor.
+/// Steps of angles above this, in radians, are jumps to whoever edits them, however fast the joint turns.
+const JUMP: f64 = 0.5;
+/// Another order has to be better than the usual one by this factor, where that one does not jump.
 const WORTH_IT: f64 = 0.95;
+/// What is better by less is rounding.
+const NOT_ROUNDING: f64 = 0.999;
 
 impl OrderChoice {
     pub(in crate::formats) fn new(usual: EulerOrder) -> Self {
@@ -217,7 +221,7 @@ impl OrderChoice {
     /// Whether another order may do better than the usual one for the frames that were looked at.
     pub(in crate::formats) fn is_in_doubt(&self) -> bool {
         let step = self.as_usual.largest_step;
-        self.exposure > NEAR_GIMBAL || (step > SMALL_STEP && self.largest_turn < WORTH_IT * step)
+        self.exposure > NEAR_GIMBAL || step > JUMP || (step > SMALL_STEP && self.largest_turn < WORTH_IT * step)
     }
 
     /// Tries all orders on the next frame.
@@ -230,7 +234,8 @@ impl OrderChoice {
         let usual = self.as_usual.largest_step;
         let steadiest = self.tried.iter().min_by(|first, second| first.largest_step.total_cmp(&second.largest_step));
         let was_tried = |tried: &&Tried| tried.track.angles.is_some();
-        let better = steadiest.filter(was_tried).filter(|tried| tried.largest_step < WORTH_IT * usual);
+        let most = if usual > JUMP { NOT_ROUNDING * usual } else { WORTH_IT * usual };
+        let better = steadiest.filter(was_tried).filter(|tried| tried.largest_step < most);
         better.map_or(self.usual, |tried| tried.track.order)
     }
 }
@@ -347,8 +352,14 @@ mod tests {
         let (best, usual) = (step(choice.best()), step(EulerOrder::ZXY));
         assert!(best < 0.02 && usual > 0.1, "{:?}: {best} a frame, ZXY {usual}", choice.best());
         let mut calm = OrderChoice::new(EulerOrder::ZXY);
-        (0..200).for_each(|frame| calm.look(DQuat::from_rotation_z(f64::from(frame))));
+        (0..200).for_each(|frame| calm.look(DQuat::from_rotation_z(f64::from(frame) * 0.4)));
         assert!(!calm.is_in_doubt() && calm.best() == EulerOrder::ZXY, "what is fine stays as it is");
+        let mut fast = OrderChoice::new(EulerOrder::ZXY);
+        let turn = |frame: i32| DQuat::from_rotation_z(f64::from(frame));
+        (0..200).for_each(|frame| fast.look(turn(frame)));
+        assert!(fast.is_in_doubt(), "a radian a frame may be less in another order");
+        (0..200).for_each(|frame| fast.try_all(turn(frame)));
+        assert_eq!(fast.best(), EulerOrder::ZXY, "and is not");
     }
 
     #[test]

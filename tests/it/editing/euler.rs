@@ -91,11 +91,16 @@ const SMALL_STEP: f64 = 11.5;
 /// The usual order is kept where another one would be better by no more.
 const KEPT_FOR_LESS: f64 = 1.06;
 
-/// No angle steps by more than it did in the source, or by more than the joint turns.
+/// No angle of the clip steps by more than the largest step of the source, and none of a joint by more than it did in the source, or by
+/// more than the joint turns.
 fn no_jump_above(name: &str, ours: &Steps, own: &Steps, turns: &Steps) {
     let common: Vec<(&String, f64, f64)> =
         ours.iter().filter_map(|(joint, step)| Some((joint, *step, own.get(joint)?.max(*turns.get(joint)?)))).collect();
     assert!(common.len() * 10 >= ours.len() * 7, "{name}: joints are found again");
+    let largest = |steps: &Steps| steps.values().copied().fold(0.0, f64::max);
+    let (largest_of_ours, largest_of_own) = (largest(ours), largest(own));
+    // Rounding: files have six decimals, and f32 in between.
+    assert!(largest_of_ours < largest_of_own + 0.1, "{name}: {largest_of_ours}° at most, the source {largest_of_own}°");
     for (joint, ours, own) in common {
         assert!(
             ours <= own.max(SMALL_STEP) * KEPT_FOR_LESS,
