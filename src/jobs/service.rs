@@ -247,9 +247,8 @@ impl Jobs {
     /// # Errors
     /// When there is no such job, or it has no report.
     pub async fn report(&self, owner: &Principal, id: &JobId) -> Result<String, Refusal> {
-        let record = self.record(owner, id).await?;
-        let report = self.0.store.records().job_report(id).await?;
-        shown(record, report)
+        let report = self.0.store.records().job_report(owner, id).await?;
+        self.shown(owner, id, report).await
     }
 
     /// The resolved spec of a job that succeeded, as JSON.
@@ -257,9 +256,19 @@ impl Jobs {
     /// # Errors
     /// When there is no such job, or it has none.
     pub async fn resolved_spec(&self, owner: &Principal, id: &JobId) -> Result<String, Refusal> {
-        let record = self.record(owner, id).await?;
-        let spec = self.0.store.records().job_resolved_spec(id).await?;
-        shown(record, spec)
+        let spec = self.0.store.records().job_resolved_spec(owner, id).await?;
+        self.shown(owner, id, spec).await
+    }
+
+    /// A document of a job, which only a job has that has succeeded.
+    async fn shown(&self, owner: &Principal, id: &JobId, document: Option<String>) -> Result<String, Refusal> {
+        match document {
+            Some(document) => Ok(document),
+            None => {
+                let JobRecord { id, state, .. } = self.record(owner, id).await?;
+                Err(Refusal::WrongState { id, state, action: "shown" })
+            }
+        }
     }
 
     /// A result.
@@ -382,9 +391,4 @@ impl Jobs {
         }
         Ok(done)
     }
-}
-
-/// A document of a job, which only a job has that has succeeded.
-fn shown(job: JobRecord, document: Option<String>) -> Result<String, Refusal> {
-    document.ok_or(Refusal::WrongState { id: job.id, state: job.state, action: "shown" })
 }

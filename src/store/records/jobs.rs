@@ -233,24 +233,30 @@ impl Records {
         Ok(true)
     }
 
-    /// The report of a job, as JSON.
+    /// The report of a job, as JSON; to who does not own the job, there is none.
     ///
     /// # Errors
     /// When the database fails.
-    pub async fn job_report(&self, id: &JobId) -> Result<Option<String>, StoreError> {
-        self.job_document(id, "SELECT report AS document FROM jobs WHERE id = $1").await
+    pub async fn job_report(&self, owner: &Principal, id: &JobId) -> Result<Option<String>, StoreError> {
+        self.job_document(owner, id, "SELECT report AS document FROM jobs WHERE id = $1 AND principal = $2").await
     }
 
-    /// The resolved spec of a job, as JSON.
+    /// The resolved spec of a job, as JSON; to who does not own the job, there is none.
     ///
     /// # Errors
     /// When the database fails.
-    pub async fn job_resolved_spec(&self, id: &JobId) -> Result<Option<String>, StoreError> {
-        self.job_document(id, "SELECT resolved_spec AS document FROM jobs WHERE id = $1").await
+    pub async fn job_resolved_spec(&self, owner: &Principal, id: &JobId) -> Result<Option<String>, StoreError> {
+        self.job_document(owner, id, "SELECT resolved_spec AS document FROM jobs WHERE id = $1 AND principal = $2")
+            .await
     }
 
-    async fn job_document(&self, id: &JobId, query: &'static str) -> Result<Option<String>, StoreError> {
-        let row = self.optional(sqlx::query(query).bind(id.as_str())).await?;
+    async fn job_document(
+        &self,
+        owner: &Principal,
+        id: &JobId,
+        query: &'static str,
+    ) -> Result<Option<String>, StoreError> {
+        let row = self.optional(sqlx::query(query).bind(id.as_str()).bind(owner.as_str())).await?;
         Ok(row.map(|row| row.try_get("document")).transpose()?.flatten())
     }
 

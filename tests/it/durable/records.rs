@@ -143,7 +143,11 @@ async fn only_who_holds_the_lease_writes_the_end(records: &Records) {
     let ended = records.job(&job.id).await.expect("reads").expect("is there");
     assert_eq!((ended.state, ended.lease, ended.warnings), (JobState::Succeeded, Some(mine), 3), "whose end it was");
     assert_eq!(records.job_results(&job.id).await.expect("reads").len(), 1, "with its results");
-    assert_eq!(records.job_report(&job.id).await.expect("reads").as_deref(), Some("{}"), "and its report");
+    assert_eq!(
+        records.job_report(&job.principal, &job.id).await.expect("reads").as_deref(),
+        Some("{}"),
+        "and its report"
+    );
 }
 
 async fn callers_take_turns_and_priorities_count_among_a_callers_own(records: &Records) {
@@ -227,6 +231,8 @@ async fn what_belongs_to_others_is_not_there(records: &Records) {
     let other = if owner == her { him } else { her };
     assert!(records.result(owner, &result.id).await.expect("reads").is_some(), "the file that it gave");
     assert!(records.result(other, &result.id).await.expect("reads").is_none(), "is the asker's alone");
+    assert!(records.job_report(owner, &taken.id).await.expect("reads").is_some(), "what was measured");
+    assert!(records.job_report(other, &taken.id).await.expect("reads").is_none(), "is the asker's alone, too");
 
     let put = async |owner: &Principal, text: &str| {
         let new = NewDocument { owner, kind: DocumentKind::Rig, name: "hero", sha256: text, document: text };
