@@ -82,12 +82,13 @@ impl Jobs {
     /// # Errors
     /// When the queue is full, the service is going down, an input is not there, or the key came before with something else.
     pub async fn submit(&self, owner: &Principal, new: NewJob) -> Result<Submitted, Refusal> {
-        if let Some(idempotency) = new.idempotency()
-            && let Some(before) = self.0.store.records().job_asked_with(owner, &idempotency.key).await?
+        let idempotency = new.idempotency();
+        if let Some(asked) = &idempotency
+            && let Some(before) = self.0.store.records().job_asked_with(owner, &asked.key).await?
         {
-            return self.repeated(before, &idempotency).await;
+            return self.repeated(before, asked).await;
         }
-        self.enqueue(self.resolve(owner, new).await?).await
+        self.enqueue(Wanted { idempotency, ..self.resolve(owner, new).await? }).await
     }
 
     /// The job that was asked for before with the same key.
@@ -100,7 +101,6 @@ impl Jobs {
     }
 
     pub(super) async fn resolve(&self, owner: &Principal, new: NewJob) -> Result<Wanted, Refusal> {
-        let idempotency = new.idempotency();
         let own_rigs = self.own_rigs(owner).await?;
         let (mut found, mut input_bytes, mut needs) = (BTreeMap::new(), 0, Vec::new());
         for (role, id) in new.inputs {
@@ -126,7 +126,7 @@ impl Jobs {
         };
         let memory_bytes = memory::of_job(needs.into_iter());
         let (owner, priority) = (owner.clone(), new.priority);
-        Ok(Wanted { owner, request, input_bytes, memory_bytes, priority, retry_of: None, idempotency })
+        Ok(Wanted { owner, request, input_bytes, memory_bytes, priority, retry_of: None, idempotency: None })
     }
 
     /// What a file adds to the memory that a job needs: by what was found in it, else by its size.
