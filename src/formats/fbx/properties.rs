@@ -1,6 +1,6 @@
 //! Animated custom properties of nodes: numbers beside the joints.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 use ufbx::{ElementType, PropFlags, PropType};
 
@@ -21,17 +21,17 @@ pub(super) struct Properties {
 impl Properties {
     /// Finds the custom numbers, switches and choices of joints that have keys in some stack.
     pub(super) fn find(file: &ufbx::Scene, nodes: &Nodes, budget: &mut Budget<'_>) -> Result<Self, FormatError> {
-        let mut found: BTreeMap<(usize, String), ()> = BTreeMap::new();
+        let mut found: BTreeSet<(usize, String)> = BTreeSet::new();
         for property in file.anim_stacks.iter().flat_map(|stack| &stack.layers).flat_map(|layer| &layer.anim_props) {
             let node = property.element.typed_id as usize;
             if is_custom_number(property)
                 && file.nodes.as_ref().get(node).is_some_and(|node| nodes.joint(node).is_some())
             {
                 budget.take_array(1, size_of::<Morph>() as u64, "custom properties")?;
-                found.insert((node, property.prop_name.to_string()), ());
+                found.insert((node, property.prop_name.to_string()));
             }
         }
-        Ok(Self { places: found.into_keys().collect() })
+        Ok(Self { places: found.into_iter().collect() })
     }
 
     /// As curves of the scene. A name that several nodes have comes with its node's.
@@ -60,9 +60,10 @@ impl Properties {
         for (morph, (node, name)) in self.places.iter().enumerate() {
             let mut animated = stack.layers.iter().flat_map(|layer| &layer.anim_props);
             let is_this = |property: &ufbx::AnimProp| {
-                is_custom_number(property)
-                    && property.element.typed_id as usize == *node
+                // Keys are looked at last: there are many.
+                property.element.typed_id as usize == *node
                     && *property.prop_name == **name
+                    && is_custom_number(property)
             };
             if !animated.any(is_this) {
                 continue;
