@@ -158,7 +158,6 @@ fn distance(angles: [f64; 3], previous: [f64; 3]) -> f64 {
 /// all six are tried, and the one whose largest step is the least is taken. (retargeting.md B25.)
 #[derive(Clone, Debug)]
 pub(in crate::formats) struct OrderChoice {
-    usual: EulerOrder,
     exposure: f64,
     as_usual: Tried,
     before: Option<DQuat>,
@@ -200,7 +199,6 @@ const NOT_ROUNDING: f64 = 0.999;
 impl OrderChoice {
     pub(in crate::formats) fn new(usual: EulerOrder) -> Self {
         Self {
-            usual,
             exposure: 0.0,
             as_usual: Tried::new(usual),
             before: None,
@@ -211,7 +209,7 @@ impl OrderChoice {
 
     /// Looks at the next frame.
     pub(in crate::formats) fn look(&mut self, rotation: DQuat) {
-        self.exposure = self.exposure.max(self.usual.exposure(rotation));
+        self.exposure = self.exposure.max(self.as_usual.track.order.exposure(rotation));
         self.as_usual.next(rotation);
         let turn = self.before.map_or(0.0, |before| before.angle_between(rotation));
         self.largest_turn = self.largest_turn.max(turn);
@@ -236,7 +234,7 @@ impl OrderChoice {
         let was_tried = |tried: &&Tried| tried.track.angles.is_some();
         let most = if usual > JUMP { NOT_ROUNDING * usual } else { WORTH_IT * usual };
         let better = steadiest.filter(was_tried).filter(|tried| tried.largest_step < most);
-        better.map_or(self.usual, |tried| tried.track.order)
+        better.unwrap_or(&self.as_usual).track.order
     }
 }
 
