@@ -126,6 +126,6 @@ mod tests {
 
     #[test]
     fn either_has_no_corner_and_stays_a_share() {
-        assert_eq!([either(0.0, 0.4), either(1.0, 0.4), either(0.5, 0.5)], [0.4, 1.0, 0.75]);
+        assert_eq!([either(0.0, 0.5), either(1.0, 0.5), either(0.5, 0.5)], [0.5, 1.0, 0.75]);
     }
 }

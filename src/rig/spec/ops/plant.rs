@@ -44,7 +44,7 @@ impl Default for PlantOp {
             level: true,
             steady: true,
             pull_pelvis: true,
-            sideways_cost: 3.0,
+            sideways_cost: 2.0,
         }
     }
 }
