@@ -145,6 +145,8 @@ settings! {
     plain listen: SocketAddr = "127.0.0.1:8080";
     /// Who must show a key: 'keys' for everybody, 'none' for nobody; 'auto' asks for keys where 'listen' can be reached from other machines
     plain authentication: Authentication = "auto";
+    /// Address and port on which probes and metrics are answered besides, without keys, also by a worker; without it, a worker listens nowhere
+    plain probes_listen: Option<SocketAddr> = "";
     /// Folder for everything that must survive a restart; made when it is not there
     plain data: PathBuf = "retargetd-data";
     /// URL of the Postgres database that processes share; without it, a file in the data folder
