@@ -65,6 +65,7 @@ async fn ready(State(jobs): State<Jobs>) -> Result<Json<Status>, Problem> {
 /// Gives the metrics, as Prometheus reads them.
 #[utoipa::path(get, path = "/metrics", tag = "service",
     responses((status = 200, body = String, content_type = "text/plain", description = "the metrics")))]
-async fn metrics(State(metrics): State<Metrics>) -> Response {
+async fn metrics(State(jobs): State<Jobs>, State(metrics): State<Metrics>) -> Response {
+    jobs.observe_queue().await;
     ([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], metrics.render()).into_response()
 }

@@ -255,7 +255,7 @@ pub(super) fn worker(flags: &[String], variables: &[(&'static str, String)]) -> 
     ServiceProcess::silent(&mut of_role("worker", flags, variables))
 }
 
-fn of_role(role: &str, flags: &[String], variables: &[(&'static str, String)]) -> Command {
+pub(super) fn of_role(role: &str, flags: &[String], variables: &[(&'static str, String)]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_retargetd"));
     command
         .args([role, "--listen", "127.0.0.1:0", "--log", "error"])
