@@ -156,7 +156,7 @@ impl Core {
             Some(folder) if settings.blobs.is_empty() => Blobs::local(folder.root())?,
             _ => Blobs::at(&BlobPlace::parse(&settings.blobs)?).context("the blob store cannot be used")?,
         };
-        let store = Arc::new(Store::new(records, blobs));
+        let store = Arc::new(Store::new(records, blobs.leaving_free(settings.reserved_disk.0)));
         let keys = Keys::new(store.records().clone(), clock.clone());
         let jobs = Jobs::new(Arc::clone(&store), engine, Arc::clone(settings), clock);
         let waiting = jobs.recover().await?;

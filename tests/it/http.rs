@@ -9,6 +9,7 @@ mod edits;
 mod facts;
 mod idempotency;
 mod library;
+mod network;
 mod ops;
 mod poses;
 mod proposals;

@@ -24,6 +24,7 @@ mod gaze;
 mod http;
 mod joint_table;
 mod judges;
+mod load;
 mod morphs;
 mod ops;
 mod parity;

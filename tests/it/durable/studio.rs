@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 use super::support::{PATIENCE, Postgres, S3, ServiceProcess, of_role, serve, worker};
 
 /// The smallest clip that is worth a job: two joints, two frames.
-pub(super) const CLIP: &str = "HIERARCHY\nROOT Hips\n{\n OFFSET 0 0 0\n CHANNELS 6 Xposition Yposition Zposition Zrotation \
+pub(crate) const CLIP: &str = "HIERARCHY\nROOT Hips\n{\n OFFSET 0 0 0\n CHANNELS 6 Xposition Yposition Zposition Zrotation \
                                Xrotation Yrotation\n JOINT Spine\n {\n  OFFSET 0 10 0\n  CHANNELS 3 Zrotation Xrotation \
                                Yrotation\n  End Site\n  {\n   OFFSET 0 10 0\n  }\n }\n}\nMOTION\nFrames: 2\nFrame Time: \
                                0.0333333\n0 90 0 0 0 0 0 0 0\n0 91 0 0 5 0 0 0 5\n";

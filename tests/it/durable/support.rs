@@ -91,7 +91,7 @@ impl Postgres {
 
     fn stop(&mut self, name: &str) {
         if let Some(mut child) = self.child.take() {
-            signal(&child, name);
+            signal(child.id(), name);
             // Nothing is left to do when it has ended already.
             let _ = child.wait();
         }
@@ -226,7 +226,7 @@ impl S3 {
 
     /// Stops it from answering, or lets it answer again.
     pub(super) fn freeze(&self, is_frozen: bool) {
-        signal(&self.child, if is_frozen { "-STOP" } else { "-CONT" });
+        signal(self.child.id(), if is_frozen { "-STOP" } else { "-CONT" });
     }
 }
 
