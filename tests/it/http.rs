@@ -15,5 +15,6 @@ mod poses;
 mod proposals;
 mod real;
 mod reports;
+mod schema_fuzz;
 mod service;
 mod support;

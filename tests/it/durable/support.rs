@@ -15,16 +15,14 @@ use retargetd::store::Records;
 use sqlx::Connection as _;
 
 pub(super) use crate::service_process::ServiceProcess;
-use crate::{service_process::signal, support::skip};
+pub(super) use crate::support::count_of;
+use crate::{
+    service_process::signal,
+    support::{python_with, skip},
+};
 
 /// Long enough for a busy machine; nothing waits this long when all is well.
 pub(super) const PATIENCE: Duration = Duration::from_secs(120);
-
-/// A number that a developer may set to run a test for longer.
-#[expect(clippy::disallowed_methods, reason = "tests have no settings")]
-pub(super) fn count_of(variable: &str, otherwise: usize) -> usize {
-    std::env::var(variable).ok().and_then(|text| text.parse().ok()).unwrap_or(otherwise)
-}
 
 fn free_port() -> u16 {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
@@ -235,14 +233,6 @@ impl Drop for S3 {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
-}
-
-fn python_with(module: &str) -> Option<PathBuf> {
-    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/test-python/bin/python3");
-    [own, PathBuf::from("python3")].into_iter().find(|python| {
-        let code = format!("import importlib.util, sys; sys.exit(importlib.util.find_spec('{module}') is None)");
-        Command::new(python).args(["-c", &code]).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
-    })
 }
 
 /// A service with these flags and variables.

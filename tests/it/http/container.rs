@@ -52,14 +52,16 @@ fn processes_that_share_are_told_the_same_place() {
 /// The number after a key of a YAML file, without its unit.
 fn number_after(text: &str, key: &str) -> u64 {
     let rest = text.split_once(key).unwrap_or_else(|| panic!("there is a '{key}'")).1;
-    let digits: String = rest.chars().skip_while(|letter| !letter.is_ascii_digit()).take_while(char::is_ascii_digit).collect();
+    let digits: String =
+        rest.chars().skip_while(|letter| !letter.is_ascii_digit()).take_while(char::is_ascii_digit).collect();
     digits.parse().expect("a number")
 }
 
 #[test]
 fn pods_are_asked_where_they_answer_and_get_the_time_they_need() {
     let manifests = read("kubernetes/retargetd.yaml");
-    let pods: Vec<&str> = manifests.split("\n---\n").filter(|document| document.contains("\nkind: Deployment\n")).collect();
+    let pods: Vec<&str> =
+        manifests.split("\n---\n").filter(|document| document.contains("\nkind: Deployment\n")).collect();
     assert_eq!(pods.len(), 2, "APIs and workers");
     let document = read("../openapi/openapi.json");
     for pod in pods {
@@ -72,7 +74,10 @@ fn pods_are_asked_where_they_answer_and_get_the_time_they_need() {
         assert!(number_after(pod, "terminationGracePeriodSeconds") > needed, "killed before it has stopped: {pod}");
         assert!(pod.contains("runAsNonRoot: true") && pod.contains("readOnlyRootFilesystem: true"), "confined: {pod}");
     }
-    assert!(manifests.contains("RETARGETD_WORKERS, value: \"0\"") && manifests.contains("args: [worker]"), "both roles");
+    assert!(
+        manifests.contains("RETARGETD_WORKERS, value: \"0\"") && manifests.contains("args: [worker]"),
+        "both roles"
+    );
 }
 
 /// The words that come after each `before`, up to one of `ends`.

@@ -45,8 +45,10 @@ async fn assert_no_residue(data: &Path, what: &str) {
 async fn uploads_that_break_off_leave_nothing() {
     let data = tempfile::tempdir().expect("a temporary folder");
     let server = start_service(data.path(), &["--upload-idle-timeout", "2s"]);
-    let upload = "POST /v1/assets?filename=a.bvh HTTP/1.1\r\nhost: x\r\ncontent-length: 1000\r\n\r\nHIERARCHY\nROOT Hips\n";
-    let chunked = "POST /v1/assets?filename=a.bvh HTTP/1.1\r\nhost: x\r\ntransfer-encoding: chunked\r\n\r\n9\r\nHIERARCHY\r\n";
+    let upload =
+        "POST /v1/assets?filename=a.bvh HTTP/1.1\r\nhost: x\r\ncontent-length: 1000\r\n\r\nHIERARCHY\nROOT Hips\n";
+    let chunked =
+        "POST /v1/assets?filename=a.bvh HTTP/1.1\r\nhost: x\r\ntransfer-encoding: chunked\r\n\r\n9\r\nHIERARCHY\r\n";
     let form = "POST /v1/retarget HTTP/1.1\r\nhost: x\r\ncontent-type: multipart/form-data; boundary=b\r\ncontent-length: \
                 1000\r\n\r\n--b\r\ncontent-disposition: form-data; name=\"source\"; filename=\"a.bvh\"\r\n\r\nHIERARCHY";
     for (name, text) in [("a body with a length", upload), ("a body in chunks", chunked), ("a form", form)] {
@@ -123,7 +125,9 @@ fn on_a_small_disk(data: &Path) -> Option<ServiceProcess> {
         skip("a full disk, because no small one can be mounted here");
         return None;
     }
-    let mut command = unshare(&format!("{mount} && exec \"$1\" serve --listen 127.0.0.1:0 --log error --reserved-disk 1MiB --data \"$0\""));
+    let mut command = unshare(&format!(
+        "{mount} && exec \"$1\" serve --listen 127.0.0.1:0 --log error --reserved-disk 1MiB --data \"$0\""
+    ));
     Some(ServiceProcess::listening(command.arg(env!("CARGO_BIN_EXE_retargetd"))))
 }
 

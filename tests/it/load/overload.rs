@@ -100,6 +100,9 @@ async fn what_is_too_much_is_refused_at_once_and_the_rest_is_done() {
         &format!("{asked} jobs asked for, {taken} taken; p99 of refusals {:.1} ms", refused.as_secs_f64() * 1e3),
     );
     pressure.holds(alive < Duration::from_millis(100), &format!("p99 of /livez {:.1} ms", alive.as_secs_f64() * 1e3));
-    pressure.holds(share >= 0.9, &format!("capacity {capacity:.1} jobs a second, goodput {goodput:.1} ({:.0} %)", share * 1e2));
+    pressure.holds(
+        share >= 0.9,
+        &format!("capacity {capacity:.1} jobs a second, goodput {goodput:.1} ({:.0} %)", share * 1e2),
+    );
     pressure.holds(memory < MOST_MEMORY_MEBIBYTES, &format!("most memory {memory} MiB"));
 }

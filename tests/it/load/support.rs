@@ -61,7 +61,8 @@ impl Pressed {
         // Enough work that the requests themselves are little beside it, in builds that are fast as in those that are not.
         let fps = if cfg!(debug_assertions) { 10 } else { 480 };
         let config = json!({"edit": {"fps": fps}});
-        pressed.job = json!({"source": {"asset": source}, "target": {"asset": target}, "config": config, "output": ["npz"]});
+        pressed.job =
+            json!({"source": {"asset": source}, "target": {"asset": target}, "config": config, "output": ["npz"]});
         pressed
     }
 
@@ -161,7 +162,6 @@ impl Answers {
     pub(super) fn add(&mut self, status: StatusCode, took: Duration) {
         self.0.entry(status.as_u16()).or_default().push(took);
     }
-
 
     pub(super) fn count(&self, status: u16) -> usize {
         self.0.get(&status).map_or(0, Vec::len)
