@@ -126,8 +126,8 @@ async fn delete(
 /// Downloads a file.
 #[utoipa::path(get, path = "/v1/assets/{id}/content", operation_id = "download_asset", tag = "assets", params(("id" = String, Path, description = "the asset"),
     ("Range" = Option<String>, Header, description = "one range of bytes")),
-    responses((status = 200, content_type = "application/octet-stream", body = String, description = "the bytes"),
-        (status = 206, content_type = "application/octet-stream", body = String, description = "a range of the bytes"),
+    responses((status = 200, content_type = "*/*", body = String, description = "the bytes"),
+        (status = 206, content_type = "*/*", body = String, description = "a range of the bytes"),
         (status = 304, description = "the caller has them already"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn content(

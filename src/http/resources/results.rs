@@ -42,8 +42,8 @@ async fn show(
 #[utoipa::path(get, path = "/v1/results/{id}/content", operation_id = "download_result", tag = "results", params(("id" = String, Path, description = "the result"),
     ("Range" = Option<String>, Header, description = "one range of bytes"),
     ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
-    responses((status = 200, content_type = "application/octet-stream", body = String, description = "the bytes, under the media type of the format"),
-        (status = 206, content_type = "application/octet-stream", body = String, description = "a range of the bytes"),
+    responses((status = 200, content_type = "*/*", body = String, description = "the bytes, under the media type of the format"),
+        (status = 206, content_type = "*/*", body = String, description = "a range of the bytes"),
         (status = 304, description = "the caller has them already"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn content(
