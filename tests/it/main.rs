@@ -20,6 +20,7 @@ mod formats_fbx;
 mod formats_fbx_write;
 mod formats_gltf;
 mod formats_poses;
+mod fuzzing;
 mod gaze;
 mod http;
 mod joint_table;
