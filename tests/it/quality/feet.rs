@@ -275,6 +275,9 @@ impl Feet {
         for leg in legs {
             for point in 0..leg.source.points.len() {
                 for (first, last) in leg.source.contacts(point, times) {
+                    if leg.source.is_raised(point, first, last) {
+                        continue;
+                    }
                     let target = leg.target.path(point, first, last);
                     let source = leg.source.path(point, first, last);
                     slides.push(target);
@@ -392,12 +395,12 @@ impl Track {
 
     /// Runs of frames in which a point is slow and low.
     fn contacts(&self, point: usize, times: &[f64]) -> Vec<(usize, usize)> {
-        let (places, rest) = &self.points[point];
+        let places = &self.points[point].0;
         let floor = percentile(places.iter().map(|place| place.y).collect(), 0.1);
         let touches = |frame: usize| {
             let (before, after) = (frame.saturating_sub(1), (frame + 1).min(times.len() - 1));
             let speed = places[after].distance(places[before]) / (times[after] - times[before]);
-            speed < 0.15 && places[frame].y - floor < 0.03 && places[frame].y - rest < MOST_RAISED
+            speed < 0.15 && places[frame].y - floor < 0.03
         };
         let mut runs = Vec::new();
         let mut first = None;
@@ -415,6 +418,12 @@ impl Track {
             }
         }
         runs
+    }
+
+    /// Whether a point that is slow is in the air.
+    fn is_raised(&self, point: usize, first: usize, last: usize) -> bool {
+        let (places, rest) = &self.points[point];
+        places[first..=last].iter().all(|place| place.y - rest > MOST_RAISED)
     }
 
     /// Way along the floor.
