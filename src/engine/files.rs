@@ -2,7 +2,7 @@
 
 use crate::{
     formats::Limits,
-    model::{Clip, Control, Reporter, Scene},
+    model::{Clip, Control, Payload, Reporter, Scene},
     rig::{ClipChoice, RetargetSpec, Rig, SpecError, SpecErrorKind, SpecField, find_clip, parse_spec},
 };
 
@@ -41,8 +41,14 @@ impl Files {
         reporter: &mut Reporter,
     ) -> Result<Self, Failure> {
         let mut read = |file, part| load(file, part, limits, control, reporter);
+        let mut source = read(inputs.source, "source")?;
+        // A source is not written back: of its document nothing is looked at again but the meshes of its morphs. It is as large as
+        // the file, and the longest files are sources.
+        if source.scene.morphs.is_empty() {
+            source.scene.payload = Payload::default();
+        }
         Ok(Self {
-            source: read(inputs.source, "source")?,
+            source,
             target: read(inputs.target, "target")?,
             source_rest: inputs.source_rest.map(|file| read(file, "source_rest")).transpose()?,
             target_rest: inputs.target_rest.map(|file| read(file, "target_rest")).transpose()?,

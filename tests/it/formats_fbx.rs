@@ -285,6 +285,44 @@ fn a_characterization_declares_roles() {
     assert_eq!(scene.skeleton.joints()[elbow].name, "BVH:LeftElbow", "with its namespace");
 }
 
+/// No file of the corpus animates a face, so that one of them gets keys here.
+#[test]
+fn weights_of_blend_shapes_are_morphs() {
+    let Some(path) = corpus_file("hostile/ufbx-synthetic/synthetic_blend_shape_order_7500_ascii.fbx") else { return };
+    let text = std::fs::read_to_string(path).expect("an FBX in text");
+    let objects = r#"
+    AnimationCurveNode: 1001, "AnimCurveNode::DeformPercent", "" {
+        Properties70: { P: "d|DeformPercent", "Number", "", "A",0 }
+    }
+    AnimationCurve: 1002, "AnimCurve::", "" {
+        Default: 0
+        KeyVer: 4008
+        KeyTime: *3 { a: 46186158000,92372316000,138558474000 }
+        KeyValueFloat: *3 { a: 0,50,100 }
+        KeyAttrFlags: *1 { a: 24580 }
+        KeyAttrDataFloat: *4 { a: 0,0,0,0 }
+        KeyAttrRefCount: *1 { a: 3 }
+    }
+    AnimationLayer: 2055402434880"#;
+    let connections = r#"Connections:  {
+    C: "OO",1001,2055402434880
+    C: "OP",1001,2055395745776, "DeformPercent"
+    C: "OP",1002,1001, "d|DeformPercent"
+    "#;
+    let text = text.replacen("AnimationLayer: 2055402434880", objects, 1).replacen("Connections:  {", connections, 1);
+    let scene = read(text.as_bytes()).expect("it can be read");
+    let names: Vec<(&str, f32)> = scene.morphs.iter().map(|morph| (morph.name.as_str(), morph.rest)).collect();
+    assert_eq!(names, [("Target", 1.0)], "the shape, without its deformer, with its own weight");
+    let clip = &scene.clips[0];
+    let frame = |seconds: f64| clip.times_seconds().iter().position(|time| (time - seconds).abs() < 1e-6);
+    let at = |seconds: f64| clip.morphs()[0].weights.at(frame(seconds).expect("a frame at every key"), f32::NAN);
+    let first = clip.times_seconds().last().expect("frames") - 2.0;
+    for (seconds, wanted) in [(0.0, 0.0), (1.0, 0.5), (2.0, 1.0)] {
+        let found = at(first + seconds);
+        assert!((found - wanted).abs() < 1e-6, "{wanted} after {seconds} s: {found}");
+    }
+}
+
 #[test]
 fn hostile_files_end_in_a_scene_or_a_reason() {
     for path in files_below("hostile", "fbx") {

@@ -17,7 +17,7 @@ use crate::{
 use super::{
     keys::{self, Grid, KeyFacts, KeyTimes},
     nodes::{self, Nodes},
-    properties::Properties,
+    properties::{Properties, is_shape_weight},
 };
 
 /// The parser's flags, which it exports without a way to read them.
@@ -87,12 +87,12 @@ fn read_stack(
 ) -> Result<(Clip, Vec<f64>), FormatError> {
     let stack = &file.anim_stacks[stack_index];
     let name = stack.element.name.to_string();
-    let (moves, facts) = survey(file, nodes, stack, budget)?;
+    let (moves, facts, has_shapes) = survey(file, nodes, stack, budget)?;
     let times = keys::key_times(facts, fps, budget.limits().frames_per_clip);
     report(&times, &name, densified, reporter);
     budget.take_array(nodes.len() as u64, size_of::<JointTracks>() as u64, &name)?;
     let mut tracks = vec![JointTracks::default(); nodes.len()];
-    if moves.is_empty() || times.seconds.is_empty() {
+    if (moves.is_empty() && !has_shapes) || times.seconds.is_empty() {
         let at = times.seconds.first().copied().unwrap_or_default();
         return Ok((clip(name, vec![0.0], tracks)?, vec![at]));
     }
@@ -165,14 +165,14 @@ fn report(times: &KeyTimes, stack: &str, densified: &mut bool, reporter: &mut Re
     }
 }
 
-/// Which joints a stack moves, and what its curves say about time.
+/// Which joints a stack moves, what its curves say about time, and whether it moves faces.
 fn survey(
     file: &ufbx::Scene,
     nodes: &Nodes,
     stack: &ufbx::AnimStack,
     budget: &mut Budget<'_>,
-) -> Result<(Moves, KeyFacts), FormatError> {
-    let mut moves = Moves::new();
+) -> Result<(Moves, KeyFacts, bool), FormatError> {
+    let (mut moves, mut has_shapes) = (Moves::new(), false);
     let mut facts = KeyFacts { is_linear: stack.layers.len() <= 1, ..KeyFacts::default() };
     let (begin, end) = (stack.time_begin, stack.time_end);
     facts.span_seconds = (begin.is_finite() && end.is_finite() && begin < end).then_some((begin, end));
@@ -186,6 +186,7 @@ fn survey(
                 budget.take_array(curve.keyframes.len() as u64, size_of::<f64>() as u64, "animation curves")?;
                 add_curve(curve, matches!(target, Moved::Joint(_, flags) if flags & ROTATION != 0), &mut facts);
             }
+            has_shapes |= matches!(target, Moved::Shape);
             if let Moved::Joint(joint, flags) = target
                 && (keys > 0 || value_differs(file, nodes, joint, property))
             {
@@ -198,17 +199,19 @@ fn survey(
         facts.keys_seconds.retain(|time| time.is_finite());
     }
     inherit_scale_motion(file, nodes, &mut moves);
-    Ok((moves, facts))
+    Ok((moves, facts, has_shapes))
 }
 
 enum Moved {
     Joint(usize, u32),
     LayerWeight,
+    Shape,
 }
 
 fn moved_by(file: &ufbx::Scene, nodes: &Nodes, property: &ufbx::AnimProp) -> Option<Moved> {
     match property.element.type_ {
         ElementType::AnimLayer if &*property.prop_name == "Weight" => Some(Moved::LayerWeight),
+        ElementType::BlendChannel => is_shape_weight(property).then_some(Moved::Shape),
         ElementType::Node => {
             let node = file.nodes.as_ref().get(property.element.typed_id as usize)?;
             let joint = nodes.joint(node)?;

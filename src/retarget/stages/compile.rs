@@ -34,6 +34,8 @@ use super::{
 
 /// How often hands are led to what they touch, and arms solved.
 const SELF_CONTACT_PASSES: usize = 8;
+/// How often they are brought out of the body after that: what one hand does moves the arm that the other one lies on.
+const SETTLING_PASSES: usize = 2;
 /// A point of a foot that is slower stands still, for a leg of 1 m.
 const STILL_METRES_PER_SECOND: f64 = 0.05;
 /// Feet whose parts differ by less than this share of the largest are of one shape.
@@ -110,10 +112,10 @@ impl Compiler<'_> {
             }
             StagedKind::SelfContact(self_contact) => {
                 // Arms are a part of the body, too: what they touch has moved once they have reached their goals.
-                for _ in 0..SELF_CONTACT_PASSES {
+                for pass in 0..SELF_CONTACT_PASSES + SETTLING_PASSES {
                     self.close();
                     self.need_goals(&op.limbs);
-                    let stage = self.self_contact_stage(self_contact, op);
+                    let stage = self.self_contact_stage(self_contact, op, pass >= SELF_CONTACT_PASSES);
                     self.stages.extend(stage.map(Stage::SelfContact));
                 }
                 self.close();
@@ -464,7 +466,7 @@ impl Compiler<'_> {
     }
 
     /// Nothing where there is no hand, or nothing that it could touch.
-    fn self_contact_stage(&self, op: &SelfContactOp, staged: &StagedOp) -> Option<SelfContactStage> {
+    fn self_contact_stage(&self, op: &SelfContactOp, staged: &StagedOp, settles: bool) -> Option<SelfContactStage> {
         let stages = &self.mapping.stages;
         let pairs: Vec<&HandPair> = stages.hands.iter().filter(|hand| staged.limbs.contains(&hand.limb)).collect();
         if pairs.is_empty() || stages.parts.is_empty() {
@@ -495,6 +497,7 @@ impl Compiler<'_> {
             source_leg,
             leg_ratio: target_leg / source_leg,
             limb_count: self.limb_count(),
+            settles,
             source,
             target,
         })

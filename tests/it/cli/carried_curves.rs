@@ -95,6 +95,15 @@ fn gltf_has_properties_as_extras_and_what_cannot_hold_them_says_so() {
     let curves = &document["animations"][0]["extras"]["curves"];
     let lists = [&curves["times_seconds"], &curves["values"]["grip"]].map(|list| list.as_array().map(Vec::len));
     assert_eq!(lists, [Some(20), Some(20)], "{curves}");
+    let arguments = ["retarget", "--source", "out.glb", "--target", "out.glb", "--output", "back.json"];
+    let ran = retargetd(&arguments, folder.path());
+    assert_eq!(code(&ran), Some(0), "{}", error(&ran));
+    let back = serde_json::from_slice(&std::fs::read(folder.path().join("back.json")).expect("the poses"));
+    let back = values_of(&back.expect("JSON"), "grip").expect("a source has the curves of its extras");
+    assert!(
+        back.len() == 20 && back.iter().enumerate().all(|(frame, value)| (value - frame as f64 / 10.0).abs() < 1e-6),
+        "as they were: {back:?}"
+    );
     let report = retargeted(folder.path(), &json!({}), "out.bvh");
     let codes: Vec<&str> = report["warnings"]
         .as_array()

@@ -85,11 +85,12 @@ struct Reader<'r, 'd, 'b> {
     keys_added: usize,
 }
 
-/// Reads all animations.
+/// Reads all animations; `properties` are the curves that lie in the extras of each, with the morphs that they are.
 pub(super) fn read(
     accessors: &mut Accessors<'_>,
     graph: &Graph,
     morphs: &Morphs,
+    properties: Vec<Vec<(usize, Curve<f32>)>>,
     budget: &mut Budget<'_>,
     reporter: &mut Reporter,
 ) -> Result<Vec<Clip>, FormatError> {
@@ -99,8 +100,9 @@ pub(super) fn read(
     let mut reader =
         Reader { accessors, graph, morphs, budget, notes: Notes::default(), key_times: BTreeMap::new(), keys_added: 0 };
     let mut clips = Vec::new();
+    let mut properties = properties.into_iter();
     for animation in animations.elements()? {
-        clips.push(reader.clip(&animation)?);
+        clips.push(reader.clip(&animation, properties.next().unwrap_or_default())?);
     }
     if reader.keys_added > 0 {
         let detail =
@@ -112,14 +114,14 @@ pub(super) fn read(
 }
 
 impl Reader<'_, '_, '_> {
-    fn clip(&mut self, animation: &Cursor<'_, '_>) -> Result<Clip, FormatError> {
+    fn clip(&mut self, animation: &Cursor<'_, '_>, properties: Vec<(usize, Curve<f32>)>) -> Result<Clip, FormatError> {
         let joints = self.graph.joints.len();
         let name = animation.get("name")?.map_or(Ok(""), |name| name.text())?.to_owned();
         let place = animation.to_string();
         self.budget.take_array(joints as u64, size_of::<JointTracks>() as u64, &place)?;
         let curves = self.channels(animation)?;
 
-        let mut times = self.common_times(&curves, &place)?;
+        let mut times = self.common_times(&curves, &properties, &place)?;
         if times.is_empty() {
             times.push(0.0);
         }
@@ -145,6 +147,11 @@ impl Reader<'_, '_, '_> {
             };
             Some(MorphTrack { morph: *morph, weights })
         }));
+        for (morph, curve) in properties {
+            self.budget.take(Limit::Samples, times.len() as u64, &place)?;
+            self.budget.take_array(times.len() as u64, size_of::<f32>() as u64, &place)?;
+            weights.push(MorphTrack { morph, weights: Track::Sampled(curve.sampled(&times)).compacted() });
+        }
         let times = times.into_iter().map(f64::from).collect();
         Clip::new(name, times, tracks)
             .and_then(|clip| clip.with_morphs(weights))
@@ -330,7 +337,12 @@ impl Reader<'_, '_, '_> {
     }
 
     /// The union of all key times, with more keys where the file has curves or steps.
-    fn common_times(&mut self, curves: &BTreeMap<usize, JointCurves>, place: &str) -> Result<Vec<f32>, FormatError> {
+    fn common_times(
+        &mut self,
+        curves: &BTreeMap<usize, JointCurves>,
+        properties: &[(usize, Curve<f32>)],
+        place: &str,
+    ) -> Result<Vec<f32>, FormatError> {
         let most = self.budget.limits().frames_per_clip;
         let mut all: Vec<Rc<Vec<f32>>> = Vec::new();
         let mut seen = BTreeSet::new();
@@ -351,6 +363,9 @@ impl Reader<'_, '_, '_> {
             }
             self.budget.check_canceled().map_err(FormatError::from)
         };
+        for (_, curve) in properties {
+            add(&curve.times, curve.times_between_keys(most))?;
+        }
         for joint in curves.values() {
             for curve in [&joint.translation, &joint.scale].into_iter().flatten() {
                 add(&curve.times, curve.times_between_keys(most))?;

@@ -11,6 +11,7 @@ mod morph_meshes;
 mod morphs;
 mod nodes;
 mod points;
+mod properties;
 mod skins;
 
 use super::{container, document::Document, json};
@@ -51,8 +52,10 @@ pub(in crate::formats) fn read(
         let detail = "the file is named as VRM, but holds no humanoid map; its roles will have to be found";
         reporter.warn("humanoid_missing", "/extensions", detail, "");
     }
-    let morphs = morphs::read(&document.json, &graph, budget)?;
-    let clips = animation::read(&mut accessors, &graph, &morphs, budget, reporter)?;
+    let mut morphs = morphs::read(&document.json, &graph, budget)?;
+    let properties = properties::read(&document.json, morphs.all.len(), budget)?;
+    let clips = animation::read(&mut accessors, &graph, &morphs, properties.of_animations, budget, reporter)?;
+    morphs.all.extend(properties.all);
 
     let (declared_convention, declared_roles) =
         humanoid.map_or((None, Vec::new()), |map| (Some(map.convention), map.roles));

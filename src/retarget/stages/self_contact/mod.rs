@@ -3,7 +3,8 @@
 //! For every frame the place of each hand about each part of the body is read from the source: how far along the part, on which
 //! side, how far from its surface. That place on the target is what the hand is led to, the more the nearer the source's is. What hands
 //! are moved by is smoothed over time, and what the smoothing took off is added again, as smoothly, in a fixed number of rounds: the
-//! result depends on neither the number of threads nor where the work stopped.
+//! result depends on neither the number of threads nor where the work stopped. The little by which a hand is still in the body then
+//! is taken out as it is.
 
 mod gaps;
 
@@ -43,6 +44,8 @@ pub(in super::super) struct SelfContactStage {
     pub(super) source_leg: f64,
     pub(super) leg_ratio: f64,
     pub(super) limb_count: usize,
+    /// Whether hands have been led already, and are only to be brought out of the body, frame by frame.
+    pub(super) settles: bool,
 }
 
 /// A hand of both sides; a ball.
@@ -92,7 +95,8 @@ impl SelfContactStage {
     pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let count = work.frame_count();
         let mut moves = vec![[DVec3::ZERO; MOST_HANDS]; count];
-        for _ in 0..ROUNDS {
+        let (rounds, smoothing_seconds) = if self.settles { (1, 0.0) } else { (ROUNDS, self.op.smoothing_seconds) };
+        for _ in 0..rounds {
             let fill = |(source, target): &mut (Pose, Pose), frame: usize, row: &mut [Moves]| {
                 self.source.fill(source, work.source, frame);
                 self.target.fill(target, &work.target, frame);
@@ -104,7 +108,7 @@ impl SelfContactStage {
             }
             let smooth = |hand: usize| {
                 let more: Vec<DVec3> = wanted.iter().map(|wanted| wanted[hand]).collect();
-                smoothed(&more, work.times, self.op.smoothing_seconds)
+                smoothed(&more, work.times, smoothing_seconds)
             };
             let more: Vec<Vec<DVec3>> = (0..self.hands.len()).into_par_iter().map(smooth).collect();
             for (hand, more) in more.iter().enumerate() {
@@ -155,7 +159,7 @@ impl SelfContactStage {
                 let place = onto.at(gap.share) + gap.away * (onto.radius + of_target[index].radius + kept);
                 led[index].add(place - of_target[index].start, near);
             }
-            if self.op.keep_touch {
+            if self.op.keep_touch && !self.settles {
                 moves[index] = led[index].mean();
             }
         }
