@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 use retargetd::model::{Clip, JointTracks, Skeleton, Track};
 
 /// So that no track of rotations is constant. The top joint walks on; 60 frames per second.
-pub fn busy_clip(skeleton: &Skeleton, frames: usize) -> Clip {
+pub(crate) fn busy_clip(skeleton: &Skeleton, frames: usize) -> Clip {
     let turning = |joint: usize| -> Vec<Quat> {
         let rest = skeleton.joints()[joint].rest.rotation.as_quat();
         let axis = Vec3::new(1.0, joint as f32 * 0.37, 0.5).normalize();

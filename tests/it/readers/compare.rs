@@ -167,7 +167,9 @@ fn farthest(places: &[DVec3], theirs: &[[f64; 3]], size: f64, reader: &Reader<'_
         let apart = places[*joint].distance(DVec3::from_array(*place)) / size;
         // Single precision far from the origin is not better.
         let least = MOST_APART.max(places[*joint].length() / size * 1e-6);
-        if !(apart <= least) && worst.is_none_or(|(most, _)| !(apart <= most)) {
+        // No number is nowhere.
+        let apart = if apart.is_nan() { f64::INFINITY } else { apart };
+        if apart > least && worst.is_none_or(|(most, _)| apart > most) {
             worst = Some((apart, *joint));
         }
     }
