@@ -167,7 +167,7 @@ settings! {
     /// Bytes of a JSON request and of a retarget config
     limit max_document_bytes: ByteSize = "1MiB" in 1_024..=1_073_741_824_u64;
     /// Bytes that decoding one file may allocate
-    limit max_decoded_bytes: ByteSize = "1GiB" in 1..=1_099_511_627_776_u64;
+    limit max_decoded_bytes: ByteSize = "512MiB" in 1..=1_099_511_627_776_u64;
     /// Decoded bytes per encoded byte of a compressed part of a file
     limit max_decompression_ratio: u64 = "200" in 1..=1_000_000;
     /// Nesting of a JSON document

@@ -1,5 +1,6 @@
 //! All integration tests, in one binary for the sake of link time.
 
+mod limited;
 mod made_animals;
 mod service_process;
 mod support;
@@ -22,6 +23,7 @@ mod formats_gltf;
 mod formats_poses;
 mod fuzzing;
 mod gaze;
+mod hostile;
 mod http;
 mod joint_table;
 mod judges;
