@@ -178,6 +178,7 @@ impl Jobs {
         if let Some(until) = records.quarantined_until(&inputs_sha256, created_at).await? {
             return Err(Refusal::Quarantined { until });
         }
+        self.0.store.blobs().check_room()?;
         let reservation = self.0.admission.reserve(records, input_bytes).await?;
         let record = JobRecord {
             id: JobId::new(),

@@ -27,6 +27,7 @@ mod hostile;
 mod http;
 mod joint_table;
 mod judges;
+mod load;
 mod morphs;
 mod ops;
 mod parity;
