@@ -246,6 +246,11 @@ mod tests {
         let (limits, control) = (Limits { decoded_bytes: 1000, ..Limits::default() }, Control::new());
         let many = format!("[{}0]", "0,".repeat(100));
         assert!(parse(many.as_bytes(), &mut Budget::new(&limits, &control)).is_err(), "100 values cost more");
+        let (limits, few) =
+            (Limits { decoded_bytes: 20_000, ..Limits::default() }, "[[0],[0],[0],[0],[0],[0],[0],[0]]");
+        assert!(parse(few.as_bytes(), &mut Budget::new(&limits, &control)).is_ok(), "lists of one are cheap");
+        let lists = format!("[{}[0]]", "[0],".repeat(40));
+        assert!(parse(lists.as_bytes(), &mut Budget::new(&limits, &control)).is_err(), "but not free");
     }
 
     #[test]

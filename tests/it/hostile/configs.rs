@@ -33,7 +33,10 @@ fn configs_end_soon() {
         ("lists of lists in YAML", filled("", "- ", "")),
         ("deep lists in JSON", filled("{\"ops\": ", "[", "")),
         ("deep objects in JSON", filled("", "{\"a\":", "")),
-        ("many unknown fields", filled("{\"z\": 0", ",\"opps\": 1", "}")),
+        (
+            "many unknown fields",
+            format!("{{{}\"z\": 0}}", (0..70_000).map(|index| format!("\"o{index}\": 1,")).collect::<String>()),
+        ),
         ("many ops", filled("{\"ops\": [{\"op\": \"fk\"}", ",{\"op\": \"fk\"}", "]}")),
         ("many wrong ops", filled("{\"ops\": [3", ",3", "]}")),
         ("many unknown ops", filled("{\"ops\": [{\"op\": \"fk\"}", ",{\"op\": \"kf\"}", "]}")),
