@@ -60,7 +60,7 @@ fn bombs() {
     let bomb = archive(&[("walk.bvh", &zeros)]);
     let inner = archive(&[("inner.bvh", b"HIERARCHY ROOT a { OFFSET 0 0 0 }")]);
     let nested = archive(&[("inner.glb", &inner)]);
-    let deeply = (0..20).fold(inner.clone(), |inner, _| archive(&[("inner.glb", &inner)]));
+    let deeply = (0..20).fold(inner, |inner, _| archive(&[("inner.glb", &inner)]));
     try_all(&[
         case("a bomb.zip", bomb.clone(), BEYOND_A_LIMIT),
         case("a bomb in an archive.zip", archive(&[("bomb.glb", &bomb)]), UNSUPPORTED),

@@ -69,7 +69,7 @@ fn texts() {
     let head = text("", "");
     try_all(&[
         case("deep braces.fbx", head.clone() + &"A: {".repeat(200_000), MALFORMED),
-        case("not closed.fbx", head.clone() + "A: \"", MALFORMED),
+        case("not closed.fbx", head + "A: \"", MALFORMED),
         case(
             "an array that lies.fbx",
             text(
