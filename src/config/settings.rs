@@ -209,6 +209,12 @@ settings! {
     limit default_wait: Period = "30s" in 0..=3_600;
     /// The longest wait that a request may ask for
     limit max_wait: Period = "30s" in 0..=3_600;
+    /// Event streams that one principal may have open at one process
+    limit max_event_streams: u64 = "64" in 0..=100_000;
+    /// How long one event stream lasts before the caller is asked to come again
+    limit event_stream_period: Period = "1h" in 0.05..=86_400;
+    /// How often an event stream that has nothing to tell shows that it is there
+    plain event_heartbeat: Period = "15s" in 0.05..=3_600;
     /// Entries of one page of a list
     limit max_page_items: u64 = "100" in 1..=1_000;
 
@@ -218,6 +224,8 @@ settings! {
     limit result_retention: Period = "24h" in 1..=315_360_000;
     /// How long the record of a finished job is kept
     limit job_retention: Period = "7d" in 1..=315_360_000;
+    /// How long events are kept, for streams that are taken up again
+    limit event_retention: Period = "24h" in 1..=315_360_000;
     /// Bytes of all stored files together
     limit max_stored_bytes: ByteSize = "64GiB" in 1..=1_125_899_906_842_624_u64;
     /// Rig templates of one's own; as many presets may be kept besides

@@ -35,6 +35,7 @@ use crate::{engine::edits_page, samples::walk_scene};
         (name = "retarget", description = "Files in, file out"),
         (name = "assets", description = "Uploaded files"),
         (name = "jobs", description = "Retargets that run by themselves"),
+        (name = "events", description = "What happens, as it happens"),
         (name = "results", description = "The files that jobs gave"),
         (name = "rigs", description = "What rigs are and how they belong together"),
         (name = "keys", description = "Who may come in"),
@@ -51,6 +52,7 @@ pub(super) fn documented_routes() -> OpenApiRouter<ApiState> {
         .merge(resources::edits::routes())
         .merge(resources::assets::routes())
         .merge(resources::jobs::routes())
+        .merge(resources::events::routes())
         .merge(resources::proposals::routes())
         .merge(resources::explanations::routes())
         .merge(resources::library::routes())

@@ -6,7 +6,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::problem::{Problem, ProblemView};
-use crate::jobs::{AssetRecord, JobInput, JobRecord, JobRequest, JobSnapshot, ResultRecord, VersionedName};
+use crate::jobs::{AssetRecord, JobInput, JobRecord, JobRequest, JobSnapshot, ResultRecord, StoredProgress, VersionedName};
 
 /// An uploaded file.
 #[derive(Debug, Serialize, ToSchema)]
@@ -207,6 +207,13 @@ pub(super) struct ProgressView {
     total: u64,
 }
 
+impl From<StoredProgress> for ProgressView {
+    fn from(progress: StoredProgress) -> Self {
+        let StoredProgress { phase, done, total } = progress;
+        Self { phase, done, total }
+    }
+}
+
 /// Where to go from a job.
 #[derive(Debug, Serialize, ToSchema)]
 pub(super) struct JobLinks {
@@ -219,6 +226,8 @@ pub(super) struct JobLinks {
     /// To ask for the same again.
     #[serde(skip_serializing_if = "Option::is_none")]
     retry: Option<String>,
+    /// To follow it.
+    events: String,
     /// What was measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     report: Option<String>,
@@ -237,6 +246,7 @@ impl JobLinks {
             retry: link(has_ended, "retry"),
             report: link(has_report, "report"),
             config: link(has_report, "config"),
+            events: format!("{own}/events"),
             own,
         }
     }
@@ -252,11 +262,7 @@ impl From<JobSnapshot> for JobView {
             id: record.id.to_string(),
             state: record.state.name(),
             queue_position,
-            progress: progress.map(|progress| ProgressView {
-                phase: progress.phase,
-                done: progress.done,
-                total: progress.total,
-            }),
+            progress: progress.map(ProgressView::from),
             attempt: record.attempt,
             created_at: record.created_at.to_string(),
             started_at: record.started_at.map(|time| time.to_string()),

@@ -12,6 +12,7 @@
 mod admission;
 mod assets;
 mod bridge;
+mod events;
 mod failure;
 mod inputs;
 mod inspections;
@@ -33,6 +34,7 @@ mod workers;
 
 pub use assets::{Assets, ReceivedFile, Upload};
 pub use bridge::{Engine, RetargetEngine};
+pub use events::{EventStream, Followed, Told};
 pub use failure::FailureReason;
 pub use keys::{KeyText, Keys, NewKey};
 pub use library::{Kept, Library, Written};
@@ -44,7 +46,7 @@ pub use sweeper::Sweeper;
 pub use workers::Workers;
 
 pub use crate::store::{
-    ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, ByteStream, ConfigDocument, DocumentKind, InputRole, JobFailure,
+    ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, ByteStream, ConfigDocument, DocumentKind, EventRecord, InputRole, JobFailure,
     JobId, JobInput, JobRecord, JobRequest, JobState, Page, Precondition, Principal, ResultId, ResultRecord, Scope,
     StoreError, StoredFieldError, StoredProgress, VersionedName,
 };

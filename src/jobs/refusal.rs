@@ -42,6 +42,12 @@ pub enum Refusal {
         /// What there would be.
         actual: u64,
     },
+    /// The caller has as many event streams open as may be.
+    #[error("there are {most} event streams open already")]
+    TooManyStreams {
+        /// How many that is.
+        most: u64,
+    },
     /// More than a limit allows.
     #[error("{what} is larger than the limit '{limit}' of {most} allows")]
     TooLarge {

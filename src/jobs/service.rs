@@ -16,6 +16,7 @@ use tokio::{
 use super::{
     Engine, JobEvent, Refusal,
     admission::Admission,
+    events::OpenStreams,
     inspections::Inspections,
     memory::MemoryBudget,
     next_state,
@@ -63,6 +64,7 @@ pub(super) struct Inner {
     pub(super) memory: MemoryBudget,
     pub(super) inspections: Inspections,
     pub(super) running: Arc<RunningJobs>,
+    pub(super) streams: Arc<OpenStreams>,
     /// One who waits for jobs to arrive: the task that claims them.
     pub(super) arrivals: Notify,
     /// Which job has changed; `None` for any.
@@ -109,6 +111,7 @@ impl Jobs {
             admission,
             inspections: Inspections::default(),
             running: Arc::default(),
+            streams: Arc::default(),
             arrivals: Notify::new(),
             changes: broadcast::Sender::new(CHANGES_KEPT),
             is_draining: AtomicBool::new(false),
@@ -139,7 +142,7 @@ impl Jobs {
     }
 
     /// To who does not own a job, there is none.
-    async fn record(&self, owner: &Principal, id: &JobId) -> Result<JobRecord, Refusal> {
+    pub(super) async fn record(&self, owner: &Principal, id: &JobId) -> Result<JobRecord, Refusal> {
         let record = self.0.store.records().job(id).await?.filter(|record| record.principal == *owner);
         record.ok_or_else(|| Refusal::NotFound { kind: "job", id: id.to_string() })
     }
@@ -173,7 +176,7 @@ impl Jobs {
     /// When there is none of that id.
     pub async fn wait(&self, owner: &Principal, id: &JobId, longest: Duration) -> Result<JobSnapshot, Refusal> {
         // Listening begins before looking, so that no change is missed in between.
-        let mut changes = self.0.changes.subscribe();
+        let mut changes = self.subscribe();
         let deadline = Instant::now() + longest;
         loop {
             let snapshot = self.get(owner, id).await?;
@@ -333,6 +336,11 @@ impl Jobs {
     /// When it does not.
     pub async fn check_store(&self) -> Result<(), Refusal> {
         Ok(self.0.store.records().check().await?)
+    }
+
+    /// Hears from now on which jobs have changed; `None` for any.
+    pub(super) fn subscribe(&self) -> broadcast::Receiver<Option<JobId>> {
+        self.0.changes.subscribe()
     }
 
     /// Tells those who wait that something about the job has changed.

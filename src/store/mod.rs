@@ -24,7 +24,7 @@ pub use id::{ApiKeyId, AssetId, IdError, JobId, LeaseId, ResultId};
 pub use principal::{Principal, PrincipalError};
 pub use records::{
     Added, AfterCrash, ApiKeyRecord, AssetRecord, Claim, ConfigDocument, DocumentChange, DocumentKind, DocumentRecord,
-    Faults, FinishedJob, GiveBack, Held, Idempotency, InputRole, JobFailure, JobInput, JobRecord, JobRequest, JobState,
+    EventReach, EventRecord, Faults, FinishedJob, GiveBack, Held, Idempotency, InputRole, JobFailure, JobInput, JobRecord, JobRequest, JobState,
     Listener, Moment, NewDocument, Notice, Page, Precondition, QueueDepth, Records, ResultRecord, Scope,
     StoredFieldError, StoredProgress, VersionedName,
 };

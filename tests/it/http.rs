@@ -6,6 +6,7 @@ mod container;
 mod creatures;
 mod documents;
 mod edits;
+mod events;
 mod facts;
 mod idempotency;
 mod library;

@@ -1,5 +1,6 @@
 //! All integration tests, in one binary for the sake of link time.
 
+mod event_stream;
 mod made_animals;
 mod service_process;
 mod support;

@@ -3,6 +3,7 @@
 pub(super) mod assets;
 pub(super) mod describe;
 pub(super) mod edits;
+pub(super) mod events;
 pub(super) mod explanations;
 pub(super) mod jobs;
 pub(super) mod keys;

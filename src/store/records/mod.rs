@@ -10,6 +10,7 @@ mod blob_names;
 mod database;
 mod dialect;
 mod documents;
+mod events;
 mod faults;
 mod job_record;
 mod jobs;
@@ -24,6 +25,7 @@ pub use api_keys::{ApiKeyRecord, Scope};
 pub use database::Records;
 pub(in crate::store) use database::{BlobLocks, Lock};
 pub use documents::{DocumentChange, DocumentKind, DocumentRecord, NewDocument, Precondition};
+pub use events::{EventReach, EventRecord};
 pub use faults::{Faults, Moment};
 pub use job_record::{
     Added, ConfigDocument, FinishedJob, Idempotency, InputRole, JobFailure, JobInput, JobRecord, JobRequest, JobState,
