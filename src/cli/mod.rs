@@ -19,6 +19,7 @@ mod retarget;
 mod samples;
 mod serve;
 mod service;
+mod submit;
 mod suggest;
 mod taught;
 mod watch;
@@ -44,6 +45,8 @@ enum Command {
     Worker(service::Arguments),
     /// Retarget one clip onto one character, without a server.
     Retarget(retarget::Arguments),
+    /// Have a running service do the work of `retarget`: upload, follow, download.
+    Submit(submit::Arguments),
     /// Edit one clip of a file: its time, its seams, its sides; without a second rig.
     Edit(edit::Arguments),
     /// Say why a joint of the result is turned as it is at one frame.
@@ -78,6 +81,7 @@ pub fn run() -> ExitCode {
         Command::Worker(arguments) => worker::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Retarget(arguments) => retarget::run(&arguments),
+        Command::Submit(arguments) => submit::run(&arguments),
         Command::Edit(arguments) => edit::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Suggest(arguments) => suggest::run(&arguments),

@@ -4,7 +4,7 @@ use std::{fmt, net::SocketAddr, path::PathBuf};
 
 use super::{
     memory::MemoryBudget,
-    value::{Authentication, ByteSize, LogFormat, Period, Secret, SettingValue, Unit, Workers},
+    value::{Authentication, ByteSize, LogFormat, Origins, Period, Secret, SettingValue, Unit, Workers},
 };
 
 /// What is known about a setting before it has a value.
@@ -145,6 +145,8 @@ settings! {
     plain listen: SocketAddr = "127.0.0.1:8080";
     /// Who must show a key: 'keys' for everybody, 'none' for nobody; 'auto' asks for keys where 'listen' can be reached from other machines
     plain authentication: Authentication = "auto";
+    /// Origins whose pages may call the service from a browser, such as 'https://studio.example', with commas between them; without any, none
+    plain cors_origins: Origins = "";
     /// Folder for everything that must survive a restart; made when it is not there
     plain data: PathBuf = "retargetd-data";
     /// URL of the Postgres database that processes share; without it, a file in the data folder
@@ -187,6 +189,8 @@ settings! {
     limit max_queued_jobs: u64 = "256" in 1..=1_000_000;
     /// Bytes of all inputs of the jobs that wait for a worker
     limit max_queued_bytes: ByteSize = "8GiB" in 1..=1_125_899_906_842_624_u64;
+    /// Unfinished jobs that one principal may have, beside what all have together; with 0, only that counts
+    limit max_principal_jobs: u64 = "0" in 0..=1_000_000;
     /// How long one job may run
     limit job_timeout: Period = "120s" in 1..=86_400;
     /// How often the process may die under a job before the job fails

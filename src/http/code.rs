@@ -131,6 +131,8 @@ codes! {
         "Jobs on the same files have killed the process that ran them several times. The detail says until when they are refused.";
     QueueFull = "queue_full", TOO_MANY_REQUESTS, true, "The queue is full",
         "Wait as long as `Retry-After` says and send again.";
+    QuotaReached = "quota_reached", TOO_MANY_REQUESTS, true, "The caller has as many unfinished jobs as may be",
+        "The limit is `principal_jobs`, for each principal by itself. Wait for jobs to end, or cancel some; `GET /v1/usage` counts them.";
     TooManyStreams = "too_many_streams", TOO_MANY_REQUESTS, true, "Too many event streams are open",
         "The limit is `event_streams`. One stream of `GET /v1/events` tells of all jobs; close those that nobody reads.";
     TooBusy = "too_busy", SERVICE_UNAVAILABLE, true, "Too many requests at the same time",

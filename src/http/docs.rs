@@ -58,6 +58,7 @@ pub(super) fn documented_routes() -> OpenApiRouter<ApiState> {
         .merge(resources::library::routes())
         .merge(resources::results::routes())
         .merge(resources::keys::routes())
+        .merge(resources::usage::routes())
         .merge(resources::describe::routes())
         .merge(resources::probes::routes())
 }

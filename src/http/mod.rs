@@ -23,6 +23,7 @@ mod page;
 mod precondition;
 mod prefer;
 mod problem;
+mod quota;
 mod resources;
 mod server;
 mod upload;

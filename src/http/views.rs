@@ -6,7 +6,9 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::problem::{Problem, ProblemView};
-use crate::jobs::{AssetRecord, JobInput, JobRecord, JobRequest, JobSnapshot, ResultRecord, StoredProgress, VersionedName};
+use crate::jobs::{
+    AssetRecord, JobInput, JobRecord, JobRequest, JobSnapshot, ResultRecord, StoredProgress, VersionedName,
+};
 
 /// An uploaded file.
 #[derive(Debug, Serialize, ToSchema)]
@@ -117,6 +119,9 @@ pub(super) struct JobView {
     /// `queued`, `running`, `canceling`, `succeeded`, `failed` or `canceled`; the last three never change.
     #[schema(example = "running")]
     state: &'static str,
+    /// `retarget`, `edit` or `pose`.
+    #[schema(example = "retarget")]
+    kind: &'static str,
     /// Its place in the queue, from 1, while it waits.
     #[serde(skip_serializing_if = "Option::is_none")]
     queue_position: Option<u64>,
@@ -261,6 +266,7 @@ impl From<JobSnapshot> for JobView {
         Self {
             id: record.id.to_string(),
             state: record.state.name(),
+            kind: record.kind.name(),
             queue_position,
             progress: progress.map(ProgressView::from),
             attempt: record.attempt,

@@ -54,6 +54,11 @@ impl OpenStreams {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// How many one principal has open.
+    pub(super) fn count(&self, owner: &Principal) -> u64 {
+        self.lock().get(owner).copied().unwrap_or(0)
+    }
+
     fn open(self: &Arc<Self>, owner: &Principal, most: u64) -> Result<OpenStream, Refusal> {
         let mut counts = self.lock();
         let count = counts.get(owner).copied().unwrap_or(0);

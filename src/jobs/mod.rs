@@ -29,6 +29,7 @@ mod submission;
 mod sweeper;
 #[cfg(test)]
 mod tests;
+mod usage;
 mod worker;
 mod workers;
 
@@ -43,10 +44,11 @@ pub use service::{JobSnapshot, Jobs};
 pub use state::{JobEvent, next_state};
 pub use submission::{NewJob, Submitted};
 pub use sweeper::Sweeper;
+pub use usage::{JobQuota, Usage};
 pub use workers::Workers;
 
 pub use crate::store::{
-    ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, ByteStream, ConfigDocument, DocumentKind, EventRecord, InputRole, JobFailure,
-    JobId, JobInput, JobRecord, JobRequest, JobState, Page, Precondition, Principal, ResultId, ResultRecord, Scope,
-    StoreError, StoredFieldError, StoredProgress, VersionedName,
+    ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, ByteStream, ConfigDocument, DocumentKind, EventRecord, Holdings,
+    InputRole, JobFailure, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest, JobState, Page, Precondition,
+    Principal, ResultId, ResultRecord, Scope, StoreError, StoredFieldError, StoredProgress, VersionedName,
 };

@@ -26,8 +26,8 @@ use crate::{
     config::{Failpoint, Settings},
     engine::Limits,
     store::{
-        FinishedJob, JobFailure, JobId, JobRecord, JobState, LeaseId, Page, Principal, ResultId, ResultRecord, Store,
-        StoredProgress,
+        FinishedJob, JobFailure, JobFilter, JobId, JobRecord, JobState, LeaseId, Page, Principal, ResultId,
+        ResultRecord, Store, StoredProgress,
     },
     telemetry::{Clock, Metric},
 };
@@ -147,18 +147,18 @@ impl Jobs {
         record.ok_or_else(|| Refusal::NotFound { kind: "job", id: id.to_string() })
     }
 
-    /// Up to `most` jobs of one owner, newest first, that are older than `before` and in `state`.
+    /// Up to `most` jobs of one owner that pass the filter, newest first, that are older than `before`.
     ///
     /// # Errors
     /// When the store fails.
     pub async fn list(
         &self,
         owner: &Principal,
-        state: Option<JobState>,
+        filter: &JobFilter,
         before: Option<&JobId>,
         most: usize,
     ) -> Result<Page<JobSnapshot>, Refusal> {
-        let page = self.0.store.records().jobs(owner, state, before, most).await?;
+        let page = self.0.store.records().jobs(owner, filter, before, most).await?;
         let mut items = Vec::with_capacity(page.items.len());
         for record in page.items {
             let results = match record.state {

@@ -24,9 +24,9 @@ pub use id::{ApiKeyId, AssetId, IdError, JobId, LeaseId, ResultId};
 pub use principal::{Principal, PrincipalError};
 pub use records::{
     Added, AfterCrash, ApiKeyRecord, AssetRecord, Claim, ConfigDocument, DocumentChange, DocumentKind, DocumentRecord,
-    EventReach, EventRecord, Faults, FinishedJob, GiveBack, Held, Idempotency, InputRole, JobFailure, JobInput, JobRecord, JobRequest, JobState,
-    Listener, Moment, NewDocument, Notice, Page, Precondition, QueueDepth, Records, ResultRecord, Scope,
-    StoredFieldError, StoredProgress, VersionedName,
+    EventReach, EventRecord, Faults, FinishedJob, GiveBack, Held, Holdings, Idempotency, InputRole, JobFailure,
+    JobInput, JobRecord, JobRequest, JobState, Listener, Moment, NewDocument, Notice, Page, Precondition, QueueDepth,
+    Records, ResultRecord, Scope, StoredFieldError, StoredProgress, VersionedName,
 };
 
 use std::sync::Arc;

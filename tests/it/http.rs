@@ -1,6 +1,7 @@
 //! The HTTP service, from outside.
 
 mod access;
+mod asking;
 mod black_box;
 mod container;
 mod creatures;

@@ -9,6 +9,7 @@ mod alignment;
 mod architecture;
 mod bone_maps;
 mod cli;
+mod clients;
 mod corpus;
 mod demo;
 mod durable;

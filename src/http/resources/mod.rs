@@ -14,3 +14,4 @@ pub(super) mod probes;
 pub(super) mod proposals;
 pub(super) mod results;
 pub(super) mod retarget;
+pub(super) mod usage;

@@ -21,6 +21,7 @@ use crate::{
         negotiate,
         prefer::Prefer,
         problem::{Problem, ProblemView},
+        quota,
         resources::jobs::accepted,
         upload,
         views::JobView,
@@ -117,7 +118,8 @@ pub(in crate::http) async fn answer(
 ) -> Result<Response, Problem> {
     let ApiState { jobs, settings, .. } = state;
     let will_ask_again = new.idempotency_key.is_some();
-    let Submitted { job, is_repeated } = jobs.submit(owner, NewJob { priority: AWAITED_PRIORITY, ..new }).await?;
+    let Submitted { job, is_repeated, quota } =
+        jobs.submit(owner, NewJob { priority: AWAITED_PRIORITY, ..new }).await?;
     let id = job.record.id;
     // Who has a word for the request comes back for the answer.
     let stopped = Some(id.clone()).filter(|_| !will_ask_again);
@@ -128,6 +130,7 @@ pub(in crate::http) async fn answer(
     let mut response = present(snapshot, jobs).await.unwrap_or_else(IntoResponse::into_response);
     response.headers_mut().insert("job-id", ascii(id.to_string()));
     response.headers_mut().extend(prefer.applied(longest).into_iter().chain(replayed(is_repeated)));
+    response.headers_mut().extend(quota::headers(quota));
     Ok(response)
 }
 

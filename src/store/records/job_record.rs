@@ -56,6 +56,39 @@ impl JobState {
     }
 }
 
+/// What a job does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum JobKind {
+    /// Puts a clip onto a character.
+    #[default]
+    Retarget,
+    /// Edits a clip.
+    Edit,
+    /// Puts a character into a pose.
+    Pose,
+}
+
+impl JobKind {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Retarget, Self::Edit, Self::Pose];
+
+    /// The name on the wire and in the database.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Retarget => "retarget",
+            Self::Edit => "edit",
+            Self::Pose => "pose",
+        }
+    }
+
+    /// The kind of a name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+}
+
 /// What a file is to a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum InputRole {
@@ -190,6 +223,8 @@ pub struct JobRecord {
     pub id: JobId,
     /// Where it is in its life.
     pub state: JobState,
+    /// What it does.
+    pub kind: JobKind,
     /// What was asked for.
     pub request: JobRequest,
     /// Bytes of its input files.

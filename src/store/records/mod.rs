@@ -12,6 +12,7 @@ mod dialect;
 mod documents;
 mod events;
 mod faults;
+mod job_lists;
 mod job_record;
 mod jobs;
 mod notices;
@@ -27,9 +28,10 @@ pub(in crate::store) use database::{BlobLocks, Lock};
 pub use documents::{DocumentChange, DocumentKind, DocumentRecord, NewDocument, Precondition};
 pub use events::{EventReach, EventRecord};
 pub use faults::{Faults, Moment};
+pub use job_lists::{Holdings, JobFilter};
 pub use job_record::{
-    Added, ConfigDocument, FinishedJob, Idempotency, InputRole, JobFailure, JobInput, JobRecord, JobRequest, JobState,
-    StoredFieldError, StoredProgress, VersionedName,
+    Added, ConfigDocument, FinishedJob, Idempotency, InputRole, JobFailure, JobInput, JobKind, JobRecord, JobRequest,
+    JobState, StoredFieldError, StoredProgress, VersionedName,
 };
 pub use notices::{Listener, Notice};
 pub use queue::{AfterCrash, Claim, GiveBack, Held, QueueDepth};

@@ -5,8 +5,9 @@ use std::{collections::BTreeSet, time::Duration};
 use jiff::Timestamp;
 use retargetd::store::{
     Added, AfterCrash, ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, Claim, DocumentChange, DocumentKind, EventReach,
-    FinishedJob, GiveBack, Held, Idempotency, JobId, JobInput, JobRecord, JobRequest, JobState, LeaseId, NewDocument, Notice,
-    Precondition, Principal, Records, ResultId, ResultRecord, Scope, StoreError, StoredProgress,
+    FinishedJob, GiveBack, Held, Holdings, Idempotency, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest,
+    JobState, LeaseId, NewDocument, Notice, Precondition, Principal, Records, ResultId, ResultRecord, Scope,
+    StoreError, StoredProgress,
 };
 
 use super::support::Postgres;
@@ -37,6 +38,7 @@ pub(super) fn job(input: &AssetRecord, priority: i32) -> JobRecord {
     JobRecord {
         id: JobId::new(),
         state: JobState::Queued,
+        kind: JobKind::Retarget,
         request: JobRequest {
             source: input.clone(),
             target: input,
@@ -214,8 +216,13 @@ async fn what_belongs_to_others_is_not_there(records: &Records) {
     let ids = async |owner: &Principal| -> Vec<String> {
         let files =
             records.assets(owner, None, 9).await.expect("lists").items.into_iter().map(|file| file.id.to_string());
-        let jobs =
-            records.jobs(owner, None, None, 9).await.expect("lists").items.into_iter().map(|job| job.id.to_string());
+        let jobs = records
+            .jobs(owner, &JobFilter::default(), None, 9)
+            .await
+            .expect("lists")
+            .items
+            .into_iter()
+            .map(|job| job.id.to_string());
         files.chain(jobs).collect()
     };
     assert_eq!(ids(her).await, [hers.to_string(), ann.id.to_string()], "she sees what is hers");
@@ -364,6 +371,42 @@ async fn documents_have_versions_and_one_writer_at_a_time(records: &Records) {
     assert_eq!(won, 1, "one of many who have seen the same wins: {outcomes:?}");
 }
 
+async fn lists_are_filtered_and_holdings_counted(records: &Records) {
+    let shot = |job: JobRecord, shot: &str| {
+        let labels = [("shot".to_owned(), shot.to_owned()), ("take\0".to_owned(), "1".to_owned())].into();
+        JobRecord { id: JobId::new(), request: JobRequest { labels, ..job.request.clone() }, ..job }
+    };
+    let first = added(records, "ann", 0).await;
+    let second = JobRecord { kind: JobKind::Edit, ..shot(first.clone(), "012\0") };
+    let third = JobRecord { created_at: Timestamp::UNIX_EPOCH + HOUR, ..shot(first.clone(), "013") };
+    for job in [&second, &third] {
+        assert_eq!(records.add_job(job).await.expect("writes"), Added::New, "another one");
+    }
+    assert_eq!(claim(records).await.expect("a job").id, first.id, "the oldest runs");
+    let ann = first.principal.clone();
+    let listed = async |filter: JobFilter| -> Vec<JobId> {
+        let page = records.jobs(&ann, &filter, None, 9).await.expect("lists");
+        page.items.into_iter().map(|job| job.id).collect()
+    };
+    let label =
+        |name: &str, text: &str| JobFilter { label: Some((name.to_owned(), text.to_owned())), ..JobFilter::default() };
+    assert_eq!(listed(label("shot", "012")).await, [second.id.clone()], "by a label, which has no NUL");
+    assert_eq!(listed(label("take", "1")).await, [third.id.clone(), second.id.clone()], "newest first");
+    assert!(listed(label("shot", "014")).await.is_empty(), "of that text");
+    let edits = JobFilter { kind: Some(JobKind::Edit), ..JobFilter::default() };
+    assert_eq!(listed(edits).await, [second.id.clone()], "by kind");
+    let since = Some(Timestamp::UNIX_EPOCH + HOUR);
+    assert_eq!(listed(JobFilter { since, ..JobFilter::default() }).await, [third.id.clone()], "by time");
+    let waiting = JobFilter { state: Some(JobState::Queued), since, ..label("shot", "012") };
+    assert!(listed(waiting).await.is_empty(), "all together");
+
+    let holdings = records.holdings(&ann).await.expect("counts");
+    assert_eq!(holdings.jobs, [(JobState::Queued, 2), (JobState::Running, 1)].into(), "by state");
+    assert_eq!((holdings.assets, holdings.asset_bytes, holdings.results), (1, 10, 0), "files");
+    assert_eq!(records.unfinished_jobs(&ann).await.expect("counts"), 3, "none has ended");
+    assert_eq!(records.holdings(&principal("bob")).await.expect("counts"), Holdings::default(), "nobody else's");
+}
+
 async fn every_change_of_state_is_an_event_in_order(records: &Records) {
     let first = added(records, "ann", 0).await;
     let lease = claim(records).await.expect("a job").lease.expect("a lease");
@@ -481,6 +524,7 @@ suite![
     what_belongs_to_others_is_not_there,
     one_word_is_one_job_for_each_caller,
     keys_are_found_bounded_and_removed,
+    lists_are_filtered_and_holdings_counted,
     every_change_of_state_is_an_event_in_order,
     events_become_visible_in_the_order_of_their_numbers,
     many_claim_at_the_same_time_and_each_job_has_one,

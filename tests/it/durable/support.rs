@@ -122,7 +122,10 @@ impl Postgres {
 
     /// Forgets everything.
     pub(super) async fn empty(&self) {
-        self.execute("TRUNCATE assets, jobs, job_inputs, results, named_documents, turns, quarantine, events, event_heads").await;
+        self.execute(
+            "TRUNCATE assets, jobs, job_inputs, results, named_documents, turns, quarantine, events, event_heads",
+        )
+        .await;
     }
 
     /// How many rows of the table of jobs were read so far, by connections that are closed.
