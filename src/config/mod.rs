@@ -13,4 +13,4 @@ mod value;
 pub use failpoint::Failpoint;
 pub use memory::MemoryBudget;
 pub use settings::{LimitView, Setting, SettingError, SettingErrors, Settings};
-pub use value::{Authentication, ByteSize, LogFormat, Origins, Period, Secret, SettingValue, Unit, Workers};
+pub use value::{Authentication, ByteSize, LogFormat, Origins, Period, Secret, SettingValue, Switch, Unit, Workers};

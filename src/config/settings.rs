@@ -4,7 +4,7 @@ use std::{fmt, net::SocketAddr, path::PathBuf};
 
 use super::{
     memory::MemoryBudget,
-    value::{Authentication, ByteSize, LogFormat, Origins, Period, Secret, SettingValue, Unit, Workers},
+    value::{Authentication, ByteSize, LogFormat, Origins, Period, Secret, SettingValue, Switch, Unit, Workers},
 };
 
 /// What is known about a setting before it has a value.
@@ -222,6 +222,8 @@ settings! {
     /// Entries of one page of a list
     limit max_page_items: u64 = "100" in 1..=1_000;
 
+    /// Whether a job that computes what another one of the same caller has computed is given those results: on or off
+    plain result_cache: Switch = "on";
     /// How long an uploaded file is kept
     limit asset_retention: Period = "7d" in 1..=315_360_000;
     /// How long a result is kept

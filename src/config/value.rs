@@ -204,6 +204,27 @@ impl SettingValue for Secret {
     }
 }
 
+/// Whether something is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Switch(pub bool);
+
+impl SettingValue for Switch {
+    const UNIT: Unit = Unit::None;
+    const EXAMPLE: &'static str = "on";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        match text {
+            "on" => Ok(Self(true)),
+            "off" => Ok(Self(false)),
+            _ => Err("expected on or off".to_owned()),
+        }
+    }
+
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
 /// Who must show a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Authentication {

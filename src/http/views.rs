@@ -5,7 +5,10 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::problem::{Problem, ProblemView};
+use super::{
+    caching,
+    problem::{Problem, ProblemView},
+};
 use crate::jobs::{
     AssetRecord, JobInput, JobRecord, JobRequest, JobSnapshot, ResultRecord, StoredProgress, VersionedName,
 };
@@ -160,6 +163,14 @@ pub(super) struct JobView {
     /// The job that it repeats.
     #[serde(skip_serializing_if = "Option::is_none")]
     retry_of: Option<String>,
+    /// `hit` where another job of yours had computed the same and its results were taken, `miss` where this one computed them; absent
+    /// without results, or where the service does not look.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(example = "miss")]
+    cache: Option<&'static str>,
+    /// The job whose results were taken.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cached_from: Option<String>,
     /// The files that it gave.
     results: Vec<ResultView>,
     /// How many warnings its report has.
@@ -263,6 +274,7 @@ impl From<JobSnapshot> for JobView {
         let links = JobLinks::of(&record);
         let inputs = inputs_view(&record.request);
         let problem = record.failure.as_ref().map(|failure| Problem::of_job(failure).view(&links.own, ""));
+        let cache = caching::word(&record);
         Self {
             id: record.id.to_string(),
             state: record.state.name(),
@@ -280,6 +292,8 @@ impl From<JobSnapshot> for JobView {
             preset: record.request.preset.map(VersionedNameView::from),
             rigs: record.request.rigs.into_iter().map(VersionedNameView::from).collect(),
             retry_of: record.retry_of.map(|id| id.to_string()),
+            cache,
+            cached_from: record.cached_from.map(|id| id.to_string()),
             results: results.into_iter().map(ResultView::from).collect(),
             warnings_count: record.warnings,
             problem,

@@ -22,6 +22,7 @@ mod lost_workers;
 mod memory;
 mod proposals;
 mod refusal;
+mod result_cache;
 mod running;
 mod service;
 mod state;

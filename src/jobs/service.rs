@@ -381,6 +381,8 @@ impl Jobs {
             resolved_spec: None,
             warnings: 0,
             results: Vec::new(),
+            cache_key: None,
+            cached_from: None,
         }
     }
 

@@ -28,6 +28,8 @@ pub struct NewJob {
     pub preset: Option<String>,
     /// Among the jobs of one principal, the greater goes first.
     pub priority: i32,
+    /// Whether it is to be run although its results may be there already.
+    pub skip_cache: bool,
     /// The caller's own word for this request: who asks twice with the same has one job.
     pub idempotency_key: Option<String>,
 }
@@ -36,11 +38,11 @@ impl NewJob {
     /// The word, and a digest of everything else.
     fn idempotency(&self) -> Option<Idempotency> {
         let key = self.idempotency_key.clone()?;
-        let Self { inputs, config, formats, labels, preset, priority, idempotency_key: _ } = self;
+        let Self { inputs, config, formats, labels, preset, priority, skip_cache, idempotency_key: _ } = self;
         let inputs: Vec<_> = inputs.iter().map(|(role, asset)| (role.name(), asset)).collect();
         let formats: Vec<_> = formats.iter().map(|format| format.info().name).collect();
         let config = config.as_ref().map(|config| &config.text);
-        let asked = serde_json::json!([inputs, config, formats, labels, preset, priority]);
+        let asked = serde_json::json!([inputs, config, formats, labels, preset, priority, skip_cache]);
         Some(Idempotency { key, asked_sha256: library::digest(&asked.to_string()) })
     }
 }
@@ -126,6 +128,7 @@ impl Jobs {
             labels: new.labels,
             preset,
             rigs: own_rigs.versions(),
+            skip_cache: new.skip_cache,
         };
         let memory_bytes = memory::of_job(needs.into_iter());
         let (owner, priority, kind) = (owner.clone(), new.priority, kind_of(&request));
@@ -167,6 +170,8 @@ impl Jobs {
     pub(super) async fn submit_again(&self, ended: JobRecord) -> Result<Submitted, Refusal> {
         let JobRecord { id, principal: owner, kind, request, input_bytes, priority, memory_bytes, .. } = ended;
         let retry_of = Some(id);
+        // Who asks again for what is there wants it computed again.
+        let request = JobRequest { skip_cache: true, ..request };
         let wanted = Wanted { owner, kind, request, input_bytes, memory_bytes, priority, retry_of, idempotency: None };
         self.enqueue(wanted).await
     }
@@ -210,6 +215,8 @@ impl Jobs {
             idempotency,
             lease: None,
             progress: None,
+            cache_key: None,
+            cached_from: None,
         };
         Failpoint::BeforeJobRecord.reach();
         match records.add_job(&record).await? {

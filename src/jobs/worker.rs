@@ -14,12 +14,14 @@ use super::{
 use crate::{
     config::Failpoint,
     engine::{Failure, FailureCode, Format, Outcome, Output},
-    store::{FinishedJob, GiveBack, JobFailure, JobRecord, JobState, ResultId, ResultRecord},
+    store::{CachedResults, FinishedJob, GiveBack, JobFailure, JobRecord, JobState, ResultId, ResultRecord},
     telemetry::Metric,
 };
 
 /// How an attempt ended.
 enum Attempt {
+    /// Another job has computed the same.
+    Known(Box<CachedResults>),
     Done(Box<Outcome>),
     Failed(JobFailure),
     Stopped,
@@ -40,9 +42,20 @@ impl Jobs {
     pub(super) async fn run_one(&self, record: &JobRecord, running: &Arc<RunningJob>) {
         self.observe_start(record);
         let began = Instant::now();
-        let attempt = self.attempt(record, running).await;
+        let attempt = match self.cached(record).await {
+            Some(found) => Attempt::Known(Box::new(found)),
+            None => self.attempt(record, running).await,
+        };
         tracing::debug!(job_id = %record.id, seconds = began.elapsed().as_secs_f64(), "an attempt is over");
         let ended = match attempt {
+            Attempt::Known(found) => match self.succeed_again(record, running, &found).await {
+                // Gone in the meantime: another worker, or this one, will not find it again.
+                Ok(false) => {
+                    self.give_back(record, running, GiveBack::Drained).await;
+                    Ok(())
+                }
+                done => done.map(|_| ()),
+            },
             Attempt::Done(outcome) => self.succeed(record, running, *outcome).await,
             Attempt::Failed(failure) => self.end(record, running, JobEvent::Fail, Some(failure)).await,
             Attempt::Stopped => self.end(record, running, JobEvent::Stop, None).await,
@@ -176,6 +189,7 @@ impl Jobs {
             resolved_spec: Some(resolved_spec.to_string()),
             warnings: report.warnings.len() as u64,
             results,
+            cache_key: self.cache_key(&record.request),
             ..self.ending(JobState::Succeeded, None)
         };
         self.write_end(record, running, JobEvent::Succeed, end).await
@@ -200,7 +214,7 @@ impl Jobs {
 
     /// Writes the end, whatever unfinished state the job is in by now. A store that does not answer is asked again until the lease
     /// could have run out; what it may have written without saying so is recognised.
-    async fn write_end(
+    pub(super) async fn write_end(
         &self,
         record: &JobRecord,
         running: &RunningJob,

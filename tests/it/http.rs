@@ -16,5 +16,6 @@ mod poses;
 mod proposals;
 mod real;
 mod reports;
+mod result_cache;
 mod service;
 mod support;

@@ -23,6 +23,7 @@ use crate::{
     http::{
         ApiState, Shared,
         auth::Caller,
+        caching,
         code::Code,
         download::ascii,
         extract::{self, Id, JsonBody, QueryOf},
@@ -70,7 +71,8 @@ pub(in crate::http) fn accepted(snapshot: JobSnapshot, status: StatusCode) -> Re
 /// survives a restart of the service. Where each principal has a quota of unfinished jobs, `RateLimit` says what is left of it.
 #[utoipa::path(post, path = "/v1/jobs", tag = "jobs",
     params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds for its end"),
-        ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job")),
+        ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
+        ("Cache-Control" = Option<String>, Header, description = "`no-cache` to have it computed although the results are there")),
     request_body(description = "the job", content(
         (NewJobBody = "application/json"), (super::retarget::RetargetForm = "multipart/form-data"))),
     responses((status = 202, body = JobView, description = "taken on", headers(("Location" = String), ("Retry-After" = u32))),
@@ -115,17 +117,18 @@ async fn asked(
     idempotency_key: Option<String>,
 ) -> Result<Asked, Problem> {
     let has_files = extract::is_media_type(request.headers(), "multipart/form-data");
+    let skip_cache = caching::is_skipped(request.headers());
     // What was asked for before is answered also when nothing new is taken.
     if has_files || idempotency_key.is_none() {
         state.jobs.check_admission().await?;
     }
     if has_files {
         let new = upload::read_job(request, state, owner).await?;
-        return Ok(Asked::Run(NewJob { idempotency_key, ..new }));
+        return Ok(Asked::Run(NewJob { idempotency_key, skip_cache, ..new }));
     }
     let JsonBody(body) = JsonBody::<NewJobBody>::from_request(request, state).await?;
     let (validate_only, new) = (body.validate_only, body.read(&state.settings)?);
-    Ok(if validate_only { Asked::Validate(new) } else { Asked::Run(NewJob { idempotency_key, ..new }) })
+    Ok(if validate_only { Asked::Validate(new) } else { Asked::Run(NewJob { idempotency_key, skip_cache, ..new }) })
 }
 
 #[derive(Debug, Deserialize, IntoParams)]

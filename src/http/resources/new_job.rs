@@ -79,7 +79,7 @@ impl NewJobBody {
         }
         let labels = check_labels(self.labels, settings)?;
         let (preset, priority) = (self.preset, self.priority);
-        Ok(NewJob { inputs, config, formats, preset, labels, priority, idempotency_key: None })
+        Ok(NewJob { inputs, config, formats, preset, labels, priority, ..NewJob::default() })
     }
 }
 

@@ -167,6 +167,9 @@ pub struct JobRequest {
     /// The rig templates of the user's own that it is recognised with.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rigs: Vec<VersionedName>,
+    /// Whether it is to be run although its results may be there already.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub skip_cache: bool,
 }
 
 /// One version of a document that is kept under a name.
@@ -263,6 +266,10 @@ pub struct JobRecord {
     pub lease: Option<LeaseId>,
     /// How far it was when its worker last said so.
     pub progress: Option<StoredProgress>,
+    /// A digest of what it computed, where others may be given its results.
+    pub cache_key: Option<String>,
+    /// The job whose results it was given.
+    pub cached_from: Option<JobId>,
 }
 
 /// What tells a request that comes again from another one.
@@ -315,4 +322,8 @@ pub struct FinishedJob {
     pub warnings: u64,
     /// The files.
     pub results: Vec<ResultRecord>,
+    /// A digest of what was computed, where others may be given the results.
+    pub cache_key: Option<String>,
+    /// The job whose results these are.
+    pub cached_from: Option<JobId>,
 }

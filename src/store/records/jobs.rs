@@ -12,7 +12,8 @@ use crate::store::{JobId, LeaseId, Principal, StoreError};
 /// Everything but the documents, which can be large and are read by themselves.
 pub(super) const COLUMNS: &str = "id, state, request, input_bytes, attempt, retry_of, created_at, started_at, \
                                   finished_at, expires_at, warnings, failure, principal, priority, inputs_sha256, \
-                                  memory_bytes, crashes, retries, lease, progress, idempotency_key, asked_sha256, kind";
+                                  memory_bytes, crashes, retries, lease, progress, idempotency_key, asked_sha256, kind, \
+                                  cache_key, cached_from";
 
 pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
     let id = read_id(row, "id", JobId::parse)?;
@@ -45,6 +46,8 @@ pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
         idempotency: key.zip(asked).map(|(key, asked_sha256)| Idempotency { key, asked_sha256 }),
         lease: optional_id(row, "lease", LeaseId::parse).map_err(unreadable)?,
         progress: progress.map(|text| from_json(&text)).transpose().map_err(unreadable)?,
+        cache_key: row.try_get("cache_key")?,
+        cached_from: optional_id(row, "cached_from", JobId::parse).map_err(unreadable)?,
         id,
     })
 }
@@ -187,7 +190,8 @@ impl Records {
         finished: &FinishedJob,
     ) -> Result<bool, StoreError> {
         let query = "UPDATE jobs SET state = $4, finished_at = $5, expires_at = $6, failure = $7, report = $8, \
-                     resolved_spec = $9, warnings = $10, lease_expires_at = NULL, progress = NULL \
+                     resolved_spec = $9, warnings = $10, cache_key = $11, cached_from = $12, lease_expires_at = NULL, \
+                     progress = NULL \
                      WHERE id = $1 AND state = $2 AND COALESCE(lease, '') = $3";
         let failure = finished.failure.as_ref().map(|failure| to_json(failure, id)).transpose()?;
         let done = sqlx::query(query)
@@ -201,6 +205,8 @@ impl Records {
             .bind(&finished.report)
             .bind(&finished.resolved_spec)
             .bind(signed(finished.warnings))
+            .bind(&finished.cache_key)
+            .bind(finished.cached_from.as_ref().map(JobId::as_str))
             .execute(&mut **transaction)
             .await?;
         if done.rows_affected() == 0 {

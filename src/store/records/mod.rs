@@ -17,6 +17,7 @@ mod job_record;
 mod jobs;
 mod notices;
 mod queue;
+mod result_cache;
 mod results;
 mod sweep;
 
@@ -35,6 +36,7 @@ pub use job_record::{
 };
 pub use notices::{Listener, Notice};
 pub use queue::{AfterCrash, Claim, GiveBack, Held, QueueDepth};
+pub use result_cache::CachedResults;
 
 use jiff::Timestamp;
 use sqlx::{Row, any::AnyRow};

@@ -49,6 +49,7 @@ pub(super) fn job(input: &AssetRecord, priority: i32) -> JobRecord {
             labels: [("shot".to_owned(), "010 \u{0} ü".to_owned())].into(),
             preset: None,
             rigs: Vec::new(),
+            skip_cache: false,
         },
         input_bytes: 20,
         attempt: 0,
@@ -68,6 +69,8 @@ pub(super) fn job(input: &AssetRecord, priority: i32) -> JobRecord {
         idempotency: None,
         lease: None,
         progress: None,
+        cache_key: None,
+        cached_from: None,
     }
 }
 
@@ -81,6 +84,8 @@ pub(super) fn end(state: JobState, results: Vec<ResultRecord>) -> FinishedJob {
         resolved_spec: None,
         warnings: 3,
         results,
+        cache_key: None,
+        cached_from: None,
     }
 }
 
