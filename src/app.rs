@@ -19,6 +19,7 @@ use crate::{
 #[derive(Debug)]
 pub struct Running {
     address: SocketAddr,
+    probes_address: Option<SocketAddr>,
     stop: CancellationToken,
     task: JoinHandle<()>,
 }
@@ -34,6 +35,12 @@ impl Running {
     #[must_use]
     pub fn url(&self) -> String {
         format!("http://{}", self.address)
+    }
+
+    /// Where probes are answered besides, as a URL without a slash at the end.
+    #[must_use]
+    pub fn probes_url(&self) -> Option<String> {
+        self.probes_address.map(|address| format!("http://{address}"))
     }
 
     /// Tells it to stop and waits until it has: nothing new is taken, running jobs get their grace period, the rest waits for
@@ -63,10 +70,8 @@ pub async fn start_with(settings: Settings, engine: Arc<dyn Engine>, clock: Cloc
     let (settings, metrics) = (Arc::new(settings), Metrics::start().context("the metrics could not be started")?);
     let core = Core::open(&settings, engine, clock).await?;
     let jobs = core.jobs.clone();
-    let listener = TcpListener::bind(settings.listen).await.with_context(|| {
-        format!("cannot listen on {}; is something else there? --listen chooses another", settings.listen)
-    })?;
-    let address = listener.local_addr()?;
+    let (listener, address) = listen(settings.listen, "--listen").await?;
+    let (probes, probes_address) = core.probes(&settings, metrics.clone()).await?.unzip();
     let state = ApiState {
         assets: Assets::new(&jobs),
         library: Library::new(&jobs),
@@ -80,24 +85,39 @@ pub async fn start_with(settings: Settings, engine: Arc<dyn Engine>, clock: Cloc
     let server = Server::new(listener, http::router(state), server_settings(&settings));
     tracing::info!(%address, version = env!("CARGO_PKG_VERSION"), "started");
     let stop = CancellationToken::new();
-    let task = tokio::spawn(core.run(Some(server), stop.clone(), settings));
-    Ok(Running { address, stop, task })
+    let task = tokio::spawn(core.run(Some(server), probes, stop.clone(), settings));
+    Ok(Running { address, probes_address, stop, task })
 }
 
-/// Runs jobs that other processes take on, until `stop` is canceled: workers without an API.
+async fn listen(address: SocketAddr, flag: &str) -> anyhow::Result<(TcpListener, SocketAddr)> {
+    let listener = TcpListener::bind(address)
+        .await
+        .with_context(|| format!("cannot listen on {address}; is something else there? {flag} chooses another"))?;
+    let address = listener.local_addr()?;
+    Ok((listener, address))
+}
+
+/// Runs jobs that other processes take on, until `stop` is canceled: workers without an API. `started` hears where probes are
+/// answered, if anywhere.
 ///
 /// # Errors
 /// When no other process could put jobs there, or the database or the blob store does not answer.
-pub async fn work(settings: Settings, stop: CancellationToken) -> anyhow::Result<()> {
+pub async fn work(
+    settings: Settings,
+    stop: CancellationToken,
+    started: impl FnOnce(Option<SocketAddr>),
+) -> anyhow::Result<()> {
     anyhow::ensure!(
         !settings.database.0.is_empty() && !settings.blobs.is_empty(),
         "a worker shares its jobs with other processes: give --database postgres://… and --blobs s3://… (or file:///…), \
          the same as to 'retargetd serve'"
     );
-    let settings = Arc::new(settings);
+    let (settings, metrics) = (Arc::new(settings), Metrics::start().context("the metrics could not be started")?);
     let core = Core::open(&settings, Arc::new(RetargetEngine), Clock::system()).await?;
+    let (probes, address) = core.probes(&settings, metrics).await?.unzip();
     tracing::info!(workers = settings.workers.0, version = env!("CARGO_PKG_VERSION"), "started");
-    core.run(None, stop, settings).await;
+    started(address);
+    core.run(None, probes, stop, settings).await;
     Ok(())
 }
 
@@ -136,7 +156,7 @@ impl Core {
             Some(folder) if settings.blobs.is_empty() => Blobs::local(folder.root())?,
             _ => Blobs::at(&BlobPlace::parse(&settings.blobs)?).context("the blob store cannot be used")?,
         };
-        let store = Arc::new(Store::new(records, blobs));
+        let store = Arc::new(Store::new(records, blobs.leaving_free(settings.reserved_disk.0)));
         let keys = Keys::new(store.records().clone(), clock.clone());
         let jobs = Jobs::new(Arc::clone(&store), engine, Arc::clone(settings), clock);
         let waiting = jobs.recover().await?;
@@ -144,12 +164,27 @@ impl Core {
         Ok(Self { store, jobs, keys, folder })
     }
 
-    async fn run(self, server: Option<Server>, stop: CancellationToken, settings: Arc<Settings>) {
+    /// The server of probes and where it listens, where one is asked for.
+    async fn probes(&self, settings: &Settings, metrics: Metrics) -> anyhow::Result<Option<(Server, SocketAddr)>> {
+        let Some(address) = settings.probes_listen else { return Ok(None) };
+        let (listener, address) = listen(address, "--probes-listen").await?;
+        let router = http::probes_router(self.jobs.clone(), metrics);
+        Ok(Some((Server::new(listener, router, server_settings(settings)), address)))
+    }
+
+    async fn run(
+        self,
+        server: Option<Server>,
+        probes: Option<Server>,
+        stop: CancellationToken,
+        settings: Arc<Settings>,
+    ) {
         let parts = Parts {
             workers: Workers::start(&self.jobs, settings.workers.0),
             sweeper: Sweeper::start(&self.jobs),
             jobs: self.jobs,
             server,
+            probes,
         };
         parts.run(stop, &settings).await;
         self.store.records().close().await;
@@ -163,12 +198,15 @@ struct Parts {
     workers: Workers,
     sweeper: Sweeper,
     server: Option<Server>,
+    probes: Option<Server>,
 }
 
 impl Parts {
     async fn run(self, stop: CancellationToken, settings: &Settings) {
         let close = CancellationToken::new();
+        let close_probes = CancellationToken::new();
         let server = self.server.map(|server| tokio::spawn(server.run(close.clone())));
+        let probes = self.probes.map(|probes| tokio::spawn(probes.run(close_probes.clone())));
         stop.cancelled().await;
         // Readiness goes first; load balancers need the delay to notice.
         self.jobs.drain();
@@ -178,10 +216,12 @@ impl Parts {
         close.cancel();
         self.workers.stop(settings.grace_period.0).await;
         self.sweeper.stop().await;
-        if let Some(server) = server
-            && let Err(error) = server.await
-        {
-            tracing::error!(%error, "the server ended with a fault");
+        // Whoever watches sees the last jobs end.
+        close_probes.cancel();
+        for server in [server, probes].into_iter().flatten() {
+            if let Err(error) = server.await {
+                tracing::error!(%error, "a server ended with a fault");
+            }
         }
     }
 }

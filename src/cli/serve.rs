@@ -35,4 +35,7 @@ async fn serve(settings: Settings) -> anyhow::Result<()> {
 fn announce(running: &app::Running) {
     let url = running.url();
     println!("retargetd listens on {url} (documentation: {url}/docs)");
+    if let Some(url) = running.probes_url() {
+        println!("probes on {url}");
+    }
 }

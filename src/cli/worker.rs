@@ -14,7 +14,7 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 async fn work(settings: Settings) -> anyhow::Result<()> {
     let mut signals = Signals::listen()?;
     let stop = CancellationToken::new();
-    let mut working = std::pin::pin!(app::work(settings, stop.clone()));
+    let mut working = std::pin::pin!(app::work(settings, stop.clone(), announce));
     tokio::select! {
         ended = &mut working => return ended,
         () = signals.next() => {}
@@ -25,5 +25,13 @@ async fn work(settings: Settings) -> anyhow::Result<()> {
         ended = working => ended,
         // What runs is taken up by another worker when its lease has run out, the same as after a crash.
         () = signals.next() => Ok(()),
+    }
+}
+
+/// Says where probes are answered, on standard output: scripts read the address from it.
+#[allow(clippy::print_stdout, reason = "this line is the command's output")]
+fn announce(probes: Option<std::net::SocketAddr>) {
+    if let Some(address) = probes {
+        println!("retargetd works, probes on http://{address}");
     }
 }

@@ -147,6 +147,8 @@ settings! {
     plain authentication: Authentication = "auto";
     /// Origins whose pages may call the service from a browser, such as 'https://studio.example', with commas between them; without any, none
     plain cors_origins: Origins = "";
+    /// Address and port on which probes and metrics are answered besides, without keys, also by a worker; without it, a worker listens nowhere
+    plain probes_listen: Option<SocketAddr> = "";
     /// Folder for everything that must survive a restart; made when it is not there
     plain data: PathBuf = "retargetd-data";
     /// URL of the Postgres database that processes share; without it, a file in the data folder
@@ -234,6 +236,8 @@ settings! {
     limit event_retention: Period = "24h" in 1..=315_360_000;
     /// Bytes of all stored files together
     limit max_stored_bytes: ByteSize = "64GiB" in 1..=1_125_899_906_842_624_u64;
+    /// Bytes of the disk that files leave free, so that records can still be written
+    plain reserved_disk: ByteSize = "64MiB" in 0..=1_125_899_906_842_624_u64;
     /// Rig templates of one's own; as many presets may be kept besides
     limit max_stored_documents: u64 = "256" in 0..=10_000;
     /// How long a link to the file store is good that a download is sent to, where it is S3; 0s sends the bytes through the service

@@ -155,6 +155,20 @@ impl SettingValue for SocketAddr {
     }
 }
 
+/// An address that may be left out.
+impl SettingValue for Option<SocketAddr> {
+    const UNIT: Unit = Unit::None;
+    const EXAMPLE: &'static str = "127.0.0.1:9090";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        if text.is_empty() { Ok(None) } else { SocketAddr::parse(text).map(Some) }
+    }
+
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
 impl SettingValue for PathBuf {
     const UNIT: Unit = Unit::None;
     const EXAMPLE: &'static str = "/data";

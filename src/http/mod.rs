@@ -84,6 +84,21 @@ pub fn router(state: ApiState) -> Router {
     layers::wrap(routes, &state).with_state(state)
 }
 
+/// What probes need to know.
+#[derive(Clone, FromRef)]
+struct ProbesState {
+    jobs: Jobs,
+    metrics: Metrics,
+}
+
+/// The routes of probes and metrics alone, for a listener of their own that only the machines of the operator reach: no keys
+/// are asked for, and no other request can be in the way.
+pub fn probes_router(jobs: Jobs, metrics: Metrics) -> Router {
+    let (routes, _) = resources::probes::routes().split_for_parts();
+    let routes = routes.fallback(no_route).method_not_allowed_fallback(no_method);
+    layers::wrap_probes(routes).with_state(ProbesState { jobs, metrics })
+}
+
 async fn no_route() -> Problem {
     Problem::new(Code::NotFound, "there is no such route").with_hint("GET / lists where to go, GET /docs explains it")
 }

@@ -9,6 +9,8 @@ use std::{
     time::{Duration, Instant},
 };
 
+use jiff::Timestamp;
+
 use super::Refusal;
 use crate::{
     store::{QueueDepth, Records},
@@ -70,6 +72,15 @@ impl Admission {
         drop(known);
         Metric::JobsQueued.set([], depth.jobs as f64);
         Ok(depth)
+    }
+
+    /// Measures how much waits and for how long, for those who watch.
+    pub(super) async fn observe(&self, records: &Records, now: Timestamp) -> Result<(), Refusal> {
+        self.refresh(records).await?;
+        let since = records.oldest_queued().await?;
+        let waited = since.map_or(0, |since| (now.as_millisecond() - since.as_millisecond()).max(0));
+        Metric::JobsOldestQueued.set([], waited as f64 / 1e3);
+        Ok(())
     }
 
     async fn look(&self, records: &Records) -> Result<(), Refusal> {

@@ -191,6 +191,7 @@ impl Jobs {
             Metric::AdmissionRejected.count([("reason", "quota".to_owned())], 1);
             return Err(Refusal::QuotaReached(reached));
         }
+        self.0.store.blobs().check_room()?;
         let reservation = self.0.admission.reserve(records, input_bytes).await?;
         let record = JobRecord {
             id: JobId::new(),

@@ -57,7 +57,13 @@ impl Jobs {
         if let Ok(bytes) = self.0.store.records().stored_bytes().await {
             Metric::StoredBytes.set([], bytes as f64);
         }
-        if let Err(error) = self.0.admission.refresh(self.0.store.records()).await {
+        self.observe_queue().await;
+    }
+
+    /// Measures the queue for those who watch, since what a gauge says is old by the time somebody looks. What cannot be measured keeps
+    /// its last value.
+    pub async fn observe_queue(&self) {
+        if let Err(error) = self.0.admission.observe(self.0.store.records(), self.0.clock.now()).await {
             tracing::error!(%error, "the queue could not be counted");
         }
     }

@@ -28,6 +28,14 @@ pub enum StoreError {
         /// What is wrong with it.
         reason: String,
     },
+    /// What is left of the disk is kept for records.
+    #[error("the disk of {folder} has only {free_bytes} bytes left, which are kept for records (--reserved-disk)")]
+    NoRoom {
+        /// Where the files are kept.
+        folder: String,
+        /// What is left.
+        free_bytes: u64,
+    },
     /// A job is waiting for the file or working on it.
     #[error("the file is an input of the unfinished job {0}")]
     InUse(super::JobId),
@@ -71,6 +79,7 @@ impl StoreError {
     #[must_use]
     pub fn is_storage_full(&self) -> bool {
         let error = match self {
+            Self::NoRoom { .. } => return true,
             Self::Blobs(error) => error,
             // Postgres and SQLite.
             Self::Database(sqlx::Error::Database(error)) => {

@@ -39,15 +39,27 @@ impl Clock {
         Timestamp::from_millisecond(milliseconds).unwrap_or(Timestamp::MAX)
     }
 
-    /// A point in time that far from now.
+    /// A point in time that far from now; not later than what records can keep, which is in the year 9999.
     #[must_use]
     pub fn after(&self, period: Duration) -> Timestamp {
-        self.now().checked_add(period).unwrap_or(Timestamp::MAX)
+        let latest = Timestamp::from_second(Timestamp::MAX.as_second()).unwrap_or(Timestamp::MAX);
+        self.now().checked_add(period).map_or(latest, |time| time.min(latest))
     }
 
     /// Moves this clock and all its clones forward, so that a test need not wait.
     pub fn advance(&self, period: Duration) {
         let milliseconds = i64::try_from(period.as_millis()).unwrap_or(i64::MAX);
         self.ahead_milliseconds.fetch_add(milliseconds, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_very_far_off_can_still_be_kept_in_milliseconds() {
+        let latest = Clock::system().after(Duration::from_secs(u64::MAX));
+        assert_eq!(Timestamp::from_millisecond(latest.as_millisecond()).ok(), Some(latest), "read back as it was");
     }
 }

@@ -61,6 +61,7 @@ metrics_table! {
     JobsFinished = "retargetd_jobs_finished_total", Counter, ["state", "code"], "Jobs that came to an end";
     JobAttempts = "retargetd_job_attempts_total", Counter, [], "Starts of jobs";
     JobsQueued = "retargetd_jobs_queued", Gauge, [], "Jobs waiting for a worker";
+    JobsOldestQueued = "retargetd_jobs_oldest_queued_seconds", Gauge, [], "How long the job has waited that has waited longest";
     JobsRunning = "retargetd_jobs_running", Gauge, [], "Jobs being worked on";
     JobsStuck = "retargetd_jobs_stuck", Gauge, [], "Jobs that ignore their deadline";
     WorkerSlots = "retargetd_worker_slots", Gauge, [], "Jobs that can run at the same time";
@@ -159,6 +160,7 @@ mod tests {
             "retargetd_jobs_finished_total{state,code}",
             "retargetd_job_attempts_total{}",
             "retargetd_jobs_queued{}",
+            "retargetd_jobs_oldest_queued_seconds{}",
             "retargetd_jobs_running{}",
             "retargetd_jobs_stuck{}",
             "retargetd_worker_slots{}",

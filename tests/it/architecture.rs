@@ -170,7 +170,7 @@ fn no_shortcuts_outside_tests() {
 #[test]
 fn every_file_says_what_it_is_for_and_is_short() {
     let mut broken = Vec::new();
-    let files = ["src", "tests/it", "benches"].map(|folder| code_files(&root().join(folder)));
+    let files = ["src", "tests/it", "tests/fuzz/src", "benches"].map(|folder| code_files(&root().join(folder)));
     for (path, code) in files.into_iter().flatten() {
         let first = code.raw.lines().next().unwrap_or_default();
         if !first.starts_with("//! ") || first.len() < 12 {

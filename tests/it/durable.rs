@@ -8,3 +8,5 @@ mod records;
 mod scale_out;
 mod studio;
 mod support;
+
+pub(crate) use studio::CLIP;

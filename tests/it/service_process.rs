@@ -2,7 +2,7 @@
 
 use std::{
     io::{BufRead, BufReader},
-    process::{Child, Command, Stdio},
+    process::{Child, ChildStdout, Command, Stdio},
 };
 
 /// A process of the service. Dropping it kills it.
@@ -10,23 +10,32 @@ pub(crate) struct ServiceProcess {
     child: Child,
     /// Where it listens; empty for a worker.
     pub(crate) url: String,
+    /// What else it says.
+    output: Option<BufReader<ChildStdout>>,
 }
 
 impl ServiceProcess {
     /// Starts one that says where it listens, and waits until it does.
     pub(crate) fn listening(command: &mut Command) -> Self {
         let mut child = spawn(command);
+        let output = child.stdout.take().map(BufReader::new);
+        let mut process = Self { child, url: String::new(), output };
+        process.url = process.next_url();
+        process
+    }
+
+    /// The address on the next line that it prints.
+    pub(crate) fn next_url(&mut self) -> String {
         let mut line = String::new();
-        let output = child.stdout.take().expect("its output is piped");
-        BufReader::new(output).read_line(&mut line).expect("it prints a line");
+        self.output.as_mut().expect("its output is piped").read_line(&mut line).expect("it prints a line");
         let url = line.split_whitespace().find(|word| word.starts_with("http://")).unwrap_or_default().to_owned();
         assert!(!url.is_empty(), "the line has the address: {line:?}");
-        Self { child, url }
+        url
     }
 
     /// Starts one that listens nowhere.
     pub(crate) fn silent(command: &mut Command) -> Self {
-        Self { child: spawn(command), url: String::new() }
+        Self { child: spawn(command), url: String::new(), output: None }
     }
 
     /// Ends it as a power cut does.
@@ -37,13 +46,55 @@ impl ServiceProcess {
 
     /// Sends SIGTERM and gives the exit code.
     pub(crate) fn terminate(mut self) -> Option<i32> {
-        signal(&self.child, "-TERM");
+        signal(self.child.id(), "-TERM");
         self.child.wait().expect("it ends").code()
+    }
+
+    /// What sends it SIGTERM while others use it.
+    pub(crate) fn stopper(&self) -> Stopper {
+        Stopper(self.child.id())
+    }
+
+    /// Waits until it has ended, and gives the exit code.
+    pub(crate) fn exit_code(&mut self) -> Option<i32> {
+        self.child.wait().expect("it ends").code()
+    }
+
+    /// The memory that it has, in MiB. Only on Linux; 0 elsewhere.
+    pub(crate) fn memory_mebibytes(&self) -> f64 {
+        self.status("VmRSS:") as f64 / 1024.0
+    }
+
+    /// The most memory that it had, in MiB. Only on Linux; 0 elsewhere.
+    pub(crate) fn most_memory_mebibytes(&self) -> u64 {
+        self.status("VmHWM:") / 1024
+    }
+
+    /// A number of the kernel's about it; 0 where there is none.
+    fn status(&self, name: &str) -> u64 {
+        let text = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).unwrap_or_default();
+        let line = text.lines().find_map(|line| line.strip_prefix(name));
+        line.and_then(|line| line.split_whitespace().next()?.parse().ok()).unwrap_or(0)
+    }
+
+    /// How many files and sockets it has open. Only on Linux; 0 elsewhere.
+    pub(crate) fn open_files(&self) -> u64 {
+        std::fs::read_dir(format!("/proc/{}/fd", self.child.id())).map_or(0, |entries| entries.count() as u64)
     }
 
     /// Whether it has ended by itself.
     pub(crate) fn has_ended(&mut self) -> bool {
         self.child.try_wait().expect("it can be asked").is_some()
+    }
+}
+
+/// Stops a process that somebody else has.
+pub(crate) struct Stopper(u32);
+
+impl Stopper {
+    /// Sends SIGTERM.
+    pub(crate) fn terminate(&self) {
+        signal(self.0, "-TERM");
     }
 }
 
@@ -56,8 +107,8 @@ impl Drop for ServiceProcess {
 }
 
 /// Sends a signal by its flag: `-TERM`, `-STOP`, ...
-pub(crate) fn signal(child: &Child, name: &str) {
-    Command::new("kill").args([name, &child.id().to_string()]).status().expect("kill runs");
+pub(crate) fn signal(process: u32, name: &str) {
+    Command::new("kill").args([name, &process.to_string()]).status().expect("kill runs");
 }
 
 fn spawn(command: &mut Command) -> Child {

@@ -4,7 +4,7 @@ use std::{
     collections::BTreeMap,
     io::Write,
     path::{Path, PathBuf},
-    process::Command,
+    process::{Command, Stdio},
 };
 
 use serde_json::Value;
@@ -81,4 +81,19 @@ pub(crate) fn validate_gltf<'a>(files: &[&'a Path]) -> Option<BTreeMap<&'a Path,
     let reports: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).expect("one JSON a line")).collect();
     assert_eq!(reports.len(), files.len(), "one report for each file");
     Some(files.iter().copied().zip(reports).collect())
+}
+
+/// A number that a developer may set to run a test for longer.
+#[expect(clippy::disallowed_methods, reason = "tests have no settings")]
+pub(crate) fn count_of(variable: &str, otherwise: usize) -> usize {
+    std::env::var(variable).ok().and_then(|text| text.parse().ok()).unwrap_or(otherwise)
+}
+
+/// A Python that has that module: the one that `tests/run` made, else the system's.
+pub(crate) fn python_with(module: &str) -> Option<PathBuf> {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/test-python/bin/python3");
+    [own, PathBuf::from("python3")].into_iter().find(|python| {
+        let code = format!("import importlib.util, sys; sys.exit(importlib.util.find_spec('{module}') is None)");
+        Command::new(python).args(["-c", &code]).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
+    })
 }

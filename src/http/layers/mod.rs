@@ -15,6 +15,14 @@ pub(super) use request_id::RequestId;
 
 use super::{ApiState, auth, problem::Problem};
 
+/// Wraps the routes of probes: problems are written and ids given as everywhere; nothing is logged, nobody is asked for a key.
+pub(super) fn wrap_probes<S: Clone + Send + Sync + 'static>(router: Router<S>) -> Router<S> {
+    router
+        .layer(middleware::from_fn(problems::write_problem))
+        .layer(middleware::from_fn(headers::add_security_headers))
+        .layer(middleware::from_fn(request_id::identify))
+}
+
 /// Wraps the routes. The last layer is the outermost: ids exist before anything is logged, and problems are written after
 /// everything that can cause one.
 pub(super) fn wrap(router: Router<ApiState>, state: &ApiState) -> Router<ApiState> {

@@ -48,7 +48,7 @@ struct CreateQuery {
 ///
 /// The body is the file itself. The same bytes of the same format are kept once: uploading them again gives the asset that
 /// is there, kept for longer.
-#[utoipa::path(post, path = "/v1/assets", tag = "assets", params(CreateQuery,
+#[utoipa::path(post, path = "/v1/assets", operation_id = "upload_asset", tag = "assets", params(CreateQuery,
     ("Content-Digest" = Option<String>, Header, description = "`sha-256=:…:` of the body; checked")),
     request_body(content = String, content_type = "application/octet-stream", description = "the file"),
     responses((status = 201, body = AssetView, description = "kept", headers(("Location" = String))),
@@ -72,13 +72,14 @@ async fn create(
 #[into_params(parameter_in = Query)]
 struct ListQuery {
     /// Entries of the page; cut down to the limit `page_items`.
+    #[param(format = Int64, maximum = 4_294_967_295_u32)]
     limit: Option<u32>,
     /// `next_cursor` of the page before.
     cursor: Option<String>,
 }
 
 /// Lists uploaded files, newest first.
-#[utoipa::path(get, path = "/v1/assets", tag = "assets", params(ListQuery),
+#[utoipa::path(get, path = "/v1/assets", operation_id = "list_assets", tag = "assets", params(ListQuery),
     responses((status = 200, body = AssetPageView, description = "a page"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn list(
@@ -96,7 +97,7 @@ async fn list(
 }
 
 /// Shows what is known of a file.
-#[utoipa::path(get, path = "/v1/assets/{id}", tag = "assets", params(("id" = String, Path, description = "the asset")),
+#[utoipa::path(get, path = "/v1/assets/{id}", operation_id = "show_asset", tag = "assets", params(("id" = String, Path, description = "the asset")),
     responses((status = 200, body = AssetView, description = "the asset"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn show(
@@ -110,7 +111,7 @@ async fn show(
 /// Removes a file.
 ///
 /// Refused while an unfinished job needs it.
-#[utoipa::path(delete, path = "/v1/assets/{id}", tag = "assets", params(("id" = String, Path, description = "the asset")),
+#[utoipa::path(delete, path = "/v1/assets/{id}", operation_id = "delete_asset", tag = "assets", params(("id" = String, Path, description = "the asset")),
     responses((status = 204, description = "removed"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn delete(
@@ -123,10 +124,10 @@ async fn delete(
 }
 
 /// Downloads a file.
-#[utoipa::path(get, path = "/v1/assets/{id}/content", tag = "assets", params(("id" = String, Path, description = "the asset"),
+#[utoipa::path(get, path = "/v1/assets/{id}/content", operation_id = "download_asset", tag = "assets", params(("id" = String, Path, description = "the asset"),
     ("Range" = Option<String>, Header, description = "one range of bytes")),
-    responses((status = 200, content_type = "application/octet-stream", body = String, description = "the bytes"),
-        (status = 206, content_type = "application/octet-stream", body = String, description = "a range of the bytes"),
+    responses((status = 200, content_type = "*/*", body = String, description = "the bytes"),
+        (status = 206, content_type = "*/*", body = String, description = "a range of the bytes"),
         (status = 304, description = "the caller has them already"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn content(
@@ -197,7 +198,7 @@ fn finding_codes() -> utoipa::openapi::schema::Object {
 ///
 /// Skeletons, clips, the recognised rig, roles with confidence, the kind of rest pose, units, findings (what is wrong, odd or worth
 /// knowing, each with what to do) and warnings. Rig templates of your own take part in the recognition.
-#[utoipa::path(get, path = "/v1/assets/{id}/skeleton", tag = "assets", params(("id" = String, Path, description = "the asset")),
+#[utoipa::path(get, path = "/v1/assets/{id}/skeleton", operation_id = "show_skeleton", tag = "assets", params(("id" = String, Path, description = "the asset")),
     responses((status = 200, body = SkeletonView, description = "what the file holds, as `retargetd inspect --json` prints it"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn skeleton(

@@ -90,9 +90,9 @@ struct ReasonView {
 /// has not heard of, so that the jobs are to be listed. `bye` says that the stream ends (`shutting_down`, `time_is_over`,
 /// `unavailable`) and is to be taken up again. Events are kept for the limit `event_retention`; a principal has as many streams at a
 /// time as the limit `event_streams` allows.
-#[utoipa::path(get, path = "/v1/events", tag = "events",
+#[utoipa::path(get, path = "/v1/events", operation_id = "follow_everything", tag = "events",
     params(("Last-Event-ID" = Option<String>, Header, description = "the `id` of the last event that was heard")),
-    responses((status = 200, body = JobEventView, content_type = "text/event-stream", description = "the events"),
+    responses((status = 200, body = String, content_type = "text/event-stream", description = "the events"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn of_everything(
     State(state): State<ApiState>,
@@ -107,10 +107,10 @@ async fn of_everything(
 /// The same events as of `GET /v1/events`, those of this job alone, from its first or behind `Last-Event-ID`, and between them
 /// `job.progress` (without an `id`) with `phase`, `done` and `total`. The stream ends with the job. Who has heard of the end and
 /// asks again gets 204, at which browsers stop asking.
-#[utoipa::path(get, path = "/v1/jobs/{id}/events", tag = "events",
+#[utoipa::path(get, path = "/v1/jobs/{id}/events", operation_id = "follow_job", tag = "events",
     params(("id" = String, Path, description = "the job"),
         ("Last-Event-ID" = Option<String>, Header, description = "the `id` of the last event that was heard")),
-    responses((status = 200, body = JobEventView, content_type = "text/event-stream", description = "the events"),
+    responses((status = 200, body = String, content_type = "text/event-stream", description = "the events"),
         (status = 204, description = "the job has ended, and the caller knows"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn of_job(

@@ -69,7 +69,7 @@ pub(in crate::http) fn accepted(snapshot: JobSnapshot, status: StatusCode) -> Re
 ///
 /// Either JSON that names uploaded files, or the same multipart form as `POST /v1/retarget`. When this is answered, the job
 /// survives a restart of the service. Where each principal has a quota of unfinished jobs, `RateLimit` says what is left of it.
-#[utoipa::path(post, path = "/v1/jobs", tag = "jobs",
+#[utoipa::path(post, path = "/v1/jobs", operation_id = "create_job", tag = "jobs",
     params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds for its end"),
         ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
         ("Cache-Control" = Option<String>, Header, description = "`no-cache` to have it computed although the results are there")),
@@ -146,13 +146,14 @@ struct ListQuery {
     #[param(example = "2026-11-22T08:00:00Z")]
     since: Option<String>,
     /// Entries of the page; cut down to the limit `page_items`.
+    #[param(format = Int64, maximum = 4_294_967_295_u32)]
     limit: Option<u32>,
     /// `next_cursor` of the page before.
     cursor: Option<String>,
 }
 
 /// Lists jobs, newest first.
-#[utoipa::path(get, path = "/v1/jobs", tag = "jobs", params(ListQuery),
+#[utoipa::path(get, path = "/v1/jobs", operation_id = "list_jobs", tag = "jobs", params(ListQuery),
     responses((status = 200, body = JobPageView, description = "a page"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn list(
@@ -215,7 +216,7 @@ fn unusable(member: &str, seen: &str, expected: &str) -> Problem {
 /// Shows a job.
 ///
 /// With `Prefer: wait=N` the answer comes when the job has ended, or after N seconds.
-#[utoipa::path(get, path = "/v1/jobs/{id}", tag = "jobs", params(("id" = String, Path, description = "the job"),
+#[utoipa::path(get, path = "/v1/jobs/{id}", operation_id = "show_job", tag = "jobs", params(("id" = String, Path, description = "the job"),
     ("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds for its end")),
     responses((status = 200, body = JobView, description = "the job; `Retry-After` while it has not ended"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
@@ -236,7 +237,7 @@ async fn show(
 /// Stops a job.
 ///
 /// May be called any number of times, whatever the load. A job that has ended stays as it is.
-#[utoipa::path(post, path = "/v1/jobs/{id}/cancel", tag = "jobs", params(("id" = String, Path, description = "the job")),
+#[utoipa::path(post, path = "/v1/jobs/{id}/cancel", operation_id = "cancel_job", tag = "jobs", params(("id" = String, Path, description = "the job")),
     responses((status = 200, body = JobView, description = "the job as it is now"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn cancel(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<JobId>) -> Result<Response, Problem> {
@@ -244,7 +245,7 @@ async fn cancel(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<JobI
 }
 
 /// Asks for the same again, as a new job.
-#[utoipa::path(post, path = "/v1/jobs/{id}/retry", tag = "jobs", params(("id" = String, Path, description = "the job")),
+#[utoipa::path(post, path = "/v1/jobs/{id}/retry", operation_id = "retry_job", tag = "jobs", params(("id" = String, Path, description = "the job")),
     responses((status = 202, body = JobView, description = "the new job", headers(("Location" = String))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn retry(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<JobId>) -> Result<Response, Problem> {
@@ -254,7 +255,7 @@ async fn retry(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<JobId
 /// Removes a job and its results.
 ///
 /// Refused while it has not ended.
-#[utoipa::path(delete, path = "/v1/jobs/{id}", tag = "jobs", params(("id" = String, Path, description = "the job")),
+#[utoipa::path(delete, path = "/v1/jobs/{id}", operation_id = "delete_job", tag = "jobs", params(("id" = String, Path, description = "the job")),
     responses((status = 204, description = "removed"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn delete(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<JobId>) -> Result<StatusCode, Problem> {
@@ -265,7 +266,7 @@ async fn delete(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<JobI
 /// Shows what was measured.
 ///
 /// As JSON, or as a page with plots for who accepts `text/html` more gladly, as browsers do.
-#[utoipa::path(get, path = "/v1/jobs/{id}/report", tag = "jobs", params(("id" = String, Path, description = "the job"),
+#[utoipa::path(get, path = "/v1/jobs/{id}/report", operation_id = "show_report", tag = "jobs", params(("id" = String, Path, description = "the job"),
     ("Accept" = Option<String>, Header, description = "`text/html` for a page")),
     responses((status = 200, description = "timings, counts, warnings and measures",
             content((Object = "application/json"), (String = "text/html"))),
@@ -291,7 +292,7 @@ async fn report(
 /// Shows the resolved spec.
 ///
 /// Everything that was found out is filled in; run again, it gives the same result.
-#[utoipa::path(get, path = "/v1/jobs/{id}/config", tag = "jobs", params(("id" = String, Path, description = "the job")),
+#[utoipa::path(get, path = "/v1/jobs/{id}/config", operation_id = "show_config", tag = "jobs", params(("id" = String, Path, description = "the job")),
     responses((status = 200, body = Object, description = "the resolved spec"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn config(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<JobId>) -> Result<Response, Problem> {

@@ -42,9 +42,13 @@ struct NewKeyBody {
     #[serde(default)]
     #[schema(example = json!(["read", "write"]))]
     scopes: Vec<String>,
-    /// After how many seconds it ends. Left out, when it is revoked.
+    /// After how many seconds it ends: a hundred years at most. Left out, when it is revoked.
+    #[schema(minimum = 1, maximum = 3_153_600_000_u64)]
     lifetime_seconds: Option<u64>,
 }
+
+/// A hundred years.
+const LONGEST_LIFETIME_SECONDS: u64 = 3_153_600_000;
 
 /// A key, without what is secret.
 #[derive(Debug, Serialize, ToSchema)]
@@ -110,6 +114,10 @@ impl NewKeyBody {
             })
         };
         let scopes: Vec<Scope> = self.scopes.iter().enumerate().map(scope).collect::<Result<_, _>>()?;
+        if self.lifetime_seconds.is_some_and(|seconds| !(1..=LONGEST_LIFETIME_SECONDS).contains(&seconds)) {
+            let detail = format!("a lifetime is from 1 to {LONGEST_LIFETIME_SECONDS} seconds");
+            return Err(invalid(detail, "/lifetime_seconds".to_owned()));
+        }
         let scopes = if scopes.is_empty() { vec![Scope::Read, Scope::Write] } else { scopes };
         Ok(NewKey { principal, scopes, lifetime: self.lifetime_seconds.map(Duration::from_secs) })
     }
@@ -119,7 +127,7 @@ impl NewKeyBody {
 ///
 /// A principal has two keys at most that are good at the same time: the one in use, and the one that follows it. To rotate, make the
 /// second, hand it out, and revoke the first.
-#[utoipa::path(post, path = "/v1/keys", tag = "keys", request_body = NewKeyBody,
+#[utoipa::path(post, path = "/v1/keys", operation_id = "create_key", tag = "keys", request_body = NewKeyBody,
     responses((status = 201, body = CreatedKeyView, description = "made; the secret is told this once", headers(("Location" = String))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn create(State(state): State<ApiState>, request: Request<Body>) -> Result<Response, Problem> {
@@ -131,7 +139,7 @@ async fn create(State(state): State<ApiState>, request: Request<Body>) -> Result
 }
 
 /// Lists all keys, of all principals.
-#[utoipa::path(get, path = "/v1/keys", tag = "keys",
+#[utoipa::path(get, path = "/v1/keys", operation_id = "list_keys", tag = "keys",
     responses((status = 200, body = KeyListView, description = "all of them"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn list(State(keys): State<Keys>) -> Result<Json<KeyListView>, Problem> {
@@ -141,7 +149,7 @@ async fn list(State(keys): State<Keys>) -> Result<Json<KeyListView>, Problem> {
 /// Ends a key at once.
 ///
 /// What belongs to its principal stays.
-#[utoipa::path(delete, path = "/v1/keys/{id}", tag = "keys", params(("id" = String, Path, description = "the key, by its id")),
+#[utoipa::path(delete, path = "/v1/keys/{id}", operation_id = "revoke_key", tag = "keys", params(("id" = String, Path, description = "the key, by its id")),
     responses((status = 204, description = "it opens nothing any more"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn revoke(State(keys): State<Keys>, Id(id): Id<ApiKeyId>) -> Result<StatusCode, Problem> {

@@ -53,6 +53,7 @@ pub(in crate::http) struct PoseForm {
 #[into_params(parameter_in = Query)]
 struct PoseQuery {
     /// The pose: `t`, `a`, `rest` or `source`. Default: `source` where that part was sent, else `t`.
+    #[param(inline)]
     to: Option<PoseWord>,
 }
 

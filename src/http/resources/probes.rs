@@ -2,7 +2,7 @@
 
 use axum::{
     Json,
-    extract::State,
+    extract::{FromRef, State},
     http::header,
     response::{IntoResponse, Response},
 };
@@ -12,14 +12,20 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 
 use crate::{
     http::{
-        ApiState,
         code::Code,
         problem::{Problem, ProblemView},
     },
     jobs::{Jobs, Refusal},
+    telemetry::Metrics,
 };
 
-pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
+/// The routes, beside any others: they ask for nothing but the jobs and the metrics.
+pub(in crate::http) fn routes<S>() -> OpenApiRouter<S>
+where
+    S: Clone + Send + Sync + 'static,
+    Jobs: FromRef<S>,
+    Metrics: FromRef<S>,
+{
     OpenApiRouter::new().routes(routes!(live)).routes(routes!(ready)).routes(routes!(metrics))
 }
 
@@ -58,7 +64,9 @@ async fn ready(State(jobs): State<Jobs>) -> Result<Json<Status>, Problem> {
 
 /// Gives the metrics, as Prometheus reads them.
 #[utoipa::path(get, path = "/metrics", tag = "service",
-    responses((status = 200, body = String, content_type = "text/plain", description = "the metrics")))]
-async fn metrics(State(state): State<ApiState>) -> Response {
-    ([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], state.metrics.render()).into_response()
+    responses((status = 200, body = String, content_type = "text/plain", description = "the metrics"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn metrics(State(jobs): State<Jobs>, State(metrics): State<Metrics>) -> Response {
+    jobs.observe_queue().await;
+    ([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], metrics.render()).into_response()
 }

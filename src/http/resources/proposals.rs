@@ -132,7 +132,7 @@ pub(super) async fn read_files(request: Request<Body>, state: &ApiState, owner: 
 /// With two files, every name in the config is checked against them and the answer is the same as that of
 /// `POST /v1/mapping-suggestions`; without, the answer is the config as it is understood. A config that cannot be used is
 /// answered with the problem that a job with it would fail with; `errors` has all that is wrong, with pointers.
-#[utoipa::path(post, path = "/v1/config-checks", tag = "rigs",
+#[utoipa::path(post, path = "/v1/config-checks", operation_id = "check_config", tag = "rigs",
     request_body(description = "a config, and perhaps two files", content(
         (CheckBody = "application/json"), (RetargetForm = "multipart/form-data"))),
     responses((status = 200, description = "it can be used", content((ProposalView = "application/json"), (CheckedConfig = "application/json"))),

@@ -25,7 +25,7 @@ pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
 }
 
 /// Shows what is known of a result.
-#[utoipa::path(get, path = "/v1/results/{id}", tag = "results", params(("id" = String, Path, description = "the result")),
+#[utoipa::path(get, path = "/v1/results/{id}", operation_id = "show_result", tag = "results", params(("id" = String, Path, description = "the result")),
     responses((status = 200, body = ResultView, description = "the result"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn show(
@@ -39,11 +39,11 @@ async fn show(
 /// Downloads a result.
 ///
 /// It never changes: `ETag` is its digest, and it may be cached for as long as it is kept.
-#[utoipa::path(get, path = "/v1/results/{id}/content", tag = "results", params(("id" = String, Path, description = "the result"),
+#[utoipa::path(get, path = "/v1/results/{id}/content", operation_id = "download_result", tag = "results", params(("id" = String, Path, description = "the result"),
     ("Range" = Option<String>, Header, description = "one range of bytes"),
     ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
-    responses((status = 200, content_type = "application/octet-stream", body = String, description = "the bytes, under the media type of the format"),
-        (status = 206, content_type = "application/octet-stream", body = String, description = "a range of the bytes"),
+    responses((status = 200, content_type = "*/*", body = String, description = "the bytes, under the media type of the format"),
+        (status = 206, content_type = "*/*", body = String, description = "a range of the bytes"),
         (status = 304, description = "the caller has them already"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn content(

@@ -61,7 +61,7 @@ struct QuotaView {
 }
 
 /// Says what the caller has.
-#[utoipa::path(get, path = "/v1/usage", tag = "service",
+#[utoipa::path(get, path = "/v1/usage", operation_id = "show_usage", tag = "service",
     responses((status = 200, body = UsageView, description = "jobs, files and streams of the caller"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn usage(State(jobs): State<Jobs>, Caller(owner): Caller) -> Result<Json<UsageView>, Problem> {

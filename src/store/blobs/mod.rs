@@ -4,6 +4,7 @@
 //! complete; small ones are put there at once by stores that make a whole object visible in one step.
 
 mod place;
+mod room;
 mod writer;
 
 pub use place::BlobPlace;
@@ -25,6 +26,7 @@ use object_store::{
 };
 
 use super::StoreError;
+use room::Room;
 
 /// Bytes as they come.
 pub type ByteStream = BoxStream<'static, Result<Bytes, object_store::Error>>;
@@ -40,6 +42,8 @@ pub struct Blobs {
     part_bytes: usize,
     /// Whether what is no larger than one part is put under its name in one step.
     puts_small_ones_whole: bool,
+    /// What bounds them where they lie on a disk.
+    room: Option<Room>,
 }
 
 impl Blobs {
@@ -49,6 +53,20 @@ impl Blobs {
     /// When the folder cannot be used.
     pub fn local(root: &FolderPath) -> Result<Self, StoreError> {
         Self::at(&BlobPlace::Folder(root.to_owned()))
+    }
+
+    /// The same blobs, which leave that many bytes of their disk free. Without meaning where they lie on none.
+    #[must_use]
+    pub fn leaving_free(self, reserved_bytes: u64) -> Self {
+        Self { room: self.room.map(|room| room.leaving_free(reserved_bytes)), ..self }
+    }
+
+    /// Whether there is room for more.
+    ///
+    /// # Errors
+    /// [`StoreError::NoRoom`] when what is left of the disk is reserved.
+    pub fn check_room(&self) -> Result<(), StoreError> {
+        self.room.as_ref().map_or(Ok(()), Room::check)
     }
 
     /// The same blobs behind a store of the caller's making: for tests of what relies on them.

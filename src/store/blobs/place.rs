@@ -9,7 +9,7 @@ use object_store::{
     path::Path,
 };
 
-use super::Blobs;
+use super::{Blobs, room::Room};
 use crate::store::StoreError;
 
 /// The method of requests that signed URLs are for.
@@ -70,6 +70,7 @@ impl Blobs {
                     part_bytes: 1 << 20,
                     // A file that is put in one step lies beside the blobs until it has its name, where a crash would leave it.
                     puts_small_ones_whole: false,
+                    room: Some(Room::on(root.clone())),
                 })
             }
             BlobPlace::S3 { bucket, prefix } => {
@@ -88,6 +89,7 @@ impl Blobs {
                     // The least that S3 takes as a part which is not the last.
                     part_bytes: 5 << 20,
                     puts_small_ones_whole: true,
+                    room: None,
                 })
             }
         }

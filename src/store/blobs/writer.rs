@@ -24,6 +24,7 @@ impl Blobs {
     /// # Errors
     /// When the store fails.
     pub async fn begin(&self) -> Result<BlobWriter, StoreError> {
+        self.check_room()?;
         let upload = if self.puts_small_ones_whole { None } else { Some(Upload::begin(self).await?) };
         let (buffer, hasher) = (BytesMut::new(), Sha256::new());
         Ok(BlobWriter { blobs: self.clone(), upload, buffer, hasher, bytes: 0 })
@@ -121,6 +122,7 @@ impl BlobWriter {
             Some(upload) => upload,
             none => none.insert(Upload::begin(&self.blobs).await?),
         };
+        self.blobs.check_room()?;
         let part = self.buffer.split().freeze();
         Ok(upload.parts.put_part(PutPayload::from_bytes(part)).await?)
     }

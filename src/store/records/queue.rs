@@ -281,6 +281,16 @@ impl Records {
         Ok(QueueDepth { jobs: count(&row, "jobs")?, bytes: count(&row, "bytes")? })
     }
 
+    /// Since when the job waits that has waited longest; `None` when none waits.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn oldest_queued(&self) -> Result<Option<Timestamp>, StoreError> {
+        let query = "SELECT created_at FROM jobs WHERE state = 'queued' ORDER BY id LIMIT 1";
+        let row = self.optional(sqlx::query(query)).await?;
+        row.map(|row| super::time(&row, "created_at")).transpose()
+    }
+
     /// How many jobs of the same caller come before a job that waits, plus one; counted up to `most`.
     ///
     /// # Errors

@@ -131,6 +131,27 @@ async fn a_job_is_canceled_wherever_it_is() {
     assert_eq!((states.get("succeeded"), states.get("canceled")), (Some(&3), Some(&1)), "{states:?}");
 }
 
+#[tokio::test(flavor = "multi_thread")]
+async fn a_worker_answers_probes_and_tells_what_it_did() {
+    let Some(place) = Place::shared() else { return };
+    let api = place.serve(&["--workers", "0"], &[]);
+    let worker = place.worker_with_probes();
+    let client = reqwest::Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client");
+    let ask = async |path: &str| client.get(format!("{}{path}", worker.url)).send().await.expect("an answer");
+    for path in ["/livez", "/readyz"] {
+        assert!(ask(path).await.status().is_success(), "{path}: it is well");
+    }
+    assert_eq!(ask("/v1/jobs").await.status(), 404, "nothing else is there, so no key is asked for");
+    let mut customer = Customer::new();
+    let asset = customer.upload(&api.url, CLIP).await.expect("is taken");
+    assert!(customer.ask(&api.url, &asset).await, "is taken");
+    customer.collect(&api.url).await;
+    let metrics = ask("/metrics").await.text().await.expect("text");
+    let ended = "retargetd_jobs_finished_total{state=\"succeeded\",code=\"\"} 1";
+    assert!(metrics.contains(ended), "the job that it did: {metrics}");
+    assert!(metrics.contains("retargetd_jobs_oldest_queued_seconds 0"), "and that none waits: {metrics}");
+}
+
 #[test]
 fn a_worker_says_what_it_needs() {
     let output = std::process::Command::new(env!("CARGO_BIN_EXE_retargetd"))

@@ -6,10 +6,10 @@ use reqwest::{Client, StatusCode};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
-use super::support::{PATIENCE, Postgres, S3, ServiceProcess, serve, worker};
+use super::support::{PATIENCE, Postgres, S3, ServiceProcess, of_role, serve, worker};
 
 /// The smallest clip that is worth a job: two joints, two frames.
-pub(super) const CLIP: &str = "HIERARCHY\nROOT Hips\n{\n OFFSET 0 0 0\n CHANNELS 6 Xposition Yposition Zposition Zrotation \
+pub(crate) const CLIP: &str = "HIERARCHY\nROOT Hips\n{\n OFFSET 0 0 0\n CHANNELS 6 Xposition Yposition Zposition Zrotation \
                                Xrotation Yrotation\n JOINT Spine\n {\n  OFFSET 0 10 0\n  CHANNELS 3 Zrotation Xrotation \
                                Yrotation\n  End Site\n  {\n   OFFSET 0 10 0\n  }\n }\n}\nMOTION\nFrames: 2\nFrame Time: \
                                0.0333333\n0 90 0 0 0 0 0 0 0\n0 91 0 0 5 0 0 0 5\n";
@@ -64,6 +64,12 @@ impl Place {
 
     pub(super) fn serve(&self, more: &[&str], variables: &[(&'static str, String)]) -> ServiceProcess {
         serve(&self.flags(more), &[self.variables(), variables.to_vec()].concat())
+    }
+
+    /// A worker that says where it answers probes.
+    pub(super) fn worker_with_probes(&self) -> ServiceProcess {
+        let more = ["--workers", "1", "--probes-listen", "127.0.0.1:0"];
+        ServiceProcess::listening(&mut of_role("worker", &self.flags(&more), &self.variables()))
     }
 
     pub(super) fn worker(&self, more: &[&str], variables: &[(&'static str, String)]) -> ServiceProcess {

@@ -15,16 +15,14 @@ use retargetd::store::Records;
 use sqlx::Connection as _;
 
 pub(super) use crate::service_process::ServiceProcess;
-use crate::{service_process::signal, support::skip};
+pub(super) use crate::support::count_of;
+use crate::{
+    service_process::signal,
+    support::{python_with, skip},
+};
 
 /// Long enough for a busy machine; nothing waits this long when all is well.
 pub(super) const PATIENCE: Duration = Duration::from_secs(120);
-
-/// A number that a developer may set to run a test for longer.
-#[expect(clippy::disallowed_methods, reason = "tests have no settings")]
-pub(super) fn count_of(variable: &str, otherwise: usize) -> usize {
-    std::env::var(variable).ok().and_then(|text| text.parse().ok()).unwrap_or(otherwise)
-}
 
 fn free_port() -> u16 {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
@@ -91,7 +89,7 @@ impl Postgres {
 
     fn stop(&mut self, name: &str) {
         if let Some(mut child) = self.child.take() {
-            signal(&child, name);
+            signal(child.id(), name);
             // Nothing is left to do when it has ended already.
             let _ = child.wait();
         }
@@ -229,7 +227,7 @@ impl S3 {
 
     /// Stops it from answering, or lets it answer again.
     pub(super) fn freeze(&self, is_frozen: bool) {
-        signal(&self.child, if is_frozen { "-STOP" } else { "-CONT" });
+        signal(self.child.id(), if is_frozen { "-STOP" } else { "-CONT" });
     }
 }
 
@@ -238,14 +236,6 @@ impl Drop for S3 {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
-}
-
-fn python_with(module: &str) -> Option<PathBuf> {
-    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/test-python/bin/python3");
-    [own, PathBuf::from("python3")].into_iter().find(|python| {
-        let code = format!("import importlib.util, sys; sys.exit(importlib.util.find_spec('{module}') is None)");
-        Command::new(python).args(["-c", &code]).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
-    })
 }
 
 /// A service with these flags and variables.
@@ -258,7 +248,7 @@ pub(super) fn worker(flags: &[String], variables: &[(&'static str, String)]) -> 
     ServiceProcess::silent(&mut of_role("worker", flags, variables))
 }
 
-fn of_role(role: &str, flags: &[String], variables: &[(&'static str, String)]) -> Command {
+pub(super) fn of_role(role: &str, flags: &[String], variables: &[(&'static str, String)]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_retargetd"));
     command
         .args([role, "--listen", "127.0.0.1:0", "--log", "error"])

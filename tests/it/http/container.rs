@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeSet, path::Path, process::Command};
 
-use retargetd::config::Settings;
+use retargetd::{config::Settings, telemetry::Metric};
 
 fn read(name: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docker").join(name);
@@ -19,7 +19,7 @@ fn variables(text: &str) -> BTreeSet<String> {
 fn every_variable_is_a_setting() {
     let mut known: BTreeSet<String> = Settings::TABLE.iter().map(retargetd::config::Setting::variable).collect();
     known.insert("RETARGETD_URL".to_owned());
-    for name in ["Dockerfile", "compose.yaml", "compose.scaled.yaml"] {
+    for name in ["Dockerfile", "compose.yaml", "compose.scaled.yaml", "kubernetes/retargetd.yaml"] {
         let seen = variables(&read(name));
         assert!(!seen.is_empty(), "{name} sets something");
         let unknown: Vec<_> = seen.difference(&known).collect();
@@ -47,6 +47,65 @@ fn processes_that_share_are_told_the_same_place() {
     assert!(scaled.contains("AWS_SECRET_ACCESS_KEY: retargetd-secret"), "with the key");
     assert!(scaled.contains("MINIO_ROOT_PASSWORD: retargetd-secret"), "that opens them");
     assert!(scaled.contains("command: [worker]") && scaled.contains("RETARGETD_WORKERS: \"0\""), "both roles");
+}
+
+/// The number after a key of a YAML file, without its unit.
+fn number_after(text: &str, key: &str) -> u64 {
+    let rest = text.split_once(key).unwrap_or_else(|| panic!("there is a '{key}'")).1;
+    let digits: String =
+        rest.chars().skip_while(|letter| !letter.is_ascii_digit()).take_while(char::is_ascii_digit).collect();
+    digits.parse().expect("a number")
+}
+
+#[test]
+fn pods_are_asked_where_they_answer_and_get_the_time_they_need() {
+    let manifests = read("kubernetes/retargetd.yaml");
+    let pods: Vec<&str> =
+        manifests.split("\n---\n").filter(|document| document.contains("\nkind: Deployment\n")).collect();
+    assert_eq!(pods.len(), 2, "APIs and workers");
+    let document = read("../openapi/openapi.json");
+    for pod in pods {
+        assert!(pod.contains("0.0.0.0:9090") && pod.contains("{name: probes, containerPort: 9090}"), "one port: {pod}");
+        for path in pod.split("path: ").skip(1).map(|rest| rest.split(',').next().unwrap_or_default()) {
+            assert!(document.contains(&format!("\"{path}\"")), "{path} is a route");
+        }
+        let drain = if pod.contains("RETARGETD_DRAIN_DELAY") { number_after(pod, "RETARGETD_DRAIN_DELAY") } else { 0 };
+        let needed = drain + number_after(pod, "RETARGETD_GRACE_PERIOD") + 5;
+        assert!(number_after(pod, "terminationGracePeriodSeconds") > needed, "killed before it has stopped: {pod}");
+        assert!(pod.contains("runAsNonRoot: true") && pod.contains("readOnlyRootFilesystem: true"), "confined: {pod}");
+    }
+    assert!(
+        manifests.contains("RETARGETD_WORKERS, value: \"0\"") && manifests.contains("args: [worker]"),
+        "both roles"
+    );
+}
+
+/// The words that come after each `before`, up to one of `ends`.
+fn words_after<'a>(text: &'a str, before: &str, ends: &[char]) -> Vec<&'a str> {
+    let rests = text.split(before).skip(1).filter_map(|rest| rest.split(ends).next());
+    rests.flat_map(|rest| rest.split(',')).map(str::trim).filter(|word| !word.is_empty()).collect()
+}
+
+#[test]
+fn the_dashboard_shows_every_metric_by_labels_that_it_has() {
+    let dashboard: serde_json::Value = serde_json::from_str(&read("grafana/dashboard.json")).expect("JSON");
+    let panels = dashboard["panels"].as_array().expect("panels");
+    let targets = panels.iter().flat_map(|panel| panel["targets"].as_array().into_iter().flatten());
+    let mut shown = BTreeSet::new();
+    for expression in targets.map(|target| target["expr"].as_str().expect("an expression")) {
+        let name = expression.split(|letter: char| !letter.is_ascii_lowercase() && letter != '_');
+        let name = name.into_iter().find(|word| word.starts_with("retargetd_")).expect("a metric");
+        let name = name.strip_suffix("_bucket").unwrap_or(name);
+        let metric = Metric::ALL.iter().find(|metric| metric.name() == name);
+        let metric = metric.unwrap_or_else(|| panic!("'{name}' is a metric: {expression}"));
+        shown.insert(metric.name());
+        let labels = [words_after(expression, "by (", &[')']), words_after(expression, "{", &['='])].concat();
+        let unknown: Vec<_> =
+            labels.iter().filter(|label| **label != "le" && !metric.labels().contains(label)).collect();
+        assert!(unknown.is_empty(), "{name} has no label {unknown:?}: {expression}");
+    }
+    let hidden: Vec<_> = Metric::ALL.iter().filter(|metric| !shown.contains(metric.name())).collect();
+    assert!(hidden.is_empty(), "nobody would see {hidden:?}");
 }
 
 #[test]

@@ -39,6 +39,29 @@ fn every_operation_says_what_it_answers() {
     }
 }
 
+#[test]
+fn every_operation_has_a_name_of_its_own_and_links_lead_somewhere() {
+    let document: Value = serde_json::to_value(openapi_document()).expect("JSON");
+    let paths = document["paths"].as_object().expect("paths");
+    let operations: Vec<&Value> =
+        paths.values().flat_map(|item| item.as_object().expect("operations").values()).collect();
+    let names: Vec<&str> =
+        operations.iter().map(|operation| operation["operationId"].as_str().expect("a name")).collect();
+    let unique: std::collections::BTreeSet<&str> = names.iter().copied().collect();
+    assert_eq!(unique.len(), names.len(), "generated clients have one function for each: {names:?}");
+    let answers = operations.iter().flat_map(|operation| operation["responses"].as_object().expect("answers").values());
+    let links: Vec<&Value> =
+        answers.filter_map(|answer| answer.get("links")?.as_object()).flat_map(serde_json::Map::values).collect();
+    assert!(links.len() > 15, "what belongs together is linked: {links:?}");
+    for link in links {
+        assert!(unique.contains(link["operationId"].as_str().expect("a name")), "{link} leads to an operation");
+    }
+    let text = document.to_string();
+    for place in text.split("\"$ref\":\"#/").skip(1).filter_map(|rest| rest.split('"').next()) {
+        assert!(document.pointer(&format!("/{place}")).is_some(), "'{place}' is referred to, and is there");
+    }
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn every_route_answers_in_a_type_that_it_declares() {
     let service = Service::start(&[]).await;

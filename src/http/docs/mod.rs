@@ -1,26 +1,21 @@
 //! The OpenAPI document, made from the routes, and the page that shows it.
 
+mod operations;
+
 use std::sync::OnceLock;
 
 use axum::{
     Router,
-    http::{Method, header},
+    http::header,
     response::{Html, IntoResponse, Response},
     routing::get,
 };
-use utoipa::{
-    OpenApi,
-    openapi::{
-        OpenApi as Document,
-        security::{Http, HttpAuthScheme, SecurityRequirement, SecurityScheme},
-    },
-};
+use utoipa::{OpenApi, openapi::OpenApi as Document};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
 use super::{
     ApiState,
-    auth::needed_scope,
     code::{Code, problems_page},
     json_text,
     problem::Problem,
@@ -67,34 +62,9 @@ pub(super) fn documented_routes() -> OpenApiRouter<ApiState> {
 #[must_use]
 pub fn openapi_document() -> Document {
     let mut document = documented_routes().into_openapi();
-    tell_who_may_come_in(&mut document);
+    operations::tell_who_may_come_in(&mut document);
+    operations::tell_what_leads_where(&mut document);
     document
-}
-
-/// Which scope of a key each operation asks for, where keys are asked for; without them, it asks for nothing.
-fn tell_who_may_come_in(document: &mut Document) {
-    const SCHEME: &str = "key";
-    let key = Http::builder().scheme(HttpAuthScheme::Bearer).bearer_format("rtk_…");
-    let key = key
-        .description(Some("Asked for where the setting `authentication` says so; `retargetd keys create` makes them."));
-    let components = document.components.get_or_insert_default();
-    components.add_security_scheme(SCHEME, SecurityScheme::Http(key.build()));
-    for (path, item) in &mut document.paths.paths {
-        let operations = [
-            (Method::GET, &mut item.get),
-            (Method::HEAD, &mut item.head),
-            (Method::POST, &mut item.post),
-            (Method::PUT, &mut item.put),
-            (Method::PATCH, &mut item.patch),
-            (Method::DELETE, &mut item.delete),
-        ];
-        for (method, operation) in operations {
-            if let (Some(operation), Some(scope)) = (operation, needed_scope(&method, path)) {
-                let asked = SecurityRequirement::new(SCHEME, [scope.name()]);
-                operation.security = Some(vec![asked, SecurityRequirement::default()]);
-            }
-        }
-    }
 }
 
 /// The document itself, and the page that shows it. Everything that the page needs is in the binary.

@@ -1,0 +1,237 @@
+//! One public entry for each format and each body of a request that is read by the pure half.
+
+use std::sync::LazyLock;
+
+use retargetd::{
+    engine::{
+        self, EditInputs, Failure, FailureCode, Format, Inputs, Limits, NamedBytes, Outcome, check_config,
+        check_preset, check_rig, edit_config, merge_config, pose_config,
+    },
+    formats::{self, ErrorKind},
+    model::{Control, Reporter},
+    rig::parse_document,
+};
+
+use super::{checks, seeds};
+
+/// What is fuzzed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Target {
+    /// FBX, binary and text.
+    Fbx,
+    /// glTF and VRM in one file.
+    Glb,
+    /// glTF as JSON.
+    Gltf,
+    /// VRM animations.
+    Vrma,
+    /// An archive of a model and what it points to.
+    Zip,
+    /// Pose arrays in a NumPy archive.
+    PosesNpz,
+    /// Pose arrays in JSON.
+    PosesJson,
+    /// Parameters of body models.
+    BodyModel,
+    /// Joint positions and features in one NumPy array.
+    JointPositions,
+    /// BVH.
+    Bvh,
+    /// Finding out what a file is, and all that `inspect` says of it.
+    Sniff,
+    /// A config of any shape, checked and laid over a preset.
+    Spec,
+    /// A rig template.
+    RigTemplate,
+    /// A config of a retarget, which is run.
+    Retarget,
+    /// A config of an edit, which is run.
+    Edit,
+    /// A config of a pose, which is taken.
+    Pose,
+    /// A config of a proposal, which is made.
+    Proposal,
+    /// A file of any format as source and as target of a retarget.
+    Engine,
+}
+
+impl Target {
+    pub(crate) const ALL: [Self; 18] = [
+        Self::Fbx,
+        Self::Glb,
+        Self::Gltf,
+        Self::Vrma,
+        Self::Zip,
+        Self::PosesNpz,
+        Self::PosesJson,
+        Self::BodyModel,
+        Self::JointPositions,
+        Self::Bvh,
+        Self::Sniff,
+        Self::Spec,
+        Self::RigTemplate,
+        Self::Retarget,
+        Self::Edit,
+        Self::Pose,
+        Self::Proposal,
+        Self::Engine,
+    ];
+
+    /// Its name on the command line.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Fbx => "fbx",
+            Self::Glb => "glb",
+            Self::Gltf => "gltf",
+            Self::Vrma => "vrma",
+            Self::Zip => "zip",
+            Self::PosesNpz => "poses_npz",
+            Self::PosesJson => "poses_json",
+            Self::BodyModel => "body_model",
+            Self::JointPositions => "joint_positions",
+            Self::Bvh => "bvh",
+            Self::Sniff => "sniff",
+            Self::Spec => "spec",
+            Self::RigTemplate => "rig_template",
+            Self::Retarget => "retarget",
+            Self::Edit => "edit",
+            Self::Pose => "pose",
+            Self::Proposal => "proposal",
+            Self::Engine => "engine",
+        }
+    }
+
+    /// Gives an input to the target. Any result is good that is whole and finite, and any error that is not our own mistake.
+    ///
+    /// # Panics
+    /// When something else comes out.
+    pub(crate) fn run(self, bytes: &[u8]) {
+        match self {
+            Self::Fbx => read(bytes, Format::Fbx),
+            Self::Glb => read(bytes, Format::Vrm),
+            Self::Gltf => read(bytes, Format::Gltf),
+            Self::Vrma => read(bytes, Format::Vrma),
+            Self::Zip => read(bytes, Format::Zip),
+            Self::PosesNpz => read(bytes, Format::PosesNpz),
+            Self::PosesJson => read(bytes, Format::PosesJson),
+            Self::BodyModel => read(bytes, Format::BodyModel),
+            Self::JointPositions => read(bytes, Format::JointPositions),
+            Self::Bvh => read(bytes, Format::Bvh),
+            Self::Sniff => {
+                judge(engine::inspect(NamedBytes { name: "file", bytes }, &Limits::default(), &Control::new()));
+            }
+            Self::Spec => check(bytes),
+            Self::RigTemplate => {
+                let document = parse_document(bytes).unwrap_or_default();
+                judge(check_rig("template", document));
+                judge(
+                    std::str::from_utf8(bytes)
+                        .map_or_else(|_| Ok(()), |text| engine::Knowledge::read([text]).map(drop)),
+                );
+            }
+            Self::Retarget => retarget(&CLIP, &FIGURE, Some(bytes)),
+            Self::Edit => edit(bytes),
+            Self::Pose => {
+                for to in ["t", "source"] {
+                    if let Some(config) = judge(pose_config(Some(NamedBytes { name: "config", bytes }), to)) {
+                        retarget(&CLIP, &FIGURE, Some(&config));
+                    }
+                }
+            }
+            Self::Proposal => {
+                judge(engine::propose(&inputs(&CLIP, &FIGURE, Some(bytes)), &Limits::default(), &Control::new()));
+            }
+            Self::Engine => {
+                retarget(bytes, &FIGURE, None);
+                retarget(&CLIP, bytes, None);
+            }
+        }
+    }
+}
+
+/// The clip and the figure that configs are tried on.
+static CLIP: LazyLock<Vec<u8>> = LazyLock::new(seeds::clip);
+static FIGURE: LazyLock<Vec<u8>> = LazyLock::new(seeds::figure);
+
+fn read(bytes: &[u8], format: Format) {
+    let (limits, control) = (Limits::default(), Control::new());
+    match formats::read(bytes, format, &limits, &control, &mut Reporter::new()) {
+        Ok(scene) => checks::scene(&scene),
+        Err(error) => {
+            assert!(!error.detail.is_empty(), "an error says what is wrong: {error:?}");
+            assert!(error.kind != ErrorKind::Canceled, "nobody canceled");
+        }
+    }
+}
+
+fn check(bytes: &[u8]) {
+    let config = NamedBytes { name: "config", bytes };
+    if let Some(resolved) = judge(check_config(config)) {
+        let again = resolved.to_string();
+        let again = check_config(NamedBytes { name: "config", bytes: again.as_bytes() });
+        assert_eq!(again.as_ref(), Ok(&resolved), "a spec as it is understood is understood as it is");
+        judge(check_preset("preset", resolved));
+    }
+    judge(merge_config(&serde_json::json!({"ops": [{"op": "fk"}], "edit": {"fps": 30}}), Some(config)));
+}
+
+fn edit(config: &[u8]) {
+    let given = Some(NamedBytes { name: "config", bytes: config });
+    judge(edit_config(given));
+    let source = NamedBytes { name: "file", bytes: &CLIP };
+    let inputs = EditInputs { source, source_rest: None, config: given, formats: &[] };
+    if let Some(outcome) = judge(engine::edit(&inputs, &Limits::default(), &Control::new())) {
+        check_outputs(&outcome);
+    }
+}
+
+fn inputs<'a>(source: &'a [u8], target: &'a [u8], config: Option<&'a [u8]>) -> Inputs<'a> {
+    Inputs {
+        source: NamedBytes { name: "file", bytes: source },
+        target: NamedBytes { name: "file", bytes: target },
+        source_rest: None,
+        target_rest: None,
+        config: config.map(|bytes| NamedBytes { name: "config", bytes }),
+        formats: &[],
+    }
+}
+
+fn retarget(source: &[u8], target: &[u8], config: Option<&[u8]>) {
+    let outcome = engine::retarget(&inputs(source, target, config), &Limits::default(), &Control::new());
+    if let Some(outcome) = judge(outcome) {
+        check_outputs(&outcome);
+    }
+}
+
+/// What is written can be read, which no file can that holds a number which is none.
+fn check_outputs(outcome: &Outcome) {
+    for output in &outcome.outputs {
+        let info = output.format.info();
+        if !info.reads {
+            continue;
+        }
+        let file = NamedBytes { name: &output.name, bytes: &output.bytes };
+        if let Err(failure) = engine::inspect(file, &Limits::default(), &Control::new()) {
+            assert_eq!(
+                failure.code,
+                FailureCode::AssetLimitExceeded,
+                "what is written as {} can be read: {failure:?}",
+                info.name
+            );
+        }
+    }
+}
+
+/// What came out, unless it failed; a failure is never our own mistake.
+fn judge<T>(result: Result<T, Failure>) -> Option<T> {
+    match result {
+        Ok(value) => Some(value),
+        Err(failure) => {
+            assert!(
+                failure.code != FailureCode::Internal && !failure.detail.is_empty(),
+                "the input's fault: {failure:?}"
+            );
+            None
+        }
+    }
+}

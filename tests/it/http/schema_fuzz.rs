@@ -1,0 +1,58 @@
+//! Requests that a tester makes up from the OpenAPI document: none of them is a fault of the service, and every answer is as declared.
+//!
+//! The tester is Schemathesis; `tests/run` installs it. A short run here; a long one with
+//! `RETARGETD_TEST_EXAMPLES=200 cargo nextest run -E 'test(schema_fuzz)'`.
+
+use std::{path::Path, process::Command};
+
+use super::support::{ServiceProcess, start_service};
+use crate::support::{count_of, python_with, skip};
+
+/// What is not held against the service. A document cannot say which files exist and of which formats they are, so that what fits it may
+/// still be refused.
+const LEFT_OUT: &str = "positive_data_acceptance";
+
+/// Runs the tester, with these flags besides.
+fn assert_conforms(server: &ServiceProcess, flags: &[&str]) {
+    let Some(python) = python_with("schemathesis") else {
+        return skip("requests made from the OpenAPI document, because Schemathesis is not installed");
+    };
+    let tools = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tools/schemathesis");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let examples = count_of("RETARGETD_TEST_EXAMPLES", 8).to_string();
+    let output = Command::new(python)
+        .args(["-m", "schemathesis.cli", "run", &format!("{}/openapi.json", server.url)])
+        .args(["--exclude-checks", LEFT_OUT, "--max-examples", &examples, "--seed", "1", "--no-color"])
+        .args(["--workers", "2", "--request-timeout", "60"])
+        .args(flags)
+        .env("SCHEMATHESIS_HOOKS", "hooks")
+        .env("PYTHONPATH", tools)
+        .current_dir(folder.path())
+        .output()
+        .expect("the tester runs");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{text}\n{}", String::from_utf8_lossy(&output.stderr));
+    assert!(text.contains("generated"), "it has tried something: {text}");
+}
+
+#[test]
+fn made_up_requests_meet_no_fault() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = start_service(data.path(), &["--default-wait", "2s", "--max-wait", "2s", "--event-stream-period", "200ms"]);
+    assert_conforms(&server, &[]);
+    assert_eq!(server.terminate(), Some(0), "and it is well afterwards");
+}
+
+#[test]
+fn made_up_requests_with_a_key_meet_no_fault() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = start_service(data.path(), &["--authentication", "keys", "--default-wait", "2s", "--max-wait", "2s", "--event-stream-period", "200ms"]);
+    let key = Command::new(env!("CARGO_BIN_EXE_retargetd"))
+        .args(["keys", "create", "tester", "--scope", "read", "--scope", "write", "--scope", "admin", "--data"])
+        .arg(data.path())
+        .output()
+        .expect("it runs");
+    let header = format!("Authorization: Bearer {}", String::from_utf8_lossy(&key.stdout).trim());
+    assert_conforms(&server, &["--header", &header]);
+    assert_eq!(server.terminate(), Some(0), "and it is well afterwards");
+}
