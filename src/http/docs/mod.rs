@@ -26,6 +26,7 @@ use crate::{engine::edits_page, samples::walk_scene};
 #[derive(OpenApi)]
 #[openapi(
     info(title = "retargetd", description = "Moves character animation from any rig to any rig."),
+    components(schemas(resources::events::JobEventView)),
     tags(
         (name = "retarget", description = "Files in, file out"),
         (name = "assets", description = "Uploaded files"),
