@@ -4,6 +4,7 @@
 mod check_config;
 mod demo;
 mod edit;
+mod engine_process;
 mod exit;
 mod explain;
 mod files;
@@ -71,6 +72,9 @@ enum Command {
     Keys(keys::Arguments),
     /// Ask a running service whether it is ready; for container health checks.
     Health(health::Arguments),
+    /// What the service starts to run the engine in; not for people.
+    #[command(hide = true)]
+    EngineProcess(engine_process::Arguments),
 }
 
 /// Parses the command line and runs the subcommand.
@@ -93,5 +97,6 @@ pub fn run() -> ExitCode {
         Command::Openapi(arguments) => openapi::run(&arguments),
         Command::Keys(arguments) => keys::run(arguments),
         Command::Health(arguments) => health::run(arguments),
+        Command::EngineProcess(arguments) => engine_process::run(&arguments),
     }
 }

@@ -4,7 +4,9 @@ use std::{fmt, net::SocketAddr, path::PathBuf};
 
 use super::{
     memory::MemoryBudget,
-    value::{Authentication, ByteSize, LogFormat, Origins, Period, Secret, SettingValue, Switch, Unit, Workers},
+    value::{
+        Authentication, ByteSize, Isolation, LogFormat, Origins, Period, Secret, SettingValue, Switch, Unit, Workers,
+    },
 };
 
 /// What is known about a setting before it has a value.
@@ -203,6 +205,12 @@ settings! {
     limit quarantine_period: Period = "1h" in 0..=31_536_000;
     /// Memory that running jobs may be thought to need together, or 'auto' for 60 % of what there is
     limit memory_budget: MemoryBudget = "auto" in 1_048_576..=1_125_899_906_842_624_u64;
+    /// Where the engine reads files and works on them: 'process' for processes of its own, which files may bring down without harm to others; 'thread' for this one
+    plain isolation: Isolation = "process";
+    /// Memory that one engine process may use, or 'auto' for 60 % of what there is
+    limit process_memory: MemoryBudget = "auto" in 16_777_216..=1_125_899_906_842_624_u64;
+    /// After how many jobs an engine process is replaced by a new one
+    plain max_process_requests: u64 = "500" in 1..=1_000_000;
     /// How long a job is left to a worker that is not heard of; a worker tells three times in that time that it is there
     plain lease_period: Period = "6s" in 0.3..=3_600;
     /// Files that one job may give

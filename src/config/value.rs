@@ -239,6 +239,32 @@ impl SettingValue for Switch {
     }
 }
 
+/// Where the engine works.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Isolation {
+    /// In processes of its own.
+    Process,
+    /// In threads of the process that runs the jobs.
+    Thread,
+}
+
+impl SettingValue for Isolation {
+    const UNIT: Unit = Unit::None;
+    const EXAMPLE: &'static str = "process";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        match text {
+            "process" => Ok(Self::Process),
+            "thread" => Ok(Self::Thread),
+            _ => Err("expected process or thread".to_owned()),
+        }
+    }
+
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
 /// Who must show a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Authentication {

@@ -63,7 +63,7 @@ pub use crate::{
     rig::{FindingCode, Severity, template_schema},
 };
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     model::Warning,
@@ -168,7 +168,7 @@ pub struct Report {
 }
 
 /// Wall time per phase, in seconds.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Timings {
     /// Decoding the input files.
     pub read_seconds: f64,

@@ -149,6 +149,8 @@ codes! {
         "It happened several times with this job, so it is not tried again. Report it with the id of the job.";
     Canceled = "canceled", CONFLICT, false, "The job was canceled",
         "Somebody canceled the job. `POST /v1/jobs/{id}/retry` asks for the same again.";
+    EngineCrashed = "engine_crashed", INTERNAL_SERVER_ERROR, false, "The files brought the engine down",
+        "The process that worked on these files died, and nothing else did. The detail says how. Report it with the files, if you may.";
     Internal = "internal", INTERNAL_SERVER_ERROR, true, "A fault in the service",
         "Report it with the `request_id`, and the id of the job where there is one.";
 }
@@ -172,6 +174,7 @@ impl From<FailureCode> for Code {
             FailureCode::StrictWarnings => Self::StrictWarnings,
             FailureCode::StrictMeasures => Self::StrictMeasures,
             FailureCode::Canceled => Self::Canceled,
+            FailureCode::EngineCrashed => Self::EngineCrashed,
             FailureCode::Internal => Self::Internal,
         }
     }

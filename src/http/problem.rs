@@ -190,7 +190,7 @@ impl From<StoredFieldError> for ProblemError {
 impl From<FieldError> for ProblemError {
     fn from(error: FieldError) -> Self {
         let FieldError { pointer, code, detail, did_you_mean } = error;
-        Self { pointer, code: code.to_owned(), detail, did_you_mean }
+        Self { pointer, code: code.into_owned(), detail, did_you_mean }
     }
 }
 

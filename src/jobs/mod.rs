@@ -5,7 +5,8 @@
 //! what users teach the service under a name. All of them ask who owns what is asked for; [`Keys`] says who asks.
 //! [`Workers`] runs what is queued. The queue lies in the store, so that any number of processes can share it; it is bounded by count
 //! and by bytes, and what does not fit is refused at once. A job that panics or runs over its time fails alone; one whose
-//! process dies is taken up by another when its lease has run out.
+//! process dies is taken up by another when its lease has run out. The engine works in [processes](ProcessEngine) of its own, unless the
+//! operator says otherwise, so that what it does to itself ends one job.
 //!
 //! Knows nothing of HTTP. The engine is handed in, so that tests can put one of their own in its place.
 
@@ -16,6 +17,7 @@ mod events;
 mod failure;
 mod inputs;
 mod inspections;
+mod isolation;
 mod keys;
 mod library;
 mod lost_workers;
@@ -35,9 +37,10 @@ mod worker;
 mod workers;
 
 pub use assets::{Assets, ReceivedFile, Upload};
-pub use bridge::{Engine, RetargetEngine};
+pub use bridge::{Engine, Ran, RetargetEngine};
 pub use events::{EventStream, Followed, Told};
 pub use failure::FailureReason;
+pub use isolation::{Bounds, ProcessEngine, serve_engine_process};
 pub use keys::{KeyText, Keys, NewKey};
 pub use library::{Kept, Library, Written};
 pub use refusal::Refusal;

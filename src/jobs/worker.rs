@@ -6,14 +6,14 @@ use std::{
 };
 
 use super::{
-    FailureReason, JobEvent, Jobs, Refusal,
+    FailureReason, JobEvent, Jobs, Ran, Refusal,
     bridge::on_own_thread,
     failure, next_state,
     running::{RunningJob, StopReason},
 };
 use crate::{
     config::Failpoint,
-    engine::{Failure, FailureCode, Format, Outcome, Output},
+    engine::{Failure, FailureCode, Format, Output, Timings},
     store::{CachedResults, FinishedJob, GiveBack, JobFailure, JobRecord, JobState, ResultId, ResultRecord},
     telemetry::Metric,
 };
@@ -22,7 +22,7 @@ use crate::{
 enum Attempt {
     /// Another job has computed the same.
     Known(Box<CachedResults>),
-    Done(Box<Outcome>),
+    Done(Box<Ran>),
     Failed(JobFailure),
     Stopped,
     Requeued,
@@ -56,7 +56,7 @@ impl Jobs {
                 }
                 done => done.map(|_| ()),
             },
-            Attempt::Done(outcome) => self.succeed(record, running, *outcome).await,
+            Attempt::Done(ran) => self.succeed(record, running, *ran).await,
             Attempt::Failed(failure) => self.end(record, running, JobEvent::Fail, Some(failure)).await,
             Attempt::Stopped => self.end(record, running, JobEvent::Stop, None).await,
             Attempt::Requeued => {
@@ -103,7 +103,7 @@ impl Jobs {
             }
         };
         match received.ok().flatten() {
-            Some(Ok(outcome)) => Attempt::Done(Box::new(outcome)),
+            Some(Ok(ran)) => Attempt::Done(Box::new(ran)),
             Some(Err(failure)) if failure.code == FailureCode::Canceled => self.stopped(running),
             Some(Err(failure)) => Attempt::Failed(failure::keep(failure)),
             None => {
@@ -118,7 +118,7 @@ impl Jobs {
         &self,
         record: &JobRecord,
         running: &Arc<RunningJob>,
-    ) -> Result<impl FnOnce() -> Result<Outcome, Failure> + Send + 'static, Refusal> {
+    ) -> Result<impl FnOnce() -> Result<Ran, Failure> + Send + 'static, Refusal> {
         let request = record.request.clone();
         let files = self.read_inputs(&request).await?;
         let knowledge = self.knowledge(&record.principal, &request).await?;
@@ -153,9 +153,9 @@ impl Jobs {
     }
 
     /// Results first, record last: what the record names is there.
-    async fn succeed(&self, record: &JobRecord, running: &RunningJob, outcome: Outcome) -> Result<(), Refusal> {
-        observe(&outcome);
-        let Outcome { outputs, report, resolved_spec } = outcome;
+    async fn succeed(&self, record: &JobRecord, running: &RunningJob, ran: Ran) -> Result<(), Refusal> {
+        observe(&ran.timings);
+        let Ran { outputs, report, resolved_spec, warnings, .. } = ran;
         let mut files = Vec::with_capacity(outputs.len());
         for Output { format, name, bytes } in outputs {
             match self.0.store.blobs().write(bytes.into()).await.map_err(Refusal::from) {
@@ -185,9 +185,9 @@ impl Jobs {
         }
         Failpoint::ResultsKept.reach();
         let end = FinishedJob {
-            report: serde_json::to_string(&report).ok(),
-            resolved_spec: Some(resolved_spec.to_string()),
-            warnings: report.warnings.len() as u64,
+            report: Some(report),
+            resolved_spec: Some(resolved_spec),
+            warnings,
             results,
             cache_key: self.cache_key(&record.request),
             ..self.ending(JobState::Succeeded, None)
@@ -302,8 +302,7 @@ fn retry_delay(retries: u32, lease: &str) -> Duration {
     Duration::from_millis(seconds * 1000 + seconds * part)
 }
 
-fn observe(outcome: &Outcome) {
-    let timings = outcome.report.timings;
+fn observe(timings: &Timings) {
     let phases = [
         ("read", timings.read_seconds),
         ("plan", timings.plan_seconds),

@@ -10,6 +10,7 @@ mod edits;
 mod events;
 mod facts;
 mod idempotency;
+mod isolation;
 mod library;
 mod network;
 mod ops;

@@ -13,12 +13,12 @@ use serde_json::Value;
 
 use self::remote::Remote;
 use super::{
-    exit::{self, Exit, FAILED, print, say, to_json},
+    exit::{self, Exit, FAILED, print, say},
     files::StagedFiles,
-    outputs::{WantedFormats, check_places},
+    outputs::{WantedFormats, check_places, report_bytes},
     watch::ProgressWatch,
 };
-use crate::{engine, formats::Format, model::Control};
+use crate::{formats::Format, model::Control};
 
 /// Arguments of `retargetd submit`.
 #[derive(Debug, clap::Args)]
@@ -104,10 +104,7 @@ async fn collect(arguments: &Arguments, remote: &Remote, id: &str, formats: &Wan
     }
     if let Some(path) = &arguments.report {
         let report = remote.get(&format!("/v1/jobs/{id}/report")).await.map_err(come_back)?;
-        let is_page =
-            path.extension().is_some_and(|ending| ["html", "htm"].iter().any(|page| ending.eq_ignore_ascii_case(page)));
-        let text = if is_page { engine::report_page(&report) } else { to_json(&report)? };
-        staged.add(path, text.as_bytes())?;
+        staged.add(path, &report_bytes(&report, path)?)?;
     }
     staged.commit()?;
     let names: Vec<String> = arguments.output.iter().map(|path| path.display().to_string()).collect();
