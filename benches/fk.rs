@@ -2,10 +2,13 @@
 
 #![allow(missing_docs, reason = "criterion's macros make undocumented items")]
 
+mod busy;
+
+use busy::busy_clip;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use glam::{DVec3, Quat, Vec3};
+use glam::{DVec3, Quat};
 use retargetd::{
-    model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
+    model::{Clip, Control, Joint, Reporter, Scene, Skeleton, Track, Transform},
     retarget::{Plan, run},
     rig::{RetargetSpec, Rig, resolve},
     samples,
@@ -16,26 +19,6 @@ use std::hint::black_box;
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 const FRAMES: usize = 3600;
-
-/// The walk's skeleton with every joint turning, so that no track is constant.
-fn busy_clip(skeleton: &Skeleton) -> Clip {
-    let turning = |joint: usize| -> Vec<Quat> {
-        let rest = skeleton.joints()[joint].rest.rotation.as_quat();
-        let axis = Vec3::new(1.0, joint as f32 * 0.37, 0.5).normalize();
-        (0..FRAMES).map(|frame| rest * Quat::from_axis_angle(axis, (frame as f32 * 0.05).sin() * 0.5)).collect()
-    };
-    let tracks = (0..skeleton.len()).map(|joint| {
-        let root = skeleton.parent(joint).is_none();
-        let path = |frame: usize| Vec3::new(0.0, 0.95, frame as f32 * 0.02);
-        JointTracks {
-            rotation: Track::Sampled(turning(joint)),
-            translation: if root { Track::Sampled((0..FRAMES).map(path).collect()) } else { Track::Rest },
-            scale: Track::Rest,
-        }
-    });
-    let times = (0..FRAMES).map(|frame| frame as f64 / 60.0).collect();
-    Clip::new("bench".into(), times, tracks.collect()).expect("a valid clip")
-}
 
 /// The same skeleton a tenth larger, with other proportions of the arms.
 fn other_proportions(skeleton: &Skeleton) -> Skeleton {
@@ -59,7 +42,7 @@ fn stream(clip: &Clip, into: &mut [Vec<Quat>]) {
 
 fn fk(criterion: &mut Criterion) {
     let skeleton = samples::walk_scene().skeleton;
-    let clip = busy_clip(&skeleton);
+    let clip = busy_clip(&skeleton, FRAMES);
     let source = Scene { axes: Some(Default::default()), unit_metres: Some(1.0), skeleton, ..Scene::default() };
     let target = Scene {
         skeleton: other_proportions(&source.skeleton),

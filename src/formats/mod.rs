@@ -51,7 +51,7 @@ pub use sniff::sniff;
 
 use glam::{Quat, Vec3};
 
-use crate::model::{Clip, Control, MorphMesh, Reporter, Scene, Stretched};
+use crate::model::{Clip, Control, MorphMesh, Reporter, Scene, Stretched, joints_stretched_in, straightened_clip};
 
 /// Decodes a file.
 ///
@@ -95,7 +95,7 @@ fn straighten(scene: Scene, budget: &mut Budget<'_>, reporter: &mut Reporter) ->
     budget.check_canceled()?;
     let malformed = |error: crate::model::ClipError| FormatError::malformed("nodes", "", error.to_string());
     let frames: usize = scene.clips.iter().map(Clip::frame_count).sum();
-    let Some(plan) = Stretched::of(&scene.skeleton) else { return Ok(scene) };
+    let Some(plan) = Stretched::of(&scene.skeleton) else { return straighten_clips(scene, budget, reporter) };
     let sampled = (plan.joint_count() as u64).saturating_mul(frames as u64);
     budget.take_array(sampled, size_of::<(Vec3, Quat, Vec3)>() as u64, "clips")?;
     let count = plan.joint_count();
@@ -109,6 +109,31 @@ fn straighten(scene: Scene, budget: &mut Budget<'_>, reporter: &mut Reporter) ->
         ),
         "apply the scale of the armature before exporting",
     );
+    Ok(scene)
+}
+
+/// Puts the joints of clips where viewers see them that multiply matrices, in clips that stretch them.
+fn straighten_clips(mut scene: Scene, budget: &mut Budget<'_>, reporter: &mut Reporter) -> Result<Scene, FormatError> {
+    let malformed = |error: crate::model::ClipError| FormatError::malformed("animation", "", error.to_string());
+    for clip in &mut scene.clips {
+        budget.check_canceled()?;
+        let count = joints_stretched_in(&scene.skeleton, clip);
+        if count == 0 {
+            continue;
+        }
+        let samples = (count as u64).saturating_mul(clip.frame_count() as u64);
+        budget.take_array(samples, size_of::<(Vec3, Quat, Vec3)>() as u64, "clips")?;
+        *clip = straightened_clip(&scene.skeleton, clip).map_err(malformed)?;
+        reporter.warn(
+            "stretched_clip",
+            clip.name(),
+            format!(
+                "the clip scales joints differently by axis, with {count} joints below them; those are moved as joints that keep \
+                 their lengths, to where a viewer shows them"
+            ),
+            "squash and stretch does not carry over to other rigs",
+        );
+    }
     Ok(scene)
 }
 
@@ -144,9 +169,10 @@ pub enum Compression {
     /// As floats.
     #[default]
     None,
-    /// Rotations in 16 bits a component, which is within 0.003 degrees; the rest as floats. Every reader knows it.
+    /// Rotations in 16 bits a component, so that every joint is turned in the world as it should be within 0.01 degrees; the rest as
+    /// floats. Every reader knows it.
     Quantized,
-    /// `EXT_meshopt_compression`: rotations in 16 bits a component, translations and scales to a millionth.
+    /// `EXT_meshopt_compression`: rotations as close, translations and scales to a millionth.
     Meshopt,
 }
 

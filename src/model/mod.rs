@@ -30,7 +30,7 @@ pub use scene::{Payload, Scene, Skin};
 pub use skeleton::{Joint, Skeleton, SkeletonError};
 pub use skin_points::{SkinPoint, SkinPoints};
 pub use sparse_keys::{JointKeys, KeyCurve, SparseKeys, hermite};
-pub use stretched::Stretched;
+pub use stretched::{Stretched, joints_stretched_in, straightened_clip};
 pub use track::Track;
 pub use transform::Transform;
 pub use warning::{Reporter, Warning};

@@ -14,6 +14,8 @@ use super::{Clip, ClipError, JointTracks, LocalPose, Scene, Skeleton, SkinPoint,
 const EVEN: f64 = 2e-3;
 /// A matrix whose volume is a smaller share of its longest axis cubed flattens what is below it, and cannot be undone.
 const FLAT: f64 = 1e-9;
+/// Joints of a clip that a stretch moves by a smaller share of the skeleton's size are left as they are.
+const NEAR: f64 = 5e-5;
 /// Values closer than this are the same over a clip, which leaves a channel out.
 const SAME: f64 = 1e-7;
 
@@ -95,15 +97,7 @@ impl Stretched {
 
     /// A clip of the file's nodes as one of the joints.
     fn straight_clip(&self, file: &Skeleton, straight: &Skeleton, clip: &Clip) -> Result<Clip, ClipError> {
-        let stretched = self.is_stretched();
-        let mut recorded = Recorded::new(&stretched, clip.frame_count());
-        for frame in 0..clip.frame_count() {
-            let pose = clip.local_pose(file, frame);
-            let matrices = matrices(file, pose.transforms());
-            recorded.add(&straight_pose(file, pose.transforms(), &matrices, &stretched).0);
-        }
-        let rests = straight.joints().iter().map(|joint| joint.rest);
-        clip.clone().with_joints(recorded.into_tracks(clip, rests))
+        straight_clip(file, straight, clip, &stretched_in(file, clip, self.is_stretched()))
     }
 
     fn straight_points(&self, points: &SkinPoints) -> SkinPoints {
@@ -182,6 +176,67 @@ impl Stretched {
     }
 }
 
+/// How many joints a clip itself stretches, of a skeleton that is not stretched at rest, so that a viewer that multiplies matrices has
+/// some of them noticeably elsewhere; 0 where it has none.
+#[must_use]
+pub fn joints_stretched_in(skeleton: &Skeleton, clip: &Clip) -> usize {
+    let count =
+        stretched_in(skeleton, clip, vec![false; skeleton.len()]).into_iter().filter(|stretched| *stretched).count();
+    if count == 0 || is_near(skeleton, clip) { 0 } else { count }
+}
+
+/// Such a clip with its joints where that viewer has them.
+///
+/// # Errors
+/// When the clip's numbers become infinite.
+pub fn straightened_clip(skeleton: &Skeleton, clip: &Clip) -> Result<Clip, ClipError> {
+    straight_clip(skeleton, skeleton, clip, &stretched_in(skeleton, clip, vec![false; skeleton.len()]))
+}
+
+/// Which joints are stretched in a clip, where those are that are so at rest.
+fn stretched_in(skeleton: &Skeleton, clip: &Clip, mut stretched: Vec<bool>) -> Vec<bool> {
+    let is_even =
+        |scale: &Vec3| (scale.max_element() - scale.min_element()).abs() <= EVEN as f32 * scale.abs().max_element();
+    let has_children: Vec<bool> = skeleton.children().iter().map(|children| !children.is_empty()).collect();
+    for joint in 0..skeleton.len() {
+        let own = match &clip.joints()[joint].scale {
+            Track::Rest => false,
+            Track::Constant(scale) => !is_even(scale),
+            Track::Sampled(scales) => !scales.iter().all(is_even),
+        };
+        let is_below = skeleton.parent(joint).is_some_and(|parent| stretched[parent]);
+        stretched[joint] |= is_below || own && has_children[joint];
+    }
+    stretched
+}
+
+/// Whether no joint of a clip is noticeably elsewhere for a viewer that multiplies matrices.
+fn is_near(skeleton: &Skeleton, clip: &Clip) -> bool {
+    let mut size = f64::MIN_POSITIVE;
+    let mut farthest = 0.0_f64;
+    for frame in 0..clip.frame_count() {
+        let pose = clip.local_pose(skeleton, frame);
+        let models = pose.to_model(skeleton);
+        for (matrix, model) in matrices(skeleton, pose.transforms()).iter().zip(models.transforms()) {
+            size = size.max(model.translation.distance(models.transforms()[0].translation));
+            farthest = farthest.max(matrix.w_axis.truncate().distance(model.translation));
+        }
+    }
+    farthest <= size * NEAR
+}
+
+/// The same clip of joints that are not stretched, `straight` at rest.
+fn straight_clip(file: &Skeleton, straight: &Skeleton, clip: &Clip, stretched: &[bool]) -> Result<Clip, ClipError> {
+    let mut recorded = Recorded::new(stretched, clip.frame_count());
+    for frame in 0..clip.frame_count() {
+        let pose = clip.local_pose(file, frame);
+        let matrices = matrices(file, pose.transforms());
+        recorded.add(&straight_pose(file, pose.transforms(), &matrices, stretched).0);
+    }
+    let rests = straight.joints().iter().map(|joint| joint.rest);
+    clip.clone().with_joints(recorded.into_tracks(clip, rests))
+}
+
 /// `model_from_node` of every joint, as a viewer multiplies them.
 fn matrices(skeleton: &Skeleton, locals: &[Transform]) -> Vec<DMat4> {
     let mut matrices: Vec<DMat4> = Vec::with_capacity(locals.len());
@@ -202,8 +257,10 @@ fn straight_pose(
     let (mut straight, mut models): (Vec<Transform>, Vec<Transform>) = Default::default();
     for (index, joint) in skeleton.joints().iter().enumerate() {
         let above = joint.parent.map_or(Transform::IDENTITY, |parent| models[parent]);
-        let model = if stretched[index] { rigid(&matrices[index]) } else { above.then_child(&locals[index]) };
-        straight.push(if stretched[index] { above.relative(&model) } else { locals[index] });
+        // What is hidden by a scale of nothing has no rotation of its own.
+        let is_rigid = stretched[index] && !is_flat(&DMat3::from_mat4(matrices[index]));
+        let model = if is_rigid { rigid(&matrices[index]) } else { above.then_child(&locals[index]) };
+        straight.push(if is_rigid { above.relative(&model) } else { locals[index] });
         models.push(model);
     }
     (straight, models)

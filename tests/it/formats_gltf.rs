@@ -109,7 +109,9 @@ fn an_independent_reader_agrees() {
     for file in gltf_files(&corpus, |path| !path.starts_with(corpus.join("hostile"))) {
         let bytes = fs::read(&file).expect("readable");
         let name = file.display().to_string();
-        let (Ok((scene, _)), Ok(document)) = (read(&bytes, &file), gltf::Gltf::from_slice(&bytes)) else { continue };
+        let (Ok((scene, warnings)), Ok(document)) = (read(&bytes, &file), gltf::Gltf::from_slice(&bytes)) else {
+            continue;
+        };
         compared += 1;
         let joints = scene.skeleton.joints();
         assert_eq!(joints.len(), document.nodes().count(), "{name}: nodes");
@@ -126,7 +128,12 @@ fn an_independent_reader_agrees() {
             scene.skins.iter().map(|skin| skin.joints.iter().map(|joint| joints[*joint].node).collect()).collect();
         assert_eq!(ours, skins, "{name}: joints of skins");
         assert_eq!(scene.clips.len(), document.animations().count(), "{name}: clips");
-        for (clip, animation) in scene.clips.iter().zip(document.animations()) {
+        // Joints that a clip stretches are turned as joints that keep their lengths.
+        let is_straightened = |clip: &Clip| {
+            warnings.iter().any(|warning| warning.code == "stretched_clip" && warning.place == clip.name())
+        };
+        let pairs = scene.clips.iter().zip(document.animations());
+        for (clip, animation) in pairs.filter(|(clip, _)| !is_straightened(clip)) {
             assert_same_keys(&scene, clip, &animation, document.blob.as_deref(), &name);
         }
     }

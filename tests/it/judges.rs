@@ -17,6 +17,10 @@ use serde_json::Value;
 
 use crate::quality::figure::read_scene;
 
+/// How far joints may be from where they should be, as a share of the figure's size.
+const MOST_OF_SIZE: f64 = 1e-4;
+const MOST_DEGREES: f64 = 0.01;
+
 /// How far joints are from where they should be.
 #[derive(Clone, Copy, Debug, Default)]
 struct Apart {

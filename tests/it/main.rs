@@ -32,6 +32,7 @@ mod morphs;
 mod ops;
 mod parity;
 mod quality;
+mod readers;
 mod readme;
 mod rig_doctor;
 mod rig_recognition;

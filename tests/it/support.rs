@@ -63,11 +63,45 @@ pub(crate) fn gltf_json(bytes: &[u8]) -> Value {
     serde_json::from_slice(&bytes[20..20 + length]).expect("JSON")
 }
 
-/// One report per file from the Khronos validator. Nothing, said on standard error, when `RETARGETD_SKIP_NODE=1`.
+/// Whether node may be used. It may not when `RETARGETD_SKIP_NODE=1`, which is said on standard error.
 #[expect(clippy::disallowed_methods, reason = "tests have no settings")]
+fn may_use_node(what_for: &str) -> bool {
+    let is_skipped = std::env::var_os("RETARGETD_SKIP_NODE").is_some_and(|value| value == "1");
+    if is_skipped {
+        skip(&format!("{what_for}, because RETARGETD_SKIP_NODE is 1"));
+    }
+    !is_skipped
+}
+
+/// A script of `tests/tools/three_reader`, for node. Nothing, said on standard error, when `RETARGETD_SKIP_NODE=1`.
+pub(crate) fn three_script(name: &str) -> Option<PathBuf> {
+    if !may_use_node("three.js") {
+        return None;
+    }
+    let tool = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tools/three_reader");
+    assert!(
+        tool.join("node_modules/three").exists(),
+        "three.js is not installed: run 'npm ci --prefix tests/tools/three_reader', or set RETARGETD_SKIP_NODE=1"
+    );
+    Some(tool.join(name))
+}
+
+/// A script of `tests/tools/blender_reader`, for the Python with the module `bpy` that `RETARGETD_BLENDER_PYTHON` names. Nothing,
+/// said on standard error, where it names none.
+#[expect(clippy::disallowed_methods, reason = "tests have no settings")]
+pub(crate) fn blender(script: &str) -> Option<Command> {
+    let Some(python) = std::env::var_os("RETARGETD_BLENDER_PYTHON") else {
+        skip("Blender, because RETARGETD_BLENDER_PYTHON names no Python with the module bpy");
+        return None;
+    };
+    let mut command = Command::new(python);
+    command.arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tools/blender_reader").join(script));
+    Some(command)
+}
+
+/// One report per file from the Khronos validator. Nothing, said on standard error, when `RETARGETD_SKIP_NODE=1`.
 pub(crate) fn validate_gltf<'a>(files: &[&'a Path]) -> Option<BTreeMap<&'a Path, Value>> {
-    if std::env::var_os("RETARGETD_SKIP_NODE").is_some_and(|value| value == "1") {
-        skip("the Khronos validator, because RETARGETD_SKIP_NODE is 1");
+    if !may_use_node("the Khronos validator") {
         return None;
     }
     let tool = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tools/gltf_validator");

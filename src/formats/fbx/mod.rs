@@ -18,7 +18,7 @@ mod write;
 pub(super) use write::write;
 
 use crate::{
-    formats::{Budget, FormatError, straighten},
+    formats::{Budget, FormatError, straighten, straighten_clips},
     model::{Axes, Payload, Reporter, Scene, Skeleton},
 };
 
@@ -53,7 +53,10 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
         skeleton,
     };
     if !is_sheared {
-        return Ok(Scene { payload: Payload::new(FbxDocument { file, nodes }), ..scene });
+        // Where a scale is not inherited, no matrices are multiplied either.
+        let multiplies = !file.nodes.iter().any(|node| nodes::ignores_parent_scale(node));
+        let scene = Scene { payload: Payload::new(FbxDocument { file, nodes }), ..scene };
+        return if multiplies { straighten_clips(scene, budget, reporter) } else { Ok(scene) };
     }
     // The joints are no longer those that the meshes are bound to, so they cannot be written back.
     let scene = straighten(scene, budget, reporter)?;

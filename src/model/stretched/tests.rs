@@ -51,6 +51,27 @@ fn places(matrices: &[DMat4]) -> Vec<DVec3> {
 }
 
 #[test]
+fn joints_that_only_a_clip_stretches_are_where_it_shows_them() {
+    let skeleton = arm(1.0);
+    let mut tracks = swing(&skeleton).joints().to_vec();
+    let plain = Clip::new("swing".into(), (0..5).map(f64::from).collect(), tracks.clone()).expect("valid");
+    assert_eq!(joints_stretched_in(&skeleton, &plain), 0, "turning stretches nothing");
+    let squash = |frame: u8| Vec3::new(1.0, 1.0 + 0.3 * f32::from(frame), 1.0 - 0.1 * f32::from(frame));
+    tracks[1].scale = Track::Sampled((0..5).map(squash).collect());
+    let clip = Clip::new("squash".into(), (0..5).map(f64::from).collect(), tracks).expect("valid");
+    assert_eq!(joints_stretched_in(&skeleton, &clip), 3, "the joint and what is below it");
+    let straight = straightened_clip(&skeleton, &clip).expect("finite");
+    for frame in 0..5 {
+        let shown = places(&matrices(&skeleton, clip.local_pose(&skeleton, frame).transforms()));
+        let ours = straight.local_pose(&skeleton, frame).to_model(&skeleton);
+        for (shown, ours) in shown.iter().zip(ours.transforms()) {
+            assert!(shown.distance(ours.translation) < 1e-6, "frame {frame}: {shown} and {}", ours.translation);
+            assert!((ours.scale.max_element() - ours.scale.min_element()).abs() < 1e-6, "nothing shears what is below");
+        }
+    }
+}
+
+#[test]
 fn an_even_scale_is_no_stretching() {
     assert!(scene(1.0).stretched.is_none(), "nothing to do");
     let doubled = Transform { scale: DVec3::splat(2.0), ..Transform::IDENTITY };

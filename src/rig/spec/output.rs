@@ -44,7 +44,7 @@ pub enum CompressionSpec {
     /// As floats.
     #[default]
     None,
-    /// Rotations in 16 bits a component, within 0.003 degrees. Every reader of glTF knows it.
+    /// Rotations in 16 bits a component, every joint within 0.01 degrees in the world. Every reader of glTF knows it.
     Quantized,
     /// `EXT_meshopt_compression`: rotations likewise, translations and scales to a millionth, and all of it packed. Readers need the
     /// extension.

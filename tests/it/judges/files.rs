@@ -5,15 +5,13 @@ use std::fs;
 use retargetd::engine::Format;
 use serde_json::Value;
 
-use super::{Apart, Axes, Written, blender, retargeted, three};
+use super::{Apart, Axes, MOST_DEGREES, MOST_OF_SIZE, Written, blender, retargeted, three};
 use crate::support::corpus_file;
 
 const SOURCE: &str = "mixamo/fbx/walking_noskin.fbx";
 /// A skinned glTF, a skinned FBX, and a rig that is not made of Mixamo's names.
 const TARGETS: [&str; 3] = ["mixamo/gltf/Xbot.glb", "mixamo/fbx/ybot_prerotation_skin.fbx", "unreal/mannequiny.glb"];
 const FORMATS: [Format; 3] = [Format::Glb, Format::Fbx, Format::Bvh];
-const MOST_OF_SIZE: f64 = 1e-4;
-const MOST_DEGREES: f64 = 0.01;
 
 /// Files of all targets in all formats, and what is in those of a target.
 struct Files {

@@ -8,27 +8,15 @@ Bones have Blender's own axes, so only how their rotations change says something
 A file that cannot be read has "error" instead. Needs the module bpy (from PyPI); without it the exit code is 2.
 """
 
-import contextlib
 import json
-import math
-import os
 import sys
 
-try:
-    import bpy
-    from mathutils import Quaternion
-except ImportError as error:
-    print(f"the module bpy is not there: pip install bpy ({error})", file=sys.stderr)
-    sys.exit(2)
+from blender import UP, bpy, empty, load, set_frame, silent, to_y_up
 
 PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
-# Blender's up is Z, and its front -Y.
-UP = Quaternion((1, 0, 0), -math.pi / 2)
-
 
 def main():
     for file in sys.argv[1:]:
-        # Importers talk to standard output, which is the answer's.
         with silent():
             try:
                 answer = read(file)
@@ -38,46 +26,25 @@ def main():
 
 
 def read(file):
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    ending = file.rsplit(".", 1)[-1].lower()
-    if ending == "bvh":
-        bpy.ops.import_anim.bvh(filepath=file, update_scene_fps=True)
-    elif ending == "fbx":
-        bpy.ops.import_scene.fbx(filepath=file)
-    else:
-        bpy.ops.import_scene.gltf(filepath=file)
-    scene = bpy.context.scene
+    empty()
+    loaded = load(file)
     armatures = [thing for thing in bpy.data.objects if thing.type == "ARMATURE"]
     action = next(thing.animation_data.action for thing in armatures if thing.animation_data)
-    frames_per_second = scene.render.fps / scene.render.fps_base
     first, last = action.frame_range
-    seconds = (last - first) / frames_per_second
+    seconds = (last - first) / loaded.frames_per_second
     joints = {}
     for part in PARTS:
         frame = first + part * (last - first)
-        scene.frame_set(math.floor(frame), subframe=frame - math.floor(frame))
+        set_frame(frame)
         for armature in armatures:
             for bone in armature.pose.bones:
                 world = armature.matrix_world @ bone.matrix
-                position = UP @ world.translation
+                position = to_y_up(world.translation)
                 rotation = UP @ world.to_quaternion()
                 numbers = [*position, rotation.x, rotation.y, rotation.z, rotation.w]
                 joints.setdefault(bone.name, []).append(numbers)
     times = [part * seconds for part in PARTS]
     return {"clip": action.name, "seconds": seconds, "times": times, "joints": joints}
-
-
-@contextlib.contextmanager
-def silent():
-    sys.stdout.flush()
-    kept = os.dup(1)
-    os.dup2(2, 1)
-    try:
-        yield
-    finally:
-        sys.stdout.flush()
-        os.dup2(kept, 1)
-        os.close(kept)
 
 
 main()

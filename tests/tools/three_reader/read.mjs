@@ -9,24 +9,7 @@
 //
 // A file that cannot be read has "error" instead. The exit code is 0 unless this script itself cannot work.
 
-import { readFile } from "node:fs/promises";
-
-let THREE, GLTFLoader, FBXLoader, BVHLoader, MeshoptDecoder, VRM, VRMA;
-try {
-  THREE = await import("three");
-  ({ GLTFLoader } = await import("three/addons/loaders/GLTFLoader.js"));
-  ({ FBXLoader } = await import("three/addons/loaders/FBXLoader.js"));
-  ({ BVHLoader } = await import("three/addons/loaders/BVHLoader.js"));
-  ({ MeshoptDecoder } = await import("three/addons/libs/meshopt_decoder.module.js"));
-  withoutImages();
-  VRM = await import("@pixiv/three-vrm");
-  VRMA = await import("@pixiv/three-vrm-animation");
-} catch (error) {
-  console.error(`three.js is not installed: run 'npm ci --prefix tests/tools/three_reader' (${error})`);
-  process.exit(2);
-}
-// What the loaders say goes beside the answer.
-for (const level of ["log", "warn", "info"]) console[level] = (...words) => console.error(...words);
+import { THREE, VRM, VRMA, ending, loadBvh, loadFbx, loadGltf } from "./loaders.mjs";
 
 for (const file of process.argv.slice(2)) {
   let answer;
@@ -40,32 +23,22 @@ for (const file of process.argv.slice(2)) {
 
 async function read(file) {
   const [clip, avatar] = file.split("=");
-  const ending = clip.split(".").pop().toLowerCase();
   if (avatar) return { file, ...(await play(clip, avatar)) };
-  if (ending === "fbx") {
-    const root = new FBXLoader().parse(buffer(await readFile(clip)), "");
+  if (ending(clip) === "fbx") {
+    const root = await loadFbx(clip);
     return { file, ...sample(root, root.animations[0]) };
   }
-  if (ending === "bvh") {
-    const { clip: motion, skeleton } = new BVHLoader().parse(await readFile(clip, "utf8"));
-    // This loader leaves it to its user to take letters out of names that tracks cannot address.
-    const safe = THREE.PropertyBinding.sanitizeNodeName;
-    for (const bone of skeleton.bones) [bone.userData.name, bone.name] = [bone.name, safe(bone.name)];
-    for (const track of motion.tracks) {
-      const [, name, property] = track.name.match(/^(.*)\.(\w+)$/);
-      track.name = `${safe(name)}.${property}`;
-    }
-    const root = new THREE.Group();
-    root.add(skeleton.bones[0]);
+  if (ending(clip) === "bvh") {
+    const { root, clip: motion } = await loadBvh(clip);
     return { file, ...sample(root, motion) };
   }
-  const gltf = await load(clip, []);
+  const gltf = await loadGltf(clip);
   return { file, ...sample(gltf.scene, gltf.animations[0]) };
 }
 
 async function play(clip, avatar) {
-  const { vrm } = (await load(avatar, [(parser) => new VRM.VRMLoaderPlugin(parser)])).userData;
-  const [animation] = (await load(clip, [(parser) => new VRMA.VRMAnimationLoaderPlugin(parser)])).userData
+  const { vrm } = (await loadGltf(avatar, [(parser) => new VRM.VRMLoaderPlugin(parser)])).userData;
+  const [animation] = (await loadGltf(clip, [(parser) => new VRMA.VRMAnimationLoaderPlugin(parser)])).userData
     .vrmAnimations;
   const motion = VRMA.createVRMAnimationClip(animation, vrm);
   const expressions = {};
@@ -102,33 +75,4 @@ function sample(root, clip, seen = () => {}) {
     });
   }
   return { clip: clip?.name ?? null, seconds, times, joints };
-}
-
-async function load(file, plugins) {
-  const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
-  for (const plugin of plugins) loader.register(plugin);
-  return loader.parseAsync(buffer(await readFile(file)), "");
-}
-
-function buffer(bytes) {
-  return bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength);
-}
-
-// There is no browser here to decode images. The loaders take one that fails as one that is not there.
-function withoutImages() {
-  const image = () => ({
-    listeners: {},
-    addEventListener(kind, listener) {
-      this.listeners[kind] = listener;
-    },
-    removeEventListener() {},
-    set src(_) {
-      queueMicrotask(() => this.listeners.error?.(new Error("images are not decoded")));
-    },
-  });
-  globalThis.self ??= globalThis;
-  globalThis.document ??= { createElementNS: image, createElement: image };
-  globalThis.window ??= globalThis;
-  // Loaders tell their progress with it.
-  globalThis.ProgressEvent ??= class extends Event {};
 }

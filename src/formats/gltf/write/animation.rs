@@ -2,14 +2,16 @@
 
 use std::{borrow::Cow, collections::BTreeMap};
 
+use glam::Quat;
 use serde_json::{Map, Value, json};
 
 use super::{
     Output,
+    carried::Carried,
     streams::{Kind, Streams},
 };
 use crate::{
-    formats::FormatError,
+    formats::{Compression, FormatError},
     model::{Clip, Control, Joint, KeyCurve, MorphPlace, Reporter, Scene, Track},
 };
 
@@ -61,13 +63,22 @@ pub(super) fn append<'a>(
         [] => Vec::new(),
     };
     let is_sparse = clip.sparse_keys().is_some();
+    let is_rounded = output.compression != Compression::None;
+    let mut carried = is_rounded.then(|| Carried::new(&target.skeleton, clip.times_seconds()));
     let mut writer = Writer::new(Streams::new(output)?, is_sampled.then_some(times), is_sparse, constant_times)?;
     for (index, (joint, tracks)) in target.skeleton.joints().iter().zip(clip.joints()).enumerate() {
         control.check()?;
         let node = node_of(index, joint);
         let keys = clip.sparse_keys().and_then(|keys| keys.joints.get(index));
         writer.track(&tracks.translation, keys.map(|keys| &keys.translation), node, TRANSLATION)?;
-        writer.track(&tracks.rotation, keys.map(|keys| &keys.rotation), node, ROTATION)?;
+        let rotation_keys = keys.map(|keys| &keys.rotation);
+        match &mut carried {
+            None => writer.track(&tracks.rotation, rotation_keys, node, ROTATION)?,
+            Some(carried) => {
+                let rest = joint.rest.rotation.as_quat();
+                writer.rounded_rotation(index, rest, &tracks.rotation, rotation_keys, node, carried)?;
+            }
+        }
         writer.track(&tracks.scale, keys.map(|keys| &keys.scale), node, SCALE)?;
     }
     for (node, weights) in morphs {
@@ -200,6 +211,50 @@ impl<'o, 'a> Writer<'o, 'a> {
         }
     }
 
+    /// A track of rotations in few bits, of a joint whose parent has been written.
+    fn rounded_rotation(
+        &mut self,
+        joint: usize,
+        rest: Quat,
+        track: &'a Track<Quat>,
+        keys: Option<&KeyCurve<Quat>>,
+        node: usize,
+        carried: &mut Carried,
+    ) -> Result<(), FormatError> {
+        let keys = keys.filter(|keys| !keys.frames.is_empty());
+        let Track::Sampled(values) = track else {
+            carried.exact(joint, rest, track);
+            return self.track(track, keys, node, NodePath { kind: Kind::Exact, ..ROTATION });
+        };
+        let Some(keys) = keys else {
+            let wanted = carried.wanted(joint, 0..values.len(), values);
+            carried.rounded(joint, values, self.streams.as_read(&wanted).into_iter());
+            let input = self.input_of_all_frames()?;
+            let output = self.streams.add(Cow::Owned(wanted), ROTATION.shape, ROTATION.kind)?;
+            self.channel(input, output, node, ROTATION.name, LINEAR);
+            return Ok(());
+        };
+        if keys.is_cubic() {
+            carried.exact(joint, rest, track);
+            return self.track(track, Some(keys), node, ROTATION);
+        }
+        let wanted = carried.wanted(joint, keys.frames.iter().copied(), &keys.values);
+        let written: Vec<Quat> = carried.between(keys, &self.streams.as_read(&wanted)).collect();
+        carried.rounded(joint, values, written.into_iter());
+        let output = self.streams.add(Cow::Owned(wanted), ROTATION.shape, ROTATION.kind)?;
+        let input = self.sparse_input(keys.frames.clone())?;
+        self.channel(input, output, node, ROTATION.name, LINEAR);
+        Ok(())
+    }
+
+    /// The accessor of the times of all frames.
+    fn input_of_all_frames(&mut self) -> Result<usize, FormatError> {
+        match self.sampled_input {
+            Some(input) => Ok(input),
+            None => self.sparse_input((0..self.times.len()).collect()),
+        }
+    }
+
     /// The accessor of the times of these frames; the same for all tracks that need the same ones.
     fn sparse_input(&mut self, keys: Vec<usize>) -> Result<usize, FormatError> {
         if let Some(input) = self.sparse_inputs.get(&keys) {
@@ -214,10 +269,7 @@ impl<'o, 'a> Writer<'o, 'a> {
     /// The weights of all morph targets of a node, at all frames.
     fn weights(&mut self, node: usize, weights: Vec<f32>) -> Result<(), FormatError> {
         let output = self.streams.add(Cow::Owned(weights), "SCALAR", Kind::Scalars)?;
-        let input = match self.sampled_input {
-            Some(input) => input,
-            None => self.sparse_input((0..self.times.len()).collect())?,
-        };
+        let input = self.input_of_all_frames()?;
         self.channel(input, output, node, "weights", LINEAR);
         Ok(())
     }

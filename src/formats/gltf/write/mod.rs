@@ -2,6 +2,7 @@
 
 mod animation;
 mod binary;
+mod carried;
 mod edit;
 mod pack;
 mod skeleton;

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use glam::Quat;
 use serde_json::{Value, json};
 
 use super::{Output, array};
@@ -76,6 +77,24 @@ impl<'o, 'a> Streams<'o, 'a> {
         accessor["type"] = json!(shape);
         accessors.push(accessor);
         Ok(accessors.len() - 1)
+    }
+
+    /// Rotations as a reader will see them.
+    pub(super) fn as_read(&self, rotations: &[Quat]) -> Vec<Quat> {
+        let components: Vec<[f32; 4]> = rotations.iter().map(|rotation| rotation.to_array()).collect();
+        let stored = match self.output.compression {
+            Compression::None => return rotations.to_vec(),
+            Compression::Quantized => shorts(&components),
+            Compression::Meshopt => {
+                let mut stored = meshopt::encode_filter_quat(&components, ROTATION_BITS);
+                meshopt::decode_filter_quat(&mut stored);
+                stored
+            }
+        };
+        let float =
+            |components: [i16; 4]| Quat::from_array(components.map(|short| f32::from(short) / f32::from(i16::MAX)));
+        // Readers differ in whether they make them unit ones, by less than counts.
+        stored.into_iter().map(|components| float(components).normalize()).collect()
     }
 
     /// An array of times, with the bounds that the specification asks for.
