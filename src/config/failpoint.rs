@@ -88,7 +88,7 @@ mod armed {
         } else if word.contains("eat") {
             let mut eaten = Vec::new();
             loop {
-                eaten.push(std::hint::black_box(vec![1_u8; 16 << 20]));
+                eaten.push(std::hint::black_box(vec![0_u8; 64 << 20]));
             }
         } else if word.contains("spin") {
             loop {

@@ -412,6 +412,30 @@ async fn lists_are_filtered_and_holdings_counted(records: &Records) {
     assert_eq!(records.holdings(&principal("bob")).await.expect("counts"), Holdings::default(), "nobody else's");
 }
 
+async fn what_was_computed_is_found_by_its_key(records: &Records) {
+    let job = added(records, "ann", 0).await;
+    let (ann, now) = (job.principal.clone(), Timestamp::UNIX_EPOCH);
+    let found = async |owner: &Principal, key: &str, now: Timestamp| {
+        records.cached_results(owner, key, now).await.expect("looks up").map(|found| found.job)
+    };
+    assert_eq!(found(&ann, "key", now).await, None, "nothing is computed yet");
+    let lease = claim(records).await.expect("a job").lease.expect("a lease");
+    let done =
+        FinishedJob { cache_key: Some("key".to_owned()), ..end(JobState::Succeeded, vec![result(&job.id, "cc")]) };
+    assert!(records.finish_job(&job.id, (JobState::Running, Some(&lease)), &done).await.expect("ends"), "the holder");
+    assert_eq!(found(&ann, "key", now).await.as_ref(), Some(&job.id), "the same again");
+    assert_eq!(found(&ann, "other", now).await, None, "something else");
+    assert_eq!(found(&principal("bob"), "key", now).await, None, "somebody else");
+    assert_eq!(found(&ann, "key", now + HOUR).await, None, "what has expired");
+    let again = added(records, "ann", 0).await;
+    let lease = claim(records).await.expect("a job").lease.expect("a lease");
+    let taken = FinishedJob { cached_from: Some(job.id.clone()), results: vec![result(&again.id, "cc")], ..done };
+    assert!(records.finish_job(&again.id, (JobState::Running, Some(&lease)), &taken).await.expect("ends"), "again");
+    let read = records.job(&again.id).await.expect("reads").expect("is there");
+    assert_eq!((read.cache_key.as_deref(), read.cached_from), (Some("key"), Some(job.id)), "kept with the job");
+    assert_eq!(found(&ann, "key", now).await, Some(again.id), "the newest");
+}
+
 async fn every_change_of_state_is_an_event_in_order(records: &Records) {
     let first = added(records, "ann", 0).await;
     let lease = claim(records).await.expect("a job").lease.expect("a lease");
@@ -530,6 +554,7 @@ suite![
     one_word_is_one_job_for_each_caller,
     keys_are_found_bounded_and_removed,
     lists_are_filtered_and_holdings_counted,
+    what_was_computed_is_found_by_its_key,
     every_change_of_state_is_an_event_in_order,
     events_become_visible_in_the_order_of_their_numbers,
     many_claim_at_the_same_time_and_each_job_has_one,
