@@ -45,7 +45,8 @@ struct Reply {
 /// When the process cannot be bounded, or nobody hears its answers.
 pub fn serve(bounds: &Bounds) -> io::Result<()> {
     limits::at_start(bounds)?;
-    let (sender, requests) = mpsc::channel();
+    // The parent asks for one thing after another.
+    let (sender, requests) = mpsc::sync_channel(1);
     thread::Builder::new().name("requests".to_owned()).spawn(move || receive(&sender))?;
     // The one thread that writes, so answers are never torn.
     let mut output = io::stdout().lock();
@@ -53,7 +54,7 @@ pub fn serve(bounds: &Bounds) -> io::Result<()> {
     for received in requests {
         limits::for_one_request(bounds)?;
         let control = Arc::clone(&received.control);
-        let (sender, done) = mpsc::channel();
+        let (sender, done) = mpsc::sync_channel(1);
         thread::Builder::new().name("engine".to_owned()).stack_size(STACK_BYTES).spawn(move || {
             let work = std::panic::AssertUnwindSafe(|| answer(&received));
             let reply = std::panic::catch_unwind(work).unwrap_or_else(|_| Reply::of(Answer::Panicked));
@@ -86,7 +87,8 @@ fn progress(control: &Control) -> StoredProgress {
 }
 
 /// Reads what the parent says. When the parent is gone, whatever is being worked on is for nobody.
-fn receive(sender: &mpsc::Sender<Received>) {
+#[expect(clippy::disallowed_methods, reason = "work that nobody wants may not listen, and holds no files")]
+fn receive(sender: &mpsc::SyncSender<Received>) {
     let mut input = io::stdin().lock();
     let current: Mutex<Arc<Control>> = Mutex::default();
     while let Ok(Some((message, blobs))) = frames::read::<Message>(&mut input) {

@@ -29,6 +29,8 @@ const START: Duration = Duration::from_secs(30);
 const LOOK: Duration = Duration::from_millis(10);
 /// How long a process that was told to stop may take to do so. Well-behaved engines look every few milliseconds.
 const STOP: Duration = Duration::from_secs(1);
+/// Answers that wait to be heard: more than one only while progress is told faster than it is looked at.
+const MOST_UNHEARD: usize = 16;
 /// What is kept of what a process says before it dies.
 const MOST_LAST_WORDS: usize = 4096;
 
@@ -74,7 +76,7 @@ impl EngineProcess {
         else {
             return Err(io::Error::other("a process without pipes"));
         };
-        let (sender, answers) = mpsc::channel();
+        let (sender, answers) = mpsc::sync_channel(MOST_UNHEARD);
         let last_words = Arc::new(Mutex::new(Vec::new()));
         let words = Arc::clone(&last_words);
         thread::Builder::new().name("engine-answers".to_owned()).spawn(move || hear(output, &sender))?;
@@ -187,7 +189,7 @@ fn how(status: &str, words: &str) -> String {
     format!("{reason} ({status})")
 }
 
-fn hear(mut output: ChildStdout, sender: &mpsc::Sender<(Answer, Vec<Vec<u8>>)>) {
+fn hear(mut output: ChildStdout, sender: &mpsc::SyncSender<(Answer, Vec<Vec<u8>>)>) {
     // When it ends or says what nobody understands, the sender is dropped, which the other side sees.
     while let Ok(Some(answer)) = frames::read(&mut output) {
         if sender.send(answer).is_err() {
