@@ -5,7 +5,7 @@ use crate::model::{Canceled, Control};
 use super::{ErrorKind, FormatError};
 
 /// The limits that a file is read under. Every one of them is a setting of the service and listed at `/v1/limits`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Limits {
     /// Bytes of one uploaded file.
     pub file_bytes: u64,

@@ -1,13 +1,16 @@
 //! The HTTP service, from outside.
 
 mod access;
+mod asking;
 mod black_box;
 mod container;
 mod creatures;
 mod documents;
 mod edits;
+mod events;
 mod facts;
 mod idempotency;
+mod isolation;
 mod library;
 mod network;
 mod ops;
@@ -15,6 +18,7 @@ mod poses;
 mod proposals;
 mod real;
 mod reports;
+mod result_cache;
 mod schema_fuzz;
 mod service;
 mod support;

@@ -1,5 +1,6 @@
 //! All integration tests, in one binary for the sake of link time.
 
+mod event_stream;
 mod limited;
 mod made_animals;
 mod service_process;
@@ -9,6 +10,7 @@ mod alignment;
 mod architecture;
 mod bone_maps;
 mod cli;
+mod clients;
 mod corpus;
 mod demo;
 mod durable;
