@@ -34,6 +34,22 @@ const JUDGED_OTHERWISE: [(&str, i32, &str); 3] = [
     ),
 ];
 
+/// Beginnings of the names of files that are refused for another reason than that they break the rules of their format.
+const OTHER_REASONS: [(&str, FailureCode); 12] = [
+    ("hostile/animated-drawings/", FailureCode::UnsupportedFormat),
+    ("hostile/empty/", FailureCode::UnsupportedFormat),
+    ("hostile/gltf-validator/buffer/valid.bin", FailureCode::UnsupportedFormat),
+    ("hostile/mislabelled/", FailureCode::UnsupportedFormat),
+    ("hostile/bvh/frames_one_billion_declared.bvh", FailureCode::AssetLimitExceeded),
+    ("hostile/gltf/json_deep_nesting.gltf", FailureCode::AssetLimitExceeded),
+    ("hostile/npz/header_shape_huge.npy", FailureCode::AssetLimitExceeded),
+    ("hostile/gltf/uri_absolute_file.gltf", FailureCode::UnsupportedFeature),
+    ("hostile/gltf/uri_http_loopback.gltf", FailureCode::UnsupportedFeature),
+    ("hostile/gltf/uri_parent_directory.gltf", FailureCode::UnsupportedFeature),
+    ("hostile/npz/pickled_object.npz", FailureCode::UnsupportedFeature),
+    ("hostile/ufbx-synthetic/synthetic_unsupported_cube_fail_2000_binary.fbx", FailureCode::UnsupportedFeature),
+];
+
 /// Endings of files that hold a model or a motion.
 const MODEL_ENDINGS: [&str; 9] = ["glb", "gltf", "vrm", "vrma", "fbx", "bvh", "npz", "npy", "json"];
 
@@ -65,6 +81,23 @@ fn real_files_are_read() {
         inspection.problem(Some(DONE)).map(|problem| format!("{name}: {problem}"))
     });
     assert!(problems.is_empty(), "{} of {} files:\n{}", problems.len(), files.len(), problems.join("\n"));
+}
+
+#[test]
+fn hostile_files_are_refused_for_what_is_wrong_with_them() {
+    let Some(corpus) = corpus_file("") else { return };
+    let refused = verdicts(&corpus).into_iter().filter(|(_, code)| *code == REFUSED);
+    let refused: Vec<String> = refused.map(|(name, _)| name).collect();
+    let problems = in_parallel(&refused, |name: &String| {
+        let other = OTHER_REASONS.iter().find(|(begin, _)| name.starts_with(begin));
+        let wanted = other.map_or(FailureCode::AssetMalformed, |(_, code)| *code);
+        let bytes = fs::read(corpus.join(name)).expect("readable");
+        match retargetd::engine::inspect(NamedBytes { name, bytes: &bytes }, &Limits::default(), &Control::new()) {
+            Err(failure) if failure.code == wanted => None,
+            other => Some(format!("{name}: {wanted:?} fits, not {:?}", other.map(drop))),
+        }
+    });
+    assert!(problems.is_empty(), "{} of {} files:\n{}", problems.len(), refused.len(), problems.join("\n"));
 }
 
 /// As source and as target of an everyday job: a result, or a failure that blames the right file; never a panic, and never the
