@@ -7,6 +7,7 @@ mod creatures;
 mod documents;
 mod edits;
 mod facts;
+mod formats;
 mod idempotency;
 mod library;
 mod network;
