@@ -7,9 +7,9 @@ use tokio::{net::TcpListener, sync::Semaphore, task::JoinHandle};
 use tokio_util::sync::CancellationToken;
 
 use crate::{
-    config::Settings,
+    config::{Isolation, Settings},
     http::{self, ApiState, Server, ServerSettings},
-    jobs::{Assets, Engine, Jobs, Keys, Library, RetargetEngine, Sweeper, Workers},
+    jobs::{Assets, Engine, Jobs, Keys, Library, ProcessEngine, RetargetEngine, Sweeper, Workers},
     rig,
     store::{BlobPlace, Blobs, DataFolder, Records, Store},
     telemetry::{Clock, Metrics},
@@ -59,7 +59,8 @@ impl Running {
 /// # Errors
 /// As [`start_with`].
 pub async fn start(settings: Settings) -> anyhow::Result<Running> {
-    start_with(settings, Arc::new(RetargetEngine), Clock::system()).await
+    let engine = engine(&settings)?;
+    start_with(settings, engine, Clock::system()).await
 }
 
 /// Starts the service with a given engine and clock.
@@ -113,12 +114,20 @@ pub async fn work(
          the same as to 'retargetd serve'"
     );
     let (settings, metrics) = (Arc::new(settings), Metrics::start().context("the metrics could not be started")?);
-    let core = Core::open(&settings, Arc::new(RetargetEngine), Clock::system()).await?;
+    let core = Core::open(&settings, engine(&settings)?, Clock::system()).await?;
     let (probes, address) = core.probes(&settings, metrics).await?.unzip();
     tracing::info!(workers = settings.workers.0, version = env!("CARGO_PKG_VERSION"), "started");
     started(address);
     core.run(None, probes, stop, settings).await;
     Ok(())
+}
+
+/// The real engine, where the settings want it to work.
+fn engine(settings: &Settings) -> anyhow::Result<Arc<dyn Engine>> {
+    Ok(match settings.isolation {
+        Isolation::Process => Arc::new(ProcessEngine::new(settings).context("the program cannot find itself")?),
+        Isolation::Thread => Arc::new(RetargetEngine),
+    })
 }
 
 /// The keys of a service that may be running: they lie in its database.

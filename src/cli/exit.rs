@@ -34,7 +34,7 @@ impl Exit {
     pub(super) fn from_failure(failure: &Failure, subject: &str) -> Self {
         let message = if subject.is_empty() { failure.to_string() } else { format!("{subject}: {failure}") };
         let details = failure.errors.iter().map(|error| {
-            let pointer = if error.pointer.is_empty() { error.code } else { &error.pointer };
+            let pointer = if error.pointer.is_empty() { &*error.code } else { &error.pointer };
             let suggestion = match error.did_you_mean.as_slice() {
                 [] => String::new(),
                 names => format!(" (did you mean {}?)", quoted(names)),
@@ -62,7 +62,7 @@ impl Exit {
 /// 3 when the input is to blame, 4 otherwise.
 fn exit_code(failure: &Failure) -> u8 {
     match failure.code {
-        FailureCode::Canceled | FailureCode::Internal => FAILED,
+        FailureCode::Canceled | FailureCode::EngineCrashed | FailureCode::Internal => FAILED,
         _ => INPUT_REFUSED,
     }
 }

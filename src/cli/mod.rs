@@ -4,6 +4,7 @@
 mod check_config;
 mod demo;
 mod edit;
+mod engine_process;
 mod exit;
 mod explain;
 mod files;
@@ -19,6 +20,7 @@ mod retarget;
 mod samples;
 mod serve;
 mod service;
+mod submit;
 mod suggest;
 mod taught;
 mod watch;
@@ -44,6 +46,8 @@ enum Command {
     Worker(service::Arguments),
     /// Retarget one clip onto one character, without a server.
     Retarget(retarget::Arguments),
+    /// Have a running service do the work of `retarget`: upload, follow, download.
+    Submit(submit::Arguments),
     /// Edit one clip of a file: its time, its seams, its sides; without a second rig.
     Edit(edit::Arguments),
     /// Say why a joint of the result is turned as it is at one frame.
@@ -68,6 +72,9 @@ enum Command {
     Keys(keys::Arguments),
     /// Ask a running service whether it is ready; for container health checks.
     Health(health::Arguments),
+    /// What the service starts to run the engine in; not for people.
+    #[command(hide = true)]
+    EngineProcess(engine_process::Arguments),
 }
 
 /// Parses the command line and runs the subcommand.
@@ -78,6 +85,7 @@ pub fn run() -> ExitCode {
         Command::Worker(arguments) => worker::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Retarget(arguments) => retarget::run(&arguments),
+        Command::Submit(arguments) => submit::run(&arguments),
         Command::Edit(arguments) => edit::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Suggest(arguments) => suggest::run(&arguments),
@@ -89,5 +97,6 @@ pub fn run() -> ExitCode {
         Command::Openapi(arguments) => openapi::run(&arguments),
         Command::Keys(arguments) => keys::run(arguments),
         Command::Health(arguments) => health::run(arguments),
+        Command::EngineProcess(arguments) => engine_process::run(&arguments),
     }
 }

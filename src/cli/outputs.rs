@@ -139,18 +139,23 @@ pub(super) fn check_places(outputs: &[PathBuf], report: Option<&PathBuf>) -> Res
     Ok(())
 }
 
-/// The report, and the spec that makes the same result again; as a page where the ending asks for one.
+/// The report, and the spec that makes the same result again.
 fn report_file(outcome: &Outcome, path: &Path) -> Result<Vec<u8>, Exit> {
     let failed = |error: serde_json::Error| Exit::new(FAILED, format!("the report cannot be written: {error}"), "");
     let mut report = serde_json::to_value(&outcome.report).map_err(failed)?;
     if let Some(members) = report.as_object_mut() {
         members.insert("resolved_spec".into(), outcome.resolved_spec.clone());
     }
+    report_bytes(&report, path)
+}
+
+/// A report as it is written: as a page where the ending asks for one, else as JSON.
+pub(super) fn report_bytes(report: &serde_json::Value, path: &Path) -> Result<Vec<u8>, Exit> {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     if matches!(ending.as_deref(), Some("html" | "htm")) {
-        return Ok(engine::report_page(&report).into_bytes());
+        return Ok(engine::report_page(report).into_bytes());
     }
-    Ok(to_json(&report)?.into_bytes())
+    Ok(to_json(report)?.into_bytes())
 }
 
 pub(super) fn tell_warnings(outcome: &Outcome) {

@@ -51,6 +51,15 @@ impl Failpoint {
     }
 }
 
+/// Behaves as a decoder that has gone wild, when `RETARGETD_FAILPOINT` is `engine` and the word says how: it has `abort`, `overflow`,
+/// `eat` or `spin` in it. Nothing of it is in release builds.
+pub fn misbehave(word: &str) {
+    #[cfg(debug_assertions)]
+    armed::misbehave(word);
+    #[cfg(not(debug_assertions))]
+    let _ = word;
+}
+
 #[cfg(debug_assertions)]
 mod armed {
     use std::sync::{
@@ -67,6 +76,32 @@ mod armed {
         let (name, count) = text.split_once(':').unwrap_or((&text, "1"));
         Some((name.to_owned(), AtomicU64::new(count.parse().unwrap_or(1))))
     });
+
+    pub(super) fn misbehave(word: &str) {
+        if ARMED.as_ref().is_none_or(|(name, _)| name != "engine") {
+            return;
+        }
+        if word.contains("abort") {
+            std::process::abort();
+        } else if word.contains("overflow") {
+            std::hint::black_box(deeper(0));
+        } else if word.contains("eat") {
+            let mut eaten = Vec::new();
+            loop {
+                eaten.push(std::hint::black_box(vec![0_u8; 64 << 20]));
+            }
+        } else if word.contains("spin") {
+            loop {
+                std::hint::spin_loop();
+            }
+        }
+    }
+
+    #[expect(unconditional_recursion, reason = "until the stack is full")]
+    fn deeper(depth: u64) -> u64 {
+        let frame = std::hint::black_box([depth; 64]);
+        deeper(frame[0] + 1) + frame[63]
+    }
 
     pub(super) fn reach(failpoint: Failpoint) {
         let Some((name, left)) = &*ARMED else { return };

@@ -10,7 +10,9 @@ mod memory;
 mod settings;
 mod value;
 
-pub use failpoint::Failpoint;
+pub use failpoint::{Failpoint, misbehave};
 pub use memory::MemoryBudget;
 pub use settings::{LimitView, Setting, SettingError, SettingErrors, Settings};
-pub use value::{Authentication, ByteSize, LogFormat, Period, Secret, SettingValue, Unit, Workers};
+pub use value::{
+    Authentication, ByteSize, Isolation, LogFormat, Origins, Period, Secret, SettingValue, Switch, Unit, Workers,
+};

@@ -4,7 +4,9 @@ use std::{fmt, net::SocketAddr, path::PathBuf};
 
 use super::{
     memory::MemoryBudget,
-    value::{Authentication, ByteSize, LogFormat, Period, Secret, SettingValue, Unit, Workers},
+    value::{
+        Authentication, ByteSize, Isolation, LogFormat, Origins, Period, Secret, SettingValue, Switch, Unit, Workers,
+    },
 };
 
 /// What is known about a setting before it has a value.
@@ -145,6 +147,8 @@ settings! {
     plain listen: SocketAddr = "127.0.0.1:8080";
     /// Who must show a key: 'keys' for everybody, 'none' for nobody; 'auto' asks for keys where 'listen' can be reached from other machines
     plain authentication: Authentication = "auto";
+    /// Origins whose pages may call the service from a browser, such as 'https://studio.example', with commas between them; without any, none
+    plain cors_origins: Origins = "";
     /// Address and port on which probes and metrics are answered besides, without keys, also by a worker; without it, a worker listens nowhere
     plain probes_listen: Option<SocketAddr> = "";
     /// Folder for everything that must survive a restart; made when it is not there
@@ -169,7 +173,7 @@ settings! {
     /// Bytes of a JSON request and of a retarget config
     limit max_document_bytes: ByteSize = "1MiB" in 1_024..=1_073_741_824_u64;
     /// Bytes that decoding one file may allocate
-    limit max_decoded_bytes: ByteSize = "1GiB" in 1..=1_099_511_627_776_u64;
+    limit max_decoded_bytes: ByteSize = "512MiB" in 1..=1_099_511_627_776_u64;
     /// Decoded bytes per encoded byte of a compressed part of a file
     limit max_decompression_ratio: u64 = "200" in 1..=1_000_000;
     /// Nesting of a JSON document
@@ -189,6 +193,8 @@ settings! {
     limit max_queued_jobs: u64 = "256" in 1..=1_000_000;
     /// Bytes of all inputs of the jobs that wait for a worker
     limit max_queued_bytes: ByteSize = "8GiB" in 1..=1_125_899_906_842_624_u64;
+    /// Unfinished jobs that one principal may have, beside what all have together; with 0, only that counts
+    limit max_principal_jobs: u64 = "0" in 0..=1_000_000;
     /// How long one job may run
     limit job_timeout: Period = "120s" in 1..=86_400;
     /// How often the process may die under a job before the job fails
@@ -199,6 +205,12 @@ settings! {
     limit quarantine_period: Period = "1h" in 0..=31_536_000;
     /// Memory that running jobs may be thought to need together, or 'auto' for 60 % of what there is
     limit memory_budget: MemoryBudget = "auto" in 1_048_576..=1_125_899_906_842_624_u64;
+    /// Where the engine reads files and works on them: 'process' for processes of its own, which files may bring down without harm to others; 'thread' for this one
+    plain isolation: Isolation = "process";
+    /// Memory that one engine process may use, or 'auto' for 60 % of what there is
+    limit process_memory: MemoryBudget = "auto" in 16_777_216..=1_125_899_906_842_624_u64;
+    /// After how many jobs an engine process is replaced by a new one
+    plain max_process_requests: u64 = "500" in 1..=1_000_000;
     /// How long a job is left to a worker that is not heard of; a worker tells three times in that time that it is there
     plain lease_period: Period = "6s" in 0.3..=3_600;
     /// Files that one job may give
@@ -211,15 +223,25 @@ settings! {
     limit default_wait: Period = "30s" in 0..=3_600;
     /// The longest wait that a request may ask for
     limit max_wait: Period = "30s" in 0..=3_600;
+    /// Event streams that one principal may have open at one process
+    limit max_event_streams: u64 = "64" in 0..=100_000;
+    /// How long one event stream lasts before the caller is asked to come again
+    limit event_stream_period: Period = "1h" in 0.05..=86_400;
+    /// How often an event stream that has nothing to tell shows that it is there
+    plain event_heartbeat: Period = "15s" in 0.05..=3_600;
     /// Entries of one page of a list
     limit max_page_items: u64 = "100" in 1..=1_000;
 
+    /// Whether a job that computes what another one of the same caller has computed is given those results: on or off
+    plain result_cache: Switch = "on";
     /// How long an uploaded file is kept
     limit asset_retention: Period = "7d" in 1..=315_360_000;
     /// How long a result is kept
     limit result_retention: Period = "24h" in 1..=315_360_000;
     /// How long the record of a finished job is kept
     limit job_retention: Period = "7d" in 1..=315_360_000;
+    /// How long events are kept, for streams that are taken up again
+    limit event_retention: Period = "24h" in 1..=315_360_000;
     /// Bytes of all stored files together
     limit max_stored_bytes: ByteSize = "64GiB" in 1..=1_125_899_906_842_624_u64;
     /// Bytes of the disk that files leave free, so that records can still be written

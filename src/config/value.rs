@@ -218,6 +218,53 @@ impl SettingValue for Secret {
     }
 }
 
+/// Whether something is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Switch(pub bool);
+
+impl SettingValue for Switch {
+    const UNIT: Unit = Unit::None;
+    const EXAMPLE: &'static str = "on";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        match text {
+            "on" => Ok(Self(true)),
+            "off" => Ok(Self(false)),
+            _ => Err("expected on or off".to_owned()),
+        }
+    }
+
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
+/// Where the engine works.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Isolation {
+    /// In processes of its own.
+    Process,
+    /// In threads of the process that runs the jobs.
+    Thread,
+}
+
+impl SettingValue for Isolation {
+    const UNIT: Unit = Unit::None;
+    const EXAMPLE: &'static str = "process";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        match text {
+            "process" => Ok(Self::Process),
+            "thread" => Ok(Self::Thread),
+            _ => Err("expected process or thread".to_owned()),
+        }
+    }
+
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
 /// Who must show a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Authentication {
@@ -245,6 +292,36 @@ impl SettingValue for Authentication {
     fn number(&self) -> Option<f64> {
         None
     }
+}
+
+/// Origins of web pages, as browsers tell them: scheme, host and perhaps a port, and nothing behind.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Origins(pub Vec<String>);
+
+impl SettingValue for Origins {
+    const UNIT: Unit = Unit::None;
+    const EXAMPLE: &'static str = "https://studio.example,http://localhost:5173";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        let origins: Vec<&str> = text.split(',').map(str::trim).filter(|origin| !origin.is_empty()).collect();
+        match origins.iter().find(|origin| !is_origin(origin)) {
+            Some(_) => {
+                Err("expected origins with commas between them: scheme, host and perhaps a port, no path and no '*'"
+                    .to_owned())
+            }
+            None => Ok(Self(origins.into_iter().map(str::to_owned).collect())),
+        }
+    }
+
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
+fn is_origin(text: &str) -> bool {
+    let host = ["https://", "http://"].into_iter().find_map(|scheme| text.strip_prefix(scheme));
+    let is_known = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || b"-.:[]".contains(&byte);
+    host.is_some_and(|host| !host.is_empty() && host.bytes().all(is_known))
 }
 
 /// How log lines are written.
@@ -298,6 +375,16 @@ mod tests {
         }
         for (text, seconds) in [("1500ms", 1.5), ("30s", 30.0), ("5m", 300.0), ("7d", 604_800.0)] {
             assert_eq!(Period::parse(text).map(|period| period.0.as_secs_f64()), Ok(seconds), "{text}");
+        }
+    }
+
+    #[test]
+    fn origins_are_whole_and_nothing_more() {
+        let read = Origins::parse("https://studio.example, http://localhost:5173").expect("two");
+        assert_eq!(read.0, ["https://studio.example", "http://localhost:5173"], "each by itself");
+        assert_eq!(Origins::parse(""), Ok(Origins::default()), "none");
+        for text in ["*", "studio.example", "https://studio.example/", "https://", "https://Studio.example", "null"] {
+            assert!(Origins::parse(text).is_err(), "{text:?}");
         }
     }
 

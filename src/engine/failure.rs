@@ -1,5 +1,7 @@
 //! Why the engine did not give a result, in the form that users see on every surface.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 
 use crate::{
@@ -32,7 +34,7 @@ pub struct FieldError {
     /// JSON pointer into the document, such as `/source/chains/left_leg/1`.
     pub pointer: String,
     /// Stable code.
-    pub code: &'static str,
+    pub code: Cow<'static, str>,
     /// What is wrong.
     pub detail: String,
     /// Names that exist and look like the one that was seen.
@@ -75,13 +77,15 @@ pub enum FailureCode {
     StrictMeasures,
     /// The caller no longer wants it.
     Canceled,
+    /// The process that the engine worked in died. The engine itself never says so.
+    EngineCrashed,
     /// A bug of ours.
     Internal,
 }
 
 impl FailureCode {
     /// All of them.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::UnsupportedFormat,
         Self::UnsupportedFeature,
         Self::AssetMalformed,
@@ -98,6 +102,7 @@ impl FailureCode {
         Self::StrictWarnings,
         Self::StrictMeasures,
         Self::Canceled,
+        Self::EngineCrashed,
         Self::Internal,
     ];
 
@@ -121,6 +126,7 @@ impl FailureCode {
             Self::StrictWarnings => "strict_warnings",
             Self::StrictMeasures => "strict_measures",
             Self::Canceled => "canceled",
+            Self::EngineCrashed => "engine_crashed",
             Self::Internal => "internal",
         }
     }
@@ -197,7 +203,7 @@ impl From<SpecError> for Failure {
     fn from(error: SpecError) -> Self {
         let field = |field: SpecField| FieldError {
             pointer: field.pointer,
-            code: field.kind.code(),
+            code: field.kind.code().into(),
             detail: field.detail,
             did_you_mean: field.did_you_mean,
         };

@@ -86,6 +86,20 @@ fn is_name(name: &str) -> bool {
         && name.chars().all(|letter| is_plain(letter) || matches!(letter, '_' | '-'))
 }
 
+/// What a config asks for, by its plain words: `edit`, `pose` or `retarget`. One that cannot be read asks for a retarget, which then says
+/// what is wrong with it.
+#[must_use]
+pub fn task_of(config: Option<NamedBytes<'_>>) -> &'static str {
+    let document = config.and_then(|config| parse_document(config.bytes).ok()).unwrap_or_default();
+    let asks_for_edit = document.get("task").is_some_and(|task| task == "edit");
+    let has_pose = document.get("pose").is_some_and(|pose| !pose.is_null());
+    match (asks_for_edit, has_pose) {
+        (true, _) => "edit",
+        (false, true) => "pose",
+        (false, false) => "retarget",
+    }
+}
+
 /// Lays a config over a preset: objects are merged member by member, everything else (lists too) is taken from the config where
 /// it says something, and `null` takes a member of the preset away. This is JSON Merge Patch (RFC 7396).
 ///

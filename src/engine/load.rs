@@ -1,7 +1,5 @@
 //! From named bytes to scenes.
 
-use std::borrow::Cow;
-
 use crate::{
     formats::{self, Format, Limits},
     model::{Control, Reporter, Scene},
@@ -25,13 +23,7 @@ pub(super) fn load(
 ) -> Result<Loaded, Failure> {
     let mut own = Reporter::new();
     let refused = |error| mixups::explain_model(Failure::from(error).in_part(part), file);
-    let mut format = formats::sniff(file.bytes, file.name).map_err(refused)?;
-    let mut bytes = Cow::Borrowed(file.bytes);
-    if format == Format::Zip {
-        let model = formats::unpack(file.bytes, limits, control).map_err(refused)?;
-        format = formats::sniff(&model.bytes, &model.name).map_err(refused)?;
-        bytes = Cow::Owned(model.bytes);
-    }
+    let (format, bytes) = formats::open(file.bytes, file.name, limits, control).map_err(refused)?;
     let scene = formats::read(&bytes, format, limits, control, &mut own).map_err(refused)?;
     reporter.absorb(part, own);
     Ok(Loaded { scene, format })

@@ -45,7 +45,7 @@ pub use inspect::{
 };
 pub use joint_table::JointTable;
 pub use keys::KeysView;
-pub use knowledge::{Knowledge, built_in_presets, built_in_rigs, check_preset, check_rig, merge_config};
+pub use knowledge::{Knowledge, built_in_presets, built_in_rigs, check_preset, check_rig, merge_config, task_of};
 pub use labels::{ByRole, OneOrMore};
 pub use limited::LimitedView;
 pub use pose::pose_config;
@@ -63,7 +63,7 @@ pub use crate::{
     rig::{FindingCode, Severity, template_schema},
 };
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     model::Warning,
@@ -168,7 +168,7 @@ pub struct Report {
 }
 
 /// Wall time per phase, in seconds.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Timings {
     /// Decoding the input files.
     pub read_seconds: f64,

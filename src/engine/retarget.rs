@@ -369,7 +369,7 @@ pub(super) fn strict_failure(warnings: &[WarningView]) -> Failure {
     );
     let errors = warnings.iter().map(|warning| super::FieldError {
         pointer: String::new(),
-        code: warning.code,
+        code: warning.code.into(),
         detail: format!("{}: {}", warning.place, warning.detail),
         did_you_mean: Vec::new(),
     });
@@ -388,7 +388,7 @@ fn strict_measures_failure(measures: &Measures) -> Failure {
                 worst.map_or_else(String::new, |worst| format!("; worst at frame {}, '{}'", worst.frame, worst.joint));
             super::FieldError {
                 pointer: format!("/report/thresholds/{}", name.name()),
-                code: name.name(),
+                code: name.name().into(),
                 detail: format!("{value} {} where {} is the most{place}", metric.unit, metric.fail_above),
                 did_you_mean: Vec::new(),
             }

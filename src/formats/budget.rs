@@ -5,11 +5,12 @@ use crate::model::{Canceled, Control};
 use super::{ErrorKind, FormatError};
 
 /// The limits that a file is read under. Every one of them is a setting of the service and listed at `/v1/limits`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Limits {
     /// Bytes of one uploaded file.
     pub file_bytes: u64,
-    /// Bytes that decoding one file may allocate in all (buffers, decompressed arrays, tracks).
+    /// Bytes that decoding one file may allocate in all (buffers, decompressed arrays, tracks). The file itself comes on top, so
+    /// that with the defaults a process stays below one gibibyte.
     pub decoded_bytes: u64,
     /// Decoded bytes per encoded byte of one compressed part.
     pub decompression_ratio: u64,
@@ -31,7 +32,7 @@ impl Default for Limits {
     fn default() -> Self {
         Self {
             file_bytes: 256 << 20,
-            decoded_bytes: 1 << 30,
+            decoded_bytes: 512 << 20,
             decompression_ratio: 200,
             json_depth: 64,
             nodes: 65_536,

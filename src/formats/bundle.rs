@@ -3,15 +3,18 @@
 //! Both become one file in which everything is embedded, which the readers then take as any other. Nothing is unpacked to
 //! anywhere, and nothing is opened that was not sent along.
 
-use std::io::{Cursor, Read};
+use std::{
+    borrow::Cow,
+    io::{Cursor, Read},
+};
 
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 use serde_json::Value;
 use zip::ZipArchive;
 
 use super::{
-    Budget, Format, FormatError, Limit, Limits, gltf,
-    zipped::{CHUNK_BYTES, check_ratio, has_more_members_than, zip_error},
+    Budget, Format, FormatError, Limit, Limits, gltf, sniff,
+    zipped::{CHUNK_BYTES, check_method, check_ratio, has_more_members_than, zip_error},
 };
 use crate::model::Control;
 
@@ -51,6 +54,27 @@ pub fn unpack(bytes: &[u8], limits: &Limits, control: &Control) -> Result<Unpack
     Ok(Unpacked { name, bytes })
 }
 
+/// The format of a file's model, and its bytes: those of the file, or of the one model in an archive.
+///
+/// # Errors
+/// As [`sniff`] and [`unpack`]; and when the model of an archive is an archive itself, which is not opened.
+pub fn open<'a>(
+    bytes: &'a [u8],
+    name: &str,
+    limits: &Limits,
+    control: &Control,
+) -> Result<(Format, Cow<'a, [u8]>), FormatError> {
+    let format = sniff(bytes, name)?;
+    if format != Format::Zip {
+        return Ok((format, Cow::Borrowed(bytes)));
+    }
+    let Unpacked { name, bytes } = unpack(bytes, limits, control)?;
+    match sniff(&bytes, &name)? {
+        Format::Zip => Err(FormatError::unsupported(PHASE, name, "this is an archive in an archive", "unpack it")),
+        format => Ok((format, Cow::Owned(bytes))),
+    }
+}
+
 /// Embeds what a glTF document points to. `fetch` gives the content of a relative URI (percent signs decoded), or nothing where
 /// there is no such file. Bytes that are no glTF JSON come back as they are: its reader explains what is wrong with them.
 ///
@@ -86,7 +110,8 @@ pub fn embed_with(
                 )
                 .with_hint("send the file along, in one zip with the .gltf, or send a .glb"));
             };
-            budget.take(Limit::DecodedBytes, content.len() as u64 / 3 * 4 + 4, list)?;
+            // Once in the document, and once in the text that is made of it.
+            budget.take_array(content.len() as u64 / 3 * 4 + 4, 2, list)?;
             let media_type = if is_buffer { "application/octet-stream" } else { media_type(entry, &path) };
             let embedded = format!("data:{media_type};base64,{}", STANDARD.encode(content));
             entry["uri"] = Value::String(embedded);
@@ -102,7 +127,7 @@ pub fn embed_with(
 /// Whether a file of this name may point to others.
 #[must_use]
 pub fn may_point_to_others(bytes: &[u8], name: &str) -> bool {
-    super::sniff(bytes, name) == Ok(Format::Gltf)
+    sniff(bytes, name) == Ok(Format::Gltf)
 }
 
 fn media_type(image: &Value, path: &str) -> &'static str {
@@ -217,6 +242,7 @@ impl<'bytes, 'budget, 'limits> Archive<'bytes, 'budget, 'limits> {
     fn read(&mut self, path: &str) -> Result<Vec<u8>, FormatError> {
         let index = self.index(path).ok_or_else(|| refused(path, "it is not in the archive"))?;
         let member = self.zip.by_index(index).map_err(|error| packed(&error, path))?;
+        check_method(&member, path)?;
         let declared = member.size();
         self.budget.take(Limit::DecodedBytes, declared, path)?;
         self.unpacked_bytes += declared;

@@ -24,7 +24,8 @@
 //!    `RETARGETD_UPDATE=1 cargo nextest run -E 'test(readme) | test(openapi)'` writes the tables and the API again.
 //! 6. **Prove it.** Beside the code: exact small files by hand. In `tests/it/formats_acme.rs`: files cut short at every byte, counts
 //!    too large, NaN, cycles, and a round trip. In `tests/it/corpus.rs`: real files, against numbers of another reader. In
-//!    `tests/it/judges`: what others make of what we write.
+//!    `tests/it/judges`: what others make of what we write. In `tests/fuzz/src/shared`: a target, and seeds that hold what is
+//!    special about it.
 
 mod body_model;
 pub mod budget;
@@ -43,7 +44,7 @@ mod written;
 mod zipped;
 
 pub use budget::{Budget, Limit, Limits};
-pub use bundle::{Unpacked, embed_with, may_point_to_others, unpack};
+pub use bundle::{Unpacked, embed_with, may_point_to_others, open, unpack};
 pub use error::{ErrorKind, FormatError};
 pub use euler::EulerOrder;
 pub use format::{Format, FormatInfo};
@@ -71,12 +72,9 @@ pub fn read(
     budget.take(Limit::FileBytes, bytes.len() as u64, "file")?;
     match format {
         Format::Zip => {
-            let Unpacked { name, bytes } = unpack(bytes, limits, control)?;
-            // What comes out is a model by its name; an archive in an archive is not opened.
-            match sniff(&bytes, &name)? {
-                Format::Zip => Err(FormatError::unsupported("archive", name, "an archive in an archive", "unpack it")),
-                format => read(&bytes, format, limits, control, reporter),
-            }
+            // Whatever comes out is no archive again.
+            let (format, model) = open(bytes, "", limits, control)?;
+            read(&model, format, limits, control, reporter)
         }
         Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma => gltf::read(bytes, format, &mut budget, reporter),
         Format::Fbx => fbx::read(bytes, &mut budget, reporter),

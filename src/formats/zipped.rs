@@ -1,6 +1,8 @@
 //! What bounds every zip archive that is read, whatever is in it.
 
-use zip::result::ZipError;
+use std::io::Read;
+
+use zip::{CompressionMethod, read::ZipFile, result::ZipError};
 
 use super::{Budget, ErrorKind, FormatError, Limit};
 
@@ -13,6 +15,16 @@ const RATIO_FREE_BYTES: u64 = 8 << 20;
 /// counted before it starts.
 pub(super) fn has_more_members_than(most: usize, bytes: &[u8]) -> bool {
     bytes.windows(4).filter(|window| *window == b"PK\x01\x02").take(most + 1).count() > most
+}
+
+/// Refuses a member that is packed in a way that we cannot unpack.
+pub(super) fn check_method<R: Read>(member: &ZipFile<'_, R>, place: &str) -> Result<(), FormatError> {
+    let method = member.compression();
+    if matches!(method, CompressionMethod::Stored | CompressionMethod::Deflated) {
+        return Ok(());
+    }
+    let detail = format!("the member is packed by the method {method}, which cannot be unpacked");
+    Err(FormatError::unsupported("container", place, detail, "pack it again with deflate, or without compression"))
 }
 
 /// Refuses an archive that unpacks to far more than its size.

@@ -131,6 +131,10 @@ codes! {
         "Jobs on the same files have killed the process that ran them several times. The detail says until when they are refused.";
     QueueFull = "queue_full", TOO_MANY_REQUESTS, true, "The queue is full",
         "Wait as long as `Retry-After` says and send again.";
+    QuotaReached = "quota_reached", TOO_MANY_REQUESTS, true, "The caller has as many unfinished jobs as may be",
+        "The limit is `principal_jobs`, for each principal by itself. Wait for jobs to end, or cancel some; `GET /v1/usage` counts them.";
+    TooManyStreams = "too_many_streams", TOO_MANY_REQUESTS, true, "Too many event streams are open",
+        "The limit is `event_streams`. One stream of `GET /v1/events` tells of all jobs; close those that nobody reads.";
     TooBusy = "too_busy", SERVICE_UNAVAILABLE, true, "Too many requests at the same time",
         "Wait as long as `Retry-After` says and send again.";
     Draining = "draining", SERVICE_UNAVAILABLE, true, "The service is shutting down",
@@ -145,6 +149,8 @@ codes! {
         "It happened several times with this job, so it is not tried again. Report it with the id of the job.";
     Canceled = "canceled", CONFLICT, false, "The job was canceled",
         "Somebody canceled the job. `POST /v1/jobs/{id}/retry` asks for the same again.";
+    EngineCrashed = "engine_crashed", INTERNAL_SERVER_ERROR, false, "The files brought the engine down",
+        "The process that worked on these files died, and nothing else did. The detail says how. Report it with the files, if you may.";
     Internal = "internal", INTERNAL_SERVER_ERROR, true, "A fault in the service",
         "Report it with the `request_id`, and the id of the job where there is one.";
 }
@@ -168,6 +174,7 @@ impl From<FailureCode> for Code {
             FailureCode::StrictWarnings => Self::StrictWarnings,
             FailureCode::StrictMeasures => Self::StrictMeasures,
             FailureCode::Canceled => Self::Canceled,
+            FailureCode::EngineCrashed => Self::EngineCrashed,
             FailureCode::Internal => Self::Internal,
         }
     }

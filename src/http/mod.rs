@@ -11,6 +11,7 @@
 //! 3. Render the document and the problems page again; the tests that compare them say how.
 
 mod auth;
+mod caching;
 mod code;
 mod digest;
 mod docs;
@@ -23,6 +24,7 @@ mod page;
 mod precondition;
 mod prefer;
 mod problem;
+mod quota;
 mod resources;
 mod server;
 mod upload;

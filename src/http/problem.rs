@@ -172,7 +172,7 @@ impl IntoResponse for Problem {
     fn into_response(self) -> Response {
         let mut response = self.code.status().into_response();
         let loaded = matches!(self.code, Code::QueueFull | Code::TooBusy | Code::Draining | Code::Unavailable);
-        if loaded || self.code == Code::InUse {
+        if loaded || matches!(self.code, Code::InUse | Code::TooManyStreams | Code::QuotaReached) {
             response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(RETRY_SECONDS));
         }
         response.extensions_mut().insert(Box::new(self));
@@ -190,7 +190,7 @@ impl From<StoredFieldError> for ProblemError {
 impl From<FieldError> for ProblemError {
     fn from(error: FieldError) -> Self {
         let FieldError { pointer, code, detail, did_you_mean } = error;
-        Self { pointer, code: code.to_owned(), detail, did_you_mean }
+        Self { pointer, code: code.into_owned(), detail, did_you_mean }
     }
 }
 
@@ -213,6 +213,12 @@ impl From<Refusal> for Problem {
             }
             Refusal::QueueFull { limit, most, actual } => {
                 Self::new(Code::QueueFull, detail).about_limit(limit, most, actual)
+            }
+            Refusal::QuotaReached(quota) => {
+                Self::new(Code::QuotaReached, detail).about_limit("principal_jobs", quota.most, quota.unfinished + 1)
+            }
+            Refusal::TooManyStreams { most } => {
+                Self::new(Code::TooManyStreams, detail).about_limit("event_streams", most, most + 1)
             }
             Refusal::TooLarge { limit, most, actual, .. } => {
                 Self::new(Code::BodyTooLarge, detail).about_limit(limit, most, actual)

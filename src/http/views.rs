@@ -5,8 +5,13 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::problem::{Problem, ProblemView};
-use crate::jobs::{AssetRecord, JobInput, JobRecord, JobRequest, JobSnapshot, ResultRecord, VersionedName};
+use super::{
+    caching,
+    problem::{Problem, ProblemView},
+};
+use crate::jobs::{
+    AssetRecord, JobInput, JobRecord, JobRequest, JobSnapshot, ResultRecord, StoredProgress, VersionedName,
+};
 
 /// An uploaded file.
 #[derive(Debug, Serialize, ToSchema)]
@@ -117,6 +122,9 @@ pub(super) struct JobView {
     /// `queued`, `running`, `canceling`, `succeeded`, `failed` or `canceled`; the last three never change.
     #[schema(example = "running")]
     state: &'static str,
+    /// `retarget`, `edit` or `pose`.
+    #[schema(example = "retarget")]
+    kind: &'static str,
     /// Its place in the queue, from 1, while it waits.
     #[serde(skip_serializing_if = "Option::is_none")]
     queue_position: Option<u64>,
@@ -155,6 +163,14 @@ pub(super) struct JobView {
     /// The job that it repeats.
     #[serde(skip_serializing_if = "Option::is_none")]
     retry_of: Option<String>,
+    /// `hit` where another job of yours had computed the same and its results were taken, `miss` where this one computed them; absent
+    /// without results, or where the service does not look.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(example = "miss")]
+    cache: Option<&'static str>,
+    /// The job whose results were taken.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cached_from: Option<String>,
     /// The files that it gave.
     results: Vec<ResultView>,
     /// How many warnings its report has.
@@ -207,6 +223,13 @@ pub(super) struct ProgressView {
     total: u64,
 }
 
+impl From<StoredProgress> for ProgressView {
+    fn from(progress: StoredProgress) -> Self {
+        let StoredProgress { phase, done, total } = progress;
+        Self { phase, done, total }
+    }
+}
+
 /// Where to go from a job.
 #[derive(Debug, Serialize, ToSchema)]
 pub(super) struct JobLinks {
@@ -219,6 +242,8 @@ pub(super) struct JobLinks {
     /// To ask for the same again.
     #[serde(skip_serializing_if = "Option::is_none")]
     retry: Option<String>,
+    /// To follow it.
+    events: String,
     /// What was measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     report: Option<String>,
@@ -237,6 +262,7 @@ impl JobLinks {
             retry: link(has_ended, "retry"),
             report: link(has_report, "report"),
             config: link(has_report, "config"),
+            events: format!("{own}/events"),
             own,
         }
     }
@@ -248,15 +274,13 @@ impl From<JobSnapshot> for JobView {
         let links = JobLinks::of(&record);
         let inputs = inputs_view(&record.request);
         let problem = record.failure.as_ref().map(|failure| Problem::of_job(failure).view(&links.own, ""));
+        let cache = caching::word(&record);
         Self {
             id: record.id.to_string(),
             state: record.state.name(),
+            kind: record.kind.name(),
             queue_position,
-            progress: progress.map(|progress| ProgressView {
-                phase: progress.phase,
-                done: progress.done,
-                total: progress.total,
-            }),
+            progress: progress.map(ProgressView::from),
             attempt: record.attempt,
             created_at: record.created_at.to_string(),
             started_at: record.started_at.map(|time| time.to_string()),
@@ -268,6 +292,8 @@ impl From<JobSnapshot> for JobView {
             preset: record.request.preset.map(VersionedNameView::from),
             rigs: record.request.rigs.into_iter().map(VersionedNameView::from).collect(),
             retry_of: record.retry_of.map(|id| id.to_string()),
+            cache,
+            cached_from: record.cached_from.map(|id| id.to_string()),
             results: results.into_iter().map(ResultView::from).collect(),
             warnings_count: record.warnings,
             problem,

@@ -1,6 +1,38 @@
 //! The engine as the service sees it.
 
-use crate::engine::{self, Control, Failure, Inputs, Knowledge, Limits, NamedBytes, Outcome, Question};
+use crate::engine::{
+    self, Control, Failure, Inputs, Knowledge, Limits, NamedBytes, Outcome, Output, Question, Timings,
+};
+
+/// What a retarget gave, as plain data that can come from anywhere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ran {
+    /// The files.
+    pub outputs: Vec<Output>,
+    /// What was measured, as JSON.
+    pub report: String,
+    /// The spec with everything found out filled in, as JSON.
+    pub resolved_spec: String,
+    /// How long each phase took.
+    pub timings: Timings,
+    /// How many warnings the report has.
+    pub warnings: u64,
+}
+
+impl TryFrom<Outcome> for Ran {
+    type Error = Failure;
+
+    fn try_from(outcome: Outcome) -> Result<Self, Failure> {
+        let Outcome { outputs, report, resolved_spec } = outcome;
+        Ok(Self {
+            outputs,
+            resolved_spec: resolved_spec.to_string(),
+            timings: report.timings,
+            warnings: report.warnings.len() as u64,
+            report: serde_json::to_string(&report).map_err(|error| no_json(&error))?,
+        })
+    }
+}
 
 /// What does the work. Handed in, so that tests of the scheduling need no real files.
 pub trait Engine: Send + Sync + 'static {
@@ -14,7 +46,7 @@ pub trait Engine: Send + Sync + 'static {
         knowledge: &Knowledge,
         limits: &Limits,
         control: &Control,
-    ) -> Result<Outcome, Failure>;
+    ) -> Result<Ran, Failure>;
 
     /// Says what a file holds, as a JSON object.
     ///
@@ -71,8 +103,8 @@ impl Engine for RetargetEngine {
         knowledge: &Knowledge,
         limits: &Limits,
         control: &Control,
-    ) -> Result<Outcome, Failure> {
-        engine::retarget_with(inputs, knowledge, limits, control)
+    ) -> Result<Ran, Failure> {
+        engine::retarget_with(inputs, knowledge, limits, control)?.try_into()
     }
 
     fn inspect(
@@ -112,9 +144,15 @@ impl Engine for RetargetEngine {
 }
 
 fn to_json(answer: impl serde::Serialize) -> Result<serde_json::Value, Failure> {
-    serde_json::to_value(answer)
-        .map_err(|error| Failure::new(engine::FailureCode::Internal, format!("the answer is no JSON: {error}")))
+    serde_json::to_value(answer).map_err(|error| no_json(&error))
 }
+
+fn no_json(error: &serde_json::Error) -> Failure {
+    Failure::new(engine::FailureCode::Internal, format!("the answer is no JSON: {error}"))
+}
+
+/// What the engine may put on the stack.
+pub(super) const STACK_BYTES: usize = 8 << 20;
 
 /// Runs `work` on a thread of its own, with a stack of a size that does not depend on who asks. `None` when it panicked.
 ///
@@ -123,7 +161,6 @@ pub(super) fn on_own_thread<T: Send + 'static>(
     name: &str,
     work: impl FnOnce() -> T + Send + 'static,
 ) -> tokio::sync::oneshot::Receiver<Option<T>> {
-    const STACK_BYTES: usize = 8 << 20;
     let (sender, receiver) = tokio::sync::oneshot::channel();
     let run = move || {
         let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)).ok();

@@ -63,12 +63,30 @@ pub(super) fn keep(failure: Failure) -> JobFailure {
         .into_iter()
         .map(|FieldError { pointer, code, detail, did_you_mean }| StoredFieldError {
             pointer,
-            code: code.to_owned(),
+            code: code.into_owned(),
             detail,
             did_you_mean,
         })
         .collect();
     JobFailure { code: code.name().to_owned(), detail, part: part.to_owned(), place, hint, errors }
+}
+
+/// The failure that was kept so.
+pub(super) fn restore(kept: JobFailure) -> Failure {
+    const PARTS: [&str; 7] = ["source", "target", "source_rest", "target_rest", "config", "preset", "rig"];
+    let JobFailure { code, detail, part, place, hint, errors } = kept;
+    let code = FailureCode::from_name(&code).unwrap_or(FailureCode::Internal);
+    let errors = errors
+        .into_iter()
+        .map(|StoredFieldError { pointer, code, detail, did_you_mean }| FieldError {
+            pointer,
+            code: code.into(),
+            detail,
+            did_you_mean,
+        })
+        .collect();
+    let part = PARTS.into_iter().find(|known| *known == part).unwrap_or_default();
+    Failure { code, detail, part, place, hint, errors }
 }
 
 /// What users are told of a bug of ours; the log has the rest.

@@ -5,22 +5,26 @@
 //! what users teach the service under a name. All of them ask who owns what is asked for; [`Keys`] says who asks.
 //! [`Workers`] runs what is queued. The queue lies in the store, so that any number of processes can share it; it is bounded by count
 //! and by bytes, and what does not fit is refused at once. A job that panics or runs over its time fails alone; one whose
-//! process dies is taken up by another when its lease has run out.
+//! process dies is taken up by another when its lease has run out. The engine works in [processes](ProcessEngine) of its own, unless the
+//! operator says otherwise, so that what it does to itself ends one job.
 //!
 //! Knows nothing of HTTP. The engine is handed in, so that tests can put one of their own in its place.
 
 mod admission;
 mod assets;
 mod bridge;
+mod events;
 mod failure;
 mod inputs;
 mod inspections;
+mod isolation;
 mod keys;
 mod library;
 mod lost_workers;
 mod memory;
 mod proposals;
 mod refusal;
+mod result_cache;
 mod running;
 mod service;
 mod state;
@@ -28,12 +32,15 @@ mod submission;
 mod sweeper;
 #[cfg(test)]
 mod tests;
+mod usage;
 mod worker;
 mod workers;
 
 pub use assets::{Assets, ReceivedFile, Upload};
-pub use bridge::{Engine, RetargetEngine};
+pub use bridge::{Engine, Ran, RetargetEngine};
+pub use events::{EventStream, Followed, Told};
 pub use failure::FailureReason;
+pub use isolation::{Bounds, ProcessEngine, serve_engine_process};
 pub use keys::{KeyText, Keys, NewKey};
 pub use library::{Kept, Library, Written};
 pub use refusal::Refusal;
@@ -41,10 +48,11 @@ pub use service::{JobSnapshot, Jobs};
 pub use state::{JobEvent, next_state};
 pub use submission::{NewJob, Submitted};
 pub use sweeper::Sweeper;
+pub use usage::{JobQuota, Usage};
 pub use workers::Workers;
 
 pub use crate::store::{
-    ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, ByteStream, ConfigDocument, DocumentKind, InputRole, JobFailure,
-    JobId, JobInput, JobRecord, JobRequest, JobState, Page, Precondition, Principal, ResultId, ResultRecord, Scope,
-    StoreError, StoredFieldError, StoredProgress, VersionedName,
+    ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, ByteStream, ConfigDocument, DocumentKind, EventRecord, Holdings,
+    InputRole, JobFailure, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest, JobState, Page, Precondition,
+    Principal, ResultId, ResultRecord, Scope, StoreError, StoredFieldError, StoredProgress, VersionedName,
 };

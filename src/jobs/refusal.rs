@@ -1,5 +1,6 @@
 //! Why a request to the service half is not carried out.
 
+use super::JobQuota;
 use crate::{
     engine::Failure,
     store::{InputRole, JobId, JobState, Principal, StoreError},
@@ -41,6 +42,15 @@ pub enum Refusal {
         most: u64,
         /// What there would be.
         actual: u64,
+    },
+    /// The caller has as many unfinished jobs as may be.
+    #[error("there are {} unfinished jobs of the same caller already", .0.unfinished)]
+    QuotaReached(JobQuota),
+    /// The caller has as many event streams open as may be.
+    #[error("there are {most} event streams open already")]
+    TooManyStreams {
+        /// How many that is.
+        most: u64,
     },
     /// More than a limit allows.
     #[error("{what} is larger than the limit '{limit}' of {most} allows")]

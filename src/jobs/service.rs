@@ -16,6 +16,7 @@ use tokio::{
 use super::{
     Engine, JobEvent, Refusal,
     admission::Admission,
+    events::OpenStreams,
     inspections::Inspections,
     memory::MemoryBudget,
     next_state,
@@ -25,8 +26,8 @@ use crate::{
     config::{Failpoint, Settings},
     engine::Limits,
     store::{
-        FinishedJob, JobFailure, JobId, JobRecord, JobState, LeaseId, Page, Principal, ResultId, ResultRecord, Store,
-        StoredProgress,
+        FinishedJob, JobFailure, JobFilter, JobId, JobRecord, JobState, LeaseId, Page, Principal, ResultId,
+        ResultRecord, Store, StoredProgress,
     },
     telemetry::{Clock, Metric},
 };
@@ -63,6 +64,7 @@ pub(super) struct Inner {
     pub(super) memory: MemoryBudget,
     pub(super) inspections: Inspections,
     pub(super) running: Arc<RunningJobs>,
+    pub(super) streams: Arc<OpenStreams>,
     /// One who waits for jobs to arrive: the task that claims them.
     pub(super) arrivals: Notify,
     /// Which job has changed; `None` for any.
@@ -109,6 +111,7 @@ impl Jobs {
             admission,
             inspections: Inspections::default(),
             running: Arc::default(),
+            streams: Arc::default(),
             arrivals: Notify::new(),
             changes: broadcast::Sender::new(CHANGES_KEPT),
             is_draining: AtomicBool::new(false),
@@ -139,23 +142,23 @@ impl Jobs {
     }
 
     /// To who does not own a job, there is none.
-    async fn record(&self, owner: &Principal, id: &JobId) -> Result<JobRecord, Refusal> {
+    pub(super) async fn record(&self, owner: &Principal, id: &JobId) -> Result<JobRecord, Refusal> {
         let record = self.0.store.records().job(id).await?.filter(|record| record.principal == *owner);
         record.ok_or_else(|| Refusal::NotFound { kind: "job", id: id.to_string() })
     }
 
-    /// Up to `most` jobs of one owner, newest first, that are older than `before` and in `state`.
+    /// Up to `most` jobs of one owner that pass the filter, newest first, that are older than `before`.
     ///
     /// # Errors
     /// When the store fails.
     pub async fn list(
         &self,
         owner: &Principal,
-        state: Option<JobState>,
+        filter: &JobFilter,
         before: Option<&JobId>,
         most: usize,
     ) -> Result<Page<JobSnapshot>, Refusal> {
-        let page = self.0.store.records().jobs(owner, state, before, most).await?;
+        let page = self.0.store.records().jobs(owner, filter, before, most).await?;
         let mut items = Vec::with_capacity(page.items.len());
         for record in page.items {
             let results = match record.state {
@@ -173,7 +176,7 @@ impl Jobs {
     /// When there is none of that id.
     pub async fn wait(&self, owner: &Principal, id: &JobId, longest: Duration) -> Result<JobSnapshot, Refusal> {
         // Listening begins before looking, so that no change is missed in between.
-        let mut changes = self.0.changes.subscribe();
+        let mut changes = self.subscribe();
         let deadline = Instant::now() + longest;
         loop {
             let snapshot = self.get(owner, id).await?;
@@ -335,6 +338,11 @@ impl Jobs {
         Ok(self.0.store.records().check().await?)
     }
 
+    /// Hears from now on which jobs have changed; `None` for any.
+    pub(super) fn subscribe(&self) -> broadcast::Receiver<Option<JobId>> {
+        self.0.changes.subscribe()
+    }
+
     /// Tells those who wait that something about the job has changed.
     pub(super) fn announce(&self, id: &JobId) {
         // Nobody waiting is no failure.
@@ -373,6 +381,8 @@ impl Jobs {
             resolved_spec: None,
             warnings: 0,
             results: Vec::new(),
+            cache_key: None,
+            cached_from: None,
         }
     }
 

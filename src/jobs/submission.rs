@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::{JobSnapshot, Jobs, Refusal, inspections::InspectionKey, library, memory};
+use super::{JobQuota, JobSnapshot, Jobs, Refusal, inspections::InspectionKey, library, memory};
 use crate::{
     config::Failpoint,
     engine::{self, Failure, FailureCode, Format, NamedBytes},
     store::{
-        Added, AssetId, AssetRecord, ConfigDocument, Idempotency, InputRole, JobId, JobInput, JobRecord, JobRequest,
-        JobState, Principal, VersionedName,
+        Added, AssetId, AssetRecord, ConfigDocument, Idempotency, InputRole, JobId, JobInput, JobKind, JobRecord,
+        JobRequest, JobState, Principal, VersionedName,
     },
     telemetry::Metric,
 };
@@ -28,6 +28,8 @@ pub struct NewJob {
     pub preset: Option<String>,
     /// Among the jobs of one principal, the greater goes first.
     pub priority: i32,
+    /// Whether it is to be run although its results may be there already.
+    pub skip_cache: bool,
     /// The caller's own word for this request: who asks twice with the same has one job.
     pub idempotency_key: Option<String>,
 }
@@ -36,11 +38,11 @@ impl NewJob {
     /// The word, and a digest of everything else.
     fn idempotency(&self) -> Option<Idempotency> {
         let key = self.idempotency_key.clone()?;
-        let Self { inputs, config, formats, labels, preset, priority, idempotency_key: _ } = self;
+        let Self { inputs, config, formats, labels, preset, priority, skip_cache, idempotency_key: _ } = self;
         let inputs: Vec<_> = inputs.iter().map(|(role, asset)| (role.name(), asset)).collect();
         let formats: Vec<_> = formats.iter().map(|format| format.info().name).collect();
         let config = config.as_ref().map(|config| &config.text);
-        let asked = serde_json::json!([inputs, config, formats, labels, preset, priority]);
+        let asked = serde_json::json!([inputs, config, formats, labels, preset, priority, skip_cache]);
         Some(Idempotency { key, asked_sha256: library::digest(&asked.to_string()) })
     }
 }
@@ -52,11 +54,14 @@ pub struct Submitted {
     pub job: JobSnapshot,
     /// Whether it had been asked for before, with the same word.
     pub is_repeated: bool,
+    /// What is left of the caller's quota; nothing where there is none.
+    pub quota: Option<JobQuota>,
 }
 
 /// A job that can be taken on: its files are there.
 pub(super) struct Wanted {
     owner: Principal,
+    pub(super) kind: JobKind,
     pub(super) request: JobRequest,
     input_bytes: u64,
     memory_bytes: u64,
@@ -97,7 +102,7 @@ impl Jobs {
             return Err(Refusal::KeyReused { job: before.id });
         }
         let job = self.get(&before.principal, &before.id).await?;
-        Ok(Submitted { job, is_repeated: true })
+        Ok(Submitted { job, is_repeated: true, quota: self.quota(&before.principal).await? })
     }
 
     pub(super) async fn resolve(&self, owner: &Principal, new: NewJob) -> Result<Wanted, Refusal> {
@@ -123,10 +128,11 @@ impl Jobs {
             labels: new.labels,
             preset,
             rigs: own_rigs.versions(),
+            skip_cache: new.skip_cache,
         };
         let memory_bytes = memory::of_job(needs.into_iter());
-        let (owner, priority) = (owner.clone(), new.priority);
-        Ok(Wanted { owner, request, input_bytes, memory_bytes, priority, retry_of: None, idempotency: None })
+        let (owner, priority, kind) = (owner.clone(), new.priority, kind_of(&request));
+        Ok(Wanted { owner, kind, request, input_bytes, memory_bytes, priority, retry_of: None, idempotency: None })
     }
 
     /// What a file adds to the memory that a job needs: by what was found in it, else by its size.
@@ -162,9 +168,11 @@ impl Jobs {
 
     /// Asks for the same again.
     pub(super) async fn submit_again(&self, ended: JobRecord) -> Result<Submitted, Refusal> {
-        let JobRecord { id, principal: owner, request, input_bytes, priority, memory_bytes, .. } = ended;
+        let JobRecord { id, principal: owner, kind, request, input_bytes, priority, memory_bytes, .. } = ended;
         let retry_of = Some(id);
-        let wanted = Wanted { owner, request, input_bytes, memory_bytes, priority, retry_of, idempotency: None };
+        // Who asks again for what is there wants it computed again.
+        let request = JobRequest { skip_cache: true, ..request };
+        let wanted = Wanted { owner, kind, request, input_bytes, memory_bytes, priority, retry_of, idempotency: None };
         self.enqueue(wanted).await
     }
 
@@ -172,17 +180,23 @@ impl Jobs {
         if self.is_draining() {
             return Err(Refusal::Draining);
         }
-        let Wanted { owner, request, input_bytes, memory_bytes, priority, retry_of, idempotency } = wanted;
+        let Wanted { owner, kind, request, input_bytes, memory_bytes, priority, retry_of, idempotency } = wanted;
         let (records, created_at) = (self.0.store.records(), self.0.clock.now());
         let inputs_sha256 = inputs_digest(&request);
         if let Some(until) = records.quarantined_until(&inputs_sha256, created_at).await? {
             return Err(Refusal::Quarantined { until });
+        }
+        let quota = self.quota(&owner).await?;
+        if let Some(reached) = quota.filter(|quota| quota.unfinished >= quota.most) {
+            Metric::AdmissionRejected.count([("reason", "quota".to_owned())], 1);
+            return Err(Refusal::QuotaReached(reached));
         }
         self.0.store.blobs().check_room()?;
         let reservation = self.0.admission.reserve(records, input_bytes).await?;
         let record = JobRecord {
             id: JobId::new(),
             state: JobState::Queued,
+            kind,
             request,
             input_bytes,
             attempt: 0,
@@ -202,6 +216,8 @@ impl Jobs {
             idempotency,
             lease: None,
             progress: None,
+            cache_key: None,
+            cached_from: None,
         };
         Failpoint::BeforeJobRecord.reach();
         match records.add_job(&record).await? {
@@ -221,7 +237,8 @@ impl Jobs {
         Metric::JobsSubmitted.count([], 1);
         self.announce_arrival(&record.id);
         let job = self.snapshot(record, Vec::new()).await?;
-        Ok(Submitted { job, is_repeated: false })
+        let quota = quota.map(|quota| JobQuota { unfinished: quota.unfinished + 1, ..quota });
+        Ok(Submitted { job, is_repeated: false, quota })
     }
 
     async fn first_missing<'a>(&self, job: &'a JobRecord) -> Result<(InputRole, &'a JobInput), Refusal> {
@@ -232,6 +249,12 @@ impl Jobs {
         }
         Ok((InputRole::Source, &job.request.source))
     }
+}
+
+fn kind_of(request: &JobRequest) -> JobKind {
+    let config = request.config.as_ref();
+    let config = config.map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
+    JobKind::from_name(engine::task_of(config)).unwrap_or_default()
 }
 
 /// A digest of what files a job works on, and as what: the same for every job on the same files.

@@ -50,6 +50,10 @@ impl Jobs {
             Ok(count) => tracing::info!(count, "expired records were removed"),
             Err(error) => tracing::error!(%error, "expired records could not be removed"),
         }
+        let end = self.0.clock.now().checked_sub(self.0.settings.event_retention.0).unwrap_or(jiff::Timestamp::MIN);
+        if let Err(error) = self.0.store.records().remove_events_until(end).await {
+            tracing::error!(%error, "old events could not be removed");
+        }
         if let Ok(bytes) = self.0.store.records().stored_bytes().await {
             Metric::StoredBytes.set([], bytes as f64);
         }

@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
 use super::{
-    AssetId, Assets, ConfigDocument, Engine, InputRole, JobSnapshot, JobState, Jobs, NewJob, Principal, Refusal,
+    AssetId, Assets, ConfigDocument, Engine, InputRole, JobSnapshot, JobState, Jobs, NewJob, Principal, Ran, Refusal,
     Workers,
 };
 use crate::{
@@ -25,7 +25,7 @@ fn me() -> Principal {
 struct Obedient;
 
 impl Engine for Obedient {
-    fn retarget(&self, inputs: &Inputs<'_>, _: &Knowledge, _: &Limits, control: &Control) -> Result<Outcome, Failure> {
+    fn retarget(&self, inputs: &Inputs<'_>, _: &Knowledge, _: &Limits, control: &Control) -> Result<Ran, Failure> {
         match inputs.config.map_or(&b""[..], |config| config.bytes) {
             b"panic" => panic!("as the config says"),
             b"refuse" => return Err(Failure::new(FailureCode::NoAnimation, "the source has no animation")),
@@ -36,7 +36,7 @@ impl Engine for Obedient {
             _ => {}
         }
         let output = Output { format: Format::Glb, name: "out.glb".to_owned(), bytes: inputs.target.bytes.to_vec() };
-        Ok(Outcome { outputs: vec![output], report: Report::default(), resolved_spec: serde_json::json!({}) })
+        Outcome { outputs: vec![output], report: Report::default(), resolved_spec: serde_json::json!({}) }.try_into()
     }
 
     fn inspect(&self, _: NamedBytes<'_>, _: &Knowledge, _: &Limits, _: &Control) -> Result<serde_json::Value, Failure> {

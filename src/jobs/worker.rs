@@ -6,21 +6,23 @@ use std::{
 };
 
 use super::{
-    FailureReason, JobEvent, Jobs, Refusal,
+    FailureReason, JobEvent, Jobs, Ran, Refusal,
     bridge::on_own_thread,
     failure, next_state,
     running::{RunningJob, StopReason},
 };
 use crate::{
     config::Failpoint,
-    engine::{Failure, FailureCode, Format, Outcome, Output},
-    store::{FinishedJob, GiveBack, JobFailure, JobRecord, JobState, ResultId, ResultRecord},
+    engine::{Failure, FailureCode, Format, Output, Timings},
+    store::{CachedResults, FinishedJob, GiveBack, JobFailure, JobRecord, JobState, ResultId, ResultRecord},
     telemetry::Metric,
 };
 
 /// How an attempt ended.
 enum Attempt {
-    Done(Box<Outcome>),
+    /// Another job has computed the same.
+    Known(Box<CachedResults>),
+    Done(Box<Ran>),
     Failed(JobFailure),
     Stopped,
     Requeued,
@@ -40,10 +42,21 @@ impl Jobs {
     pub(super) async fn run_one(&self, record: &JobRecord, running: &Arc<RunningJob>) {
         self.observe_start(record);
         let began = Instant::now();
-        let attempt = self.attempt(record, running).await;
+        let attempt = match self.cached(record).await {
+            Some(found) => Attempt::Known(Box::new(found)),
+            None => self.attempt(record, running).await,
+        };
         tracing::debug!(job_id = %record.id, seconds = began.elapsed().as_secs_f64(), "an attempt is over");
         let ended = match attempt {
-            Attempt::Done(outcome) => self.succeed(record, running, *outcome).await,
+            Attempt::Known(found) => match self.succeed_again(record, running, &found).await {
+                // Gone in the meantime: another worker, or this one, will not find it again.
+                Ok(false) => {
+                    self.give_back(record, running, GiveBack::Drained).await;
+                    Ok(())
+                }
+                done => done.map(|_| ()),
+            },
+            Attempt::Done(ran) => self.succeed(record, running, *ran).await,
             Attempt::Failed(failure) => self.end(record, running, JobEvent::Fail, Some(failure)).await,
             Attempt::Stopped => self.end(record, running, JobEvent::Stop, None).await,
             Attempt::Requeued => {
@@ -90,7 +103,7 @@ impl Jobs {
             }
         };
         match received.ok().flatten() {
-            Some(Ok(outcome)) => Attempt::Done(Box::new(outcome)),
+            Some(Ok(ran)) => Attempt::Done(Box::new(ran)),
             Some(Err(failure)) if failure.code == FailureCode::Canceled => self.stopped(running),
             Some(Err(failure)) => Attempt::Failed(failure::keep(failure)),
             None => {
@@ -105,7 +118,7 @@ impl Jobs {
         &self,
         record: &JobRecord,
         running: &Arc<RunningJob>,
-    ) -> Result<impl FnOnce() -> Result<Outcome, Failure> + Send + 'static, Refusal> {
+    ) -> Result<impl FnOnce() -> Result<Ran, Failure> + Send + 'static, Refusal> {
         let request = record.request.clone();
         let files = self.read_inputs(&request).await?;
         let knowledge = self.knowledge(&record.principal, &request).await?;
@@ -140,9 +153,9 @@ impl Jobs {
     }
 
     /// Results first, record last: what the record names is there.
-    async fn succeed(&self, record: &JobRecord, running: &RunningJob, outcome: Outcome) -> Result<(), Refusal> {
-        observe(&outcome);
-        let Outcome { outputs, report, resolved_spec } = outcome;
+    async fn succeed(&self, record: &JobRecord, running: &RunningJob, ran: Ran) -> Result<(), Refusal> {
+        observe(&ran.timings);
+        let Ran { outputs, report, resolved_spec, warnings, .. } = ran;
         let mut files = Vec::with_capacity(outputs.len());
         for Output { format, name, bytes } in outputs {
             match self.0.store.blobs().write(bytes.into()).await.map_err(Refusal::from) {
@@ -172,10 +185,11 @@ impl Jobs {
         }
         Failpoint::ResultsKept.reach();
         let end = FinishedJob {
-            report: serde_json::to_string(&report).ok(),
-            resolved_spec: Some(resolved_spec.to_string()),
-            warnings: report.warnings.len() as u64,
+            report: Some(report),
+            resolved_spec: Some(resolved_spec),
+            warnings,
             results,
+            cache_key: self.cache_key(&record.request),
             ..self.ending(JobState::Succeeded, None)
         };
         self.write_end(record, running, JobEvent::Succeed, end).await
@@ -200,7 +214,7 @@ impl Jobs {
 
     /// Writes the end, whatever unfinished state the job is in by now. A store that does not answer is asked again until the lease
     /// could have run out; what it may have written without saying so is recognised.
-    async fn write_end(
+    pub(super) async fn write_end(
         &self,
         record: &JobRecord,
         running: &RunningJob,
@@ -288,8 +302,7 @@ fn retry_delay(retries: u32, lease: &str) -> Duration {
     Duration::from_millis(seconds * 1000 + seconds * part)
 }
 
-fn observe(outcome: &Outcome) {
-    let timings = outcome.report.timings;
+fn observe(timings: &Timings) {
     let phases = [
         ("read", timings.read_seconds),
         ("plan", timings.plan_seconds),

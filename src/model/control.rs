@@ -40,6 +40,12 @@ impl Phase {
             Self::Write => "write",
         }
     }
+
+    /// The phase of that wire name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|phase| phase.name() == name)
+    }
 }
 
 /// A reading of how far the work is.

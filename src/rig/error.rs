@@ -1,5 +1,8 @@
 //! Why a spec does not fit.
 
+/// Characters of a detail that are told; nobody reads as many.
+const LONGEST_DETAIL: usize = 2000;
+
 /// Why a spec could not be read, or does not fit the two rigs: every single thing that is wrong.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{detail}")]
@@ -80,7 +83,7 @@ impl SpecError {
     /// One thing that is wrong, without a place.
     #[must_use]
     pub fn new(kind: SpecErrorKind, detail: impl Into<String>, hint: impl Into<String>) -> Self {
-        Self { kind, detail: detail.into(), hint: hint.into(), fields: Vec::new() }
+        Self { kind, detail: shortened(detail.into()), hint: hint.into(), fields: Vec::new() }
     }
 
     /// One thing that is wrong.
@@ -108,7 +111,7 @@ impl SpecField {
     /// One thing that is wrong at a place.
     #[must_use]
     pub fn new(kind: SpecErrorKind, pointer: impl Into<String>, detail: impl Into<String>) -> Self {
-        Self { pointer: pointer.into(), kind, detail: detail.into(), did_you_mean: Vec::new() }
+        Self { pointer: pointer.into(), kind, detail: shortened(detail.into()), did_you_mean: Vec::new() }
     }
 
     /// The same, with names that exist and look alike.
@@ -117,4 +120,13 @@ impl SpecField {
         self.did_you_mean = super::nearest::nearest(name, known);
         self
     }
+}
+
+/// A detail quotes what it is about, which may be as long as the document.
+fn shortened(mut detail: String) -> String {
+    if let Some((end, _)) = detail.char_indices().nth(LONGEST_DETAIL) {
+        detail.truncate(end);
+        detail.push('…');
+    }
+    detail
 }

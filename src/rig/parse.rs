@@ -16,6 +16,8 @@ use super::{
     unknown_fields::unknown_fields,
 };
 
+/// More ops than this are refused, before time is spent on any of them.
+const MOST_OPS: usize = 256;
 /// More outputs than this are refused.
 const MOST_OUTPUTS: usize = 8;
 /// A chain that follows the mean of more is refused.
@@ -48,6 +50,13 @@ pub fn parse_value(document: Value) -> Result<RetargetSpec, SpecError> {
     if !document.is_object() {
         let detail = format!("the config is {} where an object is expected", kind_of(&document));
         return Err(SpecError::new(SpecErrorKind::Malformed, detail, "an empty config is {}"));
+    }
+    let ops = document.get("ops").and_then(Value::as_array).map_or(0, Vec::len);
+    if ops > MOST_OPS {
+        let detail = format!("{ops} ops are too many; at most {MOST_OPS} are taken");
+        let field = SpecField::new(SpecErrorKind::InvalidValue, "/ops", detail.as_str());
+        let hint = "leave out what does nothing, or run the rest on the result";
+        return Err(SpecError { fields: vec![field], ..SpecError::new(SpecErrorKind::InvalidValue, detail, hint) });
     }
     let schema = spec_schema();
     if let Some(error) = SpecError::from_fields(unknown_fields(&document, &schema)) {

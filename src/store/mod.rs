@@ -23,10 +23,10 @@ pub use folder::DataFolder;
 pub use id::{ApiKeyId, AssetId, IdError, JobId, LeaseId, ResultId};
 pub use principal::{Principal, PrincipalError};
 pub use records::{
-    Added, AfterCrash, ApiKeyRecord, AssetRecord, Claim, ConfigDocument, DocumentChange, DocumentKind, DocumentRecord,
-    Faults, FinishedJob, GiveBack, Held, Idempotency, InputRole, JobFailure, JobInput, JobRecord, JobRequest, JobState,
-    Listener, Moment, NewDocument, Notice, Page, Precondition, QueueDepth, Records, ResultRecord, Scope,
-    StoredFieldError, StoredProgress, VersionedName,
+    Added, AfterCrash, ApiKeyRecord, AssetRecord, CachedResults, Claim, ConfigDocument, DocumentChange, DocumentKind,
+    DocumentRecord, EventReach, EventRecord, Faults, FinishedJob, GiveBack, Held, Holdings, Idempotency, InputRole,
+    JobFailure, JobFilter, JobInput, JobKind, JobRecord, JobRequest, JobState, Listener, Moment, NewDocument, Notice,
+    Page, Precondition, QueueDepth, Records, ResultRecord, Scope, StoredFieldError, StoredProgress, VersionedName,
 };
 
 use std::sync::Arc;

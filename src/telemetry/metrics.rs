@@ -65,6 +65,9 @@ metrics_table! {
     JobsRunning = "retargetd_jobs_running", Gauge, [], "Jobs being worked on";
     JobsStuck = "retargetd_jobs_stuck", Gauge, [], "Jobs that ignore their deadline";
     WorkerSlots = "retargetd_worker_slots", Gauge, [], "Jobs that can run at the same time";
+    EngineProcesses = "retargetd_engine_processes", Gauge, [], "Processes that the engine works in";
+    EngineProcessesLost = "retargetd_engine_processes_lost_total", Counter, [], "Engine processes that died at work";
+    EventStreams = "retargetd_event_streams", Gauge, [], "Event streams that are open";
     JobQueueWait = "retargetd_job_queue_wait_seconds", Histogram, [], "Time between submission and start";
     JobDuration = "retargetd_job_duration_seconds", Histogram, ["phase"], "Time of each phase of a job that succeeded";
     AssetBytesReceived = "retargetd_asset_bytes_received_total", Counter, [], "Bytes of uploaded files";
@@ -163,6 +166,9 @@ mod tests {
             "retargetd_jobs_running{}",
             "retargetd_jobs_stuck{}",
             "retargetd_worker_slots{}",
+            "retargetd_engine_processes{}",
+            "retargetd_engine_processes_lost_total{}",
+            "retargetd_event_streams{}",
             "retargetd_job_queue_wait_seconds{}",
             "retargetd_job_duration_seconds{phase}",
             "retargetd_asset_bytes_received_total{}",

@@ -3,16 +3,9 @@
 
 use std::{
     collections::BTreeMap,
-    fs::{self, File},
+    fs,
     panic::{self, AssertUnwindSafe},
     path::Path,
-    process::{Command, ExitStatus, Stdio},
-    sync::{
-        Mutex,
-        atomic::{AtomicUsize, Ordering},
-    },
-    thread,
-    time::{Duration, Instant},
 };
 
 use retargetd::{
@@ -21,15 +14,10 @@ use retargetd::{
     samples,
 };
 
-use crate::support::{corpus_file, files_below};
-
-/// No file may take longer.
-const MOST_SECONDS: u64 = 10;
-/// Address space that a process gets, in the unit of `ulimit -v`.
-const MOST_KIBIBYTES: u32 = 1024 * 1024;
-/// Exit codes that `inspect` may have: done, input refused.
-const DONE: i32 = 0;
-const REFUSED: i32 = 3;
+use crate::{
+    limited::{DONE, REFUSED, in_parallel, inspect},
+    support::{corpus_file, files_below},
+};
 
 /// Files that the corpus lists as good or bad, and what we do instead.
 const JUDGED_OTHERWISE: [(&str, i32, &str); 3] = [
@@ -55,7 +43,7 @@ fn hostile_files_are_read_or_refused() {
     let files = names_below(&corpus, "hostile");
     assert!(files.len() > 400, "the corpus holds hostile files, found {}", files.len());
     let verdicts = verdicts(&corpus);
-    let problems = in_parallel(&files, |name| {
+    let problems = in_parallel(&files, |name: &String| {
         let inspection = inspect(&corpus.join(name));
         let wanted = verdicts.get(name).copied();
         inspection.problem(wanted).map(|problem| format!("{name}: {problem}"))
@@ -72,7 +60,7 @@ fn real_files_are_read() {
         MODEL_ENDINGS.contains(&ending) && !name.starts_with("hostile/")
     });
     assert!(files.len() > 200, "the corpus holds real files, found {}", files.len());
-    let problems = in_parallel(&files, |name| {
+    let problems = in_parallel(&files, |name: &String| {
         let inspection = inspect(&corpus.join(name));
         inspection.problem(Some(DONE)).map(|problem| format!("{name}: {problem}"))
     });
@@ -88,7 +76,7 @@ fn hostile_files_go_through_the_engine() {
     let walk = NamedBytes { name: "walk.glb", bytes: &walk };
     let mannequin = NamedBytes { name: "mannequin.glb", bytes: &mannequin };
     let files = names_below(&corpus, "hostile");
-    let problems = in_parallel(&files, |name| {
+    let problems = in_parallel(&files, |name: &String| {
         let bytes = fs::read(corpus.join(name)).expect("readable");
         let hostile = NamedBytes { name, bytes: &bytes };
         let as_source = attempt(hostile, mannequin, "source");
@@ -133,64 +121,6 @@ fn check_failure(failure: &Failure, part: &str) -> Result<(), String> {
     if failure.detail.is_empty() { Err("a failure without a word".to_owned()) } else { Ok(()) }
 }
 
-/// What the binary did with a file.
-struct Inspection {
-    status: Option<ExitStatus>,
-    output: Vec<u8>,
-    error: String,
-}
-
-impl Inspection {
-    /// What is wrong with it, when `wanted` is the exit code that it must have.
-    fn problem(&self, wanted: Option<i32>) -> Option<String> {
-        let Some(status) = self.status else { return Some(format!("still busy after {MOST_SECONDS} s")) };
-        let Some(code) = status.code() else { return Some(format!("ended by a signal: {status}: {}", self.error)) };
-        if self.error.contains("panicked") {
-            return Some(format!("panics: {}", self.error));
-        }
-        if ![DONE, REFUSED].contains(&code) || wanted.is_some_and(|wanted| wanted != code) {
-            return Some(format!("exit code {code}, wanted {wanted:?}: {}", self.error));
-        }
-        if code == REFUSED && !(self.error.starts_with("error: ") && self.error.contains("\nhint: ")) {
-            return Some(format!("a refusal is an error and a hint: {}", self.error));
-        }
-        let object = || serde_json::from_slice::<serde_json::Value>(&self.output).is_ok_and(|value| value.is_object());
-        (code == DONE && !object()).then(|| "the output is not one JSON object".to_owned())
-    }
-}
-
-/// Runs `inspect --json` with a limit on its memory, and stops it when it takes too long.
-fn inspect(file: &Path) -> Inspection {
-    let folder = tempfile::tempdir().expect("a folder");
-    let (output, error) = (folder.path().join("output"), folder.path().join("error"));
-    let create = |path: &Path| Stdio::from(File::create(path).expect("a file in the temporary folder"));
-    let mut child = Command::new("sh")
-        .args(["-c", &format!("ulimit -v {MOST_KIBIBYTES}; exec \"$@\""), "sh"])
-        .args([env!("CARGO_BIN_EXE_retargetd").as_ref(), "inspect".as_ref(), "--json".as_ref(), file.as_os_str()])
-        .stdin(Stdio::null())
-        .stdout(create(&output))
-        .stderr(create(&error))
-        .spawn()
-        .expect("the shell starts");
-    let deadline = Instant::now() + Duration::from_secs(MOST_SECONDS);
-    let status = loop {
-        let status = child.try_wait().expect("the child can be waited for");
-        if status.is_some() || Instant::now() > deadline {
-            break status;
-        }
-        thread::sleep(Duration::from_millis(2));
-    };
-    if status.is_none() {
-        child.kill().expect("the child can be stopped");
-        child.wait().expect("the child can be waited for");
-    }
-    Inspection {
-        status,
-        output: fs::read(output).expect("the child's output"),
-        error: String::from_utf8_lossy(&fs::read(error).expect("the child's error output")).into_owned(),
-    }
-}
-
 /// The exit codes that the corpus' own table asks for, where it leaves no choice, and those of [`JUDGED_OTHERWISE`].
 fn verdicts(corpus: &Path) -> BTreeMap<String, i32> {
     let table = fs::read_to_string(corpus.join("README.md")).expect("the corpus describes itself");
@@ -216,22 +146,4 @@ fn verdicts(corpus: &Path) -> BTreeMap<String, i32> {
 fn names_below(corpus: &Path, folder: &str) -> Vec<String> {
     let name = |path: &Path| path.strip_prefix(corpus).expect("below the corpus").to_string_lossy().into_owned();
     files_below(&corpus.join(folder)).iter().map(|path| name(path)).collect()
-}
-
-/// Applies a check to all files, as many at a time as there are cores, and returns what it found, in order.
-fn in_parallel(files: &[String], check: impl Fn(&str) -> Option<String> + Sync) -> Vec<String> {
-    let next = AtomicUsize::new(0);
-    let found = Mutex::new(Vec::new());
-    let work = || {
-        while let Some(file) = files.get(next.fetch_add(1, Ordering::Relaxed)) {
-            if let Some(problem) = check(file) {
-                found.lock().expect("no check panics while it holds the lock").push(problem);
-            }
-        }
-    };
-    let threads = thread::available_parallelism().map_or(2, usize::from);
-    thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(work))));
-    let mut found = found.into_inner().expect("no check panics while it holds the lock");
-    found.sort();
-    found
 }

@@ -1,14 +1,17 @@
 //! The HTTP service, from outside.
 
 mod access;
+mod asking;
 mod black_box;
 mod container;
 mod creatures;
 mod documents;
 mod edits;
+mod events;
 mod facts;
 mod formats;
 mod idempotency;
+mod isolation;
 mod library;
 mod network;
 mod ops;
@@ -16,6 +19,7 @@ mod poses;
 mod proposals;
 mod real;
 mod reports;
+mod result_cache;
 mod schema_fuzz;
 mod service;
 mod support;

@@ -1,5 +1,7 @@
 //! All integration tests, in one binary for the sake of link time.
 
+mod event_stream;
+mod limited;
 mod made_animals;
 mod service_process;
 mod support;
@@ -8,6 +10,7 @@ mod alignment;
 mod architecture;
 mod bone_maps;
 mod cli;
+mod clients;
 mod corpus;
 mod demo;
 mod durable;
@@ -22,6 +25,7 @@ mod formats_gltf;
 mod formats_poses;
 mod fuzzing;
 mod gaze;
+mod hostile;
 mod http;
 mod joint_table;
 mod judges;

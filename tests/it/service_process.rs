@@ -38,6 +38,11 @@ impl ServiceProcess {
         Self { child: spawn(command), url: String::new(), output: None }
     }
 
+    /// What the system knows it by.
+    pub(crate) fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     /// Ends it as a power cut does.
     pub(crate) fn kill(&mut self) {
         self.child.kill().expect("it can be killed");

@@ -27,6 +27,9 @@ use crate::{
     model::{Axes, Clip, JointTracks, Reporter, Scene, Track},
 };
 
+/// Positions are of 22 joints, or of 24 with one for each hand.
+const MOST_JOINTS_SEEN: u64 = 24;
+
 /// Whether an archive with these keys holds parameters of a body model and no skeleton of its own.
 pub(super) fn is_parameter_archive(key: impl Fn(&str) -> bool) -> bool {
     !key("joint_names") && parameters::TELLING_KEYS.into_iter().any(key)
@@ -62,6 +65,8 @@ pub(super) fn read_array(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut R
             format!("the shape {shape:?} asks for {data_bytes} bytes, but the file holds {held}"),
         ));
     };
+    let frames = header.shape.first().copied().unwrap_or(0) as u64;
+    budget.take(Limit::FramesPerClip, frames, PLACE)?;
     let array = npy::numbers(&header, data, PLACE)?;
     array.require_finite(PLACE)?;
     reporter.warn(
@@ -70,6 +75,9 @@ pub(super) fn read_array(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut R
         format!("an array of positions has no frame rate; {} a second were taken", features::FRAMES_PER_SECOND),
         "set `edit.fps` or `edit.speed` in the config where the motion is too slow or too fast",
     );
+    // Where every joint is seen, and how it turns.
+    let joints = frames.saturating_mul(MOST_JOINTS_SEEN);
+    budget.take_array(joints, (size_of::<DVec3>() + size_of::<DQuat>()) as u64, PLACE)?;
     let places = match array.shape.as_slice() {
         [_, features::WIDTH] => features::places(&array),
         [frames, joints @ (22 | 24), 3] => {
@@ -84,7 +92,6 @@ pub(super) fn read_array(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut R
                 ));
         }
     };
-    budget.take(Limit::FramesPerClip, places.len() as u64, PLACE)?;
     positions::solve(&places, budget, reporter)?.into_scene(budget, reporter)
 }
 

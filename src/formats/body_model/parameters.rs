@@ -40,9 +40,8 @@ const USUAL_RATE: f64 = 60.0;
 
 pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporter) -> Result<Capture, FormatError> {
     let arrays = decode(bytes, budget)?;
-    let (body, rotations) = rotations(&arrays)?;
+    let (body, rotations) = rotations(&arrays, budget)?;
     let frames = rotations.first().map_or(0, Vec::len);
-    budget.take(Limit::FramesPerClip, frames as u64, "poses")?;
     let skeleton = body.skeleton();
     let rest = skeleton.joints()[0].rest.translation;
     let mut capture = Capture {
@@ -77,9 +76,12 @@ fn decode(bytes: &[u8], budget: &mut Budget<'_>) -> Result<BTreeMap<String, Numb
 }
 
 /// The family, and the rotations joint by joint.
-fn rotations(arrays: &BTreeMap<String, NumberArray>) -> Result<(Body, Vec<Vec<DQuat>>), FormatError> {
+fn rotations(
+    arrays: &BTreeMap<String, NumberArray>,
+    budget: &mut Budget<'_>,
+) -> Result<(Body, Vec<Vec<DQuat>>), FormatError> {
     if let Some((key, array)) = WHOLE.iter().find_map(|key| Some((*key, arrays.get(*key)?))) {
-        let (joints, rotations) = turns(array, key)?;
+        let (joints, rotations) = turns(array, key, budget)?;
         let body = Body::of_joint_count(joints).ok_or_else(|| {
             let shape = &array.shape;
             refused(
@@ -95,7 +97,7 @@ fn rotations(arrays: &BTreeMap<String, NumberArray>) -> Result<(Body, Vec<Vec<DQ
     let named = PARTS.iter().flat_map(|(names, first, count)| names.map(|name| (name, *first, *count)));
     for (key, first, count) in named.chain([RIGHT_HAND]) {
         let Some(array) = arrays.get(key) else { continue };
-        let (joints, rotations) = turns(array, key)?;
+        let (joints, rotations) = turns(array, key, budget)?;
         // SMPL's own body has the two hands at its end, which the other families have not.
         if joints != count && !(first == 1 && joints == 23) {
             let shape = &array.shape;
@@ -117,7 +119,7 @@ fn rotations(arrays: &BTreeMap<String, NumberArray>) -> Result<(Body, Vec<Vec<DQ
 }
 
 /// How many joints an array turns, and how, joint by joint.
-fn turns(array: &NumberArray, key: &str) -> Result<(usize, Vec<Vec<DQuat>>), FormatError> {
+fn turns(array: &NumberArray, key: &str, budget: &mut Budget<'_>) -> Result<(usize, Vec<Vec<DQuat>>), FormatError> {
     let (frames, joints, matrices) = match *array.shape.as_slice() {
         [frames, joints, 3, 3] => (frames, joints, true),
         [frames, joints, 3] => (frames, joints, false),
@@ -137,8 +139,14 @@ fn turns(array: &NumberArray, key: &str) -> Result<(usize, Vec<Vec<DQuat>>), For
             DQuat::from_scaled_axis(DVec3::from_array(array.row(row)))
         }
     };
-    let track = |joint| (0..frames).map(|frame| turn(frame * joints + joint)).collect();
-    Ok((joints, (0..joints).map(track).collect()))
+    budget.take(Limit::FramesPerClip, frames as u64, key)?;
+    budget.take_array((frames as u64).saturating_mul(joints as u64), size_of::<DQuat>() as u64, key)?;
+    let mut tracks = Vec::with_capacity(joints);
+    for joint in 0..joints {
+        budget.check_canceled()?;
+        tracks.push((0..frames).map(|frame| turn(frame * joints + joint)).collect());
+    }
+    Ok((joints, tracks))
 }
 
 /// Where the model's origin is; metres, in the axes of the file.

@@ -8,8 +8,8 @@ use super::{
 };
 use crate::{
     formats::{
-        Budget, Limits,
-        numpy::{NumberArray, Values},
+        Budget, ErrorKind, Limit, Limits,
+        numpy::{NumberArray, Values, npy},
     },
     model::{Control, Reporter},
 };
@@ -106,4 +106,15 @@ fn features_walk_where_they_turn() {
         "half the angle is stored, and it turns the world back"
     );
     assert!(places[0][1].distance(DVec3::X * 0.1) < 1e-12, "places are seen from the heading");
+}
+
+#[test]
+fn what_positions_become_is_paid_for_before_it_is_made() {
+    let mut bytes = Vec::new();
+    npy::write_header(&mut bytes, "<f4", &[10, 22, 3]);
+    bytes.resize(bytes.len() + 10 * 22 * 3 * size_of::<f32>(), 0);
+    let limits = Limits { decoded_bytes: 10_000, ..Limits::default() };
+    let error = super::read_array(&bytes, &mut Budget::new(&limits, &Control::new()), &mut Reporter::new());
+    let kind = error.map(drop).expect_err("places and turns of 220 joints take more").kind;
+    assert!(matches!(kind, ErrorKind::LimitExceeded { limit: Limit::DecodedBytes, .. }), "the limit: {kind:?}");
 }

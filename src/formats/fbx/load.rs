@@ -1,6 +1,8 @@
 //! Bytes to the parser's own scene: the options that decide what the rest of this folder sees, the limits, and what the
 //! parser's errors and warnings mean to us.
 
+use std::borrow::Cow;
+
 use ufbx::{ErrorType, ProgressResult, WarningType};
 
 use crate::{
@@ -8,6 +10,8 @@ use crate::{
     model::{Canceled, Reporter},
 };
 
+/// How a binary file begins.
+const BINARY_MAGIC: &[u8] = b"Kaydara FBX Binary";
 /// One heap block for every so many bytes of file would be absurd; a file that asks for more is hostile.
 const MOST_ALLOCATIONS: usize = 2_000_000;
 
@@ -21,6 +25,7 @@ pub(super) fn load(
     reporter: &mut Reporter,
 ) -> Result<ufbx::SceneRoot, FormatError> {
     budget.check_canceled()?;
+    let bytes = &*with_first_comment(bytes, budget)?;
     let control = budget.control();
     let progress = |_: &ufbx::Progress| match control.check() {
         Ok(()) => ProgressResult::Continue,
@@ -76,6 +81,19 @@ pub(super) fn load(
         return Err(empty(&file));
     }
     Ok(file)
+}
+
+/// The file, with an empty comment before a text that does not begin with one.
+///
+/// The parser takes the version from the first comment, wherever that stands, and so may change its mind after it has begun to read
+/// by another version: ufbx 0.11 then ends the process.
+fn with_first_comment<'a>(bytes: &'a [u8], budget: &mut Budget<'_>) -> Result<Cow<'a, [u8]>, FormatError> {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    if bytes.starts_with(BINARY_MAGIC) || text.trim_ascii_start().starts_with(b";") {
+        return Ok(Cow::Borrowed(bytes));
+    }
+    budget.take(Limit::DecodedBytes, text.len() as u64, "file")?;
+    Ok(Cow::Owned([b";\n", text].concat()))
 }
 
 /// Whether reading without geometry cannot end otherwise.

@@ -7,12 +7,17 @@ use serde_json::{Map, Value};
 use crate::formats::{Budget, FormatError, Limit};
 
 const PHASE: &str = "json";
+/// Lists grow by doubling, and a member of an object has its key beside its value.
+const SLOTS_PER_VALUE: u64 = 2;
+/// What a list or an object takes at least, however little it holds.
+const SLOTS_PER_CONTAINER: u64 = 4;
 
 /// Parses a document after counting, without recursion, how deep it nests and how many values it declares.
 pub(in crate::formats) fn parse(text: &[u8], budget: &mut Budget<'_>) -> Result<Value, FormatError> {
-    let (depth, values) = measure(text);
+    let Measure { depth, values, containers } = measure(text);
     budget.check(Limit::JsonDepth, depth, "JSON")?;
-    budget.take_array(values, size_of::<Value>() as u64, "JSON")?;
+    let slots = values.saturating_mul(SLOTS_PER_VALUE).saturating_add(containers.saturating_mul(SLOTS_PER_CONTAINER));
+    budget.take_array(slots, size_of::<Value>() as u64, "JSON")?;
     budget.take(Limit::DecodedBytes, text.len() as u64, "JSON")?;
     serde_json::from_slice(text).map_err(|error| {
         FormatError::malformed(
@@ -23,9 +28,19 @@ pub(in crate::formats) fn parse(text: &[u8], budget: &mut Budget<'_>) -> Result<
     })
 }
 
-/// Greatest nesting, and an upper bound of the number of values.
-fn measure(text: &[u8]) -> (u64, u64) {
-    let (mut depth, mut deepest, mut values) = (0_u64, 0_u64, 1_u64);
+/// What a text declares.
+#[derive(Debug, PartialEq, Eq)]
+struct Measure {
+    /// Greatest nesting.
+    depth: u64,
+    /// An upper bound of the number of values.
+    values: u64,
+    /// How many of them are lists and objects.
+    containers: u64,
+}
+
+fn measure(text: &[u8]) -> Measure {
+    let (mut depth, mut deepest, mut values, mut containers) = (0_u64, 0_u64, 1_u64, 0_u64);
     let (mut in_string, mut escaped) = (false, false);
     for byte in text {
         if in_string {
@@ -38,6 +53,7 @@ fn measure(text: &[u8]) -> (u64, u64) {
             b'{' | b'[' => {
                 depth += 1;
                 values += 1;
+                containers += 1;
                 deepest = deepest.max(depth);
             }
             b'}' | b']' => depth = depth.saturating_sub(1),
@@ -45,7 +61,7 @@ fn measure(text: &[u8]) -> (u64, u64) {
             _ => {}
         }
     }
-    (deepest, values)
+    Measure { depth: deepest, values, containers }
 }
 
 /// A value of the document and where it stands. Children borrow their parent, so a pointer costs nothing until it is printed.
@@ -214,7 +230,11 @@ mod tests {
 
     #[test]
     fn nesting_is_counted_outside_strings() {
-        assert_eq!(measure(br#"{"a": [1, "]]]\"[[[", [2]]}"#), (3, 6), "three deep");
+        assert_eq!(
+            measure(br#"{"a": [1, "]]]\"[[[", [2]]}"#),
+            Measure { depth: 3, values: 6, containers: 3 },
+            "three deep"
+        );
         let (limits, control) = (Limits::default(), Control::new());
         let deep = vec![b'['; 100_000];
         let error = parse(&deep, &mut Budget::new(&limits, &control)).expect_err("too deep");
@@ -226,6 +246,11 @@ mod tests {
         let (limits, control) = (Limits { decoded_bytes: 1000, ..Limits::default() }, Control::new());
         let many = format!("[{}0]", "0,".repeat(100));
         assert!(parse(many.as_bytes(), &mut Budget::new(&limits, &control)).is_err(), "100 values cost more");
+        let (limits, few) =
+            (Limits { decoded_bytes: 20_000, ..Limits::default() }, "[[0],[0],[0],[0],[0],[0],[0],[0]]");
+        assert!(parse(few.as_bytes(), &mut Budget::new(&limits, &control)).is_ok(), "lists of one are cheap");
+        let lists = format!("[{}[0]]", "[0],".repeat(40));
+        assert!(parse(lists.as_bytes(), &mut Budget::new(&limits, &control)).is_err(), "but not free");
     }
 
     #[test]

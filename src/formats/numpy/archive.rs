@@ -6,7 +6,7 @@ use zip::ZipArchive;
 
 use crate::formats::{
     Budget, FormatError, Limit,
-    zipped::{CHUNK_BYTES, check_ratio, has_more_members_than, zip_error},
+    zipped::{CHUNK_BYTES, check_method, check_ratio, has_more_members_than, zip_error},
 };
 
 use super::{NumberArray, invalid, npy};
@@ -62,6 +62,7 @@ impl<'bytes, 'budget, 'limits> Archive<'bytes, 'budget, 'limits> {
     fn member(&mut self, index: usize) -> Result<(npy::Header, Vec<u8>), FormatError> {
         let key = self.keys[index].as_str();
         let mut member = self.zip.by_index(index).map_err(|error| zip_error(&error, key))?;
+        check_method(&member, key)?;
         let zip_bytes = member.size();
         let header = npy::read_header(&mut member, key)?;
         let too_large = || invalid(key, format!("the shape {:?} is larger than any memory", header.shape));

@@ -61,7 +61,9 @@ impl Header {
             Element::Bytes(bytes) => size_of::<String>().checked_add(bytes)?,
             _ => size_of::<f64>(),
         };
-        self.count()?.checked_mul(each)
+        // Columns that lie one after another are copied into rows.
+        let copies = if self.fortran_order { 2 } else { 1 };
+        self.count()?.checked_mul(each)?.checked_mul(copies)
     }
 }
 

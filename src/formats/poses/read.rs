@@ -226,8 +226,8 @@ fn clip(
     lengths.warn(reporter);
     let clip = Clip::new(meta.name.unwrap_or_default(), times, tracks);
     let clip = clip.map_err(|error| invalid("times", error.to_string()))?;
-    let clip = with_morph_weights(clip, morph_weights.as_ref(), morphs)?;
-    with_contacts(clip, arrays, skeleton).map(Some)
+    let clip = with_morph_weights(clip, morph_weights.as_ref(), morphs, budget)?;
+    with_contacts(clip, arrays, skeleton, budget).map(Some)
 }
 
 fn key_times(times: Option<&NumberArray>, frames: usize, fps: Option<f64>) -> Result<Vec<f64>, FormatError> {

@@ -1,7 +1,7 @@
 //! What pose arrays hold beside joints: contacts, and the weights of morphs.
 
 use crate::{
-    formats::{Budget, FormatError},
+    formats::{Budget, FormatError, Limit},
     model::{Clip, JointContacts, Morph, MorphPlace, MorphTrack, Skeleton, Track},
 };
 
@@ -22,11 +22,15 @@ pub(super) fn with_morph_weights(
     clip: Clip,
     weights: Option<&NumberArray>,
     morphs: usize,
+    budget: &mut Budget<'_>,
 ) -> Result<Clip, FormatError> {
     let Some(weights) = weights else { return Ok(clip) };
     let frames = clip.frame_count();
     require_shape(weights, "morph_weights", &[("F", Some(frames)), ("M", Some(morphs))])?;
     weights.require_finite("morph_weights")?;
+    let samples = (frames as u64).saturating_mul(morphs as u64);
+    budget.take(Limit::Samples, samples, "morph_weights")?;
+    budget.take_array(samples, size_of::<f32>() as u64, "morph_weights")?;
     let track = |morph: usize| {
         let values = (0..frames).map(|frame| weights.value(frame * morphs + morph) as f32).collect();
         MorphTrack { morph, weights: Track::Sampled(values).compacted() }
@@ -35,7 +39,12 @@ pub(super) fn with_morph_weights(
 }
 
 /// The clip with its contacts.
-pub(super) fn with_contacts(clip: Clip, arrays: &mut Arrays, skeleton: &Skeleton) -> Result<Clip, FormatError> {
+pub(super) fn with_contacts(
+    clip: Clip,
+    arrays: &mut Arrays,
+    skeleton: &Skeleton,
+    budget: &mut Budget<'_>,
+) -> Result<Clip, FormatError> {
     let names = arrays.names.remove("contact_joints");
     let (names, contacts) = match (names, arrays.numbers.remove("contacts")) {
         (Some(names), Some(contacts)) => (names, contacts),
@@ -45,6 +54,7 @@ pub(super) fn with_contacts(clip: Clip, arrays: &mut Arrays, skeleton: &Skeleton
     };
     let (frames, count) = (clip.frame_count(), names.len());
     require_shape(&contacts, "contacts", &[("F", Some(frames)), ("C", Some(count))])?;
+    budget.take_array((frames as u64).saturating_mul(count as u64), size_of::<bool>() as u64, "contacts")?;
     let mut tracks = Vec::with_capacity(count);
     for (column, name) in names.iter().enumerate() {
         let joint = skeleton.joints().iter().position(|joint| joint.name == *name);

@@ -26,10 +26,12 @@ use crate::{engine::edits_page, samples::walk_scene};
 #[derive(OpenApi)]
 #[openapi(
     info(title = "retargetd", description = "Moves character animation from any rig to any rig."),
+    components(schemas(resources::events::JobEventView)),
     tags(
         (name = "retarget", description = "Files in, file out"),
         (name = "assets", description = "Uploaded files"),
         (name = "jobs", description = "Retargets that run by themselves"),
+        (name = "events", description = "What happens, as it happens"),
         (name = "results", description = "The files that jobs gave"),
         (name = "rigs", description = "What rigs are and how they belong together"),
         (name = "keys", description = "Who may come in"),
@@ -46,11 +48,13 @@ pub(super) fn documented_routes() -> OpenApiRouter<ApiState> {
         .merge(resources::edits::routes())
         .merge(resources::assets::routes())
         .merge(resources::jobs::routes())
+        .merge(resources::events::routes())
         .merge(resources::proposals::routes())
         .merge(resources::explanations::routes())
         .merge(resources::library::routes())
         .merge(resources::results::routes())
         .merge(resources::keys::routes())
+        .merge(resources::usage::routes())
         .merge(resources::describe::routes())
         .merge(resources::probes::routes())
 }

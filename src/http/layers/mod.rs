@@ -1,6 +1,7 @@
 //! What happens around every request: ids, log lines, metrics, headers, lingering, and writing problems.
 
 mod admission;
+mod cors;
 mod headers;
 mod linger;
 mod observe;
@@ -25,7 +26,7 @@ pub(super) fn wrap_probes<S: Clone + Send + Sync + 'static>(router: Router<S>) -
 /// Wraps the routes. The last layer is the outermost: ids exist before anything is logged, and problems are written after
 /// everything that can cause one.
 pub(super) fn wrap(router: Router<ApiState>, state: &ApiState) -> Router<ApiState> {
-    router
+    let router = router
         .layer(CatchPanicLayer::custom(|_: Box<dyn std::any::Any + Send>| {
             axum::response::IntoResponse::into_response(Problem::internal(&"a handler panicked"))
         }))
@@ -34,6 +35,8 @@ pub(super) fn wrap(router: Router<ApiState>, state: &ApiState) -> Router<ApiStat
         .layer(middleware::from_fn_with_state(state.clone(), linger::linger))
         .layer(middleware::from_fn(problems::write_problem))
         .layer(middleware::from_fn(observe::observe))
-        .layer(middleware::from_fn(headers::add_security_headers))
-        .layer(middleware::from_fn(request_id::identify))
+        .layer(middleware::from_fn(headers::add_security_headers));
+    let origins = &state.settings.cors_origins;
+    let router = if origins.0.is_empty() { router } else { router.layer(cors::layer(origins)) };
+    router.layer(middleware::from_fn(request_id::identify))
 }

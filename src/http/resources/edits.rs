@@ -14,7 +14,7 @@ use crate::{
     http::{
         ApiState,
         auth::Caller,
-        extract,
+        caching, extract,
         idempotency::IdempotencyKey,
         negotiate,
         prefer::Prefer,
@@ -54,6 +54,7 @@ pub(in crate::http) struct EditForm {
 #[utoipa::path(post, path = "/v1/edits", tag = "retarget",
     params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds"),
         ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
+        ("Cache-Control" = Option<String>, Header, description = "`no-cache` to have it computed although the results are there"),
         ("Accept" = Option<String>, Header, description = "the media type of the format wanted")),
     request_body(content = EditForm, content_type = "multipart/form-data"),
     responses((status = 200, description = "the file", content((String = "model/gltf-binary"), (String = "model/gltf+json"),
@@ -70,6 +71,7 @@ async fn edit(
     request: Request<Body>,
 ) -> Result<Response, Problem> {
     state.jobs.check_admission().await?;
+    let skip_cache = caching::is_skipped(request.headers());
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
     let mut new = upload::read_edit(request, &state, &owner).await?;
     if let Some(source) = new.inputs.get(&InputRole::Source).cloned() {
@@ -81,6 +83,6 @@ async fn edit(
     let text = engine::edit_config(config)?;
     new.config = Some(ConfigDocument { file_name: "edit.json".into(), text });
     new.formats.extend(format);
-    new.idempotency_key = idempotency_key;
+    (new.idempotency_key, new.skip_cache) = (idempotency_key, skip_cache);
     answer(&state, &owner, &prefer, new).await
 }

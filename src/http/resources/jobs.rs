@@ -13,13 +13,17 @@ use serde::Deserialize;
 use utoipa::IntoParams;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use super::new_job::NewJobBody;
+use super::{
+    new_job::NewJobBody,
+    proposals::{ProposalView, validate},
+};
 use crate::{
     config::Settings,
     engine::report_page,
     http::{
         ApiState, Shared,
         auth::Caller,
+        caching,
         code::Code,
         download::ascii,
         extract::{self, Id, JsonBody, QueryOf},
@@ -27,10 +31,10 @@ use crate::{
         json_text, negotiate, page, page_text,
         prefer::Prefer,
         problem::{Problem, ProblemView},
-        upload,
+        quota, upload,
         views::{JobPageView, JobView},
     },
-    jobs::{JobId, JobSnapshot, JobState, Jobs, Submitted},
+    jobs::{JobFilter, JobId, JobKind, JobSnapshot, JobState, Jobs, NewJob, Principal, Submitted},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -64,14 +68,16 @@ pub(in crate::http) fn accepted(snapshot: JobSnapshot, status: StatusCode) -> Re
 /// Asks for a retarget.
 ///
 /// Either JSON that names uploaded files, or the same multipart form as `POST /v1/retarget`. When this is answered, the job
-/// survives a restart of the service.
+/// survives a restart of the service. Where each principal has a quota of unfinished jobs, `RateLimit` says what is left of it.
 #[utoipa::path(post, path = "/v1/jobs", operation_id = "create_job", tag = "jobs",
     params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds for its end"),
-        ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job")),
+        ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
+        ("Cache-Control" = Option<String>, Header, description = "`no-cache` to have it computed although the results are there")),
     request_body(description = "the job", content(
         (NewJobBody = "application/json"), (super::retarget::RetargetForm = "multipart/form-data"))),
     responses((status = 202, body = JobView, description = "taken on", headers(("Location" = String), ("Retry-After" = u32))),
-        (status = 200, body = JobView, description = "ended within the wait"),
+        (status = 200, description = "ended within the wait; with `validate_only`, what the job would do", content(
+            (JobView = "application/json"), (ProposalView = "application/json"))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn create(
     State(state): State<ApiState>,
@@ -81,19 +87,11 @@ async fn create(
     request: Request<Body>,
 ) -> Result<Response, Problem> {
     let ApiState { jobs, settings, .. } = &state;
-    let has_files = extract::is_media_type(request.headers(), "multipart/form-data");
-    // What was asked for before is answered also when nothing new is taken.
-    if has_files || idempotency_key.is_none() {
-        jobs.check_admission().await?;
-    }
-    let mut new = if has_files {
-        upload::read_job(request, &state, &owner).await?
-    } else {
-        let JsonBody(body) = JsonBody::<NewJobBody>::from_request(request, &state).await?;
-        body.read(settings)?
+    let new = match asked(request, &state, &owner, idempotency_key).await? {
+        Asked::Run(new) => new,
+        Asked::Validate(new) => return Ok(Json(validate(&state.assets, &owner, new).await?).into_response()),
     };
-    new.idempotency_key = idempotency_key;
-    let Submitted { job: submitted, is_repeated } = jobs.submit(&owner, new).await?;
+    let Submitted { job: submitted, is_repeated, quota } = jobs.submit(&owner, new).await?;
     let longest = settings.max_wait.0;
     let wait = prefer.wait(Duration::ZERO, longest);
     // Who does not wait is told what was taken on, however quick the worker is: the status is no race.
@@ -101,7 +99,36 @@ async fn create(
     let status = if snapshot.record.state.is_final() { StatusCode::OK } else { StatusCode::ACCEPTED };
     let mut response = accepted(snapshot, status);
     response.headers_mut().extend(prefer.applied(longest).into_iter().chain(replayed(is_repeated)));
+    response.headers_mut().extend(quota::headers(quota));
     Ok(response)
+}
+
+/// What is to be done with a job that somebody describes.
+enum Asked {
+    Run(NewJob),
+    Validate(NewJob),
+}
+
+/// Reads the description, in either form.
+async fn asked(
+    request: Request<Body>,
+    state: &ApiState,
+    owner: &Principal,
+    idempotency_key: Option<String>,
+) -> Result<Asked, Problem> {
+    let has_files = extract::is_media_type(request.headers(), "multipart/form-data");
+    let skip_cache = caching::is_skipped(request.headers());
+    // What was asked for before is answered also when nothing new is taken.
+    if has_files || idempotency_key.is_none() {
+        state.jobs.check_admission().await?;
+    }
+    if has_files {
+        let new = upload::read_job(request, state, owner).await?;
+        return Ok(Asked::Run(NewJob { idempotency_key, skip_cache, ..new }));
+    }
+    let JsonBody(body) = JsonBody::<NewJobBody>::from_request(request, state).await?;
+    let (validate_only, new) = (body.validate_only, body.read(&state.settings)?);
+    Ok(if validate_only { Asked::Validate(new) } else { Asked::Run(NewJob { idempotency_key, skip_cache, ..new }) })
 }
 
 #[derive(Debug, Deserialize, IntoParams)]
@@ -110,6 +137,14 @@ async fn create(
 struct ListQuery {
     /// Only jobs in this state.
     state: Option<String>,
+    /// Only jobs of this kind: `retarget`, `edit` or `pose`.
+    kind: Option<String>,
+    /// Only jobs with this label, as `name=text`.
+    #[param(example = "shot=012")]
+    label: Option<String>,
+    /// Only jobs that were asked for at this time (RFC 3339) or later.
+    #[param(example = "2026-11-22T08:00:00Z")]
+    since: Option<String>,
     /// Entries of the page; cut down to the limit `page_items`.
     #[param(format = Int64, maximum = 4_294_967_295_u32)]
     limit: Option<u32>,
@@ -127,23 +162,55 @@ async fn list(
     Caller(owner): Caller,
     QueryOf(query): QueryOf<ListQuery>,
 ) -> Result<Json<JobPageView>, Problem> {
-    let filter = query.state.as_deref().unwrap_or_default();
-    let state = read_state(query.state.as_deref())?;
-    let before = page::read_cursor(query.cursor.as_deref(), filter, |text| JobId::parse(text).ok())?;
-    let found = jobs.list(&owner, state, before.as_ref(), page::items(query.limit, settings.max_page_items)).await?;
+    let (filter, words) = (query.filter()?, query.words());
+    let before = page::read_cursor(query.cursor.as_deref(), &words, |text| JobId::parse(text).ok())?;
+    let found = jobs.list(&owner, &filter, before.as_ref(), page::items(query.limit, settings.max_page_items)).await?;
     let last = found.items.last().filter(|_| found.has_more);
-    let next_cursor = last.map(|job| page::cursor(filter, job.record.id.as_str()));
+    let next_cursor = last.map(|job| page::cursor(&words, job.record.id.as_str()));
     let items = found.items.into_iter().map(JobView::from).collect();
     Ok(Json(JobPageView { items, next_cursor }))
 }
 
-fn read_state(name: Option<&str>) -> Result<Option<JobState>, Problem> {
-    let Some(name) = name else { return Ok(None) };
-    JobState::from_name(name).map(Some).ok_or_else(|| {
-        let known = JobState::ALL.map(JobState::name).join(", ");
-        let shown: String = name.chars().take(64).collect();
-        Problem::new(Code::MalformedRequest, format!("'{shown}' is no state of a job; they are {known}"))
-    })
+impl ListQuery {
+    /// What a cursor of this list is made with.
+    fn words(&self) -> String {
+        let words = [&self.state, &self.kind, &self.label, &self.since];
+        serde_json::json!(words).to_string()
+    }
+
+    fn filter(&self) -> Result<JobFilter, Problem> {
+        let label =
+            self.label.as_deref().map(|text| text.split_once('=').ok_or_else(|| unusable("label", text, "name=text")));
+        let since = self
+            .since
+            .as_deref()
+            .map(|text| text.parse().map_err(|_| unusable("since", text, "a time such as 2026-11-22T08:00:00Z")));
+        Ok(JobFilter {
+            state: known("state", self.state.as_deref(), JobState::from_name, || {
+                JobState::ALL.map(JobState::name).join(", ")
+            })?,
+            kind: known("kind", self.kind.as_deref(), JobKind::from_name, || {
+                JobKind::ALL.map(JobKind::name).join(", ")
+            })?,
+            label: label.transpose()?.map(|(name, text)| (name.to_owned(), text.to_owned())),
+            since: since.transpose()?,
+        })
+    }
+}
+
+/// The value of a name of a closed set.
+fn known<T>(
+    member: &str,
+    name: Option<&str>,
+    read: impl Fn(&str) -> Option<T>,
+    all: impl Fn() -> String,
+) -> Result<Option<T>, Problem> {
+    name.map(|name| read(name).ok_or_else(|| unusable(member, name, &format!("one of {}", all())))).transpose()
+}
+
+fn unusable(member: &str, seen: &str, expected: &str) -> Problem {
+    let shown: String = seen.chars().take(64).collect();
+    Problem::new(Code::MalformedRequest, format!("'{shown}' is no '{member}' of jobs; it is {expected}"))
 }
 
 /// Shows a job.

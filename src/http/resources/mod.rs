@@ -3,6 +3,7 @@
 pub(super) mod assets;
 pub(super) mod describe;
 pub(super) mod edits;
+pub(super) mod events;
 pub(super) mod explanations;
 pub(super) mod jobs;
 pub(super) mod keys;
@@ -13,3 +14,4 @@ pub(super) mod probes;
 pub(super) mod proposals;
 pub(super) mod results;
 pub(super) mod retarget;
+pub(super) mod usage;

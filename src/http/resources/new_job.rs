@@ -43,6 +43,9 @@ pub(in crate::http) struct NewJobBody {
     /// Words of your own, given back with the job.
     #[serde(default)]
     labels: BTreeMap<String, String>,
+    /// Checks everything that can be checked without running it, and answers with what the job would do. Nothing is asked for.
+    #[serde(default)]
+    pub(super) validate_only: bool,
 }
 
 /// A file of a job.
@@ -76,7 +79,7 @@ impl NewJobBody {
         }
         let labels = check_labels(self.labels, settings)?;
         let (preset, priority) = (self.preset, self.priority);
-        Ok(NewJob { inputs, config, formats, preset, labels, priority, idempotency_key: None })
+        Ok(NewJob { inputs, config, formats, preset, labels, priority, ..NewJob::default() })
     }
 }
 

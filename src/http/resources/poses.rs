@@ -14,6 +14,7 @@ use crate::{
     http::{
         ApiState,
         auth::Caller,
+        caching,
         extract::{self, QueryOf},
         idempotency::IdempotencyKey,
         negotiate,
@@ -88,6 +89,7 @@ impl PoseWord {
 #[utoipa::path(post, path = "/v1/poses", tag = "retarget",
     params(PoseQuery, ("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds"),
         ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
+        ("Cache-Control" = Option<String>, Header, description = "`no-cache` to have it computed although the results are there"),
         ("Accept" = Option<String>, Header, description = "the media type of the format wanted")),
     request_body(content = PoseForm, content_type = "multipart/form-data"),
     responses((status = 200, description = "the file", content((String = "model/gltf-binary"), (String = "model/gltf+json"),
@@ -105,6 +107,7 @@ async fn pose(
     request: Request<Body>,
 ) -> Result<Response, Problem> {
     state.jobs.check_admission().await?;
+    let skip_cache = caching::is_skipped(request.headers());
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
     let mut new = upload::read_pose(request, &state, &owner).await?;
     let has_source = new.inputs.contains_key(&InputRole::Source);
@@ -119,6 +122,6 @@ async fn pose(
     let text = serde_json::json!({ "pose": { "to": to.name() } }).to_string();
     new.config = Some(ConfigDocument { file_name: "pose.json".into(), text });
     new.formats.extend(format);
-    new.idempotency_key = idempotency_key;
+    (new.idempotency_key, new.skip_cache) = (idempotency_key, skip_cache);
     answer(&state, &owner, &prefer, new).await
 }

@@ -14,6 +14,7 @@ use super::{
     retarget::RetargetForm,
 };
 use crate::{
+    engine::{self, NamedBytes},
     http::{
         ApiState,
         auth::Caller,
@@ -73,7 +74,7 @@ struct CheckBody {
 /// What a retarget would do.
 #[derive(Debug, Serialize, ToSchema)]
 #[schema(as = Proposal)]
-struct ProposalView {
+pub(super) struct ProposalView {
     /// The files that were looked at; those of a form are kept as assets.
     inputs: std::collections::BTreeMap<&'static str, JobInputView>,
     /// The spec with everything found out filled in: edit it and send it as the `config` of a job. Sent as it is, it gives what
@@ -176,6 +177,21 @@ impl CheckBody {
         }
         let inputs = read_inputs([self.source, self.target, self.source_rest, self.target_rest])?;
         Ok((None, NewJob { inputs, config: Some(config), preset: self.preset, ..NewJob::default() }))
+    }
+}
+
+/// What a job would do, with what it would be refused or fail for.
+pub(super) async fn validate(assets: &Assets, owner: &Principal, new: NewJob) -> Result<ProposalView, Problem> {
+    let config = new.config.as_ref();
+    let config = config.map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
+    let is_pose = engine::task_of(config) == "pose";
+    let view = propose(assets, owner, new).await?;
+    let warnings = view.proposal.get("warnings").and_then(serde_json::Value::as_array);
+    // A proposal is also made for files that hold no animation yet; a job needs one.
+    let missing = warnings.into_iter().flatten().find(|warning| warning["code"] == "no_animation").filter(|_| !is_pose);
+    match missing {
+        Some(warning) => Err(Problem::new(Code::NoAnimation, warning["detail"].as_str().unwrap_or_default())),
+        None => Ok(view),
     }
 }
 

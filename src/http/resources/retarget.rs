@@ -14,6 +14,7 @@ use crate::{
     http::{
         ApiState,
         auth::Caller,
+        caching,
         code::Code,
         download::{File, ascii},
         extract,
@@ -21,6 +22,7 @@ use crate::{
         negotiate,
         prefer::Prefer,
         problem::{Problem, ProblemView},
+        quota,
         resources::jobs::accepted,
         upload,
         views::JobView,
@@ -82,11 +84,12 @@ impl Drop for StopUnlessAnswered {
 #[utoipa::path(post, path = "/v1/retarget", tag = "retarget",
     params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds"),
         ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
+        ("Cache-Control" = Option<String>, Header, description = "`no-cache` to have it computed although the results are there"),
         ("Accept" = Option<String>, Header, description = "the media type of the format wanted")),
     request_body(content = RetargetForm, content_type = "multipart/form-data"),
     responses((status = 200, description = "the file", content((String = "model/gltf-binary"), (String = "model/gltf+json"),
             (String = "text/plain"), (String = "application/x-npz"), (Object = "application/json")),
-            headers(("Job-Id" = String), ("ETag" = String), ("Server-Timing" = String), ("Warnings-Count" = u64),
+            headers(("Job-Id" = String), ("ETag" = String), ("Server-Timing" = String), ("Warnings-Count" = u64), ("Cache-Status" = String),
                 ("Content-Disposition" = String))),
         (status = 202, body = JobView, description = "not ended within the wait", headers(("Location" = String), ("Retry-After" = u32))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
@@ -98,10 +101,11 @@ async fn retarget(
     request: Request<Body>,
 ) -> Result<Response, Problem> {
     state.jobs.check_admission().await?;
+    let skip_cache = caching::is_skipped(request.headers());
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
     let mut new = upload::read_job(request, &state, &owner).await?;
     new.formats.extend(format);
-    new.idempotency_key = idempotency_key;
+    (new.idempotency_key, new.skip_cache) = (idempotency_key, skip_cache);
     answer(&state, &owner, &prefer, new).await
 }
 
@@ -117,7 +121,8 @@ pub(in crate::http) async fn answer(
 ) -> Result<Response, Problem> {
     let ApiState { jobs, settings, .. } = state;
     let will_ask_again = new.idempotency_key.is_some();
-    let Submitted { job, is_repeated } = jobs.submit(owner, NewJob { priority: AWAITED_PRIORITY, ..new }).await?;
+    let Submitted { job, is_repeated, quota } =
+        jobs.submit(owner, NewJob { priority: AWAITED_PRIORITY, ..new }).await?;
     let id = job.record.id;
     // Who has a word for the request comes back for the answer.
     let stopped = Some(id.clone()).filter(|_| !will_ask_again);
@@ -128,6 +133,7 @@ pub(in crate::http) async fn answer(
     let mut response = present(snapshot, jobs).await.unwrap_or_else(IntoResponse::into_response);
     response.headers_mut().insert("job-id", ascii(id.to_string()));
     response.headers_mut().extend(prefer.applied(longest).into_iter().chain(replayed(is_repeated)));
+    response.headers_mut().extend(quota::headers(quota));
     Ok(response)
 }
 
@@ -140,6 +146,7 @@ async fn present(snapshot: JobSnapshot, jobs: &Jobs) -> Result<Response, Problem
             let report = jobs.report(&record.principal, &record.id).await?;
             let mut response = File::from(first).whole(jobs).await?;
             response.headers_mut().insert("warnings-count", record.warnings.into());
+            response.headers_mut().extend(caching::status(record));
             response.headers_mut().insert("server-timing", ascii(server_timing(&report)));
             Ok(response)
         }

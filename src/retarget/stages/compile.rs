@@ -34,6 +34,8 @@ use super::{
 
 /// How often hands are led to what they touch, and arms solved.
 const SELF_CONTACT_PASSES: usize = 8;
+/// A point of a foot that is slower stands still, for a leg of 1 m.
+const STILL_METRES_PER_SECOND: f64 = 0.05;
 /// Feet whose parts differ by less than this share of the largest are of one shape.
 const ALIKE: f64 = 1e-2;
 
@@ -359,6 +361,8 @@ impl Compiler<'_> {
             slots: points(limb).map(|joint| joint.map(|joint| posing.slot(joint))),
             soles: sole_points(self.limb(limb), &self.limb(limb).target),
             axes: self.foot_axes(limb),
+            size_beside_leg: self.size_beside_leg(limb),
+            still_speed: STILL_METRES_PER_SECOND * self.legs().0,
         };
         PlantStage {
             op: op.clone(),
@@ -379,6 +383,20 @@ impl Compiler<'_> {
         let up = -target.down[0]?;
         let front = (ball - up * ball.dot(up)).try_normalize()?;
         Some(FootAxes { front, left: up.cross(front) })
+    }
+
+    /// How large the target's foot is beside its leg, for a source of 1; by the parts that both have.
+    fn size_beside_leg(&self, limb: usize) -> f64 {
+        let pair = self.limb(limb);
+        let sizes = pair.source.sole.zip(pair.target.sole).filter(|_| !pair.has_stiff_foot).map(|(source, target)| {
+            let both = foot_parts(&source)
+                .into_iter()
+                .zip(foot_parts(&target))
+                .filter_map(|(source, target)| source.zip(target));
+            both.fold((0.0_f64, 0.0_f64), |sizes, parts| (sizes.0.max(parts.0.abs()), sizes.1.max(parts.1.abs())))
+        });
+        let (source, target) = sizes.unwrap_or_default();
+        if source > 0.0 && target > 0.0 { target / source / self.rest(limb).length_ratio } else { 1.0 }
     }
 
     /// See [`size_ratio`].
@@ -556,12 +574,15 @@ fn contact_joints(pair: &LimbPair) -> Vec<(&'static str, usize)> {
     pair.limb.contact_points().into_iter().zip(joints).filter_map(|(point, joint)| Some((point, joint?))).collect()
 }
 
+/// Lengths and heights of a foot.
+fn foot_parts(sole: &Sole) -> [Option<f64>; 5] {
+    let length = |bone: Option<DVec3>| bone.map(DVec3::length);
+    [length(sole.end_to_ball), Some(sole.heel), sole.ball, sole.tip, length(sole.ball_to_tip)]
+}
+
 /// Size of the target's foot over the source's, where both are of one shape; that of the legs where neither has a size.
 fn size_ratio(source: &Sole, target: &Sole, leg_ratio: f64) -> Option<f64> {
-    let length = |bone: Option<DVec3>| bone.map(DVec3::length);
-    let parts =
-        |sole: &Sole| [length(sole.end_to_ball), Some(sole.heel), sole.ball, sole.tip, length(sole.ball_to_tip)];
-    let (source, target) = (parts(source), parts(target));
+    let (source, target) = (foot_parts(source), foot_parts(target));
     let largest = |parts: &[Option<f64>]| parts.iter().flatten().fold(0.0, |most: f64, part| most.max(part.abs()));
     let (source_size, target_size) = (largest(&source), largest(&target));
     let ratio = if source_size > 0.0 { target_size / source_size } else { leg_ratio };

@@ -10,6 +10,7 @@ use crate::{
 
 use super::{
     contacts::Part,
+    plant::either,
     posing::{Pose, Posing},
     temporal::{median, runs, smoothed, smoothed_above},
     two_bone::{arc, smooth},
@@ -279,10 +280,10 @@ fn holds(limb: usize, work: &Work<'_>) -> Vec<f64> {
     for (first, last) in runs(&touches) {
         let near = |seconds: f64| smooth(1.0 - seconds / HOLD_SECONDS);
         for frame in (0..first).rev().take_while(|&frame| work.times[first] - work.times[frame] < HOLD_SECONDS) {
-            holds[frame] = holds[frame].max(near(work.times[first] - work.times[frame]));
+            holds[frame] = either(holds[frame], near(work.times[first] - work.times[frame]));
         }
         for frame in (last + 1..holds.len()).take_while(|&frame| work.times[frame] - work.times[last] < HOLD_SECONDS) {
-            holds[frame] = holds[frame].max(near(work.times[frame] - work.times[last]));
+            holds[frame] = either(holds[frame], near(work.times[frame] - work.times[last]));
         }
     }
     holds

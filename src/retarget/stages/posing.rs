@@ -63,6 +63,11 @@ impl Posing {
         self.slots[joint].expect("a stage asks for the joints that it wanted")
     }
 
+    /// The joint of a slot.
+    pub(super) fn joint(&self, slot: usize) -> usize {
+        self.joints[slot].joint
+    }
+
     /// A pose to be filled.
     pub(super) fn pose(&self) -> Pose {
         let identity = vec![Transform::IDENTITY; self.joints.len()];

@@ -62,8 +62,9 @@ impl PullStage {
         moves.resize(work.frame_count(), DVec3::ZERO);
         if self.pulls {
             let shifts = moves.clone();
-            self.balance(&mut moves, work)?;
-            self.pull(&mut moves, work)?;
+            let hips = self.hips(work)?;
+            self.balance(&mut moves, &hips, work)?;
+            self.pull(&mut moves, &hips, work)?;
             self.take_along(&moves, &shifts, work)?;
         }
         if moves.iter().all(|moved| *moved == DVec3::ZERO) {
@@ -83,13 +84,23 @@ impl PullStage {
         Ok(())
     }
 
-    /// Adds what lets held legs keep their shape.
-    fn balance(&self, moves: &mut [DVec3], work: &Work<'_>) -> Result<(), Canceled> {
+    /// Where the legs begin before the pelvis is moved, frame by frame.
+    fn hips(&self, work: &Work<'_>) -> Result<Vec<DVec3>, Canceled> {
         let fill = |pose: &mut Pose, frame: usize, row: &mut [DVec3]| {
             self.posing.fill(pose, &work.target, frame);
-            row[0] = self.balanced(work, pose, frame, moves[frame]);
+            for (leg, hip) in self.legs.iter().zip(row) {
+                *hip = pose.model[leg.start].translation;
+            }
         };
-        let wanted = work.rows(1, || self.posing.pose(), fill)?;
+        work.rows(self.legs.len(), || self.posing.pose(), fill)
+    }
+
+    /// Adds what lets held legs keep their shape.
+    fn balance(&self, moves: &mut [DVec3], hips: &[DVec3], work: &Work<'_>) -> Result<(), Canceled> {
+        let fill = |(): &mut (), frame: usize, row: &mut [DVec3]| {
+            row[0] = self.balanced(work, hips, frame, moves[frame]);
+        };
+        let wanted = work.rows(1, || (), fill)?;
         let wanted = smoothed(&wanted, work.times, BALANCE_SECONDS);
         moves.iter_mut().zip(wanted).for_each(|(moved, wanted)| *moved += wanted);
         Ok(())
@@ -99,14 +110,14 @@ impl PullStage {
     ///
     /// Minimises `Σ w (u · x − m)² + x · C · x`, with `u` from the goal to the hip, `m` what the leg is too short by, `w` how much its
     /// bones turn when its length changes: a leg that is nearly straight bends by 8 degrees for a hundredth of its length.
-    fn balanced(&self, work: &Work<'_>, pose: &Pose, frame: usize, already: DVec3) -> DVec3 {
+    fn balanced(&self, work: &Work<'_>, hips: &[DVec3], frame: usize, already: DVec3) -> DVec3 {
         let up = self.ground.up;
         let sideways = DMat3::IDENTITY - outer(up, up);
         let mut matrix = (outer(up, up) + sideways * self.sideways_cost.powi(2)) * STIFFNESS;
         let mut vector = DVec3::ZERO;
-        for leg in &self.legs {
+        for (leg, hip) in self.legs.iter().zip(&hips[frame * self.legs.len()..]) {
             let goal = &work.goals[frame * self.limb_count + leg.limb];
-            let from_goal = pose.model[leg.start].translation + already - goal.position;
+            let from_goal = *hip + already - goal.position;
             let Some(away) = from_goal.try_normalize() else { continue };
             let bent = 1.0 - (goal.span / leg.length).clamp(0.0, 1.0).powi(2);
             let weight = goal.hold / (bent + LEAST_BENT);
@@ -117,16 +128,12 @@ impl PullStage {
     }
 
     /// Adds what makes held feet reachable, smooth over time.
-    fn pull(&self, moves: &mut [DVec3], work: &Work<'_>) -> Result<(), Canceled> {
+    fn pull(&self, moves: &mut [DVec3], hips: &[DVec3], work: &Work<'_>) -> Result<(), Canceled> {
         let needed = |moves: &[DVec3]| {
-            work.rows(
-                1,
-                || self.posing.pose(),
-                |pose, frame, row: &mut [DVec3]| {
-                    self.posing.fill(pose, &work.target, frame);
-                    row[0] = self.least_move(work, pose, frame, moves[frame]);
-                },
-            )
+            let fill = |(): &mut (), frame: usize, row: &mut [DVec3]| {
+                row[0] = self.least_move(work, hips, frame, moves[frame]);
+            };
+            work.rows(1, || (), fill)
         };
         let add = |moves: &mut [DVec3], more: &[DVec3]| {
             moves.iter_mut().zip(more).for_each(|(moved, more)| *moved += *more);
@@ -157,18 +164,18 @@ impl PullStage {
     }
 
     /// The least move, counting sideways ones dearer, after which every held foot is within reach of its hip.
-    fn least_move(&self, work: &Work<'_>, pose: &Pose, frame: usize, already: DVec3) -> DVec3 {
+    fn least_move(&self, work: &Work<'_>, hips: &[DVec3], frame: usize, already: DVec3) -> DVec3 {
         let up = self.ground.up;
         let mut moved = DVec3::ZERO;
         for _ in 0..ROUNDS {
             let mut is_reached = true;
-            for leg in &self.legs {
+            for (leg, hip) in self.legs.iter().zip(&hips[frame * self.legs.len()..]) {
                 let goal = &work.goals[frame * self.limb_count + leg.limb];
                 if goal.hold < LEAST_HOLD {
                     continue;
                 }
                 let reach = leg.length * (goal.extension.max(leg.firm) + LEFT_TO_THE_LEG);
-                let from_goal = pose.model[leg.start].translation + already + moved - goal.position;
+                let from_goal = *hip + already + moved - goal.position;
                 let missing = from_goal.length() - reach;
                 if missing > 1e-9 * leg.length {
                     is_reached = false;

@@ -54,7 +54,9 @@ impl TwoBone {
             return self.as_it_is();
         }
         let distance = wanted.length();
-        let allowed = soft(distance, a + b, self.softness).max(distance.min(self.extension * (a + b)));
+        // It begins to be softened where the limb ceases to be free, and there without a corner: legs pass it in every step.
+        let softness = self.softness.min(1.0 - self.extension).max(0.0);
+        let allowed = soft(distance, a + b, softness);
         let stretch = if allowed > 0.0 { (distance / allowed).clamp(1.0, self.stretch.max(1.0)) } else { 1.0 };
         let reach = allowed.clamp((a - b).abs(), a + b);
         let cosine = ((reach * reach - a * a - b * b) / (2.0 * a * b)).clamp(-1.0, 1.0);

@@ -8,6 +8,8 @@ use super::{
     cells::{Line, OpenQuote, header, lines, separator},
 };
 
+/// A table may have so many columns; there are not half as many names for them.
+const MOST_COLUMNS: usize = 64;
 /// A table may have so many rows.
 const MOST_ROWS: usize = 10_000;
 /// So many errors are told at once.
@@ -38,6 +40,10 @@ pub(in super::super) fn read_table(text: &str) -> Result<Value, SpecError> {
     if rows.len() > MOST_ROWS {
         let detail = format!("the joint table has {} rows, and at most {MOST_ROWS} are read", rows.len());
         return Err(SpecError::new(SpecErrorKind::Malformed, detail, "leave out joints that are not driven"));
+    }
+    if head.cells.len() > MOST_COLUMNS {
+        let detail = format!("the joint table has {} columns, and at most {MOST_COLUMNS} are read", head.cells.len());
+        return Err(SpecError::new(SpecErrorKind::Malformed, detail, "leave out columns without a name"));
     }
     let columns = read_header(head, &mut fields);
     let mut table = Vec::with_capacity(rows.len());
@@ -85,6 +91,9 @@ fn read_row(
 ) -> Map<String, Value> {
     let mut members = Map::new();
     let mut wrong = |index: usize, name: &str, detail: String| {
+        if fields.len() >= MOST_ERRORS {
+            return;
+        }
         let detail = format!("line {}, column {} ({name}): {detail}", row.number, index + 1);
         fields.push(SpecField::new(SpecErrorKind::InvalidValue, format!("/line/{}/{name}", row.number), detail));
     };

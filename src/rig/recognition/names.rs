@@ -45,6 +45,8 @@ pub(super) enum Layer {
     Original,
 }
 
+/// No name of a joint is near as long in characters, and a file could hold megabytes of one.
+const LONGEST_READ: usize = 256;
 /// Longer words are never taken apart; no word of a body is near as long.
 const LONGEST_GLUED: usize = 32;
 
@@ -137,10 +139,16 @@ impl ParsedName {
     }
 }
 
+/// As much of a name as is ever looked at: its end, since what is before it are namespaces and paths.
+pub(super) fn readable(name: &str) -> &str {
+    let begin = name.char_indices().rev().nth(LONGEST_READ - 1);
+    begin.map_or(name, |(begin, _)| &name[begin..])
+}
+
 /// Lower-case words, single letters and runs of digits, in order.
 fn tokens(name: &str) -> Vec<String> {
     // Namespaces of Maya and MotionBuilder, paths of some exporters.
-    let bare = name.rsplit([':', '|']).find(|part| !part.is_empty()).unwrap_or("");
+    let bare = readable(name).rsplit([':', '|']).find(|part| !part.is_empty()).unwrap_or("");
     let mut text = bare.to_owned();
     if !text.is_ascii() {
         for (japanese, english) in JAPANESE {

@@ -67,7 +67,7 @@ pub struct RetargetSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pose: Option<PoseSpec>,
     /// What is done, in this order. Default: `pelvis` and `fk`; where legs are mapped, then `contacts`, `ik`, `plant` and `floor`, so
-    /// that feet stay where they stand; where the source animates custom properties, then `curves`.
+    /// that feet stay where they stand; where the source animates custom properties, then `curves`. At most 256.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ops: Option<Vec<Op>>,
     /// How morph weights and facial expressions are moved over.

@@ -56,6 +56,39 @@ impl JobState {
     }
 }
 
+/// What a job does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum JobKind {
+    /// Puts a clip onto a character.
+    #[default]
+    Retarget,
+    /// Edits a clip.
+    Edit,
+    /// Puts a character into a pose.
+    Pose,
+}
+
+impl JobKind {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Retarget, Self::Edit, Self::Pose];
+
+    /// The name on the wire and in the database.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Retarget => "retarget",
+            Self::Edit => "edit",
+            Self::Pose => "pose",
+        }
+    }
+
+    /// The kind of a name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+}
+
 /// What a file is to a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum InputRole {
@@ -134,6 +167,9 @@ pub struct JobRequest {
     /// The rig templates of the user's own that it is recognised with.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rigs: Vec<VersionedName>,
+    /// Whether it is to be run although its results may be there already.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub skip_cache: bool,
 }
 
 /// One version of a document that is kept under a name.
@@ -190,6 +226,8 @@ pub struct JobRecord {
     pub id: JobId,
     /// Where it is in its life.
     pub state: JobState,
+    /// What it does.
+    pub kind: JobKind,
     /// What was asked for.
     pub request: JobRequest,
     /// Bytes of its input files.
@@ -228,6 +266,10 @@ pub struct JobRecord {
     pub lease: Option<LeaseId>,
     /// How far it was when its worker last said so.
     pub progress: Option<StoredProgress>,
+    /// A digest of what it computed, where others may be given its results.
+    pub cache_key: Option<String>,
+    /// The job whose results it was given.
+    pub cached_from: Option<JobId>,
 }
 
 /// What tells a request that comes again from another one.
@@ -280,4 +322,8 @@ pub struct FinishedJob {
     pub warnings: u64,
     /// The files.
     pub results: Vec<ResultRecord>,
+    /// A digest of what was computed, where others may be given the results.
+    pub cache_key: Option<String>,
+    /// The job whose results these are.
+    pub cached_from: Option<JobId>,
 }

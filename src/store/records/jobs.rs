@@ -4,20 +4,21 @@ use serde::{Serialize, de::DeserializeOwned};
 use sqlx::{Any, Row, Transaction, any::AnyRow};
 
 use super::{
-    Added, FinishedJob, Idempotency, JobRecord, JobState, Page, Records, count, database::ours, optional_time,
-    principal, read_id, results, signed, time,
+    Added, FinishedJob, Idempotency, JobKind, JobRecord, JobState, Records, count, database::ours, job_lists,
+    optional_time, principal, read_id, results, signed, time,
 };
 use crate::store::{JobId, LeaseId, Principal, StoreError};
 
 /// Everything but the documents, which can be large and are read by themselves.
 pub(super) const COLUMNS: &str = "id, state, request, input_bytes, attempt, retry_of, created_at, started_at, \
                                   finished_at, expires_at, warnings, failure, principal, priority, inputs_sha256, \
-                                  memory_bytes, crashes, retries, lease, progress, idempotency_key, asked_sha256";
+                                  memory_bytes, crashes, retries, lease, progress, idempotency_key, asked_sha256, kind, \
+                                  cache_key, cached_from";
 
 pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
     let id = read_id(row, "id", JobId::parse)?;
     let unreadable = |reason: String| StoreError::Unreadable { record: id.to_string(), reason };
-    let state: String = row.try_get("state")?;
+    let (state, kind): (String, String) = (row.try_get("state")?, row.try_get("kind")?);
     let failure: Option<String> = row.try_get("failure")?;
     let progress: Option<String> = row.try_get("progress")?;
     let key: Option<String> = row.try_get("idempotency_key")?;
@@ -25,6 +26,7 @@ pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
     let small = |column: &str| Ok::<_, StoreError>(u32::try_from(count(row, column)?).unwrap_or(u32::MAX));
     Ok(JobRecord {
         state: JobState::from_name(&state).ok_or_else(|| unreadable(format!("no state is called '{state}'")))?,
+        kind: JobKind::from_name(&kind).ok_or_else(|| unreadable(format!("no kind of job is called '{kind}'")))?,
         request: from_json(row.try_get("request")?).map_err(unreadable)?,
         input_bytes: count(row, "input_bytes")?,
         attempt: small("attempt")?,
@@ -44,6 +46,8 @@ pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
         idempotency: key.zip(asked).map(|(key, asked_sha256)| Idempotency { key, asked_sha256 }),
         lease: optional_id(row, "lease", LeaseId::parse).map_err(unreadable)?,
         progress: progress.map(|text| from_json(&text)).transpose().map_err(unreadable)?,
+        cache_key: row.try_get("cache_key")?,
+        cached_from: optional_id(row, "cached_from", JobId::parse).map_err(unreadable)?,
         id,
     })
 }
@@ -74,8 +78,8 @@ impl Records {
     pub async fn add_job(&self, job: &JobRecord) -> Result<Added, StoreError> {
         let mut transaction = self.begin().await?;
         let query = "INSERT INTO jobs (id, state, request, input_bytes, attempt, retry_of, created_at, principal, \
-                     priority, inputs_sha256, memory_bytes, idempotency_key, asked_sha256) \
-                     VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13) ON CONFLICT DO NOTHING";
+                     priority, inputs_sha256, memory_bytes, idempotency_key, asked_sha256, kind) \
+                     VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14) ON CONFLICT DO NOTHING";
         let (key, asked_sha256) = job.idempotency.as_ref().map(|word| (&word.key, &word.asked_sha256)).unzip();
         let done = sqlx::query(query)
             .bind(job.id.as_str())
@@ -91,6 +95,7 @@ impl Records {
             .bind(signed(job.memory_bytes))
             .bind(key)
             .bind(asked_sha256)
+            .bind(job.kind.name())
             .execute(&mut *transaction)
             .await?;
         if done.rows_affected() == 0 {
@@ -111,6 +116,7 @@ impl Records {
                 "INSERT INTO job_inputs (job_id, asset_id) VALUES ($1, $2) ON CONFLICT (job_id, asset_id) DO NOTHING";
             sqlx::query(query).bind(job.id.as_str()).bind(input.asset.as_str()).execute(&mut *transaction).await?;
         }
+        job_lists::insert_labels(&mut transaction, job).await?;
         // The row of a caller's turn goes when nobody has seen the caller for long, and never under a job that is being added.
         let query = "INSERT INTO turns (principal, served, seen_at) VALUES ($1, 0, $2) \
                      ON CONFLICT (principal) DO UPDATE SET seen_at = excluded.seen_at";
@@ -140,29 +146,6 @@ impl Records {
     pub async fn job_asked_with(&self, owner: &Principal, key: &str) -> Result<Option<JobRecord>, StoreError> {
         let query = ours(format!("SELECT {COLUMNS} FROM jobs WHERE principal = $1 AND idempotency_key = $2"));
         self.optional(sqlx::query(query).bind(owner.as_str()).bind(key)).await?.as_ref().map(read).transpose()
-    }
-
-    /// Up to `most` jobs of one owner, newest first, that are older than `before` and in `state`.
-    ///
-    /// # Errors
-    /// When the database fails.
-    pub async fn jobs(
-        &self,
-        owner: &Principal,
-        state: Option<JobState>,
-        before: Option<&JobId>,
-        most: usize,
-    ) -> Result<Page<JobRecord>, StoreError> {
-        let query = ours(format!(
-            "SELECT {COLUMNS} FROM jobs WHERE principal = $4 AND ($1 IS NULL OR id < $1) \
-             AND ($2 IS NULL OR state = $2) ORDER BY id DESC LIMIT $3"
-        ));
-        let query = sqlx::query(query)
-            .bind(before.map(JobId::as_str))
-            .bind(state.map(JobState::name))
-            .bind(signed(most as u64 + 1))
-            .bind(owner.as_str());
-        Ok(Page::cut(self.all(query).await?.iter().map(read).collect::<Result<_, _>>()?, most))
     }
 
     /// Tells a running job's worker that somebody wants the job to stop. Gives `false`, and writes nothing, when the job does not
@@ -207,7 +190,8 @@ impl Records {
         finished: &FinishedJob,
     ) -> Result<bool, StoreError> {
         let query = "UPDATE jobs SET state = $4, finished_at = $5, expires_at = $6, failure = $7, report = $8, \
-                     resolved_spec = $9, warnings = $10, lease_expires_at = NULL, progress = NULL \
+                     resolved_spec = $9, warnings = $10, cache_key = $11, cached_from = $12, lease_expires_at = NULL, \
+                     progress = NULL \
                      WHERE id = $1 AND state = $2 AND COALESCE(lease, '') = $3";
         let failure = finished.failure.as_ref().map(|failure| to_json(failure, id)).transpose()?;
         let done = sqlx::query(query)
@@ -221,6 +205,8 @@ impl Records {
             .bind(&finished.report)
             .bind(&finished.resolved_spec)
             .bind(signed(finished.warnings))
+            .bind(&finished.cache_key)
+            .bind(finished.cached_from.as_ref().map(JobId::as_str))
             .execute(&mut **transaction)
             .await?;
         if done.rows_affected() == 0 {

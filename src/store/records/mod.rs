@@ -10,11 +10,14 @@ mod blob_names;
 mod database;
 mod dialect;
 mod documents;
+mod events;
 mod faults;
+mod job_lists;
 mod job_record;
 mod jobs;
 mod notices;
 mod queue;
+mod result_cache;
 mod results;
 mod sweep;
 
@@ -24,13 +27,16 @@ pub use api_keys::{ApiKeyRecord, Scope};
 pub use database::Records;
 pub(in crate::store) use database::{BlobLocks, Lock};
 pub use documents::{DocumentChange, DocumentKind, DocumentRecord, NewDocument, Precondition};
+pub use events::{EventReach, EventRecord};
 pub use faults::{Faults, Moment};
+pub use job_lists::{Holdings, JobFilter};
 pub use job_record::{
-    Added, ConfigDocument, FinishedJob, Idempotency, InputRole, JobFailure, JobInput, JobRecord, JobRequest, JobState,
-    StoredFieldError, StoredProgress, VersionedName,
+    Added, ConfigDocument, FinishedJob, Idempotency, InputRole, JobFailure, JobInput, JobKind, JobRecord, JobRequest,
+    JobState, StoredFieldError, StoredProgress, VersionedName,
 };
 pub use notices::{Listener, Notice};
 pub use queue::{AfterCrash, Claim, GiveBack, Held, QueueDepth};
+pub use result_cache::CachedResults;
 
 use jiff::Timestamp;
 use sqlx::{Row, any::AnyRow};

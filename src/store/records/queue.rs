@@ -214,7 +214,9 @@ impl Records {
             .bind(signed(most as u64))
             .fetch_all(&mut *transaction)
             .await?;
-        let jobs: Vec<JobRecord> = rows.iter().map(read).collect::<Result<_, _>>()?;
+        let mut jobs: Vec<JobRecord> = rows.iter().map(read).collect::<Result<_, _>>()?;
+        // Two who do this at the same time write the events of principals in one order, so that neither waits for the other for ever.
+        jobs.sort_by(|one, other| one.principal.cmp(&other.principal));
         for job in &jobs {
             self.after_crash(&mut transaction, job, decide(job)).await?;
         }

@@ -8,6 +8,7 @@ use super::{
     studio::{CLIP, Customer, Place},
     support::{PATIENCE, S3, ServiceProcess, count_of},
 };
+use crate::event_stream::EventReader;
 
 /// The main job through a database and a bucket, by two APIs and two workers; then one of each goes, as in a rolling restart.
 #[tokio::test(flavor = "multi_thread")]
@@ -37,6 +38,42 @@ async fn apis_and_workers_share_a_database_and_a_bucket() {
     }
     let states = customer.collect(&apis[1].url).await;
     assert_eq!(states.get("succeeded"), Some(&30), "whoever was asked: {states:?}");
+}
+
+/// A listener hears of what others ask for and run elsewhere, and goes on at another process when its own dies.
+#[tokio::test(flavor = "multi_thread")]
+async fn events_are_heard_at_any_process_and_taken_up_at_another() {
+    let Some(place) = Place::shared() else { return };
+    let mut first = place.serve(&["--workers", "0"], &[]);
+    let second = place.serve(&["--workers", "0"], &[]);
+    let _worker = place.worker(&["--workers", "2"], &[]);
+    let mut customer = Customer::new();
+    let client = reqwest::Client::builder().no_proxy().build().expect("a client");
+    let mut stream = EventReader::open(client.get(format!("{}/v1/events", first.url)), None).await;
+    let asset = customer.upload(&second.url, CLIP).await.expect("is taken");
+    let mut heard = Vec::new();
+    for number in 0..12 {
+        assert!(customer.ask(&second.url, &asset).await, "is taken");
+        if number == 5 {
+            heard.push(stream.next().await.expect("an event"));
+            heard.push(stream.next().await.expect("an event"));
+            first.kill();
+            heard.extend(stream.rest().await);
+            let last = heard.last().map(|heard| heard.id.clone());
+            stream = EventReader::open(client.get(format!("{}/v1/events", second.url)), last.as_deref()).await;
+        }
+    }
+    while heard.len() < 36 {
+        heard.push(stream.next().await.expect("an event"));
+    }
+    for (index, event) in heard.iter().enumerate() {
+        assert_eq!(event.id, (index + 1).to_string(), "each once and in order: {event:?}");
+    }
+    for job in &customer.promised {
+        let states: Vec<&str> =
+            heard.iter().filter(|heard| heard.data["job"] == job.as_str()).map(|heard| heard.event.as_str()).collect();
+        assert_eq!(states, ["job.queued", "job.running", "job.succeeded"], "the whole life of {job}");
+    }
 }
 
 #[tokio::test(flavor = "multi_thread")]

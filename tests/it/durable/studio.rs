@@ -50,7 +50,9 @@ impl Place {
             }
             Self::Cloud(database, _) => vec!["--database".to_owned(), database.url(), "--blobs".to_owned(), S3::url()],
         };
-        own.into_iter().chain(more.iter().map(ToString::to_string)).collect()
+        // Every promised job is to be worked on, however many are the same.
+        let own = own.into_iter().chain(["--result-cache".to_owned(), "off".to_owned()]);
+        own.chain(more.iter().map(ToString::to_string)).collect()
     }
 
     pub(super) fn variables(&self) -> Vec<(&'static str, String)> {

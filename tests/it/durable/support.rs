@@ -120,7 +120,10 @@ impl Postgres {
 
     /// Forgets everything.
     pub(super) async fn empty(&self) {
-        self.execute("TRUNCATE assets, jobs, job_inputs, results, named_documents, turns, quarantine").await;
+        self.execute(
+            "TRUNCATE assets, jobs, job_inputs, results, named_documents, turns, quarantine, events, event_heads, job_labels",
+        )
+        .await;
     }
 
     /// How many rows of the table of jobs were read so far, by connections that are closed.

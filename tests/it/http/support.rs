@@ -9,7 +9,7 @@ use retargetd::{
     engine::{
         Control, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Outcome, Output, Question, Report,
     },
-    jobs::Engine,
+    jobs::{Engine, Ran},
     telemetry::Clock,
 };
 use serde_json::Value;
@@ -36,7 +36,7 @@ pub(super) fn start_service(data: &std::path::Path, flags: &[&str]) -> ServicePr
 pub(super) struct Obedient;
 
 impl Engine for Obedient {
-    fn retarget(&self, inputs: &Inputs<'_>, _: &Knowledge, _: &Limits, control: &Control) -> Result<Outcome, Failure> {
+    fn retarget(&self, inputs: &Inputs<'_>, _: &Knowledge, _: &Limits, control: &Control) -> Result<Ran, Failure> {
         let config = inputs.config.map_or(&b""[..], |config| config.bytes);
         let says = |word: &str| String::from_utf8_lossy(config).contains(word);
         if says("panic") {
@@ -56,7 +56,7 @@ impl Engine for Obedient {
             bytes: inputs.target.bytes.to_vec(),
         };
         let outputs = formats.iter().map(output).collect();
-        Ok(Outcome { outputs, report: Report::default(), resolved_spec: serde_json::json!({"version": 1}) })
+        Outcome { outputs, report: Report::default(), resolved_spec: serde_json::json!({"version": 1}) }.try_into()
     }
 
     fn inspect(&self, file: NamedBytes<'_>, _: &Knowledge, _: &Limits, _: &Control) -> Result<Value, Failure> {

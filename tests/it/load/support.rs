@@ -50,7 +50,7 @@ impl Pressed {
     pub(super) async fn start(data: &Path, flags: &[&str]) -> Self {
         let process = ServiceProcess::listening(
             Command::new(env!("CARGO_BIN_EXE_retargetd"))
-                .args(["serve", "--listen", "127.0.0.1:0", "--log", "error", "--data"])
+                .args(["serve", "--listen", "127.0.0.1:0", "--log", "error", "--result-cache", "off", "--data"])
                 .arg(data)
                 .args(flags),
         );

@@ -29,7 +29,6 @@ const LEGS: [(f64, bool); 6] = [(0.6, true), (0.8, true), (1.25, true), (1.6, tr
 /// At a leg of one metre.
 const MOST_SLIDE: f64 = 0.005;
 const MOST_PENETRATION: f64 = 0.005;
-const MOST_PENETRATION_OF_OTHER_FEET: f64 = 0.025;
 const MOST_JERK: f64 = 1.15;
 /// Longer or shorter limbs alone make nothing rougher.
 const MOST_JERK_OF_ROTATIONS: f64 = 0.01;
@@ -38,7 +37,13 @@ const MOST_TILT: f64 = 0.02;
 /// Share of a leg by which a clip may change on its own rig.
 const MOST_CHANGE: f64 = 1e-4;
 /// Share by which measures may be off: joints are looked at here, and the soles below them are what is held.
-const SLACK: f64 = 0.1;
+const SLACK: f64 = 0.05;
+/// Leg lengths by which a slide may be, too: what touches for a few frames by the thresholds here does not by those of `contacts`, so
+/// a foot of another size that shuffles between two contacts is not held there. One of 870 contacts needs it; all others stay within
+/// 0.0012.
+const LITTLE_SLIDE: f64 = 0.0026;
+/// Leg lengths above its height at rest from which a joint is in the air, however slow it is: a heel above a foot on tiptoe.
+const MOST_RAISED: f64 = 0.08;
 
 const FK_ONLY: &str = r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#;
 /// What is done when nobody says.
@@ -118,10 +123,12 @@ pub(crate) fn problems() -> Vec<String> {
                 unit_metres: scene.unit_metres,
                 ..Scene::default()
             };
-            let [plain, stack] = [FK_ONLY, STACK].map(|spec| Feet::measure(&scene, clip, &target, spec));
+            let feet_beside_legs = if with_feet { 1.0 } else { legs.recip() };
+            let [plain, stack] =
+                [FK_ONLY, STACK].map(|spec| Feet::measure(&scene, clip, &target, feet_beside_legs, spec));
             let name = format!("{file} x{legs}{}", if with_feet { "" } else { ", same feet" });
             eprintln!("{name}: {plain} -> {stack}");
-            problems.extend(stack.problems(&plain, with_feet).into_iter().map(|problem| format!("{name}: {problem}")));
+            problems.extend(stack.problems(&plain).into_iter().map(|problem| format!("{name}: {problem}")));
         }
     }
     problems
@@ -198,7 +205,7 @@ struct Feet {
     mean_slide: f64,
     source_mean_slide: f64,
     contacts: usize,
-    /// 99th percentile of the depth of the lowest foot joint below its height at rest, beyond the source's own.
+    /// 99th percentile of the depth of the lowest foot joint below where it stands, beyond the source's own.
     penetration: f64,
     own_penetration: f64,
     /// Of the report: every end, and the worst of them.
@@ -224,12 +231,13 @@ impl std::fmt::Display for Feet {
 }
 
 impl Feet {
-    fn measure(source: &Scene, clip: &Clip, target: &Scene, spec: &str) -> Self {
+    /// `feet_beside_legs` is how large the target's feet are beside its legs, for a source of 1.
+    fn measure(source: &Scene, clip: &Clip, target: &Scene, feet_beside_legs: f64, spec: &str) -> Self {
         let (limbs, jerk) = Self::limbs(source, clip, target, spec);
         let more_flips = |limb: &Leg| limb.target.flips().saturating_sub(limb.source.flips());
         let elbow_flips = limbs.iter().filter(|(is_leg, _)| !is_leg).map(|(_, arm)| more_flips(arm)).sum();
         let legs: Vec<Leg> = limbs.into_iter().filter(|(is_leg, _)| *is_leg).map(|(_, leg)| leg).collect();
-        let feet = Self::of(&legs, clip.times_seconds());
+        let feet = Self::of(&legs, clip.times_seconds(), feet_beside_legs);
         Self { elbow_flips, jerk, ..feet }
     }
 
@@ -258,7 +266,7 @@ impl Feet {
         (limbs, measures.metrics.remove(&MetricName::JerkRatio).expect("every metric"))
     }
 
-    fn of(legs: &[Leg], times: &[f64]) -> Self {
+    fn of(legs: &[Leg], times: &[f64], feet_beside_legs: f64) -> Self {
         let mut worst = (f64::MIN, 0.0, 0.0);
         let (mut slides, mut source_slides, mut depths, mut own_depths) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
@@ -267,6 +275,9 @@ impl Feet {
         for leg in legs {
             for point in 0..leg.source.points.len() {
                 for (first, last) in leg.source.contacts(point, times) {
+                    if leg.source.is_raised(point, first, last) {
+                        continue;
+                    }
                     let target = leg.target.path(point, first, last);
                     let source = leg.source.path(point, first, last);
                     slides.push(target);
@@ -277,8 +288,11 @@ impl Feet {
                     }
                 }
             }
+            // Rest poses may hover over the floor: nothing is in it that is as high as where it stands in the clip.
+            let stands: Vec<f64> = (0..leg.source.points.len()).map(|point| leg.source.stands(point, times)).collect();
+            let target_stands: Vec<f64> = stands.iter().map(|height| height * feet_beside_legs).collect();
             for frame in 0..times.len() {
-                let (own, depth) = (leg.source.depth(frame), leg.target.depth(frame));
+                let (own, depth) = (leg.source.depth(frame, &stands), leg.target.depth(frame, &target_stands));
                 own_depths.push(own);
                 depths.push((depth - own).max(0.0));
             }
@@ -302,22 +316,20 @@ impl Feet {
         self.jerk.value.unwrap_or_default()
     }
 
-    /// Feet that keep their size while legs do not cannot roll as the source's do; they only have to be better than without IK.
-    fn problems(&self, without: &Self, with_feet: bool) -> Vec<String> {
+    fn problems(&self, without: &Self) -> Vec<String> {
         let mut problems = Vec::new();
         let (own, slide) = (self.source_slide * 100.0, self.slide * 100.0);
-        if with_feet && self.slide > MOST_SLIDE.max(self.source_slide * (1.0 + SLACK)) {
+        if self.slide > MOST_SLIDE.max(self.source_slide + LITTLE_SLIDE.max(self.source_slide * SLACK)) {
             problems.push(format!("slides by {slide:.2} cm, the source by {own:.2}"));
         }
         if self.mean_slide > without.mean_slide.max(self.source_mean_slide) * (1.0 + SLACK) {
             problems
                 .push(format!("slides more than without IK and than the source, by {:.2} cm", self.mean_slide * 100.0));
         }
-        let most_penetration = if with_feet { MOST_PENETRATION } else { MOST_PENETRATION_OF_OTHER_FEET };
-        if self.penetration > most_penetration {
+        if self.penetration > MOST_PENETRATION {
             problems.push(format!("sinks by {:.2} cm", self.penetration * 100.0));
         }
-        if with_feet && self.jerk() > MOST_JERK {
+        if self.jerk() > MOST_JERK {
             problems.push(format!("jerks {:?} times as much, and {:.2} without IK", self.jerk.parts, without.jerk()));
         }
         if (without.jerk() - 1.0).abs() > MOST_JERK_OF_ROTATIONS {
@@ -408,14 +420,30 @@ impl Track {
         runs
     }
 
+    /// Whether a point that is slow is in the air.
+    fn is_raised(&self, point: usize, first: usize, last: usize) -> bool {
+        let (places, rest) = &self.points[point];
+        places[first..=last].iter().all(|place| place.y - rest > MOST_RAISED)
+    }
+
     /// Way along the floor.
     fn path(&self, point: usize, first: usize, last: usize) -> f64 {
         let places = &self.points[point].0[first..=last];
         places.windows(2).map(|pair| (pair[1] - pair[0]).with_y(0.0).length()).sum()
     }
 
-    fn depth(&self, frame: usize) -> f64 {
-        self.points.iter().map(|(places, rest)| rest - places[frame].y).fold(0.0, f64::max)
+    /// The height at which a point stands in its contacts, and at rest where it has none.
+    fn stands(&self, point: usize, times: &[f64]) -> f64 {
+        let (places, rest) = &self.points[point];
+        let frames = self.contacts(point, times).into_iter().flat_map(|(first, last)| first..=last);
+        let heights: Vec<f64> = frames.map(|frame| places[frame].y).collect();
+        if heights.is_empty() { *rest } else { percentile(heights, 0.5) }
+    }
+
+    /// How deep the foot is below where it stands.
+    fn depth(&self, frame: usize, stands: &[f64]) -> f64 {
+        let depth = |((places, rest), stands): (&(Vec<DVec3>, f64), &f64)| rest.min(*stands) - places[frame].y;
+        self.points.iter().zip(stands).map(depth).fold(0.0, f64::max)
     }
 
     /// How often the bend turns over from one frame to the next.

@@ -24,7 +24,8 @@ fn stage(mode: PlantMode) -> PlantStage {
 }
 
 fn track(positions: Vec<DVec3>, touches: std::ops::Range<usize>) -> Option<PointTrack> {
-    Some(PointTrack { positions, touches: (0..FRAMES).map(|frame| touches.contains(&frame)).collect() })
+    let touches = (0..FRAMES).map(|frame| touches.contains(&frame)).collect();
+    Some(PointTrack { speeds: speeds(&positions, &times()), positions, touches })
 }
 
 /// Positions of a point of the target after the corrections.
@@ -40,7 +41,7 @@ fn a_foot_that_slides_beside_its_source_is_held() {
     let source = (0..FRAMES).map(|frame| DVec3::Z * 0.001 * frame as f64).collect();
     let targets = (0..FRAMES).map(|frame| [DVec3::X * 0.01 * frame as f64; 3]).collect();
     let tracks = [track(source, 10..31), None, None];
-    let foot = Foot { scale: 2.0, tracks, has_point: [true, false, false], targets };
+    let foot = Foot { scale: 2.0, still_speed: 0.05, tracks, has_point: [true, false, false], targets };
     let (places, corrections) = planted(&stage(PlantMode::Auto), &foot, 0);
     for frame in 10..30 {
         let step = places[frame + 1] - places[frame];
@@ -67,7 +68,8 @@ fn the_ball_is_held_while_the_heel_lifts() {
         [place - pitch * ball, place, place]
     });
     let tracks = [track(still(DVec3::ZERO), 5..20), track(still(ball), 5..30), None];
-    let foot = Foot { scale: 1.0, tracks, has_point: [true, true, false], targets: targets.collect() };
+    let foot =
+        Foot { scale: 1.0, still_speed: 0.05, tracks, has_point: [true, true, false], targets: targets.collect() };
     let (places, _) = planted(&stage(PlantMode::Auto), &foot, 1);
     let slid = places[24..30].windows(2).map(|pair| pair[0].distance(pair[1])).fold(0.0, f64::max);
     assert!(slid < 1e-12, "the ball stands: {slid}");

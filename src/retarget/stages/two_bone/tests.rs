@@ -110,6 +110,21 @@ fn degenerate_limbs_stay_finite() {
 }
 
 #[test]
+fn a_limb_that_may_reach_farther_is_softened_without_a_corner() {
+    // Slopes of what is reached over the distance of the goal, around where softening begins and where the limb ends.
+    let reached = |distance: f64| {
+        let limb = TwoBone { extension: 0.985, ..leg(20.0) };
+        let limb = TwoBone { goal: limb.start - DVec3::Y * distance * 0.85, ..limb };
+        limb.solve().end.distance(limb.start) / 0.85
+    };
+    let places: Vec<f64> = (0..200).map(|step| reached(0.96 + f64::from(step) * 5e-4)).collect();
+    let slopes: Vec<f64> = places.windows(2).map(|pair| (pair[1] - pair[0]) / 5e-4).collect();
+    assert!((slopes[0] - 1.0).abs() < 1e-6 && reached(0.985) > 0.985 - 1e-9, "all of what it may reach");
+    let corner = slopes.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+    assert!(corner < 0.05, "the slope changes by {corner} at most");
+}
+
+#[test]
 fn knees_bend_about_their_hinge_when_straight() {
     let limb = TwoBone { goal: DVec3::new(0.1, 0.4, 0.0), ..leg(0.0) };
     let reach = limb.solve();

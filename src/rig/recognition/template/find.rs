@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{RigTemplate, builtin};
+use super::{super::names::readable, RigTemplate, builtin};
 use crate::{
     model::Skeleton,
     rig::{Role, Side},
@@ -152,7 +152,7 @@ fn fits_wildcard(name: &str, pattern: &str) -> bool {
 
 /// The joints' names without the number that an exporter puts behind all of them.
 pub(super) fn own_names(skeleton: &Skeleton) -> Vec<String> {
-    let names: Vec<&str> = skeleton.joints().iter().map(|joint| joint.name.as_str()).collect();
+    let names: Vec<&str> = skeleton.joints().iter().map(|joint| readable(&joint.name)).collect();
     let unnumbered = |name: &str| {
         let cut = name.trim_end_matches(|character: char| character.is_ascii_digit());
         (cut.len() < name.len()).then(|| cut.strip_suffix('_').map(str::to_owned)).flatten()

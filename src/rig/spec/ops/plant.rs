@@ -25,6 +25,9 @@ pub struct PlantOp {
     /// Whether feet that stand on an edge in all contacts with heel and ball are taken to stand level, when the target's feet are
     /// not the source's: rest poses with legs apart often have their feet on edge. By 3° nothing is done, from 8° on all.
     pub level: bool,
+    /// Whether feet that are larger beside their legs than the source's turn less while they stand, by as much as they are larger:
+    /// small turns would carry ankle and toes farther. At most 10° are taken off, and none of a foot that rolls or turns far.
+    pub steady: bool,
     /// Whether the pelvis is moved where a held foot is out of reach.
     pub pull_pelvis: bool,
     /// How much dearer it is to move the pelvis sideways than up or down. 1 to 100.
@@ -39,8 +42,9 @@ impl Default for PlantOp {
             mode: PlantMode::default(),
             blend_seconds: 0.25,
             level: true,
+            steady: true,
             pull_pelvis: true,
-            sideways_cost: 3.0,
+            sideways_cost: 2.0,
         }
     }
 }

@@ -1,0 +1,132 @@
+//! The `submit` subcommand: the work of `retarget`, done by a service. Files go up, the job is followed, results come back.
+//!
+//! What breaks on the way is taken up again: uploads are known by their bytes, the job by an idempotency key, its events by the last number,
+//! downloads by how much is there. A job goes on when this command ends; `--resume` comes back for it.
+
+mod body;
+mod follow;
+mod remote;
+
+use std::{path::PathBuf, process::ExitCode, sync::Arc};
+
+use serde_json::Value;
+
+use self::remote::Remote;
+use super::{
+    exit::{self, Exit, FAILED, print, say},
+    files::StagedFiles,
+    outputs::{WantedFormats, check_places, report_bytes},
+    watch::ProgressWatch,
+};
+use crate::{formats::Format, model::Control};
+
+/// Arguments of `retargetd submit`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Where the service is. A key is read from the environment variable RETARGETD_KEY
+    #[arg(long, value_name = "URL", env = "RETARGETD_URL", default_value = "http://127.0.0.1:8080")]
+    service: String,
+    #[command(flatten)]
+    asked: body::Asked,
+    /// Where a result goes; the ending picks the format. May be given several times
+    #[arg(long, value_name = "FILE", required_unless_present = "detach")]
+    output: Vec<PathBuf>,
+    /// Where the report goes: as a page to look at where the ending is .html, else as JSON
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+    /// Print the id of the job and do not wait for it; --resume comes back for the results
+    #[arg(long, conflicts_with_all = ["resume", "report"])]
+    detach: bool,
+    /// Come back for a job that was asked for before, instead of asking for one
+    #[arg(long, value_name = "JOB", conflicts_with_all = body::ASKING)]
+    resume: Option<String>,
+    /// Show a progress bar even on a dumb terminal; other terminals show it anyway, pipes never
+    #[arg(long)]
+    progress: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> ExitCode {
+    let runtime = match tokio::runtime::Builder::new_current_thread().enable_all().build() {
+        Ok(runtime) => runtime,
+        Err(error) => return exit::refuse(FAILED, &error),
+    };
+    match runtime.block_on(submit(arguments)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(exit) => exit.tell(),
+    }
+}
+
+async fn submit(arguments: &Arguments) -> Result<(), Exit> {
+    let formats = WantedFormats::of(&arguments.output)?;
+    check_places(&arguments.output, arguments.report.as_ref())?;
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "a key on the command line could be read by everybody on the machine"
+    )]
+    let key = std::env::var("RETARGETD_KEY").ok();
+    let remote = Remote::new(&arguments.service, key)?;
+    let id = match &arguments.resume {
+        Some(id) => id.clone(),
+        None => unless_interrupted(arguments.asked.submit(&remote, &formats.distinct), None).await?,
+    };
+    if arguments.detach {
+        return print(&format!("{id}\n"));
+    }
+    unless_interrupted(collect(arguments, &remote, &id, &formats), Some(&id)).await
+}
+
+/// The work, or at the first Ctrl-C the way to come back to it.
+async fn unless_interrupted<T>(work: impl Future<Output = Result<T, Exit>>, job: Option<&str>) -> Result<T, Exit> {
+    let hint = job.map_or_else(String::new, |id| format!("the job goes on; come back for it with --resume {id}"));
+    tokio::select! {
+        done = work => done,
+        _ = tokio::signal::ctrl_c() => Err(Exit::new(FAILED, "interrupted", hint)),
+    }
+}
+
+async fn collect(arguments: &Arguments, remote: &Remote, id: &str, formats: &WantedFormats) -> Result<(), Exit> {
+    let come_back = |exit: Exit| match exit.hint.is_empty() {
+        true => Exit { hint: format!("come back for the job with --resume {id}"), ..exit },
+        false => exit,
+    };
+    let control = Arc::new(Control::new());
+    let watch = ProgressWatch::start(&control, arguments.progress);
+    let job = follow::to_its_end(remote, id, &control).await.map_err(come_back);
+    drop(watch);
+    let job = job?;
+    if job["state"] != "succeeded" {
+        return Err(ended_otherwise(id, &job));
+    }
+    let mut staged = StagedFiles::default();
+    for (path, format) in arguments.output.iter().zip(&formats.of_each) {
+        let bytes = remote.download(result_of(&job, *format)?).await.map_err(come_back)?;
+        staged.add(path, &bytes)?;
+    }
+    if let Some(path) = &arguments.report {
+        let report = remote.get(&format!("/v1/jobs/{id}/report")).await.map_err(come_back)?;
+        staged.add(path, &report_bytes(&report, path)?)?;
+    }
+    staged.commit()?;
+    let names: Vec<String> = arguments.output.iter().map(|path| path.display().to_string()).collect();
+    say(format_args!("wrote {}: job {id}, {} warnings", names.join(", "), job["warnings_count"]));
+    Ok(())
+}
+
+/// The result of that format. One that the job was not asked for is not there.
+fn result_of(job: &Value, format: Format) -> Result<&Value, Exit> {
+    let results = job["results"].as_array().map_or(&[][..], Vec::as_slice);
+    let name = format.info().name;
+    results.iter().find(|result| result["format"] == name).ok_or_else(|| {
+        let there: Vec<&str> = results.iter().filter_map(|result| result["format"].as_str()).collect();
+        let message = format!("job {} has no result of the format {name}", job["id"].as_str().unwrap_or_default());
+        Exit::new(exit::BAD_USAGE, message, format!("its results are {}", there.join(", ")))
+    })
+}
+
+fn ended_otherwise(id: &str, job: &Value) -> Exit {
+    let state = job["state"].as_str().unwrap_or_default();
+    match job.get("problem") {
+        Some(problem) => remote::exit_of(problem, &format!("job {id} {state}")),
+        None => Exit::new(FAILED, format!("job {id} was {state}"), ""),
+    }
+}

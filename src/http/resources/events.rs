@@ -1,0 +1,187 @@
+//! `/v1/events` and `/v1/jobs/{id}/events`: what happens, as server-sent events.
+
+use std::{convert::Infallible, time::Duration};
+
+use axum::{
+    extract::State,
+    http::{HeaderMap, HeaderName, HeaderValue, StatusCode},
+    response::{
+        IntoResponse, Response,
+        sse::{Event, KeepAlive, Sse},
+    },
+};
+use futures::{Stream, StreamExt, stream};
+use serde::Serialize;
+use utoipa::ToSchema;
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use crate::{
+    http::{
+        ApiState,
+        auth::Caller,
+        code::Code,
+        extract::{self, Id},
+        problem::{Problem, ProblemView},
+        views::ProgressView,
+    },
+    jobs::{EventRecord, EventStream, Followed, JobId, Principal, Told},
+};
+
+pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
+    OpenApiRouter::new().routes(routes!(of_everything)).routes(routes!(of_job))
+}
+
+/// How long a caller shall wait before coming again when the connection breaks.
+const COME_AGAIN: Duration = Duration::from_secs(1);
+
+/// A job came into a state. Everything in it can also be asked for at the job.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = JobEvent)]
+pub(in crate::http) struct JobEventView {
+    /// `job.` and the state.
+    #[serde(rename = "type")]
+    #[schema(example = "job.succeeded")]
+    kind: String,
+    /// Its place among your events, from 1 and without gaps; also the `id` of the event.
+    number: u64,
+    /// When it happened.
+    #[schema(format = DateTime)]
+    created_at: String,
+    /// The job.
+    #[schema(example = "job_01j9z3k8m0q4r6t8v0x2y4a6c8")]
+    job: String,
+    /// The state that it came into.
+    #[schema(example = "succeeded")]
+    state: &'static str,
+    /// Where the job is.
+    href: String,
+}
+
+impl From<EventRecord> for JobEventView {
+    fn from(event: EventRecord) -> Self {
+        let EventRecord { number, job, state, created_at } = event;
+        Self {
+            kind: format!("job.{}", state.name()),
+            number,
+            created_at: created_at.to_string(),
+            href: format!("/v1/jobs/{job}"),
+            job: job.to_string(),
+            state: state.name(),
+        }
+    }
+}
+
+/// How far a job is.
+#[derive(Debug, Serialize)]
+struct JobProgressView {
+    job: String,
+    progress: ProgressView,
+}
+
+#[derive(Debug, Serialize)]
+struct ReasonView {
+    reason: &'static str,
+}
+
+/// Follows all jobs of the caller.
+///
+/// A stream of server-sent events, from now on or behind `Last-Event-ID`: `job.queued`, `job.running`, `job.canceling`, `job.succeeded`,
+/// `job.failed` and `job.canceled`, each once and in order, with a `JobEvent` as data. `reset` says that events are gone which the caller
+/// has not heard of, so that the jobs are to be listed. `bye` says that the stream ends (`shutting_down`, `time_is_over`,
+/// `unavailable`) and is to be taken up again. Events are kept for the limit `event_retention`; a principal has as many streams at a
+/// time as the limit `event_streams` allows.
+#[utoipa::path(get, path = "/v1/events", operation_id = "follow_everything", tag = "events",
+    params(("Last-Event-ID" = Option<String>, Header, description = "the `id` of the last event that was heard")),
+    responses((status = 200, body = String, content_type = "text/event-stream", description = "the events"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn of_everything(
+    State(state): State<ApiState>,
+    Caller(owner): Caller,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    answer(&state, &owner, Followed::Everything, &headers).await
+}
+
+/// Follows a job to its end.
+///
+/// The same events as of `GET /v1/events`, those of this job alone, from its first or behind `Last-Event-ID`, and between them
+/// `job.progress` (without an `id`) with `phase`, `done` and `total`. The stream ends with the job. Who has heard of the end and
+/// asks again gets 204, at which browsers stop asking.
+#[utoipa::path(get, path = "/v1/jobs/{id}/events", operation_id = "follow_job", tag = "events",
+    params(("id" = String, Path, description = "the job"),
+        ("Last-Event-ID" = Option<String>, Header, description = "the `id` of the last event that was heard")),
+    responses((status = 200, body = String, content_type = "text/event-stream", description = "the events"),
+        (status = 204, description = "the job has ended, and the caller knows"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn of_job(
+    State(state): State<ApiState>,
+    Caller(owner): Caller,
+    Id(id): Id<JobId>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    answer(&state, &owner, Followed::Job(id), &headers).await
+}
+
+async fn answer(
+    state: &ApiState,
+    owner: &Principal,
+    followed: Followed,
+    headers: &HeaderMap,
+) -> Result<Response, Problem> {
+    let after = last_heard(headers)?;
+    let Some(stream) = state.jobs.follow(owner, followed, after).await? else {
+        return Ok(StatusCode::NO_CONTENT.into_response());
+    };
+    let heartbeat = KeepAlive::new().interval(state.settings.event_heartbeat.0);
+    let mut response = Sse::new(events(stream)).keep_alive(heartbeat).into_response();
+    // Proxies that gather what they pass on would hold events back.
+    let name = HeaderName::from_static("x-accel-buffering");
+    response.headers_mut().insert(name, HeaderValue::from_static("no"));
+    Ok(response)
+}
+
+/// The number behind which the caller wants to go on.
+fn last_heard(headers: &HeaderMap) -> Result<Option<u64>, Problem> {
+    let text = extract::text(headers, &HeaderName::from_static("last-event-id"));
+    if text.is_empty() {
+        return Ok(None);
+    }
+    text.parse().map(Some).map_err(|_| {
+        let shown: String = text.chars().take(64).collect();
+        Problem::new(Code::MalformedRequest, format!("'Last-Event-ID: {shown}' is the id of no event"))
+            .with_hint("send the id of the last event that was heard, or leave the header out")
+    })
+}
+
+fn events(stream: EventStream) -> impl Stream<Item = Result<Event, Infallible>> {
+    let first = Event::default().retry(COME_AGAIN).comment("following");
+    let told = stream::unfold(stream, async |mut stream| {
+        let told = stream.next().await?;
+        Some((told, stream))
+    });
+    stream::iter([first]).chain(told.map(event)).map(Ok)
+}
+
+fn event(told: Told) -> Event {
+    match told {
+        Told::Happened(event) => {
+            let view = JobEventView::from(event);
+            data(Event::default().id(view.number.to_string()).event(view.kind.clone()), &view)
+        }
+        Told::Progress(job, progress) => {
+            let view = JobProgressView { job: job.to_string(), progress: progress.into() };
+            data(Event::default().event("job.progress"), &view)
+        }
+        Told::Reset { number, reason } => {
+            data(Event::default().id(number.to_string()).event("reset"), &ReasonView { reason })
+        }
+        Told::Bye(reason) => data(Event::default().event("bye"), &ReasonView { reason }),
+    }
+}
+
+fn data(event: Event, view: &impl Serialize) -> Event {
+    event.json_data(view).unwrap_or_else(|error| {
+        tracing::error!(%error, "an event could not be written");
+        Event::default().comment("an event could not be written")
+    })
+}

@@ -1,0 +1,291 @@
+//! Following what happens to jobs: as it comes, and from where somebody left off.
+//!
+//! What happened is in the store, so a stream goes on at any process; the notices of changes only say when to look. A stream tells
+//! every event once and in order, or says with [`Told::Reset`] that some are gone.
+
+use std::{
+    collections::{BTreeMap, VecDeque},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    time::Duration,
+};
+
+use tokio::{sync::broadcast, time::Instant};
+
+use super::{Jobs, Refusal};
+use crate::{
+    store::{EventReach, EventRecord, JobId, JobRecord, JobState, Principal, StoredProgress},
+    telemetry::Metric,
+};
+
+/// Read from the store at once.
+const MOST_AT_ONCE: usize = 100;
+/// How often to look, in case a notice of another process was missed.
+const LOOK_AGAIN: Duration = Duration::from_secs(2);
+/// How often to look how far a job is that runs.
+const LOOK_AT_PROGRESS: Duration = Duration::from_millis(500);
+/// What happens within this time after a look is told together: many jobs of one principal do not make every stream ask for each.
+const GATHER: Duration = Duration::from_millis(50);
+
+/// What a stream tells.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Told {
+    /// A job came into a state.
+    Happened(EventRecord),
+    /// A job that runs is that far. Has no number: who comes back hears the next one.
+    Progress(JobId, StoredProgress),
+    /// Events are gone that the caller has not heard of, and the stream goes on behind that number. The state of jobs is to be asked for.
+    Reset {
+        /// What the next event comes after.
+        number: u64,
+        /// Why.
+        reason: &'static str,
+    },
+    /// The stream ends, and is to be taken up again. The reason is one of a closed set: `shutting_down`, `time_is_over`,
+    /// `unavailable`.
+    Bye(&'static str),
+}
+
+/// How many streams each principal has open at this process.
+#[derive(Debug, Default)]
+pub(super) struct OpenStreams(Mutex<BTreeMap<Principal, u64>>);
+
+impl OpenStreams {
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<Principal, u64>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// How many one principal has open.
+    pub(super) fn count(&self, owner: &Principal) -> u64 {
+        self.lock().get(owner).copied().unwrap_or(0)
+    }
+
+    fn open(self: &Arc<Self>, owner: &Principal, most: u64) -> Result<OpenStream, Refusal> {
+        let mut counts = self.lock();
+        let count = counts.get(owner).copied().unwrap_or(0);
+        if count >= most {
+            return Err(Refusal::TooManyStreams { most });
+        }
+        counts.insert(owner.clone(), count + 1);
+        drop(counts);
+        Metric::EventStreams.change(1.0);
+        Ok(OpenStream { streams: Arc::clone(self), owner: owner.clone() })
+    }
+}
+
+/// One of them, until it is dropped.
+#[derive(Debug)]
+struct OpenStream {
+    streams: Arc<OpenStreams>,
+    owner: Principal,
+}
+
+impl Drop for OpenStream {
+    fn drop(&mut self) {
+        let mut counts = self.streams.lock();
+        match counts.get_mut(&self.owner) {
+            Some(count) if *count > 1 => *count -= 1,
+            _ => {
+                counts.remove(&self.owner);
+            }
+        }
+        drop(counts);
+        Metric::EventStreams.change(-1.0);
+    }
+}
+
+/// Which events somebody wants to hear of.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Followed {
+    /// Those of one job, to its end.
+    Job(JobId),
+    /// Those of all jobs of the caller.
+    Everything,
+}
+
+/// Tells what happens to the jobs of one principal.
+#[derive(Debug)]
+pub struct EventStream {
+    jobs: Jobs,
+    owner: Principal,
+    followed: Followed,
+    /// The number of the newest event that was read.
+    position: u64,
+    waiting: VecDeque<Told>,
+    /// The last progress that was told.
+    progress: Option<StoredProgress>,
+    changes: broadcast::Receiver<Option<JobId>>,
+    ends_at: Instant,
+    has_ended: bool,
+    _open: OpenStream,
+}
+
+impl Jobs {
+    /// Follows events behind number `after`. Without a number, those of a job begin with its first, and those of everything with the next.
+    /// `None` when nothing will come any more: the job has ended, and the caller knows.
+    ///
+    /// # Errors
+    /// When the caller has no such job or too many streams, or the service is going down.
+    pub async fn follow(
+        &self,
+        owner: &Principal,
+        followed: Followed,
+        after: Option<u64>,
+    ) -> Result<Option<EventStream>, Refusal> {
+        if self.is_draining() {
+            return Err(Refusal::Draining);
+        }
+        // Before looking, so that no change is missed in between.
+        let changes = self.subscribe();
+        let open = self.0.streams.open(owner, self.0.settings.max_event_streams)?;
+        let reach = self.0.store.records().event_reach(owner).await?;
+        let mut stream = EventStream {
+            jobs: self.clone(),
+            owner: owner.clone(),
+            position: 0,
+            waiting: VecDeque::new(),
+            progress: None,
+            changes,
+            ends_at: Instant::now() + self.0.settings.event_stream_period.0,
+            has_ended: false,
+            _open: open,
+            followed,
+        };
+        stream.position = match (&stream.followed, after) {
+            (_, Some(after)) => after,
+            (Followed::Job(_), None) => 0,
+            (Followed::Everything, None) => reach.last,
+        };
+        if after.is_some() {
+            stream.check_gap(reach);
+        }
+        if let Followed::Job(id) = &stream.followed {
+            let job = self.record(owner, id).await?;
+            let events = self.0.store.records().job_events_after(id, stream.position, MOST_AT_ONCE).await?;
+            if events.is_empty() && job.state.is_final() {
+                if after.is_some() && stream.waiting.is_empty() {
+                    return Ok(None);
+                }
+                stream.end_with_reset();
+            }
+        }
+        Ok(Some(stream))
+    }
+}
+
+impl EventStream {
+    /// What comes next; waits for it. `None` when the stream has ended.
+    pub async fn next(&mut self) -> Option<Told> {
+        loop {
+            if let Some(told) = self.waiting.pop_front() {
+                return Some(told);
+            }
+            if self.has_ended {
+                return None;
+            }
+            if let Err(error) = self.look().await {
+                tracing::error!(%error, "an event stream could not be read on");
+                self.end_with(Told::Bye("unavailable"));
+            } else if !self.waiting.is_empty() || self.has_ended {
+                // Told in the next round.
+            } else if self.jobs.is_draining() {
+                self.end_with(Told::Bye("shutting_down"));
+            } else if Instant::now() >= self.ends_at {
+                self.end_with(Told::Bye("time_is_over"));
+            } else {
+                self.wait().await;
+            }
+        }
+    }
+
+    fn end_with(&mut self, told: Told) {
+        self.waiting.push_back(told);
+        self.has_ended = true;
+    }
+
+    /// The job has ended, and its last event is no longer kept.
+    fn end_with_reset(&mut self) {
+        let number = self.position;
+        self.waiting.clear();
+        self.end_with(Told::Reset { number, reason: "the job has ended, and its events are no longer kept" });
+    }
+
+    /// Says so where events are gone that come after the position, or the position is one that has never been.
+    fn check_gap(&mut self, reach: EventReach) {
+        let reason = if self.position > reach.last {
+            "there is no event of that number"
+        } else if self.position < reach.removed {
+            "events behind that number are no longer kept"
+        } else {
+            return;
+        };
+        self.position = reach.last;
+        self.waiting.push_back(Told::Reset { number: reach.last, reason });
+    }
+
+    async fn look(&mut self) -> Result<(), Refusal> {
+        let records = self.jobs.0.store.records();
+        let Followed::Job(id) = &self.followed else {
+            let reach = records.event_reach(&self.owner).await?;
+            if reach.last == self.position {
+                return Ok(());
+            }
+            let events = records.events_after(&self.owner, self.position, MOST_AT_ONCE).await?;
+            self.check_gap(reach);
+            self.take(events);
+            return Ok(());
+        };
+        // The record first: when it says that the job has ended, the event that says so is there too.
+        let job = self.jobs.record(&self.owner, id).await;
+        let events = records.job_events_after(id, self.position, MOST_AT_ONCE).await?;
+        let has_news = !events.is_empty();
+        self.take(events);
+        match job {
+            Ok(job) if job.state.is_final() && !has_news => self.end_with_reset(),
+            Ok(job) if !has_news => self.look_at_progress(job),
+            Err(Refusal::NotFound { .. }) if !has_news => self.end_with_reset(),
+            Ok(_) | Err(Refusal::NotFound { .. }) => {}
+            Err(refusal) => return Err(refusal),
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, events: Vec<EventRecord>) {
+        let position = self.position;
+        for event in events.into_iter().filter(|event| event.number > position) {
+            self.position = event.number;
+            self.has_ended |= matches!(self.followed, Followed::Job(_)) && event.state.is_final();
+            self.waiting.push_back(Told::Happened(event));
+        }
+    }
+
+    fn look_at_progress(&mut self, job: JobRecord) {
+        let progress = self.jobs.0.running.progress(&job.id).or(job.progress);
+        let progress = progress.filter(|_| job.state == JobState::Running);
+        if progress != self.progress {
+            self.progress.clone_from(&progress);
+            self.waiting.extend(progress.map(|progress| Told::Progress(job.id, progress)));
+        }
+    }
+
+    /// Waits until something may have changed.
+    async fn wait(&mut self) {
+        let look_again = match self.followed {
+            Followed::Job(_) => LOOK_AT_PROGRESS,
+            Followed::Everything => LOOK_AGAIN,
+        };
+        let (followed, jobs, changes) = (&self.followed, &self.jobs, &mut self.changes);
+        let concerns = |id: &Option<JobId>| match (followed, id) {
+            (Followed::Job(own), Some(id)) => own == id,
+            _ => true,
+        };
+        let changed = async {
+            // Falling behind may have hidden a change, so it counts as one.
+            while matches!(changes.recv().await, Ok(id) if !concerns(&id) && !jobs.is_draining()) {}
+        };
+        let look = self.ends_at.min(Instant::now() + look_again);
+        let has_changed = tokio::time::timeout_at(look, changed).await.is_ok();
+        if has_changed && *followed == Followed::Everything && !jobs.is_draining() {
+            tokio::time::sleep(GATHER).await;
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! An engine process from inside: it reads requests, works, and answers.
+
+use std::{
+    io,
+    sync::{
+        Arc, Mutex, PoisonError,
+        mpsc::{self, RecvTimeoutError},
+    },
+    thread,
+    time::Duration,
+};
+
+use super::{
+    frames,
+    limits::{self, Bounds},
+    messages::{Answer, Message, Request, Task},
+};
+use crate::{
+    config::misbehave,
+    engine::{Control, Failure, Format, Knowledge, Question},
+    jobs::{Engine, Ran, RetargetEngine, bridge::STACK_BYTES, failure},
+    store::StoredProgress,
+    telemetry::monotonic_seconds,
+};
+
+/// How often the parent is told how far the work is.
+const TELL: Duration = Duration::from_millis(100);
+
+/// A request that has arrived, its files, and what stops the work on it.
+struct Received {
+    request: Request,
+    blobs: Vec<Vec<u8>>,
+    control: Arc<Control>,
+}
+
+/// An answer and the bytes that go with it.
+struct Reply {
+    answer: Answer,
+    blobs: Vec<Vec<u8>>,
+}
+
+/// Serves requests from standard input until it ends.
+///
+/// # Errors
+/// When the process cannot be bounded, or nobody hears its answers.
+pub fn serve(bounds: &Bounds) -> io::Result<()> {
+    limits::at_start(bounds)?;
+    // The parent asks for one thing after another.
+    let (sender, requests) = mpsc::sync_channel(1);
+    thread::Builder::new().name("requests".to_owned()).spawn(move || receive(&sender))?;
+    // The one thread that writes, so answers are never torn.
+    let mut output = io::stdout().lock();
+    frames::write(&mut output, &Answer::Ready, &[])?;
+    for received in requests {
+        limits::for_one_request(bounds)?;
+        let control = Arc::clone(&received.control);
+        let (sender, done) = mpsc::sync_channel(1);
+        thread::Builder::new().name("engine".to_owned()).stack_size(STACK_BYTES).spawn(move || {
+            let work = std::panic::AssertUnwindSafe(|| answer(&received));
+            let reply = std::panic::catch_unwind(work).unwrap_or_else(|_| Reply::of(Answer::Panicked));
+            // Nobody is left to tell when the process ends.
+            let _ = sender.send(reply);
+        })?;
+        let mut told = None;
+        let reply = loop {
+            match done.recv_timeout(TELL) {
+                Ok(reply) => break reply,
+                Err(RecvTimeoutError::Disconnected) => break Reply::of(Answer::Panicked),
+                Err(RecvTimeoutError::Timeout) => {
+                    let progress = progress(&control);
+                    if told.as_ref() != Some(&progress) {
+                        frames::write(&mut output, &Answer::Progress(progress.clone()), &[])?;
+                        told = Some(progress);
+                    }
+                }
+            }
+        };
+        let blobs: Vec<&[u8]> = reply.blobs.iter().map(Vec::as_slice).collect();
+        frames::write(&mut output, &reply.answer, &blobs)?;
+    }
+    Ok(())
+}
+
+fn progress(control: &Control) -> StoredProgress {
+    let progress = control.progress();
+    StoredProgress { phase: progress.phase.name().to_owned(), done: progress.done, total: progress.total }
+}
+
+/// Reads what the parent says. When the parent is gone, whatever is being worked on is for nobody.
+#[expect(clippy::disallowed_methods, reason = "work that nobody wants may not listen, and holds no files")]
+fn receive(sender: &mpsc::SyncSender<Received>) {
+    let mut input = io::stdin().lock();
+    let current: Mutex<Arc<Control>> = Mutex::default();
+    while let Ok(Some((message, blobs))) = frames::read::<Message>(&mut input) {
+        match message {
+            Message::Ask(request) => {
+                let control = Arc::new(Control::with_clock(monotonic_seconds));
+                *current.lock().unwrap_or_else(PoisonError::into_inner) = Arc::clone(&control);
+                if sender.send(Received { request: *request, blobs, control }).is_err() {
+                    break;
+                }
+            }
+            Message::Cancel => current.lock().unwrap_or_else(PoisonError::into_inner).cancel(),
+        }
+    }
+    std::process::exit(0);
+}
+
+fn answer(received: &Received) -> Reply {
+    let Received { request, blobs, control } = received;
+    misbehave(request.names.first().and_then(Option::as_deref).unwrap_or_default());
+    let done = work(request, blobs, control);
+    done.unwrap_or_else(|failed| Reply::of(Answer::Failed(failure::keep(failed))))
+}
+
+fn work(request: &Request, blobs: &[Vec<u8>], control: &Control) -> Result<Reply, Failure> {
+    let formats: Vec<Format> = request.formats.iter().filter_map(|name| Format::from_name(name)).collect();
+    let inputs = request.inputs(blobs, &formats);
+    let rigs: Vec<String> = request.rigs.iter().map(ToString::to_string).collect();
+    let knowledge = Knowledge::read(rigs.iter().map(String::as_str))?;
+    let (engine, limits) = (RetargetEngine, &request.limits);
+    let document = match &request.task {
+        Task::Retarget => return Ok(Reply::ran(engine.retarget(&inputs, &knowledge, limits, control)?)),
+        Task::Inspect => engine.inspect(inputs.source, &knowledge, limits, control)?,
+        Task::Propose => engine.propose(&inputs, &knowledge, limits, control)?,
+        Task::Explain { frame, joint } => {
+            engine.explain(&inputs, &Question { frame: *frame, joint }, &knowledge, limits, control)?
+        }
+        Task::CheckConfig => engine.check_config(inputs.source)?,
+    };
+    Ok(Reply { answer: Answer::Document, blobs: vec![document.to_string().into_bytes()] })
+}
+
+impl Reply {
+    const fn of(answer: Answer) -> Self {
+        Self { answer, blobs: Vec::new() }
+    }
+
+    fn ran(ran: Ran) -> Self {
+        let Ran { outputs, report, resolved_spec, timings, warnings } = ran;
+        let names = outputs.iter().map(|output| (output.format.info().name.to_owned(), output.name.clone())).collect();
+        let texts = [report.into_bytes(), resolved_spec.into_bytes()];
+        let blobs = texts.into_iter().chain(outputs.into_iter().map(|output| output.bytes)).collect();
+        Self { answer: Answer::Ran { timings, warnings, outputs: names }, blobs }
+    }
+}

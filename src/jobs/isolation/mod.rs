@@ -1,0 +1,180 @@
+//! The engine in processes of its own, so that a file that brings a decoder down ends one job and nothing else.
+//!
+//! A child is the same program, started as `retargetd engine-process`. It reads requests from its standard input and answers on its
+//! standard output, one at a time, and serves many one after the other. It bounds its memory, its processor time and its core files
+//! itself, before it reads anything; it has no environment, no database and no files: bytes come in, bytes go out. It ends when its input
+//! does, so it never outlives its parent, however that ends. A child that dies, or does not stop when it is told to, is replaced.
+
+mod child;
+mod frames;
+mod limits;
+mod messages;
+mod process;
+#[cfg(test)]
+mod tests;
+
+pub use child::serve as serve_engine_process;
+pub use limits::Bounds;
+
+use std::{
+    io,
+    path::PathBuf,
+    sync::{Mutex, PoisonError},
+};
+
+use self::{
+    messages::{Answer, Request, Task},
+    process::{EngineProcess, Lost},
+};
+use super::{Engine, Ran, failure};
+use crate::{
+    config::Settings,
+    engine::{Control, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Output, Question},
+    telemetry::Metric,
+};
+
+/// An engine that works in other processes.
+#[derive(Debug)]
+pub struct ProcessEngine {
+    program: PathBuf,
+    bounds: Bounds,
+    most_requests: u64,
+    /// Those that wait for a request.
+    idle: Mutex<Vec<EngineProcess>>,
+}
+
+impl ProcessEngine {
+    /// One whose processes are of this program, within the bounds of the settings. None is started before it is needed.
+    ///
+    /// # Errors
+    /// When it cannot be found out where this program is.
+    pub fn new(settings: &Settings) -> io::Result<Self> {
+        // On Linux, the program that runs, also when another one has taken its place in the file system.
+        let own = PathBuf::from("/proc/self/exe");
+        let program = if own.exists() { own } else { std::env::current_exe()? };
+        let bounds =
+            Bounds { memory_bytes: settings.process_memory.0, seconds: settings.job_timeout.0.as_secs().max(1) };
+        Ok(Self { program, bounds, most_requests: settings.max_process_requests, idle: Mutex::default() })
+    }
+
+    fn take(&self) -> Result<EngineProcess, Failure> {
+        loop {
+            let waiting = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
+            let Some(mut process) = waiting else {
+                return EngineProcess::start(&self.program, &self.bounds).map_err(not_started);
+            };
+            if process.is_alive() {
+                return Ok(process);
+            }
+        }
+    }
+
+    fn ask(&self, request: Request, blobs: &[&[u8]], control: &Control) -> Result<(Answer, Vec<Vec<u8>>), Failure> {
+        let mut process = self.take()?;
+        match process.ask(request, blobs, control) {
+            Ok(answer) => {
+                if process.requests() < self.most_requests {
+                    self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(process);
+                }
+                Ok(answer)
+            }
+            Err(Lost::Canceled) => Err(Failure::new(FailureCode::Canceled, "canceled")),
+            Err(Lost::Crashed(reason)) => {
+                Metric::EngineProcessesLost.count([], 1);
+                tracing::error!(reason, "an engine process died");
+                Err(Failure::new(FailureCode::EngineCrashed, format!("the process that worked on it died: {reason}"))
+                    .with_hint("check the files with 'retargetd inspect'; if they look well, report it"))
+            }
+        }
+    }
+
+    fn document(&self, request: Request, blobs: &[&[u8]], control: &Control) -> Result<serde_json::Value, Failure> {
+        match self.ask(request, blobs, control)? {
+            (Answer::Document, blobs) => {
+                let text = blobs.first().map_or(&b""[..], Vec::as_slice);
+                serde_json::from_slice(text).map_err(|error| unexpected(&format!("no JSON: {error}")))
+            }
+            (answer, _) => Err(otherwise(answer)),
+        }
+    }
+}
+
+fn not_started(error: io::Error) -> Failure {
+    tracing::error!(%error, "an engine process could not be started");
+    unexpected("it could not be started")
+}
+
+fn unexpected(what: &str) -> Failure {
+    Failure::new(FailureCode::Internal, format!("the engine process gave no answer that can be used: {what}"))
+}
+
+/// An answer that is not the one that was asked for.
+fn otherwise(answer: Answer) -> Failure {
+    match answer {
+        Answer::Failed(kept) => failure::restore(kept),
+        Answer::Panicked => unexpected("a fault in the engine"),
+        _ => unexpected("it answers something else"),
+    }
+}
+
+impl Engine for ProcessEngine {
+    fn retarget(
+        &self,
+        inputs: &Inputs<'_>,
+        knowledge: &Knowledge,
+        limits: &Limits,
+        control: &Control,
+    ) -> Result<Ran, Failure> {
+        let (request, blobs) = Request::new(Task::Retarget, inputs, knowledge, limits);
+        let (answer, blobs) = self.ask(request, &blobs, control)?;
+        let Answer::Ran { timings, warnings, outputs: names } = answer else { return Err(otherwise(answer)) };
+        let mut blobs = blobs.into_iter();
+        let mut text = || String::from_utf8(blobs.next()?).ok();
+        let (report, resolved_spec) = text().zip(text()).ok_or_else(|| unexpected("no report"))?;
+        let outputs = names.into_iter().zip(blobs).map(|((format, name), bytes)| {
+            let format = Format::from_name(&format).ok_or_else(|| unexpected("an output of no known format"))?;
+            Ok(Output { format, name, bytes })
+        });
+        Ok(Ran { outputs: outputs.collect::<Result<_, Failure>>()?, report, resolved_spec, timings, warnings })
+    }
+
+    fn inspect(
+        &self,
+        file: NamedBytes<'_>,
+        knowledge: &Knowledge,
+        limits: &Limits,
+        control: &Control,
+    ) -> Result<serde_json::Value, Failure> {
+        let (request, blobs) = Request::of_one(Task::Inspect, file, knowledge, limits);
+        self.document(request, &blobs, control)
+    }
+
+    fn propose(
+        &self,
+        inputs: &Inputs<'_>,
+        knowledge: &Knowledge,
+        limits: &Limits,
+        control: &Control,
+    ) -> Result<serde_json::Value, Failure> {
+        let (request, blobs) = Request::new(Task::Propose, inputs, knowledge, limits);
+        self.document(request, &blobs, control)
+    }
+
+    fn explain(
+        &self,
+        inputs: &Inputs<'_>,
+        question: &Question<'_>,
+        knowledge: &Knowledge,
+        limits: &Limits,
+        control: &Control,
+    ) -> Result<serde_json::Value, Failure> {
+        let task = Task::Explain { frame: question.frame, joint: question.joint.to_owned() };
+        let (request, blobs) = Request::new(task, inputs, knowledge, limits);
+        self.document(request, &blobs, control)
+    }
+
+    fn check_config(&self, config: NamedBytes<'_>) -> Result<serde_json::Value, Failure> {
+        let (request, blobs) = Request::of_one(Task::CheckConfig, config, &Knowledge::default(), &Limits::default());
+        self.document(request, &blobs, &Control::new())
+    }
+}

@@ -1,0 +1,228 @@
+//! An engine process as its parent sees it.
+
+use std::{
+    io::{self, Read},
+    path::Path,
+    process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, Stdio},
+    sync::{
+        Arc, Mutex, PoisonError,
+        mpsc::{self, Receiver, RecvTimeoutError},
+    },
+    thread,
+    time::{Duration, Instant},
+};
+
+use super::{
+    frames,
+    limits::Bounds,
+    messages::{Answer, Message, Request},
+};
+use crate::{
+    engine::{Control, Phase},
+    store::StoredProgress,
+    telemetry::Metric,
+};
+
+/// How long a process may take to come up.
+const START: Duration = Duration::from_secs(30);
+/// How often to look whether the caller still wants the answer.
+const LOOK: Duration = Duration::from_millis(10);
+/// How long a process that was told to stop may take to do so. Well-behaved engines look every few milliseconds.
+const STOP: Duration = Duration::from_secs(1);
+/// Answers that wait to be heard: more than one only while progress is told faster than it is looked at.
+const MOST_UNHEARD: usize = 16;
+/// What is kept of what a process says before it dies.
+const MOST_LAST_WORDS: usize = 4096;
+
+/// Why there is no answer.
+#[derive(Debug)]
+pub(super) enum Lost {
+    /// Nobody wants it any more.
+    Canceled,
+    /// The process died; how, in words.
+    Crashed(String),
+}
+
+/// An engine process. Dropping it ends it.
+#[derive(Debug)]
+pub(super) struct EngineProcess {
+    child: Child,
+    input: ChildStdin,
+    answers: Receiver<(Answer, Vec<Vec<u8>>)>,
+    last_words: Arc<Mutex<Vec<u8>>>,
+    requests: u64,
+}
+
+impl EngineProcess {
+    /// Starts one and waits until it can be asked.
+    pub(super) fn start(program: &Path, bounds: &Bounds) -> io::Result<Self> {
+        let mut command = Command::new(program);
+        command
+            .arg("engine-process")
+            .args(["--memory-bytes", &bounds.memory_bytes.to_string(), "--seconds", &bounds.seconds.to_string()])
+            // Nothing of ours is its business: neither the database's password nor the store's keys.
+            .env_clear()
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        for name in PASSED_ON {
+            #[expect(clippy::disallowed_methods, reason = "handed on as it is, and no setting of ours")]
+            if let Some(value) = std::env::var_os(name) {
+                command.env(name, value);
+            }
+        }
+        let mut child = command.spawn()?;
+        let (Some(input), Some(output), Some(errors)) = (child.stdin.take(), child.stdout.take(), child.stderr.take())
+        else {
+            return Err(io::Error::other("a process without pipes"));
+        };
+        let (sender, answers) = mpsc::sync_channel(MOST_UNHEARD);
+        let last_words = Arc::new(Mutex::new(Vec::new()));
+        let words = Arc::clone(&last_words);
+        thread::Builder::new().name("engine-answers".to_owned()).spawn(move || hear(output, &sender))?;
+        thread::Builder::new().name("engine-words".to_owned()).spawn(move || keep_last_words(errors, &words))?;
+        Metric::EngineProcesses.change(1.0);
+        let process = Self { child, input, answers, last_words, requests: 0 };
+        match process.answers.recv_timeout(START) {
+            Ok((Answer::Ready, _)) => Ok(process),
+            _ => Err(io::Error::other("the process does not say that it is ready")),
+        }
+    }
+
+    /// How many requests it was given.
+    pub(super) const fn requests(&self) -> u64 {
+        self.requests
+    }
+
+    /// Whether it has not ended.
+    pub(super) fn is_alive(&mut self) -> bool {
+        matches!(self.child.try_wait(), Ok(None))
+    }
+
+    /// Asks, and waits for the answer; tells `control` how far it is, and stops when it is canceled.
+    pub(super) fn ask(
+        &mut self,
+        request: Request,
+        blobs: &[&[u8]],
+        control: &Control,
+    ) -> Result<(Answer, Vec<Vec<u8>>), Lost> {
+        self.requests += 1;
+        if frames::write(&mut self.input, &Message::Ask(Box::new(request)), blobs).is_err() {
+            return Err(self.crashed());
+        }
+        let mut kill_at: Option<Instant> = None;
+        loop {
+            match self.answers.recv_timeout(LOOK) {
+                Ok((Answer::Progress(progress), _)) => show(control, &progress),
+                Ok(answer) => return Ok(answer),
+                Err(RecvTimeoutError::Disconnected) => return Err(self.crashed()),
+                Err(RecvTimeoutError::Timeout) if control.check().is_ok() => {}
+                Err(RecvTimeoutError::Timeout) => match kill_at {
+                    None => {
+                        // A process that does not listen is ended all the same.
+                        let _ = frames::write(&mut self.input, &Message::Cancel, &[]);
+                        kill_at = Some(Instant::now() + STOP);
+                    }
+                    Some(end) if Instant::now() < end => {}
+                    Some(_) => {
+                        self.end();
+                        return Err(Lost::Canceled);
+                    }
+                },
+            }
+        }
+    }
+
+    fn end(&mut self) {
+        // It may have ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+
+    fn crashed(&mut self) -> Lost {
+        // Whatever it is about to do, it is of no more use.
+        let status = match self.child.try_wait() {
+            Ok(Some(status)) => Ok(status),
+            _ => {
+                thread::sleep(LOOK);
+                let _ = self.child.kill();
+                self.child.wait()
+            }
+        };
+        let status = status.map_or_else(|error| error.to_string(), |status| status.to_string());
+        let words = self.last_words.lock().unwrap_or_else(PoisonError::into_inner);
+        let words = String::from_utf8_lossy(&words).into_owned();
+        Lost::Crashed(how(&status, &words))
+    }
+}
+
+/// What the engine's thread pool and tests of its crashes look at.
+const PASSED_ON: [&str; 2] = ["RAYON_NUM_THREADS", "RETARGETD_FAILPOINT"];
+
+impl Drop for EngineProcess {
+    fn drop(&mut self) {
+        self.end();
+        Metric::EngineProcesses.change(-1.0);
+    }
+}
+
+fn show(control: &Control, progress: &StoredProgress) {
+    if let Some(phase) = Phase::from_name(&progress.phase) {
+        control.enter(phase, progress.total);
+        control.advance(progress.done);
+    }
+}
+
+/// How a process died, for people.
+fn how(status: &str, words: &str) -> String {
+    let reason = if words.contains("memory allocation of") || words.contains("out of memory") {
+        "it needed more memory than 'process_memory' allows"
+    } else if words.contains("overflowed its stack") {
+        "its stack overflowed"
+    } else if status.contains("SIGXCPU") {
+        "it used more processor time than 'job_timeout' allows"
+    } else if status.contains("SIGKILL") {
+        "it was killed, most likely because the machine ran out of memory"
+    } else {
+        "it gave up by itself"
+    };
+    format!("{reason} ({status})")
+}
+
+fn hear(mut output: ChildStdout, sender: &mpsc::SyncSender<(Answer, Vec<Vec<u8>>)>) {
+    // When it ends or says what nobody understands, the sender is dropped, which the other side sees.
+    while let Ok(Some(answer)) = frames::read(&mut output) {
+        if sender.send(answer).is_err() {
+            return;
+        }
+    }
+}
+
+fn keep_last_words(mut errors: ChildStderr, words: &Mutex<Vec<u8>>) {
+    let mut buffer = [0; 1024];
+    while let Ok(count @ 1..) = errors.read(&mut buffer) {
+        let mut words = words.lock().unwrap_or_else(PoisonError::into_inner);
+        words.extend_from_slice(&buffer[..count]);
+        let surplus = words.len().saturating_sub(MOST_LAST_WORDS);
+        words.drain(..surplus);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_death_is_told_in_words() {
+        let cases = [
+            ("signal: 6 (SIGABRT)", "memory allocation of 9 bytes failed", "process_memory"),
+            ("signal: 6 (SIGABRT)", "thread 'retarget' has overflowed its stack", "its stack overflowed"),
+            ("signal: 9 (SIGKILL)", "", "ran out of memory"),
+            ("signal: 24 (SIGXCPU)", "", "processor time"),
+            ("signal: 11 (SIGSEGV)", "", "gave up by itself (signal: 11 (SIGSEGV))"),
+        ];
+        for (status, words, expected) in cases {
+            assert!(how(status, words).contains(expected), "{status} {words}: {}", how(status, words));
+        }
+    }
+}

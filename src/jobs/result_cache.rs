@@ -1,0 +1,128 @@
+//! Results that are there already: a job that computes what another one of the same principal has computed is given that.
+//!
+//! A job is a function of its input files, its config and the program, and the key is a digest over all of them. It is made by the process
+//! that runs the job, so processes of different builds do not take one another's results. Never looked up across principals.
+
+use std::{sync::OnceLock, time::UNIX_EPOCH};
+
+use serde_json::json;
+
+use super::{JobEvent, Jobs, Refusal, library, running::RunningJob};
+use crate::store::{CachedResults, FinishedJob, JobRecord, JobRequest, JobState, ResultId, ResultRecord};
+
+impl Jobs {
+    /// The key of what a job computes; nothing where results are not to be taken from others.
+    pub(super) fn cache_key(&self, request: &JobRequest) -> Option<String> {
+        self.0.settings.result_cache.0.then(|| key_of(request))
+    }
+
+    /// What another job gave that computed the same. That it cannot be looked up is no reason not to run the job.
+    pub(super) async fn cached(&self, record: &JobRecord) -> Option<CachedResults> {
+        if record.request.skip_cache {
+            return None;
+        }
+        let key = self.cache_key(&record.request)?;
+        let found = self.0.store.records().cached_results(&record.principal, &key, self.0.clock.now()).await;
+        found.unwrap_or_else(|error| {
+            tracing::warn!(job_id = %record.id, %error, "it could not be looked up whether the results are there already");
+            None
+        })
+    }
+
+    /// Ends a job with the results of another one. Gives `false` when they have gone in the meantime.
+    pub(super) async fn succeed_again(
+        &self,
+        record: &JobRecord,
+        running: &RunningJob,
+        found: &CachedResults,
+    ) -> Result<bool, Refusal> {
+        let digests: Vec<&str> = found.results.iter().map(|result| result.sha256.as_str()).collect();
+        let _held = self.0.store.hold_blobs(&digests).await?;
+        // Looked up again, since they could have been removed until now.
+        if self.cached(record).await.as_ref() != Some(found) {
+            return Ok(false);
+        }
+        let (created_at, expires_at) = (self.0.clock.now(), self.0.clock.after(self.0.settings.result_retention.0));
+        let own = |result: &ResultRecord| ResultRecord {
+            id: ResultId::new(),
+            job_id: record.id.clone(),
+            created_at,
+            expires_at,
+            ..result.clone()
+        };
+        let end = FinishedJob {
+            report: found.report.clone(),
+            resolved_spec: found.resolved_spec.clone(),
+            warnings: found.warnings,
+            results: found.results.iter().map(own).collect(),
+            cache_key: self.cache_key(&record.request),
+            cached_from: Some(found.job.clone()),
+            ..self.ending(JobState::Succeeded, None)
+        };
+        self.write_end(record, running, JobEvent::Succeed, end).await?;
+        Ok(true)
+    }
+}
+
+fn key_of(request: &JobRequest) -> String {
+    let inputs: Vec<_> = request.inputs().map(|(role, input)| (role.name(), &input.sha256, &input.file_name)).collect();
+    let config = request.config.as_ref().map(|config| (&config.file_name, &config.text));
+    let rigs: Vec<_> = request.rigs.iter().map(|rig| (&rig.name, rig.version)).collect();
+    library::digest(&json!([build(), inputs, config, request.formats, rigs]).to_string())
+}
+
+/// Which program runs: the version, and what tells builds of one version apart.
+fn build() -> &'static str {
+    static BUILD: OnceLock<String> = OnceLock::new();
+    BUILD.get_or_init(|| {
+        let file = std::env::current_exe().and_then(std::fs::metadata);
+        let facts = file.and_then(|file| Ok((file.len(), file.modified()?)));
+        let facts = facts.map(|(bytes, time)| (bytes, time.duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos()));
+        format!("{} {:?}", env!("CARGO_PKG_VERSION"), facts.ok())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::{AssetId, ConfigDocument, JobInput, VersionedName};
+
+    fn request() -> JobRequest {
+        let input = |sha256: &str| JobInput {
+            asset: AssetId::new(),
+            sha256: sha256.to_owned(),
+            file_name: "walk.bvh".to_owned(),
+        };
+        JobRequest {
+            source: input("aa"),
+            target: input("bb"),
+            source_rest: None,
+            target_rest: None,
+            config: None,
+            formats: vec!["glb".to_owned()],
+            labels: [("shot".to_owned(), "012".to_owned())].into(),
+            preset: None,
+            rigs: Vec::new(),
+            skip_cache: false,
+        }
+    }
+
+    #[test]
+    fn a_key_is_of_what_is_computed_and_of_nothing_else() {
+        let first = request();
+        let same = JobRequest { labels: Default::default(), skip_cache: true, ..request() };
+        assert_eq!(key_of(&first), key_of(&same), "assets and labels do not matter");
+        let config = Some(ConfigDocument { file_name: "config.json".to_owned(), text: "{}".to_owned() });
+        let swapped = JobRequest { source: first.target.clone(), target: first.source.clone(), ..request() };
+        let others = [
+            swapped,
+            JobRequest { config, ..request() },
+            JobRequest { formats: vec!["bvh".to_owned()], ..request() },
+            JobRequest { source_rest: Some(first.source.clone()), ..request() },
+            JobRequest { rigs: vec![VersionedName { name: "hero".to_owned(), version: 2 }], ..request() },
+        ];
+        for other in others {
+            assert_ne!(key_of(&first), key_of(&other), "{other:?} computes something else");
+        }
+    }
+}

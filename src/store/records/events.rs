@@ -1,0 +1,103 @@
+//! Records of what happened to jobs, in the order in which it became visible.
+//!
+//! The triggers of the layout write them, each in the transaction of the change that it tells of. Numbers are each principal's own, from 1
+//! and without gaps, so who knows the last one that was seen can ask for what came after it, in any process.
+
+use jiff::Timestamp;
+use sqlx::{Row, any::AnyRow};
+
+use super::{JobState, Records, count, read_id, signed, time};
+use crate::store::{JobId, Principal, StoreError};
+
+/// A job came into a state.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EventRecord {
+    /// Its place among the events of the job's principal.
+    pub number: u64,
+    /// The job.
+    pub job: JobId,
+    /// The state that it came into.
+    pub state: JobState,
+    /// When.
+    pub created_at: Timestamp,
+}
+
+/// How far the events of a principal reach.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct EventReach {
+    /// The number of the newest; 0 where nothing has happened.
+    pub last: u64,
+    /// The number of the newest that is no longer kept; 0 where all are.
+    pub removed: u64,
+}
+
+fn read(row: &AnyRow) -> Result<EventRecord, StoreError> {
+    let (number, state): (u64, String) = (count(row, "number")?, row.try_get("state")?);
+    Ok(EventRecord {
+        number,
+        job: read_id(row, "job_id", JobId::parse)?,
+        state: JobState::from_name(&state).ok_or_else(|| StoreError::Unreadable {
+            record: format!("event {number}"),
+            reason: format!("no state is called '{state}'"),
+        })?,
+        created_at: time(row, "created_at")?,
+    })
+}
+
+impl Records {
+    /// How far the events of one owner reach.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn event_reach(&self, owner: &Principal) -> Result<EventReach, StoreError> {
+        let query = sqlx::query("SELECT last, removed FROM event_heads WHERE principal = $1").bind(owner.as_str());
+        let Some(row) = self.optional(query).await? else { return Ok(EventReach::default()) };
+        Ok(EventReach { last: count(&row, "last")?, removed: count(&row, "removed")? })
+    }
+
+    /// Up to `most` events of one owner that came after that number, the oldest first.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn events_after(
+        &self,
+        owner: &Principal,
+        number: u64,
+        most: usize,
+    ) -> Result<Vec<EventRecord>, StoreError> {
+        let query = "SELECT * FROM events WHERE principal = $1 AND number > $2 ORDER BY number LIMIT $3";
+        let query = sqlx::query(query).bind(owner.as_str()).bind(signed(number)).bind(signed(most as u64));
+        self.all(query).await?.iter().map(read).collect()
+    }
+
+    /// The same for one job, whoever owns it.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn job_events_after(
+        &self,
+        job: &JobId,
+        number: u64,
+        most: usize,
+    ) -> Result<Vec<EventRecord>, StoreError> {
+        let query = "SELECT * FROM events WHERE job_id = $1 AND number > $2 ORDER BY number LIMIT $3";
+        let query = sqlx::query(query).bind(job.as_str()).bind(signed(number)).bind(signed(most as u64));
+        self.all(query).await?.iter().map(read).collect()
+    }
+
+    /// Removes the events that are that old, of everybody, and remembers how far that went. Gives how many there were.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn remove_events_until(&self, end: Timestamp) -> Result<u64, StoreError> {
+        let mut transaction = self.begin().await?;
+        let query = "UPDATE event_heads SET removed = (SELECT MAX(number) FROM events \
+                     WHERE events.principal = event_heads.principal AND created_at <= $1) WHERE principal IN \
+                     (SELECT principal FROM events WHERE created_at <= $1)";
+        sqlx::query(query).bind(end.as_millisecond()).execute(&mut *transaction).await?;
+        let query = sqlx::query("DELETE FROM events WHERE created_at <= $1").bind(end.as_millisecond());
+        let removed = query.execute(&mut *transaction).await?.rows_affected();
+        self.commit(transaction).await?;
+        Ok(removed)
+    }
+}
