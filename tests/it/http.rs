@@ -9,6 +9,7 @@ mod documents;
 mod edits;
 mod events;
 mod facts;
+mod formats;
 mod idempotency;
 mod isolation;
 mod library;

@@ -1,5 +1,6 @@
 //! Written files, as other programs read them: every joint where it is in our own poses.
 
+mod assimp;
 mod blender;
 mod files;
 mod options;

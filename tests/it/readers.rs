@@ -21,7 +21,7 @@ use retargetd::{
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::support::{corpus_file, files_below};
+use crate::support::{corpus_file, files_below, with_buffers};
 
 /// At how many times of a clip joints are compared.
 const TIMES: usize = 5;
@@ -103,13 +103,6 @@ impl Ours {
         let clips: Vec<Value> = self.scene.clips.iter().enumerate().map(clip).collect();
         serde_json::json!({"file": corpus.join(&self.name), "clips": clips}).to_string()
     }
-}
-
-/// A document whose buffers lie beside it, with them in it.
-fn with_buffers(bytes: &[u8], path: &Path) -> Vec<u8> {
-    let folder = path.parent().expect("a folder");
-    let fetch = |uri: &str| Ok(fs::read(folder.join(uri)).ok());
-    formats::embed_with(bytes, &Limits::default(), &Control::new(), fetch).expect("all of it is there")
 }
 
 fn five_of(frames: usize) -> Vec<usize> {

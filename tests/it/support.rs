@@ -7,6 +7,10 @@ use std::{
     process::{Command, Stdio},
 };
 
+use retargetd::{
+    formats::{self, Limits},
+    model::Control,
+};
 use serde_json::Value;
 
 /// A file of the corpus of real files, which lies beside the checkout on the developers' machines and in CI and is not
@@ -54,6 +58,13 @@ pub(crate) fn files_below(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
+/// A document whose buffers lie beside it, with them in it.
+pub(crate) fn with_buffers(bytes: &[u8], path: &Path) -> Vec<u8> {
+    let folder = path.parent().expect("a folder");
+    let fetch = |uri: &str| Ok(std::fs::read(folder.join(uri)).ok());
+    formats::embed_with(bytes, &Limits::default(), &Control::new(), fetch).expect("all of it is there")
+}
+
 /// The JSON of a glTF document, of whichever container.
 pub(crate) fn gltf_json(bytes: &[u8]) -> Value {
     if !bytes.starts_with(b"glTF") {
@@ -86,16 +97,21 @@ pub(crate) fn three_script(name: &str) -> Option<PathBuf> {
     Some(tool.join(name))
 }
 
-/// A script of `tests/tools/blender_reader`, for the Python with the module `bpy` that `RETARGETD_BLENDER_PYTHON` names. Nothing,
-/// said on standard error, where it names none.
-#[expect(clippy::disallowed_methods, reason = "tests have no settings")]
+/// A script of `tests/tools/blender_reader`. Nothing, said on standard error, where there is no Blender.
 pub(crate) fn blender(script: &str) -> Option<Command> {
-    let Some(python) = std::env::var_os("RETARGETD_BLENDER_PYTHON") else {
-        skip("Blender, because RETARGETD_BLENDER_PYTHON names no Python with the module bpy");
+    python_script("RETARGETD_BLENDER_PYTHON", "bpy", &format!("blender_reader/{script}"))
+}
+
+/// A script of `tests/tools`, for the Python with that module which a variable names. Nothing, said on standard error, where it names
+/// none.
+#[expect(clippy::disallowed_methods, reason = "tests have no settings")]
+pub(crate) fn python_script(variable: &str, module: &str, script: &str) -> Option<Command> {
+    let Some(python) = std::env::var_os(variable) else {
+        skip(&format!("{module}, because {variable} names no Python with that module"));
         return None;
     };
     let mut command = Command::new(python);
-    command.arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tools/blender_reader").join(script));
+    command.arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tools").join(script));
     Some(command)
 }
 

@@ -4,11 +4,13 @@
 //! [`Scene::axes`](crate::model::Scene::axes) and the unit open, and what is written has its rest rotations folded away.
 //! Knows no rig convention.
 
+mod angles;
 mod bones;
 mod hierarchy;
 mod motion;
 mod scanner;
 mod text;
+mod tracks;
 mod write;
 
 pub(super) use write::write;

@@ -1,21 +1,20 @@
 //! The MOTION part: rows of numbers into tracks.
 
-use glam::{DQuat, DVec3, Quat, Vec3};
+use glam::{Quat, Vec3};
 
 use crate::{
     formats::{Budget, FormatError, Limit},
-    model::{JointTracks, Reporter, Track},
+    model::{JointTracks, Reporter},
 };
 
 use super::{
-    hierarchy::{Channel, Hierarchy},
+    hierarchy::Hierarchy,
     scanner::{Scanner, Value},
+    tracks::{positions_count_from_offsets, tracks},
 };
 
 /// Anything larger is no length or angle, and would become infinite as an f32.
 const LARGEST: f64 = 1e30;
-/// Positions that are less than this share of the offsets are none of their own.
-const LEAST_POSITIONS: f64 = 0.05;
 /// Values between two looks at the budget and at cancellation.
 const VALUES_PER_CHECK: usize = 1 << 16;
 
@@ -147,9 +146,13 @@ fn values(
     let mut values: Vec<f64> = Vec::new();
     let mut rows = Rows { channels, broken: None, line_begin: 0 };
     let mut paid = 0;
+    // No value is shorter than two bytes with what separates it, so that the file itself bounds what is reserved.
+    let declared = usize::try_from(header.frames).unwrap_or(usize::MAX).saturating_mul(channels);
+    let expected = declared.min(scanner.remaining() / 2 + 1);
+    budget.check(Limit::DecodedBytes, (expected as u64).saturating_mul(size_of::<f64>() as u64), "MOTION")?;
+    values.reserve(expected);
     loop {
         if values.len() == paid {
-            // No value is shorter than two bytes with what separates it, so that the file itself bounds what is reserved.
             let more = VALUES_PER_CHECK.min(scanner.remaining() / 2 + 1);
             budget.take_array(more as u64, size_of::<f64>() as u64, "MOTION")?;
             budget.check_canceled()?;
@@ -262,104 +265,4 @@ fn value_name(hierarchy: &Hierarchy, index: usize) -> String {
         left -= channels.len();
     }
     format!("frame {frame}")
-}
-
-fn tracks(hierarchy: &Hierarchy, values: &[f64], frames: usize, from_offsets: bool) -> Vec<JointTracks> {
-    let mut begin = 0;
-    let mut tracks = Vec::with_capacity(hierarchy.joints.len());
-    for (joint, channels) in hierarchy.joints.iter().zip(&hierarchy.channels) {
-        let rows = values.chunks_exact(hierarchy.channel_count).map(|row| &row[begin..begin + channels.len()]);
-        tracks.push(JointTracks {
-            translation: translation(
-                channels,
-                rows.clone(),
-                joint.rest.translation,
-                if from_offsets && joint.parent.is_some() { joint.rest.translation } else { DVec3::ZERO },
-                frames,
-            ),
-            rotation: rotation(channels, rows, frames),
-            scale: Track::Rest,
-        });
-        begin += channels.len();
-    }
-    tracks
-}
-
-/// Whether the positions of joints below the root are counted from their offsets, against all custom: at the first frame they
-/// are next to nothing, while the offsets are not. Taken as they stand, the whole body would lie in one point.
-fn positions_count_from_offsets(hierarchy: &Hierarchy, values: &[f64]) -> bool {
-    let (mut begin, mut joints) = (0, 0);
-    let (mut positions, mut offsets) = (0.0, 0.0);
-    for (joint, channels) in hierarchy.joints.iter().zip(&hierarchy.channels) {
-        let mut position = DVec3::ZERO;
-        let mut has_position = false;
-        for (channel, value) in channels.iter().zip(&values[begin..begin + channels.len()]) {
-            if let Channel::Position(axis) = channel {
-                position[*axis] = *value;
-                has_position = true;
-            }
-        }
-        if has_position && joint.parent.is_some() {
-            joints += 1;
-            positions += position.length();
-            offsets += joint.rest.translation.length();
-        }
-        begin += channels.len();
-    }
-    joints > 2 && positions < LEAST_POSITIONS * offsets
-}
-
-/// Position channels replace the offset, component by component, but for what is added to them.
-fn translation<'a>(
-    channels: &[Channel],
-    rows: impl Iterator<Item = &'a [f64]>,
-    offset: DVec3,
-    added: DVec3,
-    frames: usize,
-) -> Track<Vec3> {
-    if !channels.iter().any(|channel| matches!(channel, Channel::Position(_))) {
-        return Track::Rest;
-    }
-    let mut track = Vec::with_capacity(frames);
-    for row in rows {
-        let mut position = offset;
-        for (channel, value) in channels.iter().zip(row) {
-            if let Channel::Position(axis) = channel {
-                position[*axis] = *value + added[*axis];
-            }
-        }
-        track.push(position.as_vec3());
-    }
-    Track::Sampled(track).compacted()
-}
-
-/// The product of the turns in the order of the channels; each on the hemisphere of the one before.
-fn rotation<'a>(channels: &[Channel], rows: impl Iterator<Item = &'a [f64]>, frames: usize) -> Track<Quat> {
-    if !channels.iter().any(|channel| matches!(channel, Channel::Rotation(_))) {
-        return Track::Rest;
-    }
-    let mut track = Vec::with_capacity(frames);
-    let mut previous = DQuat::IDENTITY;
-    for row in rows {
-        let mut rotation = DQuat::IDENTITY;
-        for (channel, degrees) in channels.iter().zip(row) {
-            if let Channel::Rotation(axis) = channel {
-                rotation *= turn(*axis, degrees.to_radians());
-            }
-        }
-        if rotation.dot(previous) < 0.0 {
-            rotation = -rotation;
-        }
-        previous = rotation;
-        track.push(rotation.normalize().as_quat());
-    }
-    Track::Sampled(track).compacted()
-}
-
-fn turn(axis: usize, radians: f64) -> DQuat {
-    match axis {
-        0 => DQuat::from_rotation_x(radians),
-        1 => DQuat::from_rotation_y(radians),
-        _ => DQuat::from_rotation_z(radians),
-    }
 }

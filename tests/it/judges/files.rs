@@ -1,11 +1,11 @@
-//! GLB, FBX and BVH of one clip, read by three.js and by Blender: the same poses from all of them.
+//! GLB, FBX and BVH of one clip, read by three.js, by Blender and by assimp: the same poses from all of them.
 
 use std::fs;
 
 use retargetd::engine::Format;
 use serde_json::Value;
 
-use super::{Apart, Axes, MOST_DEGREES, MOST_OF_SIZE, Written, blender, retargeted, three};
+use super::{Apart, Axes, MOST_DEGREES, MOST_OF_SIZE, Written, assimp, blender, retargeted, three};
 use crate::support::corpus_file;
 
 const SOURCE: &str = "mixamo/fbx/walking_noskin.fbx";
@@ -72,4 +72,11 @@ fn blender_reads_the_same_poses() {
     let Some(files) = files() else { return };
     let Some(answers) = blender::read(&files.paths) else { return };
     judge(&files, &answers, 1.0, |_| Axes::Own);
+}
+
+#[test]
+fn assimp_reads_the_same_poses() {
+    let Some(files) = files() else { return };
+    let Some(answers) = assimp::read(&files.paths) else { return };
+    judge(&files, &answers, 0.01, |format| if format == Format::Bvh { Axes::Own } else { Axes::Same });
 }

@@ -2,18 +2,11 @@
 
 use std::fs;
 
-use retargetd::{
-    engine::{Format, Limits},
-    formats,
-    model::{Control, Reporter},
-};
+use retargetd::engine::Format;
 use serde_json::Value;
 
 use super::{Axes, MOST_DEGREES, MOST_OF_SIZE, Written, angle, retargeted, three};
-use crate::{
-    quality::figure::read_scene,
-    support::{corpus_file, files_below, gltf_json, validate_gltf},
-};
+use crate::support::{corpus_file, gltf_json, validate_gltf};
 
 const SOURCE: &str = "mixamo/fbx/walking_noskin.fbx";
 /// Half a thousand frames: of a short clip, the document is most of the file.
@@ -147,35 +140,4 @@ fn outputs_say_what_they_were_made_of() {
         again.outputs[0].bytes, outcome.outputs[0].bytes,
         "the resolved spec makes the same file, digests and all"
     );
-}
-
-/// What a target has beside its joints comes out as it went in, for every glTF of the corpus.
-#[test]
-fn what_is_not_animated_comes_out_as_it_went_in() {
-    let Some(corpus) = corpus_file("") else { return };
-    let mut compared = 0;
-    let kinds = ["glb", "gltf", "vrm"];
-    for path in files_below(&corpus).into_iter().filter(|path| !path.starts_with(corpus.join("hostile"))) {
-        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
-        let bytes = fs::read(&path).expect("a file");
-        let name = path.display().to_string();
-        let Ok(format) = formats::sniff(&bytes, &name) else { continue };
-        let control = Control::new();
-        let Ok(scene) = formats::read(&bytes, format, &Limits::default(), &control, &mut Reporter::new()) else {
-            continue;
-        };
-        let Some(clip) = scene.clips.first().filter(|_| kinds.contains(&ending.as_str())) else { continue };
-        for compression in [formats::Compression::Quantized, formats::Compression::Meshopt] {
-            let options = formats::WriteOptions { compression, ..formats::WriteOptions::new(Format::Glb) };
-            let written = formats::write(&scene, clip, &options, &control, &mut Reporter::new())
-                .unwrap_or_else(|error| panic!("{name}: {error}"));
-            let back = read_scene(&written, "back.glb");
-            assert_eq!(back.clips.len(), scene.clips.len() + 1, "{name}: the target's own clips follow");
-            assert_eq!(back.clips[1..], scene.clips, "{name}: and are what they were");
-            assert_eq!(back.skins, scene.skins, "{name}: skins");
-            assert_eq!(back.bind_pose, scene.bind_pose, "{name}: and how they are bound");
-        }
-        compared += 1;
-    }
-    assert!(compared > 25, "{compared} files with clips");
 }

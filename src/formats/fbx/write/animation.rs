@@ -177,8 +177,14 @@ fn stack(name: &str, start: i64, stop: i64) -> Record {
     ])
 }
 
+/// Assimp leaves the whole animation out where this holds nothing.
 fn layer() -> Record {
-    Record::new("AnimationLayer").with(LAYER_ID).with("BaseLayer\0\u{1}AnimLayer").with("")
+    let weight = property("Weight", "Number", "", "A", [Property::from(100.0)]);
+    Record::new("AnimationLayer")
+        .with(LAYER_ID)
+        .with("BaseLayer\0\u{1}AnimLayer")
+        .with("")
+        .holding([Record::new("Properties70").holding([weight])])
 }
 
 fn curve(id: i64, times: &[i64], values: Vec<f32>) -> Record {

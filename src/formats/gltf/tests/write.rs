@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::{Builder, codes, read_bytes};
 use crate::{
-    formats::{self, ErrorKind, Format, Include, TargetClips, WriteOptions},
+    formats::{self, Compression, ErrorKind, Format, Include, TargetClips, WriteOptions},
     model::{Clip, Control, Joint, JointTracks, Payload, Reporter, Scene, Skeleton, Track, Transform, Warning},
 };
 
@@ -64,6 +64,34 @@ fn everything_that_is_not_understood_survives() {
     let dropped = WriteOptions { target_clips: TargetClips::Drop, ..options(Format::Gltf) };
     let (back, _) = read_bytes(&write(&scene, &clip, &dropped).0).expect("readable");
     assert_eq!(back.clips, [clip], "or is left out");
+}
+
+#[test]
+fn what_drives_no_joint_goes_on_driving_what_it_did() {
+    let mut builder = Builder::new();
+    let input = builder.floats(&[0.0, 1.0], "SCALAR");
+    let output = builder.floats(&[0.0, 1.0], "SCALAR");
+    builder.json["materials"] = json!([{"pbrMetallicRoughness": {"roughnessFactor": 0.5}}]);
+    builder.json["extensionsUsed"] = json!(["KHR_animation_pointer"]);
+    let pointer = |pointer: &str| json!({"sampler": 0, "target": {"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": pointer}}}});
+    let roughness = "/materials/0/pbrMetallicRoughness/roughnessFactor";
+    builder.json["animations"] = json!([{
+        "channels": [pointer(roughness), pointer("/animations/0/extras/speed")],
+        "samplers": [{"input": input, "output": output}],
+    }]);
+    let (scene, _) = builder.read().expect("readable");
+    for compression in [Compression::None, Compression::Quantized, Compression::Meshopt] {
+        let json = json_of(&write(&scene, &moving(3, 4), &WriteOptions { compression, ..options(Format::Glb) }).0);
+        let kept = &json["animations"][1];
+        assert_eq!(kept["channels"][0], pointer(roughness), "{compression:?}: the material");
+        assert_eq!(
+            kept["channels"][1],
+            pointer("/animations/1/extras/speed"),
+            "{compression:?}: itself, where it is now"
+        );
+        assert_eq!(kept["samplers"], builder.json["animations"][0]["samplers"], "{compression:?}: by the same keys");
+        assert_eq!(json["accessors"][1], builder.json["accessors"][1], "{compression:?}: which are where they were");
+    }
 }
 
 #[test]
