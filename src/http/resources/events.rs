@@ -83,6 +83,20 @@ struct ReasonView {
     reason: &'static str,
 }
 
+/// One event of a stream, as lines of `name: value`.
+#[derive(ToSchema)]
+#[allow(dead_code, reason = "only its schema is used: events are written as lines")]
+struct ServerSentEvent {
+    /// Where to go on after it; absent where nothing has happened.
+    id: Option<String>,
+    /// What it is: the `type` of a `JobEvent`, `job.progress`, `reset` or `bye`.
+    event: Option<String>,
+    /// A JSON document as text: a `JobEvent`, how far the job is, or the `reason` of `reset` and `bye`.
+    data: String,
+    /// After how many milliseconds to come back when the stream breaks off.
+    retry: Option<u64>,
+}
+
 /// Follows all jobs of the caller.
 ///
 /// A stream of server-sent events, from now on or behind `Last-Event-ID`: `job.queued`, `job.running`, `job.canceling`, `job.succeeded`,
@@ -92,7 +106,7 @@ struct ReasonView {
 /// time as the limit `event_streams` allows.
 #[utoipa::path(get, path = "/v1/events", operation_id = "follow_everything", tag = "events",
     params(("Last-Event-ID" = Option<String>, Header, description = "the `id` of the last event that was heard")),
-    responses((status = 200, body = String, content_type = "text/event-stream", description = "the events"),
+    responses((status = 200, body = ServerSentEvent, content_type = "text/event-stream", description = "the events, one after another"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn of_everything(
     State(state): State<ApiState>,
@@ -110,7 +124,7 @@ async fn of_everything(
 #[utoipa::path(get, path = "/v1/jobs/{id}/events", operation_id = "follow_job", tag = "events",
     params(("id" = String, Path, description = "the job"),
         ("Last-Event-ID" = Option<String>, Header, description = "the `id` of the last event that was heard")),
-    responses((status = 200, body = String, content_type = "text/event-stream", description = "the events"),
+    responses((status = 200, body = ServerSentEvent, content_type = "text/event-stream", description = "the events, one after another"),
         (status = 204, description = "the job has ended, and the caller knows"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn of_job(
