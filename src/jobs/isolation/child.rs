@@ -14,6 +14,7 @@ use super::{
     frames,
     limits::{self, Bounds},
     messages::{Answer, Message, Request, Task},
+    signals,
 };
 use crate::{
     config::misbehave,
@@ -44,6 +45,7 @@ struct Reply {
 /// # Errors
 /// When the process cannot be bounded, or nobody hears its answers.
 pub fn serve(bounds: &Bounds) -> io::Result<()> {
+    signals::leave_to_parent()?;
     limits::at_start(bounds)?;
     // The parent asks for one thing after another.
     let (sender, requests) = mpsc::sync_channel(1);

@@ -5,7 +5,8 @@ use std::io;
 /// What an engine process may use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bounds {
-    /// Memory beyond what the program takes up by itself.
+    /// Memory beyond what the program takes up by itself. It is addresses that are bounded, with two gibibytes besides for what
+    /// allocators reserve.
     pub memory_bytes: u64,
     /// How long one request may take. Beyond it the parent ends the process; processor time has the same bound on every core, for a
     /// process whose parent is gone.
@@ -26,6 +27,8 @@ pub(super) fn at_start(bounds: &Bounds) -> io::Result<()> {
     setrlimit(Resource::Core, Rlimit { current: Some(0), maximum: Some(0) })?;
     let most = own_address_bytes().saturating_add(RESERVED_BYTES).saturating_add(bounds.memory_bytes);
     setrlimit(Resource::As, Rlimit { current: Some(most), maximum: Some(most) })?;
+    // Where the machine runs out of memory all the same, this process goes before the service does. Not every system has this.
+    let _ = std::fs::write("/proc/self/oom_score_adj", "500");
     Ok(())
 }
 

@@ -3,13 +3,14 @@
 //! A child is the same program, started as `retargetd engine-process`. It reads requests from its standard input and answers on its
 //! standard output, one at a time, and serves many one after the other. It bounds its memory, its processor time and its core files
 //! itself, before it reads anything; it has no environment, no database and no files: bytes come in, bytes go out. It ends when its input
-//! does, so it never outlives its parent, however that ends. A child that dies, or does not stop when it is told to, is replaced.
+//! does, and by no signal that is meant for its parent, so it never outlives its parent, however that ends. A child that dies, or does not stop when it is told to, is replaced.
 
 mod child;
 mod frames;
 mod limits;
 mod messages;
 mod process;
+mod signals;
 #[cfg(test)]
 mod tests;
 

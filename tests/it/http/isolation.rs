@@ -1,8 +1,9 @@
 //! Engine processes: what brings one down ends its own job, and nothing else.
 
 use std::{
+    io::Read,
     path::Path,
-    process::Command,
+    process::{Command, Stdio},
     time::{Duration, Instant},
 };
 
@@ -11,6 +12,7 @@ use retargetd::samples;
 use serde_json::{Value, json};
 
 use super::support::{PATIENCE, ServiceProcess, json as read, problem};
+use crate::service_process::signal;
 
 /// A service whose engine goes wild on files whose names say so.
 fn wild_service(data: &Path, flags: &[&str]) -> ServiceProcess {
@@ -186,6 +188,26 @@ async fn processes_serve_many_and_never_outlive_the_service() {
         assert!(began.elapsed() < PATIENCE, "they end with the service, however that ends");
         tokio::time::sleep(Duration::from_millis(20)).await;
     }
+}
+
+/// Ctrl-C and service managers send their signals to every process of a group.
+#[test]
+fn an_engine_process_leaves_signals_to_the_service_and_ends_with_it() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_retargetd"))
+        .args(["engine-process", "--memory-bytes", "268435456", "--seconds", "60"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    let mut ready = [0; 8];
+    child.stdout.as_mut().expect("a pipe").read_exact(&mut ready).expect("it says that it is ready");
+    for name in ["-TERM", "-INT", "-HUP"] {
+        signal(&child, name);
+    }
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(child.try_wait().expect("it can be asked").is_none(), "what runs may go on");
+    drop(child.stdin.take());
+    assert!(child.wait().expect("it ends").success(), "when nobody is left to ask, it ends well");
 }
 
 /// What a process of its own costs a job. Prints figures and asserts nothing about time: run it by
