@@ -202,7 +202,7 @@ fn an_engine_process_leaves_signals_to_the_service_and_ends_with_it() {
     let mut ready = [0; 8];
     child.stdout.as_mut().expect("a pipe").read_exact(&mut ready).expect("it says that it is ready");
     for name in ["-TERM", "-INT", "-HUP"] {
-        signal(&child, name);
+        signal(child.id(), name);
     }
     std::thread::sleep(Duration::from_millis(300));
     assert!(child.try_wait().expect("it can be asked").is_none(), "what runs may go on");
