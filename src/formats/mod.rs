@@ -23,9 +23,9 @@
 //! 5. **Explain it.** New warnings go into the README's table (a test lists those that are not there). Then
 //!    `RETARGETD_UPDATE=1 cargo nextest run -E 'test(readme) | test(openapi)'` writes the tables and the API again.
 //! 6. **Prove it.** Beside the code: exact small files by hand. In `tests/it/formats_acme.rs`: files cut short at every byte, counts
-//!    too large, NaN, cycles, and a round trip. In `tests/it/corpus.rs`: real files, against numbers of another reader. In
-//!    `tests/it/judges`: what others make of what we write. In `tests/fuzz/src/shared`: a target, and seeds that hold what is
-//!    special about it.
+//!    too large, NaN, cycles, and a round trip. In `tests/it/readers`: every real file against another reader, node by
+//!    node and clip by clip. In `tests/it/judges`: what others make of what we write. In `tests/fuzz/src/shared`: a target, and seeds
+//!    that hold what is special about it. In `benches/reading.rs`: how fast, beside another reader.
 
 mod body_model;
 pub mod budget;
