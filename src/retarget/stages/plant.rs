@@ -136,11 +136,9 @@ impl PlantStage {
         let mut corrections = vec![Correction::default(); times.len()];
         let touches: Vec<bool> = (0..times.len()).map(|frame| foot.touches(frame)).collect();
         let contacts = runs(&touches);
+        let mut weights = Vec::new();
         for &(first, last) in &contacts {
-            let offsets = self.held(foot, times, first, last);
-            for (correction, offset) in corrections[first..=last].iter_mut().zip(offsets) {
-                *correction = Correction { offset, hold: 1.0 };
-            }
+            self.hold(foot, times, first, &mut weights, &mut corrections[first..=last]);
         }
         let mut before: Option<usize> = None;
         for &(first, last) in &contacts {
@@ -151,28 +149,26 @@ impl PlantStage {
         corrections
     }
 
-    /// What is to be added to the goals of one contact.
-    fn held(&self, foot: &Foot, times: &[f64], first: usize, last: usize) -> Vec<DVec3> {
-        let weights = foot.weights(times, first, last);
+    /// Fills in what is to be added to the goals of one contact, which begins at `first`; `weights` is room to work in.
+    fn hold(&self, foot: &Foot, times: &[f64], first: usize, weights: &mut Vec<DVec3>, contact: &mut [Correction]) {
+        let weights = foot.weights(times, first, first + contact.len() - 1, weights);
         let mut offset = DVec3::ZERO;
-        let mut offsets = Vec::with_capacity(last - first + 1);
-        offsets.push(offset);
-        for frame in first..last {
-            let (before, after) = (weights[frame - first], weights[frame + 1 - first]);
-            for (part, weight) in ((before + after) / 2.0).to_array().into_iter().enumerate() {
-                offset += foot.step(part, frame, self.op.mode) * weight;
+        for (index, correction) in contact.iter_mut().enumerate() {
+            *correction = Correction { offset, hold: 1.0 };
+            let Some(after) = weights.get(index + 1) else { break };
+            for (part, weight) in ((weights[index] + *after) / 2.0).to_array().into_iter().enumerate() {
+                offset += foot.step(part, first + index, self.op.mode) * weight;
             }
-            offsets.push(offset);
         }
-        let skipped = (offsets.len() as f64 * ENDS).floor();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
-        let middle = &offsets[skipped as usize..offsets.len() - skipped as usize];
-        let mean = middle.iter().sum::<DVec3>() / middle.len() as f64;
-        let keep = |offset: DVec3| {
-            let offset = offset - mean;
-            if self.op.mode == PlantMode::Grounding { self.up * offset.dot(self.up) } else { offset }
-        };
-        offsets.into_iter().map(keep).collect()
+        let skipped = (contact.len() as f64 * ENDS).floor() as usize;
+        let middle = &contact[skipped..contact.len() - skipped];
+        let mean = middle.iter().map(|correction| correction.offset).sum::<DVec3>() / middle.len() as f64;
+        for correction in contact {
+            let offset = correction.offset - mean;
+            let keeps_height_only = self.op.mode == PlantMode::Grounding;
+            correction.offset = if keeps_height_only { self.up * offset.dot(self.up) } else { offset };
+        }
     }
 }
 
@@ -208,18 +204,20 @@ impl Foot {
 
     /// How much each point is held at every frame of a contact; the sum is 1. The foot turns about the point that is most still: of
     /// a heel that lifts and a ball that stands it is the ball.
-    fn weights(&self, times: &[f64], first: usize, last: usize) -> Vec<DVec3> {
+    /// `raw` is room to work in.
+    fn weights(&self, times: &[f64], first: usize, last: usize, raw: &mut Vec<DVec3>) -> Vec<DVec3> {
         let still = |frame: usize, track: &PointTrack| {
             let share = track.speeds[frame] / self.still_speed.max(f64::MIN_POSITIVE);
             if track.touches[frame] { (1.0 + share * share).recip() } else { 0.0 }
         };
-        let raw = |frame: usize| {
+        let of_frame = |frame: usize| {
             let still = self.tracks.each_ref().map(|track| track.as_ref().map_or(0.0, |track| still(frame, track)));
             let still = DVec3::from(still);
             still / still.element_sum().max(f64::MIN_POSITIVE)
         };
-        let raw: Vec<DVec3> = (first..=last).map(raw).collect();
-        smoothed(&raw, &times[first..=last], ROLL_SECONDS)
+        raw.clear();
+        raw.extend((first..=last).map(of_frame));
+        smoothed(raw, &times[first..=last], ROLL_SECONDS)
     }
 
     /// What the source's point moves from a frame to the next, scaled, minus what the goal's does.

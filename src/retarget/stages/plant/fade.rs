@@ -56,17 +56,19 @@ impl Border {
         let is_near =
             |other: &usize| (times[*other] - times[frame]).abs() <= FITTED_SECONDS && corrections[*other].hold >= 1.0;
         let offset = corrections[frame].offset;
-        let of_frame = |other: usize| (times[other] - times[frame], corrections[other].offset - offset);
-        let near: Vec<(f64, DVec3)> = if is_first {
-            (frame + 1..times.len()).take_while(is_near).map(of_frame).collect()
+        let inside = if is_first {
+            (frame + 1..times.len()).take_while(is_near).count()
         } else {
-            (0..frame).rev().take_while(is_near).map(of_frame).collect()
+            (0..frame).rev().take_while(is_near).count()
         };
+        let near = if is_first { frame + 1..frame + 1 + inside } else { frame - inside..frame };
+        let of_frame = |other: usize| (times[other] - times[frame], corrections[other].offset - offset);
         // Least squares of `speed · t + bend · t²`.
-        let sum = |power: i32| near.iter().map(|(time, _)| time.powi(power)).sum::<f64>();
-        let moment = |power: i32| near.iter().map(|(time, moved)| *moved * time.powi(power)).sum::<DVec3>();
+        let sum = |power: i32| near.clone().map(|other| of_frame(other).0.powi(power)).sum::<f64>();
+        let moment =
+            |power: i32| near.clone().map(of_frame).map(|(time, moved)| moved * time.powi(power)).sum::<DVec3>();
         let (second, third, fourth) = (sum(2), sum(3), sum(4));
-        let per_second = match near.len() {
+        let per_second = match inside {
             0 => DVec3::ZERO,
             1 | 2 => moment(1) / second,
             _ => (moment(1) * fourth - moment(2) * third) / (second * fourth - third * third),

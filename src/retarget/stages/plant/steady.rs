@@ -117,9 +117,9 @@ impl PlantStage {
             touches(Part::End) && touches(Part::Ball)
         };
         for (first, last) in runs(&touches) {
-            let flat: Vec<usize> = (first..=last).filter(lies).collect();
-            let frames = if flat.is_empty() { (first..=last).collect() } else { flat };
-            let stands = standing(turned, &frames).conjugate();
+            let is_ever_flat = (first..=last).any(|frame| lies(&frame));
+            let counts = |frame: &usize| !is_ever_flat || lies(frame);
+            let stands = standing(turned, (first..=last).filter(counts)).conjugate();
             let near = |seconds: f64| smooth(1.0 - seconds / self.op.blend_seconds.max(f64::MIN_POSITIVE));
             let before = (0..first).rev().map(|frame| (frame, near(times[first] - times[frame])));
             let after = (last + 1..turned.len()).map(|frame| (frame, near(times[frame] - times[last])));
@@ -135,14 +135,14 @@ impl PlantStage {
     }
 }
 
-/// The mean of how a foot is turned in the middle of some frames.
-fn standing(turned: &[DQuat], frames: &[usize]) -> DQuat {
+/// The mean of how a foot is turned in the middle of some frames; nothing where there is none.
+fn standing(turned: &[DQuat], frames: impl Iterator<Item = usize> + Clone) -> DQuat {
+    let count = frames.clone().count();
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
-    let skipped = (frames.len() as f64 * ENDS).floor() as usize;
-    let middle = &frames[skipped..frames.len() - skipped];
-    let first = turned[middle[0]];
-    let aligned =
-        middle.iter().map(|&frame| if first.dot(turned[frame]) < 0.0 { -turned[frame] } else { turned[frame] });
+    let skipped = (count as f64 * ENDS).floor() as usize;
+    let middle = frames.skip(skipped).take(count - 2 * skipped).map(|frame| turned[frame]);
+    let Some(first) = middle.clone().next() else { return DQuat::IDENTITY };
+    let aligned = middle.map(|turned| if first.dot(turned) < 0.0 { -turned } else { turned });
     let sum = aligned.fold(DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0), |sum, turned| sum + turned);
     if sum.length_squared() > 0.0 { sum.normalize() } else { first }
 }
@@ -189,8 +189,8 @@ mod tests {
                 if frame % 2 == 0 { turn } else { -turn }
             })
             .collect();
-        let found = standing(&turned, &(0..10).collect::<Vec<_>>());
+        let found = standing(&turned, 0..10);
         assert!(found.angle_between(DQuat::from_rotation_x(0.1)) < 1e-6, "{found}");
-        assert_eq!(standing(&turned, &[9]), turned[9], "a single frame");
+        assert_eq!(standing(&turned, 9..10), turned[9], "a single frame");
     }
 }
