@@ -218,26 +218,38 @@ impl SettingValue for Secret {
     }
 }
 
+/// A setting that is one of a few words; what is expected is said from the same list.
+macro_rules! word_setting {
+    ($type:ty, $example:literal, { $($word:literal => $value:expr),+ }) => {
+        impl SettingValue for $type {
+            const UNIT: Unit = Unit::None;
+            const EXAMPLE: &'static str = $example;
+
+            fn parse(text: &str) -> Result<Self, String> {
+                match text {
+                    $($word => Ok($value),)+
+                    _ => Err(one_of(&[$($word),+])),
+                }
+            }
+
+            fn number(&self) -> Option<f64> {
+                None
+            }
+        }
+    };
+}
+
+/// "expected a, b or c".
+fn one_of(words: &[&str]) -> String {
+    let (last, others) = words.split_last().unwrap_or((&"", &[]));
+    format!("expected {} or {last}", others.join(", "))
+}
+
 /// Whether something is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Switch(pub bool);
 
-impl SettingValue for Switch {
-    const UNIT: Unit = Unit::None;
-    const EXAMPLE: &'static str = "on";
-
-    fn parse(text: &str) -> Result<Self, String> {
-        match text {
-            "on" => Ok(Self(true)),
-            "off" => Ok(Self(false)),
-            _ => Err("expected on or off".to_owned()),
-        }
-    }
-
-    fn number(&self) -> Option<f64> {
-        None
-    }
-}
+word_setting!(Switch, "on", { "on" => Self(true), "off" => Self(false) });
 
 /// Where the engine works.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -248,22 +260,7 @@ pub enum Isolation {
     Thread,
 }
 
-impl SettingValue for Isolation {
-    const UNIT: Unit = Unit::None;
-    const EXAMPLE: &'static str = "process";
-
-    fn parse(text: &str) -> Result<Self, String> {
-        match text {
-            "process" => Ok(Self::Process),
-            "thread" => Ok(Self::Thread),
-            _ => Err("expected process or thread".to_owned()),
-        }
-    }
-
-    fn number(&self) -> Option<f64> {
-        None
-    }
-}
+word_setting!(Isolation, "process", { "process" => Self::Process, "thread" => Self::Thread });
 
 /// Who must show a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -276,23 +273,7 @@ pub enum Authentication {
     None,
 }
 
-impl SettingValue for Authentication {
-    const UNIT: Unit = Unit::None;
-    const EXAMPLE: &'static str = "keys";
-
-    fn parse(text: &str) -> Result<Self, String> {
-        match text {
-            "auto" => Ok(Self::Auto),
-            "keys" => Ok(Self::Keys),
-            "none" => Ok(Self::None),
-            _ => Err("expected auto, keys or none".to_owned()),
-        }
-    }
-
-    fn number(&self) -> Option<f64> {
-        None
-    }
-}
+word_setting!(Authentication, "keys", { "auto" => Self::Auto, "keys" => Self::Keys, "none" => Self::None });
 
 /// Origins of web pages, as browsers tell them: scheme, host and perhaps a port, and nothing behind.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -335,23 +316,7 @@ pub enum LogFormat {
     Json,
 }
 
-impl SettingValue for LogFormat {
-    const UNIT: Unit = Unit::None;
-    const EXAMPLE: &'static str = "json";
-
-    fn parse(text: &str) -> Result<Self, String> {
-        match text {
-            "auto" => Ok(Self::Auto),
-            "text" => Ok(Self::Text),
-            "json" => Ok(Self::Json),
-            _ => Err("expected auto, text or json".to_owned()),
-        }
-    }
-
-    fn number(&self) -> Option<f64> {
-        None
-    }
-}
+word_setting!(LogFormat, "json", { "auto" => Self::Auto, "text" => Self::Text, "json" => Self::Json });
 
 impl fmt::Display for ByteSize {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -24,6 +24,12 @@ pub(super) enum StopReason {
     LeaseLost,
 }
 
+/// How far the work under a control is, as it is kept.
+pub(super) fn progress_of(control: &Control) -> StoredProgress {
+    let progress = control.progress();
+    StoredProgress { phase: progress.phase.name().to_owned(), done: progress.done, total: progress.total }
+}
+
 /// A job that a worker has.
 #[derive(Debug)]
 pub(super) struct RunningJob {
@@ -37,11 +43,6 @@ pub(super) struct RunningJob {
 impl RunningJob {
     fn new(lease: LeaseId) -> Self {
         Self { lease, control: Arc::new(Control::with_clock(monotonic_seconds)), reason: Mutex::new(None) }
-    }
-
-    fn progress(&self) -> StoredProgress {
-        let progress = self.control.progress();
-        StoredProgress { phase: progress.phase.name().to_owned(), done: progress.done, total: progress.total }
     }
 
     /// Tells it to stop.
@@ -94,7 +95,7 @@ impl RunningJobs {
 
     /// How far a job is.
     pub(super) fn progress(&self, id: &JobId) -> Option<StoredProgress> {
-        self.lock().get(id).map(|job| job.progress())
+        self.lock().get(id).map(|job| progress_of(&job.control))
     }
 
     /// All of them, as they are reported to the store.
@@ -102,7 +103,7 @@ impl RunningJobs {
         let held = |(id, job): (&JobId, &Arc<RunningJob>)| Held {
             id: id.clone(),
             lease: job.lease.clone(),
-            progress: job.progress(),
+            progress: progress_of(&job.control),
         };
         self.lock().iter().map(held).collect()
     }

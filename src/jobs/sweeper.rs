@@ -57,10 +57,9 @@ impl Jobs {
         if let Ok(bytes) = self.0.store.records().stored_bytes().await {
             Metric::StoredBytes.set([], bytes as f64);
         }
-        self.observe_queue().await;
     }
 
-    /// Measures the queue for those who watch, since what a gauge says is old by the time somebody looks. What cannot be measured keeps
+    /// Measures the queue for those who watch, when they look: what a gauge said before would be old by then. What cannot be measured keeps
     /// its last value.
     pub async fn observe_queue(&self) {
         if let Err(error) = self.0.admission.observe(self.0.store.records(), self.0.clock.now()).await {

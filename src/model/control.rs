@@ -114,6 +114,14 @@ impl Control {
         self.done.fetch_add(units, Ordering::Relaxed);
     }
 
+    /// Says again what whoever does the work elsewhere said of it. A phase that has no such name here is left out.
+    pub fn repeat(&self, phase: &str, done: u64, total: u64) {
+        if let Some(phase) = Phase::from_name(phase) {
+            self.enter(phase, total);
+            self.advance(done);
+        }
+    }
+
     /// How far the work is.
     #[must_use]
     pub fn progress(&self) -> Progress {

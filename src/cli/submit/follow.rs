@@ -6,7 +6,7 @@ use serde_json::Value;
 use super::remote::{Patience, Remote, exit_of, problem_of};
 use crate::{
     cli::exit::{Exit, FAILED},
-    model::{Control, Phase},
+    model::Control,
 };
 
 /// Follows a job until it has ended; gives it as it is then. How far it is goes to `control`, for a bar to be drawn from.
@@ -67,8 +67,6 @@ async fn read(mut answer: Response, last_heard: &mut Option<String>, control: &C
 fn show(data: &str, control: &Control) {
     let data: Value = serde_json::from_str(data).unwrap_or_default();
     let Some(progress) = data.get("progress") else { return };
-    if let Some(phase) = progress["phase"].as_str().and_then(Phase::from_name) {
-        control.enter(phase, progress["total"].as_u64().unwrap_or(0));
-        control.advance(progress["done"].as_u64().unwrap_or(0));
-    }
+    let count = |name: &str| progress[name].as_u64().unwrap_or(0);
+    control.repeat(progress["phase"].as_str().unwrap_or_default(), count("done"), count("total"));
 }

@@ -19,8 +19,7 @@ use super::{
 use crate::{
     config::misbehave,
     engine::{Control, Failure, Format, Knowledge, Question},
-    jobs::{Engine, Ran, RetargetEngine, bridge::STACK_BYTES, failure},
-    store::StoredProgress,
+    jobs::{Engine, Ran, RetargetEngine, bridge::STACK_BYTES, failure, running::progress_of},
     telemetry::monotonic_seconds,
 };
 
@@ -69,7 +68,7 @@ pub fn serve(bounds: &Bounds) -> io::Result<()> {
                 Ok(reply) => break reply,
                 Err(RecvTimeoutError::Disconnected) => break Reply::of(Answer::Panicked),
                 Err(RecvTimeoutError::Timeout) => {
-                    let progress = progress(&control);
+                    let progress = progress_of(&control);
                     if told.as_ref() != Some(&progress) {
                         frames::write(&mut output, &Answer::Progress(progress.clone()), &[])?;
                         told = Some(progress);
@@ -81,11 +80,6 @@ pub fn serve(bounds: &Bounds) -> io::Result<()> {
         frames::write(&mut output, &reply.answer, &blobs)?;
     }
     Ok(())
-}
-
-fn progress(control: &Control) -> StoredProgress {
-    let progress = control.progress();
-    StoredProgress { phase: progress.phase.name().to_owned(), done: progress.done, total: progress.total }
 }
 
 /// Reads what the parent says. When the parent is gone, whatever is being worked on is for nobody.

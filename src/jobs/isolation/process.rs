@@ -17,11 +17,7 @@ use super::{
     limits::Bounds,
     messages::{Answer, Message, Request},
 };
-use crate::{
-    engine::{Control, Phase},
-    store::StoredProgress,
-    telemetry::Metric,
-};
+use crate::{engine::Control, telemetry::Metric};
 
 /// How long a process may take to come up.
 const START: Duration = Duration::from_secs(30);
@@ -113,7 +109,7 @@ impl EngineProcess {
         let mut kill_at: Option<Instant> = None;
         loop {
             match self.answers.recv_timeout(LOOK) {
-                Ok((Answer::Progress(progress), _)) => show(control, &progress),
+                Ok((Answer::Progress(progress), _)) => control.repeat(&progress.phase, progress.done, progress.total),
                 Ok(answer) => return Ok(answer),
                 Err(RecvTimeoutError::Disconnected) => return Err(self.crashed()),
                 Err(RecvTimeoutError::Timeout) if control.check().is_ok() => {}
@@ -163,13 +159,6 @@ impl Drop for EngineProcess {
     fn drop(&mut self) {
         self.end();
         Metric::EngineProcesses.change(-1.0);
-    }
-}
-
-fn show(control: &Control, progress: &StoredProgress) {
-    if let Some(phase) = Phase::from_name(&progress.phase) {
-        control.enter(phase, progress.total);
-        control.advance(progress.done);
     }
 }
 

@@ -4,10 +4,8 @@ use std::{process::Command, time::Duration};
 
 use reqwest::{Method, RequestBuilder, StatusCode};
 use retargetd::{
-    app,
-    config::Settings,
     http::openapi_document,
-    jobs::{KeyText, NewKey, Principal, Scope},
+    jobs::{KeyText, Scope},
 };
 use serde_json::{Value, json};
 
@@ -15,13 +13,6 @@ use super::support::{BVH, Service, header, json as read, problem, start_service}
 
 async fn guarded() -> Service {
     Service::start(&[("authentication", "keys")]).await
-}
-
-async fn key(service: &Service, principal: &str, scopes: &[Scope]) -> KeyText {
-    let settings = Settings { data: service.data.path().to_owned(), ..Settings::default() };
-    let principal = Principal::parse(principal).expect("a name");
-    let new = NewKey { principal, scopes: scopes.to_vec(), lifetime: None };
-    app::keys(&settings).await.expect("opens").create(new).await.expect("is made").0
 }
 
 fn ask(service: &Service, key: &KeyText, method: Method, path: &str) -> RequestBuilder {
@@ -78,7 +69,7 @@ async fn nobody_comes_in_without_a_key_but_where_everybody_may() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_key_opens_what_its_scopes_say_until_it_is_revoked() {
     let service = guarded().await;
-    let admin = key(&service, "operator", &[Scope::Admin]).await;
+    let admin = service.key("operator", &[Scope::Admin]).await;
     let body = json!({"principal": "studio", "scopes": ["read"]});
     let made = read(ask(&service, &admin, Method::POST, "/v1/keys").json(&body).send().await.expect("an answer")).await;
     let (id, secret) = (made["id"].as_str().expect("an id"), made["secret"].as_str().expect("the key"));
@@ -137,8 +128,7 @@ async fn belongings(service: &Service, key: &KeyText) -> Belongings {
 #[tokio::test(flavor = "multi_thread")]
 async fn what_belongs_to_others_is_not_found_on_any_route() {
     let service = guarded().await;
-    let (ann, bob) =
-        (key(&service, "ann", &[Scope::Read, Scope::Write]).await, key(&service, "bob", &Scope::ALL).await);
+    let (ann, bob) = (service.key("ann", &[Scope::Read, Scope::Write]).await, service.key("bob", &Scope::ALL).await);
     let hers = belongings(&service, &ann).await;
     let mut tried = 0;
     for (method, path) in operations() {

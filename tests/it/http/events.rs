@@ -2,11 +2,7 @@
 
 use std::time::Duration;
 
-use retargetd::{
-    app,
-    config::Settings,
-    jobs::{NewKey, Principal, Scope},
-};
+use retargetd::jobs::Scope;
 use serde_json::{Value, json};
 
 use super::support::{BVH, Service, header, json as read, problem};
@@ -132,16 +128,9 @@ async fn streams_are_bounded_end_in_time_and_say_goodbye() {
 #[tokio::test(flavor = "multi_thread")]
 async fn callers_hear_nothing_of_one_another() {
     let service = Service::start(&[("authentication", "keys"), ("max_event_streams", "1")]).await;
-    let settings = Settings { data: service.data.path().to_owned(), ..Settings::default() };
-    let keys = app::keys(&settings).await.expect("opens");
     let mut streams = Vec::new();
     for name in ["ann", "bob"] {
-        let new = NewKey {
-            principal: Principal::parse(name).expect("a name"),
-            scopes: vec![Scope::Read, Scope::Write],
-            lifetime: None,
-        };
-        let key = keys.create(new).await.expect("is made").0;
+        let key = service.key(name, &[Scope::Read, Scope::Write]).await;
         let request = service.client.get(service.at("/v1/events")).bearer_auth(key.reveal());
         streams.push((key, EventReader::open(request, None).await));
     }

@@ -2,11 +2,7 @@
 
 use std::time::Duration;
 
-use retargetd::{
-    app,
-    config::Settings,
-    jobs::{NewKey, Principal, Scope},
-};
+use retargetd::jobs::Scope;
 use serde_json::{Value, json};
 
 use super::support::{BVH, Service, form, header, json as read};
@@ -80,15 +76,8 @@ async fn one_shots_say_so_in_a_header() {
 #[tokio::test(flavor = "multi_thread")]
 async fn nobody_is_given_what_others_have_computed() {
     let service = Service::start(&[("authentication", "keys")]).await;
-    let settings = Settings { data: service.data.path().to_owned(), ..Settings::default() };
-    let keys = app::keys(&settings).await.expect("opens");
     for name in ["ann", "bob"] {
-        let new = NewKey {
-            principal: Principal::parse(name).expect("a name"),
-            scopes: vec![Scope::Read, Scope::Write],
-            lifetime: None,
-        };
-        let key = keys.create(new).await.expect("is made").0;
+        let key = service.key(name, &[Scope::Read, Scope::Write]).await;
         let job = ended(&service, key.reveal(), &json!({}), &[]).await;
         assert_eq!(job["cache"], "miss", "{name} has not asked for this before, whoever else has");
     }

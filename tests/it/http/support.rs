@@ -9,7 +9,7 @@ use retargetd::{
     engine::{
         Control, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Outcome, Output, Question, Report,
     },
-    jobs::{Engine, Ran},
+    jobs::{Engine, KeyText, NewKey, Principal, Ran, Scope},
     telemetry::Clock,
 };
 use serde_json::Value;
@@ -105,6 +105,14 @@ impl Service {
         let running = app::start_with(settings, Arc::new(Obedient), clock.clone()).await.expect("it starts");
         let client = Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client");
         Self { client, url: running.url(), clock, data, running }
+    }
+
+    /// A key of its own for that principal, made beside the service as an operator does it.
+    pub(super) async fn key(&self, principal: &str, scopes: &[Scope]) -> KeyText {
+        let settings = Settings { data: self.data.path().to_owned(), ..Settings::default() };
+        let principal = Principal::parse(principal).expect("a name");
+        let new = NewKey { principal, scopes: scopes.to_vec(), lifetime: None };
+        app::keys(&settings).await.expect("opens").create(new).await.expect("is made").0
     }
 
     pub(super) fn address(&self) -> std::net::SocketAddr {
