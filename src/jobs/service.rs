@@ -67,6 +67,8 @@ pub(super) struct Inner {
     pub(super) streams: Arc<OpenStreams>,
     /// One who waits for jobs to arrive: the task that claims them.
     pub(super) arrivals: Notify,
+    /// One who waits for something to tell webhooks: the task that does.
+    pub(super) outbox: Notify,
     /// Which job has changed; `None` for any.
     changes: broadcast::Sender<Option<JobId>>,
     is_draining: AtomicBool,
@@ -113,6 +115,7 @@ impl Jobs {
             running: Arc::default(),
             streams: Arc::default(),
             arrivals: Notify::new(),
+            outbox: Notify::new(),
             changes: broadcast::Sender::new(CHANGES_KEPT),
             is_draining: AtomicBool::new(false),
         }))
@@ -368,6 +371,7 @@ impl Jobs {
         Metric::LastJobFinished.set([], end.finished_at.as_millisecond() as f64 / 1e3);
         tracing::info!(job_id = %id, state = end.state.name(), code, "the job has ended");
         self.announce(id);
+        self.0.outbox.notify_one();
     }
 
     /// An end without results.

@@ -38,8 +38,19 @@ fn assert_conforms(server: &ServiceProcess, flags: &[&str]) {
 #[test]
 fn made_up_requests_meet_no_fault() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server =
-        start_service(data.path(), &["--default-wait", "2s", "--max-wait", "2s", "--event-stream-period", "200ms"]);
+    let server = start_service(
+        data.path(),
+        &[
+            "--default-wait",
+            "2s",
+            "--max-wait",
+            "2s",
+            "--event-stream-period",
+            "200ms",
+            "--outbound-deny",
+            "0.0.0.0/0,::/0",
+        ],
+    );
     assert_conforms(&server, &[]);
     assert_eq!(server.terminate(), Some(0), "and it is well afterwards");
 }
@@ -49,7 +60,18 @@ fn made_up_requests_with_a_key_meet_no_fault() {
     let data = tempfile::tempdir().expect("a temporary folder");
     let server = start_service(
         data.path(),
-        &["--authentication", "keys", "--default-wait", "2s", "--max-wait", "2s", "--event-stream-period", "200ms"],
+        &[
+            "--authentication",
+            "keys",
+            "--default-wait",
+            "2s",
+            "--max-wait",
+            "2s",
+            "--event-stream-period",
+            "200ms",
+            "--outbound-deny",
+            "0.0.0.0/0,::/0",
+        ],
     );
     let key = Command::new(env!("CARGO_BIN_EXE_retargetd"))
         .args(["keys", "create", "tester", "--scope", "read", "--scope", "write", "--scope", "admin", "--data"])
