@@ -71,8 +71,8 @@ impl Assets {
         if announced > most_bytes {
             return Err(too_large(file_name, most_bytes, announced));
         }
-        let stored = inner.store.records().stored_bytes().await?;
-        if stored.saturating_add(announced) > inner.settings.max_stored_bytes.0 {
+        let most_stored = inner.settings.max_stored_bytes.0;
+        if !inner.stored_bytes.have_room(inner.store.records(), announced, most_stored).await? {
             Metric::AdmissionRejected.count([("reason", "storage_full".to_owned())], 1);
             return Err(Refusal::StorageFull);
         }
@@ -119,7 +119,9 @@ impl Assets {
         };
         let assets = try_join_all(files.into_iter().map(keep)).await?;
         Failpoint::UploadKept.reach();
-        Ok(inner.store.records().add_assets(&assets).await?)
+        let kept = inner.store.records().add_assets(&assets).await?;
+        inner.stored_bytes.add(kept.iter().filter(|(_, is_new)| *is_new).map(|(asset, _)| asset.bytes).sum());
+        Ok(kept)
     }
 
     /// A file's record.

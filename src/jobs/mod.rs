@@ -13,6 +13,7 @@
 mod admission;
 mod assets;
 mod bridge;
+mod changes;
 mod events;
 mod failure;
 mod inputs;
@@ -28,6 +29,7 @@ mod result_cache;
 mod running;
 mod service;
 mod state;
+mod stored_bytes;
 mod submission;
 mod sweeper;
 #[cfg(test)]

@@ -250,8 +250,8 @@ impl Jobs {
             }
         }
         let now = self.0.store.records().job(&record.id).await?;
-        if now.is_some_and(|job| job.state.is_final() && job.lease.as_ref() == Some(&running.lease)) {
-            self.announce(&record.id);
+        if let Some(ended) = now.filter(|job| job.state.is_final() && job.lease.as_ref() == Some(&running.lease)) {
+            self.0.changes.announce(&record.id, ended.state);
             return Ok(());
         }
         tracing::warn!(job_id = %record.id, ?event, "a job ended in other hands");
@@ -263,7 +263,7 @@ impl Jobs {
         let given = match self.0.store.records().give_back(&record.id, &running.lease, why).await {
             Ok(true) => {
                 tracing::info!(job_id = %record.id, ?why, "the job waits for another worker");
-                self.announce_arrival(&record.id);
+                self.0.changes.announce(&record.id, JobState::Queued);
                 Ok(())
             }
             Ok(false) => self.end(record, running, JobEvent::Requeue, None).await,
