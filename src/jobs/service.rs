@@ -15,6 +15,7 @@ use super::{
     admission::Admission,
     changes::Changes,
     events::OpenStreams,
+    handover::Handovers,
     inspections::Inspections,
     memory::MemoryBudget,
     next_state,
@@ -65,6 +66,7 @@ pub(super) struct Inner {
     pub(super) running: Arc<RunningJobs>,
     pub(super) streams: Arc<OpenStreams>,
     pub(super) changes: Changes,
+    pub(super) handovers: Arc<Handovers>,
     pub(super) stored_bytes: StoredBytes,
     is_draining: AtomicBool,
 }
@@ -108,6 +110,7 @@ impl Jobs {
             running: Arc::default(),
             streams: Arc::default(),
             changes: Changes::default(),
+            handovers: Arc::default(),
             stored_bytes: StoredBytes::default(),
             is_draining: AtomicBool::new(false),
         }))
@@ -141,6 +144,7 @@ impl Jobs {
 
     /// To who does not own a job, there is none.
     pub(super) async fn record(&self, owner: &Principal, id: &JobId) -> Result<JobRecord, Refusal> {
+        self.0.handovers.settled(id).await;
         let record = self.0.store.records().job(id).await?.filter(|record| record.principal == *owner);
         record.ok_or_else(|| Refusal::NotFound { kind: "job", id: id.to_string() })
     }
@@ -244,6 +248,7 @@ impl Jobs {
     /// # Errors
     /// When there is no such job, or it has no report.
     pub async fn report(&self, owner: &Principal, id: &JobId) -> Result<String, Refusal> {
+        self.0.handovers.settled(id).await;
         let report = self.0.store.records().job_report(owner, id).await?;
         self.shown(owner, id, report).await
     }
@@ -253,6 +258,7 @@ impl Jobs {
     /// # Errors
     /// When there is no such job, or it has none.
     pub async fn resolved_spec(&self, owner: &Principal, id: &JobId) -> Result<String, Refusal> {
+        self.0.handovers.settled(id).await;
         let spec = self.0.store.records().job_resolved_spec(owner, id).await?;
         self.shown(owner, id, spec).await
     }
