@@ -59,7 +59,7 @@ impl Jobs {
         if let Err(error) = records.remove_events_until(before(settings.event_retention)).await {
             tracing::error!(%error, "old events could not be removed");
         }
-        if let Ok(bytes) = self.0.store.records().stored_bytes().await {
+        if let Ok(bytes) = self.0.stored_bytes.count(self.0.store.records()).await {
             Metric::StoredBytes.set([], bytes as f64);
         }
     }

@@ -250,7 +250,7 @@ impl Records {
             self.dialect.lock_free_rows()
         ));
         let query = busy.iter().fold(sqlx::query(query), |query, id| query.bind(id.as_str()));
-        let mut transaction = self.begin().await?;
+        let mut transaction = self.begin_brief().await?;
         let row = query.fetch_optional(&mut *transaction).await?;
         self.commit(transaction).await?;
         Ok(match row {
