@@ -75,7 +75,7 @@ pub async fn start_with(settings: Settings, engine: Arc<dyn Engine>, clock: Cloc
     let (listener, address) = listen(settings.listen, "--listen").await?;
     let (probes, probes_address) = core.probes(&settings, metrics.clone()).await?.unzip();
     let state = ApiState {
-        assets: Assets::new(&jobs),
+        assets: Assets::new(&jobs, core.outbound.clone()),
         library: Library::new(&jobs),
         webhooks: Webhooks::new(&jobs, core.outbound.clone()),
         keys: core.keys.clone(),

@@ -265,6 +265,10 @@ settings! {
     limit webhook_failing_period: Period = "5d" in 0.05..=31_536_000;
     /// How long deliveries to webhooks are kept that were made or given up
     limit delivery_retention: Period = "7d" in 1..=315_360_000;
+    /// Whether files may be given by URL, which the service then fetches: on or off
+    plain url_input: Switch = "off";
+    /// How long fetching one file may take in all
+    limit url_input_timeout: Period = "60s" in 0.05..=3_600;
     /// Networks that may be talked to although they are not public, such as '10.0.0.0/8', with commas between them; plain http goes to these alone
     plain outbound_allow: Networks = "";
     /// Networks that are never talked to, whatever 'outbound-allow' says

@@ -127,6 +127,10 @@ codes! {
         "The limit is `stored_documents`. Delete rigs or presets that nobody needs, or ask the operator to raise it.";
     ForbiddenUrl = "forbidden_url", UNPROCESSABLE_ENTITY, false, "The service does not go there",
         "URLs of callers must be `https` without user and password, and lead to public addresses; the operator can name other networks with `--outbound-allow`.";
+    UrlInputOff = "url_input_off", FORBIDDEN, false, "The service fetches no files",
+        "A JSON body of `POST /v1/assets` names a URL, which the operator has not allowed (`--url-input on`). Send the file itself.";
+    FetchFailed = "fetch_failed", BAD_GATEWAY, true, "The file cannot be fetched",
+        "The place did not answer with a file within `url_input_timeout`, or sent the service on more than three times. The detail says what happened.";
     TooManyWebhooks = "too_many_webhooks", CONFLICT, false, "There are as many webhooks as may be",
         "The limit is `webhooks`, for each principal by itself. Delete one that nobody listens to.";
     UnknownWebhook = "unknown_webhook", UNPROCESSABLE_ENTITY, false, "A webhook does not exist",

@@ -238,6 +238,9 @@ impl From<Refusal> for Problem {
                 .with_hint("delete some first"),
             Refusal::TooManyKeys { .. } => Self::new(Code::TooManyKeys, detail).with_hint("revoke one first"),
             Refusal::ForbiddenUrl(_) => Self::new(Code::ForbiddenUrl, detail).at("/url", Vec::new()),
+            Refusal::UrlInputOff => Self::new(Code::UrlInputOff, detail)
+                .with_hint("send the file itself, with 'Content-Type: application/octet-stream'"),
+            Refusal::FetchFailed { .. } => Self::new(Code::FetchFailed, detail),
             Refusal::TooManyWebhooks { most } => Self::new(Code::TooManyWebhooks, detail)
                 .about_limit("webhooks", most, most + 1)
                 .with_hint("delete one first"),

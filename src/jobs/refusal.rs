@@ -149,6 +149,15 @@ pub enum Refusal {
     /// A URL leads where the service does not go.
     #[error("the URL cannot be used: {0}")]
     ForbiddenUrl(Blocked),
+    /// The operator has not let the service fetch files.
+    #[error("this service fetches no files by URL")]
+    UrlInputOff,
+    /// A file that was to be fetched did not arrive.
+    #[error("the file cannot be fetched: {reason}")]
+    FetchFailed {
+        /// What became of it.
+        reason: String,
+    },
     /// The principal has as many webhooks as may be.
     #[error("there are {most} webhooks already")]
     TooManyWebhooks {

@@ -91,7 +91,7 @@ impl Outbound {
         body: String,
         timeout: Duration,
     ) -> Result<Answer, SendError> {
-        let url = self.0.guard.check(url)?;
+        let url = self.checked(url)?;
         let request = self.client(&url)?.post(url).timeout(timeout).header(header::CONTENT_TYPE, "application/json");
         let request = headers.iter().fold(request, |request, (name, value)| request.header(*name, value));
         let answer = request.body(body).send().await.map_err(|error| send_error(&error))?;
@@ -100,7 +100,12 @@ impl Outbound {
         Ok(Answer { status: answer.status().as_u16(), retry_after })
     }
 
-    fn client(&self, url: &Url) -> Result<Client, SendError> {
+    /// The URL, when the service may go there as far as it can be told before its name is resolved.
+    pub(super) fn checked(&self, url: &str) -> Result<Url, SendError> {
+        Ok(self.0.guard.check(url)?)
+    }
+
+    pub(super) fn client(&self, url: &Url) -> Result<Client, SendError> {
         let (place, reach) = match url.scheme() {
             "https" => (&self.0.secure, Reach::Public),
             _ => (&self.0.plain, Reach::Allowed),
@@ -119,7 +124,7 @@ impl Outbound {
 }
 
 /// What callers are told of a failure; the rest goes to the log.
-fn send_error(error: &reqwest::Error) -> SendError {
+pub(super) fn send_error(error: &reqwest::Error) -> SendError {
     let mut source: Option<&(dyn Error + 'static)> = error.source();
     while let Some(error) = source {
         if let Some(blocked) = error.downcast_ref::<Blocked>() {

@@ -9,10 +9,12 @@
 
 mod address;
 mod client;
+mod download;
 mod guard;
 mod retry_after;
 mod signature;
 
 pub use client::{Answer, Outbound, SendError};
+pub use download::{Download, FetchError, MOST_REDIRECTS};
 pub use guard::Blocked;
 pub use signature::{WebhookSecretError, new_secret, signatures};

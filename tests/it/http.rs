@@ -24,4 +24,5 @@ mod result_cache;
 mod schema_fuzz;
 mod service;
 mod support;
+mod url_input;
 mod webhooks;

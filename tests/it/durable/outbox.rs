@@ -97,7 +97,7 @@ async fn an_end_is_in_the_outbox_of_everybody_who_listens(records: &Records) {
 async fn a_delivery_is_one_attempts_until_its_time_is_over(records: &Records) {
     let hook = webhook(records, "ann", &[JobState::Canceled]).await;
     let job = ended(records, "ann", JobState::Canceled).await;
-    assert_eq!(claim(records, &[hook.id.clone()], HOUR).await, None, "it is busy");
+    assert_eq!(claim(records, std::slice::from_ref(&hook.id), HOUR).await, None, "it is busy");
     // The process dies at once.
     let first = claim(records, &[], Duration::ZERO).await.expect("is due");
     assert_eq!(

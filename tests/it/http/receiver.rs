@@ -18,6 +18,8 @@ use super::support::PATIENCE;
 pub(super) enum Reply {
     /// With that status and that header (or an empty one).
     Status(u16, &'static str),
+    /// With 200 and that body.
+    File(String),
     /// Not at all, for as long as somebody waits.
     Silence,
     /// With a status at once, and a body that never ends.
@@ -102,6 +104,9 @@ fn answer(mut stream: TcpStream, script: &Mutex<Script>) {
             Reply::Status(status, header) => {
                 let header = if header.is_empty() { String::new() } else { format!("{header}\r\n") };
                 stream.write_all(format!("HTTP/1.1 {status} X\r\n{header}content-length: 0\r\n\r\n").as_bytes())
+            }
+            Reply::File(body) => {
+                stream.write_all(format!("HTTP/1.1 200 X\r\ncontent-length: {}\r\n\r\n{body}", body.len()).as_bytes())
             }
             // Until the other side goes away.
             Reply::Silence => {
