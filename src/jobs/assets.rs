@@ -26,6 +26,7 @@ pub struct Assets {
     pub(super) jobs: Jobs,
     /// As many files are looked into at the same time as jobs may run here, and at least one.
     looks: Arc<Semaphore>,
+    /// Who fetches files by URL, and how many at the same time.
     pub(super) outbound: Outbound,
     pub(super) fetches: Arc<Semaphore>,
 }
