@@ -3,6 +3,7 @@
 mod features;
 mod made;
 mod records;
+mod write;
 
 use std::path::{Path, PathBuf};
 

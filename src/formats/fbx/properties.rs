@@ -12,9 +12,9 @@ use crate::{
 use super::nodes::Nodes;
 
 /// What FBX calls the weight of a blend shape, in percent.
-const SHAPE_WEIGHT: &str = "DeformPercent";
+pub(super) const SHAPE_WEIGHT: &str = "DeformPercent";
 
-/// Those of a file, over all of its stacks: properties in the order of their nodes and then of their names, then blend shapes.
+/// Those of a file, over all of its stacks, and the shapes of its meshes: properties in the order of their nodes and then of their names, then blend shapes.
 #[derive(Debug, Default)]
 pub(super) struct Properties {
     places: Vec<Place>,
@@ -72,9 +72,15 @@ impl Place {
 }
 
 impl Properties {
-    /// Finds the custom numbers, switches and choices of joints, and the blend shapes, that have keys in some stack.
+    /// Finds the custom numbers, switches and choices of joints that have keys in some stack, and the blend shapes that have, or that
+    /// a mesh has.
     pub(super) fn find(file: &ufbx::Scene, nodes: &Nodes, budget: &mut Budget<'_>) -> Result<Self, FormatError> {
         let mut found: BTreeSet<Place> = BTreeSet::new();
+        let meshes = (0..nodes.len()).filter_map(|joint| nodes.node(file, joint).mesh.as_ref());
+        for channel in meshes.flat_map(|mesh| &mesh.blend_deformers).flat_map(|deformer| &deformer.channels) {
+            budget.take_array(1, size_of::<Morph>() as u64, "blend shapes")?;
+            found.insert(Place::Shape(channel.element.typed_id as usize));
+        }
         for property in file.anim_stacks.iter().flat_map(|stack| &stack.layers).flat_map(|layer| &layer.anim_props) {
             let is_there = |place: &Place| match place {
                 Place::Node(index, _) => {
@@ -88,6 +94,14 @@ impl Properties {
             }
         }
         Ok(Self { places: found.into_iter().collect() })
+    }
+
+    /// The index of the blend shape that a morph of the scene is; nothing where it is none.
+    pub(super) fn shape(&self, morph: usize) -> Option<usize> {
+        match self.places.get(morph)? {
+            Place::Shape(index) => Some(*index),
+            Place::Node(..) => None,
+        }
     }
 
     /// As curves of the scene. A name that several nodes have comes with its node's.

@@ -4,9 +4,12 @@ use glam::{DMat4, DQuat, DVec3};
 use retargetd::model::{Clip, Scene, Track, Transform};
 
 use super::{
-    made::{Between, Channel, Curve, Document, Layer, Of, Property, line, node_id, number, table, vector, whole},
+    made::{
+        Between, Channel, Curve, Document, Layer, Of, Property, deformer, line, node_id, number, shape, table,
+        triangle, vector, whole,
+    },
     read, read_with,
-    records::{Record, Value},
+    records::Value,
 };
 
 const VERSIONS: [u32; 7] = [6100, 7100, 7200, 7300, 7400, 7500, 7700];
@@ -301,21 +304,6 @@ fn scales_are_handed_on_in_three_ways() {
     }
 }
 
-/// A triangle, its object and what it is connected to.
-fn triangle(id: i64) -> Record {
-    Record::new("Geometry")
-        .with(id)
-        .with(Value::Name("Geometry", "Triangle".to_owned()))
-        .with("Mesh")
-        .field("Vertices", Value::Numbers(vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]))
-        .field("PolygonVertexIndex", Value::Wholes(vec![0, 1, -3]))
-}
-
-fn deformer(id: i64, name: &str, class: &'static str) -> Record {
-    let kind = if matches!(class, "Skin" | "BlendShape") { "Deformer" } else { "SubDeformer" };
-    Record::new("Deformer").with(id).with(Value::Name(kind, name.to_owned())).with(class).field("Version", 100)
-}
-
 #[test]
 fn geometric_transforms_move_the_mesh_and_nothing_else() {
     let matrix = |translation: DVec3| Value::Numbers(DMat4::from_translation(translation).to_cols_array().to_vec());
@@ -348,13 +336,6 @@ fn geometric_transforms_move_the_mesh_and_nothing_else() {
 
 #[test]
 fn shapes_of_a_mesh_are_morphs_with_their_weights() {
-    let shape = Record::new("Geometry")
-        .with(42_i64)
-        .with(Value::Name("Geometry", "Smile".to_owned()))
-        .with("Shape")
-        .field("Version", 100)
-        .field("Indexes", Value::Wholes(vec![1]))
-        .field("Vertices", Value::Numbers(vec![0.0, 0.0, 3.0]));
     let channel = deformer(41, "Face.Smile", "BlendShapeChannel")
         .field("DeformPercent", 25.0)
         .field("FullWeights", Value::Numbers(vec![100.0]))
@@ -365,7 +346,7 @@ fn shapes_of_a_mesh_are_morphs_with_their_weights() {
         .object(triangle(20), 20, node_id(1))
         .object(deformer(40, "Face", "BlendShape"), 40, 20)
         .object(channel, 41, 40)
-        .object(shape, 42, 41)
+        .object(shape(42), 42, 41)
         .moved(&[Channel::new(Of::Object(41), "DeformPercent", &[weight])]);
     for bytes in [document.text(), document.binary_of(7400), document.binary_of(7700)] {
         let scene = read(&bytes).expect("it is read");

@@ -198,6 +198,13 @@ impl Document {
         self
     }
 
+    /// With an object on a property of another one.
+    pub(super) fn on_property(mut self, object: Record, id: i64, above: i64, property: &str) -> Self {
+        self.objects.push(object);
+        self.connections.push(connection_to_property(id, above, property));
+        self
+    }
+
     /// With one more connection.
     pub(super) fn connected(mut self, below: i64, above: i64) -> Self {
         self.connections.push(connection(below, above));
@@ -351,14 +358,12 @@ impl Document {
             .with(name)
             .with("")
             .holding([table(&defaults, version)])]);
-        let of_property =
-            |below: i64, above: i64, property: &str| Record::new("C").with("OP").with(below).with(above).with(property);
         let mut connections =
-            connections.holding([connection(node, layer), of_property(node, target, channel.property)]);
+            connections.holding([connection(node, layer), connection_to_property(node, target, channel.property)]);
         for (axis, curve) in &channel.axes {
             *id += 1;
             objects = objects.holding([curve.object(*id)]);
-            connections = connections.holding([of_property(*id, node, name_of(axis))]);
+            connections = connections.holding([connection_to_property(*id, node, name_of(axis))]);
         }
         (objects, connections)
     }
@@ -426,4 +431,34 @@ fn model(name: &str) -> Value {
 
 fn connection(below: i64, above: i64) -> Record {
     Record::new("C").with("OO").with(below).with(above)
+}
+
+fn connection_to_property(below: i64, above: i64, property: &str) -> Record {
+    Record::new("C").with("OP").with(below).with(above).with(property)
+}
+
+/// A mesh of one triangle.
+pub(super) fn triangle(id: i64) -> Record {
+    Record::new("Geometry")
+        .with(id)
+        .with(Value::Name("Geometry", "Triangle".to_owned()))
+        .with("Mesh")
+        .field("Vertices", Value::Numbers(vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]))
+        .field("PolygonVertexIndex", Value::Wholes(vec![0, 1, -3]))
+}
+
+pub(super) fn deformer(id: i64, name: &str, class: &'static str) -> Record {
+    let kind = if matches!(class, "Skin" | "BlendShape") { "Deformer" } else { "SubDeformer" };
+    Record::new("Deformer").with(id).with(Value::Name(kind, name.to_owned())).with(class).field("Version", 100)
+}
+
+/// What moves the second corner of the triangle by 3 along Z.
+pub(super) fn shape(id: i64) -> Record {
+    Record::new("Geometry")
+        .with(id)
+        .with(Value::Name("Geometry", "Smile".to_owned()))
+        .with("Shape")
+        .field("Version", 100)
+        .field("Indexes", Value::Wholes(vec![1]))
+        .field("Vertices", Value::Numbers(vec![0.0, 0.0, 3.0]))
 }

@@ -14,6 +14,8 @@ pub(super) enum Value {
     /// One character without quotes.
     Letter(char),
     Text(String),
+    /// In binary files only.
+    Bytes(Vec<u8>),
     /// What is called so, of a class: text has the class before the name, binary behind it.
     Name(&'static str, String),
     Wholes(Vec<i32>),
@@ -75,6 +77,7 @@ impl Value {
             Self::Number(value) => format!("{value:e}"),
             Self::Letter(letter) => letter.to_string(),
             Self::Text(text) => format!("\"{text}\""),
+            Self::Bytes(_) => panic!("text holds no bytes"),
             Self::Name(class, name) => format!("\"{class}::{name}\""),
             Self::Wholes(values) => array(values.len(), listed(values)),
             Self::Longs(values) => array(values.len(), listed(values)),
@@ -97,6 +100,7 @@ impl Value {
             Self::Number(value) => tagged(b'D', &[&value.to_le_bytes()]),
             Self::Letter(letter) => tagged(b'C', &[&[*letter as u8]]),
             Self::Text(text) => tagged(b'S', &[&size(text.len()), text.as_bytes()]),
+            Self::Bytes(bytes) => tagged(b'R', &[&size(bytes.len()), bytes]),
             Self::Name(class, name) => {
                 let name = format!("{name}\0\u{1}{class}");
                 tagged(b'S', &[&size(name.len()), name.as_bytes()]);

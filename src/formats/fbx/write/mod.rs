@@ -7,12 +7,13 @@
 
 mod animation;
 mod binary;
+mod materials;
 mod mesh;
 mod scene;
 
 use crate::{
     formats::{FormatError, Include, WriteOptions, euler::report_orders, fbx::FbxDocument, written},
-    model::{Clip, Control, Reporter, Scene},
+    model::{Clip, Control, Reporter, Scene, Track},
 };
 
 use mesh::Meshes;
@@ -58,12 +59,16 @@ pub(in crate::formats) fn write(
         Some(document) => Meshes::new(document, skeleton, centimetres, scene::node_id, control)?,
         None => Meshes::default(),
     };
-    if meshes.has_textures {
+    if !meshes.materials.left_out.is_empty() {
+        let names: Vec<&str> = meshes.materials.left_out.iter().map(String::as_str).collect();
         reporter.warn(
             "fbx_textures_left_out",
             "Objects",
-            "materials are written with their names and colours, without their textures",
-            "assign the textures by the names of the materials, or send the target as glTF",
+            format!(
+                "textures that have no place in a plain material are not written as they were: {}",
+                names.join(", ")
+            ),
+            "assign them by the names of the materials",
         );
     }
     let mut figure = scene::Figure::new(skeleton, &joints, centimetres);
@@ -75,7 +80,8 @@ pub(in crate::formats) fn write(
         let by_name = figure.nodes.iter().map(|node| (figure.name(node), node.order));
         report_orders(animation::USUAL_ORDER, "Objects", by_name, reporter);
     }
-    let animation = animation::Animation::new(&figure, clip, control)?;
+    let shapes = document.map_or_else(Vec::new, |document| shapes(document, clip, &meshes));
+    let animation = animation::Animation::new(&figure, clip, &shapes, control)?;
     let records = scene::records(&figure, animation, meshes, target.axes.unwrap_or_default());
     binary::file(&records).ok_or_else(|| {
         FormatError::unsupported(
@@ -85,4 +91,12 @@ pub(in crate::formats) fn write(
             "write a part of it, or another format",
         )
     })
+}
+
+/// The blend shapes that a clip moves: their weights, and the ids of what they are, one for each mesh that they are on.
+fn shapes<'c>(document: &FbxDocument, clip: &'c Clip, meshes: &Meshes) -> Vec<(&'c Track<f32>, i64)> {
+    let of_shape = |shape: usize| meshes.shapes.iter().filter(move |(index, _)| *index == shape).map(|(_, id)| *id);
+    let moved =
+        clip.morphs().iter().filter_map(|track| Some((&track.weights, document.properties.shape(track.morph)?)));
+    moved.flat_map(|(weights, shape)| of_shape(shape).map(move |id| (weights, id))).collect()
 }
