@@ -4,7 +4,7 @@ use std::fs;
 
 use retargetd::engine::Format;
 
-use super::{Axes, MOST_DEGREES, MOST_OF_SIZE, Written, retargeted, three};
+use super::{Axes, MOST_DEGREES, MOST_OF_SIZE, Written, blender, retargeted, three};
 use crate::{
     morphs::speaking,
     support::{corpus_file, validate_gltf},
@@ -51,6 +51,56 @@ fn avatars_play_what_was_made_for_them() {
         assert!(apart.joints > 15, "{avatar}: {apart:?}");
         assert!(apart.size < MOST_OF_SIZE && apart.degrees < MOST_DEGREES, "{avatar}: {apart:?}");
     }
+}
+
+/// Animations of the first two avatars, in whole frames at the times that readers are asked for, and what we read in them.
+struct Animations {
+    _folder: tempfile::TempDir,
+    paths: Vec<String>,
+    written: Vec<Written>,
+}
+
+impl Animations {
+    fn new() -> Option<Self> {
+        let source = fs::read(corpus_file(CLIP)?).expect("a file");
+        let folder = tempfile::tempdir().expect("a folder");
+        let (mut paths, mut written) = (Vec::new(), Vec::new());
+        for (index, avatar) in AVATARS[..2].iter().enumerate() {
+            let bytes = fs::read(corpus_file(avatar)?).expect("a file");
+            let config = r#"{"clip": "walk", "edit": {"fps": 30, "range": [0, 0.8]}}"#;
+            let outcome = retargeted((CLIP, &source), (avatar, &bytes), config, &[Format::Vrma]);
+            let path = folder.path().join(format!("{index}.vrma"));
+            fs::write(&path, &outcome.outputs[0].bytes).expect("a file");
+            paths.push(path.display().to_string());
+            written.push(Written::of(&outcome.outputs[0].bytes, "out.vrma"));
+        }
+        Some(Self { _folder: folder, paths, written })
+    }
+
+    fn judge(&self, answers: &[serde_json::Value], axes: Axes) {
+        for (ours, seen) in self.written.iter().zip(answers) {
+            let apart = ours.apart(seen, 1.0, axes, |joint| {
+                let is_bone = ours.scene.declared_roles.iter().any(|(_, bone)| *bone == joint);
+                is_bone.then(|| ours.scene.skeleton.joints()[joint].name.clone())
+            });
+            assert!(apart.joints > 15, "{apart:?}");
+            assert!(apart.size < MOST_OF_SIZE && apart.degrees < MOST_DEGREES, "{apart:?}");
+        }
+    }
+}
+
+#[test]
+fn three_reads_animations_as_scenes() {
+    let Some(animations) = Animations::new() else { return };
+    let Some(answers) = three::read(&animations.paths) else { return };
+    animations.judge(&answers, Axes::Same);
+}
+
+#[test]
+fn blender_reads_animations_as_scenes() {
+    let Some(animations) = Animations::new() else { return };
+    let Some(answers) = blender::read(&animations.paths) else { return };
+    animations.judge(&answers, Axes::Own);
 }
 
 /// A face that opens its mouth and blinks, onto an avatar, as a VRM animation: three-vrm gives the avatar's expressions the weights

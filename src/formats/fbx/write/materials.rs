@@ -5,6 +5,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::model::Reporter;
+
 use super::{
     animation::{connection, connection_to_property},
     binary::{Property, Record},
@@ -22,7 +24,7 @@ pub(super) struct Materials {
     pub(super) objects: Vec<Record>,
     pub(super) connections: Vec<Record>,
     /// Textures that have no place in a plain material, or were put together from others.
-    pub(super) left_out: BTreeSet<String>,
+    left_out: BTreeSet<String>,
     /// How many objects there are of each kind, for the definitions.
     pub(super) materials: i32,
     pub(super) textures: i32,
@@ -120,6 +122,26 @@ impl Materials {
         let content = has_content.then(|| Record::new("Content").with(Property::Bytes(texture.content.to_vec())));
         self.objects.push(record.holding(content));
         id
+    }
+
+    /// Says which textures are not what they were.
+    pub(super) fn report(&self, reporter: &mut Reporter) {
+        const MOST: usize = 12;
+        if self.left_out.is_empty() {
+            return;
+        }
+        let names: Vec<&str> = self.left_out.iter().take(MOST).map(String::as_str).collect();
+        let more = if self.left_out.len() > MOST { ", and others" } else { "" };
+        reporter.warn(
+            "fbx_textures_left_out",
+            "Objects",
+            format!(
+                "{} textures have no place in a plain material, or were put together from several: {}{more}",
+                self.left_out.len(),
+                names.join(", ")
+            ),
+            "assign them by the names of the materials",
+        );
     }
 
     fn new_id(&mut self, element: &ufbx::Element) -> i64 {

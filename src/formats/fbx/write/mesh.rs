@@ -32,7 +32,7 @@ pub(super) struct Meshes {
     /// `model_from_joint` in the bind pose, of the nodes of meshes and of the joints that they are bound to, in centimetres.
     pub(super) bind: BTreeMap<usize, DMat4>,
     /// Blend shapes by their index in the file, and the ids of what they are here: one for each mesh that they are on.
-    pub(super) shapes: Vec<(usize, i64)>,
+    pub(super) shapes: BTreeMap<usize, Vec<i64>>,
     pub(super) materials: Materials,
     /// How many objects there are of each kind, for the definitions.
     pub(super) geometries: i32,
@@ -146,7 +146,7 @@ impl Meshes {
         for channel in &deformer.channels {
             let channel_id = self.id();
             self.deformers += 1;
-            self.shapes.push((channel.element.typed_id as usize, channel_id));
+            self.shapes.entry(channel.element.typed_id as usize).or_default().push(channel_id);
             let full: Vec<f64> = channel.keyframes.iter().map(|key| key.target_weight * 100.0).collect();
             self.objects.push(
                 object("Deformer", channel_id, &channel.element.name, "BlendShapeChannel")

@@ -1,4 +1,5 @@
-//! A clip into binary FBX: the skeleton, its rest pose, one take, and the meshes of a target that was FBX itself.
+//! A clip into binary FBX: the skeleton, its rest pose, one take, and the meshes of a target that was FBX itself, with their
+//! materials, images and shapes.
 //!
 //! Joints are limb nodes with their rest rotation as pre-rotation, so that zero angles are the rest pose and the angles of a clip
 //! stay small; curves have one linear key per frame, as Euler angles X, Y, Z that go on where the frame before was (see
@@ -59,18 +60,7 @@ pub(in crate::formats) fn write(
         Some(document) => Meshes::new(document, skeleton, centimetres, scene::node_id, control)?,
         None => Meshes::default(),
     };
-    if !meshes.materials.left_out.is_empty() {
-        let names: Vec<&str> = meshes.materials.left_out.iter().map(String::as_str).collect();
-        reporter.warn(
-            "fbx_textures_left_out",
-            "Objects",
-            format!(
-                "textures that have no place in a plain material are not written as they were: {}",
-                names.join(", ")
-            ),
-            "assign them by the names of the materials",
-        );
-    }
+    meshes.materials.report(reporter);
     let mut figure = scene::Figure::new(skeleton, &joints, centimetres);
     for node in &mut figure.nodes {
         control.check()?;
@@ -95,8 +85,7 @@ pub(in crate::formats) fn write(
 
 /// The blend shapes that a clip moves: their weights, and the ids of what they are, one for each mesh that they are on.
 fn shapes<'c>(document: &FbxDocument, clip: &'c Clip, meshes: &Meshes) -> Vec<(&'c Track<f32>, i64)> {
-    let of_shape = |shape: usize| meshes.shapes.iter().filter(move |(index, _)| *index == shape).map(|(_, id)| *id);
-    let moved =
-        clip.morphs().iter().filter_map(|track| Some((&track.weights, document.properties.shape(track.morph)?)));
-    moved.flat_map(|(weights, shape)| of_shape(shape).map(move |id| (weights, id))).collect()
+    let moved = clip.morphs().iter().filter_map(|track| Some((track, document.properties.shape(track.morph)?)));
+    let ids = |shape| meshes.shapes.get(&shape).into_iter().flatten();
+    moved.flat_map(|(track, shape)| ids(shape).map(move |id| (&track.weights, *id))).collect()
 }
