@@ -10,7 +10,7 @@ use crate::{
     engine::{self, Knowledge},
     store::{
         DocumentChange, DocumentKind, DocumentRecord, JobRequest, NewDocument, Precondition, Principal, StoreError,
-        VersionedName,
+        VersionedName, hexadecimal,
     },
 };
 
