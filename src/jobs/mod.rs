@@ -13,8 +13,10 @@
 mod admission;
 mod assets;
 mod bridge;
+mod changes;
 mod events;
 mod failure;
+mod handover;
 mod inputs;
 mod inspections;
 mod isolation;
@@ -28,6 +30,7 @@ mod result_cache;
 mod running;
 mod service;
 mod state;
+mod stored_bytes;
 mod submission;
 mod sweeper;
 #[cfg(test)]
@@ -40,6 +43,7 @@ pub use assets::{Assets, ReceivedFile, Upload};
 pub use bridge::{Engine, Ran, RetargetEngine};
 pub use events::{EventStream, Followed, Told};
 pub use failure::FailureReason;
+pub use handover::{Awaited, HandedFile};
 pub use isolation::{Bounds, ProcessEngine, serve_engine_process};
 pub use keys::{KeyText, Keys, NewKey};
 pub use library::{Kept, Library, Written};
