@@ -73,7 +73,7 @@ pub(super) async fn authenticate(
 
 /// Why somebody does not come in.
 struct Denied {
-    problem: Problem,
+    problem: Box<Problem>,
     /// The rest of the header that says how to come in (RFC 6750, section 3); nothing where nothing was shown.
     challenge: String,
 }
@@ -82,13 +82,13 @@ impl Denied {
     /// What was shown opens nothing.
     fn invalid(problem: Problem) -> Self {
         let challenge = format!(", error=\"invalid_token\", error_description=\"{}\"", quotable(&problem.detail));
-        Self { problem, challenge }
+        Self { problem: Box::new(problem), challenge }
     }
 }
 
 impl From<Problem> for Denied {
     fn from(problem: Problem) -> Self {
-        Self { problem, challenge: String::new() }
+        Self { problem: Box::new(problem), challenge: String::new() }
     }
 }
 
@@ -165,7 +165,7 @@ fn allowed(principal: Principal, has: &[Scope], needed: Scope, what: &str, name:
     let has = if names.is_empty() { "none" } else { &names };
     let detail = format!("this needs a {what} with the scope '{name}'; this one has: {has}");
     let challenge = format!(", error=\"insufficient_scope\", scope=\"{}\"", quotable(name));
-    Err(Denied { problem: Problem::new(Code::Forbidden, detail), challenge })
+    Err(Denied { problem: Box::new(Problem::new(Code::Forbidden, detail)), challenge })
 }
 
 #[cfg(test)]
