@@ -9,6 +9,7 @@ use tokio_util::sync::CancellationToken;
 use crate::{
     config::{Isolation, Settings},
     http::{self, ApiState, Server, ServerSettings},
+    identity::Tokens,
     jobs::{Assets, Courier, Engine, Jobs, Keys, Library, ProcessEngine, RetargetEngine, Sweeper, Webhooks, Workers},
     outbound::Outbound,
     rig,
@@ -67,18 +68,21 @@ pub async fn start(settings: Settings) -> anyhow::Result<Running> {
 /// Starts the service with a given engine and clock.
 ///
 /// # Errors
-/// When the data folder is not there to be used, the database or the blob store does not answer, or the address is taken.
+/// When the data folder is not there to be used, the database or the blob store does not answer, the file with the keys of a token
+/// issuer cannot be used, or the address is taken.
 pub async fn start_with(settings: Settings, engine: Arc<dyn Engine>, clock: Clock) -> anyhow::Result<Running> {
     let (settings, metrics) = (Arc::new(settings), Metrics::start().context("the metrics could not be started")?);
+    let tokens = Tokens::start(&settings, clock.clone()).await?;
     let core = Core::open(&settings, engine, clock).await?;
     let jobs = core.jobs.clone();
     let (listener, address) = listen(settings.listen, "--listen").await?;
-    let (probes, probes_address) = core.probes(&settings, metrics.clone()).await?.unzip();
+    let (probes, probes_address) = core.probes(&settings, tokens.clone(), metrics.clone()).await?.unzip();
     let state = ApiState {
         assets: Assets::new(&jobs, core.outbound.clone()),
         library: Library::new(&jobs),
         webhooks: Webhooks::new(&jobs, core.outbound.clone()),
         keys: core.keys.clone(),
+        tokens,
         jobs,
         settings: Arc::clone(&settings),
         metrics,
@@ -117,7 +121,7 @@ pub async fn work(
     );
     let (settings, metrics) = (Arc::new(settings), Metrics::start().context("the metrics could not be started")?);
     let core = Core::open(&settings, engine(&settings)?, Clock::system()).await?;
-    let (probes, address) = core.probes(&settings, metrics).await?.unzip();
+    let (probes, address) = core.probes(&settings, Tokens::none(), metrics).await?.unzip();
     tracing::info!(workers = settings.workers.0, version = env!("CARGO_PKG_VERSION"), "started");
     started(address);
     core.run(None, probes, stop, settings).await;
@@ -178,10 +182,15 @@ impl Core {
     }
 
     /// The server of probes and where it listens, where one is asked for.
-    async fn probes(&self, settings: &Settings, metrics: Metrics) -> anyhow::Result<Option<(Server, SocketAddr)>> {
+    async fn probes(
+        &self,
+        settings: &Settings,
+        tokens: Tokens,
+        metrics: Metrics,
+    ) -> anyhow::Result<Option<(Server, SocketAddr)>> {
         let Some(address) = settings.probes_listen else { return Ok(None) };
         let (listener, address) = listen(address, "--probes-listen").await?;
-        let router = http::probes_router(self.jobs.clone(), metrics);
+        let router = http::probes_router(self.jobs.clone(), tokens, metrics);
         Ok(Some((Server::new(listener, router, server_settings(settings)), address)))
     }
 

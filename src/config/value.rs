@@ -282,10 +282,10 @@ pub enum Isolation {
 
 word_setting!(Isolation, "process", { "process" => Self::Process, "thread" => Self::Thread });
 
-/// Who must show a key.
+/// Who must show a key or a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Authentication {
-    /// Everybody, where others than this machine can reach the service; nobody elsewhere.
+    /// Everybody, where others than this machine can reach the service or tokens are taken; nobody elsewhere.
     Auto,
     /// Everybody.
     Keys,
@@ -304,7 +304,7 @@ impl SettingValue for Origins {
     const EXAMPLE: &'static str = "https://studio.example,http://localhost:5173";
 
     fn parse(text: &str) -> Result<Self, String> {
-        let origins: Vec<&str> = text.split(',').map(str::trim).filter(|origin| !origin.is_empty()).collect();
+        let origins: Vec<&str> = listed(text).collect();
         match origins.iter().find(|origin| !is_origin(origin)) {
             Some(_) => {
                 Err("expected origins with commas between them: scheme, host and perhaps a port, no path and no '*'"
@@ -317,6 +317,11 @@ impl SettingValue for Origins {
     fn number(&self) -> Option<f64> {
         None
     }
+}
+
+/// What stands between commas.
+pub(super) fn listed(text: &str) -> impl Iterator<Item = &str> {
+    text.split(',').map(str::trim).filter(|entry| !entry.is_empty())
 }
 
 fn is_origin(text: &str) -> bool {

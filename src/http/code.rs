@@ -64,8 +64,12 @@ codes! {
     DigestMismatch = "digest_mismatch", BAD_REQUEST, true, "The bytes are not those that were announced",
         "The digest in `Content-Digest` or `Repr-Digest` is not that of the bytes that arrived. Nothing was kept; send again.";
     Unauthenticated = "unauthenticated", UNAUTHORIZED, false, "The request does not say who asks",
-        "Send the header `Authorization: Bearer rtk_…` with a key that is good. The operator makes keys with `retargetd keys create`.";
-    Forbidden = "forbidden", FORBIDDEN, false, "The key does not allow this",
+        "Send the header `Authorization: Bearer rtk_…` with a key that is good, or with a token where the service takes them. The operator makes keys with `retargetd keys create`.";
+    TokenExpired = "token_expired", UNAUTHORIZED, false, "The token has expired",
+        "Get a fresh token from the identity provider and send the request again with it.";
+    TokenRefused = "token_refused", UNAUTHORIZED, false, "The token is not good",
+        "The detail says why: its signature, its issuer, its audience, or a claim that is missing. The operator's settings `token_…` say what is asked for.";
+    Forbidden = "forbidden", FORBIDDEN, false, "The key or token does not allow this",
         "The detail names the scope that is needed: `read` to look, `write` to upload, run and remove, `admin` for keys.";
     TooManyKeys = "too_many_keys", CONFLICT, false, "The principal has two keys already",
         "One is in use, and one follows it. Revoke one, then make another.";

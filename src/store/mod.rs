@@ -31,12 +31,21 @@ pub use records::{
     WebhookRecord,
 };
 
-use std::sync::Arc;
+use std::{fmt::Write as _, sync::Arc};
 
 use jiff::{SignedDuration, Timestamp};
 use tokio::sync::{OwnedRwLockReadGuard, RwLock};
 
 use records::{BlobLocks, Lock};
+
+/// Bytes as lower-case hexadecimal digits.
+pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::with_capacity(bytes.len() * 2), |mut text, byte| {
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
 
 /// Records and blobs, kept in step.
 #[derive(Debug)]

@@ -142,7 +142,7 @@ fn read_id<T>(row: &AnyRow, column: &str, parse: fn(&str) -> Result<T, IdError>)
 
 fn principal(row: &AnyRow) -> Result<Principal, StoreError> {
     let text: String = row.try_get("principal")?;
-    Principal::parse(&text).map_err(|error| StoreError::Unreadable { reason: error.to_string(), record: text })
+    Principal::restore(&text).map_err(|error| StoreError::Unreadable { reason: error.to_string(), record: text })
 }
 
 /// A text as both databases can hold it: Postgres has no NUL in texts.
