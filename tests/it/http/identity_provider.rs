@@ -78,7 +78,7 @@ impl TokenKey {
 
 /// Claims of a token that is good for an hour, made by that issuer about that subject.
 pub(super) fn claims(issuer: &str, subject: &str, scopes: &str) -> Value {
-    let now = jiff::Timestamp::now().as_second();
+    let now = retargetd::telemetry::Clock::system().now().as_second();
     json!({"iss": issuer, "aud": AUDIENCE, "sub": subject, "scope": scopes, "iat": now, "nbf": now, "exp": now + 3600})
 }
 
