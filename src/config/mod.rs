@@ -7,12 +7,15 @@
 
 mod failpoint;
 mod memory;
+mod networks;
 mod settings;
 mod value;
 
 pub use failpoint::{Failpoint, misbehave};
 pub use memory::MemoryBudget;
+pub use networks::Networks;
 pub use settings::{LimitView, Setting, SettingError, SettingErrors, Settings};
 pub use value::{
-    Authentication, ByteSize, Isolation, LogFormat, Origins, Period, Secret, SettingValue, Switch, Unit, Workers,
+    Authentication, ByteSize, Isolation, LogFormat, Origins, Period, Periods, Secret, SettingValue, Switch, Unit,
+    Workers,
 };

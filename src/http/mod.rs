@@ -47,7 +47,7 @@ use tokio::sync::Semaphore;
 
 use crate::{
     config::Settings,
-    jobs::{Assets, Jobs, Keys, Library},
+    jobs::{Assets, Jobs, Keys, Library, Webhooks},
     telemetry::Metrics,
 };
 
@@ -63,6 +63,8 @@ pub struct ApiState {
     pub assets: Assets,
     /// The rigs and presets.
     pub library: Library,
+    /// The webhooks.
+    pub webhooks: Webhooks,
     /// The keys with which callers say who they are.
     pub keys: Keys,
     /// The settings.
