@@ -108,7 +108,7 @@ fn blender_reads_animations_as_scenes() {
 #[test]
 fn faces_come_out_of_animations_as_they_went_in() {
     const AVATAR: &str = "vrm0/godette.vrm";
-    let shapes = [("viseme_aa", "viseme_aa"), ("viseme_PP", "eyeBlinkLeft")];
+    let shapes = [("viseme_aa", "jawOpen"), ("viseme_PP", "eyeBlinkLeft")];
     let Some((source, avatar)) = speaking(&shapes).zip(corpus_file(AVATAR)) else { return };
     let bytes = fs::read(&avatar).expect("a file");
     let outcome = retargeted(("speaking.glb", &source), (AVATAR, &bytes), "{}", &[Format::Vrma]);
@@ -121,7 +121,7 @@ fn faces_come_out_of_animations_as_they_went_in() {
         frame.map(|frame| f64::from(track.weights.at(frame, 0.0)))
     };
     let last = ours.clip.duration_seconds();
-    assert_eq!(weight(&ours, "aa", last), Some(1.0), "the mouth is open at the end");
+    assert!(weight(&ours, "aa", last).is_some_and(|weight| weight > 0.9), "the mouth is open at the end");
     assert!(weight(&ours, "blinkLeft", last).is_some_and(|weight| weight > 0.9), "and the left eye closed");
 
     let again = retargeted(("out.vrma", animation), (AVATAR, &bytes), "{}", &[Format::Vrm]);
@@ -151,4 +151,24 @@ fn faces_come_out_of_animations_as_they_went_in() {
         }
     }
     assert!(compared >= 4, "at least both ends: {compared}");
+}
+
+/// A shape that moves beside the expressions and that none of them shows: it is said that it is not there.
+#[test]
+fn shapes_that_no_expression_shows_are_named() {
+    const AVATAR: &str = "vrm0/godette.vrm";
+    let shapes = [("viseme_aa", "viseme_aa"), ("viseme_PP", "blush")];
+    let Some((source, avatar)) = speaking(&shapes).zip(corpus_file(AVATAR)) else { return };
+    let bytes = fs::read(&avatar).expect("a file");
+    let config = r#"{"morphs": {"rows": [{"source": "blush", "target": "HideBlush"}]}}"#;
+    let outcome = retargeted(("speaking.glb", &source), (AVATAR, &bytes), config, &[Format::Vrma]);
+    let names: Vec<String> = Written::of(&outcome.outputs[0].bytes, "out.vrma")
+        .scene
+        .morphs
+        .iter()
+        .map(|morph| morph.name.clone())
+        .collect();
+    assert_eq!(names, ["aa"]);
+    let told = outcome.report.warnings.iter().find(|warning| warning.code == "morphs_not_written").expect("a word");
+    assert!(told.detail.contains("HideBlush"), "{}", told.detail);
 }
