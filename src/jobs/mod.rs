@@ -12,6 +12,7 @@
 
 mod admission;
 mod assets;
+mod batches;
 mod bridge;
 mod events;
 mod failure;
@@ -37,6 +38,7 @@ mod worker;
 mod workers;
 
 pub use assets::{Assets, ReceivedFile, Upload};
+pub use batches::{BadItem, BatchSnapshot, NewBatch, SubmittedBatch};
 pub use bridge::{Engine, Ran, RetargetEngine};
 pub use events::{EventStream, Followed, Told};
 pub use failure::FailureReason;
@@ -44,6 +46,7 @@ pub use isolation::{Bounds, ProcessEngine, serve_engine_process};
 pub use keys::{KeyText, Keys, NewKey};
 pub use library::{Kept, Library, Written};
 pub use refusal::Refusal;
+pub(crate) use refusal::similar_names;
 pub use service::{JobSnapshot, Jobs};
 pub use state::{JobEvent, next_state};
 pub use submission::{NewJob, Submitted};
@@ -52,7 +55,8 @@ pub use usage::{JobQuota, Usage};
 pub use workers::Workers;
 
 pub use crate::store::{
-    ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, ByteStream, ConfigDocument, DocumentKind, EventRecord, Holdings,
-    InputRole, JobFailure, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest, JobState, Page, Precondition,
-    Principal, ResultId, ResultRecord, Scope, StoreError, StoredFieldError, StoredProgress, VersionedName,
+    ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, BatchId, BatchPlace, BatchRecord, ByteStream, ConfigDocument,
+    DocumentKind, EventRecord, Holdings, InputRole, JobFailure, JobFilter, JobId, JobInput, JobKind, JobRecord,
+    JobRequest, JobState, OnError, Page, Precondition, Principal, ResultId, ResultRecord, Scope, StoreError,
+    StoredFieldError, StoredProgress, VersionedName,
 };

@@ -16,6 +16,7 @@ use tokio::{
 use super::{
     Engine, JobEvent, Refusal,
     admission::Admission,
+    batches,
     events::OpenStreams,
     inspections::Inspections,
     memory::MemoryBudget,
@@ -26,8 +27,8 @@ use crate::{
     config::{Failpoint, Settings},
     engine::Limits,
     store::{
-        FinishedJob, JobFailure, JobFilter, JobId, JobRecord, JobState, LeaseId, Page, Principal, ResultId,
-        ResultRecord, Store, StoredProgress,
+        Ended, FinishedJob, JobFailure, JobFilter, JobId, JobRecord, JobState, LeaseId, Page, Principal, QueueDepth,
+        ResultId, ResultRecord, Store, StoredProgress,
     },
     telemetry::{Clock, Metric},
 };
@@ -100,7 +101,11 @@ impl Jobs {
     pub fn new(store: Arc<Store>, engine: Arc<dyn Engine>, settings: Arc<Settings>, clock: Clock) -> Self {
         /// Waiters that fall this far behind look the record up instead of missing a change.
         const CHANGES_KEPT: usize = 1024;
-        let admission = Arc::new(Admission::new(settings.max_queued_jobs, settings.max_queued_bytes.0));
+        let admission = Arc::new(Admission::new(QueueDepth {
+            jobs: settings.max_queued_jobs,
+            bytes: settings.max_queued_bytes.0,
+            batch_jobs: settings.max_queued_batch_jobs,
+        }));
         Self(Arc::new(Inner {
             limits: engine_limits(&settings),
             memory: MemoryBudget::new(settings.memory_budget.0),
@@ -158,13 +163,17 @@ impl Jobs {
         before: Option<&JobId>,
         most: usize,
     ) -> Result<Page<JobSnapshot>, Refusal> {
-        let page = self.0.store.records().jobs(owner, filter, before, most).await?;
+        self.snapshots(self.0.store.records().jobs(owner, filter, before, most).await?).await
+    }
+
+    /// A page of jobs as they are now.
+    pub(super) async fn snapshots(&self, page: Page<JobRecord>) -> Result<Page<JobSnapshot>, Refusal> {
+        let succeeded = page.items.iter().filter(|record| record.state == JobState::Succeeded);
+        let mut results =
+            self.0.store.records().results_of(&succeeded.map(|record| &record.id).collect::<Vec<_>>()).await?;
         let mut items = Vec::with_capacity(page.items.len());
         for record in page.items {
-            let results = match record.state {
-                JobState::Succeeded => self.0.store.records().job_results(&record.id).await?,
-                _ => Vec::new(),
-            };
+            let results = results.remove(&record.id).unwrap_or_default();
             items.push(self.snapshot(record, results).await?);
         }
         Ok(Page { items, has_more: page.has_more })
@@ -377,6 +386,7 @@ impl Jobs {
             finished_at: self.0.clock.now(),
             expires_at: self.0.clock.after(self.0.settings.job_retention.0),
             failure,
+            stops_batch: (state == JobState::Failed).then(batches::stopped_by_another),
             report: None,
             resolved_spec: None,
             warnings: 0,
@@ -394,11 +404,12 @@ impl Jobs {
         from: (JobState, Option<&LeaseId>),
         end: FinishedJob,
     ) -> Result<bool, Refusal> {
-        let done = self.0.store.records().finish_job(id, from, &end).await?;
-        if done {
+        let ended = self.0.store.records().finish_job(id, from, &end).await?;
+        if let Ended::Written { stopped } = ended {
             Failpoint::JobEnded.reach();
             self.announce_end(id, &end);
+            self.announce_stopped(stopped, end.stops_batch.as_ref());
         }
-        Ok(done)
+        Ok(ended.is_written())
     }
 }

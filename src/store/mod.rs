@@ -20,13 +20,14 @@ mod tests;
 pub use blobs::{Blob, BlobPlace, BlobWriter, Blobs, ByteStream, UnnamedBlob};
 pub use error::StoreError;
 pub use folder::DataFolder;
-pub use id::{ApiKeyId, AssetId, IdError, JobId, LeaseId, ResultId};
+pub use id::{ApiKeyId, AssetId, BatchId, IdError, JobId, LeaseId, ResultId};
 pub use principal::{Principal, PrincipalError};
 pub use records::{
-    Added, AfterCrash, ApiKeyRecord, AssetRecord, CachedResults, Claim, ConfigDocument, DocumentChange, DocumentKind,
-    DocumentRecord, EventReach, EventRecord, Faults, FinishedJob, GiveBack, Held, Holdings, Idempotency, InputRole,
-    JobFailure, JobFilter, JobInput, JobKind, JobRecord, JobRequest, JobState, Listener, Moment, NewDocument, Notice,
-    Page, Precondition, QueueDepth, Records, ResultRecord, Scope, StoredFieldError, StoredProgress, VersionedName,
+    Added, AddedAgain, AddedBatch, AfterCrash, ApiKeyRecord, AssetRecord, BatchPlace, BatchProgress, BatchRecord,
+    CachedResults, Claim, ConfigDocument, DocumentChange, DocumentKind, DocumentRecord, Ended, EventReach, EventRecord,
+    Faults, FinishedJob, GiveBack, Held, Holdings, Idempotency, InputRole, JobFailure, JobFilter, JobInput, JobKind,
+    JobRecord, JobRequest, JobState, Lane, Listener, Moment, NewDocument, Notice, OnError, Page, Precondition,
+    QueueDepth, Records, ResultRecord, Scope, StoppedBatch, StoredFieldError, StoredProgress, VersionedName,
 };
 
 use std::sync::Arc;

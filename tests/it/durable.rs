@@ -2,6 +2,8 @@
 //!
 //! Postgres and an S3 server are started here, each on a free port and in a folder of its own; `tests/run` installs both.
 
+mod batch_records;
+mod batches;
 mod crashes;
 mod model;
 mod records;

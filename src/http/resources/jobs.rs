@@ -199,7 +199,7 @@ impl ListQuery {
 }
 
 /// The value of a name of a closed set.
-fn known<T>(
+pub(super) fn known<T>(
     member: &str,
     name: Option<&str>,
     read: impl Fn(&str) -> Option<T>,
