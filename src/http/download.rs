@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use axum::{
-    body::Body,
+    body::{Body, Bytes},
     http::{HeaderMap, HeaderValue, Method, StatusCode, header},
     response::{IntoResponse, Response},
 };
@@ -60,6 +60,12 @@ impl File {
         self.send(&Method::GET, &HeaderMap::new(), jobs).await
     }
 
+    /// All of it, where its bytes are at hand.
+    pub(super) fn at_hand(self, bytes: Bytes) -> Response {
+        let length = self.bytes;
+        self.with_content(StatusCode::OK, Body::from(bytes), length)
+    }
+
     /// What the request's method and headers ask for, or where it can be had.
     pub(super) async fn answer(self, method: &Method, headers: &HeaderMap, jobs: &Jobs) -> Result<Response, Problem> {
         let is_known = wanted(headers, &self.entity_tag(), self.bytes) == Wanted::Nothing;
@@ -88,16 +94,22 @@ impl File {
         } else {
             Body::from_stream(jobs.content(&self.sha256, range.clone()).await?)
         };
-        let mut response = self.with_headers((status, body).into_response());
+        let mut response = self.with_content(status, body, length);
         let headers = response.headers_mut();
-        headers.insert(header::CONTENT_LENGTH, HeaderValue::from(length));
-        headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(self.media_type));
-        headers.insert(header::CONTENT_DISPOSITION, disposition(&self.file_name));
         if let Some(Range { start, end }) = range {
             let text = format!("bytes {start}-{}/{}", end - 1, self.bytes);
             headers.insert(header::CONTENT_RANGE, ascii(text));
         }
         Ok(response)
+    }
+
+    fn with_content(&self, status: StatusCode, body: Body, length: u64) -> Response {
+        let mut response = self.with_headers((status, body).into_response());
+        let headers = response.headers_mut();
+        headers.insert(header::CONTENT_LENGTH, HeaderValue::from(length));
+        headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(self.media_type));
+        headers.insert(header::CONTENT_DISPOSITION, disposition(&self.file_name));
+        response
     }
 
     fn with_headers(&self, mut response: Response) -> Response {

@@ -199,10 +199,9 @@ impl Form {
         if let Some(role) = required.iter().find(|role| !self.files.contains_key(role)) {
             return Err(missing(*role));
         }
-        let mut inputs = BTreeMap::new();
-        for (role, file) in self.files {
-            inputs.insert(role, assets.keep(owner, file).await?.0.id);
-        }
+        let (roles, files): (Vec<InputRole>, Vec<ReceivedFile>) = self.files.into_iter().unzip();
+        let kept = assets.keep_all(owner, files).await?;
+        let inputs = roles.into_iter().zip(kept).map(|(role, (asset, _))| (role, asset.id)).collect();
         Ok(NewJob { inputs, config: self.config, preset: self.preset, ..NewJob::default() })
     }
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use futures::future::try_join_all;
 use tokio::sync::Semaphore;
 
 use super::{
@@ -70,8 +71,8 @@ impl Assets {
         if announced > most_bytes {
             return Err(too_large(file_name, most_bytes, announced));
         }
-        let stored = inner.store.records().stored_bytes().await?;
-        if stored.saturating_add(announced) > inner.settings.max_stored_bytes.0 {
+        let most_stored = inner.settings.max_stored_bytes.0;
+        if !inner.stored_bytes.have_room(inner.store.records(), announced, most_stored).await? {
             Metric::AdmissionRejected.count([("reason", "storage_full".to_owned())], 1);
             return Err(Refusal::StorageFull);
         }
@@ -84,22 +85,43 @@ impl Assets {
     /// # Errors
     /// When the store fails.
     pub async fn keep(&self, owner: &Principal, file: ReceivedFile) -> Result<(AssetRecord, bool), Refusal> {
+        // One record for each file.
+        Ok(self.keep_all(owner, vec![file]).await?.swap_remove(0))
+    }
+
+    /// Keeps files that have arrived, all of them or none: as [`Self::keep`], but the disk is waited for once.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn keep_all(
+        &self,
+        owner: &Principal,
+        files: Vec<ReceivedFile>,
+    ) -> Result<Vec<(AssetRecord, bool)>, Refusal> {
         let inner = &self.jobs.0;
         Failpoint::UploadComplete.reach();
-        let _held = inner.store.hold_blobs(&[&file.blob.blob().sha256]).await?;
-        let blob = file.blob.keep().await?;
-        Failpoint::UploadKept.reach();
-        let asset = AssetRecord {
-            id: AssetId::new(),
-            principal: owner.clone(),
-            sha256: blob.sha256,
-            bytes: blob.bytes,
-            format: file.format.info().name.to_owned(),
-            file_name: file.file_name,
-            created_at: inner.clock.now(),
-            expires_at: inner.clock.after(inner.settings.asset_retention.0),
+        let digests: Vec<String> = files.iter().map(|file| file.blob.blob().sha256.clone()).collect();
+        let digests: Vec<&str> = digests.iter().map(String::as_str).collect();
+        let _held = inner.store.hold_blobs(&digests).await?;
+        let (created_at, expires_at) = (inner.clock.now(), inner.clock.after(inner.settings.asset_retention.0));
+        let keep = async |file: ReceivedFile| {
+            let blob = file.blob.keep().await?;
+            Ok::<_, Refusal>(AssetRecord {
+                id: AssetId::new(),
+                principal: owner.clone(),
+                sha256: blob.sha256,
+                bytes: blob.bytes,
+                format: file.format.info().name.to_owned(),
+                file_name: file.file_name,
+                created_at,
+                expires_at,
+            })
         };
-        Ok(inner.store.records().add_asset(&asset).await?)
+        let assets = try_join_all(files.into_iter().map(keep)).await?;
+        Failpoint::UploadKept.reach();
+        let kept = inner.store.records().add_assets(&assets).await?;
+        inner.stored_bytes.add(kept.iter().filter(|(_, is_new)| *is_new).map(|(asset, _)| asset.bytes).sum());
+        Ok(kept)
     }
 
     /// A file's record.

@@ -11,7 +11,7 @@ use std::{
 
 use tokio::{sync::broadcast, time::Instant};
 
-use super::{Jobs, Refusal};
+use super::{Jobs, Refusal, changes::Change};
 use crate::{
     store::{EventReach, EventRecord, JobId, JobRecord, JobState, Principal, StoredProgress},
     telemetry::Metric,
@@ -113,7 +113,7 @@ pub struct EventStream {
     waiting: VecDeque<Told>,
     /// The last progress that was told.
     progress: Option<StoredProgress>,
-    changes: broadcast::Receiver<Option<JobId>>,
+    changes: broadcast::Receiver<Change>,
     ends_at: Instant,
     has_ended: bool,
     _open: OpenStream,
@@ -135,7 +135,7 @@ impl Jobs {
             return Err(Refusal::Draining);
         }
         // Before looking, so that no change is missed in between.
-        let changes = self.subscribe();
+        let changes = self.0.changes.subscribe();
         let open = self.0.streams.open(owner, self.0.settings.max_event_streams)?;
         let reach = self.0.store.records().event_reach(owner).await?;
         let mut stream = EventStream {
@@ -274,13 +274,13 @@ impl EventStream {
             Followed::Everything => LOOK_AGAIN,
         };
         let (followed, jobs, changes) = (&self.followed, &self.jobs, &mut self.changes);
-        let concerns = |id: &Option<JobId>| match (followed, id) {
-            (Followed::Job(own), Some(id)) => own == id,
-            _ => true,
+        let concerns = |change: &Change| match followed {
+            Followed::Job(own) => change.concerns(own),
+            Followed::Everything => true,
         };
         let changed = async {
             // Falling behind may have hidden a change, so it counts as one.
-            while matches!(changes.recv().await, Ok(id) if !concerns(&id) && !jobs.is_draining()) {}
+            while matches!(changes.recv().await, Ok(change) if !concerns(&change) && !jobs.is_draining()) {}
         };
         let look = self.ends_at.min(Instant::now() + look_again);
         let has_changed = tokio::time::timeout_at(look, changed).await.is_ok();

@@ -26,7 +26,7 @@ impl Jobs {
         for job in &lost {
             tracing::warn!(job_id = %job.id, attempt = job.attempt, crashes = job.crashes + 1, "a job's worker is gone");
             match self.after_crash(job) {
-                AfterCrash::Requeue => self.announce_arrival(&job.id),
+                AfterCrash::Requeue => self.0.changes.announce(&job.id, JobState::Queued),
                 AfterCrash::End(end) | AfterCrash::Quarantine(end, _) => self.announce_end(&job.id, &end),
             }
         }

@@ -8,20 +8,20 @@ use std::{
     time::Duration,
 };
 
-use tokio::{
-    sync::{Notify, broadcast},
-    time::Instant,
-};
+use tokio::time::Instant;
 
 use super::{
     Engine, JobEvent, Refusal,
     admission::Admission,
     batches,
+    changes::Changes,
     events::OpenStreams,
+    handover::Handovers,
     inspections::Inspections,
     memory::MemoryBudget,
     next_state,
     running::{RunningJobs, StopReason},
+    stored_bytes::StoredBytes,
 };
 use crate::{
     config::{Failpoint, Settings},
@@ -66,10 +66,9 @@ pub(super) struct Inner {
     pub(super) inspections: Inspections,
     pub(super) running: Arc<RunningJobs>,
     pub(super) streams: Arc<OpenStreams>,
-    /// One who waits for jobs to arrive: the task that claims them.
-    pub(super) arrivals: Notify,
-    /// Which job has changed; `None` for any.
-    changes: broadcast::Sender<Option<JobId>>,
+    pub(super) changes: Changes,
+    pub(super) handovers: Arc<Handovers>,
+    pub(super) stored_bytes: StoredBytes,
     is_draining: AtomicBool,
 }
 
@@ -99,8 +98,6 @@ impl Jobs {
     /// Jobs over a store, run by `engine`. Nothing runs before [`super::Workers`] are started.
     #[must_use]
     pub fn new(store: Arc<Store>, engine: Arc<dyn Engine>, settings: Arc<Settings>, clock: Clock) -> Self {
-        /// Waiters that fall this far behind look the record up instead of missing a change.
-        const CHANGES_KEPT: usize = 1024;
         let admission = Arc::new(Admission::new(QueueDepth {
             jobs: settings.max_queued_jobs,
             bytes: settings.max_queued_bytes.0,
@@ -117,8 +114,9 @@ impl Jobs {
             inspections: Inspections::default(),
             running: Arc::default(),
             streams: Arc::default(),
-            arrivals: Notify::new(),
-            changes: broadcast::Sender::new(CHANGES_KEPT),
+            changes: Changes::default(),
+            handovers: Arc::default(),
+            stored_bytes: StoredBytes::default(),
             is_draining: AtomicBool::new(false),
         }))
     }
@@ -128,9 +126,12 @@ impl Jobs {
     /// # Errors
     /// When its owner has none of that id.
     pub async fn get(&self, owner: &Principal, id: &JobId) -> Result<JobSnapshot, Refusal> {
-        let record = self.record(owner, id).await?;
+        self.with_results(self.record(owner, id).await?).await
+    }
+
+    async fn with_results(&self, record: JobRecord) -> Result<JobSnapshot, Refusal> {
         let results = match record.state {
-            JobState::Succeeded => self.0.store.records().job_results(id).await?,
+            JobState::Succeeded => self.0.store.records().job_results(&record.id).await?,
             _ => Vec::new(),
         };
         self.snapshot(record, results).await
@@ -148,6 +149,7 @@ impl Jobs {
 
     /// To who does not own a job, there is none.
     pub(super) async fn record(&self, owner: &Principal, id: &JobId) -> Result<JobRecord, Refusal> {
+        self.0.handovers.settled(id).await;
         let record = self.0.store.records().job(id).await?.filter(|record| record.principal == *owner);
         record.ok_or_else(|| Refusal::NotFound { kind: "job", id: id.to_string() })
     }
@@ -185,16 +187,16 @@ impl Jobs {
     /// When there is none of that id.
     pub async fn wait(&self, owner: &Principal, id: &JobId, longest: Duration) -> Result<JobSnapshot, Refusal> {
         // Listening begins before looking, so that no change is missed in between.
-        let mut changes = self.subscribe();
+        let mut changes = self.0.changes.subscribe();
         let deadline = Instant::now() + longest;
         loop {
-            let snapshot = self.get(owner, id).await?;
-            if snapshot.record.state.is_final() || self.is_draining() {
-                return Ok(snapshot);
+            let record = self.record(owner, id).await?;
+            if record.state.is_final() || self.is_draining() {
+                return self.with_results(record).await;
             }
             let changed = async {
-                // Falling behind may have hidden the change, so it counts as one.
-                while matches!(changes.recv().await, Ok(Some(other)) if other != *id && !self.is_draining()) {}
+                // Falling behind may have hidden the end, so it counts as one.
+                while matches!(changes.recv().await, Ok(change) if !change.may_end(id) && !self.is_draining()) {}
             };
             let look = deadline.min(Instant::now() + LOOK_AT_AWAITED);
             if tokio::time::timeout_at(look, changed).await.is_err() && look == deadline {
@@ -224,7 +226,7 @@ impl Jobs {
             if moved {
                 // The state comes first: a worker that stops looks there for what to write.
                 self.0.running.stop(id, StopReason::Canceled);
-                self.announce(id);
+                self.0.changes.announce(id, next);
                 return self.get(owner, id).await;
             }
         }
@@ -259,6 +261,7 @@ impl Jobs {
     /// # Errors
     /// When there is no such job, or it has no report.
     pub async fn report(&self, owner: &Principal, id: &JobId) -> Result<String, Refusal> {
+        self.0.handovers.settled(id).await;
         let report = self.0.store.records().job_report(owner, id).await?;
         self.shown(owner, id, report).await
     }
@@ -268,6 +271,7 @@ impl Jobs {
     /// # Errors
     /// When there is no such job, or it has none.
     pub async fn resolved_spec(&self, owner: &Principal, id: &JobId) -> Result<String, Refusal> {
+        self.0.handovers.settled(id).await;
         let spec = self.0.store.records().job_resolved_spec(owner, id).await?;
         self.shown(owner, id, spec).await
     }
@@ -336,7 +340,7 @@ impl Jobs {
     /// Takes no new jobs from now on, and lets those who wait go.
     pub fn drain(&self) {
         self.0.is_draining.store(true, Ordering::SeqCst);
-        self.announce_anything();
+        self.0.changes.announce_anything();
     }
 
     /// Whether the store answers.
@@ -347,36 +351,13 @@ impl Jobs {
         Ok(self.0.store.records().check().await?)
     }
 
-    /// Hears from now on which jobs have changed; `None` for any.
-    pub(super) fn subscribe(&self) -> broadcast::Receiver<Option<JobId>> {
-        self.0.changes.subscribe()
-    }
-
-    /// Tells those who wait that something about the job has changed.
-    pub(super) fn announce(&self, id: &JobId) {
-        // Nobody waiting is no failure.
-        let _ = self.0.changes.send(Some(id.clone()));
-    }
-
-    /// Tells that a job waits for a worker.
-    pub(super) fn announce_arrival(&self, id: &JobId) {
-        self.0.arrivals.notify_one();
-        self.announce(id);
-    }
-
-    /// Tells that anything may have changed.
-    pub(super) fn announce_anything(&self) {
-        let _ = self.0.changes.send(None);
-        self.0.arrivals.notify_one();
-    }
-
     /// Counts the end of a job, and tells those who wait.
     pub(super) fn announce_end(&self, id: &JobId, end: &FinishedJob) {
         let code = end.failure.as_ref().map_or_else(String::new, |failure| failure.code.clone());
         Metric::JobsFinished.count([("state", end.state.name().to_owned()), ("code", code.clone())], 1);
         Metric::LastJobFinished.set([], end.finished_at.as_millisecond() as f64 / 1e3);
         tracing::info!(job_id = %id, state = end.state.name(), code, "the job has ended");
-        self.announce(id);
+        self.0.changes.announce(id, end.state);
     }
 
     /// An end without results.
@@ -406,6 +387,7 @@ impl Jobs {
     ) -> Result<bool, Refusal> {
         let ended = self.0.store.records().finish_job(id, from, &end).await?;
         if let Ended::Written { stopped } = ended {
+            self.0.stored_bytes.add(end.results.iter().map(|result| result.bytes).sum());
             Failpoint::JobEnded.reach();
             self.announce_end(id, &end);
             self.announce_stopped(stopped, end.stops_batch.as_ref());

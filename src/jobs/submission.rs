@@ -286,7 +286,7 @@ impl Jobs {
         Failpoint::AfterJobRecord.reach();
         reservation.fill();
         Metric::JobsSubmitted.count([], 1);
-        self.announce_arrival(&record.id);
+        self.0.changes.announce(&record.id, JobState::Queued);
         let job = self.snapshot(record, Vec::new()).await?;
         let quota = quota.map(|quota| JobQuota { unfinished: quota.unfinished + 1, ..quota });
         Ok(Submitted { job, is_repeated: false, quota })

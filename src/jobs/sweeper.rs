@@ -54,7 +54,7 @@ impl Jobs {
         if let Err(error) = self.0.store.records().remove_events_until(end).await {
             tracing::error!(%error, "old events could not be removed");
         }
-        if let Ok(bytes) = self.0.store.records().stored_bytes().await {
+        if let Ok(bytes) = self.0.stored_bytes.count(self.0.store.records()).await {
             Metric::StoredBytes.set([], bytes as f64);
         }
     }

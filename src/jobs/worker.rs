@@ -5,6 +5,9 @@ use std::{
     time::{Duration, Instant},
 };
 
+use bytes::Bytes;
+use futures::future::try_join_all;
+
 use super::{
     FailureReason, JobEvent, Jobs, Ran, Refusal,
     bridge::on_own_thread,
@@ -14,7 +17,9 @@ use super::{
 use crate::{
     config::Failpoint,
     engine::{Failure, FailureCode, Format, Output, Timings},
-    store::{CachedResults, FinishedJob, GiveBack, JobFailure, JobRecord, JobState, ResultId, ResultRecord},
+    store::{
+        CachedResults, FinishedJob, GiveBack, JobFailure, JobRecord, JobState, ResultId, ResultRecord, UnnamedBlob,
+    },
     telemetry::Metric,
 };
 
@@ -156,34 +161,29 @@ impl Jobs {
     async fn succeed(&self, record: &JobRecord, running: &RunningJob, ran: Ran) -> Result<(), Refusal> {
         observe(&ran.timings);
         let Ran { outputs, report, resolved_spec, warnings, .. } = ran;
-        let mut files = Vec::with_capacity(outputs.len());
+        let (created_at, expires_at) = (self.0.clock.now(), self.0.clock.after(self.0.settings.result_retention.0));
+        let (mut results, mut blobs, mut first) = (Vec::new(), Vec::new(), None);
         for Output { format, name, bytes } in outputs {
-            match self.0.store.blobs().write(bytes.into()).await.map_err(Refusal::from) {
-                Ok(blob) => files.push((format, name, blob)),
+            let bytes = Bytes::from(bytes);
+            let blob = match self.0.store.blobs().write(bytes.clone()).await.map_err(Refusal::from) {
+                Ok(blob) => blob,
                 Err(Refusal::StorageFull) => return self.fail_for_room(record, running).await,
                 Err(refusal) => return Err(refusal),
-            }
-        }
-        Failpoint::ResultsComplete.reach();
-        let digests: Vec<String> = files.iter().map(|(_, _, blob)| blob.blob().sha256.clone()).collect();
-        let digests: Vec<&str> = digests.iter().map(String::as_str).collect();
-        let _held = self.0.store.hold_blobs(&digests).await?;
-        let (created_at, expires_at) = (self.0.clock.now(), self.0.clock.after(self.0.settings.result_retention.0));
-        let mut results = Vec::with_capacity(files.len());
-        for (format, file_name, blob) in files {
-            let blob = blob.keep().await?;
+            };
             results.push(ResultRecord {
                 id: ResultId::new(),
                 job_id: record.id.clone(),
                 format: format.info().name.to_owned(),
-                file_name,
-                sha256: blob.sha256,
-                bytes: blob.bytes,
+                file_name: name,
+                sha256: blob.blob().sha256.clone(),
+                bytes: blob.blob().bytes,
                 created_at,
                 expires_at,
             });
+            first.get_or_insert(bytes);
+            blobs.push(blob);
         }
-        Failpoint::ResultsKept.reach();
+        Failpoint::ResultsComplete.reach();
         let end = FinishedJob {
             report: Some(report),
             resolved_spec: Some(resolved_spec),
@@ -192,6 +192,11 @@ impl Jobs {
             cache_key: self.cache_key(&record.request),
             ..self.ending(JobState::Succeeded, None)
         };
+        let _given = self.hand_over(record, &end, first);
+        let digests: Vec<&str> = end.results.iter().map(|result| result.sha256.as_str()).collect();
+        let _held = self.0.store.hold_blobs(&digests).await?;
+        try_join_all(blobs.into_iter().map(UnnamedBlob::keep)).await?;
+        Failpoint::ResultsKept.reach();
         self.write_end(record, running, JobEvent::Succeed, end).await
     }
 
@@ -250,8 +255,8 @@ impl Jobs {
             }
         }
         let now = self.0.store.records().job(&record.id).await?;
-        if now.is_some_and(|job| job.state.is_final() && job.lease.as_ref() == Some(&running.lease)) {
-            self.announce(&record.id);
+        if let Some(ended) = now.filter(|job| job.state.is_final() && job.lease.as_ref() == Some(&running.lease)) {
+            self.0.changes.announce(&record.id, ended.state);
             return Ok(());
         }
         tracing::warn!(job_id = %record.id, ?event, "a job ended in other hands");
@@ -263,7 +268,7 @@ impl Jobs {
         let given = match self.0.store.records().give_back(&record.id, &running.lease, why).await {
             Ok(true) => {
                 tracing::info!(job_id = %record.id, ?why, "the job waits for another worker");
-                self.announce_arrival(&record.id);
+                self.0.changes.announce(&record.id, JobState::Queued);
                 Ok(())
             }
             Ok(false) => self.end(record, running, JobEvent::Requeue, None).await,

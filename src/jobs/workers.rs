@@ -107,7 +107,7 @@ impl Claiming {
         Failpoint::JobClaimed.reach();
         // Entered before anything is waited for, so that its lease is extended and a cancel finds what to stop.
         let (running, entry) = self.jobs.0.running.enter(&record.id, lease);
-        self.jobs.announce(&record.id);
+        self.jobs.0.changes.announce(&record.id, JobState::Running);
         let memory = self.jobs.0.memory.clone();
         let Some(memory) = self.unless_stopped(memory.take(record.memory_bytes)).await else {
             self.jobs.give_back(&record, &running, GiveBack::Drained).await;
@@ -132,7 +132,7 @@ impl Claiming {
                 return None;
             }
             // An arrival from here on is remembered, so none is missed between looking and waiting.
-            let arrival = inner.arrivals.notified();
+            let arrival = inner.changes.arrival();
             // After a failure, the lease may have a job without anybody knowing.
             let claimed = match has_failed {
                 true => inner.store.records().leased(lease).await.map(|job| job.map(Box::new).map(Claim::Job)),
@@ -215,14 +215,13 @@ impl Jobs {
         let Some(mut listener) = self.0.store.records().listen().await? else { return Ok(()) };
         loop {
             match listener.next().await? {
-                Notice::Job(id, JobState::Queued) => self.announce_arrival(&id),
                 Notice::Job(id, state) => {
                     if state == JobState::Canceling {
                         self.0.running.stop(&id, StopReason::Canceled);
                     }
-                    self.announce(&id);
+                    self.0.changes.announce(&id, state);
                 }
-                Notice::Missed => self.announce_anything(),
+                Notice::Missed => self.0.changes.announce_anything(),
             }
         }
     }

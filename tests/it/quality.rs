@@ -12,6 +12,7 @@ mod invariance;
 mod limbs;
 mod made_rigs;
 mod matrix;
+mod near_hands;
 mod onto_itself;
 mod pairs;
 mod properties;

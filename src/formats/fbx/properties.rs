@@ -104,7 +104,7 @@ impl Properties {
                 Place::Shape(_) => (name.to_owned(), MorphPlace::Weight),
             };
             #[expect(clippy::cast_possible_truncation, reason = "curves are single precision in every file")]
-            let rest = if own.is_finite() { own as f32 } else { 0.0 };
+            let rest = Some(own as f32).filter(|rest| rest.is_finite()).unwrap_or(0.0);
             Morph { name, rest, place }
         };
         self.places.iter().map(curve).collect()

@@ -27,7 +27,7 @@ use crate::{
         upload,
         views::JobView,
     },
-    jobs::{JobId, JobSnapshot, JobState, Jobs, NewJob, Principal, Submitted},
+    jobs::{Awaited, HandedFile, JobId, JobRecord, JobSnapshot, JobState, Jobs, NewJob, Principal, Submitted},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -128,13 +128,30 @@ pub(in crate::http) async fn answer(
     let stopped = Some(id.clone()).filter(|_| !will_ask_again);
     let mut stop = StopUnlessAnswered { jobs: jobs.clone(), owner: owner.clone(), id: stopped };
     let longest = settings.max_wait.0;
-    let snapshot = jobs.wait(owner, &id, prefer.wait(settings.default_wait.0, longest)).await?;
+    let awaited = jobs.wait_for_file(owner, &id, prefer.wait(settings.default_wait.0, longest)).await?;
     stop.id = None;
-    let mut response = present(snapshot, jobs).await.unwrap_or_else(IntoResponse::into_response);
+    let mut response = match awaited {
+        Awaited::File(file) => hand_out(*file),
+        Awaited::Job(job) => present(*job, jobs).await.unwrap_or_else(IntoResponse::into_response),
+    };
     response.headers_mut().insert("job-id", ascii(id.to_string()));
     response.headers_mut().extend(prefer.applied(longest).into_iter().chain(replayed(is_repeated)));
     response.headers_mut().extend(quota::headers(quota));
     Ok(response)
+}
+
+fn hand_out(file: HandedFile) -> Response {
+    let HandedFile { record, result, bytes, report } = file;
+    about(&record, &report, File::from(result).at_hand(bytes))
+}
+
+/// The first file of a job, with what there is to say of the job.
+fn about(record: &JobRecord, report: &str, mut response: Response) -> Response {
+    let headers = response.headers_mut();
+    headers.insert("warnings-count", record.warnings.into());
+    headers.extend(caching::status(record));
+    headers.insert("server-timing", ascii(server_timing(report)));
+    response
 }
 
 async fn present(snapshot: JobSnapshot, jobs: &Jobs) -> Result<Response, Problem> {
@@ -144,11 +161,7 @@ async fn present(snapshot: JobSnapshot, jobs: &Jobs) -> Result<Response, Problem
             let first =
                 results.first().cloned().ok_or_else(|| Problem::internal(&"a job succeeded without results"))?;
             let report = jobs.report(&record.principal, &record.id).await?;
-            let mut response = File::from(first).whole(jobs).await?;
-            response.headers_mut().insert("warnings-count", record.warnings.into());
-            response.headers_mut().extend(caching::status(record));
-            response.headers_mut().insert("server-timing", ascii(server_timing(&report)));
-            Ok(response)
+            Ok(about(record, &report, File::from(first).whole(jobs).await?))
         }
         (JobState::Failed, Some(failure)) => Err(Problem::of_job(failure)),
         (JobState::Failed, None) => Err(Problem::internal(&"a job failed without a reason")),

@@ -166,7 +166,7 @@ impl Jobs {
         if count > 0 {
             let code = failure.map_or_else(String::new, |failure| failure.code.clone());
             Metric::JobsFinished.count([("state", JobState::Canceled.name().to_owned()), ("code", code)], count);
-            self.announce_anything();
+            self.0.changes.announce_anything();
         }
     }
 }

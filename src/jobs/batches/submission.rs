@@ -299,7 +299,7 @@ impl Jobs {
         }
         let stopped = jobs.iter().filter(|job| job.state == JobState::Canceled).count() as u64;
         self.announce_stopped(stopped, Some(&stopped_by_another()));
-        self.announce_anything();
+        self.0.changes.announce_anything();
     }
 }
 

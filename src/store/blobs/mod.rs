@@ -3,6 +3,7 @@
 //! A name never stands for part of a file. Large blobs are written in parts beside the others and moved to their name when they are
 //! complete; small ones are put there at once by stores that make a whole object visible in one step.
 
+mod disk;
 mod place;
 mod room;
 mod writer;
@@ -26,7 +27,13 @@ use object_store::{
 };
 
 use super::StoreError;
+use disk::Disk;
 use room::Room;
+
+/// The folder of complete ones.
+const COMPLETE: &str = "blobs";
+/// The folder of those that are being written.
+const UNFINISHED: &str = "tmp";
 
 /// Bytes as they come.
 pub type ByteStream = BoxStream<'static, Result<Bytes, object_store::Error>>;
@@ -36,6 +43,8 @@ pub type ByteStream = BoxStream<'static, Result<Bytes, object_store::Error>>;
 pub struct Blobs {
     store: Arc<dyn ObjectStore>,
     signer: Option<Arc<dyn Signer>>,
+    /// What makes them durable where they are files.
+    disk: Option<Disk>,
     /// What stands before every name. May be empty.
     prefix: Path,
     /// Bytes that are written to the store at once; small enough that many slow uploads do not fill the memory.
@@ -76,7 +85,7 @@ impl Blobs {
     }
 
     fn path(&self, sha256: &str) -> Path {
-        self.prefix.clone().join("blobs").join(sha256)
+        self.prefix.clone().join(COMPLETE).join(sha256)
     }
 
     /// All bytes of a blob.
@@ -145,7 +154,7 @@ impl Blobs {
     /// # Errors
     /// When the store fails.
     pub async fn written_before(&self, time: Timestamp) -> Result<Vec<String>, StoreError> {
-        let found = self.older("blobs", time).await?;
+        let found = self.older(COMPLETE, time).await?;
         Ok(found.iter().filter_map(|object| object.location.filename().map(str::to_owned)).collect())
     }
 
@@ -154,7 +163,7 @@ impl Blobs {
     /// # Errors
     /// When the store fails.
     pub async fn remove_unfinished_before(&self, time: Timestamp) -> Result<(), StoreError> {
-        for object in self.older("tmp", time).await? {
+        for object in self.older(UNFINISHED, time).await? {
             self.remove_object(&object.location).await?;
         }
         Ok(())

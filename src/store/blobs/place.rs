@@ -9,7 +9,7 @@ use object_store::{
     path::Path,
 };
 
-use super::{Blobs, room::Room};
+use super::{Blobs, disk::Disk, room::Room};
 use crate::store::StoreError;
 
 /// The method of requests that signed URLs are for.
@@ -58,14 +58,12 @@ impl Blobs {
     pub fn at(place: &BlobPlace) -> Result<Self, StoreError> {
         match place {
             BlobPlace::Folder(root) => {
-                std::fs::create_dir_all(root).map_err(|error| StoreError::Folder {
-                    folder: root.display().to_string(),
-                    reason: error.to_string(),
-                })?;
-                let store = LocalFileSystem::new_with_prefix(root)?.with_fsync(true);
+                let disk = Disk::make(root.clone())?;
+                let store = LocalFileSystem::new_with_prefix(root)?;
                 Ok(Self {
                     store: Arc::new(store),
                     signer: None,
+                    disk: Some(disk),
                     prefix: Path::default(),
                     part_bytes: 1 << 20,
                     // A file that is put in one step lies beside the blobs until it has its name, where a crash would leave it.
@@ -85,6 +83,7 @@ impl Blobs {
                 Ok(Self {
                     signer: Some(Arc::clone(&store) as _),
                     store,
+                    disk: None,
                     prefix: Path::parse(prefix).map_err(object_store::Error::from)?,
                     // The least that S3 takes as a part which is not the last.
                     part_bytes: 5 << 20,

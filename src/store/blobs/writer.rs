@@ -6,7 +6,7 @@ use bytes::{Bytes, BytesMut};
 use object_store::{MultipartUpload, ObjectStore, ObjectStoreExt, PutMode, PutPayload, path::Path};
 use sha2::{Digest, Sha256};
 
-use super::Blobs;
+use super::{Blobs, UNFINISHED};
 use crate::store::StoreError;
 
 /// A blob's name and size.
@@ -28,6 +28,18 @@ impl Blobs {
         let upload = if self.puts_small_ones_whole { None } else { Some(Upload::begin(self).await?) };
         let (buffer, hasher) = (BytesMut::new(), Sha256::new());
         Ok(BlobWriter { blobs: self.clone(), upload, buffer, hasher, bytes: 0 })
+    }
+
+    /// Moves a complete file to its name; both are on the disk then.
+    async fn give_name(&self, path: &Path, name: &Path) -> Result<(), StoreError> {
+        if let Some(disk) = &self.disk {
+            disk.write_out(path).await?;
+        }
+        self.store.rename(path, name).await?;
+        match &self.disk {
+            Some(disk) => disk.write_names_out().await,
+            None => Ok(()),
+        }
     }
 
     /// Writes a whole blob. It is visible only after [`UnnamedBlob::keep`].
@@ -54,7 +66,7 @@ struct Upload {
 
 impl Upload {
     async fn begin(blobs: &Blobs) -> Result<Self, StoreError> {
-        let path = blobs.prefix.clone().join("tmp").join(uuid::Uuid::now_v7().to_string());
+        let path = blobs.prefix.clone().join(UNFINISHED).join(uuid::Uuid::now_v7().to_string());
         Ok(Self { parts: blobs.store.put_multipart(&path).await?, path })
     }
 }
@@ -166,19 +178,21 @@ impl UnnamedBlob {
     /// # Errors
     /// When the store fails.
     pub async fn keep(mut self) -> Result<Blob, StoreError> {
-        let name = self.blobs.path(&self.blob.sha256);
-        match self.content.take() {
-            Some(Content::Stored(path)) => self.blobs.store.rename(&path, &name).await?,
+        let (blobs, name) = (&self.blobs, self.blobs.path(&self.blob.sha256));
+        match &self.content {
+            Some(Content::Stored(path)) => blobs.give_name(path, &name).await?,
             Some(Content::InMemory(bytes)) => {
-                let payload = PutPayload::from_bytes(bytes);
+                let payload = PutPayload::from_bytes(bytes.clone());
                 // What has that name already has the same bytes.
-                match self.blobs.store.put_opts(&name, payload, PutMode::Create.into()).await {
+                match blobs.store.put_opts(&name, payload, PutMode::Create.into()).await {
                     Ok(_) | Err(object_store::Error::AlreadyExists { .. }) => {}
                     Err(error) => return Err(error.into()),
                 }
             }
             None => {}
         }
+        // It has its name, so there is nothing to remove any more.
+        self.content = None;
         Ok(self.blob.clone())
     }
 }

@@ -26,29 +26,47 @@ fn read(row: &AnyRow) -> Result<AssetRecord, StoreError> {
 }
 
 impl Records {
-    /// Writes a file's record. Where its owner has the same bytes of the same format already, that record stands and is kept
-    /// at least as long. Gives the record and whether it is new.
+    /// Writes a file's record, as [`Self::add_assets`].
     ///
     /// # Errors
     /// When the database fails.
     pub async fn add_asset(&self, asset: &AssetRecord) -> Result<(AssetRecord, bool), StoreError> {
+        // One for each.
+        Ok(self.add_assets(std::slice::from_ref(asset)).await?.swap_remove(0))
+    }
+
+    /// Writes the records of files, all of them or none. Where their owner has the same bytes of the same format already, that record
+    /// stands and is kept at least as long. Gives the records and whether each is new.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn add_assets(&self, assets: &[AssetRecord]) -> Result<Vec<(AssetRecord, bool)>, StoreError> {
         let query = "INSERT INTO assets (id, sha256, bytes, format, file_name, created_at, expires_at, principal) \
                      VALUES ($1, $2, $3, $4, $5, $6, $7, $8) ON CONFLICT (principal, sha256, format) DO UPDATE SET expires_at = \
                      CASE WHEN assets.expires_at > excluded.expires_at THEN assets.expires_at ELSE excluded.expires_at END \
                      RETURNING *";
-        let query = sqlx::query(query)
-            .bind(asset.id.as_str())
-            .bind(&asset.sha256)
-            .bind(signed(asset.bytes))
-            .bind(&asset.format)
-            .bind(without_nul(&asset.file_name))
-            .bind(asset.created_at.as_millisecond())
-            .bind(asset.expires_at.as_millisecond())
-            .bind(asset.principal.as_str());
-        let row = self.one_written(query).await?;
-        let stored = read(&row)?;
-        let is_new = stored.id == asset.id;
-        Ok((stored, is_new))
+        // Two callers with the same files wait for one another, and never for each other.
+        let mut order: Vec<usize> = (0..assets.len()).collect();
+        order.sort_by_key(|&index| (&assets[index].sha256, &assets[index].format));
+        let mut stored: Vec<Option<(AssetRecord, bool)>> = vec![None; assets.len()];
+        let mut transaction = self.begin().await?;
+        for index in order {
+            let asset = &assets[index];
+            let query = sqlx::query(query)
+                .bind(asset.id.as_str())
+                .bind(&asset.sha256)
+                .bind(signed(asset.bytes))
+                .bind(&asset.format)
+                .bind(without_nul(&asset.file_name))
+                .bind(asset.created_at.as_millisecond())
+                .bind(asset.expires_at.as_millisecond())
+                .bind(asset.principal.as_str());
+            let record = read(&query.fetch_one(&mut *transaction).await?)?;
+            let is_new = record.id == asset.id;
+            stored[index] = Some((record, is_new));
+        }
+        self.commit(transaction).await?;
+        Ok(stored.into_iter().flatten().collect())
     }
 
     /// A file's record; to who does not own it, there is none.

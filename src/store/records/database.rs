@@ -17,6 +17,8 @@ type Arguments = sqlx::any::AnyArguments;
 /// What every connection to SQLite is told first. WAL with full syncing: what is committed survives a power cut.
 const SQLITE_PRAGMAS: &str = "PRAGMA busy_timeout = 10000; PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; \
                               PRAGMA foreign_keys = ON";
+/// And what a connection is told then whose transactions a power cut may take back.
+const SQLITE_BRIEF: &str = "PRAGMA synchronous = NORMAL";
 
 /// The records of one database. Cheap to clone; all clones share the connections.
 #[derive(Clone, Debug)]
@@ -25,6 +27,8 @@ pub struct Records {
     /// For transactions that only hold locks while others are at work: were they to come from `pool`, they could take the last
     /// connection from those whom they wait for.
     gate_pool: AnyPool,
+    /// For transactions that a power cut may take back, on SQLite.
+    brief_pool: AnyPool,
     pub(super) dialect: Dialect,
     /// May have a password in it.
     url: Secret,
@@ -52,20 +56,24 @@ impl Records {
             known: "postgres://USER:PASSWORD@HOST/DATABASE, or nothing for a file in the data folder",
         })?;
         let options: AnyConnectOptions = url.parse()?;
-        let pool_of = |most: u32| {
+        let pool_of = |most: u32, and_then: &'static str| {
             let pool = AnyPoolOptions::new().max_connections(most).acquire_timeout(Duration::from_secs(10));
             match dialect {
                 Dialect::Postgres => pool,
-                Dialect::Sqlite => pool.after_connect(|connection, _| {
-                    Box::pin(async move { connection.execute(SQLITE_PRAGMAS).await.map(|_| ()) })
+                Dialect::Sqlite => pool.after_connect(move |connection, _| {
+                    Box::pin(async move {
+                        connection.execute(SQLITE_PRAGMAS).await?;
+                        connection.execute(and_then).await.map(|_| ())
+                    })
                 }),
             }
         };
         let options = options.disable_statement_logging();
-        let pool = pool_of(most_connections).connect_with(options.clone()).await?;
+        let pool = pool_of(most_connections, "").connect_with(options.clone()).await?;
         dialect.migrator().run(&pool).await?;
-        let gate_pool = pool_of(4).connect_lazy_with(options);
-        Ok(Self { pool, gate_pool, dialect, url: Secret(url.to_owned()), faults: None })
+        let gate_pool = pool_of(4, "").connect_lazy_with(options.clone());
+        let brief_pool = pool_of(2, SQLITE_BRIEF).connect_lazy_with(options);
+        Ok(Self { pool, gate_pool, brief_pool, dialect, url: Secret(url.to_owned()), faults: None })
     }
 
     /// The same records, with faults on the way: for tests of what relies on them.
@@ -98,6 +106,20 @@ impl Records {
         Ok(self.pool.begin_with(self.dialect.begin()).await?)
     }
 
+    /// A transaction that may write, and that does not wait for the disk: a power cut may take it back, though never without all that
+    /// came after it. For what is true only as long as this process lives.
+    pub(super) async fn begin_brief(&self) -> Result<Transaction<'static, Any>, StoreError> {
+        self.fault(Moment::Before).await?;
+        match self.dialect {
+            Dialect::Sqlite => Ok(self.brief_pool.begin_with(self.dialect.begin()).await?),
+            Dialect::Postgres => {
+                let mut transaction = self.pool.begin_with(self.dialect.begin()).await?;
+                transaction.execute("SET LOCAL synchronous_commit TO off").await?;
+                Ok(transaction)
+            }
+        }
+    }
+
     /// Ends a transaction. When this fails, the changes may have been made all the same.
     pub(super) async fn commit(&self, transaction: Transaction<'static, Any>) -> Result<(), StoreError> {
         transaction.commit().await?;
@@ -128,13 +150,6 @@ impl Records {
     pub(super) async fn one(&self, query: Query<'_, Any, Arguments>) -> Result<AnyRow, StoreError> {
         self.fault(Moment::Before).await?;
         Ok(query.fetch_one(&self.pool).await?)
-    }
-
-    /// The row that a statement gives which writes and is a transaction of its own.
-    pub(super) async fn one_written(&self, query: Query<'_, Any, Arguments>) -> Result<AnyRow, StoreError> {
-        let row = self.one(query).await?;
-        self.fault(Moment::After).await?;
-        Ok(row)
     }
 
     /// Waits until nobody else has that lock among all processes, and keeps it for as long as the transaction lives. On SQLite,
@@ -179,6 +194,7 @@ impl Records {
     /// Closes the database when everything that uses it has ended.
     pub async fn close(&self) {
         self.gate_pool.close().await;
+        self.brief_pool.close().await;
         self.pool.close().await;
     }
 }

@@ -92,7 +92,7 @@ impl Records {
         now: Timestamp,
         last: Lane,
     ) -> Result<Claim, StoreError> {
-        let mut transaction = self.begin().await?;
+        let mut transaction = self.begin_brief().await?;
         let (database_now, skip) = (self.dialect.now(), self.dialect.lock_free_rows());
         let query = ours(format!(
             "UPDATE jobs SET state = 'running', attempt = attempt + 1, started_at = $3, lease = $1, progress = NULL, \
@@ -152,7 +152,7 @@ impl Records {
     /// # Errors
     /// When the database fails.
     pub async fn extend_leases(&self, held: &[Held], period: Duration) -> Result<Vec<Option<JobState>>, StoreError> {
-        let mut transaction = self.begin().await?;
+        let mut transaction = self.begin_brief().await?;
         let mut states = Vec::with_capacity(held.len());
         for Held { id, lease, progress } in held {
             let query = ours(format!(

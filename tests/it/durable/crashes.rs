@@ -72,6 +72,32 @@ async fn one_process_that_dies_anywhere_loses_nothing() {
     }
 }
 
+/// A file is given while the disk still takes it down: what dies in between comes back, and gives the same file.
+#[tokio::test(flavor = "multi_thread")]
+async fn who_has_a_file_has_a_job_that_gives_it() {
+    for failpoint in Failpoint::ALL {
+        let (place, mut customer) = (Place::folder(), Customer::new());
+        let armed = [("RETARGETD_FAILPOINT", format!("{}:3", failpoint.name()))];
+        let mut process = place.serve(&["--workers", "1"], &armed);
+        let mut given = Vec::new();
+        for number in 0..20 {
+            if process.has_ended() {
+                break;
+            }
+            given.extend(customer.have_at_once(&process.url, &clip(number)).await);
+        }
+        wait_for_end(&mut process).await;
+        assert!(!given.is_empty(), "files came before '{}'", failpoint.name());
+        let process = place.serve(&["--workers", "1"], &[]);
+        let states = customer.collect(&process.url).await;
+        assert_eq!(states.get("succeeded"), Some(&given.len()), "after '{}': {states:?}", failpoint.name());
+        for (id, digest) in given {
+            let job = customer.job(&process.url, &id).await.expect("is there");
+            assert_eq!(job["results"][0]["sha256"], digest.as_str(), "after '{}'", failpoint.name());
+        }
+    }
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn a_worker_or_an_api_that_dies_anywhere_loses_nothing() {
     let Some(place) = Place::shared() else { return };

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, time::Instant};
 
-use reqwest::{Client, StatusCode};
+use reqwest::{Client, StatusCode, multipart};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
@@ -114,6 +114,20 @@ impl Customer {
         true
     }
 
+    /// Has a clip written again and waits for the file; gives the job and the digest of what came, `None` when the service dies meanwhile.
+    pub(super) async fn have_at_once(&mut self, url: &str, clip: &str) -> Option<(String, String)> {
+        let part = multipart::Part::text(clip.to_owned()).file_name("clip.bvh");
+        let request = self.client.post(format!("{url}/v1/edits")).header("accept", "text/plain");
+        let answer = request.multipart(multipart::Form::new().part("source", part)).send().await.ok()?;
+        let header = |name: &str| answer.headers()[name].to_str().expect("text").trim_matches('"').to_owned();
+        assert_eq!(answer.status(), StatusCode::OK, "a file");
+        let (id, tag) = (header("job-id"), header("etag"));
+        let bytes = answer.bytes().await.ok()?;
+        assert_eq!(tag, hexadecimal_digest(&bytes), "all of it came");
+        self.promised.push(id.clone());
+        Some((id, tag))
+    }
+
     pub(super) async fn job(&self, url: &str, id: &str) -> Option<Value> {
         let answer = self.client.get(format!("{url}/v1/jobs/{id}")).send().await.ok()?;
         let status = answer.status();
@@ -153,8 +167,7 @@ impl Customer {
         let answer = self.client.get(format!("{url}{path}")).send().await.expect("an answer");
         assert_eq!(answer.status(), StatusCode::OK, "the result is there");
         let bytes = answer.bytes().await.expect("its bytes");
-        let digest: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-        assert_eq!(result["sha256"], digest.as_str(), "the bytes are whole");
+        assert_eq!(result["sha256"], hexadecimal_digest(&bytes).as_str(), "the bytes are whole");
     }
 
     /// Where the service sends who wants the result of the first job.
@@ -176,4 +189,8 @@ impl Customer {
     pub(super) async fn status(&self, url: &str, path: &str) -> StatusCode {
         self.client.get(format!("{url}{path}")).send().await.expect("an answer").status()
     }
+}
+
+fn hexadecimal_digest(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -33,7 +33,7 @@ const PAIRS: [(&str, &str); 5] = [
     ("mixamo/fbx/samba_dancing_skin.fbx", "readyplayerme/rpm_avatar_a.glb"),
 ];
 
-fn retargeted(spec: &str, source: &Scene, clip: &Clip, target: &Scene) -> Clip {
+pub(crate) fn retargeted(spec: &str, source: &Scene, clip: &Clip, target: &Scene) -> Clip {
     let spec = parse_spec(spec.as_bytes()).expect("a spec");
     let mut reporter = Reporter::new();
     let source = Rig::new("source", source, None, &spec.source, &mut reporter).expect("a source");

@@ -1,0 +1,199 @@
+//! Handing the file of a job to the caller who waits for it while the disk still takes it down.
+//!
+//! The job itself is on the disk by then, and the same job gives the same bytes, so what a power cut takes is made again. Whoever asks
+//! this process about the job meanwhile is answered when its end is written.
+
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    time::Duration,
+};
+
+use bytes::Bytes;
+use tokio::sync::{oneshot, watch};
+
+use super::{JobSnapshot, Jobs, Refusal};
+use crate::store::{FinishedJob, JobId, JobRecord, JobState, Principal, ResultRecord};
+
+/// The first file of a job that succeeded.
+#[derive(Debug)]
+pub struct HandedFile {
+    /// The job as it will stand in the store.
+    pub record: JobRecord,
+    /// The file's record, likewise.
+    pub result: ResultRecord,
+    /// All its bytes.
+    pub bytes: Bytes,
+    /// The job's report, as JSON.
+    pub report: String,
+}
+
+/// What came of waiting for a job.
+#[derive(Debug)]
+pub enum Awaited {
+    /// Its file.
+    File(Box<HandedFile>),
+    /// The job as it is when it has ended elsewhere or otherwise, or when it takes longer.
+    Job(Box<JobSnapshot>),
+}
+
+/// How long the end of a job whose file is handed over is waited for: it takes milliseconds, where the store answers.
+const MOST_UNSETTLED: Duration = Duration::from_secs(2);
+
+/// Jobs whose file somebody waits for, and jobs whose end is not written yet although somebody has it.
+#[derive(Debug, Default)]
+pub(super) struct Handovers(Mutex<BTreeMap<JobId, Handover>>);
+
+#[derive(Debug)]
+enum Handover {
+    Wanted(oneshot::Sender<HandedFile>),
+    /// Closes when the end is written.
+    Given(watch::Receiver<()>),
+}
+
+/// Somebody who waits for a job's file.
+#[derive(Debug)]
+struct Wanting {
+    file: oneshot::Receiver<HandedFile>,
+    handovers: Arc<Handovers>,
+    id: JobId,
+}
+
+impl Drop for Wanting {
+    fn drop(&mut self) {
+        self.file.close();
+        let mut entries = self.handovers.lock();
+        // Another one may want it by now, or it was given.
+        if matches!(entries.get(&self.id), Some(Handover::Wanted(give)) if give.is_closed()) {
+            entries.remove(&self.id);
+        }
+    }
+}
+
+/// A file that was given: to be dropped when the end of its job is written.
+#[derive(Debug)]
+pub(super) struct Given {
+    _unsettled: watch::Sender<()>,
+    handovers: Arc<Handovers>,
+    id: JobId,
+}
+
+impl Drop for Given {
+    fn drop(&mut self) {
+        self.handovers.lock().remove(&self.id);
+    }
+}
+
+impl Handovers {
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<JobId, Handover>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Hears of the job's file from now on. The last who asks is given it; `None` where it is given already.
+    fn want(self: &Arc<Self>, id: &JobId) -> Option<Wanting> {
+        let (give, file) = oneshot::channel();
+        let mut entries = self.lock();
+        if matches!(entries.get(id), Some(Handover::Given(_))) {
+            return None;
+        }
+        entries.insert(id.clone(), Handover::Wanted(give));
+        drop(entries);
+        Some(Wanting { file, handovers: Arc::clone(self), id: id.clone() })
+    }
+
+    /// Gives a job's file to who waits for it; `None` where nobody does.
+    fn give(self: &Arc<Self>, file: HandedFile) -> Option<Given> {
+        let id = file.record.id.clone();
+        let mut entries = self.lock();
+        let Some(Handover::Wanted(give)) = entries.remove(&id) else { return None };
+        give.send(file).ok()?;
+        let (unsettled, settled) = watch::channel(());
+        entries.insert(id.clone(), Handover::Given(settled));
+        drop(entries);
+        Some(Given { _unsettled: unsettled, handovers: Arc::clone(self), id })
+    }
+
+    /// Waits until the end of a job is written whose file was given.
+    pub(super) async fn settled(&self, id: &JobId) {
+        let mut given = match self.lock().get(id) {
+            Some(Handover::Given(settled)) => settled.clone(),
+            _ => return,
+        };
+        // It closes without ever saying anything.
+        let _ = tokio::time::timeout(MOST_UNSETTLED, given.changed()).await;
+    }
+}
+
+impl Jobs {
+    /// As [`Jobs::wait`], but where the job succeeds in this process its first file comes as soon as it is complete.
+    ///
+    /// # Errors
+    /// When there is none of that id.
+    pub async fn wait_for_file(&self, owner: &Principal, id: &JobId, longest: Duration) -> Result<Awaited, Refusal> {
+        let Some(mut wanting) = self.0.handovers.want(id) else {
+            return Ok(Awaited::Job(Box::new(self.wait(owner, id, longest).await?)));
+        };
+        tokio::select! {
+            biased;
+            Ok(file) = &mut wanting.file => Ok(Awaited::File(Box::new(file))),
+            job = self.wait(owner, id, longest) => Ok(Awaited::Job(Box::new(job?))),
+        }
+    }
+
+    /// Gives the first file of a job that has succeeded to who waits for it. To be dropped when `end` is written.
+    pub(super) fn hand_over(&self, record: &JobRecord, end: &FinishedJob, bytes: Option<Bytes>) -> Option<Given> {
+        let (result, bytes) = end.results.first().cloned().zip(bytes)?;
+        let record = JobRecord {
+            state: JobState::Succeeded,
+            warnings: end.warnings,
+            cache_key: end.cache_key.clone(),
+            ..record.clone()
+        };
+        let report = end.report.clone().unwrap_or_default();
+        self.0.handovers.give(HandedFile { record, result, bytes, report })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn waiting() -> (Arc<Handovers>, JobId) {
+        (Arc::default(), JobId::new())
+    }
+
+    #[test]
+    fn who_goes_away_leaves_nothing() {
+        let (handovers, id) = waiting();
+        drop(handovers.want(&id));
+        assert!(handovers.lock().is_empty(), "nobody waits");
+    }
+
+    #[test]
+    fn the_last_who_asks_stays_when_the_first_goes() {
+        let (handovers, id) = waiting();
+        let (first, last) = (handovers.want(&id), handovers.want(&id));
+        drop(first);
+        assert!(matches!(handovers.lock().get(&id), Some(Handover::Wanted(_))), "one still waits");
+        drop(last);
+        assert!(handovers.lock().is_empty(), "nobody waits");
+    }
+
+    #[tokio::test]
+    async fn what_was_given_is_settled_when_the_end_is_written() {
+        let (handovers, id) = waiting();
+        let (unsettled, settled) = watch::channel(());
+        handovers.lock().insert(id.clone(), Handover::Given(settled));
+        let given = Given { _unsettled: unsettled, handovers: Arc::clone(&handovers), id: id.clone() };
+        assert!(handovers.want(&id).is_none(), "there is nothing to wait for but the end");
+        let looking = tokio::spawn({
+            let (handovers, id) = (Arc::clone(&handovers), id.clone());
+            async move { handovers.settled(&id).await }
+        });
+        tokio::task::yield_now().await;
+        assert!(!looking.is_finished(), "the end is not written");
+        drop(given);
+        looking.await.expect("it ends");
+        assert!(handovers.lock().is_empty(), "and nothing is left");
+    }
+}
