@@ -27,7 +27,7 @@ const SQLITE: [NumberedText; 8] = [
     (5, "events", include_str!("migrations/sqlite/0005_events.sql")),
     (6, "job lists", include_str!("migrations/sqlite/0006_job_lists.sql")),
     (7, "result cache", include_str!("migrations/sqlite/0007_result_cache.sql")),
-    (8, "batches", include_str!("migrations/sqlite/0008_batches.sql")),
+    (9, "batches", include_str!("migrations/sqlite/0009_batches.sql")),
 ];
 const POSTGRES: [NumberedText; 6] = [
     (1, "first", include_str!("migrations/postgres/0001_first.sql")),
@@ -35,7 +35,7 @@ const POSTGRES: [NumberedText; 6] = [
     (3, "events", include_str!("migrations/postgres/0003_events.sql")),
     (4, "job lists", include_str!("migrations/postgres/0004_job_lists.sql")),
     (5, "result cache", include_str!("migrations/postgres/0005_result_cache.sql")),
-    (6, "batches", include_str!("migrations/postgres/0006_batches.sql")),
+    (7, "batches", include_str!("migrations/postgres/0007_batches.sql")),
 ];
 
 impl Dialect {
