@@ -6,6 +6,7 @@ mod batch_records;
 mod batches;
 mod crashes;
 mod model;
+mod named_records;
 mod records;
 mod scale_out;
 mod studio;

@@ -4,10 +4,9 @@ use std::{collections::BTreeSet, time::Duration};
 
 use jiff::Timestamp;
 use retargetd::store::{
-    Added, AfterCrash, ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, Claim, DocumentChange, DocumentKind, EventReach,
-    FinishedJob, GiveBack, Held, Holdings, Idempotency, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest,
-    JobState, Lane, LeaseId, NewDocument, Notice, Precondition, Principal, Records, ResultId, ResultRecord, Scope,
-    StoreError, StoredProgress,
+    Added, AfterCrash, AssetId, AssetRecord, Claim, DocumentChange, DocumentKind, EventReach, FinishedJob, GiveBack,
+    Held, Holdings, Idempotency, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest, JobState, Lane, LeaseId,
+    NewDocument, Notice, Precondition, Principal, Records, ResultId, ResultRecord, StoreError, StoredProgress,
 };
 
 use super::{
@@ -16,6 +15,7 @@ use super::{
         a_batch_is_written_with_all_its_jobs_or_not_at_all, a_failure_stops_what_waits_in_its_transaction,
         an_item_that_is_asked_for_again_counts_once, jobs_of_batches_wait_behind_single_ones_and_callers_take_turns,
     },
+    named_records::{documents_have_versions_and_one_writer_at_a_time, keys_are_found_bounded_and_removed},
     support::Postgres,
 };
 
@@ -307,33 +307,6 @@ async fn one_word_is_one_job_for_each_caller(records: &Records) {
     assert_eq!(records.add_job(&his).await.expect("writes"), Added::New, "words of others are others");
 }
 
-async fn keys_are_found_bounded_and_removed(records: &Records) {
-    let key = |owner: &str, expires_at: Option<Timestamp>| ApiKeyRecord {
-        id: ApiKeyId::new(),
-        principal: principal(owner),
-        sha256: "aa".to_owned(),
-        scopes: vec![Scope::Read, Scope::Admin],
-        created_at: Timestamp::UNIX_EPOCH + HOUR,
-        expires_at,
-    };
-    let first = key("ann", Some(Timestamp::UNIX_EPOCH + HOUR * 2));
-    assert!(records.add_api_key(&first, 1).await.expect("writes"), "the first");
-    assert!(!records.add_api_key(&key("ann", None), 1).await.expect("answers"), "no second one");
-    assert!(records.add_api_key(&key("bob", None), 1).await.expect("writes"), "of another");
-    assert_eq!(records.api_key(&first.id).await.expect("reads").as_ref(), Some(&first), "every field");
-    let ended = ApiKeyRecord { created_at: Timestamp::UNIX_EPOCH + HOUR * 2, ..key("ann", None) };
-    assert!(records.add_api_key(&ended, 1).await.expect("writes"), "the first has ended by then");
-    let racers = (0..8).map(|_| {
-        let (records, key) = (records.clone(), key("cy", None));
-        async move { records.add_api_key(&key, 2).await }
-    });
-    let made = futures::future::join_all(racers).await.into_iter().filter(|made| matches!(made, Ok(true))).count();
-    assert_eq!(made, 2, "two of many who come at the same time");
-    assert_eq!(records.api_keys().await.expect("lists").len(), 5, "all of them");
-    assert!(records.remove_api_key(&first.id).await.expect("removes"), "it was there");
-    assert!(!records.remove_api_key(&first.id).await.expect("answers"), "and is gone");
-}
-
 async fn quarantine_names_the_files_and_passes(records: &Records) {
     let (_, now) = (added(records, "anonymous", 0).await, Timestamp::UNIX_EPOCH);
     claim(records).await.expect("a job");
@@ -368,38 +341,6 @@ async fn files_stay_for_unfinished_jobs_and_go_with_the_last_record(records: &Re
     assert!(records.remove_asset(&job.principal, file).await.expect("removes").is_some(), "free");
     assert!(!records.names_blob("aa").await.expect("reads"), "nobody names it");
     assert!(records.remove_job(&job.id).await.expect("removes").is_some(), "an ended job can go");
-}
-
-async fn documents_have_versions_and_one_writer_at_a_time(records: &Records) {
-    let put = async |text: &str, precondition: Precondition| {
-        let new = NewDocument {
-            owner: &principal("ann"),
-            kind: DocumentKind::Preset,
-            name: "hero",
-            sha256: text,
-            document: text,
-        };
-        records.put_document(new, &precondition, 3, Timestamp::UNIX_EPOCH).await.expect("writes")
-    };
-    assert!(matches!(put("1", Precondition::Absent).await, DocumentChange::Created(record) if record.version == 1));
-    assert!(matches!(put("2", Precondition::Absent).await, DocumentChange::Refused(Some(_))), "it is there");
-    let writers = (0..8).map(|number| {
-        let records = records.clone();
-        let text = format!("w{number}");
-        async move {
-            let new = NewDocument {
-                owner: &principal("ann"),
-                kind: DocumentKind::Preset,
-                name: "hero",
-                sha256: &text,
-                document: &text,
-            };
-            records.put_document(new, &Precondition::Is(vec!["1".to_owned()]), 3, Timestamp::UNIX_EPOCH).await
-        }
-    });
-    let outcomes = futures::future::join_all(writers).await;
-    let won = outcomes.iter().filter(|outcome| matches!(outcome, Ok(DocumentChange::Replaced(_)))).count();
-    assert_eq!(won, 1, "one of many who have seen the same wins: {outcomes:?}");
 }
 
 async fn lists_are_filtered_and_holdings_counted(records: &Records) {
