@@ -9,7 +9,9 @@ use tokio_util::sync::CancellationToken;
 use crate::{
     config::{Isolation, Settings},
     http::{self, ApiState, Server, ServerSettings},
-    jobs::{Assets, Engine, Jobs, Keys, Library, ProcessEngine, RetargetEngine, Sweeper, Workers},
+    identity::Tokens,
+    jobs::{Assets, Courier, Engine, Jobs, Keys, Library, ProcessEngine, RetargetEngine, Sweeper, Webhooks, Workers},
+    outbound::Outbound,
     rig,
     store::{BlobPlace, Blobs, DataFolder, Records, Store},
     telemetry::{Clock, Metrics},
@@ -66,17 +68,21 @@ pub async fn start(settings: Settings) -> anyhow::Result<Running> {
 /// Starts the service with a given engine and clock.
 ///
 /// # Errors
-/// When the data folder is not there to be used, the database or the blob store does not answer, or the address is taken.
+/// When the data folder is not there to be used, the database or the blob store does not answer, the file with the keys of a token
+/// issuer cannot be used, or the address is taken.
 pub async fn start_with(settings: Settings, engine: Arc<dyn Engine>, clock: Clock) -> anyhow::Result<Running> {
     let (settings, metrics) = (Arc::new(settings), Metrics::start().context("the metrics could not be started")?);
+    let tokens = Tokens::start(&settings, clock.clone()).await?;
     let core = Core::open(&settings, engine, clock).await?;
     let jobs = core.jobs.clone();
     let (listener, address) = listen(settings.listen, "--listen").await?;
-    let (probes, probes_address) = core.probes(&settings, metrics.clone()).await?.unzip();
+    let (probes, probes_address) = core.probes(&settings, tokens.clone(), metrics.clone()).await?.unzip();
     let state = ApiState {
-        assets: Assets::new(&jobs),
+        assets: Assets::new(&jobs, core.outbound.clone()),
         library: Library::new(&jobs),
+        webhooks: Webhooks::new(&jobs, core.outbound.clone()),
         keys: core.keys.clone(),
+        tokens,
         jobs,
         settings: Arc::clone(&settings),
         metrics,
@@ -115,7 +121,7 @@ pub async fn work(
     );
     let (settings, metrics) = (Arc::new(settings), Metrics::start().context("the metrics could not be started")?);
     let core = Core::open(&settings, engine(&settings)?, Clock::system()).await?;
-    let (probes, address) = core.probes(&settings, metrics).await?.unzip();
+    let (probes, address) = core.probes(&settings, Tokens::none(), metrics).await?.unzip();
     tracing::info!(workers = settings.workers.0, version = env!("CARGO_PKG_VERSION"), "started");
     started(address);
     core.run(None, probes, stop, settings).await;
@@ -152,6 +158,7 @@ struct Core {
     store: Arc<Store>,
     jobs: Jobs,
     keys: Keys,
+    outbound: Outbound,
     /// Held until everything else is at rest: whoever takes the folder next finds it so.
     folder: Option<DataFolder>,
 }
@@ -167,17 +174,23 @@ impl Core {
         };
         let store = Arc::new(Store::new(records, blobs.leaving_free(settings.reserved_disk.0)));
         let keys = Keys::new(store.records().clone(), clock.clone());
+        let outbound = Outbound::new(settings, clock.clone());
         let jobs = Jobs::new(Arc::clone(&store), engine, Arc::clone(settings), clock);
         let waiting = jobs.recover().await?;
         tracing::info!(waiting, "the queue is there");
-        Ok(Self { store, jobs, keys, folder })
+        Ok(Self { store, jobs, keys, outbound, folder })
     }
 
     /// The server of probes and where it listens, where one is asked for.
-    async fn probes(&self, settings: &Settings, metrics: Metrics) -> anyhow::Result<Option<(Server, SocketAddr)>> {
+    async fn probes(
+        &self,
+        settings: &Settings,
+        tokens: Tokens,
+        metrics: Metrics,
+    ) -> anyhow::Result<Option<(Server, SocketAddr)>> {
         let Some(address) = settings.probes_listen else { return Ok(None) };
         let (listener, address) = listen(address, "--probes-listen").await?;
-        let router = http::probes_router(self.jobs.clone(), metrics);
+        let router = http::probes_router(self.jobs.clone(), tokens, metrics);
         Ok(Some((Server::new(listener, router, server_settings(settings)), address)))
     }
 
@@ -191,6 +204,7 @@ impl Core {
         let parts = Parts {
             workers: Workers::start(&self.jobs, settings.workers.0),
             sweeper: Sweeper::start(&self.jobs),
+            courier: Courier::start(&self.jobs, self.outbound),
             jobs: self.jobs,
             server,
             probes,
@@ -206,6 +220,7 @@ struct Parts {
     jobs: Jobs,
     workers: Workers,
     sweeper: Sweeper,
+    courier: Courier,
     server: Option<Server>,
     probes: Option<Server>,
 }
@@ -225,6 +240,7 @@ impl Parts {
         close.cancel();
         self.workers.stop(settings.grace_period.0).await;
         self.sweeper.stop().await;
+        self.courier.stop().await;
         // Whoever watches sees the last jobs end.
         close_probes.cancel();
         for server in [server, probes].into_iter().flatten() {

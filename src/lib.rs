@@ -13,8 +13,10 @@
 //! | [`editing`] | edits of a clip: time, loops, mirror | `model`, `rig` |
 //! | [`engine`] | the one pure function: input bytes and spec to output bytes, warnings and report | all above |
 //! | [`store`] | durable facts: records and blobs | `config` |
-//! | [`jobs`] | scheduling: states, admission, queue, workers | `engine`, `store`, `config`, `telemetry` |
-//! | [`http`] | translation only: routes, views, problems | `jobs`, `engine` (its words), `samples`, `config`, `telemetry` |
+//! | [`outbound`] | talking out: address guard, requests, signatures of webhooks | `config`, `telemetry` |
+//! | [`jobs`] | scheduling: states, admission, queue, workers, webhooks | `engine`, `store`, `outbound`, `config`, `telemetry` |
+//! | [`identity`] | who shows a token of an identity provider: its signature, its issuer's keys, what it allows | `store` (its words), `config`, `telemetry` |
+//! | [`http`] | translation only: routes, views, problems | `jobs`, `identity`, `engine` (its words), `samples`, `config`, `telemetry` |
 //! | [`config`], [`telemetry`] | settings; logs, metrics, clock | nothing |
 //! | [`samples`] | the clip and the character that the demo and the tests use, made by code | `model`, `formats` |
 //! | [`cli`], [`app`] | subcommands; the composition root | everything |
@@ -81,8 +83,10 @@ pub mod editing;
 pub mod engine;
 pub mod formats;
 pub mod http;
+pub mod identity;
 pub mod jobs;
 pub mod model;
+pub mod outbound;
 pub mod retarget;
 pub mod rig;
 pub mod samples;

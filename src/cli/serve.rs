@@ -11,11 +11,15 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 
 async fn serve(settings: Settings) -> anyhow::Result<()> {
     let mut signals = Signals::listen()?;
-    let (asks_for_keys, is_reachable) = (settings.asks_for_keys(), !settings.listen.ip().is_loopback());
+    let (asks_who_calls, is_reachable) = (settings.asks_who_calls(), !settings.listen.ip().is_loopback());
+    let issuer = settings.token_issuer.clone();
     let running = app::start(settings).await?;
     announce(&running);
-    if asks_for_keys {
+    if asks_who_calls {
         tracing::info!("callers must show a key; 'retargetd keys create' makes them");
+        if !issuer.is_empty() {
+            tracing::info!(issuer, "callers may show a token instead");
+        }
     } else if is_reachable {
         tracing::warn!(address = %running.address(), "everybody who can reach this address can use the service: no keys are asked for");
     } else {

@@ -4,8 +4,11 @@ use std::{fmt, net::SocketAddr, path::PathBuf};
 
 use super::{
     memory::MemoryBudget,
+    networks::Networks,
+    tokens::{KeyPlace, Names, TokenAlgorithms},
     value::{
-        Authentication, ByteSize, Isolation, LogFormat, Origins, Period, Secret, SettingValue, Switch, Unit, Workers,
+        Authentication, ByteSize, Isolation, LogFormat, Origins, Period, Periods, Secret, SettingValue, Switch, Unit,
+        Workers,
     },
 };
 
@@ -35,6 +38,11 @@ impl Setting {
     #[must_use]
     pub fn variable(&self) -> String {
         format!("RETARGETD_{}", self.name.to_ascii_uppercase())
+    }
+
+    /// What is wrong with it, as an error.
+    pub(super) fn error(&self, seen: String, expected: String, example: &'static str) -> SettingError {
+        SettingError { flag: self.flag(), variable: self.variable(), seen, expected, example }
     }
 
     /// The name of the limit that it sets: its own without `max_`.
@@ -118,7 +126,11 @@ macro_rules! settings {
                     read_one(setting, &look_up, settings!(@bounds $($low, $high)?), &mut errors)
                 }; )+
                 match ($($name,)+) {
-                    ($(Some($name),)+) if errors.is_empty() => Ok(Self { $($name,)+ }),
+                    ($(Some($name),)+) if errors.is_empty() => {
+                        let settings = Self { $($name,)+ };
+                        let contradictions = settings.contradictions();
+                        if contradictions.is_empty() { Ok(settings) } else { Err(SettingErrors(contradictions)) }
+                    }
                     _ => Err(SettingErrors(errors)),
                 }
             }
@@ -145,8 +157,28 @@ macro_rules! settings {
 settings! {
     /// Address and port to listen on; port 0 takes any free one
     plain listen: SocketAddr = "127.0.0.1:8080";
-    /// Who must show a key: 'keys' for everybody, 'none' for nobody; 'auto' asks for keys where 'listen' can be reached from other machines
+    /// Who must show a key or a token: 'keys' for everybody, 'none' for nobody; 'auto' for everybody where 'listen' can be reached from other machines or tokens are taken
     plain authentication: Authentication = "auto";
+    /// Identity provider whose tokens (JWT) are taken beside keys, as they name it in 'iss'; without it, no tokens are taken
+    plain token_issuer: String = "";
+    /// What a token must name in 'aud' to be meant for this service; several with commas between them
+    plain token_audience: Names = "";
+    /// Where the issuer's public keys (a JWK set) are: an https URL or a file; without it, where '/.well-known/openid-configuration' of the issuer says
+    plain token_keys: KeyPlace = "";
+    /// In which ways tokens may be signed, with commas between them; all have a public key
+    plain token_algorithms: TokenAlgorithms = "RS256,PS256,ES256,EdDSA";
+    /// Claim of a token that says who calls
+    plain token_principal_claim: String = "sub";
+    /// Claim of a token that lists what it allows, as a text with spaces or a list; a JSON pointer such as '/realm_access/roles' finds nested ones
+    plain token_scope_claim: String = "scope";
+    /// What stands before 'read', 'write' and 'admin' in that list
+    plain token_scope_prefix: String = "retargetd:";
+    /// How far the clocks of the issuer and of the service may be apart
+    plain token_leeway: Period = "30s" in 0..=600;
+    /// How often the issuer's keys are fetched anew, so that those it has withdrawn are no longer taken
+    plain token_keys_period: Period = "10m" in 0.05..=86_400;
+    /// How long the issuer is left alone after a fetch, whatever keys tokens name
+    plain token_keys_pause: Period = "10s" in 0.05..=3_600;
     /// Origins whose pages may call the service from a browser, such as 'https://studio.example', with commas between them; without any, none
     plain cors_origins: Origins = "";
     /// Address and port on which probes and metrics are answered besides, without keys, also by a worker; without it, a worker listens nowhere
@@ -259,6 +291,25 @@ settings! {
     /// How often what has expired is removed
     plain sweep_interval: Period = "60s" in 0.05..=86_400;
 
+    /// Webhooks of one principal
+    limit max_webhooks: u64 = "16" in 0..=1_000;
+    /// How long the receiver of a webhook may take to answer
+    limit webhook_timeout: Period = "15s" in 0.05..=120;
+    /// After which times a delivery to a webhook that failed is tried again, one after the other, each a fifth shorter or longer by chance
+    plain webhook_retries: Periods = "5s,5m,30m,2h,5h,10h,14h,20h";
+    /// How long a webhook may fail before it is disabled
+    limit webhook_failing_period: Period = "5d" in 0.05..=31_536_000;
+    /// How long deliveries to webhooks are kept that were made or given up
+    limit delivery_retention: Period = "7d" in 1..=315_360_000;
+    /// Whether files may be given by URL, which the service then fetches: on or off
+    plain url_input: Switch = "off";
+    /// How long fetching one file may take in all
+    limit url_input_timeout: Period = "60s" in 0.05..=3_600;
+    /// Networks that may be talked to although they are not public, such as '10.0.0.0/8', with commas between them; plain http goes to these alone
+    plain outbound_allow: Networks = "";
+    /// Networks that are never talked to, whatever 'outbound-allow' says
+    plain outbound_deny: Networks = "";
+
     /// Requests that are worked on at the same time
     limit max_concurrent_requests: u64 = "512" in 1..=100_000;
     /// Open connections
@@ -294,22 +345,27 @@ fn read_one<T: SettingValue>(
     match parsed {
         Ok(value) => Some(value),
         Err(expected) => {
-            let (flag, variable) = (setting.flag(), setting.variable());
-            errors.push(SettingError { flag, variable, seen, expected, example: T::EXAMPLE });
+            errors.push(setting.error(seen, expected, T::EXAMPLE));
             None
         }
     }
 }
 
 impl Settings {
-    /// Whether callers must show a key.
+    /// Whether callers must show a key or a token.
     #[must_use]
-    pub fn asks_for_keys(&self) -> bool {
+    pub fn asks_who_calls(&self) -> bool {
         match self.authentication {
             Authentication::Keys => true,
             Authentication::None => false,
-            Authentication::Auto => !self.listen.ip().is_loopback(),
+            Authentication::Auto => !self.listen.ip().is_loopback() || self.takes_tokens(),
         }
+    }
+
+    /// Whether tokens of an identity provider are taken.
+    #[must_use]
+    pub const fn takes_tokens(&self) -> bool {
+        !self.token_issuer.is_empty()
     }
 }
 
@@ -348,14 +404,14 @@ mod tests {
     }
 
     #[test]
-    fn who_can_be_reached_from_elsewhere_asks_for_keys() {
+    fn who_can_be_reached_from_elsewhere_asks_who_calls() {
         let asks = |listen: &str, authentication: &str| {
             let text = |setting: &Setting| match setting.name {
                 "listen" => Some(listen.to_owned()),
                 "authentication" => Some(authentication.to_owned()),
                 _ => None,
             };
-            Settings::read(text).expect("both can be used").asks_for_keys()
+            Settings::read(text).expect("both can be used").asks_who_calls()
         };
         assert!(!asks("127.0.0.1:1", "auto") && !asks("[::1]:1", "auto"), "only this machine");
         assert!(asks("0.0.0.0:1", "auto") && asks("[::]:1", "auto") && asks("10.0.0.1:1", "auto"), "others too");

@@ -117,6 +117,26 @@ impl SettingValue for Period {
     }
 }
 
+/// Lengths of time, one after the other.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Periods(pub Vec<Duration>);
+
+impl SettingValue for Periods {
+    const UNIT: Unit = Unit::None;
+    const EXAMPLE: &'static str = "5s,5m,2h";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        let texts = text.split(',').map(str::trim).filter(|text| !text.is_empty());
+        let periods = texts.map(|text| Period::parse(text).map(|period| period.0));
+        let periods = periods.collect::<Result<_, _>>();
+        periods.map(Self).map_err(|expected| format!("{expected}, with commas between them"))
+    }
+
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
 fn split_unit(text: &str) -> (&str, &str) {
     let end = text.find(|character: char| !character.is_ascii_digit()).unwrap_or(text.len());
     (&text[..end], text[end..].trim_start())
@@ -262,10 +282,10 @@ pub enum Isolation {
 
 word_setting!(Isolation, "process", { "process" => Self::Process, "thread" => Self::Thread });
 
-/// Who must show a key.
+/// Who must show a key or a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Authentication {
-    /// Everybody, where others than this machine can reach the service; nobody elsewhere.
+    /// Everybody, where others than this machine can reach the service or tokens are taken; nobody elsewhere.
     Auto,
     /// Everybody.
     Keys,
@@ -284,7 +304,7 @@ impl SettingValue for Origins {
     const EXAMPLE: &'static str = "https://studio.example,http://localhost:5173";
 
     fn parse(text: &str) -> Result<Self, String> {
-        let origins: Vec<&str> = text.split(',').map(str::trim).filter(|origin| !origin.is_empty()).collect();
+        let origins: Vec<&str> = listed(text).collect();
         match origins.iter().find(|origin| !is_origin(origin)) {
             Some(_) => {
                 Err("expected origins with commas between them: scheme, host and perhaps a port, no path and no '*'"
@@ -297,6 +317,11 @@ impl SettingValue for Origins {
     fn number(&self) -> Option<f64> {
         None
     }
+}
+
+/// What stands between commas.
+pub(super) fn listed(text: &str) -> impl Iterator<Item = &str> {
+    text.split(',').map(str::trim).filter(|entry| !entry.is_empty())
 }
 
 fn is_origin(text: &str) -> bool {
@@ -341,6 +366,17 @@ mod tests {
         for (text, seconds) in [("1500ms", 1.5), ("30s", 30.0), ("5m", 300.0), ("7d", 604_800.0)] {
             assert_eq!(Period::parse(text).map(|period| period.0.as_secs_f64()), Ok(seconds), "{text}");
         }
+    }
+
+    #[test]
+    fn periods_come_one_after_the_other() {
+        let seconds = [5, 300, 7200].map(Duration::from_secs).to_vec();
+        assert_eq!(Periods::parse("5s, 5m,2h"), Ok(Periods(seconds)), "in their order");
+        assert_eq!(Periods::parse(""), Ok(Periods(Vec::new())), "none");
+        assert!(
+            Periods::parse("5s,soon").is_err_and(|expected| expected.ends_with("commas between them")),
+            "one is none"
+        );
     }
 
     #[test]

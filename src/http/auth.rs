@@ -1,18 +1,21 @@
 //! Who asks, and what they may do.
 //!
-//! Where keys are asked for, every route but the open ones wants `Authorization: Bearer rtk_…`. Whoever has a key is a principal and sees
-//! what belongs to that principal; everything else is not there, so that ids tell nothing. Where no keys are asked for, everybody is the
-//! same principal and may do everything.
+//! Where callers must say who they are, every route but the open ones wants `Authorization: Bearer …` with a key (`rtk_…`) or, where an
+//! issuer of tokens is named, with a token of it. Whoever has either is a principal and sees what belongs to that principal;
+//! everything else is not there, so that ids tell nothing. Where nobody has to, everybody is the same principal and may do everything.
 
 use axum::{
     extract::{FromRequestParts, MatchedPath, Request, State},
-    http::{HeaderMap, HeaderValue, Method, header, request::Parts},
+    http::{HeaderMap, HeaderValue, Method, StatusCode, header, request::Parts},
     middleware::Next,
     response::{IntoResponse, Response},
 };
 
 use super::{ApiState, code::Code, extract, problem::Problem};
-use crate::jobs::{Principal, Scope};
+use crate::{
+    identity::{Identity, TokenError},
+    jobs::{Keys, Principal, Scope},
+};
 
 /// Who asks.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -54,10 +57,10 @@ pub(super) async fn authenticate(
     next: Next,
 ) -> Response {
     let needed = route.and_then(|route| needed_scope(request.method(), route.as_str()));
-    let caller = match (state.settings.asks_for_keys(), needed) {
+    let caller = match (state.settings.asks_who_calls(), needed) {
         (true, Some(scope)) => match admitted(&state, request.headers(), scope).await {
             Ok(caller) => caller,
-            Err(problem) => return refused(problem),
+            Err(denied) => return denied.into_response(),
         },
         _ => Caller(Principal::anonymous()),
     };
@@ -68,36 +71,101 @@ pub(super) async fn authenticate(
     response
 }
 
-async fn admitted(state: &ApiState, headers: &HeaderMap, scope: Scope) -> Result<Caller, Problem> {
-    const HINT: &str =
-        "send the header 'Authorization: Bearer rtk_…'; the operator makes keys with 'retargetd keys create'";
-    let refused = |detail: &str| Problem::new(Code::Unauthenticated, detail).with_hint(HINT);
-    let given = extract::text(headers, &header::AUTHORIZATION);
-    if given.is_empty() {
-        return Err(refused("the request has no key"));
-    }
-    let (scheme, text) = given.split_once(' ').unwrap_or((given, ""));
-    if !scheme.eq_ignore_ascii_case("bearer") {
-        return Err(refused("the header 'Authorization' is not of the scheme 'Bearer'"));
-    }
-    // Whether it was never there, has ended or was revoked is nobody's business who does not hold it.
-    let key = state.keys.check(text.trim()).await?.ok_or_else(|| refused("the key is not good"))?;
-    if !key.scopes.contains(&scope) {
-        let has = key.scopes.iter().map(|scope| scope.name()).collect::<Vec<_>>().join(", ");
-        let detail = format!("this needs a key with the scope '{}'; this one has: {has}", scope.name());
-        return Err(Problem::new(Code::Forbidden, detail));
-    }
-    Ok(Caller(key.principal))
+/// Why somebody does not come in.
+struct Denied {
+    problem: Box<Problem>,
+    /// The rest of the header that says how to come in (RFC 6750, section 3); nothing where nothing was shown.
+    challenge: String,
 }
 
-fn refused(problem: Problem) -> Response {
-    let is_unauthenticated = problem.code == Code::Unauthenticated;
-    let mut response = problem.into_response();
-    if is_unauthenticated {
-        let challenge = HeaderValue::from_static("Bearer realm=\"retargetd\"");
-        response.headers_mut().insert(header::WWW_AUTHENTICATE, challenge);
+impl Denied {
+    /// What was shown opens nothing.
+    fn invalid(problem: Problem) -> Self {
+        let challenge = format!(", error=\"invalid_token\", error_description=\"{}\"", quotable(&problem.detail));
+        Self { problem: Box::new(problem), challenge }
     }
-    response
+}
+
+impl From<Problem> for Denied {
+    fn from(problem: Problem) -> Self {
+        Self { problem: Box::new(problem), challenge: String::new() }
+    }
+}
+
+impl IntoResponse for Denied {
+    fn into_response(self) -> Response {
+        let Self { problem, challenge } = self;
+        let is_told = matches!(problem.code.status(), StatusCode::UNAUTHORIZED | StatusCode::FORBIDDEN);
+        let mut response = problem.into_response();
+        if let Ok(challenge) = HeaderValue::try_from(format!("Bearer realm=\"retargetd\"{challenge}"))
+            && is_told
+        {
+            response.headers_mut().insert(header::WWW_AUTHENTICATE, challenge);
+        }
+        response
+    }
+}
+
+/// A sentence as the header may quote it.
+fn quotable(sentence: &str) -> String {
+    sentence.chars().filter(|letter| matches!(letter, ' '..='~') && !matches!(letter, '"' | '\\')).collect()
+}
+
+async fn admitted(state: &ApiState, headers: &HeaderMap, scope: Scope) -> Result<Caller, Denied> {
+    let text = shown(state, headers)?;
+    if state.tokens.are_taken() && !Keys::is_shaped_like_one(text) {
+        let Identity { principal, scopes } = state.tokens.check(text).await.map_err(refused)?;
+        let name = state.tokens.scope_name(scope);
+        return allowed(principal, &scopes, scope, "token", &name);
+    }
+    // Whether it was never there, has ended or was revoked is nobody's business who does not hold it.
+    let key = state.keys.check(text).await.map_err(Problem::from)?;
+    let key = key.ok_or_else(|| Denied::invalid(unauthenticated(state, "the key is not good")))?;
+    allowed(key.principal, &key.scopes, scope, "key", scope.name())
+}
+
+/// The key or the token of a request.
+fn shown<'a>(state: &ApiState, headers: &'a HeaderMap) -> Result<&'a str, Problem> {
+    let given = extract::text(headers, &header::AUTHORIZATION);
+    if given.is_empty() {
+        let what = if state.tokens.are_taken() { "neither a key nor a token" } else { "no key" };
+        return Err(unauthenticated(state, &format!("the request has {what}")));
+    }
+    match given.split_once(' ') {
+        Some((scheme, text)) if scheme.eq_ignore_ascii_case("bearer") => Ok(text.trim()),
+        _ => Err(unauthenticated(state, "the header 'Authorization' is not of the scheme 'Bearer'")),
+    }
+}
+
+fn unauthenticated(state: &ApiState, detail: &str) -> Problem {
+    let also = match state.settings.token_issuer.as_str() {
+        "" => String::new(),
+        issuer => format!(", or a token of '{issuer}' in its place"),
+    };
+    let hint = "send the header 'Authorization: Bearer rtk_…'; the operator makes keys with 'retargetd keys create'";
+    Problem::new(Code::Unauthenticated, detail).with_hint(format!("{hint}{also}"))
+}
+
+/// Why a token opens nothing, as a problem.
+fn refused(error: TokenError) -> Denied {
+    let detail = format!("the token is not good: {error}");
+    match error {
+        TokenError::Unavailable => Problem::new(Code::Unavailable, detail).into(),
+        TokenError::Expired => Denied::invalid(Problem::new(Code::TokenExpired, detail).with_hint("get a fresh one")),
+        _ => Denied::invalid(Problem::new(Code::TokenRefused, detail)),
+    }
+}
+
+/// Lets somebody in whose key or token has the scope, which it calls by `name`.
+fn allowed(principal: Principal, has: &[Scope], needed: Scope, what: &str, name: &str) -> Result<Caller, Denied> {
+    if has.contains(&needed) {
+        return Ok(Caller(principal));
+    }
+    let names = has.iter().map(|scope| scope.name()).collect::<Vec<_>>().join(", ");
+    let has = if names.is_empty() { "none" } else { &names };
+    let detail = format!("this needs a {what} with the scope '{name}'; this one has: {has}");
+    let challenge = format!(", error=\"insufficient_scope\", scope=\"{}\"", quotable(name));
+    Err(Denied { problem: Box::new(Problem::new(Code::Forbidden, detail)), challenge })
 }
 
 #[cfg(test)]

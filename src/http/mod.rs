@@ -47,7 +47,8 @@ use tokio::sync::Semaphore;
 
 use crate::{
     config::Settings,
-    jobs::{Assets, Jobs, Keys, Library},
+    identity::Tokens,
+    jobs::{Assets, Jobs, Keys, Library, Webhooks},
     telemetry::Metrics,
 };
 
@@ -63,8 +64,12 @@ pub struct ApiState {
     pub assets: Assets,
     /// The rigs and presets.
     pub library: Library,
+    /// The webhooks.
+    pub webhooks: Webhooks,
     /// The keys with which callers say who they are.
     pub keys: Keys,
+    /// The tokens of an identity provider that are taken beside keys.
+    pub tokens: Tokens,
     /// The settings.
     pub settings: Shared<Settings>,
     /// The metrics.
@@ -88,15 +93,16 @@ pub fn router(state: ApiState) -> Router {
 #[derive(Clone, FromRef)]
 struct ProbesState {
     jobs: Jobs,
+    tokens: Tokens,
     metrics: Metrics,
 }
 
 /// The routes of probes and metrics alone, for a listener of their own that only the machines of the operator reach: no keys
 /// are asked for, and no other request can be in the way.
-pub fn probes_router(jobs: Jobs, metrics: Metrics) -> Router {
+pub fn probes_router(jobs: Jobs, tokens: Tokens, metrics: Metrics) -> Router {
     let (routes, _) = resources::probes::routes().split_for_parts();
     let routes = routes.fallback(no_route).method_not_allowed_fallback(no_method);
-    layers::wrap_probes(routes).with_state(ProbesState { jobs, metrics })
+    layers::wrap_probes(routes).with_state(ProbesState { jobs, tokens, metrics })
 }
 
 async fn no_route() -> Problem {

@@ -166,6 +166,9 @@ pub(super) struct JobView {
     /// Which item of the batch it is for, from 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     batch_item: Option<u64>,
+    /// The webhook that is told of its end, where it names one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    webhook: Option<String>,
     /// The job that it repeats.
     #[serde(skip_serializing_if = "Option::is_none")]
     retry_of: Option<String>,
@@ -299,6 +302,7 @@ impl From<JobSnapshot> for JobView {
             rigs: record.request.rigs.into_iter().map(VersionedNameView::from).collect(),
             batch: record.batch.as_ref().map(|place| place.batch.to_string()),
             batch_item: record.batch.as_ref().map(|place| place.item),
+            webhook: record.request.webhook.map(|id| id.to_string()),
             retry_of: record.retry_of.map(|id| id.to_string()),
             cache,
             cached_from: record.cached_from.map(|id| id.to_string()),

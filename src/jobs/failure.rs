@@ -22,6 +22,8 @@ pub enum FailureReason {
     UnknownAsset,
     /// It is an item of a batch that names a preset that is not there.
     UnknownPreset,
+    /// It is an item of a batch that names a webhook that is not there.
+    UnknownWebhook,
     /// It is an item of a batch on files under which processes died, again and again.
     Quarantined,
     /// Another item of its batch failed before it had started, and the batch was to stop then.
@@ -29,13 +31,14 @@ pub enum FailureReason {
 }
 
 /// Those that are not the engine's.
-const OWN: [FailureReason; 8] = [
+const OWN: [FailureReason; 9] = [
     FailureReason::JobTimeout,
     FailureReason::WorkerCrashed,
     FailureReason::StorageFull,
     FailureReason::Unavailable,
     FailureReason::UnknownAsset,
     FailureReason::UnknownPreset,
+    FailureReason::UnknownWebhook,
     FailureReason::Quarantined,
     FailureReason::BatchStopped,
 ];
@@ -52,6 +55,7 @@ impl FailureReason {
             Self::Unavailable => "unavailable",
             Self::UnknownAsset => "unknown_asset",
             Self::UnknownPreset => "unknown_preset",
+            Self::UnknownWebhook => "unknown_webhook",
             Self::Quarantined => "quarantined",
             Self::BatchStopped => "batch_stopped",
         }

@@ -8,9 +8,9 @@ use std::{fmt, time::Duration};
 use sha2::{Digest, Sha256};
 use subtle::ConstantTimeEq;
 
-use super::{Refusal, library::hexadecimal};
+use super::Refusal;
 use crate::{
-    store::{ApiKeyId, ApiKeyRecord, Principal, Records, Scope, StoreError},
+    store::{ApiKeyId, ApiKeyRecord, Principal, Records, Scope, StoreError, hexadecimal},
     telemetry::Clock,
 };
 
@@ -70,9 +70,7 @@ impl Keys {
     /// When the principal has two keys already that are good, or the store fails.
     pub async fn create(&self, new: NewKey) -> Result<(KeyText, ApiKeyRecord), Refusal> {
         let mut secret = [0; SECRET_BYTES];
-        getrandom::fill(&mut secret).map_err(|error| {
-            Refusal::Store(StoreError::Unreadable { record: "random bytes".to_owned(), reason: error.to_string() })
-        })?;
+        getrandom::fill(&mut secret).map_err(StoreError::from)?;
         let secret = hexadecimal(&secret);
         let mut scopes = new.scopes;
         scopes.sort_unstable();
@@ -109,6 +107,12 @@ impl Keys {
             true => Ok(()),
             false => Err(Refusal::NotFound { kind: "key", id: id.to_string() }),
         }
+    }
+
+    /// Whether a text is meant as a key, good or not.
+    #[must_use]
+    pub fn is_shaped_like_one(text: &str) -> bool {
+        text.starts_with(PREFIX)
     }
 
     /// The record of a key as its holder shows it; `None` when it is no key, or none that is good now.

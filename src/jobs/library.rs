@@ -3,8 +3,6 @@
 //! Built-in ones are listed beside the user's own and cannot be changed. A job keeps the versions that it was asked for with, so
 //! that it gives the same whenever it runs.
 
-use std::fmt::Write as _;
-
 use sha2::{Digest, Sha256};
 
 use super::{Jobs, Refusal};
@@ -12,7 +10,7 @@ use crate::{
     engine::{self, Knowledge},
     store::{
         DocumentChange, DocumentKind, DocumentRecord, JobRequest, NewDocument, Precondition, Principal, StoreError,
-        VersionedName,
+        VersionedName, hexadecimal,
     },
 };
 
@@ -231,13 +229,4 @@ fn unreadable(name: &str, reason: String) -> Refusal {
 /// The SHA-256 of a text, in hexadecimal.
 pub(super) fn digest(text: &str) -> String {
     hexadecimal(&Sha256::digest(text.as_bytes()))
-}
-
-/// Bytes as text, two letters each.
-pub(super) fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        // Writing to a string cannot fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
 }

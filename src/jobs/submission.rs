@@ -15,7 +15,7 @@ use crate::{
     engine::{self, Failure, FailureCode, Format, NamedBytes},
     store::{
         Added, AssetId, AssetRecord, ConfigDocument, Idempotency, InputRole, JobId, JobInput, JobKind, JobRecord,
-        JobRequest, JobState, Principal, QueueDepth, VersionedName,
+        JobRequest, JobState, Principal, QueueDepth, VersionedName, WebhookId,
     },
     telemetry::Metric,
 };
@@ -37,6 +37,8 @@ pub struct NewJob {
     pub priority: i32,
     /// Whether it is to be run although its results may be there already.
     pub skip_cache: bool,
+    /// The webhook that is told of its end, whatever that listens to.
+    pub webhook: Option<WebhookId>,
     /// The caller's own word for this request: who asks twice with the same has one job.
     pub idempotency_key: Option<String>,
 }
@@ -50,11 +52,16 @@ impl NewJob {
 
     /// Everything but the word.
     pub(super) fn asked(&self) -> serde_json::Value {
-        let Self { inputs, config, formats, labels, preset, priority, skip_cache, idempotency_key: _ } = self;
+        let Self { inputs, config, formats, labels, preset, priority, skip_cache, webhook, idempotency_key: _ } = self;
         let inputs: Vec<_> = inputs.iter().map(|(role, asset)| (role.name(), asset)).collect();
         let formats: Vec<_> = formats.iter().map(|format| format.info().name).collect();
         let config = config.as_ref().map(|config| &config.text);
-        serde_json::json!([inputs, config, formats, labels, preset, priority, skip_cache])
+        let mut asked = serde_json::json!([inputs, config, formats, labels, preset, priority, skip_cache]);
+        // Only where there is one, so that a digest from before there were webhooks stays what it is.
+        if let (Some(webhook), Some(asked)) = (webhook, asked.as_array_mut()) {
+            asked.push(serde_json::json!(webhook));
+        }
+        asked
     }
 }
 
@@ -127,12 +134,21 @@ pub(super) struct Known {
     assets: BTreeMap<AssetId, AssetRecord>,
     /// Those that are not there have the names of those that are.
     presets: BTreeMap<String, Result<Kept, Vec<String>>>,
+    webhooks: BTreeSet<WebhookId>,
 }
 
 impl Known {
     /// What is known of a file.
     pub(super) fn asset(&self, id: &AssetId) -> Option<&AssetRecord> {
         self.assets.get(id)
+    }
+
+    /// The webhook that a job names, when its owner has it.
+    fn webhook(&self, id: Option<WebhookId>) -> Result<Option<WebhookId>, Refusal> {
+        match id {
+            Some(id) if !self.webhooks.contains(&id) => Err(Refusal::UnknownWebhook { id }),
+            known => Ok(known),
+        }
     }
 }
 
@@ -190,7 +206,12 @@ impl Jobs {
             };
             presets.insert(name.clone(), found);
         }
-        Ok(Known { rigs: self.own_rigs(owner).await?, assets, presets })
+        let mut webhooks = BTreeSet::new();
+        for id in jobs.iter().filter_map(|job| job.webhook.as_ref()).collect::<BTreeSet<_>>() {
+            let found = self.0.store.records().webhook(id).await?;
+            webhooks.extend(found.filter(|webhook| webhook.principal == *owner).map(|_| id.clone()));
+        }
+        Ok(Known { rigs: self.own_rigs(owner).await?, assets, presets, webhooks })
     }
 
     /// What a job is that names things which were looked up.
@@ -218,6 +239,7 @@ impl Jobs {
             preset,
             rigs: known.rigs.versions(),
             skip_cache: new.skip_cache,
+            webhook: known.webhook(new.webhook)?,
         };
         let memory_bytes = memory::of_job(needs.into_iter());
         let (owner, priority, kind) = (owner.clone(), new.priority, kind_of(&request));

@@ -120,6 +120,17 @@ id!(
     "key_"
 );
 
+id!(
+    /// Names a webhook.
+    WebhookId,
+    "whk_"
+);
+id!(
+    /// Names something that a webhook is told.
+    DeliveryId,
+    "dlv_"
+);
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -20,22 +20,32 @@ mod tests;
 pub use blobs::{Blob, BlobPlace, BlobWriter, Blobs, ByteStream, UnnamedBlob};
 pub use error::StoreError;
 pub use folder::DataFolder;
-pub use id::{ApiKeyId, AssetId, BatchId, IdError, JobId, LeaseId, ResultId};
+pub use id::{ApiKeyId, AssetId, BatchId, DeliveryId, IdError, JobId, LeaseId, ResultId, WebhookId};
 pub use principal::{Principal, PrincipalError};
 pub use records::{
-    Added, AddedAgain, AddedBatch, AfterCrash, ApiKeyRecord, AssetRecord, BatchPlace, BatchProgress, BatchRecord,
-    CachedResults, Claim, ConfigDocument, DocumentChange, DocumentKind, DocumentRecord, Ended, EventReach, EventRecord,
-    Faults, FinishedJob, GiveBack, Held, Holdings, Idempotency, InputRole, JobFailure, JobFilter, JobInput, JobKind,
-    JobRecord, JobRequest, JobState, Lane, Listener, Moment, NewDocument, Notice, OnError, Page, Precondition,
-    QueueDepth, Records, ResultRecord, Scope, StoppedBatch, StoredFieldError, StoredProgress, VersionedName,
+    Added, AddedAgain, AddedBatch, AfterAttempt, AfterCrash, ApiKeyRecord, AssetRecord, AttemptEnd, BatchPlace,
+    BatchProgress, BatchRecord, CachedResults, Claim, ConfigDocument, DeliveryClaim, DeliveryEvent, DeliveryRecord,
+    DeliveryState, DisabledReason, DocumentChange, DocumentKind, DocumentRecord, Ended, EventReach, EventRecord, Faults,
+    FinishedJob, GiveBack, Held, Holdings, Idempotency, InputRole, JobFailure, JobFilter, JobInput, JobKind, JobRecord,
+    JobRequest, JobState, Lane, Listener, Moment, NewDocument, Notice, OnError, Page, Precondition, QueueDepth, Records,
+    ResultRecord, Scope, StoppedBatch, StoredFieldError, StoredProgress, VersionedName, WebhookRecord,
 };
 
-use std::sync::Arc;
+use std::{fmt::Write as _, sync::Arc};
 
 use jiff::{SignedDuration, Timestamp};
 use tokio::sync::{OwnedRwLockReadGuard, RwLock};
 
 use records::{BlobLocks, Lock};
+
+/// Bytes as lower-case hexadecimal digits.
+pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::with_capacity(bytes.len() * 2), |mut text, byte| {
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
 
 /// Records and blobs, kept in step.
 #[derive(Debug)]

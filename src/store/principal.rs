@@ -3,6 +3,9 @@
 use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use sha2::{Digest, Sha256};
+
+use super::hexadecimal;
 
 /// The text is no name of a principal.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -13,6 +16,12 @@ pub struct PrincipalError {
 }
 
 const MOST_LETTERS: usize = 64;
+/// What the names of those begin with who show tokens: no name of a key's holder has a colon.
+const OF_TOKEN: &str = "token:";
+/// What stands for a subject that cannot be a name. No subject that can has a colon.
+const DIGEST: &str = "sha256:";
+/// Letters of that digest: 192 bits.
+const DIGEST_LETTERS: usize = 48;
 
 /// One caller, or all callers of one team: whoever owns the files, jobs, rigs and presets that came with the same name. Principals
 /// know nothing of one another.
@@ -26,7 +35,35 @@ impl Principal {
         Self("anonymous".to_owned())
     }
 
-    /// Reads a name.
+    /// Who a token is about, by what its issuer calls them: the subject itself where it is short and plain, else a digest of it. Two
+    /// subjects never have the same name, and none has the name of a key's holder.
+    #[must_use]
+    pub fn of_token(subject: &str) -> Self {
+        if is_plain(subject) {
+            return Self(format!("{OF_TOKEN}{subject}"));
+        }
+        let digest = hexadecimal(&Sha256::digest(subject.as_bytes()));
+        Self(format!("{OF_TOKEN}{DIGEST}{}", &digest[..DIGEST_LETTERS]))
+    }
+
+    /// Reads what was written of a principal of any kind.
+    ///
+    /// # Errors
+    /// When the text is no name of one.
+    pub fn restore(text: &str) -> Result<Self, PrincipalError> {
+        let is_digest = |text: &str| {
+            text.len() == DIGEST_LETTERS
+                && text.bytes().all(|byte| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte))
+        };
+        match text.strip_prefix(OF_TOKEN) {
+            Some(subject) if is_plain(subject) || subject.strip_prefix(DIGEST).is_some_and(is_digest) => {
+                Ok(Self(text.to_owned()))
+            }
+            _ => Self::parse(text),
+        }
+    }
+
+    /// Reads the name of a key's holder.
     ///
     /// # Errors
     /// When the text is none.
@@ -45,6 +82,12 @@ impl Principal {
     }
 }
 
+/// Whether a subject can be a name as it is.
+fn is_plain(subject: &str) -> bool {
+    let is_known = |byte: u8| byte.is_ascii_alphanumeric() || b"_-.@|+".contains(&byte);
+    !subject.is_empty() && subject.len() <= MOST_LETTERS - OF_TOKEN.len() && subject.bytes().all(is_known)
+}
+
 impl fmt::Display for Principal {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(&self.0)
@@ -59,6 +102,36 @@ impl Serialize for Principal {
 
 impl<'de> Deserialize<'de> for Principal {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Self::parse(&String::deserialize(deserializer)?).map_err(serde::de::Error::custom)
+        Self::restore(&String::deserialize(deserializer)?).map_err(serde::de::Error::custom)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn subjects_of_tokens_have_names_of_their_own() {
+        let long = "a".repeat(59);
+        let subjects =
+            ["ann", "Ann", "auth0|5f7c", "ann@studio.example", "anonymous", "ann smith", "änn", "token:ann", &long];
+        let names: Vec<Principal> = subjects.map(Principal::of_token).into();
+        let different: std::collections::BTreeSet<&Principal> = names.iter().collect();
+        assert_eq!(different.len(), subjects.len(), "no two are the same: {names:?}");
+        for name in &names {
+            assert!(name.as_str().len() <= MOST_LETTERS, "{name} is short");
+            assert!(Principal::parse(name.as_str()).is_err(), "{name} is no key's holder");
+            assert_eq!(Principal::restore(name.as_str()).as_ref(), Ok(name), "is read as it was written");
+        }
+        let posing = Principal::of_token(names[5].as_str().trim_start_matches(OF_TOKEN));
+        assert_ne!(posing, names[5], "a subject that looks like a digest is not taken for one");
+    }
+
+    #[test]
+    fn what_was_never_written_is_not_read() {
+        assert!(Principal::restore("studio").is_ok(), "a key's holder");
+        for text in ["", "token:", "token:a b", "token:sha256:", "token:sha256:xyz", "other:ann", "Studio"] {
+            assert!(Principal::restore(text).is_err(), "{text:?}");
+        }
     }
 }

@@ -17,7 +17,12 @@ pub(crate) struct ServiceProcess {
 impl ServiceProcess {
     /// Starts one that says where it listens, and waits until it does.
     pub(crate) fn listening(command: &mut Command) -> Self {
-        let mut child = spawn(command);
+        Self::listening_with_log(command, Stdio::null())
+    }
+
+    /// The same, with its log lines going there.
+    pub(crate) fn listening_with_log(command: &mut Command, log: impl Into<Stdio>) -> Self {
+        let mut child = spawn(command, log.into());
         let output = child.stdout.take().map(BufReader::new);
         let mut process = Self { child, url: String::new(), output };
         process.url = process.next_url();
@@ -35,7 +40,7 @@ impl ServiceProcess {
 
     /// Starts one that listens nowhere.
     pub(crate) fn silent(command: &mut Command) -> Self {
-        Self { child: spawn(command), url: String::new(), output: None }
+        Self { child: spawn(command, Stdio::null()), url: String::new(), output: None }
     }
 
     /// What the system knows it by.
@@ -116,6 +121,6 @@ pub(crate) fn signal(process: u32, name: &str) {
     Command::new("kill").args([name, &process.to_string()]).status().expect("kill runs");
 }
 
-fn spawn(command: &mut Command) -> Child {
-    command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("the binary starts")
+fn spawn(command: &mut Command, log: Stdio) -> Child {
+    command.stdout(Stdio::piped()).stderr(log).spawn().expect("the binary starts")
 }

@@ -33,6 +33,7 @@ use crate::{engine::edits_page, samples::walk_scene};
         (name = "jobs", description = "Retargets that run by themselves"),
         (name = "batches", description = "Jobs that are asked for together"),
         (name = "events", description = "What happens, as it happens"),
+        (name = "webhooks", description = "Being told what happened"),
         (name = "results", description = "The files that jobs gave"),
         (name = "rigs", description = "What rigs are and how they belong together"),
         (name = "keys", description = "Who may come in"),
@@ -55,6 +56,7 @@ pub(super) fn documented_routes() -> OpenApiRouter<ApiState> {
         .merge(resources::explanations::routes())
         .merge(resources::library::routes())
         .merge(resources::results::routes())
+        .merge(resources::webhooks::routes())
         .merge(resources::keys::routes())
         .merge(resources::usage::routes())
         .merge(resources::describe::routes())

@@ -11,32 +11,40 @@ use utoipa::openapi::{
 
 use crate::http::auth::needed_scope;
 
-/// Which scope of a key each operation asks for, where keys are asked for; without them, it asks for nothing.
+/// Which scope of a key or a token each operation asks for, where they are asked for; else it asks for nothing.
 pub(super) fn tell_who_may_come_in(document: &mut Document) {
-    const SCHEME: &str = "key";
+    const SCHEMES: [&str; 2] = ["key", "token"];
     let key = Http::builder().scheme(HttpAuthScheme::Bearer).bearer_format("rtk_…");
     let key = key
         .description(Some("Asked for where the setting `authentication` says so; `retargetd keys create` makes them."));
     let components = document.components.get_or_insert_default();
-    components.add_security_scheme(SCHEME, SecurityScheme::Http(key.build()));
+    let token = Http::builder().scheme(HttpAuthScheme::Bearer).bearer_format("JWT").description(Some(
+        "Of the identity provider that the setting `token_issuer` names, for the audience `token_audience`. In the token, scopes have the \
+         prefix `token_scope_prefix` before their names.",
+    ));
+    for (name, scheme) in SCHEMES.into_iter().zip([key, token]) {
+        components.add_security_scheme(name, SecurityScheme::Http(scheme.build()));
+    }
     for (path, item) in &mut document.paths.paths {
         for (method, operation) in operations(item) {
             if let Some(scope) = needed_scope(&method, path) {
-                let asked = SecurityRequirement::new(SCHEME, [scope.name()]);
-                operation.security = Some(vec![asked, SecurityRequirement::default()]);
+                let asked = SCHEMES.map(|scheme| SecurityRequirement::new(scheme, [scope.name()]));
+                operation.security = Some(asked.into_iter().chain([SecurityRequirement::default()]).collect());
             }
         }
     }
 }
 
 /// What an operation gives, and where it is used: (method, path, status, where in the answer, the start of the paths, their parameter).
-const LEADS: [(Method, &str, &str, &str, &str, &str); 8] = [
+const LEADS: [(Method, &str, &str, &str, &str, &str); 10] = [
     (Method::POST, "/v1/assets", "201", "$response.body#/id", "/v1/assets/{id}", "id"),
     (Method::POST, "/v1/assets", "200", "$response.body#/id", "/v1/assets/{id}", "id"),
     (Method::POST, "/v1/jobs", "202", "$response.body#/id", "/v1/jobs/{id}", "id"),
     (Method::POST, "/v1/batches", "202", "$response.body#/id", "/v1/batches/{id}", "id"),
     (Method::GET, "/v1/jobs/{id}", "200", "$response.body#/results/0/id", "/v1/results/{id}", "id"),
     (Method::POST, "/v1/keys", "201", "$response.body#/id", "/v1/keys/{id}", "id"),
+    (Method::POST, "/v1/webhooks", "201", "$response.body#/id", "/v1/webhooks/{id}", "id"),
+    (Method::POST, "/v1/webhooks/{id}/ping", "202", "$response.body#/id", "/v1/deliveries/{id}", "id"),
     (Method::PUT, "/v1/rigs/{name}", "201", "$request.path.name", "/v1/rigs/{name}", "name"),
     (Method::PUT, "/v1/presets/{name}", "201", "$request.path.name", "/v1/presets/{name}", "name"),
 ];

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use super::{jobs::known, new_batch::NewBatchBody};
+use super::new_batch::NewBatchBody;
 use crate::{
     config::Settings,
     http::{
@@ -21,7 +21,7 @@ use crate::{
         auth::Caller,
         caching,
         download::ascii,
-        extract::{Id, JsonBody, QueryOf},
+        extract::{Id, JsonBody, QueryOf, known},
         idempotency::{IdempotencyKey, replayed},
         page,
         prefer::Prefer,

@@ -15,15 +15,17 @@ use crate::{
         code::Code,
         problem::{Problem, ProblemView},
     },
+    identity::Tokens,
     jobs::{Jobs, Refusal},
     telemetry::Metrics,
 };
 
-/// The routes, beside any others: they ask for nothing but the jobs and the metrics.
+/// The routes, beside any others: they ask for nothing but the jobs, the tokens and the metrics.
 pub(in crate::http) fn routes<S>() -> OpenApiRouter<S>
 where
     S: Clone + Send + Sync + 'static,
     Jobs: FromRef<S>,
+    Tokens: FromRef<S>,
     Metrics: FromRef<S>,
 {
     OpenApiRouter::new().routes(routes!(live)).routes(routes!(ready)).routes(routes!(metrics))
@@ -46,12 +48,12 @@ async fn live() -> Json<Status> {
 
 /// Says whether to send work here.
 ///
-/// Not while shutting down, and not when the store does not answer. A full queue is no reason: it is said to whoever asks
-/// for more.
+/// Not while shutting down, not when the store does not answer, and not before tokens can be checked where they are taken. A full
+/// queue is no reason: it is said to whoever asks for more.
 #[utoipa::path(get, path = "/readyz", tag = "service",
     responses((status = 200, body = Status, description = "ready"),
         (status = 503, body = ProblemView, content_type = "application/problem+json", description = "not ready")))]
-async fn ready(State(jobs): State<Jobs>) -> Result<Json<Status>, Problem> {
+async fn ready(State(jobs): State<Jobs>, State(tokens): State<Tokens>) -> Result<Json<Status>, Problem> {
     if jobs.is_draining() {
         return Err(Refusal::Draining.into());
     }
@@ -59,6 +61,9 @@ async fn ready(State(jobs): State<Jobs>) -> Result<Json<Status>, Problem> {
         tracing::error!(%error, "the store does not answer");
         Problem::new(Code::Unavailable, "the store does not answer")
     })?;
+    if !tokens.can_be_checked() {
+        return Err(Problem::new(Code::Unavailable, "the keys of the token issuer are not there yet"));
+    }
     Ok(Json(Status { status: "ok" }))
 }
 

@@ -321,7 +321,7 @@ fn asked_before(job: JobRecord) -> NewJob {
     let formats = job.request.formats.iter().filter_map(|name| crate::engine::Format::from_name(name)).collect();
     // The preset is in the config already, unless it was not found.
     let is_unknown = job.failure.as_ref().is_some_and(|failure| failure.code == FailureReason::UnknownPreset.name());
-    let JobRequest { config, labels, preset, skip_cache, .. } = job.request;
+    let JobRequest { config, labels, preset, skip_cache, webhook, .. } = job.request;
     NewJob {
         inputs,
         config,
@@ -330,6 +330,7 @@ fn asked_before(job: JobRecord) -> NewJob {
         preset: preset.filter(|_| is_unknown).map(|preset| preset.name),
         priority: job.priority,
         skip_cache,
+        webhook,
         idempotency_key: None,
     }
 }
@@ -357,6 +358,7 @@ fn as_asked(known: &Known, owner: &Principal, new: &NewJob) -> Result<Wanted, Re
         preset: new.preset.clone().map(|name| VersionedName { name, version: 0 }),
         rigs: Vec::new(),
         skip_cache: new.skip_cache,
+        webhook: new.webhook.clone(),
     };
     Ok(Wanted {
         owner: owner.clone(),
@@ -383,13 +385,16 @@ fn failure_of(refusal: Refusal) -> Result<JobFailure, Refusal> {
         Refusal::UnknownPreset { name, known } => {
             (FailureReason::UnknownPreset, "GET /v1/presets lists them", "preset", similar_names(&name, &known))
         }
+        Refusal::UnknownWebhook { .. } => {
+            (FailureReason::UnknownWebhook, "GET /v1/webhooks lists them", "webhook", Vec::new())
+        }
         Refusal::Quarantined { .. } => (FailureReason::Quarantined, "try again later", "", Vec::new()),
         Refusal::Engine(failure) => return Ok(failure::keep(failure)),
         other => return Err(other),
     };
     let pointer = match reason {
         FailureReason::UnknownAsset => format!("/{part}/asset"),
-        FailureReason::UnknownPreset => "/preset".to_owned(),
+        FailureReason::UnknownPreset | FailureReason::UnknownWebhook => format!("/{part}"),
         _ => return Ok(reason.because(detail, hint)),
     };
     let error = StoredFieldError { pointer, code: reason.name().to_owned(), detail: detail.clone(), did_you_mean };

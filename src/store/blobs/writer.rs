@@ -1,13 +1,11 @@
 //! Writing a blob: its bytes first, its name when it is complete.
 
-use std::fmt::Write as _;
-
 use bytes::{Bytes, BytesMut};
 use object_store::{MultipartUpload, ObjectStore, ObjectStoreExt, PutMode, PutPayload, path::Path};
 use sha2::{Digest, Sha256};
 
 use super::{Blobs, UNFINISHED};
-use crate::store::StoreError;
+use crate::store::{StoreError, hexadecimal};
 
 /// A blob's name and size.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -207,13 +205,4 @@ impl Drop for UnnamedBlob {
         // What this misses is removed when it is old.
         runtime.spawn(async move { store.delete(&path).await });
     }
-}
-
-/// Bytes as lower-case hexadecimal digits.
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::with_capacity(bytes.len() * 2), |mut text, byte| {
-        // Writing to a string cannot fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
 }

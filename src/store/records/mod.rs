@@ -10,6 +10,7 @@ mod batch_record;
 mod batches;
 mod blob_names;
 mod database;
+mod deliveries;
 mod dialect;
 mod documents;
 mod events;
@@ -23,6 +24,7 @@ mod queue;
 mod result_cache;
 mod results;
 mod sweep;
+mod webhooks;
 
 use dialect::Dialect;
 
@@ -30,6 +32,7 @@ pub use api_keys::{ApiKeyRecord, Scope};
 pub use batch_record::{AddedAgain, AddedBatch, BatchProgress, BatchRecord, OnError, StoppedBatch};
 pub use database::Records;
 pub(in crate::store) use database::{BlobLocks, Lock};
+pub use deliveries::{AfterAttempt, AttemptEnd, DeliveryClaim, DeliveryEvent, DeliveryRecord, DeliveryState};
 pub use documents::{DocumentChange, DocumentKind, DocumentRecord, NewDocument, Precondition};
 pub use events::{EventReach, EventRecord};
 pub use faults::{Faults, Moment};
@@ -41,6 +44,9 @@ pub use job_record::{
 pub use notices::{Listener, Notice};
 pub use queue::{AfterCrash, Claim, GiveBack, Held, QueueDepth};
 pub use result_cache::CachedResults;
+pub use webhooks::{DisabledReason, WebhookRecord};
+
+use std::time::Duration;
 
 use jiff::Timestamp;
 use sqlx::{Row, any::AnyRow};
@@ -129,6 +135,10 @@ fn signed(count: u64) -> i64 {
     i64::try_from(count).unwrap_or(i64::MAX)
 }
 
+fn milliseconds(period: Duration) -> i64 {
+    i64::try_from(period.as_millis()).unwrap_or(i64::MAX)
+}
+
 fn read_id<T>(row: &AnyRow, column: &str, parse: fn(&str) -> Result<T, IdError>) -> Result<T, StoreError> {
     let text: String = row.try_get(column)?;
     parse(&text).map_err(|error| StoreError::Unreadable { reason: error.to_string(), record: text })
@@ -136,7 +146,7 @@ fn read_id<T>(row: &AnyRow, column: &str, parse: fn(&str) -> Result<T, IdError>)
 
 fn principal(row: &AnyRow) -> Result<Principal, StoreError> {
     let text: String = row.try_get("principal")?;
-    Principal::parse(&text).map_err(|error| StoreError::Unreadable { reason: error.to_string(), record: text })
+    Principal::restore(&text).map_err(|error| StoreError::Unreadable { reason: error.to_string(), record: text })
 }
 
 /// A text as both databases can hold it: Postgres has no NUL in texts.

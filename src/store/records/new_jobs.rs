@@ -11,12 +11,12 @@ use super::{
     jobs::{COLUMNS, read, to_json},
     signed,
 };
-use crate::store::{JobId, Principal, StoreError};
+use crate::store::{JobId, Principal, StoreError, WebhookId};
 
 const NEW_COLUMNS: &str = "id, state, request, input_bytes, attempt, retry_of, created_at, finished_at, expires_at, failure, \
                            principal, priority, inputs_sha256, memory_bytes, idempotency_key, asked_sha256, kind, batch_id, \
-                           batch_item, lane";
-const NEW_COLUMN_COUNT: usize = 20;
+                           batch_item, lane, webhook_id";
+const NEW_COLUMN_COUNT: usize = 21;
 
 impl Records {
     /// Writes a new job and puts it into the queue. Doing it again changes nothing.
@@ -119,7 +119,8 @@ pub(super) async fn insert(transaction: &mut Transaction<'static, Any>, jobs: &[
                 .bind(job.kind.name())
                 .bind(batch)
                 .bind(item.map(signed))
-                .bind(job.lane().number());
+                .bind(job.lane().number())
+                .bind(job.request.webhook.as_ref().map(WebhookId::as_str));
         }
         added += query.execute(&mut **transaction).await?.rows_affected();
     }

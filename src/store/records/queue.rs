@@ -20,7 +20,7 @@ use super::{
     FinishedJob, JobRecord, JobState, Lane, Records, StoredProgress, count,
     database::{CHUNK, ours, places},
     jobs::{COLUMNS, read, to_json},
-    signed,
+    milliseconds, signed,
 };
 use crate::store::{JobId, LeaseId, StoreError};
 
@@ -335,8 +335,4 @@ impl Records {
             .bind(job.lane().number());
         Ok(count(&self.one(query).await?, "jobs_before")? + 1)
     }
-}
-
-fn milliseconds(period: Duration) -> i64 {
-    i64::try_from(period.as_millis()).unwrap_or(i64::MAX)
 }

@@ -105,6 +105,8 @@ struct Belongings {
     batch: String,
     job: String,
     result: String,
+    webhook: String,
+    delivery: String,
 }
 
 async fn belongings(service: &Service, key: &KeyText) -> Belongings {
@@ -125,7 +127,10 @@ async fn belongings(service: &Service, key: &KeyText) -> Belongings {
     let batch = text_of(batch, "id").await;
     let wait = ask(service, key, Method::GET, &format!("/v1/batches/{batch}")).header("prefer", "wait=30");
     assert_eq!(text_of(wait, "state").await, "succeeded", "it has ended");
-    Belongings { batch, job: text("/id"), result: text("/results/0/id"), asset }
+    let webhook = ask(service, key, Method::POST, "/v1/webhooks").json(&json!({"url": "https://studio.example/"}));
+    let webhook = text_of(webhook, "id").await;
+    let delivery = text_of(ask(service, key, Method::POST, &format!("/v1/webhooks/{webhook}/ping")), "id").await;
+    Belongings { batch, job: text("/id"), result: text("/results/0/id"), asset, webhook, delivery }
 }
 
 /// Every route that names something, of every method, with what belongs to somebody else: made from the document, so that new routes
@@ -142,6 +147,8 @@ async fn what_belongs_to_others_is_not_found_on_any_route() {
             Some("jobs") => &hers.job,
             Some("batches") => &hers.batch,
             Some("results") => &hers.result,
+            Some("webhooks") => &hers.webhook,
+            Some("deliveries") => &hers.delivery,
             Some("rigs" | "presets") => "hero",
             Some("keys") => continue,
             _ if path.contains('{') => panic!("{path} names something that this test does not know: teach it"),

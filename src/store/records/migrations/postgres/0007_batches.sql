@@ -22,3 +22,8 @@ CREATE INDEX jobs_by_batch ON jobs (batch_id, batch_item, id) WHERE batch_id IS 
 
 DROP INDEX jobs_queued;
 CREATE INDEX jobs_queued ON jobs (principal, lane, priority DESC, id) WHERE state = 'queued';
+
+-- An item that cannot be run is a job that has ended when it comes.
+CREATE TRIGGER job_came_ended AFTER INSERT ON jobs
+    FOR EACH ROW WHEN (NEW.state IN ('succeeded', 'failed', 'canceled'))
+    EXECUTE FUNCTION put_end_into_outbox();

@@ -22,3 +22,14 @@ CREATE INDEX jobs_by_batch ON jobs (batch_id, batch_item, id) WHERE batch_id IS 
 
 DROP INDEX jobs_queued;
 CREATE INDEX jobs_queued ON jobs (principal, lane, priority DESC, id) WHERE state = 'queued';
+
+-- An item that cannot be run is a job that has ended when it comes.
+CREATE TRIGGER job_came_ended AFTER INSERT ON jobs
+WHEN NEW.state IN ('succeeded', 'failed', 'canceled') BEGIN
+    INSERT INTO deliveries (id, webhook_id, event, job_id, state, created_at, due_at)
+        SELECT 'dlv_' || printf('%012x', CAST(unixepoch('subsec') * 1000 AS INTEGER)) || lower(hex(randomblob(7))),
+               webhooks.id, 'job.' || NEW.state, NEW.id, 'pending',
+               CAST(unixepoch('subsec') * 1000 AS INTEGER), CAST(unixepoch('subsec') * 1000 AS INTEGER)
+        FROM webhooks WHERE webhooks.principal = NEW.principal AND disabled_at IS NULL
+        AND (webhooks.id = NEW.webhook_id OR ' ' || events || ' ' LIKE '% job.' || NEW.state || ' %');
+END;
