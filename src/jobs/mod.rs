@@ -66,6 +66,6 @@ pub use crate::store::{
     ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, BatchId, BatchPlace, BatchRecord, ByteStream, ConfigDocument,
     DeliveryEvent, DeliveryId, DeliveryRecord, DeliveryState, DisabledReason, DocumentKind, EventRecord, Holdings,
     InputRole, JobFailure, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest, JobState, OnError, Page,
-    Precondition, Principal, ResultId, ResultRecord, Scope, StoreError, StoredFieldError, StoredProgress, VersionedName,
-    WebhookId, WebhookRecord,
+    Precondition, Principal, ResultId, ResultRecord, Scope, StoreError, StoredFieldError, StoredProgress,
+    VersionedName, WebhookId, WebhookRecord,
 };
