@@ -19,6 +19,7 @@ use jsonwebtoken::{
     Algorithm, EncodingKey, Header, encode,
     jwk::{Jwk, PublicKeyUse},
 };
+use retargetd::telemetry::Clock;
 use serde_json::{Value, json};
 use tokio::{net::TcpListener, task::JoinHandle};
 
@@ -78,7 +79,7 @@ impl TokenKey {
 
 /// Claims of a token that is good for an hour, made by that issuer about that subject.
 pub(super) fn claims(issuer: &str, subject: &str, scopes: &str) -> Value {
-    let now = jiff::Timestamp::now().as_second();
+    let now = Clock::system().now().as_second();
     json!({"iss": issuer, "aud": AUDIENCE, "sub": subject, "scope": scopes, "iat": now, "nbf": now, "exp": now + 3600})
 }
 

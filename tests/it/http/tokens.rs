@@ -9,7 +9,7 @@ use std::{
 use base64::{Engine as _, engine::general_purpose::URL_SAFE_NO_PAD};
 use jsonwebtoken::{Algorithm, EncodingKey, Header, encode};
 use reqwest::{Method, Response};
-use retargetd::jobs::Scope;
+use retargetd::{jobs::Scope, telemetry::Clock};
 use serde_json::{Value, json};
 
 use super::{
@@ -93,7 +93,7 @@ async fn every_other_token_is_refused_with_its_reason() {
     let service = service(&provider.url, &[("token_algorithms", "RS256,ES256")]).await;
     let good = claims(&provider.url, "ann", READ);
     assert_eq!(status(&service, &elliptic.sign(&good)).await, 200, "the one that the others differ from");
-    let now = jiff::Timestamp::now().as_second();
+    let now = Clock::system().now().as_second();
     let but = |name: &str, value: Value| {
         let mut changed = good.clone();
         changed[name] = value;
