@@ -25,10 +25,11 @@ pub use principal::{Principal, PrincipalError};
 pub use records::{
     Added, AddedAgain, AddedBatch, AfterAttempt, AfterCrash, ApiKeyRecord, AssetRecord, AttemptEnd, BatchPlace,
     BatchProgress, BatchRecord, CachedResults, Claim, ConfigDocument, DeliveryClaim, DeliveryEvent, DeliveryRecord,
-    DeliveryState, DisabledReason, DocumentChange, DocumentKind, DocumentRecord, Ended, EventReach, EventRecord, Faults,
-    FinishedJob, GiveBack, Held, Holdings, Idempotency, InputRole, JobFailure, JobFilter, JobInput, JobKind, JobRecord,
-    JobRequest, JobState, Lane, Listener, Moment, NewDocument, Notice, OnError, Page, Precondition, QueueDepth, Records,
-    ResultRecord, Scope, StoppedBatch, StoredFieldError, StoredProgress, VersionedName, WebhookRecord,
+    DeliveryState, DisabledReason, DocumentChange, DocumentKind, DocumentRecord, Ended, EventReach, EventRecord,
+    Faults, FinishedJob, GiveBack, Held, Holdings, Idempotency, InputRole, JobFailure, JobFilter, JobInput, JobKind,
+    JobRecord, JobRequest, JobState, Lane, Listener, Moment, NewDocument, Notice, OnError, Page, Precondition,
+    QueueDepth, Records, ResultRecord, Scope, StoppedBatch, StoredFieldError, StoredProgress, VersionedName,
+    WebhookRecord,
 };
 
 use std::{fmt::Write as _, sync::Arc};
