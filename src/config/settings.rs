@@ -223,6 +223,12 @@ settings! {
 
     /// Jobs that may wait for a worker
     limit max_queued_jobs: u64 = "256" in 1..=1_000_000;
+    /// Jobs of batches that may wait for a worker, behind those and beside their number; a batch that is larger may wait alone
+    limit max_queued_batch_jobs: u64 = "10000" in 1..=1_000_000;
+    /// Items of one batch
+    limit max_batch_items: u64 = "1000" in 1..=100_000;
+    /// Bytes of the configs of one batch, where each item has what the defaults and its preset give it
+    limit max_batch_bytes: ByteSize = "64MiB" in 1_024..=1_099_511_627_776_u64;
     /// Bytes of all inputs of the jobs that wait for a worker
     limit max_queued_bytes: ByteSize = "8GiB" in 1..=1_125_899_906_842_624_u64;
     /// Unfinished jobs that one principal may have, beside what all have together; with 0, only that counts

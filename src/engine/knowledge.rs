@@ -119,6 +119,12 @@ pub fn merge_config(preset: &Value, config: Option<NamedBytes<'_>>) -> Result<St
         return Err(Failure::new(FailureCode::InvalidValue, detail).in_part("config").with_hint(hint));
     }
     let mut merged = preset.clone();
+    merge_patch(&mut merged, over);
+    Ok(merged.to_string())
+}
+
+/// Lays an object over a document, as [`merge_config`] says: JSON Merge Patch (RFC 7396).
+pub fn merge_patch(merged: &mut Value, over: Map<String, Value>) {
     let mut open = vec![(String::new(), over)];
     while let Some((pointer, over)) = open.pop() {
         let Some(base) = merged.pointer_mut(&pointer) else { continue };
@@ -138,7 +144,6 @@ pub fn merge_config(preset: &Value, config: Option<NamedBytes<'_>>) -> Result<St
             }
         }
     }
-    Ok(merged.to_string())
 }
 
 /// Whether a document has the shape of our own spec.

@@ -45,7 +45,9 @@ pub use inspect::{
 };
 pub use joint_table::JointTable;
 pub use keys::KeysView;
-pub use knowledge::{Knowledge, built_in_presets, built_in_rigs, check_preset, check_rig, merge_config, task_of};
+pub use knowledge::{
+    Knowledge, built_in_presets, built_in_rigs, check_preset, check_rig, merge_config, merge_patch, task_of,
+};
 pub use labels::{ByRole, OneOrMore};
 pub use limited::LimitedView;
 pub use pose::pose_config;

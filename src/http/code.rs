@@ -165,6 +165,8 @@ codes! {
         "It happened several times with this job, so it is not tried again. Report it with the id of the job.";
     Canceled = "canceled", CONFLICT, false, "The job was canceled",
         "Somebody canceled the job. `POST /v1/jobs/{id}/retry` asks for the same again.";
+    BatchStopped = "batch_stopped", CONFLICT, false, "Another item of the batch failed",
+        "The batch was asked for with `on_error` `stop`, and this item had not started. `POST /v1/batches/{id}/retry-failed` asks for it again.";
     EngineCrashed = "engine_crashed", INTERNAL_SERVER_ERROR, false, "The files brought the engine down",
         "The process that worked on these files died, and nothing else did. The detail says how. Report it with the files, if you may.";
     Internal = "internal", INTERNAL_SERVER_ERROR, true, "A fault in the service",
@@ -204,6 +206,11 @@ impl From<FailureReason> for Code {
             FailureReason::WorkerCrashed => Self::WorkerCrashed,
             FailureReason::StorageFull => Self::StorageFull,
             FailureReason::Unavailable => Self::Unavailable,
+            FailureReason::UnknownAsset => Self::UnknownAsset,
+            FailureReason::UnknownPreset => Self::UnknownPreset,
+            FailureReason::UnknownWebhook => Self::UnknownWebhook,
+            FailureReason::Quarantined => Self::Quarantined,
+            FailureReason::BatchStopped => Self::BatchStopped,
         }
     }
 }

@@ -8,7 +8,7 @@ use axum::{
 use serde::de::DeserializeOwned;
 
 use super::{ApiState, code::Code, problem::Problem, upload::BodyReader};
-use crate::jobs::{ApiKeyId, AssetId, DeliveryId, JobId, ResultId, WebhookId};
+use crate::jobs::{ApiKeyId, AssetId, BatchId, DeliveryId, JobId, ResultId, WebhookId};
 
 /// An id in the path. What is no id names nothing, so it is not found.
 #[derive(Debug)]
@@ -29,7 +29,7 @@ macro_rules! path_ids {
     };
 }
 
-path_ids!(ApiKeyId, AssetId, DeliveryId, JobId, ResultId, WebhookId);
+path_ids!(ApiKeyId, AssetId, BatchId, DeliveryId, JobId, ResultId, WebhookId);
 
 impl<T: PathId, S: Send + Sync> FromRequestParts<S> for Id<T> {
     type Rejection = Problem;
@@ -91,8 +91,18 @@ impl<T: DeserializeOwned> FromRequest<ApiState> for JsonBody<T> {
 
 /// Reads JSON; errors point to where they are.
 pub(super) fn read_json<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Problem> {
-    let mut deserializer = serde_json::Deserializer::from_slice(bytes);
-    serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
+    read_from(&mut serde_json::Deserializer::from_slice(bytes))
+}
+
+/// Reads what is JSON already; errors point to where they are.
+pub(super) fn read_value<T: DeserializeOwned>(value: serde_json::Value) -> Result<T, Problem> {
+    read_from(value)
+}
+
+fn read_from<'de, T: DeserializeOwned>(
+    deserializer: impl serde::Deserializer<'de, Error = serde_json::Error>,
+) -> Result<T, Problem> {
+    serde_path_to_error::deserialize(deserializer).map_err(|error: serde_path_to_error::Error<serde_json::Error>| {
         let pointer = json_pointer(error.path());
         let inner = error.into_inner();
         let detail = inner.to_string();

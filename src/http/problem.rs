@@ -10,7 +10,7 @@ use utoipa::ToSchema;
 use super::code::Code;
 use crate::{
     engine::{Failure, FieldError},
-    jobs::{FailureReason, JobFailure, Refusal, StoredFieldError},
+    jobs::{FailureReason, JobFailure, Refusal, StoredFieldError, similar_names},
 };
 
 /// How long to wait before trying again, in seconds, where nothing better is known.
@@ -120,6 +120,18 @@ impl Problem {
         self
     }
 
+    /// The same, about a part of a document that stands in a larger one at that pointer.
+    #[must_use]
+    pub(super) fn below(mut self, pointer: &str) -> Self {
+        if self.errors.is_empty() {
+            return self.at(pointer, Vec::new());
+        }
+        for error in &mut self.errors {
+            error.pointer.insert_str(0, pointer);
+        }
+        self
+    }
+
     /// The same, about a limit.
     #[must_use]
     pub fn about_limit(self, name: &'static str, maximum: u64, actual: u64) -> Self {
@@ -214,8 +226,13 @@ impl From<Refusal> for Problem {
             Refusal::QueueFull { limit, most, actual } => {
                 Self::new(Code::QueueFull, detail).about_limit(limit, most, actual)
             }
-            Refusal::QuotaReached(quota) => {
-                Self::new(Code::QuotaReached, detail).about_limit("principal_jobs", quota.most, quota.unfinished + 1)
+            Refusal::QuotaReached { quota, asked } => Self::new(Code::QuotaReached, detail).about_limit(
+                "principal_jobs",
+                quota.most,
+                quota.unfinished + asked,
+            ),
+            Refusal::BadItem { item, failure } => {
+                Self { detail, ..Self::of_job(&failure) }.below(&format!("/items/{item}"))
             }
             Refusal::TooManyStreams { most } => {
                 Self::new(Code::TooManyStreams, detail).about_limit("event_streams", most, most + 1)
@@ -251,7 +268,7 @@ impl From<Refusal> for Problem {
                 .with_hint("ping it first: when it answers, it is enabled again"),
             Refusal::KeyReused { .. } => Self::new(Code::IdempotencyKeyReused, detail),
             Refusal::UnknownPreset { name, known } => {
-                let similar = known.iter().filter(|known| strsim::jaro_winkler(known, &name) > 0.7).cloned().collect();
+                let similar = similar_names(&name, &known);
                 Self::new(Code::UnknownPreset, detail).with_hint("GET /v1/presets lists them").at("/preset", similar)
             }
             Refusal::Engine(failure) => failure.into(),

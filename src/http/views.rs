@@ -160,6 +160,12 @@ pub(super) struct JobView {
     /// The rig templates of the user's own that it is recognised with, in the versions of when it was asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     rigs: Vec<VersionedNameView>,
+    /// The batch that it was asked for with.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    batch: Option<String>,
+    /// Which item of the batch it is for, from 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    batch_item: Option<u64>,
     /// The webhook that is told of its end, where it names one.
     #[serde(skip_serializing_if = "Option::is_none")]
     webhook: Option<String>,
@@ -191,7 +197,7 @@ pub(super) struct JobView {
 pub(super) struct JobInputView {
     /// The asset.
     asset: String,
-    /// SHA-256 of its bytes, in hexadecimal.
+    /// SHA-256 of its bytes, in hexadecimal; empty where an item of a batch names an asset that is not there.
     sha256: String,
     /// What it was called.
     file_name: String,
@@ -294,6 +300,8 @@ impl From<JobSnapshot> for JobView {
             labels: record.request.labels,
             preset: record.request.preset.map(VersionedNameView::from),
             rigs: record.request.rigs.into_iter().map(VersionedNameView::from).collect(),
+            batch: record.batch.as_ref().map(|place| place.batch.to_string()),
+            batch_item: record.batch.as_ref().map(|place| place.item),
             webhook: record.request.webhook.map(|id| id.to_string()),
             retry_of: record.retry_of.map(|id| id.to_string()),
             cache,

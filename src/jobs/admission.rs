@@ -1,4 +1,5 @@
-//! Who may join the queue: it is bounded by count and by bytes.
+//! Who may join the queue: it is bounded by count and by bytes, and for jobs of batches, which wait behind the others, by a count of
+//! their own.
 //!
 //! The queue is in the store, so its length is asked for there. A long one is not counted for every job that comes: then the last
 //! answer stands for a moment, with what this process has added since. Several processes may so exceed the bounds by what the
@@ -39,8 +40,8 @@ pub(super) struct Admission {
 }
 
 impl Admission {
-    pub(super) fn new(most_jobs: u64, most_bytes: u64) -> Self {
-        Self { most: QueueDepth { jobs: most_jobs, bytes: most_bytes }, known: Mutex::default() }
+    pub(super) fn new(most: QueueDepth) -> Self {
+        Self { most, known: Mutex::default() }
     }
 
     fn lock(&self) -> MutexGuard<'_, Known> {
@@ -48,16 +49,15 @@ impl Admission {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether a job of no size would be taken now. For refusing before a body is read.
-    pub(super) async fn check_room(&self, records: &Records) -> Result<(), Refusal> {
+    /// Whether that much would be taken now. For refusing before a body is read.
+    pub(super) async fn check_room(&self, records: &Records, size: QueueDepth) -> Result<(), Refusal> {
         self.look(records).await?;
-        self.room_for(&self.lock(), QueueDepth { jobs: 1, bytes: 0 })
+        self.room_for(&self.lock(), size)
     }
 
-    /// Keeps room for a job of that many bytes until its record is written.
-    pub(super) async fn reserve(self: &Arc<Self>, records: &Records, bytes: u64) -> Result<Reservation, Refusal> {
+    /// Keeps room for that much until its records are written.
+    pub(super) async fn reserve(self: &Arc<Self>, records: &Records, size: QueueDepth) -> Result<Reservation, Refusal> {
         self.look(records).await?;
-        let size = QueueDepth { jobs: 1, bytes };
         let mut known = self.lock();
         self.room_for(&known, size)?;
         known.reserved = plus(known.reserved, size);
@@ -70,7 +70,7 @@ impl Admission {
         let mut known = self.lock();
         (known.depth, known.at) = (depth, Some(Instant::now()));
         drop(known);
-        Metric::JobsQueued.set([], depth.jobs as f64);
+        Metric::JobsQueued.set([], (depth.jobs + depth.batch_jobs) as f64);
         Ok(depth)
     }
 
@@ -86,7 +86,8 @@ impl Admission {
     async fn look(&self, records: &Records) -> Result<(), Refusal> {
         let stands = {
             let known = self.lock();
-            known.depth.jobs > COUNTED_EVERY_TIME && known.at.is_some_and(|at| at.elapsed() < STANDS_FOR)
+            known.depth.jobs + known.depth.batch_jobs > COUNTED_EVERY_TIME
+                && known.at.is_some_and(|at| at.elapsed() < STANDS_FOR)
         };
         if !stands {
             self.refresh(records).await?;
@@ -97,10 +98,12 @@ impl Admission {
     fn room_for(&self, known: &Known, size: QueueDepth) -> Result<(), Refusal> {
         let before = plus(known.depth, known.reserved);
         let after = plus(before, size);
-        let refusal = if after.jobs > self.most.jobs {
+        // What is larger than the whole queue may still wait alone; other limits bound it.
+        let refusal = if size.jobs > 0 && after.jobs > self.most.jobs {
             Refusal::QueueFull { limit: "queued_jobs", most: self.most.jobs, actual: after.jobs }
-        } else if after.bytes > self.most.bytes && before.jobs > 0 {
-            // A job larger than the whole queue may still wait alone; the limits of files bound it.
+        } else if size.batch_jobs > 0 && after.batch_jobs > self.most.batch_jobs && before.batch_jobs > 0 {
+            Refusal::QueueFull { limit: "queued_batch_jobs", most: self.most.batch_jobs, actual: after.batch_jobs }
+        } else if size.jobs > 0 && after.bytes > self.most.bytes && before.jobs > 0 {
             Refusal::QueueFull { limit: "queued_bytes", most: self.most.bytes, actual: after.bytes }
         } else {
             return Ok(());
@@ -111,7 +114,11 @@ impl Admission {
 }
 
 fn plus(one: QueueDepth, other: QueueDepth) -> QueueDepth {
-    QueueDepth { jobs: one.jobs.saturating_add(other.jobs), bytes: one.bytes.saturating_add(other.bytes) }
+    QueueDepth {
+        jobs: one.jobs.saturating_add(other.jobs),
+        bytes: one.bytes.saturating_add(other.bytes),
+        batch_jobs: one.batch_jobs.saturating_add(other.batch_jobs),
+    }
 }
 
 /// Room in the queue. Dropping it gives the room back.
@@ -134,6 +141,7 @@ impl Drop for Reservation {
         let mut known = self.admission.lock();
         known.reserved.jobs -= self.size.jobs;
         known.reserved.bytes -= self.size.bytes;
+        known.reserved.batch_jobs -= self.size.batch_jobs;
         if self.is_filled {
             known.depth = plus(known.depth, self.size);
         }
@@ -144,14 +152,16 @@ impl Drop for Reservation {
 mod tests {
     use super::*;
 
+    const MOST: QueueDepth = QueueDepth { jobs: 2, bytes: 100, batch_jobs: 5 };
+
     fn known(jobs: u64, bytes: u64) -> Known {
-        Known { depth: QueueDepth { jobs, bytes }, ..Known::default() }
+        Known { depth: QueueDepth { jobs, bytes, batch_jobs: 0 }, ..Known::default() }
     }
 
     #[test]
     fn the_queue_is_bounded_by_count_and_bytes_and_a_large_job_may_wait_alone() {
-        let admission = Admission::new(2, 100);
-        let room = |known: &Known, bytes: u64| admission.room_for(known, QueueDepth { jobs: 1, bytes });
+        let admission = Admission::new(MOST);
+        let room = |known: &Known, bytes: u64| admission.room_for(known, QueueDepth { jobs: 1, bytes, batch_jobs: 0 });
         assert!(room(&known(1, 60), 40).is_ok(), "both bounds are reached, none is passed");
         assert!(matches!(room(&known(1, 60), 41), Err(Refusal::QueueFull { limit: "queued_bytes", .. })), "bytes");
         assert!(matches!(room(&known(2, 0), 0), Err(Refusal::QueueFull { limit: "queued_jobs", .. })), "count");
@@ -159,9 +169,21 @@ mod tests {
     }
 
     #[test]
+    fn batches_and_single_jobs_do_not_take_room_from_one_another() {
+        let admission = Admission::new(MOST);
+        let batch = |jobs: u64| QueueDepth { batch_jobs: jobs, ..QueueDepth::default() };
+        assert!(admission.room_for(&known(2, 100), batch(5)).is_ok(), "the queue of single jobs is full");
+        let full = Known { depth: batch(5), ..Known::default() };
+        let refused = admission.room_for(&full, batch(1));
+        assert!(matches!(refused, Err(Refusal::QueueFull { limit: "queued_batch_jobs", .. })), "{refused:?}");
+        assert!(admission.room_for(&full, QueueDepth { jobs: 2, ..QueueDepth::default() }).is_ok(), "a single job");
+        assert!(admission.room_for(&known(0, 0), batch(9)).is_ok(), "a large batch may wait alone");
+    }
+
+    #[test]
     fn a_reservation_counts_until_it_is_dropped() {
-        let admission = Arc::new(Admission::new(1, 100));
-        let size = QueueDepth { jobs: 1, bytes: 10 };
+        let admission = Arc::new(Admission::new(QueueDepth { jobs: 1, ..MOST }));
+        let size = QueueDepth { jobs: 1, bytes: 10, batch_jobs: 0 };
         admission.lock().reserved = size;
         let reservation = Reservation { admission: Arc::clone(&admission), size, is_filled: false };
         assert!(admission.room_for(&admission.lock(), size).is_err(), "the room is taken");

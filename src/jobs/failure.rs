@@ -18,7 +18,30 @@ pub enum FailureReason {
     StorageFull,
     /// Files or records could not be reached, again and again.
     Unavailable,
+    /// It is an item of a batch that names a file that is not there.
+    UnknownAsset,
+    /// It is an item of a batch that names a preset that is not there.
+    UnknownPreset,
+    /// It is an item of a batch that names a webhook that is not there.
+    UnknownWebhook,
+    /// It is an item of a batch on files under which processes died, again and again.
+    Quarantined,
+    /// Another item of its batch failed before it had started, and the batch was to stop then.
+    BatchStopped,
 }
+
+/// Those that are not the engine's.
+const OWN: [FailureReason; 9] = [
+    FailureReason::JobTimeout,
+    FailureReason::WorkerCrashed,
+    FailureReason::StorageFull,
+    FailureReason::Unavailable,
+    FailureReason::UnknownAsset,
+    FailureReason::UnknownPreset,
+    FailureReason::UnknownWebhook,
+    FailureReason::Quarantined,
+    FailureReason::BatchStopped,
+];
 
 impl FailureReason {
     /// The code on the wire.
@@ -30,14 +53,18 @@ impl FailureReason {
             Self::WorkerCrashed => "worker_crashed",
             Self::StorageFull => "storage_full",
             Self::Unavailable => "unavailable",
+            Self::UnknownAsset => "unknown_asset",
+            Self::UnknownPreset => "unknown_preset",
+            Self::UnknownWebhook => "unknown_webhook",
+            Self::Quarantined => "quarantined",
+            Self::BatchStopped => "batch_stopped",
         }
     }
 
     /// The reason of a kept failure. A code that this version does not know is one of a bug of ours.
     #[must_use]
     pub fn of(failure: &JobFailure) -> Self {
-        let own = [Self::JobTimeout, Self::WorkerCrashed, Self::StorageFull, Self::Unavailable];
-        own.into_iter()
+        OWN.into_iter()
             .find(|reason| reason.name() == failure.code)
             .unwrap_or_else(|| Self::Engine(FailureCode::from_name(&failure.code).unwrap_or(FailureCode::Internal)))
     }

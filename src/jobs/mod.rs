@@ -12,6 +12,7 @@
 
 mod admission;
 mod assets;
+mod batches;
 mod bridge;
 mod changes;
 mod events;
@@ -42,6 +43,7 @@ mod worker;
 mod workers;
 
 pub use assets::{Assets, ReceivedFile, Upload};
+pub use batches::{BadItem, BatchSnapshot, NewBatch, SubmittedBatch};
 pub use bridge::{Engine, Ran, RetargetEngine};
 pub use events::{EventStream, Followed, Told};
 pub use failure::FailureReason;
@@ -51,6 +53,7 @@ pub use isolation::{Bounds, ProcessEngine, serve_engine_process};
 pub use keys::{KeyText, Keys, NewKey};
 pub use library::{Kept, Library, Written};
 pub use refusal::Refusal;
+pub(crate) use refusal::similar_names;
 pub use service::{JobSnapshot, Jobs};
 pub use state::{JobEvent, next_state};
 pub use submission::{NewJob, Submitted};
@@ -60,8 +63,9 @@ pub use webhooks::{Courier, NewWebhook, Webhooks};
 pub use workers::Workers;
 
 pub use crate::store::{
-    ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, ByteStream, ConfigDocument, DeliveryEvent, DeliveryId,
-    DeliveryRecord, DeliveryState, DisabledReason, DocumentKind, EventRecord, Holdings, InputRole, JobFailure,
-    JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest, JobState, Page, Precondition, Principal, ResultId,
-    ResultRecord, Scope, StoreError, StoredFieldError, StoredProgress, VersionedName, WebhookId, WebhookRecord,
+    ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, BatchId, BatchPlace, BatchRecord, ByteStream, ConfigDocument,
+    DeliveryEvent, DeliveryId, DeliveryRecord, DeliveryState, DisabledReason, DocumentKind, EventRecord, Holdings,
+    InputRole, JobFailure, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest, JobState, OnError, Page,
+    Precondition, Principal, ResultId, ResultRecord, Scope, StoreError, StoredFieldError, StoredProgress,
+    VersionedName, WebhookId, WebhookRecord,
 };

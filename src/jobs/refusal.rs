@@ -4,7 +4,7 @@ use super::JobQuota;
 use crate::{
     engine::Failure,
     outbound::Blocked,
-    store::{InputRole, JobId, JobState, Principal, StoreError, WebhookId},
+    store::{InputRole, JobFailure, JobId, JobState, Principal, StoreError, WebhookId},
 };
 
 /// Why a request is not carried out. The door that the request came through puts it into its own words.
@@ -44,9 +44,14 @@ pub enum Refusal {
         /// What there would be.
         actual: u64,
     },
-    /// The caller has as many unfinished jobs as may be.
-    #[error("there are {} unfinished jobs of the same caller already", .0.unfinished)]
-    QuotaReached(JobQuota),
+    /// The caller has as many unfinished jobs as may be, or would have more.
+    #[error("there are {} unfinished jobs of the same caller already", quota.unfinished)]
+    QuotaReached {
+        /// How many there may be, and are.
+        quota: JobQuota,
+        /// How many more were asked for.
+        asked: u64,
+    },
     /// The caller has as many event streams open as may be.
     #[error("there are {most} event streams open already")]
     TooManyStreams {
@@ -133,10 +138,20 @@ pub enum Refusal {
         most: u64,
     },
     /// An idempotency key came before, with something else.
-    #[error("the same 'Idempotency-Key' came before with another request, which the job '{job}' is of")]
+    #[error("the same 'Idempotency-Key' came before with another request, which the {kind} '{id}' is of")]
     KeyReused {
-        /// The job from then.
-        job: JobId,
+        /// `job` or `batch`.
+        kind: &'static str,
+        /// Its id.
+        id: String,
+    },
+    /// An item of a batch cannot be run, and all or none were asked for.
+    #[error("item {item} cannot be run: {}", failure.detail)]
+    BadItem {
+        /// Which one, from 0.
+        item: u64,
+        /// Why.
+        failure: Box<JobFailure>,
     },
     /// A job names a preset that is not there.
     #[error("there is no preset '{name}'")]
@@ -182,6 +197,11 @@ pub enum Refusal {
     /// The store failed.
     #[error(transparent)]
     Store(StoreError),
+}
+
+/// Names that look like the one that was given.
+pub(crate) fn similar_names(name: &str, known: &[String]) -> Vec<String> {
+    known.iter().filter(|known| strsim::jaro_winkler(known, name) > 0.7).cloned().collect()
 }
 
 fn seen(current: Option<&str>) -> String {

@@ -13,6 +13,7 @@ use tokio::{sync::Notify, time::Instant};
 use super::{
     Engine, JobEvent, Refusal,
     admission::Admission,
+    batches,
     changes::Changes,
     events::OpenStreams,
     handover::Handovers,
@@ -26,8 +27,8 @@ use crate::{
     config::{Failpoint, Settings},
     engine::Limits,
     store::{
-        FinishedJob, JobFailure, JobFilter, JobId, JobRecord, JobState, LeaseId, Page, Principal, ResultId,
-        ResultRecord, Store, StoredProgress,
+        Ended, FinishedJob, JobFailure, JobFilter, JobId, JobRecord, JobState, LeaseId, Page, Principal, QueueDepth,
+        ResultId, ResultRecord, Store, StoredProgress,
     },
     telemetry::{Clock, Metric},
 };
@@ -99,7 +100,11 @@ impl Jobs {
     /// Jobs over a store, run by `engine`. Nothing runs before [`super::Workers`] are started.
     #[must_use]
     pub fn new(store: Arc<Store>, engine: Arc<dyn Engine>, settings: Arc<Settings>, clock: Clock) -> Self {
-        let admission = Arc::new(Admission::new(settings.max_queued_jobs, settings.max_queued_bytes.0));
+        let admission = Arc::new(Admission::new(QueueDepth {
+            jobs: settings.max_queued_jobs,
+            bytes: settings.max_queued_bytes.0,
+            batch_jobs: settings.max_queued_batch_jobs,
+        }));
         Self(Arc::new(Inner {
             limits: engine_limits(&settings),
             memory: MemoryBudget::new(settings.memory_budget.0),
@@ -163,10 +168,18 @@ impl Jobs {
         before: Option<&JobId>,
         most: usize,
     ) -> Result<Page<JobSnapshot>, Refusal> {
-        let page = self.0.store.records().jobs(owner, filter, before, most).await?;
+        self.snapshots(self.0.store.records().jobs(owner, filter, before, most).await?).await
+    }
+
+    /// A page of jobs as they are now.
+    pub(super) async fn snapshots(&self, page: Page<JobRecord>) -> Result<Page<JobSnapshot>, Refusal> {
+        let succeeded = page.items.iter().filter(|record| record.state == JobState::Succeeded);
+        let mut results =
+            self.0.store.records().results_of(&succeeded.map(|record| &record.id).collect::<Vec<_>>()).await?;
         let mut items = Vec::with_capacity(page.items.len());
         for record in page.items {
-            items.push(self.with_results(record).await?);
+            let results = results.remove(&record.id).unwrap_or_default();
+            items.push(self.snapshot(record, results).await?);
         }
         Ok(Page { items, has_more: page.has_more })
     }
@@ -358,6 +371,7 @@ impl Jobs {
             finished_at: self.0.clock.now(),
             expires_at: self.0.clock.after(self.0.settings.job_retention.0),
             failure,
+            stops_batch: (state == JobState::Failed).then(batches::stopped_by_another),
             report: None,
             resolved_spec: None,
             warnings: 0,
@@ -375,12 +389,13 @@ impl Jobs {
         from: (JobState, Option<&LeaseId>),
         end: FinishedJob,
     ) -> Result<bool, Refusal> {
-        let done = self.0.store.records().finish_job(id, from, &end).await?;
-        if done {
+        let ended = self.0.store.records().finish_job(id, from, &end).await?;
+        if let Ended::Written { stopped } = ended {
             self.0.stored_bytes.add(end.results.iter().map(|result| result.bytes).sum());
             Failpoint::JobEnded.reach();
             self.announce_end(id, &end);
+            self.announce_stopped(stopped, end.stops_batch.as_ref());
         }
-        Ok(done)
+        Ok(ended.is_written())
     }
 }

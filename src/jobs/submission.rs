@@ -1,14 +1,21 @@
 //! Taking jobs on.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use super::{JobQuota, JobSnapshot, Jobs, Refusal, inspections::InspectionKey, library, memory};
+use jiff::Timestamp;
+
+use super::{
+    JobQuota, JobSnapshot, Jobs, Kept, Refusal,
+    inspections::InspectionKey,
+    library::{self, OwnRigs},
+    memory,
+};
 use crate::{
     config::Failpoint,
     engine::{self, Failure, FailureCode, Format, NamedBytes},
     store::{
         Added, AssetId, AssetRecord, ConfigDocument, Idempotency, InputRole, JobId, JobInput, JobKind, JobRecord,
-        JobRequest, JobState, Principal, VersionedName, WebhookId,
+        JobRequest, JobState, Principal, QueueDepth, VersionedName, WebhookId,
     },
     telemetry::Metric,
 };
@@ -40,6 +47,11 @@ impl NewJob {
     /// The word, and a digest of everything else.
     fn idempotency(&self) -> Option<Idempotency> {
         let key = self.idempotency_key.clone()?;
+        Some(Idempotency { key, asked_sha256: library::digest(&self.asked().to_string()) })
+    }
+
+    /// Everything but the word.
+    pub(super) fn asked(&self) -> serde_json::Value {
         let Self { inputs, config, formats, labels, preset, priority, skip_cache, webhook, idempotency_key: _ } = self;
         let inputs: Vec<_> = inputs.iter().map(|(role, asset)| (role.name(), asset)).collect();
         let formats: Vec<_> = formats.iter().map(|format| format.info().name).collect();
@@ -49,7 +61,7 @@ impl NewJob {
         if let (Some(webhook), Some(asked)) = (webhook, asked.as_array_mut()) {
             asked.push(serde_json::json!(webhook));
         }
-        Some(Idempotency { key, asked_sha256: library::digest(&asked.to_string()) })
+        asked
     }
 }
 
@@ -66,14 +78,78 @@ pub struct Submitted {
 
 /// A job that can be taken on: its files are there.
 pub(super) struct Wanted {
-    owner: Principal,
+    pub(super) owner: Principal,
     pub(super) kind: JobKind,
     pub(super) request: JobRequest,
-    input_bytes: u64,
-    memory_bytes: u64,
-    priority: i32,
-    retry_of: Option<JobId>,
-    idempotency: Option<Idempotency>,
+    pub(super) input_bytes: u64,
+    pub(super) memory_bytes: u64,
+    pub(super) priority: i32,
+    pub(super) retry_of: Option<JobId>,
+    pub(super) idempotency: Option<Idempotency>,
+}
+
+impl Wanted {
+    /// As it was before, to be asked for again.
+    pub(super) fn again(ended: JobRecord) -> Self {
+        let JobRecord { id, principal: owner, kind, request, input_bytes, priority, memory_bytes, .. } = ended;
+        Self { owner, kind, request, input_bytes, memory_bytes, priority, retry_of: Some(id), idempotency: None }
+    }
+
+    /// The record of the job, which waits.
+    pub(super) fn into_record(self, created_at: Timestamp) -> JobRecord {
+        let Self { owner, kind, request, input_bytes, memory_bytes, priority, retry_of, idempotency } = self;
+        JobRecord {
+            id: JobId::new(),
+            state: JobState::Queued,
+            kind,
+            inputs_sha256: inputs_digest(&request),
+            request,
+            input_bytes,
+            attempt: 0,
+            retry_of,
+            created_at,
+            started_at: None,
+            finished_at: None,
+            expires_at: None,
+            warnings: 0,
+            failure: None,
+            principal: owner,
+            priority,
+            memory_bytes,
+            crashes: 0,
+            retries: 0,
+            idempotency,
+            lease: None,
+            progress: None,
+            cache_key: None,
+            cached_from: None,
+            batch: None,
+        }
+    }
+}
+
+/// What jobs of one owner are resolved with, looked up once.
+pub(super) struct Known {
+    rigs: OwnRigs,
+    assets: BTreeMap<AssetId, AssetRecord>,
+    /// Those that are not there have the names of those that are.
+    presets: BTreeMap<String, Result<Kept, Vec<String>>>,
+    webhooks: BTreeSet<WebhookId>,
+}
+
+impl Known {
+    /// What is known of a file.
+    pub(super) fn asset(&self, id: &AssetId) -> Option<&AssetRecord> {
+        self.assets.get(id)
+    }
+
+    /// The webhook that a job names, when its owner has it.
+    fn webhook(&self, id: Option<WebhookId>) -> Result<Option<WebhookId>, Refusal> {
+        match id {
+            Some(id) if !self.webhooks.contains(&id) => Err(Refusal::UnknownWebhook { id }),
+            known => Ok(known),
+        }
+    }
 }
 
 impl Jobs {
@@ -85,7 +161,7 @@ impl Jobs {
         if self.is_draining() {
             return Err(Refusal::Draining);
         }
-        self.0.admission.check_room(self.0.store.records()).await
+        self.0.admission.check_room(self.0.store.records(), QueueDepth { jobs: 1, ..QueueDepth::default() }).await
     }
 
     /// Takes a job on. When this returns, the job survives a crash. With a key that came before, it is the job from then.
@@ -105,25 +181,53 @@ impl Jobs {
     /// The job that was asked for before with the same key.
     async fn repeated(&self, before: JobRecord, asked: &Idempotency) -> Result<Submitted, Refusal> {
         if before.idempotency.as_ref() != Some(asked) {
-            return Err(Refusal::KeyReused { job: before.id });
+            return Err(key_of_job(before));
         }
         let job = self.get(&before.principal, &before.id).await?;
         Ok(Submitted { job, is_repeated: true, quota: self.quota(&before.principal).await? })
     }
 
     pub(super) async fn resolve(&self, owner: &Principal, new: NewJob) -> Result<Wanted, Refusal> {
-        let own_rigs = self.own_rigs(owner).await?;
+        let known = self.known(owner, std::slice::from_ref(&new)).await?;
+        self.resolve_with(&known, owner, new)
+    }
+
+    /// Looks up what these jobs name.
+    pub(super) async fn known(&self, owner: &Principal, jobs: &[NewJob]) -> Result<Known, Refusal> {
+        let ids: BTreeSet<&AssetId> = jobs.iter().flat_map(|job| job.inputs.values()).collect();
+        let assets = self.0.store.records().assets_of(owner, &ids.into_iter().collect::<Vec<_>>()).await?;
+        let names: BTreeSet<&String> = jobs.iter().filter_map(|job| job.preset.as_ref()).collect();
+        let mut presets = BTreeMap::new();
+        for name in names {
+            let found = match self.preset(owner, name).await {
+                Ok(kept) => Ok(kept),
+                Err(Refusal::UnknownPreset { known, .. }) => Err(known),
+                Err(refusal) => return Err(refusal),
+            };
+            presets.insert(name.clone(), found);
+        }
+        let mut webhooks = BTreeSet::new();
+        for id in jobs.iter().filter_map(|job| job.webhook.as_ref()).collect::<BTreeSet<_>>() {
+            let found = self.0.store.records().webhook(id).await?;
+            webhooks.extend(found.filter(|webhook| webhook.principal == *owner).map(|_| id.clone()));
+        }
+        Ok(Known { rigs: self.own_rigs(owner).await?, assets, presets, webhooks })
+    }
+
+    /// What a job is that names things which were looked up.
+    pub(super) fn resolve_with(&self, known: &Known, owner: &Principal, new: NewJob) -> Result<Wanted, Refusal> {
         let (mut found, mut input_bytes, mut needs) = (BTreeMap::new(), 0, Vec::new());
         for (role, id) in new.inputs {
-            let Some(asset) = self.0.store.records().asset(owner, &id).await? else {
+            let Some(asset) = known.asset(&id) else {
                 return Err(Refusal::UnknownInput { role, id: id.to_string() });
             };
             input_bytes += asset.bytes;
-            needs.push(self.memory_need(&asset, &own_rigs.sha256)?);
-            found.insert(role, JobInput { asset: id, sha256: asset.sha256, file_name: asset.file_name });
+            needs.push(self.memory_need(asset, &known.rigs.sha256)?);
+            let (sha256, file_name) = (asset.sha256.clone(), asset.file_name.clone());
+            found.insert(role, JobInput { asset: id, sha256, file_name });
         }
         let missing = |role: InputRole| Refusal::UnknownInput { role, id: String::new() };
-        let (config, preset) = self.lay_over_preset(owner, new.config, new.preset).await?;
+        let (config, preset) = lay_over_preset(known, new.config, new.preset)?;
         let request = JobRequest {
             source: found.remove(&InputRole::Source).ok_or_else(|| missing(InputRole::Source))?,
             target: found.remove(&InputRole::Target).ok_or_else(|| missing(InputRole::Target))?,
@@ -133,20 +237,13 @@ impl Jobs {
             formats: new.formats.into_iter().map(|format| format.info().name.to_owned()).collect(),
             labels: new.labels,
             preset,
-            rigs: own_rigs.versions(),
+            rigs: known.rigs.versions(),
             skip_cache: new.skip_cache,
-            webhook: self.own_webhook(owner, new.webhook).await?,
+            webhook: known.webhook(new.webhook)?,
         };
         let memory_bytes = memory::of_job(needs.into_iter());
         let (owner, priority, kind) = (owner.clone(), new.priority, kind_of(&request));
         Ok(Wanted { owner, kind, request, input_bytes, memory_bytes, priority, retry_of: None, idempotency: None })
-    }
-
-    /// The webhook that a job names, when its owner has it.
-    async fn own_webhook(&self, owner: &Principal, id: Option<WebhookId>) -> Result<Option<WebhookId>, Refusal> {
-        let Some(id) = id else { return Ok(None) };
-        let found = self.0.store.records().webhook(&id).await?.is_some_and(|webhook| webhook.principal == *owner);
-        if found { Ok(Some(id)) } else { Err(Refusal::UnknownWebhook { id }) }
     }
 
     /// What a file adds to the memory that a job needs: by what was found in it, else by its size.
@@ -164,75 +261,37 @@ impl Jobs {
         }
     }
 
-    /// The config with the preset under it. What comes out is the job's own: it does not change when the preset does.
-    async fn lay_over_preset(
-        &self,
-        owner: &Principal,
-        config: Option<ConfigDocument>,
-        preset: Option<String>,
-    ) -> Result<(Option<ConfigDocument>, Option<VersionedName>), Refusal> {
-        let Some(name) = preset else { return Ok((config, None)) };
-        let kept = self.preset(owner, &name).await?;
-        let bytes = config.as_ref().map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
-        let text = engine::merge_config(&kept.document, bytes)?;
-        let version = kept.own.map_or(0, |(version, _)| version);
-        let config = ConfigDocument { file_name: "config.json".to_owned(), text };
-        Ok((Some(config), Some(VersionedName { name, version })))
-    }
-
     /// Asks for the same again.
     pub(super) async fn submit_again(&self, ended: JobRecord) -> Result<Submitted, Refusal> {
-        let JobRecord { id, principal: owner, kind, request, input_bytes, priority, memory_bytes, .. } = ended;
-        let retry_of = Some(id);
+        let mut wanted = Wanted::again(ended);
         // Who asks again for what is there wants it computed again.
-        let request = JobRequest { skip_cache: true, ..request };
-        let wanted = Wanted { owner, kind, request, input_bytes, memory_bytes, priority, retry_of, idempotency: None };
+        wanted.request.skip_cache = true;
         self.enqueue(wanted).await
+    }
+
+    /// What is left of a quota, when there is room in it for so many more.
+    pub(super) async fn quota_for(&self, owner: &Principal, asked: u64) -> Result<Option<JobQuota>, Refusal> {
+        let quota = self.quota(owner).await?;
+        if let Some(quota) = quota.filter(|quota| quota.unfinished.saturating_add(asked) > quota.most) {
+            Metric::AdmissionRejected.count([("reason", "quota".to_owned())], 1);
+            return Err(Refusal::QuotaReached { quota, asked });
+        }
+        Ok(quota)
     }
 
     async fn enqueue(&self, wanted: Wanted) -> Result<Submitted, Refusal> {
         if self.is_draining() {
             return Err(Refusal::Draining);
         }
-        let Wanted { owner, kind, request, input_bytes, memory_bytes, priority, retry_of, idempotency } = wanted;
-        let (records, created_at) = (self.0.store.records(), self.0.clock.now());
-        let inputs_sha256 = inputs_digest(&request);
-        if let Some(until) = records.quarantined_until(&inputs_sha256, created_at).await? {
+        let (records, now) = (self.0.store.records(), self.0.clock.now());
+        let record = wanted.into_record(now);
+        if let Some(until) = records.quarantined(&[&record.inputs_sha256], now).await?.into_values().next() {
             return Err(Refusal::Quarantined { until });
         }
-        let quota = self.quota(&owner).await?;
-        if let Some(reached) = quota.filter(|quota| quota.unfinished >= quota.most) {
-            Metric::AdmissionRejected.count([("reason", "quota".to_owned())], 1);
-            return Err(Refusal::QuotaReached(reached));
-        }
+        let quota = self.quota_for(&record.principal, 1).await?;
         self.0.store.blobs().check_room()?;
-        let reservation = self.0.admission.reserve(records, input_bytes).await?;
-        let record = JobRecord {
-            id: JobId::new(),
-            state: JobState::Queued,
-            kind,
-            request,
-            input_bytes,
-            attempt: 0,
-            retry_of,
-            created_at,
-            started_at: None,
-            finished_at: None,
-            expires_at: None,
-            warnings: 0,
-            failure: None,
-            principal: owner,
-            priority,
-            inputs_sha256,
-            memory_bytes,
-            crashes: 0,
-            retries: 0,
-            idempotency,
-            lease: None,
-            progress: None,
-            cache_key: None,
-            cached_from: None,
-        };
+        let size = QueueDepth { jobs: 1, bytes: record.input_bytes, batch_jobs: 0 };
+        let reservation = self.0.admission.reserve(records, size).await?;
         Failpoint::BeforeJobRecord.reach();
         match records.add_job(&record).await? {
             Added::New => {}
@@ -243,7 +302,7 @@ impl Jobs {
             // The same request came twice at the same time, and the other one was faster.
             Added::Before(before) => match &record.idempotency {
                 Some(asked) => return self.repeated(*before, asked).await,
-                None => return Err(Refusal::KeyReused { job: before.id }),
+                None => return Err(key_of_job(*before)),
             },
         }
         Failpoint::AfterJobRecord.reach();
@@ -265,14 +324,37 @@ impl Jobs {
     }
 }
 
-fn kind_of(request: &JobRequest) -> JobKind {
+fn key_of_job(job: JobRecord) -> Refusal {
+    Refusal::KeyReused { kind: "job", id: job.id.to_string() }
+}
+
+/// The config with the preset under it. What comes out is the job's own: it does not change when the preset does.
+fn lay_over_preset(
+    known: &Known,
+    config: Option<ConfigDocument>,
+    preset: Option<String>,
+) -> Result<(Option<ConfigDocument>, Option<VersionedName>), Refusal> {
+    let Some(name) = preset else { return Ok((config, None)) };
+    let kept = match known.presets.get(&name) {
+        Some(Ok(kept)) => kept,
+        Some(Err(known)) => return Err(Refusal::UnknownPreset { name, known: known.clone() }),
+        None => return Err(Refusal::UnknownPreset { name, known: Vec::new() }),
+    };
+    let bytes = config.as_ref().map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
+    let text = engine::merge_config(&kept.document, bytes)?;
+    let version = kept.own.map_or(0, |(version, _)| version);
+    let config = ConfigDocument { file_name: "config.json".to_owned(), text };
+    Ok((Some(config), Some(VersionedName { name, version })))
+}
+
+pub(super) fn kind_of(request: &JobRequest) -> JobKind {
     let config = request.config.as_ref();
     let config = config.map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
     JobKind::from_name(engine::task_of(config)).unwrap_or_default()
 }
 
 /// A digest of what files a job works on, and as what: the same for every job on the same files.
-fn inputs_digest(request: &JobRequest) -> String {
+pub(super) fn inputs_digest(request: &JobRequest) -> String {
     let names = request.inputs().map(|(role, input)| format!("{} {}\n", role.name(), input.sha256));
     library::digest(&names.collect::<String>())
 }

@@ -12,7 +12,7 @@ use crate::{
         Control, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Outcome, Output, Question, Report,
     },
     outbound::Outbound,
-    store::{Claim, DataFolder, LeaseId, Store},
+    store::{Claim, DataFolder, Lane, LeaseId, Store},
     telemetry::Clock,
 };
 
@@ -224,7 +224,7 @@ async fn a_job_that_the_process_died_under_too_often_is_not_tried_again() {
     let job = fixture.submit("fine").await.expect("is taken");
     let crash = async || {
         let records = fixture.jobs.0.store.records();
-        let claim = records.claim_job(&LeaseId::new(), Duration::from_secs(60), fixture.clock.now()).await;
+        let claim = records.claim_job(&LeaseId::new(), Duration::from_secs(60), fixture.clock.now(), Lane::Batch).await;
         assert!(matches!(claim, Ok(Claim::Job(taken)) if taken.id == job.record.id), "as if it had started");
         fixture.jobs.recover().await.expect("recovers");
         fixture.jobs.get(&me(), &job.record.id).await.expect("is there").record

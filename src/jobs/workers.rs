@@ -19,7 +19,7 @@ use super::{
 };
 use crate::{
     config::Failpoint,
-    store::{Claim, GiveBack, JobRecord, JobState, LeaseId, Notice},
+    store::{Claim, GiveBack, JobRecord, JobState, Lane, LeaseId, Notice},
     telemetry::Metric,
 };
 
@@ -140,7 +140,7 @@ impl Claiming {
             };
             let claimed = match claimed {
                 Ok(Some(claim)) => Ok(claim),
-                Ok(None) => inner.store.records().claim_job(lease, period, inner.clock.now()).await,
+                Ok(None) => inner.store.records().claim_job(lease, period, inner.clock.now(), Lane::Batch).await,
                 Err(error) => Err(error),
             };
             let wait = match claimed {

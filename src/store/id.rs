@@ -99,6 +99,11 @@ id!(
     "job_"
 );
 id!(
+    /// Names jobs that were asked for together.
+    BatchId,
+    "bat_"
+);
+id!(
     /// Names a file that a job gave.
     ResultId,
     "res_"

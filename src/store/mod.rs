@@ -20,14 +20,15 @@ mod tests;
 pub use blobs::{Blob, BlobPlace, BlobWriter, Blobs, ByteStream, UnnamedBlob};
 pub use error::StoreError;
 pub use folder::DataFolder;
-pub use id::{ApiKeyId, AssetId, DeliveryId, IdError, JobId, LeaseId, ResultId, WebhookId};
+pub use id::{ApiKeyId, AssetId, BatchId, DeliveryId, IdError, JobId, LeaseId, ResultId, WebhookId};
 pub use principal::{Principal, PrincipalError};
 pub use records::{
-    Added, AfterAttempt, AfterCrash, ApiKeyRecord, AssetRecord, AttemptEnd, CachedResults, Claim, ConfigDocument,
-    DeliveryClaim, DeliveryEvent, DeliveryRecord, DeliveryState, DisabledReason, DocumentChange, DocumentKind,
-    DocumentRecord, EventReach, EventRecord, Faults, FinishedJob, GiveBack, Held, Holdings, Idempotency, InputRole,
-    JobFailure, JobFilter, JobInput, JobKind, JobRecord, JobRequest, JobState, Listener, Moment, NewDocument, Notice,
-    Page, Precondition, QueueDepth, Records, ResultRecord, Scope, StoredFieldError, StoredProgress, VersionedName,
+    Added, AddedAgain, AddedBatch, AfterAttempt, AfterCrash, ApiKeyRecord, AssetRecord, AttemptEnd, BatchPlace,
+    BatchProgress, BatchRecord, CachedResults, Claim, ConfigDocument, DeliveryClaim, DeliveryEvent, DeliveryRecord,
+    DeliveryState, DisabledReason, DocumentChange, DocumentKind, DocumentRecord, Ended, EventReach, EventRecord,
+    Faults, FinishedJob, GiveBack, Held, Holdings, Idempotency, InputRole, JobFailure, JobFilter, JobInput, JobKind,
+    JobRecord, JobRequest, JobState, Lane, Listener, Moment, NewDocument, Notice, OnError, Page, Precondition,
+    QueueDepth, Records, ResultRecord, Scope, StoppedBatch, StoredFieldError, StoredProgress, VersionedName,
     WebhookRecord,
 };
 

@@ -58,6 +58,7 @@ metrics_table! {
     HttpRequestsInFlight = "retargetd_http_requests_in_flight", Gauge, [], "Requests being worked on";
     AdmissionRejected = "retargetd_admission_rejected_total", Counter, ["reason"], "Work turned away because of load";
     JobsSubmitted = "retargetd_jobs_submitted_total", Counter, [], "Jobs taken on";
+    BatchesSubmitted = "retargetd_batches_submitted_total", Counter, [], "Batches taken on";
     JobsFinished = "retargetd_jobs_finished_total", Counter, ["state", "code"], "Jobs that came to an end";
     JobAttempts = "retargetd_job_attempts_total", Counter, [], "Starts of jobs";
     JobsQueued = "retargetd_jobs_queued", Gauge, [], "Jobs waiting for a worker";

@@ -28,8 +28,11 @@ macro_rules! suite {
     };
 }
 
+mod batch_records;
+mod batches;
 mod crashes;
 mod model;
+mod named_records;
 mod outbox;
 mod records;
 mod scale_out;

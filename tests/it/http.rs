@@ -2,6 +2,7 @@
 
 mod access;
 mod asking;
+mod batches;
 mod black_box;
 mod container;
 mod creatures;

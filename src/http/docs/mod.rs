@@ -31,6 +31,7 @@ use crate::{engine::edits_page, samples::walk_scene};
         (name = "retarget", description = "Files in, file out"),
         (name = "assets", description = "Uploaded files"),
         (name = "jobs", description = "Retargets that run by themselves"),
+        (name = "batches", description = "Jobs that are asked for together"),
         (name = "events", description = "What happens, as it happens"),
         (name = "webhooks", description = "Being told what happened"),
         (name = "results", description = "The files that jobs gave"),
@@ -49,6 +50,7 @@ pub(super) fn documented_routes() -> OpenApiRouter<ApiState> {
         .merge(resources::edits::routes())
         .merge(resources::assets::routes())
         .merge(resources::jobs::routes())
+        .merge(resources::batches::routes())
         .merge(resources::events::routes())
         .merge(resources::proposals::routes())
         .merge(resources::explanations::routes())

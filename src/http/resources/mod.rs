@@ -1,6 +1,7 @@
 //! The routes, one resource per file. A handler translates: request to a call, outcome to a view.
 
 pub(super) mod assets;
+pub(super) mod batches;
 pub(super) mod describe;
 pub(super) mod edits;
 pub(super) mod events;
@@ -8,6 +9,7 @@ pub(super) mod explanations;
 pub(super) mod jobs;
 pub(super) mod keys;
 pub(super) mod library;
+pub(super) mod new_batch;
 pub(super) mod new_job;
 pub(super) mod poses;
 pub(super) mod probes;

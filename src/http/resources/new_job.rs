@@ -58,7 +58,7 @@ pub(in crate::http) struct NewJobBody {
 pub(in crate::http) struct InputBody {
     /// The id of an asset.
     #[schema(example = "ast_01j9z3k8m0q4r6t8v0x2y4a6c8")]
-    asset: String,
+    pub(super) asset: String,
 }
 
 impl NewJobBody {
@@ -149,7 +149,10 @@ fn similar_formats(name: &str) -> Vec<String> {
     similar.map(|info| info.name.to_owned()).collect()
 }
 
-fn check_labels(labels: BTreeMap<String, String>, settings: &Settings) -> Result<BTreeMap<String, String>, Problem> {
+pub(super) fn check_labels(
+    labels: BTreeMap<String, String>,
+    settings: &Settings,
+) -> Result<BTreeMap<String, String>, Problem> {
     let (most, most_bytes) = (settings.max_labels, settings.max_label_bytes.0);
     let count = labels.len() as u64;
     if count > most {

@@ -1,9 +1,15 @@
 //! Records of uploaded files.
 
+use std::collections::BTreeMap;
+
 use jiff::Timestamp;
 use sqlx::{Row, any::AnyRow};
 
-use super::{AssetRecord, Page, Records, count, database::ours, principal, read_id, signed, time, without_nul};
+use super::{
+    AssetRecord, Page, Records, count,
+    database::{CHUNK, ours, places},
+    principal, read_id, signed, time, without_nul,
+};
 use crate::store::{AssetId, JobId, Principal, StoreError};
 
 fn read(row: &AnyRow) -> Result<AssetRecord, StoreError> {
@@ -71,6 +77,27 @@ impl Records {
         let query = "SELECT * FROM assets WHERE id = $1 AND principal = $2";
         let row = self.optional(sqlx::query(query).bind(id.as_str()).bind(owner.as_str())).await?;
         row.as_ref().map(read).transpose()
+    }
+
+    /// Those of these files that their owner has, by id.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn assets_of(
+        &self,
+        owner: &Principal,
+        ids: &[&AssetId],
+    ) -> Result<BTreeMap<AssetId, AssetRecord>, StoreError> {
+        let mut found = BTreeMap::new();
+        for ids in ids.chunks(CHUNK) {
+            let query = ours(format!("SELECT * FROM assets WHERE principal = $1 AND id IN ({})", places(2, ids.len())));
+            let query = ids.iter().fold(sqlx::query(query).bind(owner.as_str()), |query, id| query.bind(id.as_str()));
+            for row in self.all(query).await? {
+                let asset = read(&row)?;
+                found.insert(asset.id.clone(), asset);
+            }
+        }
+        Ok(found)
     }
 
     /// Up to `most` records of one owner, newest first, that are older than `before`.

@@ -219,6 +219,19 @@ pub(super) fn ours(text: String) -> impl SqlSafeStr {
     sqlx::AssertSqlSafe(text)
 }
 
+/// Rows or values of one statement at most: well below what either database takes, and enough that statements do not weigh.
+pub(super) const CHUNK: usize = 100;
+
+/// The places of `count` values of a statement, the first of them numbered `first`.
+pub(super) fn places(first: usize, count: usize) -> String {
+    (first..first + count).map(|place| format!("${place}")).collect::<Vec<_>>().join(", ")
+}
+
+/// The places of the values of `rows` rows of `columns` columns.
+pub(super) fn rows_of(rows: usize, columns: usize) -> String {
+    (0..rows).map(|row| format!("({})", places(row * columns + 1, columns))).collect::<Vec<_>>().join(", ")
+}
+
 /// A path as it stands in a URL.
 fn escape(path: &str) -> String {
     let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"/-_.~".contains(&byte);

@@ -19,7 +19,7 @@ pub(super) enum Dialect {
 type NumberedText = (i64, &'static str, &'static str);
 
 /// Every change of the layout, in order. A released one is never edited; add a new one to both lists.
-const SQLITE: [NumberedText; 8] = [
+const SQLITE: [NumberedText; 9] = [
     (1, "first", include_str!("migrations/sqlite/0001_first.sql")),
     (2, "named documents", include_str!("migrations/sqlite/0002_named_documents.sql")),
     (3, "queue", include_str!("migrations/sqlite/0003_queue.sql")),
@@ -28,14 +28,16 @@ const SQLITE: [NumberedText; 8] = [
     (6, "job lists", include_str!("migrations/sqlite/0006_job_lists.sql")),
     (7, "result cache", include_str!("migrations/sqlite/0007_result_cache.sql")),
     (8, "webhooks", include_str!("migrations/sqlite/0008_webhooks.sql")),
+    (9, "batches", include_str!("migrations/sqlite/0009_batches.sql")),
 ];
-const POSTGRES: [NumberedText; 6] = [
+const POSTGRES: [NumberedText; 7] = [
     (1, "first", include_str!("migrations/postgres/0001_first.sql")),
     (2, "principals", include_str!("migrations/postgres/0002_principals.sql")),
     (3, "events", include_str!("migrations/postgres/0003_events.sql")),
     (4, "job lists", include_str!("migrations/postgres/0004_job_lists.sql")),
     (5, "result cache", include_str!("migrations/postgres/0005_result_cache.sql")),
     (6, "webhooks", include_str!("migrations/postgres/0006_webhooks.sql")),
+    (7, "batches", include_str!("migrations/postgres/0007_batches.sql")),
 ];
 
 impl Dialect {

@@ -7,7 +7,7 @@ use sqlx::{Any, Row, Transaction};
 
 use super::{
     JobKind, JobRecord, JobState, Page, Records, count,
-    database::ours,
+    database::{CHUNK, ours, rows_of},
     jobs::{COLUMNS, read},
     signed, without_nul,
 };
@@ -106,16 +106,25 @@ impl Records {
     }
 }
 
-/// Writes what a job is listed by; part of the transaction that adds it.
+/// Writes what jobs are listed by; part of the transaction that adds them.
 pub(super) async fn insert_labels(
     transaction: &mut Transaction<'static, Any>,
-    job: &JobRecord,
+    jobs: &[JobRecord],
 ) -> Result<(), StoreError> {
-    for (name, value) in &job.request.labels {
+    let labels = |job: &JobRecord| {
+        let id = job.id.to_string();
+        let labels = job.request.labels.iter();
+        labels.map(move |(name, value)| (id.clone(), without_nul(name), without_nul(value))).collect::<Vec<_>>()
+    };
+    let labels: Vec<_> = jobs.iter().flat_map(labels).collect();
+    for labels in labels.chunks(CHUNK) {
         // Two names that differ in a NUL alone are one here.
+        let query = ours(format!(
+            "INSERT INTO job_labels (job_id, name, value) VALUES {} ON CONFLICT (job_id, name) DO NOTHING",
+            rows_of(labels.len(), 3)
+        ));
         let query =
-            "INSERT INTO job_labels (job_id, name, value) VALUES ($1, $2, $3) ON CONFLICT (job_id, name) DO NOTHING";
-        let query = sqlx::query(query).bind(job.id.as_str()).bind(without_nul(name)).bind(without_nul(value));
+            labels.iter().fold(sqlx::query(query), |query, (job, name, value)| query.bind(job).bind(name).bind(value));
         query.execute(&mut **transaction).await?;
     }
     Ok(())

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
-use crate::store::{AssetId, JobId, LeaseId, Principal, ResultRecord, WebhookId};
+use crate::store::{AssetId, BatchId, JobId, LeaseId, Principal, ResultRecord, WebhookId};
 
 /// Where a job is in its life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -273,6 +273,47 @@ pub struct JobRecord {
     pub cache_key: Option<String>,
     /// The job whose results it was given.
     pub cached_from: Option<JobId>,
+    /// The batch that it was asked for with.
+    pub batch: Option<BatchPlace>,
+}
+
+impl JobRecord {
+    /// Among which jobs it waits.
+    #[must_use]
+    pub const fn lane(&self) -> Lane {
+        match self.batch {
+            None => Lane::Single,
+            Some(_) => Lane::Batch,
+        }
+    }
+}
+
+/// Where a job belongs that was asked for with others.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BatchPlace {
+    /// The batch.
+    pub batch: BatchId,
+    /// Which of its items the job is for, from 0.
+    pub item: u64,
+}
+
+/// Which jobs are taken up: a job of a batch waits behind those that its caller asked for one by one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Lane {
+    /// Asked for by themselves.
+    Single,
+    /// Asked for with others.
+    Batch,
+}
+
+impl Lane {
+    /// As the database orders them.
+    pub(super) const fn number(self) -> i64 {
+        match self {
+            Self::Single => 0,
+            Self::Batch => 1,
+        }
+    }
 }
 
 /// What tells a request that comes again from another one.
@@ -306,6 +347,26 @@ pub struct StoredProgress {
     pub total: u64,
 }
 
+/// How writing the end of a job went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// It is written.
+    Written {
+        /// Jobs of the same batch that waited and ended with it.
+        stopped: u64,
+    },
+    /// Nothing was written: the job is in another state or in other hands.
+    Elsewhere,
+}
+
+impl Ended {
+    /// Whether it is written.
+    #[must_use]
+    pub const fn is_written(self) -> bool {
+        matches!(self, Self::Written { .. })
+    }
+}
+
 /// What is written when a job ends.
 #[derive(Clone, Debug)]
 pub struct FinishedJob {
@@ -317,6 +378,8 @@ pub struct FinishedJob {
     pub expires_at: Timestamp,
     /// Why there are no results.
     pub failure: Option<JobFailure>,
+    /// What the jobs of its batch end with that wait, where the batch is to stop at the first failure and this is one.
+    pub stops_batch: Option<JobFailure>,
     /// The report, as JSON.
     pub report: Option<String>,
     /// The resolved spec, as JSON.

@@ -4,16 +4,16 @@ use serde::{Serialize, de::DeserializeOwned};
 use sqlx::{Any, Row, Transaction, any::AnyRow};
 
 use super::{
-    Added, FinishedJob, Idempotency, JobKind, JobRecord, JobState, Records, count, database::ours, job_lists,
+    BatchPlace, Ended, FinishedJob, Idempotency, JobKind, JobRecord, JobState, Records, count, database::ours,
     optional_time, principal, read_id, results, signed, time,
 };
-use crate::store::{JobId, LeaseId, Principal, StoreError, WebhookId};
+use crate::store::{BatchId, JobId, LeaseId, Principal, StoreError};
 
 /// Everything but the documents, which can be large and are read by themselves.
 pub(super) const COLUMNS: &str = "id, state, request, input_bytes, attempt, retry_of, created_at, started_at, \
                                   finished_at, expires_at, warnings, failure, principal, priority, inputs_sha256, \
                                   memory_bytes, crashes, retries, lease, progress, idempotency_key, asked_sha256, kind, \
-                                  cache_key, cached_from";
+                                  cache_key, cached_from, batch_id, batch_item";
 
 pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
     let id = read_id(row, "id", JobId::parse)?;
@@ -23,6 +23,8 @@ pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
     let progress: Option<String> = row.try_get("progress")?;
     let key: Option<String> = row.try_get("idempotency_key")?;
     let asked: Option<String> = row.try_get("asked_sha256")?;
+    let batch = optional_id(row, "batch_id", BatchId::parse).map_err(unreadable)?;
+    let item: Option<i64> = row.try_get("batch_item")?;
     let small = |column: &str| Ok::<_, StoreError>(u32::try_from(count(row, column)?).unwrap_or(u32::MAX));
     Ok(JobRecord {
         state: JobState::from_name(&state).ok_or_else(|| unreadable(format!("no state is called '{state}'")))?,
@@ -48,6 +50,7 @@ pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
         progress: progress.map(|text| from_json(&text)).transpose().map_err(unreadable)?,
         cache_key: row.try_get("cache_key")?,
         cached_from: optional_id(row, "cached_from", JobId::parse).map_err(unreadable)?,
+        batch: batch.zip(item).map(|(batch, item)| BatchPlace { batch, item: u64::try_from(item).unwrap_or(0) }),
         id,
     })
 }
@@ -65,72 +68,12 @@ fn from_json<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     serde_json::from_str(text).map_err(|error| error.to_string())
 }
 
-pub(super) fn to_json<T: Serialize>(value: &T, record: &JobId) -> Result<String, StoreError> {
+pub(super) fn to_json<T: Serialize>(value: &T, record: &impl std::fmt::Display) -> Result<String, StoreError> {
     serde_json::to_string(value)
         .map_err(|error| StoreError::Unreadable { record: record.to_string(), reason: error.to_string() })
 }
 
 impl Records {
-    /// Writes a new job and puts it into the queue. Doing it again changes nothing.
-    ///
-    /// # Errors
-    /// When the database fails. The job may be there all the same.
-    pub async fn add_job(&self, job: &JobRecord) -> Result<Added, StoreError> {
-        let mut transaction = self.begin().await?;
-        let query = "INSERT INTO jobs (id, state, request, input_bytes, attempt, retry_of, created_at, principal, \
-                     priority, inputs_sha256, memory_bytes, idempotency_key, asked_sha256, kind, webhook_id) \
-                     VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15) ON CONFLICT DO NOTHING";
-        let (key, asked_sha256) = job.idempotency.as_ref().map(|word| (&word.key, &word.asked_sha256)).unzip();
-        let done = sqlx::query(query)
-            .bind(job.id.as_str())
-            .bind(job.state.name())
-            .bind(to_json(&job.request, &job.id)?)
-            .bind(signed(job.input_bytes))
-            .bind(i64::from(job.attempt))
-            .bind(job.retry_of.as_ref().map(JobId::as_str))
-            .bind(job.created_at.as_millisecond())
-            .bind(job.principal.as_str())
-            .bind(i64::from(job.priority))
-            .bind(&job.inputs_sha256)
-            .bind(signed(job.memory_bytes))
-            .bind(key)
-            .bind(asked_sha256)
-            .bind(job.kind.name())
-            .bind(job.request.webhook.as_ref().map(WebhookId::as_str))
-            .execute(&mut *transaction)
-            .await?;
-        if done.rows_affected() == 0 {
-            let query =
-                ours(format!("SELECT {COLUMNS} FROM jobs WHERE id = $1 OR (principal = $2 AND idempotency_key = $3)"));
-            let query = sqlx::query(query).bind(job.id.as_str()).bind(job.principal.as_str()).bind(key);
-            return Ok(Added::Before(Box::new(read(&query.fetch_one(&mut *transaction).await?)?)));
-        }
-        for (_, input) in job.request.inputs() {
-            let query =
-                ours(format!("SELECT id FROM assets WHERE id = $1 AND principal = $2 {}", self.dialect.keep_rows()));
-            let query = sqlx::query(query).bind(input.asset.as_str()).bind(job.principal.as_str());
-            if query.fetch_optional(&mut *transaction).await?.is_none() {
-                return Ok(Added::FileMissing);
-            }
-            // One file may be both source and target.
-            let query =
-                "INSERT INTO job_inputs (job_id, asset_id) VALUES ($1, $2) ON CONFLICT (job_id, asset_id) DO NOTHING";
-            sqlx::query(query).bind(job.id.as_str()).bind(input.asset.as_str()).execute(&mut *transaction).await?;
-        }
-        job_lists::insert_labels(&mut transaction, job).await?;
-        // The row of a caller's turn goes when nobody has seen the caller for long, and never under a job that is being added.
-        let query = "INSERT INTO turns (principal, served, seen_at) VALUES ($1, 0, $2) \
-                     ON CONFLICT (principal) DO UPDATE SET seen_at = excluded.seen_at";
-        sqlx::query(query)
-            .bind(job.principal.as_str())
-            .bind(job.created_at.as_millisecond())
-            .execute(&mut *transaction)
-            .await?;
-        self.notify(&mut transaction, &job.id, JobState::Queued).await?;
-        self.commit(transaction).await?;
-        Ok(Added::New)
-    }
-
     /// A job, whoever owns it.
     ///
     /// # Errors
@@ -163,8 +106,8 @@ impl Records {
         Ok(done.rows_affected() > 0)
     }
 
-    /// Ends a job that is in state `from` and in the hands of `lease`: state, documents and results in one transaction. Gives
-    /// `false`, and writes nothing, when it is in another state or in other hands. What waits is in nobody's.
+    /// Ends a job that is in state `from` and in the hands of `lease`: state, documents, results and what that does to its batch in
+    /// one transaction. Writes nothing when it is in another state or in other hands. What waits is in nobody's.
     ///
     /// # Errors
     /// When the database fails. The end may have been written all the same.
@@ -173,13 +116,13 @@ impl Records {
         id: &JobId,
         (from, lease): (JobState, Option<&LeaseId>),
         finished: &FinishedJob,
-    ) -> Result<bool, StoreError> {
+    ) -> Result<Ended, StoreError> {
         let mut transaction = self.begin().await?;
-        if !self.write_end(&mut transaction, id, (from, lease), finished).await? {
-            return Ok(false);
+        let ended = self.write_end(&mut transaction, id, (from, lease), finished).await?;
+        if ended.is_written() {
+            self.commit(transaction).await?;
         }
-        self.commit(transaction).await?;
-        Ok(true)
+        Ok(ended)
     }
 
     /// Part of the transaction in which a job ends.
@@ -189,7 +132,7 @@ impl Records {
         id: &JobId,
         (from, lease): (JobState, Option<&LeaseId>),
         finished: &FinishedJob,
-    ) -> Result<bool, StoreError> {
+    ) -> Result<Ended, StoreError> {
         let query = "UPDATE jobs SET state = $4, finished_at = $5, expires_at = $6, failure = $7, report = $8, \
                      resolved_spec = $9, warnings = $10, cache_key = $11, cached_from = $12, lease_expires_at = NULL, \
                      progress = NULL \
@@ -211,13 +154,33 @@ impl Records {
             .execute(&mut **transaction)
             .await?;
         if done.rows_affected() == 0 {
-            return Ok(false);
+            return Ok(Ended::Elsewhere);
         }
         for (position, result) in finished.results.iter().enumerate() {
             results::insert(transaction, result, position).await?;
         }
         self.notify(transaction, id, finished.state).await?;
-        Ok(true)
+        Ok(Ended::Written { stopped: self.stop_batch_of(transaction, id, finished).await? })
+    }
+
+    /// Ends what waits of the batch of a job that has failed, where the batch is to stop then; part of the transaction in which the job
+    /// ends. Gives how many that were.
+    async fn stop_batch_of(
+        &self,
+        transaction: &mut Transaction<'static, Any>,
+        id: &JobId,
+        finished: &FinishedJob,
+    ) -> Result<u64, StoreError> {
+        let Some(failure) = finished.stops_batch.as_ref().filter(|_| finished.state == JobState::Failed) else {
+            return Ok(0);
+        };
+        let query =
+            "SELECT batch_id FROM jobs JOIN batches ON batches.id = batch_id WHERE jobs.id = $1 AND on_error = 'stop'";
+        let row = sqlx::query(query).bind(id.as_str()).fetch_optional(&mut **transaction).await?;
+        let Some(row) = row else { return Ok(0) };
+        let batch = read_id(&row, "batch_id", BatchId::parse)?;
+        let end = FinishedJob { state: JobState::Canceled, failure: Some(failure.clone()), ..finished.clone() };
+        self.end_waiting(transaction, &batch, &end).await
     }
 
     /// The report of a job, as JSON; to who does not own the job, there is none.

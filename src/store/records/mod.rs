@@ -6,6 +6,8 @@
 
 mod api_keys;
 mod assets;
+mod batch_record;
+mod batches;
 mod blob_names;
 mod database;
 mod deliveries;
@@ -16,6 +18,7 @@ mod faults;
 mod job_lists;
 mod job_record;
 mod jobs;
+mod new_jobs;
 mod notices;
 mod queue;
 mod result_cache;
@@ -26,6 +29,7 @@ mod webhooks;
 use dialect::Dialect;
 
 pub use api_keys::{ApiKeyRecord, Scope};
+pub use batch_record::{AddedAgain, AddedBatch, BatchProgress, BatchRecord, OnError, StoppedBatch};
 pub use database::Records;
 pub(in crate::store) use database::{BlobLocks, Lock};
 pub use deliveries::{AfterAttempt, AttemptEnd, DeliveryClaim, DeliveryEvent, DeliveryRecord, DeliveryState};
@@ -34,8 +38,8 @@ pub use events::{EventReach, EventRecord};
 pub use faults::{Faults, Moment};
 pub use job_lists::{Holdings, JobFilter};
 pub use job_record::{
-    Added, ConfigDocument, FinishedJob, Idempotency, InputRole, JobFailure, JobInput, JobKind, JobRecord, JobRequest,
-    JobState, StoredFieldError, StoredProgress, VersionedName,
+    Added, BatchPlace, ConfigDocument, Ended, FinishedJob, Idempotency, InputRole, JobFailure, JobInput, JobKind,
+    JobRecord, JobRequest, JobState, Lane, StoredFieldError, StoredProgress, VersionedName,
 };
 pub use notices::{Listener, Notice};
 pub use queue::{AfterCrash, Claim, GiveBack, Held, QueueDepth};

@@ -5,19 +5,20 @@
 //! callers, leases that end with the worker, and cancellation that reaches a running job. What is missing is small when the queue
 //! lies in the table of jobs: a claim is one `UPDATE` that takes a row nobody else has locked, and a lease is two columns.
 //!
-//! **Order.** The caller who was served longest ago comes next; among a caller's jobs, the greater priority, then the older.
+//! **Order.** The caller who was served longest ago comes next; among a caller's jobs, those of no batch, then the greater priority,
+//! then the older.
 //! **At least once.** A lease that is not extended runs out, and the job goes back to the queue. The end of a job is written
 //! only by who holds the lease, so a job that two workers have computed has one end. **Time** is the database's, which is the
 //! same for all processes.
 
-use std::time::Duration;
+use std::{collections::BTreeMap, time::Duration};
 
 use jiff::Timestamp;
 use sqlx::{Any, Row, Transaction};
 
 use super::{
-    FinishedJob, JobRecord, JobState, Records, StoredProgress, count,
-    database::ours,
+    FinishedJob, JobRecord, JobState, Lane, Records, StoredProgress, count,
+    database::{CHUNK, ours, places},
     jobs::{COLUMNS, read, to_json},
     milliseconds, signed,
 };
@@ -70,37 +71,47 @@ pub enum AfterCrash {
 /// How much waits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct QueueDepth {
-    /// Jobs.
+    /// Jobs that were asked for one by one.
     pub jobs: u64,
     /// Bytes of their input files.
     pub bytes: u64,
+    /// Jobs of batches, which wait behind and are counted by themselves.
+    pub batch_jobs: u64,
 }
 
 impl Records {
-    /// Takes the job whose turn it is and gives it to `lease` for `period`, counting an attempt. `lease` must be new; when the
-    /// answer is an error, [`Records::leased`] tells whether it has a job.
+    /// Takes the job whose turn it is, of those in lanes up to `last`, and gives it to `lease` for `period`, counting an attempt.
+    /// `lease` must be new; when the answer is an error, [`Records::leased`] tells whether it has a job.
     ///
     /// # Errors
     /// When the database fails. The job may have been taken all the same.
-    pub async fn claim_job(&self, lease: &LeaseId, period: Duration, now: Timestamp) -> Result<Claim, StoreError> {
+    pub async fn claim_job(
+        &self,
+        lease: &LeaseId,
+        period: Duration,
+        now: Timestamp,
+        last: Lane,
+    ) -> Result<Claim, StoreError> {
         let mut transaction = self.begin_brief().await?;
         let (database_now, skip) = (self.dialect.now(), self.dialect.lock_free_rows());
         let query = ours(format!(
             "UPDATE jobs SET state = 'running', attempt = attempt + 1, started_at = $3, lease = $1, progress = NULL, \
              lease_expires_at = {database_now} + $2 WHERE id = (SELECT id FROM jobs WHERE state = 'queued' AND \
-             available_at <= {database_now} AND principal = (SELECT principal FROM turns WHERE EXISTS (SELECT 1 FROM \
-             jobs WHERE jobs.principal = turns.principal AND state = 'queued' AND available_at <= {database_now}) \
-             ORDER BY served, principal LIMIT 1) ORDER BY priority DESC, id LIMIT 1 {skip}) RETURNING {COLUMNS}"
+             available_at <= {database_now} AND lane <= $4 AND principal = (SELECT principal FROM turns WHERE EXISTS \
+             (SELECT 1 FROM jobs WHERE jobs.principal = turns.principal AND state = 'queued' AND lane <= $4 AND \
+             available_at <= {database_now}) ORDER BY served, principal LIMIT 1) ORDER BY lane, priority DESC, id \
+             LIMIT 1 {skip}) RETURNING {COLUMNS}"
         ));
         let row = sqlx::query(query)
             .bind(lease.as_str())
             .bind(milliseconds(period))
             .bind(now.as_millisecond())
+            .bind(last.number())
             .fetch_optional(&mut *transaction)
             .await?;
         let Some(row) = row else {
             drop(transaction);
-            return self.when_to_look_again().await;
+            return self.when_to_look_again(last).await;
         };
         let job = read(&row)?;
         let query = "UPDATE turns SET served = (SELECT MAX(served) + 1 FROM turns) WHERE principal = $1";
@@ -109,10 +120,11 @@ impl Records {
         Ok(Claim::Job(Box::new(job)))
     }
 
-    async fn when_to_look_again(&self) -> Result<Claim, StoreError> {
+    async fn when_to_look_again(&self, last: Lane) -> Result<Claim, StoreError> {
         let now = self.dialect.now();
-        let query = ours(format!("SELECT MIN(available_at) - {now} AS wait FROM jobs WHERE state = 'queued'"));
-        let wait: Option<i64> = self.one(sqlx::query(query)).await?.try_get("wait")?;
+        let query =
+            ours(format!("SELECT MIN(available_at) - {now} AS wait FROM jobs WHERE state = 'queued' AND lane <= $1"));
+        let wait: Option<i64> = self.one(sqlx::query(query).bind(last.number())).await?.try_get("wait")?;
         Ok(match wait {
             None => Claim::Nothing,
             Some(wait) => match u64::try_from(wait) {
@@ -256,18 +268,27 @@ impl Records {
         Ok(())
     }
 
-    /// Until when jobs on these files are not taken; `None` when they are.
+    /// Until when jobs on files are not taken, by the digest of the files; those that are taken are not there.
     ///
     /// # Errors
     /// When the database fails.
-    pub async fn quarantined_until(
+    pub async fn quarantined(
         &self,
-        inputs_sha256: &str,
+        inputs_sha256: &[&str],
         now: Timestamp,
-    ) -> Result<Option<Timestamp>, StoreError> {
-        let query = "SELECT expires_at FROM quarantine WHERE inputs_sha256 = $1 AND expires_at > $2";
-        let row = self.optional(sqlx::query(query).bind(inputs_sha256).bind(now.as_millisecond())).await?;
-        row.map(|row| super::time(&row, "expires_at")).transpose()
+    ) -> Result<BTreeMap<String, Timestamp>, StoreError> {
+        let mut found = BTreeMap::new();
+        for digests in inputs_sha256.chunks(CHUNK) {
+            let query = ours(format!(
+                "SELECT inputs_sha256, expires_at FROM quarantine WHERE expires_at > $1 AND inputs_sha256 IN ({})",
+                places(2, digests.len())
+            ));
+            let query = sqlx::query(query).bind(now.as_millisecond());
+            for row in self.all(digests.iter().fold(query, |query, digest| query.bind(*digest))).await? {
+                found.insert(row.try_get("inputs_sha256")?, super::time(&row, "expires_at")?);
+            }
+        }
+        Ok(found)
     }
 
     /// How much waits.
@@ -275,10 +296,17 @@ impl Records {
     /// # Errors
     /// When the database fails.
     pub async fn queue_depth(&self) -> Result<QueueDepth, StoreError> {
-        let query = "SELECT CAST(COUNT(*) AS BIGINT) AS jobs, CAST(COALESCE(SUM(input_bytes), 0) AS BIGINT) AS bytes \
-                     FROM jobs WHERE state = 'queued'";
-        let row = self.one(sqlx::query(query)).await?;
-        Ok(QueueDepth { jobs: count(&row, "jobs")?, bytes: count(&row, "bytes")? })
+        let query = "SELECT lane, CAST(COUNT(*) AS BIGINT) AS jobs, CAST(SUM(input_bytes) AS BIGINT) AS bytes \
+                     FROM jobs WHERE state = 'queued' GROUP BY lane";
+        let mut depth = QueueDepth::default();
+        for row in self.all(sqlx::query(query)).await? {
+            if row.try_get::<i64, _>("lane")? == Lane::Single.number() {
+                (depth.jobs, depth.bytes) = (count(&row, "jobs")?, count(&row, "bytes")?);
+            } else {
+                depth.batch_jobs = count(&row, "jobs")?;
+            }
+        }
+        Ok(depth)
     }
 
     /// Since when the job waits that has waited longest; `None` when none waits.
@@ -297,12 +325,14 @@ impl Records {
     /// When the database fails.
     pub async fn queue_position(&self, job: &JobRecord, most: u64) -> Result<u64, StoreError> {
         let query = "SELECT CAST(COUNT(*) AS BIGINT) AS jobs_before FROM (SELECT 1 FROM jobs WHERE state = 'queued' AND \
-                     principal = $1 AND (priority > $2 OR (priority = $2 AND id < $3)) LIMIT $4) AS ahead";
+                     principal = $1 AND (lane < $5 OR (lane = $5 AND (priority > $2 OR (priority = $2 AND id < $3)))) \
+                     LIMIT $4) AS ahead";
         let query = sqlx::query(query)
             .bind(job.principal.as_str())
             .bind(i64::from(job.priority))
             .bind(job.id.as_str())
-            .bind(signed(most));
+            .bind(signed(most))
+            .bind(job.lane().number());
         Ok(count(&self.one(query).await?, "jobs_before")? + 1)
     }
 }

@@ -1,8 +1,14 @@
 //! Records of the files that jobs gave.
 
+use std::collections::BTreeMap;
+
 use sqlx::{Any, Row, Transaction, any::AnyRow};
 
-use super::{Records, ResultRecord, count, read_id, signed, time, without_nul};
+use super::{
+    Records, ResultRecord, count,
+    database::{CHUNK, ours, places},
+    read_id, signed, time, without_nul,
+};
 use crate::store::{JobId, Principal, ResultId, StoreError};
 
 fn read(row: &AnyRow) -> Result<ResultRecord, StoreError> {
@@ -50,6 +56,23 @@ impl Records {
         let query =
             "SELECT results.* FROM results JOIN jobs ON jobs.id = job_id WHERE results.id = $1 AND principal = $2";
         self.optional(sqlx::query(query).bind(id.as_str()).bind(owner.as_str())).await?.as_ref().map(read).transpose()
+    }
+
+    /// The results of jobs by the job, each job's in the order asked for.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn results_of(&self, jobs: &[&JobId]) -> Result<BTreeMap<JobId, Vec<ResultRecord>>, StoreError> {
+        let mut found: BTreeMap<JobId, Vec<ResultRecord>> = BTreeMap::new();
+        for jobs in jobs.chunks(CHUNK) {
+            let places = places(1, jobs.len());
+            let query = ours(format!("SELECT * FROM results WHERE job_id IN ({places}) ORDER BY job_id, position"));
+            for row in self.all(jobs.iter().fold(sqlx::query(query), |query, job| query.bind(job.as_str()))).await? {
+                let result = read(&row)?;
+                found.entry(result.job_id.clone()).or_default().push(result);
+            }
+        }
+        Ok(found)
     }
 
     /// The results of a job, in the order asked for.

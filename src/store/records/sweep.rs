@@ -13,6 +13,8 @@ const RESULTS: &str = "DELETE FROM results WHERE expires_at <= $1 RETURNING sha2
 const RESULTS_OF_JOBS: &str =
     "DELETE FROM results WHERE job_id IN (SELECT id FROM jobs WHERE expires_at <= $1) RETURNING sha256";
 const JOBS: &str = "DELETE FROM jobs WHERE expires_at <= $1 RETURNING ''";
+/// A batch goes with the last of its jobs.
+const BATCHES: &str = "DELETE FROM batches WHERE NOT EXISTS (SELECT 1 FROM jobs WHERE batch_id = batches.id)";
 /// Old versions of documents that no job can name any more: those that were asked for while a version was current are gone. A job
 /// looks documents up a moment before its record is written, hence the hour.
 const DOCUMENTS: &str = "DELETE FROM named_documents WHERE superseded_at + 3600000 <= $1 \
@@ -28,13 +30,15 @@ impl Records {
     pub(in crate::store) async fn remove_expired(&self, now: Timestamp) -> Result<(u64, Vec<String>), StoreError> {
         let mut transaction = self.begin().await?;
         // A job that is about to name a file keeps its row, so this waits for it, and the next statement sees the job.
-        let query = ours(format!("SELECT id FROM assets WHERE expires_at <= $1 {}", self.dialect.lock_rows()));
+        let query =
+            ours(format!("SELECT id FROM assets WHERE expires_at <= $1 ORDER BY id {}", self.dialect.lock_rows()));
         sqlx::query(query).bind(now.as_millisecond()).fetch_all(&mut *transaction).await?;
         let mut removed = Vec::new();
         for query in [ASSETS, RESULTS, RESULTS_OF_JOBS, JOBS] {
             let query = sqlx::query_scalar::<_, String>(query).bind(now.as_millisecond());
             removed.extend(query.fetch_all(&mut *transaction).await?);
         }
+        sqlx::query(BATCHES).execute(&mut *transaction).await?;
         let turns = now.checked_sub(TURN_RETENTION).unwrap_or(Timestamp::MIN);
         for (query, before) in [(DOCUMENTS, now), (QUARANTINE, now), (TURNS, turns)] {
             sqlx::query(query).bind(before.as_millisecond()).execute(&mut *transaction).await?;

@@ -13,7 +13,8 @@ use std::{
 use futures::future::BoxFuture;
 use jiff::Timestamp;
 use retargetd::store::{
-    Added, AfterCrash, Claim, Faults, GiveBack, JobId, JobRecord, JobState, LeaseId, Moment, Records, StoreError,
+    Added, AfterCrash, Claim, Ended, Faults, GiveBack, JobId, JobRecord, JobState, Lane, LeaseId, Moment, Records,
+    StoreError,
 };
 
 use super::{
@@ -135,7 +136,7 @@ impl Script {
     async fn claim(&mut self) {
         let lease = LeaseId::new();
         let waits = self.jobs.values().any(|job| job.state == JobState::Queued);
-        let taken = match self.records.claim_job(&lease, HOUR, Timestamp::UNIX_EPOCH).await {
+        let taken = match self.records.claim_job(&lease, HOUR, Timestamp::UNIX_EPOCH, Lane::Batch).await {
             Ok(Claim::Job(job)) => Some(*job),
             Ok(other) => {
                 assert!(!waits, "there are jobs, but a claim gives {other:?}");
@@ -158,7 +159,8 @@ impl Script {
         let Some((id, before)) = self.any(&[JobState::Running, JobState::Canceling]) else { return };
         let after = Known { state: JobState::Succeeded, ..before.clone() };
         let from = (before.state, before.lease.as_ref());
-        let done = self.records.finish_job(&id, from, &end(JobState::Succeeded, Vec::new())).await;
+        let done =
+            self.records.finish_job(&id, from, &end(JobState::Succeeded, Vec::new())).await.map(Ended::is_written);
         assert_ne!(done.as_ref().ok(), Some(&false), "the holder can always end it");
         self.settle(&id, Some(before.clone()), Some(after), done).await;
     }
@@ -179,7 +181,8 @@ impl Script {
         let Some((id, before)) = self.any(&[JobState::Queued, JobState::Running]) else { return };
         let (done, state) = if before.state == JobState::Queued {
             let end = end(JobState::Canceled, Vec::new());
-            (self.records.finish_job(&id, (JobState::Queued, None), &end).await, JobState::Canceled)
+            let done = self.records.finish_job(&id, (JobState::Queued, None), &end).await;
+            (done.map(Ended::is_written), JobState::Canceled)
         } else {
             (self.records.request_cancel(&id).await, JobState::Canceling)
         };
@@ -213,7 +216,7 @@ impl Script {
         let end = end(JobState::Succeeded, Vec::new());
         for state in [JobState::Running, JobState::Canceling, JobState::Succeeded] {
             let done = self.records.finish_job(&id, (state, Some(&stranger)), &end).await;
-            assert_ne!(done.ok(), Some(true), "a stranger ends nothing");
+            assert!(!done.is_ok_and(Ended::is_written), "a stranger ends nothing");
         }
         assert_ne!(self.records.give_back(&id, &stranger, GiveBack::Drained).await.ok(), Some(true), "nor gives back");
         assert_eq!(self.seen(&id).await, Some(before), "nothing has changed");

@@ -4,13 +4,20 @@ use std::{collections::BTreeSet, time::Duration};
 
 use jiff::Timestamp;
 use retargetd::store::{
-    Added, AfterCrash, ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, Claim, DocumentChange, DocumentKind, EventReach,
-    FinishedJob, GiveBack, Held, Holdings, Idempotency, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest,
-    JobState, LeaseId, NewDocument, Notice, Precondition, Principal, Records, ResultId, ResultRecord, Scope,
-    StoreError, StoredProgress,
+    Added, AfterCrash, AssetId, AssetRecord, Claim, DocumentChange, DocumentKind, EventReach, FinishedJob, GiveBack,
+    Held, Holdings, Idempotency, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest, JobState, Lane, LeaseId,
+    NewDocument, Notice, Precondition, Principal, Records, ResultId, ResultRecord, StoreError, StoredProgress,
 };
 
-use super::support::Postgres;
+use super::{
+    batch_records::{
+        a_batch_goes_with_the_last_of_its_jobs, a_batch_is_stopped_whatever_its_jobs_do,
+        a_batch_is_written_with_all_its_jobs_or_not_at_all, a_failure_stops_what_waits_in_its_transaction,
+        an_item_that_is_asked_for_again_counts_once, jobs_of_batches_wait_behind_single_ones_and_callers_take_turns,
+    },
+    named_records::{documents_have_versions_and_one_writer_at_a_time, keys_are_found_bounded_and_removed},
+    support::Postgres,
+};
 
 pub(super) const HOUR: Duration = Duration::from_secs(3600);
 
@@ -72,6 +79,7 @@ pub(super) fn job(input: &AssetRecord, priority: i32) -> JobRecord {
         progress: None,
         cache_key: None,
         cached_from: None,
+        batch: None,
     }
 }
 
@@ -81,6 +89,7 @@ pub(super) fn end(state: JobState, results: Vec<ResultRecord>) -> FinishedJob {
         finished_at: Timestamp::UNIX_EPOCH,
         expires_at: Timestamp::UNIX_EPOCH + HOUR,
         failure: None,
+        stops_batch: None,
         report: Some("{}".to_owned()),
         resolved_spec: None,
         warnings: 3,
@@ -104,7 +113,7 @@ fn result(job: &JobId, sha256: &str) -> ResultRecord {
 }
 
 async fn claim(records: &Records) -> Option<JobRecord> {
-    match records.claim_job(&LeaseId::new(), HOUR, Timestamp::UNIX_EPOCH).await.expect("claims") {
+    match records.claim_job(&LeaseId::new(), HOUR, Timestamp::UNIX_EPOCH, Lane::Batch).await.expect("claims") {
         Claim::Job(job) => Some(*job),
         _ => None,
     }
@@ -142,12 +151,19 @@ async fn only_who_holds_the_lease_writes_the_end(records: &Records) {
     let (mine, other) = (taken.lease.clone().expect("a lease"), LeaseId::new());
     let done = end(JobState::Succeeded, vec![result(&job.id, "cc")]);
     for lease in [None, Some(&other)] {
-        let written = records.finish_job(&job.id, (JobState::Running, lease), &done).await.expect("answers");
+        let written =
+            records.finish_job(&job.id, (JobState::Running, lease), &done).await.expect("answers").is_written();
         assert!(!written, "not in these hands");
     }
     assert!(records.job_results(&job.id).await.expect("reads").is_empty(), "nothing is visible before the end");
-    assert!(records.finish_job(&job.id, (JobState::Running, Some(&mine)), &done).await.expect("writes"), "the holder");
-    assert!(!records.finish_job(&job.id, (JobState::Running, Some(&mine)), &done).await.expect("answers"), "once");
+    assert!(
+        records.finish_job(&job.id, (JobState::Running, Some(&mine)), &done).await.expect("writes").is_written(),
+        "the holder"
+    );
+    assert!(
+        !records.finish_job(&job.id, (JobState::Running, Some(&mine)), &done).await.expect("answers").is_written(),
+        "once"
+    );
     let ended = records.job(&job.id).await.expect("reads").expect("is there");
     assert_eq!((ended.state, ended.lease, ended.warnings), (JobState::Succeeded, Some(mine), 3), "whose end it was");
     assert_eq!(records.job_results(&job.id).await.expect("reads").len(), 1, "with its results");
@@ -173,7 +189,10 @@ async fn callers_take_turns_and_priorities_count_among_a_callers_own(records: &R
 async fn what_runs_out_goes_back_and_what_was_canceled_ends(records: &Records) {
     let (first, second) = (added(records, "anonymous", 0).await, added(records, "anonymous", 0).await);
     let short = LeaseId::new();
-    assert!(matches!(records.claim_job(&short, Duration::ZERO, Timestamp::UNIX_EPOCH).await, Ok(Claim::Job(_))));
+    assert!(matches!(
+        records.claim_job(&short, Duration::ZERO, Timestamp::UNIX_EPOCH, Lane::Batch).await,
+        Ok(Claim::Job(_))
+    ));
     let held = claim(records).await.expect("the second");
     assert!(records.request_cancel(&second.id).await.expect("writes"), "it runs");
     assert!(!records.request_cancel(&second.id).await.expect("answers"), "and was told already");
@@ -201,7 +220,7 @@ async fn a_job_that_was_given_back_waits_its_time(records: &Records) {
     let lease = claim(records).await.expect("a job").lease.expect("a lease");
     assert!(records.give_back(&job.id, &lease, GiveBack::RetryAfter(HOUR)).await.expect("writes"), "the holder may");
     assert!(!records.give_back(&job.id, &lease, GiveBack::Drained).await.expect("answers"), "once");
-    let look = records.claim_job(&LeaseId::new(), HOUR, Timestamp::UNIX_EPOCH).await.expect("looks");
+    let look = records.claim_job(&LeaseId::new(), HOUR, Timestamp::UNIX_EPOCH, Lane::Batch).await.expect("looks");
     assert!(matches!(look, Claim::NothingFor(wait) if wait > HOUR / 2), "not yet: {look:?}");
     let waiting = records.job(&job.id).await.expect("reads").expect("is there");
     assert_eq!((waiting.attempt, waiting.retries), (1, 1), "counted");
@@ -240,7 +259,13 @@ async fn what_belongs_to_others_is_not_there(records: &Records) {
     let owner = if taken.id == ann.id { her } else { him };
     let result = result(&taken.id, "cc");
     let done = end(JobState::Succeeded, vec![result.clone()]);
-    assert!(records.finish_job(&taken.id, (JobState::Running, taken.lease.as_ref()), &done).await.expect("ends"));
+    assert!(
+        records
+            .finish_job(&taken.id, (JobState::Running, taken.lease.as_ref()), &done)
+            .await
+            .expect("ends")
+            .is_written()
+    );
     let other = if owner == her { him } else { her };
     assert!(records.result(owner, &result.id).await.expect("reads").is_some(), "the file that it gave");
     assert!(records.result(other, &result.id).await.expect("reads").is_none(), "is the asker's alone");
@@ -283,42 +308,15 @@ async fn one_word_is_one_job_for_each_caller(records: &Records) {
     assert_eq!(records.add_job(&his).await.expect("writes"), Added::New, "words of others are others");
 }
 
-async fn keys_are_found_bounded_and_removed(records: &Records) {
-    let key = |owner: &str, expires_at: Option<Timestamp>| ApiKeyRecord {
-        id: ApiKeyId::new(),
-        principal: principal(owner),
-        sha256: "aa".to_owned(),
-        scopes: vec![Scope::Read, Scope::Admin],
-        created_at: Timestamp::UNIX_EPOCH + HOUR,
-        expires_at,
-    };
-    let first = key("ann", Some(Timestamp::UNIX_EPOCH + HOUR * 2));
-    assert!(records.add_api_key(&first, 1).await.expect("writes"), "the first");
-    assert!(!records.add_api_key(&key("ann", None), 1).await.expect("answers"), "no second one");
-    assert!(records.add_api_key(&key("bob", None), 1).await.expect("writes"), "of another");
-    assert_eq!(records.api_key(&first.id).await.expect("reads").as_ref(), Some(&first), "every field");
-    let ended = ApiKeyRecord { created_at: Timestamp::UNIX_EPOCH + HOUR * 2, ..key("ann", None) };
-    assert!(records.add_api_key(&ended, 1).await.expect("writes"), "the first has ended by then");
-    let racers = (0..8).map(|_| {
-        let (records, key) = (records.clone(), key("cy", None));
-        async move { records.add_api_key(&key, 2).await }
-    });
-    let made = futures::future::join_all(racers).await.into_iter().filter(|made| matches!(made, Ok(true))).count();
-    assert_eq!(made, 2, "two of many who come at the same time");
-    assert_eq!(records.api_keys().await.expect("lists").len(), 5, "all of them");
-    assert!(records.remove_api_key(&first.id).await.expect("removes"), "it was there");
-    assert!(!records.remove_api_key(&first.id).await.expect("answers"), "and is gone");
-}
-
 async fn quarantine_names_the_files_and_passes(records: &Records) {
     let (_, now) = (added(records, "anonymous", 0).await, Timestamp::UNIX_EPOCH);
     claim(records).await.expect("a job");
     let until = now + HOUR;
     let decide = |_: &JobRecord| AfterCrash::Quarantine(Box::new(end(JobState::Failed, Vec::new())), until);
     records.take_from_lost_workers(10, true, decide).await.expect("works");
-    assert_eq!(records.quarantined_until("inputs", now).await.expect("reads"), Some(until), "for an hour");
-    assert_eq!(records.quarantined_until("inputs", until).await.expect("reads"), None, "not longer");
-    assert_eq!(records.quarantined_until("others", now).await.expect("reads"), None, "and only these");
+    assert_eq!(records.quarantined(&["inputs"], now).await.expect("reads").get("inputs"), Some(&until), "for an hour");
+    assert_eq!(records.quarantined(&["inputs"], until).await.expect("reads").get("inputs"), None, "not longer");
+    assert_eq!(records.quarantined(&["others"], now).await.expect("reads").get("others"), None, "and only these");
 }
 
 async fn files_stay_for_unfinished_jobs_and_go_with_the_last_record(records: &Records) {
@@ -335,6 +333,7 @@ async fn files_stay_for_unfinished_jobs_and_go_with_the_last_record(records: &Re
             .finish_job(&job.id, (JobState::Queued, None), &end(JobState::Canceled, Vec::new()))
             .await
             .expect("ends")
+            .is_written()
     );
     let later = Timestamp::UNIX_EPOCH + HOUR * 2;
     assert!(records.keep_asset(file, later).await.expect("writes"), "is there");
@@ -343,38 +342,6 @@ async fn files_stay_for_unfinished_jobs_and_go_with_the_last_record(records: &Re
     assert!(records.remove_asset(&job.principal, file).await.expect("removes").is_some(), "free");
     assert!(!records.names_blob("aa").await.expect("reads"), "nobody names it");
     assert!(records.remove_job(&job.id).await.expect("removes").is_some(), "an ended job can go");
-}
-
-async fn documents_have_versions_and_one_writer_at_a_time(records: &Records) {
-    let put = async |text: &str, precondition: Precondition| {
-        let new = NewDocument {
-            owner: &principal("ann"),
-            kind: DocumentKind::Preset,
-            name: "hero",
-            sha256: text,
-            document: text,
-        };
-        records.put_document(new, &precondition, 3, Timestamp::UNIX_EPOCH).await.expect("writes")
-    };
-    assert!(matches!(put("1", Precondition::Absent).await, DocumentChange::Created(record) if record.version == 1));
-    assert!(matches!(put("2", Precondition::Absent).await, DocumentChange::Refused(Some(_))), "it is there");
-    let writers = (0..8).map(|number| {
-        let records = records.clone();
-        let text = format!("w{number}");
-        async move {
-            let new = NewDocument {
-                owner: &principal("ann"),
-                kind: DocumentKind::Preset,
-                name: "hero",
-                sha256: &text,
-                document: &text,
-            };
-            records.put_document(new, &Precondition::Is(vec!["1".to_owned()]), 3, Timestamp::UNIX_EPOCH).await
-        }
-    });
-    let outcomes = futures::future::join_all(writers).await;
-    let won = outcomes.iter().filter(|outcome| matches!(outcome, Ok(DocumentChange::Replaced(_)))).count();
-    assert_eq!(won, 1, "one of many who have seen the same wins: {outcomes:?}");
 }
 
 async fn lists_are_filtered_and_holdings_counted(records: &Records) {
@@ -423,7 +390,10 @@ async fn what_was_computed_is_found_by_its_key(records: &Records) {
     let lease = claim(records).await.expect("a job").lease.expect("a lease");
     let done =
         FinishedJob { cache_key: Some("key".to_owned()), ..end(JobState::Succeeded, vec![result(&job.id, "cc")]) };
-    assert!(records.finish_job(&job.id, (JobState::Running, Some(&lease)), &done).await.expect("ends"), "the holder");
+    assert!(
+        records.finish_job(&job.id, (JobState::Running, Some(&lease)), &done).await.expect("ends").is_written(),
+        "the holder"
+    );
     assert_eq!(found(&ann, "key", now).await.as_ref(), Some(&job.id), "the same again");
     assert_eq!(found(&ann, "other", now).await, None, "something else");
     assert_eq!(found(&principal("bob"), "key", now).await, None, "somebody else");
@@ -431,7 +401,10 @@ async fn what_was_computed_is_found_by_its_key(records: &Records) {
     let again = added(records, "ann", 0).await;
     let lease = claim(records).await.expect("a job").lease.expect("a lease");
     let taken = FinishedJob { cached_from: Some(job.id.clone()), results: vec![result(&again.id, "cc")], ..done };
-    assert!(records.finish_job(&again.id, (JobState::Running, Some(&lease)), &taken).await.expect("ends"), "again");
+    assert!(
+        records.finish_job(&again.id, (JobState::Running, Some(&lease)), &taken).await.expect("ends").is_written(),
+        "again"
+    );
     let read = records.job(&again.id).await.expect("reads").expect("is there");
     assert_eq!((read.cache_key.as_deref(), read.cached_from), (Some("key"), Some(job.id)), "kept with the job");
     assert_eq!(found(&ann, "key", now).await, Some(again.id), "the newest");
@@ -444,8 +417,14 @@ async fn every_change_of_state_is_an_event_in_order(records: &Records) {
     added(records, "bob", 0).await;
     assert!(records.give_back(&first.id, &lease, GiveBack::Drained).await.expect("writes"), "the holder may");
     let canceled = end(JobState::Canceled, Vec::new());
-    assert!(records.finish_job(&second.id, (JobState::Queued, None), &canceled).await.expect("ends"), "it waits");
-    assert!(!records.finish_job(&second.id, (JobState::Queued, None), &canceled).await.expect("answers"), "once");
+    assert!(
+        records.finish_job(&second.id, (JobState::Queued, None), &canceled).await.expect("ends").is_written(),
+        "it waits"
+    );
+    assert!(
+        !records.finish_job(&second.id, (JobState::Queued, None), &canceled).await.expect("answers").is_written(),
+        "once"
+    );
 
     let ann = principal("ann");
     let events = records.events_after(&ann, 0, 100).await.expect("reads");
@@ -503,7 +482,11 @@ async fn many_claim_at_the_same_time_and_each_job_has_one(records: &Records) {
         tokio::spawn(async move {
             let mut mine = Vec::new();
             loop {
-                match records.claim_job(&LeaseId::new(), HOUR, Timestamp::UNIX_EPOCH).await.expect("claims") {
+                match records
+                    .claim_job(&LeaseId::new(), HOUR, Timestamp::UNIX_EPOCH, Lane::Batch)
+                    .await
+                    .expect("claims")
+                {
                     Claim::Job(job) => mine.push(job.id),
                     Claim::Contended => tokio::time::sleep(Duration::from_millis(1)).await,
                     Claim::Nothing | Claim::NothingFor(_) => return mine,
@@ -535,6 +518,12 @@ suite![
     every_change_of_state_is_an_event_in_order,
     events_become_visible_in_the_order_of_their_numbers,
     many_claim_at_the_same_time_and_each_job_has_one,
+    a_batch_is_written_with_all_its_jobs_or_not_at_all,
+    jobs_of_batches_wait_behind_single_ones_and_callers_take_turns,
+    a_failure_stops_what_waits_in_its_transaction,
+    an_item_that_is_asked_for_again_counts_once,
+    a_batch_is_stopped_whatever_its_jobs_do,
+    a_batch_goes_with_the_last_of_its_jobs,
 ];
 
 #[tokio::test(flavor = "multi_thread")]

@@ -122,7 +122,7 @@ impl Postgres {
     pub(super) async fn empty(&self) {
         self.execute(
             "TRUNCATE assets, jobs, job_inputs, results, named_documents, turns, quarantine, events, event_heads, job_labels, \
-             webhooks, deliveries",
+             webhooks, deliveries, batches",
         )
         .await;
     }

@@ -102,6 +102,7 @@ async fn a_key_opens_what_its_scopes_say_until_it_is_revoked() {
 /// What one caller has.
 struct Belongings {
     asset: String,
+    batch: String,
     job: String,
     result: String,
     webhook: String,
@@ -122,10 +123,14 @@ async fn belongings(service: &Service, key: &KeyText) -> Belongings {
         let kept = ask(service, key, Method::PUT, path).json(&document).send().await.expect("an answer");
         assert!(kept.status().is_success(), "{path} is kept: {}", kept.text().await.unwrap_or_default());
     }
+    let batch = ask(service, key, Method::POST, "/v1/batches").json(&json!({"items": [body]}));
+    let batch = text_of(batch, "id").await;
+    let wait = ask(service, key, Method::GET, &format!("/v1/batches/{batch}")).header("prefer", "wait=30");
+    assert_eq!(text_of(wait, "state").await, "succeeded", "it has ended");
     let webhook = ask(service, key, Method::POST, "/v1/webhooks").json(&json!({"url": "https://studio.example/"}));
     let webhook = text_of(webhook, "id").await;
     let delivery = text_of(ask(service, key, Method::POST, &format!("/v1/webhooks/{webhook}/ping")), "id").await;
-    Belongings { job: text("/id"), result: text("/results/0/id"), asset, webhook, delivery }
+    Belongings { batch, job: text("/id"), result: text("/results/0/id"), asset, webhook, delivery }
 }
 
 /// Every route that names something, of every method, with what belongs to somebody else: made from the document, so that new routes
@@ -140,6 +145,7 @@ async fn what_belongs_to_others_is_not_found_on_any_route() {
         let place = match path.split('/').nth(2) {
             Some("assets") => &hers.asset,
             Some("jobs") => &hers.job,
+            Some("batches") => &hers.batch,
             Some("results") => &hers.result,
             Some("webhooks") => &hers.webhook,
             Some("deliveries") => &hers.delivery,
@@ -175,7 +181,10 @@ async fn what_belongs_to_others_is_not_found_on_any_route() {
     }
     let learn = ask(&service, &bob, Method::PUT, "/v1/rigs/learned").json(&json!({"asset": hers.asset}));
     problem(learn.send().await.expect("an answer"), 404, "not_found").await;
-    for list in ["/v1/assets", "/v1/jobs"] {
+    let batch = json!({"items": [inputs], "atomic": true});
+    let refused = ask(&service, &bob, Method::POST, "/v1/batches").json(&batch).send().await.expect("an answer");
+    problem(refused, 422, "unknown_asset").await;
+    for list in ["/v1/assets", "/v1/jobs", "/v1/batches"] {
         let seen = read(ask(&service, &bob, Method::GET, list).send().await.expect("an answer")).await;
         assert_eq!(seen["items"], json!([]), "{list} shows him nothing");
     }

@@ -1,0 +1,377 @@
+//! `/v1/batches`: jobs that are asked for together.
+
+use std::{collections::BTreeMap, time::Duration};
+
+use axum::{
+    Json,
+    body::Body,
+    extract::{FromRequest, Request, State},
+    http::{HeaderValue, StatusCode, header},
+    response::{IntoResponse, Response},
+};
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use super::new_batch::NewBatchBody;
+use crate::{
+    config::Settings,
+    http::{
+        ApiState, Shared,
+        auth::Caller,
+        caching,
+        download::ascii,
+        extract::{Id, JsonBody, QueryOf, known},
+        idempotency::{IdempotencyKey, replayed},
+        page,
+        prefer::Prefer,
+        problem::{Problem, ProblemView},
+        quota,
+        views::{JobPageView, JobView},
+    },
+    jobs::{BadItem, BatchId, BatchSnapshot, JobState, Jobs, NewBatch, SubmittedBatch},
+};
+
+pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
+    OpenApiRouter::new()
+        .routes(routes!(create, list))
+        .routes(routes!(show))
+        .routes(routes!(jobs_of))
+        .routes(routes!(cancel))
+        .routes(routes!(retry_failed))
+}
+
+/// Jobs that were asked for together.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = Batch)]
+pub(super) struct BatchView {
+    /// Names it.
+    #[schema(example = "bat_01j9z3k8m0q4r6t8v0x2y4a6c8")]
+    id: String,
+    /// `queued` until one of its jobs starts, `running` or `canceling` until all have ended, then `succeeded` when all did, `failed` when
+    /// one failed, else `canceled`. `retry-failed` leads back to the beginning.
+    #[schema(example = "running")]
+    state: &'static str,
+    /// How many items there are.
+    items: u64,
+    /// How many of them are in each state; of an item that was asked for again, the newest job counts.
+    counts: BatchCounts,
+    /// How far the whole is.
+    progress: BatchProgressView,
+    /// How many jobs were asked for again by `retry-failed`, all times together.
+    retried: u64,
+    /// `continue` or `stop`.
+    #[schema(example = "continue")]
+    on_error: &'static str,
+    /// The user's own words about it.
+    labels: BTreeMap<String, String>,
+    /// When it was asked for.
+    #[schema(format = DateTime)]
+    created_at: String,
+    /// When the first of its jobs started.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(format = DateTime)]
+    started_at: Option<String>,
+    /// When the last of its jobs ended, once all have.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(format = DateTime)]
+    finished_at: Option<String>,
+    /// When the last of its jobs may be removed, and the batch with it; known once all have ended.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(format = DateTime)]
+    expires_at: Option<String>,
+    /// Where to go from here.
+    links: BatchLinks,
+}
+
+/// Items of a batch by the state of their jobs. What was removed by itself is not counted any more.
+#[derive(Debug, Serialize, ToSchema)]
+struct BatchCounts {
+    /// Wait for a worker.
+    queued: u64,
+    /// Are at work.
+    running: u64,
+    /// Were told to stop.
+    canceling: u64,
+    /// Have results.
+    succeeded: u64,
+    /// Ended without results; `problem` of the job says why.
+    failed: u64,
+    /// Were stopped on request, or since another item failed.
+    canceled: u64,
+}
+
+/// How far a batch is.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = BatchProgress)]
+struct BatchProgressView {
+    /// Items that have ended.
+    done: u64,
+    /// Items.
+    total: u64,
+}
+
+/// Where to go from a batch.
+#[derive(Debug, Serialize, ToSchema)]
+struct BatchLinks {
+    /// The batch itself.
+    #[serde(rename = "self")]
+    own: String,
+    /// Its jobs.
+    jobs: String,
+    /// To stop it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cancel: Option<String>,
+    /// To ask again for what failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    retry_failed: Option<String>,
+}
+
+impl From<BatchSnapshot> for BatchView {
+    fn from(batch: BatchSnapshot) -> Self {
+        let (state, count) = (batch.state(), |state| batch.count(state));
+        let own = format!("/v1/batches/{}", batch.record.id);
+        let link = |there: bool, name: &str| there.then(|| format!("{own}/{name}"));
+        let text = |time: Option<jiff::Timestamp>| time.map(|time| time.to_string());
+        let ended = |time| text(time).filter(|_| state.is_final());
+        Self {
+            id: batch.record.id.to_string(),
+            state: state.name(),
+            items: batch.record.items,
+            counts: BatchCounts {
+                queued: count(JobState::Queued),
+                running: count(JobState::Running),
+                canceling: count(JobState::Canceling),
+                succeeded: count(JobState::Succeeded),
+                failed: count(JobState::Failed),
+                canceled: count(JobState::Canceled),
+            },
+            progress: BatchProgressView { done: batch.ended(), total: batch.record.items },
+            retried: batch.progress.retried,
+            on_error: batch.record.on_error.name(),
+            created_at: batch.record.created_at.to_string(),
+            started_at: text(batch.progress.started_at),
+            finished_at: ended(batch.progress.finished_at),
+            expires_at: ended(batch.progress.expires_at),
+            links: BatchLinks {
+                jobs: format!("{own}/jobs"),
+                cancel: link(!state.is_final(), "cancel"),
+                retry_failed: link(count(JobState::Failed) > 0, "retry-failed"),
+                own,
+            },
+            labels: batch.record.labels,
+        }
+    }
+}
+
+/// A page of batches, newest first.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = BatchPage)]
+struct BatchPageView {
+    /// The batches.
+    items: Vec<BatchView>,
+    /// To be given as `cursor` for the next page; absent on the last.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    next_cursor: Option<String>,
+}
+
+/// What a batch would be.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = BatchCheck)]
+struct BatchCheckView {
+    /// How many items there are.
+    items: u64,
+    /// Those that could not be run.
+    bad_items: Vec<BadItemView>,
+}
+
+/// An item that cannot be run.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = BadItem)]
+struct BadItemView {
+    /// Which one, from 0.
+    item: u64,
+    /// Why.
+    problem: ProblemView,
+}
+
+impl From<BadItem> for BadItemView {
+    fn from(BadItem { item, failure }: BadItem) -> Self {
+        let problem = Problem::of_job(&failure).below(&format!("/items/{item}"));
+        Self { item, problem: problem.view("/v1/batches", "") }
+    }
+}
+
+fn shown(batch: BatchSnapshot, status: StatusCode) -> Response {
+    /// Most batches take longer than this.
+    const LOOK_AGAIN_SECONDS: &str = "2";
+    let (id, is_final) = (batch.record.id.to_string(), batch.state().is_final());
+    let mut response = (status, Json(BatchView::from(batch))).into_response();
+    let headers = response.headers_mut();
+    if status == StatusCode::ACCEPTED {
+        headers.insert(header::LOCATION, ascii(format!("/v1/batches/{id}")));
+    }
+    if !is_final {
+        headers.insert(header::RETRY_AFTER, HeaderValue::from_static(LOOK_AGAIN_SECONDS));
+    }
+    response
+}
+
+/// Asks for many jobs at once.
+///
+/// All are taken on or none: when this is answered, every one survives a restart of the service. A body that cannot be read is refused as a
+/// whole, with a pointer to everything that is wrong. An item that can be read and not be run (its asset or preset is not there, its config
+/// cannot be used) is a job that has failed, with its problem, and the others run; with `atomic`, it is answered with that problem and
+/// nothing is asked for. Jobs of batches wait behind those that are asked for one by one.
+#[utoipa::path(post, path = "/v1/batches", operation_id = "create_batch", tag = "batches",
+    params(("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same batch"),
+        ("Cache-Control" = Option<String>, Header, description = "`no-cache` to have everything computed although the results are there")),
+    request_body(description = "the batch", content = NewBatchBody),
+    responses((status = 202, body = BatchView, description = "taken on", headers(("Location" = String), ("Retry-After" = u32))),
+        (status = 200, body = BatchCheckView, description = "with `validate_only`: what could not be run"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn create(
+    State(state): State<ApiState>,
+    Caller(owner): Caller,
+    IdempotencyKey(idempotency_key): IdempotencyKey,
+    request: Request<Body>,
+) -> Result<Response, Problem> {
+    // What was asked for before is answered also when nothing new is taken.
+    if idempotency_key.is_none() {
+        state.jobs.check_batch_admission().await?;
+    }
+    let skip_cache = caching::is_skipped(request.headers());
+    let JsonBody(body) = JsonBody::<NewBatchBody>::from_request(request, &state).await?;
+    let (validate_only, mut new) = (body.validate_only, body.read(&state.settings)?);
+    for item in &mut new.items {
+        item.skip_cache = skip_cache;
+    }
+    if validate_only {
+        let items = new.items.len() as u64;
+        let bad_items = state.jobs.check_batch(&owner, new).await?.into_iter().map(BadItemView::from).collect();
+        return Ok(Json(BatchCheckView { items, bad_items }).into_response());
+    }
+    let SubmittedBatch { batch, is_repeated, quota } =
+        state.jobs.submit_batch(&owner, NewBatch { idempotency_key, ..new }).await?;
+    let mut response = shown(batch, StatusCode::ACCEPTED);
+    response.headers_mut().extend(replayed(is_repeated).into_iter().chain(quota::headers(quota)));
+    Ok(response)
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct ListQuery {
+    /// Entries of the page; cut down to the limit `page_items`.
+    #[param(format = Int64, maximum = 4_294_967_295_u32)]
+    limit: Option<u32>,
+    /// `next_cursor` of the page before.
+    cursor: Option<String>,
+}
+
+/// Lists batches, newest first.
+#[utoipa::path(get, path = "/v1/batches", operation_id = "list_batches", tag = "batches", params(ListQuery),
+    responses((status = 200, body = BatchPageView, description = "a page"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn list(
+    State(jobs): State<Jobs>,
+    State(settings): State<Shared<Settings>>,
+    Caller(owner): Caller,
+    QueryOf(query): QueryOf<ListQuery>,
+) -> Result<Json<BatchPageView>, Problem> {
+    const WORDS: &str = "batches";
+    let before = page::read_cursor(query.cursor.as_deref(), WORDS, |text| BatchId::parse(text).ok())?;
+    let found = jobs.batches(&owner, before.as_ref(), page::items(query.limit, settings.max_page_items)).await?;
+    let last = found.items.last().filter(|_| found.has_more);
+    let next_cursor = last.map(|batch| page::cursor(WORDS, batch.record.id.as_str()));
+    let items = found.items.into_iter().map(BatchView::from).collect();
+    Ok(Json(BatchPageView { items, next_cursor }))
+}
+
+/// Shows a batch.
+///
+/// With `Prefer: wait=N` the answer comes when all its jobs have ended, or after N seconds.
+#[utoipa::path(get, path = "/v1/batches/{id}", operation_id = "show_batch", tag = "batches", params(("id" = String, Path, description = "the batch"),
+    ("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds for its end")),
+    responses((status = 200, body = BatchView, description = "the batch; `Retry-After` while it has not ended"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn show(
+    State(jobs): State<Jobs>,
+    State(settings): State<Shared<Settings>>,
+    Caller(owner): Caller,
+    Id(id): Id<BatchId>,
+    prefer: Prefer,
+) -> Result<Response, Problem> {
+    let longest = settings.max_wait.0;
+    let batch = jobs.wait_for_batch(&owner, &id, prefer.wait(Duration::ZERO, longest)).await?;
+    let mut response = shown(batch, StatusCode::OK);
+    response.headers_mut().extend(prefer.applied(longest));
+    Ok(response)
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct JobsQuery {
+    /// Only jobs in this state.
+    #[param(example = "failed")]
+    state: Option<String>,
+    /// Entries of the page; cut down to the limit `page_items`.
+    #[param(format = Int64, maximum = 4_294_967_295_u32)]
+    limit: Option<u32>,
+    /// `next_cursor` of the page before.
+    cursor: Option<String>,
+}
+
+/// Lists the jobs of a batch, in the order of its items.
+///
+/// Of an item that was asked for again, the newest job.
+#[utoipa::path(get, path = "/v1/batches/{id}/jobs", operation_id = "list_batch_jobs", tag = "batches",
+    params(("id" = String, Path, description = "the batch"), JobsQuery),
+    responses((status = 200, body = JobPageView, description = "a page"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn jobs_of(
+    State(jobs): State<Jobs>,
+    State(settings): State<Shared<Settings>>,
+    Caller(owner): Caller,
+    Id(id): Id<BatchId>,
+    QueryOf(query): QueryOf<JobsQuery>,
+) -> Result<Json<JobPageView>, Problem> {
+    let state =
+        known("state", query.state.as_deref(), JobState::from_name, || JobState::ALL.map(JobState::name).join(", "))?;
+    let words = serde_json::json!([id.as_str(), query.state]).to_string();
+    let after = page::read_cursor(query.cursor.as_deref(), &words, |text| text.parse::<u32>().ok().map(u64::from))?;
+    let most = page::items(query.limit, settings.max_page_items);
+    let found = jobs.batch_jobs(&owner, &id, state, after, most).await?;
+    let last = found.items.last().filter(|_| found.has_more).and_then(|job| job.record.batch.as_ref());
+    let next_cursor = last.map(|place| page::cursor(&words, &place.item.to_string()));
+    Ok(Json(JobPageView { items: found.items.into_iter().map(JobView::from).collect(), next_cursor }))
+}
+
+/// Stops a batch.
+///
+/// What waits ends at once, what runs is told to stop, what has ended stays as it is. May be called any number of times, whatever the load.
+#[utoipa::path(post, path = "/v1/batches/{id}/cancel", operation_id = "cancel_batch", tag = "batches", params(("id" = String, Path, description = "the batch")),
+    responses((status = 200, body = BatchView, description = "the batch as it is now"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn cancel(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<BatchId>) -> Result<Response, Problem> {
+    Ok(shown(jobs.cancel_batch(&owner, &id).await?, StatusCode::OK))
+}
+
+/// Asks again for what failed.
+///
+/// Every item whose newest job failed, or did not start since another one failed, gets a new job (`retry_of` names the old one). The others
+/// are left as they are. Without any, nothing changes.
+#[utoipa::path(post, path = "/v1/batches/{id}/retry-failed", operation_id = "retry_failed_of_batch", tag = "batches",
+    params(("id" = String, Path, description = "the batch")),
+    responses((status = 202, body = BatchView, description = "the batch, with the new jobs", headers(("Location" = String))),
+        (status = 200, body = BatchView, description = "the batch; nothing in it had failed"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn retry_failed(
+    State(jobs): State<Jobs>,
+    Caller(owner): Caller,
+    Id(id): Id<BatchId>,
+) -> Result<Response, Problem> {
+    let (batch, count) = jobs.retry_failed(&owner, &id).await?;
+    Ok(shown(batch, if count > 0 { StatusCode::ACCEPTED } else { StatusCode::OK }))
+}

@@ -1,0 +1,67 @@
+//! What the records of keys and of named documents promise, whichever database keeps them; part of the suite of `records`.
+
+use jiff::Timestamp;
+use retargetd::store::{
+    ApiKeyId, ApiKeyRecord, DocumentChange, DocumentKind, NewDocument, Precondition, Records, Scope,
+};
+
+use super::records::{HOUR, principal};
+
+pub(super) async fn keys_are_found_bounded_and_removed(records: &Records) {
+    let key = |owner: &str, expires_at: Option<Timestamp>| ApiKeyRecord {
+        id: ApiKeyId::new(),
+        principal: principal(owner),
+        sha256: "aa".to_owned(),
+        scopes: vec![Scope::Read, Scope::Admin],
+        created_at: Timestamp::UNIX_EPOCH + HOUR,
+        expires_at,
+    };
+    let first = key("ann", Some(Timestamp::UNIX_EPOCH + HOUR * 2));
+    assert!(records.add_api_key(&first, 1).await.expect("writes"), "the first");
+    assert!(!records.add_api_key(&key("ann", None), 1).await.expect("answers"), "no second one");
+    assert!(records.add_api_key(&key("bob", None), 1).await.expect("writes"), "of another");
+    assert_eq!(records.api_key(&first.id).await.expect("reads").as_ref(), Some(&first), "every field");
+    let ended = ApiKeyRecord { created_at: Timestamp::UNIX_EPOCH + HOUR * 2, ..key("ann", None) };
+    assert!(records.add_api_key(&ended, 1).await.expect("writes"), "the first has ended by then");
+    let racers = (0..8).map(|_| {
+        let (records, key) = (records.clone(), key("cy", None));
+        async move { records.add_api_key(&key, 2).await }
+    });
+    let made = futures::future::join_all(racers).await.into_iter().filter(|made| matches!(made, Ok(true))).count();
+    assert_eq!(made, 2, "two of many who come at the same time");
+    assert_eq!(records.api_keys().await.expect("lists").len(), 5, "all of them");
+    assert!(records.remove_api_key(&first.id).await.expect("removes"), "it was there");
+    assert!(!records.remove_api_key(&first.id).await.expect("answers"), "and is gone");
+}
+
+pub(super) async fn documents_have_versions_and_one_writer_at_a_time(records: &Records) {
+    let put = async |text: &str, precondition: Precondition| {
+        let new = NewDocument {
+            owner: &principal("ann"),
+            kind: DocumentKind::Preset,
+            name: "hero",
+            sha256: text,
+            document: text,
+        };
+        records.put_document(new, &precondition, 3, Timestamp::UNIX_EPOCH).await.expect("writes")
+    };
+    assert!(matches!(put("1", Precondition::Absent).await, DocumentChange::Created(record) if record.version == 1));
+    assert!(matches!(put("2", Precondition::Absent).await, DocumentChange::Refused(Some(_))), "it is there");
+    let writers = (0..8).map(|number| {
+        let records = records.clone();
+        let text = format!("w{number}");
+        async move {
+            let new = NewDocument {
+                owner: &principal("ann"),
+                kind: DocumentKind::Preset,
+                name: "hero",
+                sha256: &text,
+                document: &text,
+            };
+            records.put_document(new, &Precondition::Is(vec!["1".to_owned()]), 3, Timestamp::UNIX_EPOCH).await
+        }
+    });
+    let outcomes = futures::future::join_all(writers).await;
+    let won = outcomes.iter().filter(|outcome| matches!(outcome, Ok(DocumentChange::Replaced(_)))).count();
+    assert_eq!(won, 1, "one of many who have seen the same wins: {outcomes:?}");
+}
