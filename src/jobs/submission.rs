@@ -10,7 +10,7 @@ use crate::{
         Added, AssetId, AssetRecord, ConfigDocument, Idempotency, InputRole, JobId, JobInput, JobKind, JobRecord,
         JobRequest, JobState, Principal, VersionedName,
     },
-    telemetry::Metric,
+    telemetry::{Metric, TraceContext},
 };
 
 /// What somebody wants done.
@@ -216,6 +216,7 @@ impl Jobs {
             idempotency,
             lease: None,
             progress: None,
+            trace_context: TraceContext::current().map(|context| context.to_string()),
             cache_key: None,
             cached_from: None,
         };

@@ -13,7 +13,7 @@ use crate::store::{JobId, LeaseId, Principal, StoreError};
 pub(super) const COLUMNS: &str = "id, state, request, input_bytes, attempt, retry_of, created_at, started_at, \
                                   finished_at, expires_at, warnings, failure, principal, priority, inputs_sha256, \
                                   memory_bytes, crashes, retries, lease, progress, idempotency_key, asked_sha256, kind, \
-                                  cache_key, cached_from";
+                                  cache_key, cached_from, trace_context";
 
 pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
     let id = read_id(row, "id", JobId::parse)?;
@@ -48,6 +48,7 @@ pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
         progress: progress.map(|text| from_json(&text)).transpose().map_err(unreadable)?,
         cache_key: row.try_get("cache_key")?,
         cached_from: optional_id(row, "cached_from", JobId::parse).map_err(unreadable)?,
+        trace_context: row.try_get("trace_context")?,
         id,
     })
 }
@@ -78,8 +79,8 @@ impl Records {
     pub async fn add_job(&self, job: &JobRecord) -> Result<Added, StoreError> {
         let mut transaction = self.begin().await?;
         let query = "INSERT INTO jobs (id, state, request, input_bytes, attempt, retry_of, created_at, principal, \
-                     priority, inputs_sha256, memory_bytes, idempotency_key, asked_sha256, kind) \
-                     VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14) ON CONFLICT DO NOTHING";
+                     priority, inputs_sha256, memory_bytes, idempotency_key, asked_sha256, kind, trace_context) \
+                     VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15) ON CONFLICT DO NOTHING";
         let (key, asked_sha256) = job.idempotency.as_ref().map(|word| (&word.key, &word.asked_sha256)).unzip();
         let done = sqlx::query(query)
             .bind(job.id.as_str())
@@ -96,6 +97,7 @@ impl Records {
             .bind(key)
             .bind(asked_sha256)
             .bind(job.kind.name())
+            .bind(&job.trace_context)
             .execute(&mut *transaction)
             .await?;
         if done.rows_affected() == 0 {
