@@ -10,7 +10,8 @@ use crate::{
     config::{Isolation, Settings},
     http::{self, ApiState, Server, ServerSettings},
     identity::Tokens,
-    jobs::{Assets, Engine, Jobs, Keys, Library, ProcessEngine, RetargetEngine, Sweeper, Workers},
+    jobs::{Assets, Courier, Engine, Jobs, Keys, Library, ProcessEngine, RetargetEngine, Sweeper, Webhooks, Workers},
+    outbound::Outbound,
     rig,
     store::{BlobPlace, Blobs, DataFolder, Records, Store},
     telemetry::{self, Clock, Metrics},
@@ -78,8 +79,9 @@ pub async fn start_with(settings: Settings, engine: Arc<dyn Engine>, clock: Cloc
     let (listener, address) = listen(settings.listen, "--listen").await?;
     let (probes, probes_address) = core.probes(&settings, tokens.clone(), metrics.clone()).await?.unzip();
     let state = ApiState {
-        assets: Assets::new(&jobs),
+        assets: Assets::new(&jobs, core.outbound.clone()),
         library: Library::new(&jobs),
+        webhooks: Webhooks::new(&jobs, core.outbound.clone()),
         keys: core.keys.clone(),
         tokens,
         jobs,
@@ -158,6 +160,7 @@ struct Core {
     store: Arc<Store>,
     jobs: Jobs,
     keys: Keys,
+    outbound: Outbound,
     /// Held until everything else is at rest: whoever takes the folder next finds it so.
     folder: Option<DataFolder>,
 }
@@ -173,10 +176,11 @@ impl Core {
         };
         let store = Arc::new(Store::new(records, blobs.leaving_free(settings.reserved_disk.0)));
         let keys = Keys::new(store.records().clone(), clock.clone());
+        let outbound = Outbound::new(settings, clock.clone());
         let jobs = Jobs::new(Arc::clone(&store), engine, Arc::clone(settings), clock);
         let waiting = jobs.recover().await?;
         tracing::info!(waiting, "the queue is there");
-        Ok(Self { store, jobs, keys, folder })
+        Ok(Self { store, jobs, keys, outbound, folder })
     }
 
     /// The server of probes and where it listens, where one is asked for.
@@ -202,6 +206,7 @@ impl Core {
         let parts = Parts {
             workers: Workers::start(&self.jobs, settings.workers.0),
             sweeper: Sweeper::start(&self.jobs),
+            courier: Courier::start(&self.jobs, self.outbound),
             jobs: self.jobs,
             server,
             probes,
@@ -218,6 +223,7 @@ struct Parts {
     jobs: Jobs,
     workers: Workers,
     sweeper: Sweeper,
+    courier: Courier,
     server: Option<Server>,
     probes: Option<Server>,
 }
@@ -237,6 +243,7 @@ impl Parts {
         close.cancel();
         self.workers.stop(settings.grace_period.0).await;
         self.sweeper.stop().await;
+        self.courier.stop().await;
         // Whoever watches sees the last jobs end.
         close_probes.cancel();
         for server in [server, probes].into_iter().flatten() {

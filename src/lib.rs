@@ -13,7 +13,8 @@
 //! | [`editing`] | edits of a clip: time, loops, mirror | `model`, `rig` |
 //! | [`engine`] | the one pure function: input bytes and spec to output bytes, warnings and report | all above |
 //! | [`store`] | durable facts: records and blobs | `config` |
-//! | [`jobs`] | scheduling: states, admission, queue, workers | `engine`, `store`, `config`, `telemetry` |
+//! | [`outbound`] | talking out: address guard, requests, signatures of webhooks | `config`, `telemetry` |
+//! | [`jobs`] | scheduling: states, admission, queue, workers, webhooks | `engine`, `store`, `outbound`, `config`, `telemetry` |
 //! | [`identity`] | who shows a token of an identity provider: its signature, its issuer's keys, what it allows | `store` (its words), `config`, `telemetry` |
 //! | [`http`] | translation only: routes, views, problems | `jobs`, `identity`, `engine` (its words), `samples`, `config`, `telemetry` |
 //! | [`config`], [`telemetry`] | settings; logs, metrics, traces, clock | nothing |
@@ -85,6 +86,7 @@ pub mod http;
 pub mod identity;
 pub mod jobs;
 pub mod model;
+pub mod outbound;
 pub mod retarget;
 pub mod rig;
 pub mod samples;

@@ -7,15 +7,17 @@
 
 mod failpoint;
 mod memory;
+mod networks;
 mod settings;
 mod tokens;
 mod value;
 
 pub use failpoint::{Failpoint, misbehave};
 pub use memory::MemoryBudget;
+pub use networks::Networks;
 pub use settings::{LimitView, Setting, SettingError, SettingErrors, Settings};
 pub use tokens::{KeyPlace, Names, TokenAlgorithms, is_guarded_url, is_this_machine};
 pub use value::{
-    Authentication, ByteSize, HttpUrl, Isolation, LogFormat, Origins, Period, Secret, SettingValue, Switch, Unit,
-    Workers,
+    Authentication, ByteSize, HttpUrl, Isolation, LogFormat, Origins, Period, Periods, Secret, SettingValue, Switch,
+    Unit, Workers,
 };

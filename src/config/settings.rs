@@ -4,10 +4,11 @@ use std::{fmt, net::SocketAddr, path::PathBuf};
 
 use super::{
     memory::MemoryBudget,
+    networks::Networks,
     tokens::{KeyPlace, Names, TokenAlgorithms},
     value::{
-        Authentication, ByteSize, HttpUrl, Isolation, LogFormat, Origins, Period, Secret, SettingValue, Switch, Unit,
-        Workers,
+        Authentication, ByteSize, HttpUrl, Isolation, LogFormat, Origins, Period, Periods, Secret, SettingValue,
+        Switch, Unit, Workers,
     },
 };
 
@@ -286,6 +287,25 @@ settings! {
     plain download_link_period: Period = "0s" in 0..=86_400;
     /// How often what has expired is removed
     plain sweep_interval: Period = "60s" in 0.05..=86_400;
+
+    /// Webhooks of one principal
+    limit max_webhooks: u64 = "16" in 0..=1_000;
+    /// How long the receiver of a webhook may take to answer
+    limit webhook_timeout: Period = "15s" in 0.05..=120;
+    /// After which times a delivery to a webhook that failed is tried again, one after the other, each a fifth shorter or longer by chance
+    plain webhook_retries: Periods = "5s,5m,30m,2h,5h,10h,14h,20h";
+    /// How long a webhook may fail before it is disabled
+    limit webhook_failing_period: Period = "5d" in 0.05..=31_536_000;
+    /// How long deliveries to webhooks are kept that were made or given up
+    limit delivery_retention: Period = "7d" in 1..=315_360_000;
+    /// Whether files may be given by URL, which the service then fetches: on or off
+    plain url_input: Switch = "off";
+    /// How long fetching one file may take in all
+    limit url_input_timeout: Period = "60s" in 0.05..=3_600;
+    /// Networks that may be talked to although they are not public, such as '10.0.0.0/8', with commas between them; plain http goes to these alone
+    plain outbound_allow: Networks = "";
+    /// Networks that are never talked to, whatever 'outbound-allow' says
+    plain outbound_deny: Networks = "";
 
     /// Requests that are worked on at the same time
     limit max_concurrent_requests: u64 = "512" in 1..=100_000;

@@ -117,6 +117,26 @@ impl SettingValue for Period {
     }
 }
 
+/// Lengths of time, one after the other.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Periods(pub Vec<Duration>);
+
+impl SettingValue for Periods {
+    const UNIT: Unit = Unit::None;
+    const EXAMPLE: &'static str = "5s,5m,2h";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        let texts = text.split(',').map(str::trim).filter(|text| !text.is_empty());
+        let periods = texts.map(|text| Period::parse(text).map(|period| period.0));
+        let periods = periods.collect::<Result<_, _>>();
+        periods.map(Self).map_err(|expected| format!("{expected}, with commas between them"))
+    }
+
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
 fn split_unit(text: &str) -> (&str, &str) {
     let end = text.find(|character: char| !character.is_ascii_digit()).unwrap_or(text.len());
     (&text[..end], text[end..].trim_start())
@@ -367,6 +387,17 @@ mod tests {
         for (text, seconds) in [("1500ms", 1.5), ("30s", 30.0), ("5m", 300.0), ("7d", 604_800.0)] {
             assert_eq!(Period::parse(text).map(|period| period.0.as_secs_f64()), Ok(seconds), "{text}");
         }
+    }
+
+    #[test]
+    fn periods_come_one_after_the_other() {
+        let seconds = [5, 300, 7200].map(Duration::from_secs).to_vec();
+        assert_eq!(Periods::parse("5s, 5m,2h"), Ok(Periods(seconds)), "in their order");
+        assert_eq!(Periods::parse(""), Ok(Periods(Vec::new())), "none");
+        assert!(
+            Periods::parse("5s,soon").is_err_and(|expected| expected.ends_with("commas between them")),
+            "one is none"
+        );
     }
 
     #[test]

@@ -5,6 +5,8 @@
 //! axes of the format, where `W` turns the scene's axes into them; its own rotation is `Nₚ⁻¹ · N`. What joints between two bones
 //! turn is in the lower bone. (VRMC_vrm_animation 1.0, "humanoid".)
 
+use std::collections::BTreeSet;
+
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 use crate::{
@@ -182,23 +184,27 @@ fn gaze(rig: &Rig<'_>, clip: &Clip) -> Option<Track<Quat>> {
     Some(Track::Sampled(gaze.frames.iter().map(turn).collect()).compacted())
 }
 
-/// Expressions that move, and their weights: those that the clip has, else those that the morphs of a face stand for.
+/// Expressions that move, and their weights: those that the clip has, and those that the other shapes of the face stand for.
 fn expressions(scene: &Scene, clip: &Clip, reporter: &mut Reporter) -> Result<(Vec<Morph>, Vec<MorphTrack>), Failure> {
     let expression = |name: &str| Morph { name: name.to_owned(), rest: 0.0, place: MorphPlace::Expression(Vec::new()) };
     let meaning = |track: &&MorphTrack| morph_meaning(&scene.morphs[track.morph].name);
     let moving = clip.morphs().iter().filter(|track| !meaning(track).is_some_and(is_look));
-    let (own, shapes): (Vec<&MorphTrack>, Vec<&MorphTrack>) =
+    let (own, mut shapes): (Vec<&MorphTrack>, Vec<&MorphTrack>) =
         moving.partition(|track| matches!(scene.morphs[track.morph].place, MorphPlace::Expression(_)));
-    if !own.is_empty() {
-        let named = own.iter().map(|track| expression(&scene.morphs[track.morph].name)).collect();
-        let weights = own.iter().enumerate();
-        return Ok((
-            named,
-            weights.map(|(morph, track)| MorphTrack { morph, weights: track.weights.clone() }).collect(),
-        ));
-    }
+    let mut named: Vec<Morph> = own.iter().map(|track| expression(&scene.morphs[track.morph].name)).collect();
+    let mut tracks: Vec<MorphTrack> =
+        own.iter().enumerate().map(|(morph, track)| MorphTrack { morph, weights: track.weights.clone() }).collect();
+    // What an expression does to the meshes is there as weights of theirs as well.
+    let bound = |track: &MorphTrack| match &scene.morphs[track.morph].place {
+        MorphPlace::Expression(binds) => binds.clone(),
+        MorphPlace::Mesh { .. } | MorphPlace::Weight | MorphPlace::Property => Vec::new(),
+    };
+    let done: BTreeSet<usize> = own.iter().flat_map(|track| bound(track)).map(|(morph, _)| morph).collect();
+    shapes.retain(|track| !done.contains(&track.morph));
+
     let has_blink = shapes.iter().any(|track| meaning(track) == Some(BLINK));
-    let presets = VRM_EXPRESSIONS.iter().filter(|name| **name != BLINK || has_blink);
+    let is_there = |name: &str| named.iter().any(|own| own.name == name);
+    let presets = VRM_EXPRESSIONS.iter().filter(|name| (**name != BLINK || has_blink) && !is_there(name));
     let targets: Vec<Morph> = presets.map(|name| Morph { place: MorphPlace::Weight, ..expression(name) }).collect();
     let animated: Vec<usize> = shapes.iter().map(|track| track.morph).collect();
     let mapping = map_morphs(&scene.morphs, &animated, &targets, &MorphsSpec::default()).map_err(in_config)?;
@@ -209,10 +215,11 @@ fn expressions(scene: &Scene, clip: &Clip, reporter: &mut Reporter) -> Result<(V
         let detail = format!("no expression of VRM's shows what {} morphs do: {}", lost.len(), shortened(&lost));
         reporter.warn("morphs_not_written", "vrma", detail, "take a glTF format to have all morphs");
     }
-    let moved = moved_morphs(clip, &mapping, &scene.morphs, &targets);
-    let named = moved.iter().map(|track| expression(&targets[track.morph].name)).collect();
-    let weights = moved.into_iter().enumerate().map(|(morph, track)| MorphTrack { morph, ..track }).collect();
-    Ok((named, weights))
+    for track in moved_morphs(clip, &mapping, &scene.morphs, &targets) {
+        tracks.push(MorphTrack { morph: named.len(), weights: track.weights });
+        named.push(expression(&targets[track.morph].name));
+    }
+    Ok((named, tracks))
 }
 
 fn shortened(names: &[&str]) -> String {

@@ -268,12 +268,12 @@ pub(super) fn write_outputs(
         let renamed = output.options.clip_name.as_ref().map(|name| result.clone().renamed(name.clone()));
         let clip = renamed.as_ref().unwrap_or(result);
         let holds_curves = output.format.holds_gltf() || matches!(output.format, Format::PosesNpz | Format::PosesJson);
-        let holds_morphs = match output.format {
-            Format::PosesNpz | Format::PosesJson | Format::Vrma => true,
-            format => format.holds_gltf() && output.options.include == IncludeSpec::Full,
-        };
-        let are_properties = clip.morphs().iter().map(|track| target.scene.morphs[track.morph].is_property());
-        let (properties, morphs): (Vec<bool>, Vec<bool>) = are_properties.partition(|is_property| *is_property);
+        let options = WriteOptions { extras: Some(extras.clone()), ..output.write_options(reporter) };
+        let moved = clip.morphs().iter().map(|track| track.morph);
+        let (properties, morphs): (Vec<usize>, Vec<usize>) =
+            moved.partition(|morph| target.scene.morphs[*morph].is_property());
+        let holds = |morph: &&usize| formats::holds_morph(target.scene, **morph, output.format, options.include);
+        let lost = morphs.len() - morphs.iter().filter(holds).count();
         if !properties.is_empty() && !holds_curves {
             reporter.warn(
                 "curves_not_written",
@@ -282,15 +282,14 @@ pub(super) fn write_outputs(
                 "take pose arrays or a glTF format, or leave the curves op out",
             );
         }
-        if !morphs.is_empty() && !holds_morphs {
+        if lost > 0 {
             reporter.warn(
                 "morphs_not_written",
                 output.format.info().name,
-                format!("the weights of {} morphs are not in this output", morphs.len()),
-                "take pose arrays or a glTF format with everything of the target, or set morphs.enabled to false",
+                format!("the weights of {lost} morphs are not in this output"),
+                "take pose arrays, or the format of the target with everything of it, or set morphs.enabled to false",
             );
         }
-        let options = WriteOptions { extras: Some(extras.clone()), ..output.write_options(reporter) };
         let bytes = write_one(target, clip, &options, control, reporter)?;
         let name = format!("{}.{}", file_stem(result.name()), output.format.info().endings[0]);
         outputs.push(Output { format: output.format, name, bytes });

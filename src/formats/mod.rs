@@ -52,7 +52,24 @@ pub use sniff::sniff;
 
 use glam::{Quat, Vec3};
 
-use crate::model::{Clip, Control, MorphMesh, Reporter, Scene, Stretched, joints_stretched_in, straightened_clip};
+use crate::model::{
+    Clip, Control, MorphMesh, MorphPlace, Reporter, Scene, Stretched, joints_stretched_in, straightened_clip,
+};
+
+/// Whether a file that is written of a target holds the weights of one of its morphs.
+#[must_use]
+pub fn holds_morph(target: &Scene, morph: usize, format: Format, include: Include) -> bool {
+    match format {
+        Format::PosesNpz | Format::PosesJson | Format::Vrma => true,
+        Format::Fbx => include == Include::Everything && fbx::holds_morph(target, morph),
+        // Without a mesh there is nothing that could have a weight.
+        format if format.holds_gltf() => {
+            let place = target.morphs.get(morph).map(|morph| &morph.place);
+            include == Include::Everything && !matches!(place, None | Some(MorphPlace::Weight | MorphPlace::Property))
+        }
+        _ => false,
+    }
+}
 
 /// Decodes a file.
 ///

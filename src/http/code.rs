@@ -129,6 +129,18 @@ codes! {
         "`If-Match` or `If-None-Match` does not hold: somebody else has changed it. Get it again, and change that.";
     TooManyDocuments = "too_many_documents", CONFLICT, false, "There are as many as may be",
         "The limit is `stored_documents`. Delete rigs or presets that nobody needs, or ask the operator to raise it.";
+    ForbiddenUrl = "forbidden_url", UNPROCESSABLE_ENTITY, false, "The service does not go there",
+        "URLs of callers must be `https` without user and password, and lead to public addresses; the operator can name other networks with `--outbound-allow`.";
+    UrlInputOff = "url_input_off", FORBIDDEN, false, "The service fetches no files",
+        "A JSON body of `POST /v1/assets` names a URL, which the operator has not allowed (`--url-input on`). Send the file itself.";
+    FetchFailed = "fetch_failed", BAD_GATEWAY, true, "The file cannot be fetched",
+        "The place did not answer with a file within `url_input_timeout`, or sent the service on more than three times. The detail says what happened.";
+    TooManyWebhooks = "too_many_webhooks", CONFLICT, false, "There are as many webhooks as may be",
+        "The limit is `webhooks`, for each principal by itself. Delete one that nobody listens to.";
+    UnknownWebhook = "unknown_webhook", UNPROCESSABLE_ENTITY, false, "A webhook does not exist",
+        "The job names a webhook that is not there. `GET /v1/webhooks` lists them.";
+    WebhookDisabled = "webhook_disabled", CONFLICT, false, "The webhook is disabled",
+        "Its receiver said that it is gone, or has failed for too long. `POST /v1/webhooks/{id}/ping` enables it again when it is answered.";
     IdempotencyKeyReused = "idempotency_key_reused", UNPROCESSABLE_ENTITY, false, "The Idempotency-Key came before with something else",
         "A key stands for one request, whatever becomes of it. Take a new one for another request. The detail names the job from then.";
     Quarantined = "quarantined", UNPROCESSABLE_ENTITY, true, "These files have brought workers down",

@@ -8,7 +8,7 @@ use axum::{
 use serde::de::DeserializeOwned;
 
 use super::{ApiState, code::Code, problem::Problem, upload::BodyReader};
-use crate::jobs::{ApiKeyId, AssetId, JobId, ResultId};
+use crate::jobs::{ApiKeyId, AssetId, DeliveryId, JobId, ResultId, WebhookId};
 
 /// An id in the path. What is no id names nothing, so it is not found.
 #[derive(Debug)]
@@ -19,29 +19,17 @@ pub(super) trait PathId: Sized {
     fn read(text: &str) -> Option<Self>;
 }
 
-impl PathId for AssetId {
-    fn read(text: &str) -> Option<Self> {
-        Self::parse(text).ok()
-    }
+macro_rules! path_ids {
+    ($($id:ty),+) => {
+        $(impl PathId for $id {
+            fn read(text: &str) -> Option<Self> {
+                Self::parse(text).ok()
+            }
+        })+
+    };
 }
 
-impl PathId for ApiKeyId {
-    fn read(text: &str) -> Option<Self> {
-        Self::parse(text).ok()
-    }
-}
-
-impl PathId for JobId {
-    fn read(text: &str) -> Option<Self> {
-        Self::parse(text).ok()
-    }
-}
-
-impl PathId for ResultId {
-    fn read(text: &str) -> Option<Self> {
-        Self::parse(text).ok()
-    }
-}
+path_ids!(ApiKeyId, AssetId, DeliveryId, JobId, ResultId, WebhookId);
 
 impl<T: PathId, S: Send + Sync> FromRequestParts<S> for Id<T> {
     type Rejection = Problem;
@@ -66,6 +54,22 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for QueryOf<T> {
             Problem::new(Code::MalformedRequest, format!("the query cannot be read: {}", error.body_text()))
         })
     }
+}
+
+/// The value of a name of a closed set.
+pub(super) fn known<T>(
+    member: &str,
+    name: Option<&str>,
+    read: impl Fn(&str) -> Option<T>,
+    all: impl Fn() -> String,
+) -> Result<Option<T>, Problem> {
+    name.map(|name| read(name).ok_or_else(|| unusable(member, name, &format!("one of {}", all())))).transpose()
+}
+
+/// A parameter of a query that says nothing.
+pub(super) fn unusable(member: &str, seen: &str, expected: &str) -> Problem {
+    let shown: String = seen.chars().take(64).collect();
+    Problem::new(Code::MalformedRequest, format!("'{shown}' is no '{member}'; it is {expected}"))
 }
 
 /// A JSON body.

@@ -48,7 +48,7 @@ use tokio::sync::Semaphore;
 use crate::{
     config::Settings,
     identity::Tokens,
-    jobs::{Assets, Jobs, Keys, Library},
+    jobs::{Assets, Jobs, Keys, Library, Webhooks},
     telemetry::Metrics,
 };
 
@@ -64,6 +64,8 @@ pub struct ApiState {
     pub assets: Assets,
     /// The rigs and presets.
     pub library: Library,
+    /// The webhooks.
+    pub webhooks: Webhooks,
     /// The keys with which callers say who they are.
     pub keys: Keys,
     /// The tokens of an identity provider that are taken beside keys.

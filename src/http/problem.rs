@@ -237,6 +237,18 @@ impl From<Refusal> for Problem {
                 .about_limit("stored_documents", most, most + 1)
                 .with_hint("delete some first"),
             Refusal::TooManyKeys { .. } => Self::new(Code::TooManyKeys, detail).with_hint("revoke one first"),
+            Refusal::ForbiddenUrl(_) => Self::new(Code::ForbiddenUrl, detail).at("/url", Vec::new()),
+            Refusal::UrlInputOff => Self::new(Code::UrlInputOff, detail)
+                .with_hint("send the file itself, with 'Content-Type: application/octet-stream'"),
+            Refusal::FetchFailed { .. } => Self::new(Code::FetchFailed, detail),
+            Refusal::TooManyWebhooks { most } => Self::new(Code::TooManyWebhooks, detail)
+                .about_limit("webhooks", most, most + 1)
+                .with_hint("delete one first"),
+            Refusal::UnknownWebhook { .. } => Self::new(Code::UnknownWebhook, detail)
+                .with_hint("GET /v1/webhooks lists them")
+                .at("/webhook", Vec::new()),
+            Refusal::WebhookDisabled { .. } => Self::new(Code::WebhookDisabled, detail)
+                .with_hint("ping it first: when it answers, it is enabled again"),
             Refusal::KeyReused { .. } => Self::new(Code::IdempotencyKeyReused, detail),
             Refusal::UnknownPreset { name, known } => {
                 let similar = known.iter().filter(|known| strsim::jaro_winkler(known, &name) > 0.7).cloned().collect();

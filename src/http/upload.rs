@@ -306,7 +306,7 @@ fn content_length(headers: &HeaderMap) -> Option<u64> {
 }
 
 /// A file name as it is kept: no folder, no control characters, not endless.
-fn clean_name(name: &str) -> String {
+pub(super) fn clean_name(name: &str) -> String {
     const MOST_LETTERS: usize = 200;
     let last = name.rsplit(['/', '\\']).next().unwrap_or_default();
     let kept: Vec<char> = last.chars().filter(|letter| !letter.is_control()).collect();

@@ -160,6 +160,9 @@ pub(super) struct JobView {
     /// The rig templates of the user's own that it is recognised with, in the versions of when it was asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     rigs: Vec<VersionedNameView>,
+    /// The webhook that is told of its end, where it names one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    webhook: Option<String>,
     /// The job that it repeats.
     #[serde(skip_serializing_if = "Option::is_none")]
     retry_of: Option<String>,
@@ -291,6 +294,7 @@ impl From<JobSnapshot> for JobView {
             labels: record.request.labels,
             preset: record.request.preset.map(VersionedNameView::from),
             rigs: record.request.rigs.into_iter().map(VersionedNameView::from).collect(),
+            webhook: record.request.webhook.map(|id| id.to_string()),
             retry_of: record.retry_of.map(|id| id.to_string()),
             cache,
             cached_from: record.cached_from.map(|id| id.to_string()),

@@ -8,12 +8,14 @@ use tokio::sync::Semaphore;
 use super::{
     Engine, Jobs, Refusal,
     bridge::on_own_thread,
+    fetching::MOST_FETCHES,
     inspections::{Found, InspectionKey},
     memory,
 };
 use crate::{
     config::Failpoint,
     engine::{Control, Failure, FailureCode, Format, Knowledge, Limits, NamedBytes, sniff},
+    outbound::Outbound,
     store::{AssetId, AssetRecord, BlobWriter, Page, Principal, UnnamedBlob},
     telemetry::Metric,
 };
@@ -24,6 +26,9 @@ pub struct Assets {
     pub(super) jobs: Jobs,
     /// As many files are looked into at the same time as jobs may run here, and at least one.
     looks: Arc<Semaphore>,
+    /// Who fetches files by URL, and how many at the same time.
+    pub(super) outbound: Outbound,
+    pub(super) fetches: Arc<Semaphore>,
 }
 
 /// A file that is arriving. Dropping it leaves nothing.
@@ -52,9 +57,9 @@ const TAIL_BYTES: usize = 64 << 10;
 impl Assets {
     /// The files that `jobs` work on.
     #[must_use]
-    pub fn new(jobs: &Jobs) -> Self {
+    pub fn new(jobs: &Jobs, outbound: Outbound) -> Self {
         let looks = Arc::new(Semaphore::new(jobs.0.settings.workers.0.max(1)));
-        Self { jobs: jobs.clone(), looks }
+        Self { jobs: jobs.clone(), looks, outbound, fetches: Arc::new(Semaphore::new(MOST_FETCHES)) }
     }
 
     /// Begins to take a file. `announced_bytes` is what the sender said it will be, so that too much is refused early.

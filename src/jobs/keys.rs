@@ -70,9 +70,7 @@ impl Keys {
     /// When the principal has two keys already that are good, or the store fails.
     pub async fn create(&self, new: NewKey) -> Result<(KeyText, ApiKeyRecord), Refusal> {
         let mut secret = [0; SECRET_BYTES];
-        getrandom::fill(&mut secret).map_err(|error| {
-            Refusal::Store(StoreError::Unreadable { record: "random bytes".to_owned(), reason: error.to_string() })
-        })?;
+        getrandom::fill(&mut secret).map_err(StoreError::from)?;
         let secret = hexadecimal(&secret);
         let mut scopes = new.scopes;
         scopes.sort_unstable();

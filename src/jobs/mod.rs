@@ -2,7 +2,7 @@
 //!
 //! A job is plain data (digests of files, a config, formats), so it can be run again after a crash. [`Jobs`] is what
 //! everything else calls: submit, look, wait, cancel, retry, delete. [`Assets`] takes uploads and looks into them. [`Library`] keeps
-//! what users teach the service under a name. All of them ask who owns what is asked for; [`Keys`] says who asks.
+//! what users teach the service under a name, [`Webhooks`] keep whom to tell of the ends of jobs. All of them ask who owns what is asked for; [`Keys`] says who asks.
 //! [`Workers`] runs what is queued. The queue lies in the store, so that any number of processes can share it; it is bounded by count
 //! and by bytes, and what does not fit is refused at once. A job that panics or runs over its time fails alone; one whose
 //! process dies is taken up by another when its lease has run out. The engine works in [processes](ProcessEngine) of its own, unless the
@@ -16,6 +16,7 @@ mod bridge;
 mod changes;
 mod events;
 mod failure;
+mod fetching;
 mod handover;
 mod inputs;
 mod inspections;
@@ -36,6 +37,7 @@ mod sweeper;
 #[cfg(test)]
 mod tests;
 mod usage;
+mod webhooks;
 mod worker;
 mod workers;
 
@@ -43,6 +45,7 @@ pub use assets::{Assets, ReceivedFile, Upload};
 pub use bridge::{Engine, Ran, RetargetEngine};
 pub use events::{EventStream, Followed, Told};
 pub use failure::FailureReason;
+pub use fetching::NewFetch;
 pub use handover::{Awaited, HandedFile};
 pub use isolation::{Bounds, ProcessEngine, serve_engine_process};
 pub use keys::{KeyText, Keys, NewKey};
@@ -53,10 +56,12 @@ pub use state::{JobEvent, next_state};
 pub use submission::{NewJob, Submitted};
 pub use sweeper::Sweeper;
 pub use usage::{JobQuota, Usage};
+pub use webhooks::{Courier, NewWebhook, Webhooks};
 pub use workers::Workers;
 
 pub use crate::store::{
-    ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, ByteStream, ConfigDocument, DocumentKind, EventRecord, Holdings,
-    InputRole, JobFailure, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest, JobState, Page, Precondition,
-    Principal, ResultId, ResultRecord, Scope, StoreError, StoredFieldError, StoredProgress, VersionedName,
+    ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, ByteStream, ConfigDocument, DeliveryEvent, DeliveryId,
+    DeliveryRecord, DeliveryState, DisabledReason, DocumentKind, EventRecord, Holdings, InputRole, JobFailure,
+    JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest, JobState, Page, Precondition, Principal, ResultId,
+    ResultRecord, Scope, StoreError, StoredFieldError, StoredProgress, VersionedName, WebhookId, WebhookRecord,
 };

@@ -3,7 +3,8 @@
 use super::JobQuota;
 use crate::{
     engine::Failure,
-    store::{InputRole, JobId, JobState, Principal, StoreError},
+    outbound::Blocked,
+    store::{InputRole, JobId, JobState, Principal, StoreError, WebhookId},
 };
 
 /// Why a request is not carried out. The door that the request came through puts it into its own words.
@@ -144,6 +145,36 @@ pub enum Refusal {
         name: String,
         /// Those that there are.
         known: Vec<String>,
+    },
+    /// A URL leads where the service does not go.
+    #[error("the URL cannot be used: {0}")]
+    ForbiddenUrl(Blocked),
+    /// The operator has not let the service fetch files.
+    #[error("this service fetches no files by URL")]
+    UrlInputOff,
+    /// A file that was to be fetched did not arrive.
+    #[error("the file cannot be fetched: {reason}")]
+    FetchFailed {
+        /// What became of it.
+        reason: String,
+    },
+    /// The principal has as many webhooks as may be.
+    #[error("there are {most} webhooks already")]
+    TooManyWebhooks {
+        /// How many that is.
+        most: u64,
+    },
+    /// A job names a webhook that is not there.
+    #[error("there is no webhook '{id}'")]
+    UnknownWebhook {
+        /// Its id.
+        id: WebhookId,
+    },
+    /// The webhook is told nothing.
+    #[error("the webhook '{id}' is disabled")]
+    WebhookDisabled {
+        /// Its id.
+        id: WebhookId,
     },
     /// The engine refused a file.
     #[error(transparent)]

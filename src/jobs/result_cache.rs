@@ -104,6 +104,7 @@ mod tests {
             preset: None,
             rigs: Vec::new(),
             skip_cache: false,
+            webhook: None,
         }
     }
 

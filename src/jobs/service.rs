@@ -8,7 +8,7 @@ use std::{
     time::Duration,
 };
 
-use tokio::time::Instant;
+use tokio::{sync::Notify, time::Instant};
 
 use super::{
     Engine, JobEvent, Refusal,
@@ -68,6 +68,8 @@ pub(super) struct Inner {
     pub(super) changes: Changes,
     pub(super) handovers: Arc<Handovers>,
     pub(super) stored_bytes: StoredBytes,
+    /// One who waits for something to tell webhooks: the task that does.
+    pub(super) outbox: Notify,
     is_draining: AtomicBool,
 }
 
@@ -112,6 +114,7 @@ impl Jobs {
             changes: Changes::default(),
             handovers: Arc::default(),
             stored_bytes: StoredBytes::default(),
+            outbox: Notify::new(),
             is_draining: AtomicBool::new(false),
         }))
     }
@@ -345,6 +348,7 @@ impl Jobs {
         Metric::LastJobFinished.set([], end.finished_at.as_millisecond() as f64 / 1e3);
         tracing::info!(job_id = %id, state = end.state.name(), code, "the job has ended");
         self.0.changes.announce(id, end.state);
+        self.0.outbox.notify_one();
     }
 
     /// An end without results.

@@ -8,7 +8,7 @@ use crate::{
     engine::{self, Failure, FailureCode, Format, NamedBytes},
     store::{
         Added, AssetId, AssetRecord, ConfigDocument, Idempotency, InputRole, JobId, JobInput, JobKind, JobRecord,
-        JobRequest, JobState, Principal, VersionedName,
+        JobRequest, JobState, Principal, VersionedName, WebhookId,
     },
     telemetry::{Metric, TraceContext},
 };
@@ -30,6 +30,8 @@ pub struct NewJob {
     pub priority: i32,
     /// Whether it is to be run although its results may be there already.
     pub skip_cache: bool,
+    /// The webhook that is told of its end, whatever that listens to.
+    pub webhook: Option<WebhookId>,
     /// The caller's own word for this request: who asks twice with the same has one job.
     pub idempotency_key: Option<String>,
 }
@@ -38,11 +40,15 @@ impl NewJob {
     /// The word, and a digest of everything else.
     fn idempotency(&self) -> Option<Idempotency> {
         let key = self.idempotency_key.clone()?;
-        let Self { inputs, config, formats, labels, preset, priority, skip_cache, idempotency_key: _ } = self;
+        let Self { inputs, config, formats, labels, preset, priority, skip_cache, webhook, idempotency_key: _ } = self;
         let inputs: Vec<_> = inputs.iter().map(|(role, asset)| (role.name(), asset)).collect();
         let formats: Vec<_> = formats.iter().map(|format| format.info().name).collect();
         let config = config.as_ref().map(|config| &config.text);
-        let asked = serde_json::json!([inputs, config, formats, labels, preset, priority, skip_cache]);
+        let mut asked = serde_json::json!([inputs, config, formats, labels, preset, priority, skip_cache]);
+        // Only where there is one, so that a digest from before there were webhooks stays what it is.
+        if let (Some(webhook), Some(asked)) = (webhook, asked.as_array_mut()) {
+            asked.push(serde_json::json!(webhook));
+        }
         Some(Idempotency { key, asked_sha256: library::digest(&asked.to_string()) })
     }
 }
@@ -129,10 +135,18 @@ impl Jobs {
             preset,
             rigs: own_rigs.versions(),
             skip_cache: new.skip_cache,
+            webhook: self.own_webhook(owner, new.webhook).await?,
         };
         let memory_bytes = memory::of_job(needs.into_iter());
         let (owner, priority, kind) = (owner.clone(), new.priority, kind_of(&request));
         Ok(Wanted { owner, kind, request, input_bytes, memory_bytes, priority, retry_of: None, idempotency: None })
+    }
+
+    /// The webhook that a job names, when its owner has it.
+    async fn own_webhook(&self, owner: &Principal, id: Option<WebhookId>) -> Result<Option<WebhookId>, Refusal> {
+        let Some(id) = id else { return Ok(None) };
+        let found = self.0.store.records().webhook(&id).await?.is_some_and(|webhook| webhook.principal == *owner);
+        if found { Ok(Some(id)) } else { Err(Refusal::UnknownWebhook { id }) }
     }
 
     /// What a file adds to the memory that a job needs: by what was found in it, else by its size.

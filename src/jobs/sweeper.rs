@@ -2,10 +2,11 @@
 
 use std::time::Duration;
 
+use jiff::Timestamp;
 use tokio::time::Instant;
 
 use super::Jobs;
-use crate::telemetry::Metric;
+use crate::{config::Period, telemetry::Metric};
 
 /// How often to look for what crashes left.
 const LOOK_FOR_LEFTOVERS: Duration = Duration::from_secs(3600);
@@ -50,8 +51,12 @@ impl Jobs {
             Ok(count) => tracing::info!(count, "expired records were removed"),
             Err(error) => tracing::error!(%error, "expired records could not be removed"),
         }
-        let end = self.0.clock.now().checked_sub(self.0.settings.event_retention.0).unwrap_or(jiff::Timestamp::MIN);
-        if let Err(error) = self.0.store.records().remove_events_until(end).await {
+        let before = |period: Period| self.0.clock.now().checked_sub(period.0).unwrap_or(Timestamp::MIN);
+        let (records, settings) = (self.0.store.records(), &self.0.settings);
+        if let Err(error) = records.remove_deliveries_until(before(settings.delivery_retention)).await {
+            tracing::error!(%error, "old deliveries to webhooks could not be removed");
+        }
+        if let Err(error) = records.remove_events_until(before(settings.event_retention)).await {
             tracing::error!(%error, "old events could not be removed");
         }
         if let Ok(bytes) = self.0.stored_bytes.count(self.0.store.records()).await {

@@ -11,6 +11,7 @@ use crate::{
     engine::{
         Control, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Outcome, Output, Question, Report,
     },
+    outbound::Outbound,
     store::{Claim, DataFolder, LeaseId, Store},
     telemetry::Clock,
 };
@@ -87,7 +88,7 @@ impl Fixture {
         let store = Arc::new(Store::open(&folder).await.expect("the store opens"));
         let clock = Clock::system();
         let jobs = Jobs::new(store, Arc::new(Obedient), Arc::new(settings), clock.clone());
-        let assets = Assets::new(&jobs);
+        let assets = Assets::new(&jobs, Outbound::new(&Settings::default(), Clock::system()));
         let mut upload = assets.begin("walk.bvh", None).await.expect("begins");
         upload.write(b"HIERARCHY").await.expect("writes");
         let file = upload.finish(None).await.expect("finishes");

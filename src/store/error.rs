@@ -39,6 +39,9 @@ pub enum StoreError {
     /// A job is waiting for the file or working on it.
     #[error("the file is an input of the unfinished job {0}")]
     InUse(super::JobId),
+    /// The system gives no random bytes.
+    #[error("the system gives no random bytes: {0}")]
+    Random(#[from] getrandom::Error),
     /// The data folder.
     #[error("the data folder {folder} cannot be used: {reason}")]
     Folder {

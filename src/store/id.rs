@@ -115,6 +115,17 @@ id!(
     "key_"
 );
 
+id!(
+    /// Names a webhook.
+    WebhookId,
+    "whk_"
+);
+id!(
+    /// Names something that a webhook is told.
+    DeliveryId,
+    "dlv_"
+);
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -20,13 +20,15 @@ mod tests;
 pub use blobs::{Blob, BlobPlace, BlobWriter, Blobs, ByteStream, UnnamedBlob};
 pub use error::StoreError;
 pub use folder::DataFolder;
-pub use id::{ApiKeyId, AssetId, IdError, JobId, LeaseId, ResultId};
+pub use id::{ApiKeyId, AssetId, DeliveryId, IdError, JobId, LeaseId, ResultId, WebhookId};
 pub use principal::{Principal, PrincipalError};
 pub use records::{
-    Added, AfterCrash, ApiKeyRecord, AssetRecord, CachedResults, Claim, ConfigDocument, DocumentChange, DocumentKind,
+    Added, AfterAttempt, AfterCrash, ApiKeyRecord, AssetRecord, AttemptEnd, CachedResults, Claim, ConfigDocument,
+    DeliveryClaim, DeliveryEvent, DeliveryRecord, DeliveryState, DisabledReason, DocumentChange, DocumentKind,
     DocumentRecord, EventReach, EventRecord, Faults, FinishedJob, GiveBack, Held, Holdings, Idempotency, InputRole,
     JobFailure, JobFilter, JobInput, JobKind, JobRecord, JobRequest, JobState, Listener, Moment, NewDocument, Notice,
     Page, Precondition, QueueDepth, Records, ResultRecord, Scope, StoredFieldError, StoredProgress, VersionedName,
+    WebhookRecord,
 };
 
 use std::{fmt::Write as _, sync::Arc};

@@ -73,6 +73,8 @@ metrics_table! {
     AssetBytesReceived = "retargetd_asset_bytes_received_total", Counter, [], "Bytes of uploaded files";
     StoredBytes = "retargetd_stored_bytes", Gauge, [], "Bytes of all stored files";
     LastJobFinished = "retargetd_last_job_finished_timestamp_seconds", Gauge, [], "When a job last came to an end";
+    WebhookDeliveries = "retargetd_webhook_deliveries_total", Counter, ["result"], "Attempts to tell webhooks what happened";
+    OutboundBlocked = "retargetd_outbound_blocked_total", Counter, ["reason"], "URLs of callers that lead where the service does not go";
     BuildInfo = "retargetd_build_info", Gauge, ["version"], "Always one";
 }
 
@@ -174,6 +176,8 @@ mod tests {
             "retargetd_asset_bytes_received_total{}",
             "retargetd_stored_bytes{}",
             "retargetd_last_job_finished_timestamp_seconds{}",
+            "retargetd_webhook_deliveries_total{result}",
+            "retargetd_outbound_blocked_total{reason}",
             "retargetd_build_info{version}",
         ];
         assert_eq!(seen, expected, "dashboards depend on these names");

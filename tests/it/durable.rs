@@ -2,9 +2,36 @@
 //!
 //! Postgres and an S3 server are started here, each on a free port and in a folder of its own; `tests/run` installs both.
 
+/// Each promise on an empty database of its own.
+macro_rules! suite {
+    ($sqlite:ident, $postgres:ident: $($promise:ident),+ $(,)?) => {
+        #[tokio::test(flavor = "multi_thread")]
+        async fn $sqlite() {
+            $( {
+                let folder = tempfile::tempdir().expect("a temporary folder");
+                let records = Records::open(&folder.path().join("a state?.db")).await.expect("opens");
+                $promise(&records).await;
+                records.close().await;
+            } )+
+        }
+
+        #[tokio::test(flavor = "multi_thread")]
+        async fn $postgres() {
+            let Some(server) = crate::durable::support::Postgres::start() else { return };
+            $( {
+                let records = server.records().await;
+                $promise(&records).await;
+                records.close().await;
+                server.empty().await;
+            } )+
+        }
+    };
+}
+
 mod collector;
 mod crashes;
 mod model;
+mod outbox;
 mod records;
 mod scale_out;
 mod studio;

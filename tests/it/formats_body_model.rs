@@ -1,5 +1,7 @@
 //! Captures without a skeleton: parameters of body models, positions and features, real and hostile.
 
+use std::process::Command;
+
 use glam::DVec3;
 use retargetd::{
     engine::{self, Inputs, NamedBytes},
@@ -9,7 +11,7 @@ use retargetd::{
 };
 use zip::{ZipWriter, write::SimpleFileOptions};
 
-use crate::support::corpus_file;
+use crate::support::{corpus_file, files_below, python_with, skip};
 
 fn read(bytes: &[u8], name: &str) -> Result<(Scene, Vec<&'static str>), FormatError> {
     let format = formats::sniff(bytes, name)?;
@@ -141,6 +143,62 @@ fn a_capture_moves_a_character() {
         let off = measures["metrics"]["limb_direction"]["value"].as_f64().expect("directions are measured");
         assert!(off < 5.0, "{name}: directions are {off} degrees off");
     }
+}
+
+/// Whatever type, order and version NumPy writes, it is one motion; and what it would have to pickle is refused.
+#[test]
+fn all_that_numpy_saves_is_read() {
+    let Some(python) = python_with("numpy") else { return skip("there is no Python with numpy") };
+    // Three frames of a body that bends.
+    let poses: Vec<f32> = (0..3 * 72).map(|at| if at % 72 < 9 { (at / 72) as f32 * 0.1 } else { 0.0 }).collect();
+    let (bent, _) = read(&archive(&[("poses", array(&[3, 72], &poses))]), "bent.npz").expect("parameters");
+    let seen: Vec<f32> = (0..3).flat_map(|frame| places(&bent, frame)).flat_map(|at| at.as_vec3().to_array()).collect();
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("positions.npy"), array(&[3, 24, 3], &seen)).expect("a file");
+    std::fs::write(folder.path().join("poses.npy"), array(&[3, 72], &poses)).expect("a file");
+    let script = "
+import numpy, os, sys
+os.chdir(sys.argv[1])
+positions, poses = numpy.load('positions.npy'), numpy.load('poses.npy')
+os.remove('poses.npy')
+for name in ('<f2', '>f2', '<f4', '>f4', '<f8', '>f8'):
+    numpy.save('p_%s.npy' % (name[1:] + ('l' if name[0] == '<' else 'b')), positions.astype(name))
+numpy.save('p_f.npy', numpy.asfortranarray(positions))
+numpy.save('p_strided.npy', numpy.repeat(positions, 2, axis=0)[::2])
+for version in (1, 2, 3):
+    with open('p_v%d.npy' % version, 'wb') as file:
+        numpy.lib.format.write_array(file, positions, version=(version, 0))
+numpy.savez('m_plain.npz', poses=poses, gender='neutral', mocap_framerate=30)
+numpy.savez_compressed('m_packed.npz', poses=poses.astype('>f8'), mocap_framerate=numpy.array(30.0))
+numpy.savez('x_pickled.npz', poses=poses, betas=numpy.array([{'a': 1}], dtype=object))
+numpy.save('x_pickled.npy', numpy.array([{'a': 1}, None], dtype=object))
+";
+    let output = Command::new(python).args(["-c", script]).arg(folder.path()).output().expect("python runs");
+    assert!(output.status.success(), "numpy: {}", String::from_utf8_lossy(&output.stderr));
+    let mut read_files = 0;
+    for path in files_below(folder.path()) {
+        let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+        let result = read(&std::fs::read(&path).expect("a file"), &name);
+        if name == "x_pickled.npy" {
+            assert!(result.expect_err("objects").to_string().contains("pickled"));
+            continue;
+        }
+        let (scene, codes) = result.unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(scene.clips[0].frame_count(), 3, "{name}: and what nobody asks for is left alone, whatever it is");
+        if name.starts_with("m_") {
+            assert_eq!(scene.clips[0].uniform_fps().map(f64::round), Some(30.0), "{name}: {codes:?}");
+        }
+        // Half precision has a millimetre at two metres.
+        let most = if name.contains("f2") { 3e-3 } else { 1e-3 };
+        for frame in 0..3 {
+            // Positions say nothing of where the model's origin is.
+            for (found, expected) in places(&scene, frame).into_iter().zip(places(&bent, frame)) {
+                assert!(found.distance(expected) < most, "{name}: frame {frame}: {found}, not {expected}");
+            }
+        }
+        read_files += 1;
+    }
+    assert_eq!(read_files, 15, "all of them, and what they were made from");
 }
 
 #[test]

@@ -1,17 +1,20 @@
-//! The FBX reader, on files of the corpus and on text made here.
+//! The FBX reader, on files of the corpus and on documents made here.
 
-use std::{
-    f64::consts::{FRAC_PI_2, PI},
-    path::{Path, PathBuf},
-};
+mod features;
+mod made;
+mod records;
+mod write;
 
-use glam::{DMat4, DQuat, DVec3};
+use std::path::{Path, PathBuf};
+
+use glam::{DMat4, DVec3};
 use retargetd::{
     formats::{self, ErrorKind, Format, FormatError, Limit, Limits},
     model::{Axes, Clip, Control, Reporter, Scene, Warning},
 };
 
 use crate::support::{corpus_file, shared_folder};
+use made::{Channel, Document, vector};
 
 fn read_with(bytes: &[u8], limits: &Limits) -> (Result<Scene, FormatError>, Vec<Warning>) {
     let mut reporter = Reporter::new();
@@ -265,44 +268,6 @@ fn a_characterization_declares_roles() {
     assert_eq!(scene.skeleton.joints()[elbow].name, "BVH:LeftElbow", "with its namespace");
 }
 
-/// No file of the corpus animates a face, so that one of them gets keys here.
-#[test]
-fn weights_of_blend_shapes_are_morphs() {
-    let Some(path) = corpus_file("hostile/ufbx-synthetic/synthetic_blend_shape_order_7500_ascii.fbx") else { return };
-    let text = std::fs::read_to_string(path).expect("an FBX in text");
-    let objects = r#"
-    AnimationCurveNode: 1001, "AnimCurveNode::DeformPercent", "" {
-        Properties70: { P: "d|DeformPercent", "Number", "", "A",0 }
-    }
-    AnimationCurve: 1002, "AnimCurve::", "" {
-        Default: 0
-        KeyVer: 4008
-        KeyTime: *3 { a: 46186158000,92372316000,138558474000 }
-        KeyValueFloat: *3 { a: 0,50,100 }
-        KeyAttrFlags: *1 { a: 24580 }
-        KeyAttrDataFloat: *4 { a: 0,0,0,0 }
-        KeyAttrRefCount: *1 { a: 3 }
-    }
-    AnimationLayer: 2055402434880"#;
-    let connections = r#"Connections:  {
-    C: "OO",1001,2055402434880
-    C: "OP",1001,2055395745776, "DeformPercent"
-    C: "OP",1002,1001, "d|DeformPercent"
-    "#;
-    let text = text.replacen("AnimationLayer: 2055402434880", objects, 1).replacen("Connections:  {", connections, 1);
-    let scene = read(text.as_bytes()).expect("it can be read");
-    let names: Vec<(&str, f32)> = scene.morphs.iter().map(|morph| (morph.name.as_str(), morph.rest)).collect();
-    assert_eq!(names, [("Target", 1.0)], "the shape, without its deformer, with its own weight");
-    let clip = &scene.clips[0];
-    let frame = |seconds: f64| clip.times_seconds().iter().position(|time| (time - seconds).abs() < 1e-6);
-    let at = |seconds: f64| clip.morphs()[0].weights.at(frame(seconds).expect("a frame at every key"), f32::NAN);
-    let first = clip.times_seconds().last().expect("frames") - 2.0;
-    for (seconds, wanted) in [(0.0, 0.0), (1.0, 0.5), (2.0, 1.0)] {
-        let found = at(first + seconds);
-        assert!((found - wanted).abs() < 1e-6, "{wanted} after {seconds} s: {found}");
-    }
-}
-
 #[test]
 fn hostile_files_end_in_a_scene_or_a_reason() {
     for path in files_below("hostile", "fbx") {
@@ -331,157 +296,29 @@ fn hostile_files_end_in_a_scene_or_a_reason() {
     }
 }
 
-/// Id, name, kind, id of the parent (0 for none), properties.
-type Model<'a> = (u32, &'a str, &'a str, u32, &'a str);
-/// Id of the model, property, axis, key times in seconds, values; straight lines between them.
-type Curve<'a> = (u32, &'a str, &'a str, &'a [f64], &'a [f64]);
-
-/// FBX text of one animation stack with one layer.
-fn text(settings: &str, models: &[Model<'_>], curves: &[Curve<'_>]) -> Vec<u8> {
-    let mut objects = String::new();
-    let mut connections = String::new();
-    for (id, name, kind, parent, properties) in models {
-        objects += &format!(
-            "Model: {id}, \"Model::{name}\", \"{kind}\" {{\n Version: 232\n Properties70: {{\n{properties}\n }}\n}}\n"
-        );
-        connections += &format!("C: \"OO\",{id},{parent}\n");
-        if *kind == "LimbNode" {
-            let attribute = id + 1_000;
-            objects += &format!(
-                "NodeAttribute: {attribute}, \"NodeAttribute::\", \"LimbNode\" {{\n TypeFlags: \"Skeleton\"\n}}\n"
-            );
-            connections += &format!("C: \"OO\",{attribute},{id}\n");
-        }
-    }
-    objects +=
-        "AnimationStack: 9000, \"AnimStack::Take\", \"\" {\n}\nAnimationLayer: 9001, \"AnimLayer::Base\", \"\" {\n}\n";
-    connections += "C: \"OO\",9001,9000\n";
-    for (index, (model, property, axis, times, values)) in curves.iter().enumerate() {
-        let (node, curve) = (7000 + index, 8000 + index);
-        let count = times.len();
-        let join = |numbers: Vec<String>| numbers.join(",");
-        let ticks = join(times.iter().map(|time| ((time * 46_186_158_000.0).round() as i64).to_string()).collect());
-        let default = if *property == "Lcl Scaling" { 1 } else { 0 };
-        let defaults: String =
-            ["X", "Y", "Z"].map(|axis| format!("  P: \"d|{axis}\", \"Number\", \"\", \"A\",{default}\n")).concat();
-        let values = join(values.iter().map(|value| format!("{value:e}")).collect());
-        objects += &format!(
-            "AnimationCurveNode: {node}, \"AnimCurveNode::\", \"\" {{\n Properties70: {{\n{defaults} }}\n}}\nAnimationCurve: {curve}, \"AnimCurve::\", \"\" {{\n \
-             KeyVer: 4008\n KeyTime: *{count} {{\n a: {ticks}\n }}\n KeyValueFloat: *{count} {{\n a: {values}\n }}\n \
-             KeyAttrFlags: *1 {{\n a: 4\n }}\n KeyAttrDataFloat: *4 {{\n a: 0,0,0,0\n }}\n KeyAttrRefCount: *1 {{\n a: {count}\n \
-             }}\n}}\n"
-        );
-        connections += &format!(
-            "C: \"OO\",{node},9001\nC: \"OP\",{node},{model},\"{property}\"\nC: \"OP\",{curve},{node},\"d|{axis}\"\n"
-        );
-    }
-    format!(
-        "; FBX 7.4.0 project file\nFBXHeaderExtension:  {{\n FBXHeaderVersion: 1003\n FBXVersion: 7400\n}}\nGlobalSettings:  {{\n \
-         Version: 1000\n Properties70:  {{\n{settings}\n }}\n}}\nObjects:  {{\n{objects}}}\nConnections:  {{\n{connections}}}\n"
-    )
-    .into_bytes()
-}
-
-fn vector(name: &str, x: f64, y: f64, z: f64) -> String {
-    format!("  P: \"{name}\", \"{name}\", \"\", \"A\",{x:e},{y:e},{z:e}\n")
-}
-
-fn integer(name: &str, value: i64) -> String {
-    format!("  P: \"{name}\", \"int\", \"Integer\", \"\",{value}\n")
-}
-
-/// Centimetres, +Y up, 30 frames per second.
-fn plain() -> String {
-    integer("UpAxis", 1) + &integer("FrontAxis", 2) + &integer("CoordAxis", 0) + &integer("TimeMode", 6)
-}
-
-#[test]
-fn axes_units_and_pre_rotations_are_resolved() {
-    // +Z up in inches: 3ds Max.
-    let settings = integer("UpAxis", 2)
-        + &integer("UpAxisSign", 1)
-        + &integer("FrontAxis", 1)
-        + &integer("FrontAxisSign", -1)
-        + &integer("CoordAxis", 0)
-        + &integer("CoordAxisSign", 1)
-        + "  P: \"UnitScaleFactor\", \"double\", \"Number\", \"\",2.54\n";
-    let hips = vector("Lcl Translation", 1.0, 0.0, 40.0)
-        + &integer("RotationActive", 1)
-        + &vector("PreRotation", 0.0, 0.0, 90.0);
-    let spine = vector("Lcl Translation", 10.0, 0.0, 0.0)
-        + &integer("RotationOrder", 5)
-        + &vector("Lcl Rotation", 90.0, 90.0, 0.0);
-    let file = text(&settings, &[(1, "Hips", "LimbNode", 0, &hips), (2, "ns:Spine", "Null", 1, &spine)], &[]);
-    let scene = read(&file).expect("it is read");
-    let joints: Vec<(&str, bool)> =
-        scene.skeleton.joints().iter().map(|joint| (joint.name.as_str(), joint.is_joint)).collect();
-    assert_eq!(joints, [("Hips", true), ("ns:Spine", false)], "names as they are; only limb nodes are joints");
-    let model = scene.skeleton.rest_pose().to_model(&scene.skeleton);
-    let expected = [DVec3::new(1.0, 40.0, 0.0), DVec3::new(1.0, 40.0, -10.0)].map(|inches| inches * 0.0254);
-    for (transform, expected) in model.transforms().iter().zip(expected) {
-        assert!(
-            transform.translation.distance(expected) < 1e-9,
-            "{} where {expected} should be",
-            transform.translation
-        );
-    }
-    // Order 5 is ZYX, which turns about Z first and about X last.
-    let expected = DQuat::from_rotation_x(FRAC_PI_2) * DQuat::from_rotation_y(FRAC_PI_2);
-    let found = scene.skeleton.joints()[1].rest.rotation;
-    assert!(found.angle_between(expected) < 1e-9, "{found} where {expected} should be");
-}
-
-#[test]
-fn a_wide_turn_between_two_keys_gets_frames() {
-    let file =
-        text(&plain(), &[(1, "Hips", "LimbNode", 0, "")], &[(1, "Lcl Rotation", "Y", &[1.0, 2.0], &[0.0, 270.0])]);
-    let (scene, warnings) = read_with(&file, &Limits::default());
-    let scene = scene.expect("it is read");
-    let clip = &scene.clips[0];
-    assert_eq!((clip.name(), clip.frame_count()), ("Take", 31), "a second at 30 frames per second");
-    assert_eq!(warnings.iter().map(|warning| warning.code).collect::<Vec<_>>(), ["keys_densified"], "and it says so");
-    let found = clip.local_pose(&scene.skeleton, 20).transforms()[0].rotation;
-    assert!(found.angle_between(DQuat::from_rotation_y(PI)) < 1e-4, "two thirds of the way around: {found}");
-    let tracks = &clip.joints()[0];
-    assert!(!tracks.translation.is_animated() && !tracks.scale.is_animated(), "only what has curves is animated");
-}
-
-#[test]
-fn a_child_that_ignores_its_parents_scale_keeps_its_size() {
-    let child = vector("Lcl Translation", 0.0, 100.0, 0.0) + &integer("InheritType", 2);
-    let models = [
-        (1, "Parent", "LimbNode", 0, ""),
-        (2, "Child", "LimbNode", 1, child.as_str()),
-        (3, "Leaf", "LimbNode", 2, child.as_str()),
-    ];
-    let file = text(&plain(), &models, &[(1, "Lcl Scaling", "Y", &[0.0, 1.0], &[1.0, 4.0])]);
-    let scene = read(&file).expect("it is read");
-    let clip = &scene.clips[0];
-    let model = clip.local_pose(&scene.skeleton, clip.frame_count() - 1).to_model(&scene.skeleton);
-    let [parent, child, leaf] = [0, 1, 2].map(|joint| model.transforms()[joint]);
-    assert!(parent.scale.abs_diff_eq(DVec3::new(1.0, 4.0, 1.0), 1e-5), "the parent is stretched: {}", parent.scale);
-    assert!(child.scale.abs_diff_eq(DVec3::ONE, 1e-5), "the child is not: {}", child.scale);
-    assert!(child.translation.abs_diff_eq(DVec3::Y * 4.0, 1e-5), "but it moves: {}", child.translation);
-    assert!(leaf.translation.abs_diff_eq(DVec3::Y * 5.0, 1e-5), "the leaf moves with it: {}", leaf.translation);
+/// One limb that turns, in text.
+fn turning() -> Document {
+    Document::chain(&[("Hips", &[])]).moved(&[Channel::of(0, "Lcl Rotation", "Y", &[(0.0, 0.0), (1.0, 9.0)])])
 }
 
 #[test]
 fn numbers_that_are_none_are_named() {
-    let file =
-        text(&plain(), &[(1, "Hips", "LimbNode", 0, "")], &[(1, "Lcl Translation", "X", &[0.0, 0.1], &[0.0, 1e38])]);
-    let error = read(&file).expect_err("no position");
+    let far = [(0.0, 0.0), (0.1, 1e38)];
+    let document = Document::chain(&[("Hips", &[])]).moved(&[Channel::of(0, "Lcl Translation", "X", &far)]);
+    let error = read(&document.text()).expect_err("no position");
     assert!(error.detail.contains("'Hips'"), "the node is named: {error}");
-    let far = vector("Lcl Translation", 1e200, 0.0, 0.0);
-    let (scene, warnings) = read_with(&text(&plain(), &[(1, "Hips", "LimbNode", 0, &far)], &[]), &Limits::default());
+    let document = Document::chain(&[("Hips", &[vector("Lcl Translation", [1e200, 0.0, 0.0])])]);
+    let (scene, warnings) = read_with(&document.text(), &Limits::default());
     assert!(scene.is_ok(), "a rest transform is repaired");
     assert!(warnings.iter().any(|warning| warning.code == "rest_not_finite"), "and it says so: {warnings:?}");
 }
 
 #[test]
 fn limits_hold() {
-    let chain: Vec<(u32, String)> = (1..=40).map(|id| (id, format!("joint{id}"))).collect();
-    let models: Vec<Model<'_>> = chain.iter().map(|(id, name)| (*id, name.as_str(), "LimbNode", id - 1, "")).collect();
-    let file = text(&plain(), &models, &[(1, "Lcl Rotation", "Y", &[0.0, 10.0], &[0.0, 270.0])]);
+    let names: Vec<String> = (1..=40).map(|index| format!("joint{index}")).collect();
+    let limbs: Vec<_> = names.iter().map(|name| (name.as_str(), [].as_slice())).collect();
+    let turn = Channel::of(0, "Lcl Rotation", "Y", &[(0.0, 0.0), (10.0, 270.0)]);
+    let file = Document::chain(&limbs).moved(&[turn]).text();
     assert!(read(&file).is_ok(), "it fits the default limits");
     let with = |limits: Limits| read_with(&file, &limits).0;
     for (limits, limit) in [
@@ -503,7 +340,7 @@ fn limits_hold() {
 fn cancellation_is_heard() {
     let control = Control::new();
     control.cancel();
-    let file = text(&plain(), &[(1, "Hips", "LimbNode", 0, "")], &[]);
+    let file = turning().text();
     let result = formats::read(&file, Format::Fbx, &Limits::default(), &control, &mut Reporter::new());
     assert_eq!(result.expect_err("canceled").kind, ErrorKind::Canceled, "the read stops");
 }
@@ -511,11 +348,12 @@ fn cancellation_is_heard() {
 proptest::proptest! {
     #[test]
     fn no_bytes_panic(at in 0..3_000_usize, byte in 0..=255_u8, cut in 0..3_000_usize) {
-        let file = text(&plain(), &[(1, "Hips", "LimbNode", 0, "")], &[(1, "Lcl Rotation", "Y", &[0.0, 1.0], &[0.0, 9.0])]);
-        let mut bytes = file.clone();
-        let at = at % bytes.len();
-        bytes[at] = byte;
-        let _ = read(&bytes);
-        let _ = read(&file[..cut % file.len()]);
+        for file in [turning().text(), turning().binary_of(7400), turning().text_of(6100)] {
+            let mut bytes = file.clone();
+            let at = at % bytes.len();
+            bytes[at] = byte;
+            let _ = read(&bytes);
+            let _ = read(&file[..cut % file.len()]);
+        }
     }
 }

@@ -13,7 +13,7 @@ use retargetd::{
 };
 use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
 
-use crate::support::skip;
+use crate::support::{python_with, skip};
 
 const CODECS: [Format; 2] = [Format::PosesNpz, Format::PosesJson];
 
@@ -316,11 +316,7 @@ fn pickled_objects_are_never_decoded() {
 
 #[test]
 fn numpy_reads_what_is_written_and_the_other_way_round() {
-    let importable = Command::new("python3").args(["-c", "import numpy"]).output();
-    if !importable.is_ok_and(|output| output.status.success()) {
-        skip("python3 with numpy is not there");
-        return;
-    }
+    let Some(python) = python_with("numpy") else { return skip("there is no Python with numpy") };
     let scene = samples::walk_scene();
     let folder = tempfile::tempdir().expect("a folder");
     let (ours, theirs) = (folder.path().join("ours.npz"), folder.path().join("theirs.npz"));
@@ -337,7 +333,7 @@ a['rotations'] = numpy.asfortranarray(a['rotations'].astype('>f8'))
 a['parents'] = a['parents'].astype('>i8'); a['joint_names'] = a['joint_names'].astype('S')
 numpy.savez_compressed(sys.argv[2], **a)
 ";
-    let output = Command::new("python3").args(["-c", script]).arg(&ours).arg(&theirs).output().expect("python runs");
+    let output = Command::new(python).args(["-c", script]).arg(&ours).arg(&theirs).output().expect("python runs");
     assert!(output.status.success(), "numpy: {}", String::from_utf8_lossy(&output.stderr));
     let [ours, theirs] =
         [ours, theirs].map(|path| read(&std::fs::read(path).expect("a file"), Format::PosesNpz).expect("valid").0);

@@ -2,6 +2,7 @@
 
 mod assimp;
 mod blender;
+mod carried;
 mod files;
 mod options;
 mod three;

@@ -20,7 +20,6 @@ mod formats_body_model;
 mod formats_bundle;
 mod formats_bvh;
 mod formats_fbx;
-mod formats_fbx_write;
 mod formats_gltf;
 mod formats_poses;
 mod fuzzing;

@@ -250,7 +250,7 @@ fn renamed(names: &[(&str, &str)]) -> Option<Vec<u8>> {
 }
 
 /// That avatar saying something with these shapes.
-fn speaking(names: &[(&str, &str)]) -> Option<Vec<u8>> {
+pub(crate) fn speaking(names: &[(&str, &str)]) -> Option<Vec<u8>> {
     let renamed = renamed(names)?;
     let scene = read(&renamed, "avatar.glb");
     let morphs = (0..scene.morphs.len()).filter(|morph| names.iter().any(|(_, new)| *new == scene.morphs[*morph].name));

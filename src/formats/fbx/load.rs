@@ -35,13 +35,13 @@ pub(super) fn load(
     let memory_limit = usize::try_from(budget.limits().decoded_bytes / 2).unwrap_or(usize::MAX).max(1);
     let allocator =
         || ufbx::AllocatorOpts { memory_limit, allocation_limit: MOST_ALLOCATIONS, ..ufbx::AllocatorOpts::default() };
-    let options = |ignore_geometry: bool| ufbx::LoadOpts {
+    let options = |ignore_embedded: bool, ignore_geometry: bool| ufbx::LoadOpts {
         temp_allocator: allocator(),
         result_allocator: allocator(),
         // Other formats have readers of their own; the parser must not guess.
         file_format: ufbx::FileFormat::Fbx,
         ignore_geometry,
-        ignore_embedded: true,
+        ignore_embedded,
         skip_skin_vertices: true,
         skip_mesh_parts: true,
         node_depth_limit: u32::try_from(budget.limits().hierarchy_depth).unwrap_or(u32::MAX).max(1),
@@ -57,12 +57,24 @@ pub(super) fn load(
         inherit_mode_handling: ufbx::InheritModeHandling::Preserve,
         ..ufbx::LoadOpts::default()
     };
-    let file = match ufbx::load_memory(bytes, options(false)) {
+    let mut loaded = ufbx::load_memory(bytes, options(false, false));
+    if loaded.as_ref().is_err_and(is_about_memory) {
+        loaded = ufbx::load_memory(bytes, options(true, false));
+        if loaded.is_ok() {
+            reporter.warn(
+                "fbx_images_left_out",
+                "Objects",
+                "the file and the images in it are larger together than may be decoded; an FBX that is written of it only names them",
+                "send the images beside the file, or ask the operator to raise the limit",
+            );
+        }
+    }
+    let file = match loaded {
         Ok(file) => file,
         Err(first) if is_about_the_whole_file(&first) => return Err(refusal(&first, budget)),
         Err(first) => {
             // Perhaps only its meshes are damaged, or too large; the skeleton and the clips are what we are here for.
-            let file = ufbx::load_memory(bytes, options(true)).map_err(|error| refusal(&error, budget))?;
+            let file = ufbx::load_memory(bytes, options(true, true)).map_err(|error| refusal(&error, budget))?;
             reporter.warn(
                 "skin_points_unreadable",
                 "Objects",
@@ -96,6 +108,10 @@ fn with_first_comment<'a>(bytes: &'a [u8], budget: &mut Budget<'_>) -> Result<Co
     Ok(Cow::Owned([b";\n", text].concat()))
 }
 
+const fn is_about_memory(error: &ufbx::Error) -> bool {
+    matches!(error.type_, ErrorType::MemoryLimit | ErrorType::AllocationLimit | ErrorType::OutOfMemory)
+}
+
 /// Whether reading without geometry cannot end otherwise.
 fn is_about_the_whole_file(error: &ufbx::Error) -> bool {
     matches!(
@@ -119,7 +135,7 @@ fn refusal(error: &ufbx::Error, budget: &Budget<'_>) -> FormatError {
         actual: limit.of(limits).saturating_add(1),
     };
     let (kind, hint) = match error.type_ {
-        ErrorType::MemoryLimit | ErrorType::AllocationLimit | ErrorType::OutOfMemory => {
+        _ if is_about_memory(error) => {
             (limit(Limit::DecodedBytes), "make the file smaller, or ask the operator to raise the limit")
         }
         ErrorType::NodeDepthLimit => {

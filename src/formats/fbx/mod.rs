@@ -55,7 +55,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
     if !is_sheared {
         // Where a scale is not inherited, no matrices are multiplied either.
         let multiplies = !file.nodes.iter().any(|node| nodes::ignores_parent_scale(node));
-        let scene = Scene { payload: Payload::new(FbxDocument { file, nodes }), ..scene };
+        let scene = Scene { payload: Payload::new(FbxDocument { file, nodes, properties }), ..scene };
         return if multiplies { straighten_clips(scene, budget, reporter) } else { Ok(scene) };
     }
     // The joints are no longer those that the meshes are bound to, so they cannot be written back.
@@ -68,4 +68,10 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
 struct FbxDocument {
     file: ufbx::SceneRoot,
     nodes: nodes::Nodes,
+    properties: properties::Properties,
+}
+
+/// Whether a file that is written of a target holds the weights of one of its morphs: where that is a blend shape of an FBX.
+pub(super) fn holds_morph(target: &Scene, morph: usize) -> bool {
+    target.payload.get::<FbxDocument>().is_some_and(|document| document.properties.shape(morph).is_some())
 }

@@ -1,6 +1,6 @@
 //! Animated numbers beside the joints: custom properties of nodes, and the weights of blend shapes.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use ufbx::{ElementType, PropFlags, PropType};
 
@@ -12,12 +12,15 @@ use crate::{
 use super::nodes::Nodes;
 
 /// What FBX calls the weight of a blend shape, in percent.
-const SHAPE_WEIGHT: &str = "DeformPercent";
+pub(super) const SHAPE_WEIGHT: &str = "DeformPercent";
 
-/// Those of a file, over all of its stacks: properties in the order of their nodes and then of their names, then blend shapes.
+/// Those of a file, over all of its stacks, and the shapes of its meshes: properties in the order of their nodes and then of their
+/// names, then blend shapes.
 #[derive(Debug, Default)]
 pub(super) struct Properties {
     places: Vec<Place>,
+    /// What users call them.
+    names: Vec<String>,
 }
 
 /// What has keys.
@@ -57,24 +60,28 @@ impl Place {
         }
     }
 
-    /// What users call it. Maya writes the name of the deformer before that of a shape.
-    fn name<'f>(&'f self, file: &'f ufbx::Scene) -> &'f str {
+    /// What the file calls it. Maya writes the name of one of the deformers before that of a shape.
+    fn name<'f>(&'f self, file: &'f ufbx::Scene, deformers: &BTreeSet<&str>) -> &'f str {
         match self {
             Self::Node(_, name) => name,
             Self::Shape(_) => {
                 let name: &str = &self.element(file).name;
-                let is_deformer =
-                    |prefix: &str| file.blend_deformers.iter().any(|other| *other.element.name == *prefix);
-                name.split_once('.').filter(|(prefix, _)| is_deformer(prefix)).map_or(name, |(_, own)| own)
+                name.split_once('.').filter(|(prefix, _)| deformers.contains(prefix)).map_or(name, |(_, own)| own)
             }
         }
     }
 }
 
 impl Properties {
-    /// Finds the custom numbers, switches and choices of joints, and the blend shapes, that have keys in some stack.
+    /// Finds the custom numbers, switches and choices of joints that have keys in some stack, and the blend shapes that have, or that
+    /// a mesh has.
     pub(super) fn find(file: &ufbx::Scene, nodes: &Nodes, budget: &mut Budget<'_>) -> Result<Self, FormatError> {
         let mut found: BTreeSet<Place> = BTreeSet::new();
+        let meshes = (0..nodes.len()).filter_map(|joint| nodes.node(file, joint).mesh.as_ref());
+        for channel in meshes.flat_map(|mesh| &mesh.blend_deformers).flat_map(|deformer| &deformer.channels) {
+            budget.take_array(1, size_of::<Morph>() as u64, "blend shapes")?;
+            found.insert(Place::Shape(channel.element.typed_id as usize));
+        }
         for property in file.anim_stacks.iter().flat_map(|stack| &stack.layers).flat_map(|layer| &layer.anim_props) {
             let is_there = |place: &Place| match place {
                 Place::Node(index, _) => {
@@ -87,27 +94,50 @@ impl Properties {
                 found.insert(place);
             }
         }
-        Ok(Self { places: found.into_iter().collect() })
+        let places: Vec<Place> = found.into_iter().collect();
+        let deformers: BTreeSet<&str> = file.blend_deformers.iter().map(|deformer| &*deformer.element.name).collect();
+        let mut of_the_name: BTreeMap<&str, usize> = BTreeMap::new();
+        for place in &places {
+            *of_the_name.entry(place.name(file, &deformers)).or_default() += 1;
+        }
+        // A name that several nodes have comes with its node's.
+        let name = |place: &Place| {
+            let name = place.name(file, &deformers);
+            let is_node = matches!(place, Place::Node(..));
+            if is_node && of_the_name[name] > 1 {
+                format!("{}.{name}", &*place.element(file).name)
+            } else {
+                name.to_owned()
+            }
+        };
+        let names: Vec<String> = places.iter().map(name).collect();
+        budget.take(Limit::DecodedBytes, names.iter().map(|name| name.len() as u64).sum(), "animated properties")?;
+        Ok(Self { places, names })
     }
 
-    /// As curves of the scene. A name that several nodes have comes with its node's.
+    /// The index of the blend shape that a morph of the scene is; nothing where it is none.
+    pub(super) fn shape(&self, morph: usize) -> Option<usize> {
+        match self.places.get(morph)? {
+            Place::Shape(index) => Some(*index),
+            Place::Node(..) => None,
+        }
+    }
+
+    /// As curves of the scene.
     pub(super) fn curves(&self, file: &ufbx::Scene) -> Vec<Morph> {
-        let curve = |place: &Place| {
-            let name = place.name(file);
-            let element = place.element(file);
+        let curve = |(place, name): (&Place, &String)| {
             let (property, unit) = place.property();
-            let own = ufbx::find_prop(&element.props, property).map_or(0.0, |property| property.value_vec4.x * unit);
-            let is_repeated = self.places.iter().filter(|other| other.name(file) == name).count() > 1;
-            let (name, place) = match place {
-                Place::Node(..) if is_repeated => (format!("{}.{name}", &*element.name), MorphPlace::Property),
-                Place::Node(..) => (name.to_owned(), MorphPlace::Property),
-                Place::Shape(_) => (name.to_owned(), MorphPlace::Weight),
+            let own = ufbx::find_prop(&place.element(file).props, property);
+            let own = own.map_or(0.0, |property| property.value_vec4.x * unit);
+            let kind = match place {
+                Place::Node(..) => MorphPlace::Property,
+                Place::Shape(_) => MorphPlace::Weight,
             };
             #[expect(clippy::cast_possible_truncation, reason = "curves are single precision in every file")]
             let rest = if own.is_finite() { own as f32 } else { 0.0 };
-            Morph { name, rest, place }
+            Morph { name: name.clone(), rest, place: kind }
         };
-        self.places.iter().map(curve).collect()
+        self.places.iter().zip(&self.names).map(curve).collect()
     }
 
     /// Their values at the times of a stack, of those that it animates.
@@ -122,7 +152,7 @@ impl Properties {
             stack.layers.iter().flat_map(|layer| &layer.anim_props).filter_map(Place::of).collect();
         let mut tracks = Vec::new();
         for (morph, place) in self.places.iter().enumerate().filter(|(_, place)| animated.contains(place)) {
-            let name = place.name(file);
+            let name = &self.names[morph];
             budget.take(Limit::Samples, times_seconds.len() as u64, name)?;
             budget.take_array(times_seconds.len() as u64, size_of::<f32>() as u64, name)?;
             let (element, (property, unit)) = (place.element(file), place.property());

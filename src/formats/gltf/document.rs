@@ -1,7 +1,7 @@
 //! The parsed file: its JSON, its buffers, its buffer views. Resolves every URI, and opens none.
 
 use base64::{
-    Engine as _,
+    DecodeError, Engine as _,
     engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig},
 };
 use serde_json::Value;
@@ -173,28 +173,35 @@ fn fit(
 
 fn embedded(uri: &Cursor<'_, '_>, budget: &mut Budget<'_>, reporter: &mut Reporter) -> Result<Vec<u8>, FormatError> {
     let text = uri.text()?;
-    let Some(data) = strip_prefix_ignoring_case(text, "data:") else {
+    if strip_prefix_ignoring_case(text, "data:").is_none() {
         return Err(FormatError::unsupported(
             PHASE,
             uri.to_string(),
             format!("the buffer lies in another file, '{}', which is not opened", shortened(text)),
             "send a .glb, or a .zip of the .gltf and its files",
         ));
-    };
-    let Some((media_type, payload)) = data.split_once(',') else {
-        return Err(uri.malformed("the data URI has no comma"));
-    };
-    let Some(media_type) = strip_suffix_ignoring_case(media_type, ";base64") else {
-        return Err(uri.malformed("the data URI is not base64"));
+    }
+    let Some((media_type, payload)) = base64_data(text) else {
+        return Err(uri.malformed("the data URI is none of base64: data:<media type>;base64,<text>"));
     };
     if !["application/octet-stream", "application/gltf-buffer"].contains(&media_type) {
         let detail = format!("a buffer has the media type '{}'; it was read as plain bytes", shortened(media_type));
         reporter.warn("unexpected_media_type", uri.to_string(), detail, "");
     }
     budget.take(Limit::DecodedBytes, (payload.len() / 4 * 3 + 3) as u64, "data URI")?;
+    from_base64(payload).map_err(|error| uri.malformed(format!("the data URI is no base64: {error}")))
+}
+
+/// The media type and the text of a data URI that has its bytes as base64.
+pub(super) fn base64_data(uri: &str) -> Option<(&str, &str)> {
+    let (media_type, payload) = strip_prefix_ignoring_case(uri, "data:")?.split_once(',')?;
+    Some((strip_suffix_ignoring_case(media_type, ";base64")?, payload))
+}
+
+/// The bytes of base64 text, padded or not.
+pub(super) fn from_base64(text: &str) -> Result<Vec<u8>, DecodeError> {
     let config = GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
-    let engine = GeneralPurpose::new(&base64::alphabet::STANDARD, config);
-    engine.decode(payload).map_err(|error| uri.malformed(format!("the data URI is no base64: {error}")))
+    GeneralPurpose::new(&base64::alphabet::STANDARD, config).decode(text)
 }
 
 fn read_views(root: &Cursor<'_, '_>, buffers: &[Buffer]) -> Result<Vec<View>, FormatError> {

@@ -32,6 +32,7 @@ use crate::{engine::edits_page, samples::walk_scene};
         (name = "assets", description = "Uploaded files"),
         (name = "jobs", description = "Retargets that run by themselves"),
         (name = "events", description = "What happens, as it happens"),
+        (name = "webhooks", description = "Being told what happened"),
         (name = "results", description = "The files that jobs gave"),
         (name = "rigs", description = "What rigs are and how they belong together"),
         (name = "keys", description = "Who may come in"),
@@ -53,6 +54,7 @@ pub(super) fn documented_routes() -> OpenApiRouter<ApiState> {
         .merge(resources::explanations::routes())
         .merge(resources::library::routes())
         .merge(resources::results::routes())
+        .merge(resources::webhooks::routes())
         .merge(resources::keys::routes())
         .merge(resources::usage::routes())
         .merge(resources::describe::routes())

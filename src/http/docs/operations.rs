@@ -36,12 +36,14 @@ pub(super) fn tell_who_may_come_in(document: &mut Document) {
 }
 
 /// What an operation gives, and where it is used: (method, path, status, where in the answer, the start of the paths, their parameter).
-const LEADS: [(Method, &str, &str, &str, &str, &str); 7] = [
+const LEADS: [(Method, &str, &str, &str, &str, &str); 9] = [
     (Method::POST, "/v1/assets", "201", "$response.body#/id", "/v1/assets/{id}", "id"),
     (Method::POST, "/v1/assets", "200", "$response.body#/id", "/v1/assets/{id}", "id"),
     (Method::POST, "/v1/jobs", "202", "$response.body#/id", "/v1/jobs/{id}", "id"),
     (Method::GET, "/v1/jobs/{id}", "200", "$response.body#/results/0/id", "/v1/results/{id}", "id"),
     (Method::POST, "/v1/keys", "201", "$response.body#/id", "/v1/keys/{id}", "id"),
+    (Method::POST, "/v1/webhooks", "201", "$response.body#/id", "/v1/webhooks/{id}", "id"),
+    (Method::POST, "/v1/webhooks/{id}/ping", "202", "$response.body#/id", "/v1/deliveries/{id}", "id"),
     (Method::PUT, "/v1/rigs/{name}", "201", "$request.path.name", "/v1/rigs/{name}", "name"),
     (Method::PUT, "/v1/presets/{name}", "201", "$request.path.name", "/v1/presets/{name}", "name"),
 ];

@@ -3,7 +3,7 @@
 use axum::{
     Json,
     body::Body,
-    extract::{Request, State},
+    extract::{FromRequest, Request, State},
     http::{HeaderMap, Method, StatusCode, header},
     response::{IntoResponse, Response},
 };
@@ -17,14 +17,15 @@ use crate::{
     http::{
         ApiState, Shared,
         auth::Caller,
+        code::Code,
         download::{File, ascii},
-        extract::{Id, QueryOf},
+        extract::{Id, JsonBody, QueryOf, is_media_type},
         page,
         problem::{Problem, ProblemView},
-        upload::BodyReader,
+        upload::{BodyReader, clean_name},
         views::{AssetPageView, AssetView},
     },
-    jobs::{AssetId, Assets, Jobs},
+    jobs::{AssetId, Assets, Jobs, NewFetch},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -44,24 +45,53 @@ struct CreateQuery {
     filename: String,
 }
 
+/// A file that the service is to fetch.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = NewAssetByUrl)]
+struct NewAssetByUrl {
+    /// Where it is: `https`, without user and password, and at an address that is public or in a network that the operator names.
+    #[schema(example = "https://studio.example/clips/walk.bvh")]
+    url: String,
+    /// The SHA-256 of its bytes, in hexadecimal, as `sha256` of an asset; checked.
+    digest: Option<String>,
+}
+
+impl NewAssetByUrl {
+    fn read(self, file_name: String) -> Result<NewFetch, Problem> {
+        let is_digest = |text: &String| text.len() == 64 && text.bytes().all(|byte| byte.is_ascii_hexdigit());
+        if self.digest.as_ref().is_some_and(|text| !is_digest(text)) {
+            let detail = "a digest is a SHA-256 in hexadecimal, of 64 letters and digits";
+            return Err(Problem::new(Code::InvalidValue, detail).at("/digest", Vec::new()));
+        }
+        let file_name = (!file_name.is_empty()).then_some(file_name);
+        Ok(NewFetch { url: self.url, file_name, digest: self.digest.map(|text| text.to_ascii_lowercase()) })
+    }
+}
+
 /// Uploads a file.
 ///
-/// The body is the file itself. The same bytes of the same format are kept once: uploading them again gives the asset that
+/// The body is the file itself; or, where the operator allows it, JSON with a URL that the service fetches it from. The same bytes of the same format are kept once: uploading them again gives the asset that
 /// is there, kept for longer.
 #[utoipa::path(post, path = "/v1/assets", operation_id = "upload_asset", tag = "assets", params(CreateQuery,
     ("Content-Digest" = Option<String>, Header, description = "`sha-256=:…:` of the body; checked")),
-    request_body(content = String, content_type = "application/octet-stream", description = "the file"),
+    request_body(description = "the file, or where it is", content(
+        (String = "application/octet-stream"), (NewAssetByUrl = "application/json"))),
     responses((status = 201, body = AssetView, description = "kept", headers(("Location" = String))),
         (status = 200, body = AssetView, description = "these bytes are here already"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn create(
-    State(assets): State<Assets>,
-    State(settings): State<Shared<Settings>>,
+    State(state): State<ApiState>,
     Caller(owner): Caller,
     QueryOf(query): QueryOf<CreateQuery>,
     request: Request<Body>,
 ) -> Result<Response, Problem> {
-    let (asset, is_new) = BodyReader::new(request, &settings).asset(&assets, &owner, &query.filename).await?;
+    let (asset, is_new) = if is_media_type(request.headers(), "application/json") {
+        let JsonBody(body) = JsonBody::<NewAssetByUrl>::from_request(request, &state).await?;
+        state.assets.fetch(&owner, body.read(clean_name(&query.filename))?).await?
+    } else {
+        BodyReader::new(request, &state.settings).asset(&state.assets, &owner, &query.filename).await?
+    };
     let status = if is_new { StatusCode::CREATED } else { StatusCode::OK };
     let location = [(header::LOCATION, ascii(format!("/v1/assets/{}", asset.id)))];
     Ok((status, location, Json(AssetView::from(asset))).into_response())

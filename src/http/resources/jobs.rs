@@ -24,9 +24,8 @@ use crate::{
         ApiState, Shared,
         auth::Caller,
         caching,
-        code::Code,
         download::ascii,
-        extract::{self, Id, JsonBody, QueryOf},
+        extract::{self, Id, JsonBody, QueryOf, known, unusable},
         idempotency::{IdempotencyKey, replayed},
         json_text, negotiate, page, page_text,
         prefer::Prefer,
@@ -196,21 +195,6 @@ impl ListQuery {
             since: since.transpose()?,
         })
     }
-}
-
-/// The value of a name of a closed set.
-fn known<T>(
-    member: &str,
-    name: Option<&str>,
-    read: impl Fn(&str) -> Option<T>,
-    all: impl Fn() -> String,
-) -> Result<Option<T>, Problem> {
-    name.map(|name| read(name).ok_or_else(|| unusable(member, name, &format!("one of {}", all())))).transpose()
-}
-
-fn unusable(member: &str, seen: &str, expected: &str) -> Problem {
-    let shown: String = seen.chars().take(64).collect();
-    Problem::new(Code::MalformedRequest, format!("'{shown}' is no '{member}' of jobs; it is {expected}"))
 }
 
 /// Shows a job.

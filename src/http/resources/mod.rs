@@ -15,3 +15,4 @@ pub(super) mod proposals;
 pub(super) mod results;
 pub(super) mod retarget;
 pub(super) mod usage;
+pub(super) mod webhooks;

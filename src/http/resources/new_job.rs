@@ -9,7 +9,7 @@ use crate::{
     config::Settings,
     engine::Format,
     http::{code::Code, problem::Problem},
-    jobs::{AssetId, ConfigDocument, InputRole, NewJob},
+    jobs::{AssetId, ConfigDocument, InputRole, NewJob, WebhookId},
 };
 
 /// Asks for a job on files that have been uploaded.
@@ -43,6 +43,9 @@ pub(in crate::http) struct NewJobBody {
     /// Words of your own, given back with the job.
     #[serde(default)]
     labels: BTreeMap<String, String>,
+    /// The id of a webhook of yours that is told of its end, whatever that listens to.
+    #[schema(example = "whk_01j9z3k8m0q4r6t8v0x2y4a6c8")]
+    webhook: Option<String>,
     /// Checks everything that can be checked without running it, and answers with what the job would do. Nothing is asked for.
     #[serde(default)]
     pub(super) validate_only: bool,
@@ -78,8 +81,9 @@ impl NewJobBody {
             return Err(Problem::new(Code::InvalidValue, detail).at("/priority", Vec::new()));
         }
         let labels = check_labels(self.labels, settings)?;
+        let webhook = self.webhook.as_deref().map(webhook_id).transpose()?;
         let (preset, priority) = (self.preset, self.priority);
-        Ok(NewJob { inputs, config, formats, preset, labels, priority, ..NewJob::default() })
+        Ok(NewJob { inputs, config, formats, preset, labels, priority, webhook, ..NewJob::default() })
     }
 }
 
@@ -106,6 +110,11 @@ pub(super) fn read_inputs(given: [Option<InputBody>; 4]) -> Result<BTreeMap<Inpu
 /// A config that came inside a JSON body.
 pub(super) fn config_document(config: serde_json::Map<String, serde_json::Value>) -> ConfigDocument {
     ConfigDocument { file_name: "config.json".to_owned(), text: serde_json::Value::Object(config).to_string() }
+}
+
+fn webhook_id(text: &str) -> Result<WebhookId, Problem> {
+    WebhookId::parse(text)
+        .map_err(|error| Problem::new(Code::InvalidValue, error.to_string()).at("/webhook", Vec::new()))
 }
 
 fn asset_id(role: InputRole, text: &str) -> Result<AssetId, Problem> {

@@ -98,6 +98,17 @@ struct CheckedConfig {
     spec: serde_json::Value,
 }
 
+/// What came of checking a config.
+#[derive(Debug, Serialize, ToSchema)]
+#[serde(untagged)]
+#[schema(as = ConfigCheck)]
+enum ConfigCheckView {
+    /// With two files: what a retarget with it would do.
+    Proposal(Box<ProposalView>),
+    /// By itself.
+    Alone(CheckedConfig),
+}
+
 /// Proposes a mapping between two rigs.
 ///
 /// Nothing is retargeted. The answer has the whole spec, how sure each role is on both sides with reasons and alternatives, and
@@ -135,13 +146,13 @@ pub(super) async fn read_files(request: Request<Body>, state: &ApiState, owner: 
 #[utoipa::path(post, path = "/v1/config-checks", operation_id = "check_config", tag = "rigs",
     request_body(description = "a config, and perhaps two files", content(
         (CheckBody = "application/json"), (RetargetForm = "multipart/form-data"))),
-    responses((status = 200, description = "it can be used", content((ProposalView = "application/json"), (CheckedConfig = "application/json"))),
+    responses((status = 200, body = ConfigCheckView, description = "it can be used"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn check(
     State(state): State<ApiState>,
     Caller(owner): Caller,
     request: Request<Body>,
-) -> Result<Json<serde_json::Value>, Problem> {
+) -> Result<Json<ConfigCheckView>, Problem> {
     let assets = &state.assets;
     let (alone, new) = if extract::is_media_type(request.headers(), "multipart/form-data") {
         let mut form = upload::read_form(request, &state).await?;
@@ -153,10 +164,10 @@ async fn check(
         JsonBody::<CheckBody>::from_request(request, &state).await?.0.read()?
     };
     let answer = match alone {
-        Some(config) => serde_json::to_value(CheckedConfig { spec: assets.check_config(config).await? }),
-        None => serde_json::to_value(propose(assets, &owner, new).await?),
+        Some(config) => ConfigCheckView::Alone(CheckedConfig { spec: assets.check_config(config).await? }),
+        None => ConfigCheckView::Proposal(Box::new(propose(assets, &owner, new).await?)),
     };
-    answer.map(Json).map_err(|error| Problem::internal(&error))
+    Ok(Json(answer))
 }
 
 impl CheckBody {

@@ -19,7 +19,7 @@ pub(super) enum Dialect {
 type NumberedText = (i64, &'static str, &'static str);
 
 /// Every change of the layout, in order. A released one is never edited; add a new one to both lists.
-const SQLITE: [NumberedText; 7] = [
+const SQLITE: [NumberedText; 8] = [
     (1, "first", include_str!("migrations/sqlite/0001_first.sql")),
     (2, "named documents", include_str!("migrations/sqlite/0002_named_documents.sql")),
     (3, "queue", include_str!("migrations/sqlite/0003_queue.sql")),
@@ -27,13 +27,15 @@ const SQLITE: [NumberedText; 7] = [
     (5, "events", include_str!("migrations/sqlite/0005_events.sql")),
     (6, "job lists", include_str!("migrations/sqlite/0006_job_lists.sql")),
     (7, "result cache", include_str!("migrations/sqlite/0007_result_cache.sql")),
+    (8, "webhooks", include_str!("migrations/sqlite/0008_webhooks.sql")),
 ];
-const POSTGRES: [NumberedText; 5] = [
+const POSTGRES: [NumberedText; 6] = [
     (1, "first", include_str!("migrations/postgres/0001_first.sql")),
     (2, "principals", include_str!("migrations/postgres/0002_principals.sql")),
     (3, "events", include_str!("migrations/postgres/0003_events.sql")),
     (4, "job lists", include_str!("migrations/postgres/0004_job_lists.sql")),
     (5, "result cache", include_str!("migrations/postgres/0005_result_cache.sql")),
+    (6, "webhooks", include_str!("migrations/postgres/0006_webhooks.sql")),
 ];
 
 impl Dialect {
@@ -85,6 +87,17 @@ impl Dialect {
         match self {
             Self::Sqlite => "CAST(unixepoch('subsec') * 1000 AS INTEGER)",
             Self::Postgres => "CAST(EXTRACT(EPOCH FROM clock_timestamp()) * 1000 AS BIGINT)",
+        }
+    }
+
+    /// The letters of a new id that the database makes: the time, then 56 random bits, as the triggers of the layout do.
+    pub(super) const fn new_letters(self) -> &'static str {
+        match self {
+            Self::Sqlite => "printf('%012x', CAST(unixepoch('subsec') * 1000 AS INTEGER)) || lower(hex(randomblob(7)))",
+            Self::Postgres => {
+                "lpad(to_hex(CAST(EXTRACT(EPOCH FROM clock_timestamp()) * 1000 AS BIGINT)), 12, '0') || \
+                 right(replace(CAST(gen_random_uuid() AS TEXT), '-', ''), 14)"
+            }
         }
     }
 

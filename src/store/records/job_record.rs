@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
-use crate::store::{AssetId, JobId, LeaseId, Principal, ResultRecord};
+use crate::store::{AssetId, JobId, LeaseId, Principal, ResultRecord, WebhookId};
 
 /// Where a job is in its life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -170,6 +170,9 @@ pub struct JobRequest {
     /// Whether it is to be run although its results may be there already.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub skip_cache: bool,
+    /// The webhook that is told of its end, whatever that listens to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub webhook: Option<WebhookId>,
 }
 
 /// One version of a document that is kept under a name.

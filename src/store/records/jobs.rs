@@ -7,7 +7,7 @@ use super::{
     Added, FinishedJob, Idempotency, JobKind, JobRecord, JobState, Records, count, database::ours, job_lists,
     optional_time, principal, read_id, results, signed, time,
 };
-use crate::store::{JobId, LeaseId, Principal, StoreError};
+use crate::store::{JobId, LeaseId, Principal, StoreError, WebhookId};
 
 /// Everything but the documents, which can be large and are read by themselves.
 pub(super) const COLUMNS: &str = "id, state, request, input_bytes, attempt, retry_of, created_at, started_at, \
@@ -79,8 +79,9 @@ impl Records {
     pub async fn add_job(&self, job: &JobRecord) -> Result<Added, StoreError> {
         let mut transaction = self.begin().await?;
         let query = "INSERT INTO jobs (id, state, request, input_bytes, attempt, retry_of, created_at, principal, \
-                     priority, inputs_sha256, memory_bytes, idempotency_key, asked_sha256, kind, trace_context) \
-                     VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15) ON CONFLICT DO NOTHING";
+                     priority, inputs_sha256, memory_bytes, idempotency_key, asked_sha256, kind, webhook_id, \
+                     trace_context) \
+                     VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16) ON CONFLICT DO NOTHING";
         let (key, asked_sha256) = job.idempotency.as_ref().map(|word| (&word.key, &word.asked_sha256)).unzip();
         let done = sqlx::query(query)
             .bind(job.id.as_str())
@@ -97,6 +98,7 @@ impl Records {
             .bind(key)
             .bind(asked_sha256)
             .bind(job.kind.name())
+            .bind(job.request.webhook.as_ref().map(WebhookId::as_str))
             .bind(&job.trace_context)
             .execute(&mut *transaction)
             .await?;

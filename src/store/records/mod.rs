@@ -8,6 +8,7 @@ mod api_keys;
 mod assets;
 mod blob_names;
 mod database;
+mod deliveries;
 mod dialect;
 mod documents;
 mod events;
@@ -20,12 +21,14 @@ mod queue;
 mod result_cache;
 mod results;
 mod sweep;
+mod webhooks;
 
 use dialect::Dialect;
 
 pub use api_keys::{ApiKeyRecord, Scope};
 pub use database::Records;
 pub(in crate::store) use database::{BlobLocks, Lock};
+pub use deliveries::{AfterAttempt, AttemptEnd, DeliveryClaim, DeliveryEvent, DeliveryRecord, DeliveryState};
 pub use documents::{DocumentChange, DocumentKind, DocumentRecord, NewDocument, Precondition};
 pub use events::{EventReach, EventRecord};
 pub use faults::{Faults, Moment};
@@ -37,6 +40,9 @@ pub use job_record::{
 pub use notices::{Listener, Notice};
 pub use queue::{AfterCrash, Claim, GiveBack, Held, QueueDepth};
 pub use result_cache::CachedResults;
+pub use webhooks::{DisabledReason, WebhookRecord};
+
+use std::time::Duration;
 
 use jiff::Timestamp;
 use sqlx::{Row, any::AnyRow};
@@ -123,6 +129,10 @@ fn count(row: &AnyRow, column: &str) -> Result<u64, StoreError> {
 
 fn signed(count: u64) -> i64 {
     i64::try_from(count).unwrap_or(i64::MAX)
+}
+
+fn milliseconds(period: Duration) -> i64 {
+    i64::try_from(period.as_millis()).unwrap_or(i64::MAX)
 }
 
 fn read_id<T>(row: &AnyRow, column: &str, parse: fn(&str) -> Result<T, IdError>) -> Result<T, StoreError> {

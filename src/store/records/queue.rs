@@ -19,7 +19,7 @@ use super::{
     FinishedJob, JobRecord, JobState, Records, StoredProgress, count,
     database::ours,
     jobs::{COLUMNS, read, to_json},
-    signed,
+    milliseconds, signed,
 };
 use crate::store::{JobId, LeaseId, StoreError};
 
@@ -305,8 +305,4 @@ impl Records {
             .bind(signed(most));
         Ok(count(&self.one(query).await?, "jobs_before")? + 1)
     }
-}
-
-fn milliseconds(period: Duration) -> i64 {
-    i64::try_from(period.as_millis()).unwrap_or(i64::MAX)
 }

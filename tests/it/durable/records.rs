@@ -50,6 +50,7 @@ pub(super) fn job(input: &AssetRecord, priority: i32) -> JobRecord {
             preset: None,
             rigs: Vec::new(),
             skip_cache: false,
+            webhook: None,
         },
         input_bytes: 20,
         attempt: 0,
@@ -110,7 +111,7 @@ async fn claim(records: &Records) -> Option<JobRecord> {
     }
 }
 
-async fn added(records: &Records, owner: &str, priority: i32) -> JobRecord {
+pub(super) async fn added(records: &Records, owner: &str, priority: i32) -> JobRecord {
     let asset = records.add_asset(&asset(owner, "aa")).await.expect("writes").0;
     let job = job(&asset, priority);
     assert_eq!(records.add_job(&job).await.expect("writes"), Added::New, "its file is there");
@@ -516,33 +517,9 @@ async fn many_claim_at_the_same_time_and_each_job_has_one(records: &Records) {
     assert_eq!((taken.len(), taken.into_iter().collect()), (jobs.len(), jobs), "every job, once");
 }
 
-/// Each promise on an empty database of its own.
-macro_rules! suite {
-    ($($promise:ident),+ $(,)?) => {
-        #[tokio::test(flavor = "multi_thread")]
-        async fn sqlite_keeps_every_promise() {
-            $( {
-                let folder = tempfile::tempdir().expect("a temporary folder");
-                let records = Records::open(&folder.path().join("a state?.db")).await.expect("opens");
-                $promise(&records).await;
-                records.close().await;
-            } )+
-        }
-
-        #[tokio::test(flavor = "multi_thread")]
-        async fn postgres_keeps_every_promise() {
-            let Some(server) = Postgres::start() else { return };
-            $( {
-                let records = server.records().await;
-                $promise(&records).await;
-                records.close().await;
-                server.empty().await;
-            } )+
-        }
-    };
-}
-
 suite![
+    sqlite_keeps_every_promise,
+    postgres_keeps_every_promise:
     a_job_reads_back_as_it_was_written,
     only_who_holds_the_lease_writes_the_end,
     callers_take_turns_and_priorities_count_among_a_callers_own,

@@ -121,7 +121,8 @@ impl Postgres {
     /// Forgets everything.
     pub(super) async fn empty(&self) {
         self.execute(
-            "TRUNCATE assets, jobs, job_inputs, results, named_documents, turns, quarantine, events, event_heads, job_labels",
+            "TRUNCATE assets, jobs, job_inputs, results, named_documents, turns, quarantine, events, event_heads, job_labels, \
+             webhooks, deliveries",
         )
         .await;
     }

@@ -104,6 +104,8 @@ struct Belongings {
     asset: String,
     job: String,
     result: String,
+    webhook: String,
+    delivery: String,
 }
 
 async fn belongings(service: &Service, key: &KeyText) -> Belongings {
@@ -120,7 +122,10 @@ async fn belongings(service: &Service, key: &KeyText) -> Belongings {
         let kept = ask(service, key, Method::PUT, path).json(&document).send().await.expect("an answer");
         assert!(kept.status().is_success(), "{path} is kept: {}", kept.text().await.unwrap_or_default());
     }
-    Belongings { job: text("/id"), result: text("/results/0/id"), asset }
+    let webhook = ask(service, key, Method::POST, "/v1/webhooks").json(&json!({"url": "https://studio.example/"}));
+    let webhook = text_of(webhook, "id").await;
+    let delivery = text_of(ask(service, key, Method::POST, &format!("/v1/webhooks/{webhook}/ping")), "id").await;
+    Belongings { job: text("/id"), result: text("/results/0/id"), asset, webhook, delivery }
 }
 
 /// Every route that names something, of every method, with what belongs to somebody else: made from the document, so that new routes
@@ -136,6 +141,8 @@ async fn what_belongs_to_others_is_not_found_on_any_route() {
             Some("assets") => &hers.asset,
             Some("jobs") => &hers.job,
             Some("results") => &hers.result,
+            Some("webhooks") => &hers.webhook,
+            Some("deliveries") => &hers.delivery,
             Some("rigs" | "presets") => "hero",
             Some("keys") => continue,
             _ if path.contains('{') => panic!("{path} names something that this test does not know: teach it"),

@@ -8,6 +8,10 @@ use std::{path::Path, process::Command};
 use super::support::{ServiceProcess, start_service};
 use crate::support::{count_of, python_with, skip};
 
+/// Short waits, and nowhere to go: made-up webhooks are at made-up places, which may be somebody's.
+const PACE: [&str; 8] =
+    ["--default-wait", "2s", "--max-wait", "2s", "--event-stream-period", "200ms", "--outbound-deny", "0.0.0.0/0,::/0"];
+
 /// What is not held against the service. A document cannot say which files exist and of which formats they are, so that what fits it may
 /// still be refused.
 const LEFT_OUT: &str = "positive_data_acceptance";
@@ -38,8 +42,7 @@ fn assert_conforms(server: &ServiceProcess, flags: &[&str]) {
 #[test]
 fn made_up_requests_meet_no_fault() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server =
-        start_service(data.path(), &["--default-wait", "2s", "--max-wait", "2s", "--event-stream-period", "200ms"]);
+    let server = start_service(data.path(), &PACE);
     assert_conforms(&server, &[]);
     assert_eq!(server.terminate(), Some(0), "and it is well afterwards");
 }
@@ -47,10 +50,7 @@ fn made_up_requests_meet_no_fault() {
 #[test]
 fn made_up_requests_with_a_key_meet_no_fault() {
     let data = tempfile::tempdir().expect("a temporary folder");
-    let server = start_service(
-        data.path(),
-        &["--authentication", "keys", "--default-wait", "2s", "--max-wait", "2s", "--event-stream-period", "200ms"],
-    );
+    let server = start_service(data.path(), &[&["--authentication", "keys"], &PACE[..]].concat());
     let key = Command::new(env!("CARGO_BIN_EXE_retargetd"))
         .args(["keys", "create", "tester", "--scope", "read", "--scope", "write", "--scope", "admin", "--data"])
         .arg(data.path())

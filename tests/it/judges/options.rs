@@ -126,18 +126,80 @@ fn a_table_says_where_joints_are() {
 
 #[test]
 fn outputs_say_what_they_were_made_of() {
-    let Some((source, target)) = pair() else { return };
+    let Some((_, target)) = pair() else { return };
+    // A walk that goes somewhere, so that its feet stand now and then.
+    let source = retargetd::samples::walk_clip();
     let config = r#"{"ops": [{"op": "contacts"}, {"op": "pelvis"}, {"op": "fk"}]}"#;
-    let outcome = retargeted((SOURCE, &source), (TARGET, &target), config, &[Format::Glb]);
+    let outcome = retargeted(("walk.glb", &source), (TARGET, &target), config, &[Format::Glb]);
     let extras = gltf_json(&outcome.outputs[0].bytes)["asset"]["extras"]["retargetd"].clone();
     assert_eq!(extras["engine"]["name"], "retargetd", "{extras}");
     for part in ["source_sha256", "spec_sha256"] {
         assert_eq!(extras[part].as_str().map(str::len), Some(64), "{part}");
     }
+    let contacts = extras["contacts"].as_array().expect("what stands when");
+    let last = Written::of(&outcome.outputs[0].bytes, "a.glb").clip.frame_count() as u64 - 1;
+    assert!(contacts.len() >= 2, "both feet of a walk: {contacts:?}");
+    for contact in contacts {
+        let spans = contact["frames"].as_array().expect("spans");
+        let ends: Vec<u64> = spans.iter().flat_map(|span| [&span[0], &span[1]]).filter_map(Value::as_u64).collect();
+        assert!(!ends.is_empty() && ends.is_sorted() && ends.iter().all(|frame| *frame <= last), "{contact}");
+        assert!(
+            contact["joint"].as_str().is_some_and(|name| name.contains("Foot") || name.contains("Toe")),
+            "{contact}"
+        );
+    }
     let resolved = outcome.resolved_spec.to_string();
-    let again = retargeted((SOURCE, &source), (TARGET, &target), &resolved, &[Format::Glb]);
+    let again = retargeted(("walk.glb", &source), (TARGET, &target), &resolved, &[Format::Glb]);
     assert_eq!(
         again.outputs[0].bytes, outcome.outputs[0].bytes,
         "the resolved spec makes the same file, digests and all"
     );
+}
+
+#[test]
+fn clips_are_called_kept_and_thinned_as_asked() {
+    let Some((source, target)) = pair() else { return };
+    let written = |output: &str, format: Format| {
+        let config = format!(r#"{{"output": {output}}}"#);
+        retargeted((SOURCE, &source), (TARGET, &target), &config, &[format]).outputs.remove(0).bytes
+    };
+    let clips = |bytes: &[u8]| -> Vec<String> {
+        let animations = gltf_json(bytes)["animations"].as_array().cloned().unwrap_or_default();
+        animations.iter().map(|animation| animation["name"].as_str().unwrap_or_default().to_owned()).collect()
+    };
+    let own = clips(&target);
+    assert!(own.len() > 1, "the target has clips of its own: {own:?}");
+    let kept = clips(&written(r#"{"clip_name": "stroll"}"#, Format::Glb));
+    assert_eq!(
+        (kept[0].as_str(), &kept[1..]),
+        ("stroll", own.as_slice()),
+        "the new one first, and all that were there"
+    );
+    assert_eq!(clips(&written(r#"{"clip_name": "stroll", "target_clips": "drop"}"#, Format::Glb)), ["stroll"]);
+    for format in [Format::Fbx, Format::PosesNpz, Format::Vrma] {
+        let bytes = written(r#"{"clip_name": "stroll"}"#, format);
+        let name = format!("out.{}", format.info().endings[0]);
+        assert_eq!(Written::of(&bytes, &name).clip.name(), "stroll", "{format:?}");
+    }
+
+    let plain = Written::of(&written(r#"{"target_clips": "drop"}"#, Format::Glb), "plain.glb");
+    let thin = written(r#"{"target_clips": "drop", "keys": "needed"}"#, Format::Glb);
+    let keys = |bytes: &[u8]| -> u64 {
+        let json = gltf_json(bytes);
+        let samplers = json["animations"][0]["samplers"].as_array().expect("samplers");
+        samplers
+            .iter()
+            .filter_map(|sampler| json["accessors"][sampler["input"].as_u64()? as usize]["count"].as_u64())
+            .sum()
+    };
+    let all = keys(&written(r#"{"target_clips": "drop"}"#, Format::Glb));
+    assert!(keys(&thin) * 2 < all, "{} keys of {all}", keys(&thin));
+    let thin = Written::of(&thin, "thin.glb");
+    for part in 0..5 {
+        let seconds = f64::from(part) * 0.25 * plain.clip.duration_seconds();
+        let [one, other] = [&plain, &thin].map(|file| file.pose(seconds).to_model(&file.scene.skeleton));
+        let pairs = one.transforms().iter().zip(other.transforms());
+        let farthest = pairs.map(|(one, other)| one.translation.distance(other.translation)).fold(0.0, f64::max);
+        assert!(farthest < 0.01 * plain.size(), "{farthest} m off at {seconds} s");
+    }
 }

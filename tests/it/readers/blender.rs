@@ -23,11 +23,7 @@ const EXCEPTIONS: Exceptions<'_> = &[
         &[Positions],
         "between two keys it mixes the components of rotations, where glTF asks for the arc",
     ),
-    (
-        &["fbx-semantics/", "bvh/100style"],
-        &[Unreadable],
-        "it does not read FBX as text, and stumbles over some that are binary",
-    ),
+    (&["fbx-semantics/"], &[Unreadable], "it does not read FBX as text, and stumbles over some that are binary"),
     (
         &["creatures/spider_noskin", "misc-rigs/animation_with_skeleton_generic_names", "misc-rigs/huesitos"],
         &[Unreadable],

@@ -179,7 +179,9 @@ fn farthest(places: &[DVec3], theirs: &[[f64; 3]], size: f64, reader: &Reader<'_
 /// What another reader does otherwise: files, by the beginnings of their names; what differs; and why.
 pub(super) type Exceptions<'a> = &'a [(&'a [&'a str], &'a [Aspect], &'a str)];
 
-/// Fails where something differs that is no exception, and where an exception is none any more.
+/// Fails where something differs that is no exception, and where an exception is none any more. With `--no-capture`, says how many files
+/// differ in what.
+#[expect(clippy::print_stderr, reason = "figures for whoever asks")]
 pub(super) fn judge(found: &[(&str, Differences)], exceptions: Exceptions<'_>) {
     let mut problems = Vec::new();
     let mut used: BTreeSet<(&str, Aspect)> = BTreeSet::new();
@@ -199,5 +201,11 @@ pub(super) fn judge(found: &[(&str, Differences)], exceptions: Exceptions<'_>) {
             problems.push(format!("{file} differs in none of {aspects:?}, so that '{why}' is not so"));
         }
     }
+    let same = found.iter().filter(|(_, differences)| differences.is_empty()).count();
+    let mut by_aspect: BTreeMap<Aspect, usize> = BTreeMap::new();
+    for aspect in found.iter().flat_map(|(_, differences)| differences.keys()) {
+        *by_aspect.entry(*aspect).or_default() += 1;
+    }
+    eprintln!("{} files, {same} the same in everything; files that differ: {by_aspect:?}", found.len());
     assert!(problems.is_empty(), "{} problems:\n{}", problems.len(), problems.join("\n"));
 }

@@ -1,7 +1,7 @@
 // node validate.mjs FILE...
 //
 // Validates glTF files and prints one JSON line for each:
-//   {"file", "errors", "warnings", "first_error", "codes": {"<CODE of severity error>": count}}
+//   {"file", "errors", "warnings", "first_error", "codes": {"<CODE of an error>": count}, "warning_codes": {the same}}
 // A file that cannot be validated at all has "errors": 1 and says why in "first_error". The exit code is 0 unless this
 // script itself cannot work. External resources are looked up beside the file; missing ones are IO_ERROR as usual.
 
@@ -9,6 +9,7 @@ import { readFile } from "node:fs/promises";
 import { dirname, join } from "node:path";
 
 const ERROR = 0;
+const WARNING = 1;
 
 let validator;
 try {
@@ -31,18 +32,29 @@ async function validate(file) {
       externalResourceFunction: async (uri) =>
         new Uint8Array(await readFile(join(dirname(file), decodeURIComponent(uri)))),
     });
-    const errors = report.issues.messages.filter((message) => message.severity === ERROR);
-    const codes = {};
-    for (const { code } of errors) codes[code] = (codes[code] ?? 0) + 1;
-    const first = errors[0];
+    const messages = (severity) => report.issues.messages.filter((message) => message.severity === severity);
+    const counted = (severity) => {
+      const codes = {};
+      for (const { code } of messages(severity)) codes[code] = (codes[code] ?? 0) + 1;
+      return codes;
+    };
+    const first = messages(ERROR)[0];
     return {
       file,
       errors: report.issues.numErrors,
       warnings: report.issues.numWarnings,
       first_error: first ? `${first.pointer ?? ""}: ${first.code}: ${first.message}` : null,
-      codes,
+      codes: counted(ERROR),
+      warning_codes: counted(WARNING),
     };
   } catch (error) {
-    return { file, errors: 1, warnings: 0, first_error: String(error), codes: { UNREADABLE: 1 } };
+    return {
+      file,
+      errors: 1,
+      warnings: 0,
+      first_error: String(error),
+      codes: { UNREADABLE: 1 },
+      warning_codes: {},
+    };
   }
 }

@@ -11,6 +11,7 @@ use crate::{
 };
 
 use super::{
+    super::properties::SHAPE_WEIGHT,
     binary::{Property, Record},
     scene::{Figure, LimbNode, property},
 };
@@ -21,7 +22,6 @@ const KEY_VERSION: i32 = 4008;
 const LINEAR: i32 = 4;
 /// FBX's X, Y, Z: the rotation about X is applied first.
 pub(super) const USUAL_ORDER: EulerOrder = EulerOrder::ZYX;
-const AXES: [&str; 3] = ["d|X", "d|Y", "d|Z"];
 
 /// One clip, as records.
 pub(super) struct Animation {
@@ -36,12 +36,14 @@ pub(super) struct Animation {
     pub(super) curves: i32,
 }
 
-/// The three channels as FBX calls them.
+/// What has keys, as FBX calls it.
 #[derive(Clone, Copy)]
 enum Channel {
     Translation,
     Rotation,
     Scaling,
+    /// The weight of a blend shape.
+    Weight,
 }
 
 impl Channel {
@@ -50,6 +52,7 @@ impl Channel {
             Self::Translation => "T\0\u{1}AnimCurveNode",
             Self::Rotation => "R\0\u{1}AnimCurveNode",
             Self::Scaling => "S\0\u{1}AnimCurveNode",
+            Self::Weight => "DeformPercent\0\u{1}AnimCurveNode",
         }
     }
 
@@ -58,6 +61,15 @@ impl Channel {
             Self::Translation => "Lcl Translation",
             Self::Rotation => "Lcl Rotation",
             Self::Scaling => "Lcl Scaling",
+            Self::Weight => SHAPE_WEIGHT,
+        }
+    }
+
+    /// One curve each.
+    const fn axes(self) -> &'static [&'static str] {
+        match self {
+            Self::Translation | Self::Rotation | Self::Scaling => &["d|X", "d|Y", "d|Z"],
+            Self::Weight => &["d|DeformPercent"],
         }
     }
 }
@@ -68,7 +80,13 @@ const LAYER_ID: i64 = 2;
 const FIRST_CURVE_ID: i64 = 1 << 40;
 
 impl Animation {
-    pub(super) fn new(figure: &Figure<'_>, clip: &Clip, control: &Control) -> Result<Self, FormatError> {
+    /// The motion of the nodes, and of blend shapes: their weights, and the ids of what they are.
+    pub(super) fn new(
+        figure: &Figure<'_>,
+        clip: &Clip,
+        shapes: &[(&Track<f32>, i64)],
+        control: &Control,
+    ) -> Result<Self, FormatError> {
         let times: Vec<i64> =
             clip.times_seconds().iter().map(|time| (time * TICKS_PER_SECOND).round() as i64).collect();
         let name = if clip.name().is_empty() { "Take 001" } else { clip.name() };
@@ -88,7 +106,7 @@ impl Animation {
             let tracks = &clip.joints()[node.joint];
             if let Some(values) = keys(&tracks.translation) {
                 let values = values.iter().map(|value| value.as_dvec3() * figure.centimetres);
-                animation.add(node, Channel::Translation, &times, values.collect());
+                animation.add(node.id, Channel::Translation, &times, columns(values));
             }
             if let Some(values) = keys(&tracks.rotation) {
                 let mut track = EulerTrack::new(node.order);
@@ -96,41 +114,56 @@ impl Animation {
                     let angles = track.next(node.after_pre_rotation(rotation.as_dquat()));
                     degrees(node.order.by_axis(angles))
                 });
-                animation.add(node, Channel::Rotation, &times, angles.collect());
+                animation.add(node.id, Channel::Rotation, &times, columns(angles));
             }
             if let Some(values) = keys(&tracks.scale) {
                 let values = values.iter().map(|value| value.as_dvec3());
-                animation.add(node, Channel::Scaling, &times, values.collect());
+                animation.add(node.id, Channel::Scaling, &times, columns(values));
+            }
+        }
+        for (weights, shape) in shapes {
+            control.check()?;
+            if let Some(weights) = keys(weights) {
+                let percent = weights.iter().map(|weight| f64::from(*weight) * 100.0);
+                animation.add(*shape, Channel::Weight, &times, [percent.collect()]);
             }
         }
         Ok(animation)
     }
 
-    /// Adds the curves of one channel: a key per frame, or one for all frames.
-    fn add(&mut self, node: &LimbNode, channel: Channel, times: &[i64], values: Vec<DVec3>) {
+    /// Adds the curves of one channel of an object: a key per frame, or one for all frames.
+    fn add<const N: usize>(&mut self, object: i64, channel: Channel, times: &[i64], columns: [Vec<f64>; N]) {
         let node_id = self.next_id();
         self.curve_nodes += 1;
-        let first = values[0];
-        let defaults = Record::new("Properties70").holding(
-            AXES.iter().zip(first.to_array()).map(|(axis, value)| property(axis, "Number", "", "A", [value.into()])),
-        );
+        let axes = || channel.axes().iter().zip(&columns);
+        let defaults = Record::new("Properties70")
+            .holding(axes().map(|(axis, values)| property(axis, "Number", "", "A", [values[0].into()])));
         self.objects.push(
             Record::new("AnimationCurveNode").with(node_id).with(channel.node_name()).with("").holding([defaults]),
         );
         self.connections.push(connection(node_id, LAYER_ID));
-        self.connections.push(connection_to_property(node_id, node.id, channel.property()));
-        for (axis, name) in AXES.into_iter().enumerate() {
+        self.connections.push(connection_to_property(node_id, object, channel.property()));
+        for (axis, values) in axes() {
             let curve_id = self.next_id();
             self.curves += 1;
-            let values: Vec<f32> = values.iter().map(|value| value[axis] as f32).collect();
+            let values: Vec<f32> = values.iter().map(|value| *value as f32).collect();
             self.objects.push(curve(curve_id, &times[..values.len()], values));
-            self.connections.push(connection_to_property(curve_id, node_id, name));
+            self.connections.push(connection_to_property(curve_id, node_id, axis));
         }
     }
 
     fn next_id(&self) -> i64 {
         FIRST_CURVE_ID + i64::from(self.curve_nodes) + i64::from(self.curves)
     }
+}
+
+/// Vectors by their axes.
+fn columns(vectors: impl Iterator<Item = DVec3>) -> [Vec<f64>; 3] {
+    let mut columns = [const { Vec::new() }; 3];
+    for vector in vectors {
+        columns.iter_mut().zip(vector.to_array()).for_each(|(column, value)| column.push(value));
+    }
+    columns
 }
 
 /// The values of a channel that is animated: one per frame, or one that holds.
@@ -208,6 +241,7 @@ pub(super) fn connection(child: i64, parent: i64) -> Record {
     Record::new("C").with("OO").with(child).with(parent)
 }
 
-fn connection_to_property(child: i64, parent: i64, property: &str) -> Record {
+/// `child` is what moves a property of `parent`, or lies on it.
+pub(super) fn connection_to_property(child: i64, parent: i64, property: &str) -> Record {
     Record::new("C").with("OP").with(child).with(parent).with(property)
 }

@@ -1,5 +1,4 @@
-//! The meshes of an FBX target, as its parser gives them: polygons, normals, UVs, colours, materials by name and colour, skins,
-//! shapes.
+//! The meshes of an FBX target, as its parser gives them: polygons, normals, UVs, colours, skins, shapes.
 //!
 //! Vertices are written in the space of their node, whatever pivots and geometric transforms lie between in the original. With `G` from
 //! geometry to node and `B` from geometry to bone at the bind, a cluster's own transform is `B · G⁻¹`.
@@ -16,7 +15,8 @@ use crate::{
 use super::{
     animation::connection,
     binary::{Property, Record},
-    scene::property,
+    materials::Materials,
+    scene::object,
 };
 
 /// Ids of what belongs to meshes count from here, above those of curves.
@@ -31,13 +31,12 @@ pub(super) struct Meshes {
     pub(super) nodes: Vec<usize>,
     /// `model_from_joint` in the bind pose, of the nodes of meshes and of the joints that they are bound to, in centimetres.
     pub(super) bind: BTreeMap<usize, DMat4>,
-    /// Whether there are textures, which are not written.
-    pub(super) has_textures: bool,
+    /// Blend shapes by their index in the file, and the ids of what they are here: one for each mesh that they are on.
+    pub(super) shapes: BTreeMap<usize, Vec<i64>>,
+    pub(super) materials: Materials,
     /// How many objects there are of each kind, for the definitions.
     pub(super) geometries: i32,
-    pub(super) materials: i32,
     pub(super) deformers: i32,
-    material_ids: BTreeMap<u32, i64>,
     next_id: i64,
 }
 
@@ -61,7 +60,7 @@ impl Meshes {
             let geometry = meshes.add_geometry(&instance);
             meshes.connections.push(connection(geometry, node_id(joint)));
             for material in materials(&instance) {
-                let id = meshes.material(material);
+                let id = meshes.materials.id_of(material);
                 meshes.connections.push(connection(id, node_id(joint)));
             }
             for skin in &mesh.skin_deformers {
@@ -93,44 +92,6 @@ impl Meshes {
                 .field("Vertices", Property::Numbers(instance.positions()))
                 .field("PolygonVertexIndex", Property::Wholes(instance.polygons()))
                 .holding(instance.layers()),
-        );
-        id
-    }
-
-    /// The id of a material, which meshes share.
-    fn material(&mut self, material: &ufbx::Material) -> i64 {
-        if let Some(id) = self.material_ids.get(&material.element.element_id) {
-            return *id;
-        }
-        let id = self.id();
-        self.material_ids.insert(material.element.element_id, id);
-        self.materials += 1;
-        self.has_textures |= !material.textures.is_empty();
-        let color = |name: &str, map: &ufbx::MaterialMap| {
-            let color = [map.value_vec4.x, map.value_vec4.y, map.value_vec4.z];
-            map.has_value.then(|| property(name, "Color", "", "A", color.map(Property::from)))
-        };
-        let number = |name: &str, map: &ufbx::MaterialMap| {
-            map.has_value.then(|| property(name, "Number", "", "A", [map.value_vec4.x.into()]))
-        };
-        let maps = &material.fbx;
-        let rows = [
-            color("DiffuseColor", &maps.diffuse_color),
-            number("DiffuseFactor", &maps.diffuse_factor),
-            color("SpecularColor", &maps.specular_color),
-            number("SpecularFactor", &maps.specular_factor),
-            number("ShininessExponent", &maps.specular_exponent),
-            color("EmissiveColor", &maps.emission_color),
-            number("EmissiveFactor", &maps.emission_factor),
-            color("TransparentColor", &maps.transparency_color),
-            number("TransparencyFactor", &maps.transparency_factor),
-        ];
-        self.objects.push(
-            object("Material", id, &material.element.name, "")
-                .field("Version", 102)
-                .field("ShadingModel", "phong")
-                .field("MultiLayer", 0)
-                .holding([Record::new("Properties70").holding(rows.into_iter().flatten())]),
         );
         id
     }
@@ -185,6 +146,7 @@ impl Meshes {
         for channel in &deformer.channels {
             let channel_id = self.id();
             self.deformers += 1;
+            self.shapes.entry(channel.element.typed_id as usize).or_default().push(channel_id);
             let full: Vec<f64> = channel.keyframes.iter().map(|key| key.target_weight * 100.0).collect();
             self.objects.push(
                 object("Deformer", channel_id, &channel.element.name, "BlendShapeChannel")
@@ -331,14 +293,6 @@ fn materials<'a>(instance: &Instance<'a>) -> impl Iterator<Item = &'a ufbx::Mate
     let own = &instance.node.materials;
     let list = if own.is_empty() { &instance.mesh.materials } else { own };
     list.into_iter()
-}
-
-fn object(kind: &'static str, id: i64, name: &str, class: &str) -> Record {
-    let type_name = match class {
-        "Cluster" | "BlendShapeChannel" => "SubDeformer",
-        _ => kind,
-    };
-    Record::new(kind).with(id).with(format!("{name}\0\u{1}{type_name}")).with(class)
 }
 
 fn layer(kind: &'static str, index: usize, name: &str, reference: &str) -> Record {

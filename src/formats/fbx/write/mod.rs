@@ -1,4 +1,5 @@
-//! A clip into binary FBX: the skeleton, its rest pose, one take, and the meshes of a target that was FBX itself.
+//! A clip into binary FBX: the skeleton, its rest pose, one take, and the meshes of a target that was FBX itself, with their
+//! materials, images and shapes.
 //!
 //! Joints are limb nodes with their rest rotation as pre-rotation, so that zero angles are the rest pose and the angles of a clip
 //! stay small; curves have one linear key per frame, as Euler angles X, Y, Z that go on where the frame before was (see
@@ -7,12 +8,13 @@
 
 mod animation;
 mod binary;
+mod materials;
 mod mesh;
 mod scene;
 
 use crate::{
     formats::{FormatError, Include, WriteOptions, euler::report_orders, fbx::FbxDocument, written},
-    model::{Clip, Control, Reporter, Scene},
+    model::{Clip, Control, Reporter, Scene, Track},
 };
 
 use mesh::Meshes;
@@ -58,14 +60,7 @@ pub(in crate::formats) fn write(
         Some(document) => Meshes::new(document, skeleton, centimetres, scene::node_id, control)?,
         None => Meshes::default(),
     };
-    if meshes.has_textures {
-        reporter.warn(
-            "fbx_textures_left_out",
-            "Objects",
-            "materials are written with their names and colours, without their textures",
-            "assign the textures by the names of the materials, or send the target as glTF",
-        );
-    }
+    meshes.materials.report(reporter);
     let mut figure = scene::Figure::new(skeleton, &joints, centimetres);
     for node in &mut figure.nodes {
         control.check()?;
@@ -75,7 +70,8 @@ pub(in crate::formats) fn write(
         let by_name = figure.nodes.iter().map(|node| (figure.name(node), node.order));
         report_orders(animation::USUAL_ORDER, "Objects", by_name, reporter);
     }
-    let animation = animation::Animation::new(&figure, clip, control)?;
+    let shapes = document.map_or_else(Vec::new, |document| shapes(document, clip, &meshes));
+    let animation = animation::Animation::new(&figure, clip, &shapes, control)?;
     let records = scene::records(&figure, animation, meshes, target.axes.unwrap_or_default());
     binary::file(&records).ok_or_else(|| {
         FormatError::unsupported(
@@ -85,4 +81,11 @@ pub(in crate::formats) fn write(
             "write a part of it, or another format",
         )
     })
+}
+
+/// The blend shapes that a clip moves: their weights, and the ids of what they are, one for each mesh that they are on.
+fn shapes<'c>(document: &FbxDocument, clip: &'c Clip, meshes: &Meshes) -> Vec<(&'c Track<f32>, i64)> {
+    let moved = clip.morphs().iter().filter_map(|track| Some((track, document.properties.shape(track.morph)?)));
+    let ids = |shape| meshes.shapes.get(&shape).into_iter().flatten();
+    moved.flat_map(|(track, shape)| ids(shape).map(move |id| (&track.weights, *id))).collect()
 }

@@ -149,6 +149,15 @@ impl<'a> Figure<'a> {
     }
 }
 
+/// An object of the document: its kind, its name, its class.
+pub(super) fn object(kind: &'static str, id: i64, name: &str, class: &str) -> Record {
+    let type_name = match class {
+        "Cluster" | "BlendShapeChannel" => "SubDeformer",
+        _ => kind,
+    };
+    Record::new(kind).with(id).with(format!("{name}\0\u{1}{type_name}")).with(class)
+}
+
 /// A row of `Properties70`: name, type, label, flags, values.
 pub(super) fn property<const N: usize>(
     name: &str,
@@ -175,8 +184,9 @@ pub(super) fn records(figure: &Figure<'_>, animation: Animation, meshes: Meshes,
             connections = connections.holding([connection(node.attribute_id, node.id)]);
         }
     }
-    let objects = objects.holding([figure.bind_pose(&meshes)]).holding(meshes.objects);
-    let connections = connections.holding(meshes.connections);
+    let bind_pose = figure.bind_pose(&meshes);
+    let objects = objects.holding([bind_pose]).holding(meshes.objects).holding(meshes.materials.objects);
+    let connections = connections.holding(meshes.connections).holding(meshes.materials.connections);
     vec![
         header(),
         Record::new("FileId").with(Property::Bytes(FILE_ID.to_vec())),
@@ -269,7 +279,9 @@ fn definitions(figure: &Figure<'_>, animation: &Animation, meshes: &Meshes) -> R
         ("GlobalSettings", 1),
         ("NodeAttribute", nodes - count(meshes.nodes.len())),
         ("Geometry", meshes.geometries),
-        ("Material", meshes.materials),
+        ("Material", meshes.materials.materials),
+        ("Texture", meshes.materials.textures),
+        ("Video", meshes.materials.videos),
         ("Deformer", meshes.deformers),
         ("Model", nodes),
         ("Pose", 1),

@@ -61,7 +61,7 @@ pub(super) fn read(document: &Value, graph: &Graph, budget: &mut Budget<'_>) -> 
         morphs.of_joint.insert(graph.joint_of_node[node], (morphs.all.len(), count));
         morphs.all.extend((0..count).map(|index| Morph {
             name: names[index].as_str().map_or_else(|| format!("target_{index}"), str::to_owned),
-            rest: rests[index].as_f64().filter(|rest| rest.is_finite()).unwrap_or(0.0) as f32,
+            rest: rests[index].as_f64().and_then(single).unwrap_or(0.0),
             place: MorphPlace::Mesh { node, index, count },
         }));
     }
@@ -123,8 +123,14 @@ impl Morphs {
     fn bind(&self, joint: usize, index: &Value, weight: f64) -> Option<(usize, f32)> {
         let (first, count) = self.of_joint.get(&joint)?;
         let index = index.as_u64().map(|index| index as usize).filter(|index| index < count)?;
-        weight.is_finite().then_some((first + index, weight as f32))
+        Some((first + index, single(weight)?))
     }
+}
+
+/// A weight in single precision; `None` for what is too large for it.
+fn single(weight: f64) -> Option<f32> {
+    let weight = weight as f32;
+    weight.is_finite().then_some(weight)
 }
 
 /// Expressions by name, presets before custom ones.

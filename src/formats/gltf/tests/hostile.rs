@@ -78,6 +78,19 @@ fn values_that_are_not_finite_are_errors() {
     }
 }
 
+/// Found by fuzzing: finite in the document, infinite where weights are kept.
+#[test]
+fn weights_too_large_for_single_precision_count_as_none() {
+    let document = json!({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0, "weights": [3.5e38, 0.5]}],
+        "meshes": [{"primitives": [{"attributes": {}, "targets": [{}, {}]}]}],
+    });
+    let (scene, _) = read_bytes(document.to_string().as_bytes()).expect("reads");
+    let rests: Vec<f32> = scene.morphs.iter().map(|morph| morph.rest).collect();
+    assert_eq!(rests, [0.0, 0.5]);
+}
+
 #[test]
 fn other_files_are_named_and_never_opened() {
     for uri in ["buffer.bin", "file:///etc/passwd", "http://127.0.0.1/x", "../../x", "%FF.bin", ""] {

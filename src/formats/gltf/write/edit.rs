@@ -4,10 +4,10 @@ use std::borrow::Cow;
 
 use serde_json::{Map, Value, json};
 
-use super::{Output, animation, array, binary::Binary, skeleton::rotation, streams::decoded_buffer};
+use super::{Output, animation, array, binary::Binary, images, skeleton::rotation, streams::decoded_buffer};
 use crate::{
     formats::{
-        FormatError, TargetClips, WriteOptions,
+        Format, FormatError, TargetClips, WriteOptions,
         gltf::{
             MESHOPT_EXTENSIONS,
             document::{Buffer, Document, View},
@@ -61,6 +61,9 @@ pub(super) fn edit<'a>(
     }
 
     split_animated_matrices(&mut output.json, target, clip);
+    if will_have_bytes && matches!(options.format, Format::Glb | Format::Vrm) {
+        images::to_bytes(&mut output)?;
+    }
     list_buffers(&mut output, document, will_have_bytes)?;
     warn_of_external_images(&output.json, reporter);
     Ok(output)

@@ -4,6 +4,7 @@ mod animation;
 mod binary;
 mod carried;
 mod edit;
+mod images;
 mod pack;
 mod skeleton;
 mod streams;

@@ -1,12 +1,16 @@
-//! FBX as it is written, read by an independent parser and, by hand, by Blender.
+//! FBX as it is written, read back by ourselves and by the parser.
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 use retargetd::{
     formats::{self, Format, Limits, WriteOptions},
-    model::{Axes, Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
+    model::{Axes, Clip, Control, Joint, JointTracks, MorphTrack, Reporter, Scene, Skeleton, Track, Transform},
     samples,
 };
 
+use super::{
+    made::{Document, deformer, node_id, number, shape, table, triangle, vector},
+    records::{Record, Value},
+};
 use crate::support::corpus_file;
 
 fn read(bytes: &[u8], format: Format) -> Scene {
@@ -156,4 +160,110 @@ fn turning(scene: &Scene) -> Clip {
     });
     Clip::new("turning".to_owned(), (0..5).map(|frame| f64::from(frame) / 30.0).collect(), joints.collect())
         .expect("a clip")
+}
+
+/// What lies on the materials of a file: material, property, name of the image, its bytes.
+fn textures(bytes: &[u8]) -> Vec<(String, String, String, Vec<u8>)> {
+    let file = ufbx::load_memory(bytes, ufbx::LoadOpts::default()).expect("the parser reads it");
+    let mut found = Vec::new();
+    for material in &file.materials {
+        for on in &material.textures {
+            let of_file = &on.texture;
+            let image = of_file.relative_filename.to_string();
+            found.push((
+                material.element.name.to_string(),
+                on.material_prop.to_string(),
+                image,
+                of_file.content.to_vec(),
+            ));
+        }
+    }
+    found.sort();
+    found
+}
+
+/// A head with a mesh of one triangle that can smile, its material, and an image on that.
+fn painted() -> Document {
+    let named =
+        |kind: &'static str, id: i64, name: &str| Record::new(kind).with(id).with(Value::Name(kind, name.to_owned()));
+    let texture = named("Texture", 51, "Paint")
+        .with("")
+        .field("Type", "TextureVideoClip")
+        .field("Version", 202)
+        .field("FileName", "C:\\\\art\\\\paint.png")
+        .field("RelativeFilename", "paint.png")
+        .holding([table(&[vector("Scaling", [2.0, 2.0, 1.0])], 7400)]);
+    let video = named("Video", 52, "Image")
+        .with("Clip")
+        .field("Type", "Clip")
+        .field("Filename", "C:\\\\art\\\\paint.png")
+        .field("RelativeFilename", "paint.png")
+        .field("Content", Value::Bytes(b"not really a PNG".to_vec()));
+    let material = named("Material", 50, "Skin")
+        .with("")
+        .field("Version", 102)
+        .field("ShadingModel", "phong")
+        .holding([table(&[vector("DiffuseColor", [0.8, 0.5, 0.25])], 7400)]);
+    let channel = deformer(41, "Face.Smile", "BlendShapeChannel")
+        .field("DeformPercent", 25.0)
+        .field("FullWeights", Value::Numbers(vec![100.0]))
+        .holding([table(&[number("DeformPercent", 25.0)], 7400)]);
+    Document::chain(&[("Head", &[])])
+        .node("Mask", "Mesh", Some(0), &[])
+        .object(triangle(20), 20, node_id(1))
+        .object(deformer(40, "Face", "BlendShape"), 40, 20)
+        .object(channel, 41, 40)
+        .object(shape(42), 42, 41)
+        .object(material, 50, node_id(1))
+        .object(video, 52, 51)
+        .on_property(texture, 51, 50, "DiffuseColor")
+}
+
+#[test]
+fn images_stay_on_their_materials() {
+    let bytes = painted().binary_of(7400);
+    let scene = read(&bytes, Format::Fbx);
+    let before = textures(&bytes);
+    assert_eq!(before.len(), 1, "as it was made");
+    assert_eq!((&*before[0].2, &*before[0].3), ("paint.png", b"not really a PNG".as_slice()));
+    let (written, warnings) = write(&scene, &turning(&scene));
+    assert!(warnings.is_empty(), "nothing is lost: {warnings:?}");
+    assert_eq!(textures(&written), before);
+    let file = ufbx::load_memory(&written, ufbx::LoadOpts::default()).expect("the parser reads it");
+    let material = &file.materials[0];
+    let color = &material.fbx.diffuse_color;
+    assert_eq!([color.value_vec4.x, color.value_vec4.y, color.value_vec4.z], [0.8, 0.5, 0.25]);
+    let texture = color.texture.as_ref().expect("on its colour");
+    assert_eq!(texture.uv_transform.scale.x, 2.0, "as large as it was");
+}
+
+#[test]
+fn images_of_real_files_stay_on_their_materials() {
+    for file in ["readyplayerme/rpm_avatar.fbx", "biped/rocketbox_male_adult_01.fbx"] {
+        let Some(path) = corpus_file(file) else { continue };
+        let bytes = std::fs::read(path).expect("a file");
+        let scene = read(&bytes, Format::Fbx);
+        let (written, warnings) = write(&scene, &turning(&scene));
+        let (before, after) = (textures(&bytes), textures(&written));
+        assert!(before.len() > 1, "{file}: {before:?}");
+        assert_eq!(after, before, "{file}: {warnings:?}");
+    }
+}
+
+#[test]
+fn faces_of_a_target_move() {
+    let scene = read(&painted().binary_of(7400), Format::Fbx);
+    let names: Vec<(&str, f32)> = scene.morphs.iter().map(|morph| (morph.name.as_str(), morph.rest)).collect();
+    assert_eq!(names, [("Smile", 0.25)], "shapes that nothing moves are there to be moved");
+    let weights = Track::Sampled(vec![0.0, 0.5, 1.0, 0.75, 0.25]);
+    let clip = turning(&scene).with_morphs(vec![MorphTrack { morph: 0, weights: weights.clone() }]).expect("a clip");
+    let (written, _) = write(&scene, &clip);
+    let back = read(&written, Format::Fbx);
+    assert_eq!(back.morphs, scene.morphs);
+    let Track::Sampled(found) = &back.clips[0].morphs()[0].weights else { panic!("it moves") };
+    let Track::Sampled(expected) = &weights else { panic!("it moves") };
+    assert!(found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-6), "{found:?}");
+    let file = ufbx::load_memory(&written, ufbx::LoadOpts::default()).expect("the parser reads it");
+    let shape = file.blend_channels[0].target_shape.as_ref().expect("its shape");
+    assert_eq!((shape.offset_vertices[0], shape.position_offsets[0].z), (1, 3.0), "and it is what it was");
 }

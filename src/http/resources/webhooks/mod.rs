@@ -1,0 +1,192 @@
+//! `/v1/webhooks` and `/v1/deliveries`: being told of the ends of jobs, and what was told.
+
+mod views;
+
+use axum::{
+    Json,
+    body::Body,
+    extract::{FromRequest, Request, State},
+    http::{StatusCode, header},
+    response::{IntoResponse, Response},
+};
+use serde::Deserialize;
+use utoipa::IntoParams;
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use crate::{
+    config::Settings,
+    http::{
+        ApiState, Shared,
+        auth::Caller,
+        download::ascii,
+        extract::{Id, JsonBody, QueryOf, known},
+        page,
+        problem::{Problem, ProblemView},
+    },
+    jobs::{DeliveryId, DeliveryRecord, DeliveryState, WebhookId, Webhooks},
+};
+use views::{DeliveryPageView, DeliveryView, NewWebhookBody, WebhookListView, WebhookView, WebhookWithSecretView};
+
+pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
+    OpenApiRouter::new()
+        .routes(routes!(create, list))
+        .routes(routes!(show, delete))
+        .routes(routes!(ping))
+        .routes(routes!(rotate_secret))
+        .routes(routes!(deliveries))
+        .routes(routes!(delivery))
+        .routes(routes!(redeliver))
+}
+
+/// Makes a webhook.
+///
+/// It is told of the ends of jobs by `POST`s that are signed by the Standard Webhooks scheme, at least once each; `webhook-id` tells what
+/// came before. Everything that it is told, `GET /v1/jobs/{id}` says too.
+#[utoipa::path(post, path = "/v1/webhooks", operation_id = "create_webhook", tag = "webhooks", request_body = NewWebhookBody,
+    responses((status = 201, body = WebhookWithSecretView, description = "made; the secret is told this once", headers(("Location" = String))),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn create(
+    State(state): State<ApiState>,
+    Caller(owner): Caller,
+    request: Request<Body>,
+) -> Result<Response, Problem> {
+    let JsonBody(body) = JsonBody::<NewWebhookBody>::from_request(request, &state).await?;
+    let webhook = state.webhooks.create(&owner, body.read()?).await?;
+    let location = [(header::LOCATION, ascii(format!("/v1/webhooks/{}", webhook.id)))];
+    Ok((StatusCode::CREATED, location, Json(WebhookWithSecretView::from(webhook))).into_response())
+}
+
+/// Lists all webhooks of the caller.
+#[utoipa::path(get, path = "/v1/webhooks", operation_id = "list_webhooks", tag = "webhooks",
+    responses((status = 200, body = WebhookListView, description = "all of them"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn list(State(webhooks): State<Webhooks>, Caller(owner): Caller) -> Result<Json<WebhookListView>, Problem> {
+    Ok(Json(WebhookListView { items: webhooks.list(&owner).await?.into_iter().map(WebhookView::from).collect() }))
+}
+
+/// Shows a webhook.
+#[utoipa::path(get, path = "/v1/webhooks/{id}", operation_id = "show_webhook", tag = "webhooks", params(("id" = String, Path, description = "the webhook")),
+    responses((status = 200, body = WebhookView, description = "the webhook"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn show(
+    State(webhooks): State<Webhooks>,
+    Caller(owner): Caller,
+    Id(id): Id<WebhookId>,
+) -> Result<Json<WebhookView>, Problem> {
+    Ok(Json(webhooks.get(&owner, &id).await?.into()))
+}
+
+/// Removes a webhook.
+///
+/// What it has not heard yet, it never hears.
+#[utoipa::path(delete, path = "/v1/webhooks/{id}", operation_id = "delete_webhook", tag = "webhooks", params(("id" = String, Path, description = "the webhook")),
+    responses((status = 204, description = "removed"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn delete(
+    State(webhooks): State<Webhooks>,
+    Caller(owner): Caller,
+    Id(id): Id<WebhookId>,
+) -> Result<StatusCode, Problem> {
+    webhooks.delete(&owner, &id).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// Sends a webhook a `ping`.
+///
+/// Once: who pings wants to know now. A webhook that was disabled and answers is enabled again.
+#[utoipa::path(post, path = "/v1/webhooks/{id}/ping", operation_id = "ping_webhook", tag = "webhooks", params(("id" = String, Path, description = "the webhook")),
+    responses((status = 202, body = DeliveryView, description = "on its way; the delivery tells how it went", headers(("Location" = String))),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn ping(
+    State(webhooks): State<Webhooks>,
+    Caller(owner): Caller,
+    Id(id): Id<WebhookId>,
+) -> Result<Response, Problem> {
+    Ok(on_its_way(webhooks.ping(&owner, &id).await?))
+}
+
+/// Gives a webhook another secret.
+///
+/// The one before signs along for a day, so that the receiver can be changed over in between.
+#[utoipa::path(post, path = "/v1/webhooks/{id}/secret-rotations", operation_id = "rotate_webhook_secret", tag = "webhooks",
+    params(("id" = String, Path, description = "the webhook")),
+    responses((status = 200, body = WebhookWithSecretView, description = "the new secret, told this once"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn rotate_secret(
+    State(webhooks): State<Webhooks>,
+    Caller(owner): Caller,
+    Id(id): Id<WebhookId>,
+) -> Result<Json<WebhookWithSecretView>, Problem> {
+    Ok(Json(webhooks.rotate_secret(&owner, &id).await?.into()))
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct DeliveriesQuery {
+    /// Only deliveries in this state: `pending`, `delivered` or `failed`.
+    state: Option<String>,
+    /// Entries of the page; cut down to the limit `page_items`.
+    #[param(format = Int64, maximum = 4_294_967_295_u32)]
+    limit: Option<u32>,
+    /// `next_cursor` of the page before.
+    cursor: Option<String>,
+}
+
+/// Lists what a webhook is told, newest first.
+///
+/// Kept for as long as the limit `delivery_retention` says after it was delivered or given up.
+#[utoipa::path(get, path = "/v1/webhooks/{id}/deliveries", operation_id = "list_deliveries", tag = "webhooks",
+    params(("id" = String, Path, description = "the webhook"), DeliveriesQuery),
+    responses((status = 200, body = DeliveryPageView, description = "a page"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn deliveries(
+    State(webhooks): State<Webhooks>,
+    State(settings): State<Shared<Settings>>,
+    Caller(owner): Caller,
+    Id(id): Id<WebhookId>,
+    QueryOf(query): QueryOf<DeliveriesQuery>,
+) -> Result<Json<DeliveryPageView>, Problem> {
+    let state = known("state", query.state.as_deref(), DeliveryState::from_name, || {
+        DeliveryState::ALL.map(DeliveryState::name).join(", ")
+    })?;
+    let made_with = query.state.unwrap_or_default();
+    let before = page::read_cursor(query.cursor.as_deref(), &made_with, |text| DeliveryId::parse(text).ok())?;
+    let most = page::items(query.limit, settings.max_page_items);
+    let found = webhooks.deliveries(&owner, &id, state, before.as_ref(), most).await?;
+    let last = found.items.last().filter(|_| found.has_more);
+    let next_cursor = last.map(|delivery| page::cursor(&made_with, delivery.id.as_str()));
+    let items = found.items.into_iter().map(DeliveryView::from).collect();
+    Ok(Json(DeliveryPageView { items, next_cursor }))
+}
+
+/// Shows how a delivery went.
+#[utoipa::path(get, path = "/v1/deliveries/{id}", operation_id = "show_delivery", tag = "webhooks", params(("id" = String, Path, description = "the delivery")),
+    responses((status = 200, body = DeliveryView, description = "the delivery"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn delivery(
+    State(webhooks): State<Webhooks>,
+    Caller(owner): Caller,
+    Id(id): Id<DeliveryId>,
+) -> Result<Json<DeliveryView>, Problem> {
+    Ok(Json(webhooks.delivery(&owner, &id).await?.into()))
+}
+
+/// Tells a webhook once more.
+///
+/// At once, whatever became of the delivery, under the same `webhook-id`, with all retries before it again.
+#[utoipa::path(post, path = "/v1/deliveries/{id}/redeliver", operation_id = "redeliver", tag = "webhooks", params(("id" = String, Path, description = "the delivery")),
+    responses((status = 202, body = DeliveryView, description = "on its way", headers(("Location" = String))),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn redeliver(
+    State(webhooks): State<Webhooks>,
+    Caller(owner): Caller,
+    Id(id): Id<DeliveryId>,
+) -> Result<Response, Problem> {
+    Ok(on_its_way(webhooks.redeliver(&owner, &id).await?))
+}
+
+fn on_its_way(delivery: DeliveryRecord) -> Response {
+    let location = [(header::LOCATION, ascii(format!("/v1/deliveries/{}", delivery.id)))];
+    (StatusCode::ACCEPTED, location, Json(DeliveryView::from(delivery))).into_response()
+}
