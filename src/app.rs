@@ -14,7 +14,7 @@ use crate::{
     outbound::Outbound,
     rig,
     store::{BlobPlace, Blobs, DataFolder, Records, Store},
-    telemetry::{Clock, Metrics},
+    telemetry::{self, Clock, Metrics},
 };
 
 /// A service that runs.
@@ -72,6 +72,7 @@ pub async fn start(settings: Settings) -> anyhow::Result<Running> {
 /// issuer cannot be used, or the address is taken.
 pub async fn start_with(settings: Settings, engine: Arc<dyn Engine>, clock: Clock) -> anyhow::Result<Running> {
     let (settings, metrics) = (Arc::new(settings), Metrics::start().context("the metrics could not be started")?);
+    telemetry::start_traces(&settings.otlp_endpoint.0, "serve")?;
     let tokens = Tokens::start(&settings, clock.clone()).await?;
     let core = Core::open(&settings, engine, clock).await?;
     let jobs = core.jobs.clone();
@@ -120,6 +121,7 @@ pub async fn work(
          the same as to 'retargetd serve'"
     );
     let (settings, metrics) = (Arc::new(settings), Metrics::start().context("the metrics could not be started")?);
+    telemetry::start_traces(&settings.otlp_endpoint.0, "worker")?;
     let core = Core::open(&settings, engine(&settings)?, Clock::system()).await?;
     let (probes, address) = core.probes(&settings, Tokens::none(), metrics).await?.unzip();
     tracing::info!(workers = settings.workers.0, version = env!("CARGO_PKG_VERSION"), "started");
@@ -211,6 +213,7 @@ impl Core {
         };
         parts.run(stop, &settings).await;
         self.store.records().close().await;
+        telemetry::stop_traces().await;
         drop(self.folder);
         tracing::info!("stopped");
     }

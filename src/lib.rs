@@ -17,7 +17,7 @@
 //! | [`jobs`] | scheduling: states, admission, queue, workers, webhooks | `engine`, `store`, `outbound`, `config`, `telemetry` |
 //! | [`identity`] | who shows a token of an identity provider: its signature, its issuer's keys, what it allows | `store` (its words), `config`, `telemetry` |
 //! | [`http`] | translation only: routes, views, problems | `jobs`, `identity`, `engine` (its words), `samples`, `config`, `telemetry` |
-//! | [`config`], [`telemetry`] | settings; logs, metrics, clock | nothing |
+//! | [`config`], [`telemetry`] | settings; logs, metrics, traces, clock | nothing |
 //! | [`samples`] | the clip and the character that the demo and the tests use, made by code | `model`, `formats` |
 //! | [`cli`], [`app`] | subcommands; the composition root | everything |
 //!

@@ -16,9 +16,13 @@ pub(super) struct Arguments {
     given: BTreeMap<&'static str, String>,
 }
 
+/// Where every program that speaks OpenTelemetry finds the collector; stands where the setting is not given.
+const COLLECTOR: &str = "OTEL_EXPORTER_OTLP_ENDPOINT";
+
 impl clap::Args for Arguments {
     fn augment_args(command: Command) -> Command {
-        Settings::TABLE.iter().fold(command, |command, setting| {
+        let collector = Arg::new(COLLECTOR).long("otel-exporter-otlp-endpoint").env(COLLECTOR).hide(true);
+        Settings::TABLE.iter().fold(command.arg(collector), |command, setting| {
             let argument = Arg::new(setting.name)
                 .long(setting.name.replace('_', "-"))
                 .env(setting.variable())
@@ -39,7 +43,11 @@ impl clap::FromArgMatches for Arguments {
             let text = matches.get_one::<String>(name)?;
             Some((*name, text.clone()))
         });
-        Ok(Self { given: given.collect() })
+        let mut given: BTreeMap<_, _> = given.collect();
+        if let Some(collector) = matches.get_one::<String>(COLLECTOR) {
+            given.entry("otlp_endpoint").or_insert_with(|| collector.clone());
+        }
+        Ok(Self { given })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {

@@ -18,6 +18,6 @@ pub use networks::Networks;
 pub use settings::{LimitView, Setting, SettingError, SettingErrors, Settings};
 pub use tokens::{KeyPlace, Names, TokenAlgorithms, is_guarded_url, is_this_machine};
 pub use value::{
-    Authentication, ByteSize, Isolation, LogFormat, Origins, Period, Periods, Secret, SettingValue, Switch, Unit,
-    Workers,
+    Authentication, ByteSize, HttpUrl, Isolation, LogFormat, Origins, Period, Periods, Secret, SettingValue, Switch,
+    Unit, Workers,
 };

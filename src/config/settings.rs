@@ -7,8 +7,8 @@ use super::{
     networks::Networks,
     tokens::{KeyPlace, Names, TokenAlgorithms},
     value::{
-        Authentication, ByteSize, Isolation, LogFormat, Origins, Period, Periods, Secret, SettingValue, Switch, Unit,
-        Workers,
+        Authentication, ByteSize, HttpUrl, Isolation, LogFormat, Origins, Period, Periods, Secret, SettingValue,
+        Switch, Unit, Workers,
     },
 };
 
@@ -197,6 +197,9 @@ settings! {
     plain log_format: LogFormat = "auto";
     /// Which log lines are written, as 'level' or 'level,module=level'
     plain log: String = "info";
+
+    /// Address of an OpenTelemetry collector that traces are sent to (OTLP over HTTP), such as 'http://127.0.0.1:4318'; without it, what OTEL_EXPORTER_OTLP_ENDPOINT says, else none are made
+    plain otlp_endpoint: HttpUrl = "";
 
     /// Bytes of one uploaded file
     limit max_file_bytes: ByteSize = "256MiB" in 1..=1_099_511_627_776_u64;

@@ -215,6 +215,27 @@ impl SettingValue for String {
     }
 }
 
+/// The URL of something that speaks HTTP; may be left out.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct HttpUrl(pub String);
+
+impl SettingValue for HttpUrl {
+    const UNIT: Unit = Unit::None;
+    const EXAMPLE: &'static str = "http://127.0.0.1:4318";
+
+    fn parse(text: &str) -> Result<Self, String> {
+        let is_url = |url: &http::Uri| matches!(url.scheme_str(), Some("http" | "https")) && url.host().is_some();
+        if text.is_empty() || text.parse().is_ok_and(|url| is_url(&url)) {
+            return Ok(Self(text.to_owned()));
+        }
+        Err("expected a URL that begins with http:// or https://".to_owned())
+    }
+
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
 /// A text that may have a password in it: never shown, neither in messages nor in logs.
 #[derive(Clone, Default, PartialEq, Eq)]
 pub struct Secret(pub String);
@@ -386,6 +407,15 @@ mod tests {
         assert_eq!(Origins::parse(""), Ok(Origins::default()), "none");
         for text in ["*", "studio.example", "https://studio.example/", "https://", "https://Studio.example", "null"] {
             assert!(Origins::parse(text).is_err(), "{text:?}");
+        }
+    }
+
+    #[test]
+    fn a_url_has_its_scheme() {
+        assert_eq!(HttpUrl::parse(""), Ok(HttpUrl::default()), "none");
+        assert!(HttpUrl::parse("http://collector:4318").is_ok(), "with a port");
+        for text in ["collector:4318", "http://", "ftp://collector", "/v1/traces"] {
+            assert!(HttpUrl::parse(text).is_err(), "{text:?}");
         }
     }
 

@@ -17,7 +17,7 @@ use crate::{
         Added, AssetId, AssetRecord, ConfigDocument, Idempotency, InputRole, JobId, JobInput, JobKind, JobRecord,
         JobRequest, JobState, Principal, QueueDepth, VersionedName, WebhookId,
     },
-    telemetry::Metric,
+    telemetry::{Metric, TraceContext},
 };
 
 /// What somebody wants done.
@@ -121,6 +121,7 @@ impl Wanted {
             idempotency,
             lease: None,
             progress: None,
+            trace_context: TraceContext::current().map(|context| context.to_string()),
             cache_key: None,
             cached_from: None,
             batch: None,

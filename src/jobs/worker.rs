@@ -20,7 +20,7 @@ use crate::{
     store::{
         CachedResults, FinishedJob, GiveBack, JobFailure, JobRecord, JobState, ResultId, ResultRecord, UnnamedBlob,
     },
-    telemetry::Metric,
+    telemetry::{Metric, Part, Span, TraceContext},
 };
 
 /// How an attempt ended.
@@ -46,12 +46,16 @@ impl Jobs {
     /// Runs a job that was claimed, to its end. Where its end cannot be written its lease runs out, and another worker does it again.
     pub(super) async fn run_one(&self, record: &JobRecord, running: &Arc<RunningJob>) {
         self.observe_start(record);
+        let mut span = span_of(record);
         let began = Instant::now();
         let attempt = match self.cached(record).await {
             Some(found) => Attempt::Known(Box::new(found)),
-            None => self.attempt(record, running).await,
+            None => self.attempt(record, running, &span).await,
         };
         tracing::debug!(job_id = %record.id, seconds = began.elapsed().as_secs_f64(), "an attempt is over");
+        if let Attempt::Failed(failure) = &attempt {
+            span.fail(&failure.code);
+        }
         let ended = match attempt {
             Attempt::Known(found) => match self.succeed_again(record, running, &found).await {
                 // Gone in the meantime: another worker, or this one, will not find it again.
@@ -61,7 +65,12 @@ impl Jobs {
                 }
                 done => done.map(|_| ()),
             },
-            Attempt::Done(ran) => self.succeed(record, running, *ran).await,
+            Attempt::Done(ran) => {
+                let began = Instant::now();
+                let done = self.succeed(record, running, *ran).await;
+                span.add_part("keep results", began, began.elapsed());
+                done
+            }
             Attempt::Failed(failure) => self.end(record, running, JobEvent::Fail, Some(failure)).await,
             Attempt::Stopped => self.end(record, running, JobEvent::Stop, None).await,
             Attempt::Requeued => {
@@ -86,11 +95,14 @@ impl Jobs {
         Metric::JobAttempts.count([], 1);
     }
 
-    async fn attempt(&self, record: &JobRecord, running: &Arc<RunningJob>) -> Attempt {
+    async fn attempt(&self, record: &JobRecord, running: &Arc<RunningJob>, span: &Span) -> Attempt {
+        let began = Instant::now();
         let work = match self.prepare(record, running).await {
             Ok(work) => work,
             Err(refusal) => return Attempt::Unreachable(refusal),
         };
+        span.add_part("fetch inputs", began, began.elapsed());
+        let began = Instant::now();
         let mut outcome = on_own_thread("retarget", work);
         let limit = self.0.settings.job_timeout.0;
         let received = match tokio::time::timeout(limit, &mut outcome).await {
@@ -107,8 +119,12 @@ impl Jobs {
                 }
             }
         };
+        let engine = span.add_part("engine", began, began.elapsed());
         match received.ok().flatten() {
-            Some(Ok(ran)) => Attempt::Done(Box::new(ran)),
+            Some(Ok(ran)) => {
+                engine.add_parts(phases(&ran.timings));
+                Attempt::Done(Box::new(ran))
+            }
             Some(Err(failure)) if failure.code == FailureCode::Canceled => self.stopped(running),
             Some(Err(failure)) => Attempt::Failed(failure::keep(failure)),
             None => {
@@ -308,17 +324,36 @@ fn retry_delay(retries: u32, lease: &str) -> Duration {
 }
 
 fn observe(timings: &Timings) {
-    let phases = [
-        ("read", timings.read_seconds),
-        ("plan", timings.plan_seconds),
-        ("retarget", timings.retarget_seconds),
-        ("write", timings.write_seconds),
-        ("total", timings.total_seconds),
-    ];
-    for (phase, seconds) in phases {
-        let duration = std::time::Duration::try_from_secs_f64(seconds).unwrap_or_default();
+    for (phase, duration) in phases(timings).into_iter().chain([("total", seconds(timings.total_seconds))]) {
         Metric::JobDuration.observe([("phase", phase.to_owned())], duration);
     }
+}
+
+/// What the engine did, one after the other.
+fn phases(timings: &Timings) -> [(&'static str, Duration); 4] {
+    [
+        ("read", seconds(timings.read_seconds)),
+        ("plan", seconds(timings.plan_seconds)),
+        ("retarget", seconds(timings.retarget_seconds)),
+        ("write", seconds(timings.write_seconds)),
+    ]
+}
+
+fn seconds(seconds: f64) -> Duration {
+    Duration::try_from_secs_f64(seconds).unwrap_or_default()
+}
+
+/// The span of an attempt, below the request that asked for the job, and beside it how long the job has waited.
+fn span_of(record: &JobRecord) -> Span {
+    let asked_by = record.trace_context.as_deref().and_then(TraceContext::parse);
+    if let Some(started_at) = record.started_at {
+        Part::between("wait in queue", asked_by.as_ref(), (record.created_at, started_at));
+    }
+    let mut span = Span::of_work("run job", asked_by.as_ref());
+    span.note("retargetd.job_id", || record.id.to_string());
+    span.note("retargetd.job_kind", || record.kind.name());
+    span.note("retargetd.attempt", || i64::from(record.attempt));
+    span
 }
 
 /// Counts a thread that does not stop for as long as it goes on.

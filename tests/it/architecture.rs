@@ -13,7 +13,7 @@ use code::{Code, code_files};
 const PURE: [&str; 7] = ["model", "formats", "rig", "retarget", "editing", "engine", "samples"];
 
 /// External crates, and the only modules that may name them. `main` is the binary.
-const FENCES: [(&str, &[&str]); 19] = [
+const FENCES: [(&str, &[&str]); 23] = [
     ("plotters", &["engine"]),
     ("axum", &["http"]),
     ("hyper", &["http"]),
@@ -25,10 +25,14 @@ const FENCES: [(&str, &[&str]); 19] = [
     ("utoipa_swagger_ui", &["http"]),
     ("sqlx", &["store"]),
     ("object_store", &["store"]),
-    ("reqwest", &["cli", "identity", "outbound"]),
+    ("reqwest", &["cli", "identity", "outbound", "telemetry"]),
+    ("opentelemetry", &["telemetry"]),
+    ("opentelemetry_http", &["telemetry"]),
+    ("opentelemetry_otlp", &["telemetry"]),
+    ("opentelemetry_sdk", &["telemetry"]),
+    ("jsonwebtoken", &["identity"]),
     ("hmac", &["outbound"]),
     ("ipnet", &["config", "outbound"]),
-    ("jsonwebtoken", &["identity"]),
     ("rustix", &["jobs", "store"]),
     ("clap", &["cli"]),
     ("indicatif", &["cli"]),

@@ -30,6 +30,7 @@ macro_rules! suite {
 
 mod batch_records;
 mod batches;
+mod collector;
 mod crashes;
 mod model;
 mod named_records;
@@ -38,5 +39,6 @@ mod records;
 mod scale_out;
 mod studio;
 mod support;
+mod traces;
 
 pub(crate) use studio::CLIP;

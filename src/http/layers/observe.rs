@@ -1,15 +1,22 @@
-//! One log line and one count per request. Routes are told by their template, so that labels stay few.
+//! One log line, one count and one span per request. Routes are told by their template, so that labels stay few.
 
 use std::time::Instant;
 
 use axum::{
     extract::{MatchedPath, Request},
+    http::HeaderName,
     middleware::Next,
     response::Response,
 };
 
 use super::RequestId;
-use crate::{http::auth::Caller, telemetry::Metric};
+use crate::{
+    http::{auth::Caller, extract},
+    telemetry::{Metric, Span, TraceContext},
+};
+
+const TRACE_PARENT: HeaderName = HeaderName::from_static("traceparent");
+const TRACE_STATE: HeaderName = HeaderName::from_static("tracestate");
 
 /// Counts a request as in flight until it is dropped, even when the caller goes away.
 struct InFlight;
@@ -33,16 +40,31 @@ pub(super) async fn observe(request: Request, next: Next) -> Response {
     let route = request.extensions().get::<MatchedPath>().map_or("unmatched", MatchedPath::as_str).to_owned();
     let method = standard_method(request.method().as_str());
     let request_id = request.extensions().get::<RequestId>().map_or_else(String::new, |id| id.as_str().to_owned());
-    let response = next.run(request).await;
+    let asked_by = TraceContext::from_headers(
+        extract::text(request.headers(), &TRACE_PARENT),
+        extract::text(request.headers(), &TRACE_STATE),
+    );
+    // Probes come every few seconds, and tell nobody anything.
+    let is_traced = route.starts_with("/v1/");
+    let mut span = if is_traced { Span::of_request(method, &route, asked_by.as_ref()) } else { Span::default() };
+    let context = span.context().or(asked_by);
+    let trace_id = context.as_ref().map_or_else(String::new, TraceContext::trace_id);
+    let response = TraceContext::cover(context, next.run(request)).await;
     let (status, took) = (response.status().as_u16(), began.elapsed());
     let job_id = response.headers().get("job-id").and_then(|id| id.to_str().ok()).unwrap_or_default();
     let principal = response.extensions().get::<Caller>().map_or("", |caller| caller.0.as_str());
+    span.note("http.response.status_code", || i64::from(status));
+    span.note("retargetd.request_id", || request_id.clone());
+    if status >= 500 {
+        span.fail(&status.to_string());
+    }
     tracing::info!(
         method,
         route,
         status,
         duration_seconds = took.as_secs_f64(),
         request_id,
+        trace_id,
         job_id,
         principal,
         "answered"

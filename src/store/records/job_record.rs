@@ -269,6 +269,8 @@ pub struct JobRecord {
     pub lease: Option<LeaseId>,
     /// How far it was when its worker last said so.
     pub progress: Option<StoredProgress>,
+    /// The span that asked for it, as `telemetry::TraceContext` writes it, so that those who work on it belong to the same trace.
+    pub trace_context: Option<String>,
     /// A digest of what it computed, where others may be given its results.
     pub cache_key: Option<String>,
     /// The job whose results it was given.

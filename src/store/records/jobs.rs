@@ -13,7 +13,7 @@ use crate::store::{BatchId, JobId, LeaseId, Principal, StoreError};
 pub(super) const COLUMNS: &str = "id, state, request, input_bytes, attempt, retry_of, created_at, started_at, \
                                   finished_at, expires_at, warnings, failure, principal, priority, inputs_sha256, \
                                   memory_bytes, crashes, retries, lease, progress, idempotency_key, asked_sha256, kind, \
-                                  cache_key, cached_from, batch_id, batch_item";
+                                  cache_key, cached_from, batch_id, batch_item, trace_context";
 
 pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
     let id = read_id(row, "id", JobId::parse)?;
@@ -51,6 +51,7 @@ pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
         cache_key: row.try_get("cache_key")?,
         cached_from: optional_id(row, "cached_from", JobId::parse).map_err(unreadable)?,
         batch: batch.zip(item).map(|(batch, item)| BatchPlace { batch, item: u64::try_from(item).unwrap_or(0) }),
+        trace_context: row.try_get("trace_context")?,
         id,
     })
 }

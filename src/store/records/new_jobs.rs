@@ -15,8 +15,8 @@ use crate::store::{JobId, Principal, StoreError, WebhookId};
 
 const NEW_COLUMNS: &str = "id, state, request, input_bytes, attempt, retry_of, created_at, finished_at, expires_at, failure, \
                            principal, priority, inputs_sha256, memory_bytes, idempotency_key, asked_sha256, kind, batch_id, \
-                           batch_item, lane, webhook_id";
-const NEW_COLUMN_COUNT: usize = 21;
+                           batch_item, lane, webhook_id, trace_context";
+const NEW_COLUMN_COUNT: usize = 22;
 
 impl Records {
     /// Writes a new job and puts it into the queue. Doing it again changes nothing.
@@ -120,7 +120,8 @@ pub(super) async fn insert(transaction: &mut Transaction<'static, Any>, jobs: &[
                 .bind(batch)
                 .bind(item.map(signed))
                 .bind(job.lane().number())
-                .bind(job.request.webhook.as_ref().map(WebhookId::as_str));
+                .bind(job.request.webhook.as_ref().map(WebhookId::as_str))
+                .bind(&job.trace_context);
         }
         added += query.execute(&mut **transaction).await?.rows_affected();
     }

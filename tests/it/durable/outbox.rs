@@ -34,7 +34,7 @@ async fn webhook(records: &Records, owner: &str, events: &[JobState]) -> Webhook
 async fn ended(records: &Records, owner: &str, state: JobState) -> JobId {
     let job = added(records, owner, 0).await;
     let done = records.finish_job(&job.id, (JobState::Queued, None), &end(state, Vec::new())).await;
-    assert!(done.expect("writes"), "it waited");
+    assert!(done.expect("writes").is_written(), "it waited");
     job.id
 }
 
@@ -63,7 +63,7 @@ async fn an_end_is_in_the_outbox_of_everybody_who_listens(records: &Records) {
     let canceled = ended(records, "ann", JobState::Canceled).await;
     let job = added(records, "ann", 0).await;
     let refused = records.finish_job(&job.id, (JobState::Running, None), &end(JobState::Failed, Vec::new())).await;
-    assert!(!refused.expect("looks"), "it does not run");
+    assert!(!refused.expect("looks").is_written(), "it does not run");
 
     let events: Vec<_> = all(records, &all_ends).await.into_iter().map(|delivery| delivery.event).collect();
     let (failed, canceled) =

@@ -77,6 +77,7 @@ pub(super) fn job(input: &AssetRecord, priority: i32) -> JobRecord {
         idempotency: None,
         lease: None,
         progress: None,
+        trace_context: Some("00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01 a=1".to_owned()),
         cache_key: None,
         cached_from: None,
         batch: None,
