@@ -19,7 +19,7 @@ pub(super) enum Dialect {
 type NumberedText = (i64, &'static str, &'static str);
 
 /// Every change of the layout, in order. A released one is never edited; add a new one to both lists.
-const SQLITE: [NumberedText; 9] = [
+const SQLITE: [NumberedText; 10] = [
     (1, "first", include_str!("migrations/sqlite/0001_first.sql")),
     (2, "named documents", include_str!("migrations/sqlite/0002_named_documents.sql")),
     (3, "queue", include_str!("migrations/sqlite/0003_queue.sql")),
@@ -29,8 +29,9 @@ const SQLITE: [NumberedText; 9] = [
     (7, "result cache", include_str!("migrations/sqlite/0007_result_cache.sql")),
     (8, "webhooks", include_str!("migrations/sqlite/0008_webhooks.sql")),
     (9, "batches", include_str!("migrations/sqlite/0009_batches.sql")),
+    (10, "trace context", include_str!("migrations/sqlite/0010_trace_context.sql")),
 ];
-const POSTGRES: [NumberedText; 7] = [
+const POSTGRES: [NumberedText; 8] = [
     (1, "first", include_str!("migrations/postgres/0001_first.sql")),
     (2, "principals", include_str!("migrations/postgres/0002_principals.sql")),
     (3, "events", include_str!("migrations/postgres/0003_events.sql")),
@@ -38,6 +39,7 @@ const POSTGRES: [NumberedText; 7] = [
     (5, "result cache", include_str!("migrations/postgres/0005_result_cache.sql")),
     (6, "webhooks", include_str!("migrations/postgres/0006_webhooks.sql")),
     (7, "batches", include_str!("migrations/postgres/0007_batches.sql")),
+    (8, "trace context", include_str!("migrations/postgres/0008_trace_context.sql")),
 ];
 
 impl Dialect {
@@ -113,5 +115,20 @@ impl Dialect {
             Migration::new(*version, Cow::Borrowed(*name), MigrationType::Simple, SqlStr::from_static(text), false)
         });
         Migrator { migrations: migrations.collect(), ..Migrator::DEFAULT }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_file_of_the_layout_is_in_its_list_in_order() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/store/records/migrations");
+        for (name, list) in [("sqlite", &SQLITE[..]), ("postgres", &POSTGRES[..])] {
+            let files = std::fs::read_dir(folder.join(name)).expect("the folder").count();
+            assert_eq!(files, list.len(), "files of {name}");
+            assert!(list.iter().zip(1..).all(|((number, ..), expected)| *number == expected), "numbers of {name}");
+        }
     }
 }
