@@ -162,6 +162,7 @@ mod tests {
             "retargetd_http_requests_in_flight{}",
             "retargetd_admission_rejected_total{reason}",
             "retargetd_jobs_submitted_total{}",
+            "retargetd_batches_submitted_total{}",
             "retargetd_jobs_finished_total{state,code}",
             "retargetd_job_attempts_total{}",
             "retargetd_jobs_queued{}",

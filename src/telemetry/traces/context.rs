@@ -24,7 +24,8 @@ impl TraceContext {
     /// That of the headers of a request; `None` where they name no span, or break the rules.
     #[must_use]
     pub fn from_headers(traceparent: &str, tracestate: &str) -> Option<Self> {
-        if traceparent.is_empty() {
+        // The first version, the only one so far, has one length; the library takes shorter ones, too.
+        if traceparent.starts_with("00-") && traceparent.len() != 55 || traceparent.is_empty() {
             return None;
         }
         let found = TraceContextPropagator::new().extract(&Headers([traceparent.to_owned(), tracestate.to_owned()]));

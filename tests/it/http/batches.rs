@@ -30,8 +30,16 @@ async fn look(service: &Service, id: &str) -> Value {
     read(service.get(&format!("/v1/batches/{id}")).await).await
 }
 
-async fn act(service: &Service, id: &str, action: &str) -> reqwest::Response {
-    service.client.post(service.at(&format!("/v1/batches/{id}/{action}"))).send().await.expect("an answer")
+async fn post(service: &Service, path: &str) -> reqwest::Response {
+    service.client.post(service.at(path)).send().await.expect("an answer")
+}
+
+async fn cancel(service: &Service, id: &str) -> reqwest::Response {
+    post(service, &format!("/v1/batches/{id}/cancel")).await
+}
+
+async fn retry_failed(service: &Service, id: &str) -> reqwest::Response {
+    post(service, &format!("/v1/batches/{id}/retry-failed")).await
 }
 
 /// The batch when all its jobs have ended.
@@ -84,7 +92,7 @@ async fn every_item_has_an_end_of_its_own_and_what_failed_is_asked_for_again() {
     assert_eq!(failed[2]["problem"]["errors"][0]["pointer"], "/source/asset", "where: {}", failed[2]);
     assert_eq!(failed[3]["problem"]["errors"][0]["did_you_mean"][0], "plain_fk", "what it may be: {}", failed[3]);
 
-    let answer = act(&service, &id, "retry-failed").await;
+    let answer = retry_failed(&service, &id).await;
     assert_eq!(answer.status(), StatusCode::ACCEPTED, "new jobs");
     assert_eq!(read(answer).await["retried"], 4, "the failed ones only");
     let batch = ended(&service, &id).await;
@@ -95,7 +103,7 @@ async fn every_item_has_an_end_of_its_own_and_what_failed_is_asked_for_again() {
     }
     let kept = service.client.put(service.at("/v1/presets/plain_fkk")).json(&json!({"align": "off"}));
     assert!(kept.send().await.expect("an answer").status().is_success(), "the preset is there now");
-    act(&service, &id, "retry-failed").await;
+    retry_failed(&service, &id).await;
     assert_eq!(counts(&ended(&service, &id).await), [5, 3, 0], "so the item with it succeeds");
 
     let next = id_of(&ask(&service, &json!({"items": [item(&asset, "a")]})).await);
@@ -105,7 +113,7 @@ async fn every_item_has_an_end_of_its_own_and_what_failed_is_asked_for_again() {
     let page = read(service.get(&format!("/v1/batches?cursor={cursor}")).await).await;
     assert_eq!((&page["items"][0]["id"], &page["next_cursor"]), (&json!(id), &Value::Null), "then the older");
     assert_eq!(ended(&service, &next).await["state"], "succeeded", "all did");
-    assert_eq!(act(&service, &next, "retry-failed").await.status(), StatusCode::OK, "nothing had failed");
+    assert_eq!(retry_failed(&service, &next).await.status(), StatusCode::OK, "nothing had failed");
 
     service.stop().await;
 }
@@ -181,7 +189,7 @@ async fn a_failure_stops_the_rest_where_that_was_asked_for() {
     assert_eq!((batch["state"].as_str(), counts(&batch)), (Some("failed"), [1, 1, 2]), "{batch}");
     let jobs = jobs_of(&service, &id, "").await;
     assert_eq!(codes(&jobs), ["", "no_animation", "batch_stopped", "batch_stopped"], "each says why");
-    assert_eq!(read(act(&service, &id, "retry-failed").await).await["retried"], 3, "those that did not run, too");
+    assert_eq!(read(retry_failed(&service, &id).await).await["retried"], 3, "those that did not run, too");
     ended(&service, &id).await;
 
     let items = [item(&asset, "a"), item(NOWHERE, "b")];
@@ -202,13 +210,13 @@ async fn a_batch_is_canceled_half_way() {
         }
     };
     tokio::time::timeout(PATIENCE, running).await.expect("the first succeeds");
-    let canceled = act(&service, &id, "cancel").await;
+    let canceled = cancel(&service, &id).await;
     assert_eq!(canceled.status(), StatusCode::OK, "at once");
     assert_eq!(read(canceled).await["counts"]["queued"], 0, "nothing waits any more");
     let batch = ended(&service, &id).await;
     assert_eq!((batch["state"].as_str(), counts(&batch)), (Some("canceled"), [1, 0, 3]), "{batch}");
-    assert_eq!(read(act(&service, &id, "cancel").await).await["state"], "canceled", "any number of times");
-    assert_eq!(act(&service, &id, "retry-failed").await.status(), StatusCode::OK, "what was canceled has not failed");
+    assert_eq!(read(cancel(&service, &id).await).await["state"], "canceled", "any number of times");
+    assert_eq!(retry_failed(&service, &id).await.status(), StatusCode::OK, "what was canceled has not failed");
     service.stop().await;
 }
 
