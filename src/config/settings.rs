@@ -191,7 +191,7 @@ settings! {
     plain blobs: String = "";
     /// Connections to the database of one process
     plain database_connections: u64 = "8" in 2..=1_000;
-    /// Jobs that run in this process at the same time, or 'auto' for one per core; with 0, other processes run them
+    /// Jobs that run in this process at the same time, or 'auto' for one per core; with 0, other processes run them. One more may run that is of no batch while jobs of batches run
     limit workers: Workers = "auto";
     /// How log lines are written: auto, text or json
     plain log_format: LogFormat = "auto";

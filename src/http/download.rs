@@ -156,7 +156,7 @@ fn read_range(text: &str, bytes: u64) -> Wanted {
 }
 
 /// A download under a name; what is not plain ASCII goes into the extended form (RFC 6266, RFC 8187).
-fn disposition(file_name: &str) -> HeaderValue {
+pub(super) fn disposition(file_name: &str) -> HeaderValue {
     let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b" ._-()".contains(&byte);
     let plain: String = file_name
         .chars()

@@ -78,7 +78,54 @@ struct Taken {
     running: Arc<RunningJob>,
     _entry: RunningGuard,
     _slot: OwnedSemaphorePermit,
+    _of_batch: Option<Arc<()>>,
     _memory: OwnedSemaphorePermit,
+}
+
+/// What jobs run in: one for each worker, and a spare one for a job of no batch while jobs of batches keep workers busy. So a batch that
+/// has all workers delays nobody else by more than their share of the processor, and when nobody else asks, it loses nothing.
+struct Slots {
+    workers: Arc<Semaphore>,
+    spare: Arc<Semaphore>,
+    /// Shared with every job of a batch that runs.
+    batches: Arc<()>,
+}
+
+/// One of them.
+struct Slot {
+    permit: OwnedSemaphorePermit,
+    /// The last lane whose jobs may have it.
+    last: Lane,
+}
+
+impl Slots {
+    fn new(workers: usize) -> Self {
+        Self { workers: Arc::new(Semaphore::new(workers)), spare: Arc::new(Semaphore::new(1)), batches: Arc::default() }
+    }
+
+    /// Waits for a worker. Neither semaphore is ever closed.
+    async fn worker(&self) -> Option<Slot> {
+        Some(Slot { permit: Arc::clone(&self.workers).acquire_owned().await.ok()?, last: Lane::Batch })
+    }
+
+    async fn spare(&self) -> Option<Slot> {
+        Some(Slot { permit: Arc::clone(&self.spare).acquire_owned().await.ok()?, last: Lane::Single })
+    }
+
+    /// Waits for a worker, or for the spare one where that is given away.
+    async fn free(&self) -> Option<Slot> {
+        // Only who asks here starts jobs, so none begins while this waits.
+        let runs_batches = Arc::strong_count(&self.batches) > 1;
+        tokio::select! {
+            biased;
+            slot = self.worker() => slot,
+            slot = self.spare(), if runs_batches => slot,
+        }
+    }
+
+    fn of_batch(&self, record: &JobRecord) -> Option<Arc<()>> {
+        record.batch.as_ref().map(|_| Arc::clone(&self.batches))
+    }
 }
 
 struct Claiming {
@@ -89,7 +136,7 @@ struct Claiming {
 
 impl Claiming {
     async fn run(self, count: usize) {
-        let slots = Arc::new(Semaphore::new(count));
+        let slots = Slots::new(count);
         while let Some(taken) = self.next(&slots).await {
             let jobs = self.jobs.clone();
             self.running.spawn(async move {
@@ -100,10 +147,9 @@ impl Claiming {
     }
 
     /// The next job, when a worker is free and there is memory for it; `None` when it is time to stop.
-    async fn next(&self, slots: &Arc<Semaphore>) -> Option<Taken> {
-        let slot = self.unless_stopped(Arc::clone(slots).acquire_owned()).await?.ok()?;
+    async fn next(&self, slots: &Slots) -> Option<Taken> {
         let lease = LeaseId::new();
-        let record = self.claim(&lease).await?;
+        let (record, slot) = self.claim(&lease, slots).await?;
         Failpoint::JobClaimed.reach();
         // Entered before anything is waited for, so that its lease is extended and a cancel finds what to stop.
         let (running, entry) = self.jobs.0.running.enter(&record.id, lease);
@@ -113,7 +159,8 @@ impl Claiming {
             self.jobs.give_back(&record, &running, GiveBack::Drained).await;
             return None;
         };
-        Some(Taken { record, running, _entry: entry, _slot: slot, _memory: memory? })
+        let of_batch = slots.of_batch(&record);
+        Some(Taken { record, running, _entry: entry, _slot: slot, _of_batch: of_batch, _memory: memory? })
     }
 
     async fn unless_stopped<T>(&self, future: impl Future<Output = T>) -> Option<T> {
@@ -124,7 +171,8 @@ impl Claiming {
         }
     }
 
-    async fn claim(&self, lease: &LeaseId) -> Option<JobRecord> {
+    async fn claim(&self, lease: &LeaseId, slots: &Slots) -> Option<(JobRecord, OwnedSemaphorePermit)> {
+        let mut slot = self.unless_stopped(slots.free()).await??;
         let inner = &self.jobs.0;
         let (mut has_failed, period) = (false, inner.settings.lease_period.0);
         loop {
@@ -140,11 +188,11 @@ impl Claiming {
             };
             let claimed = match claimed {
                 Ok(Some(claim)) => Ok(claim),
-                Ok(None) => inner.store.records().claim_job(lease, period, inner.clock.now(), Lane::Batch).await,
+                Ok(None) => inner.store.records().claim_job(lease, period, inner.clock.now(), slot.last).await,
                 Err(error) => Err(error),
             };
             let wait = match claimed {
-                Ok(Claim::Job(record)) => return Some(*record),
+                Ok(Claim::Job(record)) => return Some((*record, slot.permit)),
                 Ok(Claim::Contended) => LEAVE_TO_OTHERS,
                 Ok(Claim::NothingFor(wait)) => wait.min(LOOK_INTO_EMPTY_QUEUE),
                 Ok(Claim::Nothing) => LOOK_INTO_EMPTY_QUEUE,
@@ -155,10 +203,15 @@ impl Claiming {
                     continue;
                 }
             };
-            self.unless_stopped(async {
-                let _ = tokio::time::timeout(wait, arrival).await;
-            })
-            .await?;
+            let worker = self.unless_stopped(async {
+                tokio::select! {
+                    _ = tokio::time::timeout(wait, arrival) => None,
+                    worker = slots.worker(), if slot.last == Lane::Single => worker,
+                }
+            });
+            if let Some(worker) = worker.await? {
+                slot = worker;
+            }
         }
     }
 }

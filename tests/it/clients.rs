@@ -239,3 +239,47 @@ fn the_typescript_example_compiles_and_works() {
     command.arg(made.path().join("retarget.mjs"));
     check_example(command);
 }
+
+/// A folder of clips as one batch: one of them is no clip at all, one cannot be retargeted, and the others have their results.
+#[test]
+fn a_folder_is_submitted_as_a_batch() {
+    let (folder, service) = studio(&[]);
+    let place = |name: &str| folder.path().join(name);
+    for name in ["clips", "out"] {
+        std::fs::create_dir(place(name)).expect("a folder");
+    }
+    let walk = samples::walk_clip();
+    for name in ["monday.glb", "tuesday.glb"] {
+        std::fs::write(place("clips").join(name), &walk).expect("a clip");
+    }
+    std::fs::write(place("clips/notes.txt"), "tuesday is better").expect("a note");
+    let asked =
+        ["--batch", "clips", "--target", "mannequin.glb", "--report", "out/{name}.json", "--output", "out/{name}.glb"];
+    let output = submit(folder.path(), &service.url, &asked);
+    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    assert!(
+        told(&output).contains("left out clips/notes.txt") && told(&output).contains("2 of 2"),
+        "{}",
+        told(&output)
+    );
+    let remote = std::fs::read(place("out/monday.glb")).expect("the result");
+    assert!(remote == local(folder.path()), "the same bytes as one by one");
+    assert!(place("out/tuesday.json").exists(), "every report");
+
+    std::fs::write(place("clips/empty.bvh"), "HIERARCHY\nROOT Hips\n").expect("a clip that breaks off");
+    let detached = submit(folder.path(), &service.url, &[&asked[..4], &["--detach"]].concat());
+    let id = String::from_utf8(detached.stdout).expect("text");
+    assert!(id.starts_with("bat_"), "the id alone: {id}");
+    std::fs::remove_file(place("out/tuesday.glb")).expect("it was there");
+    let came_back = submit(folder.path(), &service.url, &["--resume", id.trim(), "--output", "out/{name}.glb"]);
+    let text = told(&came_back);
+    assert_eq!(came_back.status.code(), Some(3), "an input is to blame: {text}");
+    assert!(text.contains("failed: empty: ") && text.contains("2 of 3"), "which, and how many: {text}");
+    assert!(place("out/tuesday.glb").exists() && !place("out/empty.glb").exists(), "the others are there");
+
+    let one =
+        submit(folder.path(), &service.url, &["--batch", "clips", "--target", "mannequin.glb", "--output", "one.glb"]);
+    assert!(one.status.code() == Some(2) && told(&one).contains("{name}"), "all in one file: {}", told(&one));
+    let nothing = submit(folder.path(), &service.url, &["--batch", "out.txt", "--output", "out/{name}.glb"]);
+    assert_eq!(nothing.status.code(), Some(3), "no such list: {}", told(&nothing));
+}

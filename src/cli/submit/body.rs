@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde_json::{Map, Value, json};
 
-use super::remote::Remote;
+use super::{batch, remote::Remote};
 use crate::{
     cli::{
         exit::{BAD_USAGE, Exit},
@@ -16,14 +16,18 @@ use crate::{
 };
 
 /// The arguments that ask for a new job.
-pub(super) const ASKING: [&str; 8] =
-    ["source", "target", "source_rest", "target_rest", "config", "preset", "priority", "labels"];
+pub(super) const ASKING: [&str; 9] =
+    ["batch", "source", "target", "source_rest", "target_rest", "config", "preset", "priority", "labels"];
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Asked {
     /// The file with the animation
-    #[arg(long, value_name = "FILE", required_unless_present = "resume")]
+    #[arg(long, value_name = "FILE", required_unless_present_any = ["resume", "batch"])]
     source: Option<PathBuf>,
+    /// Many files with animations instead of one: a folder, or a text with one path on each line. In the names of outputs, {name} stands for
+    /// the name of each
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["source"])]
+    pub(super) batch: Option<PathBuf>,
     /// The file with the character that the animation goes onto; not needed where the config has "task": "edit"
     #[arg(long, value_name = "FILE")]
     target: Option<PathBuf>,
@@ -49,7 +53,7 @@ fn label(text: &str) -> Result<(String, String), String> {
 }
 
 impl Asked {
-    /// Uploads the files and asks for the job; gives its id.
+    /// Uploads the files and asks for the job, or for the batch; gives its id.
     pub(super) async fn submit(&self, remote: &Remote, formats: &[Format]) -> Result<String, Exit> {
         // Everything is read before anything is sent.
         let limits = Limits::default();
@@ -81,7 +85,10 @@ impl Asked {
         if let Some(preset) = &self.preset {
             body["preset"] = json!(preset);
         }
-        remote.submit(&body).await
+        match &self.batch {
+            Some(place) => batch::submit(remote, place, &body).await,
+            None => remote.ask("/v1/jobs", &body).await,
+        }
     }
 
     /// The config as JSON; what is wrong with it by itself is told before anything is sent.

@@ -3,6 +3,7 @@
 //! What breaks on the way is taken up again: uploads are known by their bytes, the job by an idempotency key, its events by the last number,
 //! downloads by how much is there. A job goes on when this command ends; `--resume` comes back for it.
 
+mod batch;
 mod body;
 mod follow;
 mod remote;
@@ -28,16 +29,16 @@ pub(super) struct Arguments {
     service: String,
     #[command(flatten)]
     asked: body::Asked,
-    /// Where a result goes; the ending picks the format. May be given several times
+    /// Where a result goes; the ending picks the format. May be given several times. With --batch, {name} stands for the name of each clip
     #[arg(long, value_name = "FILE", required_unless_present = "detach")]
     output: Vec<PathBuf>,
     /// Where the report goes: as a page to look at where the ending is .html, else as JSON
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Print the id of the job and do not wait for it; --resume comes back for the results
+    /// Print the id of the job or batch and do not wait for it; --resume comes back for the results
     #[arg(long, conflicts_with_all = ["resume", "report"])]
     detach: bool,
-    /// Come back for a job that was asked for before, instead of asking for one
+    /// Come back for a job or a batch that was asked for before, instead of asking for one
     #[arg(long, value_name = "JOB", conflicts_with_all = body::ASKING)]
     resume: Option<String>,
     /// Show a progress bar even on a dumb terminal; other terminals show it anyway, pipes never
@@ -65,12 +66,20 @@ async fn submit(arguments: &Arguments) -> Result<(), Exit> {
     )]
     let key = std::env::var("RETARGETD_KEY").ok();
     let remote = Remote::new(&arguments.service, key)?;
+    let is_batch =
+        arguments.asked.batch.is_some() || arguments.resume.as_ref().is_some_and(|id| id.starts_with(batch::PREFIX));
+    if is_batch {
+        batch::check_names(arguments)?;
+    }
     let id = match &arguments.resume {
         Some(id) => id.clone(),
         None => unless_interrupted(arguments.asked.submit(&remote, &formats.distinct), None).await?,
     };
     if arguments.detach {
         return print(&format!("{id}\n"));
+    }
+    if is_batch {
+        return unless_interrupted(batch::collect(arguments, &remote, &id, &formats), Some(&id)).await;
     }
     unless_interrupted(collect(arguments, &remote, &id, &formats), Some(&id)).await
 }

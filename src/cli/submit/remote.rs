@@ -107,10 +107,10 @@ impl Remote {
         self.text(json_of(answer).await?, "id")
     }
 
-    /// Asks for a job; gives its id. However often the request has to be sent, there is one job.
-    pub(super) async fn submit(&self, body: &Value) -> Result<String, Exit> {
+    /// Asks for a job or a batch; gives its id. However often the request has to be sent, there is one.
+    pub(super) async fn ask(&self, path: &str, body: &Value) -> Result<String, Exit> {
         let word = uuid::Uuid::now_v7().to_string();
-        let request = || self.request(Method::POST, "/v1/jobs").header("idempotency-key", &word).json(body);
+        let request = || self.request(Method::POST, path).header("idempotency-key", &word).json(body);
         let answer = self.send(request).await?;
         self.text(json_of(answer).await?, "id")
     }
@@ -151,8 +151,7 @@ impl Remote {
                 None => break,
             }
         }
-        let digest: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-        if result["sha256"] != digest.as_str() {
+        if result["sha256"] != digest_of(&bytes).as_str() {
             return Err(Exit::new(FAILED, format!("{path}: what arrived is not what the service holds"), "try again"));
         }
         Ok(bytes)
@@ -171,6 +170,11 @@ impl Remote {
             Exit::new(FAILED, message, "is this a retargetd service, and of a version that this one knows?")
         })
     }
+}
+
+/// The SHA-256 of bytes, in hexadecimal.
+pub(super) fn digest_of(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// A query of one member, with what has a meaning in addresses written otherwise.

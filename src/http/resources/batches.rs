@@ -20,7 +20,7 @@ use crate::{
         ApiState, Shared,
         auth::Caller,
         caching,
-        download::ascii,
+        download::{ascii, disposition},
         extract::{Id, JsonBody, QueryOf, known},
         idempotency::{IdempotencyKey, replayed},
         page,
@@ -39,6 +39,7 @@ pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
         .routes(routes!(jobs_of))
         .routes(routes!(cancel))
         .routes(routes!(retry_failed))
+        .routes(routes!(archive))
 }
 
 /// Jobs that were asked for together.
@@ -119,6 +120,8 @@ struct BatchLinks {
     own: String,
     /// Its jobs.
     jobs: String,
+    /// Its results, as one zip archive.
+    archive: String,
     /// To stop it.
     #[serde(skip_serializing_if = "Option::is_none")]
     cancel: Option<String>,
@@ -155,6 +158,7 @@ impl From<BatchSnapshot> for BatchView {
             expires_at: ended(batch.progress.expires_at),
             links: BatchLinks {
                 jobs: format!("{own}/jobs"),
+                archive: format!("{own}/archive"),
                 cancel: link(!state.is_final(), "cancel"),
                 retry_failed: link(count(JobState::Failed) > 0, "retry-failed"),
                 own,
@@ -374,4 +378,21 @@ async fn retry_failed(
 ) -> Result<Response, Problem> {
     let (batch, count) = jobs.retry_failed(&owner, &id).await?;
     Ok(shown(batch, if count > 0 { StatusCode::ACCEPTED } else { StatusCode::OK }))
+}
+
+/// Downloads the results of a batch as one zip archive.
+///
+/// All that are there now, whatever became of the other items: `manifest.json` comes first and says of every item its state, its files and
+/// its problem. Files are called after their source, in a folder after their target where there are several, or as the item's label `name`
+/// says, and are stored as they are. The archive is made while it is sent; one that breaks off has no directory at its end.
+#[utoipa::path(get, path = "/v1/batches/{id}/archive", operation_id = "download_batch", tag = "batches", params(("id" = String, Path, description = "the batch")),
+    responses((status = 200, content_type = "application/zip", body = String, description = "the archive"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn archive(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<BatchId>) -> Result<Response, Problem> {
+    let headers = [
+        (header::CONTENT_TYPE, HeaderValue::from_static("application/zip")),
+        (header::CONTENT_DISPOSITION, disposition(&format!("{id}.zip"))),
+        (header::CACHE_CONTROL, HeaderValue::from_static("no-store")),
+    ];
+    Ok((headers, Body::from_stream(jobs.batch_archive(&owner, &id).await?)).into_response())
 }

@@ -4,6 +4,7 @@
 //! together. Its state and its counts follow from its jobs, so they cannot disagree with them. An item that cannot be run is a job that has
 //! failed already. Jobs of batches wait behind those that were asked for one by one.
 
+mod archive;
 mod submission;
 
 use std::{collections::BTreeMap, time::Duration};

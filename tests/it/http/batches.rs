@@ -5,7 +5,7 @@ use std::time::Duration;
 use reqwest::{Method, StatusCode};
 use serde_json::{Value, json};
 
-use super::support::{BVH, PATIENCE, Service, header, json as read, problem};
+use super::support::{BVH, PATIENCE, Service, form, header, json as read, problem};
 
 const NOWHERE: &str = "ast_00000000000000000000000000";
 
@@ -245,5 +245,104 @@ async fn batches_are_bounded_and_leave_room_for_single_jobs() {
     let large = json!({"defaults": item(&asset, &"a".repeat(400)), "items": vec![json!({}); 3]});
     let refused = problem(service.post("/v1/batches", &large).await, 413, "body_too_large").await;
     assert_eq!(refused["limit"], "batch_bytes", "what the defaults become: {refused}");
+    service.stop().await;
+}
+
+/// Files that differ in nothing but what they are called and what is in them.
+async fn named(service: &Service, name: &str, bytes: &str) -> String {
+    let path = service.at(&format!("/v1/assets?filename={name}"));
+    let answer = service.client.post(path).body(bytes.to_owned()).send().await.expect("an answer");
+    id_of(&read(answer).await)
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_results_come_as_one_archive_whatever_failed() {
+    let service = Service::start(&[("workers", "2")]).await;
+    let walk = named(&service, "walk.bvh", BVH).await;
+    let (hero, other) = (format!("{BVH}hero"), format!("{BVH}other"));
+    let targets = [named(&service, "Hero.glb", &hero).await, named(&service, "other.glb", &other).await];
+    let hostile = named(&service, "..%2F..%2Fcon%3A.bvh", &format!("{BVH}x")).await;
+    let one = |source: &str, target: &str| json!({"source": {"asset": source}, "target": {"asset": target}});
+    let mut items = vec![one(&walk, &targets[0]), one(&walk, &targets[1]), one(&hostile, &targets[0])];
+    items.extend([item(&walk, "refuse"), item(&walk, "a"), item(NOWHERE, "a")]);
+    for name in ["Take", "take", "manifest"] {
+        items.push(json!({"source": {"asset": walk}, "target": {"asset": walk}, "labels": {"name": name}}));
+    }
+    items[8]["output"] = json!(["glb", "json"]);
+    let id = id_of(&ask(&service, &json!({"items": items, "labels": {"reel": "7"}})).await);
+    assert_eq!(counts(&ended(&service, &id).await), [7, 2, 0], "two of them failed");
+
+    let answer = service.get(&format!("/v1/batches/{id}/archive")).await;
+    assert_eq!(header(&answer, "content-type"), "application/zip", "what it is");
+    assert_eq!(
+        header(&answer, "content-disposition"),
+        format!("attachment; filename=\"{id}.zip\""),
+        "what it is called"
+    );
+    let bytes = answer.bytes().await.expect("all of it");
+    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(bytes)).expect("an archive");
+    let names: Vec<String> = archive.file_names().map(str::to_owned).collect();
+    let expected = [
+        "manifest.json",
+        "Hero/walk.glb",
+        "other/walk.glb",
+        "Hero/con_.glb",
+        "walk.glb",
+        "Take.glb",
+        "take-2.glb",
+        "manifest.glb",
+        "manifest-2.json",
+    ];
+    assert_eq!(names, expected, "in the order of the items, each once, all in their folders");
+    let mut text = |name: &str| {
+        let mut text = String::new();
+        let read = std::io::Read::read_to_string(&mut archive.by_name(name).expect("is there"), &mut text);
+        read.expect("whole, by its checksum");
+        text
+    };
+    assert_eq!((text("Hero/walk.glb"), text("other/walk.glb")), (hero, other), "the results");
+    let manifest: Value = serde_json::from_str(&text("manifest.json")).expect("JSON");
+    assert_eq!((&manifest["batch"], &manifest["labels"]["reel"]), (&json!(id), &json!("7")), "of what: {manifest}");
+    let items = manifest["items"].as_array().expect("items");
+    let codes: Vec<&str> = items.iter().map(|item| item["problem"]["code"].as_str().unwrap_or("")).collect();
+    assert_eq!(codes, ["", "", "", "no_animation", "", "unknown_asset", "", "", ""], "what became of each");
+    assert_eq!(items[8]["files"][1]["name"], "manifest-2.json", "which files are its: {}", items[8]);
+    assert_eq!(items[3]["files"], json!([]), "none");
+    problem(service.get("/v1/batches/bat_00000000000000000000000000/archive").await, 404, "not_found").await;
+    service.stop().await;
+}
+
+/// A batch that has the only worker, for ever, keeps nobody else from anything; and the spare place is one, not many.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_batch_delays_nobody_else() {
+    let service = Service::start(&[]).await;
+    let asset = service.upload(BVH).await;
+    let batch = json!({"defaults": item(&asset, "wait"), "items": vec![json!({}); 1000]});
+    let id = id_of(&ask(&service, &batch).await);
+    let has_begun = async {
+        while look(&service, &id).await["counts"]["running"] != 1 {
+            tokio::time::sleep(Duration::from_millis(5)).await;
+        }
+    };
+    tokio::time::timeout(PATIENCE, has_begun).await.expect("it begins");
+    let single = id_of(&read(service.job(&asset, "a").await).await);
+    service.until(&single, "succeeded").await;
+    let one_shot = service.client.post(service.at("/v1/retarget")).multipart(form(&[("source", BVH), ("target", BVH)]));
+    assert_eq!(one_shot.send().await.expect("an answer").status(), StatusCode::OK, "a one-shot is answered");
+
+    let (first, second) = (service.job(&asset, "wait").await, service.job(&asset, "a").await);
+    let (first, second) = (id_of(&read(first).await), id_of(&read(second).await));
+    service.until(&first, "running").await;
+    tokio::time::sleep(Duration::from_millis(100)).await;
+    assert_eq!(read(service.get(&format!("/v1/jobs/{second}")).await).await["state"], "queued", "one at a time");
+    service.client.post(service.at(&format!("/v1/jobs/{first}/cancel"))).send().await.expect("an answer");
+    service.until(&second, "succeeded").await;
+    let canceled = read(act(&service, &id, "cancel").await).await;
+    assert_eq!(
+        canceled["counts"]["canceled"].as_u64().unwrap_or(0) + canceled["counts"]["canceling"].as_u64().unwrap_or(0),
+        1000,
+        "at once: {canceled}"
+    );
+    ended(&service, &id).await;
     service.stop().await;
 }

@@ -1,0 +1,104 @@
+//! What the files of an archive are called: after their source, in a folder after their target where there are several, or as the item's
+//! label `name` says. Every system can unpack them, and no two are the same on one that takes `A` for `a`.
+
+use std::collections::BTreeSet;
+
+use crate::store::{AssetId, JobRecord};
+
+/// The archive's own member.
+pub(super) const MANIFEST: &str = "manifest.json";
+/// The label that names an item's files.
+const LABEL: &str = "name";
+/// Letters of one part of a name.
+const MOST_LETTERS: usize = 100;
+
+/// The names that have been given.
+pub(super) struct Names {
+    has_folders: bool,
+    taken: BTreeSet<String>,
+}
+
+impl Names {
+    /// For the files of these jobs.
+    pub(super) fn of<'a>(jobs: impl Iterator<Item = &'a JobRecord>) -> Self {
+        let targets: BTreeSet<&AssetId> =
+            jobs.filter(|job| has_target(job)).map(|job| &job.request.target.asset).collect();
+        Self { has_folders: targets.len() > 1, taken: BTreeSet::from([MANIFEST.to_owned()]) }
+    }
+
+    /// A name for a file of a job that is called `file_name` by itself.
+    pub(super) fn name(&mut self, job: &JobRecord, file_name: &str) -> String {
+        let (_, ending) = split(file_name);
+        let label = job.request.labels.get(LABEL).map(|label| clean(label)).filter(|label| !label.is_empty());
+        let own = label.unwrap_or_else(|| clean(split(&job.request.source.file_name).0));
+        let own = if own.is_empty() { job.id.to_string() } else { own };
+        let folder = if self.has_folders && has_target(job) {
+            clean(split(&job.request.target.file_name).0)
+        } else {
+            String::new()
+        };
+        let before = if folder.is_empty() { own } else { format!("{folder}/{own}") };
+        let after = clean(ending);
+        let after = if after.is_empty() { String::new() } else { format!(".{after}") };
+        let mut name = format!("{before}{after}");
+        let mut number = 1;
+        while !self.taken.insert(name.to_lowercase()) {
+            number += 1;
+            name = format!("{before}-{number}{after}");
+        }
+        name
+    }
+}
+
+/// Whether a job puts its source onto something else.
+fn has_target(job: &JobRecord) -> bool {
+    job.request.target.asset != job.request.source.asset
+}
+
+/// The name without its ending, and the ending.
+fn split(file_name: &str) -> (&str, &str) {
+    match file_name.rsplit_once('.') {
+        Some((before, ending)) if !before.is_empty() => (before, ending),
+        _ => (file_name, ""),
+    }
+}
+
+/// One part of a path: without what leads out of a folder, what some system refuses, and what nobody sees.
+fn clean(text: &str) -> String {
+    let keep = |letter: char| match letter {
+        '/' | '\\' | ':' | '*' | '?' | '"' | '<' | '>' | '|' => '_',
+        letter if letter.is_control() => '_',
+        letter => letter,
+    };
+    let text: String = text.chars().map(keep).take(MOST_LETTERS).collect();
+    let text = text.trim_matches(|letter: char| letter == '.' || letter.is_whitespace());
+    let is_device = ["con", "prn", "aux", "nul"].contains(&text.to_lowercase().as_str())
+        || (text.len() == 4 && ["com", "lpt"].iter().any(|name| text.to_lowercase().starts_with(name)));
+    if is_device { format!("_{text}") } else { text.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_of_a_path_stays_in_its_folder_and_is_good_everywhere() {
+        let cases = [
+            ("walk", "walk"),
+            ("../../etc/passwd", "_.._etc_passwd"),
+            ("C:\\walk", "C__walk"),
+            (" .hidden. ", "hidden"),
+            ("a\nb\0c", "a_b_c"),
+            ("CON", "_CON"),
+            ("com1", "_com1"),
+            ("command", "command"),
+            ("läuft 走", "läuft 走"),
+            ("..", ""),
+        ];
+        for (text, expected) in cases {
+            assert_eq!(clean(text), expected, "{text:?}");
+        }
+        assert_eq!(clean(&"ä".repeat(300)).chars().count(), MOST_LETTERS, "not too long");
+        assert_eq!((split("a.b.glb"), split(".glb"), split("a")), (("a.b", "glb"), (".glb", ""), ("a", "")), "endings");
+    }
+}
