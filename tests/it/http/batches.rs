@@ -281,7 +281,7 @@ async fn the_results_come_as_one_archive_whatever_failed() {
     );
     let bytes = answer.bytes().await.expect("all of it");
     let mut archive = zip::ZipArchive::new(std::io::Cursor::new(bytes)).expect("an archive");
-    let names: Vec<String> = archive.file_names().map(str::to_owned).collect();
+    let names: Vec<String> = archive.file_names().map(|name| name.expect("text").into_owned()).collect();
     let expected = [
         "manifest.json",
         "Hero/walk.glb",
@@ -337,7 +337,7 @@ async fn a_batch_delays_nobody_else() {
     assert_eq!(read(service.get(&format!("/v1/jobs/{second}")).await).await["state"], "queued", "one at a time");
     service.client.post(service.at(&format!("/v1/jobs/{first}/cancel"))).send().await.expect("an answer");
     service.until(&second, "succeeded").await;
-    let canceled = read(act(&service, &id, "cancel").await).await;
+    let canceled = read(cancel(&service, &id).await).await;
     assert_eq!(
         canceled["counts"]["canceled"].as_u64().unwrap_or(0) + canceled["counts"]["canceling"].as_u64().unwrap_or(0),
         1000,
