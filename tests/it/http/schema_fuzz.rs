@@ -27,7 +27,8 @@ fn assert_conforms(server: &ServiceProcess, flags: &[&str]) {
     let output = Command::new(python)
         .args(["-m", "schemathesis.cli", "run", &format!("{}/openapi.json", server.url)])
         .args(["--exclude-checks", LEFT_OUT, "--max-examples", &examples, "--seed", "1", "--no-color"])
-        .args(["--workers", "2", "--request-timeout", "60"])
+        // More workers than one trip over Python's own parser, which fails now and then in several threads.
+        .args(["--workers", "1", "--request-timeout", "60"])
         .args(flags)
         .env("SCHEMATHESIS_HOOKS", "hooks")
         .env("PYTHONPATH", tools)
@@ -57,6 +58,7 @@ fn made_up_requests_with_a_key_meet_no_fault() {
         .output()
         .expect("it runs");
     let header = format!("Authorization: Bearer {}", String::from_utf8_lossy(&key.stdout).trim());
-    assert_conforms(&server, &["--header", &header]);
+    // Else it finds its own key in the list and revokes it, and everything after that is a 401.
+    assert_conforms(&server, &["--header", &header, "--exclude-operation-id", "revoke_key"]);
     assert_eq!(server.terminate(), Some(0), "and it is well afterwards");
 }
