@@ -4,7 +4,7 @@ use std::net::IpAddr;
 
 use ipnet::IpNet;
 
-use super::value::{SettingValue, Unit};
+use super::value::{SettingValue, Unit, listed};
 
 /// Networks, written as addresses with the length of their prefix; an address by itself is a network of its own.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -24,8 +24,7 @@ impl SettingValue for Networks {
 
     fn parse(text: &str) -> Result<Self, String> {
         let network = |text: &str| text.parse().or_else(|_| text.parse::<IpAddr>().map(IpNet::from));
-        let texts = text.split(',').map(str::trim).filter(|text| !text.is_empty());
-        let networks = texts.map(network).collect::<Result<_, _>>();
+        let networks = listed(text).map(network).collect::<Result<_, _>>();
         networks.map(Self).map_err(|_| {
             "expected networks with commas between them, each an address and the bits of its prefix".to_owned()
         })

@@ -126,9 +126,7 @@ impl SettingValue for Periods {
     const EXAMPLE: &'static str = "5s,5m,2h";
 
     fn parse(text: &str) -> Result<Self, String> {
-        let texts = text.split(',').map(str::trim).filter(|text| !text.is_empty());
-        let periods = texts.map(|text| Period::parse(text).map(|period| period.0));
-        let periods = periods.collect::<Result<_, _>>();
+        let periods = listed(text).map(|text| Period::parse(text).map(|period| period.0)).collect::<Result<_, _>>();
         periods.map(Self).map_err(|expected| format!("{expected}, with commas between them"))
     }
 

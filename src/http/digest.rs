@@ -1,11 +1,10 @@
 //! Digests that a sender announces (`Content-Digest`, `Repr-Digest`, RFC 9530).
 
-use std::fmt::Write as _;
-
 use axum::http::HeaderMap;
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 
 use super::{code::Code, problem::Problem};
+use crate::jobs::hexadecimal;
 
 /// The SHA-256 that the headers announce, in hexadecimal. Other algorithms are ignored, as the RFC allows.
 ///
@@ -29,11 +28,7 @@ fn read(digest: &str) -> Result<String, Problem> {
         Problem::new(Code::MalformedRequest, format!("'sha-256={digest}' is no digest"))
             .with_hint("the form is sha-256=:<32 bytes in base64>:")
     })?;
-    Ok(bytes.iter().fold(String::new(), |mut text, byte| {
-        // Writing to a string cannot fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    }))
+    Ok(hexadecimal(&bytes))
 }
 
 #[cfg(test)]

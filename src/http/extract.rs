@@ -8,7 +8,7 @@ use axum::{
 use serde::de::DeserializeOwned;
 
 use super::{ApiState, code::Code, problem::Problem, upload::BodyReader};
-use crate::jobs::{ApiKeyId, AssetId, BatchId, DeliveryId, JobId, ResultId, WebhookId};
+use crate::jobs::{ApiKeyId, AssetId, BatchId, DeliveryId, JobId, JobState, ResultId, WebhookId};
 
 /// An id in the path. What is no id names nothing, so it is not found.
 #[derive(Debug)]
@@ -64,6 +64,11 @@ pub(super) fn known<T>(
     all: impl Fn() -> String,
 ) -> Result<Option<T>, Problem> {
     name.map(|name| read(name).ok_or_else(|| unusable(member, name, &format!("one of {}", all())))).transpose()
+}
+
+/// The state of jobs that a list is asked for.
+pub(super) fn known_job_state(name: Option<&str>) -> Result<Option<JobState>, Problem> {
+    known("state", name, JobState::from_name, || JobState::ALL.map(JobState::name).join(", "))
 }
 
 /// A parameter of a query that says nothing.

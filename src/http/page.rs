@@ -1,11 +1,26 @@
 //! Pages of lists. A cursor is opaque, and holds the filter that it was made with.
 
 use base64::{Engine as _, engine::general_purpose::URL_SAFE_NO_PAD};
+use serde::Deserialize;
+use utoipa::IntoParams;
 
 use super::{code::Code, problem::Problem};
+use crate::jobs::Page;
 
 /// How many entries a page has, unless the caller says otherwise.
 const DEFAULT_ITEMS: usize = 50;
+
+/// What is asked of a list that has no filter.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub(super) struct PageQuery {
+    /// Entries of the page; cut down to the limit `page_items`.
+    #[param(format = Int64, maximum = 4_294_967_295_u32)]
+    pub(super) limit: Option<u32>,
+    /// `next_cursor` of the page before.
+    pub(super) cursor: Option<String>,
+}
 
 /// The number of entries asked for, cut down to what is allowed.
 pub(super) fn items(asked: Option<u32>, most: u64) -> usize {
@@ -13,9 +28,10 @@ pub(super) fn items(asked: Option<u32>, most: u64) -> usize {
     asked.map_or(DEFAULT_ITEMS, |asked| asked as usize).clamp(1, most)
 }
 
-/// The cursor for what comes after `last`.
-pub(super) fn cursor(filter: &str, last: &str) -> String {
-    URL_SAFE_NO_PAD.encode(format!("{filter}:{last}"))
+/// The cursor for what comes after a page, where anything does: `name_of` names the last entry of the page.
+pub(super) fn next_cursor<T>(page: &Page<T>, filter: &str, name_of: impl Fn(&T) -> String) -> Option<String> {
+    let last = page.items.last().filter(|_| page.has_more)?;
+    Some(URL_SAFE_NO_PAD.encode(format!("{filter}:{}", name_of(last))))
 }
 
 /// The id that a cursor stands for.
@@ -45,9 +61,12 @@ mod tests {
     fn a_cursor_reads_back_with_its_own_filter_only() {
         let text = |text: &str| Some(text.to_owned());
         let filter = "failed,2026-01-01T00:00:00Z";
-        let made = cursor(filter, "job_1");
-        assert_eq!(read_cursor(Some(&made), filter, text).ok(), Some(Some("job_1".to_owned())), "reads back");
-        assert!(read_cursor(Some(&made), "", text).is_err(), "another filter");
+        let mut page = Page { items: vec!["job_2", "job_1"], has_more: true };
+        let made = next_cursor(&page, filter, |id| (*id).to_owned());
+        assert_eq!(read_cursor(made.as_deref(), filter, text).ok(), Some(Some("job_1".to_owned())), "reads back");
+        assert!(read_cursor(made.as_deref(), "", text).is_err(), "another filter");
+        page.has_more = false;
+        assert_eq!(next_cursor(&page, filter, |id| (*id).to_owned()), None, "the last page");
         assert!(read_cursor(Some("%%%"), "", text).is_err(), "no cursor");
         assert_eq!(items(Some(10_000), 100), 100, "cut down");
         assert_eq!(items(Some(0), 100), 1, "at least one");

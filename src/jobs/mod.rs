@@ -62,6 +62,7 @@ pub use usage::{JobQuota, Usage};
 pub use webhooks::{Courier, NewWebhook, Webhooks};
 pub use workers::Workers;
 
+pub(crate) use crate::store::hexadecimal;
 pub use crate::store::{
     ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, BatchId, BatchPlace, BatchRecord, ByteStream, ConfigDocument,
     DeliveryEvent, DeliveryId, DeliveryRecord, DeliveryState, DisabledReason, DocumentKind, EventRecord, Holdings,

@@ -12,6 +12,7 @@ use retargetd::{
     model::Control,
 };
 use serde_json::Value;
+use sha2::{Digest, Sha256};
 
 /// A file of the corpus of real files, which lies beside the checkout on the developers' machines and in CI and is not
 /// part of the project. Says so on standard error when it is not there, so that no skip is silent.
@@ -42,6 +43,16 @@ pub(crate) fn skip(reason: &str) {
 pub(crate) fn shared_folder() -> PathBuf {
     std::env::var_os("RETARGETD_SHARED")
         .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared"), PathBuf::from)
+}
+
+/// Bytes as hexadecimal digits.
+pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The SHA-256 of bytes, in hexadecimal.
+pub(crate) fn sha256_of(bytes: &[u8]) -> String {
+    hexadecimal(&Sha256::digest(bytes))
 }
 
 /// All files below a folder, in order.

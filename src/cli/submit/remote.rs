@@ -7,9 +7,12 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 use tokio::time::{Instant, sleep};
 
-use crate::cli::{
-    exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED},
-    files::InputFile,
+use crate::{
+    cli::{
+        exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED},
+        files::InputFile,
+    },
+    jobs::hexadecimal,
 };
 
 /// How long a service may be away before it is given up.
@@ -174,7 +177,7 @@ impl Remote {
 
 /// The SHA-256 of bytes, in hexadecimal.
 pub(super) fn digest_of(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    hexadecimal(&Sha256::digest(bytes))
 }
 
 /// A query of one member, with what has a meaning in addresses written otherwise.

@@ -20,7 +20,7 @@ use crate::{
         code::Code,
         download::{File, ascii},
         extract::{Id, JsonBody, QueryOf, is_media_type},
-        page,
+        page::{self, PageQuery},
         problem::{Problem, ProblemView},
         upload::{BodyReader, clean_name},
         views::{AssetPageView, AssetView},
@@ -97,31 +97,19 @@ async fn create(
     Ok((status, location, Json(AssetView::from(asset))).into_response())
 }
 
-#[derive(Debug, Deserialize, IntoParams)]
-#[serde(deny_unknown_fields)]
-#[into_params(parameter_in = Query)]
-struct ListQuery {
-    /// Entries of the page; cut down to the limit `page_items`.
-    #[param(format = Int64, maximum = 4_294_967_295_u32)]
-    limit: Option<u32>,
-    /// `next_cursor` of the page before.
-    cursor: Option<String>,
-}
-
 /// Lists uploaded files, newest first.
-#[utoipa::path(get, path = "/v1/assets", operation_id = "list_assets", tag = "assets", params(ListQuery),
+#[utoipa::path(get, path = "/v1/assets", operation_id = "list_assets", tag = "assets", params(PageQuery),
     responses((status = 200, body = AssetPageView, description = "a page"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn list(
     State(assets): State<Assets>,
     State(settings): State<Shared<Settings>>,
     Caller(owner): Caller,
-    QueryOf(query): QueryOf<ListQuery>,
+    QueryOf(query): QueryOf<PageQuery>,
 ) -> Result<Json<AssetPageView>, Problem> {
     let before = page::read_cursor(query.cursor.as_deref(), "", |text| AssetId::parse(text).ok())?;
     let found = assets.list(&owner, before.as_ref(), page::items(query.limit, settings.max_page_items)).await?;
-    let last = found.items.last().filter(|_| found.has_more);
-    let next_cursor = last.map(|asset| page::cursor("", asset.id.as_str()));
+    let next_cursor = page::next_cursor(&found, "", |asset| asset.id.to_string());
     let items = found.items.into_iter().map(AssetView::from).collect();
     Ok(Json(AssetPageView { items, next_cursor }))
 }

@@ -21,9 +21,9 @@ use crate::{
         auth::Caller,
         caching,
         download::{ascii, disposition},
-        extract::{Id, JsonBody, QueryOf, known},
+        extract::{Id, JsonBody, QueryOf, known_job_state},
         idempotency::{IdempotencyKey, replayed},
-        page,
+        page::{self, PageQuery},
         prefer::Prefer,
         problem::{Problem, ProblemView},
         quota,
@@ -262,32 +262,20 @@ async fn create(
     Ok(response)
 }
 
-#[derive(Debug, Deserialize, IntoParams)]
-#[serde(deny_unknown_fields)]
-#[into_params(parameter_in = Query)]
-struct ListQuery {
-    /// Entries of the page; cut down to the limit `page_items`.
-    #[param(format = Int64, maximum = 4_294_967_295_u32)]
-    limit: Option<u32>,
-    /// `next_cursor` of the page before.
-    cursor: Option<String>,
-}
-
 /// Lists batches, newest first.
-#[utoipa::path(get, path = "/v1/batches", operation_id = "list_batches", tag = "batches", params(ListQuery),
+#[utoipa::path(get, path = "/v1/batches", operation_id = "list_batches", tag = "batches", params(PageQuery),
     responses((status = 200, body = BatchPageView, description = "a page"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn list(
     State(jobs): State<Jobs>,
     State(settings): State<Shared<Settings>>,
     Caller(owner): Caller,
-    QueryOf(query): QueryOf<ListQuery>,
+    QueryOf(query): QueryOf<PageQuery>,
 ) -> Result<Json<BatchPageView>, Problem> {
     const WORDS: &str = "batches";
     let before = page::read_cursor(query.cursor.as_deref(), WORDS, |text| BatchId::parse(text).ok())?;
     let found = jobs.batches(&owner, before.as_ref(), page::items(query.limit, settings.max_page_items)).await?;
-    let last = found.items.last().filter(|_| found.has_more);
-    let next_cursor = last.map(|batch| page::cursor(WORDS, batch.record.id.as_str()));
+    let next_cursor = page::next_cursor(&found, WORDS, |batch| batch.record.id.to_string());
     let items = found.items.into_iter().map(BatchView::from).collect();
     Ok(Json(BatchPageView { items, next_cursor }))
 }
@@ -341,14 +329,14 @@ async fn jobs_of(
     Id(id): Id<BatchId>,
     QueryOf(query): QueryOf<JobsQuery>,
 ) -> Result<Json<JobPageView>, Problem> {
-    let state =
-        known("state", query.state.as_deref(), JobState::from_name, || JobState::ALL.map(JobState::name).join(", "))?;
+    let state = known_job_state(query.state.as_deref())?;
     let words = serde_json::json!([id.as_str(), query.state]).to_string();
     let after = page::read_cursor(query.cursor.as_deref(), &words, |text| text.parse::<u32>().ok().map(u64::from))?;
     let most = page::items(query.limit, settings.max_page_items);
     let found = jobs.batch_jobs(&owner, &id, state, after, most).await?;
-    let last = found.items.last().filter(|_| found.has_more).and_then(|job| job.record.batch.as_ref());
-    let next_cursor = last.map(|place| page::cursor(&words, &place.item.to_string()));
+    let next_cursor = page::next_cursor(&found, &words, |job| {
+        job.record.batch.as_ref().map_or_else(String::new, |place| place.item.to_string())
+    });
     Ok(Json(JobPageView { items: found.items.into_iter().map(JobView::from).collect(), next_cursor }))
 }
 

@@ -25,7 +25,7 @@ use crate::{
         auth::Caller,
         caching,
         download::ascii,
-        extract::{self, Id, JsonBody, QueryOf, known, unusable},
+        extract::{self, Id, JsonBody, QueryOf, known, known_job_state, unusable},
         idempotency::{IdempotencyKey, replayed},
         json_text, negotiate, page, page_text,
         prefer::Prefer,
@@ -33,7 +33,7 @@ use crate::{
         quota, upload,
         views::{JobPageView, JobView},
     },
-    jobs::{JobFilter, JobId, JobKind, JobSnapshot, JobState, Jobs, NewJob, Principal, Submitted},
+    jobs::{JobFilter, JobId, JobKind, JobSnapshot, Jobs, NewJob, Principal, Submitted},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -164,8 +164,7 @@ async fn list(
     let (filter, words) = (query.filter()?, query.words());
     let before = page::read_cursor(query.cursor.as_deref(), &words, |text| JobId::parse(text).ok())?;
     let found = jobs.list(&owner, &filter, before.as_ref(), page::items(query.limit, settings.max_page_items)).await?;
-    let last = found.items.last().filter(|_| found.has_more);
-    let next_cursor = last.map(|job| page::cursor(&words, job.record.id.as_str()));
+    let next_cursor = page::next_cursor(&found, &words, |job| job.record.id.to_string());
     let items = found.items.into_iter().map(JobView::from).collect();
     Ok(Json(JobPageView { items, next_cursor }))
 }
@@ -185,9 +184,7 @@ impl ListQuery {
             .as_deref()
             .map(|text| text.parse().map_err(|_| unusable("since", text, "a time such as 2026-11-22T08:00:00Z")));
         Ok(JobFilter {
-            state: known("state", self.state.as_deref(), JobState::from_name, || {
-                JobState::ALL.map(JobState::name).join(", ")
-            })?,
+            state: known_job_state(self.state.as_deref())?,
             kind: known("kind", self.kind.as_deref(), JobKind::from_name, || {
                 JobKind::ALL.map(JobKind::name).join(", ")
             })?,

@@ -14,10 +14,11 @@ use crate::{config::Secret, store::StoreError};
 /// What sqlx calls the arguments of a query here.
 type Arguments = sqlx::any::AnyArguments;
 
-/// What every connection to SQLite is told first. WAL with full syncing: what is committed survives a power cut.
-const SQLITE_PRAGMAS: &str = "PRAGMA busy_timeout = 10000; PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; \
-                              PRAGMA foreign_keys = ON";
-/// And what a connection is told then whose transactions a power cut may take back.
+/// What every connection to SQLite is told first.
+const SQLITE_PRAGMAS: &str = "PRAGMA busy_timeout = 10000; PRAGMA journal_mode = WAL; PRAGMA foreign_keys = ON";
+/// Then, with WAL: what is committed survives a power cut.
+const SQLITE_DURABLE: &str = "PRAGMA synchronous = FULL";
+/// Or a power cut may take it back.
 const SQLITE_BRIEF: &str = "PRAGMA synchronous = NORMAL";
 
 /// The records of one database. Cheap to clone; all clones share the connections.
@@ -56,22 +57,22 @@ impl Records {
             known: "postgres://USER:PASSWORD@HOST/DATABASE, or nothing for a file in the data folder",
         })?;
         let options: AnyConnectOptions = url.parse()?;
-        let pool_of = |most: u32, and_then: &'static str| {
+        let pool_of = |most: u32, syncing: &'static str| {
             let pool = AnyPoolOptions::new().max_connections(most).acquire_timeout(Duration::from_secs(10));
             match dialect {
                 Dialect::Postgres => pool,
                 Dialect::Sqlite => pool.after_connect(move |connection, _| {
                     Box::pin(async move {
                         connection.execute(SQLITE_PRAGMAS).await?;
-                        connection.execute(and_then).await.map(|_| ())
+                        connection.execute(syncing).await.map(|_| ())
                     })
                 }),
             }
         };
         let options = options.disable_statement_logging();
-        let pool = pool_of(most_connections, "").connect_with(options.clone()).await?;
+        let pool = pool_of(most_connections, SQLITE_DURABLE).connect_with(options.clone()).await?;
         dialect.migrator().run(&pool).await?;
-        let gate_pool = pool_of(4, "").connect_lazy_with(options.clone());
+        let gate_pool = pool_of(4, SQLITE_DURABLE).connect_lazy_with(options.clone());
         let brief_pool = pool_of(2, SQLITE_BRIEF).connect_lazy_with(options);
         Ok(Self { pool, gate_pool, brief_pool, dialect, url: Secret(url.to_owned()), faults: None })
     }
@@ -144,6 +145,17 @@ impl Records {
     pub(super) async fn optional(&self, query: Query<'_, Any, Arguments>) -> Result<Option<AnyRow>, StoreError> {
         self.fault(Moment::Before).await?;
         Ok(query.fetch_optional(&self.pool).await?)
+    }
+
+    /// The row of a query that writes and gives one at most, in a transaction of its own.
+    pub(super) async fn optional_written(
+        &self,
+        query: Query<'_, Any, Arguments>,
+    ) -> Result<Option<AnyRow>, StoreError> {
+        let mut transaction = self.begin().await?;
+        let row = query.fetch_optional(&mut *transaction).await?;
+        self.commit(transaction).await?;
+        Ok(row)
     }
 
     /// The row of a query that always has one.

@@ -180,10 +180,8 @@ impl Records {
             DeliveryId::PREFIX,
             self.dialect.new_letters()
         ));
-        let mut transaction = self.begin().await?;
         let query = sqlx::query(query).bind(owner.as_str()).bind(id.as_str());
-        let row = query.fetch_optional(&mut *transaction).await?;
-        self.commit(transaction).await?;
+        let row = self.optional_written(query).await?;
         row.as_ref().map(read).transpose()
     }
 
@@ -331,10 +329,8 @@ impl Records {
              RETURNING *",
             self.dialect.now()
         ));
-        let mut transaction = self.begin().await?;
         let query = sqlx::query(query).bind(owner.as_str()).bind(id.as_str());
-        let row = query.fetch_optional(&mut *transaction).await?;
-        self.commit(transaction).await?;
+        let row = self.optional_written(query).await?;
         row.as_ref().map(read).transpose()
     }
 

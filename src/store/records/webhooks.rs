@@ -145,12 +145,10 @@ impl Records {
         secret: &Secret,
         old_until: Timestamp,
     ) -> Result<Option<WebhookRecord>, StoreError> {
-        let mut transaction = self.begin().await?;
         let query = "UPDATE webhooks SET old_secret = secret, old_secret_until = $4, secret = $3 \
                      WHERE id = $1 AND principal = $2 RETURNING *";
         let query = sqlx::query(query).bind(id.as_str()).bind(owner.as_str()).bind(&secret.0);
-        let row = query.bind(old_until.as_millisecond()).fetch_optional(&mut *transaction).await?;
-        self.commit(transaction).await?;
+        let row = self.optional_written(query.bind(old_until.as_millisecond())).await?;
         row.as_ref().map(read).transpose()
     }
 

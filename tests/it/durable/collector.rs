@@ -13,6 +13,8 @@ use opentelemetry_proto::tonic::{
 use prost::Message as _;
 use tokio::{net::TcpListener, task::JoinHandle};
 
+use crate::support::hexadecimal;
+
 /// A span as it was sent, with the facts of its process among its own.
 #[derive(Clone, Debug)]
 pub(super) struct SeenSpan {
@@ -90,8 +92,4 @@ fn facts(attributes: Vec<KeyValue>) -> BTreeMap<String, String> {
         other => format!("{other:?}"),
     };
     attributes.into_iter().map(|fact| (fact.key, text(fact.value.and_then(|value| value.value)))).collect()
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

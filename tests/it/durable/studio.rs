@@ -4,9 +4,9 @@ use std::{collections::BTreeMap, time::Instant};
 
 use reqwest::{Client, StatusCode, multipart};
 use serde_json::{Value, json};
-use sha2::{Digest, Sha256};
 
 use super::support::{PATIENCE, Postgres, S3, ServiceProcess, of_role, serve, worker};
+use crate::support::sha256_of;
 
 /// The smallest clip that is worth a job: two joints, two frames.
 pub(crate) const CLIP: &str = "HIERARCHY\nROOT Hips\n{\n OFFSET 0 0 0\n CHANNELS 6 Xposition Yposition Zposition Zrotation \
@@ -123,7 +123,7 @@ impl Customer {
         assert_eq!(answer.status(), StatusCode::OK, "a file");
         let (id, tag) = (header("job-id"), header("etag"));
         let bytes = answer.bytes().await.ok()?;
-        assert_eq!(tag, hexadecimal_digest(&bytes), "all of it came");
+        assert_eq!(tag, sha256_of(&bytes), "all of it came");
         self.promised.push(id.clone());
         Some((id, tag))
     }
@@ -167,7 +167,7 @@ impl Customer {
         let answer = self.client.get(format!("{url}{path}")).send().await.expect("an answer");
         assert_eq!(answer.status(), StatusCode::OK, "the result is there");
         let bytes = answer.bytes().await.expect("its bytes");
-        assert_eq!(result["sha256"], hexadecimal_digest(&bytes).as_str(), "the bytes are whole");
+        assert_eq!(result["sha256"], sha256_of(&bytes).as_str(), "the bytes are whole");
     }
 
     /// Where the service sends who wants the result of the first job.
@@ -189,8 +189,4 @@ impl Customer {
     pub(super) async fn status(&self, url: &str, path: &str) -> StatusCode {
         self.client.get(format!("{url}{path}")).send().await.expect("an answer").status()
     }
-}
-
-fn hexadecimal_digest(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }

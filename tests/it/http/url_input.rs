@@ -2,12 +2,12 @@
 
 use reqwest::{Response, StatusCode};
 use serde_json::{Value, json};
-use sha2::{Digest, Sha256};
 
 use super::{
     receiver::{Receiver, Reply},
     support::{BVH, Service, json as read, problem},
 };
+use crate::support::sha256_of;
 
 async fn fetch(service: &Service, body: &Value) -> Response {
     service.post("/v1/assets", body).await
@@ -32,7 +32,7 @@ async fn a_file_is_fetched_as_if_it_had_been_uploaded() {
     let known = fetch(&service, &json!({"url": receiver.url})).await;
     assert_eq!(known.status(), StatusCode::OK, "these bytes are here");
     assert_eq!(read(known).await["id"], uploaded.as_str(), "under their id");
-    let digest: String = Sha256::digest(&other).iter().map(|byte| format!("{byte:02x}")).collect();
+    let digest = sha256_of(other.as_bytes());
     let fetched = fetch(&service, &json!({"url": receiver.url, "digest": digest})).await;
     assert_eq!(fetched.status(), StatusCode::CREATED, "new");
     let fetched = read(fetched).await;

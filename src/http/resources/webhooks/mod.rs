@@ -154,8 +154,7 @@ async fn deliveries(
     let before = page::read_cursor(query.cursor.as_deref(), &made_with, |text| DeliveryId::parse(text).ok())?;
     let most = page::items(query.limit, settings.max_page_items);
     let found = webhooks.deliveries(&owner, &id, state, before.as_ref(), most).await?;
-    let last = found.items.last().filter(|_| found.has_more);
-    let next_cursor = last.map(|delivery| page::cursor(&made_with, delivery.id.as_str()));
+    let next_cursor = page::next_cursor(&found, &made_with, |delivery| delivery.id.to_string());
     let items = found.items.into_iter().map(DeliveryView::from).collect();
     Ok(Json(DeliveryPageView { items, next_cursor }))
 }
