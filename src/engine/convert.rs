@@ -41,6 +41,7 @@ pub(super) fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
     Scene {
         skeleton: Skeleton::new(joints).expect("the order of a valid skeleton stays valid, and finite stays finite"),
         clips: Vec::new(),
+        hidden_joints: scene.hidden_joints.clone(),
         skins: scene.skins.clone(),
         bind_pose: Vec::new(),
         skin_points: scene.skin_points.scaled(conversion.scale as f32),

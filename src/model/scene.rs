@@ -14,6 +14,8 @@ pub struct Scene {
     pub skeleton: Skeleton,
     /// Animations of that skeleton; each has one entry per joint.
     pub clips: Vec<Clip>,
+    /// Joints that a viewer does not show, rising: nodes of a glTF outside of its default scene, where there are joints in that one.
+    pub hidden_joints: Vec<usize>,
     /// Skins, where the file has meshes bound to joints.
     pub skins: Vec<Skin>,
     /// `model_from_joint` of the pose in which the skins were bound, per joint; `None` for joints that no skin binds.

@@ -1,6 +1,7 @@
 //! The FBX reader, on files of the corpus and on documents made here.
 
 mod features;
+mod left_handed;
 mod made;
 mod records;
 mod write;
@@ -110,7 +111,7 @@ mod oracle {
     }
 
     /// World matrices in our order: depth first, children in file order.
-    fn worlds(scene: &ufbx::Scene) -> Vec<DMat4> {
+    pub(super) fn worlds(scene: &ufbx::Scene) -> Vec<DMat4> {
         let mut open: Vec<&ufbx::Node> = scene.root_node.children.into_iter().collect();
         open.reverse();
         let mut worlds = Vec::new();

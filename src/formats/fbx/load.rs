@@ -48,6 +48,8 @@ pub(super) fn load(
         progress_cb: ufbx::ProgressCb::Ref(&progress),
         target_axes: ufbx::CoordinateAxes::right_handed_y_up(),
         target_unit_meters: 1.0,
+        // Of a left-handed file, the same scene: what is left stays left. Any axis would do, for geometry is mirrored with the joints.
+        handedness_conversion_axis: ufbx::MirrorAxis::X,
         // The other ways of converting units leave a factor of 0.01 on the top nodes and centimetres below them.
         space_conversion: ufbx::SpaceConversion::ModifyGeometry,
         // A joint turns about its pivot, so that is where it has to be; the rest ends up in geometry, which we do not read.

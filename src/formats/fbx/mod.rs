@@ -39,6 +39,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
     let scene = Scene {
         morphs: properties.curves(&file),
         clips,
+        hidden_joints: Vec::new(),
         skins: skins::skins(&file, &nodes),
         skin_points: points::skin_points(&file, &nodes, budget)?,
         bind_pose: skins::bind_pose(&file, &nodes, &skeleton, reporter),

@@ -42,12 +42,13 @@ pub(super) struct Body<'a> {
 }
 
 impl<'a> Body<'a> {
-    /// Reads all names and picks the largest body. With `joints_only`, nodes that the file does not call joints are
-    /// passed over.
+    /// Reads all names and picks the largest body, of those that are not `hidden`. With `joints_only`, nodes that the file does not
+    /// call joints are passed over.
     pub(super) fn new(
         skeleton: &'a Skeleton,
         rest: &ModelPose,
         template: Option<&TemplateMatch>,
+        hidden: &[usize],
         joints_only: bool,
     ) -> Self {
         let mut names: Vec<ParsedName> = skeleton.joints().iter().map(|joint| ParsedName::parse(&joint.name)).collect();
@@ -69,7 +70,7 @@ impl<'a> Body<'a> {
         let mut body = Self { skeleton, eligible: members.clone(), names, positions, members, enter, size, depth };
         body.judge_names();
         body.keep_layer();
-        body.keep_largest(joints_only);
+        body.keep_largest(hidden, joints_only);
         body
     }
 
@@ -152,7 +153,7 @@ impl<'a> Body<'a> {
     }
 
     /// A file may hold several skeletons, and a skeleton may come in pieces below one node (Rigify's deform bones).
-    fn keep_largest(&mut self, joints_only: bool) {
+    fn keep_largest(&mut self, hidden: &[usize], joints_only: bool) {
         let joints = self.skeleton.joints();
         let counts: Vec<bool> = joints.iter().map(|joint| joint.is_joint || !joints_only).collect();
         // The piece of a joint is named by its top joint.
@@ -171,7 +172,8 @@ impl<'a> Body<'a> {
             }
         }
         let mut pieces: Vec<_> = parts_of_piece.into_iter().collect();
-        pieces.sort_by_key(|(top, parts)| Reverse((parts.len(), joints_of_piece.get(top).copied())));
+        let is_hidden = |top: &usize| hidden.binary_search(top).is_ok();
+        pieces.sort_by_key(|(top, parts)| (is_hidden(top), Reverse((parts.len(), joints_of_piece.get(top).copied()))));
         let mut pieces = pieces.into_iter();
         let Some((top, mut found)) = pieces.next() else {
             // Names say nothing: all that the file calls joints may be the body.

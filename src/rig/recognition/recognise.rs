@@ -131,13 +131,20 @@ pub struct Hints<'a> {
     pub convention: Option<&'a str>,
     /// The user's own templates, which are tried before the built-in ones.
     pub templates: &'a [RigTemplate],
+    /// Joints that a viewer does not show, rising; a body of others goes before.
+    pub hidden: &'a [usize],
 }
 
 impl<'a> Hints<'a> {
     /// What a file says itself.
     #[must_use]
     pub fn of(scene: &'a Scene) -> Self {
-        Self { declared: &scene.declared_roles, convention: scene.declared_convention, templates: &[] }
+        Self {
+            declared: &scene.declared_roles,
+            convention: scene.declared_convention,
+            templates: &[],
+            hidden: &scene.hidden_joints,
+        }
     }
 }
 
@@ -145,7 +152,8 @@ impl<'a> Hints<'a> {
 ///
 /// `rest` is whatever pose the caller takes for the rest pose, in model space; it has one transform per joint.
 ///
-/// Pure and deterministic. Where the file holds several skeletons, the one with the most known parts is looked at.
+/// Pure and deterministic. Where the file holds several skeletons, the one with the most known parts is looked at, of those that a
+/// viewer shows.
 #[must_use]
 pub fn recognise(skeleton: &Skeleton, rest: &ModelPose, hints: &Hints<'_>) -> Recognition {
     let declared = declared_roles(skeleton, hints.declared);
@@ -154,11 +162,11 @@ pub fn recognise(skeleton: &Skeleton, rest: &ModelPose, hints: &Hints<'_>) -> Re
     let mut recognition = Recognition::default();
     let joints_only = skeleton.joints().iter().any(|joint| joint.is_joint) && declared.values().flatten().all(flagged);
     if joints_only {
-        recognition = attempt(skeleton, rest, &declared, template.as_ref(), true);
+        recognition = attempt(skeleton, rest, &declared, template.as_ref(), hints.hidden, true);
     }
     if !recognition.is_body() {
         // No skin, or a skin of a prop only: the body may be made of plain nodes.
-        let of_nodes = attempt(skeleton, rest, &declared, template.as_ref(), false);
+        let of_nodes = attempt(skeleton, rest, &declared, template.as_ref(), hints.hidden, false);
         if !joints_only || of_nodes.is_body() {
             recognition = of_nodes;
         }
@@ -178,9 +186,10 @@ fn attempt(
     rest: &ModelPose,
     declared: &BTreeMap<Role, Vec<usize>>,
     template: Option<&TemplateMatch>,
+    hidden: &[usize],
     joints_only: bool,
 ) -> Recognition {
-    let body = Body::new(skeleton, rest, template, joints_only);
+    let body = Body::new(skeleton, rest, template, hidden, joints_only);
     let mut findings = Findings::new(declared.clone());
     let of_several = template.iter().flat_map(|template| &template.roles).filter(|(role, _)| role.is_one_of_several());
     for (role, joints) in of_several {

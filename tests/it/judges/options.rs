@@ -6,7 +6,10 @@ use retargetd::engine::Format;
 use serde_json::Value;
 
 use super::{Axes, MOST_DEGREES, MOST_OF_SIZE, Written, angle, retargeted, three};
-use crate::support::{corpus_file, gltf_json, validate_gltf};
+use crate::{
+    formats_gltf::assert_nothing_new_is_wrong,
+    support::{corpus_file, gltf_json},
+};
 
 const SOURCE: &str = "mixamo/fbx/walking_noskin.fbx";
 /// Half a thousand frames: of a short clip, the document is most of the file.
@@ -65,10 +68,11 @@ fn small_files_move_as_large_ones_do() {
         files.push(file);
     }
     let paths: Vec<_> = files.iter().map(|file| file.as_path()).collect();
-    let Some(reports) = validate_gltf(&paths) else { return };
-    for report in reports.values() {
-        assert_eq!(report["errors"].as_u64(), Some(0), "{report}");
-    }
+    let input = corpus_file(TARGET).expect("it was there");
+    // Skeletons alone, and the whole document, in turn.
+    let pairs: Vec<_> =
+        paths.iter().enumerate().map(|(index, path)| (index % 2 == 1, input.as_path(), *path)).collect();
+    assert_nothing_new_is_wrong(&pairs);
     let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
     let Some(answers) = three::read(&names) else { return };
     for seen in &answers {
@@ -100,8 +104,47 @@ fn an_archive_holds_the_document_and_its_buffer() {
     let folder = tempfile::tempdir().expect("a folder");
     archive.extract(folder.path()).expect("it can be unpacked");
     let file = folder.path().join("scene.gltf");
-    let Some(reports) = validate_gltf(&[&file]) else { return };
-    assert!(reports.values().all(|report| report["errors"].as_u64() == Some(0)), "{reports:?}");
+    let input = corpus_file(TARGET).expect("it was there");
+    assert_nothing_new_is_wrong(&[(true, &input, &file)]);
+}
+
+/// Everything that can be asked of a glTF, each with each other.
+#[test]
+fn whatever_is_asked_for_is_valid() {
+    let Some((source, target)) = pair() else { return };
+    let mut asked = Vec::new();
+    for format in ["glb", "gltf"] {
+        for include in ["full", "skeleton+animation"] {
+            for compression in ["none", "quantized", "meshopt"] {
+                for target_clips in ["keep", "drop"] {
+                    for keys in ["all", "needed"] {
+                        asked.push(serde_json::json!({
+                            "format": format, "include": include, "compression": compression,
+                            "target_clips": target_clips, "keys": keys, "clip_name": "walk",
+                        }));
+                    }
+                }
+            }
+        }
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let input = corpus_file(TARGET).expect("it was there");
+    let mut files = Vec::new();
+    // As many as one run may be asked for.
+    for some in asked.chunks(8) {
+        let config = serde_json::json!({"edit": {"fps": 30}, "output": some}).to_string();
+        let outcome = retargeted((SOURCE, &source), (TARGET, &target), &config, &[]);
+        for output in &outcome.outputs {
+            let file = folder.path().join(format!("{}.{}", files.len(), output.format.info().endings[0]));
+            fs::write(&file, &output.bytes).expect("a file");
+            files.push(file);
+        }
+    }
+    assert_eq!(files.len(), asked.len(), "one for each");
+    let has_input = |index: usize| asked[index]["include"] == "full";
+    let pairs: Vec<_> =
+        files.iter().enumerate().map(|(index, file)| (has_input(index), input.as_path(), file.as_path())).collect();
+    assert_nothing_new_is_wrong(&pairs);
 }
 
 #[test]

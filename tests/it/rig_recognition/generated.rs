@@ -130,8 +130,11 @@ fn declared_roles_win_over_names() {
     // Nonsense on purpose, and a joint that does not exist.
     let declared = [("hips".to_owned(), index("Hips")), ("head".to_owned(), index("Neck")), ("jaw".to_owned(), 999)];
     let rest = skeleton.rest_pose().to_model(&skeleton);
-    let recognition =
-        recognise(&skeleton, &rest, &Hints { declared: &declared, convention: Some("vrm"), templates: &[] });
+    let recognition = recognise(
+        &skeleton,
+        &rest,
+        &Hints { declared: &declared, convention: Some("vrm"), templates: &[], hidden: &[] },
+    );
     let head = &recognition.roles[&Role::center(Part::Head)];
     assert_eq!((head.joints.as_slice(), head.confidence), (&[index("Neck")][..], 1.0), "declared, so certain");
     assert!(!recognition.roles.contains_key(&Role::center(Part::Jaw)), "an index out of range is nothing");

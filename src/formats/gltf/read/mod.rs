@@ -42,7 +42,7 @@ pub(in crate::formats) fn read(
     let root = document.root();
     extensions::check_required(&root, reporter)?;
 
-    let graph = nodes::read(&root, budget, reporter)?;
+    let mut graph = nodes::read(&root, budget, reporter)?;
     let mut accessors = Accessors::new(&document);
     let mut skins = skins::read(&mut accessors, &graph, budget, reporter)?;
     let skin_points = points::read(&mut accessors, &graph, &mut skins, budget, reporter)?;
@@ -59,8 +59,10 @@ pub(in crate::formats) fn read(
 
     let (declared_convention, declared_roles) =
         humanoid.map_or((None, Vec::new()), |map| (Some(map.convention), map.roles));
+    let is_shown = std::mem::take(&mut graph.is_shown);
     let skeleton = mark_joints(graph, skins.skins.iter().flat_map(|skin| &skin.joints), &declared_roles)?;
     let scene = Scene {
+        hidden_joints: hidden_joints(&skeleton, &is_shown, reporter),
         skeleton,
         clips,
         skins: skins.skins,
@@ -77,6 +79,25 @@ pub(in crate::formats) fn read(
         payload: Payload::new(document),
     };
     straighten(scene, budget, reporter)
+}
+
+/// Nodes that viewers do not show, where there are joints both among them and among the others.
+fn hidden_joints(skeleton: &Skeleton, is_shown: &[bool], reporter: &mut Reporter) -> Vec<usize> {
+    let (shown, hidden): (Vec<usize>, Vec<usize>) = (0..skeleton.len()).partition(|joint| is_shown[*joint]);
+    let joints = |all: &[usize]| all.iter().filter(|joint| skeleton.joints()[**joint].is_joint).count();
+    let Some(first) = hidden.iter().find(|joint| skeleton.joints()[**joint].is_joint) else { return Vec::new() };
+    let of_shown = joints(&shown);
+    reporter.warn(
+        "joints_outside_scene",
+        format!("/nodes/{}", skeleton.joints()[*first].node),
+        format!(
+            "{} joints are in no scene or in another one than viewers show, and {of_shown} in that one; {}",
+            joints(&hidden),
+            if of_shown > 0 { "a body among the latter is preferred" } else { "they were read all the same" }
+        ),
+        "set the document's default scene to the one with the character, or export one character per file",
+    );
+    if of_shown > 0 { hidden } else { Vec::new() }
 }
 
 fn mark_joints<'a>(

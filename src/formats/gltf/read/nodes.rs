@@ -18,6 +18,8 @@ pub(super) struct Graph {
     pub(super) has_matrix: Vec<bool>,
     /// The joint at the top of the tree that a joint is in, per joint.
     pub(super) root_of: Vec<usize>,
+    /// Whether viewers show the node: whether it is in the default scene, else in the first; per joint.
+    pub(super) is_shown: Vec<bool>,
 }
 
 impl Graph {
@@ -30,15 +32,15 @@ impl Graph {
 /// A unit quaternion may be off by this much before we say so.
 pub(super) const UNIT_TOLERANCE: f64 = 1e-3;
 
-/// Reads `nodes` and checks the indices of `scenes`.
+/// Reads `nodes`, and of `scenes` which of them are shown.
 pub(super) fn read(root: &Cursor<'_, '_>, budget: &Budget<'_>, reporter: &mut Reporter) -> Result<Graph, FormatError> {
     let Some(nodes) = root.get("nodes")? else {
-        check_scenes(root, 0)?;
+        shown_nodes(root, 0)?;
         return Ok(Graph::default());
     };
     let count = nodes.length()?;
     budget.check(Limit::Nodes, count as u64, "/nodes")?;
-    check_scenes(root, count)?;
+    let is_listed = shown_nodes(root, count)?;
 
     let mut parents: Vec<Option<usize>> = vec![None; count];
     let mut children: Vec<Vec<usize>> = Vec::with_capacity(count);
@@ -68,6 +70,7 @@ pub(super) fn read(root: &Cursor<'_, '_>, budget: &Budget<'_>, reporter: &mut Re
         let parent = parents[node].map(|parent| graph.joint_of_node[parent]);
         let name = cursor.get("name")?.map_or(Ok(""), |name| name.text())?.to_owned();
         graph.root_of.push(parent.map_or(graph.joints.len(), |parent| graph.root_of[parent]));
+        graph.is_shown.push(is_listed[node] || parent.is_some_and(|parent| graph.is_shown[parent]));
         graph.has_matrix.push(cursor.get("matrix")?.is_some());
         graph.joints.push(Joint { name, parent, rest: read_transform(&cursor, reporter)?, is_joint: false, node });
     }
@@ -108,21 +111,23 @@ fn topological_order(
     Err(FormatError::malformed("nodes", format!("/nodes/{node}/children"), format!("node {node} is its own ancestor")))
 }
 
-fn check_scenes(root: &Cursor<'_, '_>, nodes: usize) -> Result<(), FormatError> {
-    let mut scene_count = 0;
+/// Whether each node is listed by the scene that viewers show: the default one, else the first. All are where there is no scene.
+fn shown_nodes(root: &Cursor<'_, '_>, nodes: usize) -> Result<Vec<bool>, FormatError> {
+    let mut lists: Vec<Vec<usize>> = Vec::new();
     if let Some(scenes) = root.get("scenes")? {
-        scene_count = scenes.length()?;
         for scene in scenes.elements()? {
-            let Some(list) = scene.get("nodes")? else { continue };
-            for entry in list.elements()? {
-                entry.index(nodes, "nodes")?;
-            }
+            let list = scene.get("nodes")?;
+            let entries = list.as_ref().map(Cursor::elements).transpose()?;
+            let indices: Result<_, _> =
+                entries.into_iter().flatten().map(|entry| entry.index(nodes, "nodes")).collect();
+            lists.push(indices?);
         }
     }
-    if let Some(scene) = root.get("scene")? {
-        scene.index(scene_count, "scenes")?;
-    }
-    Ok(())
+    let default = root.get("scene")?.map_or(Ok(0), |scene| scene.index(lists.len(), "scenes"))?;
+    let Some(list) = lists.get(default) else { return Ok(vec![true; nodes]) };
+    let mut is_listed = vec![false; nodes];
+    list.iter().for_each(|node| is_listed[*node] = true);
+    Ok(is_listed)
 }
 
 fn read_transform(node: &Cursor<'_, '_>, reporter: &mut Reporter) -> Result<Transform, FormatError> {
