@@ -24,6 +24,11 @@ pub(super) enum StopReason {
     LeaseLost,
 }
 
+/// A control for work that has not begun.
+pub(super) fn new_control() -> Arc<Control> {
+    Arc::new(Control::with_clock(monotonic_seconds))
+}
+
 /// How far the work under a control is, as it is kept.
 pub(super) fn progress_of(control: &Control) -> StoredProgress {
     let progress = control.progress();
@@ -41,10 +46,6 @@ pub(super) struct RunningJob {
 }
 
 impl RunningJob {
-    fn new(lease: LeaseId) -> Self {
-        Self { lease, control: Arc::new(Control::with_clock(monotonic_seconds)), reason: Mutex::new(None) }
-    }
-
     /// Tells it to stop.
     pub(super) fn stop(&self, reason: StopReason) {
         self.reason.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(reason);
@@ -66,9 +67,14 @@ impl RunningJobs {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Enters a job. It leaves when the guard is dropped.
-    pub(super) fn enter(self: &Arc<Self>, id: &JobId, lease: LeaseId) -> (Arc<RunningJob>, RunningGuard) {
-        let job = Arc::new(RunningJob::new(lease));
+    /// Enters a job, which is under that control. It leaves when the guard is dropped.
+    pub(super) fn enter(
+        self: &Arc<Self>,
+        id: &JobId,
+        lease: LeaseId,
+        control: Arc<Control>,
+    ) -> (Arc<RunningJob>, RunningGuard) {
+        let job = Arc::new(RunningJob { lease, control, reason: Mutex::new(None) });
         self.lock().insert(id.clone(), Arc::clone(&job));
         Metric::JobsRunning.change(1.0);
         (Arc::clone(&job), RunningGuard { jobs: Arc::clone(self), id: id.clone(), job })

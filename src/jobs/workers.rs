@@ -15,7 +15,8 @@ use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
 use super::{
     Jobs, Refusal,
-    running::{RunningGuard, RunningJob, StopReason},
+    head_start::{BegunWork, HeadStart},
+    running::{RunningGuard, RunningJob, StopReason, new_control},
 };
 use crate::{
     config::Failpoint,
@@ -76,6 +77,7 @@ impl Workers {
 struct Taken {
     record: JobRecord,
     running: Arc<RunningJob>,
+    begun: Option<BegunWork>,
     _entry: RunningGuard,
     _slot: OwnedSemaphorePermit,
     _of_batch: Option<Arc<()>>,
@@ -137,10 +139,11 @@ struct Claiming {
 impl Claiming {
     async fn run(self, count: usize) {
         let slots = Slots::new(count);
-        while let Some(taken) = self.next(&slots).await {
+        while let Some(mut taken) = self.next(&slots).await {
             let jobs = self.jobs.clone();
             self.running.spawn(async move {
-                jobs.run_one(&taken.record, &taken.running).await;
+                let begun = taken.begun.take();
+                jobs.run_one(&taken.record, &taken.running, begun).await;
                 drop(taken);
             });
         }
@@ -151,16 +154,26 @@ impl Claiming {
         let lease = LeaseId::new();
         let (record, slot) = self.claim(&lease, slots).await?;
         Failpoint::JobClaimed.reach();
+        let inner = &self.jobs.0;
+        let (control, memory, begun) = match inner.head_starts.take_over(&record.id) {
+            Some(HeadStart { control, memory, work }) => (control, Some(memory), Some(work)),
+            None => (new_control(), None, None),
+        };
         // Entered before anything is waited for, so that its lease is extended and a cancel finds what to stop.
-        let (running, entry) = self.jobs.0.running.enter(&record.id, lease);
-        self.jobs.0.changes.announce(&record.id, JobState::Running);
-        let memory = self.jobs.0.memory.clone();
-        let Some(memory) = self.unless_stopped(memory.take(record.memory_bytes)).await else {
-            self.jobs.give_back(&record, &running, GiveBack::Drained).await;
-            return None;
+        let (running, entry) = inner.running.enter(&record.id, lease, control);
+        inner.changes.announce(&record.id, JobState::Running);
+        let memory = match memory {
+            Some(memory) => memory,
+            None => match self.unless_stopped(inner.memory.clone().take(record.memory_bytes)).await {
+                Some(memory) => memory?,
+                None => {
+                    self.jobs.give_back(&record, &running, GiveBack::Drained).await;
+                    return None;
+                }
+            },
         };
         let of_batch = slots.of_batch(&record);
-        Some(Taken { record, running, _entry: entry, _slot: slot, _of_batch: of_batch, _memory: memory? })
+        Some(Taken { record, running, begun, _entry: entry, _slot: slot, _of_batch: of_batch, _memory: memory })
     }
 
     async fn unless_stopped<T>(&self, future: impl Future<Output = T>) -> Option<T> {
