@@ -83,7 +83,7 @@ impl Jobs {
     pub(super) async fn begin(&self, record: &JobRecord, files: Option<InputBytes>) -> Option<Begun> {
         let (inner, files) = (&self.0, files?);
         let is_alone = !inner.store.records().are_shared() && inner.engine.is_isolated();
-        let has_worker = || inner.running.len() + inner.head_starts.len() < inner.settings.workers.0;
+        let has_worker = || inner.running.at_work() + inner.head_starts.len() < inner.settings.workers.0;
         if !is_alone || !has_worker() || self.cached(record).await.is_some() {
             return None;
         }

@@ -32,6 +32,7 @@ mod proposals;
 mod refusal;
 mod result_cache;
 mod running;
+mod seats;
 mod service;
 mod state;
 mod stored_bytes;

@@ -2,7 +2,10 @@
 
 use std::{
     collections::BTreeMap,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 use crate::{
@@ -43,6 +46,7 @@ pub(super) struct RunningJob {
     /// Shared with the engine.
     pub(super) control: Arc<Control>,
     reason: Mutex<Option<StopReason>>,
+    is_computed: AtomicBool,
 }
 
 impl RunningJob {
@@ -50,6 +54,11 @@ impl RunningJob {
     pub(super) fn stop(&self, reason: StopReason) {
         self.reason.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(reason);
         self.control.cancel();
+    }
+
+    /// Says that the engine is done with it, and that only its end is left to write.
+    pub(super) fn mark_computed(&self) {
+        self.is_computed.store(true, Ordering::Relaxed);
     }
 
     /// Why it was told to stop.
@@ -74,7 +83,8 @@ impl RunningJobs {
         lease: LeaseId,
         control: Arc<Control>,
     ) -> (Arc<RunningJob>, RunningGuard) {
-        let job = Arc::new(RunningJob { lease, control, reason: Mutex::new(None) });
+        let job =
+            Arc::new(RunningJob { lease, control, reason: Mutex::new(None), is_computed: AtomicBool::new(false) });
         self.lock().insert(id.clone(), Arc::clone(&job));
         Metric::JobsRunning.change(1.0);
         (Arc::clone(&job), RunningGuard { jobs: Arc::clone(self), id: id.clone(), job })
@@ -112,6 +122,11 @@ impl RunningJobs {
             progress: progress_of(&job.control),
         };
         self.lock().iter().map(held).collect()
+    }
+
+    /// How many the engine works on.
+    pub(super) fn at_work(&self) -> usize {
+        self.lock().values().filter(|job| !job.is_computed.load(Ordering::Relaxed)).count()
     }
 
     /// How many there are.

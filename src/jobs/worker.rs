@@ -16,6 +16,7 @@ use super::{
     inputs::InputBytes,
     next_state,
     running::{RunningJob, StopReason},
+    seats::Seat,
 };
 use crate::{
     config::Failpoint,
@@ -48,7 +49,13 @@ const AFTER_FAILURE: Duration = Duration::from_millis(200);
 
 impl Jobs {
     /// Runs a job that was claimed, to its end; the work on it may have begun. Where its end cannot be written its lease runs out, and another worker does it again.
-    pub(super) async fn run_one(&self, record: &JobRecord, running: &Arc<RunningJob>, begun: Option<BegunWork>) {
+    pub(super) async fn run_one(
+        &self,
+        record: &JobRecord,
+        running: &Arc<RunningJob>,
+        begun: Option<BegunWork>,
+        seat: &mut Seat,
+    ) {
         self.observe_start(record);
         let mut span = span_of(record);
         let began = Instant::now();
@@ -57,6 +64,8 @@ impl Jobs {
             None => self.begin_here(record, running, &span).await,
         };
         tracing::debug!(job_id = %record.id, seconds = began.elapsed().as_secs_f64(), "an attempt is over");
+        running.mark_computed();
+        seat.leave();
         if let Attempt::Failed(failure) = &attempt {
             span.fail(&failure.code);
         }
