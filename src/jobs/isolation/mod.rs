@@ -119,6 +119,10 @@ fn otherwise(answer: Answer) -> Failure {
 }
 
 impl Engine for ProcessEngine {
+    fn is_isolated(&self) -> bool {
+        true
+    }
+
     fn retarget(
         &self,
         inputs: &Inputs<'_>,
