@@ -36,6 +36,7 @@ mod euler;
 mod fbx;
 mod format;
 mod gltf;
+mod meshes;
 mod numpy;
 mod poses;
 mod positions_csv;
@@ -65,7 +66,8 @@ pub fn holds_morph(target: &Scene, morph: usize, format: Format, include: Includ
         // Without a mesh there is nothing that could have a weight.
         format if format.holds_gltf() => {
             let place = target.morphs.get(morph).map(|morph| &morph.place);
-            include == Include::Everything && !matches!(place, None | Some(MorphPlace::Weight | MorphPlace::Property))
+            let is_of_gltf = !matches!(place, None | Some(MorphPlace::Weight | MorphPlace::Property));
+            include == Include::Everything && (is_of_gltf || fbx::holds_morph(target, morph))
         }
         _ => false,
     }

@@ -1,6 +1,9 @@
-//! Which nodes go into a file that has room for a skeleton and nothing else.
+//! What of a target goes into a file of another format: which nodes, where there is room for a skeleton and nothing else, and its
+//! meshes.
 
-use crate::model::{Clip, Reporter, Scene, Skeleton};
+use crate::model::{Canceled, Clip, Control, Reporter, Scene, Skeleton};
+
+use super::{fbx, meshes::Meshes};
 
 /// The joints and everything above them; all nodes where the file calls none a joint.
 pub(super) fn joints_to_write(skeleton: &Skeleton) -> Vec<usize> {
@@ -40,4 +43,17 @@ pub(super) fn warn_of_lost_motion(
             );
         }
     }
+}
+
+/// The meshes of a target that came from a format which hands them on; nothing where it has none. Meshes that are there and cannot be
+/// handed on are reported.
+///
+/// # Errors
+/// When the work is canceled.
+pub(super) fn meshes<'a>(
+    target: &'a Scene,
+    control: &Control,
+    reporter: &mut Reporter,
+) -> Result<Option<Meshes<'a>>, Canceled> {
+    fbx::meshes(target, control, reporter)
 }

@@ -1,6 +1,7 @@
 //! The FBX reader, on files of the corpus and on documents made here.
 
 mod features;
+mod glb;
 mod left_handed;
 mod made;
 mod records;

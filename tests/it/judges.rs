@@ -4,6 +4,7 @@ mod assimp;
 mod blender;
 mod carried;
 mod files;
+mod meshes;
 mod options;
 mod three;
 mod vrma;

@@ -117,6 +117,28 @@ fn avatars_with_the_shapes_of_arkit_take_them_as_they_are() {
     assert_eq!(weights(&clip, &perfect, &MorphsSpec::default()), expected, "no expression on top");
 }
 
+/// Visemes are met by name, and the lids and eyes beside them are still made of what ARKit says.
+#[test]
+fn a_face_that_speaks_in_visemes_blinks_and_looks_on() {
+    let face = avatar(&["aa", "oh", "blink", "happy", "lookUp"]);
+    let clip = [
+        ("viseme_aa", 0.4),
+        ("jawOpen", 0.5),
+        ("mouthSmileLeft", 0.6),
+        ("eyeBlinkLeft", 0.8),
+        ("eyeBlinkRight", 0.2),
+        ("eyeLookUpLeft", 0.3),
+        ("eyeLookUpRight", 0.5),
+    ];
+    let expected: BTreeMap<String, f64> =
+        [("aa", 0.4), ("blink", 0.2), ("lookUp", 0.4)].map(|(name, weight)| (name.to_owned(), weight)).into();
+    assert_eq!(weights(&clip, &face, &MorphsSpec::default()), expected, "and the mouth moves once");
+    let mut with_lids = avatar(&["aa", "blinkLeft"]);
+    with_lids.push(shape("eyeBlinkLeft"));
+    let found = weights(&clip, &with_lids, &MorphsSpec::default());
+    assert!(found.contains_key("eyeBlinkLeft") && !found.contains_key("blinkLeft"), "lids close once: {found:?}");
+}
+
 #[test]
 fn consonants_become_what_the_documented_table_says() {
     let speech = [

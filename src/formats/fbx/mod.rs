@@ -7,14 +7,17 @@
 //! at, though all of it is kept to be written back, and a file whose meshes cannot be decoded is read without them. Knows no rig convention, though a HumanIK characterization is handed on as it stands.
 
 mod clips;
+mod geometry;
 mod keys;
 mod load;
+mod meshes;
 mod nodes;
 mod points;
 mod properties;
 mod skins;
 mod write;
 
+pub(super) use meshes::meshes;
 pub(super) use write::write;
 
 use crate::{

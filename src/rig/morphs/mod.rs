@@ -2,8 +2,8 @@
 //!
 //! By rows of the spec; else by equal names; else by what the names mean: those of ARKit, Character Creator and MetaHuman are folded
 //! into ARKit's 52 ([`names`]), and expressions of VRM and visemes are made of those, or they of them, by the formulas of
-//! [`formulas`]. Formulas are used only where no morph of the target is met by name: an avatar with all 52 shapes ("perfect sync")
-//! needs none.
+//! [`formulas`]. Lids, looks and the rest of a face are made by formulas only where nothing of them is met by name: an avatar with all
+//! 52 shapes ("perfect sync") needs none, and one whose mouth follows visemes still blinks.
 
 mod formulas;
 mod names;
@@ -155,7 +155,7 @@ fn by_names(source: &[Morph], animated: &[usize], target: &[Morph], drives: &mut
         found.map(|index| animated[index])
     };
     let is_by_row: Vec<bool> = drives.iter().map(Option::is_some).collect();
-    let mut has_direct = is_by_row.contains(&true);
+    let mut is_direct = [is_by_row.contains(&true); Region::ALL.len()];
     // Expressions first: a shape that belongs to one that is met by name is moved by it, and not a second time by its own name.
     let (expressions, shapes): (Vec<usize>, Vec<usize>) =
         (0..target.len()).filter(|index| can_show(&target[*index])).partition(|index| is_expression(&target[*index]));
@@ -168,8 +168,7 @@ fn by_names(source: &[Morph], animated: &[usize], target: &[Morph], drives: &mut
         let name = folded(&morph.name);
         let equal = animated.iter().copied().find(|source_morph| folded(&source[*source_morph].name) == name);
         let Some(found) = equal.or_else(|| by_canonical(canonical(&morph.name)?)) else { continue };
-        // Where somebody looks says nothing of which other shapes there are.
-        has_direct |= !canonical(&morph.name).is_some_and(|meaning| meaning.contains("look"));
+        is_direct[Region::of(canonical(&morph.name).unwrap_or_default()) as usize] = true;
         let term = MorphTerm { sources: vec![(found, 1.0)], offset: 0.0, clamp: [f64::MIN, f64::MAX] };
         // Shapes may be driven beyond their ends on purpose; expressions may not.
         let mut clamp = [f64::MIN, f64::MAX];
@@ -180,19 +179,41 @@ fn by_names(source: &[Morph], animated: &[usize], target: &[Morph], drives: &mut
         drives[index] =
             Some(MorphDrive { target: index, terms: vec![term], combine: MorphCombine::Sum, gain: 1.0, clamp });
     }
-    if !has_direct {
-        by_formulas(target, (&expressions, &shapes), drives, &mut is_bound, &by_canonical);
-    }
+    by_formulas(target, (&expressions, &shapes), drives, &mut is_bound, is_direct, &by_canonical);
     let vowels = expressions.into_iter().filter(|index| !is_by_row[*index]);
     add_consonants(target, vowels, drives, &by_canonical);
 }
 
-/// Drives of whatever can be made of several of the source's.
+/// Parts of a face that are met by name or made by formulas each for itself: a viseme of that name says nothing of the lids.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Region {
+    Lids,
+    /// Where the eyes look.
+    Look,
+    Rest,
+}
+
+impl Region {
+    const ALL: [Self; 3] = [Self::Lids, Self::Look, Self::Rest];
+
+    fn of(meaning: &str) -> Self {
+        if meaning.contains("blink") {
+            Self::Lids
+        } else if meaning.contains("look") {
+            Self::Look
+        } else {
+            Self::Rest
+        }
+    }
+}
+
+/// Drives of whatever can be made of several of the source's, in the regions of which nothing is met by name.
 fn by_formulas(
     target: &[Morph],
     (expressions, shapes): (&[usize], &[usize]),
     drives: &mut [Option<MorphDrive>],
     is_bound: &mut [bool],
+    is_direct: [bool; Region::ALL.len()],
     by_canonical: &impl Fn(&str) -> Option<usize>,
 ) {
     let has_both_blinks = ["blinkleft", "blinkright"]
@@ -201,8 +222,9 @@ fn by_formulas(
     for index in expressions.iter().chain(shapes).copied() {
         let morph = &target[index];
         let name = canonical(&morph.name).map_or_else(|| folded(&morph.name), str::to_owned);
-        // The lids would close twice.
-        if drives[index].is_some() || is_bound[index] || (name == "blink" && has_both_blinks) {
+        // The lids would close with both of them already.
+        let closes_twice = name == "blink" && has_both_blinks;
+        if drives[index].is_some() || is_bound[index] || closes_twice || is_direct[Region::of(&name) as usize] {
             continue;
         }
         drives[index] = formula(&name, index, by_canonical);

@@ -149,7 +149,7 @@ fn real_meshes_come_back_as_they_were() {
 }
 
 /// A clip of a few frames in which every joint turns.
-fn turning(scene: &Scene) -> Clip {
+pub(super) fn turning(scene: &Scene) -> Clip {
     let joints = scene.skeleton.joints().iter().enumerate().map(|(index, joint)| {
         let turn = |frame: usize| {
             let about = DVec3::new(1.0, index as f64 % 3.0, 0.5).normalize();

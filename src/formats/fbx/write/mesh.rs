@@ -5,10 +5,13 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DMat3, DMat4, DVec3};
+use glam::{DMat3, DMat4};
 
 use crate::{
-    formats::fbx::FbxDocument,
+    formats::fbx::{
+        FbxDocument,
+        geometry::{corners, materials, matrix, normal_turn, vector},
+    },
     model::{Canceled, Control, Skeleton},
 };
 
@@ -59,7 +62,7 @@ impl Meshes {
             meshes.nodes.push(joint);
             let geometry = meshes.add_geometry(&instance);
             meshes.connections.push(connection(geometry, node_id(joint)));
-            for material in materials(&instance) {
+            for material in materials(instance.node, instance.mesh) {
                 let id = meshes.materials.id_of(material);
                 meshes.connections.push(connection(id, node_id(joint)));
             }
@@ -220,7 +223,7 @@ impl Instance<'_> {
             layers[index].push((kind, index as i32));
         };
         if mesh.vertex_normal.exists {
-            let turn = self.normal_turn();
+            let turn = normal_turn(&self.node_from_geometry);
             let normal =
                 |index: usize| (turn * vector(&mesh.vertex_normal.values[index])).normalize_or_zero().to_array();
             let normals = self.per_corner(&mesh.vertex_normal.indices, normal).into_flattened();
@@ -242,7 +245,7 @@ impl Instance<'_> {
             elements.push(element.field("Colors", Property::Numbers(values)).field("ColorIndex", indices));
             on_layer(index, "LayerElementColor");
         }
-        if materials(self).next().is_some() {
+        if materials(self.node, self.mesh).next().is_some() {
             let of_faces = mesh.face_material.iter().map(|material| *material as i32);
             let (mapping, of_faces) =
                 if mesh.face_material.is_empty() { ("AllSame", vec![0]) } else { ("ByPolygon", of_faces.collect()) };
@@ -271,7 +274,7 @@ impl Instance<'_> {
         let offset = |offset: &ufbx::Vec3| (turn * vector(offset) * self.centimetres).to_array();
         let vertices: Vec<i32> = shape.offset_vertices.iter().map(|vertex| *vertex as i32).collect();
         let offsets: Vec<f64> = shape.position_offsets.iter().flat_map(offset).collect();
-        let normal_turn = self.normal_turn();
+        let normal_turn = normal_turn(&self.node_from_geometry);
         let normals: Vec<f64> =
             shape.normal_offsets.iter().flat_map(|normal| (normal_turn * vector(normal)).to_array()).collect();
         let record = object("Geometry", id, &shape.element.name, "Shape")
@@ -280,19 +283,6 @@ impl Instance<'_> {
             .field("Vertices", Property::Numbers(offsets));
         if normals.is_empty() { record } else { record.field("Normals", Property::Numbers(normals)) }
     }
-
-    /// Turns normals as the inverse transpose does; as it is where the mesh is flat.
-    fn normal_turn(&self) -> DMat3 {
-        let turn = DMat3::from_mat4(self.node_from_geometry).inverse().transpose();
-        if turn.is_finite() { turn } else { DMat3::IDENTITY }
-    }
-}
-
-/// The materials of a mesh below its node, as the indices of its faces count them.
-fn materials<'a>(instance: &Instance<'a>) -> impl Iterator<Item = &'a ufbx::Material> {
-    let own = &instance.node.materials;
-    let list = if own.is_empty() { &instance.mesh.materials } else { own };
-    list.into_iter()
 }
 
 fn layer(kind: &'static str, index: usize, name: &str, reference: &str) -> Record {
@@ -302,21 +292,6 @@ fn layer(kind: &'static str, index: usize, name: &str, reference: &str) -> Recor
         .field("Name", name)
         .field("MappingInformationType", "ByPolygonVertex")
         .field("ReferenceInformationType", reference)
-}
-
-fn corners(face: &ufbx::Face) -> std::ops::Range<usize> {
-    face.index_begin as usize..face.index_begin as usize + face.num_indices as usize
-}
-
-fn vector(vector: &ufbx::Vec3) -> DVec3 {
-    DVec3::new(vector.x, vector.y, vector.z)
-}
-
-fn matrix(matrix: &ufbx::Matrix) -> DMat4 {
-    DMat4::from_cols_array(&[
-        matrix.m00, matrix.m10, matrix.m20, 0.0, matrix.m01, matrix.m11, matrix.m21, 0.0, matrix.m02, matrix.m12,
-        matrix.m22, 0.0, matrix.m03, matrix.m13, matrix.m23, 1.0,
-    ])
 }
 
 fn numbers(matrix: DMat4) -> Property {

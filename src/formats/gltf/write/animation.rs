@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     formats::{Compression, FormatError},
-    model::{Clip, Control, Joint, KeyCurve, MorphPlace, Reporter, Scene, Track},
+    model::{Clip, Control, Joint, KeyCurve, MorphPlace, MorphTrack, Reporter, Scene, Track},
 };
 
 const LINEAR: &str = "LINEAR";
@@ -31,8 +31,8 @@ const ROTATION: NodePath = NodePath { name: "rotation", shape: "VEC4", kind: Kin
 const SCALE: NodePath = NodePath { name: "scale", shape: "VEC3", kind: Kind::Vectors };
 
 /// Adds the clip's data to the document and returns the animation that refers to it; nothing where the target has no node
-/// that could be animated. `node_of` gives the node of a joint, by its index and itself; `has_meshes` says that the document has the
-/// target's meshes, and with them its morph targets.
+/// that could be animated. `node_of` gives the node of a joint, by its index and itself; `morph_nodes` are those with morph
+/// targets that the document has.
 ///
 /// All tracks lie in one buffer view, unless they are compressed. Tracks with a value per frame share one time accessor. Constant tracks have one key,
 /// or two where nothing else makes the animation as long as the clip.
@@ -41,7 +41,7 @@ pub(super) fn append<'a>(
     target: &Scene,
     clip: &'a Clip,
     node_of: impl Fn(usize, &Joint) -> usize,
-    has_meshes: bool,
+    morph_nodes: &[MorphNode],
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Option<Value>, FormatError> {
@@ -50,7 +50,7 @@ pub(super) fn append<'a>(
         return Ok(None);
     }
     let times = key_times(clip.times_seconds(), reporter);
-    let morphs = morph_weights(target, clip, has_meshes);
+    let morphs = morph_weights(clip, morph_nodes);
     let is_sampled = !morphs.is_empty()
         || clip.joints().iter().any(|tracks| {
             [tracks.translation.sample_count(), tracks.rotation.sample_count(), tracks.scale.sample_count()]
@@ -114,25 +114,50 @@ fn properties(target: &Scene, clip: &Clip) -> Option<Value> {
     (!values.is_empty()).then(|| json!({ "times_seconds": clip.times_seconds(), "values": values }))
 }
 
-/// For each node with a mesh of which a morph is animated the weights of all its morph targets, side by side at each frame.
-fn morph_weights(target: &Scene, clip: &Clip, has_meshes: bool) -> BTreeMap<usize, Vec<f32>> {
-    let mut nodes: BTreeMap<usize, Vec<f32>> = BTreeMap::new();
-    let tracks = clip.morphs().iter().filter(|_| has_meshes);
-    for track in tracks {
-        let Some(MorphPlace::Mesh { node, index, count }) = target.morphs.get(track.morph).map(|morph| &morph.place)
-        else {
-            continue;
-        };
-        let first = track.morph - index;
-        let weights = nodes.entry(*node).or_insert_with(|| {
-            let rest: Vec<f32> = target.morphs[first..first + count].iter().map(|morph| morph.rest).collect();
-            rest.repeat(clip.frame_count())
-        });
-        for frame in 0..clip.frame_count() {
-            weights[frame * count + index] = track.weights.at(frame, target.morphs[track.morph].rest);
+/// A node whose mesh has morph targets.
+#[derive(Debug)]
+pub(super) struct MorphNode {
+    /// In the document that is written.
+    pub(super) node: usize,
+    /// Which of the scene's morphs each target is.
+    pub(super) morphs: Vec<Option<usize>>,
+    /// Their weights where nothing animates them.
+    pub(super) rest: Vec<f32>,
+}
+
+/// The nodes with morph targets of a target that came from glTF.
+pub(super) fn morph_nodes(target: &Scene) -> Vec<MorphNode> {
+    let mut nodes: Vec<MorphNode> = Vec::new();
+    for (morph, of_target) in target.morphs.iter().enumerate() {
+        let MorphPlace::Mesh { node, index, .. } = of_target.place else { continue };
+        if index == 0 {
+            nodes.push(MorphNode { node, morphs: Vec::new(), rest: Vec::new() });
+        }
+        if let Some(node) = nodes.last_mut() {
+            node.morphs.push(Some(morph));
+            node.rest.push(of_target.rest);
         }
     }
     nodes
+}
+
+/// For each node of which a morph is animated the weights of all its morph targets, side by side at each frame.
+fn morph_weights(clip: &Clip, nodes: &[MorphNode]) -> Vec<(usize, Vec<f32>)> {
+    let mut all = Vec::new();
+    for MorphNode { node, morphs, rest } in nodes {
+        let track = |morph: &Option<usize>| clip.morphs().iter().find(|track| Some(track.morph) == *morph);
+        let tracks: Vec<Option<&MorphTrack>> = morphs.iter().map(track).collect();
+        if tracks.iter().all(Option::is_none) {
+            continue;
+        }
+        let mut weights = Vec::with_capacity(tracks.len() * clip.frame_count());
+        for frame in 0..clip.frame_count() {
+            let at = |track: &Option<&MorphTrack>, rest: f32| track.map_or(rest, |track| track.weights.at(frame, rest));
+            weights.extend(tracks.iter().zip(rest).map(|(track, rest)| at(track, *rest)));
+        }
+        all.push((*node, weights));
+    }
+    all
 }
 
 struct Writer<'o, 'a> {

@@ -40,7 +40,15 @@ pub(super) fn edit<'a>(
     move_views(&mut output.json, &document.views, &moved)?;
     control.check()?;
 
-    let new = animation::append(&mut output, target, clip, |_, joint| joint.node, true, control, reporter)?;
+    let new = animation::append(
+        &mut output,
+        target,
+        clip,
+        |_, joint| joint.node,
+        &animation::morph_nodes(target),
+        control,
+        reporter,
+    )?;
     let old = match output.json.get_mut("animations").and_then(Value::as_array_mut) {
         Some(animations) => std::mem::take(animations),
         None => Vec::new(),

@@ -5,8 +5,10 @@ mod binary;
 mod carried;
 mod edit;
 mod images;
+mod meshes;
 mod pack;
 mod skeleton;
+mod skins;
 mod streams;
 mod vrma;
 
@@ -14,11 +16,14 @@ use serde_json::{Map, Value};
 
 use super::document::Document;
 use crate::{
-    formats::{Compression, Format, FormatError, Include, WriteOptions},
+    formats::{Compression, Format, FormatError, Include, WriteOptions, written},
     model::{Clip, Control, Reporter, Scene},
 };
 use binary::Binary;
-use skeleton::Skins;
+use skeleton::Content;
+
+/// Components of accessors that are floats.
+const FLOAT: u64 = 5126;
 
 /// A document whose buffers are one run of bytes.
 #[derive(Debug)]
@@ -44,7 +49,8 @@ impl Output<'_> {
 ///
 /// A target that came from glTF keeps everything that it had, with all buffers merged into one; accessors of animations
 /// that are dropped stay in place without use. Any other target, and [`Include::SkeletonAndAnimation`], give a new
-/// document with nodes, one skin per tree of joints, and the animation. The target must be in +Y up, +Z front and metres.
+/// document with nodes, one skin per tree of joints, and the animation; and of a target that came from FBX its meshes as triangles,
+/// with plain materials. The target must be in +Y up, +Z front and metres.
 ///
 /// # Errors
 /// When the clip is not of the target's skeleton, when a VRM is asked for and the target is none, when the output would be
@@ -105,7 +111,14 @@ pub(in crate::formats) fn write_posed(
             edit::pose_nodes(&mut output.json, target, posed);
             output
         }
-        None => skeleton::build(target, clip, Skins::OfTrees, options.compression, control, reporter)?,
+        None => {
+            let meshes = match options.include {
+                Include::Everything => written::meshes(target, control, reporter)?,
+                Include::SkeletonAndAnimation => None,
+            };
+            let content = meshes.map_or(Content::Skins, Content::Meshes);
+            skeleton::build(target, clip, content, options.compression, control, reporter)?
+        }
     };
     finish(output, options, control, reporter)
 }

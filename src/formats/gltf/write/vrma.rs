@@ -5,7 +5,7 @@
 use glam::Vec3;
 use serde_json::{Map, Value, json};
 
-use super::skeleton::{self, Skins};
+use super::skeleton::{self, Content};
 use crate::{
     formats::{FormatError, WriteOptions},
     model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Transform, VRM_EXPRESSIONS},
@@ -46,7 +46,7 @@ pub(super) fn write(
     let clip =
         Clip::new(clip.name().to_owned(), clip.times_seconds().to_vec(), tracks).map_err(|error| malformed(&error))?;
 
-    let mut output = skeleton::build(&scene, &clip, Skins::None, options.compression, control, reporter)?;
+    let mut output = skeleton::build(&scene, &clip, Content::Nodes, options.compression, control, reporter)?;
     output.json.insert("extensionsUsed".into(), json!([EXTENSION]));
     output.json.insert("extensions".into(), json!({EXTENSION: extension(target, expressions)}));
     super::finish(output, options, control, reporter)
