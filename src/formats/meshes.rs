@@ -76,10 +76,10 @@ pub(super) struct Shape {
 pub(super) struct Material<'a> {
     pub(super) name: &'a str,
     /// Red, green, blue, linear, and opacity, 0 to 1.
-    pub(super) base_color: [f32; 4],
-    pub(super) emissive: [f32; 3],
-    pub(super) metallic: f32,
-    pub(super) roughness: f32,
+    pub(super) base_color: [f64; 4],
+    pub(super) emissive: [f64; 3],
+    pub(super) metallic: f64,
+    pub(super) roughness: f64,
     pub(super) is_cut_out: bool,
     pub(super) base_color_texture: Option<Texture>,
     pub(super) emissive_texture: Option<Texture>,

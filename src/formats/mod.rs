@@ -19,7 +19,7 @@
 //!    [`Scene::unit_metres`], `None` where the file does not know; mark joints as the file does; keep what the writer needs to
 //!    give the rest of the file back in [`Scene::payload`]. Then a line in [`read()`].
 //! 4. **Write it**, where that is of use: `acme/write.rs` and a line in [`write()`]. What a format cannot hold is a warning, never
-//!    silence. If it wants +Y up and metres, say so where the engine converts (`engine/retarget.rs`, `write_one`).
+//!    silence. Meshes that other formats are to hold go to them by `meshes.rs` (`written::meshes`). If it wants +Y up and metres, say so where the engine converts (`engine/retarget.rs`, `write_one`).
 //! 5. **Explain it.** New warnings go into the README's table (a test lists those that are not there). Then
 //!    `RETARGETD_UPDATE=1 cargo nextest run -E 'test(readme) | test(openapi)'` writes the tables and the API again.
 //! 6. **Prove it.** Beside the code: exact small files by hand. In `tests/it/formats_acme.rs`: files cut short at every byte, counts

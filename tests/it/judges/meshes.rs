@@ -6,7 +6,7 @@ use retargetd::engine::Format;
 use serde_json::Value;
 
 use super::{MOST_OF_SIZE, answers, retargeted};
-use crate::support::{corpus_file, gltf_json, three_script, validate_gltf};
+use crate::support::{corpus_file, three_script, validate_gltf};
 
 const SOURCE: &str = "mixamo/fbx/walking_noskin.fbx";
 /// Characters with skins, shapes, several meshes and materials, pivots, and nodes that are scaled and turned; Y up and Z up.
@@ -15,9 +15,9 @@ const TARGETS: [&str; 7] = [
     "mixamo/fbx/samba_dancing_skin.fbx",
     "mixamo/cc0/makehuman_mixamo_names_rest_leafbones.fbx",
     "readyplayerme/rpm_avatar.fbx",
-    "roblox-r15/g9_roblox_facs.fbx",
     "cc0-stylised/quaternius_alien.fbx",
     "biped/rocketbox_male_adult_01.fbx",
+    "unreal/ue4_names_apose_zup_xfwd.fbx",
 ];
 
 /// What three.js says of pairs of files.

@@ -31,22 +31,20 @@ impl<'a> Materials<'a> {
             return *index;
         }
         let (plain, pbr) = (&material.fbx, &material.pbr);
-        let base_color_texture = self.texture(material, [&pbr.base_color, &plain.diffuse_color], uv_sets);
-        let emissive_texture = self.texture(material, [&pbr.emission_color, &plain.emission_color], uv_sets);
+        let (base_maps, glow_maps) =
+            ([&pbr.base_color, &plain.diffuse_color], [&pbr.emission_color, &plain.emission_color]);
+        let base_color_texture = self.texture(material, base_maps, uv_sets);
+        let emissive_texture = self.texture(material, glow_maps, uv_sets);
         let normal_texture = self.texture(material, [&pbr.normal_map, &plain.normal_map], uv_sets);
         let opacity = number(&pbr.opacity, 1.0);
         let is_see_through = pbr.opacity.texture.is_some() || plain.transparency_color.texture.is_some();
-        let [red, green, blue] = match base_color_texture {
-            Some(_) => [1.0; 3],
-            None => color(&pbr.base_color, [0.8; 3]),
-        }
-        .map(|value| value * number(&pbr.base_factor, 1.0));
+        // White where an image is that is not in the file, for whoever puts it there again.
+        let is_painted = base_maps.iter().any(|map| map.texture.is_some());
+        let base = if is_painted { [1.0; 3] } else { color(&pbr.base_color, [0.8; 3]) };
+        let [red, green, blue] = base.map(|value| value * number(&pbr.base_factor, 1.0));
+        let emissive = if emissive_texture.is_some() { [1.0; 3] } else { color(&pbr.emission_color, [0.0; 3]) };
         let glow = number(&pbr.emission_factor, 1.0);
-        let emissive = match emissive_texture {
-            Some(_) => [1.0; 3],
-            None => color(&pbr.emission_color, [0.0; 3]),
-        };
-        let unit = |value: f64| value.clamp(0.0, 1.0) as f32;
+        let unit = |value: f64| value.clamp(0.0, 1.0);
         self.materials.push(Material {
             name: &material.element.name,
             base_color: [red, green, blue, if opacity > 0.0 { opacity } else { 1.0 }].map(unit),
@@ -90,8 +88,8 @@ impl<'a> Materials<'a> {
         if let Some(image) = self.images_by_place.get(&place).filter(|_| !bytes.is_empty()) {
             return *image;
         }
-        let path: &str =
-            if texture.relative_filename.is_empty() { &texture.absolute_filename } else { &texture.relative_filename };
+        let paths = [&texture.relative_filename, &texture.absolute_filename, &texture.element.name];
+        let path: &str = paths.into_iter().find(|path| !path.is_empty()).map_or("an image without a name", |path| path);
         let name = path.rsplit(['/', '\\']).next().unwrap_or(path);
         let media_type = match bytes {
             [0x89, b'P', b'N', b'G', ..] => Some("image/png"),

@@ -176,7 +176,7 @@ fn parts<'a>(
 ) -> Vec<Part> {
     let of_node: Vec<&ufbx::Material> = geometry::materials(node, mesh).collect();
     let mut parts: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
-    let uv_sets: Vec<&str> = mesh.uv_sets.iter().map(|set| &*set.name).collect();
+    let uv_sets: Vec<&str> = mesh.uv_sets.iter().filter(|set| set.vertex_uv.exists).map(|set| &*set.name).collect();
     for (face, triangle) in corners.triangles() {
         let material = mesh.face_material.as_ref().get(face).map_or(0, |material| *material as usize);
         let [one, two, three] = triangle;
