@@ -93,14 +93,16 @@ fn turned(outcome: &Outcome) -> Vec<String> {
 }
 
 fn codes(outcome: &Outcome) -> Vec<&str> {
-    outcome.report.warnings.iter().map(|warning| &*warning.code).collect()
+    outcome.report.warnings.iter().map(|warning| warning.code).collect()
 }
 
 #[test]
 fn the_character_that_viewers_show_is_the_target() {
     let (walk, mannequin) = (samples::walk_clip(), samples::mannequin());
     // Default scene first, second, none said, a scene of its own for each or one for both, a node in no scene.
-    let cases: [(&[&[usize]], Option<usize>, bool, bool); 7] = [
+    // Which characters each scene shows, the default one, whether the second is the target, and whether there is a warning.
+    type Case<'a> = (&'a [&'a [usize]], Option<usize>, bool, bool);
+    let cases: [Case<'_>; 7] = [
         (&[&[0], &[1]], Some(0), false, true),
         (&[&[0], &[1]], Some(1), true, true),
         (&[&[0], &[1]], None, false, true),
