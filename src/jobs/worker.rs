@@ -57,15 +57,13 @@ impl Jobs {
         seat: &mut Seat,
     ) {
         self.observe_start(record);
-        let mut span = span_of(record);
-        let began = Instant::now();
+        let began = begun.as_ref().map_or_else(Instant::now, |work| work.at);
+        let mut span = span_of(record, began);
         let attempt = match begun {
             Some(work) => self.attempt(record, running, work, &span).await,
             None => self.begin_here(record, running, &span).await,
         };
         tracing::debug!(job_id = %record.id, seconds = began.elapsed().as_secs_f64(), "an attempt is over");
-        running.mark_computed();
-        seat.leave();
         if let Attempt::Failed(failure) = &attempt {
             span.fail(&failure.code);
         }
@@ -79,6 +77,9 @@ impl Jobs {
                 done => done.map(|_| ()),
             },
             Attempt::Done(ran) => {
+                // Only here: a job that fails may stop the next one of its batch.
+                running.mark_computed();
+                seat.leave();
                 let began = Instant::now();
                 let done = self.succeed(record, running, *ran).await;
                 span.add_part("keep results", began, began.elapsed());
@@ -374,13 +375,13 @@ fn seconds(seconds: f64) -> Duration {
     Duration::try_from_secs_f64(seconds).unwrap_or_default()
 }
 
-/// The span of an attempt, below the request that asked for the job, and beside it how long the job has waited.
-fn span_of(record: &JobRecord) -> Span {
+/// The span of an attempt that has begun, below the request that asked for the job, and beside it how long the job has waited.
+fn span_of(record: &JobRecord, began: Instant) -> Span {
     let asked_by = record.trace_context.as_deref().and_then(TraceContext::parse);
     if let Some(started_at) = record.started_at {
         Part::between("wait in queue", asked_by.as_ref(), (record.created_at, started_at));
     }
-    let mut span = Span::of_work("run job", asked_by.as_ref());
+    let mut span = Span::of_work("run job", asked_by.as_ref(), began);
     span.note("retargetd.job_id", || record.id.to_string());
     span.note("retargetd.job_kind", || record.kind.name());
     span.note("retargetd.attempt", || i64::from(record.attempt));
