@@ -7,6 +7,7 @@ use std::{
     process::{Command, Stdio},
 };
 
+use glam::DVec3;
 use retargetd::{
     formats::{self, Limits},
     model::Control,
@@ -93,6 +94,19 @@ fn may_use_node(what_for: &str) -> bool {
         skip(&format!("{what_for}, because RETARGETD_SKIP_NODE is 1"));
     }
     !is_skipped
+}
+
+/// An axis as the parser of FBX calls it; nowhere where it is not known.
+pub(crate) const fn fbx_axis(axis: ufbx::CoordinateAxis) -> DVec3 {
+    match axis {
+        ufbx::CoordinateAxis::PositiveX => DVec3::X,
+        ufbx::CoordinateAxis::NegativeX => DVec3::NEG_X,
+        ufbx::CoordinateAxis::PositiveY => DVec3::Y,
+        ufbx::CoordinateAxis::NegativeY => DVec3::NEG_Y,
+        ufbx::CoordinateAxis::PositiveZ => DVec3::Z,
+        ufbx::CoordinateAxis::NegativeZ => DVec3::NEG_Z,
+        _ => DVec3::ZERO,
+    }
 }
 
 /// A script of `tests/tools/three_reader`, for node. Nothing, said on standard error, when `RETARGETD_SKIP_NODE=1`.

@@ -87,18 +87,11 @@ fn every_axis_may_be_up_and_in_front_in_any_unit() {
     for (index, (up, front)) in pairs.into_iter().enumerate() {
         let unit = units[index % units.len()];
         let side = direction(up).cross(direction(front));
-        let (side_axis, side_sign) = axes.iter().copied().find(|axis| direction(*axis) == side).expect("an axis");
+        let side_axis = axes.iter().copied().find(|axis| direction(*axis) == side).expect("an axis");
         let in_file =
             |place: [f64; 3]| (side * place[0] + direction(up) * place[1] + direction(front) * place[2]).to_array();
-        let settings = [
-            whole("UpAxis", up.0 as i32),
-            whole("UpAxisSign", up.1 as i32),
-            whole("FrontAxis", front.0 as i32),
-            whole("FrontAxisSign", front.1 as i32),
-            whole("CoordAxis", side_axis as i32),
-            whole("CoordAxisSign", side_sign as i32),
-            number("UnitScaleFactor", unit),
-        ];
+        let mut settings = super::made::axes(up, front, side_axis).to_vec();
+        settings.push(number("UnitScaleFactor", unit));
         let hips = [vector(MOVE, in_file([1.0, 2.0, 3.0])), vector(TURN, (direction(up) * 90.0).to_array())];
         let spine = [vector(MOVE, in_file([5.0, 0.0, 0.0]))];
         let turn = Channel::new(Of::Node(0), TURN, &[(["X", "Y", "Z"][up.0], line(&[(0.0, 90.0 * up.1), (1.0, 0.0)]))]);

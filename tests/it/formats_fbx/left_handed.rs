@@ -7,11 +7,11 @@ use retargetd::{
 };
 
 use super::{
-    made::{Channel, Document, Of, deformer, line, node_id, triangle, vector, whole},
+    made::{self, Channel, Document, Of, deformer, line, node_id, triangle, vector},
     oracle, read,
     records::Value,
 };
-use crate::support::corpus_file;
+use crate::support::{corpus_file, fbx_axis};
 
 const MOVE: &str = "Lcl Translation";
 const TURN: &str = "Lcl Rotation";
@@ -53,16 +53,8 @@ fn places(scene: &Scene, local: &LocalPose) -> (Vec<DVec3>, Vec<DVec3>, Vec<DQua
 /// Where the parser has the nodes of a file before it converts anything, taken along the axes that the file names, in metres.
 fn as_the_file_says(bytes: &[u8]) -> Vec<DVec3> {
     let file = ufbx::load_memory(bytes, ufbx::LoadOpts::default()).expect("the parser reads it");
-    let axis = |axis: ufbx::CoordinateAxis| match axis {
-        ufbx::CoordinateAxis::PositiveX => DVec3::X,
-        ufbx::CoordinateAxis::NegativeX => DVec3::NEG_X,
-        ufbx::CoordinateAxis::PositiveY => DVec3::Y,
-        ufbx::CoordinateAxis::NegativeY => DVec3::NEG_Y,
-        ufbx::CoordinateAxis::PositiveZ => DVec3::Z,
-        _ => DVec3::NEG_Z,
-    };
     let axes = file.settings.axes;
-    let [right, up, front] = [axis(axes.right), axis(axes.up), axis(axes.front)];
+    let [right, up, front] = [axes.right, axes.up, axes.front].map(fbx_axis);
     let places = oracle::worlds(&file).into_iter().map(|world| world.w_axis.truncate() * file.settings.unit_meters);
     places.map(|place| DVec3::new(right.dot(place), up.dot(place), front.dot(place))).collect()
 }
@@ -134,17 +126,9 @@ fn every_left_handed_pair_of_axes_is_the_same_scene() {
     let pairs = axes.iter().flat_map(|up| axes.iter().map(move |front| (*up, *front)));
     for (up, front) in pairs.filter(|(up, front)| up.0 != front.0) {
         let side = -direction(up).cross(direction(front));
-        let (side_axis, side_sign) = axes.iter().copied().find(|axis| direction(*axis) == side).expect("an axis");
+        let side_axis = axes.iter().copied().find(|axis| direction(*axis) == side).expect("an axis");
         let in_file =
             |place: [f64; 3]| (side * place[0] + direction(up) * place[1] + direction(front) * place[2]).to_array();
-        let settings = [
-            whole("UpAxis", up.0 as i32),
-            whole("UpAxisSign", up.1 as i32),
-            whole("FrontAxis", front.0 as i32),
-            whole("FrontAxisSign", front.1 as i32),
-            whole("CoordAxis", side_axis as i32),
-            whole("CoordAxisSign", side_sign as i32),
-        ];
         let hips = [vector(MOVE, in_file([1.0, 2.0, 3.0]))];
         let spine = [vector(MOVE, in_file([5.0, 0.0, 0.0]))];
         let turn = Channel::new(Of::Node(0), TURN, &[(["X", "Y", "Z"][up.0], line(&[(0.0, 0.0), (1.0, 90.0 * up.1)]))]);
@@ -153,7 +137,7 @@ fn every_left_handed_pair_of_axes_is_the_same_scene() {
             .field("Weights", Value::Numbers(vec![1.0; 3]));
         let document = Document::chain(&[("Hips", &hips), ("Spine", &spine)])
             .node("Body", "Mesh", None, &[])
-            .settings(&settings)
+            .settings(&made::axes(up, front, side_axis))
             .object(triangle(50), 50, node_id(2))
             .object(deformer(51, "Skin", "Skin"), 51, 50)
             .object(cluster, 52, 51)

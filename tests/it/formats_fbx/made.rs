@@ -35,6 +35,18 @@ pub(super) fn whole(name: &'static str, value: i32) -> Property {
     Property { name, kind: "int", values: vec![value.into()] }
 }
 
+/// Which axes are up, in front and aside: the index of each, and its sign.
+pub(super) fn axes(up: (usize, f64), front: (usize, f64), side: (usize, f64)) -> [Property; 6] {
+    [
+        whole("UpAxis", up.0 as i32),
+        whole("UpAxisSign", up.1 as i32),
+        whole("FrontAxis", front.0 as i32),
+        whole("FrontAxisSign", front.1 as i32),
+        whole("CoordAxis", side.0 as i32),
+        whole("CoordAxisSign", side.1 as i32),
+    ]
+}
+
 pub(super) fn number(name: &'static str, value: f64) -> Property {
     Property { name, kind: "Number", values: vec![value.into()] }
 }

@@ -14,7 +14,7 @@ use super::{
     compare::{Aspect::*, Differences, Exceptions, Reader, differences, judge},
     corpus_and_files, joints_by_path,
 };
-use crate::support::three_script;
+use crate::support::{fbx_axis, three_script};
 
 /// What three.js reads otherwise, and what speaks for our reading: Blender where the table beside this says nothing else, for FBX
 /// always the parser's own evaluation (`world_transforms_are_those_of_the_parser`).
@@ -164,16 +164,7 @@ fn compared(ours: &Ours, seen: &Seen, corpus: &Path) -> Differences {
 fn space(bytes: &[u8]) -> impl Fn(DVec3) -> DVec3 {
     let parsed = ufbx::load_memory(bytes, ufbx::LoadOpts::default()).expect("the parser reads it");
     let (axes, unit) = (parsed.settings.axes, parsed.settings.unit_meters);
-    let axis = |axis: ufbx::CoordinateAxis| match axis {
-        ufbx::CoordinateAxis::PositiveX => DVec3::X,
-        ufbx::CoordinateAxis::NegativeX => DVec3::NEG_X,
-        ufbx::CoordinateAxis::PositiveY => DVec3::Y,
-        ufbx::CoordinateAxis::NegativeY => DVec3::NEG_Y,
-        ufbx::CoordinateAxis::PositiveZ => DVec3::Z,
-        ufbx::CoordinateAxis::NegativeZ => DVec3::NEG_Z,
-        _ => DVec3::ZERO,
-    };
-    let (right, up, front) = (axis(axes.right), axis(axes.up), axis(axes.front));
+    let [right, up, front] = [axes.right, axes.up, axes.front].map(fbx_axis);
     move |place| {
         let file = (right * place.x + up * place.y + front * place.z) / unit;
         if up == DVec3::Z { DVec3::new(file.x, file.z, -file.y) } else { file }

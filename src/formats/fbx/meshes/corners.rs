@@ -101,9 +101,10 @@ fn normals(mesh: &ufbx::Mesh, turn: &DMat3) -> Vec<Vec3> {
         return Vec::new();
     }
     let normal = |index: &u32| {
-        let normal = (*turn * vector(&mesh.vertex_normal.values[*index as usize])).normalize_or_zero().as_vec3();
+        let normal = mesh.vertex_normal.values.as_ref().get(*index as usize);
+        let turned = normal.map(|normal| (*turn * vector(normal)).normalize_or_zero().as_vec3());
         // A direction is asked for; where there is none any will do.
-        normal.try_normalize().unwrap_or(Vec3::Y)
+        turned.and_then(Vec3::try_normalize).unwrap_or(Vec3::Y)
     };
     mesh.vertex_normal.indices.iter().map(normal).collect()
 }
@@ -114,7 +115,7 @@ fn uv_sets(mesh: &ufbx::Mesh) -> impl Iterator<Item = &ufbx::VertexVec2> {
 
 /// Where a corner lies on an image whose first row is the upper one.
 fn uv(set: &ufbx::VertexVec2, corner: usize) -> Vec2 {
-    let uv = &set.values[set.indices[corner] as usize];
-    let uv = Vec2::new(uv.x as f32, (1.0 - uv.y) as f32);
-    if uv.is_finite() { uv } else { Vec2::ZERO }
+    let uv = set.indices.as_ref().get(corner).and_then(|index| set.values.as_ref().get(*index as usize));
+    let uv = uv.map(|uv| Vec2::new(uv.x as f32, (1.0 - uv.y) as f32));
+    uv.filter(|uv| uv.is_finite()).unwrap_or_default()
 }

@@ -11,7 +11,7 @@ mod shapes;
 
 use std::collections::BTreeMap;
 
-use glam::{DMat4, Vec3};
+use glam::{DMat4, DVec3, Vec3};
 
 use crate::{
     formats::meshes::{Mesh, Meshes, Part},
@@ -132,13 +132,17 @@ impl<'a> Work<'a> {
         mesh: &'a ufbx::Mesh,
         materials: &mut Materials<'a>,
     ) -> Result<Option<Mesh>, TooLarge> {
+        if !mesh.vertices.iter().all(|position| vector(position).is_finite()) {
+            return Ok(None);
+        }
         let skin =
             mesh.skin_deformers.iter().next().and_then(|skin| Some((skin, binding::space(self.document, skin)?)));
         let place = skin.as_ref().map_or_else(|| matrix(&node.geometry_to_node), |(_, space)| *space);
         let corners = Corners::new(self, mesh, &normal_turn(&place))?;
         let vertices = corners.vertices();
-        let position = |vertex: u32| place.transform_point3(vector(&mesh.vertices[vertex as usize])).as_vec3();
-        let positions: Vec<Vec3> = vertices.iter().map(|vertex| position(*vertex)).collect();
+        let position = |vertex: &u32| mesh.vertices.as_ref().get(*vertex as usize).map_or(DVec3::NAN, vector);
+        let positions: Vec<Vec3> =
+            vertices.iter().map(|vertex| place.transform_point3(position(vertex)).as_vec3()).collect();
         let parts = parts(&corners, node, mesh, place.determinant() < 0.0, materials);
         if parts.is_empty() || !positions.iter().all(|position| position.is_finite()) {
             return Ok(None);
@@ -189,7 +193,7 @@ fn parts<'a>(
     parts.into_iter().map(part).collect()
 }
 
-/// Matrix that is one that can be turned back.
+/// Whether a matrix can be inverted.
 fn is_solid(matrix: &DMat4) -> bool {
     matrix.is_finite() && matrix.inverse().is_finite()
 }
