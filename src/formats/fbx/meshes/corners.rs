@@ -1,6 +1,6 @@
 //! Polygons to triangles, and corners to vertices: corners that are alike in everything are one.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use glam::{DMat3, Vec2, Vec3};
 
@@ -42,7 +42,7 @@ impl<'m> Corners<'m> {
         }
         let mut vertex_of_corner = vec![NONE; count];
         let (mut vertices, mut corner_of_vertex) = (Vec::new(), Vec::new());
-        let mut known: HashMap<&[u32], u32> = HashMap::new();
+        let mut known: BTreeMap<&[u32], u32> = BTreeMap::new();
         for corner in triangles.iter().flat_map(|(_, corners)| *corners) {
             let index = corner as usize;
             let next = vertices.len() as u32;
