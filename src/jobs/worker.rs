@@ -245,7 +245,11 @@ impl Jobs {
         let _given = self.hand_over(record, &end, first);
         let digests: Vec<&str> = end.results.iter().map(|result| result.sha256.as_str()).collect();
         let _held = self.0.store.hold_blobs(&digests).await?;
-        try_join_all(blobs.into_iter().map(UnnamedBlob::keep)).await?;
+        match try_join_all(blobs.into_iter().map(UnnamedBlob::keep)).await.map_err(Refusal::from) {
+            Ok(_) => {}
+            Err(Refusal::StorageFull) => return self.fail_for_room(record, running).await,
+            Err(refusal) => return Err(refusal),
+        }
         Failpoint::ResultsKept.reach();
         self.write_end(record, running, JobEvent::Succeed, end).await
     }
