@@ -23,24 +23,13 @@ async fn look(client: &Client, url: &str, id: &str) -> Value {
     client.get(format!("{url}/v1/batches/{id}")).send().await.expect("an answer").json().await.expect("JSON")
 }
 
-/// All jobs of a batch.
-async fn jobs_of(client: &Client, url: &str, id: &str) -> Vec<Value> {
-    let (mut jobs, mut cursor) = (Vec::new(), String::new());
-    loop {
-        let path = format!("{url}/v1/batches/{id}/jobs?limit=100{cursor}");
-        let page: Value = client.get(path).send().await.expect("an answer").json().await.expect("JSON");
-        jobs.extend(page["items"].as_array().expect("a page").clone());
-        let Some(next) = page["next_cursor"].as_str() else { return jobs };
-        cursor = format!("&cursor={next}");
-    }
-}
-
 /// Killed as by a power cut while a batch runs, the process comes back and ends every job of it, once.
 async fn survives_a_power_cut(place: Place) {
     let flags = ["--workers", "2", "--lease-period", "1s", "--max-attempts", "50"];
     let client = Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client");
     let mut process = place.serve(&flags, &[]);
-    let asset = Customer::new().upload(&process.url, CLIP).await.expect("is taken");
+    let customer = Customer::new();
+    let asset = customer.upload(&process.url, CLIP).await.expect("is taken");
     let count = count_of("RETARGETD_TEST_JOBS", 120);
     let id = ask(&client, &process.url, &asset, count).await["id"].as_str().expect("an id").to_owned();
     let (began, mut kills) = (Instant::now(), 0);
@@ -61,7 +50,7 @@ async fn survives_a_power_cut(place: Place) {
         tokio::time::sleep(std::time::Duration::from_millis(20)).await;
     }
     assert!(kills > 0, "it was killed while the batch ran");
-    let jobs = jobs_of(&client, &process.url, &id).await;
+    let jobs = customer.list(&process.url, &format!("/v1/batches/{id}/jobs")).await;
     for (number, job) in jobs.iter().enumerate() {
         assert_eq!(
             (&job["batch_item"], &job["labels"]["number"]),

@@ -6,7 +6,7 @@ use reqwest::{Client, StatusCode, multipart};
 use serde_json::{Value, json};
 
 use super::support::{PATIENCE, Postgres, S3, ServiceProcess, of_role, serve, worker};
-use crate::support::sha256_of;
+use crate::{event_stream::EventReader, support::sha256_of};
 
 /// The smallest clip that is worth a job: two joints, two frames.
 pub(crate) const CLIP: &str = "HIERARCHY\nROOT Hips\n{\n OFFSET 0 0 0\n CHANNELS 6 Xposition Yposition Zposition Zrotation \
@@ -102,9 +102,21 @@ impl Customer {
 
     /// Asks for a job; gives whether it was acknowledged.
     pub(super) async fn ask(&mut self, url: &str, asset: &str) -> bool {
+        self.ask_with(url, asset, &[]).await
+    }
+
+    /// The same under a key: asked again, it is the same job.
+    pub(super) async fn ask_under(&mut self, url: &str, asset: &str, key: &str) -> bool {
+        self.ask_with(url, asset, &[("idempotency-key", key)]).await
+    }
+
+    async fn ask_with(&mut self, url: &str, asset: &str, headers: &[(&'static str, &str)]) -> bool {
         let body = json!({"source": {"asset": asset}, "config": {"task": "edit"}, "output": ["bvh"]});
-        let Ok(answer) = self.client.post(format!("{url}/v1/jobs")).json(&body).send().await else { return false };
-        if answer.status() != StatusCode::ACCEPTED {
+        let request = self.client.post(format!("{url}/v1/jobs")).json(&body);
+        let request = headers.iter().fold(request, |request, (name, value)| request.header(*name, *value));
+        let Ok(answer) = request.send().await else { return false };
+        // A key that was used before finds its job, which may have ended.
+        if ![StatusCode::ACCEPTED, StatusCode::OK].contains(&answer.status()) {
             let (status, body) = (answer.status(), answer.json::<Value>().await.unwrap_or_default());
             assert!(body["retryable"] == true || body.is_null(), "taken, or to be tried again: {status} {body}");
             return false;
@@ -112,6 +124,23 @@ impl Customer {
         let Ok(job) = answer.json::<Value>().await else { return false };
         self.promised.push(job["id"].as_str().expect("an id").to_owned());
         true
+    }
+
+    /// All items of a list, page by page.
+    pub(super) async fn list(&self, url: &str, path: &str) -> Vec<Value> {
+        let (mut items, mut cursor) = (Vec::new(), String::new());
+        loop {
+            let page = self.client.get(format!("{url}{path}?limit=100{cursor}")).send().await.expect("an answer");
+            let page: Value = page.json().await.expect("JSON");
+            items.extend(page["items"].as_array().expect("a page").clone());
+            let Some(next) = page["next_cursor"].as_str() else { return items };
+            cursor = format!("&cursor={next}");
+        }
+    }
+
+    /// Follows what happens to all jobs, from behind the event of that number.
+    pub(super) async fn follow(&self, url: &str, last_id: &str) -> EventReader {
+        EventReader::open(self.client.get(format!("{url}/v1/events")), Some(last_id)).await
     }
 
     /// Has a clip written again and waits for the file; gives the job and the digest of what came, `None` when the service dies meanwhile.
@@ -162,7 +191,7 @@ impl Customer {
     }
 
     /// What is visible is complete: the bytes have the digest that the job says.
-    async fn check_result(&self, url: &str, result: &Value) {
+    pub(super) async fn check_result(&self, url: &str, result: &Value) {
         let path = format!("/v1/results/{}/content", result["id"].as_str().expect("an id"));
         let answer = self.client.get(format!("{url}{path}")).send().await.expect("an answer");
         assert_eq!(answer.status(), StatusCode::OK, "the result is there");
