@@ -15,6 +15,7 @@ mod assets;
 mod batches;
 mod bridge;
 mod changes;
+mod database_clock;
 mod events;
 mod failure;
 mod fetching;

@@ -30,6 +30,7 @@ macro_rules! suite {
 
 mod batch_records;
 mod batches;
+mod clocks;
 mod collector;
 mod crashes;
 mod dice;

@@ -165,11 +165,16 @@ impl Extent {
     }
 
     /// Asserts what only a measurement can say, and prints it.
-    #[expect(clippy::print_stdout, reason = "figures are what the long runs are for")]
     pub(crate) fn holds(self, is_true: bool, figure: &str) {
+        self.all_hold(&[(is_true, figure.to_owned())]);
+    }
+
+    /// The same for several, which are all printed, whether or not they hold.
+    #[expect(clippy::print_stdout, reason = "figures are what the long runs are for")]
+    pub(crate) fn all_hold(self, figures: &[(bool, String)]) {
         if self.is_measured {
-            println!("{figure}");
-            assert!(is_true, "{figure}");
+            figures.iter().for_each(|(_, figure)| println!("{figure}"));
+            figures.iter().for_each(|(is_true, figure)| assert!(is_true, "{figure}"));
         }
     }
 }

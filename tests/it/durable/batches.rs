@@ -6,14 +6,13 @@ use reqwest::Client;
 use serde_json::{Value, json};
 
 use super::{
-    studio::{CLIP, Customer, Place},
+    studio::{CLIP, Customer, Place, edit_of},
     support::{PATIENCE, count_of},
 };
 
 async fn ask(client: &Client, url: &str, asset: &str, count: usize) -> Value {
-    let defaults = json!({"source": {"asset": asset}, "config": {"task": "edit"}, "output": ["bvh"]});
     let item = |number: usize| json!({"labels": {"number": number.to_string()}});
-    let body = json!({"defaults": defaults, "items": (0..count).map(item).collect::<Vec<_>>()});
+    let body = json!({"defaults": edit_of(asset), "items": (0..count).map(item).collect::<Vec<_>>()});
     let answer = client.post(format!("{url}/v1/batches")).json(&body).send().await.expect("an answer");
     assert_eq!(answer.status(), 202, "taken on");
     answer.json().await.expect("JSON")
@@ -83,8 +82,7 @@ async fn a_batch_is_taken_on_whole_or_not_at_all() {
         let armed = [("RETARGETD_FAILPOINT", format!("{failpoint}:1"))];
         let mut process = place.serve(&["--workers", "1"], &armed);
         let asset = Customer::new().upload(&process.url, CLIP).await.expect("is taken");
-        let item = json!({"source": {"asset": asset}, "config": {"task": "edit"}, "output": ["bvh"]});
-        let body = json!({"defaults": item, "items": vec![json!({}); 30]});
+        let body = json!({"defaults": edit_of(&asset), "items": vec![json!({}); 30]});
         let request = || client.post(format!("{}/v1/batches", process.url)).header("idempotency-key", "x").json(&body);
         assert!(request().send().await.is_err(), "it dies under the request");
         process.exit_code();

@@ -41,6 +41,7 @@ async fn time_of(customer: &Customer, url: &str, count: usize) -> Duration {
 
 /// Small jobs that wait for that many processes: how long all take, and how much of the processor one takes from whom works on it.
 async fn with_processes(place: &Place, workers: usize, count: usize) -> (Duration, Duration) {
+    let Place::Shared(database, _) = place else { unreachable!("workers share a database") };
     let api = place.serve(&["--workers", "0", "--max-queued-jobs", "100000"], &[]);
     let mut customer = Customer::new();
     let asset = customer.upload(&api.url, CLIP).await.expect("is taken");
@@ -51,6 +52,8 @@ async fn with_processes(place: &Place, workers: usize, count: usize) -> (Duratio
     let lasted = time_of(&customer, &api.url, count).await;
     let spent: Duration = workers.iter().map(ServiceProcess::processor_time).sum();
     assert_eq!(customer.collect(&api.url).await.get("succeeded"), Some(&count), "all of them");
+    drop((api, workers));
+    database.empty().await;
     (lasted, spent / count as u32)
 }
 
@@ -58,9 +61,9 @@ async fn with_processes(place: &Place, workers: usize, count: usize) -> (Duratio
 #[tokio::test(flavor = "multi_thread")]
 async fn four_processes_spend_on_a_job_what_one_does() {
     let extent = Extent::of("RETARGETD_TEST_JOBS", 16);
+    let Some(place) = Place::shared() else { return };
     let mut spent = Vec::new();
     for workers in [1, 4] {
-        let Some(place) = Place::shared() else { return };
         let (lasted, each) = with_processes(&place, workers, extent.amount).await;
         let rate = extent.amount as f64 / lasted.as_secs_f64();
         let figure = format!("{workers} processes: {rate:.1} jobs a second, {each:.1?} of the processor per job");
@@ -93,11 +96,10 @@ async fn four_workers_on_one_database_do_four_times_as_much() {
     // Each takes a while.
     let count = extent.amount.min(200);
     let client = Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client");
+    let Some(database) = Postgres::start() else { return };
+    let folder = tempfile::tempdir().expect("a temporary folder");
     let mut rates = Vec::new();
     for workers in [1, 4] {
-        let Some(database) = Postgres::start() else { return };
-        database.records().await.close().await;
-        let folder = tempfile::tempdir().expect("a temporary folder");
         let api = service(&database, folder.path(), "0").await;
         let customer = Customer::new();
         let asset = customer.upload(&api.url(), CLIP).await.expect("is taken");
@@ -116,6 +118,7 @@ async fn four_workers_on_one_database_do_four_times_as_much() {
         for service in running.into_iter().chain([api]) {
             service.stop().await.expect("it stops");
         }
+        database.empty().await;
     }
     let (one, four) = (rates[0], rates[1]);
     let most = 1.0 / NAP.as_secs_f64();

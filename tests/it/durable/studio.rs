@@ -30,7 +30,12 @@ impl Place {
     }
 
     pub(super) fn shared() -> Option<Self> {
-        Some(Self::Shared(Postgres::start()?, tempfile::tempdir().expect("a temporary folder")))
+        Self::shared_under(&[])
+    }
+
+    /// The same, of a database with these variables of its environment.
+    pub(super) fn shared_under(variables: &[(&'static str, String)]) -> Option<Self> {
+        Some(Self::Shared(Postgres::start_with(variables)?, tempfile::tempdir().expect("a temporary folder")))
     }
 
     pub(super) fn cloud() -> Option<Self> {
@@ -77,6 +82,11 @@ impl Place {
     }
 }
 
+/// The smallest job: writes a clip again.
+pub(super) fn edit_of(asset: &str) -> Value {
+    json!({"source": {"asset": asset}, "config": {"task": "edit"}, "output": ["bvh"]})
+}
+
 /// Somebody who uploads, asks for jobs, and comes back for all of them.
 pub(super) struct Customer {
     client: Client,
@@ -102,28 +112,24 @@ impl Customer {
 
     /// Asks for a job; gives whether it was acknowledged.
     pub(super) async fn ask(&mut self, url: &str, asset: &str) -> bool {
-        self.ask_with(url, asset, &[]).await
+        self.ask_for(url, &edit_of(asset), "").await.is_some()
     }
 
-    /// The same under a key: asked again, it is the same job.
-    pub(super) async fn ask_under(&mut self, url: &str, asset: &str, key: &str) -> bool {
-        self.ask_with(url, asset, &[("idempotency-key", key)]).await
-    }
-
-    async fn ask_with(&mut self, url: &str, asset: &str, headers: &[(&'static str, &str)]) -> bool {
-        let body = json!({"source": {"asset": asset}, "config": {"task": "edit"}, "output": ["bvh"]});
-        let request = self.client.post(format!("{url}/v1/jobs")).json(&body);
-        let request = headers.iter().fold(request, |request, (name, value)| request.header(*name, *value));
-        let Ok(answer) = request.send().await else { return false };
+    /// Asks for a job under a key, so that who asks again has the same job; an empty key is none. Gives the job when it was acknowledged.
+    pub(super) async fn ask_for(&mut self, url: &str, body: &Value, key: &str) -> Option<String> {
+        let request = self.client.post(format!("{url}/v1/jobs")).json(body);
+        let request = if key.is_empty() { request } else { request.header("idempotency-key", key) };
+        let answer = request.send().await.ok()?;
         // A key that was used before finds its job, which may have ended.
         if ![StatusCode::ACCEPTED, StatusCode::OK].contains(&answer.status()) {
             let (status, body) = (answer.status(), answer.json::<Value>().await.unwrap_or_default());
             assert!(body["retryable"] == true || body.is_null(), "taken, or to be tried again: {status} {body}");
-            return false;
+            return None;
         }
-        let Ok(job) = answer.json::<Value>().await else { return false };
-        self.promised.push(job["id"].as_str().expect("an id").to_owned());
-        true
+        let job: Value = answer.json().await.ok()?;
+        let id = job["id"].as_str().expect("an id").to_owned();
+        self.promised.push(id.clone());
+        Some(id)
     }
 
     /// All items of a list, page by page.
