@@ -1,7 +1,5 @@
 //! Bodies that arrive: streamed, bounded in size and in time.
 
-use std::collections::BTreeMap;
-
 use axum::{
     body::{Body, Bytes},
     extract::{DefaultBodyLimit, FromRequest, Multipart, Request, multipart::Field},
@@ -13,7 +11,7 @@ use tokio::time::Instant;
 use super::{ApiState, code::Code, digest, extract, problem::Problem};
 use crate::{
     config::Settings,
-    jobs::{AssetRecord, Assets, ConfigDocument, InputRole, NewJob, Principal, ReceivedFile, Upload},
+    jobs::{ArrivedFiles, AssetRecord, Assets, ConfigDocument, InputRole, NewJob, Principal, Upload},
 };
 
 /// How long a body may take.
@@ -83,30 +81,29 @@ impl<'a> BodyReader<'a> {
 ///
 /// # Errors
 /// As [`read_form`], and when the source or the target is missing.
-pub(super) async fn read_job(request: Request<Body>, state: &ApiState, owner: &Principal) -> Result<NewJob, Problem> {
-    let form = read_form(request, state).await?;
-    form.into_job(&[InputRole::Source, InputRole::Target], &state.assets, owner).await
+pub(super) async fn read_job(request: Request<Body>, state: &ApiState) -> Result<Parts, Problem> {
+    read_form(request, state).await?.with(&[InputRole::Source, InputRole::Target])
 }
 
 /// As [`read_job`], for a pose: only the target has to be there, and there is no config.
-pub(super) async fn read_pose(request: Request<Body>, state: &ApiState, owner: &Principal) -> Result<NewJob, Problem> {
+pub(super) async fn read_pose(request: Request<Body>, state: &ApiState) -> Result<Parts, Problem> {
     let form = read_form(request, state).await?;
     if form.config.is_some() {
         return Err(Problem::new(Code::UnknownPart, "a pose takes no part 'config'")
             .with_hint("POST /v1/retarget takes one; {\"pose\": {\"to\": \"t\"}} in it asks for a pose"));
     }
-    form.into_job(&[InputRole::Target], &state.assets, owner).await
+    form.with(&[InputRole::Target])
 }
 
 /// As [`read_job`], for an edit: only the source has to be there, and a target has no place.
-pub(super) async fn read_edit(request: Request<Body>, state: &ApiState, owner: &Principal) -> Result<NewJob, Problem> {
+pub(super) async fn read_edit(request: Request<Body>, state: &ApiState) -> Result<Parts, Problem> {
     let form = read_form(request, state).await?;
-    let idle = [InputRole::Target, InputRole::TargetRest].into_iter().find(|role| form.files.contains_key(role));
+    let idle = [InputRole::Target, InputRole::TargetRest].into_iter().find(|role| form.files.has(*role));
     if let Some(role) = idle {
         return Err(Problem::new(Code::UnknownPart, format!("an edit takes no part '{}'", role.name()))
             .with_hint("POST /v1/retarget takes one, and edits in its config"));
     }
-    form.into_job(&[InputRole::Source], &state.assets, owner).await
+    form.with(&[InputRole::Source])
 }
 
 /// A part that has to be sent and was not.
@@ -139,7 +136,7 @@ pub(super) async fn read_form(mut request: Request<Body>, state: &ApiState) -> R
 /// The parts of a multipart body, arrived but not kept. Dropping it leaves nothing.
 #[derive(Debug, Default)]
 pub(super) struct Form {
-    files: BTreeMap<InputRole, ReceivedFile>,
+    files: ArrivedFiles,
     config: Option<ConfigDocument>,
     preset: Option<String>,
     bytes: u64,
@@ -168,7 +165,7 @@ impl Form {
             self.preset = Some(String::from_utf8_lossy(&bytes).trim().to_owned());
             return Ok(());
         }
-        let Some(role) = InputRole::from_name(&name).filter(|role| !self.files.contains_key(role)) else {
+        let Some(role) = InputRole::from_name(&name).filter(|role| !self.files.has(*role)) else {
             return Err(unexpected(&name));
         };
         let most = settings.max_request_bytes.0;
@@ -177,7 +174,7 @@ impl Form {
         if self.bytes > most {
             return Err(too_large("the request", "request_bytes", most, self.bytes));
         }
-        self.files.insert(role, upload.finish(None).await.map_err(|refusal| in_part(refusal.into(), role))?);
+        self.files.add(role, upload.finish(None).await.map_err(|refusal| in_part(refusal.into(), role))?);
         Ok(())
     }
 
@@ -186,23 +183,34 @@ impl Form {
         if self.files.is_empty() && self.preset.is_none() { self.config.take() } else { None }
     }
 
-    /// Keeps the files, as their owner's.
+    /// What has arrived, when the required files are there.
     ///
     /// # Errors
-    /// When one of the required ones is missing.
-    pub(super) async fn into_job(
-        self,
-        required: &[InputRole],
-        assets: &Assets,
-        owner: &Principal,
-    ) -> Result<NewJob, Problem> {
-        if let Some(role) = required.iter().find(|role| !self.files.contains_key(role)) {
-            return Err(missing(*role));
+    /// When one is missing.
+    pub(super) fn with(self, required: &[InputRole]) -> Result<Parts, Problem> {
+        match required.iter().find(|role| !self.files.has(**role)) {
+            Some(role) => Err(missing(*role)),
+            None => {
+                let new = NewJob { config: self.config, preset: self.preset, ..NewJob::default() };
+                Ok(Parts { files: self.files, new })
+            }
         }
-        let (roles, files): (Vec<InputRole>, Vec<ReceivedFile>) = self.files.into_iter().unzip();
-        let kept = assets.keep_all(owner, files).await?;
-        let inputs = roles.into_iter().zip(kept).map(|(role, (asset, _))| (role, asset.id)).collect();
-        Ok(NewJob { inputs, config: self.config, preset: self.preset, ..NewJob::default() })
+    }
+}
+
+/// The parts of a job that have arrived.
+#[derive(Debug)]
+pub(super) struct Parts {
+    /// The files, which are not kept yet.
+    pub(super) files: ArrivedFiles,
+    /// Everything else.
+    pub(super) new: NewJob,
+}
+
+impl Parts {
+    /// The job, with its files kept as its owner's.
+    pub(super) async fn keep(self, assets: &Assets, owner: &Principal) -> Result<NewJob, Problem> {
+        Ok(NewJob { inputs: assets.keep_arrived(owner, self.files).await?, ..self.new })
     }
 }
 

@@ -1,9 +1,9 @@
 //! Who may join the queue: it is bounded by count and by bytes, and for jobs of batches, which wait behind the others, by a count of
 //! their own.
 //!
-//! The queue is in the store, so its length is asked for there. A long one is not counted for every job that comes: then the last
-//! answer stands for a moment, with what this process has added since. Several processes may so exceed the bounds by what the
-//! others added in that moment.
+//! The queue is in the store, so its length is asked for there. It is not counted for every job that comes: while there is much room, and
+//! also where the queue is long, the last answer stands for a moment, with what this process has added since. Several processes may so
+//! exceed the bounds by what the others added in that moment.
 
 use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
@@ -86,13 +86,20 @@ impl Admission {
     async fn look(&self, records: &Records) -> Result<(), Refusal> {
         let stands = {
             let known = self.lock();
-            known.depth.jobs + known.depth.batch_jobs > COUNTED_EVERY_TIME
-                && known.at.is_some_and(|at| at.elapsed() < STANDS_FOR)
+            let is_long = known.depth.jobs + known.depth.batch_jobs > COUNTED_EVERY_TIME;
+            let is_young = known.at.is_some_and(|at| at.elapsed() < STANDS_FOR);
+            is_young && (is_long || self.is_half_empty(&known))
         };
         if !stands {
             self.refresh(records).await?;
         }
         Ok(())
+    }
+
+    /// Jobs that have ended since are still counted, so there is at least that much room.
+    fn is_half_empty(&self, known: &Known) -> bool {
+        let QueueDepth { jobs, bytes, batch_jobs } = plus(known.depth, known.reserved);
+        jobs <= self.most.jobs / 2 && bytes <= self.most.bytes / 2 && batch_jobs <= self.most.batch_jobs / 2
     }
 
     fn room_for(&self, known: &Known, size: QueueDepth) -> Result<(), Refusal> {

@@ -44,7 +44,7 @@ pub struct Upload {
 /// A file that has arrived and is not kept yet. Dropping it leaves nothing.
 #[derive(Debug)]
 pub struct ReceivedFile {
-    blob: UnnamedBlob,
+    pub(super) blob: UnnamedBlob,
     format: Format,
     file_name: String,
 }
@@ -81,7 +81,7 @@ impl Assets {
             Metric::AdmissionRejected.count([("reason", "storage_full".to_owned())], 1);
             return Err(Refusal::StorageFull);
         }
-        let writer = inner.store.blobs().begin().await?;
+        let writer = inner.store.blobs().begin()?;
         Ok(Upload { writer, head: Vec::new(), tail: Vec::new(), file_name: file_name.to_owned(), most_bytes })
     }
 
@@ -108,25 +108,29 @@ impl Assets {
         let digests: Vec<String> = files.iter().map(|file| file.blob.blob().sha256.clone()).collect();
         let digests: Vec<&str> = digests.iter().map(String::as_str).collect();
         let _held = inner.store.hold_blobs(&digests).await?;
-        let (created_at, expires_at) = (inner.clock.now(), inner.clock.after(inner.settings.asset_retention.0));
-        let keep = async |file: ReceivedFile| {
-            let blob = file.blob.keep().await?;
-            Ok::<_, Refusal>(AssetRecord {
-                id: AssetId::new(),
-                principal: owner.clone(),
-                sha256: blob.sha256,
-                bytes: blob.bytes,
-                format: file.format.info().name.to_owned(),
-                file_name: file.file_name,
-                created_at,
-                expires_at,
-            })
-        };
-        let assets = try_join_all(files.into_iter().map(keep)).await?;
+        let assets = self.records_of(owner, &files);
+        try_join_all(files.into_iter().map(|file| file.blob.keep())).await?;
         Failpoint::UploadKept.reach();
         let kept = inner.store.records().add_assets(&assets).await?;
         inner.stored_bytes.add(kept.iter().filter(|(_, is_new)| *is_new).map(|(asset, _)| asset.bytes).sum());
         Ok(kept)
+    }
+
+    /// The records that files get which have arrived, where their owner has no other record of the same bytes.
+    pub(super) fn records_of(&self, owner: &Principal, files: &[ReceivedFile]) -> Vec<AssetRecord> {
+        let inner = &self.jobs.0;
+        let (created_at, expires_at) = (inner.clock.now(), inner.clock.after(inner.settings.asset_retention.0));
+        let record = |file: &ReceivedFile| AssetRecord {
+            id: AssetId::new(),
+            principal: owner.clone(),
+            sha256: file.blob.blob().sha256.clone(),
+            bytes: file.blob.blob().bytes,
+            format: file.format.info().name.to_owned(),
+            file_name: file.file_name.clone(),
+            created_at,
+            expires_at,
+        };
+        files.iter().map(record).collect()
     }
 
     /// A file's record.

@@ -36,6 +36,11 @@ impl TryFrom<Outcome> for Ran {
 
 /// What does the work. Handed in, so that tests of the scheduling need no real files.
 pub trait Engine: Send + Sync + 'static {
+    /// Whether a file that brings the engine down does no harm to this process.
+    fn is_isolated(&self) -> bool {
+        false
+    }
+
     /// Retargets, with what users taught beside what the program knows. Must look at `control` every few milliseconds.
     ///
     /// # Errors

@@ -10,9 +10,9 @@ use std::{
 };
 
 use bytes::Bytes;
-use tokio::sync::{oneshot, watch};
+use tokio::sync::{broadcast, oneshot, watch};
 
-use super::{JobSnapshot, Jobs, Refusal};
+use super::{JobSnapshot, Jobs, Refusal, changes::Change, head_start::Begun, inputs::InputBytes};
 use crate::store::{FinishedJob, JobId, JobRecord, JobState, Principal, ResultRecord};
 
 /// The first file of a job that succeeded.
@@ -35,6 +35,28 @@ pub enum Awaited {
     File(Box<HandedFile>),
     /// The job as it is when it has ended elsewhere or otherwise, or when it takes longer.
     Job(Box<JobSnapshot>),
+}
+
+/// Waiting for the file of a job. Dropping it stops work on the job that no worker has taken over.
+#[derive(Debug)]
+pub struct Awaiting {
+    file: Option<Wanting>,
+    /// What became of the job from its beginning; nothing where it may have begun, or ended, before.
+    changes: Option<broadcast::Receiver<Change>>,
+    _begun: Option<Begun>,
+}
+
+impl Awaiting {
+    /// For a job that is in the store already.
+    pub(super) fn for_any(jobs: &Jobs, id: &JobId) -> Self {
+        Self { file: jobs.0.handovers.want(id), changes: None, _begun: None }
+    }
+
+    /// For a job that is about to be put there. With its files at hand, the work on it may begin.
+    pub(super) async fn for_new(jobs: &Jobs, record: &JobRecord, files: Option<InputBytes>) -> Self {
+        let changes = Some(jobs.0.changes.subscribe());
+        Self { file: jobs.0.handovers.want(&record.id), changes, _begun: jobs.begin(record, files).await }
+    }
 }
 
 /// How long the end of a job whose file is handed over is waited for: it takes milliseconds, where the store answers.
@@ -129,14 +151,26 @@ impl Jobs {
     ///
     /// # Errors
     /// When there is none of that id.
-    pub async fn wait_for_file(&self, owner: &Principal, id: &JobId, longest: Duration) -> Result<Awaited, Refusal> {
-        let Some(mut wanting) = self.0.handovers.want(id) else {
-            return Ok(Awaited::Job(Box::new(self.wait(owner, id, longest).await?)));
+    pub async fn wait_for_file(
+        &self,
+        owner: &Principal,
+        id: &JobId,
+        awaiting: Awaiting,
+        longest: Duration,
+    ) -> Result<Awaited, Refusal> {
+        let Awaiting { file, changes, _begun } = awaiting;
+        let ended = async {
+            let job = match changes {
+                Some(changes) => self.wait_with(changes, owner, id, longest).await?,
+                None => self.wait(owner, id, longest).await?,
+            };
+            Ok(Awaited::Job(Box::new(job)))
         };
+        let Some(mut wanting) = file else { return ended.await };
         tokio::select! {
             biased;
             Ok(file) = &mut wanting.file => Ok(Awaited::File(Box::new(file))),
-            job = self.wait(owner, id, longest) => Ok(Awaited::Job(Box::new(job?))),
+            ended = ended => ended,
         }
     }
 

@@ -11,6 +11,7 @@ use crate::{
 };
 
 /// The bytes of a job's files, by what they are to it.
+#[derive(Debug)]
 pub(super) struct InputBytes(BTreeMap<InputRole, Bytes>);
 
 impl Jobs {
@@ -28,6 +29,10 @@ impl Jobs {
 }
 
 impl InputBytes {
+    pub(super) const fn new(bytes: BTreeMap<InputRole, Bytes>) -> Self {
+        Self(bytes)
+    }
+
     /// As the engine takes them. `request` is the one that they were read for.
     pub(super) fn inputs<'a>(&'a self, request: &'a JobRequest, formats: &'a [Format]) -> Inputs<'a> {
         let find = |wanted: InputRole| {

@@ -51,6 +51,11 @@ impl MemoryBudget {
     pub(super) async fn take(self, bytes: u64) -> Option<OwnedSemaphorePermit> {
         self.permits.acquire_many_owned(mebibytes(bytes).min(self.total)).await.ok()
     }
+
+    /// That much, where it is there now and nobody waits for any.
+    pub(super) fn try_take(self, bytes: u64) -> Option<OwnedSemaphorePermit> {
+        self.permits.try_acquire_many_owned(mebibytes(bytes).min(self.total)).ok()
+    }
 }
 
 fn mebibytes(bytes: u64) -> u32 {
@@ -73,6 +78,7 @@ mod tests {
     async fn jobs_wait_for_memory_and_what_is_too_large_runs_alone() {
         let budget = MemoryBudget::new(100 << 20);
         let large = budget.clone().take(1 << 40).await;
+        assert!(budget.clone().try_take(1 << 20).is_none(), "nothing is left");
         assert_eq!(budget.permits.available_permits(), 0, "it has everything");
         drop(large);
         let _half = budget.clone().take(60 << 20).await;

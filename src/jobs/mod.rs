@@ -11,6 +11,7 @@
 //! Knows nothing of HTTP. The engine is handed in, so that tests can put one of their own in its place.
 
 mod admission;
+mod arrival;
 mod assets;
 mod batches;
 mod bridge;
@@ -20,6 +21,7 @@ mod events;
 mod failure;
 mod fetching;
 mod handover;
+mod head_start;
 mod inputs;
 mod inspections;
 mod isolation;
@@ -31,6 +33,7 @@ mod proposals;
 mod refusal;
 mod result_cache;
 mod running;
+mod seats;
 mod service;
 mod state;
 mod stored_bytes;
@@ -43,13 +46,14 @@ mod webhooks;
 mod worker;
 mod workers;
 
+pub use arrival::ArrivedFiles;
 pub use assets::{Assets, ReceivedFile, Upload};
 pub use batches::{BadItem, BatchSnapshot, NewBatch, SubmittedBatch};
 pub use bridge::{Engine, Ran, RetargetEngine};
 pub use events::{EventStream, Followed, Told};
 pub use failure::FailureReason;
 pub use fetching::NewFetch;
-pub use handover::{Awaited, HandedFile};
+pub use handover::{Awaited, Awaiting, HandedFile};
 pub use isolation::{Bounds, ProcessEngine, serve_engine_process};
 pub use keys::{KeyText, Keys, NewKey};
 pub use library::{Kept, Library, Written};

@@ -2,7 +2,10 @@
 
 use std::{
     collections::BTreeMap,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 use crate::{
@@ -24,6 +27,11 @@ pub(super) enum StopReason {
     LeaseLost,
 }
 
+/// A control for work that has not begun.
+pub(super) fn new_control() -> Arc<Control> {
+    Arc::new(Control::with_clock(monotonic_seconds))
+}
+
 /// How far the work under a control is, as it is kept.
 pub(super) fn progress_of(control: &Control) -> StoredProgress {
     let progress = control.progress();
@@ -38,17 +46,19 @@ pub(super) struct RunningJob {
     /// Shared with the engine.
     pub(super) control: Arc<Control>,
     reason: Mutex<Option<StopReason>>,
+    is_computed: AtomicBool,
 }
 
 impl RunningJob {
-    fn new(lease: LeaseId) -> Self {
-        Self { lease, control: Arc::new(Control::with_clock(monotonic_seconds)), reason: Mutex::new(None) }
-    }
-
     /// Tells it to stop.
     pub(super) fn stop(&self, reason: StopReason) {
         self.reason.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(reason);
         self.control.cancel();
+    }
+
+    /// Says that the engine is done with it, and that only its end is left to write.
+    pub(super) fn mark_computed(&self) {
+        self.is_computed.store(true, Ordering::Relaxed);
     }
 
     /// Why it was told to stop.
@@ -66,9 +76,15 @@ impl RunningJobs {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Enters a job. It leaves when the guard is dropped.
-    pub(super) fn enter(self: &Arc<Self>, id: &JobId, lease: LeaseId) -> (Arc<RunningJob>, RunningGuard) {
-        let job = Arc::new(RunningJob::new(lease));
+    /// Enters a job, which is under that control. It leaves when the guard is dropped.
+    pub(super) fn enter(
+        self: &Arc<Self>,
+        id: &JobId,
+        lease: LeaseId,
+        control: Arc<Control>,
+    ) -> (Arc<RunningJob>, RunningGuard) {
+        let job =
+            Arc::new(RunningJob { lease, control, reason: Mutex::new(None), is_computed: AtomicBool::new(false) });
         self.lock().insert(id.clone(), Arc::clone(&job));
         Metric::JobsRunning.change(1.0);
         (Arc::clone(&job), RunningGuard { jobs: Arc::clone(self), id: id.clone(), job })
@@ -111,6 +127,11 @@ impl RunningJobs {
             progress: progress_of(&job.control),
         };
         self.lock().iter().map(held).collect()
+    }
+
+    /// How many the engine works on.
+    pub(super) fn at_work(&self) -> usize {
+        self.lock().values().filter(|job| !job.is_computed.load(Ordering::Relaxed)).count()
     }
 
     /// How many there are.

@@ -8,16 +8,20 @@ use std::{
     time::Duration,
 };
 
-use tokio::{sync::Notify, time::Instant};
+use tokio::{
+    sync::{Notify, broadcast},
+    time::Instant,
+};
 
 use super::{
     Engine, JobEvent, Refusal,
     admission::Admission,
     batches,
-    changes::Changes,
+    changes::{Change, Changes},
     database_clock::DatabaseClock,
     events::OpenStreams,
     handover::Handovers,
+    head_start::HeadStarts,
     inspections::Inspections,
     memory::MemoryBudget,
     next_state,
@@ -70,6 +74,7 @@ pub(super) struct Inner {
     pub(super) streams: Arc<OpenStreams>,
     pub(super) changes: Changes,
     pub(super) handovers: Arc<Handovers>,
+    pub(super) head_starts: Arc<HeadStarts>,
     pub(super) stored_bytes: StoredBytes,
     /// One who waits for something to tell webhooks: the task that does.
     pub(super) outbox: Notify,
@@ -121,6 +126,7 @@ impl Jobs {
             streams: Arc::default(),
             changes: Changes::default(),
             handovers: Arc::default(),
+            head_starts: Arc::default(),
             stored_bytes: StoredBytes::default(),
             outbox: Notify::new(),
             is_draining: AtomicBool::new(false),
@@ -132,10 +138,14 @@ impl Jobs {
     /// # Errors
     /// When its owner has none of that id.
     pub async fn get(&self, owner: &Principal, id: &JobId) -> Result<JobSnapshot, Refusal> {
-        self.with_results(self.record(owner, id).await?).await
+        self.seen(self.record(owner, id).await?).await
     }
 
-    async fn with_results(&self, record: JobRecord) -> Result<JobSnapshot, Refusal> {
+    /// A job whose record is known, with what else there is to see of it.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn seen(&self, record: JobRecord) -> Result<JobSnapshot, Refusal> {
         let results = match record.state {
             JobState::Succeeded => self.0.store.records().job_results(&record.id).await?,
             _ => Vec::new(),
@@ -193,20 +203,33 @@ impl Jobs {
     /// When there is none of that id.
     pub async fn wait(&self, owner: &Principal, id: &JobId, longest: Duration) -> Result<JobSnapshot, Refusal> {
         // Listening begins before looking, so that no change is missed in between.
-        let mut changes = self.0.changes.subscribe();
+        let changes = self.0.changes.subscribe();
+        let record = self.record(owner, id).await?;
+        if record.state.is_final() || self.is_draining() {
+            return self.seen(record).await;
+        }
+        self.wait_with(changes, owner, id, longest).await
+    }
+
+    /// As [`Jobs::wait`], for a job that `changes` tells of from its beginning.
+    pub(super) async fn wait_with(
+        &self,
+        mut changes: broadcast::Receiver<Change>,
+        owner: &Principal,
+        id: &JobId,
+        longest: Duration,
+    ) -> Result<JobSnapshot, Refusal> {
         let deadline = Instant::now() + longest;
         loop {
-            let record = self.record(owner, id).await?;
-            if record.state.is_final() || self.is_draining() {
-                return self.with_results(record).await;
-            }
             let changed = async {
                 // Falling behind may have hidden the end, so it counts as one.
                 while matches!(changes.recv().await, Ok(change) if !change.may_end(id) && !self.is_draining()) {}
             };
             let look = deadline.min(Instant::now() + LOOK_AT_AWAITED);
-            if tokio::time::timeout_at(look, changed).await.is_err() && look == deadline {
-                return self.get(owner, id).await;
+            let is_over = tokio::time::timeout_at(look, changed).await.is_err() && look == deadline;
+            let record = self.record(owner, id).await?;
+            if is_over || record.state.is_final() || self.is_draining() {
+                return self.seen(record).await;
             }
         }
     }
@@ -247,7 +270,7 @@ impl Jobs {
         if !record.state.is_final() {
             return Err(Refusal::WrongState { id: id.clone(), state: record.state, action: "retried" });
         }
-        Ok(self.submit_again(record).await?.job)
+        self.seen(self.submit_again(record).await?.job).await
     }
 
     /// Removes a job that has ended, with its results.

@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use jiff::Timestamp;
 
 use super::{
-    JobQuota, JobSnapshot, Jobs, Kept, Refusal,
+    JobQuota, Jobs, Kept, Refusal,
+    admission::Reservation,
     inspections::InspectionKey,
     library::{self, OwnRigs},
     memory,
@@ -68,8 +69,8 @@ impl NewJob {
 /// A job that was asked for.
 #[derive(Clone, Debug)]
 pub struct Submitted {
-    /// The job as it is now.
-    pub job: JobSnapshot,
+    /// The job as it was taken on, or as it is when it had been asked for before.
+    pub job: JobRecord,
     /// Whether it had been asked for before, with the same word.
     pub is_repeated: bool,
     /// What is left of the caller's quota; nothing where there is none.
@@ -129,6 +130,13 @@ impl Wanted {
     }
 }
 
+/// A job that has room in the queue and is not in the store yet. Dropping it gives the room back.
+pub(super) struct Admitted {
+    pub(super) record: JobRecord,
+    quota: Option<JobQuota>,
+    reservation: Reservation,
+}
+
 /// What jobs of one owner are resolved with, looked up once.
 pub(super) struct Known {
     rigs: OwnRigs,
@@ -184,8 +192,8 @@ impl Jobs {
         if before.idempotency.as_ref() != Some(asked) {
             return Err(key_of_job(before));
         }
-        let job = self.get(&before.principal, &before.id).await?;
-        Ok(Submitted { job, is_repeated: true, quota: self.quota(&before.principal).await? })
+        let quota = self.quota(&before.principal).await?;
+        Ok(Submitted { job: before, is_repeated: true, quota })
     }
 
     pub(super) async fn resolve(&self, owner: &Principal, new: NewJob) -> Result<Wanted, Refusal> {
@@ -197,6 +205,16 @@ impl Jobs {
     pub(super) async fn known(&self, owner: &Principal, jobs: &[NewJob]) -> Result<Known, Refusal> {
         let ids: BTreeSet<&AssetId> = jobs.iter().flat_map(|job| job.inputs.values()).collect();
         let assets = self.0.store.records().assets_of(owner, &ids.into_iter().collect::<Vec<_>>()).await?;
+        self.known_with(owner, jobs, assets).await
+    }
+
+    /// Looks up what these jobs name besides files.
+    pub(super) async fn known_with(
+        &self,
+        owner: &Principal,
+        jobs: &[NewJob],
+        assets: BTreeMap<AssetId, AssetRecord>,
+    ) -> Result<Known, Refusal> {
         let names: BTreeSet<&String> = jobs.iter().filter_map(|job| job.preset.as_ref()).collect();
         let mut presets = BTreeMap::new();
         for name in names {
@@ -281,6 +299,12 @@ impl Jobs {
     }
 
     async fn enqueue(&self, wanted: Wanted) -> Result<Submitted, Refusal> {
+        let admitted = self.admit(wanted).await?;
+        self.add(admitted).await
+    }
+
+    /// Gives a job its record and room in the queue; it is not in the store yet.
+    pub(super) async fn admit(&self, wanted: Wanted) -> Result<Admitted, Refusal> {
         if self.is_draining() {
             return Err(Refusal::Draining);
         }
@@ -293,8 +317,14 @@ impl Jobs {
         self.0.store.blobs().check_room()?;
         let size = QueueDepth { jobs: 1, bytes: record.input_bytes, batch_jobs: 0 };
         let reservation = self.0.admission.reserve(records, size).await?;
+        Ok(Admitted { record, quota, reservation })
+    }
+
+    /// Puts a job into the store.
+    pub(super) async fn add(&self, admitted: Admitted) -> Result<Submitted, Refusal> {
+        let Admitted { record, quota, reservation } = admitted;
         Failpoint::BeforeJobRecord.reach();
-        match records.add_job(&record).await? {
+        match self.0.store.records().add_job(&record).await? {
             Added::New => {}
             Added::FileMissing => {
                 let (role, input) = self.first_missing(&record).await?;
@@ -310,9 +340,8 @@ impl Jobs {
         reservation.fill();
         Metric::JobsSubmitted.count([], 1);
         self.0.changes.announce(&record.id, JobState::Queued);
-        let job = self.snapshot(record, Vec::new()).await?;
         let quota = quota.map(|quota| JobQuota { unfinished: quota.unfinished + 1, ..quota });
-        Ok(Submitted { job, is_repeated: false, quota })
+        Ok(Submitted { job: record, is_repeated: false, quota })
     }
 
     async fn first_missing<'a>(&self, job: &'a JobRecord) -> Result<(InputRole, &'a JobInput), Refusal> {

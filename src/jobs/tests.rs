@@ -99,7 +99,8 @@ impl Fixture {
     async fn submit(&self, config: &str) -> Result<JobSnapshot, Refusal> {
         let inputs = [InputRole::Source, InputRole::Target].map(|role| (role, self.asset.clone())).into();
         let config = Some(ConfigDocument { file_name: "config.json".to_owned(), text: config.to_owned() });
-        Ok(self.jobs.submit(&me(), NewJob { inputs, config, ..NewJob::default() }).await?.job)
+        let job = self.jobs.submit(&me(), NewJob { inputs, config, ..NewJob::default() }).await?.job;
+        self.jobs.seen(job).await
     }
 
     async fn until(&self, job: &JobSnapshot, state: JobState) {

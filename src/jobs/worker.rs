@@ -11,14 +11,19 @@ use futures::future::try_join_all;
 use super::{
     FailureReason, JobEvent, Jobs, Ran, Refusal,
     bridge::on_own_thread,
-    failure, next_state,
+    failure,
+    head_start::BegunWork,
+    inputs::InputBytes,
+    next_state,
     running::{RunningJob, StopReason},
+    seats::Seat,
 };
 use crate::{
     config::Failpoint,
-    engine::{Failure, FailureCode, Format, Output, Timings},
+    engine::{Control, FailureCode, Format, Knowledge, Output, Timings},
     store::{
-        CachedResults, FinishedJob, GiveBack, JobFailure, JobRecord, JobState, ResultId, ResultRecord, UnnamedBlob,
+        CachedResults, FinishedJob, GiveBack, JobFailure, JobRecord, JobRequest, JobState, ResultId, ResultRecord,
+        UnnamedBlob,
     },
     telemetry::{Metric, Part, Span, TraceContext},
 };
@@ -43,14 +48,20 @@ const STOP_MARGIN: Duration = Duration::from_secs(5);
 const AFTER_FAILURE: Duration = Duration::from_millis(200);
 
 impl Jobs {
-    /// Runs a job that was claimed, to its end. Where its end cannot be written its lease runs out, and another worker does it again.
-    pub(super) async fn run_one(&self, record: &JobRecord, running: &Arc<RunningJob>) {
+    /// Runs a job that was claimed, to its end; the work on it may have begun. Where its end cannot be written its lease runs out, and another worker does it again.
+    pub(super) async fn run_one(
+        &self,
+        record: &JobRecord,
+        running: &Arc<RunningJob>,
+        begun: Option<BegunWork>,
+        seat: &mut Seat,
+    ) {
         self.observe_start(record);
-        let mut span = span_of(record);
-        let began = Instant::now();
-        let attempt = match self.cached(record).await {
-            Some(found) => Attempt::Known(Box::new(found)),
-            None => self.attempt(record, running, &span).await,
+        let began = begun.as_ref().map_or_else(Instant::now, |work| work.at);
+        let mut span = span_of(record, began);
+        let attempt = match begun {
+            Some(work) => self.attempt(record, running, work, &span).await,
+            None => self.begin_here(record, running, &span).await,
         };
         tracing::debug!(job_id = %record.id, seconds = began.elapsed().as_secs_f64(), "an attempt is over");
         if let Attempt::Failed(failure) = &attempt {
@@ -66,6 +77,9 @@ impl Jobs {
                 done => done.map(|_| ()),
             },
             Attempt::Done(ran) => {
+                // Only here: a job that fails may stop the next one of its batch.
+                running.mark_computed();
+                seat.leave();
                 let began = Instant::now();
                 let done = self.succeed(record, running, *ran).await;
                 span.add_part("keep results", began, began.elapsed());
@@ -95,15 +109,27 @@ impl Jobs {
         Metric::JobAttempts.count([], 1);
     }
 
-    async fn attempt(&self, record: &JobRecord, running: &Arc<RunningJob>, span: &Span) -> Attempt {
+    async fn begin_here(&self, record: &JobRecord, running: &Arc<RunningJob>, span: &Span) -> Attempt {
+        if let Some(found) = self.cached(record).await {
+            return Attempt::Known(Box::new(found));
+        }
         let began = Instant::now();
-        let work = match self.prepare(record, running).await {
-            Ok(work) => work,
+        let (files, knowledge) = match self.prepare(record).await {
+            Ok(prepared) => prepared,
             Err(refusal) => return Attempt::Unreachable(refusal),
         };
         span.add_part("fetch inputs", began, began.elapsed());
-        let began = Instant::now();
-        let mut outcome = on_own_thread("retarget", work);
+        let work = self.work(record.request.clone(), files, knowledge, Arc::clone(&running.control));
+        self.attempt(record, running, work, span).await
+    }
+
+    async fn attempt(
+        &self,
+        record: &JobRecord,
+        running: &Arc<RunningJob>,
+        BegunWork { at: began, mut outcome }: BegunWork,
+        span: &Span,
+    ) -> Attempt {
         let limit = self.0.settings.job_timeout.0;
         let received = match tokio::time::timeout(limit, &mut outcome).await {
             Ok(received) => received,
@@ -134,22 +160,28 @@ impl Jobs {
         }
     }
 
-    /// Reads the inputs and packs them with the engine into something that a thread can run.
-    async fn prepare(
+    /// Reads what the engine needs.
+    async fn prepare(&self, record: &JobRecord) -> Result<(InputBytes, Knowledge), Refusal> {
+        let files = self.read_inputs(&record.request).await?;
+        Ok((files, self.knowledge(&record.principal, &record.request).await?))
+    }
+
+    /// Has the engine work on files, on a thread of its own.
+    pub(super) fn work(
         &self,
-        record: &JobRecord,
-        running: &Arc<RunningJob>,
-    ) -> Result<impl FnOnce() -> Result<Ran, Failure> + Send + 'static, Refusal> {
-        let request = record.request.clone();
-        let files = self.read_inputs(&request).await?;
-        let knowledge = self.knowledge(&record.principal, &request).await?;
+        request: JobRequest,
+        files: InputBytes,
+        knowledge: Knowledge,
+        control: Arc<Control>,
+    ) -> BegunWork {
         let inner = Arc::clone(&self.0);
-        let running = Arc::clone(running);
-        Ok(move || {
+        let at = Instant::now();
+        let outcome = on_own_thread("retarget", move || {
             Failpoint::EngineRuns.reach();
             let formats: Vec<Format> = request.formats.iter().filter_map(|name| Format::from_name(name)).collect();
-            inner.engine.retarget(&files.inputs(&request, &formats), &knowledge, &inner.limits, &running.control)
-        })
+            inner.engine.retarget(&files.inputs(&request, &formats), &knowledge, &inner.limits, &control)
+        });
+        BegunWork { at, outcome }
     }
 
     fn stopped(&self, running: &RunningJob) -> Attempt {
@@ -343,13 +375,13 @@ fn seconds(seconds: f64) -> Duration {
     Duration::try_from_secs_f64(seconds).unwrap_or_default()
 }
 
-/// The span of an attempt, below the request that asked for the job, and beside it how long the job has waited.
-fn span_of(record: &JobRecord) -> Span {
+/// The span of an attempt that has begun, below the request that asked for the job, and beside it how long the job has waited.
+fn span_of(record: &JobRecord, began: Instant) -> Span {
     let asked_by = record.trace_context.as_deref().and_then(TraceContext::parse);
     if let Some(started_at) = record.started_at {
         Part::between("wait in queue", asked_by.as_ref(), (record.created_at, started_at));
     }
-    let mut span = Span::of_work("run job", asked_by.as_ref());
+    let mut span = Span::of_work("run job", asked_by.as_ref(), began);
     span.note("retargetd.job_id", || record.id.to_string());
     span.note("retargetd.job_kind", || record.kind.name());
     span.note("retargetd.attempt", || i64::from(record.attempt));

@@ -7,7 +7,6 @@
 use std::{sync::Arc, time::Duration};
 
 use tokio::{
-    sync::{OwnedSemaphorePermit, Semaphore},
     task::JoinHandle,
     time::{Instant, sleep},
 };
@@ -15,7 +14,9 @@ use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
 use super::{
     Jobs, Refusal,
-    running::{RunningGuard, RunningJob, StopReason},
+    head_start::{BegunWork, HeadStart},
+    running::{RunningGuard, RunningJob, StopReason, new_control},
+    seats::{Seat, Seats},
 };
 use crate::{
     config::Failpoint,
@@ -76,56 +77,9 @@ impl Workers {
 struct Taken {
     record: JobRecord,
     running: Arc<RunningJob>,
+    begun: Option<BegunWork>,
+    seat: Seat,
     _entry: RunningGuard,
-    _slot: OwnedSemaphorePermit,
-    _of_batch: Option<Arc<()>>,
-    _memory: OwnedSemaphorePermit,
-}
-
-/// What jobs run in: one for each worker, and a spare one for a job of no batch while jobs of batches keep workers busy. So a batch that
-/// has all workers delays nobody else by more than their share of the processor, and when nobody else asks, it loses nothing.
-struct Slots {
-    workers: Arc<Semaphore>,
-    spare: Arc<Semaphore>,
-    /// Shared with every job of a batch that runs.
-    batches: Arc<()>,
-}
-
-/// One of them.
-struct Slot {
-    permit: OwnedSemaphorePermit,
-    /// The last lane whose jobs may have it.
-    last: Lane,
-}
-
-impl Slots {
-    fn new(workers: usize) -> Self {
-        Self { workers: Arc::new(Semaphore::new(workers)), spare: Arc::new(Semaphore::new(1)), batches: Arc::default() }
-    }
-
-    /// Waits for a worker. Neither semaphore is ever closed.
-    async fn worker(&self) -> Option<Slot> {
-        Some(Slot { permit: Arc::clone(&self.workers).acquire_owned().await.ok()?, last: Lane::Batch })
-    }
-
-    async fn spare(&self) -> Option<Slot> {
-        Some(Slot { permit: Arc::clone(&self.spare).acquire_owned().await.ok()?, last: Lane::Single })
-    }
-
-    /// Waits for a worker, or for the spare one where that is given away.
-    async fn free(&self) -> Option<Slot> {
-        // Only who asks here starts jobs, so none begins while this waits.
-        let runs_batches = Arc::strong_count(&self.batches) > 1;
-        tokio::select! {
-            biased;
-            slot = self.worker() => slot,
-            slot = self.spare(), if runs_batches => slot,
-        }
-    }
-
-    fn of_batch(&self, record: &JobRecord) -> Option<Arc<()>> {
-        record.batch.as_ref().map(|_| Arc::clone(&self.batches))
-    }
 }
 
 struct Claiming {
@@ -136,31 +90,42 @@ struct Claiming {
 
 impl Claiming {
     async fn run(self, count: usize) {
-        let slots = Slots::new(count);
-        while let Some(taken) = self.next(&slots).await {
+        let seats = Seats::new(count);
+        while let Some(mut taken) = self.next(&seats).await {
             let jobs = self.jobs.clone();
             self.running.spawn(async move {
-                jobs.run_one(&taken.record, &taken.running).await;
+                let begun = taken.begun.take();
+                jobs.run_one(&taken.record, &taken.running, begun, &mut taken.seat).await;
                 drop(taken);
             });
         }
     }
 
     /// The next job, when a worker is free and there is memory for it; `None` when it is time to stop.
-    async fn next(&self, slots: &Slots) -> Option<Taken> {
+    async fn next(&self, seats: &Seats) -> Option<Taken> {
         let lease = LeaseId::new();
-        let (record, slot) = self.claim(&lease, slots).await?;
+        let (record, mut seat) = self.claim(&lease, seats).await?;
         Failpoint::JobClaimed.reach();
-        // Entered before anything is waited for, so that its lease is extended and a cancel finds what to stop.
-        let (running, entry) = self.jobs.0.running.enter(&record.id, lease);
-        self.jobs.0.changes.announce(&record.id, JobState::Running);
-        let memory = self.jobs.0.memory.clone();
-        let Some(memory) = self.unless_stopped(memory.take(record.memory_bytes)).await else {
-            self.jobs.give_back(&record, &running, GiveBack::Drained).await;
-            return None;
+        let inner = &self.jobs.0;
+        let (control, memory, begun) = match inner.head_starts.take_over(&record.id) {
+            Some(HeadStart { control, memory, work }) => (control, Some(memory), Some(work)),
+            None => (new_control(), None, None),
         };
-        let of_batch = slots.of_batch(&record);
-        Some(Taken { record, running, _entry: entry, _slot: slot, _of_batch: of_batch, _memory: memory? })
+        // Entered before anything is waited for, so that its lease is extended and a cancel finds what to stop.
+        let (running, entry) = inner.running.enter(&record.id, lease, control);
+        inner.changes.announce(&record.id, JobState::Running);
+        let memory = match memory {
+            Some(memory) => memory,
+            None => match self.unless_stopped(inner.memory.clone().take(record.memory_bytes)).await {
+                Some(memory) => memory?,
+                None => {
+                    self.jobs.give_back(&record, &running, GiveBack::Drained).await;
+                    return None;
+                }
+            },
+        };
+        seats.give(&mut seat, record.batch.is_some(), memory);
+        Some(Taken { record, running, begun, seat, _entry: entry })
     }
 
     async fn unless_stopped<T>(&self, future: impl Future<Output = T>) -> Option<T> {
@@ -171,8 +136,8 @@ impl Claiming {
         }
     }
 
-    async fn claim(&self, lease: &LeaseId, slots: &Slots) -> Option<(JobRecord, OwnedSemaphorePermit)> {
-        let mut slot = self.unless_stopped(slots.free()).await??;
+    async fn claim(&self, lease: &LeaseId, seats: &Seats) -> Option<(JobRecord, Seat)> {
+        let mut seat = self.unless_stopped(seats.free()).await??;
         let inner = &self.jobs.0;
         let (mut has_failed, period) = (false, inner.settings.lease_period.0);
         loop {
@@ -188,11 +153,11 @@ impl Claiming {
             };
             let claimed = match claimed {
                 Ok(Some(claim)) => Ok(claim),
-                Ok(None) => inner.store.records().claim_job(lease, period, inner.clock.now(), slot.last).await,
+                Ok(None) => inner.store.records().claim_job(lease, period, inner.clock.now(), seat.last).await,
                 Err(error) => Err(error),
             };
             let wait = match claimed {
-                Ok(Claim::Job(record)) => return Some((*record, slot.permit)),
+                Ok(Claim::Job(record)) => return Some((*record, seat)),
                 Ok(Claim::Contended) => LEAVE_TO_OTHERS,
                 Ok(Claim::NothingFor(wait)) => wait.min(LOOK_INTO_EMPTY_QUEUE),
                 Ok(Claim::Nothing) => LOOK_INTO_EMPTY_QUEUE,
@@ -206,11 +171,11 @@ impl Claiming {
             let worker = self.unless_stopped(async {
                 tokio::select! {
                     _ = tokio::time::timeout(wait, arrival) => None,
-                    worker = slots.worker(), if slot.last == Lane::Single => worker,
+                    worker = seats.worker(), if seat.last == Lane::Single => worker,
                 }
             });
             if let Some(worker) = worker.await? {
-                slot = worker;
+                seat = worker;
             }
         }
     }

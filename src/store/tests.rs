@@ -30,7 +30,7 @@ async fn open() -> (tempfile::TempDir, DataFolder, Store) {
 #[tokio::test]
 async fn a_blob_is_visible_when_it_is_complete_and_not_before() {
     let (_root, folder, store) = open().await;
-    let mut writer = store.blobs().begin().await.expect("begins");
+    let mut writer = store.blobs().begin().expect("begins");
     writer.write(&[7; 3_000_000]).await.expect("more than one part");
     let unnamed = writer.finish().await.expect("finishes");
     let digest = unnamed.blob().sha256.clone();
@@ -46,7 +46,7 @@ async fn a_blob_is_visible_when_it_is_complete_and_not_before() {
 #[tokio::test(flavor = "multi_thread")]
 async fn what_is_dropped_half_way_leaves_nothing() {
     let (_root, folder, store) = open().await;
-    let mut writer = store.blobs().begin().await.expect("begins");
+    let mut writer = store.blobs().begin().expect("begins");
     writer.write(&[1; 2_000_000]).await.expect("writes");
     drop(writer);
     drop(store.blobs().write(vec![2; 10].into()).await.expect("writes"));

@@ -20,7 +20,7 @@ use crate::{
         prefer::Prefer,
         problem::{Problem, ProblemView},
         resources::retarget::answer,
-        upload,
+        upload::{self, Parts},
         views::JobView,
     },
     jobs::{ConfigDocument, InputRole},
@@ -73,16 +73,14 @@ async fn edit(
     state.jobs.check_admission().await?;
     let skip_cache = caching::is_skipped(request.headers());
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
-    let mut new = upload::read_edit(request, &state, &owner).await?;
-    if let Some(source) = new.inputs.get(&InputRole::Source).cloned() {
-        // Every job has a target; one that looks at none has the source itself.
-        new.inputs.insert(InputRole::Target, source);
-    }
+    let Parts { mut files, mut new } = upload::read_edit(request, &state).await?;
+    // Every job has a target; one that looks at none has the source itself.
+    files.share(InputRole::Source, InputRole::Target);
     let given = new.config.take();
     let config = given.as_ref().map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
     let text = engine::edit_config(config)?;
     new.config = Some(ConfigDocument { file_name: "edit.json".into(), text });
     new.formats.extend(format);
     (new.idempotency_key, new.skip_cache) = (idempotency_key, skip_cache);
-    answer(&state, &owner, &prefer, new).await
+    answer(&state, &owner, &prefer, Parts { files, new }).await
 }

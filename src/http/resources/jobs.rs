@@ -94,7 +94,8 @@ async fn create(
     let longest = settings.max_wait.0;
     let wait = prefer.wait(Duration::ZERO, longest);
     // Who does not wait is told what was taken on, however quick the worker is: the status is no race.
-    let snapshot = if wait.is_zero() { submitted } else { jobs.wait(&owner, &submitted.record.id, wait).await? };
+    let snapshot =
+        if wait.is_zero() { jobs.seen(submitted).await? } else { jobs.wait(&owner, &submitted.id, wait).await? };
     let status = if snapshot.record.state.is_final() { StatusCode::OK } else { StatusCode::ACCEPTED };
     let mut response = accepted(snapshot, status);
     response.headers_mut().extend(prefer.applied(longest).into_iter().chain(replayed(is_repeated)));
@@ -122,7 +123,7 @@ async fn asked(
         state.jobs.check_admission().await?;
     }
     if has_files {
-        let new = upload::read_job(request, state, owner).await?;
+        let new = upload::read_job(request, state).await?.keep(&state.assets, owner).await?;
         return Ok(Asked::Run(NewJob { idempotency_key, skip_cache, ..new }));
     }
     let JsonBody(body) = JsonBody::<NewJobBody>::from_request(request, state).await?;

@@ -21,7 +21,7 @@ use crate::{
         prefer::Prefer,
         problem::{Problem, ProblemView},
         resources::retarget::answer,
-        upload,
+        upload::{self, Parts},
         views::JobView,
     },
     jobs::{ConfigDocument, InputRole},
@@ -109,19 +109,19 @@ async fn pose(
     state.jobs.check_admission().await?;
     let skip_cache = caching::is_skipped(request.headers());
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
-    let mut new = upload::read_pose(request, &state, &owner).await?;
-    let has_source = new.inputs.contains_key(&InputRole::Source);
+    let Parts { mut files, mut new } = upload::read_pose(request, &state).await?;
+    let has_source = files.has(InputRole::Source);
     let to = query.to.unwrap_or(if has_source { PoseWord::Source } else { PoseWord::T });
     if to == PoseWord::Source && !has_source {
         return Err(upload::missing(InputRole::Source));
     }
-    if let Some(target) = new.inputs.get(&InputRole::Target).filter(|_| !has_source).cloned() {
+    if !has_source {
         // Every job has a source; one that looks at none has the target itself.
-        new.inputs.insert(InputRole::Source, target);
+        files.share(InputRole::Target, InputRole::Source);
     }
     let text = serde_json::json!({ "pose": { "to": to.name() } }).to_string();
     new.config = Some(ConfigDocument { file_name: "pose.json".into(), text });
     new.formats.extend(format);
     (new.idempotency_key, new.skip_cache) = (idempotency_key, skip_cache);
-    answer(&state, &owner, &prefer, new).await
+    answer(&state, &owner, &prefer, Parts { files, new }).await
 }

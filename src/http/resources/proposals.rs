@@ -131,7 +131,7 @@ async fn suggest(
 /// Two files and perhaps a config, as a form or as JSON.
 pub(super) async fn read_files(request: Request<Body>, state: &ApiState, owner: &Principal) -> Result<NewJob, Problem> {
     if extract::is_media_type(request.headers(), "multipart/form-data") {
-        return upload::read_job(request, state, owner).await;
+        return upload::read_job(request, state).await?.keep(&state.assets, owner).await;
     }
     let JsonBody(body) = JsonBody::<SuggestionBody>::from_request(request, state).await?;
     let inputs = read_inputs([Some(body.source), Some(body.target), body.source_rest, body.target_rest])?;
@@ -158,7 +158,7 @@ async fn check(
         let mut form = upload::read_form(request, &state).await?;
         match form.only_config() {
             Some(config) => (Some(config), NewJob::default()),
-            None => (None, form.into_job(&[InputRole::Source, InputRole::Target], assets, &owner).await?),
+            None => (None, form.with(&[InputRole::Source, InputRole::Target])?.keep(assets, &owner).await?),
         }
     } else {
         JsonBody::<CheckBody>::from_request(request, &state).await?.0.read()?

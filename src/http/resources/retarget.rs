@@ -24,7 +24,7 @@ use crate::{
         problem::{Problem, ProblemView},
         quota,
         resources::jobs::accepted,
-        upload,
+        upload::{self, Parts},
         views::JobView,
     },
     jobs::{Awaited, HandedFile, JobId, JobRecord, JobSnapshot, JobState, Jobs, NewJob, Principal, Submitted},
@@ -103,10 +103,10 @@ async fn retarget(
     state.jobs.check_admission().await?;
     let skip_cache = caching::is_skipped(request.headers());
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
-    let mut new = upload::read_job(request, &state, &owner).await?;
+    let Parts { files, mut new } = upload::read_job(request, &state).await?;
     new.formats.extend(format);
     (new.idempotency_key, new.skip_cache) = (idempotency_key, skip_cache);
-    answer(&state, &owner, &prefer, new).await
+    answer(&state, &owner, &prefer, Parts { files, new }).await
 }
 
 /// Somebody waits for the answer, so these go before what was left to run by itself.
@@ -117,18 +117,18 @@ pub(in crate::http) async fn answer(
     state: &ApiState,
     owner: &Principal,
     prefer: &Prefer,
-    new: NewJob,
+    Parts { files, new }: Parts,
 ) -> Result<Response, Problem> {
-    let ApiState { jobs, settings, .. } = state;
+    let ApiState { jobs, assets, settings, .. } = state;
     let will_ask_again = new.idempotency_key.is_some();
-    let Submitted { job, is_repeated, quota } =
-        jobs.submit(owner, NewJob { priority: AWAITED_PRIORITY, ..new }).await?;
-    let id = job.record.id;
+    let new = NewJob { priority: AWAITED_PRIORITY, ..new };
+    let (Submitted { job: JobRecord { id, .. }, is_repeated, quota }, awaiting) =
+        assets.submit_awaited(owner, files, new).await?;
     // Who has a word for the request comes back for the answer.
     let stopped = Some(id.clone()).filter(|_| !will_ask_again);
     let mut stop = StopUnlessAnswered { jobs: jobs.clone(), owner: owner.clone(), id: stopped };
     let longest = settings.max_wait.0;
-    let awaited = jobs.wait_for_file(owner, &id, prefer.wait(settings.default_wait.0, longest)).await?;
+    let awaited = jobs.wait_for_file(owner, &id, awaiting, prefer.wait(settings.default_wait.0, longest)).await?;
     stop.id = None;
     let mut response = match awaited {
         Awaited::File(file) => hand_out(*file),

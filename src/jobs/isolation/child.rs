@@ -15,11 +15,12 @@ use super::{
     limits::{self, Bounds},
     messages::{Answer, Message, Request, Task},
     signals,
+    threads::Threads,
 };
 use crate::{
     config::misbehave,
     engine::{Control, Failure, Format, Knowledge, Question},
-    jobs::{Engine, Ran, RetargetEngine, bridge::STACK_BYTES, failure, running::progress_of},
+    jobs::{Engine, Ran, RetargetEngine, failure, running::progress_of},
     telemetry::monotonic_seconds,
 };
 
@@ -52,16 +53,17 @@ pub fn serve(bounds: &Bounds) -> io::Result<()> {
     // The one thread that writes, so answers are never torn.
     let mut output = io::stdout().lock();
     frames::write(&mut output, &Answer::Ready, &[])?;
+    let mut threads = Threads::default();
     for received in requests {
         limits::for_one_request(bounds)?;
         let control = Arc::clone(&received.control);
         let (sender, done) = mpsc::sync_channel(1);
-        thread::Builder::new().name("engine".to_owned()).stack_size(STACK_BYTES).spawn(move || {
+        threads.of(received.request.threads)?.spawn(move || {
             let work = std::panic::AssertUnwindSafe(|| answer(&received));
             let reply = std::panic::catch_unwind(work).unwrap_or_else(|_| Reply::of(Answer::Panicked));
             // Nobody is left to tell when the process ends.
             let _ = sender.send(reply);
-        })?;
+        });
         let mut told = None;
         let reply = loop {
             match done.recv_timeout(TELL) {

@@ -1,7 +1,7 @@
 //! Messages between a process and its parent: a JSON header, and bytes that belong to it.
 //!
 //! Both numbers of a header's line are little-endian: 4 bytes for the length of the header, 4 for how many blobs follow, then the header,
-//! then each blob with 8 bytes for its length. Nothing is allocated because a number says so: memory grows with what arrives.
+//! then each blob with 8 bytes for its length. No more is allocated because a number says so than one step: memory grows with what arrives.
 
 use std::io::{self, Read, Write};
 
@@ -9,6 +9,8 @@ use serde::{Serialize, de::DeserializeOwned};
 
 const MOST_HEADER_BYTES: u32 = 64 << 20;
 const MOST_BLOBS: u32 = 64;
+/// Bytes that are waited for at once.
+const STEP_BYTES: usize = 1 << 20;
 
 /// Writes one message.
 pub(super) fn write(output: &mut impl Write, header: &impl Serialize, blobs: &[&[u8]]) -> io::Result<()> {
@@ -53,6 +55,12 @@ pub(super) fn read<T: DeserializeOwned>(input: &mut impl Read) -> io::Result<Opt
 
 fn read_bytes(input: &mut impl Read, length: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    input.take(length).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 == length { Ok(bytes) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
+    loop {
+        let (arrived, left) = (bytes.len(), length - bytes.len() as u64);
+        if left == 0 {
+            return Ok(bytes);
+        }
+        bytes.resize(arrived + usize::try_from(left).unwrap_or(STEP_BYTES).min(STEP_BYTES), 0);
+        input.read_exact(&mut bytes[arrived..])?;
+    }
 }

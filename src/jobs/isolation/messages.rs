@@ -26,7 +26,7 @@ pub(super) enum Task {
     CheckConfig,
 }
 
-/// Everything that an answer depends on, but the bytes of the files.
+/// Everything that an answer depends on but the bytes of the files.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Request {
     pub(super) task: Task,
@@ -36,6 +36,8 @@ pub(super) struct Request {
     /// The user's own rig templates.
     pub(super) rigs: Vec<serde_json::Value>,
     pub(super) limits: Limits,
+    /// How many threads may work on it, which no answer depends on.
+    pub(super) threads: usize,
 }
 
 /// From the process.
@@ -93,7 +95,7 @@ impl Request {
         let names = files.map(|file| file.map(|file| file.name.to_owned()));
         let rigs = knowledge.rigs().iter().filter_map(|rig| serde_json::to_value(rig).ok()).collect();
         let blobs = files.into_iter().flatten().map(|file| file.bytes).collect();
-        (Self { task, names, formats, rigs, limits: *limits }, blobs)
+        (Self { task, names, formats, rigs, limits: *limits, threads: 1 }, blobs)
     }
 
     /// The files, as the engine takes them. A file that should be there and is not is empty.

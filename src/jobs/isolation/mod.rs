@@ -13,6 +13,7 @@ mod process;
 mod signals;
 #[cfg(test)]
 mod tests;
+mod threads;
 
 pub use child::serve as serve_engine_process;
 pub use limits::Bounds;
@@ -26,6 +27,7 @@ use std::{
 use self::{
     messages::{Answer, Request, Task},
     process::{EngineProcess, Lost},
+    threads::AtWork,
 };
 use super::{Engine, Ran, failure};
 use crate::{
@@ -42,6 +44,7 @@ pub struct ProcessEngine {
     most_requests: u64,
     /// Those that wait for a request.
     idle: Mutex<Vec<EngineProcess>>,
+    at_work: AtWork,
 }
 
 impl ProcessEngine {
@@ -55,7 +58,13 @@ impl ProcessEngine {
         let program = if own.exists() { own } else { std::env::current_exe()? };
         let bounds =
             Bounds { memory_bytes: settings.process_memory.0, seconds: settings.job_timeout.0.as_secs().max(1) };
-        Ok(Self { program, bounds, most_requests: settings.max_process_requests, idle: Mutex::default() })
+        Ok(Self {
+            program,
+            bounds,
+            most_requests: settings.max_process_requests,
+            idle: Mutex::default(),
+            at_work: AtWork::default(),
+        })
     }
 
     fn take(&self) -> Result<EngineProcess, Failure> {
@@ -72,7 +81,8 @@ impl ProcessEngine {
 
     fn ask(&self, request: Request, blobs: &[&[u8]], control: &Control) -> Result<(Answer, Vec<Vec<u8>>), Failure> {
         let mut process = self.take()?;
-        match process.ask(request, blobs, control) {
+        let (_at_work, threads) = self.at_work.begin();
+        match process.ask(Request { threads, ..request }, blobs, control) {
             Ok(answer) => {
                 if process.requests() < self.most_requests {
                     self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(process);
@@ -119,6 +129,10 @@ fn otherwise(answer: Answer) -> Failure {
 }
 
 impl Engine for ProcessEngine {
+    fn is_isolated(&self) -> bool {
+        true
+    }
+
     fn retarget(
         &self,
         inputs: &Inputs<'_>,

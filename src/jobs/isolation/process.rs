@@ -72,6 +72,8 @@ impl EngineProcess {
         else {
             return Err(io::Error::other("a process without pipes"));
         };
+        hold_more(&input);
+        hold_more(&output);
         let (sender, answers) = mpsc::sync_channel(MOST_UNHEARD);
         let last_words = Arc::new(Mutex::new(Vec::new()));
         let words = Arc::clone(&last_words);
@@ -151,6 +153,18 @@ impl EngineProcess {
         Lost::Crashed(how(&status, &words))
     }
 }
+
+/// Has a pipe hold what most files need, so that the two sides do not take turns over every 64 KiB of one.
+#[cfg(target_os = "linux")]
+fn hold_more(pipe: &impl std::os::fd::AsFd) {
+    /// The most that a user may ask for, unless the machine says otherwise.
+    const BYTES: usize = 1 << 20;
+    // Where this is not allowed, it takes a little longer.
+    let _ = rustix::pipe::fcntl_setpipe_size(pipe, BYTES);
+}
+
+#[cfg(not(target_os = "linux"))]
+fn hold_more<T>(_: &T) {}
 
 /// What the engine's thread pool and tests of its crashes look at.
 const PASSED_ON: [&str; 2] = ["RAYON_NUM_THREADS", "RETARGETD_FAILPOINT"];

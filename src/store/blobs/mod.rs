@@ -47,10 +47,9 @@ pub struct Blobs {
     disk: Option<Disk>,
     /// What stands before every name. May be empty.
     prefix: Path,
-    /// Bytes that are written to the store at once; small enough that many slow uploads do not fill the memory.
+    /// Bytes that are written to the store at once, and of what is kept in memory until it is whole; small enough that many slow uploads
+    /// do not fill the memory.
     part_bytes: usize,
-    /// Whether what is no larger than one part is put under its name in one step.
-    puts_small_ones_whole: bool,
     /// What bounds them where they lie on a disk.
     room: Option<Room>,
 }
@@ -76,12 +75,6 @@ impl Blobs {
     /// [`StoreError::NoRoom`] when what is left of the disk is reserved.
     pub fn check_room(&self) -> Result<(), StoreError> {
         self.room.as_ref().map_or(Ok(()), Room::check)
-    }
-
-    /// The same blobs behind a store of the caller's making: for tests of what relies on them.
-    #[must_use]
-    pub fn through(self, wrap: impl FnOnce(Arc<dyn ObjectStore>) -> Arc<dyn ObjectStore>) -> Self {
-        Self { store: wrap(self.store), ..self }
     }
 
     fn path(&self, sha256: &str) -> Path {

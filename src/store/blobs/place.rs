@@ -66,8 +66,6 @@ impl Blobs {
                     disk: Some(disk),
                     prefix: Path::default(),
                     part_bytes: 1 << 20,
-                    // A file that is put in one step lies beside the blobs until it has its name, where a crash would leave it.
-                    puts_small_ones_whole: false,
                     room: Some(Room::on(root.clone())),
                 })
             }
@@ -87,7 +85,6 @@ impl Blobs {
                     prefix: Path::parse(prefix).map_err(object_store::Error::from)?,
                     // The least that S3 takes as a part which is not the last.
                     part_bytes: 5 << 20,
-                    puts_small_ones_whole: true,
                     room: None,
                 })
             }

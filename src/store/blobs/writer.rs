@@ -20,23 +20,29 @@ impl Blobs {
     /// Begins a blob.
     ///
     /// # Errors
-    /// When the store fails.
-    pub async fn begin(&self) -> Result<BlobWriter, StoreError> {
+    /// When there is no room.
+    pub fn begin(&self) -> Result<BlobWriter, StoreError> {
         self.check_room()?;
-        let upload = if self.puts_small_ones_whole { None } else { Some(Upload::begin(self).await?) };
         let (buffer, hasher) = (BytesMut::new(), Sha256::new());
-        Ok(BlobWriter { blobs: self.clone(), upload, buffer, hasher, bytes: 0 })
+        Ok(BlobWriter { blobs: self.clone(), upload: None, buffer, hasher, bytes: 0 })
     }
 
-    /// Moves a complete file to its name; both are on the disk then.
+    /// Moves what was uploaded to its name, for good.
     async fn give_name(&self, path: &Path, name: &Path) -> Result<(), StoreError> {
-        if let Some(disk) = &self.disk {
-            disk.write_out(path).await?;
-        }
-        self.store.rename(path, name).await?;
         match &self.disk {
-            Some(disk) => disk.write_names_out().await,
-            None => Ok(()),
+            Some(disk) => disk.give_name(path, name).await,
+            None => Ok(self.store.rename(path, name).await?),
+        }
+    }
+
+    /// Puts what was small enough for memory under its name, for good. What has that name already has the same bytes.
+    async fn put(&self, bytes: Bytes, name: &Path) -> Result<(), StoreError> {
+        if let Some(disk) = &self.disk {
+            return disk.put(bytes, name).await;
+        }
+        match self.store.put_opts(name, PutPayload::from_bytes(bytes), PutMode::Create.into()).await {
+            Ok(_) | Err(object_store::Error::AlreadyExists { .. }) => Ok(()),
+            Err(error) => Err(error.into()),
         }
     }
 
@@ -47,7 +53,7 @@ impl Blobs {
     pub async fn write(&self, bytes: Bytes) -> Result<UnnamedBlob, StoreError> {
         /// So that hashing a large file does not hold a thread of the runtime for long.
         const PIECE_BYTES: usize = 1 << 20;
-        let mut writer = self.begin().await?;
+        let mut writer = self.begin()?;
         for piece in bytes.chunks(PIECE_BYTES) {
             writer.write(piece).await?;
         }
@@ -170,6 +176,15 @@ impl UnnamedBlob {
         &self.blob
     }
 
+    /// Its bytes, where they are few enough to be in memory.
+    #[must_use]
+    pub fn in_memory(&self) -> Option<Bytes> {
+        match &self.content {
+            Some(Content::InMemory(bytes)) => Some(bytes.clone()),
+            _ => None,
+        }
+    }
+
     /// Makes the blob durable and visible under its digest. To be called while `Store::hold_blobs` is held, until a record names
     /// the blob.
     ///
@@ -179,14 +194,7 @@ impl UnnamedBlob {
         let (blobs, name) = (&self.blobs, self.blobs.path(&self.blob.sha256));
         match &self.content {
             Some(Content::Stored(path)) => blobs.give_name(path, &name).await?,
-            Some(Content::InMemory(bytes)) => {
-                let payload = PutPayload::from_bytes(bytes.clone());
-                // What has that name already has the same bytes.
-                match blobs.store.put_opts(&name, payload, PutMode::Create.into()).await {
-                    Ok(_) | Err(object_store::Error::AlreadyExists { .. }) => {}
-                    Err(error) => return Err(error.into()),
-                }
-            }
+            Some(Content::InMemory(bytes)) => blobs.put(bytes.clone(), &name).await?,
             None => {}
         }
         // It has its name, so there is nothing to remove any more.

@@ -61,7 +61,8 @@ impl Records {
             let pool = AnyPoolOptions::new().max_connections(most).acquire_timeout(Duration::from_secs(10));
             match dialect {
                 Dialect::Postgres => pool,
-                Dialect::Sqlite => pool.after_connect(move |connection, _| {
+                // A file does not hang up, so connections are not tried before they are used, which costs as much as a query.
+                Dialect::Sqlite => pool.test_before_acquire(false).after_connect(move |connection, _| {
                     Box::pin(async move {
                         connection.execute(SQLITE_PRAGMAS).await?;
                         connection.execute(syncing).await.map(|_| ())

@@ -190,6 +190,16 @@ impl JobRequest {
         let inputs = [Some(&self.source), Some(&self.target), self.source_rest.as_ref(), self.target_rest.as_ref()];
         InputRole::ALL.into_iter().zip(inputs).filter_map(|(role, input)| Some((role, input?)))
     }
+
+    /// The file of that role, where the job has one.
+    pub fn input_mut(&mut self, role: InputRole) -> Option<&mut JobInput> {
+        match role {
+            InputRole::Source => Some(&mut self.source),
+            InputRole::Target => Some(&mut self.target),
+            InputRole::SourceRest => self.source_rest.as_mut(),
+            InputRole::TargetRest => self.target_rest.as_mut(),
+        }
+    }
 }
 
 /// Why a job has no results.

@@ -29,21 +29,26 @@ impl Span {
     /// Answering a request of that method and route (semantic conventions of HTTP servers).
     #[must_use]
     pub fn of_request(method: &'static str, route: &str, parent: Option<&TraceContext>) -> Self {
-        let mut span = Self::begin(SpanKind::Server, || format!("{method} {route}").into(), parent);
+        let mut span = Self::begin(SpanKind::Server, || format!("{method} {route}").into(), parent, Instant::now());
         span.note("http.request.method", || method);
         span.note("http.route", || route.to_owned());
         span
     }
 
-    /// Doing what a span in another process or at another time has asked for.
+    /// Doing since `began` what a span in another process or at another time has asked for.
     #[must_use]
-    pub fn of_work(name: &'static str, parent: Option<&TraceContext>) -> Self {
-        Self::begin(SpanKind::Consumer, || name.into(), parent)
+    pub fn of_work(name: &'static str, parent: Option<&TraceContext>, began: Instant) -> Self {
+        Self::begin(SpanKind::Consumer, || name.into(), parent, began)
     }
 
-    fn begin(kind: SpanKind, name: impl FnOnce() -> Cow<'static, str>, parent: Option<&TraceContext>) -> Self {
+    fn begin(
+        kind: SpanKind,
+        name: impl FnOnce() -> Cow<'static, str>,
+        parent: Option<&TraceContext>,
+        began: Instant,
+    ) -> Self {
         let Some(tracer) = tracer() else { return Self(None) };
-        let began = (now(), Instant::now());
+        let began = (now() - began.elapsed(), began);
         let builder = SpanBuilder::from_name(name()).with_kind(kind).with_start_time(began.0);
         let parent = parent.map_or_else(Context::new, TraceContext::parent);
         Self(Some(Box::new(Begun { span: tracer.build_with_context(builder, &parent), began })))

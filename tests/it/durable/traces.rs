@@ -48,10 +48,10 @@ async fn a_request_is_one_trace_from_the_caller_to_the_phases_of_the_engine() {
 
     let spans = collector.spans();
     assert!(spans.iter().all(|span| span.trace == TRACE), "of one trace, probes not among them: {spans:?}");
+    // It has a worker to itself, so the work began when the files were there, and none were fetched.
     let below: BTreeMap<&str, &str> = [
         ("wait in queue", "POST /v1/retarget"),
         ("run job", "POST /v1/retarget"),
-        ("fetch inputs", "run job"),
         ("engine", "run job"),
         ("keep results", "run job"),
         ("read", "engine"),
@@ -113,6 +113,7 @@ async fn a_trace_goes_on_in_the_process_that_works() {
     assert_eq!((&work.trace, &work.parent), (&request.trace, &request.id), "of one trace: {spans:?}");
     let process = |span: &SeenSpan| span.facts["process.pid"].clone();
     assert_eq!([process(request), process(work)], processes, "in two processes");
+    assert_eq!(named(&spans, "fetch inputs").parent, work.id, "its files come from the store");
     assert_ne!(named(&spans, "POST /v1/assets").trace, request.trace, "another request is another trace");
 }
 

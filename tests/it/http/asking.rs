@@ -75,9 +75,19 @@ async fn quotas_are_told_before_they_are_reached() {
     assert_eq!(header(&refused, "retry-after"), "2", "when to come again");
     let refused = problem(refused, 429, "quota_reached").await;
     assert_eq!((&refused["limit"], &refused["maximum"]), (&json!("principal_jobs"), &json!(2)), "which limit");
+    let parts = ["source", "target"].map(|role| (role, BVH.replace("OFFSET", "OFFSET ")));
+    let form = parts.into_iter().fold(reqwest::multipart::Form::new(), |form, (role, text)| {
+        form.part(role, reqwest::multipart::Part::text(text).file_name("new.bvh"))
+    });
+    let refused = service.client.post(service.at("/v1/retarget")).multipart(form).send().await.expect("an answer");
+    problem(refused, 429, "quota_reached").await;
     let usage = read(service.get("/v1/usage").await).await;
     assert_eq!(usage["unfinished_jobs"], json!({"count": 2, "maximum": 2}), "the same in numbers: {usage}");
-    assert_eq!(usage["assets"], json!({"count": 1, "bytes": BVH.len()}), "files: {usage}");
+    assert_eq!(
+        usage["assets"],
+        json!({"count": 1, "bytes": BVH.len()}),
+        "of a one-shot that is refused, no file is kept: {usage}"
+    );
     assert_eq!(usage["principal"], "anonymous", "whose that is");
     service.client.post(service.at(&format!("/v1/jobs/{first}/cancel"))).send().await.expect("an answer");
     service.until(&first, "canceled").await;
