@@ -1,6 +1,8 @@
 //! What becomes of jobs whose worker is gone.
 
-use super::{FailureReason, JobEvent, Jobs, Refusal, next_state};
+use std::time::Instant;
+
+use super::{FailureReason, JobEvent, Jobs, Refusal, database_clock::Jump, next_state};
 use crate::store::{AfterCrash, FinishedJob, JobFailure, JobRecord, JobState};
 
 /// Looked at in one go; more are left for the next.
@@ -21,16 +23,43 @@ impl Jobs {
 
     /// Puts jobs back into the queue whose worker has not been heard of for the length of a lease. Gives how many there were.
     pub(super) async fn take_from_lost_workers(&self, whose_ever: bool) -> Result<usize, Refusal> {
-        let decide = |job: &JobRecord| self.after_crash(job);
+        if !whose_ever && !self.leases_tell_who_is_gone().await? {
+            return Ok(0);
+        }
+        let decide = |job: &JobRecord| match self.0.running.has(job) {
+            true => AfterCrash::Leave,
+            false => self.after_crash(job),
+        };
         let lost = self.0.store.records().take_from_lost_workers(MOST_AT_ONCE, whose_ever, decide).await?;
         for job in &lost {
             tracing::warn!(job_id = %job.id, attempt = job.attempt, crashes = job.crashes + 1, "a job's worker is gone");
             match self.after_crash(job) {
+                AfterCrash::Leave => {}
                 AfterCrash::Requeue => self.0.changes.announce(&job.id, JobState::Queued),
                 AfterCrash::End(end) | AfterCrash::Quarantine(end, _) => self.announce_end(&job.id, &end),
             }
         }
         Ok(lost.len())
+    }
+
+    /// Whether leases that have run out are those of workers that are gone. Where somebody has set the clock of the database forward, all
+    /// have run out: those who live extend theirs before this process looks again. Where it was set back, no lease would run out for as
+    /// long as that, so they are set back with it.
+    async fn leases_tell_who_is_gone(&self) -> Result<bool, Refusal> {
+        let (records, period) = (self.0.store.records(), self.0.settings.lease_period.0);
+        let now = records.database_time().await?;
+        match self.0.database_clock.look(Instant::now(), now) {
+            Some(Jump::Forward(jump)) if jump > period / 4 => {
+                tracing::warn!(seconds = jump.as_secs_f64(), "the clock of the database was set forward");
+                Ok(false)
+            }
+            Some(Jump::Back(jump)) if jump > period * 2 => {
+                tracing::warn!(seconds = jump.as_secs_f64(), "the clock of the database was set back");
+                records.set_leases_back(jump).await?;
+                Ok(true)
+            }
+            _ => Ok(true),
+        }
     }
 
     /// A job under which processes died `max_attempts` times is not tried again: it may be what kills them.

@@ -16,6 +16,7 @@ mod assets;
 mod batches;
 mod bridge;
 mod changes;
+mod database_clock;
 mod events;
 mod failure;
 mod fetching;

@@ -10,7 +10,7 @@ use std::{
 
 use crate::{
     engine::Control,
-    store::{Held, JobId, LeaseId, StoredProgress},
+    store::{Held, JobId, JobRecord, LeaseId, StoredProgress},
     telemetry::{Metric, monotonic_seconds},
 };
 
@@ -95,6 +95,11 @@ impl RunningJobs {
         if let Some(job) = self.lock().get(id) {
             job.stop(reason);
         }
+    }
+
+    /// Whether this process has a job by the lease that is on its record.
+    pub(super) fn has(&self, record: &JobRecord) -> bool {
+        self.lock().get(&record.id).is_some_and(|job| Some(&job.lease) == record.lease.as_ref())
     }
 
     /// Tells a job to stop that this lease no longer holds.

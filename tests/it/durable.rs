@@ -30,13 +30,18 @@ macro_rules! suite {
 
 mod batch_records;
 mod batches;
+mod clocks;
 mod collector;
 mod crashes;
+mod dice;
+mod kills;
 mod model;
 mod named_records;
 mod outbox;
+mod queue_cost;
 mod records;
 mod scale_out;
+mod scaling;
 mod studio;
 mod support;
 mod traces;

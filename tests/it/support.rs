@@ -159,9 +159,38 @@ pub(crate) fn validate_gltf<'a>(files: &[&'a Path]) -> Option<BTreeMap<&'a Path,
 }
 
 /// A number that a developer may set to run a test for longer.
-#[expect(clippy::disallowed_methods, reason = "tests have no settings")]
 pub(crate) fn count_of(variable: &str, otherwise: usize) -> usize {
-    std::env::var(variable).ok().and_then(|text| text.parse().ok()).unwrap_or(otherwise)
+    Extent::of(variable, otherwise).amount
+}
+
+/// How much a test does, and whether it is held to figures: only where somebody asked for an amount.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Extent {
+    pub(crate) amount: usize,
+    pub(crate) is_measured: bool,
+}
+
+impl Extent {
+    /// The usual amount, or what the variable says.
+    #[expect(clippy::disallowed_methods, reason = "tests have no settings")]
+    pub(crate) fn of(variable: &str, usual: usize) -> Self {
+        let given = std::env::var(variable).ok().and_then(|text| text.parse().ok());
+        Self { amount: given.unwrap_or(usual), is_measured: given.is_some() }
+    }
+
+    /// Asserts what only a measurement can say, and prints it.
+    pub(crate) fn holds(self, is_true: bool, figure: &str) {
+        self.all_hold(&[(is_true, figure.to_owned())]);
+    }
+
+    /// The same for several, which are all printed, whether or not they hold.
+    #[expect(clippy::print_stdout, reason = "figures are what the long runs are for")]
+    pub(crate) fn all_hold(self, figures: &[(bool, String)]) {
+        if self.is_measured {
+            figures.iter().for_each(|(_, figure)| println!("{figure}"));
+            figures.iter().for_each(|(is_true, figure)| assert!(is_true, "{figure}"));
+        }
+    }
 }
 
 /// A Python that has that module: the one that `tests/run` made, else the system's.

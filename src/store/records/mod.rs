@@ -10,6 +10,7 @@ mod batch_record;
 mod batches;
 mod blob_names;
 mod database;
+mod database_clock;
 mod deliveries;
 mod dialect;
 mod documents;

@@ -14,7 +14,7 @@
 use std::{collections::BTreeMap, time::Duration};
 
 use jiff::Timestamp;
-use sqlx::{Any, Row, Transaction};
+use sqlx::{Any, Executor as _, Row, Transaction};
 
 use super::{
     FinishedJob, JobRecord, JobState, Lane, Records, StoredProgress, count,
@@ -60,6 +60,8 @@ pub enum GiveBack {
 /// What becomes of a job whose worker is gone.
 #[derive(Clone, Debug)]
 pub enum AfterCrash {
+    /// Nothing: its worker is there, and was only slow to say so.
+    Leave,
     /// It goes back to the queue.
     Requeue,
     /// It ends.
@@ -79,6 +81,10 @@ pub struct QueueDepth {
     pub batch_jobs: u64,
 }
 
+/// The planner goes by what it last counted, and a queue fills and empties faster than it counts: it would sort a queue that it takes for
+/// empty, or read the whole table for a caller of whom none waits, to find the one row that an index has first.
+const BY_INDEX: &str = "SET LOCAL enable_sort TO off; SET LOCAL enable_seqscan TO off";
+
 impl Records {
     /// Takes the job whose turn it is, of those in lanes up to `last`, and gives it to `lease` for `period`, counting an attempt.
     /// `lease` must be new; when the answer is an error, [`Records::leased`] tells whether it has a job.
@@ -93,6 +99,9 @@ impl Records {
         last: Lane,
     ) -> Result<Claim, StoreError> {
         let mut transaction = self.begin_brief().await?;
+        if self.are_shared() {
+            transaction.execute(BY_INDEX).await?;
+        }
         let (database_now, skip) = (self.dialect.now(), self.dialect.lock_free_rows());
         let query = ours(format!(
             "UPDATE jobs SET state = 'running', attempt = attempt + 1, started_at = $3, lease = $1, progress = NULL, \
@@ -204,7 +213,8 @@ impl Records {
     }
 
     /// Takes up to `most` jobs from workers that are gone: those whose lease has run out, or all that anybody has when
-    /// `whose_ever`. `decide` says what becomes of each; what was told to stop must end. Gives the records as they were.
+    /// `whose_ever`. `decide` says what becomes of each; what was told to stop must end. Gives the records of those that were taken, as
+    /// they were.
     ///
     /// # Errors
     /// When the database fails. The changes may have been made all the same.
@@ -229,11 +239,16 @@ impl Records {
         let mut jobs: Vec<JobRecord> = rows.iter().map(read).collect::<Result<_, _>>()?;
         // Two who do this at the same time write the events of principals in one order, so that neither waits for the other for ever.
         jobs.sort_by(|one, other| one.principal.cmp(&other.principal));
-        for job in &jobs {
-            self.after_crash(&mut transaction, job, decide(job)).await?;
+        let mut taken = Vec::with_capacity(jobs.len());
+        for job in jobs {
+            let after = decide(&job);
+            if !matches!(after, AfterCrash::Leave) {
+                self.after_crash(&mut transaction, &job, after).await?;
+                taken.push(job);
+            }
         }
         self.commit(transaction).await?;
-        Ok(jobs)
+        Ok(taken)
     }
 
     async fn after_crash(
@@ -243,6 +258,7 @@ impl Records {
         after: AfterCrash,
     ) -> Result<(), StoreError> {
         let (end, until) = match after {
+            AfterCrash::Leave => return Ok(()),
             AfterCrash::Requeue => {
                 let query = "UPDATE jobs SET state = 'queued', crashes = crashes + 1, available_at = 0, lease = NULL, \
                              lease_expires_at = NULL, started_at = NULL, progress = NULL WHERE id = $1";

@@ -22,7 +22,12 @@ fn batch(items: u64, on_error: OnError) -> BatchRecord {
     }
 }
 
-fn jobs(batch: &BatchRecord, file: &AssetRecord) -> Vec<JobRecord> {
+/// A batch of that many items that goes on whatever fails.
+pub(super) fn batch_of(items: u64) -> BatchRecord {
+    batch(items, OnError::Continue)
+}
+
+pub(super) fn jobs_of(batch: &BatchRecord, file: &AssetRecord) -> Vec<JobRecord> {
     let place = |item| Some(BatchPlace { batch: batch.id.clone(), item });
     (0..batch.items).map(|item| JobRecord { batch: place(item), ..job(file, 0) }).collect()
 }
@@ -49,7 +54,7 @@ async fn file(records: &Records) -> AssetRecord {
 
 async fn added(records: &Records, items: u64, on_error: OnError) -> (BatchRecord, Vec<JobRecord>) {
     let batch = batch(items, on_error);
-    let jobs = jobs(&batch, &file(records).await);
+    let jobs = jobs_of(&batch, &file(records).await);
     assert_eq!(records.add_batch(&batch, &jobs).await.expect("writes"), AddedBatch::New, "its file is there");
     (batch, jobs)
 }
@@ -84,7 +89,7 @@ pub(super) async fn a_batch_is_written_with_all_its_jobs_or_not_at_all(records: 
     let again = records.add_batch(&BatchRecord { id: BatchId::new(), ..batch.clone() }, &jobs[..1]).await;
     assert_eq!(again.expect("answers"), AddedBatch::Before(Box::new(batch.clone())), "the same key is the same batch");
     let other = self::batch(2, OnError::Continue);
-    let mut with_unknown = self::jobs(&other, &file(records).await);
+    let mut with_unknown = jobs_of(&other, &file(records).await);
     with_unknown[1].request.target.asset = asset("ann", "zz").id;
     let refused = records.add_batch(&other, &with_unknown).await.expect("answers");
     assert_eq!(refused, AddedBatch::FileMissing, "without one file there is no batch");

@@ -6,14 +6,13 @@ use reqwest::Client;
 use serde_json::{Value, json};
 
 use super::{
-    studio::{CLIP, Customer, Place},
+    studio::{CLIP, Customer, Place, edit_of},
     support::{PATIENCE, count_of},
 };
 
 async fn ask(client: &Client, url: &str, asset: &str, count: usize) -> Value {
-    let defaults = json!({"source": {"asset": asset}, "config": {"task": "edit"}, "output": ["bvh"]});
     let item = |number: usize| json!({"labels": {"number": number.to_string()}});
-    let body = json!({"defaults": defaults, "items": (0..count).map(item).collect::<Vec<_>>()});
+    let body = json!({"defaults": edit_of(asset), "items": (0..count).map(item).collect::<Vec<_>>()});
     let answer = client.post(format!("{url}/v1/batches")).json(&body).send().await.expect("an answer");
     assert_eq!(answer.status(), 202, "taken on");
     answer.json().await.expect("JSON")
@@ -23,24 +22,13 @@ async fn look(client: &Client, url: &str, id: &str) -> Value {
     client.get(format!("{url}/v1/batches/{id}")).send().await.expect("an answer").json().await.expect("JSON")
 }
 
-/// All jobs of a batch.
-async fn jobs_of(client: &Client, url: &str, id: &str) -> Vec<Value> {
-    let (mut jobs, mut cursor) = (Vec::new(), String::new());
-    loop {
-        let path = format!("{url}/v1/batches/{id}/jobs?limit=100{cursor}");
-        let page: Value = client.get(path).send().await.expect("an answer").json().await.expect("JSON");
-        jobs.extend(page["items"].as_array().expect("a page").clone());
-        let Some(next) = page["next_cursor"].as_str() else { return jobs };
-        cursor = format!("&cursor={next}");
-    }
-}
-
 /// Killed as by a power cut while a batch runs, the process comes back and ends every job of it, once.
 async fn survives_a_power_cut(place: Place) {
     let flags = ["--workers", "2", "--lease-period", "1s", "--max-attempts", "50"];
     let client = Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client");
     let mut process = place.serve(&flags, &[]);
-    let asset = Customer::new().upload(&process.url, CLIP).await.expect("is taken");
+    let customer = Customer::new();
+    let asset = customer.upload(&process.url, CLIP).await.expect("is taken");
     let count = count_of("RETARGETD_TEST_JOBS", 120);
     let id = ask(&client, &process.url, &asset, count).await["id"].as_str().expect("an id").to_owned();
     let (began, mut kills) = (Instant::now(), 0);
@@ -61,7 +49,7 @@ async fn survives_a_power_cut(place: Place) {
         tokio::time::sleep(std::time::Duration::from_millis(20)).await;
     }
     assert!(kills > 0, "it was killed while the batch ran");
-    let jobs = jobs_of(&client, &process.url, &id).await;
+    let jobs = customer.list(&process.url, &format!("/v1/batches/{id}/jobs")).await;
     for (number, job) in jobs.iter().enumerate() {
         assert_eq!(
             (&job["batch_item"], &job["labels"]["number"]),
@@ -94,8 +82,7 @@ async fn a_batch_is_taken_on_whole_or_not_at_all() {
         let armed = [("RETARGETD_FAILPOINT", format!("{failpoint}:1"))];
         let mut process = place.serve(&["--workers", "1"], &armed);
         let asset = Customer::new().upload(&process.url, CLIP).await.expect("is taken");
-        let item = json!({"source": {"asset": asset}, "config": {"task": "edit"}, "output": ["bvh"]});
-        let body = json!({"defaults": item, "items": vec![json!({}); 30]});
+        let body = json!({"defaults": edit_of(&asset), "items": vec![json!({}); 30]});
         let request = || client.post(format!("{}/v1/batches", process.url)).header("idempotency-key", "x").json(&body);
         assert!(request().send().await.is_err(), "it dies under the request");
         process.exit_code();

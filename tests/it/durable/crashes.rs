@@ -9,7 +9,7 @@ use retargetd::config::Failpoint;
 
 use super::{
     studio::{CLIP, Customer, Place},
-    support::{PATIENCE, ServiceProcess, count_of},
+    support::{PATIENCE, ServiceProcess},
 };
 
 /// Short, so that lost workers are soon known to be.
@@ -129,50 +129,4 @@ async fn a_worker_or_an_api_that_dies_anywhere_loses_nothing() {
         let states = customer.collect(&api.url).await;
         assert_eq!(states.get("succeeded"), Some(&customer.promised.len()), "after '{}': {states:?}", failpoint.name());
     }
-}
-
-/// Small jobs while workers are killed at random. `RETARGETD_TEST_JOBS=1000` is the long form; the figures are printed.
-#[tokio::test(flavor = "multi_thread")]
-async fn workers_killed_at_random_lose_nothing() {
-    let Some(place) = Place::shared() else { return };
-    let count = count_of("RETARGETD_TEST_JOBS", 60);
-    let flags = ["--workers", "2", LEASE, SHORT, "--max-attempts", "50", "--max-queued-jobs", "100000"];
-    let api = place.serve(&["--workers", "0", LEASE, SHORT, "--max-queued-jobs", "100000"], &[]);
-    let mut workers: Vec<ServiceProcess> = (0..3).map(|_| place.worker(&flags, &[])).collect();
-    let mut customer = Customer::new();
-    let asset = customer.upload(&api.url, CLIP).await.expect("is taken");
-    let kills = count / 20;
-    for number in 0..count {
-        assert!(customer.ask(&api.url, &asset).await, "is taken");
-        if number % (count / kills) == 7 {
-            let victim = number % workers.len();
-            workers[victim].kill();
-            workers[victim] = place.worker(&flags, &[]);
-        }
-    }
-    let states = customer.collect(&api.url).await;
-    assert_eq!(states.get("succeeded"), Some(&count), "none is lost, none fails: {states:?}");
-    for worker in workers {
-        assert_eq!(worker.terminate(), Some(0), "it ends well");
-    }
-}
-
-/// The same with one process and its folder.
-#[tokio::test(flavor = "multi_thread")]
-async fn a_service_killed_at_random_loses_nothing() {
-    let place = Place::folder();
-    let count = count_of("RETARGETD_TEST_JOBS", 60);
-    let flags = ["--workers", "2", "--max-attempts", "50", "--max-queued-jobs", "100000"];
-    let mut customer = Customer::new();
-    let mut process = place.serve(&flags, &[]);
-    let asset = customer.upload(&process.url, CLIP).await.expect("is taken");
-    for number in 0..count {
-        if number % 20 == 13 {
-            process.kill();
-            process = place.serve(&flags, &[]);
-        }
-        assert!(customer.ask(&process.url, &asset).await, "is taken");
-    }
-    let states = customer.collect(&process.url).await;
-    assert_eq!(states.get("succeeded"), Some(&count), "none is lost, none fails: {states:?}");
 }

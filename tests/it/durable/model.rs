@@ -1,14 +1,7 @@
 //! Random commands on the records, against a model that is a map, with faults on the way: a call may fail before it did anything,
 //! fail after it did everything, or take its time. After a failure the record must be as before or as after, and nothing between.
 
-use std::{
-    collections::BTreeMap,
-    sync::{
-        Arc,
-        atomic::{AtomicU64, Ordering},
-    },
-    time::Duration,
-};
+use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
 use futures::future::BoxFuture;
 use jiff::Timestamp;
@@ -18,22 +11,10 @@ use retargetd::store::{
 };
 
 use super::{
+    dice::Dice,
     records::{HOUR, asset, end, job},
     support::{Postgres, count_of},
 };
-
-/// Numbers that look random and are the same on every run (splitmix64).
-#[derive(Debug)]
-struct Dice(AtomicU64);
-
-impl Dice {
-    fn roll(&self, sides: u64) -> u64 {
-        let mut state = self.0.fetch_add(0x9e37_79b9_7f4a_7c15, Ordering::Relaxed);
-        state = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        state = (state ^ (state >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (state ^ (state >> 31)) % sides
-    }
-}
 
 /// One call in eight fails, half of them after the fact; one in sixteen takes its time.
 #[derive(Debug)]
@@ -224,8 +205,8 @@ impl Script {
 }
 
 async fn follows_the_model(records: Records, seed: u64) {
-    let faults = Arc::new(Unlucky(Dice(AtomicU64::new(seed))));
-    let dice = Dice(AtomicU64::new(seed ^ 0xabcd));
+    let faults = Arc::new(Unlucky(Dice::new(seed)));
+    let dice = Dice::new(seed ^ 0xabcd);
     let unlucky = records.clone().with_faults(faults);
     let mut script = Script { truth: records, records: unlucky, dice, jobs: BTreeMap::new(), faults_seen: 0 };
     let steps = count_of("RETARGETD_TEST_COMMANDS", 400);

@@ -6,7 +6,7 @@ use reqwest::StatusCode;
 
 use super::{
     studio::{CLIP, Customer, Place},
-    support::{PATIENCE, S3, ServiceProcess, count_of},
+    support::{PATIENCE, S3, ServiceProcess},
 };
 use crate::event_stream::EventReader;
 
@@ -161,43 +161,6 @@ fn a_worker_says_what_it_needs() {
     let text = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(4), "not started: {text}");
     assert!(text.contains("--database postgres://") && text.contains("--blobs"), "says what is missing: {text}");
-}
-
-/// How much faster four workers are than one, and what the queue costs. Prints figures and asserts nothing about time: run it by
-/// `RETARGETD_TEST_JOBS=1000 cargo nextest run --release --run-ignored all -E 'test(figures)' --no-capture`.
-#[tokio::test(flavor = "multi_thread")]
-#[ignore = "measures"]
-#[expect(clippy::print_stdout, reason = "figures are what this is for")]
-async fn figures() {
-    for (name, place) in [("folder", Some(Place::folder())), ("shared", Place::shared()), ("cloud", Place::cloud())] {
-        let Some(place) = place else { continue };
-        for workers in [1, 4] {
-            let count = count_of("RETARGETD_TEST_JOBS", 200);
-            let is_folder = matches!(place, Place::Folder(_));
-            if is_folder && workers > 1 {
-                continue;
-            }
-            let own = if is_folder { "1" } else { "0" };
-            let api = place.serve(&["--workers", own, "--max-queued-jobs", "100000"], &[]);
-            let others: Vec<ServiceProcess> =
-                (0..if is_folder { 0 } else { workers }).map(|_| place.worker(&["--workers", "1"], &[])).collect();
-            let mut customer = Customer::new();
-            let asset = customer.upload(&api.url, CLIP).await.expect("is taken");
-            let began = Instant::now();
-            for _ in 0..count {
-                assert!(customer.ask(&api.url, &asset).await, "is taken");
-            }
-            let asked = began.elapsed();
-            customer.collect(&api.url).await;
-            let per = |time: Duration| time.as_secs_f64() * 1e3 / count as f64;
-            println!(
-                "{name}, {workers} workers: {:.2} ms per request, {:.2} ms per job",
-                per(asked),
-                per(began.elapsed())
-            );
-            drop(others);
-        }
-    }
 }
 
 #[tokio::test(flavor = "multi_thread")]

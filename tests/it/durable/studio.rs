@@ -6,7 +6,7 @@ use reqwest::{Client, StatusCode, multipart};
 use serde_json::{Value, json};
 
 use super::support::{PATIENCE, Postgres, S3, ServiceProcess, of_role, serve, worker};
-use crate::support::sha256_of;
+use crate::{event_stream::EventReader, support::sha256_of};
 
 /// The smallest clip that is worth a job: two joints, two frames.
 pub(crate) const CLIP: &str = "HIERARCHY\nROOT Hips\n{\n OFFSET 0 0 0\n CHANNELS 6 Xposition Yposition Zposition Zrotation \
@@ -30,7 +30,12 @@ impl Place {
     }
 
     pub(super) fn shared() -> Option<Self> {
-        Some(Self::Shared(Postgres::start()?, tempfile::tempdir().expect("a temporary folder")))
+        Self::shared_under(&[])
+    }
+
+    /// The same, of a database with these variables of its environment.
+    pub(super) fn shared_under(variables: &[(&'static str, String)]) -> Option<Self> {
+        Some(Self::Shared(Postgres::start_with(variables)?, tempfile::tempdir().expect("a temporary folder")))
     }
 
     pub(super) fn cloud() -> Option<Self> {
@@ -77,6 +82,11 @@ impl Place {
     }
 }
 
+/// The smallest job: writes a clip again.
+pub(super) fn edit_of(asset: &str) -> Value {
+    json!({"source": {"asset": asset}, "config": {"task": "edit"}, "output": ["bvh"]})
+}
+
 /// Somebody who uploads, asks for jobs, and comes back for all of them.
 pub(super) struct Customer {
     client: Client,
@@ -102,16 +112,41 @@ impl Customer {
 
     /// Asks for a job; gives whether it was acknowledged.
     pub(super) async fn ask(&mut self, url: &str, asset: &str) -> bool {
-        let body = json!({"source": {"asset": asset}, "config": {"task": "edit"}, "output": ["bvh"]});
-        let Ok(answer) = self.client.post(format!("{url}/v1/jobs")).json(&body).send().await else { return false };
-        if answer.status() != StatusCode::ACCEPTED {
+        self.ask_for(url, &edit_of(asset), "").await.is_some()
+    }
+
+    /// Asks for a job under a key, so that who asks again has the same job; an empty key is none. Gives the job when it was acknowledged.
+    pub(super) async fn ask_for(&mut self, url: &str, body: &Value, key: &str) -> Option<String> {
+        let request = self.client.post(format!("{url}/v1/jobs")).json(body);
+        let request = if key.is_empty() { request } else { request.header("idempotency-key", key) };
+        let answer = request.send().await.ok()?;
+        // A key that was used before finds its job, which may have ended.
+        if ![StatusCode::ACCEPTED, StatusCode::OK].contains(&answer.status()) {
             let (status, body) = (answer.status(), answer.json::<Value>().await.unwrap_or_default());
             assert!(body["retryable"] == true || body.is_null(), "taken, or to be tried again: {status} {body}");
-            return false;
+            return None;
         }
-        let Ok(job) = answer.json::<Value>().await else { return false };
-        self.promised.push(job["id"].as_str().expect("an id").to_owned());
-        true
+        let job: Value = answer.json().await.ok()?;
+        let id = job["id"].as_str().expect("an id").to_owned();
+        self.promised.push(id.clone());
+        Some(id)
+    }
+
+    /// All items of a list, page by page.
+    pub(super) async fn list(&self, url: &str, path: &str) -> Vec<Value> {
+        let (mut items, mut cursor) = (Vec::new(), String::new());
+        loop {
+            let page = self.client.get(format!("{url}{path}?limit=100{cursor}")).send().await.expect("an answer");
+            let page: Value = page.json().await.expect("JSON");
+            items.extend(page["items"].as_array().expect("a page").clone());
+            let Some(next) = page["next_cursor"].as_str() else { return items };
+            cursor = format!("&cursor={next}");
+        }
+    }
+
+    /// Follows what happens to all jobs, from behind the event of that number.
+    pub(super) async fn follow(&self, url: &str, last_id: &str) -> EventReader {
+        EventReader::open(self.client.get(format!("{url}/v1/events")), Some(last_id)).await
     }
 
     /// Has a clip written again and waits for the file; gives the job and the digest of what came, `None` when the service dies meanwhile.
@@ -162,7 +197,7 @@ impl Customer {
     }
 
     /// What is visible is complete: the bytes have the digest that the job says.
-    async fn check_result(&self, url: &str, result: &Value) {
+    pub(super) async fn check_result(&self, url: &str, result: &Value) {
         let path = format!("/v1/results/{}/content", result["id"].as_str().expect("an id"));
         let answer = self.client.get(format!("{url}{path}")).send().await.expect("an answer");
         assert_eq!(answer.status(), StatusCode::OK, "the result is there");

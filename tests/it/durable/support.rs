@@ -42,11 +42,17 @@ pub(super) struct Postgres {
     child: Option<Child>,
     folder: tempfile::TempDir,
     port: u16,
+    variables: Vec<(&'static str, String)>,
 }
 
 impl Postgres {
     /// `None`, said aloud, where there is no Postgres; `tests/run` installs it.
     pub(super) fn start() -> Option<Self> {
+        Self::start_with(&[])
+    }
+
+    /// The same with these variables of its environment.
+    pub(super) fn start_with(variables: &[(&'static str, String)]) -> Option<Self> {
         if postgres_command("initdb").is_none() {
             skip("Postgres is not installed; tests/run installs it");
             return None;
@@ -60,7 +66,7 @@ impl Postgres {
             .output()
             .expect("initdb runs");
         assert!(done.status.success(), "initdb works: {}", String::from_utf8_lossy(&done.stderr));
-        let mut server = Self { child: None, folder, port: free_port() };
+        let mut server = Self { child: None, folder, port: free_port(), variables: variables.to_vec() };
         server.run();
         Some(server)
     }
@@ -74,6 +80,7 @@ impl Postgres {
         let child = command("postgres", self.folder.path())
             .args(["-p", &self.port.to_string(), "-c", "listen_addresses=127.0.0.1"])
             .args(options)
+            .envs(self.variables.iter().map(|(name, value)| (*name, value)))
             .spawn()
             .expect("postgres starts");
         self.child = Some(child);

@@ -32,8 +32,11 @@ pub(super) fn start_service(data: &std::path::Path, flags: &[&str]) -> ServicePr
     )
 }
 
-/// An engine that does what the config says: `wait` until canceled, `refuse`, `panic`, else the target's bytes as GLB.
-pub(super) struct Obedient;
+/// An engine that does what the config says: `wait` until canceled, `doze` for [`NAP`], `refuse`, `panic`, else the target's bytes as GLB.
+pub(crate) struct Obedient;
+
+/// How long a job takes that costs the processor nothing.
+pub(crate) const NAP: Duration = Duration::from_millis(100);
 
 impl Engine for Obedient {
     fn retarget(&self, inputs: &Inputs<'_>, _: &Knowledge, _: &Limits, control: &Control) -> Result<Ran, Failure> {
@@ -44,6 +47,9 @@ impl Engine for Obedient {
         }
         if says("refuse") {
             return Err(Failure::new(FailureCode::NoAnimation, "the source has no animation").in_part("source"));
+        }
+        if says("doze") {
+            std::thread::sleep(NAP);
         }
         while says("wait") {
             control.check().map_err(|_| Failure::new(FailureCode::Canceled, "canceled"))?;

@@ -10,7 +10,7 @@ use std::{
 use reqwest::{Client, StatusCode};
 use serde_json::{Value, json};
 
-use crate::service_process::ServiceProcess;
+use crate::{service_process::ServiceProcess, support::Extent};
 
 /// Long enough for a busy machine; nothing waits this long when all is well.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -18,24 +18,19 @@ const PATIENCE: Duration = Duration::from_secs(120);
 /// For how long the service is pressed, and whether it is held to figures: only where somebody asked for a length.
 pub(super) struct Pressure {
     pub(super) lasts: Duration,
-    pub(super) is_measured: bool,
+    extent: Extent,
 }
 
 impl Pressure {
     /// `usual_seconds`, or as long as `RETARGETD_TEST_SECONDS` says.
-    #[expect(clippy::disallowed_methods, reason = "tests have no settings")]
-    pub(super) fn of(usual_seconds: u64) -> Self {
-        let given = std::env::var("RETARGETD_TEST_SECONDS").ok().and_then(|text| text.parse().ok());
-        Self { lasts: Duration::from_secs(given.unwrap_or(usual_seconds)), is_measured: given.is_some() }
+    pub(super) fn of(usual_seconds: usize) -> Self {
+        let extent = Extent::of("RETARGETD_TEST_SECONDS", usual_seconds);
+        Self { lasts: Duration::from_secs(extent.amount as u64), extent }
     }
 
     /// Asserts what only a measurement can say, and prints it.
-    #[expect(clippy::print_stdout, reason = "figures are what the long runs are for")]
     pub(super) fn holds(&self, is_true: bool, figure: &str) {
-        if self.is_measured {
-            println!("{figure}");
-            assert!(is_true, "{figure}");
-        }
+        self.extent.holds(is_true, figure);
     }
 }
 
