@@ -134,7 +134,7 @@ pub async fn work(
 fn engine(settings: &Settings) -> anyhow::Result<Arc<dyn Engine>> {
     Ok(match settings.isolation {
         Isolation::Process => Arc::new(ProcessEngine::new(settings).context("the program cannot find itself")?),
-        Isolation::Thread => Arc::new(RetargetEngine),
+        Isolation::Thread | Isolation::Inline => Arc::new(RetargetEngine),
     })
 }
 

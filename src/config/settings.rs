@@ -246,7 +246,7 @@ settings! {
     limit quarantine_period: Period = "1h" in 0..=31_536_000;
     /// Memory that running jobs may be thought to need together, or 'auto' for 60 % of what there is
     limit memory_budget: MemoryBudget = "auto" in 1_048_576..=1_125_899_906_842_624_u64;
-    /// Where the engine reads files and works on them: 'process' for processes of its own, which files may bring down without harm to others; 'thread' for this one
+    /// Where the engine reads files and works on them: 'process' for processes of its own, which files may bring down without harm to others; 'thread' for this one; 'inline' for the very task that has claimed the job, for looking into faults: nothing ends a job that takes too long
     plain isolation: Isolation = "process";
     /// Memory that one engine process may use, or 'auto' for 60 % of what there is
     limit process_memory: MemoryBudget = "auto" in 16_777_216..=1_125_899_906_842_624_u64;

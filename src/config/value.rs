@@ -297,9 +297,11 @@ pub enum Isolation {
     Process,
     /// In threads of the process that runs the jobs.
     Thread,
+    /// In the task that has claimed the job. Nothing then ends a job that takes too long.
+    Inline,
 }
 
-word_setting!(Isolation, "process", { "process" => Self::Process, "thread" => Self::Thread });
+word_setting!(Isolation, "process", { "process" => Self::Process, "thread" => Self::Thread, "inline" => Self::Inline });
 
 /// Who must show a key or a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

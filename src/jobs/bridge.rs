@@ -159,6 +159,15 @@ fn no_json(error: &serde_json::Error) -> Failure {
 /// What the engine may put on the stack.
 pub(super) const STACK_BYTES: usize = 8 << 20;
 
+/// Runs `work` before this returns; other tasks of this thread go on elsewhere. `None` when it panicked.
+pub(super) fn in_place<T>(work: impl FnOnce() -> T) -> tokio::sync::oneshot::Receiver<Option<T>> {
+    let (sender, receiver) = tokio::sync::oneshot::channel();
+    let run = || std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)).ok();
+    // The receiver is here.
+    let _ = sender.send(tokio::task::block_in_place(run));
+    receiver
+}
+
 /// Runs `work` on a thread of its own, with a stack of a size that does not depend on who asks. `None` when it panicked.
 ///
 /// The thread goes on when the receiver is dropped; `work` ends early only when its control is canceled.

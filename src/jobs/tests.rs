@@ -125,7 +125,12 @@ impl Fixture {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn jobs_succeed_fail_and_panic_each_by_itself() {
-    let fixture = Fixture::new(&[("workers", "2")]).await;
+    for isolation in ["thread", "inline"] {
+        each_job_has_its_own_end(Fixture::new(&[("workers", "2"), ("isolation", isolation)]).await).await;
+    }
+}
+
+async fn each_job_has_its_own_end(fixture: Fixture) {
     let workers = Workers::start(&fixture.jobs, 2);
     let mut ends = Vec::new();
     for config in ["panic", "refuse", "fine", "panic", "fine"] {

@@ -10,7 +10,7 @@ use futures::future::try_join_all;
 
 use super::{
     FailureReason, JobEvent, Jobs, Ran, Refusal,
-    bridge::on_own_thread,
+    bridge::{in_place, on_own_thread},
     failure,
     head_start::BegunWork,
     inputs::InputBytes,
@@ -19,7 +19,7 @@ use super::{
     seats::Seat,
 };
 use crate::{
-    config::Failpoint,
+    config::{Failpoint, Isolation},
     engine::{Control, FailureCode, Format, Knowledge, Output, Timings},
     store::{
         CachedResults, FinishedJob, GiveBack, JobFailure, JobRecord, JobRequest, JobState, ResultId, ResultRecord,
@@ -166,7 +166,7 @@ impl Jobs {
         Ok((files, self.knowledge(&record.principal, &record.request).await?))
     }
 
-    /// Has the engine work on files, on a thread of its own.
+    /// Has the engine work on files, on a thread of its own unless the settings want otherwise.
     pub(super) fn work(
         &self,
         request: JobRequest,
@@ -176,11 +176,13 @@ impl Jobs {
     ) -> BegunWork {
         let inner = Arc::clone(&self.0);
         let at = Instant::now();
-        let outcome = on_own_thread("retarget", move || {
+        let is_inline = inner.settings.isolation == Isolation::Inline;
+        let work = move || {
             Failpoint::EngineRuns.reach();
             let formats: Vec<Format> = request.formats.iter().filter_map(|name| Format::from_name(name)).collect();
             inner.engine.retarget(&files.inputs(&request, &formats), &knowledge, &inner.limits, &control)
-        });
+        };
+        let outcome = if is_inline { in_place(work) } else { on_own_thread("retarget", work) };
         BegunWork { at, outcome }
     }
 
@@ -243,7 +245,11 @@ impl Jobs {
         let _given = self.hand_over(record, &end, first);
         let digests: Vec<&str> = end.results.iter().map(|result| result.sha256.as_str()).collect();
         let _held = self.0.store.hold_blobs(&digests).await?;
-        try_join_all(blobs.into_iter().map(UnnamedBlob::keep)).await?;
+        match try_join_all(blobs.into_iter().map(UnnamedBlob::keep)).await.map_err(Refusal::from) {
+            Ok(_) => {}
+            Err(Refusal::StorageFull) => return self.fail_for_room(record, running).await,
+            Err(refusal) => return Err(refusal),
+        }
         Failpoint::ResultsKept.reach();
         self.write_end(record, running, JobEvent::Succeed, end).await
     }

@@ -30,24 +30,51 @@ async fn open() -> (tempfile::TempDir, DataFolder, Store) {
 #[tokio::test]
 async fn a_blob_is_visible_when_it_is_complete_and_not_before() {
     let (_root, folder, store) = open().await;
-    let mut writer = store.blobs().begin().expect("begins");
-    writer.write(&[7; 3_000_000]).await.expect("more than one part");
-    let unnamed = writer.finish().await.expect("finishes");
-    let digest = unnamed.blob().sha256.clone();
-    assert!(!store.blobs().has(&digest).await.expect("answers"), "complete, but not kept yet");
-    let blob = unnamed.keep().await.expect("is kept");
-    assert_eq!((blob.bytes, blob.sha256.len()), (3_000_000, 64), "size and name");
-    let bytes = store.blobs().read(&digest).await.expect("reads");
-    assert!(bytes.len() == 3_000_000 && bytes.iter().all(|byte| *byte == 7), "the same bytes");
-    let left = std::fs::read_dir(folder.uploads()).expect("a folder").count();
-    assert_eq!(left, 0, "nothing is left where uploads are written");
+    for (size, is_in_memory) in [(0, true), (3_000_000, true), (20_000_000, false)] {
+        let mut writer = store.blobs().begin().expect("begins");
+        for piece in vec![7; size].chunks(900_000) {
+            writer.write(piece).await.expect("writes");
+        }
+        let unnamed = writer.finish().await.expect("finishes");
+        assert_eq!(unnamed.in_memory().map(|bytes| bytes.len()), is_in_memory.then_some(size), "small ones only");
+        let digest = unnamed.blob().sha256.clone();
+        assert!(!store.blobs().has(&digest).await.expect("answers"), "complete, but not kept yet");
+        let blob = unnamed.keep().await.expect("is kept");
+        assert_eq!((blob.bytes, blob.sha256.len()), (size as u64, 64), "size and name");
+        let bytes = store.blobs().read(&digest).await.expect("reads");
+        assert!(bytes.len() == size && bytes.iter().all(|byte| *byte == 7), "the same bytes");
+        let whole = store.blobs().write(bytes).await.expect("writes");
+        assert_eq!(*whole.blob(), blob, "the same by whatever way");
+        assert_eq!(whole.keep().await.expect("is there already"), blob, "and once");
+        let left = std::fs::read_dir(folder.uploads()).expect("a folder").count();
+        assert_eq!(left, 0, "nothing is left where uploads are written");
+    }
+}
+
+#[tokio::test]
+async fn memory_for_files_that_arrive_is_bounded_and_given_back() {
+    let (_root, _folder, store) = open().await;
+    let receive = async |first: u8| {
+        let mut writer = store.blobs().begin().expect("begins");
+        writer.write(&vec![first; 15_000_000]).await.expect("writes");
+        writer.finish().await.expect("finishes")
+    };
+    let mut arrived = Vec::new();
+    for first in 0..8 {
+        arrived.push(receive(first).await);
+    }
+    let in_memory = arrived.iter().filter(|blob| blob.in_memory().is_some()).count();
+    assert!((3..=4).contains(&in_memory), "64 MiB for all: {in_memory} of 8 files of 15 MB");
+    drop(arrived);
+    assert!(receive(9).await.in_memory().is_some(), "there is room again");
 }
 
 #[tokio::test(flavor = "multi_thread")]
 async fn what_is_dropped_half_way_leaves_nothing() {
     let (_root, folder, store) = open().await;
     let mut writer = store.blobs().begin().expect("begins");
-    writer.write(&[1; 2_000_000]).await.expect("writes");
+    writer.write(&vec![1; 20_000_000]).await.expect("writes");
+    assert_ne!(std::fs::read_dir(folder.uploads()).expect("a folder").count(), 0, "parts are there");
     drop(writer);
     drop(store.blobs().write(vec![2; 10].into()).await.expect("writes"));
     for _ in 0..500 {

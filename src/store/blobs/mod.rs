@@ -25,6 +25,7 @@ use object_store::{
     path::Path,
     signer::{SignedUrlOptions, Signer},
 };
+use tokio::sync::Semaphore;
 
 use super::StoreError;
 use disk::Disk;
@@ -47,9 +48,10 @@ pub struct Blobs {
     disk: Option<Disk>,
     /// What stands before every name. May be empty.
     prefix: Path,
-    /// Bytes that are written to the store at once, and of what is kept in memory until it is whole; small enough that many slow uploads
-    /// do not fill the memory.
+    /// Bytes that are written to the store at once; small enough that many slow uploads do not fill the memory.
     part_bytes: usize,
+    /// Parts that blobs may have in memory beyond their first one, all together.
+    more_parts: Arc<Semaphore>,
     /// What bounds them where they lie on a disk.
     room: Option<Room>,
 }

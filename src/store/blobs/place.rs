@@ -8,6 +8,7 @@ use object_store::{
     local::LocalFileSystem,
     path::Path,
 };
+use tokio::sync::Semaphore;
 
 use super::{Blobs, disk::Disk, room::Room};
 use crate::store::StoreError;
@@ -66,6 +67,7 @@ impl Blobs {
                     disk: Some(disk),
                     prefix: Path::default(),
                     part_bytes: 1 << 20,
+                    more_parts: Arc::new(Semaphore::new(64)),
                     room: Some(Room::on(root.clone())),
                 })
             }
@@ -85,6 +87,7 @@ impl Blobs {
                     prefix: Path::parse(prefix).map_err(object_store::Error::from)?,
                     // The least that S3 takes as a part which is not the last.
                     part_bytes: 5 << 20,
+                    more_parts: Arc::new(Semaphore::new(12)),
                     room: None,
                 })
             }

@@ -1,8 +1,11 @@
 //! Writing a blob: its bytes first, its name when it is complete.
 
+use std::sync::Arc;
+
 use bytes::{Bytes, BytesMut};
 use object_store::{MultipartUpload, ObjectStore, ObjectStoreExt, PutMode, PutPayload, path::Path};
 use sha2::{Digest, Sha256};
+use tokio::sync::OwnedSemaphorePermit;
 
 use super::{Blobs, UNFINISHED};
 use crate::store::{StoreError, hexadecimal};
@@ -24,7 +27,7 @@ impl Blobs {
     pub fn begin(&self) -> Result<BlobWriter, StoreError> {
         self.check_room()?;
         let (buffer, hasher) = (BytesMut::new(), Sha256::new());
-        Ok(BlobWriter { blobs: self.clone(), upload: None, buffer, hasher, bytes: 0 })
+        Ok(BlobWriter { blobs: self.clone(), upload: None, buffer, more_parts: None, hasher, bytes: 0 })
     }
 
     /// Moves what was uploaded to its name, for good.
@@ -53,11 +56,21 @@ impl Blobs {
     pub async fn write(&self, bytes: Bytes) -> Result<UnnamedBlob, StoreError> {
         /// So that hashing a large file does not hold a thread of the runtime for long.
         const PIECE_BYTES: usize = 1 << 20;
-        let mut writer = self.begin()?;
-        for piece in bytes.chunks(PIECE_BYTES) {
-            writer.write(piece).await?;
+        if bytes.len() > MOST_WHOLE_BYTES {
+            let mut writer = self.begin()?;
+            for piece in bytes.chunks(PIECE_BYTES) {
+                writer.write(piece).await?;
+            }
+            return writer.finish().await;
         }
-        writer.finish().await
+        self.check_room()?;
+        let mut hasher = Sha256::new();
+        for piece in bytes.chunks(PIECE_BYTES) {
+            hasher.update(piece);
+            tokio::task::yield_now().await;
+        }
+        let blob = Blob { sha256: hexadecimal(&hasher.finalize()), bytes: bytes.len() as u64 };
+        Ok(UnnamedBlob { blobs: self.clone(), content: Some(Content::InMemory(bytes, None)), blob })
     }
 }
 
@@ -82,9 +95,15 @@ pub struct BlobWriter {
     /// `None` as long as everything is in the buffer.
     upload: Option<Upload>,
     buffer: BytesMut,
+    /// What it was given of the memory for parts beyond the first.
+    more_parts: Option<OwnedSemaphorePermit>,
     hasher: Sha256,
     bytes: u64,
 }
+
+/// Blobs up to this size are kept in memory until they are whole, where there is room: that costs one visit to the store instead of one for each
+/// part, and whoever needs the bytes at once need not read them again.
+const MOST_WHOLE_BYTES: usize = 16 << 20;
 
 impl BlobWriter {
     /// Adds bytes.
@@ -94,15 +113,36 @@ impl BlobWriter {
     pub async fn write(&mut self, mut chunk: &[u8]) -> Result<(), StoreError> {
         self.hasher.update(chunk);
         self.bytes += chunk.len() as u64;
-        // Parts are of one size, which some stores insist on.
-        while self.buffer.len() + chunk.len() > self.blobs.part_bytes {
-            let (head, rest) = chunk.split_at(self.blobs.part_bytes - self.buffer.len());
+        while self.buffer.len() + chunk.len() > self.room() {
+            if self.upload.is_none() && self.grow() {
+                continue;
+            }
+            let (head, rest) = chunk.split_at(self.room() - self.buffer.len());
             self.buffer.extend_from_slice(head);
             chunk = rest;
             self.flush().await?;
         }
         self.buffer.extend_from_slice(chunk);
         Ok(())
+    }
+
+    /// Bytes that the buffer may have.
+    fn room(&self) -> usize {
+        let parts = 1 + self.more_parts.as_ref().map_or(0, OwnedSemaphorePermit::num_permits);
+        parts * self.blobs.part_bytes
+    }
+
+    /// Makes room for another part. Gives whether there was memory for it.
+    fn grow(&mut self) -> bool {
+        if self.room() + self.blobs.part_bytes > MOST_WHOLE_BYTES {
+            return false;
+        }
+        let Ok(part) = Arc::clone(&self.blobs.more_parts).try_acquire_owned() else { return false };
+        match &mut self.more_parts {
+            Some(parts) => parts.merge(part),
+            None => self.more_parts = Some(part),
+        }
+        true
     }
 
     /// How many bytes there are so far.
@@ -116,7 +156,7 @@ impl BlobWriter {
     /// # Errors
     /// When the store fails.
     pub async fn finish(mut self) -> Result<UnnamedBlob, StoreError> {
-        if self.upload.is_some() && !self.buffer.is_empty() {
+        if self.upload.is_some() {
             self.flush().await?;
         }
         let sha256 = hexadecimal(&std::mem::take(&mut self.hasher).finalize());
@@ -126,21 +166,26 @@ impl BlobWriter {
                 upload.parts.complete().await?;
                 Content::Stored(upload.path.clone())
             }
-            None => Content::InMemory(self.buffer.split().freeze()),
+            None => Content::InMemory(self.buffer.split().freeze(), self.more_parts.take()),
         };
         // Complete, so there is nothing to give up any more.
         self.upload = None;
         Ok(UnnamedBlob { blobs: self.blobs.clone(), content: Some(content), blob })
     }
 
+    /// Hands on what is in the buffer, in parts of one size, which some stores insist on; only the last may be smaller.
     async fn flush(&mut self) -> Result<(), StoreError> {
         let upload = match &mut self.upload {
             Some(upload) => upload,
             none => none.insert(Upload::begin(&self.blobs).await?),
         };
-        self.blobs.check_room()?;
-        let part = self.buffer.split().freeze();
-        Ok(upload.parts.put_part(PutPayload::from_bytes(part)).await?)
+        while !self.buffer.is_empty() {
+            self.blobs.check_room()?;
+            let part = self.buffer.split_to(self.buffer.len().min(self.blobs.part_bytes)).freeze();
+            upload.parts.put_part(PutPayload::from_bytes(part)).await?;
+        }
+        self.more_parts = None;
+        Ok(())
     }
 }
 
@@ -157,7 +202,8 @@ impl Drop for BlobWriter {
 /// Where the bytes of an unnamed blob are.
 #[derive(Debug)]
 enum Content {
-    InMemory(Bytes),
+    /// With what it was given of the memory.
+    InMemory(Bytes, #[expect(dead_code, reason = "held, never looked at")] Option<OwnedSemaphorePermit>),
     Stored(Path),
 }
 
@@ -180,7 +226,7 @@ impl UnnamedBlob {
     #[must_use]
     pub fn in_memory(&self) -> Option<Bytes> {
         match &self.content {
-            Some(Content::InMemory(bytes)) => Some(bytes.clone()),
+            Some(Content::InMemory(bytes, _)) => Some(bytes.clone()),
             _ => None,
         }
     }
@@ -194,7 +240,7 @@ impl UnnamedBlob {
         let (blobs, name) = (&self.blobs, self.blobs.path(&self.blob.sha256));
         match &self.content {
             Some(Content::Stored(path)) => blobs.give_name(path, &name).await?,
-            Some(Content::InMemory(bytes)) => blobs.put(bytes.clone(), &name).await?,
+            Some(Content::InMemory(bytes, _)) => blobs.put(bytes.clone(), &name).await?,
             None => {}
         }
         // It has its name, so there is nothing to remove any more.
