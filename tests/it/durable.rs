@@ -32,6 +32,7 @@ mod batch_records;
 mod batches;
 mod clocks;
 mod collector;
+mod couriers;
 mod crashes;
 mod dice;
 mod kills;

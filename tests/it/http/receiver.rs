@@ -15,7 +15,7 @@ use super::support::PATIENCE;
 
 /// How one request is answered.
 #[derive(Clone, Debug)]
-pub(super) enum Reply {
+pub(crate) enum Reply {
     /// With that status and that header (or an empty one).
     Status(u16, &'static str),
     /// With 200 and that body.
@@ -28,19 +28,19 @@ pub(super) enum Reply {
 
 /// A request as it was heard.
 #[derive(Clone, Debug)]
-pub(super) struct Heard {
-    pub(super) path: String,
-    pub(super) headers: BTreeMap<String, String>,
-    pub(super) body: String,
-    pub(super) at: Instant,
+pub(crate) struct Heard {
+    pub(crate) path: String,
+    pub(crate) headers: BTreeMap<String, String>,
+    pub(crate) body: String,
+    pub(crate) at: Instant,
 }
 
 impl Heard {
-    pub(super) fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         serde_json::from_str(&self.body).expect("JSON")
     }
 
-    pub(super) fn id(&self) -> &str {
+    pub(crate) fn id(&self) -> &str {
         &self.headers["webhook-id"]
     }
 }
@@ -52,14 +52,14 @@ struct Script {
 }
 
 /// The server; everything behind the end of its script is answered with 204.
-pub(super) struct Receiver {
+pub(crate) struct Receiver {
     /// Where it listens.
-    pub(super) url: String,
+    pub(crate) url: String,
     script: Arc<Mutex<Script>>,
 }
 
 impl Receiver {
-    pub(super) fn start(replies: &[Reply]) -> Self {
+    pub(crate) fn start(replies: &[Reply]) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
         let url = format!("http://{}/hook", listener.local_addr().expect("an address"));
         let script = Arc::new(Mutex::new(Script { replies: replies.iter().cloned().collect(), heard: Vec::new() }));
@@ -73,12 +73,12 @@ impl Receiver {
         Self { url, script }
     }
 
-    pub(super) fn heard(&self) -> Vec<Heard> {
+    pub(crate) fn heard(&self) -> Vec<Heard> {
         self.script.lock().expect("nobody panics").heard.clone()
     }
 
     /// Everything that was heard, when it is that much.
-    pub(super) async fn hears(&self, count: usize) -> Vec<Heard> {
+    pub(crate) async fn hears(&self, count: usize) -> Vec<Heard> {
         let began = Instant::now();
         loop {
             let heard = self.heard();
