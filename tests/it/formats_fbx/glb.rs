@@ -7,11 +7,13 @@ use retargetd::{
 };
 
 use super::{
+    files_below,
     made::{Document, Property, deformer, node_id, number, shape, table, triangle, vector},
     read,
     records::{Record, Value},
     write::turning,
 };
+use crate::formats_gltf::assert_nothing_new_is_wrong;
 
 const MOVE: &str = "Lcl Translation";
 /// A picture of one black point.
@@ -240,4 +242,21 @@ fn what_is_not_there_is_said() {
     let document = gltf::Gltf::from_slice(&bytes).expect("the crate reads it");
     let tops: Vec<&str> = document.scenes().next().expect("one").nodes().filter_map(|node| node.name()).collect();
     assert_eq!(tops, ["scene"], "all below it");
+}
+
+/// Whatever is in a file, hostile ones too: what comes out is a glTF that the validator has nothing to say of.
+#[test]
+fn every_file_of_the_corpus_becomes_a_valid_glb() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut written_files = Vec::new();
+    for (index, path) in files_below("", "fbx").into_iter().enumerate() {
+        let Ok(scene) = read(&std::fs::read(&path).expect("a file")) else { continue };
+        let (bytes, _) = written(&scene, &turning(&scene));
+        let stem = path.file_stem().expect("a name").to_string_lossy();
+        let file = folder.path().join(format!("{index}_{stem}.glb"));
+        std::fs::write(&file, bytes).expect("a file");
+        written_files.push(file);
+    }
+    let pairs: Vec<_> = written_files.iter().map(|file| (false, file, file)).collect();
+    assert_nothing_new_is_wrong(&pairs);
 }
