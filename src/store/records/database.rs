@@ -3,7 +3,7 @@
 use std::{path::Path, sync::Arc, time::Duration};
 
 use sqlx::{
-    Any, AnyPool, ConnectOptions as _, Executor as _, SqlSafeStr, Transaction,
+    Any, AnyPool, ConnectOptions as _, Connection as _, Executor as _, SqlSafeStr, Transaction,
     any::{AnyConnectOptions, AnyPoolOptions, AnyQueryResult, AnyRow},
     query::Query,
 };
@@ -20,6 +20,10 @@ const SQLITE_PRAGMAS: &str = "PRAGMA busy_timeout = 10000; PRAGMA journal_mode =
 const SQLITE_DURABLE: &str = "PRAGMA synchronous = FULL";
 /// Or a power cut may take it back.
 const SQLITE_BRIEF: &str = "PRAGMA synchronous = NORMAL";
+
+/// A connection that was used so lately is not tried before it is used again, which costs as much as a query. A database that restarts
+/// takes longer.
+const MAY_BE_GONE: Duration = Duration::from_millis(500);
 
 /// The records of one database. Cheap to clone; all clones share the connections.
 #[derive(Clone, Debug)]
@@ -60,7 +64,14 @@ impl Records {
         let pool_of = |most: u32, syncing: &'static str| {
             let pool = AnyPoolOptions::new().max_connections(most).acquire_timeout(Duration::from_secs(10));
             match dialect {
-                Dialect::Postgres => pool,
+                Dialect::Postgres => pool.test_before_acquire(false).before_acquire(|connection, known| {
+                    Box::pin(async move {
+                        if known.idle_for >= MAY_BE_GONE {
+                            connection.ping().await?;
+                        }
+                        Ok(true)
+                    })
+                }),
                 // A file does not hang up, so connections are not tried before they are used, which costs as much as a query.
                 Dialect::Sqlite => pool.test_before_acquire(false).after_connect(move |connection, _| {
                     Box::pin(async move {
@@ -112,14 +123,8 @@ impl Records {
     /// came after it. For what is true only as long as this process lives.
     pub(super) async fn begin_brief(&self) -> Result<Transaction<'static, Any>, StoreError> {
         self.fault(Moment::Before).await?;
-        match self.dialect {
-            Dialect::Sqlite => Ok(self.brief_pool.begin_with(self.dialect.begin()).await?),
-            Dialect::Postgres => {
-                let mut transaction = self.pool.begin_with(self.dialect.begin()).await?;
-                transaction.execute("SET LOCAL synchronous_commit TO off").await?;
-                Ok(transaction)
-            }
-        }
+        let pool = if self.dialect == Dialect::Sqlite { &self.brief_pool } else { &self.pool };
+        Ok(pool.begin_with(self.dialect.begin_brief()).await?)
     }
 
     /// Ends a transaction. When this fails, the changes may have been made all the same.

@@ -14,7 +14,7 @@
 use std::{collections::BTreeMap, time::Duration};
 
 use jiff::Timestamp;
-use sqlx::{Any, Executor as _, Row, Transaction};
+use sqlx::{Any, Row, Transaction};
 
 use super::{
     FinishedJob, JobRecord, JobState, Lane, Records, StoredProgress, count,
@@ -81,10 +81,6 @@ pub struct QueueDepth {
     pub batch_jobs: u64,
 }
 
-/// The planner goes by what it last counted, and a queue fills and empties faster than it counts: it would sort a queue that it takes for
-/// empty, or read the whole table for a caller of whom none waits, to find the one row that an index has first.
-const BY_INDEX: &str = "SET LOCAL enable_sort TO off; SET LOCAL enable_seqscan TO off";
-
 impl Records {
     /// Takes the job whose turn it is, of those in lanes up to `last`, and gives it to `lease` for `period`, counting an attempt.
     /// `lease` must be new; when the answer is an error, [`Records::leased`] tells whether it has a job.
@@ -99,9 +95,6 @@ impl Records {
         last: Lane,
     ) -> Result<Claim, StoreError> {
         let mut transaction = self.begin_brief().await?;
-        if self.are_shared() {
-            transaction.execute(BY_INDEX).await?;
-        }
         let (database_now, skip) = (self.dialect.now(), self.dialect.lock_free_rows());
         let query = ours(format!(
             "UPDATE jobs SET state = 'running', attempt = attempt + 1, started_at = $3, lease = $1, progress = NULL, \
