@@ -64,7 +64,7 @@ async fn jobs_are_listed_by_what_they_are() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn quotas_are_told_before_they_are_reached() {
-    let service = Service::start(&[("max_principal_jobs", "2")]).await;
+    let service = Service::start(&[("max_principal_jobs", "2"), ("grace_period", "1s")]).await;
     let asset = service.upload(BVH).await;
     let first = service.job(&asset, "wait").await;
     assert_eq!(header(&first, "ratelimit-policy"), "\"jobs\";q=2;qu=\"unfinished-jobs\"", "the quota");

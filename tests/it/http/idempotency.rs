@@ -18,7 +18,7 @@ async fn ask(service: &Service, word: &str, body: &Value) -> Response {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn who_asks_twice_has_one_job_also_when_the_queue_is_full() {
-    let service = Service::start(&[("max_queued_jobs", "1")]).await;
+    let service = Service::start(&[("max_queued_jobs", "1"), ("grace_period", "1s")]).await;
     let asset = service.upload(BVH).await;
     let body = json!({"source": {"asset": asset}, "target": {"asset": asset}, "config": {"say": "wait"}});
     let first = ask(&service, "monday", &body).await;
