@@ -2,7 +2,7 @@
 //!
 //! In the test command these runs are short and ask only what holds on any machine: what is answered, and that the books balance.
 //! With `RETARGETD_TEST_SECONDS` they run that long and hold the service to its figures too:
-//! `RETARGETD_TEST_SECONDS=60 cargo nextest run --release -E 'test(load::)' --no-capture`.
+//! `RETARGETD_TEST_SECONDS=60 cargo nextest run --profile long --release -E 'test(load::)' --no-capture`.
 
 mod one_shots;
 mod overload;
