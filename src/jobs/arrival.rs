@@ -89,15 +89,11 @@ impl Assets {
         let expected = self.records_of(owner, &arrived.files);
         let inputs = ArrivedFiles::by_role(&arrived.places, &expected);
         let new = NewJob { inputs: inputs.into_iter().map(|(role, asset)| (role, asset.id)).collect(), ..new };
-        let assets = expected.into_iter().map(|asset| (asset.id.clone(), asset)).collect();
+        let assets = expected.iter().map(|asset| (asset.id.clone(), asset.clone())).collect();
         let known = jobs.known_with(owner, std::slice::from_ref(&new), assets).await?;
-        let mut admitted = jobs.admit(jobs.resolve_with(&known, owner, new)?).await?;
+        let admitted = jobs.admit(jobs.resolve_with(&known, owner, new)?).await?;
         let awaiting = Awaiting::for_new(jobs, &admitted.record, arrived.in_memory()).await;
-        for (role, id) in self.keep_arrived(owner, arrived).await? {
-            if let Some(input) = admitted.record.request.input_mut(role) {
-                input.asset = id;
-            }
-        }
-        Ok((jobs.add(admitted).await?, awaiting))
+        let _held = self.write_out(arrived.files).await?;
+        Ok((jobs.add(admitted, &expected).await?, awaiting))
     }
 }

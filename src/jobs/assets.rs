@@ -16,7 +16,7 @@ use crate::{
     config::Failpoint,
     engine::{Control, Failure, FailureCode, Format, Knowledge, Limits, NamedBytes, sniff},
     outbound::Outbound,
-    store::{AssetId, AssetRecord, BlobWriter, Page, Principal, UnnamedBlob},
+    store::{AssetId, AssetRecord, BlobWriter, HeldBlobs, Page, Principal, UnnamedBlob},
     telemetry::Metric,
 };
 
@@ -35,8 +35,6 @@ pub struct Assets {
 #[derive(Debug)]
 pub struct Upload {
     writer: BlobWriter,
-    head: Vec<u8>,
-    tail: Vec<u8>,
     file_name: String,
     most_bytes: u64,
 }
@@ -48,11 +46,6 @@ pub struct ReceivedFile {
     format: Format,
     file_name: String,
 }
-
-/// Enough of a file to tell its format: everything but JSON says so in its first bytes.
-const HEAD_BYTES: usize = 1 << 20;
-/// And how much of its end.
-const TAIL_BYTES: usize = 64 << 10;
 
 impl Assets {
     /// The files that `jobs` work on.
@@ -82,7 +75,7 @@ impl Assets {
             return Err(Refusal::StorageFull);
         }
         let writer = inner.store.blobs().begin()?;
-        Ok(Upload { writer, head: Vec::new(), tail: Vec::new(), file_name: file_name.to_owned(), most_bytes })
+        Ok(Upload { writer, file_name: file_name.to_owned(), most_bytes })
     }
 
     /// Keeps a file that has arrived. The same bytes of the same format are kept once for each owner. Gives the record and whether it is new.
@@ -104,16 +97,22 @@ impl Assets {
         files: Vec<ReceivedFile>,
     ) -> Result<Vec<(AssetRecord, bool)>, Refusal> {
         let inner = &self.jobs.0;
+        let assets = self.records_of(owner, &files);
+        let _held = self.write_out(files).await?;
+        let kept = inner.store.records().add_assets(&assets).await?;
+        inner.stored_bytes.add_new(&kept);
+        Ok(kept)
+    }
+
+    /// Makes the bytes of files durable. They stay as long as what comes back is held, and then where a record names them.
+    pub(super) async fn write_out(&self, files: Vec<ReceivedFile>) -> Result<HeldBlobs, Refusal> {
         Failpoint::UploadComplete.reach();
         let digests: Vec<String> = files.iter().map(|file| file.blob.blob().sha256.clone()).collect();
         let digests: Vec<&str> = digests.iter().map(String::as_str).collect();
-        let _held = inner.store.hold_blobs(&digests).await?;
-        let assets = self.records_of(owner, &files);
+        let held = self.jobs.0.store.hold_blobs(&digests).await?;
         try_join_all(files.into_iter().map(|file| file.blob.keep())).await?;
         Failpoint::UploadKept.reach();
-        let kept = inner.store.records().add_assets(&assets).await?;
-        inner.stored_bytes.add(kept.iter().filter(|(_, is_new)| *is_new).map(|(asset, _)| asset.bytes).sum());
-        Ok(kept)
+        Ok(held)
     }
 
     /// The records that files get which have arrived, where their owner has no other record of the same bytes.
@@ -244,14 +243,6 @@ impl Upload {
         if total > self.most_bytes {
             return Err(too_large(&self.file_name, self.most_bytes, total));
         }
-        let room = HEAD_BYTES - self.head.len();
-        let (head, rest) = chunk.split_at(chunk.len().min(room));
-        self.head.extend_from_slice(head);
-        // Archives have their directory at the end.
-        self.tail.extend_from_slice(&rest[rest.len().saturating_sub(TAIL_BYTES)..]);
-        if self.tail.len() > 2 * TAIL_BYTES {
-            self.tail.drain(..self.tail.len() - TAIL_BYTES);
-        }
         Ok(self.writer.write(chunk).await?)
     }
 
@@ -260,13 +251,13 @@ impl Upload {
     /// # Errors
     /// When the bytes are not those announced, or of no format that is read.
     pub async fn finish(self, announced: Option<&str>) -> Result<ReceivedFile, Refusal> {
-        let Self { writer, head, tail, file_name, .. } = self;
+        let Self { writer, file_name, .. } = self;
         let blob = writer.finish().await?;
         let actual = blob.blob().sha256.clone();
         if let Some(announced) = announced.filter(|announced| *announced != actual) {
             return Err(Refusal::DigestMismatch { announced: announced.to_owned(), actual });
         }
-        let format = sniff(&[head, tail].concat(), &file_name).map_err(Failure::from)?;
+        let format = sniff(&blob.ends(), &file_name).map_err(Failure::from)?;
         Metric::AssetBytesReceived.count([], blob.blob().bytes);
         Ok(ReceivedFile { blob, format, file_name })
     }

@@ -4,11 +4,20 @@ use crate::engine::{
     self, Control, Failure, Inputs, Knowledge, Limits, NamedBytes, Outcome, Output, Question, Timings,
 };
 
+/// A file that came out.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MadeFile {
+    /// The file.
+    pub output: Output,
+    /// The SHA-256 of its bytes in hexadecimal, where it was found on the way.
+    pub sha256: Option<String>,
+}
+
 /// What a retarget gave, as plain data that can come from anywhere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ran {
     /// The files.
-    pub outputs: Vec<Output>,
+    pub outputs: Vec<MadeFile>,
     /// What was measured, as JSON.
     pub report: String,
     /// The spec with everything found out filled in, as JSON.
@@ -25,7 +34,7 @@ impl TryFrom<Outcome> for Ran {
     fn try_from(outcome: Outcome) -> Result<Self, Failure> {
         let Outcome { outputs, report, resolved_spec } = outcome;
         Ok(Self {
-            outputs,
+            outputs: outputs.into_iter().map(|output| MadeFile { output, sha256: None }).collect(),
             resolved_spec: resolved_spec.to_string(),
             timings: report.timings,
             warnings: report.warnings.len() as u64,

@@ -13,7 +13,10 @@ use bytes::Bytes;
 use tokio::sync::{broadcast, oneshot, watch};
 
 use super::{JobSnapshot, Jobs, Refusal, changes::Change, head_start::Begun, inputs::InputBytes};
-use crate::store::{FinishedJob, JobId, JobRecord, JobState, Principal, ResultRecord};
+use crate::{
+    engine::Timings,
+    store::{FinishedJob, JobId, JobRecord, JobState, Principal, ResultRecord},
+};
 
 /// The first file of a job that succeeded.
 #[derive(Debug)]
@@ -24,8 +27,8 @@ pub struct HandedFile {
     pub result: ResultRecord,
     /// All its bytes.
     pub bytes: Bytes,
-    /// The job's report, as JSON.
-    pub report: String,
+    /// How long each phase took.
+    pub timings: Timings,
 }
 
 /// What came of waiting for a job.
@@ -175,7 +178,13 @@ impl Jobs {
     }
 
     /// Gives the first file of a job that has succeeded to who waits for it. To be dropped when `end` is written.
-    pub(super) fn hand_over(&self, record: &JobRecord, end: &FinishedJob, bytes: Option<Bytes>) -> Option<Given> {
+    pub(super) fn hand_over(
+        &self,
+        record: &JobRecord,
+        end: &FinishedJob,
+        timings: Timings,
+        bytes: Option<Bytes>,
+    ) -> Option<Given> {
         let (result, bytes) = end.results.first().cloned().zip(bytes)?;
         let record = JobRecord {
             state: JobState::Succeeded,
@@ -183,8 +192,7 @@ impl Jobs {
             cache_key: end.cache_key.clone(),
             ..record.clone()
         };
-        let report = end.report.clone().unwrap_or_default();
-        self.0.handovers.give(HandedFile { record, result, bytes, report })
+        self.0.handovers.give(HandedFile { record, result, bytes, timings })
     }
 }
 

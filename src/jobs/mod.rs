@@ -49,7 +49,7 @@ mod workers;
 pub use arrival::ArrivedFiles;
 pub use assets::{Assets, ReceivedFile, Upload};
 pub use batches::{BadItem, BatchSnapshot, NewBatch, SubmittedBatch};
-pub use bridge::{Engine, Ran, RetargetEngine};
+pub use bridge::{Engine, MadeFile, Ran, RetargetEngine};
 pub use events::{EventStream, Followed, Told};
 pub use failure::FailureReason;
 pub use fetching::NewFetch;

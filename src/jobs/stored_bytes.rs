@@ -5,7 +5,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crate::store::{Records, StoreError};
+use crate::store::{AssetRecord, Records, StoreError};
 
 /// How long a count stands. What this process adds meanwhile is added to it; what others add is not.
 const STANDS_FOR: Duration = Duration::from_secs(1);
@@ -47,6 +47,11 @@ impl StoredBytes {
     pub(super) fn add(&self, bytes: u64) {
         let mut known = self.lock();
         known.bytes = known.bytes.saturating_add(bytes);
+    }
+
+    /// Of these files those that are new have come.
+    pub(super) fn add_new(&self, kept: &[(AssetRecord, bool)]) {
+        self.add(kept.iter().filter(|(_, is_new)| *is_new).map(|(asset, _)| asset.bytes).sum());
     }
 
     fn known(&self) -> Option<u64> {

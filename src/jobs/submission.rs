@@ -300,7 +300,7 @@ impl Jobs {
 
     async fn enqueue(&self, wanted: Wanted) -> Result<Submitted, Refusal> {
         let admitted = self.admit(wanted).await?;
-        self.add(admitted).await
+        self.add(admitted, &[]).await
     }
 
     /// Gives a job its record and room in the queue; it is not in the store yet.
@@ -320,12 +320,13 @@ impl Jobs {
         Ok(Admitted { record, quota, reservation })
     }
 
-    /// Puts a job into the store.
-    pub(super) async fn add(&self, admitted: Admitted) -> Result<Submitted, Refusal> {
-        let Admitted { record, quota, reservation } = admitted;
+    /// Puts a job into the store, with the records of files that came with it and whose bytes are there.
+    pub(super) async fn add(&self, admitted: Admitted, assets: &[AssetRecord]) -> Result<Submitted, Refusal> {
+        let Admitted { mut record, quota, reservation } = admitted;
         Failpoint::BeforeJobRecord.reach();
-        match self.0.store.records().add_job(&record).await? {
-            Added::New => {}
+        let (added, kept) = self.0.store.records().add_job_with_assets(&mut record, assets).await?;
+        match added {
+            Added::New => self.0.stored_bytes.add_new(&kept),
             Added::FileMissing => {
                 let (role, input) = self.first_missing(&record).await?;
                 return Err(Refusal::UnknownInput { role, id: input.asset.to_string() });

@@ -9,7 +9,7 @@ use bytes::Bytes;
 use futures::future::try_join_all;
 
 use super::{
-    FailureReason, JobEvent, Jobs, Ran, Refusal,
+    FailureReason, JobEvent, Jobs, MadeFile, Ran, Refusal,
     bridge::{in_place, on_own_thread},
     failure,
     head_start::BegunWork,
@@ -209,13 +209,13 @@ impl Jobs {
 
     /// Results first, record last: what the record names is there.
     async fn succeed(&self, record: &JobRecord, running: &RunningJob, ran: Ran) -> Result<(), Refusal> {
-        observe(&ran.timings);
-        let Ran { outputs, report, resolved_spec, warnings, .. } = ran;
+        let Ran { outputs, report, resolved_spec, timings, warnings } = ran;
+        observe(&timings);
         let (created_at, expires_at) = (self.0.clock.now(), self.0.clock.after(self.0.settings.result_retention.0));
         let (mut results, mut blobs, mut first) = (Vec::new(), Vec::new(), None);
-        for Output { format, name, bytes } in outputs {
+        for MadeFile { output: Output { format, name, bytes }, sha256 } in outputs {
             let bytes = Bytes::from(bytes);
-            let blob = match self.0.store.blobs().write(bytes.clone()).await.map_err(Refusal::from) {
+            let blob = match self.0.store.blobs().write(bytes.clone(), sha256).await.map_err(Refusal::from) {
                 Ok(blob) => blob,
                 Err(Refusal::StorageFull) => return self.fail_for_room(record, running).await,
                 Err(refusal) => return Err(refusal),
@@ -242,7 +242,7 @@ impl Jobs {
             cache_key: self.cache_key(&record.request),
             ..self.ending(JobState::Succeeded, None)
         };
-        let _given = self.hand_over(record, &end, first);
+        let _given = self.hand_over(record, &end, timings, first);
         let digests: Vec<&str> = end.results.iter().map(|result| result.sha256.as_str()).collect();
         let _held = self.0.store.hold_blobs(&digests).await?;
         match try_join_all(blobs.into_iter().map(UnnamedBlob::keep)).await.map_err(Refusal::from) {

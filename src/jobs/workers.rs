@@ -6,6 +6,7 @@
 
 use std::{sync::Arc, time::Duration};
 
+use futures::FutureExt as _;
 use tokio::{
     task::JoinHandle,
     time::{Instant, sleep},
@@ -17,10 +18,11 @@ use super::{
     head_start::{BegunWork, HeadStart},
     running::{RunningGuard, RunningJob, StopReason, new_control},
     seats::{Seat, Seats},
+    service::Inner,
 };
 use crate::{
     config::Failpoint,
-    store::{Claim, GiveBack, JobRecord, JobState, Lane, LeaseId, Notice},
+    store::{Claim, GiveBack, JobRecord, JobState, Lane, LeaseId, Notice, StoreError},
     telemetry::Metric,
 };
 
@@ -82,6 +84,17 @@ struct Taken {
     _entry: RunningGuard,
 }
 
+/// How to look into the queue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Look {
+    /// See whether there is something: nothing is expected.
+    Glance,
+    /// Take what is there.
+    Claim,
+    /// The same, but the lease may have a job without anybody knowing.
+    AfterFailure,
+}
+
 struct Claiming {
     jobs: Jobs,
     running: TaskTracker,
@@ -137,47 +150,59 @@ impl Claiming {
     }
 
     async fn claim(&self, lease: &LeaseId, seats: &Seats) -> Option<(JobRecord, Seat)> {
-        let mut seat = self.unless_stopped(seats.free()).await??;
-        let inner = &self.jobs.0;
-        let (mut has_failed, period) = (false, inner.settings.lease_period.0);
+        // Where a seat is still free, nothing waited a moment ago.
+        let (free, mut look) = match seats.free().now_or_never() {
+            Some(free) => (free, Look::Glance),
+            None => (self.unless_stopped(seats.free()).await?, Look::Claim),
+        };
+        let mut seat = free?;
         loop {
             if self.stop.is_cancelled() {
                 return None;
             }
             // An arrival from here on is remembered, so none is missed between looking and waiting.
-            let arrival = inner.changes.arrival();
-            // After a failure, the lease may have a job without anybody knowing.
-            let claimed = match has_failed {
-                true => inner.store.records().leased(lease).await.map(|job| job.map(Box::new).map(Claim::Job)),
-                false => Ok(None),
-            };
-            let claimed = match claimed {
-                Ok(Some(claim)) => Ok(claim),
-                Ok(None) => inner.store.records().claim_job(lease, period, inner.clock.now(), seat.last).await,
-                Err(error) => Err(error),
-            };
-            let wait = match claimed {
+            let arrival = self.jobs.0.changes.arrival();
+            let wait = match self.look(look, lease, seat.last).await {
                 Ok(Claim::Job(record)) => return Some((*record, seat)),
+                Ok(Claim::Contended) if look == Look::Glance => {
+                    look = Look::Claim;
+                    continue;
+                }
                 Ok(Claim::Contended) => LEAVE_TO_OTHERS,
                 Ok(Claim::NothingFor(wait)) => wait.min(LOOK_INTO_EMPTY_QUEUE),
                 Ok(Claim::Nothing) => LOOK_INTO_EMPTY_QUEUE,
                 Err(error) => {
                     tracing::error!(%error, "no job could be claimed");
-                    has_failed = true;
+                    look = Look::AfterFailure;
                     self.unless_stopped(sleep(AFTER_FAILURE)).await?;
                     continue;
                 }
             };
-            let worker = self.unless_stopped(async {
+            let came = self.unless_stopped(async {
                 tokio::select! {
-                    _ = tokio::time::timeout(wait, arrival) => None,
-                    worker = seats.worker(), if seat.last == Lane::Single => worker,
+                    arrived = tokio::time::timeout(wait, arrival) => (arrived.is_ok(), None),
+                    worker = seats.worker(), if seat.last == Lane::Single => (true, worker),
                 }
             });
-            if let Some(worker) = worker.await? {
-                seat = worker;
+            let (is_expected, worker) = came.await?;
+            look = if is_expected { Look::Claim } else { Look::Glance };
+            seat = worker.unwrap_or(seat);
+        }
+    }
+
+    async fn look(&self, look: Look, lease: &LeaseId, last: Lane) -> Result<Claim, StoreError> {
+        let Inner { store, settings, clock, .. } = &*self.jobs.0;
+        let records = store.records();
+        match look {
+            Look::Glance => return records.look_into_queue(last).await,
+            Look::Claim => {}
+            Look::AfterFailure => {
+                if let Some(record) = records.leased(lease).await? {
+                    return Ok(Claim::Job(Box::new(record)));
+                }
             }
         }
+        records.claim_job(lease, settings.lease_period.0, clock.now(), last).await
     }
 }
 

@@ -43,7 +43,7 @@ async fn a_blob_is_visible_when_it_is_complete_and_not_before() {
         assert_eq!((blob.bytes, blob.sha256.len()), (size as u64, 64), "size and name");
         let bytes = store.blobs().read(&digest).await.expect("reads");
         assert!(bytes.len() == size && bytes.iter().all(|byte| *byte == 7), "the same bytes");
-        let whole = store.blobs().write(bytes).await.expect("writes");
+        let whole = store.blobs().write(bytes, None).await.expect("writes");
         assert_eq!(*whole.blob(), blob, "the same by whatever way");
         assert_eq!(whole.keep().await.expect("is there already"), blob, "and once");
         let left = std::fs::read_dir(folder.uploads()).expect("a folder").count();
@@ -76,7 +76,7 @@ async fn what_is_dropped_half_way_leaves_nothing() {
     writer.write(&vec![1; 20_000_000]).await.expect("writes");
     assert_ne!(std::fs::read_dir(folder.uploads()).expect("a folder").count(), 0, "parts are there");
     drop(writer);
-    drop(store.blobs().write(vec![2; 10].into()).await.expect("writes"));
+    drop(store.blobs().write(vec![2; 10].into(), None).await.expect("writes"));
     for _ in 0..500 {
         if std::fs::read_dir(folder.uploads()).expect("a folder").count() == 0 {
             return;
@@ -124,7 +124,7 @@ async fn many_writers_wait_for_one_another() {
 #[tokio::test]
 async fn expired_files_go_with_their_bytes_unless_another_record_names_them() {
     let (_root, _folder, store) = open().await;
-    let blob = store.blobs().write(vec![3; 10].into()).await.expect("writes").keep().await.expect("is kept");
+    let blob = store.blobs().write(vec![3; 10].into(), None).await.expect("writes").keep().await.expect("is kept");
     let short = asset(&blob.sha256, 10);
     let long = AssetRecord {
         format: "poses_json".to_owned(),

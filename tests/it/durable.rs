@@ -43,6 +43,7 @@ mod queue_cost;
 mod records;
 mod scale_out;
 mod scaling;
+mod shared_database;
 mod studio;
 mod support;
 mod traces;

@@ -6,7 +6,8 @@ use axum::{
     http::{StatusCode, header},
     response::{IntoResponse, Response},
 };
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 use utoipa::ToSchema;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
@@ -141,16 +142,16 @@ pub(in crate::http) async fn answer(
 }
 
 fn hand_out(file: HandedFile) -> Response {
-    let HandedFile { record, result, bytes, report } = file;
-    about(&record, &report, File::from(result).at_hand(bytes))
+    let HandedFile { record, result, bytes, timings } = file;
+    about(&record, &timings, File::from(result).at_hand(bytes))
 }
 
 /// The first file of a job, with what there is to say of the job.
-fn about(record: &JobRecord, report: &str, mut response: Response) -> Response {
+fn about(record: &JobRecord, timings: &impl Serialize, mut response: Response) -> Response {
     let headers = response.headers_mut();
     headers.insert("warnings-count", record.warnings.into());
     headers.extend(caching::status(record));
-    headers.insert("server-timing", ascii(server_timing(report)));
+    headers.insert("server-timing", ascii(server_timing(timings)));
     response
 }
 
@@ -161,7 +162,7 @@ async fn present(snapshot: JobSnapshot, jobs: &Jobs) -> Result<Response, Problem
             let first =
                 results.first().cloned().ok_or_else(|| Problem::internal(&"a job succeeded without results"))?;
             let report = jobs.report(&record.principal, &record.id).await?;
-            Ok(about(record, &report, File::from(first).whole(jobs).await?))
+            Ok(about(record, &timings_of(&report), File::from(first).whole(jobs).await?))
         }
         (JobState::Failed, Some(failure)) => Err(Problem::of_job(failure)),
         (JobState::Failed, None) => Err(Problem::internal(&"a job failed without a reason")),
@@ -170,15 +171,20 @@ async fn present(snapshot: JobSnapshot, jobs: &Jobs) -> Result<Response, Problem
     }
 }
 
-/// The timings of a report as a `Server-Timing` header, in milliseconds.
-fn server_timing(report: &str) -> String {
+/// What a report says of how long each phase took.
+fn timings_of(report: &str) -> Map<String, Value> {
     #[derive(Deserialize, Default)]
     struct Report {
         #[serde(default)]
-        timings: serde_json::Map<String, serde_json::Value>,
+        timings: Map<String, Value>,
     }
-    let report: Report = serde_json::from_str(report).unwrap_or_default();
-    let phases = report.timings.iter().filter_map(|(name, seconds)| {
+    serde_json::from_str::<Report>(report).unwrap_or_default().timings
+}
+
+/// Timings as a `Server-Timing` header, in milliseconds.
+fn server_timing(timings: &impl Serialize) -> String {
+    let Ok(Value::Object(timings)) = serde_json::to_value(timings) else { return String::new() };
+    let phases = timings.iter().filter_map(|(name, seconds)| {
         let name = name.strip_suffix("_seconds")?;
         Some(format!("{name};dur={:.1}", seconds.as_f64()? * 1e3))
     });
@@ -192,7 +198,7 @@ mod tests {
     #[test]
     fn timings_become_a_header() {
         let report = r#"{"timings": {"read_seconds": 0.0125, "total_seconds": 1.5}, "counts": {}}"#;
-        assert_eq!(server_timing(report), "read;dur=12.5, total;dur=1500.0", "milliseconds");
-        assert_eq!(server_timing("{}"), "", "nothing known");
+        assert_eq!(server_timing(&timings_of(report)), "read;dur=12.5, total;dur=1500.0", "milliseconds");
+        assert_eq!(server_timing(&timings_of("{}")), "", "nothing known");
     }
 }

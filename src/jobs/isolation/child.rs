@@ -19,7 +19,7 @@ use super::{
 };
 use crate::{
     config::misbehave,
-    engine::{Control, Failure, Format, Knowledge, Question},
+    engine::{Control, Failure, Format, Knowledge, Output, Question},
     jobs::{Engine, Ran, RetargetEngine, failure, running::progress_of},
     telemetry::monotonic_seconds,
 };
@@ -51,7 +51,7 @@ pub fn serve(bounds: &Bounds) -> io::Result<()> {
     let (sender, requests) = mpsc::sync_channel(1);
     thread::Builder::new().name("requests".to_owned()).spawn(move || receive(&sender))?;
     // The one thread that writes, so answers are never torn.
-    let mut output = io::stdout().lock();
+    let mut output = unbuffered_output()?;
     frames::write(&mut output, &Answer::Ready, &[])?;
     let mut threads = Threads::default();
     for received in requests {
@@ -82,6 +82,18 @@ pub fn serve(bounds: &Bounds) -> io::Result<()> {
         frames::write(&mut output, &reply.answer, &blobs)?;
     }
     Ok(())
+}
+
+/// Standard output as it is: what Rust makes of it looks for the ends of lines.
+#[cfg(unix)]
+fn unbuffered_output() -> io::Result<impl io::Write> {
+    use std::os::fd::AsFd as _;
+    Ok(std::fs::File::from(io::stdout().as_fd().try_clone_to_owned()?))
+}
+
+#[cfg(not(unix))]
+fn unbuffered_output() -> io::Result<impl io::Write> {
+    Ok(io::stdout().lock())
 }
 
 /// Reads what the parent says. When the parent is gone, whatever is being worked on is for nobody.
@@ -136,6 +148,7 @@ impl Reply {
 
     fn ran(ran: Ran) -> Self {
         let Ran { outputs, report, resolved_spec, timings, warnings } = ran;
+        let outputs: Vec<Output> = outputs.into_iter().map(|made| made.output).collect();
         let names = outputs.iter().map(|output| (output.format.info().name.to_owned(), output.name.clone())).collect();
         let texts = [report.into_bytes(), resolved_spec.into_bytes()];
         let blobs = texts.into_iter().chain(outputs.into_iter().map(|output| output.bytes)).collect();

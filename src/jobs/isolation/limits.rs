@@ -1,6 +1,6 @@
 //! What an engine process may use, set by itself at its start.
 
-use std::io;
+use std::{io, sync::LazyLock};
 
 /// What an engine process may use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,8 +45,10 @@ pub(super) fn for_one_request(bounds: &Bounds) -> io::Result<()> {
     /// For the parent to be the one that ends it.
     const MARGIN_SECONDS: u64 = 10;
     let used = u64::try_from(clock_gettime(ClockId::ProcessCPUTime).tv_sec).unwrap_or(0);
-    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get) as u64;
-    let most = used.saturating_add(bounds.seconds.saturating_add(MARGIN_SECONDS).saturating_mul(cores));
+    /// Asked for once, since the answer is in several files.
+    static CORES: LazyLock<u64> =
+        LazyLock::new(|| std::thread::available_parallelism().map_or(1, std::num::NonZero::get) as u64);
+    let most = used.saturating_add(bounds.seconds.saturating_add(MARGIN_SECONDS).saturating_mul(*CORES));
     setrlimit(Resource::Cpu, Rlimit { current: Some(most), maximum: None })?;
     Ok(())
 }

@@ -25,11 +25,12 @@ use std::{
 };
 
 use self::{
+    frames::Digested,
     messages::{Answer, Request, Task},
     process::{EngineProcess, Lost},
     threads::AtWork,
 };
-use super::{Engine, Ran, failure};
+use super::{Engine, MadeFile, Ran, failure};
 use crate::{
     config::Settings,
     engine::{Control, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Output, Question},
@@ -79,7 +80,7 @@ impl ProcessEngine {
         }
     }
 
-    fn ask(&self, request: Request, blobs: &[&[u8]], control: &Control) -> Result<(Answer, Vec<Vec<u8>>), Failure> {
+    fn ask(&self, request: Request, blobs: &[&[u8]], control: &Control) -> Result<(Answer, Vec<Digested>), Failure> {
         let mut process = self.take()?;
         let (_at_work, threads) = self.at_work.begin();
         match process.ask(Request { threads, ..request }, blobs, control) {
@@ -102,7 +103,7 @@ impl ProcessEngine {
     fn document(&self, request: Request, blobs: &[&[u8]], control: &Control) -> Result<serde_json::Value, Failure> {
         match self.ask(request, blobs, control)? {
             (Answer::Document, blobs) => {
-                let text = blobs.first().map_or(&b""[..], Vec::as_slice);
+                let text = blobs.first().map_or(&b""[..], |blob| &blob.bytes);
                 serde_json::from_slice(text).map_err(|error| unexpected(&format!("no JSON: {error}")))
             }
             (answer, _) => Err(otherwise(answer)),
@@ -144,11 +145,11 @@ impl Engine for ProcessEngine {
         let (answer, blobs) = self.ask(request, &blobs, control)?;
         let Answer::Ran { timings, warnings, outputs: names } = answer else { return Err(otherwise(answer)) };
         let mut blobs = blobs.into_iter();
-        let mut text = || String::from_utf8(blobs.next()?).ok();
+        let mut text = || String::from_utf8(blobs.next()?.bytes).ok();
         let (report, resolved_spec) = text().zip(text()).ok_or_else(|| unexpected("no report"))?;
-        let outputs = names.into_iter().zip(blobs).map(|((format, name), bytes)| {
+        let outputs = names.into_iter().zip(blobs).map(|((format, name), Digested { bytes, sha256 })| {
             let format = Format::from_name(&format).ok_or_else(|| unexpected("an output of no known format"))?;
-            Ok(Output { format, name, bytes })
+            Ok(MadeFile { output: Output { format, name, bytes }, sha256: Some(sha256) })
         });
         Ok(Ran { outputs: outputs.collect::<Result<_, Failure>>()?, report, resolved_spec, timings, warnings })
     }

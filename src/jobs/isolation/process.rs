@@ -1,7 +1,7 @@
 //! An engine process as its parent sees it.
 
 use std::{
-    io::{self, Read},
+    io::{self, BufReader, Read},
     path::Path,
     process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, Stdio},
     sync::{
@@ -13,7 +13,7 @@ use std::{
 };
 
 use super::{
-    frames,
+    frames::{self, Digested},
     limits::Bounds,
     messages::{Answer, Message, Request},
 };
@@ -44,7 +44,7 @@ pub(super) enum Lost {
 pub(super) struct EngineProcess {
     child: Child,
     input: ChildStdin,
-    answers: Receiver<(Answer, Vec<Vec<u8>>)>,
+    answers: Receiver<(Answer, Vec<Digested>)>,
     last_words: Arc<Mutex<Vec<u8>>>,
     requests: u64,
 }
@@ -103,7 +103,7 @@ impl EngineProcess {
         request: Request,
         blobs: &[&[u8]],
         control: &Control,
-    ) -> Result<(Answer, Vec<Vec<u8>>), Lost> {
+    ) -> Result<(Answer, Vec<Digested>), Lost> {
         self.requests += 1;
         if frames::write(&mut self.input, &Message::Ask(Box::new(request)), blobs).is_err() {
             return Err(self.crashed());
@@ -192,9 +192,10 @@ fn how(status: &str, words: &str) -> String {
     format!("{reason} ({status})")
 }
 
-fn hear(mut output: ChildStdout, sender: &mpsc::SyncSender<(Answer, Vec<Vec<u8>>)>) {
+fn hear(output: ChildStdout, sender: &mpsc::SyncSender<(Answer, Vec<Digested>)>) {
+    let mut output = BufReader::new(output);
     // When it ends or says what nobody understands, the sender is dropped, which the other side sees.
-    while let Ok(Some(answer)) = frames::read(&mut output) {
+    while let Ok(Some(answer)) = frames::read_digested(&mut output) {
         if sender.send(answer).is_err() {
             return;
         }

@@ -1,6 +1,6 @@
 //! Writing a blob: its bytes first, its name when it is complete.
 
-use std::sync::Arc;
+use std::{borrow::Cow, sync::Arc};
 
 use bytes::{Bytes, BytesMut};
 use object_store::{MultipartUpload, ObjectStore, ObjectStoreExt, PutMode, PutPayload, path::Path};
@@ -26,8 +26,8 @@ impl Blobs {
     /// When there is no room.
     pub fn begin(&self) -> Result<BlobWriter, StoreError> {
         self.check_room()?;
-        let (buffer, hasher) = (BytesMut::new(), Sha256::new());
-        Ok(BlobWriter { blobs: self.clone(), upload: None, buffer, more_parts: None, hasher, bytes: 0 })
+        let (buffer, ends, digest) = (BytesMut::new(), Ends::default(), Digesting::Here(Sha256::new()));
+        Ok(BlobWriter { blobs: self.clone(), upload: None, buffer, ends, more_parts: None, digest, bytes: 0 })
     }
 
     /// Moves what was uploaded to its name, for good.
@@ -49,27 +49,31 @@ impl Blobs {
         }
     }
 
-    /// Writes a whole blob. It is visible only after [`UnnamedBlob::keep`].
+    /// Writes a whole blob. It is visible only after [`UnnamedBlob::keep`]. `known_sha256` is its digest in hexadecimal, where somebody has
+    /// found it already.
     ///
     /// # Errors
     /// When the store fails.
-    pub async fn write(&self, bytes: Bytes) -> Result<UnnamedBlob, StoreError> {
+    pub async fn write(&self, bytes: Bytes, known_sha256: Option<String>) -> Result<UnnamedBlob, StoreError> {
         /// So that hashing a large file does not hold a thread of the runtime for long.
         const PIECE_BYTES: usize = 1 << 20;
         if bytes.len() > MOST_WHOLE_BYTES {
             let mut writer = self.begin()?;
+            if let Some(sha256) = known_sha256 {
+                writer.digest = Digesting::Known(sha256);
+            }
             for piece in bytes.chunks(PIECE_BYTES) {
                 writer.write(piece).await?;
             }
             return writer.finish().await;
         }
         self.check_room()?;
-        let mut hasher = Sha256::new();
+        let mut digest = known_sha256.map_or_else(|| Digesting::Here(Sha256::new()), Digesting::Known);
         for piece in bytes.chunks(PIECE_BYTES) {
-            hasher.update(piece);
+            digest.pass(piece);
             tokio::task::yield_now().await;
         }
-        let blob = Blob { sha256: hexadecimal(&hasher.finalize()), bytes: bytes.len() as u64 };
+        let blob = Blob { sha256: digest.take(), bytes: bytes.len() as u64 };
         Ok(UnnamedBlob { blobs: self.clone(), content: Some(Content::InMemory(bytes, None)), blob })
     }
 }
@@ -95,10 +99,64 @@ pub struct BlobWriter {
     /// `None` as long as everything is in the buffer.
     upload: Option<Upload>,
     buffer: BytesMut,
+    /// Of what has left the buffer.
+    ends: Ends,
     /// What it was given of the memory for parts beyond the first.
     more_parts: Option<OwnedSemaphorePermit>,
-    hasher: Sha256,
+    digest: Digesting,
     bytes: u64,
+}
+
+/// Where the digest of a blob comes from.
+#[derive(Debug)]
+enum Digesting {
+    /// It is found here, while the bytes pass.
+    Here(Sha256),
+    /// Whoever made the bytes has found it.
+    Known(String),
+}
+
+impl Digesting {
+    fn pass(&mut self, bytes: &[u8]) {
+        if let Self::Here(hasher) = self {
+            hasher.update(bytes);
+        }
+    }
+
+    /// It, in hexadecimal, when all bytes have passed.
+    fn take(&mut self) -> String {
+        match self {
+            Self::Here(hasher) => hexadecimal(&std::mem::take(hasher).finalize()),
+            Self::Known(sha256) => std::mem::take(sha256),
+        }
+    }
+}
+
+/// The first and the last bytes of a blob, enough to tell what it is.
+#[derive(Debug, Default)]
+struct Ends {
+    head: Vec<u8>,
+    tail: Vec<u8>,
+}
+
+impl Ends {
+    /// Everything but JSON says in its first bytes what it is.
+    const HEAD_BYTES: usize = 1 << 20;
+    /// Archives have their directory at the end.
+    const TAIL_BYTES: usize = 64 << 10;
+
+    /// Takes note of the bytes that come next.
+    fn pass(&mut self, bytes: &[u8]) {
+        let (head, rest) = bytes.split_at(bytes.len().min(Self::HEAD_BYTES - self.head.len()));
+        self.head.extend_from_slice(head);
+        self.tail.extend_from_slice(&rest[rest.len().saturating_sub(Self::TAIL_BYTES)..]);
+        self.tail.drain(..self.tail.len().saturating_sub(Self::TAIL_BYTES));
+    }
+
+    /// Both, one behind the other.
+    fn both(&self) -> Vec<u8> {
+        [self.head.as_slice(), &self.tail].concat()
+    }
 }
 
 /// Blobs up to this size are kept in memory until they are whole, where there is room: that costs one visit to the store instead of one for each
@@ -111,7 +169,7 @@ impl BlobWriter {
     /// # Errors
     /// When the store fails.
     pub async fn write(&mut self, mut chunk: &[u8]) -> Result<(), StoreError> {
-        self.hasher.update(chunk);
+        self.digest.pass(chunk);
         self.bytes += chunk.len() as u64;
         while self.buffer.len() + chunk.len() > self.room() {
             if self.upload.is_none() && self.grow() {
@@ -159,12 +217,12 @@ impl BlobWriter {
         if self.upload.is_some() {
             self.flush().await?;
         }
-        let sha256 = hexadecimal(&std::mem::take(&mut self.hasher).finalize());
+        let sha256 = self.digest.take();
         let blob = Blob { sha256, bytes: self.bytes };
         let content = match &mut self.upload {
             Some(upload) => {
                 upload.parts.complete().await?;
-                Content::Stored(upload.path.clone())
+                Content::Stored(upload.path.clone(), std::mem::take(&mut self.ends))
             }
             None => Content::InMemory(self.buffer.split().freeze(), self.more_parts.take()),
         };
@@ -182,6 +240,7 @@ impl BlobWriter {
         while !self.buffer.is_empty() {
             self.blobs.check_room()?;
             let part = self.buffer.split_to(self.buffer.len().min(self.blobs.part_bytes)).freeze();
+            self.ends.pass(&part);
             upload.parts.put_part(PutPayload::from_bytes(part)).await?;
         }
         self.more_parts = None;
@@ -204,7 +263,7 @@ impl Drop for BlobWriter {
 enum Content {
     /// With what it was given of the memory.
     InMemory(Bytes, #[expect(dead_code, reason = "held, never looked at")] Option<OwnedSemaphorePermit>),
-    Stored(Path),
+    Stored(Path, Ends),
 }
 
 /// Complete bytes that have no name yet. Dropping it removes them.
@@ -231,6 +290,21 @@ impl UnnamedBlob {
         }
     }
 
+    /// Its first mebibyte and, where there is more, its last bytes: enough to tell what it is.
+    #[must_use]
+    pub fn ends(&self) -> Cow<'_, [u8]> {
+        match &self.content {
+            Some(Content::InMemory(bytes, _)) if bytes.len() <= Ends::HEAD_BYTES => Cow::Borrowed(bytes),
+            Some(Content::InMemory(bytes, _)) => {
+                let mut ends = Ends::default();
+                ends.pass(bytes);
+                Cow::Owned(ends.both())
+            }
+            Some(Content::Stored(_, ends)) => Cow::Owned(ends.both()),
+            None => Cow::Borrowed(&[]),
+        }
+    }
+
     /// Makes the blob durable and visible under its digest. To be called while `Store::hold_blobs` is held, until a record names
     /// the blob.
     ///
@@ -239,7 +313,7 @@ impl UnnamedBlob {
     pub async fn keep(mut self) -> Result<Blob, StoreError> {
         let (blobs, name) = (&self.blobs, self.blobs.path(&self.blob.sha256));
         match &self.content {
-            Some(Content::Stored(path)) => blobs.give_name(path, &name).await?,
+            Some(Content::Stored(path, _)) => blobs.give_name(path, &name).await?,
             Some(Content::InMemory(bytes, _)) => blobs.put(bytes.clone(), &name).await?,
             None => {}
         }
@@ -251,12 +325,32 @@ impl UnnamedBlob {
 
 impl Drop for UnnamedBlob {
     fn drop(&mut self) {
-        let (Some(Content::Stored(path)), Ok(runtime)) = (self.content.take(), tokio::runtime::Handle::try_current())
+        let (Some(Content::Stored(path, _)), Ok(runtime)) =
+            (self.content.take(), tokio::runtime::Handle::try_current())
         else {
             return;
         };
         let store = self.blobs.store.clone();
         // What this misses is removed when it is old.
         runtime.spawn(async move { store.delete(&path).await });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ends_of_a_blob_are_the_same_however_it_came() {
+        let bytes: Vec<u8> = (0..2_000_000_u32).map(|index| (index % 251) as u8).collect();
+        let expected = [&bytes[..Ends::HEAD_BYTES], &bytes[bytes.len() - Ends::TAIL_BYTES..]].concat();
+        for piece in [1000, 300_000, bytes.len()] {
+            let mut ends = Ends::default();
+            bytes.chunks(piece).for_each(|piece| ends.pass(piece));
+            assert!(ends.both() == expected, "in pieces of {piece}");
+        }
+        let mut ends = Ends::default();
+        ends.pass(&bytes[..Ends::HEAD_BYTES + 3]);
+        assert!(ends.both() == bytes[..Ends::HEAD_BYTES + 3], "little behind the head is all there");
     }
 }

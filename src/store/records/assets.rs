@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use jiff::Timestamp;
-use sqlx::{Row, any::AnyRow};
+use sqlx::{Any, Row, Transaction, any::AnyRow};
 
 use super::{
     AssetRecord, Page, Records, count,
@@ -25,6 +25,37 @@ fn read(row: &AnyRow) -> Result<AssetRecord, StoreError> {
     })
 }
 
+/// Writes the records of files; part of a transaction. Gives those that stand, and whether each is new.
+pub(super) async fn insert(
+    transaction: &mut Transaction<'static, Any>,
+    assets: &[AssetRecord],
+) -> Result<Vec<(AssetRecord, bool)>, StoreError> {
+    let query = "INSERT INTO assets (id, sha256, bytes, format, file_name, created_at, expires_at, principal) \
+                 VALUES ($1, $2, $3, $4, $5, $6, $7, $8) ON CONFLICT (principal, sha256, format) DO UPDATE SET expires_at = \
+                 CASE WHEN assets.expires_at > excluded.expires_at THEN assets.expires_at ELSE excluded.expires_at END \
+                 RETURNING *";
+    // Two callers with the same files wait for one another, and never for each other.
+    let mut order: Vec<usize> = (0..assets.len()).collect();
+    order.sort_by_key(|&index| (&assets[index].sha256, &assets[index].format));
+    let mut stored: Vec<Option<(AssetRecord, bool)>> = vec![None; assets.len()];
+    for index in order {
+        let asset = &assets[index];
+        let query = sqlx::query(query)
+            .bind(asset.id.as_str())
+            .bind(&asset.sha256)
+            .bind(signed(asset.bytes))
+            .bind(&asset.format)
+            .bind(without_nul(&asset.file_name))
+            .bind(asset.created_at.as_millisecond())
+            .bind(asset.expires_at.as_millisecond())
+            .bind(asset.principal.as_str());
+        let record = read(&query.fetch_one(&mut **transaction).await?)?;
+        let is_new = record.id == asset.id;
+        stored[index] = Some((record, is_new));
+    }
+    Ok(stored.into_iter().flatten().collect())
+}
+
 impl Records {
     /// Writes a file's record, as [`Self::add_assets`].
     ///
@@ -41,32 +72,10 @@ impl Records {
     /// # Errors
     /// When the database fails.
     pub async fn add_assets(&self, assets: &[AssetRecord]) -> Result<Vec<(AssetRecord, bool)>, StoreError> {
-        let query = "INSERT INTO assets (id, sha256, bytes, format, file_name, created_at, expires_at, principal) \
-                     VALUES ($1, $2, $3, $4, $5, $6, $7, $8) ON CONFLICT (principal, sha256, format) DO UPDATE SET expires_at = \
-                     CASE WHEN assets.expires_at > excluded.expires_at THEN assets.expires_at ELSE excluded.expires_at END \
-                     RETURNING *";
-        // Two callers with the same files wait for one another, and never for each other.
-        let mut order: Vec<usize> = (0..assets.len()).collect();
-        order.sort_by_key(|&index| (&assets[index].sha256, &assets[index].format));
-        let mut stored: Vec<Option<(AssetRecord, bool)>> = vec![None; assets.len()];
         let mut transaction = self.begin().await?;
-        for index in order {
-            let asset = &assets[index];
-            let query = sqlx::query(query)
-                .bind(asset.id.as_str())
-                .bind(&asset.sha256)
-                .bind(signed(asset.bytes))
-                .bind(&asset.format)
-                .bind(without_nul(&asset.file_name))
-                .bind(asset.created_at.as_millisecond())
-                .bind(asset.expires_at.as_millisecond())
-                .bind(asset.principal.as_str());
-            let record = read(&query.fetch_one(&mut *transaction).await?)?;
-            let is_new = record.id == asset.id;
-            stored[index] = Some((record, is_new));
-        }
+        let stored = insert(&mut transaction, assets).await?;
         self.commit(transaction).await?;
-        Ok(stored.into_iter().flatten().collect())
+        Ok(stored)
     }
 
     /// A file's record; to who does not own it, there is none.

@@ -209,9 +209,6 @@ impl Records {
         ));
         let rows = sqlx::query(query).bind(id.as_str()).fetch_all(&mut *transaction).await?;
         let stopping = rows.iter().map(|row| read_id(row, "id", JobId::parse)).collect::<Result<Vec<_>, _>>()?;
-        for job in &stopping {
-            self.notify(&mut transaction, job, JobState::Canceling).await?;
-        }
         let query =
             "SELECT CAST(COUNT(*) AS BIGINT) AS jobs FROM jobs WHERE batch_id = $1 AND state IN ('queued', 'running')";
         let left = sqlx::query(query).bind(id.as_str()).fetch_one(&mut *transaction).await?;

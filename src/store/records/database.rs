@@ -16,10 +16,6 @@ type Arguments = sqlx::any::AnyArguments;
 
 /// What every connection to SQLite is told first.
 const SQLITE_PRAGMAS: &str = "PRAGMA busy_timeout = 10000; PRAGMA journal_mode = WAL; PRAGMA foreign_keys = ON";
-/// Then, with WAL: what is committed survives a power cut.
-const SQLITE_DURABLE: &str = "PRAGMA synchronous = FULL";
-/// Or a power cut may take it back.
-const SQLITE_BRIEF: &str = "PRAGMA synchronous = NORMAL";
 
 /// A connection that was used so lately is not tried before it is used again, which costs as much as a query. A database that restarts
 /// takes longer.
@@ -28,12 +24,14 @@ const MAY_BE_GONE: Duration = Duration::from_millis(500);
 /// The records of one database. Cheap to clone; all clones share the connections.
 #[derive(Clone, Debug)]
 pub struct Records {
-    pub(super) pool: AnyPool,
-    /// For transactions that only hold locks while others are at work: were they to come from `pool`, they could take the last
+    /// For queries that only read.
+    readers: AnyPool,
+    /// For all that writes. On Postgres the same; on SQLite one connection, since one can write at a time anyway: who comes next waits
+    /// in a queue and not by looking again, and what the connection has read stays true.
+    writers: AnyPool,
+    /// For transactions that only hold locks while others are at work: were they to come from `writers`, they could take the last
     /// connection from those whom they wait for.
     gate_pool: AnyPool,
-    /// For transactions that a power cut may take back, on SQLite.
-    brief_pool: AnyPool,
     pub(super) dialect: Dialect,
     /// May have a password in it.
     url: Secret,
@@ -61,7 +59,7 @@ impl Records {
             known: "postgres://USER:PASSWORD@HOST/DATABASE, or nothing for a file in the data folder",
         })?;
         let options: AnyConnectOptions = url.parse()?;
-        let pool_of = |most: u32, syncing: &'static str| {
+        let pool_of = |most: u32| {
             let pool = AnyPoolOptions::new().max_connections(most).acquire_timeout(Duration::from_secs(10));
             match dialect {
                 Dialect::Postgres => pool.test_before_acquire(false).before_acquire(|connection, known| {
@@ -73,20 +71,20 @@ impl Records {
                     })
                 }),
                 // A file does not hang up, so connections are not tried before they are used, which costs as much as a query.
-                Dialect::Sqlite => pool.test_before_acquire(false).after_connect(move |connection, _| {
-                    Box::pin(async move {
-                        connection.execute(SQLITE_PRAGMAS).await?;
-                        connection.execute(syncing).await.map(|_| ())
-                    })
+                Dialect::Sqlite => pool.test_before_acquire(false).after_connect(|connection, _| {
+                    Box::pin(async move { connection.execute(SQLITE_PRAGMAS).await.map(|_| ()) })
                 }),
             }
         };
         let options = options.disable_statement_logging();
-        let pool = pool_of(most_connections, SQLITE_DURABLE).connect_with(options.clone()).await?;
-        dialect.migrator().run(&pool).await?;
-        let gate_pool = pool_of(4, SQLITE_DURABLE).connect_lazy_with(options.clone());
-        let brief_pool = pool_of(2, SQLITE_BRIEF).connect_lazy_with(options);
-        Ok(Self { pool, gate_pool, brief_pool, dialect, url: Secret(url.to_owned()), faults: None })
+        let readers = pool_of(most_connections).connect_with(options.clone()).await?;
+        dialect.migrator().run(&readers).await?;
+        let gate_pool = pool_of(4).connect_lazy_with(options.clone());
+        let writers = match dialect {
+            Dialect::Postgres => readers.clone(),
+            Dialect::Sqlite => pool_of(1).connect_lazy_with(options),
+        };
+        Ok(Self { readers, writers, gate_pool, dialect, url: Secret(url.to_owned()), faults: None })
     }
 
     /// The same records, with faults on the way: for tests of what relies on them.
@@ -116,15 +114,14 @@ impl Records {
     /// A transaction that may write.
     pub(super) async fn begin(&self) -> Result<Transaction<'static, Any>, StoreError> {
         self.fault(Moment::Before).await?;
-        Ok(self.pool.begin_with(self.dialect.begin()).await?)
+        Ok(self.writers.begin_with(self.dialect.begin()).await?)
     }
 
     /// A transaction that may write, and that does not wait for the disk: a power cut may take it back, though never without all that
     /// came after it. For what is true only as long as this process lives.
     pub(super) async fn begin_brief(&self) -> Result<Transaction<'static, Any>, StoreError> {
         self.fault(Moment::Before).await?;
-        let pool = if self.dialect == Dialect::Sqlite { &self.brief_pool } else { &self.pool };
-        Ok(pool.begin_with(self.dialect.begin_brief()).await?)
+        Ok(self.writers.begin_with(self.dialect.begin_brief()).await?)
     }
 
     /// Ends a transaction. When this fails, the changes may have been made all the same.
@@ -133,24 +130,24 @@ impl Records {
         self.fault(Moment::After).await
     }
 
-    /// One statement that is a transaction of its own.
+    /// One statement that writes, in a transaction of its own.
     pub(super) async fn execute(&self, query: Query<'_, Any, Arguments>) -> Result<AnyQueryResult, StoreError> {
-        self.fault(Moment::Before).await?;
-        let done = query.execute(&self.pool).await?;
-        self.fault(Moment::After).await?;
+        let mut transaction = self.begin().await?;
+        let done = query.execute(&mut *transaction).await?;
+        self.commit(transaction).await?;
         Ok(done)
     }
 
     /// The rows of one query.
     pub(super) async fn all(&self, query: Query<'_, Any, Arguments>) -> Result<Vec<AnyRow>, StoreError> {
         self.fault(Moment::Before).await?;
-        Ok(query.fetch_all(&self.pool).await?)
+        Ok(query.fetch_all(&self.readers).await?)
     }
 
     /// The row of a query that has one at most.
     pub(super) async fn optional(&self, query: Query<'_, Any, Arguments>) -> Result<Option<AnyRow>, StoreError> {
         self.fault(Moment::Before).await?;
-        Ok(query.fetch_optional(&self.pool).await?)
+        Ok(query.fetch_optional(&self.readers).await?)
     }
 
     /// The row of a query that writes and gives one at most, in a transaction of its own.
@@ -167,7 +164,7 @@ impl Records {
     /// The row of a query that always has one.
     pub(super) async fn one(&self, query: Query<'_, Any, Arguments>) -> Result<AnyRow, StoreError> {
         self.fault(Moment::Before).await?;
-        Ok(query.fetch_one(&self.pool).await?)
+        Ok(query.fetch_one(&self.readers).await?)
     }
 
     /// Waits until nobody else has that lock among all processes, and keeps it for as long as the transaction lives. On SQLite,
@@ -212,8 +209,8 @@ impl Records {
     /// Closes the database when everything that uses it has ended.
     pub async fn close(&self) {
         self.gate_pool.close().await;
-        self.brief_pool.close().await;
-        self.pool.close().await;
+        self.writers.close().await;
+        self.readers.close().await;
     }
 }
 

@@ -19,7 +19,7 @@ pub(super) enum Dialect {
 type NumberedText = (i64, &'static str, &'static str);
 
 /// Every change of the layout, in order. A released one is never edited; add a new one to both lists.
-const SQLITE: [NumberedText; 10] = [
+const SQLITE: [NumberedText; 11] = [
     (1, "first", include_str!("migrations/sqlite/0001_first.sql")),
     (2, "named documents", include_str!("migrations/sqlite/0002_named_documents.sql")),
     (3, "queue", include_str!("migrations/sqlite/0003_queue.sql")),
@@ -30,8 +30,9 @@ const SQLITE: [NumberedText; 10] = [
     (8, "webhooks", include_str!("migrations/sqlite/0008_webhooks.sql")),
     (9, "batches", include_str!("migrations/sqlite/0009_batches.sql")),
     (10, "trace context", include_str!("migrations/sqlite/0010_trace_context.sql")),
+    (11, "turns", include_str!("migrations/sqlite/0011_turns.sql")),
 ];
-const POSTGRES: [NumberedText; 8] = [
+const POSTGRES: [NumberedText; 9] = [
     (1, "first", include_str!("migrations/postgres/0001_first.sql")),
     (2, "principals", include_str!("migrations/postgres/0002_principals.sql")),
     (3, "events", include_str!("migrations/postgres/0003_events.sql")),
@@ -40,6 +41,7 @@ const POSTGRES: [NumberedText; 8] = [
     (6, "webhooks", include_str!("migrations/postgres/0006_webhooks.sql")),
     (7, "batches", include_str!("migrations/postgres/0007_batches.sql")),
     (8, "trace context", include_str!("migrations/postgres/0008_trace_context.sql")),
+    (9, "turns and notices", include_str!("migrations/postgres/0009_turns_and_notices.sql")),
 ];
 
 impl Dialect {
@@ -54,10 +56,10 @@ impl Dialect {
     }
 
     /// Begins a transaction that may write. On SQLite it begins as a writer, because one that turns into a writer half way fails at
-    /// once when another is writing, whatever the busy timeout.
+    /// once when another is writing, whatever the busy timeout. What is committed survives a power cut.
     pub(super) const fn begin(self) -> &'static str {
         match self {
-            Self::Sqlite => "BEGIN IMMEDIATE",
+            Self::Sqlite => "PRAGMA synchronous = FULL; BEGIN IMMEDIATE",
             Self::Postgres => "BEGIN",
         }
     }
@@ -67,7 +69,7 @@ impl Dialect {
     /// whole table for a caller of whom none waits, to find the one row that an index has first.
     pub(super) const fn begin_brief(self) -> &'static str {
         match self {
-            Self::Sqlite => self.begin(),
+            Self::Sqlite => "PRAGMA synchronous = NORMAL; BEGIN IMMEDIATE",
             Self::Postgres => {
                 "BEGIN; SET LOCAL synchronous_commit TO off; SET LOCAL enable_sort TO off; SET LOCAL enable_seqscan TO off"
             }
@@ -82,11 +84,11 @@ impl Dialect {
         }
     }
 
-    /// The same for rows that shall only stay.
-    pub(super) const fn keep_rows(self) -> &'static str {
+    /// The same for rows of files that shall only stay.
+    pub(super) const fn keep_files(self) -> &'static str {
         match self {
             Self::Sqlite => "",
-            Self::Postgres => "FOR KEY SHARE",
+            Self::Postgres => "FOR KEY SHARE OF assets",
         }
     }
 

@@ -102,7 +102,6 @@ impl Records {
         let mut transaction = self.begin().await?;
         let query = "UPDATE jobs SET state = 'canceling' WHERE id = $1 AND state = 'running'";
         let done = sqlx::query(query).bind(id.as_str()).execute(&mut *transaction).await?;
-        self.notify(&mut transaction, id, JobState::Canceling).await?;
         self.commit(transaction).await?;
         Ok(done.rows_affected() > 0)
     }
@@ -160,7 +159,6 @@ impl Records {
         for (position, result) in finished.results.iter().enumerate() {
             results::insert(transaction, result, position).await?;
         }
-        self.notify(transaction, id, finished.state).await?;
         Ok(Ended::Written { stopped: self.stop_batch_of(transaction, id, finished).await? })
     }
 

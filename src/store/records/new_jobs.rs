@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use sqlx::{Any, Transaction};
 
 use super::{
-    Added, BatchPlace, JobRecord, JobState, Records,
-    database::{CHUNK, ours, places, rows_of},
+    Added, AssetRecord, BatchPlace, InputRole, JobRecord, JobState, Records, assets,
+    database::{CHUNK, ours, rows_of},
     job_lists,
     jobs::{COLUMNS, read, to_json},
     signed,
@@ -24,66 +24,83 @@ impl Records {
     /// # Errors
     /// When the database fails. The job may be there all the same.
     pub async fn add_job(&self, job: &JobRecord) -> Result<Added, StoreError> {
+        Ok(self.add_job_with_assets(&mut job.clone(), &[]).await?.0)
+    }
+
+    /// Writes the records of files, as [`Self::add_assets`], and a new job on them: all of it or nothing. Where another record of a file
+    /// stands, the job gets that one's id. Gives the records and whether each is new, too.
+    ///
+    /// # Errors
+    /// When the database fails. All of it may be there all the same.
+    pub async fn add_job_with_assets(
+        &self,
+        job: &mut JobRecord,
+        assets: &[AssetRecord],
+    ) -> Result<(Added, Vec<(AssetRecord, bool)>), StoreError> {
         let mut transaction = self.begin().await?;
+        let kept = assets::insert(&mut transaction, assets).await?;
+        for role in InputRole::ALL {
+            let Some(input) = job.request.input_mut(role) else { continue };
+            let kept = assets.iter().zip(&kept).find(|(asset, _)| asset.id == input.asset);
+            if let Some((_, (kept, _))) = kept {
+                input.asset = kept.id.clone();
+            }
+        }
+        let added = self.insert_one(&mut transaction, job).await?;
+        if added == Added::New {
+            self.commit(transaction).await?;
+        }
+        Ok((added, kept))
+    }
+
+    /// Writes a new job; part of a transaction, which is to be given up when the job is not new.
+    async fn insert_one(
+        &self,
+        transaction: &mut Transaction<'static, Any>,
+        job: &JobRecord,
+    ) -> Result<Added, StoreError> {
         let jobs = std::slice::from_ref(job);
-        if insert(&mut transaction, jobs).await? == 0 {
+        if insert(transaction, jobs).await? == 0 {
             let key = job.idempotency.as_ref().map(|word| &word.key);
             let query =
                 ours(format!("SELECT {COLUMNS} FROM jobs WHERE id = $1 OR (principal = $2 AND idempotency_key = $3)"));
             let query = sqlx::query(query).bind(job.id.as_str()).bind(job.principal.as_str()).bind(key);
-            return Ok(Added::Before(Box::new(read(&query.fetch_one(&mut *transaction).await?)?)));
+            return Ok(Added::Before(Box::new(read(&query.fetch_one(&mut **transaction).await?)?)));
         }
-        if !self.insert_what_belongs_to(&mut transaction, &job.principal, jobs).await? {
-            return Ok(Added::FileMissing);
-        }
-        self.commit(transaction).await?;
-        Ok(Added::New)
+        let is_whole = self.insert_what_belongs_to(transaction, &job.principal, jobs).await?;
+        Ok(if is_whole { Added::New } else { Added::FileMissing })
     }
 
-    /// Writes what goes with new jobs of one owner, and tells the others that some wait. Gives `false` where a file of one that
-    /// waits is not there, so that the transaction is to be given up.
+    /// Writes what goes with new jobs of one owner. Gives `false` where a file of one that waits is not there, so that the transaction
+    /// is to be given up.
     pub(super) async fn insert_what_belongs_to(
         &self,
         transaction: &mut Transaction<'static, Any>,
         owner: &Principal,
         jobs: &[JobRecord],
     ) -> Result<bool, StoreError> {
-        let waiting: Vec<&JobRecord> = jobs.iter().filter(|job| job.state == JobState::Queued).collect();
-        // One file may be both source and target.
-        let inputs: BTreeSet<(&str, &str)> = waiting
+        // One file may be both source and target. In the order of the files, in which whoever locks several does so.
+        let inputs: BTreeSet<(&str, &str)> = jobs
             .iter()
-            .flat_map(|job| job.request.inputs().map(|(_, input)| (job.id.as_str(), input.asset.as_str())))
+            .filter(|job| job.state == JobState::Queued)
+            .flat_map(|job| job.request.inputs().map(|(_, input)| (input.asset.as_str(), job.id.as_str())))
             .collect();
-        let files: Vec<&str> = inputs.iter().map(|(_, asset)| *asset).collect::<BTreeSet<_>>().into_iter().collect();
-        for files in files.chunks(CHUNK) {
+        let inputs: Vec<(&str, &str)> = inputs.into_iter().collect();
+        for inputs in inputs.chunks(CHUNK) {
             let query = ours(format!(
-                "SELECT id FROM assets WHERE principal = $1 AND id IN ({}) ORDER BY id {}",
-                places(2, files.len()),
-                self.dialect.keep_rows()
+                "INSERT INTO job_inputs (job_id, asset_id) SELECT named.column1, assets.id FROM (VALUES {}) AS named \
+                 JOIN assets ON assets.id = named.column2 AND principal = ${} ORDER BY assets.id {}",
+                rows_of(inputs.len(), 2),
+                inputs.len() * 2 + 1,
+                self.dialect.keep_files()
             ));
-            let query = files.iter().fold(sqlx::query(query).bind(owner.as_str()), |query, file| query.bind(*file));
-            if query.fetch_all(&mut **transaction).await?.len() < files.len() {
+            let query = inputs.iter().fold(sqlx::query(query), |query, (asset, job)| query.bind(*job).bind(*asset));
+            let found = query.bind(owner.as_str()).execute(&mut **transaction).await?.rows_affected();
+            if found < inputs.len() as u64 {
                 return Ok(false);
             }
         }
-        let inputs: Vec<(&str, &str)> = inputs.into_iter().collect();
-        for inputs in inputs.chunks(CHUNK) {
-            let query = ours(format!("INSERT INTO job_inputs (job_id, asset_id) VALUES {}", rows_of(inputs.len(), 2)));
-            let query = inputs.iter().fold(sqlx::query(query), |query, (job, asset)| query.bind(*job).bind(*asset));
-            query.execute(&mut **transaction).await?;
-        }
         job_lists::insert_labels(transaction, jobs).await?;
-        let Some(first) = waiting.first() else { return Ok(true) };
-        // The row of a caller's turn goes when nobody has seen the caller for long, and never under a job that is being added.
-        let query = "INSERT INTO turns (principal, served, seen_at) VALUES ($1, 0, $2) \
-                     ON CONFLICT (principal) DO UPDATE SET seen_at = excluded.seen_at";
-        sqlx::query(query)
-            .bind(owner.as_str())
-            .bind(first.created_at.as_millisecond())
-            .execute(&mut **transaction)
-            .await?;
-        // Nobody waits for the end of a job yet that is not known yet, so one notice does for all: it wakes who takes jobs up.
-        self.notify(transaction, &first.id, JobState::Queued).await?;
         Ok(true)
     }
 }

@@ -1,9 +1,9 @@
 //! Notices: what one process changes, the others hear of at once.
 //!
-//! Only a hint. Who waits for a change also looks by himself from time to time, since a notice can be missed while a connection is
+//! Triggers of the layout tell it when a change is committed. Only a hint. Who waits for a change also looks by himself from time to time, since a notice can be missed while a connection is
 //! down. With SQLite there are no other processes, and nothing is sent.
 
-use sqlx::{Any, Transaction, postgres::PgListener};
+use sqlx::postgres::PgListener;
 
 use super::{Dialect, JobState, Records};
 use crate::store::{JobId, StoreError};
@@ -55,19 +55,5 @@ impl Records {
         let mut listener = PgListener::connect(self.url()).await?;
         listener.listen(CHANNEL).await?;
         Ok(Some(Listener(listener)))
-    }
-
-    /// Tells the others, when the transaction is committed.
-    pub(super) async fn notify(
-        &self,
-        transaction: &mut Transaction<'static, Any>,
-        id: &JobId,
-        state: JobState,
-    ) -> Result<(), StoreError> {
-        if self.dialect == Dialect::Postgres {
-            let query = sqlx::query("SELECT pg_notify($1, $2)").bind(CHANNEL);
-            query.bind(format!("{id} {}", state.name())).execute(&mut **transaction).await?;
-        }
-        Ok(())
     }
 }

@@ -6,7 +6,7 @@ use jiff::Timestamp;
 use retargetd::store::{
     Added, AfterCrash, AssetId, AssetRecord, Claim, DocumentChange, DocumentKind, EventReach, FinishedJob, GiveBack,
     Held, Holdings, Idempotency, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest, JobState, Lane, LeaseId,
-    NewDocument, Notice, Precondition, Principal, Records, ResultId, ResultRecord, StoreError, StoredProgress,
+    NewDocument, Precondition, Principal, Records, ResultId, ResultRecord, StoreError, StoredProgress,
 };
 
 use super::{
@@ -16,7 +16,6 @@ use super::{
         an_item_that_is_asked_for_again_counts_once, jobs_of_batches_wait_behind_single_ones_and_callers_take_turns,
     },
     named_records::{documents_have_versions_and_one_writer_at_a_time, keys_are_found_bounded_and_removed},
-    support::Postgres,
 };
 
 pub(super) const HOUR: Duration = Duration::from_secs(3600);
@@ -113,7 +112,7 @@ fn result(job: &JobId, sha256: &str) -> ResultRecord {
     }
 }
 
-async fn claim(records: &Records) -> Option<JobRecord> {
+pub(super) async fn claim(records: &Records) -> Option<JobRecord> {
     match records.claim_job(&LeaseId::new(), HOUR, Timestamp::UNIX_EPOCH, Lane::Batch).await.expect("claims") {
         Claim::Job(job) => Some(*job),
         _ => None,
@@ -142,6 +141,35 @@ async fn a_job_reads_back_as_it_was_written(records: &Records) {
     );
     assert!(records.job(&missing.id).await.expect("reads").is_none(), "not even half of one");
     assert!(records.leased(&lease).await.expect("reads").is_none(), "nobody has that lease");
+}
+
+async fn a_job_and_the_files_that_came_with_it_are_written_together(records: &Records) {
+    let known = records.add_asset(&asset("anonymous", "known")).await.expect("writes").0;
+    let came = [asset("anonymous", "known"), asset("anonymous", "new")];
+    let mut both = job(&came[0], 0);
+    both.request.target = job(&came[1], 0).request.target;
+    let (added, kept) = records.add_job_with_assets(&mut both, &came).await.expect("writes");
+    assert_eq!(added, Added::New, "its files are there");
+    let kept: Vec<_> = kept.into_iter().map(|(asset, is_new)| (asset.id, is_new)).collect();
+    assert_eq!(
+        kept,
+        [(known.id.clone(), false), (came[1].id.clone(), true)],
+        "the record that stands, and the new one"
+    );
+    let read = records.job(&both.id).await.expect("reads").expect("is there");
+    let named = [&read.request.source.asset, &read.request.target.asset];
+    assert_eq!(named, [&known.id, &came[1].id], "the job names those");
+    assert!(
+        matches!(records.remove_asset(&known.principal, &known.id).await, Err(StoreError::InUse(_))),
+        "and needs them"
+    );
+
+    let stray = [asset("anonymous", "stray")];
+    let mut without = job(&asset("anonymous", "nowhere"), 0);
+    let (added, _) = records.add_job_with_assets(&mut without, &stray).await.expect("answers");
+    assert_eq!(added, Added::FileMissing, "one of its files is not there");
+    let owner = &stray[0].principal;
+    assert!(records.asset(owner, &stray[0].id).await.expect("reads").is_none(), "so no file is there either");
 }
 
 async fn only_who_holds_the_lease_writes_the_end(records: &Records) {
@@ -504,6 +532,7 @@ suite![
     sqlite_keeps_every_promise,
     postgres_keeps_every_promise:
     a_job_reads_back_as_it_was_written,
+    a_job_and_the_files_that_came_with_it_are_written_together,
     only_who_holds_the_lease_writes_the_end,
     callers_take_turns_and_priorities_count_among_a_callers_own,
     what_runs_out_goes_back_and_what_was_canceled_ends,
@@ -526,45 +555,3 @@ suite![
     a_batch_is_stopped_whatever_its_jobs_do,
     a_batch_goes_with_the_last_of_its_jobs,
 ];
-
-#[tokio::test(flavor = "multi_thread")]
-async fn notices_reach_other_processes() {
-    let Some(server) = Postgres::start() else { return };
-    let (here, there) = (server.records().await, server.records().await);
-    let mut listener = there.listen().await.expect("listens").expect("there are others");
-    let job = added(&here, "anonymous", 0).await;
-    let heard = tokio::time::timeout(super::support::PATIENCE, listener.next()).await.expect("soon").expect("hears");
-    assert_eq!(heard, Notice::Job(job.id, JobState::Queued), "what happened");
-}
-
-/// With fifty thousand jobs in the queue, a claim looks at as many rows as with one, whether or not the database has counted them. Counted
-/// by the database, so that no clock is needed. Another caller has none, and its turn comes first.
-#[tokio::test(flavor = "multi_thread")]
-async fn a_long_queue_does_not_slow_a_claim() {
-    let Some(server) = Postgres::start() else { return };
-    let records = server.records().await;
-    added(&records, "aaron", 0).await;
-    assert!(claim(&records).await.is_some(), "the other caller has had it");
-    let first = added(&records, "anonymous", 0).await;
-    server
-        .execute(
-            "ALTER TABLE jobs DISABLE TRIGGER USER; ALTER TABLE jobs SET (autovacuum_enabled = off); \
-             UPDATE turns SET served = -1 WHERE principal = 'aaron'; \
-             INSERT INTO jobs SELECT 'job_' || lpad(i::text, 26, '0'), state, request, input_bytes, attempt, retry_of, \
-             created_at, started_at, finished_at, expires_at, warnings, failure, report, resolved_spec, principal, \
-             priority, inputs_sha256, memory_bytes FROM jobs, generate_series(1, 50000) AS i WHERE state = 'queued'",
-        )
-        .await;
-    records.close().await;
-    for counted in ["", "ANALYZE jobs"] {
-        server.execute(counted).await;
-        let read = server.rows_read().await;
-        let records = server.records().await;
-        for _ in 0..10 {
-            assert!(claim(&records).await.is_some_and(|job| job.id != first.id), "one of the many");
-        }
-        records.close().await;
-        let per_claim = (server.rows_read().await - read) / 10;
-        assert!(per_claim < 20, "a claim reads {per_claim} rows of the table of jobs after '{counted}'");
-    }
-}

@@ -32,6 +32,11 @@ impl Pressure {
     pub(super) fn holds(&self, is_true: bool, figure: &str) {
         self.extent.holds(is_true, figure);
     }
+
+    /// The same for several, all of which are printed.
+    pub(super) fn all_hold(&self, figures: &[(bool, String)]) {
+        self.extent.all_hold(figures);
+    }
 }
 
 /// A server with its folder, and a client that knows a source and a target there.

@@ -143,9 +143,10 @@ pub(super) fn morph_nodes(target: &Scene) -> Vec<MorphNode> {
 
 /// For each node of which a morph is animated the weights of all its morph targets, side by side at each frame.
 fn morph_weights(clip: &Clip, nodes: &[MorphNode]) -> Vec<(usize, Vec<f32>)> {
+    let of_morph: BTreeMap<usize, &MorphTrack> = clip.morphs().iter().map(|track| (track.morph, track)).collect();
     let mut all = Vec::new();
     for MorphNode { node, morphs, rest } in nodes {
-        let track = |morph: &Option<usize>| clip.morphs().iter().find(|track| Some(track.morph) == *morph);
+        let track = |morph: &Option<usize>| morph.and_then(|morph| of_morph.get(&morph).copied());
         let tracks: Vec<Option<&MorphTrack>> = morphs.iter().map(track).collect();
         if tracks.iter().all(Option::is_none) {
             continue;

@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 
-use super::{Output, array};
+use super::Output;
 use crate::formats::{
     FormatError,
     gltf::document::{base64_data, from_base64},
@@ -19,13 +19,10 @@ pub(super) fn to_bytes(output: &mut Output<'_>) -> Result<(), FormatError> {
     let mut images = std::mem::take(images);
     for image in images.iter_mut().filter_map(Value::as_object_mut) {
         let Some((media_type, bytes)) = content(image) else { continue };
-        let length = bytes.len();
-        let view = json!({"buffer": 0, "byteOffset": output.binary.push(Cow::Owned(bytes)), "byteLength": length});
-        let views = array(&mut output.json, "bufferViews")?;
+        let view = output.add_view(Cow::Owned(bytes), None)?;
         image.shift_remove("uri");
         image.insert("mimeType".into(), media_type.into());
-        image.insert("bufferView".into(), json!(views.len()));
-        views.push(view);
+        image.insert("bufferView".into(), view.into());
     }
     output.json.insert("images".into(), Value::Array(images));
     Ok(())

@@ -114,13 +114,10 @@ fn add_mesh(
     }
     let mut primitives = Vec::with_capacity(mesh.parts.len());
     for part in &mesh.parts {
-        let view = add_view(output, bytemuck::cast_slice(&part.indices), Some(INDICES))?;
-        let indices = add_accessor(
-            output,
-            json!({
-                "bufferView": view, "componentType": UNSIGNED_INT, "count": part.indices.len(), "type": "SCALAR",
-            }),
-        )?;
+        let view = add_view(output, &part.indices, Some(INDICES))?;
+        let indices = output.add_accessor(json!({
+            "bufferView": view, "componentType": UNSIGNED_INT, "count": part.indices.len(), "type": "SCALAR",
+        }))?;
         let mut primitive = json!({"attributes": attributes, "indices": indices});
         if let Some(material) = part.material {
             primitive["material"] = json!(material);
@@ -170,15 +167,15 @@ fn add_shape(output: &mut Output<'_>, shape: &Shape, count: usize) -> Result<usi
     let mut accessor = json!({"componentType": FLOAT, "count": count, "type": "VEC3"});
     if !shape.offsets.is_empty() {
         let (vertices, offsets): (Vec<u32>, Vec<Vec3>) = shape.offsets.iter().copied().unzip();
-        let indices = add_view(output, bytemuck::cast_slice(&vertices), None)?;
-        let values = add_view(output, bytemuck::cast_slice(bytemuck::cast_slice::<_, [f32; 3]>(&offsets)), None)?;
+        let indices = add_view(output, &vertices, None)?;
+        let values = add_view(output, &offsets, None)?;
         accessor["sparse"] = json!({
             "count": vertices.len(),
             "indices": {"bufferView": indices, "componentType": UNSIGNED_INT},
             "values": {"bufferView": values},
         });
     }
-    let index = add_accessor(output, accessor)?;
+    let index = output.add_accessor(accessor)?;
     // What is not listed does not move.
     bounded(output, index, shape.offsets.iter().map(|(_, offset)| *offset).chain([Vec3::ZERO]))?;
     Ok(index)
@@ -190,35 +187,21 @@ fn add_vertices<T: bytemuck::Pod>(
     component: u64,
     shape: &str,
 ) -> Result<usize, FormatError> {
-    let view = add_view(output, bytemuck::cast_slice(values), Some(VERTICES))?;
-    let accessor = json!({"bufferView": view, "componentType": component, "count": values.len(), "type": shape});
-    add_accessor(output, accessor)
+    let view = add_view(output, values, Some(VERTICES))?;
+    output.add_accessor(json!({"bufferView": view, "componentType": component, "count": values.len(), "type": shape}))
 }
 
-fn add_accessor(output: &mut Output<'_>, accessor: Value) -> Result<usize, FormatError> {
-    let accessors = array(&mut output.json, "accessors")?;
-    accessors.push(accessor);
-    Ok(accessors.len() - 1)
-}
-
-fn add_view(output: &mut Output<'_>, bytes: &[u8], purpose: Option<u64>) -> Result<usize, FormatError> {
-    add_piece(output, Cow::Owned(bytes.to_vec()), purpose)
-}
-
-fn add_piece<'a>(output: &mut Output<'a>, bytes: Cow<'a, [u8]>, purpose: Option<u64>) -> Result<usize, FormatError> {
-    let length = bytes.len();
-    let mut view = json!({"buffer": 0, "byteOffset": output.binary.push(bytes), "byteLength": length});
-    if let Some(purpose) = purpose {
-        view["target"] = json!(purpose);
-    }
-    let views = array(&mut output.json, "bufferViews")?;
-    views.push(view);
-    Ok(views.len() - 1)
+fn add_view<T: bytemuck::Pod>(
+    output: &mut Output<'_>,
+    values: &[T],
+    purpose: Option<u64>,
+) -> Result<usize, FormatError> {
+    output.add_view(Cow::Owned(bytemuck::cast_slice(values).to_vec()), purpose)
 }
 
 fn add_images<'a>(output: &mut Output<'a>, images: &[Image<'a>]) -> Result<(), FormatError> {
     for image in images {
-        let view = add_piece(output, Cow::Borrowed(image.bytes), None)?;
+        let view = output.add_view(Cow::Borrowed(image.bytes), None)?;
         let mut value = json!({"mimeType": image.media_type, "bufferView": view});
         if !image.name.is_empty() {
             value["name"] = json!(image.name);

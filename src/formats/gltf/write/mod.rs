@@ -12,7 +12,9 @@ mod skins;
 mod streams;
 mod vrma;
 
-use serde_json::{Map, Value};
+use std::borrow::Cow;
+
+use serde_json::{Map, Value, json};
 
 use super::document::Document;
 use crate::{
@@ -38,10 +40,29 @@ struct Output<'a> {
     decoded_length: usize,
 }
 
-impl Output<'_> {
+impl<'a> Output<'a> {
     /// A document of which no buffer but the first is known.
     fn new(json: Map<String, Value>, compression: Compression) -> Self {
         Self { json, binary: Binary::default(), compression, decoded_buffer: 1, decoded_length: 0 }
+    }
+
+    /// Adds bytes and a view of them; `purpose` is the view's target, where it has one. Gives the index of the view.
+    fn add_view(&mut self, bytes: Cow<'a, [u8]>, purpose: Option<u64>) -> Result<usize, FormatError> {
+        let length = bytes.len();
+        let mut view = json!({"buffer": 0, "byteOffset": self.binary.push(bytes), "byteLength": length});
+        if let Some(purpose) = purpose {
+            view["target"] = json!(purpose);
+        }
+        let views = array(&mut self.json, "bufferViews")?;
+        views.push(view);
+        Ok(views.len() - 1)
+    }
+
+    /// Adds an accessor. Gives its index.
+    fn add_accessor(&mut self, accessor: Value) -> Result<usize, FormatError> {
+        let accessors = array(&mut self.json, "accessors")?;
+        accessors.push(accessor);
+        Ok(accessors.len() - 1)
     }
 }
 

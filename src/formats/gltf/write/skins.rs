@@ -144,15 +144,9 @@ fn bind_pose(target: &Scene, has_meshes: bool) -> Vec<DMat4> {
 }
 
 fn write(output: &mut Output<'_>, skin: &Skin) -> Result<(), FormatError> {
-    let bytes = bytemuck::cast_slice(&skin.joint_from_vertex).to_vec();
-    let length = bytes.len();
-    let offset = output.binary.push(Cow::Owned(bytes));
-    let views = array(&mut output.json, "bufferViews")?;
-    views.push(json!({"buffer": 0, "byteOffset": offset, "byteLength": length}));
-    let view = views.len() - 1;
-    let accessors = array(&mut output.json, "accessors")?;
-    accessors.push(json!({"bufferView": view, "componentType": FLOAT, "count": skin.joints.len(), "type": "MAT4"}));
-    let accessor = accessors.len() - 1;
+    let view = output.add_view(Cow::Owned(bytemuck::cast_slice(&skin.joint_from_vertex).to_vec()), None)?;
+    let accessor = json!({"bufferView": view, "componentType": FLOAT, "count": skin.joints.len(), "type": "MAT4"});
+    let accessor = output.add_accessor(accessor)?;
     let mut value = Map::new();
     if !skin.name.is_empty() {
         value.insert("name".into(), skin.name.as_str().into());

@@ -5,11 +5,10 @@ use std::borrow::Cow;
 use glam::Quat;
 use serde_json::{Value, json};
 
-use super::{Output, array};
+use super::{FLOAT, Output, array};
 use crate::formats::{Compression, FormatError, gltf::MESHOPT_EXTENSIONS};
 
 const SHORT: u64 = 5122;
-const FLOAT: u64 = 5126;
 /// Components of compressed rotations have as many bits as the format allows.
 const ROTATION_BITS: i32 = 16;
 /// Of compressed translations and scales as many as keep a metre to the micrometre.
@@ -56,7 +55,7 @@ impl<'o, 'a> Streams<'o, 'a> {
     ) -> Result<usize, FormatError> {
         let count = values.len();
         let is_short = kind == Kind::Rotations && self.output.compression != Compression::None;
-        let accessor = if self.output.compression == Compression::Meshopt {
+        let mut accessor = if self.output.compression == Compression::Meshopt {
             json!({"bufferView": self.compressed(bytemuck::cast_slice(&values), count, kind)?})
         } else {
             let bytes = match values {
@@ -67,16 +66,13 @@ impl<'o, 'a> Streams<'o, 'a> {
             let offset = self.output.binary.push(bytes) - self.view_offset;
             json!({"bufferView": self.view, "byteOffset": offset})
         };
-        let accessors = array(&mut self.output.json, "accessors")?;
-        let mut accessor = accessor;
         accessor["componentType"] = json!(if is_short { SHORT } else { FLOAT });
         if is_short {
             accessor["normalized"] = json!(true);
         }
         accessor["count"] = json!(count);
         accessor["type"] = json!(shape);
-        accessors.push(accessor);
-        Ok(accessors.len() - 1)
+        self.output.add_accessor(accessor)
     }
 
     /// Rotations as a reader will see them.
