@@ -4,6 +4,7 @@
 //! With `RETARGETD_TEST_SECONDS` they run that long and hold the service to its figures too:
 //! `RETARGETD_TEST_SECONDS=60 cargo nextest run --profile long --release -E 'test(load::)' --no-capture`.
 
+mod caller;
 mod one_shots;
 mod overload;
 mod soak;

@@ -2,21 +2,22 @@
 
 use std::{
     sync::{
-        Arc,
+        Arc, Mutex,
         atomic::{AtomicU64, Ordering},
     },
     time::{Duration, Instant},
 };
 
+use super::{
+    caller::Caller,
+    support::{Pressed, Pressure},
+};
 use reqwest::{StatusCode, multipart};
 use retargetd::{
     engine::{self, Inputs, Limits, NamedBytes},
     model::Control,
     samples,
 };
-use tokio::task::JoinSet;
-
-use super::support::{Pressed, Pressure};
 
 /// A clip and a character, as small jobs have them: 301 frames, 65 joints.
 struct Files {
@@ -35,20 +36,31 @@ impl Files {
         Self { clip: answer.text().await.expect("a BVH"), character: samples::mannequin() }
     }
 
-    /// Asks for one file and waits for it. Gives how long that took, and how long the engine by itself.
-    async fn retarget(&self, service: &Pressed) -> (Duration, Duration) {
-        let source = multipart::Part::text(self.clip.clone()).file_name("walk.bvh");
-        let target = multipart::Part::bytes(self.character.clone()).file_name("mannequin.glb");
-        let form = multipart::Form::new().part("source", source).part("target", target);
-        let began = Instant::now();
-        let answer = service.client.post(service.at("/v1/retarget")).multipart(form).send().await.expect("an answer");
-        assert_eq!(answer.status(), StatusCode::OK, "the file");
-        let timing = answer.headers()["server-timing"].to_str().expect("text").to_owned();
-        let bytes = answer.bytes().await.expect("all of it");
-        let took = began.elapsed();
-        assert!(bytes.starts_with(b"glTF"), "a GLB");
-        let total = timing.split("total;dur=").nth(1).and_then(|rest| rest.split(',').next()?.parse::<f64>().ok());
-        (took, Duration::from_secs_f64(total.expect("the engine's total") / 1e3))
+    /// Somebody who has them retargeted.
+    fn caller(&self, service: &str) -> Caller {
+        let parts = [("source", "walk.bvh", self.clip.as_bytes()), ("target", "mannequin.glb", &self.character)];
+        Caller::of(service, parts)
+    }
+
+    /// As many callers as that, each of whom asks again when it is answered. Gives of each answer how long it took, and how long the
+    /// engine by itself.
+    fn ask(&self, service: &str, callers: usize, lasts: Duration) -> Vec<(Duration, Duration)> {
+        let (answers, began) = (Mutex::new(Vec::new()), Instant::now());
+        std::thread::scope(|scope| {
+            for _ in 0..callers {
+                scope.spawn(|| {
+                    let mut caller = self.caller(service);
+                    loop {
+                        let answer = caller.ask();
+                        answers.lock().expect("nobody panics").push(answer);
+                        if began.elapsed() >= lasts {
+                            return;
+                        }
+                    }
+                });
+            }
+        });
+        answers.into_inner().expect("nobody panics")
     }
 
     /// Jobs a second of the engine in as many loops, each with threads of its own.
@@ -76,56 +88,46 @@ impl Files {
     }
 }
 
-fn median(mut times: Vec<Duration>) -> Duration {
+/// In milliseconds.
+fn median(mut times: Vec<Duration>) -> f64 {
     times.sort_unstable();
-    times[times.len() / 2]
+    times[times.len() / 2].as_secs_f64() * 1e3
 }
 
-/// One caller after the other's answer, and then as many callers as there are workers.
+/// One caller, and then twice as many as there are workers.
 #[tokio::test(flavor = "multi_thread")]
 async fn one_shots_cost_little_beside_the_engine() {
     let pressure = Pressure::of(2);
     let (data, part) = (tempfile::tempdir().expect("a temporary folder"), pressure.lasts / 3);
     let workers = std::thread::available_parallelism().map_or(2, std::num::NonZero::get);
-    let service = Arc::new(Pressed::start(data.path(), &["--workers", &workers.to_string()]).await);
-    let files = Arc::new(Files::of(&service).await);
+    let service = Pressed::start(data.path(), &["--workers", &workers.to_string()]).await;
+    let (files, url) = (Arc::new(Files::of(&service).await), service.process.url.clone());
 
-    let (mut beyond, mut by_itself, began) = (Vec::new(), Vec::new(), Instant::now());
-    while began.elapsed() < part || beyond.is_empty() {
-        let (took, engine) = files.retarget(&service).await;
-        beyond.push(took.saturating_sub(engine));
-        by_itself.push(engine);
-    }
-    let (asked, began) = (Arc::new(AtomicU64::new(0)), Instant::now());
-    let mut callers = JoinSet::new();
-    for _ in 0..workers * 2 {
-        let (service, files, asked) = (Arc::clone(&service), Arc::clone(&files), Arc::clone(&asked));
-        callers.spawn(async move {
-            while began.elapsed() < part {
-                files.retarget(&service).await;
-                asked.fetch_add(1, Ordering::Relaxed);
-            }
-        });
-    }
-    callers.join_all().await;
-    let rate = asked.load(Ordering::Relaxed) as f64 / began.elapsed().as_secs_f64();
+    let asked = tokio::task::spawn_blocking({
+        let files = Arc::clone(&files);
+        move || {
+            let one_by_one = files.ask(&url, 1, part);
+            let began = Instant::now();
+            let together = files.ask(&url, workers * 2, part).len();
+            (one_by_one, together, together as f64 / began.elapsed().as_secs_f64())
+        }
+    });
+    let (one_by_one, together, rate) = asked.await.expect("it runs");
     let books = service.books_at_rest().await;
     books.assert_balanced();
-    let all = beyond.len() as u64 + asked.load(Ordering::Relaxed) + 1;
+    let all = (one_by_one.len() + together) as u64 + 1;
     assert_eq!(books.finished.get("succeeded"), Some(&all), "every job is in the books: {books:?}");
 
     let alone = tokio::task::spawn_blocking(move || {
         [(1, workers), (workers, 1)].map(|(loops, threads)| files.by_the_engine_alone(loops, threads, part))
     });
     let [in_a_loop, in_loops] = alone.await.expect("it runs");
-    let (count, beyond, by_itself) = (beyond.len(), median(beyond).as_secs_f64() * 1e3, median(by_itself));
+    let beyond = median(one_by_one.iter().map(|(took, engine)| took.saturating_sub(*engine)).collect());
+    let engine = median(one_by_one.iter().map(|(_, engine)| *engine).collect());
     pressure.all_hold(&[
         (
             beyond < 5.0,
-            format!(
-                "{count} one-shots, in the median {beyond:.1} ms beyond the engine's own {:.1}",
-                by_itself.as_secs_f64() * 1e3
-            ),
+            format!("{} one-shots, in the median {beyond:.1} ms beyond the engine's own {engine:.1}", one_by_one.len()),
         ),
         (
             rate > in_a_loop * 0.85 && rate > in_loops * 0.4,
