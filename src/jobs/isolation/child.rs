@@ -20,7 +20,7 @@ use super::{
 use crate::{
     config::misbehave,
     engine::{Control, Failure, Format, Knowledge, Output, Question},
-    jobs::{Engine, Ran, RetargetEngine, failure, running::progress_of},
+    jobs::{Engine, MadeFile, Ran, RetargetEngine, failure, running::progress_of},
     telemetry::monotonic_seconds,
 };
 
@@ -148,10 +148,11 @@ impl Reply {
 
     fn ran(ran: Ran) -> Self {
         let Ran { outputs, report, resolved_spec, timings, warnings } = ran;
-        let outputs: Vec<Output> = outputs.into_iter().map(|made| made.output).collect();
-        let names = outputs.iter().map(|output| (output.format.info().name.to_owned(), output.name.clone())).collect();
+        let parts =
+            |MadeFile { output: Output { format, name, bytes }, .. }| ((format.info().name.to_owned(), name), bytes);
+        let (names, files): (Vec<_>, Vec<_>) = outputs.into_iter().map(parts).unzip();
         let texts = [report.into_bytes(), resolved_spec.into_bytes()];
-        let blobs = texts.into_iter().chain(outputs.into_iter().map(|output| output.bytes)).collect();
+        let blobs = texts.into_iter().chain(files).collect();
         Self { answer: Answer::Ran { timings, warnings, outputs: names }, blobs }
     }
 }

@@ -4,6 +4,7 @@
 //! complete; small ones are put there at once by stores that make a whole object visible in one step.
 
 mod disk;
+mod ends;
 mod place;
 mod room;
 mod writer;

@@ -7,7 +7,7 @@ use object_store::{MultipartUpload, ObjectStore, ObjectStoreExt, PutMode, PutPay
 use sha2::{Digest, Sha256};
 use tokio::sync::OwnedSemaphorePermit;
 
-use super::{Blobs, UNFINISHED};
+use super::{Blobs, UNFINISHED, ends::Ends};
 use crate::store::{StoreError, hexadecimal};
 
 /// A blob's name and size.
@@ -25,8 +25,12 @@ impl Blobs {
     /// # Errors
     /// When there is no room.
     pub fn begin(&self) -> Result<BlobWriter, StoreError> {
+        self.begin_with(Digesting::default())
+    }
+
+    fn begin_with(&self, digest: Digesting) -> Result<BlobWriter, StoreError> {
         self.check_room()?;
-        let (buffer, ends, digest) = (BytesMut::new(), Ends::default(), Digesting::Here(Sha256::new()));
+        let (buffer, ends) = (BytesMut::new(), Ends::default());
         Ok(BlobWriter { blobs: self.clone(), upload: None, buffer, ends, more_parts: None, digest, bytes: 0 })
     }
 
@@ -57,18 +61,15 @@ impl Blobs {
     pub async fn write(&self, bytes: Bytes, known_sha256: Option<String>) -> Result<UnnamedBlob, StoreError> {
         /// So that hashing a large file does not hold a thread of the runtime for long.
         const PIECE_BYTES: usize = 1 << 20;
+        let mut digest = known_sha256.map_or_else(Digesting::default, Digesting::Known);
         if bytes.len() > MOST_WHOLE_BYTES {
-            let mut writer = self.begin()?;
-            if let Some(sha256) = known_sha256 {
-                writer.digest = Digesting::Known(sha256);
-            }
+            let mut writer = self.begin_with(digest)?;
             for piece in bytes.chunks(PIECE_BYTES) {
                 writer.write(piece).await?;
             }
             return writer.finish().await;
         }
         self.check_room()?;
-        let mut digest = known_sha256.map_or_else(|| Digesting::Here(Sha256::new()), Digesting::Known);
         for piece in bytes.chunks(PIECE_BYTES) {
             digest.pass(piece);
             tokio::task::yield_now().await;
@@ -116,6 +117,12 @@ enum Digesting {
     Known(String),
 }
 
+impl Default for Digesting {
+    fn default() -> Self {
+        Self::Here(Sha256::new())
+    }
+}
+
 impl Digesting {
     fn pass(&mut self, bytes: &[u8]) {
         if let Self::Here(hasher) = self {
@@ -129,33 +136,6 @@ impl Digesting {
             Self::Here(hasher) => hexadecimal(&std::mem::take(hasher).finalize()),
             Self::Known(sha256) => std::mem::take(sha256),
         }
-    }
-}
-
-/// The first and the last bytes of a blob, enough to tell what it is.
-#[derive(Debug, Default)]
-struct Ends {
-    head: Vec<u8>,
-    tail: Vec<u8>,
-}
-
-impl Ends {
-    /// Everything but JSON says in its first bytes what it is.
-    const HEAD_BYTES: usize = 1 << 20;
-    /// Archives have their directory at the end.
-    const TAIL_BYTES: usize = 64 << 10;
-
-    /// Takes note of the bytes that come next.
-    fn pass(&mut self, bytes: &[u8]) {
-        let (head, rest) = bytes.split_at(bytes.len().min(Self::HEAD_BYTES - self.head.len()));
-        self.head.extend_from_slice(head);
-        self.tail.extend_from_slice(&rest[rest.len().saturating_sub(Self::TAIL_BYTES)..]);
-        self.tail.drain(..self.tail.len().saturating_sub(Self::TAIL_BYTES));
-    }
-
-    /// Both, one behind the other.
-    fn both(&self) -> Vec<u8> {
-        [self.head.as_slice(), &self.tail].concat()
     }
 }
 
@@ -294,12 +274,7 @@ impl UnnamedBlob {
     #[must_use]
     pub fn ends(&self) -> Cow<'_, [u8]> {
         match &self.content {
-            Some(Content::InMemory(bytes, _)) if bytes.len() <= Ends::HEAD_BYTES => Cow::Borrowed(bytes),
-            Some(Content::InMemory(bytes, _)) => {
-                let mut ends = Ends::default();
-                ends.pass(bytes);
-                Cow::Owned(ends.both())
-            }
+            Some(Content::InMemory(bytes, _)) => Ends::of(bytes),
             Some(Content::Stored(_, ends)) => Cow::Owned(ends.both()),
             None => Cow::Borrowed(&[]),
         }
@@ -333,24 +308,5 @@ impl Drop for UnnamedBlob {
         let store = self.blobs.store.clone();
         // What this misses is removed when it is old.
         runtime.spawn(async move { store.delete(&path).await });
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_ends_of_a_blob_are_the_same_however_it_came() {
-        let bytes: Vec<u8> = (0..2_000_000_u32).map(|index| (index % 251) as u8).collect();
-        let expected = [&bytes[..Ends::HEAD_BYTES], &bytes[bytes.len() - Ends::TAIL_BYTES..]].concat();
-        for piece in [1000, 300_000, bytes.len()] {
-            let mut ends = Ends::default();
-            bytes.chunks(piece).for_each(|piece| ends.pass(piece));
-            assert!(ends.both() == expected, "in pieces of {piece}");
-        }
-        let mut ends = Ends::default();
-        ends.pass(&bytes[..Ends::HEAD_BYTES + 3]);
-        assert!(ends.both() == bytes[..Ends::HEAD_BYTES + 3], "little behind the head is all there");
     }
 }

@@ -1,13 +1,14 @@
 //! Notices: what one process changes, the others hear of at once.
 //!
-//! Triggers of the layout tell it when a change is committed. Only a hint. Who waits for a change also looks by himself from time to time, since a notice can be missed while a connection is
-//! down. With SQLite there are no other processes, and nothing is sent.
+//! Triggers of the layout tell it when a change is committed. Only a hint: who waits for a change also looks by himself from time to time,
+//! since a notice can be missed while a connection is down. With SQLite there are no other processes, and nothing is sent.
 
 use sqlx::postgres::PgListener;
 
 use super::{Dialect, JobState, Records};
 use crate::store::{JobId, StoreError};
 
+/// The triggers have the same name.
 const CHANNEL: &str = "retargetd_jobs";
 
 /// What was heard.

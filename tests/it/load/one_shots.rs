@@ -8,15 +8,16 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::{
-    caller::Caller,
-    support::{Pressed, Pressure},
-};
 use reqwest::{StatusCode, multipart};
 use retargetd::{
     engine::{self, Inputs, Limits, NamedBytes},
     model::Control,
     samples,
+};
+
+use super::{
+    caller::Caller,
+    support::{Pressed, Pressure},
 };
 
 /// A clip and a character, as small jobs have them: 301 frames, 65 joints.

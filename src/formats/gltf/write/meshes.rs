@@ -114,7 +114,7 @@ fn add_mesh(
     }
     let mut primitives = Vec::with_capacity(mesh.parts.len());
     for part in &mesh.parts {
-        let view = add_view(output, &part.indices, Some(INDICES))?;
+        let view = output.add_values(&part.indices, Some(INDICES))?;
         let indices = output.add_accessor(json!({
             "bufferView": view, "componentType": UNSIGNED_INT, "count": part.indices.len(), "type": "SCALAR",
         }))?;
@@ -167,8 +167,8 @@ fn add_shape(output: &mut Output<'_>, shape: &Shape, count: usize) -> Result<usi
     let mut accessor = json!({"componentType": FLOAT, "count": count, "type": "VEC3"});
     if !shape.offsets.is_empty() {
         let (vertices, offsets): (Vec<u32>, Vec<Vec3>) = shape.offsets.iter().copied().unzip();
-        let indices = add_view(output, &vertices, None)?;
-        let values = add_view(output, &offsets, None)?;
+        let indices = output.add_values(&vertices, None)?;
+        let values = output.add_values(&offsets, None)?;
         accessor["sparse"] = json!({
             "count": vertices.len(),
             "indices": {"bufferView": indices, "componentType": UNSIGNED_INT},
@@ -187,16 +187,8 @@ fn add_vertices<T: bytemuck::Pod>(
     component: u64,
     shape: &str,
 ) -> Result<usize, FormatError> {
-    let view = add_view(output, values, Some(VERTICES))?;
+    let view = output.add_values(values, Some(VERTICES))?;
     output.add_accessor(json!({"bufferView": view, "componentType": component, "count": values.len(), "type": shape}))
-}
-
-fn add_view<T: bytemuck::Pod>(
-    output: &mut Output<'_>,
-    values: &[T],
-    purpose: Option<u64>,
-) -> Result<usize, FormatError> {
-    output.add_view(Cow::Owned(bytemuck::cast_slice(values).to_vec()), purpose)
 }
 
 fn add_images<'a>(output: &mut Output<'a>, images: &[Image<'a>]) -> Result<(), FormatError> {

@@ -58,6 +58,11 @@ impl<'a> Output<'a> {
         Ok(views.len() - 1)
     }
 
+    /// Adds values and a view of them, as [`Self::add_view`].
+    fn add_values<T: bytemuck::Pod>(&mut self, values: &[T], purpose: Option<u64>) -> Result<usize, FormatError> {
+        self.add_view(Cow::Owned(bytemuck::cast_slice(values).to_vec()), purpose)
+    }
+
     /// Adds an accessor. Gives its index.
     fn add_accessor(&mut self, accessor: Value) -> Result<usize, FormatError> {
         let accessors = array(&mut self.json, "accessors")?;

@@ -1,6 +1,6 @@
 //! The skins of a new document: those that meshes are bound by, as few as can be, or one for each tree of joints.
 
-use std::{borrow::Cow, collections::BTreeMap};
+use std::collections::BTreeMap;
 
 use glam::DMat4;
 use serde_json::{Map, Value, json};
@@ -144,7 +144,7 @@ fn bind_pose(target: &Scene, has_meshes: bool) -> Vec<DMat4> {
 }
 
 fn write(output: &mut Output<'_>, skin: &Skin) -> Result<(), FormatError> {
-    let view = output.add_view(Cow::Owned(bytemuck::cast_slice(&skin.joint_from_vertex).to_vec()), None)?;
+    let view = output.add_values(&skin.joint_from_vertex, None)?;
     let accessor = json!({"bufferView": view, "componentType": FLOAT, "count": skin.joints.len(), "type": "MAT4"});
     let accessor = output.add_accessor(accessor)?;
     let mut value = Map::new();
