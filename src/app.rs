@@ -146,13 +146,28 @@ pub async fn keys(settings: &Settings) -> anyhow::Result<Keys> {
     // Not taken: the database has any number of writers, and it is the files beside it that have one.
     let records = match settings.database.0.is_empty() {
         true => {
-            std::fs::create_dir_all(&settings.data)
-                .with_context(|| format!("the folder '{}' cannot be made", settings.data.display()))?;
-            Records::open(&DataFolder::database_in(&settings.data)).await?
+            let file = DataFolder::database_in(&settings.data);
+            anyhow::ensure!(
+                file.exists(),
+                "there is no database at {}: no service has been started there",
+                file.display()
+            );
+            Records::open(&file).await?
         }
         false => Records::connect(&settings.database.0, 2).await.context("the database cannot be used")?,
     };
     Ok(Keys::new(records, Clock::system()))
+}
+
+/// Makes the data folder and its database where they are not there yet.
+///
+/// # Errors
+/// When they cannot be made.
+pub async fn make_database(settings: &Settings) -> anyhow::Result<()> {
+    let folder = &settings.data;
+    std::fs::create_dir_all(folder).with_context(|| format!("the folder '{}' cannot be made", folder.display()))?;
+    Records::open(&DataFolder::database_in(folder)).await?.close().await;
+    Ok(())
 }
 
 /// What every role has: the store, and jobs over it.

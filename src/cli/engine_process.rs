@@ -8,16 +8,20 @@ use crate::jobs::{Bounds, serve_engine_process};
 /// Arguments of `retargetd engine-process`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Memory that it may use beside its own
+    /// Memory that it may use
     #[arg(long, value_name = "BYTES")]
     memory_bytes: u64,
+    /// Bytes of all files that one answer may give
+    #[arg(long, value_name = "BYTES")]
+    output_bytes: u64,
     /// How long one request may take
     #[arg(long, value_name = "SECONDS")]
     seconds: u64,
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
-    let bounds = Bounds { memory_bytes: arguments.memory_bytes, seconds: arguments.seconds };
+    let Arguments { memory_bytes, output_bytes, seconds } = *arguments;
+    let bounds = Bounds { memory_bytes, output_bytes, seconds };
     match serve_engine_process(&bounds) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => exit::refuse(exit::FAILED, &error),

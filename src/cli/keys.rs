@@ -59,14 +59,30 @@ struct Place {
     /// URL of the Postgres database, where there is one
     #[arg(long, value_name = "URL", env = "RETARGETD_DATABASE", hide_env_values = true, default_value = "")]
     database: String,
+    /// Make the data folder and its database where there are none yet
+    #[arg(long)]
+    new: bool,
 }
 
 impl Place {
+    /// Where that is, without a password.
+    fn name(&self) -> String {
+        match self.database.rsplit_once('@') {
+            Some((_, place)) => format!("the Postgres database at {place}"),
+            None if self.database.is_empty() => format!("the data folder {}", self.data.display()),
+            None => "the Postgres database that is given".to_owned(),
+        }
+    }
+
     async fn keys(&self) -> Result<Keys, Exit> {
         let settings =
             Settings { data: self.data.clone(), database: Secret(self.database.clone()), ..Settings::default() };
+        if self.new && self.database.is_empty() {
+            app::make_database(&settings).await.map_err(|error| Exit::new(FAILED, format!("{error:#}"), ""))?;
+        }
+        say(format_args!("keys of {}", self.name()));
         app::keys(&settings).await.map_err(|error| {
-            Exit::new(FAILED, format!("{error:#}"), "give --data or --database, the same as to 'retargetd serve'")
+            Exit::new(FAILED, format!("{error:#}"), "give --data or --database, the same as to 'retargetd serve'; --new makes a database before the first start")
         })
     }
 }
@@ -117,7 +133,8 @@ fn failed(refusal: Refusal) -> Exit {
 fn line(key: &ApiKeyRecord) -> String {
     let scopes = key.scopes.iter().map(|scope| scope.name()).collect::<Vec<_>>().join(",");
     let end = key.expires_at.map_or_else(|| "no end".to_owned(), |end| format!("until {end}"));
-    format!("{} {} {scopes} since {} {end}", key.id, key.principal, key.created_at)
+    let used = key.last_used_at.map_or_else(|| "never used".to_owned(), |used| format!("last used {used}"));
+    format!("{} {} {scopes} since {} {end}, {used}", key.id, key.principal, key.created_at)
 }
 
 fn principal(text: &str) -> Result<Principal, String> {

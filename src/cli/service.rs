@@ -61,6 +61,10 @@ pub(super) fn run<F: Future<Output = anyhow::Result<()>>>(
     arguments: &Arguments,
     role: impl FnOnce(Settings) -> F,
 ) -> ExitCode {
+    if let Some(misspelt) = misspelt_variables(set_variables()) {
+        return exit::refuse(exit::BAD_USAGE, &misspelt);
+    }
+    keep_memory_private();
     let settings = match Settings::read(|setting| arguments.given.get(setting.name).cloned()) {
         Ok(settings) => settings,
         Err(errors) => return exit::refuse(exit::BAD_USAGE, &errors),
@@ -82,6 +86,39 @@ pub(super) fn run<F: Future<Output = anyhow::Result<()>>>(
         Err(error) => exit::refuse(exit::FAILED, &format!("{error:#}")),
     }
 }
+
+/// The names of the variables that are set.
+fn set_variables() -> impl Iterator<Item = String> {
+    std::env::vars_os().filter_map(|(name, _)| name.into_string().ok())
+}
+
+/// What is wrong with variables that look like a setting and are none; nothing where nothing is. Others that begin as ours do are left: an
+/// orchestrator makes some of its own for every service that it knows.
+fn misspelt_variables(names: impl Iterator<Item = String>) -> Option<String> {
+    const PREFIX: &str = "RETARGETD_";
+    /// Names with a letter too many, too few or another one are nearer than this; those that only begin alike are not.
+    const NEAR: f64 = 0.85;
+    let known: Vec<String> = Settings::TABLE.iter().map(|setting| setting.name.to_ascii_uppercase()).collect();
+    let misspelt = names.filter_map(|name| {
+        let own = name.strip_prefix(PREFIX)?;
+        let nearness = |known: &String| strsim::normalized_damerau_levenshtein(own, known);
+        let nearest = known.iter().max_by(|one, other| nearness(one).total_cmp(&nearness(other)))?;
+        (own != nearest && nearness(nearest) >= NEAR).then(|| format!("\n  {name}: did you mean {PREFIX}{nearest}?"))
+    });
+    let misspelt: Vec<String> = misspelt.collect();
+    (!misspelt.is_empty()).then(|| format!("there are variables that are no settings:{}", misspelt.concat()))
+}
+
+/// Nobody else, an engine process neither, looks into the memory of this process or at its environment, which may have passwords in it.
+#[cfg(target_os = "linux")]
+fn keep_memory_private() {
+    use rustix::process::{DumpableBehavior, set_dumpable_behavior};
+    // Where the system refuses, all is as it was.
+    let _ = set_dumpable_behavior(DumpableBehavior::NotDumpable);
+}
+
+#[cfg(not(target_os = "linux"))]
+fn keep_memory_private() {}
 
 /// The signals that stop a service.
 pub(super) struct Signals {
@@ -107,5 +144,21 @@ impl Signals {
         }
         #[cfg(not(unix))]
         let _ = tokio::signal::ctrl_c().await;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_misspelt_variable_is_an_error_and_a_strange_one_is_not() {
+        let wrong = |names: &[&str]| misspelt_variables(names.iter().map(|name| (*name).to_owned()));
+        let error = wrong(&["RETARGETD_WORKRES", "HOME", "RETARGETD_LISTEN"]).expect("one is misspelt");
+        assert!(error.contains("RETARGETD_WORKRES: did you mean RETARGETD_WORKERS?"), "{error}");
+        assert!(!error.contains("LISTEN"), "the others are settings or somebody else's: {error}");
+        let kubernetes = ["RETARGETD_PORT", "RETARGETD_SERVICE_HOST", "RETARGETD_PORT_80_TCP_ADDR"];
+        assert_eq!(wrong(&kubernetes), None, "of an orchestrator");
+        assert_eq!(wrong(&["RETARGETD_TEST_JOBS", "RETARGETD_URL", "RETARGETD_KEY"]), None, "of tools");
     }
 }

@@ -25,6 +25,15 @@ impl SettingValue for MemoryBudget {
     }
 }
 
+impl MemoryBudget {
+    /// What all engine processes may have in use together, where the system says how much there is: what is left is the service's own, so
+    /// that it is not the kernel that chooses who goes, which in a container may be everybody.
+    #[must_use]
+    pub fn of_all_processes() -> Option<u64> {
+        available_bytes().map(|bytes| bytes / 5 * 4)
+    }
+}
+
 fn available_bytes() -> Option<u64> {
     let read = |path: &str| std::fs::read_to_string(path).ok();
     let groups = ["/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"];

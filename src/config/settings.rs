@@ -254,6 +254,8 @@ settings! {
     plain max_process_requests: u64 = "500" in 1..=1_000_000;
     /// How long a job is left to a worker that is not heard of; a worker tells three times in that time that it is there
     plain lease_period: Period = "6s" in 0.3..=3_600;
+    /// Bytes of all files that one job may give
+    limit max_output_bytes: ByteSize = "1GiB" in 1_024..=1_125_899_906_842_624_u64;
     /// Files that one job may give
     limit max_outputs_per_job: u64 = "8" in 1..=8;
     /// Labels of one job
@@ -289,6 +291,18 @@ settings! {
     plain reserved_disk: ByteSize = "64MiB" in 0..=1_125_899_906_842_624_u64;
     /// Rig templates of one's own; as many presets may be kept besides
     limit max_stored_documents: u64 = "256" in 0..=10_000;
+    /// Bytes of one's own rig templates together, and as many of presets
+    limit max_stored_document_bytes: ByteSize = "16MiB" in 1_024..=1_099_511_627_776_u64;
+    /// Versions of rig templates and presets that one principal may have, with those that were replaced or removed and that kept jobs may name
+    limit max_document_versions: u64 = "2000" in 1..=1_000_000;
+    /// Jobs that are kept of one principal, ended ones among them; the oldest ended go first
+    limit max_principal_records: u64 = "200000" in 1..=1_000_000_000;
+    /// Bytes of the records of one principal: configs, reports, rigs and presets
+    limit max_principal_record_bytes: ByteSize = "4GiB" in 1_048_576..=1_125_899_906_842_624_u64;
+    /// Jobs that are kept of all principals together; the oldest ended go first
+    limit max_records: u64 = "2000000" in 1..=1_000_000_000;
+    /// Bytes of all records together
+    limit max_record_bytes: ByteSize = "16GiB" in 1_048_576..=1_125_899_906_842_624_u64;
     /// How long a link to the file store is good that a download is sent to, where it is S3; 0s sends the bytes through the service
     plain download_link_period: Period = "0s" in 0..=86_400;
     /// How often what has expired is removed

@@ -1,5 +1,7 @@
 //! What the engine knows of rigs beside what it comes with, and what users may keep for later: rig templates and presets.
 
+use std::borrow::Cow;
+
 use serde_json::{Map, Value, json};
 
 use crate::rig::{
@@ -12,6 +14,8 @@ use super::{Failure, FailureCode, NamedBytes};
 #[derive(Clone, Debug, Default)]
 pub struct Knowledge {
     rigs: Vec<RigTemplate>,
+    /// Templates that nobody has parsed yet.
+    unread: Vec<String>,
 }
 
 impl Knowledge {
@@ -21,7 +25,32 @@ impl Knowledge {
     /// When one of them cannot be used.
     pub fn read<'a>(documents: impl IntoIterator<Item = &'a str>) -> Result<Self, Failure> {
         let read = |text: &str| parse_document(text.as_bytes()).and_then(parse_template).map_err(in_rig);
-        Ok(Self { rigs: documents.into_iter().map(read).collect::<Result<_, _>>()? })
+        Ok(Self { rigs: documents.into_iter().map(read).collect::<Result<_, _>>()?, unread: Vec::new() })
+    }
+
+    /// Rig templates as they are written, for somebody else to read: until then they are not among [`Self::rigs`].
+    #[must_use]
+    pub fn unread(documents: Vec<String>) -> Self {
+        Self { rigs: Vec::new(), unread: documents }
+    }
+
+    /// All of it, read.
+    ///
+    /// # Errors
+    /// When a template cannot be used.
+    pub fn parsed(&self) -> Result<Cow<'_, Self>, Failure> {
+        if self.unread.is_empty() {
+            return Ok(Cow::Borrowed(self));
+        }
+        let Self { mut rigs, .. } = Self::read(self.unread.iter().map(String::as_str))?;
+        rigs.extend(self.rigs.iter().cloned());
+        Ok(Cow::Owned(Self { rigs, unread: Vec::new() }))
+    }
+
+    /// The templates that nobody has read, as they are written.
+    #[must_use]
+    pub fn written(&self) -> &[String] {
+        &self.unread
     }
 
     /// The user's own rig templates.
@@ -98,6 +127,14 @@ pub fn task_of(config: Option<NamedBytes<'_>>) -> &'static str {
         (false, true) => "pose",
         (false, false) => "retarget",
     }
+}
+
+/// A config as it is written, JSON or YAML, whatever it says.
+///
+/// # Errors
+/// When it is neither.
+pub fn parse_config(bytes: &[u8]) -> Result<Value, Failure> {
+    parse_document(bytes).map_err(|error| Failure::from(error).in_part("config"))
 }
 
 /// Lays a config over a preset: objects are merged member by member, everything else (lists too) is taken from the config where

@@ -46,7 +46,8 @@ pub use inspect::{
 pub use joint_table::JointTable;
 pub use keys::KeysView;
 pub use knowledge::{
-    Knowledge, built_in_presets, built_in_rigs, check_preset, check_rig, merge_config, merge_patch, task_of,
+    Knowledge, built_in_presets, built_in_rigs, check_preset, check_rig, merge_config, merge_patch, parse_config,
+    task_of,
 };
 pub use labels::{ByRole, OneOrMore};
 pub use limited::LimitedView;

@@ -128,7 +128,7 @@ codes! {
     PreconditionFailed = "precondition_failed", PRECONDITION_FAILED, false, "It is not as the request takes it for",
         "`If-Match` or `If-None-Match` does not hold: somebody else has changed it. Get it again, and change that.";
     TooManyDocuments = "too_many_documents", CONFLICT, false, "There are as many as may be",
-        "The limit is `stored_documents`. Delete rigs or presets that nobody needs, or ask the operator to raise it.";
+        "`limit` names the limit: `stored_documents`, or `document_versions`, which counts versions that kept jobs may name. Delete rigs or presets that nobody needs, or ask the operator to raise it.";
     ForbiddenUrl = "forbidden_url", UNPROCESSABLE_ENTITY, false, "The service does not go there",
         "URLs of callers must be `https` without user and password, and lead to public addresses; the operator can name other networks with `--outbound-allow`.";
     UrlInputOff = "url_input_off", FORBIDDEN, false, "The service fetches no files",
@@ -147,6 +147,8 @@ codes! {
         "Jobs on the same files have killed the process that ran them several times. The detail says until when they are refused.";
     QueueFull = "queue_full", TOO_MANY_REQUESTS, true, "The queue is full",
         "Wait as long as `Retry-After` says and send again.";
+    TooManyRecords = "too_many_records", TOO_MANY_REQUESTS, true, "There is no room for more records",
+        "`limit` names the limit. Ended jobs go first, the oldest of all; what is left has not ended. Wait until jobs have ended, or cancel some.";
     QuotaReached = "quota_reached", TOO_MANY_REQUESTS, true, "The caller has as many unfinished jobs as may be",
         "The limit is `principal_jobs`, for each principal by itself. Wait for jobs to end, or cancel some; `GET /v1/usage` counts them.";
     TooManyStreams = "too_many_streams", TOO_MANY_REQUESTS, true, "Too many event streams are open",

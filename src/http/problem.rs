@@ -250,8 +250,11 @@ impl From<Refusal> for Problem {
             Refusal::Changed { .. } => {
                 Self::new(Code::PreconditionFailed, detail).with_hint("look at it again, and send its ETag as If-Match")
             }
-            Refusal::TooManyDocuments { most, .. } => Self::new(Code::TooManyDocuments, detail)
-                .about_limit("stored_documents", most, most + 1)
+            Refusal::TooManyRecords { limit, most, actual } => {
+                Self::new(Code::TooManyRecords, detail).about_limit(limit, most, actual)
+            }
+            Refusal::TooManyDocuments { limit, most, .. } => Self::new(Code::TooManyDocuments, detail)
+                .about_limit(limit, most, most + 1)
                 .with_hint("delete some first"),
             Refusal::TooManyKeys { .. } => Self::new(Code::TooManyKeys, detail).with_hint("revoke one first"),
             Refusal::ForbiddenUrl(_) => Self::new(Code::ForbiddenUrl, detail).at("/url", Vec::new()),

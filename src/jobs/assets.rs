@@ -180,7 +180,7 @@ impl Assets {
         if let Some(document) = inspections.find(&key) {
             return Ok(document);
         }
-        let inspection = self.inspect_now(&asset, rigs.knowledge()?).await?;
+        let inspection = self.inspect_now(&asset, self.jobs.knowledge(owner, &rigs.versions()).await?).await?;
         let document: Arc<str> = inspection.to_string().into();
         let memory_bytes = memory::of_inspected_file(asset.bytes, &inspection);
         inspections.add(key, Found { document: Arc::clone(&document), memory_bytes });

@@ -118,7 +118,7 @@ impl Engine for RetargetEngine {
         limits: &Limits,
         control: &Control,
     ) -> Result<Ran, Failure> {
-        engine::retarget_with(inputs, knowledge, limits, control)?.try_into()
+        engine::retarget_with(inputs, knowledge.parsed()?.as_ref(), limits, control)?.try_into()
     }
 
     fn inspect(
@@ -128,7 +128,7 @@ impl Engine for RetargetEngine {
         limits: &Limits,
         control: &Control,
     ) -> Result<serde_json::Value, Failure> {
-        to_json(engine::inspect_with(file, knowledge, limits, control)?)
+        to_json(engine::inspect_with(file, knowledge.parsed()?.as_ref(), limits, control)?)
     }
 
     fn propose(
@@ -138,7 +138,7 @@ impl Engine for RetargetEngine {
         limits: &Limits,
         control: &Control,
     ) -> Result<serde_json::Value, Failure> {
-        to_json(engine::propose_with(inputs, knowledge, limits, control)?)
+        to_json(engine::propose_with(inputs, knowledge.parsed()?.as_ref(), limits, control)?)
     }
 
     fn explain(
@@ -149,7 +149,7 @@ impl Engine for RetargetEngine {
         limits: &Limits,
         control: &Control,
     ) -> Result<serde_json::Value, Failure> {
-        to_json(engine::explain_with(inputs, question, knowledge, limits, control)?)
+        to_json(engine::explain_with(inputs, question, knowledge.parsed()?.as_ref(), limits, control)?)
     }
 
     fn check_config(&self, config: NamedBytes<'_>) -> Result<serde_json::Value, Failure> {

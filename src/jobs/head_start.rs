@@ -58,7 +58,7 @@ impl HeadStarts {
         self.lock().remove(id)
     }
 
-    fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.lock().len()
     }
 }
@@ -84,10 +84,10 @@ impl Jobs {
         let (inner, files) = (&self.0, files?);
         let is_alone = !inner.store.records().are_shared() && inner.engine.is_isolated();
         let has_worker = || inner.running.at_work() + inner.head_starts.len() < inner.settings.workers.0;
-        if !is_alone || !has_worker() || self.cached(record).await.is_some() {
+        if !is_alone || inner.running.is_alone() || !has_worker() || self.cached(record).await.is_some() {
             return None;
         }
-        let knowledge = self.knowledge(&record.principal, &record.request).await.ok()?;
+        let knowledge = self.knowledge(&record.principal, &record.request.rigs).await.ok()?;
         let memory = inner.memory.clone().try_take(record.memory_bytes).filter(|_| has_worker())?;
         let control = new_control();
         let work = self.work(record.request.clone(), files, knowledge, Arc::clone(&control));

@@ -21,6 +21,9 @@ const SECRET_BYTES: usize = 32;
 /// Keys of one principal that are good at the same time: one that is in use, and the one that follows it.
 const MOST_PER_PRINCIPAL: u64 = 2;
 
+/// How often it is noted that a key is in use: each time costs a write.
+const NOTED_EVERY: Duration = Duration::from_secs(300);
+
 /// A key as its holder shows it. Never shown by us but once.
 #[derive(Clone, PartialEq, Eq)]
 pub struct KeyText(String);
@@ -82,6 +85,7 @@ impl Keys {
             scopes,
             created_at: self.clock.now(),
             expires_at: new.lifetime.map(|lifetime| self.clock.after(lifetime)),
+            last_used_at: None,
         };
         if !self.records.add_api_key(&key, MOST_PER_PRINCIPAL).await? {
             return Err(Refusal::TooManyKeys { principal: key.principal, most: MOST_PER_PRINCIPAL });
@@ -124,8 +128,17 @@ impl Keys {
         let Some(key) = self.records.api_key(&id).await? else { return Ok(None) };
         let seen = hexadecimal(&Sha256::digest(secret.as_bytes()));
         let is_the_same: bool = seen.as_bytes().ct_eq(key.sha256.as_bytes()).into();
-        let is_over = key.expires_at.is_some_and(|end| end <= self.clock.now());
-        Ok(Some(key).filter(|_| is_the_same && !is_over))
+        let now = self.clock.now();
+        if !is_the_same || key.expires_at.is_some_and(|end| end <= now) {
+            return Ok(None);
+        }
+        if key.last_used_at.is_none_or(|used| used + NOTED_EVERY <= now) {
+            // That nobody can write it down is no reason to keep its holder out.
+            if let Err(error) = self.records.note_use_of_api_key(&key.id, now).await {
+                tracing::warn!(%error, "the use of a key could not be noted");
+            }
+        }
+        Ok(Some(key))
     }
 }
 
@@ -163,6 +176,8 @@ mod tests {
         let checked = keys.check(text.reveal()).await.expect("is looked up").expect("opens");
         assert_eq!((checked.principal.as_str(), checked.id), ("ann", made.id.clone()), "it says who");
         assert!(!text.reveal().contains(&made.sha256), "what is kept is not what is shown");
+        let used = |listed: Vec<ApiKeyRecord>| listed.iter().map(|key| key.last_used_at.is_some()).collect::<Vec<_>>();
+        assert_eq!(used(keys.list().await.expect("lists")), [true], "it is known that it is in use");
 
         let (other, _) = keys.create(new("bob", None)).await.expect("is made");
         let crossed =

@@ -9,8 +9,8 @@ use super::{Jobs, Refusal};
 use crate::{
     engine::{self, Knowledge},
     store::{
-        DocumentChange, DocumentKind, DocumentRecord, JobRequest, NewDocument, Precondition, Principal, StoreError,
-        VersionedName, hexadecimal,
+        DocumentBounds, DocumentChange, DocumentHead, DocumentKind, DocumentRecord, NewDocument, Precondition,
+        Principal, StoreError, VersionedName, hexadecimal,
     },
 };
 
@@ -99,13 +99,27 @@ impl Library {
         let text = document.to_string();
         let sha256 = digest(&text);
         let new = NewDocument { owner, kind, name, sha256: &sha256, document: &text };
-        let (most, now) = (self.0.0.settings.max_stored_documents, self.0.0.clock.now());
+        let settings = &self.0.0.settings;
+        let (documents, bytes) = (settings.max_stored_documents, settings.max_stored_document_bytes.0);
+        let versions = settings.max_document_versions;
+        let (most, now) = (DocumentBounds { documents, versions, bytes }, self.0.0.clock.now());
         match self.0.0.store.records().put_document(new, precondition, most, now).await? {
             DocumentChange::Created(record) => Ok(Written { kept: read(record)?, is_new: true }),
             DocumentChange::Replaced(record) | DocumentChange::Unchanged(record) => {
                 Ok(Written { kept: read(record)?, is_new: false })
             }
-            DocumentChange::TooMany => Err(Refusal::TooManyDocuments { kind: kind.name(), most }),
+            DocumentChange::TooMany => {
+                Err(Refusal::TooManyDocuments { kind: kind.name(), limit: "stored_documents", most: documents })
+            }
+            DocumentChange::TooManyVersions => {
+                Err(Refusal::TooManyDocuments { kind: kind.name(), limit: "document_versions", most: versions })
+            }
+            DocumentChange::TooLarge(actual) => Err(Refusal::TooLarge {
+                what: format!("all {}s together", kind.name()),
+                limit: "stored_document_bytes",
+                most: bytes,
+                actual,
+            }),
             DocumentChange::Refused(current) => Err(changed(kind, name, current)),
             DocumentChange::Removed | DocumentChange::NotThere => Err(not_found(kind, name)),
         }
@@ -135,20 +149,20 @@ impl Library {
 impl Jobs {
     /// The rig templates of one owner as they are now, with a digest over all of them.
     pub(super) async fn own_rigs(&self, owner: &Principal) -> Result<OwnRigs, Refusal> {
-        let records = self.0.store.records().documents(owner, DocumentKind::Rig).await?;
-        let text = records.iter().fold(String::new(), |text, record| text + &record.name + ":" + &record.sha256 + "\n");
-        Ok(OwnRigs { sha256: digest(&text), records })
+        let heads = self.0.store.records().document_heads(owner, DocumentKind::Rig).await?;
+        let text = heads.iter().fold(String::new(), |text, head| text + &head.name + ":" + &head.sha256 + "\n");
+        Ok(OwnRigs { sha256: digest(&text), heads })
     }
 
-    /// What a job of that owner knows: the versions of the templates that it was asked for with.
-    pub(super) async fn knowledge(&self, owner: &Principal, request: &JobRequest) -> Result<Knowledge, Refusal> {
-        let mut documents = Vec::with_capacity(request.rigs.len());
-        for VersionedName { name, version } in &request.rigs {
+    /// What a job of that owner knows: these versions of the owner's templates, as they are written. Who works with them parses them.
+    pub(super) async fn knowledge(&self, owner: &Principal, rigs: &[VersionedName]) -> Result<Knowledge, Refusal> {
+        let mut documents = Vec::with_capacity(rigs.len());
+        for VersionedName { name, version } in rigs {
             let record = self.0.store.records().document(owner, DocumentKind::Rig, name, Some(*version)).await?;
             let record = record.ok_or_else(|| unreadable(name, "a version that a job names is gone".to_owned()))?;
             documents.push(record.document);
         }
-        Ok(Knowledge::read(documents.iter().map(String::as_str))?)
+        Ok(Knowledge::unread(documents))
     }
 
     /// The preset of that name, current or built in.
@@ -169,19 +183,14 @@ impl Jobs {
 pub(super) struct OwnRigs {
     /// Changes when any of them does.
     pub(super) sha256: String,
-    records: Vec<DocumentRecord>,
+    heads: Vec<DocumentHead>,
 }
 
 impl OwnRigs {
     /// Their names and versions.
     pub(super) fn versions(&self) -> Vec<VersionedName> {
-        let version = |record: &DocumentRecord| VersionedName { name: record.name.clone(), version: record.version };
-        self.records.iter().map(version).collect()
-    }
-
-    /// What the engine makes of them.
-    pub(super) fn knowledge(&self) -> Result<Knowledge, Refusal> {
-        Ok(Knowledge::read(self.records.iter().map(|record| record.document.as_str()))?)
+        let version = |head: &DocumentHead| VersionedName { name: head.name.clone(), version: head.version };
+        self.heads.iter().map(version).collect()
     }
 }
 

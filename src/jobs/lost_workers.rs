@@ -26,14 +26,15 @@ impl Jobs {
         if !whose_ever && !self.leases_tell_who_is_gone().await? {
             return Ok(0);
         }
-        let decide = |job: &JobRecord| match self.0.running.has(job) {
+        let decide = |job: &JobRecord, was_alone: bool| match self.0.running.has(job) {
             true => AfterCrash::Leave,
-            false => self.after_crash(job),
+            false => self.after_crash(job, was_alone),
         };
         let lost = self.0.store.records().take_from_lost_workers(MOST_AT_ONCE, whose_ever, decide).await?;
-        for job in &lost {
-            tracing::warn!(job_id = %job.id, attempt = job.attempt, crashes = job.crashes + 1, "a job's worker is gone");
-            match self.after_crash(job) {
+        for (job, was_alone) in &lost {
+            let crashes = job.crashes + u32::from(*was_alone);
+            tracing::warn!(job_id = %job.id, attempt = job.attempt, crashes, was_alone, "a job's worker is gone");
+            match self.after_crash(job, *was_alone) {
                 AfterCrash::Leave => {}
                 AfterCrash::Requeue => self.0.changes.announce(&job.id, JobState::Queued),
                 AfterCrash::End(end) | AfterCrash::Quarantine(end, _) => self.announce_end(&job.id, &end),
@@ -62,13 +63,14 @@ impl Jobs {
         }
     }
 
-    /// A job under which processes died `max_attempts` times is not tried again: it may be what kills them.
-    fn after_crash(&self, job: &JobRecord) -> AfterCrash {
+    /// A job under which processes died `max_attempts` times is not tried again. A death is laid at the door of a job that was alone: which
+    /// of several it was is found out by running each of them by itself.
+    fn after_crash(&self, job: &JobRecord, was_alone: bool) -> AfterCrash {
         if next_state(job.state, JobEvent::Requeue) == Some(JobState::Canceled) {
             return AfterCrash::End(Box::new(self.ending(JobState::Canceled, None)));
         }
-        let crashes = u64::from(job.crashes) + 1;
-        if crashes < self.0.settings.max_attempts {
+        let crashes = u64::from(job.crashes) + u64::from(was_alone);
+        if !was_alone || crashes < self.0.settings.max_attempts {
             return AfterCrash::Requeue;
         }
         let until = self.0.clock.after(self.0.settings.quarantine_period.0);

@@ -14,6 +14,12 @@ const COPIES: u64 = 4;
 /// Decoded bytes per byte of a file of which nothing else is known: text takes more than numbers, and packed numbers less.
 const BYTES_PER_FILE_BYTE: u64 = 8;
 
+/// The rate and the length of a clip of which nothing is known.
+const USUAL_FPS: f64 = 30.0;
+const USUAL_SECONDS: f64 = 10.0;
+/// What one more format takes, of what the files take.
+const SHARE_OF_FORMAT: f64 = 0.5;
+
 /// What a file needs, of which nothing but its size is known.
 pub(super) fn of_unknown_file(bytes: u64) -> u64 {
     bytes.saturating_mul(BYTES_PER_FILE_BYTE)
@@ -28,9 +34,26 @@ pub(super) fn of_inspected_file(bytes: u64, inspection: &Value) -> Option<u64> {
     Some(samples.saturating_mul(SAMPLE_BYTES * COPIES).saturating_add(bytes.saturating_mul(2)))
 }
 
-/// What a job on files of these needs needs.
-pub(super) fn of_job(files: impl Iterator<Item = u64>) -> u64 {
-    files.fold(BASE_BYTES, u64::saturating_add)
+/// What a job on files of these needs needs, that makes so much more of them.
+pub(super) fn of_job(files: impl Iterator<Item = u64>, growth: f64) -> u64 {
+    let files = files.fold(0, u64::saturating_add);
+    // Saturates.
+    BASE_BYTES.saturating_add((files as f64 * growth.max(1.0)) as u64)
+}
+
+/// How many times larger than its files a job is, by its config: a higher rate, a slower clip, repetitions and holds make more frames, and
+/// each format beyond the first is written besides. What the config does not say in numbers counts as one.
+pub(super) fn growth_of(config: Option<&Value>, formats: usize) -> f64 {
+    let number =
+        |pointer: &str| config?.pointer(pointer)?.as_f64().filter(|number| number.is_finite() && *number > 0.0);
+    let rate = number("/edit/fps").map_or(1.0, |fps| (fps / USUAL_FPS).max(1.0));
+    let slowness = number("/edit/speed").map_or(1.0, |speed| (1.0 / speed).max(1.0));
+    let repeats = number("/edit/loop/times").unwrap_or(1.0).max(1.0);
+    let held = ["before", "after"].map(|side| number(&format!("/edit/hold/{side}_seconds")).unwrap_or(0.0));
+    let turns =
+        if config.and_then(|config| config.pointer("/edit/ping_pong")?.as_bool()) == Some(true) { 2.0 } else { 1.0 };
+    let written = formats.saturating_sub(1) as f64 * SHARE_OF_FORMAT;
+    (slowness * repeats * turns + held.iter().sum::<f64>() / USUAL_SECONDS) * rate + written
 }
 
 /// The memory that running jobs may be thought to need together, counted in mebibytes.
@@ -71,7 +94,17 @@ mod tests {
         let facts = serde_json::json!({"counts": {"nodes": 60}, "clips": [{"frames": 300}, {"frames": 100}]});
         assert_eq!(of_inspected_file(1000, &facts), Some(60 * 400 * 40 * 4 + 2000), "known");
         assert_eq!(of_inspected_file(1000, &serde_json::json!({"format": "bvh"})), None, "not known");
-        assert_eq!(of_job([of_unknown_file(1 << 20)].into_iter()), (32 << 20) + (8 << 20), "guessed");
+        assert_eq!(of_job([of_unknown_file(1 << 20)].into_iter(), 1.0), (32 << 20) + (8 << 20), "guessed");
+    }
+
+    #[test]
+    fn a_config_that_makes_more_frames_needs_more_memory() {
+        let growth = |config: Value| growth_of(Some(&config), 1);
+        assert_eq!(growth(serde_json::json!({})), 1.0, "nothing is made larger");
+        assert!(growth(serde_json::json!({"edit": {"fps": 1000, "speed": 0.02}})) > 1000.0, "many more frames");
+        assert!(growth(serde_json::json!({"edit": {"hold": {"after_seconds": 1e5}}})) > 1000.0, "a long hold");
+        assert!(growth_of(None, 3) > growth_of(None, 1), "more formats");
+        assert_eq!(growth(serde_json::json!({"edit": {"fps": 5, "speed": 10}})), 1.0, "less is not counted on");
     }
 
     #[tokio::test]

@@ -30,6 +30,7 @@ mod library;
 mod lost_workers;
 mod memory;
 mod proposals;
+mod record_room;
 mod refusal;
 mod result_cache;
 mod running;

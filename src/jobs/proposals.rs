@@ -14,7 +14,7 @@ impl Assets {
     pub async fn propose(&self, owner: &Principal, new: NewJob) -> Result<(JobRequest, serde_json::Value), Refusal> {
         let request = self.jobs.resolve(owner, new).await?.request;
         let files = self.jobs.read_inputs(&request).await?;
-        let knowledge = self.jobs.knowledge(owner, &request).await?;
+        let knowledge = self.jobs.knowledge(owner, &request.rigs).await?;
         let work = request.clone();
         let proposal = self
             .look("propose", "looking into the files", move |engine, limits, control| {
@@ -37,7 +37,7 @@ impl Assets {
     ) -> Result<serde_json::Value, Refusal> {
         let request = self.jobs.resolve(owner, new).await?.request;
         let files = self.jobs.read_inputs(&request).await?;
-        let knowledge = self.jobs.knowledge(owner, &request).await?;
+        let knowledge = self.jobs.knowledge(owner, &request.rigs).await?;
         self.look("explain", "explaining the joint", move |engine, limits, control| {
             let question = Question { frame, joint: &joint };
             engine.explain(&files.inputs(&request, &[]), &question, &knowledge, limits, control)

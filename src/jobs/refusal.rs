@@ -122,12 +122,24 @@ pub enum Refusal {
         current: Option<String>,
     },
     /// As many as may be are kept already.
-    #[error("there are {most} {kind}s already, which is the limit 'stored_documents'")]
+    #[error("no more {kind}s can be kept: the limit '{limit}' is {most}")]
     TooManyDocuments {
         /// `rig` or `preset`.
         kind: &'static str,
+        /// The name of the limit.
+        limit: &'static str,
         /// The limit.
         most: u64,
+    },
+    /// The records of the caller, or of all, have reached a limit, and none has ended that could go.
+    #[error("no more records can be kept: there are {actual}, and the limit '{limit}' is {most}")]
+    TooManyRecords {
+        /// The name of the limit.
+        limit: &'static str,
+        /// Its value.
+        most: u64,
+        /// What there is.
+        actual: u64,
     },
     /// The principal has as many keys as may be good at the same time.
     #[error("'{principal}' has {most} keys already")]

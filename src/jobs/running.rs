@@ -69,11 +69,15 @@ impl RunningJob {
 
 /// All of them, by id.
 #[derive(Debug, Default)]
-pub(super) struct RunningJobs(Mutex<BTreeMap<JobId, Arc<RunningJob>>>);
+pub(super) struct RunningJobs {
+    jobs: Mutex<BTreeMap<JobId, Arc<RunningJob>>>,
+    /// Whether one of them runs by itself, so that no work may begin beside it.
+    is_alone: AtomicBool,
+}
 
 impl RunningJobs {
     fn lock(&self) -> MutexGuard<'_, BTreeMap<JobId, Arc<RunningJob>>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.jobs.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Enters a job, which is under that control. It leaves when the guard is dropped.
@@ -134,9 +138,30 @@ impl RunningJobs {
         self.lock().values().filter(|job| !job.is_computed.load(Ordering::Relaxed)).count()
     }
 
+    /// Keeps work from beginning ahead of its turn, until the guard is dropped.
+    pub(super) fn let_nobody_begin(self: &Arc<Self>) -> AloneGuard {
+        self.is_alone.store(true, Ordering::SeqCst);
+        AloneGuard(Arc::clone(self))
+    }
+
+    /// Whether a job runs by itself.
+    pub(super) fn is_alone(&self) -> bool {
+        self.is_alone.load(Ordering::SeqCst)
+    }
+
     /// How many there are.
     pub(super) fn len(&self) -> usize {
         self.lock().len()
+    }
+}
+
+/// Lets work begin again when it is dropped.
+#[derive(Debug)]
+pub(super) struct AloneGuard(Arc<RunningJobs>);
+
+impl Drop for AloneGuard {
+    fn drop(&mut self) {
+        self.0.is_alone.store(false, Ordering::SeqCst);
     }
 }
 

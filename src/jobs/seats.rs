@@ -2,7 +2,7 @@
 //! busy. So a batch that has all workers delays nobody else by more than their share of the processor, and when nobody else asks, it
 //! loses nothing.
 //!
-//! A seat is for as long as the engine works. Writing down what came of it waits for the disk, and the next job need not wait with it:
+//! A seat is for as long as the engine works, and the memory that goes with it until what came of it is stored. Writing down what came of it waits for the disk, and the next job need not wait with it:
 //! as many jobs as there are workers may be about to end beside those that run.
 
 use std::sync::Arc;
@@ -28,6 +28,8 @@ pub(super) struct Seat {
     /// The last lane whose jobs may have it.
     pub(super) last: Lane,
     held: Vec<Held>,
+    /// Until the seat is dropped: what the job gave is in memory until it is stored.
+    memory: Option<OwnedSemaphorePermit>,
     ends: Arc<Semaphore>,
 }
 
@@ -65,19 +67,18 @@ impl Seats {
     }
 
     fn seat(&self, worker: OwnedSemaphorePermit, last: Lane) -> Seat {
-        Seat { last, held: vec![Held::Permit(worker)], ends: Arc::clone(&self.ends) }
+        Seat { last, held: vec![Held::Permit(worker)], memory: None, ends: Arc::clone(&self.ends) }
     }
 
     /// Gives a seat to a job, with the memory that it may have.
     pub(super) fn give(&self, seat: &mut Seat, is_of_batch: bool, memory: OwnedSemaphorePermit) {
-        seat.held.push(Held::Permit(memory));
+        seat.memory = Some(memory);
         seat.held.extend(is_of_batch.then(|| Held::OfBatch(Arc::clone(&self.batches))));
     }
 }
 
 impl Seat {
-    /// Leaves it to the next job, with all that goes with it, where not too many are about to end already; to be called when the engine
-    /// is done.
+    /// Leaves it to the next job, where not too many are about to end already; to be called when the engine is done. The memory stays taken.
     pub(super) fn leave(&mut self) {
         if let Ok(end) = Arc::clone(&self.ends).try_acquire_owned() {
             self.held = vec![Held::Permit(end)];
@@ -108,11 +109,14 @@ mod tests {
         let (seats, memory) = (Seats::new(1), Arc::new(Semaphore::new(1)));
         let mut seat = seats.free().await.expect("a worker's");
         assert_eq!(seat.last, Lane::Batch, "any job may have it");
-        seats.give(&mut seat, true, memory.try_acquire_owned().expect("some"));
+        seats.give(&mut seat, true, Arc::clone(&memory).try_acquire_owned().expect("some"));
         let spare = seats.free().await.expect("the spare one");
         assert_eq!(spare.last, Lane::Single, "no job of a batch may have that");
         drop(spare);
         seat.leave();
         assert_eq!(seats.free().await.expect("the worker's").last, Lane::Batch, "the batch has left it");
+        assert_eq!(memory.available_permits(), 0, "what it gave is not stored yet");
+        drop(seat);
+        assert_eq!(memory.available_permits(), 1, "now it is");
     }
 }

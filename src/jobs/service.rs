@@ -25,6 +25,7 @@ use super::{
     inspections::Inspections,
     memory::MemoryBudget,
     next_state,
+    record_room::RecordRoom,
     running::{RunningJobs, StopReason},
     stored_bytes::StoredBytes,
 };
@@ -76,6 +77,7 @@ pub(super) struct Inner {
     pub(super) handovers: Arc<Handovers>,
     pub(super) head_starts: Arc<HeadStarts>,
     pub(super) stored_bytes: StoredBytes,
+    pub(super) record_room: RecordRoom,
     /// One who waits for something to tell webhooks: the task that does.
     pub(super) outbox: Notify,
     is_draining: AtomicBool,
@@ -128,6 +130,7 @@ impl Jobs {
             handovers: Arc::default(),
             head_starts: Arc::default(),
             stored_bytes: StoredBytes::default(),
+            record_room: RecordRoom::default(),
             outbox: Notify::new(),
             is_draining: AtomicBool::new(false),
         }))
@@ -377,6 +380,7 @@ impl Jobs {
     /// # Errors
     /// When it does not.
     pub async fn check_store(&self) -> Result<(), Refusal> {
+        self.0.store.blobs().check_room()?;
         Ok(self.0.store.records().check().await?)
     }
 

@@ -103,7 +103,7 @@ impl Wanted {
             id: JobId::new(),
             state: JobState::Queued,
             kind,
-            inputs_sha256: inputs_digest(&request),
+            inputs_sha256: suspect_digest(&owner, &request),
             request,
             input_bytes,
             attempt: 0,
@@ -260,7 +260,7 @@ impl Jobs {
             skip_cache: new.skip_cache,
             webhook: known.webhook(new.webhook)?,
         };
-        let memory_bytes = memory::of_job(needs.into_iter());
+        let memory_bytes = memory::of_job(needs.into_iter(), growth_of(&request));
         let (owner, priority, kind) = (owner.clone(), new.priority, kind_of(&request));
         Ok(Wanted { owner, kind, request, input_bytes, memory_bytes, priority, retry_of: None, idempotency: None })
     }
@@ -314,6 +314,7 @@ impl Jobs {
             return Err(Refusal::Quarantined { until });
         }
         let quota = self.quota_for(&record.principal, 1).await?;
+        self.make_record_room(&record.principal, 1, text_bytes(&record.request)).await?;
         self.0.store.blobs().check_room()?;
         let size = QueueDepth { jobs: 1, bytes: record.input_bytes, batch_jobs: 0 };
         let reservation = self.0.admission.reserve(records, size).await?;
@@ -384,8 +385,30 @@ pub(super) fn kind_of(request: &JobRequest) -> JobKind {
     JobKind::from_name(engine::task_of(config)).unwrap_or_default()
 }
 
-/// A digest of what files a job works on, and as what: the same for every job on the same files.
-pub(super) fn inputs_digest(request: &JobRequest) -> String {
+/// About how many bytes of a record a request is.
+pub(super) fn text_bytes(request: &JobRequest) -> u64 {
+    /// Its row, its names and its places in indices.
+    const ROW: u64 = 2048;
+    ROW + request.config.as_ref().map_or(0, |config| config.text.len() as u64)
+}
+
+/// How many times larger than its files a job is, by its config.
+fn growth_of(request: &JobRequest) -> f64 {
+    let text = request.config.as_ref().map(|config| config.text.as_bytes()).filter(|text| says_edit(text));
+    let config = text.and_then(|text| engine::parse_config(text).ok());
+    memory::growth_of(config.as_ref(), request.formats.len())
+}
+
+/// Most configs change nothing of the clip's length, and need not be read for that.
+fn says_edit(text: &[u8]) -> bool {
+    text.windows(4).any(|word| word == b"edit")
+}
+
+/// A digest of who asks for what: the files of a job, what each is to it, its config and its formats. What brings workers down for one
+/// caller with one config is nobody else's business, and nobody else's fault.
+pub(super) fn suspect_digest(owner: &Principal, request: &JobRequest) -> String {
     let names = request.inputs().map(|(role, input)| format!("{} {}\n", role.name(), input.sha256));
-    library::digest(&names.collect::<String>())
+    let config = request.config.as_ref().map_or("", |config| &config.text);
+    let formats = request.formats.join(" ");
+    library::digest(&format!("{owner}\n{}{formats}\n{config}", names.collect::<String>()))
 }

@@ -59,6 +59,9 @@ impl Jobs {
         if let Err(error) = records.remove_events_until(before(settings.event_retention)).await {
             tracing::error!(%error, "old events could not be removed");
         }
+        if let Err(error) = self.0.store.blobs().check_room() {
+            tracing::warn!(%error, "the reserve of the disk is reached: no files are taken until there is room");
+        }
         if let Ok(bytes) = self.0.stored_bytes.count(self.0.store.records()).await {
             Metric::StoredBytes.set([], bytes as f64);
         }
@@ -67,6 +70,9 @@ impl Jobs {
     /// Measures the queue for those who watch, when they look: what a gauge said before would be old by then. What cannot be measured keeps
     /// its last value.
     pub async fn observe_queue(&self) {
+        if let Some(bytes) = self.0.store.blobs().free_bytes() {
+            Metric::FreeDisk.set([], bytes as f64);
+        }
         if let Err(error) = self.0.admission.observe(self.0.store.records(), self.0.clock.now()).await {
             tracing::error!(%error, "the queue could not be counted");
         }

@@ -163,7 +163,7 @@ impl Jobs {
     /// Reads what the engine needs.
     async fn prepare(&self, record: &JobRecord) -> Result<(InputBytes, Knowledge), Refusal> {
         let files = self.read_inputs(&record.request).await?;
-        Ok((files, self.knowledge(&record.principal, &record.request).await?))
+        Ok((files, self.knowledge(&record.principal, &record.request.rigs).await?))
     }
 
     /// Has the engine work on files, on a thread of its own unless the settings want otherwise.

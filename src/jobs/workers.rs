@@ -26,6 +26,8 @@ use crate::{
     telemetry::Metric,
 };
 
+/// How often to look whether the other jobs of this process have ended.
+const LOOK_WHETHER_ALONE: Duration = Duration::from_millis(20);
 /// How long nobody looks into an empty queue. New jobs come with a notice, which can be lost where processes share the queue.
 const LOOK_INTO_EMPTY_QUEUE: Duration = Duration::from_secs(2);
 /// How long to leave the queue to others who are about to take from it.
@@ -81,6 +83,7 @@ struct Taken {
     running: Arc<RunningJob>,
     begun: Option<BegunWork>,
     seat: Seat,
+    is_suspect: bool,
     _entry: RunningGuard,
 }
 
@@ -104,20 +107,54 @@ struct Claiming {
 impl Claiming {
     async fn run(self, count: usize) {
         let seats = Seats::new(count);
-        while let Some(mut taken) = self.next(&seats).await {
-            let jobs = self.jobs.clone();
-            self.running.spawn(async move {
-                let begun = taken.begun.take();
-                jobs.run_one(&taken.record, &taken.running, begun, &mut taken.seat).await;
-                drop(taken);
-            });
+        while let Some(taken) = self.next(&seats).await {
+            if taken.is_suspect {
+                self.run_alone(taken).await;
+            } else {
+                self.start(taken);
+            }
+        }
+    }
+
+    fn start(&self, mut taken: Taken) -> JoinHandle<()> {
+        let jobs = self.jobs.clone();
+        self.running.spawn(async move {
+            let begun = taken.begun.take();
+            jobs.run_one(&taken.record, &taken.running, begun, &mut taken.seat).await;
+            drop(taken);
+        })
+    }
+
+    /// Runs a job that may be what brings processes down, while this process runs nothing else: if it goes down now, it is known why.
+    async fn run_alone(&self, taken: Taken) {
+        let inner = &self.jobs.0;
+        let _alone = inner.running.let_nobody_begin();
+        let others = async {
+            while inner.running.len() > 1 || inner.head_starts.len() > 0 {
+                sleep(LOOK_WHETHER_ALONE).await;
+            }
+        };
+        if self.unless_stopped(others).await.is_none() {
+            return self.jobs.give_back(&taken.record, &taken.running, GiveBack::Drained).await;
+        }
+        match inner.store.records().mark_alone(&taken.record.id, &taken.running.lease).await {
+            Ok(true) => {
+                // It tells of its own faults.
+                let _ = self.start(taken).await;
+            }
+            // In other hands, or told to stop: its worker finds out which.
+            Ok(false) => drop(self.start(taken)),
+            Err(error) => {
+                tracing::error!(job_id = %taken.record.id, %error, "a job that is to run alone is given back");
+                self.jobs.give_back(&taken.record, &taken.running, GiveBack::Drained).await;
+            }
         }
     }
 
     /// The next job, when a worker is free and there is memory for it; `None` when it is time to stop.
     async fn next(&self, seats: &Seats) -> Option<Taken> {
         let lease = LeaseId::new();
-        let (record, mut seat) = self.claim(&lease, seats).await?;
+        let (record, mut seat, is_suspect) = self.claim(&lease, seats).await?;
         Failpoint::JobClaimed.reach();
         let inner = &self.jobs.0;
         let (control, memory, begun) = match inner.head_starts.take_over(&record.id) {
@@ -138,7 +175,7 @@ impl Claiming {
             },
         };
         seats.give(&mut seat, record.batch.is_some(), memory);
-        Some(Taken { record, running, begun, seat, _entry: entry })
+        Some(Taken { record, running, begun, seat, is_suspect, _entry: entry })
     }
 
     async fn unless_stopped<T>(&self, future: impl Future<Output = T>) -> Option<T> {
@@ -149,7 +186,7 @@ impl Claiming {
         }
     }
 
-    async fn claim(&self, lease: &LeaseId, seats: &Seats) -> Option<(JobRecord, Seat)> {
+    async fn claim(&self, lease: &LeaseId, seats: &Seats) -> Option<(JobRecord, Seat, bool)> {
         // Where a seat is still free, nothing waited a moment ago.
         let (free, mut look) = match seats.free().now_or_never() {
             Some(free) => (free, Look::Glance),
@@ -163,7 +200,8 @@ impl Claiming {
             // An arrival from here on is remembered, so none is missed between looking and waiting.
             let arrival = self.jobs.0.changes.arrival();
             let wait = match self.look(look, lease, seat.last).await {
-                Ok(Claim::Job(record)) => return Some((*record, seat)),
+                Ok(Claim::Job(record)) => return Some((*record, seat, false)),
+                Ok(Claim::Suspect(record)) => return Some((*record, seat, true)),
                 Ok(Claim::Contended) if look == Look::Glance => {
                     look = Look::Claim;
                     continue;

@@ -25,6 +25,7 @@ impl DataFolder {
             reason: error.to_string(),
         };
         fs::create_dir_all(root).map_err(failed)?;
+        keep_from_others(root);
         let lock = File::create(root.join("lock")).map_err(failed)?;
         match lock.try_lock() {
             Ok(()) => {}
@@ -71,9 +72,33 @@ impl DataFolder {
     }
 }
 
+/// Shuts other users of the machine out: files of callers and secrets of webhooks lie there. A folder that is another user's, such as a
+/// volume that somebody has prepared, stays as it is.
+#[cfg(unix)]
+fn keep_from_others(root: &Path) {
+    use std::os::unix::fs::PermissionsExt as _;
+    if let Err(error) = fs::set_permissions(root, fs::Permissions::from_mode(0o700)) {
+        tracing::warn!(folder = %root.display(), %error, "other users of this machine may be able to read the data folder");
+    }
+}
+
+#[cfg(not(unix))]
+fn keep_from_others(_: &Path) {}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn nobody_else_looks_into_a_data_folder() {
+        use std::os::unix::fs::PermissionsExt as _;
+        let root = tempfile::tempdir().expect("a temporary folder");
+        fs::set_permissions(root.path(), fs::Permissions::from_mode(0o755)).expect("it is ours");
+        let _folder = DataFolder::take(root.path()).expect("nobody has it");
+        let mode = fs::metadata(root.path()).expect("it is there").permissions().mode();
+        assert_eq!(mode & 0o777, 0o700, "others are shut out");
+    }
 
     #[test]
     fn a_folder_has_one_writer_and_unfinished_uploads_are_cleared() {

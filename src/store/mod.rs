@@ -25,11 +25,11 @@ pub use principal::{Principal, PrincipalError};
 pub use records::{
     Added, AddedAgain, AddedBatch, AfterAttempt, AfterCrash, ApiKeyRecord, AssetRecord, AttemptEnd, BatchPlace,
     BatchProgress, BatchRecord, CachedResults, Claim, ConfigDocument, DeliveryClaim, DeliveryEvent, DeliveryRecord,
-    DeliveryState, DisabledReason, DocumentChange, DocumentKind, DocumentRecord, Ended, EventReach, EventRecord,
-    Faults, FinishedJob, GiveBack, Held, Holdings, Idempotency, InputRole, JobFailure, JobFilter, JobInput, JobKind,
-    JobRecord, JobRequest, JobState, Lane, Listener, Moment, NewDocument, Notice, OnError, Page, Precondition,
-    QueueDepth, Records, ResultRecord, Scope, StoppedBatch, StoredFieldError, StoredProgress, VersionedName,
-    WebhookRecord,
+    DeliveryState, DisabledReason, DocumentBounds, DocumentChange, DocumentHead, DocumentKind, DocumentRecord, Ended,
+    EventReach, EventRecord, Faults, FinishedJob, GiveBack, Held, Holdings, Idempotency, InputRole, JobFailure,
+    JobFilter, JobInput, JobKind, JobRecord, JobRequest, JobState, Lane, Listener, Moment, NewDocument, Notice,
+    OnError, Page, Precondition, QueueDepth, RecordCounts, Records, ResultRecord, Scope, StoppedBatch,
+    StoredFieldError, StoredProgress, VersionedName, WebhookRecord,
 };
 
 use std::{fmt::Write as _, sync::Arc};
@@ -133,7 +133,25 @@ impl Store {
     /// # Errors
     /// When the store fails.
     pub async fn sweep(&self, now: Timestamp) -> Result<u64, StoreError> {
-        let (count, digests) = self.records.remove_expired(now).await?;
+        let mut removed = 0;
+        loop {
+            let (count, digests) = self.records.remove_expired(now).await?;
+            self.remove_unnamed(&digests).await?;
+            removed += count;
+            if count == 0 {
+                break;
+            }
+        }
+        self.records.tidy(now).await?;
+        Ok(removed)
+    }
+
+    /// Removes up to `most` jobs that have ended, those that ended first, of one principal or of all, and what they gave. Gives how many.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn remove_oldest_ended(&self, owner: Option<&Principal>, most: u64) -> Result<u64, StoreError> {
+        let (count, digests) = self.records.remove_oldest_ended(owner, most).await?;
         self.remove_unnamed(&digests).await?;
         Ok(count)
     }

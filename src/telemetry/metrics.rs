@@ -76,6 +76,10 @@ metrics_table! {
     LastJobFinished = "retargetd_last_job_finished_timestamp_seconds", Gauge, [], "When a job last came to an end";
     WebhookDeliveries = "retargetd_webhook_deliveries_total", Counter, ["result"], "Attempts to tell webhooks what happened";
     OutboundBlocked = "retargetd_outbound_blocked_total", Counter, ["reason"], "URLs of callers that lead where the service does not go";
+    FreeDisk = "retargetd_free_disk_bytes", Gauge, [], "Bytes that are free on the disk of the data folder";
+    ProcessCpu = "process_cpu_seconds_total", Gauge, [], "Processor time of the service's own process";
+    ProcessMemory = "process_resident_memory_bytes", Gauge, [], "Memory that the service's own process has in use";
+    ProcessFiles = "process_open_fds", Gauge, [], "Files and sockets that the service has open";
     BuildInfo = "retargetd_build_info", Gauge, ["version"], "Always one";
 }
 
@@ -133,9 +137,27 @@ impl Metrics {
     #[must_use]
     pub fn render(&self) -> String {
         self.0.run_upkeep();
+        observe_process();
         self.0.render()
     }
 }
+
+/// Measures this process, where the system tells.
+#[cfg(target_os = "linux")]
+fn observe_process() {
+    let used = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    Metric::ProcessCpu.set([], used.tv_sec as f64 + used.tv_nsec as f64 / 1e9);
+    let statm = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
+    if let Some(pages) = statm.split(' ').nth(1).and_then(|pages| pages.parse::<u64>().ok()) {
+        Metric::ProcessMemory.set([], (pages * rustix::param::page_size() as u64) as f64);
+    }
+    if let Ok(files) = std::fs::read_dir("/proc/self/fd") {
+        Metric::ProcessFiles.set([], files.count() as f64);
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn observe_process() {}
 
 fn describe() {
     for metric in Metric::ALL {
@@ -144,6 +166,20 @@ fn describe() {
             MetricKind::Gauge => metrics::describe_gauge!(metric.name(), metric.help()),
             MetricKind::Histogram => metrics::describe_histogram!(metric.name(), metric.help()),
         }
+    }
+    // From the start, so that the first of anything is a step and not a new line.
+    for metric in Metric::ALL.iter().filter(|metric| metric.labels().is_empty()) {
+        match metric.kind() {
+            MetricKind::Counter => metric.count([], 0),
+            MetricKind::Gauge => metric.set([], 0.0),
+            MetricKind::Histogram => {}
+        }
+    }
+    for reason in ["queue_full", "quota", "records"] {
+        Metric::AdmissionRejected.count([("reason", reason.to_owned())], 0);
+    }
+    for state in ["succeeded", "failed", "canceled"] {
+        Metric::JobsFinished.count([("state", state.to_owned()), ("code", String::new())], 0);
     }
     Metric::BuildInfo.set([("version", env!("CARGO_PKG_VERSION").to_owned())], 1.0);
 }
@@ -180,6 +216,10 @@ mod tests {
             "retargetd_last_job_finished_timestamp_seconds{}",
             "retargetd_webhook_deliveries_total{result}",
             "retargetd_outbound_blocked_total{reason}",
+            "retargetd_free_disk_bytes{}",
+            "process_cpu_seconds_total{}",
+            "process_resident_memory_bytes{}",
+            "process_open_fds{}",
             "retargetd_build_info{version}",
         ];
         assert_eq!(seen, expected, "dashboards depend on these names");

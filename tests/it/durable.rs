@@ -40,6 +40,8 @@ mod model;
 mod named_records;
 mod outbox;
 mod queue_cost;
+mod read_only_root;
+mod record_bounds;
 mod records;
 mod scale_out;
 mod scaling;

@@ -23,6 +23,7 @@ mod real;
 pub(crate) mod receiver;
 mod reports;
 mod result_cache;
+mod sandbox;
 mod schema_fuzz;
 mod service;
 pub(crate) mod support;

@@ -48,7 +48,7 @@ async fn live() -> Json<Status> {
 
 /// Says whether to send work here.
 ///
-/// Not while shutting down, not when the store does not answer, and not before tokens can be checked where they are taken. A full
+/// Not while shutting down, not when the store does not answer or its disk has only its reserve left, and not before tokens can be checked where they are taken. A full
 /// queue is no reason: it is said to whoever asks for more.
 #[utoipa::path(get, path = "/readyz", tag = "service",
     responses((status = 200, body = Status, description = "ready"),
@@ -58,8 +58,11 @@ async fn ready(State(jobs): State<Jobs>, State(tokens): State<Tokens>) -> Result
         return Err(Refusal::Draining.into());
     }
     jobs.check_store().await.map_err(|error| {
-        tracing::error!(%error, "the store does not answer");
-        Problem::new(Code::Unavailable, "the store does not answer")
+        tracing::error!(%error, "the store cannot be used");
+        match error {
+            Refusal::StorageFull => Problem::new(Code::Unavailable, "the disk has no more than its reserve left"),
+            _ => Problem::new(Code::Unavailable, "the store does not answer"),
+        }
     })?;
     if !tokens.can_be_checked() {
         return Err(Problem::new(Code::Unavailable, "the keys of the token issuer are not there yet"));

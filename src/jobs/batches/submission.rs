@@ -10,7 +10,7 @@ use crate::{
         JobQuota, Jobs, NewJob, Refusal,
         bridge::on_own_thread,
         failure, library, similar_names,
-        submission::{Known, Wanted, inputs_digest, kind_of},
+        submission::{Known, Wanted, kind_of, suspect_digest, text_bytes},
     },
     store::{
         AddedAgain, AddedBatch, BatchId, BatchPlace, BatchRecord, ConfigDocument, Idempotency, InputRole, JobFailure,
@@ -123,6 +123,8 @@ impl Jobs {
             let jobs = self.records_of(&batch.id, items, is_stopped);
             let waiting = waiting(&jobs);
             let quota = self.quota_for(owner, waiting).await?;
+            let bytes = jobs.iter().map(|job| text_bytes(&job.request)).sum();
+            self.make_record_room(owner, jobs.len() as u64, bytes).await?;
             self.0.store.blobs().check_room()?;
             let size = QueueDepth { batch_jobs: waiting, ..QueueDepth::default() };
             let reservation = self.0.admission.reserve(self.0.store.records(), size).await?;
@@ -186,6 +188,8 @@ impl Jobs {
             let jobs = self.records_of(id, numbers.into_iter().zip(items), false);
             let waiting = waiting(&jobs);
             self.quota_for(owner, waiting).await?;
+            let bytes = jobs.iter().map(|job| text_bytes(&job.request)).sum();
+            self.make_record_room(owner, jobs.len() as u64, bytes).await?;
             let size = QueueDepth { batch_jobs: waiting, ..QueueDepth::default() };
             let reservation = self.0.admission.reserve(self.0.store.records(), size).await?;
             if self.0.store.records().add_again(owner, &jobs).await? == AddedAgain::New {
@@ -229,7 +233,8 @@ impl Jobs {
     }
 
     async fn find_quarantined(&self, items: &mut [Item]) -> Result<(), Refusal> {
-        let digests: Vec<String> = items.iter().map(|item| inputs_digest(&item.wanted.request)).collect();
+        let digests: Vec<String> =
+            items.iter().map(|item| suspect_digest(&item.wanted.owner, &item.wanted.request)).collect();
         let distinct: Vec<&str> = digests.iter().map(String::as_str).collect::<BTreeSet<_>>().into_iter().collect();
         let quarantined = self.0.store.records().quarantined(&distinct, self.0.clock.now()).await?;
         for (item, digest) in items.iter_mut().zip(&digests) {

@@ -14,12 +14,12 @@ use super::{
     frames,
     limits::{self, Bounds},
     messages::{Answer, Message, Request, Task},
-    signals,
+    sandbox, signals,
     threads::Threads,
 };
 use crate::{
     config::misbehave,
-    engine::{Control, Failure, Format, Knowledge, Output, Question},
+    engine::{Control, Failure, FailureCode, Format, Knowledge, Output, Question},
     jobs::{Engine, MadeFile, Ran, RetargetEngine, failure, running::progress_of},
     telemetry::monotonic_seconds,
 };
@@ -47,20 +47,24 @@ struct Reply {
 pub fn serve(bounds: &Bounds) -> io::Result<()> {
     signals::leave_to_parent()?;
     limits::at_start(bounds)?;
+    // Before there is another thread: each has its own.
+    let sandbox = sandbox::enter();
     // The parent asks for one thing after another.
     let (sender, requests) = mpsc::sync_channel(1);
     thread::Builder::new().name("requests".to_owned()).spawn(move || receive(&sender))?;
     // The one thread that writes, so answers are never torn.
     let mut output = unbuffered_output()?;
-    frames::write(&mut output, &Answer::Ready, &[])?;
+    frames::write(&mut output, &Answer::Ready(sandbox), &[])?;
     let mut threads = Threads::default();
     for received in requests {
         limits::for_one_request(bounds)?;
         let control = Arc::clone(&received.control);
         let (sender, done) = mpsc::sync_channel(1);
+        let bounds = *bounds;
         threads.of(received.request.threads)?.spawn(move || {
             let work = std::panic::AssertUnwindSafe(|| answer(&received));
             let reply = std::panic::catch_unwind(work).unwrap_or_else(|_| Reply::of(Answer::Panicked));
+            let reply = reply.within(bounds.output_bytes);
             // Nobody is left to tell when the process ends.
             let _ = sender.send(reply);
         });
@@ -126,8 +130,7 @@ fn answer(received: &Received) -> Reply {
 fn work(request: &Request, blobs: &[Vec<u8>], control: &Control) -> Result<Reply, Failure> {
     let formats: Vec<Format> = request.formats.iter().filter_map(|name| Format::from_name(name)).collect();
     let inputs = request.inputs(blobs, &formats);
-    let rigs: Vec<String> = request.rigs.iter().map(ToString::to_string).collect();
-    let knowledge = Knowledge::read(rigs.iter().map(String::as_str))?;
+    let knowledge = Knowledge::unread(request.rigs.clone());
     let (engine, limits) = (RetargetEngine, &request.limits);
     let document = match &request.task {
         Task::Retarget => return Ok(Reply::ran(engine.retarget(&inputs, &knowledge, limits, control)?)),
@@ -141,9 +144,24 @@ fn work(request: &Request, blobs: &[Vec<u8>], control: &Control) -> Result<Reply
     Ok(Reply { answer: Answer::Document, blobs: vec![document.to_string().into_bytes()] })
 }
 
+fn too_much_output(bytes: u64, most: u64) -> Failure {
+    let detail = format!("what the job gives has {bytes} bytes, more than the limit 'output_bytes' of {most} allows");
+    Failure::new(FailureCode::AssetLimitExceeded, detail)
+        .with_hint("ask for fewer formats, fewer frames, or a format that takes less, such as glb in place of json")
+}
+
 impl Reply {
     const fn of(answer: Answer) -> Self {
         Self { answer, blobs: Vec::new() }
+    }
+
+    /// Itself, unless it is larger than an answer may be.
+    fn within(self, most: u64) -> Self {
+        let bytes = self.blobs.iter().map(|blob| blob.len() as u64).sum::<u64>();
+        if bytes <= most {
+            return self;
+        }
+        Self::of(Answer::Failed(failure::keep(too_much_output(bytes, most))))
     }
 
     fn ran(ran: Ran) -> Self {

@@ -56,12 +56,15 @@ pub(super) struct Digested {
 
 /// Reads one message; `None` where the other side has ended.
 pub(super) fn read<T: DeserializeOwned>(input: &mut impl Read) -> io::Result<Option<(T, Vec<Vec<u8>>)>> {
-    read_message(input, |input, length| read_bytes(input, length, STEP_BYTES, |_| ()))
+    read_message(input, u64::MAX, |input, length| read_bytes(input, length, STEP_BYTES, |_| ()))
 }
 
-/// The same, with digests, which are found while the other side still writes.
-pub(super) fn read_digested<T: DeserializeOwned>(input: &mut impl Read) -> io::Result<Option<(T, Vec<Digested>)>> {
-    read_message(input, |input, length| {
+/// The same, with digests, which are found while the other side still writes, and of no more than `most_bytes` of blobs in all.
+pub(super) fn read_digested<T: DeserializeOwned>(
+    input: &mut impl Read,
+    most_bytes: u64,
+) -> io::Result<Option<(T, Vec<Digested>)>> {
+    read_message(input, most_bytes, |input, length| {
         let mut hasher = Sha256::new();
         let bytes = read_bytes(input, length, DIGESTED_BYTES, |bytes| hasher.update(bytes))?;
         Ok(Digested { bytes, sha256: hexadecimal(&hasher.finalize()) })
@@ -70,6 +73,7 @@ pub(super) fn read_digested<T: DeserializeOwned>(input: &mut impl Read) -> io::R
 
 fn read_message<T: DeserializeOwned, R: Read, B>(
     input: &mut R,
+    most_bytes: u64,
     read_blob: impl Fn(&mut R, u64) -> io::Result<B>,
 ) -> io::Result<Option<(T, Vec<B>)>> {
     let mut length = [0; 4];
@@ -89,6 +93,9 @@ fn read_message<T: DeserializeOwned, R: Read, B>(
         let mut length = [0; 8];
         input.read_exact(&mut length)?;
         lengths.push(u64::from_le_bytes(length));
+    }
+    if lengths.iter().fold(0, |sum: u64, length| sum.saturating_add(*length)) > most_bytes {
+        return Err(io::Error::new(io::ErrorKind::InvalidData, "a message has more bytes than it may"));
     }
     let header = serde_json::from_slice(&read_bytes(input, u64::from(length), STEP_BYTES, |_| ())?)?;
     let blobs = lengths.into_iter().map(|length| read_blob(input, length)).collect::<io::Result<_>>()?;

@@ -5,14 +5,20 @@ use std::{io, sync::LazyLock};
 /// What an engine process may use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bounds {
-    /// Memory beyond what the program takes up by itself. It is addresses that are bounded, with two gibibytes besides for what
-    /// allocators reserve.
+    /// Memory that it may use. The parent looks at what it has in use and ends it beyond that; in case nobody looks in time, its addresses
+    /// are bounded besides, with two gibibytes more for what allocators reserve.
     pub memory_bytes: u64,
+    /// Bytes of all files that one answer may give.
+    pub output_bytes: u64,
     /// How long one request may take. Beyond it the parent ends the process; processor time has the same bound on every core, for a
     /// process whose parent is gone.
     pub seconds: u64,
 }
 
+/// Asked for once, at the start: the answer is in several files, which are out of reach later.
+#[cfg(unix)]
+static CORES: LazyLock<u64> =
+    LazyLock::new(|| std::thread::available_parallelism().map_or(1, std::num::NonZero::get) as u64);
 /// Addresses that allocators reserve without using them.
 #[cfg(unix)]
 const RESERVED_BYTES: u64 = 2 << 30;
@@ -23,12 +29,13 @@ const RESERVED_BYTES: u64 = 2 << 30;
 /// When the system refuses.
 #[cfg(unix)]
 pub(super) fn at_start(bounds: &Bounds) -> io::Result<()> {
-    use rustix::process::{Resource, Rlimit, setrlimit};
-    setrlimit(Resource::Core, Rlimit { current: Some(0), maximum: Some(0) })?;
+    use rustix::process::Resource;
+    lower(Resource::Core, 0, Some(0))?;
     let most = own_address_bytes().saturating_add(RESERVED_BYTES).saturating_add(bounds.memory_bytes);
-    setrlimit(Resource::As, Rlimit { current: Some(most), maximum: Some(most) })?;
+    lower(Resource::As, most, Some(most))?;
     // Where the machine runs out of memory all the same, this process goes before the service does. Not every system has this.
     let _ = std::fs::write("/proc/self/oom_score_adj", "500");
+    LazyLock::force(&CORES);
     Ok(())
 }
 
@@ -39,17 +46,26 @@ pub(super) fn at_start(bounds: &Bounds) -> io::Result<()> {
 #[cfg(unix)]
 pub(super) fn for_one_request(bounds: &Bounds) -> io::Result<()> {
     use rustix::{
-        process::{Resource, Rlimit, setrlimit},
+        process::Resource,
         time::{ClockId, clock_gettime},
     };
     /// For the parent to be the one that ends it.
     const MARGIN_SECONDS: u64 = 10;
     let used = u64::try_from(clock_gettime(ClockId::ProcessCPUTime).tv_sec).unwrap_or(0);
-    /// Asked for once, since the answer is in several files.
-    static CORES: LazyLock<u64> =
-        LazyLock::new(|| std::thread::available_parallelism().map_or(1, std::num::NonZero::get) as u64);
     let most = used.saturating_add(bounds.seconds.saturating_add(MARGIN_SECONDS).saturating_mul(*CORES));
-    setrlimit(Resource::Cpu, Rlimit { current: Some(most), maximum: None })?;
+    lower(Resource::Cpu, most, None)
+}
+
+/// Sets a bound, or leaves the one that an operator has set where that is lower: nobody may raise that.
+///
+/// # Errors
+/// When the system refuses.
+#[cfg(unix)]
+fn lower(resource: rustix::process::Resource, most: u64, maximum: Option<u64>) -> io::Result<()> {
+    use rustix::process::{Rlimit, getrlimit, setrlimit};
+    let hard = getrlimit(resource).maximum;
+    let lowest = |wanted: Option<u64>| wanted.into_iter().chain(hard).min();
+    setrlimit(resource, Rlimit { current: lowest(Some(most)), maximum: lowest(maximum) })?;
     Ok(())
 }
 

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::sandbox::Sandbox;
 use crate::{
     engine::{Format, Inputs, Knowledge, Limits, NamedBytes, Timings},
     store::{JobFailure, StoredProgress},
@@ -33,8 +34,8 @@ pub(super) struct Request {
     /// Source, target, their rest poses and the config: what each is called, where it is there.
     pub(super) names: [Option<String>; 5],
     pub(super) formats: Vec<String>,
-    /// The user's own rig templates.
-    pub(super) rigs: Vec<serde_json::Value>,
+    /// The user's own rig templates, as they are written: the process parses them.
+    pub(super) rigs: Vec<String>,
     pub(super) limits: Limits,
     /// How many threads may work on it, which no answer depends on.
     pub(super) threads: usize,
@@ -43,8 +44,8 @@ pub(super) struct Request {
 /// From the process.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) enum Answer {
-    /// It can be asked.
-    Ready,
+    /// It can be asked, and has locked itself in so far.
+    Ready(Sandbox),
     /// It is that far.
     Progress(StoredProgress),
     /// A retarget is done. The blobs are the report and the resolved spec, as JSON, and the outputs.
@@ -93,7 +94,8 @@ impl Request {
         limits: &Limits,
     ) -> (Self, Vec<&'a [u8]>) {
         let names = files.map(|file| file.map(|file| file.name.to_owned()));
-        let rigs = knowledge.rigs().iter().filter_map(|rig| serde_json::to_value(rig).ok()).collect();
+        let read = knowledge.rigs().iter().filter_map(|rig| serde_json::to_string(rig).ok());
+        let rigs = knowledge.written().iter().cloned().chain(read).collect();
         let blobs = files.into_iter().flatten().map(|file| file.bytes).collect();
         (Self { task, names, formats, rigs, limits: *limits, threads: 1 }, blobs)
     }

@@ -2,14 +2,17 @@
 //!
 //! A child is the same program, started as `retargetd engine-process`. It reads requests from its standard input and answers on its
 //! standard output, one at a time, and serves many one after the other. It bounds its memory, its processor time and its core files
-//! itself, before it reads anything; it has no environment, no database and no files: bytes come in, bytes go out. It ends when its input
+//! itself, before it reads anything, and gives up files, sockets and other programs as far as the kernel lets it ([`sandbox`]); it has no
+//! environment and no database: bytes come in, bytes go out. It ends when its input
 //! does, and by no signal that is meant for its parent, so it never outlives its parent, however that ends. A child that dies, or does not stop when it is told to, is replaced.
 
 mod child;
 mod frames;
 mod limits;
+mod memory_watch;
 mod messages;
 mod process;
+mod sandbox;
 mod signals;
 #[cfg(test)]
 mod tests;
@@ -26,13 +29,14 @@ use std::{
 
 use self::{
     frames::Digested,
+    memory_watch::MemoryWatch,
     messages::{Answer, Request, Task},
     process::{EngineProcess, Lost},
     threads::AtWork,
 };
 use super::{Engine, MadeFile, Ran, failure};
 use crate::{
-    config::Settings,
+    config::{MemoryBudget, Settings},
     engine::{Control, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Output, Question},
     telemetry::Metric,
 };
@@ -46,6 +50,7 @@ pub struct ProcessEngine {
     /// Those that wait for a request.
     idle: Mutex<Vec<EngineProcess>>,
     at_work: AtWork,
+    memory_watch: MemoryWatch,
 }
 
 impl ProcessEngine {
@@ -57,14 +62,18 @@ impl ProcessEngine {
         // On Linux, the program that runs, also when another one has taken its place in the file system.
         let own = PathBuf::from("/proc/self/exe");
         let program = if own.exists() { own } else { std::env::current_exe()? };
-        let bounds =
-            Bounds { memory_bytes: settings.process_memory.0, seconds: settings.job_timeout.0.as_secs().max(1) };
+        let bounds = Bounds {
+            memory_bytes: settings.process_memory.0,
+            output_bytes: settings.max_output_bytes.0,
+            seconds: settings.job_timeout.0.as_secs().max(1),
+        };
         Ok(Self {
             program,
             bounds,
             most_requests: settings.max_process_requests,
             idle: Mutex::default(),
             at_work: AtWork::default(),
+            memory_watch: MemoryWatch::new(bounds.memory_bytes, MemoryBudget::of_all_processes()),
         })
     }
 
@@ -72,7 +81,7 @@ impl ProcessEngine {
         loop {
             let waiting = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
             let Some(mut process) = waiting else {
-                return EngineProcess::start(&self.program, &self.bounds).map_err(not_started);
+                return EngineProcess::start(&self.program, &self.bounds, &self.memory_watch).map_err(not_started);
             };
             if process.is_alive() {
                 return Ok(process);

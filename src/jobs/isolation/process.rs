@@ -5,7 +5,7 @@ use std::{
     path::Path,
     process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, Stdio},
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc, Mutex, Once, PoisonError,
         mpsc::{self, Receiver, RecvTimeoutError},
     },
     thread,
@@ -15,7 +15,9 @@ use std::{
 use super::{
     frames::{self, Digested},
     limits::Bounds,
+    memory_watch::{MemoryWatch, Watched},
     messages::{Answer, Message, Request},
+    sandbox::Sandbox,
 };
 use crate::{engine::Control, telemetry::Metric};
 
@@ -47,15 +49,17 @@ pub(super) struct EngineProcess {
     answers: Receiver<(Answer, Vec<Digested>)>,
     last_words: Arc<Mutex<Vec<u8>>>,
     requests: u64,
+    watch: Watched,
 }
 
 impl EngineProcess {
     /// Starts one and waits until it can be asked.
-    pub(super) fn start(program: &Path, bounds: &Bounds) -> io::Result<Self> {
+    pub(super) fn start(program: &Path, bounds: &Bounds, memory_watch: &MemoryWatch) -> io::Result<Self> {
         let mut command = Command::new(program);
         command
             .arg("engine-process")
             .args(["--memory-bytes", &bounds.memory_bytes.to_string(), "--seconds", &bounds.seconds.to_string()])
+            .args(["--output-bytes", &bounds.output_bytes.to_string()])
             // Nothing of ours is its business: neither the database's password nor the store's keys.
             .env_clear()
             .stdin(Stdio::piped())
@@ -76,13 +80,17 @@ impl EngineProcess {
         hold_more(&output);
         let (sender, answers) = mpsc::sync_channel(MOST_UNHEARD);
         let last_words = Arc::new(Mutex::new(Vec::new()));
-        let words = Arc::clone(&last_words);
-        thread::Builder::new().name("engine-answers".to_owned()).spawn(move || hear(output, &sender))?;
+        let (words, most) = (Arc::clone(&last_words), bounds.output_bytes);
+        thread::Builder::new().name("engine-answers".to_owned()).spawn(move || hear(output, &sender, most))?;
         thread::Builder::new().name("engine-words".to_owned()).spawn(move || keep_last_words(errors, &words))?;
         Metric::EngineProcesses.change(1.0);
-        let process = Self { child, input, answers, last_words, requests: 0 };
+        let watch = memory_watch.over(child.id());
+        let process = Self { child, input, answers, last_words, requests: 0, watch };
         match process.answers.recv_timeout(START) {
-            Ok((Answer::Ready, _)) => Ok(process),
+            Ok((Answer::Ready(sandbox), _)) => {
+                tell_of(sandbox);
+                Ok(process)
+            }
             _ => Err(io::Error::other("the process does not say that it is ready")),
         }
     }
@@ -114,6 +122,10 @@ impl EngineProcess {
                 Ok((Answer::Progress(progress), _)) => control.repeat(&progress.phase, progress.done, progress.total),
                 Ok(answer) => return Ok(answer),
                 Err(RecvTimeoutError::Disconnected) => return Err(self.crashed()),
+                Err(RecvTimeoutError::Timeout) if self.watch.has_too_much() => {
+                    self.end();
+                    return Err(Lost::Crashed(TOO_MUCH_MEMORY.to_owned()));
+                }
                 Err(RecvTimeoutError::Timeout) if control.check().is_ok() => {}
                 Err(RecvTimeoutError::Timeout) => match kill_at {
                     None => {
@@ -176,10 +188,12 @@ impl Drop for EngineProcess {
     }
 }
 
+const TOO_MUCH_MEMORY: &str = "it needed more memory than 'process_memory' allows";
+
 /// How a process died, for people.
 fn how(status: &str, words: &str) -> String {
     let reason = if words.contains("memory allocation of") || words.contains("out of memory") {
-        "it needed more memory than 'process_memory' allows"
+        TOO_MUCH_MEMORY
     } else if words.contains("overflowed its stack") {
         "its stack overflowed"
     } else if status.contains("SIGXCPU") {
@@ -192,10 +206,22 @@ fn how(status: &str, words: &str) -> String {
     format!("{reason} ({status})")
 }
 
-fn hear(output: ChildStdout, sender: &mpsc::SyncSender<(Answer, Vec<Digested>)>) {
+/// Says once how far engine processes are locked in.
+fn tell_of(sandbox: Sandbox) {
+    static TOLD: Once = Once::new();
+    TOLD.call_once(|| match sandbox.missing()[..] {
+        [] => tracing::info!("engine processes have no files, no sockets and no other programs"),
+        ref missing => tracing::warn!(
+            missing = missing.join(", "),
+            "engine processes are not locked in as far as they could be: this kernel does not let them"
+        ),
+    });
+}
+
+fn hear(output: ChildStdout, sender: &mpsc::SyncSender<(Answer, Vec<Digested>)>, most_bytes: u64) {
     let mut output = BufReader::new(output);
     // When it ends or says what nobody understands, the sender is dropped, which the other side sees.
-    while let Ok(Some(answer)) = frames::read_digested(&mut output) {
+    while let Ok(Some(answer)) = frames::read_digested(&mut output, most_bytes) {
         if sender.send(answer).is_err() {
             return;
         }

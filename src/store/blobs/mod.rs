@@ -72,6 +72,12 @@ impl Blobs {
         Self { room: self.room.map(|room| room.leaving_free(reserved_bytes)), ..self }
     }
 
+    /// What is free on the disk of a folder, where the disk says so.
+    #[must_use]
+    pub fn free_bytes(&self) -> Option<u64> {
+        self.room.as_ref()?.free_bytes()
+    }
+
     /// Whether there is room for more.
     ///
     /// # Errors

@@ -24,6 +24,11 @@ impl Room {
         Self { reserved_bytes, ..self }
     }
 
+    /// What is free, where the disk says so.
+    pub(super) fn free_bytes(&self) -> Option<u64> {
+        free_bytes(&self.folder)
+    }
+
     /// Whether more may be written. A disk that does not say how full it is is written to until it fails.
     ///
     /// # Errors

@@ -53,6 +53,8 @@ pub struct ApiKeyRecord {
     pub created_at: Timestamp,
     /// When it ends; never, where there is none.
     pub expires_at: Option<Timestamp>,
+    /// When it was last shown, to within some minutes; never, where there is none.
+    pub last_used_at: Option<Timestamp>,
 }
 
 fn read(row: &AnyRow) -> Result<ApiKeyRecord, StoreError> {
@@ -64,6 +66,7 @@ fn read(row: &AnyRow) -> Result<ApiKeyRecord, StoreError> {
         scopes: scopes.split(' ').filter_map(Scope::from_name).collect(),
         created_at: time(row, "created_at")?,
         expires_at: optional_time(row, "expires_at")?,
+        last_used_at: optional_time(row, "last_used_at")?,
     })
 }
 
@@ -109,6 +112,16 @@ impl Records {
     pub async fn api_key(&self, id: &ApiKeyId) -> Result<Option<ApiKeyRecord>, StoreError> {
         let query = sqlx::query("SELECT * FROM api_keys WHERE id = $1").bind(id.as_str());
         self.optional(query).await?.as_ref().map(read).transpose()
+    }
+
+    /// Notes that a key was shown.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn note_use_of_api_key(&self, id: &ApiKeyId, now: Timestamp) -> Result<(), StoreError> {
+        let query = "UPDATE api_keys SET last_used_at = $2 WHERE id = $1";
+        self.execute(sqlx::query(query).bind(id.as_str()).bind(now.as_millisecond())).await?;
+        Ok(())
     }
 
     /// All keys, the oldest first. There are a few for each principal, and principals are added by hand.

@@ -9,17 +9,27 @@ use sqlx::{
 };
 
 use super::{Dialect, Faults, faults::Moment};
-use crate::{config::Secret, store::StoreError};
+use crate::{
+    config::Secret,
+    store::{LeaseId, StoreError},
+};
 
 /// What sqlx calls the arguments of a query here.
 type Arguments = sqlx::any::AnyArguments;
 
-/// What every connection to SQLite is told first.
-const SQLITE_PRAGMAS: &str = "PRAGMA busy_timeout = 10000; PRAGMA journal_mode = WAL; PRAGMA foreign_keys = ON";
+/// What every connection to SQLite is told first. Sorts and statement journals that do not fit its cache stay in memory: where nothing but the
+/// data folder can be written to, a temporary file has no place, and the statement that needs one would fail.
+const SQLITE_PRAGMAS: &str = "PRAGMA busy_timeout = 10000; PRAGMA auto_vacuum = INCREMENTAL; PRAGMA journal_mode = WAL; PRAGMA foreign_keys = ON; \
+                              PRAGMA temp_store = MEMORY";
 
 /// A connection that was used so lately is not tried before it is used again, which costs as much as a query. A database that restarts
 /// takes longer.
 const MAY_BE_GONE: Duration = Duration::from_millis(500);
+
+/// How long to wait for a connection that others hold while the blob store works for them.
+const LONGEST_HOLD: Duration = Duration::from_secs(60);
+/// How long leases and probes wait for a connection: shorter than any lease that is not for tests.
+const SOON: Duration = Duration::from_secs(2);
 
 /// The records of one database. Cheap to clone; all clones share the connections.
 #[derive(Clone, Debug)]
@@ -32,9 +42,15 @@ pub struct Records {
     /// For transactions that only hold locks while others are at work: were they to come from `writers`, they could take the last
     /// connection from those whom they wait for.
     gate_pool: AnyPool,
+    /// For leases and probes: what tells others that this process lives must not wait behind callers.
+    keepers: AnyPool,
+    /// For lists, which callers can make slow. On Postgres they are ended when they take too long; on SQLite the same as `readers`.
+    listers: AnyPool,
     pub(super) dialect: Dialect,
     /// May have a password in it.
     url: Secret,
+    /// What the database knows this process by.
+    pub(super) process: Arc<str>,
     faults: Option<Arc<dyn Faults>>,
 }
 
@@ -79,12 +95,34 @@ impl Records {
         let options = options.disable_statement_logging();
         let readers = pool_of(most_connections).connect_with(options.clone()).await?;
         dialect.migrator().run(&readers).await?;
-        let gate_pool = pool_of(4).connect_lazy_with(options.clone());
+        // Who holds one waits for the blob store; those who come next wait with it rather than fail.
+        let gate_pool =
+            pool_of(most_connections.max(4)).acquire_timeout(LONGEST_HOLD).connect_lazy_with(options.clone());
+        let keepers = pool_of(2).acquire_timeout(SOON).connect_lazy_with(options.clone());
+        let listers = match dialect {
+            Dialect::Postgres => pool_of((most_connections / 2).max(1))
+                .after_connect(|connection, _| {
+                    Box::pin(async move { connection.execute("SET statement_timeout TO '5s'").await.map(|_| ()) })
+                })
+                .connect_lazy_with(options.clone()),
+            Dialect::Sqlite => readers.clone(),
+        };
         let writers = match dialect {
             Dialect::Postgres => readers.clone(),
             Dialect::Sqlite => pool_of(1).connect_lazy_with(options),
         };
-        Ok(Self { readers, writers, gate_pool, dialect, url: Secret(url.to_owned()), faults: None })
+        let process = LeaseId::new().as_str().into();
+        Ok(Self {
+            readers,
+            writers,
+            gate_pool,
+            keepers,
+            listers,
+            dialect,
+            url: Secret(url.to_owned()),
+            process,
+            faults: None,
+        })
     }
 
     /// The same records, with faults on the way: for tests of what relies on them.
@@ -197,18 +235,41 @@ impl Records {
         Ok(BlobLocks(Some(transaction)))
     }
 
-    /// Whether the database answers.
+    /// Whether the database answers, asked beside all others.
     ///
     /// # Errors
     /// When it does not.
     pub async fn check(&self) -> Result<(), StoreError> {
-        self.one(sqlx::query("SELECT 1")).await?;
+        self.fault(Moment::Before).await?;
+        sqlx::query("SELECT 1").fetch_one(&self.keepers).await?;
+        Ok(())
+    }
+
+    /// The same as [`Self::begin_brief`], beside all others: for leases. On SQLite one writes at a time.
+    pub(super) async fn begin_keeping(&self) -> Result<Transaction<'static, Any>, StoreError> {
+        self.fault(Moment::Before).await?;
+        let pool = if self.are_shared() { &self.keepers } else { &self.writers };
+        Ok(pool.begin_with(self.dialect.begin_brief()).await?)
+    }
+
+    /// The rows of a list: one that takes too long is ended, so that lists alone wait for lists.
+    pub(super) async fn listed(&self, query: Query<'_, Any, Arguments>) -> Result<Vec<AnyRow>, StoreError> {
+        self.fault(Moment::Before).await?;
+        Ok(query.fetch_all(&self.listers).await?)
+    }
+
+    /// Gives free pages of a SQLite file back to the disk, where the file was made to do so.
+    pub(super) async fn give_pages_back(&self, pragma: &'static str) -> Result<(), StoreError> {
+        self.fault(Moment::Before).await?;
+        sqlx::query(pragma).fetch_all(&self.writers).await?;
         Ok(())
     }
 
     /// Closes the database when everything that uses it has ended.
     pub async fn close(&self) {
         self.gate_pool.close().await;
+        self.keepers.close().await;
+        self.listers.close().await;
         self.writers.close().await;
         self.readers.close().await;
     }

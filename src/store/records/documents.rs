@@ -41,6 +41,28 @@ pub struct DocumentRecord {
     pub created_at: Timestamp,
 }
 
+/// What there is to know of a document without reading it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DocumentHead {
+    /// What it is called.
+    pub name: String,
+    /// From 1.
+    pub version: u64,
+    /// SHA-256 of the document, in hexadecimal.
+    pub sha256: String,
+}
+
+/// How much of documents one owner may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DocumentBounds {
+    /// Current ones of one kind.
+    pub documents: u64,
+    /// Versions of all kinds, with those that are superseded or removed and that jobs may still name.
+    pub versions: u64,
+    /// Bytes of current ones of one kind.
+    pub bytes: u64,
+}
+
 /// What must hold for a document to be changed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Precondition {
@@ -82,6 +104,10 @@ pub enum DocumentChange {
     Refused(Option<String>),
     /// There are as many as may be.
     TooMany,
+    /// There are as many versions as may be.
+    TooManyVersions,
+    /// All together would have more bytes than they may: so many.
+    TooLarge(u64),
 }
 
 /// Changes of documents come one after the other: each looks at what is there before it writes.
@@ -113,7 +139,7 @@ pub struct NewDocument<'a> {
 }
 
 impl Records {
-    /// Writes a document under its name. The same document again changes nothing. At most `most` of a kind are kept.
+    /// Writes a document under its name. The same document again changes nothing. No more is kept than `most` says.
     ///
     /// # Errors
     /// When the database fails.
@@ -121,7 +147,7 @@ impl Records {
         &self,
         new: NewDocument<'_>,
         precondition: &Precondition,
-        most: u64,
+        most: DocumentBounds,
         now: Timestamp,
     ) -> Result<DocumentChange, StoreError> {
         let NewDocument { owner, kind, name, sha256, document } = new;
@@ -137,17 +163,11 @@ impl Records {
                 supersede(&mut transaction, owner, kind, name, now).await?;
                 false
             }
-            None => {
-                let query =
-                    "SELECT COUNT(*) FROM named_documents WHERE kind = $1 AND principal = $2 AND superseded_at IS NULL";
-                let query = sqlx::query_scalar(query).bind(kind.name()).bind(owner.as_str());
-                let kept: i64 = query.fetch_one(&mut *transaction).await?;
-                if u64::try_from(kept).unwrap_or(0) >= most {
-                    return Ok(DocumentChange::TooMany);
-                }
-                true
-            }
+            None => true,
         };
+        if let Some(refused) = beyond(&mut transaction, &new, is_new, most).await? {
+            return Ok(refused);
+        }
         let query = "INSERT INTO named_documents (kind, name, version, sha256, document, created_at, principal) \
                      SELECT $1, $2, COALESCE(MAX(version), 0) + 1, $3, $4, $5, $6 FROM named_documents \
                      WHERE kind = $1 AND name = $2 AND principal = $6 RETURNING *";
@@ -207,6 +227,24 @@ impl Records {
         self.optional(query).await?.as_ref().map(read).transpose()
     }
 
+    /// Name, version and digest of all current documents of a kind that one owner has, by name; the documents are not read.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn document_heads(&self, owner: &Principal, kind: DocumentKind) -> Result<Vec<DocumentHead>, StoreError> {
+        let query = "SELECT name, version, sha256 FROM named_documents \
+                     WHERE kind = $1 AND principal = $2 AND superseded_at IS NULL ORDER BY name";
+        let rows = self.all(sqlx::query(query).bind(kind.name()).bind(owner.as_str())).await?;
+        let head = |row: &AnyRow| -> Result<DocumentHead, StoreError> {
+            Ok(DocumentHead {
+                name: row.try_get("name")?,
+                version: count(row, "version")?,
+                sha256: row.try_get("sha256")?,
+            })
+        };
+        rows.iter().map(head).collect()
+    }
+
     /// All current documents of a kind that one owner has, by name.
     ///
     /// # Errors
@@ -216,6 +254,32 @@ impl Records {
             "SELECT * FROM named_documents WHERE kind = $1 AND principal = $2 AND superseded_at IS NULL ORDER BY name";
         self.all(sqlx::query(query).bind(kind.name()).bind(owner.as_str())).await?.iter().map(read).collect()
     }
+}
+
+/// What stands in the way of one more version, of a name that is new or has its last one superseded.
+async fn beyond(
+    transaction: &mut Transaction<'static, Any>,
+    new: &NewDocument<'_>,
+    is_new: bool,
+    most: DocumentBounds,
+) -> Result<Option<DocumentChange>, StoreError> {
+    let query = "SELECT CAST(COUNT(*) AS BIGINT) AS documents, CAST(COALESCE(SUM(LENGTH(document)), 0) AS BIGINT) AS bytes \
+                 FROM named_documents WHERE kind = $1 AND principal = $2 AND superseded_at IS NULL";
+    let query = sqlx::query(query).bind(new.kind.name()).bind(new.owner.as_str());
+    let row = query.fetch_one(&mut **transaction).await?;
+    let (documents, bytes) = (count(&row, "documents")?, count(&row, "bytes")? + new.document.len() as u64);
+    let query = "SELECT documents AS versions FROM record_counts WHERE principal = $1";
+    let row = sqlx::query(query).bind(new.owner.as_str()).fetch_optional(&mut **transaction).await?;
+    let versions = row.map_or(Ok(0), |row| count(&row, "versions"))?;
+    Ok(if is_new && documents >= most.documents {
+        Some(DocumentChange::TooMany)
+    } else if versions >= most.versions {
+        Some(DocumentChange::TooManyVersions)
+    } else if bytes > most.bytes {
+        Some(DocumentChange::TooLarge(bytes))
+    } else {
+        None
+    })
 }
 
 async fn current(

@@ -69,7 +69,7 @@ impl Records {
             .bind(filter.since.map(Timestamp::as_millisecond))
             .bind(name)
             .bind(value);
-        Ok(Page::cut(self.all(query).await?.iter().map(read).collect::<Result<_, _>>()?, most))
+        Ok(Page::cut(self.listed(query).await?.iter().map(read).collect::<Result<_, _>>()?, most))
     }
 
     /// How many jobs of one owner have not ended.

@@ -22,6 +22,7 @@ mod jobs;
 mod new_jobs;
 mod notices;
 mod queue;
+mod record_counts;
 mod result_cache;
 mod results;
 mod sweep;
@@ -34,7 +35,9 @@ pub use batch_record::{AddedAgain, AddedBatch, BatchProgress, BatchRecord, OnErr
 pub use database::Records;
 pub(in crate::store) use database::{BlobLocks, Lock};
 pub use deliveries::{AfterAttempt, AttemptEnd, DeliveryClaim, DeliveryEvent, DeliveryRecord, DeliveryState};
-pub use documents::{DocumentChange, DocumentKind, DocumentRecord, NewDocument, Precondition};
+pub use documents::{
+    DocumentBounds, DocumentChange, DocumentHead, DocumentKind, DocumentRecord, NewDocument, Precondition,
+};
 pub use events::{EventReach, EventRecord};
 pub use faults::{Faults, Moment};
 pub use job_lists::{Holdings, JobFilter};
@@ -44,6 +47,7 @@ pub use job_record::{
 };
 pub use notices::{Listener, Notice};
 pub use queue::{AfterCrash, Claim, GiveBack, Held, QueueDepth};
+pub use record_counts::RecordCounts;
 pub use result_cache::CachedResults;
 pub use webhooks::{DisabledReason, WebhookRecord};
 

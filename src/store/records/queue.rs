@@ -11,7 +11,10 @@
 //! only by who holds the lease, so a job that two workers have computed has one end. **Time** is the database's, which is the
 //! same for all processes.
 
-use std::{collections::BTreeMap, time::Duration};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    time::Duration,
+};
 
 use jiff::Timestamp;
 use sqlx::{Any, Row, Transaction};
@@ -24,11 +27,16 @@ use super::{
 };
 use crate::store::{JobId, LeaseId, StoreError};
 
+/// The suspicion of a job that runs alone.
+const RUNS_ALONE: i64 = 2;
+
 /// What a look into the queue gave.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Claim {
     /// A job, which is the caller's until its lease runs out.
     Job(Box<JobRecord>),
+    /// The same, of a job that was there when a process went down: to be run alone, so that it is known whose fault the next one is.
+    Suspect(Box<JobRecord>),
     /// There are jobs, but others were about to take them: look again soon.
     Contended,
     /// Nothing before that time is over. New jobs come with a notice.
@@ -98,26 +106,37 @@ impl Records {
         let (database_now, skip) = (self.dialect.now(), self.dialect.lock_free_rows());
         let query = ours(format!(
             "UPDATE jobs SET state = 'running', attempt = attempt + 1, started_at = $3, lease = $1, progress = NULL, \
-             lease_expires_at = {database_now} + $2 WHERE id = (SELECT id FROM jobs WHERE state = 'queued' AND \
+             worker = $5, suspicion = CASE WHEN suspicion > 0 THEN 1 ELSE 0 END, lease_expires_at = {database_now} + $2 WHERE id = (SELECT id FROM jobs WHERE state = 'queued' AND \
              available_at <= {database_now} AND lane <= $4 AND principal = (SELECT principal FROM turns WHERE EXISTS \
              (SELECT 1 FROM jobs WHERE jobs.principal = turns.principal AND state = 'queued' AND lane <= $4 AND \
              available_at <= {database_now}) ORDER BY served, principal LIMIT 1) ORDER BY lane, priority DESC, id \
-             LIMIT 1 {skip}) RETURNING {COLUMNS}"
+             LIMIT 1 {skip}) RETURNING {COLUMNS}, suspicion"
         ));
         let row = sqlx::query(query)
             .bind(lease.as_str())
             .bind(milliseconds(period))
             .bind(now.as_millisecond())
             .bind(last.number())
+            .bind(&*self.process)
             .fetch_optional(&mut *transaction)
             .await?;
         let Some(row) = row else {
             drop(transaction);
             return self.look_into_queue(last).await;
         };
-        let job = read(&row)?;
+        let (job, is_suspect) = (Box::new(read(&row)?), row.try_get::<i64, _>("suspicion")? > 0);
         self.commit(transaction).await?;
-        Ok(Claim::Job(Box::new(job)))
+        Ok(if is_suspect { Claim::Suspect(job) } else { Claim::Job(job) })
+    }
+
+    /// Notes that a suspect is about to run, with no other job in its process. Gives `false` where it is in other hands.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn mark_alone(&self, id: &JobId, lease: &LeaseId) -> Result<bool, StoreError> {
+        let query = "UPDATE jobs SET suspicion = 2 WHERE id = $1 AND lease = $2 AND state = 'running'";
+        let done = self.execute(sqlx::query(query).bind(id.as_str()).bind(lease.as_str())).await?;
+        Ok(done.rows_affected() > 0)
     }
 
     /// Says as [`Records::claim_job`] when to claim, and takes nothing: [`Claim::Contended`] where there are jobs. That costs a quarter of
@@ -157,7 +176,7 @@ impl Records {
     /// # Errors
     /// When the database fails.
     pub async fn extend_leases(&self, held: &[Held], period: Duration) -> Result<Vec<Option<JobState>>, StoreError> {
-        let mut transaction = self.begin_brief().await?;
+        let mut transaction = self.begin_keeping().await?;
         let mut states = Vec::with_capacity(held.len());
         for Held { id, lease, progress } in held {
             let query = ours(format!(
@@ -208,8 +227,8 @@ impl Records {
     }
 
     /// Takes up to `most` jobs from workers that are gone: those whose lease has run out, or all that anybody has when
-    /// `whose_ever`. `decide` says what becomes of each; what was told to stop must end. Gives the records of those that were taken, as
-    /// they were.
+    /// `whose_ever`. `decide` says what becomes of each, and is told whether it was alone, so that nothing else can have brought its process
+    /// down; what was told to stop must end. Gives the records of those that were taken, as they were, each with that.
     ///
     /// # Errors
     /// When the database fails. The changes may have been made all the same.
@@ -217,12 +236,13 @@ impl Records {
         &self,
         most: usize,
         whose_ever: bool,
-        decide: impl Fn(&JobRecord) -> AfterCrash + Send,
-    ) -> Result<Vec<JobRecord>, StoreError> {
+        decide: impl Fn(&JobRecord, bool) -> AfterCrash + Send,
+    ) -> Result<Vec<(JobRecord, bool)>, StoreError> {
         let mut transaction = self.begin().await?;
         let query = ours(format!(
-            "SELECT {COLUMNS} FROM jobs WHERE state IN ('running', 'canceling') AND ($1 = 1 OR lease_expires_at <= {}) \
-             ORDER BY lease_expires_at LIMIT $2 {}",
+            "SELECT {COLUMNS}, worker, suspicion, (SELECT CAST(COUNT(*) AS BIGINT) FROM jobs AS others WHERE \
+             others.worker = jobs.worker AND others.state IN ('running', 'canceling')) AS together \
+             FROM jobs WHERE state IN ('running', 'canceling') AND ($1 = 1 OR lease_expires_at <= {}) ORDER BY lease_expires_at LIMIT $2 {}",
             self.dialect.now(),
             self.dialect.lock_free_rows()
         ));
@@ -231,16 +251,28 @@ impl Records {
             .bind(signed(most as u64))
             .fetch_all(&mut *transaction)
             .await?;
-        let mut jobs: Vec<JobRecord> = rows.iter().map(read).collect::<Result<_, _>>()?;
+        let mut jobs: Vec<(JobRecord, bool)> = Vec::with_capacity(rows.len());
+        let mut lost_together = BTreeSet::new();
+        for row in &rows {
+            let (suspicion, together) = (row.try_get::<i64, _>("suspicion")?, row.try_get::<i64, _>("together")?);
+            let worker: Option<String> = row.try_get("worker")?;
+            lost_together.extend(worker.filter(|_| together > 1));
+            jobs.push((read(row)?, suspicion == RUNS_ALONE || (suspicion == 0 && together <= 1)));
+        }
         // Two who do this at the same time write the events of principals in one order, so that neither waits for the other for ever.
-        jobs.sort_by(|one, other| one.principal.cmp(&other.principal));
+        jobs.sort_by(|(one, _), (other, _)| one.principal.cmp(&other.principal));
         let mut taken = Vec::with_capacity(jobs.len());
-        for job in jobs {
-            let after = decide(&job);
+        for (job, was_alone) in jobs {
+            let after = decide(&job, was_alone);
             if !matches!(after, AfterCrash::Leave) {
-                self.after_crash(&mut transaction, &job, after).await?;
-                taken.push(job);
+                self.after_crash(&mut transaction, (&job, was_alone), after).await?;
+                taken.push((job, was_alone));
             }
+        }
+        // Those whose leases run out a little later were there as well.
+        for worker in lost_together {
+            let query = "UPDATE jobs SET suspicion = 1 WHERE worker = $1 AND suspicion = 0 AND state IN ('running', 'canceling')";
+            sqlx::query(query).bind(worker).execute(&mut *transaction).await?;
         }
         self.commit(transaction).await?;
         Ok(taken)
@@ -249,15 +281,15 @@ impl Records {
     async fn after_crash(
         &self,
         transaction: &mut Transaction<'static, Any>,
-        job: &JobRecord,
+        (job, was_alone): (&JobRecord, bool),
         after: AfterCrash,
     ) -> Result<(), StoreError> {
         let (end, until) = match after {
             AfterCrash::Leave => return Ok(()),
             AfterCrash::Requeue => {
-                let query = "UPDATE jobs SET state = 'queued', crashes = crashes + 1, available_at = 0, lease = NULL, \
-                             lease_expires_at = NULL, started_at = NULL, progress = NULL WHERE id = $1";
-                sqlx::query(query).bind(job.id.as_str()).execute(&mut **transaction).await?;
+                let query = "UPDATE jobs SET state = 'queued', crashes = crashes + $2, suspicion = 1, available_at = 0, \
+                             lease = NULL, lease_expires_at = NULL, started_at = NULL, progress = NULL WHERE id = $1";
+                sqlx::query(query).bind(job.id.as_str()).bind(i64::from(was_alone)).execute(&mut **transaction).await?;
                 return Ok(());
             }
             AfterCrash::End(end) => (end, None),

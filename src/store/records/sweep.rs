@@ -1,51 +1,130 @@
-//! Removing what has expired.
+//! Removing what has expired, some of it at a time: each step is a transaction of its own, for which others wait no longer than a moment.
 
 use jiff::{SignedDuration, Timestamp};
+use sqlx::{Any, Transaction};
 
-use super::{Records, database::ours};
+use super::{
+    Dialect, Records,
+    database::{ours, places},
+    signed,
+};
 use crate::store::StoreError;
 
-/// Files that no unfinished job needs. The inputs of an unfinished job stay whatever their age.
-const ASSETS: &str = "DELETE FROM assets WHERE expires_at <= $1 AND NOT EXISTS \
-                      (SELECT 1 FROM job_inputs JOIN jobs ON jobs.id = job_id \
-                       WHERE asset_id = assets.id AND state IN ('queued', 'running', 'canceling')) RETURNING sha256";
-const RESULTS: &str = "DELETE FROM results WHERE expires_at <= $1 RETURNING sha256";
-const RESULTS_OF_JOBS: &str =
-    "DELETE FROM results WHERE job_id IN (SELECT id FROM jobs WHERE expires_at <= $1) RETURNING sha256";
-const JOBS: &str = "DELETE FROM jobs WHERE expires_at <= $1 RETURNING ''";
-/// A batch goes with the last of its jobs.
-const BATCHES: &str = "DELETE FROM batches WHERE NOT EXISTS (SELECT 1 FROM jobs WHERE batch_id = batches.id)";
+/// Rows that one step removes.
+const STEP: usize = 200;
+
 /// Old versions of documents that no job can name any more: those that were asked for while a version was current are gone. A job
 /// looks documents up a moment before its record is written, hence the hour.
-const DOCUMENTS: &str = "DELETE FROM named_documents WHERE superseded_at + 3600000 <= $1 \
-                         AND NOT EXISTS (SELECT 1 FROM jobs WHERE created_at <= superseded_at + 3600000)";
+const DOCUMENTS: &str = "DELETE FROM named_documents WHERE (principal, kind, name, version) IN \
+                         (SELECT principal, kind, name, version FROM named_documents AS old \
+                         WHERE superseded_at + 3600000 <= $1 AND superseded_at IS NOT NULL AND NOT EXISTS \
+                         (SELECT 1 FROM jobs WHERE jobs.principal = old.principal AND \
+                         created_at <= old.superseded_at + 3600000) LIMIT $2)";
+/// A batch goes with the last of its jobs.
+const BATCHES: &str = "DELETE FROM batches WHERE NOT EXISTS (SELECT 1 FROM jobs WHERE batch_id = batches.id)";
 const QUARANTINE: &str = "DELETE FROM quarantine WHERE expires_at <= $1";
 const TURNS: &str = "DELETE FROM turns WHERE seen_at <= $1 AND NOT EXISTS (SELECT 1 FROM jobs \
                      WHERE jobs.principal = turns.principal AND state IN ('queued', 'running', 'canceling'))";
 /// How long the turn of a caller who has not been seen is remembered.
 const TURN_RETENTION: SignedDuration = SignedDuration::from_hours(24);
+/// Pages of the file that one sweep gives back.
+const PAGES: &str = "PRAGMA incremental_vacuum(4096)";
 
 impl Records {
-    /// Removes every record that has expired by `now`. Gives how many, and the digests that they had.
+    /// Removes some of the records that have expired by `now`. Gives how many, and the digests that they had; where that is none, nothing is
+    /// left.
     pub(in crate::store) async fn remove_expired(&self, now: Timestamp) -> Result<(u64, Vec<String>), StoreError> {
+        let (mut removed, mut digests) = (0, Vec::new());
+        for (count, found) in [
+            self.remove_expired_assets(now).await?,
+            self.remove_expired_results(now).await?,
+            self.remove_expired_jobs(now).await?,
+        ] {
+            removed += count;
+            digests.extend(found);
+        }
+        Ok((removed, digests))
+    }
+
+    /// Removes what is left behind when jobs are gone, and gives the room that is free back to the disk.
+    pub(in crate::store) async fn tidy(&self, now: Timestamp) -> Result<(), StoreError> {
+        let turns = now.checked_sub(TURN_RETENTION).unwrap_or(Timestamp::MIN);
+        self.execute(sqlx::query(BATCHES)).await?;
+        let documents = sqlx::query(DOCUMENTS).bind(now.as_millisecond()).bind(signed(STEP as u64));
+        self.execute(documents).await?;
+        for (query, before) in [(QUARANTINE, now), (TURNS, turns)] {
+            self.execute(sqlx::query(query).bind(before.as_millisecond())).await?;
+        }
+        if self.dialect == Dialect::Sqlite {
+            self.give_pages_back(PAGES).await?;
+        }
+        Ok(())
+    }
+
+    /// Files that no unfinished job needs. The inputs of an unfinished job stay whatever their age.
+    async fn remove_expired_assets(&self, now: Timestamp) -> Result<(u64, Vec<String>), StoreError> {
         let mut transaction = self.begin().await?;
         // A job that is about to name a file keeps its row, so this waits for it, and the next statement sees the job.
-        let query =
-            ours(format!("SELECT id FROM assets WHERE expires_at <= $1 ORDER BY id {}", self.dialect.lock_rows()));
-        sqlx::query(query).bind(now.as_millisecond()).fetch_all(&mut *transaction).await?;
-        let mut removed = Vec::new();
-        for query in [ASSETS, RESULTS, RESULTS_OF_JOBS, JOBS] {
-            let query = sqlx::query_scalar::<_, String>(query).bind(now.as_millisecond());
-            removed.extend(query.fetch_all(&mut *transaction).await?);
-        }
-        sqlx::query(BATCHES).execute(&mut *transaction).await?;
-        let turns = now.checked_sub(TURN_RETENTION).unwrap_or(Timestamp::MIN);
-        for (query, before) in [(DOCUMENTS, now), (QUARANTINE, now), (TURNS, turns)] {
-            sqlx::query(query).bind(before.as_millisecond()).execute(&mut *transaction).await?;
-        }
+        let is_free = "NOT EXISTS (SELECT 1 FROM job_inputs JOIN jobs ON jobs.id = job_id \
+                       WHERE asset_id = assets.id AND state IN ('queued', 'running', 'canceling'))";
+        let query = ours(format!(
+            "SELECT id FROM assets WHERE expires_at <= $1 AND {is_free} ORDER BY id LIMIT $2 {}",
+            self.dialect.lock_rows()
+        ));
+        let query = sqlx::query_scalar::<_, String>(query).bind(now.as_millisecond()).bind(signed(STEP as u64));
+        let ids = query.fetch_all(&mut *transaction).await?;
+        let query = format!("DELETE FROM assets WHERE {is_free} AND id IN ({}) RETURNING sha256", places(1, ids.len()));
+        let digests = returned(&mut transaction, query, &ids).await?;
         self.commit(transaction).await?;
-        let count = removed.len() as u64;
-        removed.retain(|digest| !digest.is_empty());
-        Ok((count, removed))
+        Ok((digests.len() as u64, digests))
     }
+
+    async fn remove_expired_results(&self, now: Timestamp) -> Result<(u64, Vec<String>), StoreError> {
+        let mut transaction = self.begin().await?;
+        let query = "DELETE FROM results WHERE id IN \
+                     (SELECT id FROM results WHERE expires_at <= $1 ORDER BY expires_at LIMIT $2) RETURNING sha256";
+        let query = sqlx::query_scalar::<_, String>(query).bind(now.as_millisecond()).bind(signed(STEP as u64));
+        let digests = query.fetch_all(&mut *transaction).await?;
+        self.commit(transaction).await?;
+        Ok((digests.len() as u64, digests))
+    }
+
+    async fn remove_expired_jobs(&self, now: Timestamp) -> Result<(u64, Vec<String>), StoreError> {
+        let mut transaction = self.begin().await?;
+        let query = "SELECT id FROM jobs WHERE expires_at <= $1 ORDER BY expires_at LIMIT $2";
+        let query = sqlx::query_scalar::<_, String>(query).bind(now.as_millisecond()).bind(signed(STEP as u64));
+        let ids = query.fetch_all(&mut *transaction).await?;
+        let digests = self.remove_jobs(&mut transaction, &ids).await?;
+        self.commit(transaction).await?;
+        Ok((ids.len() as u64, digests))
+    }
+
+    /// Removes jobs that have ended, with their results; part of a transaction. Gives the digests of their blobs.
+    pub(super) async fn remove_jobs(
+        &self,
+        transaction: &mut Transaction<'static, Any>,
+        ids: &[String],
+    ) -> Result<Vec<String>, StoreError> {
+        let mut digests = Vec::new();
+        for ids in ids.chunks(STEP) {
+            let query = format!("DELETE FROM results WHERE job_id IN ({}) RETURNING sha256", places(1, ids.len()));
+            digests.extend(returned(transaction, query, ids).await?);
+            let query = format!("DELETE FROM jobs WHERE id IN ({}) RETURNING id", places(1, ids.len()));
+            returned(transaction, query, ids).await?;
+        }
+        Ok(digests)
+    }
+}
+
+/// What a statement returns that is about these ids; nothing where there are none.
+async fn returned(
+    transaction: &mut Transaction<'static, Any>,
+    query: String,
+    ids: &[String],
+) -> Result<Vec<String>, StoreError> {
+    if ids.is_empty() {
+        return Ok(Vec::new());
+    }
+    let query = ids.iter().fold(sqlx::query_scalar::<_, String>(ours(query)), |query, id| query.bind(id));
+    Ok(query.fetch_all(&mut **transaction).await?)
 }

@@ -172,7 +172,7 @@ impl Script {
 
     /// Everybody who has a job dies.
     async fn crash(&mut self) {
-        let decide = |job: &JobRecord| match job.state {
+        let decide = |job: &JobRecord, _: bool| match job.state {
             JobState::Canceling => AfterCrash::End(Box::new(end(JobState::Canceled, Vec::new()))),
             _ => AfterCrash::Requeue,
         };

@@ -2,10 +2,15 @@
 
 use jiff::Timestamp;
 use retargetd::store::{
-    ApiKeyId, ApiKeyRecord, DocumentChange, DocumentKind, NewDocument, Precondition, Records, Scope,
+    ApiKeyId, ApiKeyRecord, DocumentBounds, DocumentChange, DocumentKind, NewDocument, Precondition, Records, Scope,
 };
 
 use super::records::{HOUR, principal};
+
+/// So many documents, of any size.
+pub(super) fn bounds(documents: u64) -> DocumentBounds {
+    DocumentBounds { documents, versions: 1000, bytes: u64::MAX }
+}
 
 pub(super) async fn keys_are_found_bounded_and_removed(records: &Records) {
     let key = |owner: &str, expires_at: Option<Timestamp>| ApiKeyRecord {
@@ -15,6 +20,7 @@ pub(super) async fn keys_are_found_bounded_and_removed(records: &Records) {
         scopes: vec![Scope::Read, Scope::Admin],
         created_at: Timestamp::UNIX_EPOCH + HOUR,
         expires_at,
+        last_used_at: None,
     };
     let first = key("ann", Some(Timestamp::UNIX_EPOCH + HOUR * 2));
     assert!(records.add_api_key(&first, 1).await.expect("writes"), "the first");
@@ -43,7 +49,7 @@ pub(super) async fn documents_have_versions_and_one_writer_at_a_time(records: &R
             sha256: text,
             document: text,
         };
-        records.put_document(new, &precondition, 3, Timestamp::UNIX_EPOCH).await.expect("writes")
+        records.put_document(new, &precondition, bounds(3), Timestamp::UNIX_EPOCH).await.expect("writes")
     };
     assert!(matches!(put("1", Precondition::Absent).await, DocumentChange::Created(record) if record.version == 1));
     assert!(matches!(put("2", Precondition::Absent).await, DocumentChange::Refused(Some(_))), "it is there");
@@ -58,7 +64,7 @@ pub(super) async fn documents_have_versions_and_one_writer_at_a_time(records: &R
                 sha256: &text,
                 document: &text,
             };
-            records.put_document(new, &Precondition::Is(vec!["1".to_owned()]), 3, Timestamp::UNIX_EPOCH).await
+            records.put_document(new, &Precondition::Is(vec!["1".to_owned()]), bounds(3), Timestamp::UNIX_EPOCH).await
         }
     });
     let outcomes = futures::future::join_all(writers).await;

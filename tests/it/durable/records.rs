@@ -15,7 +15,7 @@ use super::{
         a_batch_is_written_with_all_its_jobs_or_not_at_all, a_failure_stops_what_waits_in_its_transaction,
         an_item_that_is_asked_for_again_counts_once, jobs_of_batches_wait_behind_single_ones_and_callers_take_turns,
     },
-    named_records::{documents_have_versions_and_one_writer_at_a_time, keys_are_found_bounded_and_removed},
+    named_records::{bounds, documents_have_versions_and_one_writer_at_a_time, keys_are_found_bounded_and_removed},
 };
 
 pub(super) const HOUR: Duration = Duration::from_secs(3600);
@@ -225,12 +225,12 @@ async fn what_runs_out_goes_back_and_what_was_canceled_ends(records: &Records) {
     let held = claim(records).await.expect("the second");
     assert!(records.request_cancel(&second.id).await.expect("writes"), "it runs");
     assert!(!records.request_cancel(&second.id).await.expect("answers"), "and was told already");
-    let decide = |job: &JobRecord| match job.state {
+    let decide = |job: &JobRecord, _: bool| match job.state {
         JobState::Running => AfterCrash::Requeue,
         _ => AfterCrash::End(Box::new(end(JobState::Canceled, Vec::new()))),
     };
     let lost = records.take_from_lost_workers(10, false, decide).await.expect("works");
-    assert_eq!(lost.iter().map(|job| &job.id).collect::<Vec<_>>(), [&first.id], "only whose lease has run out");
+    assert_eq!(lost.iter().map(|(job, _)| &job.id).collect::<Vec<_>>(), [&first.id], "only whose lease has run out");
     let again = records.job(&first.id).await.expect("reads").expect("is there");
     assert_eq!((again.state, again.attempt, again.crashes, again.lease), (JobState::Queued, 1, 1, None), "back");
     let progress = StoredProgress { phase: "retarget".to_owned(), done: 3, total: 9 };
@@ -303,7 +303,7 @@ async fn what_belongs_to_others_is_not_there(records: &Records) {
 
     let put = async |owner: &Principal, text: &str| {
         let new = NewDocument { owner, kind: DocumentKind::Rig, name: "hero", sha256: text, document: text };
-        records.put_document(new, &Precondition::Absent, 1, Timestamp::UNIX_EPOCH).await.expect("writes")
+        records.put_document(new, &Precondition::Absent, bounds(1), Timestamp::UNIX_EPOCH).await.expect("writes")
     };
     assert!(matches!(put(her, "1").await, DocumentChange::Created(_)), "hers");
     assert!(matches!(put(him, "2").await, DocumentChange::Created(_)), "his of the same name, and counted by itself");
@@ -341,7 +341,7 @@ async fn quarantine_names_the_files_and_passes(records: &Records) {
     let (_, now) = (added(records, "anonymous", 0).await, Timestamp::UNIX_EPOCH);
     claim(records).await.expect("a job");
     let until = now + HOUR;
-    let decide = |_: &JobRecord| AfterCrash::Quarantine(Box::new(end(JobState::Failed, Vec::new())), until);
+    let decide = |_: &JobRecord, _: bool| AfterCrash::Quarantine(Box::new(end(JobState::Failed, Vec::new())), until);
     records.take_from_lost_workers(10, true, decide).await.expect("works");
     assert_eq!(records.quarantined(&["inputs"], now).await.expect("reads").get("inputs"), Some(&until), "for an hour");
     assert_eq!(records.quarantined(&["inputs"], until).await.expect("reads").get("inputs"), None, "not longer");
