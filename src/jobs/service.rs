@@ -33,8 +33,8 @@ use crate::{
     config::{Failpoint, Settings},
     engine::Limits,
     store::{
-        Ended, FinishedJob, JobFailure, JobFilter, JobId, JobRecord, JobState, LeaseId, Page, Principal, QueueDepth,
-        ResultId, ResultRecord, Store, StoredProgress,
+        Ended, FinishedJob, JobFailure, JobFilter, JobId, JobRecord, JobState, LeaseId, OnError, Page, Principal,
+        QueueDepth, ResultId, ResultRecord, Store, StoredProgress,
     },
     telemetry::{Clock, Metric},
 };
@@ -411,6 +411,24 @@ impl Jobs {
         }
     }
 
+    /// Ends what still waits of the batch that the failure of a job has stopped: jobs that were changing hands when it was. Gives how many.
+    async fn end_left_of_batch(&self, id: &JobId, end: &FinishedJob) -> Result<u64, Refusal> {
+        let records = self.0.store.records();
+        let Some(failure) = end.stops_batch.clone().filter(|_| end.state == JobState::Failed && records.are_shared())
+        else {
+            return Ok(0);
+        };
+        let Some(job) = records.job(id).await? else { return Ok(0) };
+        let Some(place) = job.batch else { return Ok(0) };
+        match records.batch(&job.principal, &place.batch).await? {
+            Some(batch) if batch.on_error == OnError::Stop => {
+                let end = FinishedJob { state: JobState::Canceled, failure: Some(failure), ..end.clone() };
+                Ok(records.end_left_waiting(&batch.id, &end).await?)
+            }
+            _ => Ok(0),
+        }
+    }
+
     /// Writes the end of a job that is in state `from` and in the hands of that lease, counts it, and tells those who wait. Gives
     /// `false` when the job is in another state or in other hands.
     pub(super) async fn finish(
@@ -424,7 +442,8 @@ impl Jobs {
             self.0.stored_bytes.add(end.results.iter().map(|result| result.bytes).sum());
             Failpoint::JobEnded.reach();
             self.announce_end(id, &end);
-            self.announce_stopped(stopped, end.stops_batch.as_ref());
+            let left = self.end_left_of_batch(id, &end).await?;
+            self.announce_stopped(stopped + left, end.stops_batch.as_ref());
         }
         Ok(ended.is_written())
     }

@@ -7,8 +7,10 @@ use std::{
 
 use crate::store::{AssetRecord, Records, StoreError};
 
-/// How long a count stands. What this process adds meanwhile is added to it; what others add is not.
+/// How long a count stands at least. What this process adds meanwhile is added to it; what others add is not.
 const STANDS_FOR: Duration = Duration::from_secs(1);
+/// And how many times longer than it took: counting is a hundredth of what is done at most.
+const TIMES_ITS_COST: u32 = 100;
 
 /// What was counted last, and what has come since.
 #[derive(Debug, Default)]
@@ -18,17 +20,20 @@ pub(super) struct StoredBytes(Mutex<Known>);
 struct Known {
     bytes: u64,
     at: Option<Instant>,
+    stands_for: Duration,
 }
 
 impl StoredBytes {
-    /// Whether `more` bytes fit below `most`. Before it says no, it counts.
+    /// Whether `more` bytes fit below `most`. Before it says no, it counts, at most once a second.
     ///
     /// # Errors
     /// When the database fails.
     pub(super) async fn have_room(&self, records: &Records, more: u64, most: u64) -> Result<bool, StoreError> {
         let fits = |bytes: u64| bytes.saturating_add(more) <= most;
-        if self.known().is_some_and(fits) {
-            return Ok(true);
+        match self.known() {
+            Some((bytes, _)) if fits(bytes) => return Ok(true),
+            Some((_, age)) if age < STANDS_FOR => return Ok(false),
+            _ => {}
         }
         Ok(fits(self.count(records).await?))
     }
@@ -38,8 +43,10 @@ impl StoredBytes {
     /// # Errors
     /// When the database fails.
     pub(super) async fn count(&self, records: &Records) -> Result<u64, StoreError> {
+        let began = Instant::now();
         let bytes = records.stored_bytes().await?;
-        *self.lock() = Known { bytes, at: Some(Instant::now()) };
+        let stands_for = STANDS_FOR.max(began.elapsed() * TIMES_ITS_COST);
+        *self.lock() = Known { bytes, at: Some(Instant::now()), stands_for };
         Ok(bytes)
     }
 
@@ -54,9 +61,11 @@ impl StoredBytes {
         self.add(kept.iter().filter(|(_, is_new)| *is_new).map(|(asset, _)| asset.bytes).sum());
     }
 
-    fn known(&self) -> Option<u64> {
+    /// What was counted, and how long ago, while that stands.
+    fn known(&self) -> Option<(u64, Duration)> {
         let known = self.lock();
-        known.at.filter(|at| at.elapsed() < STANDS_FOR).map(|_| known.bytes)
+        let age = known.at?.elapsed();
+        (age < known.stands_for).then_some((known.bytes, age))
     }
 
     fn lock(&self) -> MutexGuard<'_, Known> {

@@ -32,7 +32,7 @@ pub use records::{
     StoredFieldError, StoredProgress, VersionedName, WebhookRecord,
 };
 
-use std::{fmt::Write as _, sync::Arc};
+use std::{collections::BTreeSet, fmt::Write as _, sync::Arc};
 
 use jiff::{SignedDuration, Timestamp};
 use tokio::sync::{OwnedRwLockReadGuard, RwLock};
@@ -54,14 +54,22 @@ pub struct Store {
     records: Records,
     blobs: Blobs,
     /// Held while a blob gets a record or loses its last, so that neither can happen in the middle of the other. Among processes,
-    /// locks of the database do the same.
-    blob_gate: Arc<RwLock<()>>,
+    /// locks of the database do the same. Each is for some of the blobs, so that who removes one waits for few.
+    blob_gates: Vec<Arc<RwLock<()>>>,
+}
+
+/// Gates of a store.
+const GATES: usize = 64;
+
+/// The gate of a blob.
+fn gate_of(digest: &str) -> usize {
+    digest.bytes().take(8).fold(0, |sum: usize, byte| sum.wrapping_mul(31).wrapping_add(usize::from(byte))) % GATES
 }
 
 /// Until it is dropped, none of its blobs is removed.
 #[derive(Debug)]
 pub struct HeldBlobs {
-    _here: OwnedRwLockReadGuard<()>,
+    _here: Vec<OwnedRwLockReadGuard<()>>,
     _everywhere: BlobLocks,
 }
 
@@ -69,7 +77,7 @@ impl Store {
     /// Puts the two together.
     #[must_use]
     pub fn new(records: Records, blobs: Blobs) -> Self {
-        Self { records, blobs, blob_gate: Arc::default() }
+        Self { records, blobs, blob_gates: (0..GATES).map(|_| Arc::default()).collect() }
     }
 
     /// Opens both inside a data folder.
@@ -97,7 +105,12 @@ impl Store {
     /// # Errors
     /// When the database fails.
     pub async fn hold_blobs(&self, digests: &[&str]) -> Result<HeldBlobs, StoreError> {
-        let here = Arc::clone(&self.blob_gate).read_owned().await;
+        // In their order, so that no two wait for each other.
+        let gates: BTreeSet<usize> = digests.iter().map(|digest| gate_of(digest)).collect();
+        let mut here = Vec::with_capacity(gates.len());
+        for gate in gates {
+            here.push(Arc::clone(&self.blob_gates[gate]).read_owned().await);
+        }
         Ok(HeldBlobs { _here: here, _everywhere: self.records.lock_blobs(digests, Lock::Shared).await? })
     }
 
@@ -107,7 +120,7 @@ impl Store {
     /// When the store fails.
     pub async fn remove_unnamed(&self, digests: &[String]) -> Result<(), StoreError> {
         for digest in digests {
-            let _here = self.blob_gate.write().await;
+            let _here = self.blob_gates[gate_of(digest)].write().await;
             let _everywhere = self.records.lock_blobs(&[digest], Lock::Alone).await?;
             if !self.records.names_blob(digest).await? {
                 self.blobs.remove(digest).await?;
@@ -123,7 +136,11 @@ impl Store {
     /// When the store fails.
     pub async fn remove_leftovers(&self, now: Timestamp) -> Result<(), StoreError> {
         let before = |hours: i64| now.checked_sub(SignedDuration::from_hours(hours)).unwrap_or(Timestamp::MIN);
-        self.remove_unnamed(&self.blobs.written_before(before(1)).await?).await?;
+        // Nearly all have names: those that have none are found by many at once, and only they are locked.
+        let old = self.blobs.written_before(before(1)).await?;
+        for digests in old.chunks(100) {
+            self.remove_unnamed(&self.records.unnamed_blobs(digests).await?).await?;
+        }
         self.blobs.remove_unfinished_before(before(24)).await
     }
 

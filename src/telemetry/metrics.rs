@@ -77,9 +77,6 @@ metrics_table! {
     WebhookDeliveries = "retargetd_webhook_deliveries_total", Counter, ["result"], "Attempts to tell webhooks what happened";
     OutboundBlocked = "retargetd_outbound_blocked_total", Counter, ["reason"], "URLs of callers that lead where the service does not go";
     FreeDisk = "retargetd_free_disk_bytes", Gauge, [], "Bytes that are free on the disk of the data folder";
-    ProcessCpu = "process_cpu_seconds_total", Gauge, [], "Processor time of the service's own process";
-    ProcessMemory = "process_resident_memory_bytes", Gauge, [], "Memory that the service's own process has in use";
-    ProcessFiles = "process_open_fds", Gauge, [], "Files and sockets that the service has open";
     BuildInfo = "retargetd_build_info", Gauge, ["version"], "Always one";
 }
 
@@ -142,17 +139,17 @@ impl Metrics {
     }
 }
 
-/// Measures this process, where the system tells.
+/// Measures this process, where the system tells, under the names that every Prometheus knows.
 #[cfg(target_os = "linux")]
 fn observe_process() {
     let used = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    Metric::ProcessCpu.set([], used.tv_sec as f64 + used.tv_nsec as f64 / 1e9);
+    metrics::gauge!("process_cpu_seconds_total").set(used.tv_sec as f64 + used.tv_nsec as f64 / 1e9);
     let statm = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
     if let Some(pages) = statm.split(' ').nth(1).and_then(|pages| pages.parse::<u64>().ok()) {
-        Metric::ProcessMemory.set([], (pages * rustix::param::page_size() as u64) as f64);
+        metrics::gauge!("process_resident_memory_bytes").set((pages * rustix::param::page_size() as u64) as f64);
     }
     if let Ok(files) = std::fs::read_dir("/proc/self/fd") {
-        Metric::ProcessFiles.set([], files.count() as f64);
+        metrics::gauge!("process_open_fds").set(files.count() as f64);
     }
 }
 
@@ -217,9 +214,6 @@ mod tests {
             "retargetd_webhook_deliveries_total{result}",
             "retargetd_outbound_blocked_total{reason}",
             "retargetd_free_disk_bytes{}",
-            "process_cpu_seconds_total{}",
-            "process_resident_memory_bytes{}",
-            "process_open_fds{}",
             "retargetd_build_info{version}",
         ];
         assert_eq!(seen, expected, "dashboards depend on these names");

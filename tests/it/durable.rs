@@ -49,5 +49,6 @@ mod shared_database;
 mod studio;
 mod support;
 mod traces;
+mod upgrades;
 
 pub(crate) use studio::CLIP;

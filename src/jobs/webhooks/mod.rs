@@ -22,6 +22,8 @@ use crate::{
 
 /// How long the secret from before a rotation signs along.
 const OLD_SECRET_PERIOD: Duration = Duration::from_hours(24);
+/// Pings that wait to be sent to one webhook, and those sent that are remembered.
+const MOST_PINGS: u64 = 100;
 
 /// A webhook that is to be made.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -120,7 +122,9 @@ impl Webhooks {
     /// # Errors
     /// When its owner has none of that id.
     pub async fn ping(&self, owner: &Principal, id: &WebhookId) -> Result<DeliveryRecord, Refusal> {
-        let ping = self.jobs.0.store.records().add_ping(owner, id).await?.ok_or_else(|| no_webhook(id))?;
+        let webhook = self.get(owner, id).await?;
+        let ping = self.jobs.0.store.records().add_ping(owner, &webhook.id, MOST_PINGS).await?;
+        let ping = ping.ok_or(Refusal::TooManyRecords { limit: "pings", most: MOST_PINGS, actual: MOST_PINGS + 1 })?;
         self.jobs.0.outbox.notify_one();
         Ok(ping)
     }

@@ -216,6 +216,26 @@ impl Records {
         Ok(StoppedBatch { ended, stopping, has_more: count(&left, "jobs")? > 0 })
     }
 
+    /// Ends the jobs of a batch that still wait although it was stopped: they were changing hands just then, and went back. Waits for those
+    /// that change hands now, and has nothing that they wait for. Gives how many there were.
+    ///
+    /// # Errors
+    /// When the database fails. The changes may have been made all the same.
+    pub async fn end_left_waiting(&self, id: &BatchId, end: &FinishedJob) -> Result<u64, StoreError> {
+        let mut transaction = self.begin().await?;
+        let query = ours(format!(
+            "SELECT id FROM jobs WHERE batch_id = $1 AND state = 'queued' ORDER BY id {}",
+            self.dialect.lock_rows()
+        ));
+        let left = sqlx::query(query).bind(id.as_str()).fetch_all(&mut *transaction).await?;
+        if left.is_empty() {
+            return Ok(0);
+        }
+        let ended = self.end_waiting(&mut transaction, id, end).await?;
+        self.commit(transaction).await?;
+        Ok(ended)
+    }
+
     /// Ends the jobs of a batch that wait; part of a transaction. Gives how many there were.
     pub(super) async fn end_waiting(
         &self,

@@ -167,20 +167,34 @@ fn read(row: &AnyRow) -> Result<DeliveryRecord, StoreError> {
 const OWNED: &str = "webhook_id IN (SELECT id FROM webhooks WHERE principal = $1)";
 
 impl Records {
-    /// Puts a ping into the outbox. `None` when the owner has no such webhook.
+    /// Puts a ping into the outbox; of those that have been sent, the newest `most` stay. `None` when the owner has no such webhook, or so
+    /// many pings wait to be sent.
     ///
     /// # Errors
     /// When the database fails. The ping may be sent all the same.
-    pub async fn add_ping(&self, owner: &Principal, id: &WebhookId) -> Result<Option<DeliveryRecord>, StoreError> {
+    pub async fn add_ping(
+        &self,
+        owner: &Principal,
+        id: &WebhookId,
+        most: u64,
+    ) -> Result<Option<DeliveryRecord>, StoreError> {
+        let query = ours(format!(
+            "DELETE FROM deliveries WHERE webhook_id = $1 AND event = '{PING}' AND state <> 'pending' AND id NOT IN \
+             (SELECT id FROM deliveries WHERE webhook_id = $1 AND event = '{PING}' ORDER BY id DESC LIMIT $2) \
+             AND webhook_id IN (SELECT id FROM webhooks WHERE principal = $3)"
+        ));
+        let query = sqlx::query(query).bind(id.as_str()).bind(signed(most)).bind(owner.as_str());
+        self.execute(query).await?;
         let now = self.dialect.now();
         let query = ours(format!(
             "INSERT INTO deliveries (id, webhook_id, event, state, created_at, due_at) \
              SELECT '{}' || {}, id, '{PING}', 'pending', {now}, {now} FROM webhooks WHERE id = $2 AND principal = $1 \
+             AND (SELECT COUNT(*) FROM deliveries WHERE webhook_id = $2 AND event = '{PING}' AND state = 'pending') < $3 \
              RETURNING *",
             DeliveryId::PREFIX,
             self.dialect.new_letters()
         ));
-        let query = sqlx::query(query).bind(owner.as_str()).bind(id.as_str());
+        let query = sqlx::query(query).bind(owner.as_str()).bind(id.as_str()).bind(signed(most));
         let row = self.optional_written(query).await?;
         row.as_ref().map(read).transpose()
     }

@@ -61,7 +61,7 @@ async fn added(records: &Records, items: u64, on_error: OnError) -> (BatchRecord
 
 async fn claim(records: &Records, last: Lane) -> Option<JobRecord> {
     match records.claim_job(&LeaseId::new(), HOUR, Timestamp::UNIX_EPOCH, last).await.expect("claims") {
-        Claim::Job(job) => Some(*job),
+        Claim::Job(job) | Claim::Suspect(job) => Some(*job),
         _ => None,
     }
 }

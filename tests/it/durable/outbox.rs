@@ -141,8 +141,9 @@ async fn who_is_disabled_hears_nothing_but_pings(records: &Records) {
     ended(records, "ann", JobState::Canceled).await;
     let states: Vec<_> = all(records, &hook).await.into_iter().map(|delivery| delivery.state).collect();
     assert_eq!(states, [DeliveryState::Failed; 2], "what it had not heard has failed, and nothing new came");
-    assert!(records.add_ping(&principal("bob"), &hook.id).await.expect("looks").is_none(), "not his");
-    let ping = records.add_ping(&hook.principal, &hook.id).await.expect("writes").expect("is there");
+    assert!(records.add_ping(&principal("bob"), &hook.id, 1).await.expect("looks").is_none(), "not his");
+    let ping = records.add_ping(&hook.principal, &hook.id, 1).await.expect("writes").expect("is there");
+    assert!(records.add_ping(&hook.principal, &hook.id, 1).await.expect("looks").is_none(), "one waits already");
     assert!(DeliveryId::parse(ping.id.as_str()).is_ok(), "an id as others");
     let taken = claim(records, &[], HOUR).await.expect("is due");
     assert_eq!((&taken.id, &taken.event), (&ping.id, &DeliveryEvent::Ping), "the ping");

@@ -59,7 +59,7 @@ async fn work(records: &Records) -> Option<(JobId, Spent)> {
     let began = Instant::now();
     let job = loop {
         match records.claim_job(&LeaseId::new(), HOUR, Timestamp::UNIX_EPOCH, Lane::Batch).await.expect("claims") {
-            Claim::Job(job) => break job,
+            Claim::Job(job) | Claim::Suspect(job) => break job,
             Claim::Contended => {}
             Claim::NothingFor(_) | Claim::Nothing => return None,
         }

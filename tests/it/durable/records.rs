@@ -114,7 +114,7 @@ fn result(job: &JobId, sha256: &str) -> ResultRecord {
 
 pub(super) async fn claim(records: &Records) -> Option<JobRecord> {
     match records.claim_job(&LeaseId::new(), HOUR, Timestamp::UNIX_EPOCH, Lane::Batch).await.expect("claims") {
-        Claim::Job(job) => Some(*job),
+        Claim::Job(job) | Claim::Suspect(job) => Some(*job),
         _ => None,
     }
 }
@@ -516,7 +516,7 @@ async fn many_claim_at_the_same_time_and_each_job_has_one(records: &Records) {
                     .await
                     .expect("claims")
                 {
-                    Claim::Job(job) => mine.push(job.id),
+                    Claim::Job(job) | Claim::Suspect(job) => mine.push(job.id),
                     Claim::Contended => tokio::time::sleep(Duration::from_millis(1)).await,
                     Claim::Nothing | Claim::NothingFor(_) => return mine,
                 }

@@ -129,7 +129,7 @@ impl Postgres {
     pub(super) async fn empty(&self) {
         self.execute(
             "TRUNCATE assets, jobs, job_inputs, results, named_documents, turns, quarantine, events, event_heads, job_labels, \
-             webhooks, deliveries, batches",
+             webhooks, deliveries, batches, record_counts",
         )
         .await;
     }

@@ -1,0 +1,111 @@
+//! A database of the version before is brought up to date with all that it has, and a copy of a running one is whole.
+
+use retargetd::store::{JobState, Records};
+use sqlx::{Connection as _, Executor as _};
+
+use super::records::{asset, job, principal};
+
+/// The layout of the version before this one, as its own migrations made it.
+const BEFORE: [&str; 11] = [
+    include_str!("../../../src/store/records/migrations/sqlite/0001_first.sql"),
+    include_str!("../../../src/store/records/migrations/sqlite/0002_named_documents.sql"),
+    include_str!("../../../src/store/records/migrations/sqlite/0003_queue.sql"),
+    include_str!("../../../src/store/records/migrations/sqlite/0004_principals.sql"),
+    include_str!("../../../src/store/records/migrations/sqlite/0005_events.sql"),
+    include_str!("../../../src/store/records/migrations/sqlite/0006_job_lists.sql"),
+    include_str!("../../../src/store/records/migrations/sqlite/0007_result_cache.sql"),
+    include_str!("../../../src/store/records/migrations/sqlite/0008_webhooks.sql"),
+    include_str!("../../../src/store/records/migrations/sqlite/0009_batches.sql"),
+    include_str!("../../../src/store/records/migrations/sqlite/0010_trace_context.sql"),
+    include_str!("../../../src/store/records/migrations/sqlite/0011_turns.sql"),
+];
+
+async fn connection(file: &std::path::Path) -> sqlx::SqliteConnection {
+    let url = format!("sqlite://{}?mode=rwc", file.display());
+    sqlx::SqliteConnection::connect(&url).await.expect("opens")
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_database_of_the_version_before_is_brought_up_to_date() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (old, new) = (folder.path().join("old.db"), folder.path().join("new.db"));
+    // What the migrator notes of each step is taken from a file that it has made itself.
+    Records::open(&new).await.expect("opens").close().await;
+    let mut database = connection(&old).await;
+    for text in BEFORE {
+        database.execute(sqlx::AssertSqlSafe(text)).await.expect("the layout of before");
+    }
+    let attach = format!("ATTACH '{}' AS new", new.display());
+    database.execute(sqlx::AssertSqlSafe(attach)).await.expect("attaches");
+    let notes = "CREATE TABLE _sqlx_migrations (version BIGINT PRIMARY KEY, description TEXT NOT NULL, \
+                 installed_on TIMESTAMP NOT NULL DEFAULT CURRENT_TIMESTAMP, success BOOLEAN NOT NULL, \
+                 checksum BLOB NOT NULL, execution_time BIGINT NOT NULL); \
+                 INSERT INTO _sqlx_migrations SELECT version, description, installed_on, success, checksum, execution_time \
+                 FROM new._sqlx_migrations WHERE version <= 11; \
+                 INSERT INTO jobs (id, state, request, input_bytes, attempt, created_at, principal) \
+                 VALUES ('job_000000000000aaaaaaaaaaaaaa', 'failed', '{\"source\": 1}', 0, 1, 5, 'ann'); \
+                 INSERT INTO named_documents (principal, kind, name, version, sha256, document, created_at) \
+                 VALUES ('ann', 'rig', 'mine', 1, 'aa', '{\"name\": \"mine\"}', 5);";
+    database.execute(sqlx::AssertSqlSafe(notes)).await.expect("as the version before left it");
+    database.close().await.expect("closes");
+
+    let records = Records::open(&old).await.expect("the version before is understood");
+    let counts = records.record_counts(&principal("ann")).await.expect("counts");
+    assert_eq!((counts.jobs, counts.documents), (1, 1), "what was there is counted: {counts:?}");
+    assert!(counts.bytes > 1024, "with its bytes: {counts:?}");
+    let file = asset("bob", "aa");
+    records.add_assets(std::slice::from_ref(&file)).await.expect("writes");
+    records.add_job(&job(&file, 0)).await.expect("and it is written to as a new one");
+    records.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_database_of_a_newer_version_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("state.db");
+    Records::open(&file).await.expect("opens").close().await;
+    let mut database = connection(&file).await;
+    let note = "INSERT INTO _sqlx_migrations SELECT 999, 'of tomorrow', installed_on, success, checksum, execution_time \
+                FROM _sqlx_migrations WHERE version = 1";
+    database.execute(note).await.expect("writes");
+    database.close().await.expect("closes");
+    let refused = Records::open(&file).await.expect_err("it may have what this version would harm");
+    assert!(refused.to_string().contains("999"), "it says which change it does not know: {refused}");
+}
+
+/// As the README says, with SQLite's own copy of a database that is in use.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_copy_of_a_running_database_is_whole() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (file, copy) = (folder.path().join("state.db"), folder.path().join("copy.db"));
+    let records = Records::open(&file).await.expect("opens");
+    let input = asset("ann", "aa");
+    records.add_assets(std::slice::from_ref(&input)).await.expect("writes");
+    let writer = {
+        let (records, input) = (records.clone(), input.clone());
+        tokio::spawn(async move {
+            for _ in 0..200 {
+                records.add_job(&job(&input, 0)).await.expect("writes");
+            }
+        })
+    };
+    tokio::time::sleep(std::time::Duration::from_millis(50)).await;
+    let mut database = connection(&file).await;
+    let statement = format!("VACUUM INTO '{}'", copy.display());
+    database.execute(sqlx::AssertSqlSafe(statement)).await.expect("copies");
+    writer.await.expect("went on");
+    let restored = Records::open(&copy).await.expect("opens");
+    let counts = restored.record_counts(&principal("ann")).await.expect("counts");
+    let depth = restored.queue_depth().await.expect("counts");
+    assert_eq!(counts.jobs, depth.jobs, "counts and rows are of one moment");
+    assert!(
+        restored
+            .jobs(&principal("ann"), &Default::default(), None, 10)
+            .await
+            .expect("lists")
+            .items
+            .iter()
+            .all(|job| job.state == JobState::Queued),
+        "and can be read"
+    );
+}
