@@ -7,7 +7,7 @@ use clap::{Arg, ArgMatches, Command};
 use super::exit;
 use crate::{
     config::{LogFormat, Setting, Settings},
-    telemetry,
+    jobs, telemetry,
 };
 
 /// Arguments of `retargetd serve` and `retargetd worker`: one flag and one environment variable per setting, made from the table of settings.
@@ -64,7 +64,7 @@ pub(super) fn run<F: Future<Output = anyhow::Result<()>>>(
     if let Some(misspelt) = misspelt_variables(set_variables()) {
         return exit::refuse(exit::BAD_USAGE, &misspelt);
     }
-    keep_memory_private();
+    jobs::keep_memory_private();
     let settings = match Settings::read(|setting| arguments.given.get(setting.name).cloned()) {
         Ok(settings) => settings,
         Err(errors) => return exit::refuse(exit::BAD_USAGE, &errors),
@@ -108,17 +108,6 @@ fn misspelt_variables(names: impl Iterator<Item = String>) -> Option<String> {
     let misspelt: Vec<String> = misspelt.collect();
     (!misspelt.is_empty()).then(|| format!("there are variables that are no settings:{}", misspelt.concat()))
 }
-
-/// Nobody else, an engine process neither, looks into the memory of this process or at its environment, which may have passwords in it.
-#[cfg(target_os = "linux")]
-fn keep_memory_private() {
-    use rustix::process::{DumpableBehavior, set_dumpable_behavior};
-    // Where the system refuses, all is as it was.
-    let _ = set_dumpable_behavior(DumpableBehavior::NotDumpable);
-}
-
-#[cfg(not(target_os = "linux"))]
-fn keep_memory_private() {}
 
 /// The signals that stop a service.
 pub(super) struct Signals {

@@ -55,7 +55,7 @@ pub use events::{EventStream, Followed, Told};
 pub use failure::FailureReason;
 pub use fetching::NewFetch;
 pub use handover::{Awaited, Awaiting, HandedFile};
-pub use isolation::{Bounds, ProcessEngine, serve_engine_process};
+pub use isolation::{Bounds, ProcessEngine, keep_memory_private, serve_engine_process};
 pub use keys::{KeyText, Keys, NewKey};
 pub use library::{Kept, Library, Written};
 pub use refusal::Refusal;

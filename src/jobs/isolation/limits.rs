@@ -69,6 +69,18 @@ fn lower(resource: rustix::process::Resource, most: u64, maximum: Option<u64>) -
     Ok(())
 }
 
+/// Nobody else, an engine process neither, looks into the memory of this process or at its environment, which may have passwords in it.
+#[cfg(target_os = "linux")]
+pub fn keep_memory_private() {
+    use rustix::process::{DumpableBehavior, set_dumpable_behavior};
+    // Where the system refuses, all is as it was.
+    let _ = set_dumpable_behavior(DumpableBehavior::NotDumpable);
+}
+
+/// Nobody else looks into the memory of this process; here, that is the system's business.
+#[cfg(not(target_os = "linux"))]
+pub fn keep_memory_private() {}
+
 /// Addresses that this process has, where the system tells; the first number of `statm` is in pages.
 #[cfg(unix)]
 fn own_address_bytes() -> u64 {

@@ -19,7 +19,7 @@ mod tests;
 mod threads;
 
 pub use child::serve as serve_engine_process;
-pub use limits::Bounds;
+pub use limits::{Bounds, keep_memory_private};
 
 use std::{
     io,

@@ -295,8 +295,8 @@ impl Records {
             AfterCrash::End(end) => (end, None),
             AfterCrash::Quarantine(end, until) => (end, Some(until)),
         };
-        let query = "UPDATE jobs SET crashes = crashes + 1 WHERE id = $1";
-        sqlx::query(query).bind(job.id.as_str()).execute(&mut **transaction).await?;
+        let query = "UPDATE jobs SET crashes = crashes + $2 WHERE id = $1";
+        sqlx::query(query).bind(job.id.as_str()).bind(i64::from(was_alone)).execute(&mut **transaction).await?;
         self.write_end(transaction, &job.id, (job.state, job.lease.as_ref()), &end).await?;
         if let Some(until) = until {
             let query = "INSERT INTO quarantine (inputs_sha256, job_id, expires_at) VALUES ($1, $2, $3) \

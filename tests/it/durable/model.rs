@@ -1,7 +1,11 @@
 //! Random commands on the records, against a model that is a map, with faults on the way: a call may fail before it did anything,
 //! fail after it did everything, or take its time. After a failure the record must be as before or as after, and nothing between.
 
-use std::{collections::BTreeMap, sync::Arc, time::Duration};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+    time::Duration,
+};
 
 use futures::future::BoxFuture;
 use jiff::Timestamp;
@@ -57,6 +61,8 @@ struct Script {
     records: Records,
     dice: Dice,
     jobs: BTreeMap<JobId, Known>,
+    /// Those that were there when somebody died.
+    suspects: BTreeSet<JobId>,
     faults_seen: u64,
 }
 
@@ -179,14 +185,20 @@ impl Script {
         let done = self.records.take_from_lost_workers(1000, true, decide).await.map(|_| true);
         let held: Vec<_> = self.jobs.iter().filter(|(_, job)| job.lease.is_some() && !job.state.is_final()).collect();
         let held: Vec<_> = held.into_iter().map(|(id, job)| (id.clone(), job.clone())).collect();
+        let is_one = held.len() == 1;
         for (id, before) in held {
-            let crashes = before.crashes + 1;
+            // Nothing but a job that was alone can have been it; who was there when several died is suspected from then on.
+            let was_alone = is_one && !self.suspects.contains(&id);
+            let crashes = before.crashes + u32::from(was_alone);
             let after = match before.state {
                 JobState::Canceling => Known { state: JobState::Canceled, crashes, ..before.clone() },
                 _ => Known { state: JobState::Queued, lease: None, crashes, ..before.clone() },
             };
             let done = done.as_ref().map(|done| *done).map_err(|_| StoreError::Locked(String::new()));
             self.settle(&id, Some(before), Some(after), done).await;
+            if self.jobs.get(&id).is_some_and(|job| job.state == JobState::Queued) {
+                self.suspects.insert(id);
+            }
         }
     }
 
@@ -208,7 +220,14 @@ async fn follows_the_model(records: Records, seed: u64) {
     let faults = Arc::new(Unlucky(Dice::new(seed)));
     let dice = Dice::new(seed ^ 0xabcd);
     let unlucky = records.clone().with_faults(faults);
-    let mut script = Script { truth: records, records: unlucky, dice, jobs: BTreeMap::new(), faults_seen: 0 };
+    let mut script = Script {
+        truth: records,
+        records: unlucky,
+        dice,
+        jobs: BTreeMap::new(),
+        suspects: BTreeSet::new(),
+        faults_seen: 0,
+    };
     let steps = count_of("RETARGETD_TEST_COMMANDS", 400);
     for _ in 0..steps {
         script.step().await;

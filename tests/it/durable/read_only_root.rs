@@ -55,7 +55,7 @@ async fn fill(folder: &Path, assets: usize) {
             format: "bvh".to_owned(),
             file_name: "walk.bvh".to_owned(),
             created_at: Timestamp::UNIX_EPOCH,
-            expires_at: Timestamp::MAX,
+            expires_at: Timestamp::from_second(4_000_000_000).expect("in the year 2096"),
         };
         let assets: Vec<AssetRecord> = (0..1000).map(asset).collect();
         records.add_assets(&assets).await.expect("writes");

@@ -232,7 +232,11 @@ async fn what_runs_out_goes_back_and_what_was_canceled_ends(records: &Records) {
     let lost = records.take_from_lost_workers(10, false, decide).await.expect("works");
     assert_eq!(lost.iter().map(|(job, _)| &job.id).collect::<Vec<_>>(), [&first.id], "only whose lease has run out");
     let again = records.job(&first.id).await.expect("reads").expect("is there");
-    assert_eq!((again.state, again.attempt, again.crashes, again.lease), (JobState::Queued, 1, 1, None), "back");
+    assert_eq!(
+        (again.state, again.attempt, again.crashes, again.lease),
+        (JobState::Queued, 1, 0, None),
+        "back, and not alone to blame"
+    );
     let progress = StoredProgress { phase: "retarget".to_owned(), done: 3, total: 9 };
     let of = |id: &JobId, lease: &LeaseId| Held { id: id.clone(), lease: lease.clone(), progress: progress.clone() };
     let lease = held.lease.expect("a lease");

@@ -53,7 +53,11 @@ async fn metrics_are_text_that_prometheus_reads() {
     assert!(samples.len() > 3, "there are samples: {text}");
     for sample in samples {
         let value = sample.rsplit(' ').next().and_then(|value| value.parse::<f64>().ok());
-        assert!(sample.starts_with("retargetd_") && value.is_some(), "a name of ours and a number: {sample}");
+        let is_known = ["retargetd_", "process_"].iter().any(|prefix| sample.starts_with(prefix));
+        assert!(is_known && value.is_some(), "a name of ours or of every process, and a number: {sample}");
+    }
+    for name in ["retargetd_jobs_submitted_total 0", "retargetd_engine_processes_lost_total 0", "process_open_fds "] {
+        assert!(text.contains(name.split(' ').next().unwrap_or(name)), "'{name}' is there from the start: {text}");
     }
     service.stop().await;
 }

@@ -194,7 +194,7 @@ async fn processes_serve_many_and_never_outlive_the_service() {
 #[test]
 fn an_engine_process_leaves_signals_to_the_service_and_ends_with_it() {
     let mut child = Command::new(env!("CARGO_BIN_EXE_retargetd"))
-        .args(["engine-process", "--memory-bytes", "268435456", "--seconds", "60"])
+        .args(["engine-process", "--memory-bytes", "268435456", "--output-bytes", "1048576", "--seconds", "60"])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()
