@@ -142,11 +142,18 @@ impl Metrics {
 /// Measures this process, where the system tells, under the names that every Prometheus knows.
 #[cfg(target_os = "linux")]
 fn observe_process() {
-    let used = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    metrics::gauge!("process_cpu_seconds_total").set(used.tv_sec as f64 + used.tv_nsec as f64 / 1e9);
-    let statm = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
-    if let Some(pages) = statm.split(' ').nth(1).and_then(|pages| pages.parse::<u64>().ok()) {
-        metrics::gauge!("process_resident_memory_bytes").set((pages * rustix::param::page_size() as u64) as f64);
+    /// Of processor time, in which the kernel tells it to programs.
+    const TICKS_PER_SECOND: f64 = 100.0;
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    // Behind the name, which may have anything in it, fields are numbered from the state, which is 3.
+    let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
+    let field = |number: usize| fields.get(number - 3).and_then(|field| field.parse::<f64>().ok()).unwrap_or(0.0);
+    metrics::gauge!("process_cpu_seconds_total").set((field(14) + field(15)) / TICKS_PER_SECOND);
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let resident =
+        status.lines().find_map(|line| line.strip_prefix("VmRSS:")?.split_whitespace().next()?.parse::<f64>().ok());
+    if let Some(kibibytes) = resident {
+        metrics::gauge!("process_resident_memory_bytes").set(kibibytes * 1024.0);
     }
     if let Ok(files) = std::fs::read_dir("/proc/self/fd") {
         metrics::gauge!("process_open_fds").set(files.count() as f64);

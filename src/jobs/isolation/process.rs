@@ -48,6 +48,8 @@ pub(super) struct EngineProcess {
     input: ChildStdin,
     answers: Receiver<(Answer, Vec<Digested>)>,
     last_words: Arc<Mutex<Vec<u8>>>,
+    /// The thread that hears them, which ends with the process.
+    words: Option<thread::JoinHandle<()>>,
     requests: u64,
     watch: Watched,
 }
@@ -82,10 +84,11 @@ impl EngineProcess {
         let last_words = Arc::new(Mutex::new(Vec::new()));
         let (words, most) = (Arc::clone(&last_words), bounds.output_bytes);
         thread::Builder::new().name("engine-answers".to_owned()).spawn(move || hear(output, &sender, most))?;
-        thread::Builder::new().name("engine-words".to_owned()).spawn(move || keep_last_words(errors, &words))?;
+        let words =
+            thread::Builder::new().name("engine-words".to_owned()).spawn(move || keep_last_words(errors, &words))?;
         Metric::EngineProcesses.change(1.0);
         let watch = memory_watch.over(child.id());
-        let process = Self { child, input, answers, last_words, requests: 0, watch };
+        let process = Self { child, input, answers, last_words, words: Some(words), requests: 0, watch };
         match process.answers.recv_timeout(START) {
             Ok((Answer::Ready(sandbox), _)) => {
                 tell_of(sandbox);
@@ -160,6 +163,10 @@ impl EngineProcess {
             }
         };
         let status = status.map_or_else(|error| error.to_string(), |status| status.to_string());
+        // On a busy machine the process may be gone before its last words are heard.
+        if let Some(words) = self.words.take() {
+            let _ = words.join();
+        }
         let words = self.last_words.lock().unwrap_or_else(PoisonError::into_inner);
         let words = String::from_utf8_lossy(&words).into_owned();
         Lost::Crashed(how(&status, &words))
