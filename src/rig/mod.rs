@@ -39,7 +39,9 @@ pub use findings::{FileFacts, Finding, FindingCode, Severity, examine, examine_c
 pub use floor::{floors, standing_floor};
 pub use humanoid::{HumanoidBone, missing_bones};
 pub use joint_table::{TableRow, write_table};
-pub use mapping::{ChainPair, Chord, CrotchRule, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing};
+pub use mapping::{
+    ChainPair, Chord, ChordCorrection, CrotchRule, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing,
+};
 pub use mask::named_joints;
 pub use morphs::{MorphDrive, MorphMapping, MorphTerm, map_morphs, morph_meaning};
 pub use parse::{is_own_shape, parse_document, parse_spec, parse_value};

@@ -9,6 +9,10 @@ use super::{
     turn::arc,
 };
 
+/// Between two rest poses that somebody laid out, necks that differ by less hold the head alike: riggers put the lower joint of a neck
+/// anywhere between the spine and the throat. By more, one of them bows its head. 50 degrees.
+const SAME_NECK_RADIANS: f64 = 0.87;
+
 /// Bends of two spines that differ by less are where the riggers put the joints; by more, the two bodies hold themselves otherwise.
 const SAME_BEND_RADIANS: f64 = 0.44;
 
@@ -39,7 +43,11 @@ impl Rules<'_> {
         let whole = arc(own, wanted, pole);
         let is_like = |(own, wanted): &(DVec3, DVec3)| (whole * *own).angle_between(*wanted) <= SAME_BEND_RADIANS;
         if bones.is_empty() || (self.mode == Align::Auto && bones.iter().all(is_like)) {
-            self.wish(first, role, Aim::Point { own, wanted, pole }, roll);
+            if part == "neck" && self.is_same_neck(pair, own, wanted) {
+                self.wish(first, role, Aim::Stance { turn: self.body_turn, own, wanted }, None);
+            } else {
+                self.wish(first, role, Aim::Point { own, wanted, pole }, roll);
+            }
             for (position, &joint) in pair.target.iter().enumerate().skip(1) {
                 self.wish(joint, role, Aim::Follow { first, bone: bones.get(position).copied() }, None);
             }
@@ -48,6 +56,16 @@ impl Rules<'_> {
         for (&joint, (own, wanted)) in pair.target.iter().zip(bones) {
             self.wish(joint, role, Aim::Point { own, wanted, pole }, roll.filter(|_| joint == first));
         }
+    }
+
+    /// Whether a neck differs from the source's by no more than riggers differ about where its joint is, so that it keeps how it is
+    /// made: turned by that difference it would be bent where the source's is straight, and the head back again.
+    fn is_same_neck(&self, pair: &NamedPair, own: DVec3, wanted: DVec3) -> bool {
+        let is_laid_out =
+            matches!(self.source, Look::Rig(_)) && !self.source.is_in_motion() && !self.own.is_in_motion();
+        let is_pointed = self.explicit(pair).iter().any(Option::is_some);
+        let is_near = (self.body_turn * own).angle_between(wanted) <= SAME_NECK_RADIANS;
+        self.mode == Align::Auto && is_laid_out && !is_pointed && is_near
     }
 
     /// The bones of a spine or neck up to what it leads to, each with where it points when the chain bends as the source's does and

@@ -71,6 +71,8 @@ pub(super) enum Aim {
     Head { own: DVec3, wanted: DVec3 },
     /// From its own orientation by this much.
     Turn(DQuat),
+    /// The same, of a neck that holds its head as the source's does; `own` and `wanted` only tell how far the joints lie apart.
+    Stance { turn: DQuat, own: DVec3, wanted: DVec3 },
     /// The same, told apart: `own` is where it looks, and `wanted` where it is to look.
     Face { turn: DQuat, own: DVec3, wanted: DVec3, how: HowAligned },
     /// Carried along by its parent, then by this much.
@@ -146,7 +148,7 @@ pub(super) struct Rules<'a> {
     pub(super) target: &'a Rig<'a>,
     from_nothing: bool,
     pub(super) mode: Align,
-    body_turn: DQuat,
+    pub(super) body_turn: DQuat,
     wishes: Vec<Option<Wish>>,
 }
 

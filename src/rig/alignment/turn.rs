@@ -26,7 +26,7 @@ pub(super) fn turn(target: &Rig<'_>, wishes: &[Option<Wish>], mode: Align) -> Al
             _ if mode == Align::Off => DQuat::IDENTITY,
             None => carried,
             Some(wish) => match wish.aim {
-                Aim::Turn(turn) | Aim::Face { turn, .. } => turn,
+                Aim::Turn(turn) | Aim::Stance { turn, .. } | Aim::Face { turn, .. } => turn,
                 Aim::Head { own, wanted } => arc(own, wanted, target.up()),
                 Aim::Further(turn) => turn * carried,
                 Aim::Follow { first, .. } => turns[first],
@@ -94,6 +94,7 @@ fn left_over(wish: &Wish, joint: usize, turn: DQuat, mode: Align) -> AlignedJoin
         Aim::Head { own, wanted } => (HowAligned::Heading, Some((own, wanted))),
         Aim::Follow { bone, .. } => (HowAligned::Whole, bone),
         Aim::Turn(_) => (HowAligned::Kept, None),
+        Aim::Stance { own, wanted, .. } => (HowAligned::Kept, Some((own, wanted))),
         Aim::Further(_) => (HowAligned::Sloped, None),
         Aim::Face { own, wanted, how, .. } => (how, Some((own, wanted))),
     };
