@@ -213,7 +213,10 @@ impl Pair<'_> {
             let of_target = bends(&target, self.target.rest.transforms(), &target_pose.rotations);
             of_target.into_iter().fold(0.0, f64::max) - of_source
         };
-        (source.len() > 1 && target.len() > 1).then(|| percentile(self.poses().map(beyond).collect(), 0.99))
+        // Of a rest pose that is a moment of a motion nobody knows how far it is bent itself.
+        let is_in_motion = [self.source, self.target].iter().any(|rig| rig.rest_source.is_in_motion());
+        (source.len() > 1 && target.len() > 1 && !is_in_motion)
+            .then(|| percentile(self.poses().map(beyond).collect(), 0.99))
     }
 
     fn turn(&self, role: &str) -> Option<f64> {
