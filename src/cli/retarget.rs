@@ -10,7 +10,7 @@ use crate::{
 };
 
 use super::{
-    exit::{Exit, say},
+    exit::{Exit, one_line, say},
     inputs::InputPaths,
     outputs::OutputArguments,
     watch::{ProgressWatch, cancel_on_interrupt},
@@ -58,4 +58,7 @@ fn tell_success(arguments: &Arguments, outcome: &Outcome) {
         counts.target_joints,
         outcome.report.timings.total_seconds
     ));
+    if let Some(measures) = &outcome.report.measures {
+        say(format_args!("verdict: {}: {}", measures.verdict.name(), one_line(&measures.verdict_reason)));
+    }
 }

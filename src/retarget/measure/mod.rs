@@ -5,19 +5,25 @@
 //! dwarfs and giants compare. Each family of metrics is one file; their names, units and thresholds are one table,
 //! [`MetricName`](crate::rig::MetricName).
 //!
-//! Feet and the pelvis are looked at in every frame, the rest of long clips in runs of neighbouring frames, evenly spread, unless a
+//! Feet, knees, the spine and the pelvis are looked at in every frame, the rest of long clips in runs of neighbouring frames, evenly spread, unless a
 //! full report is asked for.
 
 mod bends;
 mod body;
+mod collisions;
 mod contacts;
+mod coverage;
 mod curves;
+mod facing;
 mod feet;
 mod hands;
 mod limbs;
 mod metric;
 mod motion;
+mod pops;
+mod skin;
 mod smoothness;
+mod spine;
 mod statistics;
 mod tracks;
 mod travel;
@@ -32,13 +38,18 @@ use serde::{Deserialize, Serialize};
 use self::{
     bends::Bends,
     body::Size,
+    collisions::Collisions,
+    coverage::undriven_body,
     curves::Keep,
+    facing::Front,
     feet::{Feet, FeetFindings},
     hands::{Hands, hand_gap},
     limbs::{Limbs, directions, percentile_finding},
-    metric::{Finding, Reading, judge, overall, rounded, score},
+    metric::{Finding, Reading, judge, overall, rounded, score, verdict_reason},
     motion::{Both, Frames, Performer, Wanted, compare},
+    pops::Pops,
     smoothness::Smoothness,
+    spine::Spine,
     tracks::{bone_length_drift, rotation_steps},
     travel::Travel,
 };
@@ -64,6 +75,9 @@ const NO_LIMBS: &str = "no limb was recognised on both sides";
 pub struct Measures {
     /// The worst verdict of all metrics.
     pub verdict: Verdict,
+    /// What the verdict is about, for people: the metric, its value, and the frame and joint where it is worst.
+    #[serde(default)]
+    pub verdict_reason: String,
     /// 0 is best; a metric that just fails adds its weight's share of 100.
     pub score: f64,
     /// Every metric by name.
@@ -123,16 +137,21 @@ pub fn measure(
     let mut wanted = Wanted::default();
     let feet = Feet::find(&rigs, sizes, &mut wanted);
     let travel = Travel::find(&rigs, &sizes, &mut wanted);
+    let knees = Pops::knees(&rigs, &mut wanted);
+    let spine = Spine::find(&performers, &mut wanted);
     let every = compare(&performers, &wanted, Frames::all(count));
     let mut wanted = Wanted::default();
     let limbs = Limbs::find(&rigs, &mut wanted);
     let bends = Bends::find(&rigs, &mut wanted);
     let smoothness = Smoothness::find(&rigs, &sizes, &mut wanted);
     let hands = Hands::find(&rigs, &sizes, &mut wanted);
+    let elbows = Pops::elbows(&rigs, &mut wanted);
+    let collisions = Collisions::find(&rigs, sizes.map(|size| size.leg), &mut wanted);
+    let (head, chest) = (Front::head(&rigs, &mut wanted), Front::chest(&rigs, &mut wanted));
     let frames = if is_full { Frames::all(count) } else { Frames::spread(count, FRAMES_LOOKED_AT, NEIGHBOURS) };
     let spread = compare(&performers, &wanted, frames);
 
-    let feet = feet.map_or_else(FeetFindings::none, |feet| feet.measure(&every));
+    let feet = feet.map_or_else(FeetFindings::none, |feet| feet.measure(&performers, &every));
     let limbs = limbs.series(&spread);
     let (flips, limits) = bends.measure(&spread);
     let (continuity, jumps) = rotation_steps(mapping, source.skeleton(), source_clip, result);
@@ -166,6 +185,14 @@ pub fn measure(
         (MetricName::Facing, travel.facing(&every)),
         (MetricName::HandGap, hand_gap(hands.as_ref(), &spread)),
         (MetricName::ReachResidual, reach_residual(reaches, target, &sizes.target)),
+        (MetricName::UndrivenBody, undriven_body(mapping, &performers)),
+        (MetricName::SpineKink, Spine::kink(spine.as_ref(), &every)),
+        (MetricName::KneePop, knees.measure(&every)),
+        (MetricName::ElbowPop, elbows.measure(&spread)),
+        (MetricName::PelvisSway, travel.sway(&every)),
+        (MetricName::SelfPenetration, Collisions::measure(collisions.as_ref(), &spread)),
+        (MetricName::HeadFacing, Front::measure(head.as_ref(), &spread)),
+        (MetricName::ChestFacing, Front::measure(chest.as_ref(), &spread)),
     ];
     let judged = |(name, finding): (MetricName, Finding)| {
         (name, judge(name, finding, choice, target.skeleton(), result.times_seconds()))
@@ -173,6 +200,7 @@ pub fn measure(
     let metrics: BTreeMap<MetricName, Metric> = findings.into_iter().map(judged).collect();
     Measures {
         verdict: overall(&metrics),
+        verdict_reason: verdict_reason(&metrics),
         score: score(&metrics),
         metrics,
         contacts: feet.contacts,
