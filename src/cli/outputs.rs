@@ -9,7 +9,7 @@ use crate::{
 };
 
 use super::{
-    exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED, one_line, say, to_json},
+    exit::{BAD_USAGE, Exit, FAILED, one_line, say, to_json},
     files::{StagedFiles, check_place},
 };
 

@@ -8,7 +8,9 @@
 
 use glam::{DMat3, DMat4, DQuat, DVec3, Quat, Vec3};
 
-use super::{Clip, ClipError, JointTracks, LocalPose, Scene, Skeleton, SkinPoint, SkinPoints, SkinVertices, Track, Transform};
+use super::{
+    Clip, ClipError, JointTracks, LocalPose, Scene, Skeleton, SkinPoint, SkinPoints, SkinVertices, Track, Transform,
+};
 
 /// Squared scales closer to one another than this share are equal.
 const EVEN: f64 = 2e-3;

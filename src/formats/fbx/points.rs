@@ -68,7 +68,8 @@ fn collect(
             };
             #[expect(clippy::cast_possible_truncation, reason = "a share from 0 to 1")]
             let weight = (weight / total) as f32;
-            sorted[next[vertex]] = Influence { joint, weight, position: transform(&cluster.geometry_to_bone, position) };
+            sorted[next[vertex]] =
+                Influence { joint, weight, position: transform(&cluster.geometry_to_bone, position) };
             next[vertex] += 1;
         }
     }

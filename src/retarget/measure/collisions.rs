@@ -36,7 +36,9 @@ impl Collisions {
         let legs = Both { source: legs.source?, target: legs.target? };
         let capsules = rigs.map(|rig| body_capsules(rig));
         let mut find = |name: &'static str| {
-            let own = |of: &[(&'static str, crate::rig::Capsule)]| of.iter().find(|(other, _)| *other == name).map(|one| one.1);
+            let own = |of: &[(&'static str, crate::rig::Capsule)]| {
+                of.iter().find(|(other, _)| *other == name).map(|one| one.1)
+            };
             let (source, target) = (own(&capsules.source)?, own(&capsules.target)?);
             let mut end = |source: crate::rig::Anchor, target: crate::rig::Anchor| {
                 wanted.point(Both { source: anchor(rigs.source, source), target: anchor(rigs.target, target) })
@@ -60,8 +62,10 @@ impl Collisions {
         for arm in &collisions.arms {
             let deepest = |frame: usize| {
                 let beyond = |part: &Capsule| {
-                    let of_source = depth(arm, part, &compared.source, frame, |radius| radius.source) / collisions.legs.source;
-                    let own = depth(arm, part, &compared.target, frame, |radius| radius.target) / collisions.legs.target;
+                    let of_source =
+                        depth(arm, part, &compared.source, frame, |radius| radius.source) / collisions.legs.source;
+                    let own =
+                        depth(arm, part, &compared.target, frame, |radius| radius.target) / collisions.legs.target;
                     (own - of_source.max(0.0)).max(0.0) * CENTIMETRES
                 };
                 collisions.trunk.iter().map(beyond).fold(0.0, f64::max)

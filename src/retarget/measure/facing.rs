@@ -39,10 +39,12 @@ impl Front {
     pub(super) fn measure(front: Option<&Self>, compared: &Compared) -> Finding {
         let front = front.ok_or(NOT_FOUND)?;
         let off = |frame: usize| {
-            let [source, target] = [&compared.source, &compared.target].map(|side| side.turn(frame, front.turn) * DVec3::Z);
+            let [source, target] =
+                [&compared.source, &compared.target].map(|side| side.turn(frame, front.turn) * DVec3::Z);
             angle(source, target)
         };
-        let series = Series { part: front.name.to_owned(), joint: front.joint, values: (0..compared.len()).map(off).collect() };
+        let series =
+            Series { part: front.name.to_owned(), joint: front.joint, values: (0..compared.len()).map(off).collect() };
         percentile_finding(&[series], &compared.frames.indices, NOT_FOUND)
     }
 }

@@ -199,12 +199,13 @@ impl Feet {
             .map(|point| {
                 let of_foot = self.points.iter().filter(|other| other.part == point.part && other.bears);
                 let joints: Vec<usize> = of_foot.map(|other| pick(&other.joints)).collect();
-                let half = |joints: &[usize]| Half { is_front: point.name == "ball", ankle: joints[0], ball: joints[1] };
+                let half =
+                    |joints: &[usize]| Half { is_front: point.name == "ball", ankle: joints[0], ball: joints[1] };
                 WantedPart { half: (joints.len() > 1).then(|| half(&joints)), joints }
             })
             .collect();
         let leg = if is_target { self.legs.target } else { self.legs.source };
-        let mut tracks = FootSkin::find(*performer, &wanted, leg, frames.len())?.follow(frames).into_iter();
+        let mut tracks = FootSkin::find(*performer, &wanted, leg)?.follow(frames).into_iter();
         let of_point = |point: &FootPoint| if point.bears { tracks.next() } else { None };
         let tracks = self.points.iter().map(of_point).map(Option::unwrap_or_default).collect();
         let (at_rest, in_clip) = floors(performer.rig, performer.clip)?;
@@ -315,7 +316,7 @@ impl Feet {
     }
 
     /// The lowest point of every foot over the floor, in centimetres at 1 m leg length.
-    fn lowest(&self, traced: &[Traced<'_>], is_target: bool) -> Vec<Series> {
+    fn lowest<'t>(&self, traced: impl IntoIterator<Item = &'t Traced<'t>>, is_target: bool) -> Vec<Series> {
         let leg = if is_target { self.legs.target } else { self.legs.source };
         let mut feet: Vec<Series> = Vec::new();
         for traced in traced {
@@ -349,41 +350,42 @@ impl Feet {
         let own: Vec<Series> = heights.iter().map(depths).collect();
         // Points that are fixed below the joints of a foot go through the floor when the foot rolls, where a shoe bends. That says
         // nothing of how deep the source is, so it excuses no mesh.
-        let mut source: Vec<f64> = if skins.target.is_some() && skins.source.is_none() {
-            self.joint_depths(traced, compared)
+        let of_source = if skins.target.is_some() && skins.source.is_none() {
+            self.joint_heights(traced, compared)
         } else {
-            self.lowest(traced, false).iter().map(depths).flat_map(|series| series.values).collect()
+            self.lowest(traced, false).into_iter().map(|series| series.values).collect()
         };
+        let mut source = own_depths(&of_source);
         let reading = Reading::of_series(&own, &compared.frames.indices, 0.99).ok_or(NO_LEGS)?;
         let deepest = own.iter().flat_map(|series| &series.values).copied().fold(0.0, f64::max);
         Ok(Reading { absolute_value: Some(deepest), ..reading.with_source(percentile(&mut source, 0.99)) })
     }
 
-    /// How far the source's ankles and balls sink below the heights at which they stand at rest, in centimetres at 1 m leg length: the
-    /// larger of the two per foot.
-    fn joint_depths(&self, traced: &[Traced<'_>], compared: &Compared) -> Vec<f64> {
+    /// How far the source's ankles and balls are above the heights at which they stand at rest, in centimetres at 1 m leg length: the
+    /// lower of the two per foot.
+    fn joint_heights(&self, traced: &[Traced<'_>], compared: &Compared) -> Vec<Vec<f64>> {
         let mut feet: Vec<(&str, Vec<f64>)> = Vec::new();
         for traced in traced.iter().filter(|traced| traced.point.bears) {
-            let over_floor = self.ankles[traced.index].source.zip(self.sizes.source.floor);
-            let depth = |frame: usize| match over_floor {
-                Some((height, floor)) => {
-                    let place = compared.source.position(frame, traced.point.joint_slot);
-                    (height - (place.y - floor)).max(0.0) / self.legs.source * CENTIMETRES
-                }
-                None => (-traced.height(false, frame)).max(0.0) / self.legs.source * CENTIMETRES,
+            let at_rest = self.ankles[traced.index].source.zip(self.sizes.source.floor);
+            let over = |frame: usize| match at_rest {
+                Some((height, floor)) => compared.source.position(frame, traced.point.joint_slot).y - floor - height,
+                None => traced.height(false, frame),
             };
-            let depths = (0..compared.len()).map(depth);
+            let heights = (0..compared.len()).map(|frame| over(frame) / self.legs.source * CENTIMETRES);
             match feet.iter_mut().find(|(part, _)| *part == traced.point.part) {
-                Some((_, deepest)) => deepest.iter_mut().zip(depths).for_each(|(most, depth)| *most = most.max(depth)),
-                None => feet.push((&traced.point.part, depths.collect())),
+                Some((_, lowest)) => lowest.iter_mut().zip(heights).for_each(|(low, height)| *low = low.min(height)),
+                None => feet.push((&traced.point.part, heights.collect())),
             }
         }
-        feet.into_iter().flat_map(|(_, depths)| depths).collect()
+        feet.into_iter().map(|(_, heights)| heights).collect()
     }
 
     /// While the source's foot stands: the lowest of the mesh of the whole foot, else each point of the sole.
     fn float(&self, bearing: &[&Traced<'_>], compared: &Compared) -> Finding {
         let is_still = |traced: &Traced<'_>, frame: usize| traced.standing.source.is_still[frame];
+        let lows =
+            self.lowest(bearing.iter().copied(), false).into_iter().map(|series| series.values).collect::<Vec<_>>();
+        let source_floor = usual_low(&lows) * self.legs.source / CENTIMETRES;
         let off = |traced: &Traced<'_>, is_target: bool| -> Vec<f64> {
             let (leg, is_skinned) = if is_target {
                 (self.legs.target, traced.skin.target.is_some())
@@ -393,13 +395,21 @@ impl Feet {
             let of_foot: Vec<&Traced<'_>> =
                 bearing.iter().copied().filter(|other| is_skinned && other.point.part == traced.point.part).collect();
             let height = |frame: usize| {
-                if of_foot.is_empty() {
-                    return traced.height(is_target, frame);
+                if of_foot.is_empty() && is_target {
+                    return traced.height(true, frame);
                 }
-                of_foot.iter().map(|other| other.height(is_target, frame)).fold(f64::INFINITY, f64::min)
+                if of_foot.is_empty() {
+                    return traced.positions.source[frame].y - traced.standing.source.level;
+                }
+                let lowest = of_foot.iter().map(|other| other.height(is_target, frame)).fold(f64::INFINITY, f64::min);
+                lowest - if is_target { 0.0 } else { source_floor }
             };
             (0..compared.len())
-                .map(|frame| if is_still(traced, frame) { (height(frame) / leg * CENTIMETRES).max(0.0) } else { f64::NAN })
+                .map(
+                    |frame| {
+                        if is_still(traced, frame) { (height(frame) / leg * CENTIMETRES).max(0.0) } else { f64::NAN }
+                    },
+                )
                 .collect()
         };
         let own: Vec<Series> = bearing
@@ -465,6 +475,21 @@ fn tip(rig: &Rig<'_>, toe: usize) -> usize {
         }
     }
     current
+}
+
+/// How low the lower foot usually is, of the heights of each foot: where the source stands, however far that is from its floor.
+fn usual_low(feet: &[Vec<f64>]) -> f64 {
+    let frames = feet.iter().map(Vec::len).min().unwrap_or(0);
+    let mut lows: Vec<f64> =
+        (0..frames).map(|frame| feet.iter().map(|foot| foot[frame]).fold(f64::INFINITY, f64::min)).collect();
+    percentile(&mut lows, 0.05)
+}
+
+/// How deep feet go by themselves. A clip that lies below its floor as a whole is no excuse: what counts is how far a foot goes below
+/// where the feet usually stand.
+fn own_depths(feet: &[Vec<f64>]) -> Vec<f64> {
+    let floor = usual_low(feet).min(0.0);
+    feet.iter().flatten().map(|height| (floor - height).max(0.0)).collect()
 }
 
 fn slide_finding(contacts: &[ContactMeasure], bearing: &[&Traced<'_>]) -> Finding {

@@ -222,7 +222,9 @@ pub(super) fn decisive(metrics: &BTreeMap<MetricName, Metric>) -> Option<MetricN
         beyond / metric.fail_above.max(f64::MIN_POSITIVE)
     };
     let worst = metrics.iter().filter(|(_, metric)| metric.verdict == verdict && metric.value.is_some());
-    worst.max_by(|first, second| excess(first.1).total_cmp(&excess(second.1)).then(second.0.cmp(first.0))).map(|(name, _)| *name)
+    worst
+        .max_by(|first, second| excess(first.1).total_cmp(&excess(second.1)).then(second.0.cmp(first.0)))
+        .map(|(name, _)| *name)
 }
 
 /// One line for people: what the verdict is about, and where.

@@ -45,7 +45,7 @@ use self::{
     feet::{Feet, FeetFindings},
     hands::{Hands, hand_gap},
     limbs::{Limbs, directions, percentile_finding},
-    metric::{Finding, Reading, judge, overall, rounded, score, verdict_reason},
+    metric::{Finding, Reading, Series, judge, overall, rounded, score, verdict_reason},
     motion::{Both, Frames, Performer, Wanted, compare},
     pops::Pops,
     smoothness::Smoothness,
@@ -78,6 +78,9 @@ pub struct Measures {
     /// What the verdict is about, for people: the metric, its value, and the frame and joint where it is worst.
     #[serde(default)]
     pub verdict_reason: String,
+    /// The share of the body that is driven, by weight of its limbs: what `undriven_body` leaves of 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coverage: Option<f64>,
     /// 0 is best; a metric that just fails adds its weight's share of 100.
     pub score: f64,
     /// Every metric by name.
@@ -157,7 +160,7 @@ pub fn measure(
     let (continuity, jumps) = rotation_steps(mapping, source.skeleton(), source_clip, result);
     let looked_at = &spread.frames.indices;
     let drift = bone_length_drift(mapping, target.skeleton(), result, looked_at);
-    let percentile = |series| percentile_finding(series, looked_at, NO_LIMBS);
+    let worst_limb = |series: &[Series]| Reading::of_worst_part(series, looked_at, 0.95).ok_or(NO_LIMBS);
     let limb_directions = directions(&limbs.directions, looked_at);
     let curves = BTreeMap::from([
         ("limb_direction".to_owned(), Curves::new("degrees", &limbs.directions, &spread, Keep::Largest, is_full)),
@@ -165,16 +168,16 @@ pub fn measure(
         ("slide_speed".to_owned(), Curves::new("cm/s", &feet.slide_speeds, &every, Keep::Largest, is_full)),
     ]);
     let value = |finding: &Finding| finding.as_ref().map_or(0.0, |reading| rounded(reading.value));
-    let direction = percentile(&limbs.directions);
-    let (limb_direction_p95_degrees, drift_value) = (value(&direction), value(&drift));
+    let all_directions = percentile_finding(&limbs.directions, looked_at, NO_LIMBS);
+    let (limb_direction_p95_degrees, drift_value) = (value(&all_directions), value(&drift));
     let findings = [
         (MetricName::FootSlide, feet.slide),
         (MetricName::FloorPenetration, feet.penetration),
         (MetricName::FloorFloat, feet.float),
         (MetricName::ContactDisagreement, feet.disagreement),
-        (MetricName::LimbDirection, direction),
-        (MetricName::LimbTwist, percentile(&limbs.twists)),
-        (MetricName::EndOrientation, percentile(&limbs.wholes)),
+        (MetricName::LimbDirection, worst_limb(&limbs.directions)),
+        (MetricName::LimbTwist, worst_limb(&limbs.twists)),
+        (MetricName::EndOrientation, worst_limb(&limbs.wholes)),
         (MetricName::JerkRatio, smoothness.jerk_ratio(&spread)),
         (MetricName::BendFlips, flips),
         (MetricName::RotationJumps, jumps),
@@ -201,6 +204,7 @@ pub fn measure(
     Measures {
         verdict: overall(&metrics),
         verdict_reason: verdict_reason(&metrics),
+        coverage: metrics[&MetricName::UndrivenBody].value.map(|undriven| rounded(1.0 - undriven)),
         score: score(&metrics),
         metrics,
         contacts: feet.contacts,

@@ -175,16 +175,10 @@ pub(super) fn compare(performers: &Both<Performer<'_>>, wanted: &Wanted, frames:
     let turns = |pick: fn(&Both<usize>) -> usize, own: &[usize]| {
         wanted.turns.iter().map(pick).chain(own.iter().copied()).collect()
     };
-    let source = side(
-        &performers.source,
-        points(|both| both.source),
-        turns(|both| both.source, &wanted.own_turns.source),
-    );
-    let target = side(
-        &performers.target,
-        points(|both| both.target),
-        turns(|both| both.target, &wanted.own_turns.target),
-    );
+    let source =
+        side(&performers.source, points(|both| both.source), turns(|both| both.source, &wanted.own_turns.source));
+    let target =
+        side(&performers.target, points(|both| both.target), turns(|both| both.target, &wanted.own_turns.target));
     let times_seconds = frames.indices.iter().map(|&frame| clip.times_seconds()[frame]).collect();
     Compared { frames, times_seconds, source, target }
 }

@@ -9,8 +9,10 @@ use super::{
 use crate::rig::Rig;
 
 /// Roles of the three joints of each bend.
-const KNEES: [(&str, [&str; 3]); 2] =
-    [("left_knee", ["left_thigh", "left_shin", "left_foot"]), ("right_knee", ["right_thigh", "right_shin", "right_foot"])];
+const KNEES: [(&str, [&str; 3]); 2] = [
+    ("left_knee", ["left_thigh", "left_shin", "left_foot"]),
+    ("right_knee", ["right_thigh", "right_shin", "right_foot"]),
+];
 const ELBOWS: [(&str, [&str; 3]); 2] = [
     ("left_elbow", ["left_upper_arm", "left_forearm", "left_hand"]),
     ("right_elbow", ["right_upper_arm", "right_forearm", "right_hand"]),

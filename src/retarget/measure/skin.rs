@@ -1,12 +1,12 @@
 //! The vertices of the feet, skinned in every frame: how low each part of a foot is, and how it moves over the floor.
 //!
-//! Linear blend skinning with all influences. A foot's vertices are those that its joints move by at least half. Heights need one
-//! dot product per influence, so every vertex is looked at; only where a clip is long are vertices left out that others always
-//! undercut. Everything comes out in metres.
+//! Linear blend skinning with all influences. A foot's vertices are those that its joints move by at least half. The lowest of them
+//! is found exactly, without skinning all: vertices that lie together make clusters, and a cluster that cannot reach below what was
+//! found is passed over. Everything comes out in metres.
 
-use std::collections::BTreeMap;
+use std::ops::Range;
 
-use glam::{DVec2, DVec3, swizzles::Vec3Swizzles};
+use glam::{DMat3, DVec2, DVec3, swizzles::Vec3Swizzles};
 use rayon::prelude::*;
 
 use super::motion::{CHUNK_FRAMES, Kinematics, Performer};
@@ -21,43 +21,53 @@ const SHARE_OF_FOOT: f32 = 0.5;
 const FEW_VERTICES: usize = 8;
 /// Vertices this much above the lowest one at rest can touch the floor, in leg lengths, and how many of them are followed.
 const SOLE: f64 = 0.03;
-const MAX_FOLLOWED: usize = 64;
+const MAX_FOLLOWED: usize = 24;
 /// Followed vertices this close to the lowest one touch the floor, in leg lengths.
 const TOUCH: f64 = 0.005;
-/// Directions in which the outermost vertices are kept, and steps of a weight within which vertices move alike.
-const DIRECTIONS: usize = 256;
-const WEIGHT_STEPS: f32 = 8.0;
+/// Vertices of a cluster, at most, and the size of the cells in which vertices lie together, in leg lengths.
+const CLUSTER: usize = 24;
+const CELL: f64 = 0.025;
 
 /// A part of a foot that stands by itself: heel, ball, or a paw as a whole.
 #[derive(Debug, Default)]
 struct Part {
-    /// All vertices that can be lowest.
-    lowest: Vertices,
-    /// Vertices of the sole, whose way over the floor is followed.
-    sole: Vertices,
-}
-
-/// Vertices as their joints' numbers in [`Kinematics`] and weighted positions.
-#[derive(Debug, Default)]
-struct Vertices {
-    shares: Vec<(u32, f32, DVec3)>,
+    /// All vertices.
+    clusters: Vec<Cluster>,
+    shares: Vec<Share>,
+    /// Where the shares of each vertex end.
     ends: Vec<usize>,
+    /// Vertices of the sole, whose way over the floor is followed.
+    sole: Vec<Vec<Share>>,
 }
 
-impl Vertices {
-    fn push(&mut self, influences: &[Influence], number: impl Fn(usize) -> usize) {
-        self.shares.extend(influences.iter().map(|one| {
-            #[expect(clippy::cast_possible_truncation, reason = "a joint's number")]
-            let joint = number(one.joint as usize) as u32;
-            (joint, one.weight, one.position.as_dvec3() * f64::from(one.weight))
-        }));
-        self.ends.push(self.shares.len());
-    }
+/// One joint's share of a vertex.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Share {
+    /// The joint's number in [`Kinematics`].
+    joint: usize,
+    weight: f64,
+    /// Its position in the joint's space, times the weight.
+    place: DVec3,
+}
 
-    fn each(&self) -> impl Iterator<Item = &[(u32, f32, DVec3)]> {
-        let mut begin = 0;
-        self.ends.iter().map(move |end| &self.shares[std::mem::replace(&mut begin, *end)..*end])
-    }
+/// Vertices that lie together and move with the same joints, and how far from their middle they can be.
+#[derive(Debug, Default)]
+struct Cluster {
+    vertices: Range<usize>,
+    /// The mean vertex.
+    middle: Vec<Share>,
+    /// How far a vertex is from it, in the joints' spaces.
+    radius: f64,
+    /// How much a joint's weight differs from its mean, for each share of the middle.
+    spread: Vec<f64>,
+}
+
+/// What a joint's pose means for heights: `height = row · place + height · weight`.
+#[derive(Clone, Copy, Debug, Default)]
+struct Row {
+    row: DVec3,
+    length: f64,
+    height: f64,
 }
 
 /// What is looked at on one rig.
@@ -97,9 +107,8 @@ pub(super) struct Half {
 }
 
 impl<'a> FootSkin<'a> {
-    /// Nothing where a foot has no vertices, so that both feet are measured alike. `leg` is the leg in metres, `frames` how many will
-    /// be looked at.
-    pub(super) fn find(performer: Performer<'a>, wanted: &[WantedPart], leg: f64, frames: usize) -> Option<Self> {
+    /// Nothing where a foot has no vertices, so that both feet are measured alike. `leg` is the leg in metres.
+    pub(super) fn find(performer: Performer<'a>, wanted: &[WantedPart], leg: f64) -> Option<Self> {
         let skin = &*performer.rig.scene.skin_vertices;
         if skin.is_empty() || wanted.is_empty() {
             return None;
@@ -118,13 +127,16 @@ impl<'a> FootSkin<'a> {
         joints.dedup();
         let kinematics = Kinematics::of_joints(&performer, &joints);
         let part = |vertices: &Vec<usize>| {
-            let kept = if frames > DIRECTIONS { outermost(skin, vertices) } else { vertices.clone() };
-            let mut part = Part::default();
-            kept.iter().for_each(|&vertex| part.lowest.push(skin.of(vertex), |joint| kinematics.number(joint)));
-            for vertex in sole(performer.rig, skin, vertices, leg) {
-                part.sole.push(skin.of(vertex), |joint| kinematics.number(joint));
-            }
-            part
+            let share = |one: &Influence| Share {
+                joint: kinematics.number(one.joint as usize),
+                weight: f64::from(one.weight),
+                place: one.position.as_dvec3() * f64::from(one.weight),
+            };
+            let shares = |vertex: usize| skin.of(vertex).iter().map(share).collect::<Vec<Share>>();
+            let place = |vertex: usize| skin.place(vertex, &performer.rig.rest) * performer.rig.unit_metres;
+            let sole = sole(performer.rig, skin, vertices, leg);
+            let vertices = vertices.iter().map(|&vertex| (shares(vertex), place(vertex))).collect();
+            Part { sole: sole.into_iter().map(shares).collect(), ..Part::of(vertices, CELL * leg) }
         };
         let parts = chosen.iter().map(part).collect();
         Some(Self { performer, kinematics, parts, leg })
@@ -138,7 +150,9 @@ impl<'a> FootSkin<'a> {
             .map(|(chunk, own)| self.follow_chunk(own, frames.get((chunk + 1) * CHUNK_FRAMES).copied()))
             .collect();
         let mut tracks: Vec<PartTrack> = self.parts.iter().map(|_| PartTrack::default()).collect();
-        for (track, part) in chunks.into_iter().flat_map(|chunk| chunk.into_iter().enumerate().map(|(part, track)| (track, part))) {
+        for (track, part) in
+            chunks.into_iter().flat_map(|chunk| chunk.into_iter().enumerate().map(|(part, track)| (track, part)))
+        {
             tracks[part].heights.extend(track.heights);
             tracks[part].steps.extend(track.steps);
         }
@@ -150,21 +164,27 @@ impl<'a> FootSkin<'a> {
         let rig = self.performer.rig;
         let (unit, up) = (rig.unit_metres, rig.up());
         let mut model = vec![Transform::IDENTITY; self.kinematics.len()];
-        let mut rows = vec![(DVec3::ZERO, 0.0); self.kinematics.len()];
+        let mut rows = vec![Row::default(); self.kinematics.len()];
+        let mut turns = vec![DMat3::IDENTITY; self.kinematics.len()];
+        let mut lowest: Vec<usize> = vec![0; self.parts.len()];
         let mut tracks: Vec<PartTrack> = self.parts.iter().map(|_| PartTrack::default()).collect();
         let mut before: Vec<Vec<DVec3>> = Vec::new();
         for frame in frames.iter().copied().chain(next) {
             self.kinematics.pose(frame, &mut model);
-            for (row, joint) in rows.iter_mut().zip(&model) {
-                *row = (joint.rotation.conjugate() * up * joint.scale, joint.translation.dot(up));
+            for ((row, turn), joint) in rows.iter_mut().zip(&mut turns).zip(&model) {
+                let along = joint.rotation.conjugate() * up * joint.scale;
+                *row = Row { row: along, length: along.length(), height: joint.translation.dot(up) };
+                *turn = DMat3::from_quat(joint.rotation) * DMat3::from_diagonal(joint.scale);
             }
             let mut now: Vec<Vec<DVec3>> = Vec::with_capacity(self.parts.len());
-            for (part, track) in self.parts.iter().zip(&mut tracks) {
-                if track.heights.len() < frames.len() && !part.lowest.ends.is_empty() {
+            for ((part, track), first) in self.parts.iter().zip(&mut tracks).zip(&mut lowest) {
+                if track.heights.len() < frames.len() && !part.clusters.is_empty() {
+                    let height;
+                    (height, *first) = part.lowest(&rows, *first);
                     #[expect(clippy::cast_possible_truncation, reason = "metres")]
-                    track.heights.push((part.lowest_height(&rows) * unit) as f32);
+                    track.heights.push((height * unit) as f32);
                 }
-                now.push(part.places(&model).map(|place| rig.work_from_scene * place * unit).collect());
+                now.push(part.places(&model, &turns).map(|place| rig.work_from_scene * place * unit).collect());
             }
             for ((track, before), now) in tracks.iter_mut().zip(&before).zip(&now) {
                 track.steps.extend(step(before, now, TOUCH * self.leg));
@@ -176,26 +196,103 @@ impl<'a> FootSkin<'a> {
 }
 
 impl Part {
-    fn lowest_height(&self, rows: &[(DVec3, f64)]) -> f64 {
-        let height = |shares: &[(u32, f32, DVec3)]| {
-            let share = |(joint, weight, position): &(u32, f32, DVec3)| {
-                let (row, height) = &rows[*joint as usize];
-                row.dot(*position) + height * f64::from(*weight)
-            };
-            shares.iter().map(share).sum::<f64>()
-        };
-        self.lowest.each().map(height).fold(f64::INFINITY, f64::min)
+    /// Of vertices with their places at rest, and the size of a cell.
+    fn of(vertices: Vec<(Vec<Share>, DVec3)>, cell: f64) -> Self {
+        let joints = |shares: &[Share]| shares.iter().map(|share| share.joint).collect::<Vec<usize>>();
+        #[expect(clippy::cast_possible_truncation, reason = "a few cells")]
+        let cell_of = |place: DVec3| (place / cell.max(1e-9)).floor().to_array().map(|number| number as i64);
+        let mut keyed: Vec<_> =
+            vertices.into_iter().map(|(shares, place)| ((joints(&shares), cell_of(place)), shares)).collect();
+        keyed.sort_by(|first, second| first.0.cmp(&second.0));
+        let mut part = Self::default();
+        let mut begin = 0;
+        for index in 0..keyed.len() {
+            part.shares.extend(&keyed[index].1);
+            part.ends.push(part.shares.len());
+            // Clusters may go on in the next cell, as cells may hold few vertices.
+            let goes_on = keyed.get(index + 1).is_some_and(|next| {
+                let is_near = next.0.1[0] == keyed[begin].0.1[0] && next.0.1[1] == keyed[begin].0.1[1];
+                next.0.0 == keyed[begin].0.0 && is_near && index + 1 - begin < CLUSTER
+            });
+            if !goes_on {
+                let own: Vec<&[Share]> = keyed[begin..=index].iter().map(|(_, shares)| shares.as_slice()).collect();
+                part.clusters.push(Cluster::of(&own, begin..index + 1));
+                begin = index + 1;
+            }
+        }
+        part
     }
 
-    fn places<'m>(&self, model: &'m [Transform]) -> impl Iterator<Item = DVec3> + use<'m, '_> {
-        self.sole.each().map(|shares| {
-            let place = |(joint, weight, position): &(u32, f32, DVec3)| {
-                let joint = &model[*joint as usize];
-                joint.rotation * (joint.scale * *position) + joint.translation * f64::from(*weight)
-            };
+    fn vertex(&self, vertex: usize) -> &[Share] {
+        let begin = if vertex == 0 { 0 } else { self.ends[vertex - 1] };
+        &self.shares[begin..self.ends[vertex]]
+    }
+
+    /// The height of the lowest vertex, and its cluster. `first` is the cluster that is looked at first, best where it was lowest in the
+    /// frame before.
+    fn lowest(&self, rows: &[Row], first: usize) -> (f64, usize) {
+        let mut found = (f64::INFINITY, first);
+        for index in std::iter::once(first).chain((0..self.clusters.len()).filter(|index| *index != first)) {
+            let cluster = &self.clusters[index];
+            if cluster.lower_bound(rows) >= found.0 {
+                continue;
+            }
+            for vertex in cluster.vertices.clone() {
+                let height = height(self.vertex(vertex), rows);
+                if height < found.0 {
+                    found = (height, index);
+                }
+            }
+        }
+        found
+    }
+
+    fn places<'m>(&self, model: &'m [Transform], turns: &'m [DMat3]) -> impl Iterator<Item = DVec3> + use<'m, '_> {
+        self.sole.iter().map(|shares| {
+            let place =
+                |share: &Share| turns[share.joint] * share.place + model[share.joint].translation * share.weight;
             shares.iter().map(place).sum()
         })
     }
+}
+
+impl Cluster {
+    /// Of vertices with the same joints in the same order.
+    fn of(vertices: &[&[Share]], range: Range<usize>) -> Self {
+        let count = vertices.len() as f64;
+        let mean = |index: usize| Share {
+            joint: vertices[0][index].joint,
+            weight: vertices.iter().map(|shares| shares[index].weight).sum::<f64>() / count,
+            place: vertices.iter().map(|shares| shares[index].place).sum::<DVec3>() / count,
+        };
+        let middle: Vec<Share> = (0..vertices[0].len()).map(mean).collect();
+        let distance = |shares: &&[Share]| {
+            shares.iter().zip(&middle).map(|(own, mean)| own.place.distance(mean.place)).sum::<f64>()
+        };
+        let radius = vertices.iter().map(distance).fold(0.0, f64::max);
+        let spread = |index: usize| {
+            vertices.iter().map(|shares| (shares[index].weight - middle[index].weight).abs()).fold(0.0, f64::max)
+        };
+        let spread = (0..middle.len()).map(spread).collect();
+        Self { vertices: range, middle, radius, spread }
+    }
+
+    /// No vertex is lower. Weights sum up to 1, so that their differences count by how far apart the joints are in height.
+    fn lower_bound(&self, rows: &[Row]) -> f64 {
+        let first = rows[self.middle[0].joint];
+        let (mut reach, mut apart) = (0.0_f64, 0.0);
+        for (share, spread) in self.middle.iter().zip(&self.spread) {
+            let row = rows[share.joint];
+            reach = reach.max(row.length);
+            apart += spread * (row.height - first.height).abs();
+        }
+        height(&self.middle, rows) - self.radius * reach - apart
+    }
+}
+
+fn height(shares: &[Share], rows: &[Row]) -> f64 {
+    let share = |share: &Share| rows[share.joint].row.dot(share.place) + rows[share.joint].height * share.weight;
+    shares.iter().map(share).sum()
 }
 
 /// How the vertices that touch the floor move over it on the whole, so that a foot which turns on the spot does not slide.
@@ -209,7 +306,8 @@ fn step(before: &[DVec3], now: &[DVec3], touch: f64) -> Option<DVec2> {
         (count > 0).then(|| sum / f64::from(count))
     };
     // Where the foot rolls on so fast that no vertex touches in both frames, it is what touched.
-    steps(&|before, now| before.y <= low_before && now.y <= low_now).or_else(|| steps(&|before, _| before.y <= low_before))
+    steps(&|before, now| before.y <= low_before && now.y <= low_now)
+        .or_else(|| steps(&|before, _| before.y <= low_before))
 }
 
 impl WantedPart {
@@ -245,101 +343,62 @@ fn sole(rig: &Rig<'_>, skin: &SkinVertices, vertices: &[usize], leg: f64) -> Vec
     let height = |vertex: usize| skin.place(vertex, &rig.rest).dot(rig.up()) * rig.unit_metres;
     let heights: Vec<f64> = vertices.iter().map(|&vertex| height(vertex)).collect();
     let most = heights.iter().copied().fold(f64::INFINITY, f64::min) + SOLE * leg;
-    let low: Vec<usize> = vertices.iter().zip(heights).filter(|(_, height)| *height <= most).map(|(vertex, _)| *vertex).collect();
+    let low: Vec<usize> =
+        vertices.iter().zip(heights).filter(|(_, height)| *height <= most).map(|(vertex, _)| *vertex).collect();
     let count = low.len().min(MAX_FOLLOWED);
     (0..count).map(|index| low[low.len() * index / count]).collect()
 }
 
-/// Vertices of which one may be the lowest, whichever way the foot is turned: of those that move alike, the outermost ones in
-/// evenly spread directions.
-fn outermost(skin: &SkinVertices, vertices: &[usize]) -> Vec<usize> {
-    let mut alike: BTreeMap<Vec<(u32, u8)>, Vec<usize>> = BTreeMap::new();
-    for &vertex in vertices {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share from 0 to 1")]
-        let share = |one: &Influence| (one.joint, (one.weight * WEIGHT_STEPS).round() as u8);
-        let mut key: Vec<(u32, u8)> = skin.of(vertex).iter().map(share).filter(|(_, share)| *share > 0).collect();
-        key.sort_unstable();
-        alike.entry(key).or_default().push(vertex);
-    }
-    let directions: Vec<DVec3> = (0..DIRECTIONS).map(direction).collect();
-    let mut kept = Vec::new();
-    for (key, vertices) in alike {
-        let heaviest = key.iter().max_by_key(|(_, share)| *share).map(|(joint, _)| *joint);
-        if vertices.len() <= DIRECTIONS {
-            kept.extend(vertices);
-            continue;
-        }
-        let place = |vertex: usize| {
-            let own = skin.of(vertex).iter().find(|one| Some(one.joint) == heaviest);
-            own.map_or(DVec3::ZERO, |one| one.position.as_dvec3())
-        };
-        let places: Vec<DVec3> = vertices.iter().map(|&vertex| place(vertex)).collect();
-        let mut outer: Vec<usize> = directions
-            .iter()
-            .filter_map(|direction| {
-                let far = places.iter().map(|place| place.dot(*direction)).enumerate();
-                far.max_by(|first, second| first.1.total_cmp(&second.1)).map(|(index, _)| vertices[index])
-            })
-            .collect();
-        outer.sort_unstable();
-        outer.dedup();
-        kept.extend(outer);
-    }
-    kept.sort_unstable();
-    kept
-}
-
-/// Directions spread evenly over the sphere, on a spiral.
-fn direction(index: usize) -> DVec3 {
-    let height = 1.0 - (2 * index + 1) as f64 / DIRECTIONS as f64;
-    let turn = index as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-    let radius = (1.0 - height * height).sqrt();
-    DVec3::new(radius * turn.cos(), height, radius * turn.sin())
-}
-
 #[cfg(test)]
 mod tests {
-    use glam::{DQuat, Vec3};
+    use glam::DQuat;
 
     use super::*;
 
     #[test]
-    fn what_is_left_out_is_never_lowest_by_much() {
-        // A foot as two rounded boxes 26 cm long that bend at the ball, with thousands of vertices.
-        let mut skin = SkinVertices::default();
-        let mut all = Vec::new();
-        for index in 0..6000_usize {
-            let spread = direction(index * 7 % DIRECTIONS) * (0.9 + 0.1 * (index as f64 * 0.37).sin());
-            let place = (spread * DVec3::new(0.045, 0.03, 0.13)).as_vec3() + Vec3::new(0.0, 0.0, (index % 13) as f32 * 1e-3);
-            #[expect(clippy::cast_possible_truncation, reason = "a weight")]
-            let toe = ((f64::from(place.z) - 0.03) / 0.06).clamp(0.0, 1.0) as f32;
-            let mut influences = vec![
-                Influence { joint: 0, weight: 1.0 - toe, position: place },
-                Influence { joint: 1, weight: toe, position: place - Vec3::new(0.0, 0.0, 0.06) },
-            ];
-            skin.push(&mut influences, true);
-            all.push(index);
+    fn the_lowest_of_all_vertices_is_found() {
+        // A foot 26 cm long that bends at the ball, with thousands of vertices, and a shin above it.
+        let mut vertices = Vec::new();
+        for index in 0..4000_usize {
+            let (turn, along) = (index as f64 * 2.399, (index % 97) as f64 / 97.0);
+            let place = DVec3::new(0.045 * turn.cos(), 0.03 * turn.sin(), 0.26 * along - 0.06);
+            let toe = ((place.z - 0.1) / 0.06).clamp(0.0, 1.0);
+            let shin = (-place.z * 4.0).clamp(0.0, 0.2);
+            let share =
+                |joint: usize, weight: f64, origin: DVec3| Share { joint, weight, place: (place - origin) * weight };
+            let mut shares = vec![share(0, 1.0 - toe - shin, DVec3::ZERO)];
+            shares.extend((toe > 0.0).then(|| share(1, toe, DVec3::Z * 0.13)));
+            shares.extend((shin > 0.0).then(|| share(2, shin, DVec3::Y * 0.4)));
+            vertices.push((shares, place));
         }
-        let kept = outermost(&skin, &all);
-        assert!(kept.len() < all.len() / 2, "most are left out: {}", kept.len());
-        let lowest = |vertices: &[usize], pose: &[Transform; 2]| {
-            let height = |one: &Influence| pose[one.joint as usize].transform_point(one.position.as_dvec3()).y * f64::from(one.weight);
-            vertices.iter().map(|&vertex| skin.of(vertex).iter().map(height).sum::<f64>()).fold(f64::INFINITY, f64::min)
-        };
-        for index in 0..DIRECTIONS {
-            let rotation = DQuat::from_rotation_arc(DVec3::Y, direction(index));
-            let foot = Transform { rotation, ..Transform::IDENTITY };
-            let bend = DQuat::from_rotation_x((index % 60) as f64 * -0.01);
-            let toe = foot.then_child(&Transform { rotation: bend, ..Transform::from_translation(DVec3::Z * 0.06) });
-            let pose = [foot, toe];
-            let off = lowest(&kept, &pose) - lowest(&all, &pose);
-            assert!((0.0..0.001).contains(&off), "{off} m in direction {index}");
+        let part = Part::of(vertices, CELL);
+        assert_eq!(part.ends.len(), 4000, "all are kept");
+        let mut first = 0;
+        for index in 0..500 {
+            let angle = f64::from(index) * 0.05;
+            let foot = DQuat::from_euler(glam::EulerRot::XYZ, angle, 0.3 * angle, (2.0 * angle).sin());
+            let toe = foot * DQuat::from_rotation_x(-0.6 * angle.sin().abs());
+            let shin = DQuat::from_rotation_x(0.4 * angle.cos());
+            let row = |turn: DQuat, height: f64| {
+                let row = turn.conjugate() * DVec3::Y;
+                Row { row, length: row.length(), height }
+            };
+            let rows = [row(foot, 0.1), row(toe, 0.1 + (foot * DVec3::Z).y * 0.13), row(shin, 0.5)];
+            let all = (0..4000).map(|vertex| height(part.vertex(vertex), &rows)).fold(f64::INFINITY, f64::min);
+            let found;
+            (found, first) = part.lowest(&rows, first);
+            assert!((found - all).abs() < 1e-12, "pose {index}: {found} where {all} is lowest");
         }
     }
 
     #[test]
     fn a_foot_that_turns_on_the_spot_does_not_slide() {
-        let corners = [DVec3::new(0.1, 0.0, 0.1), DVec3::new(-0.1, 0.0, 0.1), DVec3::new(0.1, 0.0, -0.1), DVec3::new(-0.1, 0.0, -0.1)];
+        let corners = [
+            DVec3::new(0.1, 0.0, 0.1),
+            DVec3::new(-0.1, 0.0, 0.1),
+            DVec3::new(0.1, 0.0, -0.1),
+            DVec3::new(-0.1, 0.0, -0.1),
+        ];
         let turned = corners.map(|corner| DQuat::from_rotation_y(0.2) * corner);
         assert!(step(&corners, &turned, 0.005).expect("it touches").length() < 1e-12, "turned");
         let moved = corners.map(|corner| corner + DVec3::X * 0.01);

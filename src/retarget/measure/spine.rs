@@ -30,7 +30,8 @@ impl Spine {
         let mut side = |performer: &Performer<'_>, is_target: bool| {
             let links = line(performer.rig).into_iter().map(|(role, joint)| {
                 let to_work = performer.rig.work_from_scene;
-                let [measured, own] = [performer.rest, &performer.rig.rest].map(|pose| pose.transforms()[joint].rotation);
+                let [measured, own] =
+                    [performer.rest, &performer.rig.rest].map(|pose| pose.transforms()[joint].rotation);
                 let aligned = to_work * measured * own.conjugate() * to_work.conjugate();
                 Link { role, joint, turn: wanted.own_turn(is_target, joint), aligned }
             });
@@ -47,7 +48,8 @@ impl Spine {
             .map(|frame| (1..spine.source.len()).map(|joint| bend(&spine.source, &compared.source, frame, joint)).sum())
             .collect();
         let series = |joint: usize| {
-            let beyond = |frame: usize| (bend(&spine.target, &compared.target, frame, joint) - of_source[frame]).max(0.0);
+            let beyond =
+                |frame: usize| (bend(&spine.target, &compared.target, frame, joint) - of_source[frame]).max(0.0);
             let Link { role, joint: index, .. } = spine.target[joint];
             let place = spine.target[..=joint].iter().filter(|link| link.role == role).count();
             let part = if place > 1 { format!("{role} {place}") } else { role.to_owned() };

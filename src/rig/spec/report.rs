@@ -102,13 +102,13 @@ pub enum MetricName {
     FloorFloat,
     /// 1 − F1 of the target's own foot contacts against the source's, frame by frame.
     ContactDisagreement,
-    /// Angle between the directions of a source limb and a target limb; 95th percentile over limbs and frames.
+    /// Angle between the directions of a source limb and a target limb; 95th percentile over frames, of the worst limb.
     LimbDirection,
     /// Difference of the turn about a limb's own axis since the rest pose, hands and feet included; 95th percentile
-    /// over limbs and frames.
+    /// over frames, of the worst limb.
     LimbTwist,
-    /// Difference of the turn of pelvis, head, hands and feet since the rest pose; 95th percentile over joints and
-    /// frames.
+    /// Difference of the turn of pelvis, head, hands and feet since the rest pose; 95th percentile over frames,
+    /// of the worst joint.
     EndOrientation,
     /// Mean jerk over mean speed, target over source: of hands and feet as seen from the start of their limbs, the head from the
     /// pelvis, and the pelvis in the world; 1 is as smooth as the source.
@@ -244,31 +244,31 @@ const METRICS: [MetricInfo; 25] = [
         metric: MetricName::LimbDirection,
         name: "limb_direction",
         unit: "degrees",
-        threshold: Threshold { warn_above: 5.0, fail_above: 15.0 },
+        threshold: Threshold { warn_above: 8.0, fail_above: 20.0 },
         absolute_warn_above: None,
         forgives_source: false,
         weight: 2.0,
-        about: "angle between the directions of a source limb and a target limb; 95th percentile over limbs and frames",
+        about: "angle between the directions of a source limb and a target limb; 95th percentile over frames, of the worst limb",
     },
     MetricInfo {
         metric: MetricName::LimbTwist,
         name: "limb_twist",
         unit: "degrees",
-        threshold: Threshold { warn_above: 10.0, fail_above: 30.0 },
+        threshold: Threshold { warn_above: 12.0, fail_above: 30.0 },
         absolute_warn_above: None,
         forgives_source: false,
         weight: 1.0,
-        about: "difference of the turn about a limb's own axis since the rest pose, hands and feet included; 95th percentile over limbs and frames",
+        about: "difference of the turn about a limb's own axis since the rest pose, hands and feet included; 95th percentile over frames, of the worst limb",
     },
     MetricInfo {
         metric: MetricName::EndOrientation,
         name: "end_orientation",
         unit: "degrees",
-        threshold: Threshold { warn_above: 10.0, fail_above: 30.0 },
+        threshold: Threshold { warn_above: 12.0, fail_above: 30.0 },
         absolute_warn_above: None,
         forgives_source: false,
         weight: 1.0,
-        about: "difference of the turn of pelvis, head, hands and feet since the rest pose; 95th percentile over joints and frames",
+        about: "difference of the turn of pelvis, head, hands and feet since the rest pose; 95th percentile over frames, of the worst joint",
     },
     MetricInfo {
         metric: MetricName::JerkRatio,
@@ -425,7 +425,7 @@ const METRICS: [MetricInfo; 25] = [
         metric: MetricName::SelfPenetration,
         name: "self_penetration",
         unit: "cm",
-        threshold: Threshold { warn_above: 3.0, fail_above: 8.0 },
+        threshold: Threshold { warn_above: 5.0, fail_above: 15.0 },
         absolute_warn_above: None,
         forgives_source: false,
         weight: 1.0,

@@ -80,7 +80,9 @@ impl Collector<'_> {
             let Some(mesh) = node.get("mesh")? else { continue };
             let joint = self.graph.joint_of_node[index];
             let Some(skin) = node.get("skin")? else {
-                rigid.extend(mesh.index(mesh_count, "meshes").ok().filter(|_| is_carried[joint]).map(|mesh| (joint, mesh)));
+                rigid.extend(
+                    mesh.index(mesh_count, "meshes").ok().filter(|_| is_carried[joint]).map(|mesh| (joint, mesh)),
+                );
                 continue;
             };
             let skin = skin.index(self.skins.skins.len(), "skins")?;
