@@ -50,6 +50,9 @@ fn retarget(arguments: &Arguments) -> Result<(), Exit> {
 
 fn tell_success(arguments: &Arguments, outcome: &Outcome) {
     let counts = &outcome.report.counts;
+    if let Some(measures) = &outcome.report.measures {
+        say(format_args!("verdict: {}: {}", measures.verdict.name(), one_line(&measures.verdict_reason)));
+    }
     say(format_args!(
         "wrote {}: {} frames, {} of {} target joints driven, {:.2} s",
         arguments.outputs.names(),
@@ -58,7 +61,4 @@ fn tell_success(arguments: &Arguments, outcome: &Outcome) {
         counts.target_joints,
         outcome.report.timings.total_seconds
     ));
-    if let Some(measures) = &outcome.report.measures {
-        say(format_args!("verdict: {}: {}", measures.verdict.name(), one_line(&measures.verdict_reason)));
-    }
 }

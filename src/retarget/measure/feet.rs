@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     body::Size,
-    contacts::{Standing, find_standing, intervals},
+    contacts::{HEIGHT_ON, Standing, find_standing, intervals},
     metric::{Finding, Reading, Series, rounded},
     motion::{Anchor, Both, Compared, Performer, Wanted},
     skin::{FootSkin, Half, PartTrack, WantedPart},
@@ -382,48 +382,57 @@ impl Feet {
 
     /// While the source's foot stands: the lowest of the mesh of the whole foot, else each point of the sole.
     fn float(&self, bearing: &[&Traced<'_>], compared: &Compared) -> Finding {
-        let is_still = |traced: &Traced<'_>, frame: usize| traced.standing.source.is_still[frame];
-        let lows =
-            self.lowest(bearing.iter().copied(), false).into_iter().map(|series| series.values).collect::<Vec<_>>();
-        let source_floor = usual_low(&lows) * self.legs.source / CENTIMETRES;
-        let off = |traced: &Traced<'_>, is_target: bool| -> Vec<f64> {
-            let (leg, is_skinned) = if is_target {
-                (self.legs.target, traced.skin.target.is_some())
-            } else {
-                (self.legs.source, traced.skin.source.is_some())
-            };
-            let of_foot: Vec<&Traced<'_>> =
-                bearing.iter().copied().filter(|other| is_skinned && other.point.part == traced.point.part).collect();
-            let height = |frame: usize| {
-                if of_foot.is_empty() && is_target {
-                    return traced.height(true, frame);
-                }
-                if of_foot.is_empty() {
-                    return traced.positions.source[frame].y - traced.standing.source.level;
-                }
-                let lowest = of_foot.iter().map(|other| other.height(is_target, frame)).fold(f64::INFINITY, f64::min);
-                lowest - if is_target { 0.0 } else { source_floor }
-            };
-            (0..compared.len())
-                .map(
-                    |frame| {
-                        if is_still(traced, frame) { (height(frame) / leg * CENTIMETRES).max(0.0) } else { f64::NAN }
-                    },
-                )
-                .collect()
+        let is_skinned = bearing.iter().any(|traced| traced.skin.target.is_some());
+        let off: Vec<(Vec<f64>, Vec<f64>)> = if is_skinned {
+            self.feet_off(bearing, compared)
+        } else {
+            bearing.iter().map(|traced| self.points_off(traced, compared)).collect()
         };
-        let own: Vec<Series> = bearing
-            .iter()
-            .map(|traced| Series {
-                part: format!("{} {}", traced.point.part, traced.point.name),
-                joint: traced.point.joint,
-                values: off(traced, true),
-            })
-            .collect();
-        let sources = bearing.iter().flat_map(|traced| off(traced, false));
-        let mut source: Vec<f64> = sources.filter(|value| value.is_finite()).collect();
+        let series = |(traced, (own, _)): (&&Traced<'_>, &(Vec<f64>, Vec<f64>))| Series {
+            part: format!("{} {}", traced.point.part, traced.point.name),
+            joint: traced.point.joint,
+            values: own.clone(),
+        };
+        let own: Vec<Series> = bearing.iter().zip(&off).map(series).collect();
+        let mut source: Vec<f64> =
+            off.into_iter().flat_map(|(_, source)| source).filter(|value| value.is_finite()).collect();
         let reading = Reading::of_series(&own, &compared.frames.indices, 0.95).ok_or(NO_CONTACT)?;
         Ok(reading.with_source(percentile(&mut source, 0.95)))
+    }
+
+    /// The height of a point of the sole while it stands on the source, of the target and of the source.
+    fn points_off(&self, traced: &Traced<'_>, compared: &Compared) -> (Vec<f64>, Vec<f64>) {
+        let off = |is_target: bool, leg: f64| {
+            let height = |frame: usize| match traced.standing.source.is_still[frame] {
+                true => (traced.height(is_target, frame) / leg * CENTIMETRES).max(0.0),
+                false => f64::NAN,
+            };
+            (0..compared.len()).map(height).collect()
+        };
+        (off(true, self.legs.target), off(false, self.legs.source))
+    }
+
+    /// The height of the lowest vertex of the foot while a point of it stands on the source. A point that is as slow and as high as it
+    /// often is, such as a raised heel, does not say that the foot is on the floor: the source's foot must be as low as its feet
+    /// usually are.
+    fn feet_off(&self, bearing: &[&Traced<'_>], compared: &Compared) -> Vec<(Vec<f64>, Vec<f64>)> {
+        let of_source = self.lowest(bearing.iter().copied(), false);
+        let of_target = self.lowest(bearing.iter().copied(), true);
+        let floor = usual_low(&of_source.iter().map(|foot| foot.values.clone()).collect::<Vec<_>>());
+        let foot = |feet: &[Series], part: &str| feet.iter().position(|foot| foot.part == part).unwrap_or(0);
+        let off = |traced: &&Traced<'_>| {
+            let index = foot(&of_source, &traced.point.part);
+            let (source, target) = (&of_source[index].values, &of_target[index].values);
+            let stands = |frame: &usize| {
+                traced.standing.source.is_still[*frame] && source[*frame] - floor <= HEIGHT_ON * CENTIMETRES
+            };
+            let heights = |values: &[f64], floor: f64| {
+                let height = |frame: usize| if stands(&frame) { (values[frame] - floor).max(0.0) } else { f64::NAN };
+                (0..compared.len()).map(height).collect::<Vec<f64>>()
+            };
+            (heights(target, 0.0), heights(source, floor))
+        };
+        bearing.iter().map(off).collect()
     }
 }
 

@@ -391,9 +391,12 @@ fn disagreements(measures: &Measures, found: &Found, knows_rest: bool) -> Vec<St
 fn the_report_says_what_a_judge_of_its_own_sees() {
     let mut wrong = Vec::new();
     let mut pairs = 0;
-    for source in SOURCES.iter().filter_map(|path| corpus_file(path)).map(|path| Figure::read(&path)) {
+    for (index, path) in SOURCES.iter().enumerate() {
+        let Some(source) = corpus_file(path).map(|path| Figure::read(&path)) else { continue };
+        // Rotations alone leave feet in the floor; one source with and one without a mesh shows it.
+        let configs: &[&str] = if index % 3 == 0 { &["{}", PLAIN] } else { &["{}"] };
         for target in TARGETS.iter().filter_map(|path| corpus_file(path)).map(|path| Figure::read(&path)) {
-            for config in ["{}", PLAIN] {
+            for config in configs {
                 let from = (source.file_name.as_str(), source.bytes.as_slice());
                 let outcome = retargeted(from, (&target.file_name, &target.bytes), config, &[Format::Glb]);
                 let found = Found::of(&source, &target, &outcome.outputs[0].bytes);

@@ -66,16 +66,21 @@ fn soles_of_a_mesh_are_what_is_in_the_floor() {
 #[test]
 fn a_depth_that_the_source_has_too_is_a_warning() {
     let scene = shod(0.0);
-    let sunk = clip(&scene.skeleton, 30, |frame, pose| {
-        if frame >= 20 {
-            move_root(pose, DVec3::Y * (-0.04 * leg(&scene)));
-        }
-    });
-    let measures = measured(&scene, &sunk, &sunk, ReportDetail::Full);
-    let metric = &measures.metrics[&MetricName::FloorPenetration];
+    let sunk_from = |first: usize| {
+        clip(&scene.skeleton, 100, |frame, pose| {
+            if frame >= first {
+                move_root(pose, DVec3::Y * (-0.04 * leg(&scene)));
+            }
+        })
+    };
+    let briefly = measured(&scene, &sunk_from(97), &sunk_from(97), ReportDetail::Full);
+    let metric = &briefly.metrics[&MetricName::FloorPenetration];
     assert_eq!(metric.verdict, Verdict::Warn, "4 cm are seen, whoever is to blame: {metric:?}");
     close(metric.absolute_value.expect("the deepest"), 4.0, 1e-3, "at most");
-    assert!(measures.verdict_reason.contains("floor_penetration"), "{}", measures.verdict_reason);
+    assert!(briefly.verdict_reason.contains("floor_penetration"), "{}", briefly.verdict_reason);
+    let always = measured(&scene, &sunk_from(0), &sunk_from(0), ReportDetail::Full);
+    let metric = &always.metrics[&MetricName::FloorPenetration];
+    assert_eq!(metric.verdict, Verdict::Fail, "a source that is off as a whole is no excuse: {metric:?}");
 }
 
 #[test]
@@ -151,7 +156,7 @@ fn a_pelvis_that_sways_to_and_fro_is_told() {
     };
     let sway = |result: &Clip| value(&measured(&scene, walk, result, ReportDetail::Full), MetricName::PelvisSway);
     close(sway(walk), 0.0, 1e-3, "the walk itself");
-    close(sway(&swaying(6.0)), 6.0, 0.6, "twice a second");
+    close(sway(&swaying(6.0)), 6.0, 1.0, "twice a second");
 }
 
 #[test]
