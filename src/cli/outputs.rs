@@ -9,7 +9,7 @@ use crate::{
 };
 
 use super::{
-    exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED, one_line, say, to_json},
+    exit::{BAD_USAGE, Exit, FAILED, one_line, say, to_json},
     files::{StagedFiles, check_place},
 };
 
@@ -25,7 +25,7 @@ pub(super) struct OutputArguments {
     /// Show a progress bar even on a dumb terminal; other terminals show it anyway, pipes never
     #[arg(long)]
     pub(super) progress: bool,
-    /// Treat every warning as an error
+    /// Write nothing and fail where there is a warning, or where a measure of the report fails; as "strict": true in the config
     #[arg(long)]
     strict: bool,
 }
@@ -97,13 +97,13 @@ pub(super) fn write_results(
     staged.commit()
 }
 
-/// Refuses results with warnings where the user wants none.
+/// Refuses what `strict` in the config refuses: results with warnings, and with measures that fail.
 pub(super) fn check_strict(strict: bool, outcome: &Outcome) -> Result<(), Exit> {
-    if !strict || outcome.report.warnings.is_empty() {
+    if !strict {
         return Ok(());
     }
-    let message = format!("--strict: there are {} warnings, so nothing was written", outcome.report.warnings.len());
-    Err(Exit::new(INPUT_REFUSED, message, "mend what the warnings name, or leave out --strict"))
+    engine::check_strict(&outcome.report.warnings, outcome.report.measures.as_ref())
+        .map_err(|failure| Exit::from_failure(&failure, ""))
 }
 
 /// The format that a file name's ending stands for, where it can be written.

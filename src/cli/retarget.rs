@@ -10,7 +10,7 @@ use crate::{
 };
 
 use super::{
-    exit::{Exit, say},
+    exit::{Exit, one_line, say},
     inputs::InputPaths,
     outputs::OutputArguments,
     watch::{ProgressWatch, cancel_on_interrupt},
@@ -50,6 +50,9 @@ fn retarget(arguments: &Arguments) -> Result<(), Exit> {
 
 fn tell_success(arguments: &Arguments, outcome: &Outcome) {
     let counts = &outcome.report.counts;
+    if let Some(measures) = &outcome.report.measures {
+        say(format_args!("verdict: {}: {}", measures.verdict.name(), one_line(&measures.verdict_reason)));
+    }
     say(format_args!(
         "wrote {}: {} frames, {} of {} target joints driven, {:.2} s",
         arguments.outputs.names(),

@@ -20,7 +20,7 @@ use super::{
     load::load,
     mixups,
     provenance::Provenance,
-    retarget::{Written, facts, joint_count, strict_failure, wanted_outputs, write_outputs},
+    retarget::{Written, check_strict, facts, joint_count, wanted_outputs, write_outputs},
 };
 
 /// Above this share of the figure's size, a rig whose two halves differ is worth a word.
@@ -113,8 +113,8 @@ pub(super) fn edit_by(
         &mut reporter,
     )?;
     let warnings: Vec<WarningView> = reporter.into_warnings().into_iter().map(WarningView::from).collect();
-    if spec.strict && !warnings.is_empty() {
-        return Err(strict_failure(&warnings));
+    if spec.strict {
+        check_strict(&warnings, None)?;
     }
     let joints = joint_count(&loaded.scene);
     let animated = |tracks: &&JointTracks| {

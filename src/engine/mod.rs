@@ -55,7 +55,7 @@ pub use propose::{
     DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose, propose_with,
 };
 pub use report_page::report_page;
-pub use retarget::{retarget, retarget_with};
+pub use retarget::{check_strict, retarget, retarget_with};
 pub use tune::{TunedParameter, Tuning};
 
 // The words that callers need to speak with the engine; the service half sees the pure half through this door only.

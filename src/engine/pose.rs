@@ -19,7 +19,7 @@ use super::{
     files::{in_config, in_config_or},
     load::{Loaded, load},
     provenance::engine,
-    retarget::{Wanted, facts, joint_count, strict_failure, wanted_outputs},
+    retarget::{Wanted, check_strict, facts, joint_count, wanted_outputs},
 };
 
 /// Rotations closer than this are the same, as one minus the cosine of half the angle.
@@ -79,8 +79,8 @@ pub(super) fn pose(
         control.advance(1);
     }
     let warnings: Vec<WarningView> = reporter.into_warnings().into_iter().map(WarningView::from).collect();
-    if spec.strict && !warnings.is_empty() {
-        return Err(strict_failure(&warnings));
+    if spec.strict {
+        check_strict(&warnings, None)?;
     }
     let counts = Counts {
         frames: 1,

@@ -128,11 +128,8 @@ pub fn retarget_with(
         &mut reporter,
     )?;
     let warnings: Vec<WarningView> = reporter.into_warnings().into_iter().map(WarningView::from).collect();
-    if spec.strict && !warnings.is_empty() {
-        return Err(strict_failure(&warnings));
-    }
-    if let Some(failed) = measures.as_ref().filter(|measures| spec.strict && measures.verdict == Verdict::Fail) {
-        return Err(strict_measures_failure(failed));
+    if spec.strict {
+        check_strict(&warnings, measures.as_ref())?;
     }
     let timings = Timings {
         read_seconds,
@@ -358,7 +355,21 @@ pub(super) fn facts(side: &Rig<'_>, format: Format) -> RigFacts {
     }
 }
 
-pub(super) fn strict_failure(warnings: &[WarningView]) -> Failure {
+/// What `strict` means, of a config and on the command line: no warnings, and no measure that fails.
+///
+/// # Errors
+/// When there is a warning, or a measure fails.
+pub fn check_strict(warnings: &[WarningView], measures: Option<&Measures>) -> Result<(), Failure> {
+    if !warnings.is_empty() {
+        return Err(strict_failure(warnings));
+    }
+    match measures.filter(|measures| measures.verdict == Verdict::Fail) {
+        Some(failed) => Err(strict_measures_failure(failed)),
+        None => Ok(()),
+    }
+}
+
+fn strict_failure(warnings: &[WarningView]) -> Failure {
     let first = &warnings[0];
     let detail = format!(
         "strict was asked for and there are {} warnings; the first is {}: {}",

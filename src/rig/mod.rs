@@ -62,4 +62,4 @@ pub use stages::{
 };
 pub use twist::{TwistAgainst, TwistPair};
 pub use understand::{Rig, find_clip};
-pub use volumes::{Anchor, BodyPart, Capsule, HandPair};
+pub use volumes::{Anchor, BodyPart, Capsule, HandPair, body_capsules};
