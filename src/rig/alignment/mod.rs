@@ -28,6 +28,7 @@ mod turn;
 
 pub use canonical::CanonicalPose;
 pub use look::RollCue;
+pub(super) use turn::arc;
 
 use crate::model::ModelPose;
 
