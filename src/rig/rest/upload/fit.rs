@@ -23,7 +23,7 @@ const SAME_NAMES_SHARE: f64 = 0.7;
 /// Directions that are off by more than this are told, in degrees.
 const RESIDUAL_DEGREES: f64 = 5.0;
 /// Bones that turn by less than this cannot be rolled wrong by much, in degrees.
-const LITTLE_TURN_DEGREES: f64 = 20.0;
+const LITTLE_TURN_DEGREES: f64 = 3.0;
 /// Joints that a message names.
 const NAMES_TOLD: usize = 8;
 /// The parts of a body that make up its pose.
@@ -165,8 +165,9 @@ pub(super) fn check_limbs(rig: &Rig<'_>, limbs: &Limbs) -> Result<(), SpecError>
 /// Joints that make up the pose of a body; empty where the rig is none.
 fn main_joints(rig: &Rig<'_>) -> Vec<usize> {
     let is_main = |role: &str| MAIN_PARTS.contains(&super::super::super::alignment::unnumbered(split(role).1));
-    let main: Vec<usize> =
+    let mut main: Vec<usize> =
         rig.roles.iter().filter(|(role, _)| is_main(role)).filter_map(|(_, joints)| joints.first().copied()).collect();
+    main.sort_unstable();
     if rig.recognition.is_body() || main.len() > 4 { main } else { Vec::new() }
 }
 

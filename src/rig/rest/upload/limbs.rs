@@ -75,19 +75,20 @@ impl Limbs {
             size((0..places.len()).filter(|joint| places[*joint].is_some()).map(own)),
             size(places.iter().copied().flatten()),
         );
-        let mut limbs = Vec::new();
-        for (from, to) in bones(rig, &places) {
-            let (Some(start), Some(end)) = (places[from], places[to]) else { continue };
-            let (own, wanted) = (own(to) - own(from), end - start);
-            if own.length() > SHORTEST_SHARE * our_size && wanted.length() > SHORTEST_SHARE * their_size {
-                limbs.push(Limb { from, to, own, wanted, weight: 1.0, is_pose: true });
-            }
-        }
-        limbs.sort_by_key(|limb| limb.from);
+        let limb = |(from, to): (usize, usize)| {
+            let (own, wanted) = (own(to) - own(from), places[to]? - places[from]?);
+            let has_length = own.length() > SHORTEST_SHARE * our_size && wanted.length() > SHORTEST_SHARE * their_size;
+            has_length.then_some(Limb { from, to, own, wanted, weight: 1.0, is_pose: true })
+        };
+        let mut limbs: Vec<Limb> = bones(rig, &places).into_iter().filter_map(limb).collect();
         let scale = middle(limbs.iter().map(Limb::ratio).collect());
         let alike = limbs.iter().filter(|limb| (limb.ratio() / scale - 1.0).abs() < LENGTH_TOLERANCE).count();
         let is_one_build = alike as f64 >= ONE_BUILD_SHARE * limbs.len() as f64;
         weigh(rig, &mut limbs, is_one_build, our_size);
+        if !is_one_build {
+            limbs.extend(trunks(rig).filter_map(limb));
+        }
+        limbs.sort_by_key(|limb| limb.from);
         Self { limbs, scale, is_one_build }
     }
 
@@ -102,6 +103,19 @@ impl Limbs {
         let within = self.limbs.iter().filter(|limb| limb.off_degrees(DQuat::IDENTITY) <= degrees).count();
         within as f64 / self.limbs.len().max(1) as f64
     }
+
+    /// The mean angle between where the bones point and where they do at rest, in degrees.
+    pub(super) fn mean_degrees(&self) -> f64 {
+        let sum: f64 = self.limbs.iter().map(|limb| limb.off_degrees(DQuat::IDENTITY)).sum();
+        sum / self.limbs.len().max(1) as f64
+    }
+}
+
+/// The first and the last joint of a trunk or neck, which two bodies of different build bend otherwise along the way.
+fn trunks(rig: &Rig<'_>) -> impl Iterator<Item = (usize, usize)> {
+    let first = |role: &str| rig.role(role).first().copied();
+    let trunk = first("spine").zip(first("neck").or_else(|| first("head")));
+    trunk.into_iter().chain(first("neck").zip(first("head")))
 }
 
 /// Pairs of joints that correspond to something: from the nearest one above, and along limbs whose ends hang elsewhere.
@@ -153,7 +167,8 @@ fn shows_pose(from: &str, to: &str) -> bool {
             | ("foot", _)
             | ("head" | "eye" | "jaw", _)
             | (_, "eye" | "jaw")
-    ) && !(to == "thumb" || (from == "spine" && to.ends_with("upper_arm")))
+    ) && to != "thumb"
+        && !matches!(from, "spine" | "neck")
 }
 
 fn size(places: impl Iterator<Item = DVec3>) -> f64 {

@@ -125,9 +125,10 @@ impl Laid<'_> {
         for own in &own_poses {
             for pose in &poses {
                 let limbs = Limbs::find(self.rig, own, self.matching, pose, self.rig_from_rest);
-                let share = limbs.share_within(SAME_DEGREES);
-                if share >= SAME_SHARE && best.is_none_or(|(other, ..)| share > other + 1e-9) {
-                    best = Some((share, own, pose));
+                let off = limbs.mean_degrees();
+                let is_same = limbs.share_within(SAME_DEGREES) >= SAME_SHARE;
+                if is_same && best.is_none_or(|(other, ..)| off < other - 1e-6) {
+                    best = Some((off, own, pose));
                 }
             }
         }

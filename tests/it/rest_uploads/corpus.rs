@@ -1,0 +1,117 @@
+//! Real characters: the same body in two formats, and each of them as other programs would export it.
+
+use std::{f64::consts::FRAC_PI_2, path::Path};
+
+use glam::{DQuat, DVec3};
+use retargetd::{
+    formats::{self, Limits},
+    model::{Axes, Control, Reporter, Scene},
+    rig::PoseChoice,
+};
+
+use super::{
+    expected::{plain, posed, upload},
+    variant::Variant,
+};
+use crate::support::corpus_file;
+
+/// Characters of many conventions, tuned on.
+const TUNED: [&str; 9] = [
+    "mixamo/gltf/Xbot.glb",
+    "unreal/ue4_names_apose.glb",
+    "readyplayerme/rpm_avatar_a.glb",
+    "vrm0/makehuman_body_vrm0.vrm",
+    "cc0-stylised/kaykit_knight.glb",
+    "mixamo/gltf/mousey_meshopt.glb",
+    "cc0-stylised/quaternius_adventurer.glb",
+    "poser-daz/daz_g8_names_apose.glb",
+    "cc0-stylised/robot_expressive.glb",
+];
+
+pub(super) fn scene_of(path: &Path) -> Scene {
+    let bytes = std::fs::read(path).expect("readable");
+    let (control, limits) = (Control::new(), Limits::default());
+    let name = path.to_string_lossy();
+    let (format, bytes) = formats::open(&bytes, &name, &limits, &control).expect("a format");
+    formats::read(&bytes, format, &limits, &control, &mut Reporter::new()).expect("a scene")
+}
+
+type Make = fn(Variant) -> Variant;
+
+const EXPORTS: [(&str, Make); 7] = [
+    ("as it is", |body| body),
+    ("axes of the model, Z up, not said, in cm", |body| {
+        body.without_axes().turned(DQuat::from_rotation_x(FRAC_PI_2), None).scaled(100.0, None)
+    }),
+    ("random axes", |body| body.with_random_axes(5)),
+    ("facing back, in another order", |body| {
+        body.turned(DQuat::from_rotation_y(std::f64::consts::PI), Some(Axes::Y_UP_Z_FRONT)).shuffled(3)
+    }),
+    ("a namespace, below a turned node of 0.01", |body| {
+        body.renamed(|name| format!("Hero:{name}")).below_armature(DQuat::from_rotation_x(-FRAC_PI_2), 0.01)
+    }),
+    ("elsewhere, twice as large, random axes and order", |body| {
+        body.moved(DVec3::new(1.0, 0.0, 2.0)).scaled(2.0, Some(1.0)).with_random_axes(8).shuffled(2)
+    }),
+    ("with bones rolled", |body| body.with_rolls(DVec3::Y, 90.0)),
+];
+
+/// Uploads every export of every character in its own pose and in a T pose; tells what went wrong and how many there were.
+fn matrix(files: &[&str]) -> (usize, Vec<String>) {
+    let mut problems = Vec::new();
+    let mut count = 0;
+    for file in files {
+        let Some(path) = corpus_file(file) else { continue };
+        let scene = Scene { clips: Vec::new(), ..scene_of(&path) };
+        let own = plain(&scene).rest;
+        for (pose, expected, most) in [("own", own, 1.0), ("T", posed(&scene, PoseChoice::T), 2.0)] {
+            for (name, make) in EXPORTS {
+                let rest = make(Variant::of(&scene, &expected)).scene();
+                count += 1;
+                match upload(&scene, &rest, &expected) {
+                    Ok(found) if found.limb_degrees.0 <= most => {}
+                    Ok(found) => problems.push(format!(
+                        "{file} in its {pose} pose, {name}: {:?}, said {:?}",
+                        found.limb_degrees, found.codes
+                    )),
+                    Err(error) => problems.push(format!("{file} in its {pose} pose, {name}: {error}")),
+                }
+            }
+        }
+    }
+    (count, problems)
+}
+
+#[test]
+fn real_characters_take_the_pose_of_every_export() {
+    let (count, problems) = matrix(&TUNED);
+    assert!(problems.is_empty(), "{} of {count}:\n{}", problems.len(), problems.join("\n"));
+}
+
+/// One character in two formats.
+const TWINS: [(&str, &str); 4] = [
+    ("unreal/ue4_names_apose.glb", "unreal/ue4_names_apose_zup_xfwd.fbx"),
+    ("poser-daz/daz_g8_names_apose.glb", "poser-daz/daz_g8_names_apose.fbx"),
+    ("mixamo/cc0/makehuman_mixamo_names_rest.glb", "mixamo/cc0/makehuman_mixamo_names_rest_leafbones.fbx"),
+    ("vrm0/makehuman_body_vrm0.vrm", "vrm1/makehuman_body_vrm1.vrm"),
+];
+
+#[test]
+fn a_character_in_two_formats_is_one() {
+    let mut problems = Vec::new();
+    for (one, other) in TWINS {
+        for (file, rest) in [(one, other), (other, one)] {
+            let Some((path, rest_path)) = corpus_file(file).zip(corpus_file(rest)) else { continue };
+            let (scene, rest_scene) = (scene_of(&path), scene_of(&rest_path));
+            let own = plain(&scene).rest;
+            match upload(&scene, &rest_scene, &own) {
+                Ok(found) if found.limb_degrees.0 <= 1.0 => {}
+                Ok(found) => {
+                    problems.push(format!("{rest} for {file}: {:?}, said {:?}", found.limb_degrees, found.codes))
+                }
+                Err(error) => problems.push(format!("{rest} for {file}: {error}")),
+            }
+        }
+    }
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
