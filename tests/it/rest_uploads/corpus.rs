@@ -23,7 +23,7 @@ const TUNED: [&str; 9] = [
     "vrm0/makehuman_body_vrm0.vrm",
     "cc0-stylised/kaykit_knight.glb",
     "mixamo/gltf/mousey_meshopt.glb",
-    "cc0-stylised/quaternius_adventurer.glb",
+    "cc0-stylised/quaternius_adventurer.gltf",
     "poser-daz/daz_g8_names_apose.glb",
     "cc0-stylised/robot_expressive.glb",
 ];
@@ -33,6 +33,8 @@ pub(super) fn scene_of(path: &Path) -> Scene {
     let (control, limits) = (Control::new(), Limits::default());
     let name = path.to_string_lossy();
     let (format, bytes) = formats::open(&bytes, &name, &limits, &control).expect("a format");
+    let bytes =
+        if format == formats::Format::Gltf { crate::support::with_buffers(&bytes, path) } else { bytes.into_owned() };
     formats::read(&bytes, format, &limits, &control, &mut Reporter::new()).expect("a scene")
 }
 
@@ -114,4 +116,49 @@ fn a_character_in_two_formats_is_one() {
         }
     }
     assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+#[test]
+fn zz_explore() {
+    for (one, other) in [
+        ("readyplayerme/rpm_avatar_a.glb", "readyplayerme/rpm_avatar.fbx"),
+        ("mixamo/gltf/mousey_meshopt.glb", "mixamo/bvh/mousey_salsa.bvh"),
+        ("mixamo/gltf/Xbot.glb", "mixamo/fbx/walking_noskin.fbx"),
+        ("mixamo/gltf/Xbot.glb", "mixamo/cc0/makehuman_mixamo_names_rest.glb"),
+        ("cc0-stylised/quaternius_adventurer.gltf", "cc0-stylised/quaternius_adventurer.gltf"),
+        ("cc0-stylised/quaternius_adventurer.gltf", "cc0-stylised/robot_expressive.glb"),
+        ("bvh/cmu/12_01_walk.bvh", "bvh/cmu/01_01_motionbuilder.bvh"),
+        ("bvh/fair1/zombie_zup.bvh", "bvh/fair1/dab_zup.bvh"),
+        ("bvh/rokoko/jesse_dance.bvh", "mixamo/gltf/Xbot.glb"),
+        ("unreal/ue4_names_apose.glb", "unreal/makehuman_game_engine_tpose.glb"),
+        ("unreal/ue4_names_apose.glb", "vrm0/makehuman_body_vrm0.vrm"),
+        ("mixamo/fbx/walking_noskin.fbx", "mixamo/gltf/Xbot.glb"),
+    ] {
+        for (file, rest) in [(one, other), (other, one)] {
+            let Some((path, rest_path)) = corpus_file(file).zip(corpus_file(rest)) else { continue };
+            let (scene, rest_scene) = (scene_of(&path), scene_of(&rest_path));
+            let own = plain(&scene).rest;
+            match upload(&scene, &rest_scene, &own) {
+                Ok(found) => {
+                    let (rig, _) =
+                        super::expected::rig_of(&scene, Some(&rest_scene), &Default::default()).expect("rig");
+                    eprintln!(
+                        ">> {rest} for {file}: {:?} orient {:?} pelvis {:.3} said {:?} kind {:?}\n     {} worst {:?} build {} turned {:.1} scale {:.4} missing {}",
+                        found.limb_degrees,
+                        found.orientation_degrees,
+                        found.pelvis_off,
+                        found.codes,
+                        rig.recognition.rest_pose,
+                        rig.rest_reason,
+                        found.fit.worst(),
+                        found.fit.is_one_build,
+                        found.fit.turned_degrees,
+                        found.fit.scale,
+                        found.fit.missing.len()
+                    )
+                }
+                Err(error) => eprintln!(">> {rest} for {file}: {error}"),
+            }
+        }
+    }
 }

@@ -272,7 +272,9 @@ fn report_rolls(laid: &Laid<'_>, from: OrientationFrom, turns: &[DQuat], place: 
 
 /// Joints with a role that correspond to nothing.
 fn missing(rig: &Rig<'_>, matching: &Matching) -> Vec<usize> {
-    let first = rig.roles.iter().filter(|(role, _)| role.as_str() != "root").filter_map(|(_, joints)| joints.first());
+    // Where eyes and jaw are is no matter of a pose.
+    let is_part = |role: &str| !matches!(split(role).1, "root" | "eye" | "jaw");
+    let first = rig.roles.iter().filter(|(role, _)| is_part(role)).filter_map(|(_, joints)| joints.first());
     let mut missing: Vec<usize> = if rig.roles.is_empty() {
         (0..rig.skeleton().len()).filter(|joint| rig.skeleton().joints()[*joint].is_joint).collect()
     } else {
@@ -285,9 +287,8 @@ fn missing(rig: &Rig<'_>, matching: &Matching) -> Vec<usize> {
 
 fn residuals(limbs: &Limbs, turns: &[DQuat]) -> Vec<(usize, f64)> {
     let mut residuals: Vec<(usize, f64)> = Vec::new();
-    let most = limbs.limbs.iter().map(|limb| limb.weight).fold(0.0, f64::max);
-    // What carries no weight, as a joint without a role does, was not solved for.
-    for limb in limbs.limbs.iter().filter(|limb| limb.is_pose && limb.weight > most * 1e-3) {
+    // Ends and helpers are solved for only where nothing else says how a joint is turned.
+    for limb in limbs.limbs.iter().filter(|limb| limb.is_pose && limb.is_named) {
         let degrees = limb.off_degrees(turns[limb.from]);
         match residuals.last_mut().filter(|last| last.0 == limb.from) {
             Some(last) => last.1 = last.1.max(degrees),

@@ -29,6 +29,8 @@ pub(super) struct Limb {
     /// The same in the rest file, turned into the rig's space; in the file's unit.
     pub(super) wanted: DVec3,
     pub(super) weight: f64,
+    /// Whether both joints have a role, or nothing of the rig has one.
+    pub(super) is_named: bool,
     /// Whether where it points belongs to the pose: in two bodies of different build, where hips and collar bones lie does not.
     pub(super) is_pose: bool,
 }
@@ -78,7 +80,7 @@ impl Limbs {
         let limb = |(from, to): (usize, usize)| {
             let (own, wanted) = (own(to) - own(from), places[to]? - places[from]?);
             let has_length = own.length() > SHORTEST_SHARE * our_size && wanted.length() > SHORTEST_SHARE * their_size;
-            has_length.then_some(Limb { from, to, own, wanted, weight: 1.0, is_pose: true })
+            has_length.then_some(Limb { from, to, own, wanted, weight: 1.0, is_named: true, is_pose: true })
         };
         let mut limbs: Vec<Limb> = bones(rig, &places).into_iter().filter_map(limb).collect();
         let scale = middle(limbs.iter().map(Limb::ratio).collect());
@@ -151,7 +153,8 @@ fn weigh(rig: &Rig<'_>, limbs: &mut [Limb], is_one_build: bool, size: f64) {
     for limb in limbs {
         let (from, to) = (roles[limb.from], roles[limb.to]);
         let is_named = from.is_some() && to.is_some();
-        limb.weight = if is_named || !has_roles { 1.0 } else { NO_ROLE_WEIGHT } * (limb.own.length() / size).max(0.01);
+        limb.is_named = is_named || !has_roles;
+        limb.weight = if limb.is_named { 1.0 } else { NO_ROLE_WEIGHT } * (limb.own.length() / size).max(0.01);
         limb.is_pose = is_one_build || (is_named && from.zip(to).is_some_and(|(from, to)| shows_pose(from, to)));
     }
 }

@@ -43,7 +43,7 @@ use self::{
     matching::Matching,
     orientation::Laid,
     solve::solved,
-    space::rig_from_rest,
+    space::{congruent, rig_from_rest},
     standing::posed,
 };
 use super::{
@@ -60,8 +60,6 @@ use super::{
 /// A pose in which every bone points within this of the rig's own rest pose, and every joint is turned by no more, is that pose, in
 /// degrees.
 const SAME_DEGREES: f64 = 0.05;
-/// The rest file stands as the rig's own nodes do when its bones point within this of them, in degrees.
-const SAME_NODES_DEGREES: f64 = 1.0;
 
 /// Puts the pose of a rest file onto a rig. `rig` is measured from its own rest pose, without the edits of the spec.
 ///
@@ -83,7 +81,7 @@ pub(in crate::rig) fn uploaded(
     check_match(rig, &rest, &matching)?;
     let mut turn = rig_from_rest(rig, &rest, &matching);
     if let Some(bind) = choice.bind.clone()
-        && is_rig_itself(rig, &rest, &matching, turn, &bind)
+        && is_rig_itself(rig, &rest, &matching, &bind)
     {
         choice = Choice {
             pose: bind,
@@ -146,14 +144,11 @@ fn rig_in<'a>(
 
 /// Whether the rest file is the rig itself: its nodes stand as the rig's do, and its skins were bound as the rig's were, which is
 /// what the rig is measured from.
-fn is_rig_itself(rig: &Rig<'_>, rest: &Rig<'_>, matching: &Matching, turn: DQuat, bind: &LocalPose) -> bool {
+fn is_rig_itself(rig: &Rig<'_>, rest: &Rig<'_>, matching: &Matching, bind: &LocalPose) -> bool {
     if rig.rest_source != RestSource::Bind {
         return false;
     }
-    let is_same = |own: &ModelPose, pose: &ModelPose| {
-        let limbs = Limbs::find(rig, own, matching, pose, turn);
-        limbs.is_one_build && limbs.share_within(SAME_NODES_DEGREES) > 0.99
-    };
+    let is_same = |own: &ModelPose, pose: &ModelPose| congruent(rig, own, pose, matching).is_some();
     let nodes = rig.skeleton().rest_pose().to_model(rig.skeleton());
     is_same(&nodes, &rest.rest) && is_same(&rig.rest, &bind.to_model(rest.skeleton()))
 }

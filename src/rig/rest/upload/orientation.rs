@@ -143,7 +143,7 @@ impl Laid<'_> {
 }
 
 /// The poses that a file holds beside what moves in it, the one that is measured from first.
-fn poses_of(rig: &Rig<'_>) -> Vec<ModelPose> {
+pub(super) fn poses_of(rig: &Rig<'_>) -> Vec<ModelPose> {
     let (scene, skeleton): (&Scene, _) = (rig.scene, rig.skeleton());
     let mut poses = vec![rig.rest.clone(), skeleton.rest_pose().to_model(skeleton)];
     if let BindPose::Other(bind) = bind_pose(scene, &mut Reporter::new(), rig.name) {

@@ -49,7 +49,9 @@ pub(super) fn base_of(rig: &Rig<'_>) -> Option<usize> {
 
 fn turned(rig: &Rig<'_>, limbs: &Limbs, joint: usize, carried: DQuat, known: Option<DQuat>) -> DQuat {
     let prior = known.unwrap_or(carried);
-    let of_pose: Vec<&Limb> = limbs.of(joint).filter(|limb| limb.is_pose).collect();
+    // Where ends and helpers lie is no better known than how the joint is turned.
+    let counts = |limb: &&Limb| limb.is_pose && (limb.is_named || known.is_none());
+    let of_pose: Vec<&Limb> = limbs.of(joint).filter(counts).collect();
     if !limbs.is_one_build {
         if known.is_some() && of_pose.len() != 1 {
             return prior;

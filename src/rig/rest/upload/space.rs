@@ -1,17 +1,19 @@
 //! How the space of a rest file lies against the rig's: a rotation, by the axes and the fronts of the two bodies.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, f64::consts::FRAC_PI_2};
 
 use glam::{DQuat, DVec3};
 
-use crate::model::SignedAxis;
+use crate::model::{ModelPose, SignedAxis};
 
 use super::{
     super::super::{
         recognition::{BodyFrame, Recognition, Role, RoleFinding, body_frame},
         understand::{Rig, axes_of_body},
     },
+    limbs::{Limb, Limbs},
     matching::Matching,
+    orientation::poses_of,
     wahba::{Direction, best_rotation},
 };
 
@@ -19,13 +21,23 @@ use super::{
 const SAME_SPACE_RADIANS: f64 = 1e-6;
 /// Directions of no body fit when they are off by less than this on the mean, as one minus the cosine.
 const FITS: f64 = 0.05;
+/// Two poses are the same but for a rotation when so large a share of their bones points alike to so many degrees.
+const CONGRUENT_DEGREES: f64 = 0.5;
+const CONGRUENT_SHARE: f64 = 0.98;
+const FEWEST_BONES: usize = 4;
+/// A body whose shoulders face further aside from its hips is turned in itself, in degrees.
+const TWIST_DEGREES: f64 = 12.0;
 
 /// The rotation from the rest file's model space into the rig's.
 ///
-/// Where both are bodies, each is turned as retargeting would turn it: by the axes that the file declares while the body does not
+/// Where the rest file stands as the rig does in one of its own poses, but for the way that it faces or lies, it is the rotation
+/// between the two. Else, where both are bodies, each is turned as retargeting would turn it: by the axes that the file declares while the body does not
 /// contradict them, so that a body that stands a few degrees off its file's front keeps them. Where both declare their axes and
 /// are no bodies, by these. Else as the joints lie, along the axes.
 pub(super) fn rig_from_rest(rig: &Rig<'_>, rest: &Rig<'_>, matching: &Matching) -> DQuat {
+    if let Some(turn) = poses_of(rig).iter().find_map(|own| congruent(rig, own, &rest.rest, matching)) {
+        return settled(turn);
+    }
     let body = body_by_our_roles(rig, rest, matching).or(rest.recognition.body);
     let Some((own, theirs)) = rig.recognition.body.zip(body) else { return without_bodies(rig, rest, matching) };
     let recognition = Recognition { body: Some(theirs), ..Recognition::default() };
@@ -37,8 +49,48 @@ pub(super) fn rig_from_rest(rig: &Rig<'_>, rest: &Rig<'_>, matching: &Matching) 
     {
         return settled(turn);
     }
-    // One of them faces no axis of its file, so that only the two fronts can be laid on one another.
-    settled(heading(rig.up(), turn * theirs.forward, own.forward) * turn)
+    // One of them faces no axis of its file, so that only the two fronts can be laid on one another. A body that is turned in itself
+    // does not face anywhere as a whole.
+    let full = heading(rig.up(), turn * theirs.forward, own.forward);
+    if is_twisted(rest, matching, rig) { settled(by_right_angles(rig.up(), full, turn)) } else { settled(full * turn) }
+}
+
+/// The rotation that lays a pose of the rest file on one of the rig, where the two are the same but for that.
+pub(super) fn congruent(rig: &Rig<'_>, own: &ModelPose, pose: &ModelPose, matching: &Matching) -> Option<DQuat> {
+    let limbs = Limbs::find(rig, own, matching, pose, DQuat::IDENTITY);
+    let direction =
+        |limb: &Limb| Direction { own: limb.wanted.normalize(), wanted: limb.own.normalize(), weight: limb.weight };
+    let directions: Vec<Direction> = limbs.limbs.iter().map(direction).collect();
+    if !limbs.is_one_build || directions.len() < FEWEST_BONES {
+        return None;
+    }
+    let turn = best_rotation(&directions, DQuat::IDENTITY, 1e-9);
+    let off = |direction: &Direction| (turn * direction.own).angle_between(direction.wanted).to_degrees();
+    let alike = directions.iter().filter(|direction| off(direction) <= CONGRUENT_DEGREES).count();
+    (alike as f64 >= CONGRUENT_SHARE * directions.len() as f64).then_some(turn)
+}
+
+/// Whether hips and shoulders of the rest file face in different directions.
+fn is_twisted(rest: &Rig<'_>, matching: &Matching, rig: &Rig<'_>) -> bool {
+    let place = |role: &str| {
+        let joint = rig.role(role).first().copied()?;
+        Some(matching.anchors[joint]?.place(&rest.rest))
+    };
+    let across = |part: &str| {
+        let way = rest.work_from_scene * (place(&format!("left_{part}"))? - place(&format!("right_{part}"))?);
+        way.with_y(0.0).try_normalize()
+    };
+    let lines = across("thigh").zip(across("upper_arm"));
+    lines.is_some_and(|(hips, shoulders)| hips.angle_between(shoulders).to_degrees() > TWIST_DEGREES)
+}
+
+/// Of a turn about the vertical only the right angles, counted from the axes that the files declare.
+fn by_right_angles(up: DVec3, further: DQuat, turn: DQuat) -> DQuat {
+    let exact = further * turn;
+    let candidates =
+        (0..4).map(|quarter| DQuat::from_axis_angle(up, f64::from(quarter) * FRAC_PI_2) * along_axes(exact));
+    let nearest = candidates.min_by(|one, other| one.angle_between(exact).total_cmp(&other.angle_between(exact)));
+    nearest.unwrap_or(exact)
 }
 
 fn settled(turn: DQuat) -> DQuat {

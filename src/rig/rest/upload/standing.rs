@@ -9,13 +9,14 @@ use super::{
         floor::{Stance, lowest_sole},
         understand::Rig,
     },
+    super::RestSource,
     orientation::Laid,
     solve::base_of,
 };
 
 /// The rig with its joints turned. Bones keep their length; what belongs to the body and hangs elsewhere (feet below the root) goes
 /// where the rest file has it, seen from the pelvis. The whole is moved along the vertical until the soles are as high as before,
-/// or as the rest file has them where only that stands on the floor.
+/// or, where the rig's own rest pose is no pose that somebody laid out, as the rest file has them.
 pub(super) fn posed(laid: &Laid<'_>, turns: &[DQuat]) -> LocalPose {
     let rig = laid.rig;
     let base = base_of(rig);
@@ -70,7 +71,8 @@ fn shift_to_floor(laid: &Laid<'_>, pose: &ModelPose, base: usize) -> DVec3 {
     };
     let rest_sole = || {
         let pelvis = base_of(rest)?;
-        let stands = !Stance::of(rig, base).stands && Stance::of(rest, pelvis).stands;
+        let is_laid_out = !matches!(rig.rest_source, RestSource::StandingFrame | RestSource::Solved);
+        let stands = !is_laid_out && !Stance::of(rig, base).stands && Stance::of(rest, pelvis).stands;
         lowest_sole(rest, &rest.rest, pelvis).filter(|_| stands)
     };
     let wanted = rest_sole().map_or(before, |sole| sole * laid.limbs.scale);
