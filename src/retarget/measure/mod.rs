@@ -17,6 +17,7 @@ mod hands;
 mod limbs;
 mod metric;
 mod motion;
+mod rest;
 mod smoothness;
 mod statistics;
 mod tracks;
@@ -38,6 +39,7 @@ use self::{
     limbs::{Limbs, directions, percentile_finding},
     metric::{Finding, Reading, judge, overall, rounded, score},
     motion::{Both, Frames, Performer, Wanted, compare},
+    rest::rest_residual,
     smoothness::Smoothness,
     tracks::{bone_length_drift, rotation_steps},
     travel::Travel,
@@ -166,6 +168,7 @@ pub fn measure(
         (MetricName::Facing, travel.facing(&every)),
         (MetricName::HandGap, hand_gap(hands.as_ref(), &spread)),
         (MetricName::ReachResidual, reach_residual(reaches, target, &sizes.target)),
+        (MetricName::RestResidual, rest_residual(&rigs)),
     ];
     let judged = |(name, finding): (MetricName, Finding)| {
         (name, judge(name, finding, choice, target.skeleton(), result.times_seconds()))

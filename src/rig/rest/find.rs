@@ -82,7 +82,7 @@ pub(super) fn laid_out(scene: &Scene, source: RestSource, reason: impl Into<Stri
     Found { pose: scene.skeleton.rest_pose(), source, reason: reason.into(), frame: None }
 }
 
-pub(super) fn clip_frame(name: &str, holder: &Scene, frame: &RestFrame) -> Result<Found, SpecField> {
+fn clip_frame(name: &str, holder: &Scene, frame: &RestFrame) -> Result<Found, SpecField> {
     let pose = pose_of_frame(name, holder, &frame.clip, frame.frame, &format!("/{name}/rest"))?;
     let reason = format!("the config names frame {} of a clip", frame.frame);
     Ok(Found { pose, source: RestSource::ClipFrame, reason, frame: None })

@@ -134,6 +134,8 @@ pub enum MetricName {
     HandGap,
     /// How far a limb's end is left from where inverse kinematics was to bring it, at 1 m leg length; largest.
     ReachResidual,
+    /// Angle between where a bone points in the rest pose and in the rest file that the pose was taken from; largest.
+    RestResidual,
 }
 
 /// What is known of a metric before anything is measured.
@@ -177,7 +179,7 @@ impl MetricName {
 }
 
 /// The one place of all thresholds.
-const METRICS: [MetricInfo; 17] = [
+const METRICS: [MetricInfo; 18] = [
     MetricInfo {
         metric: MetricName::FootSlide,
         name: "foot_slide",
@@ -331,6 +333,15 @@ const METRICS: [MetricInfo; 17] = [
         forgives_source: false,
         weight: 2.0,
         about: "how far a limb's end is left from where inverse kinematics was to bring it, at 1 m leg length; largest",
+    },
+    MetricInfo {
+        metric: MetricName::RestResidual,
+        name: "rest_residual",
+        unit: "degrees",
+        threshold: Threshold { warn_above: 5.0, fail_above: 20.0 },
+        forgives_source: false,
+        weight: 1.0,
+        about: "angle between where a bone points in the rest pose and in the rest file that the pose was taken from; largest",
     },
 ];
 

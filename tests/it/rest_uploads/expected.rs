@@ -106,9 +106,13 @@ fn limb_degrees(rig: &Rig<'_>, expected: &ModelPose) -> (f64, String) {
     let bone = |pose: &ModelPose, from: usize, to: usize| {
         pose.transforms()[to].translation - pose.transforms()[from].translation
     };
+    let size =
+        expected.transforms().iter().map(|joint| joint.translation.distance(expected.transforms()[0].translation));
+    // Two joints on one spot have no direction.
+    let shortest = 2e-3 * size.fold(0.0, f64::max);
     let off = |(role, from, to): (String, usize, usize)| {
         let (found, wanted) = (bone(&rig.rest, from, to), bone(expected, from, to));
-        (wanted.length() > 1e-9).then(|| (found.angle_between(wanted).to_degrees(), role))
+        (wanted.length() > shortest).then(|| (found.angle_between(wanted).to_degrees(), role))
     };
     largest(limbs(rig).into_iter().filter_map(off))
 }

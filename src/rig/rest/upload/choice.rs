@@ -10,7 +10,7 @@ use super::super::{
     },
     RestSource,
     bind::{BindPose, bind_pose},
-    find::{Found, clip_frame, instead_of_none, laid_out},
+    find::{Found, instead_of_none, laid_out, pose_of_frame},
     standing::{Stand, stand},
 };
 
@@ -34,7 +34,7 @@ pub(super) struct Choice {
 /// The pose that a spec names, else the one that the file stands in: its nodes, but where these are no body that stands and the
 /// pose that the skins were bound in is one. Of a BVH that holds a single pose it is that pose.
 pub(super) fn choose(
-    name: &'static str,
+    side: &'static str,
     scene: &Scene,
     spec: &RestSpec,
     templates: &[RigTemplate],
@@ -49,23 +49,28 @@ pub(super) fn choose(
         doubt: None,
     };
     Ok(match spec {
-        RestSpec::Frame(frame) => of_found(clip_frame(name, scene, frame).map_err(SpecError::from_field)?, spec),
+        RestSpec::Frame(RestFrame { clip, frame }) => {
+            let pose = pose_of_frame(&format!("{side} rest"), scene, clip, *frame, &format!("/{side}/rest"))
+                .map_err(SpecError::from_field)?;
+            let reason = format!("the config names frame {frame} of a clip of the rest file");
+            of_found(Found { pose, source: RestSource::ClipFrame, reason, frame: None }, spec)
+        }
         RestSpec::Rule(RestRule::Nodes) => {
             of_found(laid_out(scene, RestSource::Upload, "the config asks for the nodes of the rest file"), spec)
         }
-        RestSpec::Rule(RestRule::Bind) => match bind_pose(scene, reporter, name) {
+        RestSpec::Rule(RestRule::Bind) => match bind_pose(scene, reporter, side) {
             BindPose::Other(pose) => {
                 let reason = "the config asks for the pose in which the skins of the rest file were bound";
                 of_found(Found { pose, ..laid_out(scene, RestSource::Upload, reason) }, spec)
             }
             _ => of_found(laid_out(scene, RestSource::Upload, "the rest file has no bind pose of its own"), spec),
         },
-        RestSpec::Rule(RestRule::Auto | RestRule::Solved) => found_out(name, scene, spec, templates, reporter),
+        RestSpec::Rule(RestRule::Auto | RestRule::Solved) => found_out(side, scene, spec, templates, reporter),
     })
 }
 
 fn found_out(
-    name: &'static str,
+    side: &'static str,
     scene: &Scene,
     spec: &RestSpec,
     templates: &[RigTemplate],
@@ -79,7 +84,6 @@ fn found_out(
         bind: None,
         doubt: None,
     };
-    let side = name.trim_end_matches("_rest");
     if let Some((clip, frame)) = held_frame(scene) {
         let pose = scene.clips[clip].local_pose(&scene.skeleton, frame);
         if scene.axes.is_none() {
@@ -96,12 +100,12 @@ fn found_out(
     }
     if scene.axes.is_none() {
         let zero = laid_out(scene, RestSource::Upload, nodes.reason.clone());
-        let Found { pose, source, reason, frame } = instead_of_none(name, scene, zero, templates, reporter);
+        let Found { pose, source, reason, frame } = instead_of_none(side, scene, zero, templates, reporter);
         let spec = frame
             .map_or(nodes.spec, |(clip, frame)| RestSpec::Frame(RestFrame { clip: ClipChoice::Index(clip), frame }));
         return Choice { pose, source, reason, spec, bind: None, doubt: None };
     }
-    match bind_pose(scene, &mut Reporter::new(), name) {
+    match bind_pose(scene, &mut Reporter::new(), side) {
         BindPose::Other(bind) => nodes_or_bind(scene, nodes, bind, side, templates),
         _ => nodes,
     }

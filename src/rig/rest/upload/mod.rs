@@ -75,7 +75,7 @@ pub(in crate::rig) fn uploaded(
     let part = if rig.name == "source" { "source_rest" } else { "target_rest" };
     fit::check_skeleton(rig.name, rest_scene)?;
     let mut own = Reporter::new();
-    let mut choice = choose(part, rest_scene, &spec.rest, templates, &mut own)?;
+    let mut choice = choose(rig.name, rest_scene, &spec.rest, templates, &mut own)?;
     let mut rest = rig_in(part, rest_scene, &choice, templates, &mut own)?;
     let mut matching = Matching::find(rig, &rest);
     check_match(rig, &rest, &matching)?;
@@ -106,7 +106,7 @@ pub(in crate::rig) fn uploaded(
     let pose = if is_own(&limbs, &turns) { rig.rest_local.clone() } else { posed(&laid, &turns) };
     for warning in own.into_warnings() {
         if warning.code != "unit_guessed" {
-            reporter.warn(warning.code, warning.place, warning.detail, warning.hint);
+            reporter.warn(warning.code, part, warning.detail, warning.hint);
         }
     }
     if let Some((detail, hint)) = choice.doubt {
