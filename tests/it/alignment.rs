@@ -485,7 +485,7 @@ fn feet_are_tilted_as_the_soles_of_the_frame_that_is_measured_from() {
         let place = |name: &str| pose.transforms()[skeleton.find(name).expect("a joint")].translation;
         (place(ball) - place(ankle)).normalize().y.asin().to_degrees()
     };
-    for degrees in [5.0, 28.0, 60.0] {
+    for degrees in [5.0, 28.0, 45.0] {
         let target = with_sloping_feet(degrees);
         for frame in [0, 9, 18, 27] {
             let spec = spec(json!({"source": {"rest": {"clip": 0, "frame": frame}}}));

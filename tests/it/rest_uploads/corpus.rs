@@ -5,12 +5,12 @@ use std::{f64::consts::FRAC_PI_2, path::Path};
 use glam::{DQuat, DVec3};
 use retargetd::{
     formats::{self, Limits},
-    model::{Axes, Control, Reporter, Scene},
-    rig::PoseChoice,
+    model::{Axes, Control, Reporter, Scene, Transform},
+    rig::{PoseChoice, Rig, RigSpec},
 };
 
 use super::{
-    expected::{plain, posed, upload},
+    expected::{plain, posed, rig_of, upload},
     variant::Variant,
 };
 use crate::support::corpus_file;
@@ -112,6 +112,67 @@ fn real_characters_take_the_pose_of_every_export() {
 fn characters_that_nothing_was_tuned_on_do_too() {
     let (count, problems) = matrix(&HELD);
     assert!(problems.is_empty(), "{} of {count}:\n{}", problems.len(), problems.join("\n"));
+}
+
+/// Files whose rest pose is found in every way that there is.
+const OF_ALL_KINDS: [&str; 10] = [
+    "cc0-stylised/quaternius_adventurer.gltf",
+    "cc0-stylised/robot_expressive.glb",
+    "mixamo/gltf/Xbot.glb",
+    "mixamo/fbx/walking_noskin.fbx",
+    "bvh/rokoko/jesse_dance.bvh",
+    "bvh/geno/Geno_bind.bvh",
+    "bvh/bandai-namco/dataset-1_walk_normal_001.bvh",
+    "bvh/cmu/12_01_walk.bvh",
+    "bvh/fair1/zombie_zup.bvh",
+    "decentraland/walk.glb",
+];
+
+#[test]
+fn a_file_that_is_its_own_rest_file_changes_nothing() {
+    let mut problems = Vec::new();
+    for file in OF_ALL_KINDS {
+        let Some(path) = corpus_file(file) else { continue };
+        let scene = scene_of(&path);
+        let own = plain(&scene);
+        let (rig, _) = rig_of(&scene, Some(&scene), &RigSpec::default()).expect("a rig");
+        let is_same = |(one, other): (&Transform, &Transform)| {
+            one.rotation.angle_between(other.rotation) < 1e-6 && one.translation.distance(other.translation) < 1e-6
+        };
+        if !rig.rest_local.transforms().iter().zip(own.rest_local.transforms()).all(is_same) {
+            problems.push(format!("{file}: {} but without {}", rig.rest_reason, own.rest_reason));
+        }
+    }
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+/// One character in two poses: the limbs point as in the rest file.
+#[test]
+fn an_a_pose_takes_the_t_pose_of_another_file() {
+    let apose =
+        ["unreal/ue4_names_apose.glb", "poser-daz/daz_g8_names_apose.glb", "unreal/ue4_names_apose_zup_xfwd.fbx"];
+    let tpose =
+        ["unreal/makehuman_game_engine_tpose.glb", "vrm0/makehuman_body_vrm0.vrm", "vrm1/makehuman_body_vrm1.vrm"];
+    let mut problems = Vec::new();
+    for (file, rest) in apose.iter().flat_map(|apose| tpose.map(|tpose| [(*apose, tpose), (tpose, *apose)])).flatten() {
+        let Some((path, rest_path)) = corpus_file(file).zip(corpus_file(rest)) else { continue };
+        let (scene, rest_scene) = (scene_of(&path), scene_of(&rest_path));
+        let (rig, codes) = rig_of(&scene, Some(&rest_scene), &RigSpec::default()).expect("a rig");
+        let wanted = plain(&rest_scene);
+        for side in ["left_", "right_"] {
+            for (from, to) in [("upper_arm", "forearm"), ("forearm", "hand"), ("thigh", "shin"), ("shin", "foot")] {
+                let bone = |rig: &Rig<'_>| {
+                    let place = |part: &str| rig.rest.transforms()[rig.role(&format!("{side}{part}"))[0]].translation;
+                    rig.work_from_scene * (place(to) - place(from))
+                };
+                let degrees = bone(&rig).angle_between(bone(&wanted)).to_degrees();
+                if degrees > 2.0 {
+                    problems.push(format!("{rest} for {file}: {side}{from} is off by {degrees:.2} degrees, {codes:?}"));
+                }
+            }
+        }
+    }
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
 
 /// One character in two formats.

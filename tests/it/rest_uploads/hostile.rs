@@ -2,7 +2,8 @@
 
 use glam::{DQuat, DVec3};
 use retargetd::{
-    model::{Scene, Transform},
+    formats::{self, Format, Limits},
+    model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
     rig::{PoseChoice, SpecErrorKind},
     samples,
 };
@@ -58,7 +59,7 @@ fn names_of_nobody_are_refused() {
 
 #[test]
 fn a_dog_is_no_rest_pose_of_a_human() {
-    let dog = crate::rest_uploads::hostile::dog();
+    let dog = dog();
     refused(&samples::mannequin_scene(), &dog, &[]);
     let walker = Scene { clips: Vec::new(), ..samples::walk_scene() };
     refused(&walker, &dog, &[]);
@@ -91,7 +92,7 @@ fn dog() -> Scene {
     }
     let joint = |(node, (name, parent, place)): (usize, &(String, Option<usize>, DVec3))| {
         let above = parent.map_or(DVec3::ZERO, |parent| rows[parent].2);
-        retargetd::model::Joint {
+        Joint {
             name: name.clone(),
             parent: *parent,
             rest: Transform::from_translation(*place - above),
@@ -101,7 +102,7 @@ fn dog() -> Scene {
     };
     let joints = rows.iter().enumerate().map(joint).collect();
     Scene {
-        skeleton: retargetd::model::Skeleton::new(joints).expect("a skeleton"),
+        skeleton: Skeleton::new(joints).expect("a skeleton"),
         axes: Some(retargetd::model::Axes::Y_UP_Z_FRONT),
         unit_metres: Some(1.0),
         ..Scene::default()
@@ -175,4 +176,36 @@ fn real_animals_are_no_rest_pose_of_a_human() {
     let fox = super::corpus::scene_of(&fox);
     refused(&samples::mannequin_scene(), &fox, &[]);
     refused(&fox, &samples::mannequin_scene(), &[]);
+}
+
+#[test]
+fn numbers_that_are_none_are_refused_by_the_reader() {
+    let bvh = "HIERARCHY\nROOT Hips\n{\nOFFSET nan 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nEnd Site\n{\nOFFSET 0 1 0\n}\n}\n\
+               MOTION\nFrames: 1\nFrame Time: 0.03\n0 0 0\n";
+    let read = formats::read(bvh.as_bytes(), Format::Bvh, &Limits::default(), &Control::new(), &mut Reporter::new());
+    assert!(
+        read.is_err()
+            || read.is_ok_and(|scene| scene.skeleton.rest_pose().transforms().iter().all(Transform::is_finite))
+    );
+}
+
+#[test]
+fn a_capture_of_one_frame_counts_as_that_frame() {
+    let scene = samples::mannequin_scene();
+    let expected = posed(&scene, PoseChoice::T);
+    // Joints along one axis at zero, as captures have them, and the pose in the frame.
+    let local = expected.to_local(&scene.skeleton);
+    let joints = scene.skeleton.joints().iter().map(|joint| {
+        let rest = Transform { rotation: DQuat::IDENTITY, ..joint.rest };
+        Joint { rest, ..joint.clone() }
+    });
+    let tracks = local
+        .transforms()
+        .iter()
+        .map(|joint| JointTracks { rotation: Track::Constant(joint.rotation.as_quat()), ..JointTracks::default() });
+    let clip = Clip::new("T".into(), vec![0.0], tracks.collect()).expect("a clip");
+    let skeleton = Skeleton::new(joints.collect()).expect("a skeleton");
+    let rest = Scene { skeleton, clips: vec![clip], ..Scene::default() };
+    let found = upload(&scene, &rest, &expected).expect("a rig");
+    assert!(found.limb_degrees.0 < 0.1, "{:?} {:?}", found.limb_degrees, found.codes);
 }
