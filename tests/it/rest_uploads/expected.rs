@@ -7,7 +7,8 @@ use retargetd::{
 };
 
 /// Warnings that say that something may be wrong with a rest file.
-pub(super) const DOUBTS: [&str; 6] = [
+pub(super) const DOUBTS: [&str; 7] = [
+    "rest_facing_guessed",
     "rest_file_incomplete",
     "rest_file_mirrored",
     "rest_file_matched_by_role",

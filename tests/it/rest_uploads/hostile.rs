@@ -67,7 +67,7 @@ fn a_dog_is_no_rest_pose_of_a_human() {
 }
 
 /// Four legs, a trunk, a neck, a head and a tail.
-fn dog() -> Scene {
+pub(super) fn dog() -> Scene {
     let mut rows: Vec<(String, Option<usize>, DVec3)> = Vec::new();
     let mut add = |name: String, parent: Option<usize>, place: DVec3| {
         rows.push((name, parent, place));

@@ -11,7 +11,7 @@ use retargetd::{
 
 use super::{
     expected::{DOUBTS, Uploaded, plain, posed, upload},
-    variant::Variant,
+    variant::{Variant, hashed},
 };
 
 /// One way in which a file may differ from the rig.
@@ -153,6 +153,69 @@ fn another_pose_is_taken_over() {
         }
     }
     assert!(problems.is_empty(), "{} in {count} uploads:\n{}", problems.len(), problems.join("\n"));
+}
+
+/// A pose in which everything below the pelvis is turned at random.
+fn random_pose(scene: &Scene, seed: u64) -> ModelPose {
+    let own = plain(scene);
+    let pelvis = own.role("pelvis")[0];
+    let mut local = own.rest_local.clone();
+    for (joint, transform) in local.transforms_mut().iter_mut().enumerate() {
+        if joint != pelvis && scene.skeleton.is_ancestor_or_self(pelvis, joint) {
+            let angle = |number: u64| (hashed(seed * 5000 + joint as u64 * 3 + number) - 0.5) * 0.7;
+            transform.rotation *= DQuat::from_euler(glam::EulerRot::XYZ, angle(0), angle(1), angle(2));
+        }
+    }
+    local.to_model(&scene.skeleton)
+}
+
+#[test]
+fn any_pose_is_taken_over() {
+    let mut problems = Vec::new();
+    let mut count = 0;
+    let bodies = bodies().into_iter().chain([("dog", super::hostile::dog())]);
+    for (body, scene) in bodies {
+        for (seed, difference) in DIFFERENCES.iter().enumerate() {
+            let expected = random_pose(&scene, seed as u64);
+            let rest = (difference.make)(Variant::of(&scene, &expected)).scene();
+            count += 1;
+            match upload(&scene, &rest, &expected) {
+                Ok(found) if found.limb_degrees.0 < 2.0 || found.codes.contains(&"rest_facing_guessed") => {}
+                Ok(found) => {
+                    problems.push(format!("{body}, {}: {:?} {:?}", difference.name, found.limb_degrees, found.codes))
+                }
+                Err(error) => problems.push(format!("{body}, {}: refused: {error}", difference.name)),
+            }
+        }
+    }
+    assert!(problems.is_empty(), "{} in {count} uploads:\n{}", problems.len(), problems.join("\n"));
+}
+
+#[test]
+fn joints_without_names_are_matched_by_their_place() {
+    let mut problems = Vec::new();
+    for (body, scene) in bodies() {
+        let own = plain(&scene).rest;
+        for (pose, expected) in [("its own pose", own), ("a T pose", posed(&scene, PoseChoice::T))] {
+            let body_of = || Variant::of(&scene, &expected);
+            let nameless = |body: Variant| body.renamed(|_| String::new());
+            for (what, variant) in [
+                ("no names", nameless(body_of())),
+                ("numbers", body_of().renamed(|name| format!("bone{}", name.bytes().map(usize::from).sum::<usize>()))),
+                ("no names, other axes and order", nameless(body_of().with_random_axes(2).shuffled(4))),
+            ] {
+                match upload(&scene, &variant.scene(), &expected) {
+                    Ok(found) if found.codes.iter().any(|code| DOUBTS.contains(code)) && found.limb_degrees.0 < 2.0 => {
+                    }
+                    Ok(found) => {
+                        problems.push(format!("{body} in {pose}, {what}: {:?} {:?}", found.limb_degrees, found.codes))
+                    }
+                    Err(error) => problems.push(format!("{body} in {pose}, {what}: refused: {error}")),
+                }
+            }
+        }
+    }
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
 
 #[test]

@@ -14,6 +14,7 @@ use super::{
     limbs::Limbs,
     matching::Matching,
     orientation::{Laid, OrientationFrom},
+    solve::base_of,
 };
 
 /// With a smaller share of the main joints of a body, a rest file is refused.
@@ -203,7 +204,7 @@ pub(super) fn report(
         scale: limbs.scale,
         is_one_build: limbs.is_one_build,
         orientation_from,
-        residuals: residuals(limbs, turns),
+        residuals: residuals(rig, limbs, turns),
     };
     let place = if rig.name == "source" { "source_rest" } else { "target_rest" };
     if !fit.missing.is_empty() {
@@ -285,10 +286,14 @@ fn missing(rig: &Rig<'_>, matching: &Matching) -> Vec<usize> {
     missing
 }
 
-fn residuals(limbs: &Limbs, turns: &[DQuat]) -> Vec<(usize, f64)> {
+fn residuals(rig: &Rig<'_>, limbs: &Limbs, turns: &[DQuat]) -> Vec<(usize, f64)> {
+    // What carries the pelvis is not turned.
+    let base = base_of(rig);
+    let is_above =
+        |joint: usize| base.is_some_and(|base| joint != base && rig.skeleton().is_ancestor_or_self(joint, base));
     let mut residuals: Vec<(usize, f64)> = Vec::new();
     // Ends and helpers are solved for only where nothing else says how a joint is turned.
-    for limb in limbs.limbs.iter().filter(|limb| limb.is_pose && limb.is_named) {
+    for limb in limbs.limbs.iter().filter(|limb| limb.is_pose && limb.is_named && !is_above(limb.from)) {
         let degrees = limb.off_degrees(turns[limb.from]);
         match residuals.last_mut().filter(|last| last.0 == limb.from) {
             Some(last) => last.1 = last.1.max(degrees),

@@ -79,7 +79,7 @@ pub(in crate::rig) fn uploaded(
     let mut rest = rig_in(part, rest_scene, &choice, templates, &mut own)?;
     let mut matching = Matching::find(rig, &rest);
     check_match(rig, &rest, &matching)?;
-    let mut turn = rig_from_rest(rig, &rest, &matching);
+    let mut space = rig_from_rest(rig, &rest, &matching);
     if let Some(bind) = choice.bind.clone()
         && is_rig_itself(rig, &rest, &matching, &bind)
     {
@@ -92,15 +92,15 @@ pub(in crate::rig) fn uploaded(
         };
         rest = rig_in(part, rest_scene, &choice, templates, &mut Reporter::new())?;
         matching = Matching::find(rig, &rest);
-        turn = rig_from_rest(rig, &rest, &matching);
+        space = rig_from_rest(rig, &rest, &matching);
     }
     check_bodies(rig, &rest, &matching)?;
-    let first = Limbs::find(rig, &rig.rest, &matching, &rest.rest, turn);
+    let first = Limbs::find(rig, &rig.rest, &matching, &rest.rest, space.rig_from_rest);
     matching.add_structure(rig, &rest, first.scale);
-    let limbs = Limbs::find(rig, &rig.rest, &matching, &rest.rest, turn);
+    let limbs = Limbs::find(rig, &rig.rest, &matching, &rest.rest, space.rig_from_rest);
     fit::check_limbs(rig, &limbs)?;
 
-    let laid = Laid { rig, rest: &rest, matching: &matching, limbs: &limbs, rig_from_rest: turn };
+    let laid = Laid { rig, rest: &rest, matching: &matching, limbs: &limbs, rig_from_rest: space.rig_from_rest };
     let (from, known) = laid.orientations();
     let turns = solved(rig, &matching, &limbs, &known);
     let pose = if is_own(&limbs, &turns) { rig.rest_local.clone() } else { posed(&laid, &turns) };
@@ -111,6 +111,14 @@ pub(in crate::rig) fn uploaded(
     }
     if let Some((detail, hint)) = choice.doubt {
         reporter.warn("rest_pose_chosen", part, detail, hint);
+    }
+    if space.is_facing_open {
+        reporter.warn(
+            "rest_facing_guessed",
+            part,
+            "the body of the rest file is turned aside and in itself; it is taken to be posed so, and to face as its file does",
+            "turn the character to the front of its file if the pose comes out turned",
+        );
     }
     let fit = report(&laid, from, &turns, reporter);
     let solve = spec.rest == RestSpec::Rule(RestRule::Solved);

@@ -80,7 +80,7 @@ fn turned(rig: &Rig<'_>, limbs: &Limbs, joint: usize, carried: DQuat, known: Opt
 }
 
 /// Whether the directions of a joint spread enough to say how it is turned about each of them.
-fn is_fan(limbs: &[&Limb]) -> bool {
+pub(super) fn is_fan(limbs: &[&Limb]) -> bool {
     let apart = |one: &Limb, other: &Limb| {
         let degrees = one.own.angle_between(other.own).to_degrees();
         (FAN_DEGREES..=180.0 - FAN_DEGREES).contains(&degrees)

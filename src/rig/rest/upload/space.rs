@@ -14,6 +14,7 @@ use super::{
     limbs::{Limb, Limbs},
     matching::Matching,
     orientation::poses_of,
+    solve::{base_of, is_fan},
     wahba::{Direction, best_rotation},
 };
 
@@ -25,19 +26,44 @@ const FITS: f64 = 0.05;
 const CONGRUENT_DEGREES: f64 = 0.5;
 const CONGRUENT_SHARE: f64 = 0.98;
 const FEWEST_BONES: usize = 4;
+/// A body that is turned further against the axes of its file does not stand along them, in degrees: 26° about the vertical is what
+/// a rig may be off without being turned, and beyond a contradiction the axes that a file declares are not its own.
+const ASIDE_DEGREES: f64 = 26.0;
+const CONTRADICTION_DEGREES: f64 = 60.0;
 /// A body whose shoulders face further aside from its hips is turned in itself, in degrees.
 const TWIST_DEGREES: f64 = 12.0;
 
 /// The rotation from the rest file's model space into the rig's.
 ///
 /// Where the rest file stands as the rig does in one of its own poses, but for the way that it faces or lies, it is the rotation
-/// between the two. Else, where both are bodies, each is turned as retargeting would turn it: by the axes that the file declares while the body does not
+/// between the two. Else, where both have one pelvis with its bones, it is the rotation along the axes that lays them on one another
+/// best, and what is left is how the pelvis is turned in the pose. Else, where both are bodies, each is turned as retargeting would turn it: by the axes that the file declares while the body does not
 /// contradict them, so that a body that stands a few degrees off its file's front keeps them. Where both declare their axes and
 /// are no bodies, by these. Else as the joints lie, along the axes.
-pub(super) fn rig_from_rest(rig: &Rig<'_>, rest: &Rig<'_>, matching: &Matching) -> DQuat {
+pub(super) fn rig_from_rest(rig: &Rig<'_>, rest: &Rig<'_>, matching: &Matching) -> Space {
     if let Some(turn) = poses_of(rig).iter().find_map(|own| congruent(rig, own, &rest.rest, matching)) {
-        return settled(turn);
+        return Space { rig_from_rest: settled(turn), is_facing_open: false };
     }
+    let by_bodies = by_bodies(rig, rest, matching);
+    let by_pelvis = by_pelvis(rig, rest, matching);
+    // Both are to agree on what is up; where the body faces, the pelvis knows better.
+    let up_in_rest = |turn: DQuat| turn.conjugate() * rig.up();
+    let is_sane = |space: &Space| {
+        let apart = up_in_rest(space.rig_from_rest).angle_between(up_in_rest(by_bodies));
+        apart.to_degrees() < CONTRADICTION_DEGREES
+    };
+    by_pelvis.filter(is_sane).unwrap_or(Space { rig_from_rest: by_bodies, is_facing_open: false })
+}
+
+/// How the space of a rest file lies against the rig's.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Space {
+    pub(super) rig_from_rest: DQuat,
+    /// Whether the body is turned so far, and in itself, that nobody knows whether it faces elsewhere or is posed so.
+    pub(super) is_facing_open: bool,
+}
+
+fn by_bodies(rig: &Rig<'_>, rest: &Rig<'_>, matching: &Matching) -> DQuat {
     let body = body_by_our_roles(rig, rest, matching).or(rest.recognition.body);
     let Some((own, theirs)) = rig.recognition.body.zip(body) else { return without_bodies(rig, rest, matching) };
     let recognition = Recognition { body: Some(theirs), ..Recognition::default() };
@@ -68,6 +94,42 @@ pub(super) fn congruent(rig: &Rig<'_>, own: &ModelPose, pose: &ModelPose, matchi
     let off = |direction: &Direction| (turn * direction.own).angle_between(direction.wanted).to_degrees();
     let alike = directions.iter().filter(|direction| off(direction) <= CONGRUENT_DEGREES).count();
     (alike as f64 >= CONGRUENT_SHARE * directions.len() as f64).then_some(turn)
+}
+
+/// By the bones of the pelvis, in two files of one character.
+fn by_pelvis(rig: &Rig<'_>, rest: &Rig<'_>, matching: &Matching) -> Option<Space> {
+    let limbs = Limbs::find(rig, &rig.rest, matching, &rest.rest, DQuat::IDENTITY);
+    let of_pelvis: Vec<&Limb> = limbs.of(base_of(rig)?).filter(|limb| limb.is_named).collect();
+    if !limbs.is_one_build || !is_fan(&of_pelvis) {
+        return None;
+    }
+    let direction =
+        |limb: &&Limb| Direction { own: limb.wanted.normalize(), wanted: limb.own.normalize(), weight: limb.weight };
+    let directions: Vec<Direction> = of_pelvis.iter().map(direction).collect();
+    let pelvis = best_rotation(&directions, DQuat::IDENTITY, 1e-9);
+    let declared = rig
+        .scene
+        .axes
+        .zip(rest.scene.axes)
+        .map(|(own, theirs)| (own.ours_from_this().conjugate() * theirs.ours_from_this()).normalize());
+    let up = rig.up();
+    let quarters =
+        |turn: DQuat| (0..4).map(move |quarter| DQuat::from_axis_angle(up, f64::from(quarter) * FRAC_PI_2) * turn);
+    let nearest = |turns: &mut dyn Iterator<Item = DQuat>| {
+        turns.min_by(|one, other| one.angle_between(pelvis).total_cmp(&other.angle_between(pelvis)))
+    };
+    let along = declared
+        .and_then(|declared| nearest(&mut quarters(declared)))
+        .filter(|turn| turn.angle_between(pelvis).to_degrees() < CONTRADICTION_DEGREES)
+        .unwrap_or_else(|| {
+            along_axes(pelvis * declared.unwrap_or_default().conjugate()) * declared.unwrap_or_default()
+        });
+    let front = rig.recognition.body?.forward;
+    let further = heading(up, along * pelvis.conjugate() * front, front);
+    let is_far = further.angle_between(DQuat::IDENTITY).to_degrees() > ASIDE_DEGREES;
+    let is_facing_open = is_far && is_twisted(rest, matching, rig);
+    let rig_from_rest = settled(if is_far && !is_facing_open { further * along } else { along });
+    Some(Space { rig_from_rest, is_facing_open })
 }
 
 /// Whether hips and shoulders of the rest file face in different directions.
