@@ -139,9 +139,9 @@ impl Matching {
         let mut taken = self.taken(rest.skeleton().len());
         let (our_roles, their_roles) = (roles_by_joint(rig), roles_by_joint(rest));
         let (our_children, their_children) = (rig.skeleton().children(), rest.skeleton().children());
-        for joint in 0..our_children.len() {
+        for (joint, children) in our_children.iter().enumerate() {
             let Some(twin) = self.anchors[joint].and_then(|anchor| anchor.joint()) else { continue };
-            let open = our_children[joint].iter().copied().filter(|child| self.anchors[*child].is_none());
+            let open = children.iter().copied().filter(|child| self.anchors[*child].is_none());
             let Some(child) = only(open) else { continue };
             let Some(other) = only(their_children[twin].iter().copied().filter(|child| !taken[*child])) else {
                 continue;

@@ -27,7 +27,7 @@ const MOST_ROLL_DEGREES: f64 = 100.0;
 pub(super) fn solved(rig: &Rig<'_>, matching: &Matching, limbs: &Limbs, known: &Turns) -> Vec<DQuat> {
     let base = base_of(rig);
     let mut turns: Vec<DQuat> = Vec::with_capacity(known.len());
-    for joint in 0..known.len() {
+    for (joint, known) in known.iter().enumerate() {
         let parent = rig.skeleton().parent(joint);
         let carried = parent.map_or(DQuat::IDENTITY, |parent| turns[parent]);
         let is_above = base.is_some_and(|base| base != joint && rig.skeleton().is_ancestor_or_self(joint, base));
@@ -35,7 +35,7 @@ pub(super) fn solved(rig: &Rig<'_>, matching: &Matching, limbs: &Limbs, known: &
             // What carries the whole body shows no pose: it lies as the axes of a file lie.
             if is_above { DQuat::IDENTITY } else { carried }
         } else {
-            turned(rig, limbs, joint, carried, known[joint])
+            turned(rig, limbs, joint, carried, *known)
         };
         turns.push(turn.normalize());
     }

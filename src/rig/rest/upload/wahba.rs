@@ -1,6 +1,8 @@
 //! The rotation that brings several directions onto others with the least squared error: Wahba's problem, solved by Davenport's
 //! q-method (Wahba 1965; Davenport 1968; Horn 1987).
 
+use std::array::from_fn;
+
 use glam::{DMat3, DQuat, DVec3, DVec4};
 
 /// Sweeps of the Jacobi iteration; four dimensions need about five.
@@ -59,11 +61,9 @@ fn rotate(matrix: &mut [[f64; 4]; 4], vectors: &mut [[f64; 4]; 4], row: usize, c
         line[row] = cosine * one - sine * other;
         line[column] = sine * one + cosine * other;
     }
-    for index in 0..4 {
-        let (one, other) = (matrix[row][index], matrix[column][index]);
-        matrix[row][index] = cosine * one - sine * other;
-        matrix[column][index] = sine * one + cosine * other;
-    }
+    let (one, other) = (matrix[row], matrix[column]);
+    matrix[row] = from_fn(|index| cosine * one[index] - sine * other[index]);
+    matrix[column] = from_fn(|index| sine * one[index] + cosine * other[index]);
 }
 
 #[cfg(test)]
