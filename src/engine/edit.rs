@@ -89,7 +89,8 @@ pub(super) fn edit_by(
     report_idle_fields(spec, &mut reporter);
     let rest: Option<&Scene> = rest.as_ref().map(|loaded| &loaded.scene);
     let rig = Rig::with_templates("source", &loaded.scene, rest, &spec.source, knowledge.rigs(), &mut reporter)
-        .map_err(|error| in_config_or(error, "source"))?;
+        .map_err(|error| in_config_or(error, "source"))
+        .map_err(|failure| mixups::explain_rest(failure, "source", &loaded.scene, &loaded.scene, rest))?;
     let clip = chosen_clip(spec, &loaded.scene, &mut reporter, || mixups::nothing_moves(&loaded.scene))?;
     let plan_seconds = control.seconds() - planning;
 

@@ -27,6 +27,7 @@ use super::{
     pass::Pass,
     performance::performance,
     provenance::Provenance,
+    rest_file::RestFileView,
     tune::Subject,
 };
 
@@ -350,6 +351,7 @@ pub(super) fn facts(side: &Rig<'_>, format: Format) -> RigFacts {
         rest_pose: side.recognition.rest_pose.name(),
         rest_pose_from: side.rest_source.name(),
         rest_pose_reason: side.rest_reason.clone(),
+        rest_file: RestFileView::of(side),
         axes: side.axes.to_string(),
         unit_metres: side.unit_metres,
     }

@@ -52,7 +52,7 @@ pub use recognition::{
     template_schema,
 };
 pub use resolve::{Resolved, resolve, scheduled};
-pub use rest::RestSource;
+pub use rest::{OrientationFrom, RestFit, RestSource};
 pub use shoulder::ShoulderPair;
 pub use spec::*;
 pub use stages::{

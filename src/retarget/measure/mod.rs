@@ -21,6 +21,7 @@ mod limbs;
 mod metric;
 mod motion;
 mod pops;
+mod rest;
 mod skin;
 mod smoothness;
 mod spine;
@@ -48,6 +49,7 @@ use self::{
     metric::{Finding, Reading, Series, judge, overall, rounded, score, verdict_reason},
     motion::{Both, Frames, Performer, Wanted, compare},
     pops::Pops,
+    rest::rest_residual,
     smoothness::Smoothness,
     spine::Spine,
     tracks::{bone_length_drift, rotation_steps},
@@ -196,6 +198,7 @@ pub fn measure(
         (MetricName::SelfPenetration, Collisions::measure(collisions.as_ref(), &spread)),
         (MetricName::HeadFacing, Front::measure(head.as_ref(), &spread)),
         (MetricName::ChestFacing, Front::measure(chest.as_ref(), &spread)),
+        (MetricName::RestResidual, rest_residual(&rigs)),
     ];
     let judged = |(name, finding): (MetricName, Finding)| {
         (name, judge(name, finding, choice, target.skeleton(), result.times_seconds()))

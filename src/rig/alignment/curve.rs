@@ -4,6 +4,7 @@ use glam::{DQuat, DVec3};
 
 use super::{
     super::{auto_map::NamedPair, spec::Align, understand::Rig},
+    HowAligned,
     look::{Bone, Look, chain},
     rules::{Aim, Rules},
     turn::arc,
@@ -52,7 +53,7 @@ impl Rules<'_> {
         };
         if curves.as_ref().is_none_or(|curves| self.mode == Align::Auto && is_like(curves)) {
             if part == "neck" && self.is_same_neck(pair, own, wanted) {
-                self.wish(first, role, Aim::Stance { turn: self.body_turn, own, wanted }, None);
+                self.wish(first, role, Aim::Face { turn: self.body_turn, own, wanted, how: HowAligned::Kept }, None);
             } else {
                 self.wish(first, role, Aim::Point { own, wanted, pole }, roll);
             }
@@ -69,8 +70,8 @@ impl Rules<'_> {
     /// Whether a neck differs from the source's by no more than riggers differ about where its joint is, so that it keeps how it is
     /// made: turned by that difference it would be bent where the source's is straight, and the head back again.
     fn is_same_neck(&self, pair: &NamedPair, own: DVec3, wanted: DVec3) -> bool {
-        let is_laid_out =
-            matches!(self.source, Look::Rig(_)) && !self.source.is_in_motion() && !self.own.is_in_motion();
+        let is_laid_out = |rig: &Rig<'_>| !rig.rest_source.is_in_motion();
+        let is_laid_out = is_laid_out(self.target) && matches!(self.source, Look::Rig(source) if is_laid_out(source));
         let is_pointed = self.explicit(pair).iter().any(Option::is_some);
         let is_near = (self.body_turn * own).angle_between(wanted) <= SAME_NECK_RADIANS;
         self.mode == Align::Auto && is_laid_out && !is_pointed && is_near

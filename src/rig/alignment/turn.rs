@@ -26,7 +26,7 @@ pub(super) fn turn(target: &Rig<'_>, wishes: &[Option<Wish>], mode: Align) -> Al
             _ if mode == Align::Off => DQuat::IDENTITY,
             None => carried,
             Some(wish) => match wish.aim {
-                Aim::Turn(turn) | Aim::Stance { turn, .. } | Aim::Face { turn, .. } => turn,
+                Aim::Turn(turn) | Aim::Face { turn, .. } => turn,
                 Aim::Head { own, wanted } => arc(own, wanted, target.up()),
                 Aim::Further(turn) => turn * carried,
                 Aim::Follow { first, .. } => turns[first],
@@ -94,7 +94,6 @@ fn left_over(wish: &Wish, joint: usize, turn: DQuat, mode: Align) -> AlignedJoin
         Aim::Head { own, wanted } => (HowAligned::Heading, Some((own, wanted))),
         Aim::Follow { bone, .. } => (HowAligned::Whole, bone),
         Aim::Turn(_) => (HowAligned::Kept, None),
-        Aim::Stance { own, wanted, .. } => (HowAligned::Kept, Some((own, wanted))),
         Aim::Further(_) => (HowAligned::Sloped, None),
         Aim::Face { own, wanted, how, .. } => (how, Some((own, wanted))),
     };
@@ -112,7 +111,7 @@ fn left_over(wish: &Wish, joint: usize, turn: DQuat, mode: Align) -> AlignedJoin
 
 /// The shortest rotation from one unit vector to another. For opposite ones half a turn about `pole`, or about an axis square to
 /// it where `pole` lies along them: which way round the arc goes must not depend on rounding.
-pub(super) fn arc(from: DVec3, to: DVec3, pole: DVec3) -> DQuat {
+pub(in crate::rig) fn arc(from: DVec3, to: DVec3, pole: DVec3) -> DQuat {
     if from.dot(to) > -1.0 + 1e-9 {
         return DQuat::from_rotation_arc(from, to);
     }

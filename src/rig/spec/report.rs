@@ -153,6 +153,8 @@ pub enum MetricName {
     HeadFacing,
     /// Angle between where the chests face; 95th percentile over frames.
     ChestFacing,
+    /// Angle between where a bone points in the rest pose and in the rest file that the pose was taken from; largest.
+    RestResidual,
 }
 
 /// What is known of a metric before anything is measured.
@@ -198,7 +200,7 @@ impl MetricName {
 }
 
 /// The one place of all thresholds.
-const METRICS: [MetricInfo; 25] = [
+const METRICS: [MetricInfo; 26] = [
     MetricInfo {
         metric: MetricName::FootSlide,
         name: "foot_slide",
@@ -450,6 +452,16 @@ const METRICS: [MetricInfo; 25] = [
         forgives_source: false,
         weight: 1.0,
         about: "angle between where the chests face; 95th percentile over frames",
+    },
+    MetricInfo {
+        metric: MetricName::RestResidual,
+        name: "rest_residual",
+        unit: "degrees",
+        threshold: Threshold { warn_above: 5.0, fail_above: 20.0 },
+        absolute_warn_above: None,
+        forgives_source: false,
+        weight: 1.0,
+        about: "angle between where a bone points in the rest pose and in the rest file that the pose was taken from; largest",
     },
 ];
 
