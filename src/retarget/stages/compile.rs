@@ -5,14 +5,14 @@ use glam::{DMat3, DVec2, DVec3};
 use crate::{
     model::{Skeleton, Transform},
     rig::{
-        BodyPart, Capsule, FloorOp, GripPair, Ground, HandPair, IkOp, Limb, LimbJoints, LimbPair, Mapping, PlantMode,
+        BodyPart, Capsule, FloorOp, FootPoint, GripPair, Ground, HandPair, IkOp, Limb, LimbJoints, LimbPair, Mapping, PlantMode,
         PlantOp, Schedule, SelfContactOp, Sole, StagedKind, StagedOp, StrideDirection, StrideOp,
     },
 };
 
 use super::{
     Plan, Stack, Stage,
-    contacts::{ContactStage, sole_points},
+    contacts::ContactStage,
     filter::FilterStage,
     floor::{FloorFoot, FloorStage, FootSlots},
     goals::{GoalLimb, GoalStage, PelvisShift},
@@ -58,9 +58,10 @@ impl Stack {
             open: Vec::new(),
             pull: None,
             toes: None,
+            is_tilted: false,
         };
-        for op in &mapping.stages.ops {
-            compiler.add(op);
+        for (index, op) in mapping.stages.ops.iter().enumerate() {
+            compiler.add(op, &mapping.stages.ops[index + 1..]);
         }
         compiler.close();
         Self {
@@ -89,10 +90,13 @@ pub(super) struct Compiler<'a> {
     pull: Option<(bool, f64)>,
     /// What bends toes once the feet of a `floor` op are where they stay.
     toes: Option<ToeStage>,
+    /// Whether feet already tilt less for the `floor` op to come.
+    is_tilted: bool,
 }
 
 impl Compiler<'_> {
-    fn add(&mut self, op: &StagedOp) {
+    /// `following` are the ops after it.
+    fn add(&mut self, op: &StagedOp, following: &[StagedOp]) {
         match &op.kind {
             StagedKind::Contacts(contacts) => {
                 let posing = |joints: &[usize]| self.source_posing(joints.iter().copied());
@@ -104,6 +108,7 @@ impl Compiler<'_> {
             StagedKind::Plant(plant) if plant.mode == PlantMode::Never => {}
             StagedKind::Plant(plant) => {
                 self.need_goals(&op.limbs);
+                self.tilt_for(following);
                 let stage = self.plant_stage(plant, op);
                 self.stages.push(Stage::Plant(stage));
                 if plant.pull_pelvis {
@@ -148,6 +153,8 @@ impl Compiler<'_> {
             }
             StagedKind::Floor(floor) => {
                 self.need_goals(&op.limbs);
+                self.tilt(floor, op);
+                self.is_tilted = false;
                 let stage = self.floor_stage(floor, op);
                 self.toes = self.toe_stage(op);
                 self.stages.push(Stage::Floor(stage));
@@ -155,6 +162,26 @@ impl Compiler<'_> {
                     self.pull = Some((false, 1.0));
                 }
             }
+        }
+    }
+
+    /// Feet are held as they are tilted: for a `floor` op behind, before anything holds them.
+    fn tilt_for(&mut self, following: &[StagedOp]) {
+        for op in following {
+            match &op.kind {
+                StagedKind::Floor(floor) => return self.tilt(floor, op),
+                StagedKind::Ik(_) | StagedKind::Plant(_) | StagedKind::Contacts(_) | StagedKind::Stride(_) => {}
+                _ => return,
+            }
+        }
+    }
+
+    fn tilt(&mut self, floor: &FloorOp, op: &StagedOp) {
+        if !self.is_tilted {
+            self.need_goals(&op.limbs);
+            let stage = self.floor_stage(floor, op);
+            self.stages.push(Stage::Tilt(stage));
+            self.is_tilted = true;
         }
     }
 
@@ -352,16 +379,23 @@ impl Compiler<'_> {
     }
 
     fn plant_stage(&self, op: &PlantOp, staged: &StagedOp) -> PlantStage {
-        let points = |limb: usize| {
-            let joints = self.limb(limb).target;
-            [Some(joints.end), joints.ball, joints.tip]
+        let points = |limb: usize| -> [Option<FootPoint>; 3] {
+            let pair = self.limb(limb);
+            let joint = FootPoint { joint: pair.target.end, offset: DVec3::ZERO };
+            if pair.limb.is_leg() { pair.target_foot.contacts } else { [Some(joint), None, None] }
         };
-        let posing = self.target_posing(staged.limbs.iter().flat_map(|&limb| points(limb)).flatten());
+        let joints = staged.limbs.iter().flat_map(|&limb| points(limb)).flatten().map(|point| point.joint);
+        let balls = staged.limbs.iter().flat_map(|&limb| {
+            let joints = self.limb(limb).target;
+            [Some(joints.end), joints.ball]
+        });
+        let posing = self.target_posing(joints.chain(balls.flatten()));
         let foot = |&limb: &usize| PlantedFoot {
             limb,
             scale: self.rest(limb).length_ratio,
-            slots: points(limb).map(|joint| joint.map(|joint| posing.slot(joint))),
-            soles: sole_points(self.limb(limb), &self.limb(limb).target),
+            end: posing.slot(self.limb(limb).target.end),
+            ball: self.limb(limb).target.ball.map(|ball| posing.slot(ball)),
+            points: points(limb).map(|point| point.map(|point| (posing.slot(point.joint), point.offset))),
             axes: self.foot_axes(limb),
             size_beside_leg: self.size_beside_leg(limb),
             still_speed: STILL_METRES_PER_SECOND * self.legs().0,
@@ -406,48 +440,65 @@ impl Compiler<'_> {
         size_ratio(source, target, self.rest(limb).length_ratio)
     }
 
-    /// Whether the target's toes bend where the floor is: feet that are the source's have its toes.
-    fn toes_of(&self, limb: usize) -> Option<(usize, Sole)> {
+    /// The axis about which the target's toes bend up where the floor is, in the axes of their joint: feet that are the source's
+    /// have its toes. Nothing where toes have no length or stand upright at rest.
+    fn toes_of(&self, limb: usize) -> Option<DVec3> {
         let pair = self.limb(limb);
         let (source, target) = (pair.source.sole?, pair.target.sole?);
-        let is_other = self.size_ratio(limb, &source, &target).is_none();
-        let ball = pair.target.ball.filter(|_| is_other)?;
-        ToedFoot::new(ball, 0, &target).map(|_| (ball, target))
+        pair.target.ball?;
+        if self.size_ratio(limb, &source, &target).is_some() {
+            return None;
+        }
+        let toes = pair.target_foot.points.iter().filter(|point| point.gives_way).map(|point| point.from_ball);
+        let toes: DVec3 = toes.sum();
+        toes.cross(-target.down[1]?).try_normalize()
     }
 
     fn toe_stage(&self, staged: &StagedOp) -> Option<ToeStage> {
-        let toes: Vec<(usize, Sole)> = staged.limbs.iter().filter_map(|&limb| self.toes_of(limb)).collect();
-        let target = self.target_posing(toes.iter().map(|(ball, _)| *ball));
-        let foot = |(ball, sole): &(usize, Sole)| ToedFoot::new(*ball, target.slot(*ball), sole);
+        let toes = |&limb: &usize| self.toes_of(limb).map(|raise| (limb, raise));
+        let toes: Vec<(usize, DVec3)> = staged.limbs.iter().filter_map(toes).collect();
+        let ends = toes.iter().flat_map(|(limb, _)| self.foot_joints(*limb, true));
+        let target = self.target_posing(ends);
+        let foot = |&(limb, raise): &(usize, DVec3)| {
+            let joints = self.limb(limb).target;
+            let slots = foot_slots(&joints, &target);
+            let shape = self.limb(limb).target_foot.clone();
+            Some(ToedFoot { ball: joints.ball?, slots, shape, raise })
+        };
         let feet: Vec<ToedFoot> = toes.iter().filter_map(foot).collect();
         let (schedule, ground, (_, leg)) = (staged.schedule.clone(), self.ground(), self.legs());
         (!feet.is_empty()).then_some(ToeStage { schedule, feet, target, ground, leg })
     }
 
+    /// Ankle and joint of the ball of one side.
+    fn foot_joints(&self, limb: usize, of_target: bool) -> impl Iterator<Item = usize> + use<> {
+        let pair = self.limb(limb);
+        let joints = if of_target { pair.target } else { pair.source };
+        [Some(joints.end), joints.ball].into_iter().flatten()
+    }
+
     fn floor_stage(&self, op: &FloorOp, staged: &StagedOp) -> FloorStage {
-        let ends = |joints: &LimbJoints| [Some(joints.end), joints.ball].into_iter().flatten();
-        let source = self.source_posing(staged.limbs.iter().flat_map(|&limb| ends(&self.limb(limb).source)));
-        let target = self.target_posing(staged.limbs.iter().flat_map(|&limb| ends(&self.limb(limb).target)));
+        let source = self.source_posing(staged.limbs.iter().flat_map(|&limb| self.foot_joints(limb, false)));
+        let target = self.target_posing(staged.limbs.iter().flat_map(|&limb| self.foot_joints(limb, true)));
+        let up = |limb: usize| {
+            let rest = self.target_rest[self.limb(limb).target.end].rotation;
+            rest.conjugate() * self.ground().up
+        };
         let foot = |&limb: &usize| {
             let pair = self.limb(limb);
             let (source_sole, target_sole) = (pair.source.sole?, pair.target.sole?);
+            let ratio = self.size_ratio(limb, &source_sole, &target_sole);
+            let leg_ratio = self.rest(limb).length_ratio;
             Some(FloorFoot {
                 limb,
-                source: FootSlots {
-                    end: source.slot(pair.source.end),
-                    ball: pair.source.ball.map(|ball| source.slot(ball)),
-                },
-                source_sole,
-                target: FootSlots {
-                    end: target.slot(pair.target.end),
-                    ball: pair.target.ball.map(|ball| target.slot(ball)),
-                },
-                target_sole,
+                source: foot_slots(&pair.source, &source),
+                source_shape: pair.source_foot.clone(),
+                target: foot_slots(&pair.target, &target),
+                target_shape: pair.target_foot.clone(),
                 toes_give_way: self.toes_of(limb).is_some(),
-                size_ratio: self.size_ratio(limb, &source_sole, &target_sole),
-                flat: pair
-                    .has_stiff_foot
-                    .then(|| self.target_rest[pair.target.end].rotation.conjugate() * self.ground().up),
+                is_same: ratio.is_some_and(|ratio| (ratio - leg_ratio).abs() <= ALIKE * leg_ratio),
+                stands: target_sole.down[0].map(|down| -down),
+                flat: pair.has_stiff_foot.then(|| up(limb)),
             })
         };
         let (source_leg, target_leg) = self.legs();
@@ -575,6 +626,10 @@ impl Compiler<'_> {
 fn contact_joints(pair: &LimbPair) -> Vec<(&'static str, usize)> {
     let joints = [Some(pair.target.end), pair.target.ball, pair.target.tip];
     pair.limb.contact_points().into_iter().zip(joints).filter_map(|(point, joint)| Some((point, joint?))).collect()
+}
+
+fn foot_slots(joints: &LimbJoints, posing: &Posing) -> FootSlots {
+    FootSlots { end: posing.slot(joints.end), ball: joints.ball.map(|ball| posing.slot(ball)) }
 }
 
 /// Lengths and heights of a foot.

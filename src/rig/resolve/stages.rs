@@ -10,12 +10,14 @@ use super::super::{
     error::{SpecError, SpecErrorKind, SpecField},
     floor::{Stance, clip_floor},
     mapping::{ChainPair, Mapping},
+    soles::{FootShape, foot_shape},
     spec::{Alpha, ContactsOp, Op, Scope},
     stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, SourceScale, StagedKind, StagedOp, Stages},
     understand::Rig,
     volumes::{HandPair, body_parts, hand},
 };
 use super::{
+    clip_contacts::take_contacts,
     curves::{contact_spans, curve_drives},
     posed::{Subject, props, resolve_posed, scale_source, shapes},
     schedule::schedule,
@@ -40,6 +42,7 @@ pub(super) fn resolve_stages(
     limbs.iter_mut().for_each(|pair| pair.has_stiff_foot = has_stiff_foot(pair, source, clip));
     share_soles(&mut limbs, |pair| &mut pair.source);
     share_soles(&mut limbs, |pair| &mut pair.target);
+    shape_feet(&mut limbs, source, target);
     let (mut front, mut staged) = (Vec::new(), Vec::new());
     let mut source_scale: Option<SourceScale> = None;
     let mut curves = Vec::new();
@@ -215,6 +218,7 @@ impl Context<'_> {
         }
         let mut resolved = op.clone();
         resolved.set.extend(contact_spans(&op.curves, &pointer, self.source.scene, self.clip, fields));
+        take_contacts(&mut resolved, self.limbs, self.source.skeleton(), self.clip);
         resolved
     }
 
@@ -337,7 +341,8 @@ pub(super) fn have_driven_leg(source: &Rig<'_>, target: &Rig<'_>, is_driven: imp
 fn find_limb(limb: Limb, source: &Rig<'_>, target: &Rig<'_>) -> Option<LimbPair> {
     let unit = source.unit_metres / target.unit_metres;
     let (source, target) = (limb_joints(limb, source, unit)?, limb_joints(limb, target, 1.0)?);
-    Some(LimbPair { limb, source, target, has_stiff_foot: false })
+    let (source_foot, target_foot) = (FootShape::default(), FootShape::default());
+    Some(LimbPair { limb, source, target, has_stiff_foot: false, source_foot, target_foot })
 }
 
 /// Skeletons of points have ankles and nothing beyond.
@@ -401,6 +406,21 @@ fn share_soles(limbs: &mut [LimbPair], side: impl Fn(&mut LimbPair) -> &mut Limb
         sole.heel = heel.unwrap_or(sole.heel);
         sole.ball = sole.ball.and(ball);
         sole.tip = sole.tip.and(tip);
+    }
+}
+
+/// Finds the soles of both sides. Of what is turned by nothing but the shins, nobody knows how it lies; and feet of one body are
+/// looked at in one way.
+fn shape_feet(limbs: &mut [LimbPair], source: &Rig<'_>, target: &Rig<'_>) {
+    let unit = source.unit_metres / target.unit_metres;
+    let is_leg = |pair: &&mut LimbPair| pair.limb.is_leg();
+    let stands = |sole: Option<Sole>| sole.is_some_and(|sole| sole.down[0].is_some());
+    let known = |pair: &LimbPair| [!pair.has_stiff_foot && stands(pair.source.sole), stands(pair.target.sole)];
+    let legs = || limbs.iter().filter(|pair| pair.limb.is_leg());
+    let [source_stands, target_stands] = [0, 1].map(|side| legs().all(|pair| known(pair)[side]));
+    for pair in limbs.iter_mut().filter(is_leg) {
+        pair.source_foot = foot_shape(source, &pair.source, unit, source_stands);
+        pair.target_foot = foot_shape(target, &pair.target, 1.0, target_stands);
     }
 }
 

@@ -1,0 +1,128 @@
+//! Feet tilt less where they would go through the floor.
+//!
+//! A foot that is larger than the source's, or that has no toes to bend, goes through the floor when it is tilted as the source's
+//! foot is: with its heel when it lands, with its tip when it leaves. Lifting it would bend the knee; instead it is turned toward
+//! standing flat about its ankle, just as far as needed and at most until it is flat. What is still missing then is left to
+//! lifting. Toes keep how they are turned against the floor, because they bend before the ankle does. Runs before feet are planted,
+//! so that what stands is held where it is then.
+
+use glam::DQuat;
+
+use crate::model::Canceled;
+
+use super::{
+    super::{
+        posing::Pose,
+        two_bone::smooth,
+        work::{Change, Changed, Work},
+    },
+    FloorFoot, FloorStage, PlacedFoot,
+    foot::Tilted,
+    level::is_flat,
+    lift::smooth_above,
+};
+
+/// Standard deviation of the smoothing of how far feet are turned.
+const TURN_SECONDS: f64 = 0.05;
+/// Feet that are tilted by more than this are not standing: somebody kneels or lies. Radians, and over how many that fades.
+const STANDS: f64 = 1.4;
+const STANDS_FADE: f64 = 0.5;
+/// A foot that is in the floor by less than this is not turned, for a leg of 1 m.
+const LITTLE_METRES: f64 = 1e-4;
+
+impl FloorStage {
+    /// Turns the goals of feet.
+    pub(in super::super) fn tilt(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        let turns = self.turns(work)?;
+        if turns.iter().flatten().all(|turn| *turn == 0.0) {
+            return Ok(());
+        }
+        self.keep_toes(&turns, work)?;
+        work.change_goals(self.limb_count, |_, frame, goals| {
+            for (foot, turns) in self.feet.iter().zip(&turns) {
+                let goal = &mut goals[foot.limb];
+                goal.rotation = (self.turn(foot, goal.rotation, turns[frame]) * goal.rotation).normalize();
+            }
+        })
+    }
+
+    /// How far every foot is turned, frame by frame; radians.
+    fn turns(&self, work: &Work<'_>) -> Result<Vec<Vec<f64>>, Canceled> {
+        let width = self.feet.len();
+        let rows = self.clearances(work)?;
+        let levels = self.levels(&rows, work);
+        let holds = self.holds(work);
+        let wanted = |foot: usize, frame: usize| {
+            self.wanted(foot, rows[frame * width + foot].source, levels[foot][frame], holds[foot][frame])
+        };
+        let carries = |foot: usize, frame: usize| {
+            let stands = is_flat(self.feet[foot].limb, frame, work);
+            stands.then(|| wanted(foot, frame).height - rows[frame * width + foot].flat)
+        };
+        let needs = |_: usize, _: usize| None;
+        let shifts =
+            self.shifts(&rows, work, |foot, frame, _| carries(foot, frame), |foot, frame, _| needs(foot, frame));
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [f64]| {
+            let missing = |foot: usize| {
+                wanted(foot, frame).deepest - rows[frame * width + foot].target - shifts[frame]
+            };
+            if (0..width).all(|foot| missing(foot) <= LITTLE_METRES * self.target_leg) {
+                return;
+            }
+            self.target.fill(pose, &work.target, frame);
+            for (index, (foot, turn)) in self.feet.iter().zip(row).enumerate() {
+                let goal = &work.goals[frame * self.limb_count + foot.limb];
+                let placed = PlacedFoot::posed(foot.target, pose).moved_to(goal.position, goal.rotation);
+                let least = wanted(index, frame).deepest - shifts[frame] + self.ground.target_floor;
+                *turn = self.needed_turn(foot, &placed, least) * self.schedule.alpha_at(frame, work.times[frame]);
+            }
+        };
+        let needed = work.rows(width, || self.target.pose(), fill)?;
+        let over_time = |foot: usize| {
+            let needed: Vec<f64> = needed.iter().skip(foot).step_by(width).copied().collect();
+            if needed.iter().all(|turn| *turn == 0.0) { needed } else { smooth_above(&needed, &needed, work.times, TURN_SECONDS) }
+        };
+        Ok((0..width).map(over_time).collect())
+    }
+
+    fn needed_turn(&self, foot: &FloorFoot, placed: &PlacedFoot, least: f64) -> f64 {
+        let tilted = foot.stands.and_then(|flat| placed.tilted(flat, self.ground.up));
+        let Some(tilted) = tilted else { return 0.0 };
+        let stands = 1.0 - smooth((tilted.angle - STANDS) / STANDS_FADE);
+        let is_wanted = |point: &_| foot.carries(point);
+        placed.turn_above(&foot.target_shape, self.ground.up, &tilted, least, is_wanted) * stands
+    }
+
+    /// Toward flat by an angle, and no farther.
+    fn turn(&self, foot: &FloorFoot, rotation: DQuat, angle: f64) -> DQuat {
+        let placed = PlacedFoot { end: (glam::DVec3::ZERO, rotation), ball: None };
+        let tilted = foot.stands.filter(|_| angle > 0.0).and_then(|flat| placed.tilted(flat, self.ground.up));
+        let turn = |tilted: Tilted| DQuat::from_axis_angle(tilted.axis, angle.min(tilted.angle));
+        tilted.map_or(DQuat::IDENTITY, turn)
+    }
+
+    /// Toes stay turned as they are while the foot above them turns.
+    fn keep_toes(&self, turns: &[Vec<f64>], work: &mut Work<'_>) -> Result<(), Canceled> {
+        let turned = |(index, foot): (usize, &FloorFoot)| {
+            let slot = foot.target.ball.filter(|_| foot.toes_give_way)?;
+            turns[index].iter().any(|turn| *turn > 0.0).then_some((index, slot))
+        };
+        let feet: Vec<(usize, usize)> = self.feet.iter().enumerate().filter_map(turned).collect();
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
+            self.target.fill(pose, &work.target, frame);
+            for ((index, slot), change) in feet.iter().zip(row) {
+                let foot = &self.feet[*index];
+                let goal = work.goals[frame * self.limb_count + foot.limb].rotation;
+                let to_goal = goal * pose.model[foot.target.end].rotation.conjugate();
+                let above = to_goal * self.target.parent_of(pose, *slot).rotation;
+                let toes = to_goal * pose.model[*slot].rotation;
+                let turn = self.turn(foot, goal, turns[*index][frame]);
+                change.rotation = ((turn * above).conjugate() * toes).normalize().as_quat();
+            }
+        };
+        let rows = work.rows(feet.len(), || self.target.pose(), fill)?;
+        let changed = |(_, slot): &(usize, usize)| Changed { joint: self.target.joint(*slot), rotates: true, moves: false };
+        work.write(&feet.iter().map(changed).collect::<Vec<_>>(), &rows);
+        Ok(())
+    }
+}
