@@ -108,8 +108,8 @@ impl Compiler<'_> {
             StagedKind::Plant(plant) if plant.mode == PlantMode::Never => {}
             StagedKind::Plant(plant) => {
                 self.need_goals(&op.limbs);
-                self.tilt_for(following);
-                let stage = self.plant_stage(plant, op);
+                let leaves_height = self.tilt_for(following);
+                let stage = PlantStage { leaves_height, ..self.plant_stage(plant, op) };
                 self.stages.push(Stage::Plant(stage));
                 if plant.pull_pelvis {
                     self.pull = Some((true, plant.sideways_cost));
@@ -165,15 +165,19 @@ impl Compiler<'_> {
         }
     }
 
-    /// Feet are held as they are tilted: for a `floor` op behind, before anything holds them.
-    fn tilt_for(&mut self, following: &[StagedOp]) {
+    /// Feet are held as they are tilted: for a `floor` op behind, before anything holds them. Whether there is one.
+    fn tilt_for(&mut self, following: &[StagedOp]) -> bool {
         for op in following {
             match &op.kind {
-                StagedKind::Floor(floor) => return self.tilt(floor, op),
+                StagedKind::Floor(floor) => {
+                    self.tilt(floor, op);
+                    return true;
+                }
                 StagedKind::Ik(_) | StagedKind::Plant(_) | StagedKind::Contacts(_) | StagedKind::Stride(_) => {}
-                _ => return,
+                _ => return false,
             }
         }
+        false
     }
 
     fn tilt(&mut self, floor: &FloorOp, op: &StagedOp) {
@@ -406,6 +410,7 @@ impl Compiler<'_> {
             feet: staged.limbs.iter().map(foot).collect(),
             up: self.ground().up,
             limb_count: self.limb_count(),
+            leaves_height: false,
             posing,
         }
     }
@@ -470,11 +475,11 @@ impl Compiler<'_> {
         (!feet.is_empty()).then_some(ToeStage { schedule, feet, target, ground, leg })
     }
 
-    /// Ankle and joint of the ball of one side.
+    /// Shin, ankle and joint of the ball of one side.
     fn foot_joints(&self, limb: usize, of_target: bool) -> impl Iterator<Item = usize> + use<> {
         let pair = self.limb(limb);
         let joints = if of_target { pair.target } else { pair.source };
-        [Some(joints.end), joints.ball].into_iter().flatten()
+        [Some(joints.middle), Some(joints.end), joints.ball].into_iter().flatten()
     }
 
     fn floor_stage(&self, op: &FloorOp, staged: &StagedOp) -> FloorStage {
@@ -498,6 +503,7 @@ impl Compiler<'_> {
                 toes_give_way: self.toes_of(limb).is_some(),
                 is_same: ratio.is_some_and(|ratio| (ratio - leg_ratio).abs() <= ALIKE * leg_ratio),
                 stands: target_sole.down[0].map(|down| -down),
+                toes_up: target_sole.down[1].map(|down| -down),
                 flat: pair.has_stiff_foot.then(|| up(limb)),
             })
         };
@@ -629,7 +635,8 @@ fn contact_joints(pair: &LimbPair) -> Vec<(&'static str, usize)> {
 }
 
 fn foot_slots(joints: &LimbJoints, posing: &Posing) -> FootSlots {
-    FootSlots { end: posing.slot(joints.end), ball: joints.ball.map(|ball| posing.slot(ball)) }
+    let ball = joints.ball.map(|ball| posing.slot(ball));
+    FootSlots { end: posing.slot(joints.end), ball, shin: posing.slot(joints.middle) }
 }
 
 /// Lengths and heights of a foot.

@@ -33,6 +33,7 @@ const LEVEL_AGREEMENT_METRES: f64 = 0.05;
 #[derive(Clone, Debug, Default)]
 pub(super) struct ContactPoints {
     pub(super) points: Vec<ContactPoint>,
+    is_touching: bool,
 }
 
 /// Which point of a foot or a hand.
@@ -66,6 +67,11 @@ pub(super) struct ContactPoint {
 impl ContactPoints {
     pub(super) fn find(&self, limb: usize, part: Part) -> Option<&ContactPoint> {
         self.points.iter().find(|point| point.limb == limb && point.part == part)
+    }
+
+    /// Whether anything touches at any time.
+    pub(super) fn is_anything_touching(&self) -> bool {
+        self.is_touching
     }
 
     /// Whether any point of a limb touches.
@@ -145,8 +151,9 @@ impl ContactStage {
             let Point { name, limb, part, .. } = *point;
             ContactPoint { name, limb, part, positions: track.soles, touches }
         };
-        let points = self.points.par_iter().zip(tracks).zip(&levels).map(point).collect();
-        work.contacts = ContactPoints { points };
+        let points: Vec<ContactPoint> = self.points.par_iter().zip(tracks).zip(&levels).map(point).collect();
+        let is_touching = points.iter().any(|point| point.touches.contains(&true));
+        work.contacts = ContactPoints { points, is_touching };
         Ok(())
     }
 

@@ -44,6 +44,8 @@ pub(super) struct PlantStage {
     pub(super) posing: Posing,
     pub(super) up: DVec3,
     pub(super) limb_count: usize,
+    /// Whether a `floor` op behind decides how high feet are.
+    pub(super) leaves_height: bool,
 }
 
 /// One foot or hand of the target.
@@ -166,8 +168,12 @@ impl PlantStage {
         let mean = middle.iter().map(|correction| correction.offset).sum::<DVec3>() / middle.len() as f64;
         for correction in contact {
             let offset = correction.offset - mean;
-            let keeps_height_only = self.op.mode == PlantMode::Grounding;
-            correction.offset = if keeps_height_only { self.up * offset.dot(self.up) } else { offset };
+            let raised = self.up * offset.dot(self.up);
+            correction.offset = match self.op.mode {
+                PlantMode::Grounding => raised,
+                _ if self.leaves_height => offset - raised,
+                _ => offset,
+            };
         }
     }
 }

@@ -114,7 +114,9 @@ mod tests {
         let point = |from_ball: DVec3, toes: f64, radius: f64| SupportPoint {
             from_end: DVec3::new(0.0, -0.05, 0.12) + from_ball,
             from_ball,
+            from_shin: DVec3::ZERO,
             toes,
+            shin: 0.0,
             radius,
             gives_way: toes > 0.0,
         };
@@ -123,7 +125,7 @@ mod tests {
 
     fn bend(shape: &FootShape, ball: DVec3, rotation: DQuat) -> DQuat {
         let end = (ball - DVec3::new(0.0, -0.05, 0.12), DQuat::IDENTITY);
-        let foot = PlacedFoot { end, ball: Some((ball, rotation)) };
+        let foot = PlacedFoot { end, ball: Some((ball, rotation)), shin: DQuat::IDENTITY };
         stage().bend(shape, &Toes { foot, ball: (ball, rotation), axis: rotation * DVec3::NEG_X })
     }
 

@@ -1,6 +1,6 @@
 //! What the ops behind forward kinematics work on.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 
 use crate::model::{Clip, Reporter, Track};
 
@@ -40,8 +40,8 @@ pub(super) fn resolve_stages(
 ) -> Result<Stages, SpecError> {
     let mut limbs: Vec<LimbPair> = Limb::ALL.into_iter().filter_map(|limb| find_limb(limb, source, target)).collect();
     limbs.iter_mut().for_each(|pair| pair.has_stiff_foot = has_stiff_foot(pair, source, clip));
-    share_soles(&mut limbs, |pair| &mut pair.source);
-    share_soles(&mut limbs, |pair| &mut pair.target);
+    share_soles(&mut limbs, source, |pair| &mut pair.source);
+    share_soles(&mut limbs, target, |pair| &mut pair.target);
     shape_feet(&mut limbs, source, target);
     let (mut front, mut staged) = (Vec::new(), Vec::new());
     let mut source_scale: Option<SourceScale> = None;
@@ -393,20 +393,44 @@ fn limb_joints(limb: Limb, side: &Rig<'_>, unit: f64) -> Option<LimbJoints> {
 }
 
 /// Both feet have the sole of the one that stands: a rest pose may be a frame of a walk.
-fn share_soles(limbs: &mut [LimbPair], side: impl Fn(&mut LimbPair) -> &mut LimbJoints) {
+fn share_soles(limbs: &mut [LimbPair], rig: &Rig<'_>, side: impl Fn(&mut LimbPair) -> &mut LimbJoints) {
     let soles: Vec<Sole> = limbs.iter_mut().filter_map(|pair| side(pair).sole).collect();
     let least = |part: fn(&Sole) -> Option<f64>| soles.iter().filter_map(part).reduce(f64::min);
     let (heel, ball, tip) = (least(|sole| Some(sole.heel)), least(|sole| sole.ball), least(|sole| sole.tip));
-    for sole in limbs.iter_mut().filter_map(|pair| side(pair).sole.as_mut()) {
+    let is_raised = |sole: &Sole| {
         let raised = sole.heel - heel.unwrap_or(sole.heel);
-        if raised > RAISED * sole.end_to_ball.map_or(sole.heel, DVec3::length) {
-            // A foot in the air is tipped, too: nobody knows where below its joints the sole is.
-            sole.down = [None; 3];
+        raised > RAISED * sole.end_to_ball.map_or(sole.heel, DVec3::length)
+    };
+    let standing = soles.iter().find(|sole| !is_raised(sole));
+    for joints in limbs.iter_mut().map(side) {
+        let (end, toe) = (joints.end, joints.ball);
+        let Some(sole) = joints.sole.as_mut() else { continue };
+        if is_raised(sole) {
+            sole.down = standing.and_then(|standing| down_as_if_standing(standing, sole, rig, end, toe)).unwrap_or_default();
         }
         sole.heel = heel.unwrap_or(sole.heel);
         sole.ball = sole.ball.and(ball);
         sole.tip = sole.tip.and(tip);
     }
+}
+
+/// A foot in the air is tipped, too: it would stand with its ball as far off straight below the ankle as the other foot's is, turned
+/// about the body's own left. Straight down then, in the axes of its joints; nothing where it has no ball.
+fn down_as_if_standing(
+    standing: &Sole,
+    raised: &Sole,
+    rig: &Rig<'_>,
+    end: usize,
+    ball: Option<usize>,
+) -> Option<[Option<DVec3>; 3]> {
+    let (stands, bone) = (standing.end_to_ball?, raised.end_to_ball?.try_normalize()?);
+    let angle = stands.angle_between(standing.down[0]?);
+    let turned = |joint: usize| rig.rest.transforms()[joint].rotation;
+    let left = turned(end).conjugate() * (rig.work_from_scene.conjugate() * DVec3::X);
+    let left = (left - bone * left.dot(bone)).try_normalize()?;
+    let down = DQuat::from_axis_angle(left, angle) * bone;
+    let of_toes = ball.map(|ball| turned(ball).conjugate() * (turned(end) * down));
+    Some([Some(down), of_toes, raised.down[2].and(of_toes)])
 }
 
 /// Finds the soles of both sides. Of what is turned by nothing but the shins, nobody knows how it lies; and feet of one body are

@@ -48,7 +48,9 @@ pub(super) fn balls(leg: &LimbJoints) -> FootShape {
     let point = |from_end: DVec3, from_ball: DVec3, toes: f64, radius: f64| SupportPoint {
         from_end,
         from_ball,
+        from_shin: DVec3::ZERO,
         toes,
+        shin: 0.0,
         radius,
         gives_way: false,
     };

@@ -1,7 +1,7 @@
 //! What a foot stands on: support points of its sole, from the skinned mesh where there is one, else guessed from proportions.
 //!
-//! A foot has two rigid parts: what moves with the ankle, and what moves with the toes. A vertex of the mesh that both move lies
-//! between the two, by their weights (linear blend skinning). Of the vertices of a foot only those can be the lowest one at
+//! A foot has two rigid parts: what moves with the ankle, and what moves with the toes; the shin may have a hold of it, too. A vertex
+//! of the mesh that several of them move lies between, by their weights (linear blend skinning). Of the vertices of a foot only those can be the lowest one at
 //! some tilt that are extreme in some direction that may point down. Those are looked for in directions about straight down, up
 //! to 75 degrees off it on all sides, with the toes straight and bent up; they are the support points: the back of the heel, the
 //! inner and outer edge, the ball, the tips of the toes. The lowest of them is as deep as the whole foot to about a millimeter.
@@ -36,8 +36,12 @@ pub struct SupportPoint {
     pub from_end: DVec3,
     /// From the joint of the ball, in its axes. The same as above for a foot without one.
     pub from_ball: DVec3,
-    /// The share by which it moves with the toes, 0 to 1; the rest moves with the ankle.
+    /// From the ankle, in the axes of the shin.
+    pub from_shin: DVec3,
+    /// The share by which it moves with the toes, 0 to 1.
     pub toes: f64,
+    /// The share by which it moves with the shin, 0 to 1; what is left moves with the ankle.
+    pub shin: f64,
     /// How far the sole is below the point, however the foot is turned: of feet of which nobody knows how they are turned at rest.
     pub radius: f64,
     /// Whether bending the toes lifts it.
@@ -82,12 +86,13 @@ struct Foot<'a, 'b> {
 }
 
 impl<'a, 'b> Foot<'a, 'b> {
-    /// Nothing of a foot that does not stand at rest.
+    /// Nothing of a foot of which it is not known how it would stand.
     fn of(side: &'a Rig<'b>, leg: &LimbJoints, unit: f64) -> Option<Self> {
-        leg.sole.filter(|sole| sole.down[0].is_some())?;
+        let down = leg.sole?.down[0]?;
         let place = |joint: usize| side.rest.transforms()[joint].translation;
         let length = place(leg.start).distance(place(leg.middle)) + place(leg.middle).distance(place(leg.end));
-        let up = side.up();
+        // A foot that is in the air at rest stands along the up of its own.
+        let up = side.rest.transforms()[leg.end].rotation * -down;
         let facing = side.work_from_scene.conjugate() * DVec3::Z;
         let ahead = |to: DVec3| {
             let along = to - place(leg.end);
@@ -99,6 +104,7 @@ impl<'a, 'b> Foot<'a, 'b> {
             .filter(|joint| below.is_ancestor_or_self(leg.end, *joint))
             .max_by(|one, other| place(*one).distance(place(leg.end)).total_cmp(&place(*other).distance(place(leg.end))));
         let pointed = [leg.ball, leg.tip, farthest].into_iter().flatten().find_map(|joint| ahead(place(joint)));
+        let facing = (facing - up * facing.dot(up)).normalize_or(up.any_orthonormal_vector());
         let front = pointed.filter(|front| front.dot(facing) > 0.0).unwrap_or(facing);
         (length > 0.0).then(|| Self { side, leg: *leg, unit, up, front, left: up.cross(front), length })
     }
@@ -117,7 +123,14 @@ impl<'a, 'b> Foot<'a, 'b> {
     fn support(&self, place: DVec3, toes: f64) -> SupportPoint {
         let from_end = self.offset(self.leg.end, place);
         let from_ball = self.leg.ball.map_or(from_end, |ball| self.offset(ball, place));
-        SupportPoint { from_end, from_ball, toes, radius: 0.0, gives_way: false }
+        let from_shin = self.from_shin(place);
+        SupportPoint { from_end, from_ball, from_shin, toes, shin: 0.0, radius: 0.0, gives_way: false }
+    }
+
+    /// From the ankle to a place at rest, in the axes of the shin.
+    fn from_shin(&self, place: DVec3) -> DVec3 {
+        let shin = &self.side.rest.transforms()[self.leg.middle];
+        shin.rotation.conjugate() * (place - self.place(self.leg.end)) * self.unit
     }
 
     /// A point at a place at rest that is fixed to a joint.

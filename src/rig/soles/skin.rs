@@ -40,34 +40,60 @@ pub(super) fn shape(foot: &Foot<'_, '_>) -> Option<FootShape> {
     Some(FootShape { points, contacts, is_from_mesh: true })
 }
 
-/// What several joints say of one vertex.
-#[derive(Default)]
+/// What a part of a leg says of one vertex: the sum of its weights, and of where it puts the vertex at rest, times them.
+#[derive(Clone, Copy, Default)]
 struct Seen {
-    place: DVec3,
     weight: f64,
-    toe_weight: f64,
+    place: DVec3,
 }
 
-/// The vertices of a foot, with the share of each that moves with the toes. Vertices of equal place count once.
+impl Seen {
+    fn place(&self) -> Option<DVec3> {
+        (self.weight > 0.0).then(|| self.place / self.weight)
+    }
+}
+
+/// The vertices of a foot, with the shares of each that move with toes and shin. Vertices of equal place count once.
 fn vertices(foot: &Foot<'_, '_>) -> Vec<SupportPoint> {
     let (scene, skeleton, rest) = (foot.side.scene, foot.side.skeleton(), foot.side.rest.transforms());
-    let is_toe = |joint: usize| foot.leg.ball.is_some_and(|ball| skeleton.is_ancestor_or_self(ball, joint));
-    let is_foot = |joint: &usize| is_toe(*joint) || skeleton.is_ancestor_or_self(foot.leg.end, *joint);
-    let mut seen: BTreeMap<[i64; 3], Seen> = BTreeMap::new();
+    let part_of = |joint: usize| {
+        let is_below = |root: usize| skeleton.is_ancestor_or_self(root, joint);
+        match joint {
+            _ if foot.leg.ball.is_some_and(is_below) => Some(1),
+            _ if is_below(foot.leg.end) => Some(0),
+            _ if joint == foot.leg.middle => Some(2),
+            _ => None,
+        }
+    };
+    let mut seen: BTreeMap<[i64; 3], [Seen; 3]> = BTreeMap::new();
     let grid = SAME_PLACE * foot.length;
-    for joint in (0..skeleton.len()).filter(is_foot) {
+    for joint in 0..skeleton.len() {
+        let Some(part) = part_of(joint) else { continue };
         let bind = scene.bind_pose.get(joint).copied().flatten().unwrap_or(rest[joint]);
         for point in scene.skin_points.of(joint) {
             let position = point.position.as_dvec3();
             let (bound, weight) = (bind.transform_point(position), f64::from(point.weight));
-            let entry = seen.entry((bound / grid).round().as_i64vec3().to_array()).or_default();
-            entry.place += rest[joint].transform_point(position) * weight;
-            entry.weight += weight;
-            entry.toe_weight += if is_toe(joint) { weight } else { 0.0 };
+            let seen = &mut seen.entry((bound / grid).round().as_i64vec3().to_array()).or_default()[part];
+            seen.place += rest[joint].transform_point(position) * weight;
+            seen.weight += weight;
         }
     }
-    let point = |seen: &Seen| foot.support(seen.place / seen.weight, seen.toe_weight / seen.weight);
-    seen.values().filter(|seen| seen.weight > 0.0).map(point).collect()
+    seen.values().filter_map(|seen| vertex(foot, seen)).collect()
+}
+
+/// A vertex from what foot, toes and shin say of it; nothing of one that is the shin's.
+fn vertex(foot: &Foot<'_, '_>, [of_foot, of_toes, of_shin]: &[Seen; 3]) -> Option<SupportPoint> {
+    let place = of_foot.place().or_else(|| of_toes.place())?;
+    let weight = of_foot.weight + of_toes.weight + of_shin.weight;
+    let mut point = foot.support(place, of_toes.weight / weight);
+    point.shin = of_shin.weight / weight;
+    if let Some((ball, place)) = foot.leg.ball.zip(of_toes.place()) {
+        point.from_ball = foot.offset(ball, place);
+    }
+    if let Some(place) = of_shin.place() {
+        point.from_shin = foot.from_shin(place);
+    }
+    Some(point)
 }
 
 /// The vertices that lie about the foot.

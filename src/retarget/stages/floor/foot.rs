@@ -10,6 +10,7 @@ use crate::rig::{FootShape, SupportPoint};
 pub(in super::super) struct FootSlots {
     pub(in super::super) end: usize,
     pub(in super::super) ball: Option<usize>,
+    pub(in super::super) shin: usize,
 }
 
 /// Where ankle and joint of the ball are, and how they are turned.
@@ -17,6 +18,8 @@ pub(in super::super) struct FootSlots {
 pub(in super::super) struct PlacedFoot {
     pub(in super::super) end: (DVec3, DQuat),
     pub(in super::super) ball: Option<(DVec3, DQuat)>,
+    /// How the shin is turned.
+    pub(in super::super) shin: DQuat,
 }
 
 /// A foot that is tilted, seen along the axis about which it would be set flat.
@@ -28,28 +31,37 @@ pub(super) struct Tilted {
     pub(super) angle: f64,
 }
 
+impl Tilted {
+    /// Of what has this normal where it should have `up`.
+    pub(super) fn of(normal: DVec3, up: DVec3) -> Option<Self> {
+        let axis = normal.cross(up);
+        let angle = axis.length().atan2(normal.dot(up));
+        Some(Self { axis: axis.try_normalize()?, angle })
+    }
+}
+
 impl PlacedFoot {
     /// As it is in a pose.
     pub(in super::super) fn posed(slots: FootSlots, pose: &Pose) -> Self {
         let place = |slot: usize| (pose.model[slot].translation, pose.model[slot].rotation);
-        Self { end: place(slots.end), ball: slots.ball.map(place) }
+        Self { end: place(slots.end), ball: slots.ball.map(place), shin: pose.model[slots.shin].rotation }
     }
 
-    /// The same foot with its ankle elsewhere.
+    /// The same foot with its ankle elsewhere. Where the shin will be is not known yet; it is turned as it is.
     pub(super) fn moved_to(&self, position: DVec3, rotation: DQuat) -> Self {
         let turn = rotation * self.end.1.conjugate();
         let ball = self.ball.map(|(place, turned)| (position + turn * (place - self.end.0), turn * turned));
-        Self { end: (position, rotation), ball }
+        Self { end: (position, rotation), ball, shin: self.shin }
     }
 
-    /// What a point of the foot, from its ankle, measures along a direction.
+    /// What the part of a point that moves with foot and toes measures along a direction, from the ankle.
     fn along(&self, direction: DVec3) -> impl Fn(&SupportPoint) -> f64 + use<> {
         let of_end = self.end.1.conjugate() * direction;
         let toes = self.ball.map(|(ball, turned)| ((ball - self.end.0).dot(direction), turned.conjugate() * direction));
         move |point| {
             let end = of_end.dot(point.from_end);
             let Some((ball, of_ball)) = toes.filter(|_| point.toes > 0.0) else { return end };
-            end + (ball + of_ball.dot(point.from_ball) - end) * point.toes
+            end + (ball + of_ball.dot(point.from_ball) - end) * (point.toes / (1.0 - point.shin))
         }
     }
 
@@ -60,18 +72,14 @@ impl PlacedFoot {
         up: DVec3,
         is_wanted: impl Fn(&SupportPoint) -> bool,
     ) -> f64 {
-        let height = self.along(up);
-        let points = shape.points.iter().filter(|point| is_wanted(point));
-        let lowest = points.map(|point| height(point) - point.radius).fold(f64::INFINITY, f64::min);
+        let (of_foot, of_shin) = (self.along(up), self.shin.conjugate() * up);
+        let height = |point: &SupportPoint| {
+            let foot = of_foot(point);
+            let height = if point.shin > 0.0 { foot + (of_shin.dot(point.from_shin) - foot) * point.shin } else { foot };
+            height - point.radius
+        };
+        let lowest = shape.points.iter().filter(|point| is_wanted(point)).map(height).fold(f64::INFINITY, f64::min);
         self.end.0.dot(up) + lowest
-    }
-
-    /// How far the foot is off standing flat, where `flat` is up at rest in the ankle's axes.
-    pub(super) fn tilted(&self, flat: DVec3, up: DVec3) -> Option<Tilted> {
-        let normal = self.end.1 * flat;
-        let axis = normal.cross(up);
-        let angle = axis.length().atan2(normal.dot(up));
-        Some(Tilted { axis: axis.try_normalize()?, angle })
     }
 
     /// The angle by which the foot has to be turned toward flat about its ankle until none of the wanted points is below a height; the
@@ -87,9 +95,12 @@ impl PlacedFoot {
         is_wanted: impl Fn(&SupportPoint) -> bool,
     ) -> f64 {
         let (above, before) = (self.along(up), self.along(up.cross(tilted.axis)));
+        let of_shin = self.shin.conjugate() * up;
         let least = height - self.end.0.dot(up);
         let needed = |point: &SupportPoint| {
-            let (a, b, least) = (above(point), before(point), least + point.radius);
+            // What moves with the shin stays.
+            let least = (least + point.radius - of_shin.dot(point.from_shin) * point.shin) / (1.0 - point.shin);
+            let (a, b) = (above(point), before(point));
             if a >= least {
                 return 0.0;
             }

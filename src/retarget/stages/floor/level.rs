@@ -15,6 +15,8 @@ use super::{
 
 /// The largest level, for a leg of 1 m.
 const MOST_METRES: f64 = 0.04;
+/// One of so many frames in which nothing touches is lower than the floor.
+const LOW_SHARE: usize = 4;
 /// Standard deviation of the smoothing from one contact to the next.
 const SMOOTHING_SECONDS: f64 = 0.1;
 
@@ -28,8 +30,18 @@ impl FloorStage {
     pub(super) fn levels(&self, rows: &[Clearance], work: &Work<'_>) -> Vec<Vec<f64>> {
         let of_feet: Vec<Vec<Known>> =
             self.feet.iter().enumerate().map(|(index, foot)| self.known(index, foot, rows, work)).collect();
-        let all = median(of_feet.iter().flatten().map(|known| known.level).collect()).unwrap_or(0.0);
+        let all = median(of_feet.iter().flatten().map(|known| known.level).collect());
+        let all = all.unwrap_or_else(|| self.lowest_level(rows));
         of_feet.iter().map(|known| over_time(known, all, work.times)).collect()
+    }
+
+    /// The level in a clip in which nothing touches: a low height of the lower foot.
+    fn lowest_level(&self, rows: &[Clearance]) -> f64 {
+        let lower = |row: &[Clearance]| row.iter().map(|foot| foot.source).fold(f64::INFINITY, f64::min);
+        let mut heights: Vec<f64> = rows.chunks_exact(self.feet.len().max(1)).map(lower).collect();
+        heights.sort_by(f64::total_cmp);
+        let most = self.most_level();
+        heights.get(heights.len() / LOW_SHARE).map_or(0.0, |height| height.clamp(-most, most))
     }
 
     fn known(&self, index: usize, foot: &FloorFoot, rows: &[Clearance], work: &Work<'_>) -> Vec<Known> {

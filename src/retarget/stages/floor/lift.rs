@@ -56,14 +56,12 @@ pub(super) fn smooth_above(values: &[f64], least: &[f64], times: &[f64], deviati
 
 impl FloorStage {
     /// How far the pelvis goes up or down with the feet that carry it: the mean of what they need; `wants` says that of a foot
-    /// at a frame where it carries. Smooth over time, and straight from one contact to the next. In a clip without contacts it goes
-    /// where the feet that are near the floor would be in it.
+    /// at a frame where it carries. Smooth over time, and straight from one contact to the next.
     pub(super) fn shifts(
         &self,
         rows: &[Clearance],
         work: &Work<'_>,
         wants: impl Fn(usize, usize, &Clearance) -> Option<f64>,
-        needs: impl Fn(usize, usize, &Clearance) -> Option<f64>,
     ) -> Vec<f64> {
         let width = self.feet.len().max(1);
         let mut known: Vec<(usize, f64)> = Vec::new();
@@ -72,12 +70,6 @@ impl FloorStage {
             let (sum, count) = lifts.fold((0.0, 0.0), |(sum, count), lift| (sum + lift, count + 1.0));
             if count > 0.0 {
                 known.push((frame, sum / count));
-            }
-        }
-        if known.is_empty() {
-            for (frame, row) in rows.chunks_exact(width).enumerate() {
-                let lifts = row.iter().enumerate().filter_map(|(foot, clearance)| needs(foot, frame, clearance));
-                known.push((frame, lifts.fold(0.0, f64::max)));
             }
         }
         straight(&known, work.times)

@@ -34,8 +34,8 @@ const HOLD_SECONDS: f64 = 0.2;
 /// guessed or measured differ by as a foot rolls. And over how much that ceases.
 const STANDS_METRES: f64 = 0.012;
 const STANDS_FADE_METRES: f64 = 0.006;
-/// Feet of the source that are higher above the floor carry nothing, for a leg of 1 m.
-const CARRIES_METRES: f64 = 0.05;
+/// In clips in which nothing touches, as walks on the spot, feet that are no higher carry, for a leg of 1 m.
+const CARRIES_METRES: f64 = 0.015;
 
 /// Puts soles onto the floor.
 #[derive(Clone, Debug)]
@@ -67,6 +67,8 @@ pub(super) struct FloorFoot {
     pub(super) is_same: bool,
     /// Up at rest in the axes of the target's ankle, where it stands at rest.
     pub(super) stands: Option<DVec3>,
+    /// The same in the axes of the joint of the ball.
+    pub(super) toes_up: Option<DVec3>,
     /// The same of feet that are set flat while they stand.
     pub(super) flat: Option<DVec3>,
     /// Whether toes bend where they would go through the floor, so that heel and ball stand.
@@ -113,15 +115,10 @@ impl FloorStage {
             self.wanted(foot, clearance.source, levels[foot][frame], holds[foot][frame])
         };
         let wants = |foot: usize, frame: usize, clearance: &Clearance| {
-            let carries = work.contacts.touches(self.feet[foot].limb, frame);
-            carries.then(|| wanted(foot, frame, clearance).height - clearance.target)
+            let wanted = wanted(foot, frame, clearance).height - clearance.target;
+            self.carries(foot, frame, clearance.source - levels[foot][frame], work).then_some(wanted)
         };
-        let needs = |foot: usize, frame: usize, clearance: &Clearance| {
-            let carries = clearance.source < CARRIES_METRES * self.source_leg;
-            carries.then(|| wanted(foot, frame, clearance).deepest - clearance.target)
-        };
-        let shifts =
-            if self.op.shift_pelvis { self.shifts(&rows, work, wants, needs) } else { vec![0.0; work.frame_count()] };
+        let shifts = if self.op.shift_pelvis { self.shifts(&rows, work, wants) } else { vec![0.0; work.frame_count()] };
         let lifted = |limb: &usize| {
             let foot = self.feet.iter().position(|foot| foot.limb == *limb);
             let lift = |frame: usize| {
@@ -153,6 +150,16 @@ impl FloorStage {
             *moved += self.ground.up * (shift * alpha);
         }
         Ok(())
+    }
+
+    /// Whether a foot carries the figure at a frame where the source's is so high above its level.
+    fn carries(&self, foot: usize, frame: usize, above: f64, work: &Work<'_>) -> bool {
+        let limb = self.feet[foot].limb;
+        if work.contacts.is_anything_touching() {
+            work.contacts.touches(limb, frame)
+        } else {
+            above < CARRIES_METRES * self.source_leg
+        }
     }
 
     /// How high soles are above the floors, frame by frame.

@@ -3,10 +3,11 @@
 //! A foot that is larger than the source's, or that has no toes to bend, goes through the floor when it is tilted as the source's
 //! foot is: with its heel when it lands, with its tip when it leaves. Lifting it would bend the knee; instead it is turned toward
 //! standing flat about its ankle, just as far as needed and at most until it is flat. What is still missing then is left to
-//! lifting. Toes keep how they are turned against the floor, because they bend before the ankle does. Runs before feet are planted,
+//! lifting. Toes turn along until they are
+//! flat. Runs before feet are planted,
 //! so that what stands is held where it is then.
 
-use glam::DQuat;
+use glam::{DQuat, DVec3};
 
 use crate::model::Canceled;
 
@@ -16,7 +17,7 @@ use super::{
         two_bone::smooth,
         work::{Change, Changed, Work},
     },
-    FloorFoot, FloorStage, PlacedFoot,
+    Clearance, FloorFoot, FloorStage, PlacedFoot,
     foot::Tilted,
     level::is_flat,
     lift::smooth_above,
@@ -25,8 +26,8 @@ use super::{
 /// Standard deviation of the smoothing of how far feet are turned.
 const TURN_SECONDS: f64 = 0.05;
 /// Feet that are tilted by more than this are not standing: somebody kneels or lies. Radians, and over how many that fades.
-const STANDS: f64 = 1.4;
-const STANDS_FADE: f64 = 0.5;
+const STANDS: f64 = 1.8;
+const STANDS_FADE: f64 = 0.6;
 /// A foot that is in the floor by less than this is not turned, for a leg of 1 m.
 const LITTLE_METRES: f64 = 1e-4;
 
@@ -41,7 +42,7 @@ impl FloorStage {
         work.change_goals(self.limb_count, |_, frame, goals| {
             for (foot, turns) in self.feet.iter().zip(&turns) {
                 let goal = &mut goals[foot.limb];
-                goal.rotation = (self.turn(foot, goal.rotation, turns[frame]) * goal.rotation).normalize();
+                goal.rotation = (self.turn(foot.stands, goal.rotation, turns[frame]) * goal.rotation).normalize();
             }
         })
     }
@@ -55,13 +56,14 @@ impl FloorStage {
         let wanted = |foot: usize, frame: usize| {
             self.wanted(foot, rows[frame * width + foot].source, levels[foot][frame], holds[foot][frame])
         };
-        let carries = |foot: usize, frame: usize| {
-            let stands = is_flat(self.feet[foot].limb, frame, work);
-            stands.then(|| wanted(foot, frame).height - rows[frame * width + foot].flat)
+        // Where a foot stands on its whole sole, what it is off by is lifted; only what it is off by beside that is tilt.
+        let has_flat = (0..work.frame_count()).any(|frame| self.feet.iter().any(|foot| is_flat(foot.limb, frame, work)));
+        let wants = |foot: usize, frame: usize, clearance: &Clearance| {
+            let stands = is_flat(self.feet[foot].limb, frame, work)
+                || (!has_flat && self.carries(foot, frame, clearance.source - levels[foot][frame], work));
+            stands.then(|| wanted(foot, frame).height - clearance.flat)
         };
-        let needs = |_: usize, _: usize| None;
-        let shifts =
-            self.shifts(&rows, work, |foot, frame, _| carries(foot, frame), |foot, frame, _| needs(foot, frame));
+        let shifts = self.shifts(&rows, work, wants);
         let fill = |pose: &mut Pose, frame: usize, row: &mut [f64]| {
             let missing = |foot: usize| {
                 wanted(foot, frame).deepest - rows[frame * width + foot].target - shifts[frame]
@@ -86,22 +88,21 @@ impl FloorStage {
     }
 
     fn needed_turn(&self, foot: &FloorFoot, placed: &PlacedFoot, least: f64) -> f64 {
-        let tilted = foot.stands.and_then(|flat| placed.tilted(flat, self.ground.up));
+        let tilted = foot.stands.and_then(|flat| Tilted::of(placed.end.1 * flat, self.ground.up));
         let Some(tilted) = tilted else { return 0.0 };
         let stands = 1.0 - smooth((tilted.angle - STANDS) / STANDS_FADE);
         let is_wanted = |point: &_| foot.carries(point);
         placed.turn_above(&foot.target_shape, self.ground.up, &tilted, least, is_wanted) * stands
     }
 
-    /// Toward flat by an angle, and no farther.
-    fn turn(&self, foot: &FloorFoot, rotation: DQuat, angle: f64) -> DQuat {
-        let placed = PlacedFoot { end: (glam::DVec3::ZERO, rotation), ball: None };
-        let tilted = foot.stands.filter(|_| angle > 0.0).and_then(|flat| placed.tilted(flat, self.ground.up));
+    /// Toward flat by an angle, and no farther; `flat` is up at rest in the axes of what is turned.
+    fn turn(&self, flat: Option<DVec3>, rotation: DQuat, angle: f64) -> DQuat {
+        let tilted = flat.filter(|_| angle > 0.0).and_then(|flat| Tilted::of(rotation * flat, self.ground.up));
         let turn = |tilted: Tilted| DQuat::from_axis_angle(tilted.axis, angle.min(tilted.angle));
         tilted.map_or(DQuat::IDENTITY, turn)
     }
 
-    /// Toes stay turned as they are while the foot above them turns.
+    /// Toes turn along with the foot above them until they are flat.
     fn keep_toes(&self, turns: &[Vec<f64>], work: &mut Work<'_>) -> Result<(), Canceled> {
         let turned = |(index, foot): (usize, &FloorFoot)| {
             let slot = foot.target.ball.filter(|_| foot.toes_give_way)?;
@@ -116,8 +117,9 @@ impl FloorStage {
                 let to_goal = goal * pose.model[foot.target.end].rotation.conjugate();
                 let above = to_goal * self.target.parent_of(pose, *slot).rotation;
                 let toes = to_goal * pose.model[*slot].rotation;
-                let turn = self.turn(foot, goal, turns[*index][frame]);
-                change.rotation = ((turn * above).conjugate() * toes).normalize().as_quat();
+                let angle = turns[*index][frame];
+                let (turn, of_toes) = (self.turn(foot.stands, goal, angle), self.turn(foot.toes_up, toes, angle));
+                change.rotation = ((turn * above).conjugate() * of_toes * toes).normalize().as_quat();
             }
         };
         let rows = work.rows(feet.len(), || self.target.pose(), fill)?;

@@ -39,9 +39,9 @@ impl Default for FloorOp {
     fn default() -> Self {
         Self {
             scope: Scope::default(),
-            swing: 0.0,
-            falloff_height: 0.08,
-            falloff_distance: 0.2,
+            swing: 1.0,
+            falloff_height: 0.01,
+            falloff_distance: 0.03,
             adaptive: true,
             shift_pelvis: true,
         }
