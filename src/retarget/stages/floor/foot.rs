@@ -82,11 +82,17 @@ impl PlacedFoot {
         self.end.0.dot(up) + lowest
     }
 
-    /// The angle by which the foot has to be turned toward flat about its ankle until none of the wanted points is below a height; the
-    /// whole way where that is not enough.
+    /// How far the farthest point is from the ankle along a direction.
+    pub(super) fn farthest_before(&self, shape: &FootShape, direction: DVec3) -> f64 {
+        shape.points.iter().map(self.along(direction)).fold(0.0, f64::max)
+    }
+
+    /// The angle by which the foot has to be turned toward flat about its ankle until the lowest of the wanted points is at a height:
+    /// negative where it is above that. At most until it is flat.
     ///
-    /// A point that is `a` above the ankle and `b` before the axis is `a · cos θ + b · sin θ` above it when turned by θ.
-    pub(super) fn turn_above(
+    /// A point that is `a` above the ankle and `b` before the axis is `a · cos θ + b · sin θ` above it when turned by θ; only those
+    /// before the axis are lifted.
+    pub(super) fn turn_to(
         &self,
         shape: &FootShape,
         up: DVec3,
@@ -96,21 +102,18 @@ impl PlacedFoot {
     ) -> f64 {
         let (above, before) = (self.along(up), self.along(up.cross(tilted.axis)));
         let of_shin = self.shin.conjugate() * up;
-        let least = height - self.end.0.dot(up);
+        let wanted = height - self.end.0.dot(up);
         let needed = |point: &SupportPoint| {
             // What moves with the shin stays.
-            let least = (least + point.radius - of_shin.dot(point.from_shin) * point.shin) / (1.0 - point.shin);
+            let wanted = (wanted + point.radius - of_shin.dot(point.from_shin) * point.shin) / (1.0 - point.shin);
             let (a, b) = (above(point), before(point));
-            if a >= least {
-                return 0.0;
-            }
             let reach = a.hypot(b);
-            if b <= 0.0 || reach <= least.abs() {
-                // Turning it that way does not lift it far enough.
-                return if b <= 0.0 { 0.0 } else { tilted.angle };
+            if b <= 0.0 || reach <= 0.0 {
+                return f64::NEG_INFINITY;
             }
-            (b.atan2(a) - (least / reach).acos()).clamp(0.0, tilted.angle)
+            b.atan2(a) - (wanted / reach).clamp(-1.0, 1.0).acos()
         };
-        shape.points.iter().filter(|point| is_wanted(point)).map(needed).fold(0.0, f64::max)
+        let turns = shape.points.iter().filter(|point| is_wanted(point)).map(needed);
+        turns.fold(f64::NEG_INFINITY, f64::max).min(tilted.angle)
     }
 }

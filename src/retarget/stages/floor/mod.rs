@@ -29,7 +29,7 @@ use super::{
 };
 
 /// Seconds around a contact over which the floor begins and ceases to count.
-const HOLD_SECONDS: f64 = 0.2;
+const HOLD_SECONDS: f64 = 0.12;
 /// While a foot stands, so much above the level of its contact counts as standing on it, for a leg of 1 m: it is what soles that are
 /// guessed or measured differ by as a foot rolls. And over how much that ceases.
 const STANDS_METRES: f64 = 0.012;
@@ -100,6 +100,12 @@ struct Wanted {
     height: f64,
     /// At any time; 0 or less.
     deepest: f64,
+}
+
+impl Wanted {
+    fn shifted(self, by: f64) -> Self {
+        Self { height: self.height + by, deepest: self.deepest + by }
+    }
 }
 
 impl FloorStage {

@@ -1,9 +1,9 @@
-//! Feet tilt less where they would go through the floor.
+//! Feet tilt less where they would go through the floor, and a little more where they would hover.
 //!
 //! A foot that is larger than the source's, or that has no toes to bend, goes through the floor when it is tilted as the source's
 //! foot is: with its heel when it lands, with its tip when it leaves. Lifting it would bend the knee; instead it is turned toward
-//! standing flat about its ankle, just as far as needed and at most until it is flat. What is still missing then is left to
-//! lifting. Toes turn along until they are
+//! standing flat about its ankle, just as far as needed and at most until it is flat. A foot with its heel up that hovers while the
+//! source's stands is turned the other way, a few degrees at the most. What is still missing then is left to lifting. Toes turn along until they are
 //! flat. Runs before feet are planted,
 //! so that what stands is held where it is then.
 
@@ -17,7 +17,7 @@ use super::{
         two_bone::smooth,
         work::{Change, Changed, Work},
     },
-    Clearance, FloorFoot, FloorStage, PlacedFoot,
+    Clearance, FloorFoot, FloorStage, PlacedFoot, Wanted,
     foot::Tilted,
     level::is_flat,
     lift::smooth_above,
@@ -28,6 +28,12 @@ const TURN_SECONDS: f64 = 0.05;
 /// Feet that are tilted by more than this are not standing: somebody kneels or lies. Radians, and over how many that fades.
 const STANDS: f64 = 1.8;
 const STANDS_FADE: f64 = 0.6;
+/// A foot is tilted more by at most this, in radians, when the points that it is to stand on are at least so far before its ankle, for
+/// a leg of 1 m.
+const MOST_MORE: f64 = 0.25;
+const BEFORE_METRES: f64 = 0.06;
+/// Feet that are tilted less than this, in radians, stand flat: nothing says about which axis they would be tilted more.
+const SURE_TILT: f64 = 0.25;
 /// A foot that is in the floor by less than this is not turned, for a leg of 1 m.
 const LITTLE_METRES: f64 = 1e-4;
 
@@ -65,18 +71,25 @@ impl FloorStage {
         };
         let shifts = self.shifts(&rows, work, wants);
         let fill = |pose: &mut Pose, frame: usize, row: &mut [f64]| {
-            let missing = |foot: usize| {
-                wanted(foot, frame).deepest - rows[frame * width + foot].target - shifts[frame]
+            let is_off = |foot: usize| {
+                let lowest = rows[frame * width + foot].target + shifts[frame];
+                let off = if holds[foot][frame] > 0.0 {
+                    (wanted(foot, frame).height - lowest).abs()
+                } else {
+                    wanted(foot, frame).deepest - lowest
+                };
+                off > LITTLE_METRES * self.target_leg
             };
-            if (0..width).all(|foot| missing(foot) <= LITTLE_METRES * self.target_leg) {
+            if !(0..width).any(is_off) {
                 return;
             }
             self.target.fill(pose, &work.target, frame);
             for (index, (foot, turn)) in self.feet.iter().zip(row).enumerate() {
                 let goal = &work.goals[frame * self.limb_count + foot.limb];
                 let placed = PlacedFoot::posed(foot.target, pose).moved_to(goal.position, goal.rotation);
-                let least = wanted(index, frame).deepest - shifts[frame] + self.ground.target_floor;
-                *turn = self.needed_turn(foot, &placed, least) * self.schedule.alpha_at(frame, work.times[frame]);
+                let wanted = wanted(index, frame).shifted(self.ground.target_floor - shifts[frame]);
+                let turned = self.needed_turn(foot, &placed, wanted, holds[index][frame]);
+                *turn = turned * self.schedule.alpha_at(frame, work.times[frame]);
             }
         };
         let needed = work.rows(width, || self.target.pose(), fill)?;
@@ -87,17 +100,24 @@ impl FloorStage {
         Ok((0..width).map(over_time).collect())
     }
 
-    fn needed_turn(&self, foot: &FloorFoot, placed: &PlacedFoot, least: f64) -> f64 {
-        let tilted = foot.stands.and_then(|flat| Tilted::of(placed.end.1 * flat, self.ground.up));
+    fn needed_turn(&self, foot: &FloorFoot, placed: &PlacedFoot, wanted: Wanted, hold: f64) -> f64 {
+        let up = self.ground.up;
+        let tilted = foot.stands.filter(|_| !foot.is_same).and_then(|flat| Tilted::of(placed.end.1 * flat, up));
         let Some(tilted) = tilted else { return 0.0 };
         let stands = 1.0 - smooth((tilted.angle - STANDS) / STANDS_FADE);
-        let is_wanted = |point: &_| foot.carries(point);
-        placed.turn_above(&foot.target_shape, self.ground.up, &tilted, least, is_wanted) * stands
+        let turn = |height: f64| placed.turn_to(&foot.target_shape, up, &tilted, height, |point| foot.carries(point));
+        let least = turn(wanted.deepest).max(0.0);
+        if hold <= 0.0 {
+            return least * stands;
+        }
+        let before = placed.farthest_before(&foot.target_shape, up.cross(tilted.axis)) / self.target_leg;
+        let most = MOST_MORE * smooth(tilted.angle / SURE_TILT) * smooth(before / BEFORE_METRES - 1.0);
+        least.max(turn(wanted.height).max(-most) * hold) * stands
     }
 
     /// Toward flat by an angle, and no farther; `flat` is up at rest in the axes of what is turned.
     fn turn(&self, flat: Option<DVec3>, rotation: DQuat, angle: f64) -> DQuat {
-        let tilted = flat.filter(|_| angle > 0.0).and_then(|flat| Tilted::of(rotation * flat, self.ground.up));
+        let tilted = flat.filter(|_| angle != 0.0).and_then(|flat| Tilted::of(rotation * flat, self.ground.up));
         let turn = |tilted: Tilted| DQuat::from_axis_angle(tilted.axis, angle.min(tilted.angle));
         tilted.map_or(DQuat::IDENTITY, turn)
     }
@@ -106,7 +126,7 @@ impl FloorStage {
     fn keep_toes(&self, turns: &[Vec<f64>], work: &mut Work<'_>) -> Result<(), Canceled> {
         let turned = |(index, foot): (usize, &FloorFoot)| {
             let slot = foot.target.ball.filter(|_| foot.toes_give_way)?;
-            turns[index].iter().any(|turn| *turn > 0.0).then_some((index, slot))
+            turns[index].iter().any(|turn| *turn != 0.0).then_some((index, slot))
         };
         let feet: Vec<(usize, usize)> = self.feet.iter().enumerate().filter_map(turned).collect();
         let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
@@ -118,7 +138,8 @@ impl FloorStage {
                 let above = to_goal * self.target.parent_of(pose, *slot).rotation;
                 let toes = to_goal * pose.model[*slot].rotation;
                 let angle = turns[*index][frame];
-                let (turn, of_toes) = (self.turn(foot.stands, goal, angle), self.turn(foot.toes_up, toes, angle));
+                let turn = self.turn(foot.stands, goal, angle);
+                let of_toes = self.turn(foot.toes_up, toes, angle.max(0.0));
                 change.rotation = ((turn * above).conjugate() * of_toes * toes).normalize().as_quat();
             }
         };
