@@ -1,9 +1,14 @@
 //! How high a foot is above the floor, whatever way it is turned.
 
+use std::f64::consts::TAU;
+
 use glam::{DQuat, DVec3};
 
 use super::super::posing::Pose;
 use crate::rig::{FootShape, SupportPoint};
+
+/// Beyond this tilt, in radians, points of the sole may be behind the ankle that are before it in a foot that stands.
+const UPSIDE_DOWN: f64 = 1.0;
 
 /// Slots of a foot in a posing.
 #[derive(Clone, Copy, Debug)]
@@ -108,10 +113,13 @@ impl PlacedFoot {
             let wanted = (wanted + point.radius - of_shin.dot(point.from_shin) * point.shin) / (1.0 - point.shin);
             let (a, b) = (above(point), before(point));
             let reach = a.hypot(b);
-            if b <= 0.0 || reach <= 0.0 {
+            // A foot that points down, or beyond, passes the vertical first.
+            let is_upside_down = tilted.angle > UPSIDE_DOWN && a < wanted.min(0.0);
+            if reach <= 0.0 || (b <= 0.0 && !is_upside_down) {
                 return f64::NEG_INFINITY;
             }
-            b.atan2(a) - (wanted / reach).clamp(-1.0, 1.0).acos()
+            let now = if b < 0.0 { b.atan2(a) + TAU } else { b.atan2(a) };
+            now - (wanted / reach).clamp(-1.0, 1.0).acos()
         };
         let turns = shape.points.iter().filter(|point| is_wanted(point)).map(needed);
         turns.fold(f64::NEG_INFINITY, f64::max).min(tilted.angle)
