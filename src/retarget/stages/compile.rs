@@ -586,6 +586,7 @@ impl Compiler<'_> {
             stretch: op.stretch,
             align_pole: op.align_pole,
             pole_offset: op.pole_offset.to_radians(),
+            is_smooth: self.limb(*limb).limb.is_leg() && op.stretch <= 1.0,
         };
         let limbs = open.iter().map(limb).collect();
         self.stages.push(Stage::Solve(SolveStage { limbs, posing, limb_count: self.limb_count(), changed }));

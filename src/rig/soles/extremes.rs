@@ -10,8 +10,8 @@ use super::SupportPoint;
 const TILTS: [f64; 4] = [8.0, 25.0, 45.0, 75.0];
 /// Directions about straight down at every tilt.
 const AZIMUTHS: u32 = 8;
-/// Degrees by which toes are bent up.
-const BENDS: [f64; 3] = [0.0, 25.0, 55.0];
+/// Degrees by which toes are bent up, and by which the shin leans forward.
+const BENDS: [[f64; 2]; 5] = [[0.0, 0.0], [25.0, 0.0], [55.0, 0.0], [0.0, 35.0], [0.0, -35.0]];
 
 /// How a foot lies at rest, in the ankle's axes; unit vectors.
 pub(super) struct FootFrame {
@@ -38,11 +38,17 @@ impl FootFrame {
         [self.down].into_iter().chain(TILTS.into_iter().flat_map(about)).collect()
     }
 
-    /// Where a point is when the toes are bent up by so many degrees.
-    fn bent(&self, point: &SupportPoint, degrees: f64) -> DVec3 {
-        let Some(ball) = self.ball.filter(|_| point.toes > 0.0 && degrees > 0.0) else { return point.from_end };
-        let turn = DQuat::from_axis_angle(-self.left, degrees.to_radians());
-        point.from_end.lerp(ball + turn * (point.from_end - ball), point.toes)
+    /// Where a point is when the toes are bent up and the shin leans forward by so many degrees.
+    fn bent(&self, point: &SupportPoint, [toes, shin]: [f64; 2]) -> DVec3 {
+        let turn = |degrees: f64, axis: DVec3| DQuat::from_axis_angle(axis, degrees.to_radians());
+        let mut place = point.from_end;
+        if let Some(ball) = self.ball.filter(|_| point.toes > 0.0) {
+            place += (ball + turn(toes, -self.left) * (point.from_end - ball) - point.from_end) * point.toes;
+        }
+        if point.shin > 0.0 {
+            place += (turn(shin, self.left) * point.from_end - point.from_end) * point.shin;
+        }
+        place
     }
 }
 
@@ -50,8 +56,8 @@ impl FootFrame {
 pub(super) fn extreme(points: &[SupportPoint], frame: &FootFrame) -> Vec<SupportPoint> {
     let mut found = BTreeSet::new();
     let directions = frame.directions();
-    for degrees in BENDS.into_iter().filter(|degrees| *degrees == 0.0 || frame.ball.is_some()) {
-        let places: Vec<DVec3> = points.iter().map(|point| frame.bent(point, degrees)).collect();
+    for bends in BENDS {
+        let places: Vec<DVec3> = points.iter().map(|point| frame.bent(point, bends)).collect();
         for direction in &directions {
             let farthest = (0..places.len()).max_by(|one, other| {
                 places[*one].dot(*direction).total_cmp(&places[*other].dot(*direction)).then(other.cmp(one))

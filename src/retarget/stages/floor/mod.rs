@@ -36,6 +36,9 @@ const STANDS_METRES: f64 = 0.012;
 const STANDS_FADE_METRES: f64 = 0.006;
 /// In clips in which nothing touches, as walks on the spot, feet that are no higher carry, for a leg of 1 m.
 const CARRIES_METRES: f64 = 0.015;
+/// From there on the floor ceases to count for them, over so many meters.
+const LOW_METRES: f64 = 0.01;
+const LOW_FADE_METRES: f64 = 0.03;
 
 /// Puts soles onto the floor.
 #[derive(Clone, Debug)]
@@ -113,10 +116,10 @@ impl FloorStage {
         let width = self.feet.len();
         let alphas: Vec<f64> =
             work.times.iter().enumerate().map(|(frame, time)| self.schedule.alpha_at(frame, *time)).collect();
-        let holds = self.holds(work);
-        self.flatten(&holds, &alphas, work)?;
+        self.flatten(&alphas, work)?;
         let rows = self.clearances(work)?;
         let levels = self.levels(&rows, work);
+        let holds = self.holds(&rows, &levels, work);
         let wanted = |foot: usize, frame: usize, clearance: &Clearance| {
             self.wanted(foot, clearance.source, levels[foot][frame], holds[foot][frame])
         };
@@ -206,18 +209,28 @@ impl FloorStage {
         Wanted { height: if deepest < 0.0 { deepest } else { height }, deepest }
     }
 
-    /// How much the floor counts for every foot, frame by frame.
-    fn holds(&self, work: &Work<'_>) -> Vec<Vec<f64>> {
-        self.feet.par_iter().map(|foot| holds(foot.limb, work)).collect()
+    /// How much the floor counts for every foot, frame by frame: while it touches, or while it is low where nothing touches at all.
+    fn holds(&self, rows: &[Clearance], levels: &[Vec<f64>], work: &Work<'_>) -> Vec<Vec<f64>> {
+        let is_touching = work.contacts.is_anything_touching();
+        let low = |index: usize, frame: usize| {
+            let above = rows[frame * self.feet.len() + index].source - levels[index][frame];
+            1.0 - smooth((above / self.source_leg - LOW_METRES) / LOW_FADE_METRES)
+        };
+        let of_foot = |(index, foot): (usize, &FloorFoot)| match is_touching {
+            true => holds(foot.limb, work),
+            false => (0..work.frame_count()).map(|frame| low(index, frame)).collect(),
+        };
+        self.feet.par_iter().enumerate().map(of_foot).collect()
     }
 
     /// Sets feet flat, the shortest way, as much as they are held.
-    fn flatten(&self, holds: &[Vec<f64>], alphas: &[f64], work: &mut Work<'_>) -> Result<(), Canceled> {
+    fn flatten(&self, alphas: &[f64], work: &mut Work<'_>) -> Result<(), Canceled> {
         if self.feet.iter().all(|foot| foot.flat.is_none()) {
             return Ok(());
         }
+        let holds: Vec<Vec<f64>> = self.feet.iter().map(|foot| holds(foot.limb, work)).collect();
         work.change_goals(self.limb_count, |_, frame, goals| {
-            for (foot, holds) in self.feet.iter().zip(holds) {
+            for (foot, holds) in self.feet.iter().zip(&holds) {
                 let Some(flat) = foot.flat else { continue };
                 let goal = &mut goals[foot.limb];
                 let now = goal.rotation * flat;

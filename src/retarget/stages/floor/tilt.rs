@@ -58,7 +58,7 @@ impl FloorStage {
         let width = self.feet.len();
         let rows = self.clearances(work)?;
         let levels = self.levels(&rows, work);
-        let holds = self.holds(work);
+        let holds = self.holds(&rows, &levels, work);
         let wanted = |foot: usize, frame: usize| {
             self.wanted(foot, rows[frame * width + foot].source, levels[foot][frame], holds[foot][frame])
         };
