@@ -12,6 +12,9 @@ mod schedule;
 mod sizes;
 mod stages;
 
+#[cfg(test)]
+pub(super) use stages::leg_of;
+
 pub use schedule::scheduled;
 
 use glam::DVec3;

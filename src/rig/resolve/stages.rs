@@ -356,6 +356,12 @@ fn has_stiff_foot(pair: &LimbPair, source: &Rig<'_>, clip: &Clip) -> bool {
     clip.frame_count() > 1 && below_shin.is_some_and(|path| !path[1..].iter().any(turns))
 }
 
+/// The left leg of a rig, for tests of what is found out about it.
+#[cfg(test)]
+pub(in crate::rig) fn leg_of(side: &Rig<'_>) -> Option<LimbJoints> {
+    limb_joints(Limb::LeftLeg, side, 1.0)
+}
+
 /// `unit` is plan units per unit of that side.
 fn limb_joints(limb: Limb, side: &Rig<'_>, unit: f64) -> Option<LimbJoints> {
     let rides = &rides(side);
@@ -406,7 +412,8 @@ fn share_soles(limbs: &mut [LimbPair], rig: &Rig<'_>, side: impl Fn(&mut LimbPai
         let (end, toe) = (joints.end, joints.ball);
         let Some(sole) = joints.sole.as_mut() else { continue };
         if is_raised(sole) {
-            sole.down = standing.and_then(|standing| down_as_if_standing(standing, sole, rig, end, toe)).unwrap_or_default();
+            sole.down =
+                standing.and_then(|standing| down_as_if_standing(standing, sole, rig, end, toe)).unwrap_or_default();
         }
         sole.heel = heel.unwrap_or(sole.heel);
         sole.ball = sole.ball.and(ball);

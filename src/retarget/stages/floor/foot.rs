@@ -80,7 +80,8 @@ impl PlacedFoot {
         let (of_foot, of_shin) = (self.along(up), self.shin.conjugate() * up);
         let height = |point: &SupportPoint| {
             let foot = of_foot(point);
-            let height = if point.shin > 0.0 { foot + (of_shin.dot(point.from_shin) - foot) * point.shin } else { foot };
+            let height =
+                if point.shin > 0.0 { foot + (of_shin.dot(point.from_shin) - foot) * point.shin } else { foot };
             height - point.radius
         };
         let lowest = shape.points.iter().filter(|point| is_wanted(point)).map(height).fold(f64::INFINITY, f64::min);
