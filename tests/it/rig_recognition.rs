@@ -1,5 +1,6 @@
 //! Roles found by name and by shape, on real and generated rigs.
 
+mod calibration;
 mod conventions;
 mod corpus;
 mod creatures;
@@ -9,3 +10,4 @@ mod random;
 mod real_files;
 mod schemes;
 mod stripped;
+mod varied;
