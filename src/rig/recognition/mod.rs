@@ -2,7 +2,7 @@
 //!
 //! Two witnesses are heard. Names ([`lexicon`], [`names`], [`template`]) say what a joint may be, and the hierarchy which of
 //! its meanings holds ([`limbs`], [`trunk`], [`fingers`], [`quadruped`]). The shape ([`structure`]) is read without any name.
-//! [`assign`] makes one assignment of both, and says how sure each role is. Nothing here decides how a role is driven.
+//! [`limb_names`] weighs the shape of a limb and all of its names as a whole; [`assign`] makes one assignment of both, and says how sure each role is. Nothing here decides how a role is driven.
 
 mod assign;
 mod body;
@@ -12,6 +12,7 @@ mod facing;
 mod finding;
 mod fingers;
 mod lexicon;
+mod limb_names;
 mod limbs;
 mod names;
 mod quadruped;

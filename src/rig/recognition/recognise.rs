@@ -218,7 +218,9 @@ fn attempt(
         kind = RigKind::Other;
     }
     let anatomy = anatomy.filter(|anatomy| [anatomy.kind, RigKind::Other].contains(&kind));
-    let has_named_sides = findings.roles.keys().any(|role| role.side != Side::Center);
+    let says_side = |joint: &usize| body.names[*joint].side.is_some();
+    let has_named_sides = findings.roles.keys().any(|role| role.side != Side::Center)
+        || anatomy.iter().flat_map(|anatomy| anatomy.places.values()).any(|place| place.joints.iter().any(says_side));
     let sides_guessed = !has_named_sides && anatomy.as_ref().is_some_and(|anatomy| !anatomy.facing_known);
     // Legs that are counted are known before by the rig's template only.
     let by_shape = kind == RigKind::Other && anatomy.is_some() && !is_crawler(&findings.roles);
