@@ -11,7 +11,7 @@ use super::{
     finding::{Findings, sure},
     lexicon::Sense,
     limb_names::{self, LimbVerdict, Naming, weigh_limb},
-    structure::{Anatomy, Place, SeenLimb},
+    structure::{Anatomy, GUESS, Place, SeenLimb},
 };
 
 /// What a candidate's score is made of; together 1.
@@ -30,6 +30,8 @@ const SILENT_SHAPE: f64 = 0.5;
 
 /// How many times likelier than what the names say another way of seeing a limb has to be to count against them.
 const CLEARLY_LIKELIER: f64 = 3.0;
+/// A way of seeing a limb that comes nearer to the best than this share leaves the best a guess.
+const CLEAR_RIVAL: f64 = 0.35;
 /// How much less sure a toe is than the limb that it belongs to.
 const BEYOND_DOUBT: f64 = 0.15;
 
@@ -38,7 +40,7 @@ mod witness {
     /// The surest that two witnesses are: neither is a proof.
     pub(super) const MOST: f64 = 0.99;
     /// A name that the shape says nothing about.
-    pub(super) const NAME_ALONE: f64 = 0.94;
+    pub(super) const NAME_ALONE: f64 = 0.97;
     /// A name whose joint is next to the one that the shape means.
     pub(super) const NEAR: f64 = 0.85;
     /// A name whose joint is elsewhere, where the shape is clear.
@@ -151,6 +153,9 @@ fn weigh_limbs(
         let Some(verdict) = weigh_limb(body, limb, side, named) else { continue };
         let parts = if limb.is_leg { limb_names::LEG } else { limb_names::ARM };
         let roles = parts.map(|part| Role::new(side, part));
+        if !verdict.is_named {
+            doubt_rivals(roles, verdict.rivals, places);
+        }
         for ((role, likelihood), segment) in roles.iter().zip(verdict.likelihood).zip(verdict.segments) {
             if segment.is_none() {
                 places.remove(role);
@@ -171,6 +176,17 @@ fn weigh_limbs(
         }
     }
     weighed
+}
+
+/// Without names, what the shape may see in another joint as well is a guess. A clavicle is as sure as where the arm begins.
+fn doubt_rivals(roles: [Role; 3], rivals: [f64; 3], places: &mut BTreeMap<Role, Place>) {
+    let clavicle = (Role::new(roles[0].side, Part::Clavicle), rivals[0]);
+    let is_arm = roles[0].part == Part::UpperArm;
+    for (role, rival) in roles.into_iter().zip(rivals).chain(Some(clavicle).filter(|_| is_arm)) {
+        if let Some(place) = places.get_mut(&role).filter(|_| rival > CLEAR_RIVAL) {
+            place.geometry = place.geometry.min(GUESS);
+        }
+    }
 }
 
 /// Lets the shape of a limb count against its names.
@@ -274,6 +290,20 @@ fn name_for(body: &Body<'_>, role: Role, joint: usize) -> Option<f64> {
     } else {
         (!body.means(joint, &[sense])).then_some(0.0)
     }
+}
+
+/// Joints of limbs whose names speak of another part than the role that they have, rising.
+pub(super) fn misnamed(body: &Body<'_>, roles: &BTreeMap<Role, RoleFinding>) -> Vec<usize> {
+    let parts = limb_names::ARM.into_iter().chain(limb_names::LEG);
+    let limbs = parts.flat_map(|part| Side::BOTH.map(|side| Role::new(side, part)));
+    let contradicts = |role: Role| {
+        let joint = *roles.get(&role)?.joints.first()?;
+        let sense = body.names[joint].sense.filter(|sense| body.means(joint, &[*sense]))?;
+        (!may_mean(sense, role.part)).then_some(joint)
+    };
+    let mut joints: Vec<usize> = limbs.filter_map(contradicts).collect();
+    joints.sort_unstable();
+    joints
 }
 
 /// Whether a word may stand for a part at all.

@@ -33,11 +33,15 @@ pub(super) struct LimbVerdict {
     pub likelihood: [f64; 3],
     /// The weight of this against that of what the names alone say.
     pub against_names: f64,
+    /// Whether names say anything about the limb.
+    pub is_named: bool,
+    /// For each of the three, the shape's best way of seeing another joint there, against the best way at all.
+    pub rivals: [f64; 3],
 }
 
 /// How likely each kind of naming is before a name is looked at.
 const NAMINGS: [(Naming, f64); 4] =
-    [(Naming::Own, 0.9), (Naming::Next, 0.03), (Naming::Previous, 0.03), (Naming::Arbitrary, 0.04)];
+    [(Naming::Own, 0.85), (Naming::Next, 0.06), (Naming::Previous, 0.05), (Naming::Arbitrary, 0.04)];
 /// Likelihood of a name that says nothing.
 const SILENT: f64 = 0.5;
 /// Likelihood of a name that speaks of another segment.
@@ -46,6 +50,12 @@ const WRONG: f64 = 0.02;
 const ANY: f64 = 0.06;
 /// Likelihood of a joint inside a segment that is not named like the segment.
 const UNLIKE_SPLIT: f64 = 0.1;
+/// Likelihood of a joint without a meaning between a hand and its fingers, and of fingers where there is no hand.
+const BEFORE_FINGERS: f64 = 0.2;
+/// How much a poor shape counts against a limb: an exponent.
+const GEOMETRY_POWER: f64 = 1.5;
+/// Longer limbs are not looked at to their ends.
+const MOST_JOINTS: usize = 14;
 /// How much a limb that lacks a segment looks like a limb.
 const INCOMPLETE: f64 = 0.01;
 /// A segment is taken for missing only where at least two joints are named.
@@ -69,24 +79,26 @@ pub(super) fn weigh_limb(body: &Body<'_>, limb: &SeenLimb, side: Side, named: &F
         return None;
     }
     let by_name = by_name.map(Option::flatten);
-    let senses: Vec<Option<Sense>> = limb.joints.iter().map(|joint| sense_of(body, *joint, side)).collect();
+    let senses: Vec<Option<Sense>> =
+        limb.joints.iter().take(MOST_JOINTS).map(|joint| sense_of(body, *joint, side)).collect();
     let named_count = senses.iter().flatten().filter(|sense| is_of_limb(**sense, limb.is_leg)).count();
     let mut weighed: Vec<([Option<usize>; 3], Naming, f64)> = Vec::new();
     let mut weigh = |segments: [Option<usize>; 3], geometry: f64| {
         for (naming, prior) in NAMINGS {
             let names = likelihood(body, limb, &senses, segments, naming);
-            weighed.push((segments, naming, geometry * prior * names));
+            weighed.push((segments, naming, geometry.powf(GEOMETRY_POWER) * prior * names));
         }
     };
     for seen in &limb.ways {
         weigh([Some(seen.upper), Some(seen.lower), Some(seen.end)], seen.score);
     }
     if named_count >= FEWEST_NAMED {
-        for first in 0..limb.joints.len() {
-            for second in first + 1..limb.joints.len() {
+        let count = limb.joints.len().min(MOST_JOINTS);
+        for first in 0..count {
+            for second in first + 1..count {
                 let (one, other) = (Some(first), Some(second));
                 for segments in [[None, one, other], [one, None, other], [one, other, None]] {
-                    weigh(segments, INCOMPLETE * limb.two_bones(segments));
+                    weigh(segments, (INCOMPLETE * limb.two_bones(segments)).powf(1.0 / GEOMETRY_POWER));
                 }
             }
         }
@@ -102,7 +114,19 @@ pub(super) fn weigh_limb(body: &Body<'_>, limb: &SeenLimb, side: Side, named: &F
         segments: best.0,
         naming: best.1,
         likelihood: [0, 1, 2].map(|part: usize| weight_of(&|segments| segments[part] == best.0[part]) / total),
+        is_named: named_count > 0,
+        rivals: rivals(limb, best.0),
         against_names: if best.0 == by_name { 1.0 } else { own / names.max(f64::MIN_POSITIVE) },
+    })
+}
+
+/// How near the shape comes to seeing another joint in each place.
+fn rivals(limb: &SeenLimb, segments: [Option<usize>; 3]) -> [f64; 3] {
+    let best = limb.ways.first().map_or(0.0, |way| way.score).max(f64::MIN_POSITIVE);
+    [0, 1, 2].map(|part: usize| {
+        let start = |way: &super::structure::Segments| [way.upper, way.lower, way.end][part];
+        let other = limb.ways.iter().filter(|way| Some(start(way)) != segments[part]);
+        other.map(|way| way.score / best).fold(0.0, f64::max)
     })
 }
 
@@ -138,6 +162,10 @@ fn likelihood(
             likelihood *= SILENT;
             continue;
         };
+        if is_finger(*sense) || place > last + 1 {
+            likelihood *= SILENT;
+            continue;
+        }
         let is_split = starts.is_none() && (UPPER..BEYOND).contains(&slot);
         if is_split && naming != Naming::Arbitrary {
             let alike = place > 0 && senses[place - 1] == Some(*sense);
@@ -156,7 +184,21 @@ fn likelihood(
             None => SILENT,
         };
     }
-    likelihood
+    likelihood * before_fingers(senses, segments)
+}
+
+/// The likelihood of where the fingers begin: below the hand, with nothing else between them than a bone of the palm.
+fn before_fingers(senses: &[Option<Sense>], segments: [Option<usize>; 3]) -> f64 {
+    let Some(first) = senses.iter().position(|sense| sense.is_some_and(is_finger)) else { return 1.0 };
+    match segments[2] {
+        Some(end) if end + 1 == first => 1.0,
+        Some(end) if end < first && senses[end + 1..first].iter().all(Option::is_some) => 1.0,
+        _ => BEFORE_FINGERS,
+    }
+}
+
+const fn is_finger(sense: Sense) -> bool {
+    matches!(sense, Sense::Finger(_) | Sense::AnyFinger | Sense::Metacarpal)
 }
 
 fn is_of_limb(sense: Sense, is_leg: bool) -> bool {
@@ -178,12 +220,12 @@ const fn weight(sense: Sense, slot: usize, is_leg: bool) -> f64 {
         | (false, Sense::Clavicle, 0)
         | (false, Sense::UpperArm, 1)
         | (false, Sense::Forearm, 2)
-        | (false, Sense::Wrist | Sense::Hand, 3)
-        | (false, Sense::Finger(_) | Sense::AnyFinger | Sense::Metacarpal, 4) => 0.9,
+        | (false, Sense::Wrist | Sense::Hand, 3) => 0.9,
         (true, Sense::Foot, 4)
         | (true, Sense::Leg, 3)
         | (false, Sense::Arm, 0 | 2)
-        | (false, Sense::Hand | Sense::Palm, 3 | 4) => 0.2,
+        | (false, Sense::Palm, 3 | 4)
+        | (false, Sense::Hand, 4) => 0.2,
         _ => 0.0,
     }
 }

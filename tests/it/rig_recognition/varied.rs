@@ -78,7 +78,6 @@ pub(super) struct Labelled {
     pub(super) bones: Vec<Bone>,
     pub(super) truth: BTreeMap<Role, Vec<usize>>,
     pub(super) forward: DVec3,
-    pub(super) is_skinned: bool,
 }
 
 /// The bipeds among the labelled files that rest in a pose. What is no label is taken over from the names, where they agree with
@@ -110,7 +109,6 @@ pub(super) fn labelled(samples: &[Sample]) -> Vec<Labelled> {
             bones: scene.skeleton.joints().iter().enumerate().map(bone).collect(),
             truth: counted.map(|(role, finding)| (*role, finding.joints.clone())).collect(),
             forward: body.forward,
-            is_skinned: !scene.skins.is_empty(),
         });
     }
     found
@@ -284,8 +282,7 @@ impl Labelled {
     /// Twist helpers on the limbs and beside them, and something in a hand.
     pub(super) fn with_helpers(mut self, random: &mut Random) -> Self {
         let share = random.between(0.3, 0.7);
-        let segments =
-            [(Part::UpperArm, Part::Forearm), (Part::Forearm, Part::Hand), (Part::Thigh, Part::Shin)];
+        let segments = [(Part::UpperArm, Part::Forearm), (Part::Forearm, Part::Hand), (Part::Thigh, Part::Shin)];
         for (part, next) in segments {
             if random.count(0, 1) == 0 {
                 continue;
@@ -315,6 +312,14 @@ impl Labelled {
 
     /// The rig without the joints of a role; what hangs from them hangs from the joint above.
     pub(super) fn lacking(mut self, sides: &[Side], part: Part, with_all_below: bool) -> Option<Self> {
+        // A helper above a limb that lacks its first segment is its first segment.
+        let is_helped = |side: &Side| {
+            let above = self.first(*side, part).and_then(|joint| self.bones[joint].parent);
+            part == Part::Thigh && !with_all_below && above != self.first(Side::Center, Part::Pelvis)
+        };
+        if sides.iter().any(is_helped) {
+            return None;
+        }
         let mut gone = vec![false; self.bones.len()];
         for side in sides {
             let joints = self.truth.get(&Role::new(*side, part))?.clone();
@@ -359,7 +364,17 @@ pub(super) const LANGUAGES: &[Language] = &[
         sides: ["gauche", "droite"],
         pattern: "#_@",
         words: [
-            "bassin", "colonne", "cou", "tete", "clavicule", "bras", "avant_bras", "main", "cuisse", "tibia", "pied",
+            "bassin",
+            "colonne",
+            "cou",
+            "tete",
+            "clavicule",
+            "bras",
+            "avant_bras",
+            "main",
+            "cuisse",
+            "tibia",
+            "pied",
             "orteil",
         ],
     },
@@ -369,8 +384,18 @@ pub(super) const LANGUAGES: &[Language] = &[
         sides: ["Gauche", "Droit"],
         pattern: "#@",
         words: [
-            "Hanches", "Torse", "Cou", "Tête", "Epaule", "BrasHaut", "AvantBras", "Poignet", "Cuisse", "Genou",
-            "Cheville", "Orteils",
+            "Hanches",
+            "Torse",
+            "Cou",
+            "Tête",
+            "Epaule",
+            "BrasHaut",
+            "AvantBras",
+            "Poignet",
+            "Cuisse",
+            "Genou",
+            "Cheville",
+            "Orteils",
         ],
     },
     Language {
@@ -379,8 +404,18 @@ pub(super) const LANGUAGES: &[Language] = &[
         sides: ["izquierda", "derecha"],
         pattern: "#_@",
         words: [
-            "cadera", "columna", "cuello", "cabeza", "clavicula", "brazo", "antebrazo", "mano", "muslo", "pantorrilla",
-            "pie", "dedos_pie",
+            "cadera",
+            "columna",
+            "cuello",
+            "cabeza",
+            "clavicula",
+            "brazo",
+            "antebrazo",
+            "mano",
+            "muslo",
+            "pantorrilla",
+            "pie",
+            "dedos_pie",
         ],
     },
     Language {
@@ -389,8 +424,18 @@ pub(super) const LANGUAGES: &[Language] = &[
         sides: ["Izq", "Der"],
         pattern: "#@",
         words: [
-            "Pelvis", "Espalda", "Cuello", "Cabeza", "Hombro", "BrazoSuperior", "Codo", "Muñeca", "Muslo", "Rodilla",
-            "Tobillo", "Punta_Pie",
+            "Pelvis",
+            "Espalda",
+            "Cuello",
+            "Cabeza",
+            "Hombro",
+            "BrazoSuperior",
+            "Codo",
+            "Muñeca",
+            "Muslo",
+            "Rodilla",
+            "Tobillo",
+            "Punta_Pie",
         ],
     },
     Language {
@@ -399,8 +444,18 @@ pub(super) const LANGUAGES: &[Language] = &[
         sides: ["links", "rechts"],
         pattern: "#_@",
         words: [
-            "Becken", "Wirbelsaeule", "Hals", "Kopf", "Schluesselbein", "Oberarm", "Unterarm", "Hand", "Oberschenkel",
-            "Unterschenkel", "Fuss", "Zehen",
+            "Becken",
+            "Wirbelsaeule",
+            "Hals",
+            "Kopf",
+            "Schluesselbein",
+            "Oberarm",
+            "Unterarm",
+            "Hand",
+            "Oberschenkel",
+            "Unterschenkel",
+            "Fuss",
+            "Zehen",
         ],
     },
     Language {
@@ -409,8 +464,18 @@ pub(super) const LANGUAGES: &[Language] = &[
         sides: ["L", "R"],
         pattern: "#.@",
         words: [
-            "Hüfte", "Wirbelsäule", "Nacken", "Kopf", "Schulter", "Oberarm", "Ellbogen", "Handgelenk", "Oberschenkel",
-            "Knie", "Fuß", "Zeh",
+            "Hüfte",
+            "Wirbelsäule",
+            "Nacken",
+            "Kopf",
+            "Schulter",
+            "Oberarm",
+            "Ellbogen",
+            "Handgelenk",
+            "Oberschenkel",
+            "Knie",
+            "Fuß",
+            "Zeh",
         ],
     },
     Language {
@@ -419,7 +484,17 @@ pub(super) const LANGUAGES: &[Language] = &[
         sides: ["esquerda", "direita"],
         pattern: "#_@",
         words: [
-            "quadril", "coluna", "pescoco", "cabeca", "clavicula", "braco", "antebraco", "mao", "coxa", "canela", "pe",
+            "quadril",
+            "coluna",
+            "pescoco",
+            "cabeca",
+            "clavicula",
+            "braco",
+            "antebraco",
+            "mao",
+            "coxa",
+            "canela",
+            "pe",
             "dedos_pe",
         ],
     },
@@ -429,8 +504,18 @@ pub(super) const LANGUAGES: &[Language] = &[
         sides: ["Esq", "Dir"],
         pattern: "#@",
         words: [
-            "Bacia", "Tronco", "Pescoço", "Cabeça", "Ombro", "BraçoSuperior", "Cotovelo", "Pulso", "Coxa", "Joelho",
-            "Tornozelo", "Ponta_Pé",
+            "Bacia",
+            "Tronco",
+            "Pescoço",
+            "Cabeça",
+            "Ombro",
+            "BraçoSuperior",
+            "Cotovelo",
+            "Pulso",
+            "Coxa",
+            "Joelho",
+            "Tornozelo",
+            "Ponta_Pé",
         ],
     },
     Language {
@@ -439,8 +524,18 @@ pub(super) const LANGUAGES: &[Language] = &[
         sides: ["sinistra", "destra"],
         pattern: "#_@",
         words: [
-            "bacino", "spina", "collo", "testa", "clavicola", "braccio", "avambraccio", "mano", "coscia", "stinco",
-            "piede", "dita_piede",
+            "bacino",
+            "spina",
+            "collo",
+            "testa",
+            "clavicola",
+            "braccio",
+            "avambraccio",
+            "mano",
+            "coscia",
+            "stinco",
+            "piede",
+            "dita_piede",
         ],
     },
     Language {
@@ -449,8 +544,18 @@ pub(super) const LANGUAGES: &[Language] = &[
         sides: ["Sx", "Dx"],
         pattern: "#_@",
         words: [
-            "Anca", "Schiena", "Collo", "Testa", "Spalla", "BraccioSuperiore", "Gomito", "Polso", "Coscia", "Ginocchio",
-            "Caviglia", "Punta",
+            "Anca",
+            "Schiena",
+            "Collo",
+            "Testa",
+            "Spalla",
+            "BraccioSuperiore",
+            "Gomito",
+            "Polso",
+            "Coscia",
+            "Ginocchio",
+            "Caviglia",
+            "Punta",
         ],
     },
     Language {
@@ -485,9 +590,7 @@ pub(super) const LANGUAGES: &[Language] = &[
         joint: "뼈",
         sides: ["왼쪽", "오른쪽"],
         pattern: "@_#",
-        words: [
-            "골반", "척추", "목", "머리", "쇄골", "위팔", "아래팔", "손", "허벅지", "종아리", "발", "발가락",
-        ],
+        words: ["골반", "척추", "목", "머리", "쇄골", "위팔", "아래팔", "손", "허벅지", "종아리", "발", "발가락"],
     },
     Language {
         name: "Korean, romanised",
@@ -495,8 +598,18 @@ pub(super) const LANGUAGES: &[Language] = &[
         sides: ["oen", "oreun"],
         pattern: "@_#",
         words: [
-            "golban", "cheokchu", "mok", "meori", "swaegol", "sangwan", "jeonwan", "son", "heobeokji", "jongari",
-            "bal", "balgarak",
+            "golban",
+            "cheokchu",
+            "mok",
+            "meori",
+            "swaegol",
+            "sangwan",
+            "jeonwan",
+            "son",
+            "heobeokji",
+            "jongari",
+            "bal",
+            "balgarak",
         ],
     },
     Language {
@@ -519,7 +632,17 @@ pub(super) const LANGUAGES: &[Language] = &[
         sides: ["hidari", "migi"],
         pattern: "@_#",
         words: [
-            "kotsuban", "sebone", "kubi", "atama", "sakotsu", "jouwan", "zenwan", "te", "futomomo", "sune", "ashikubi",
+            "kotsuban",
+            "sebone",
+            "kubi",
+            "atama",
+            "sakotsu",
+            "jouwan",
+            "zenwan",
+            "te",
+            "futomomo",
+            "sune",
+            "ashikubi",
             "tsumasaki",
         ],
     },

@@ -22,13 +22,14 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+pub(super) use self::limb::Segments;
 use self::{
     appendages::{Animal, add_appendages},
     crawler::{Crawler, find_crawler},
     face::{Directions, add_face},
     figure::{Figure, LEAST_EVIDENCE, Level, Limbs, Upright, find_figure},
     hand::find_fingers,
-    limb::{ARM, LEG, Proportions, Segments, all_segments},
+    limb::{ARM, LEG, Proportions, all_segments},
     plane::{Plane, find_plane},
     shape::Shape,
     trunk::{Ends, Trunk, find_animal_trunk, find_trunk},
@@ -70,13 +71,14 @@ impl SeenLimb {
     pub(super) fn two_bones(&self, segments: [Option<usize>; 3]) -> f64 {
         let (start, middle, end) = match segments {
             [None, Some(lower), Some(end)] => (self.center, self.points[lower], self.points[end]),
+            [Some(_), Some(lower), None] if lower + 1 >= self.points.len() => return 0.7,
             [Some(upper), Some(lower), None] => {
                 (self.points[upper], self.points[lower], self.points[self.points.len() - 1])
             }
             _ => return 0.5,
         };
         let ratio = (start.distance(middle) / middle.distance(end).max(1e-12)).max(1e-6).ln();
-        (-(ratio / 0.6).powi(2)).exp()
+        (-(ratio / 0.6).powi(2)).exp().max(0.3)
     }
 }
 
@@ -103,6 +105,8 @@ impl Anatomy {
 const LEAST_FORWARD: f64 = 0.02;
 /// The surest that shape alone is.
 const SUREST: f64 = 0.88;
+/// The surest that shape is of one of two joints.
+pub(super) const GUESS: f64 = 0.79;
 
 /// Finds the body among the joints in `members`. `parents` come before their children.
 pub(super) fn find_anatomy(parents: &[Option<usize>], positions: &[DVec3], members: &[bool]) -> Option<Anatomy> {
@@ -174,8 +178,11 @@ fn describe_upright(shape: &Shape<'_>, body: &Upright) -> Anatomy {
         [&body.arms, &body.legs].iter().flat_map(|limbs| &limbs.pair.ways).map(|way| way[0]).collect();
     let ends = Ends { pelvis: body.pelvis, chest: body.arms.pair.center, limbs: &limbs };
     let trunk = find_trunk(shape, ends, shoulders, up, across, height);
-    places.set(Role::center(Part::Pelvis), vec![body.pelvis], sure, None);
-    places.set(Role::center(Part::Spine), trunk.spine, sure, None);
+    // Where a joint with nothing beside it lies above the pelvis, either may be what carries the body.
+    let carrier = shape.parent[body.pelvis].filter(|above| shape.children[*above].len() == 1);
+    let sure_of_trunk = if carrier.is_some() { sure.min(GUESS) } else { sure };
+    places.set(Role::center(Part::Pelvis), vec![body.pelvis], sure_of_trunk, carrier);
+    places.set(Role::center(Part::Spine), trunk.spine, sure_of_trunk, None);
     places.set(Role::center(Part::Neck), trunk.neck.clone(), sure - 0.1, None);
     let head_alternative = trunk.neck.last().copied();
     places.set(Role::center(Part::Head), trunk.head.into_iter().collect(), sure - 0.1, head_alternative);
