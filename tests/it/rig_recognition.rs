@@ -9,5 +9,6 @@ mod learned;
 mod random;
 mod real_files;
 mod schemes;
+mod spoken;
 mod stripped;
 mod varied;

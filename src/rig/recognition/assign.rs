@@ -320,7 +320,8 @@ const fn may_mean(sense: Sense, part: Part) -> bool {
         Part::Toe => matches!(sense, Sense::Toe | Sense::Foot | Sense::Leg),
         Part::Spine => matches!(sense, Sense::Spine),
         Part::Neck => matches!(sense, Sense::Neck | Sense::Spine),
-        Part::Head => matches!(sense, Sense::Head | Sense::Neck | Sense::Spine),
+        // A further neck joint without a head above it is no head.
+        Part::Head => matches!(sense, Sense::Head | Sense::Spine),
         Part::FrontLeg | Part::HindLeg | Part::Leg => matches!(
             sense,
             Sense::FrontLeg

@@ -433,8 +433,9 @@ impl Language {
         let mut parts: BTreeMap<Self, BTreeSet<&str>> = BTreeMap::new();
         for words in names {
             for reading in readings(words) {
-                let parted = lookup(&reading).filter(|word| !["left", "right", "bone"].contains(&word.1));
-                parted.for_each(|(language, part)| drop(parts.entry(language).or_default().insert(part)));
+                for (language, part) in lookup(&reading).filter(|word| !["left", "right", "bone"].contains(&word.1)) {
+                    parts.entry(language).or_default().insert(part);
+                }
             }
         }
         let most = parts.into_iter().max_by_key(|(language, parts)| (parts.len(), std::cmp::Reverse(*language)))?;

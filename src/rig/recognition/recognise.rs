@@ -102,7 +102,7 @@ impl RigKind {
 
 /// A body that only its shape speaks for is none where that is less sure than this: of random trees of mirrored branches hardly any
 /// come so far.
-const LEAST_BY_SHAPE: f64 = 0.44;
+const LEAST_BY_SHAPE: f64 = 0.42;
 
 /// Parts that a lone hand, a bust or a creature may still be said to have; limbs only come with a body.
 const PARTS_WITHOUT_BODY: [Part; 17] = [

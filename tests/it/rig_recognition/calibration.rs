@@ -6,8 +6,9 @@ use std::collections::BTreeMap;
 use retargetd::rig::{Hints, Part, RigKind, Role, Side, recognise};
 
 use super::{
+    spoken::LANGUAGES,
     stripped::samples,
-    varied::{ARM, COUNTED, LANGUAGES, LEG, Labelled, labelled},
+    varied::{ARM, COUNTED, LEG, Labelled, labelled},
 };
 use crate::made_animals::Random;
 
@@ -168,4 +169,28 @@ fn long_form() {
         println!("{line}");
     }
     println!("{}", table.lines());
+}
+
+/// The short form: what must hold on every labelled rig as it is, and on those without names and with shifted names.
+#[test]
+fn what_is_sure_is_right() {
+    let rigs = labelled(&samples());
+    let mut table = Table::default();
+    for rig in &rigs {
+        table.add("as they are", rig);
+        table.add("leg names one on", &rig.clone().shifted(LEG, 1));
+        table.add("arm names one back", &rig.clone().shifted(ARM, -1));
+        table.add("French", &rig.clone().translated(&LANGUAGES[0]));
+    }
+    let of = |kind: &str| {
+        let rows = table.rows.iter().filter(|((row, _), _)| *row == kind);
+        rows.fold((0, 0), |sum, (_, row)| (sum.0 + row.right, sum.1 + row.all))
+    };
+    let share = |(right, all): (usize, usize)| if all == 0 { 1.0 } else { right as f64 / all as f64 };
+    let lines = table.lines();
+    assert!(share(of("as they are")) >= 1.0, "{lines}");
+    for kind in ["leg names one on", "arm names one back"] {
+        assert!(share(of(kind)) >= 0.95, "{kind}:\n{lines}");
+    }
+    assert!(share(of("French")) >= 0.99, "{lines}");
 }
