@@ -100,10 +100,6 @@ impl RigKind {
     }
 }
 
-/// A body that only its shape speaks for is none where that is less sure than this: of random trees of mirrored branches hardly any
-/// come so far.
-const LEAST_BY_SHAPE: f64 = 0.42;
-
 /// Parts that a lone hand, a bust or a creature may still be said to have; limbs only come with a body.
 const PARTS_WITHOUT_BODY: [Part; 17] = [
     Part::Pelvis,
@@ -197,11 +193,7 @@ fn attempt(
 ) -> Recognition {
     let body = Body::new(skeleton, rest, template, hidden, joints_only);
     let anatomy = see_shape(&body, rest, joints_only);
-    let recognition = understand(&body, rest, declared, template, anatomy);
-    if recognition.by_shape && recognition.confidence < LEAST_BY_SHAPE {
-        return understand(&body, rest, declared, template, None);
-    }
-    recognition
+    understand(&body, rest, declared, template, anatomy)
 }
 
 /// What names and shape together say. Without a shape, names stand alone.

