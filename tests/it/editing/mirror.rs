@@ -6,7 +6,7 @@ use retargetd::{
     engine::{self, EditInputs, NamedBytes},
     model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
     retarget::{Plan, run},
-    rig::{ComponentAxis, MirrorPlane, Resolved, RetargetSpec, Rig, resolve},
+    rig::{ComponentAxis, MirrorAxis, MirrorPlane, Resolved, RetargetSpec, Rig, resolve},
     samples,
 };
 
@@ -140,7 +140,7 @@ fn by_components_is_the_same_where_the_rig_is_made_for_it() {
     let general = mirror.apply(clip, MirrorPlane::Rest).expect("a clip");
     let components = mirror_components(&rig, &mirror, clip, None, None).expect("a clip");
     assert_same_places(&scene, &components, &general, 2e-5, "found axes");
-    let x = Some(ComponentAxis::X);
+    let x = Some(MirrorAxis::Both(ComponentAxis::X));
     let given = mirror_components(&rig, &mirror, clip, x, x).expect("a clip");
     assert_same_places(&scene, &given, &general, 2e-5, "given axes");
     let other = with_other_axes(&samples::walk_scene(), 3);
