@@ -53,7 +53,9 @@ impl<'a> Mirror<'a> {
     /// The same about another rest pose than the rig's own.
     #[must_use]
     pub fn about(rig: &'a Rig<'a>, rest: &'a ModelPose, pairs: &[(usize, usize)]) -> Self {
-        let lateral = (rig.work_from_scene.conjugate() * DVec3::X).normalize();
+        let facing = (rig.work_from_scene.conjugate() * DVec3::X).normalize();
+        // Another pose may face elsewhere.
+        let lateral = if std::ptr::eq(rest, &rig.rest) { facing } else { across(rig, rest).unwrap_or(facing) };
         let pelvis = rig.role("pelvis").first().copied();
         let middle = pelvis.map_or(DVec3::ZERO, |pelvis| rest.transforms()[pelvis].translation);
         let mut mirror = Self {
@@ -289,6 +291,13 @@ impl Twins {
     pub fn of(&self, joint: usize) -> usize {
         self.twin[joint]
     }
+}
+
+/// From the right hip to the left in a pose, level; nothing where they stand on one another.
+fn across(rig: &Rig<'_>, rest: &ModelPose) -> Option<DVec3> {
+    let place = |role: &str| rig.role(role).first().map(|joint| rest.transforms()[*joint].translation);
+    let apart = place("left_thigh")? - place("right_thigh")?;
+    (apart - rig.up() * apart.dot(rig.up())).try_normalize()
 }
 
 /// One joint's share of the mirroring: constants of the two rest poses.

@@ -45,7 +45,8 @@ pub fn edit_time(
         return Ok(clip.clone());
     }
     let cubic = spec.interpolation == InterpolationSpec::Cubic;
-    let sample = |clip: &Clip, schedule: &Schedule, fps| sampled(clip, schedule, fps, cubic, spec.start_seconds, control);
+    let sample =
+        |clip: &Clip, schedule: &Schedule, fps| sampled(clip, schedule, fps, cubic, spec.start_seconds, control);
     let mut schedule = Schedule::new(clip.times_seconds());
     if let Some(range) = &spec.range {
         let (start, end) = seconds_of(range, clip, skeleton, control)?;

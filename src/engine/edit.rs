@@ -8,8 +8,8 @@ use crate::{
     model::{Clip, ClipError, Control, JointTracks, ModelPose, Phase, Reporter, Scene},
     retarget::filtered,
     rig::{
-        CycleRange, EditSpec, MirrorMode, MirrorSpec, RangeSpec, RestSource, RetargetSpec, Rig, RigSpec, SpecError, SpecErrorKind,
-        SpecField, is_own_shape, named_joints, parse_document, scheduled,
+        CycleRange, EditSpec, MirrorMode, MirrorSpec, RangeSpec, RestSource, RetargetSpec, Rig, RigSpec, SpecError,
+        SpecErrorKind, SpecField, is_own_shape, named_joints, parse_document, scheduled,
     },
 };
 
@@ -257,8 +257,8 @@ fn mirror_of<'a>(rig: &'a Rig<'a>, zero: &'a ModelPose, pairs: &[(usize, usize)]
     }
     let about_zero = Mirror::about(rig, zero, pairs);
     let asymmetry = |mirror: &Mirror<'_>| mirror.twins().asymmetry.map_or(0.0, |(_, share)| share);
-    let is_better = about_zero.twins().lonely.len() <= own.twins().lonely.len()
-        && asymmetry(&about_zero) < asymmetry(&own);
+    let is_better =
+        about_zero.twins().lonely.len() <= own.twins().lonely.len() && asymmetry(&about_zero) < asymmetry(&own);
     if is_better { about_zero } else { own }
 }
 

@@ -15,17 +15,8 @@ use crate::{
 use super::{Capture, refused, single, skeleton::Body};
 
 /// Keys that only such archives have.
-pub(super) const TELLING_KEYS: [&str; 9] = [
-    "poses",
-    "smpl_poses",
-    "fullpose",
-    "pose",
-    "smpl_thetas",
-    "arr_0",
-    "root_orient",
-    "global_orient",
-    "body_pose",
-];
+pub(super) const TELLING_KEYS: [&str; 9] =
+    ["poses", "smpl_poses", "fullpose", "pose", "smpl_thetas", "arr_0", "root_orient", "global_orient", "body_pose"];
 
 /// One array for all joints, under any of its names.
 const WHOLE: [&str; 6] = ["poses", "smpl_poses", "fullpose", "pose", "smpl_thetas", "arr_0"];
@@ -101,7 +92,10 @@ pub(super) fn bare(
     let columns = |columns: &[std::ops::Range<usize>]| {
         let rows = (0..frames).flat_map(|frame| columns.iter().cloned().flatten().map(move |at| frame * numbers + at));
         let values: Vec<f64> = rows.map(|at| array.value(at)).collect();
-        NumberArray { shape: vec![frames, columns.iter().map(ExactSizeIterator::len).sum()], values: Values::Double(values) }
+        NumberArray {
+            shape: vec![frames, columns.iter().map(ExactSizeIterator::len).sum()],
+            values: Values::Double(values),
+        }
     };
     budget.take_array(frames as u64, (numbers * size_of::<f64>()) as u64, "array")?;
     let mut arrays = BTreeMap::new();
@@ -235,7 +229,8 @@ fn turns(
         }
     };
     if matrices && let Some(row) = (0..frames * joints).find(|row| !is_rotation(&array.row::<9>(*row))) {
-        let detail = format!("the matrix of joint {} at frame {} is no rotation", row % joints.max(1), row / joints.max(1));
+        let detail =
+            format!("the matrix of joint {} at frame {} is no rotation", row % joints.max(1), row / joints.max(1));
         return Err(refused(key, detail));
     }
     budget.take(Limit::FramesPerClip, frames as u64, key)?;

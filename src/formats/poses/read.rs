@@ -123,7 +123,8 @@ fn no_joint_names(arrays: &Arrays) -> FormatError {
     const SHOWN: usize = 12;
     if let Some(known) = arrays.numbers.keys().next() {
         let keys: Vec<&str> = arrays.numbers.keys().copied().collect();
-        let detail = format!("the file has {} of the pose arrays, but the key 'joint_names' is missing", keys.join(", "));
+        let detail =
+            format!("the file has {} of the pose arrays, but the key 'joint_names' is missing", keys.join(", "));
         return invalid("joint_names", detail).with_hint(format!("add one name for each joint of '{known}'"));
     }
     let mut shown: Vec<&str> = arrays.ignored.iter().take(SHOWN).map(String::as_str).collect();

@@ -332,3 +332,26 @@ fn a_given_table_says_who_changes_sides() {
     let [lantern_paired, rope_paired] = turned(&[(lantern, rope)]);
     assert!((lantern_paired - angle).abs() < 1e-3 && rope_paired < 1e-3, "swapped: {lantern_paired}, {rope_paired}");
 }
+
+#[test]
+fn components_take_an_axis_for_rotations_and_one_for_translations() {
+    let scene = with_riggers_axes(&samples::walk_scene());
+    let rig = rig(&scene);
+    let mirror = Mirror::new(&rig, &[]);
+    let clip = &scene.clips[0];
+    let axis = |text: &str| serde_json::from_str::<MirrorAxis>(text).ok();
+    let found = mirror_components(&rig, &mirror, clip, axis(r#""x""#), axis(r#""x""#)).expect("a clip");
+    let other = axis(r#"{"rotation": "x", "translation": "z"}"#);
+    assert!(other.is_some(), "two axes are understood");
+    let moved = mirror_components(&rig, &mirror, clip, axis(r#""x""#), other).expect("a clip");
+    let pelvis = rig.role("pelvis")[0];
+    assert_eq!(moved.joints()[pelvis].rotation, found.joints()[pelvis].rotation, "rotations have the same axis");
+    let translation =
+        |clip: &Clip, frame: usize| clip.local_pose(&scene.skeleton, frame).transforms()[pelvis].translation;
+    let rest = scene.skeleton.joints()[pelvis].rest.translation;
+    for frame in 0..clip.frame_count() {
+        let change = translation(clip, frame) - rest;
+        let wanted = rest + DVec3::new(change.x, change.y, -change.z);
+        assert!(translation(&moved, frame).distance(wanted) < 1e-5, "frame {frame}: along Z");
+    }
+}
