@@ -86,7 +86,8 @@ pub(super) fn bare(
         _ => return Ok(None),
     };
     let is_whole = numbers == 0 || counted(numbers);
-    if !is_whole && !(numbers > 3 && counted(numbers - 3)) && numbers != MOTION_X {
+    let has_place = numbers > 3 && numbers != BODY_WITHOUT_ROOT && counted(numbers - 3);
+    if !is_whole && !has_place && numbers != MOTION_X {
         return Ok(None);
     }
     let columns = |columns: &[std::ops::Range<usize>]| {
@@ -113,6 +114,9 @@ pub(super) fn bare(
     arrays.extend(place.map(|place| (PLACE[0].to_owned(), place)));
     capture(&arrays, false, budget, reporter).map(Some)
 }
+
+/// Numbers of a vector of SMPL's body without its root, which is as long as one of 22 joints with a place.
+const BODY_WITHOUT_ROOT: usize = 69;
 
 /// Numbers of a vector as Motion-X has them.
 const MOTION_X: usize = 322;
