@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::{
     formats::{self, Compression, EulerOrder, Format, FormatError, Include, Limits, TargetClips, WriteOptions},
-    model::{Axes, Clip, Control, Phase, Reporter, Scene},
+    model::{Axes, Clip, ClipError, Control, Phase, Reporter, Scene},
     retarget::{Measures, Verdict, measure},
     rig::{
         CompressionSpec, IncludeSpec, OutputChoice, OutputSpec, ReportDetail, RetargetSpec, Rig, SpecErrorKind,
@@ -321,10 +321,14 @@ fn write_one(
     if is_ours || !wants_ours || conversion.is_identity() {
         return formats::write(target.scene, clip, options, control, reporter).map_err(in_target);
     }
-    let scene = convert_scene(target.scene, &conversion);
+    let not_a_clip = |error: ClipError| in_target(FormatError::malformed("convert", "", error.to_string()));
+    let mut scene = convert_scene(target.scene, &conversion);
+    if options.target_clips == TargetClips::Keep {
+        let clips = target.scene.clips.iter().map(|clip| convert_clip(clip.clone(), target.scene, &conversion));
+        scene.clips = clips.collect::<Result<_, _>>().map_err(not_a_clip)?;
+    }
     let keys = clip.sparse_keys().map(|keys| Arc::new(convert_keys(keys, target.scene, &conversion)));
-    let clip = convert_clip(clip.clone(), target.scene, &conversion)
-        .map_err(|error| in_target(FormatError::malformed("convert", "", error.to_string())))?;
+    let clip = convert_clip(clip.clone(), target.scene, &conversion).map_err(not_a_clip)?;
     let clip = match keys {
         Some(keys) => clip.with_sparse_keys(keys),
         None => clip,
