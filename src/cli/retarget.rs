@@ -6,7 +6,6 @@ use crate::{
     engine::{self, Outcome},
     formats::Limits,
     model::Control,
-    retarget::{Measures, Verdict},
     telemetry::monotonic_seconds,
 };
 
@@ -55,25 +54,11 @@ fn tell_success(arguments: &Arguments, outcome: &Outcome) {
         say(format_args!("verdict: {}: {}", measures.verdict.name(), one_line(&measures.verdict_reason)));
     }
     say(format_args!(
-        "wrote {}: {} frames, {} of {} target joints driven, {:.2} s{}",
+        "wrote {}: {} frames, {} of {} target joints driven, {:.2} s",
         arguments.outputs.names(),
         counts.frames,
         counts.driven_joints,
         counts.target_joints,
         outcome.report.timings.total_seconds,
-        outcome.report.measures.as_ref().map(verdict).unwrap_or_default()
     ));
-}
-
-/// The verdict of the measures, and those that are as bad as it.
-fn verdict(measures: &Measures) -> String {
-    let verdict = measures.verdict;
-    let worst = measures.metrics.iter().filter(|(_, metric)| metric.verdict == verdict).map(|(name, _)| name.name());
-    match verdict {
-        Verdict::Warn | Verdict::Fail => {
-            format!("; verdict {}: {}", verdict.name(), worst.collect::<Vec<_>>().join(", "))
-        }
-        Verdict::Pass => format!("; verdict {}", verdict.name()),
-        Verdict::NotApplicable => "; verdict not_applicable: nothing could be measured".to_owned(),
-    }
 }

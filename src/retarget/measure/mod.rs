@@ -146,7 +146,7 @@ pub fn measure(
     let spine = Spine::find(&performers, &mut wanted);
     let every = compare(&performers, &wanted, Frames::all(count));
     let mut wanted = Wanted::default();
-    let limbs = Limbs::find(&rigs, &mut wanted);
+    let limbs = Limbs::find(&rigs, mapping, &mut wanted);
     let bends = Bends::find(&rigs, &mut wanted);
     let smoothness = Smoothness::find(&rigs, &sizes, &mut wanted);
     let hands = Hands::find(&rigs, &sizes, &mut wanted);
@@ -178,8 +178,8 @@ pub fn measure(
         (MetricName::FloorFloat, feet.float),
         (MetricName::ContactDisagreement, feet.disagreement),
         (MetricName::LimbDirection, worst_limb(&limbs.directions)),
-        (MetricName::LimbTwist, worst_limb(&limbs.twists)),
-        (MetricName::EndOrientation, worst_limb(&limbs.wholes)),
+        (MetricName::LimbTwist, percentile_finding(&limbs.twists, looked_at, NO_LIMBS)),
+        (MetricName::EndOrientation, percentile_finding(&limbs.wholes, looked_at, NO_LIMBS)),
         (MetricName::JerkRatio, smoothness.jerk_ratio(&spread)),
         (MetricName::BendFlips, flips),
         (MetricName::RotationJumps, jumps),

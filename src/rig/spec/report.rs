@@ -107,8 +107,8 @@ pub enum MetricName {
     /// Difference of the turn about a limb's own axis since the rest pose, hands and feet included; 95th percentile
     /// over frames, of the worst limb.
     LimbTwist,
-    /// Difference of the turn of pelvis, head, hands and feet since the rest pose; 95th percentile over frames,
-    /// of the worst joint.
+    /// Difference of the turn of pelvis, head, hands and feet since the rest pose; 95th percentile over frames
+    /// and joints.
     EndOrientation,
     /// Mean jerk over mean speed, target over source: of hands and feet as seen from the start of their limbs, the head from the
     /// pelvis, and the pelvis in the world; 1 is as smooth as the source.
@@ -260,7 +260,7 @@ const METRICS: [MetricInfo; 26] = [
         absolute_warn_above: None,
         forgives_source: false,
         weight: 1.0,
-        about: "difference of the turn about a limb's own axis since the rest pose, hands and feet included; 95th percentile over frames, of the worst limb",
+        about: "difference of the turn about a limb's own axis since the rest pose, hands and feet included; 95th percentile over frames and limbs",
     },
     MetricInfo {
         metric: MetricName::EndOrientation,
@@ -270,7 +270,7 @@ const METRICS: [MetricInfo; 26] = [
         absolute_warn_above: None,
         forgives_source: false,
         weight: 1.0,
-        about: "difference of the turn of pelvis, head, hands and feet since the rest pose; 95th percentile over frames, of the worst joint",
+        about: "difference of the turn of pelvis, head, hands and feet since the rest pose; 95th percentile over frames and joints",
     },
     MetricInfo {
         metric: MetricName::JerkRatio,

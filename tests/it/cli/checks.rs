@@ -172,7 +172,7 @@ fn an_input_is_not_written_over_and_the_verdict_is_told() {
     assert_eq!(std::fs::read(folder.path().join("walk.glb")).expect("the walk"), before, "as it was");
     let done = run("out.glb", &["--no-clobber"]);
     assert_eq!(super::code(&done), Some(0), "{}", super::error(&done));
-    assert!(super::error(&done).contains("; verdict "), "{}", super::error(&done));
+    assert!(super::error(&done).contains("verdict: "), "{}", super::error(&done));
     assert_eq!(super::code(&run("out.glb", &["--no-clobber"])), Some(2), "it is there already");
     assert_eq!(super::code(&run("out.glb", &[])), Some(0), "a result may be written again");
     assert_eq!(super::code(&run("walk.glb", &["--force"])), Some(0), "asked for");
