@@ -323,8 +323,8 @@ impl Labelled {
         let mut gone = vec![false; self.bones.len()];
         for side in sides {
             let joints = self.truth.get(&Role::new(*side, part))?.clone();
-            for joint in 0..self.bones.len() {
-                gone[joint] |= joints.contains(&joint) || (with_all_below && self.is_below(joint, joints[0]));
+            for (joint, is_gone) in gone.iter_mut().enumerate() {
+                *is_gone |= joints.contains(&joint) || (with_all_below && self.is_below(joint, joints[0]));
             }
         }
         let mut place = vec![None; self.bones.len()];
