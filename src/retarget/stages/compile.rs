@@ -6,7 +6,7 @@ use crate::{
     model::{Skeleton, Transform},
     rig::{
         BodyPart, Capsule, FloorOp, FootPoint, GripPair, Ground, HandPair, IkOp, Limb, LimbJoints, LimbPair, Mapping, PlantMode,
-        PlantOp, Schedule, SelfContactOp, Sole, StagedKind, StagedOp, StrideDirection, StrideOp,
+        PlantOp, Schedule, SelfContactOp, Side, Sole, StagedKind, StagedOp, StrideDirection, StrideOp,
     },
 };
 
@@ -330,7 +330,7 @@ impl Compiler<'_> {
             rest: place(limb) - middle,
             end: target.slot(self.limb(limb).target.end),
             ball: self.limb(limb).target.ball.map(|ball| target.slot(ball)),
-            side: if matches!(self.limb(limb).limb, Limb::LeftLeg | Limb::LeftArm) { 1.0 } else { -1.0 },
+            side: if self.limb(limb).limb.side() == Side::Left { 1.0 } else { -1.0 },
         };
         let stage = StrideStage {
             op: op.clone(),
@@ -479,7 +479,7 @@ impl Compiler<'_> {
     fn foot_joints(&self, limb: usize, of_target: bool) -> impl Iterator<Item = usize> + use<> {
         let pair = self.limb(limb);
         let joints = if of_target { pair.target } else { pair.source };
-        [Some(joints.middle), Some(joints.end), joints.ball].into_iter().flatten()
+        [Some(joints.shin), Some(joints.end), joints.ball].into_iter().flatten()
     }
 
     fn floor_stage(&self, op: &FloorOp, staged: &StagedOp) -> FloorStage {
@@ -611,7 +611,6 @@ impl Compiler<'_> {
         let leg = |(limb, op): &&(usize, IkOp)| PulledLeg {
             limb: *limb,
             start: posing.slot(self.limb(*limb).target.start),
-            length: self.rest(*limb).length,
             firm: 1.0 - op.softness,
         };
         let legs = legs.iter().map(leg).collect();
@@ -637,7 +636,7 @@ fn contact_joints(pair: &LimbPair) -> Vec<(&'static str, usize)> {
 
 fn foot_slots(joints: &LimbJoints, posing: &Posing) -> FootSlots {
     let ball = joints.ball.map(|ball| posing.slot(ball));
-    FootSlots { end: posing.slot(joints.end), ball, shin: posing.slot(joints.middle) }
+    FootSlots { end: posing.slot(joints.end), ball, shin: posing.slot(joints.shin) }
 }
 
 /// Lengths and heights of a foot.
