@@ -5,8 +5,8 @@ use glam::{DMat3, DVec2, DVec3};
 use crate::{
     model::{Skeleton, Transform},
     rig::{
-        BodyPart, Capsule, FloorOp, FootPoint, GripPair, Ground, HandPair, IkOp, Limb, LimbJoints, LimbPair, Mapping, PlantMode,
-        PlantOp, Schedule, SelfContactOp, Side, Sole, StagedKind, StagedOp, StrideDirection, StrideOp,
+        BodyPart, Capsule, FloorOp, FootPoint, GripPair, Ground, HandPair, IkOp, Limb, LimbJoints, LimbPair, Mapping,
+        PlantMode, PlantOp, Schedule, SelfContactOp, Side, Sole, StagedKind, StagedOp, StrideDirection, StrideOp,
     },
 };
 

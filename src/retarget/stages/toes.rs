@@ -160,9 +160,9 @@ mod tests {
 
     #[test]
     fn toes_never_snap() {
-        let bend =
+        let angle =
             |height: f64| bend(&shape(TIP, 0.02), DVec3::Y * height, DQuat::from_rotation_x(0.5)).to_axis_angle().1;
-        let steps: Vec<f64> = (0..200).map(|step| bend(0.12 - f64::from(step) * 0.001)).collect();
+        let steps: Vec<f64> = (0..200).map(|step| angle(0.12 - f64::from(step) * 0.001)).collect();
         let largest = steps.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
         assert!(largest < 0.03, "a millimetre turns them by {largest} at most");
         // Toes that curl under the foot pass the vertical while the foot turns about itself.

@@ -2,10 +2,7 @@
 
 use crate::model::{Clip, JointContacts, Skeleton};
 
-use super::super::{
-    spec::ContactsOp,
-    stages::LimbPair,
-};
+use super::super::{spec::ContactsOp, stages::LimbPair};
 
 /// Puts what the clip says of contacts into the op, beside what the spec says, which wins. A limb of which the clip says something
 /// touches only when one of its points does by the clip; points of it that the clip does not name are looked for within that.

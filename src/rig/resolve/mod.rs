@@ -14,6 +14,9 @@ mod schedule;
 mod sizes;
 mod stages;
 
+#[cfg(test)]
+pub(super) use stages::leg_of;
+
 pub use schedule::scheduled;
 
 use glam::DVec3;
@@ -38,7 +41,10 @@ use super::{
     leg_rows::{is_whole_leg, leg_rows},
     mapping::{ChainPair, Mapping},
     shoulder::find_shoulders,
-    spec::{Carry, ContactsOp, CurvesOp, FkOp, FloorOp, HelperJoints, IkOp, Op, PelvisOp, PlantOp, RetargetSpec, TranslationMode},
+    spec::{
+        Carry, ContactsOp, CurvesOp, FkOp, FloorOp, HelperJoints, IkOp, Op, PelvisOp, PlantOp, RetargetSpec,
+        TranslationMode,
+    },
     stages::Stages,
     twist::find_twists,
     understand::Rig,

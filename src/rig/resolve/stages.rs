@@ -208,8 +208,7 @@ impl Context<'_> {
     /// The op with what curves say put into `set`.
     fn contacts(&self, op: &ContactsOp, fields: &mut Vec<SpecField>) -> ContactsOp {
         let pointer = format!("/ops/{}/curves", self.index);
-        let known: Vec<&str> =
-            Limb::all().flat_map(Limb::contact_points).filter(|point| !point.is_empty()).collect();
+        let known: Vec<&str> = Limb::all().flat_map(Limb::contact_points).filter(|point| !point.is_empty()).collect();
         let times = [("set", &op.set), ("add", &op.add), ("remove", &op.remove)];
         let named = times.into_iter().flat_map(|(field, points)| points.keys().map(move |point| (field, point)));
         for (field, point) in named.chain(op.curves.keys().map(|point| ("curves", point))) {
@@ -362,7 +361,10 @@ fn has_stiff_foot(pair: &LimbPair, source: &Rig<'_>, clip: &Clip) -> bool {
         Track::Sampled(values) => values.iter().any(|value| value.dot(values[0]).abs() < STIFF),
         Track::Rest | Track::Constant(_) => false,
     };
-    let below_shin = source.skeleton().path(middle, end).filter(|_| pair.limb.is_leg() && pair.limb.whole_leg().is_none() && ball.is_none());
+    let below_shin = source
+        .skeleton()
+        .path(middle, end)
+        .filter(|_| pair.limb.is_leg() && pair.limb.whole_leg().is_none() && ball.is_none());
     clip.frame_count() > 1 && below_shin.is_some_and(|path| !path[1..].iter().any(turns))
 }
 
@@ -370,6 +372,12 @@ fn has_stiff_foot(pair: &LimbPair, source: &Rig<'_>, clip: &Clip) -> bool {
 fn by_roles(roles: [&str; 4], side: &Rig<'_>) -> Option<LegJoints> {
     let [start, middle, end, beyond] = roles.map(|role| side.role(role).first().copied());
     Some(LegJoints { chain: [start?, middle?, middle?, end?], beyond })
+}
+
+/// The left leg of a rig, for tests of what is found out about it.
+#[cfg(test)]
+pub(in crate::rig) fn leg_of(side: &Rig<'_>) -> Option<LimbJoints> {
+    limb_joints(Limb::LeftLeg, &by_roles(Limb::LeftLeg.roles()?, side)?, side, 1.0)
 }
 
 /// `unit` is plan units per unit of that side.
@@ -421,7 +429,8 @@ fn share_soles(limbs: &mut [LimbPair], rig: &Rig<'_>, side: impl Fn(&mut LimbPai
         let (end, toe) = (joints.end, joints.ball);
         let Some(sole) = joints.sole.as_mut() else { continue };
         if is_raised(sole) {
-            sole.down = standing.and_then(|standing| down_as_if_standing(standing, sole, rig, end, toe)).unwrap_or_default();
+            sole.down =
+                standing.and_then(|standing| down_as_if_standing(standing, sole, rig, end, toe)).unwrap_or_default();
         }
         sole.heel = heel.unwrap_or(sole.heel);
         sole.ball = sole.ball.and(ball);

@@ -100,9 +100,9 @@ impl<'a, 'b> Foot<'a, 'b> {
             (along.length() > 0.03 * length).then(|| along.normalize())
         };
         let below = side.skeleton();
-        let farthest = (leg.end + 1..below.len())
-            .filter(|joint| below.is_ancestor_or_self(leg.end, *joint))
-            .max_by(|one, other| place(*one).distance(place(leg.end)).total_cmp(&place(*other).distance(place(leg.end))));
+        let farthest = (leg.end + 1..below.len()).filter(|joint| below.is_ancestor_or_self(leg.end, *joint)).max_by(
+            |one, other| place(*one).distance(place(leg.end)).total_cmp(&place(*other).distance(place(leg.end))),
+        );
         let pointed = [leg.ball, leg.tip, farthest].into_iter().flatten().find_map(|joint| ahead(place(joint)));
         let facing = (facing - up * facing.dot(up)).normalize_or(up.any_orthonormal_vector());
         let front = pointed.filter(|front| front.dot(facing) > 0.0).unwrap_or(facing);

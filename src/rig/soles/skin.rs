@@ -111,7 +111,8 @@ fn is_below(points: &[SupportPoint], foot: &Foot<'_, '_>) -> bool {
     let down = foot.side.rest.transforms()[foot.leg.end].rotation.conjugate() * -foot.up;
     let depth = points.iter().map(|point| point.from_end.dot(down)).fold(f64::NEG_INFINITY, f64::max);
     let joints = [Some(foot.leg.end), foot.leg.ball].into_iter().flatten();
-    let lowest = joints.map(|joint| foot.offset(foot.leg.end, foot.place(joint)).dot(down)).fold(f64::NEG_INFINITY, f64::max);
+    let lowest =
+        joints.map(|joint| foot.offset(foot.leg.end, foot.place(joint)).dot(down)).fold(f64::NEG_INFINITY, f64::max);
     let length = foot.length * foot.unit;
     (-ABOVE_JOINTS * length..THICKEST * length).contains(&(depth - lowest))
 }

@@ -80,7 +80,8 @@ impl PlacedFoot {
         let (of_foot, of_shin) = (self.along(up), self.shin.conjugate() * up);
         let height = |point: &SupportPoint| {
             let foot = of_foot(point);
-            let height = if point.shin > 0.0 { foot + (of_shin.dot(point.from_shin) - foot) * point.shin } else { foot };
+            let height =
+                if point.shin > 0.0 { foot + (of_shin.dot(point.from_shin) - foot) * point.shin } else { foot };
             height - point.radius
         };
         let lowest = shape.points.iter().filter(|point| is_wanted(point)).map(height).fold(f64::INFINITY, f64::min);
@@ -123,5 +124,76 @@ impl PlacedFoot {
         };
         let turns = shape.points.iter().filter(|point| is_wanted(point)).map(needed);
         turns.fold(f64::NEG_INFINITY, f64::max).min(tilted.angle)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ANKLE: f64 = 0.1;
+
+    /// A flat sole from 7 cm behind the ankle to 23 cm before it, 10 cm below.
+    fn shape() -> FootShape {
+        let point = |z: f64| SupportPoint {
+            from_end: DVec3::new(0.0, -ANKLE, z),
+            from_ball: DVec3::ZERO,
+            from_shin: DVec3::ZERO,
+            toes: 0.0,
+            shin: 0.0,
+            radius: 0.0,
+            gives_way: false,
+        };
+        FootShape { points: vec![point(-0.07), point(0.23)], ..FootShape::default() }
+    }
+
+    /// The toes are down by so many degrees.
+    fn foot(height: f64, degrees: f64) -> PlacedFoot {
+        let turned = DQuat::from_rotation_x(degrees.to_radians());
+        PlacedFoot { end: (DVec3::Y * height, turned), ball: None, shin: DQuat::IDENTITY }
+    }
+
+    fn lowest(foot: &PlacedFoot) -> f64 {
+        foot.lowest(&shape(), DVec3::Y, |_| true)
+    }
+
+    #[test]
+    fn a_tilted_foot_turns_until_its_lowest_point_is_where_it_should_be() {
+        for (height, degrees, wanted) in [(0.15, 40.0, 0.0), (0.15, 40.0, -0.05), (0.12, -30.0, 0.0), (0.15, 95.0, 0.0)]
+        {
+            let foot = foot(height, degrees);
+            let tilted = Tilted::of(foot.end.1 * DVec3::Y, DVec3::Y).expect("it is tilted");
+            assert!((tilted.angle.to_degrees() - f64::abs(degrees)).abs() < 1e-9, "by as much as it is");
+            let angle = foot.turn_to(&shape(), DVec3::Y, &tilted, wanted, |_| true);
+            let turned = DQuat::from_axis_angle(tilted.axis, angle) * foot.end.1;
+            let found = lowest(&foot.moved_to(foot.end.0, turned));
+            assert!((found - wanted).abs() < 1e-9, "{height} m, {degrees}°: {found} instead of {wanted}");
+        }
+    }
+
+    #[test]
+    fn a_foot_turns_no_farther_than_flat() {
+        let foot = foot(0.05, 30.0);
+        let tilted = Tilted::of(foot.end.1 * DVec3::Y, DVec3::Y).expect("it is tilted");
+        let angle = foot.turn_to(&shape(), DVec3::Y, &tilted, 0.0, |_| true);
+        assert!((angle - tilted.angle).abs() < 1e-12, "the ankle is too low: {angle}");
+        assert!(Tilted::of(DVec3::Y, DVec3::Y).is_none(), "a flat foot has no axis");
+    }
+
+    #[test]
+    fn what_several_joints_move_lies_between() {
+        let mut shape = shape();
+        shape.points[1].toes = 0.5;
+        shape.points[1].from_ball = DVec3::new(0.0, -0.02, 0.1);
+        let ball = (DVec3::new(0.0, 0.02, 0.13), DQuat::from_rotation_x(-0.9));
+        let bent = PlacedFoot { ball: Some(ball), ..foot(ANKLE, 0.0) };
+        let (of_foot, of_toes) = (0.0, (ball.0 + ball.1 * shape.points[1].from_ball).y);
+        let found = bent.lowest(&shape, DVec3::Y, |point| point.toes > 0.0);
+        assert!((found - f64::midpoint(of_foot, of_toes)).abs() < 1e-12, "{found}");
+        let mut shape = self::shape();
+        shape.points[0].shin = 0.25;
+        shape.points[0].from_shin = DVec3::new(0.0, -0.2, 0.0);
+        let found = foot(ANKLE, 0.0).lowest(&shape, DVec3::Y, |_| true);
+        assert!((found + 0.025).abs() < 1e-12, "a quarter of what the shin says: {found}");
     }
 }

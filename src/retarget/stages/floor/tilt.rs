@@ -63,7 +63,8 @@ impl FloorStage {
             self.wanted(foot, rows[frame * width + foot].source, levels[foot][frame], holds[foot][frame])
         };
         // Where a foot stands on its whole sole, what it is off by is lifted; only what it is off by beside that is tilt.
-        let has_flat = (0..work.frame_count()).any(|frame| self.feet.iter().any(|foot| is_flat(foot.limb, frame, work)));
+        let has_flat =
+            (0..work.frame_count()).any(|frame| self.feet.iter().any(|foot| is_flat(foot.limb, frame, work)));
         let wants = |foot: usize, frame: usize, clearance: &Clearance| {
             let stands = is_flat(self.feet[foot].limb, frame, work)
                 || (!has_flat && self.carries(foot, frame, clearance.source - levels[foot][frame], work));
@@ -95,7 +96,11 @@ impl FloorStage {
         let needed = work.rows(width, || self.target.pose(), fill)?;
         let over_time = |foot: usize| {
             let needed: Vec<f64> = needed.iter().skip(foot).step_by(width).copied().collect();
-            if needed.iter().all(|turn| *turn == 0.0) { needed } else { smooth_above(&needed, &needed, work.times, TURN_SECONDS) }
+            if needed.iter().all(|turn| *turn == 0.0) {
+                needed
+            } else {
+                smooth_above(&needed, &needed, work.times, TURN_SECONDS)
+            }
         };
         Ok((0..width).map(over_time).collect())
     }
@@ -144,7 +149,8 @@ impl FloorStage {
             }
         };
         let rows = work.rows(feet.len(), || self.target.pose(), fill)?;
-        let changed = |(_, slot): &(usize, usize)| Changed { joint: self.target.joint(*slot), rotates: true, moves: false };
+        let changed =
+            |(_, slot): &(usize, usize)| Changed { joint: self.target.joint(*slot), rotates: true, moves: false };
         work.write(&feet.iter().map(changed).collect::<Vec<_>>(), &rows);
         Ok(())
     }

@@ -77,7 +77,7 @@ impl Default for ContactsOp {
             height_on: 0.03,
             height_off: 0.05,
             speed_on: 0.2,
-            speed_off: 0.6,
+            speed_off: 0.65,
             speed_land: 1.0,
             least_seconds: 0.08,
             gap_seconds: 0.07,
