@@ -17,6 +17,7 @@ use glam::{DMat3, DVec3};
 use super::{
     soles::FootShape,
     spec::{ContactsOp, FilterOp, FloorOp, IkOp, PlantOp, SelfContactOp, StrideOp},
+    tails::Tail,
     volumes::{BodyPart, HandPair},
 };
 
@@ -27,6 +28,8 @@ pub struct Stages {
     pub ground: Ground,
     /// Limbs that both rigs have.
     pub limbs: Vec<LimbPair>,
+    /// The target's tails, where an op keeps them above the floor.
+    pub tails: Vec<Tail>,
     /// Parts of the body that hands may touch, where an op asks for them.
     pub parts: Vec<BodyPart>,
     /// The hands that may touch them, likewise.

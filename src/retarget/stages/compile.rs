@@ -6,7 +6,7 @@ use crate::{
     model::{Skeleton, Transform},
     rig::{
         BodyPart, Capsule, FloorOp, FootPoint, GripPair, Ground, HandPair, IkOp, Limb, LimbJoints, LimbPair, Mapping,
-        PlantMode, PlantOp, Schedule, SelfContactOp, Side, Sole, StagedKind, StagedOp, StrideDirection, StrideOp,
+        PlantMode, PlantOp, Schedule, SelfContactOp, Side, Sole, StagedKind, StagedOp, StrideDirection, StrideOp, Tail,
     },
 };
 
@@ -28,6 +28,7 @@ use super::{
     self_contact::{Fixed, Hand, Part, SelfContactStage},
     solve::{Hangs, SolveStage, SolvedLimb},
     stride::{StrideLimb, StrideStage},
+    tails::{LiftedTail, TailStage},
     toes::{ToeStage, ToedFoot},
     work::Changed,
 };
@@ -58,6 +59,7 @@ impl Stack {
             open: Vec::new(),
             pull: None,
             toes: None,
+            tails: None,
             is_tilted: false,
         };
         for (index, op) in mapping.stages.ops.iter().enumerate() {
@@ -90,6 +92,8 @@ pub(super) struct Compiler<'a> {
     pull: Option<(bool, f64)>,
     /// What bends toes once the feet of a `floor` op are where they stay.
     toes: Option<ToeStage>,
+    /// What raises tails then.
+    tails: Option<TailStage>,
     /// Whether feet already tilt less for the `floor` op to come.
     is_tilted: bool,
 }
@@ -157,6 +161,7 @@ impl Compiler<'_> {
                 self.is_tilted = false;
                 let stage = self.floor_stage(floor, op);
                 self.toes = self.toe_stage(op);
+                self.tails = self.tail_stage(floor, op);
                 self.stages.push(Stage::Floor(stage));
                 if floor.shift_pelvis && self.pull.is_none() {
                     self.pull = Some((false, 1.0));
@@ -475,6 +480,27 @@ impl Compiler<'_> {
         (!feet.is_empty()).then_some(ToeStage { schedule, feet, target, ground, leg })
     }
 
+    /// Nothing where there is no tail, and where the op is about some limbs only.
+    fn tail_stage(&self, op: &FloorOp, staged: &StagedOp) -> Option<TailStage> {
+        let tails = &self.mapping.stages.tails;
+        let joints: Vec<usize> = tails.iter().flat_map(|tail| &tail.joints).map(|joint| joint.joint).collect();
+        if joints.is_empty() || op.scope.mask.is_some() {
+            return None;
+        }
+        let posing = self.target_posing(joints.iter().copied());
+        let lifted = |tail: &Tail| LiftedTail {
+            joints: tail.joints.iter().map(|joint| (posing.slot(joint.joint), joint.points.clone())).collect(),
+            sunk: tail.sunk,
+        };
+        Some(TailStage {
+            schedule: staged.schedule.clone(),
+            tails: tails.iter().map(lifted).collect(),
+            ground: self.ground(),
+            changed: joints.iter().map(|&joint| Changed { joint, rotates: true, moves: false }).collect(),
+            posing,
+        })
+    }
+
     /// Shin, ankle and joint of the ball of one side.
     fn foot_joints(&self, limb: usize, of_target: bool) -> impl Iterator<Item = usize> + use<> {
         let pair = self.limb(limb);
@@ -593,6 +619,8 @@ impl Compiler<'_> {
         self.place_riders();
         let toes = self.toes.take();
         self.stages.extend(toes.map(Stage::Toes));
+        let tails = self.tails.take();
+        self.stages.extend(tails.map(Stage::Tails));
     }
 
     /// After each stage that moves joints which others ride.

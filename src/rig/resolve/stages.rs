@@ -14,6 +14,7 @@ use super::super::{
     soles::{FootShape, foot_shape},
     spec::{Alpha, ContactsOp, Op, Scope},
     stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, SourceScale, StagedKind, StagedOp, Stages},
+    tails::find_tails,
     understand::Rig,
     volumes::{HandPair, body_parts, hand},
 };
@@ -165,7 +166,10 @@ pub(super) fn resolve_stages(
         parts = body_parts(source, target, unit);
         hands = find_hands(&limbs, source, target, unit);
     }
-    Ok(Stages { ground: ground(source, target, clip, mapping), limbs, parts, hands, ops: front, source_scale, curves })
+    let has_floor = front.iter().any(|op| matches!(op.kind, StagedKind::Floor(_)));
+    let tails = if has_floor { find_tails(target) } else { Vec::new() };
+    let ground = ground(source, target, clip, mapping);
+    Ok(Stages { ground, limbs, tails, parts, hands, ops: front, source_scale, curves })
 }
 
 fn find_hands(limbs: &[LimbPair], source: &Rig<'_>, target: &Rig<'_>, unit: f64) -> Vec<HandPair> {

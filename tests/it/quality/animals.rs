@@ -170,3 +170,23 @@ fn an_animal_that_walks_makes_another_walk_on_the_floor() {
         }
     }
 }
+
+/// A fox that sneaks lowers its hips, and the tail of another is longer.
+#[test]
+fn tails_stay_above_the_floor() {
+    let (from, to) = ("creatures/m2m_fox_clips.glb", "creatures/Fox.glb");
+    let (Some(source), Some(target)) = (Animal::read(from), Animal::read(to)) else { return };
+    let clip = source.scene().clips.iter().find(|clip| clip.name() == "Sneak").expect("a clip");
+    let (result, ..) = retargeted(&RetargetSpec::default(), source.scene(), clip, target.scene()).expect("a retarget");
+    let skeleton = &target.scene().skeleton;
+    let tail: Vec<usize> =
+        (0..skeleton.len()).filter(|joint| skeleton.joints()[*joint].name.contains("Tail")).collect();
+    for frame in 0..result.frame_count() {
+        let posed = world(skeleton, Some((&result, frame)));
+        let points = tail.iter().flat_map(|&joint| {
+            target.scene().skin_points.of(joint).iter().map(move |point| (joint, point.position.as_dvec3()))
+        });
+        let lowest = points.map(|(joint, point)| posed[joint].transform_point3(point).y).fold(f64::INFINITY, f64::min);
+        assert!(lowest > -0.01 * target.hips, "frame {frame}: the tail is at {:.3}", lowest / target.hips);
+    }
+}
