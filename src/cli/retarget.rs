@@ -6,11 +6,12 @@ use crate::{
     engine::{self, Outcome},
     formats::Limits,
     model::Control,
+    retarget::{Measures, Verdict},
     telemetry::monotonic_seconds,
 };
 
 use super::{
-    exit::{Exit, say},
+    exit::{Exit, one_line, say},
     inputs::InputPaths,
     outputs::OutputArguments,
     watch::{ProgressWatch, cancel_on_interrupt},
@@ -33,7 +34,7 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 }
 
 fn retarget(arguments: &Arguments) -> Result<(), Exit> {
-    let formats = arguments.outputs.check()?;
+    let formats = arguments.outputs.check(arguments.inputs.paths())?;
     let limits = Limits::default();
     let (files, knowledge) = arguments.inputs.read(&limits)?;
 
@@ -50,12 +51,29 @@ fn retarget(arguments: &Arguments) -> Result<(), Exit> {
 
 fn tell_success(arguments: &Arguments, outcome: &Outcome) {
     let counts = &outcome.report.counts;
+    if let Some(measures) = &outcome.report.measures {
+        say(format_args!("verdict: {}: {}", measures.verdict.name(), one_line(&measures.verdict_reason)));
+    }
     say(format_args!(
-        "wrote {}: {} frames, {} of {} target joints driven, {:.2} s",
+        "wrote {}: {} frames, {} of {} target joints driven, {:.2} s{}",
         arguments.outputs.names(),
         counts.frames,
         counts.driven_joints,
         counts.target_joints,
-        outcome.report.timings.total_seconds
+        outcome.report.timings.total_seconds,
+        outcome.report.measures.as_ref().map(verdict).unwrap_or_default()
     ));
+}
+
+/// The verdict of the measures, and those that are as bad as it.
+fn verdict(measures: &Measures) -> String {
+    let verdict = measures.verdict;
+    let worst = measures.metrics.iter().filter(|(_, metric)| metric.verdict == verdict).map(|(name, _)| name.name());
+    match verdict {
+        Verdict::Warn | Verdict::Fail => {
+            format!("; verdict {}: {}", verdict.name(), worst.collect::<Vec<_>>().join(", "))
+        }
+        Verdict::Pass => format!("; verdict {}", verdict.name()),
+        Verdict::NotApplicable => "; verdict not_applicable: nothing could be measured".to_owned(),
+    }
 }

@@ -41,7 +41,9 @@ pub use findings::{FileFacts, Finding, FindingCode, Severity, examine, examine_c
 pub use floor::{floors, standing_floor};
 pub use humanoid::{HumanoidBone, missing_bones};
 pub use joint_table::{TableRow, write_table};
-pub use mapping::{ChainPair, Chord, CrotchRule, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing};
+pub use mapping::{
+    ChainPair, Chord, ChordCorrection, CrotchRule, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing,
+};
 pub use mask::named_joints;
 pub use morphs::{MorphDrive, MorphMapping, MorphTerm, map_morphs, morph_meaning};
 pub use parse::{is_own_shape, parse_document, parse_spec, parse_value};
@@ -52,7 +54,7 @@ pub use recognition::{
     template_schema,
 };
 pub use resolve::{Resolved, resolve, scheduled};
-pub use rest::RestSource;
+pub use rest::{OrientationFrom, RestFit, RestSource};
 pub use shoulder::ShoulderPair;
 pub use soles::{FootPoint, FootShape, SupportPoint};
 pub use spec::*;
@@ -64,4 +66,4 @@ pub use stages::{
 pub use tails::{Tail, TailJoint};
 pub use twist::{TwistAgainst, TwistPair};
 pub use understand::{Rig, find_clip};
-pub use volumes::{Anchor, BodyPart, Capsule, HandPair};
+pub use volumes::{Anchor, BodyPart, Capsule, HandPair, body_capsules};

@@ -1,3 +1,5 @@
+//! Support points of feet made by code.
+
 use glam::{DQuat, Vec3};
 
 use super::*;
@@ -55,7 +57,10 @@ fn with_shoes(mut scene: Scene, more: &[DVec3]) -> Scene {
         let mut add = |place: DVec3| {
             let joint = if place.z > ankle.z + 0.131 { toes } else { foot };
             let position = rest.transforms()[joint].relative(&Transform::from_translation(place)).translation;
-            entries.push((joint as u32, SkinPoint { position: position.as_vec3(), weight: 1.0 }));
+            entries.push((
+                u32::try_from(joint).expect("few joints"),
+                SkinPoint { position: position.as_vec3(), weight: 1.0 },
+            ));
         };
         for step in 0..=20 {
             for x in [-0.05, 0.0, 0.05] {
@@ -136,7 +141,9 @@ fn a_foot_without_a_mesh_has_a_heel_and_toes() {
 fn a_mesh_far_below_the_foot_is_no_sole() {
     let mut scene = with_shoes(body(true), &[]);
     let entries: Vec<(u32, SkinPoint)> = (0..scene.skeleton.len())
-        .flat_map(|joint| scene.skin_points.of(joint).iter().map(move |point| (joint as u32, *point)))
+        .flat_map(|joint| {
+            scene.skin_points.of(joint).iter().map(move |point| (u32::try_from(joint).expect("few"), *point))
+        })
         .map(|(joint, point)| (joint, SkinPoint { position: point.position + Vec3::new(0.0, -0.9, -0.9), ..point }))
         .collect();
     scene.skin_points = SkinPoints::new(scene.skeleton.len(), &entries);

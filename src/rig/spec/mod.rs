@@ -14,7 +14,7 @@ mod tune;
 
 pub use edit::{
     ComponentAxis, CycleRange, EditSpec, FractionRange, FrameRange, HoldSpec, InterpolationSpec, LoopRoot, LoopSpec,
-    MirrorChoice, MirrorMode, MirrorPlane, MirrorSpec, RangeSpec,
+    MirrorAxis, MirrorChoice, MirrorMode, MirrorPlane, MirrorSpec, RangeSpec,
 };
 pub use layer::{LayerMode, LayerReference, LayerSpec};
 pub use map::{ChainMap, RotationMode, TranslationMode};

@@ -68,6 +68,8 @@ struct Standing {
 
 /// What is within this share of the height of the hips above the lowest point of a paw touches the floor with it.
 const SOLE: f64 = 0.02;
+/// A vertex that hangs on one joint by more than this is where that joint alone puts it.
+const WHOLLY: f32 = 0.9;
 /// A paw that is lower and slower than this stands.
 const LOW: f64 = 0.03;
 const SLOW: f64 = 0.05;
@@ -77,7 +79,7 @@ impl Animal {
     fn vertices(&self, clip: &Clip, pair: usize, frame: usize) -> Vec<DVec3> {
         let posed = world(&self.scene().skeleton, Some((clip, frame)));
         let of_joint = |&joint: &usize| {
-            let points = self.scene().skin_points.of(joint).iter().filter(|point| point.weight > 0.5);
+            let points = self.scene().skin_points.of(joint).iter().filter(|point| point.weight > WHOLLY);
             points.map(|point| posed[joint].transform_point3(point.position.as_dvec3())).collect::<Vec<DVec3>>()
         };
         self.paws[pair].iter().flat_map(of_joint).collect()
