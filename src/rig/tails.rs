@@ -8,8 +8,8 @@ use super::{
     understand::Rig,
 };
 
-/// Vertices in these directions, in the joint's axes, are looked at: the corners, edges and faces of a cube.
-const STEPS: [f64; 3] = [-1.0, 0.0, 1.0];
+/// The vertices that are extreme in some direction of a grid on the surface of a cube are looked at; its steps, in the joint's axes.
+const STEPS: [f64; 7] = [-1.0, -0.6, -0.3, 0.0, 0.3, 0.6, 1.0];
 
 /// A joint of a tail and what moves with it, in plan units.
 #[derive(Clone, Debug)]
@@ -72,7 +72,7 @@ fn points(rig: &Rig<'_>, joint: usize, outward: Option<usize>) -> Vec<DVec3> {
         vertices.iter().copied().max_by(|one, other| one.dot(direction).total_cmp(&other.dot(direction)))
     };
     let mut found: Vec<DVec3> = Vec::new();
-    for point in directions.filter(|direction| *direction != DVec3::ZERO).filter_map(farthest) {
+    for point in directions.filter(|direction| direction.abs().max_element() >= 1.0).filter_map(farthest) {
         if !found.contains(&point) {
             found.push(point);
         }
