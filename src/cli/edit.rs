@@ -40,7 +40,8 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 }
 
 fn edit(arguments: &Arguments) -> Result<(), Exit> {
-    let formats = arguments.outputs.check()?;
+    let paths = [Some(&arguments.input), arguments.rest.as_ref(), Some(&arguments.config)];
+    let formats = arguments.outputs.check(paths.into_iter().flatten().map(PathBuf::as_path))?;
     let limits = Limits::default();
     let input = InputFile::read("input", &arguments.input, &limits)?;
     let rest = arguments.rest.as_ref().map(|path| InputFile::read("rest", path, &limits)).transpose()?;

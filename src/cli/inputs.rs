@@ -34,6 +34,12 @@ pub(super) struct InputPaths {
 }
 
 impl InputPaths {
+    /// Every file that is read.
+    pub(super) fn paths(&self) -> impl Iterator<Item = &Path> {
+        let rests = [self.rests.source_rest.as_ref(), self.rests.target_rest.as_ref(), self.config.as_ref()];
+        [Some(&self.source), Some(&self.target)].into_iter().chain(rests).flatten().map(PathBuf::as_path)
+    }
+
     /// Reads the files, and what is taught beside them.
     pub(super) fn read(&self, limits: &Limits) -> Result<(InputFiles, Knowledge), Exit> {
         let config = (self.config.as_deref(), &self.preset);

@@ -9,7 +9,7 @@ use crate::{
 };
 
 use super::{
-    exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED, one_line, say, to_json},
+    exit::{BAD_USAGE, Exit, FAILED, one_line, say, to_json},
     files::{StagedFiles, check_place},
 };
 
@@ -25,16 +25,57 @@ pub(super) struct OutputArguments {
     /// Show a progress bar even on a dumb terminal; other terminals show it anyway, pipes never
     #[arg(long)]
     pub(super) progress: bool,
-    /// Treat every warning as an error
+    /// Write nothing and fail where there is a warning, or where a measure of the report fails; as "strict": true in the config
     #[arg(long)]
     strict: bool,
+    #[command(flatten)]
+    overwriting: Overwriting,
+}
+
+/// Which files may be written over.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub(super) struct Overwriting {
+    /// Write over an input too
+    #[arg(long, conflicts_with = "no_clobber")]
+    force: bool,
+    /// Write over no file that is there already
+    #[arg(long)]
+    no_clobber: bool,
+}
+
+impl Overwriting {
+    /// Refuses outputs that would replace an input, or with `--no-clobber` any file.
+    pub(super) fn check<'p>(
+        self,
+        inputs: impl IntoIterator<Item = &'p Path>,
+        outputs: impl IntoIterator<Item = &'p Path>,
+    ) -> Result<(), Exit> {
+        let inputs: Vec<(&Path, Option<PathBuf>)> =
+            inputs.into_iter().map(|path| (path, path.canonicalize().ok())).collect();
+        for output in outputs {
+            // What is not there yet is no input; what is no plain file (a pipe, a terminal) is not replaced.
+            let Some(place) = output.canonicalize().ok().filter(|place| place.is_file()) else { continue };
+            let shown = output.display();
+            if self.no_clobber {
+                let message = format!("output {shown}: the file exists");
+                return Err(Exit::new(BAD_USAGE, message, "name another file, or leave out --no-clobber"));
+            }
+            let input = inputs.iter().find(|(_, input)| input.as_ref() == Some(&place));
+            if let Some((input, _)) = input.filter(|_| !self.force) {
+                let message = format!("output {shown}: this is the input {}", input.display());
+                return Err(Exit::new(BAD_USAGE, message, "name another file, or write over the input with --force"));
+            }
+        }
+        Ok(())
+    }
 }
 
 impl OutputArguments {
-    /// Finds out before the work which formats are wanted, and that every file has a place to go.
-    pub(super) fn check(&self) -> Result<WantedFormats, Exit> {
+    /// Finds out before the work which formats are wanted, that every file has a place to go, and that no input is written over.
+    pub(super) fn check<'p>(&'p self, inputs: impl IntoIterator<Item = &'p Path>) -> Result<WantedFormats, Exit> {
         let formats = WantedFormats::of(&self.output)?;
         check_places(&self.output, self.report.as_ref())?;
+        self.overwriting.check(inputs, self.output.iter().chain(&self.report).map(PathBuf::as_path))?;
         Ok(formats)
     }
 
@@ -97,13 +138,13 @@ pub(super) fn write_results(
     staged.commit()
 }
 
-/// Refuses results with warnings where the user wants none.
+/// Refuses what `strict` in the config refuses: results with warnings, and with measures that fail.
 pub(super) fn check_strict(strict: bool, outcome: &Outcome) -> Result<(), Exit> {
-    if !strict || outcome.report.warnings.is_empty() {
+    if !strict {
         return Ok(());
     }
-    let message = format!("--strict: there are {} warnings, so nothing was written", outcome.report.warnings.len());
-    Err(Exit::new(INPUT_REFUSED, message, "mend what the warnings name, or leave out --strict"))
+    engine::check_strict(&outcome.report.warnings, outcome.report.measures.as_ref())
+        .map_err(|failure| Exit::from_failure(&failure, ""))
 }
 
 /// The format that a file name's ending stands for, where it can be written.

@@ -38,7 +38,7 @@ pub(super) struct Arguments {
     /// Where the result goes; the ending picks the format
     #[arg(long, value_name = "FILE")]
     output: PathBuf,
-    /// Treat every warning as an error
+    /// Write nothing and fail where there is a warning; as "strict": true in the config
     #[arg(long)]
     strict: bool,
 }

@@ -10,7 +10,7 @@ use crate::{
 };
 
 use super::{
-    exit::{Exit, say},
+    exit::{Exit, one_line, say},
     inputs::InputPaths,
     outputs::OutputArguments,
     watch::{ProgressWatch, cancel_on_interrupt},
@@ -33,7 +33,7 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 }
 
 fn retarget(arguments: &Arguments) -> Result<(), Exit> {
-    let formats = arguments.outputs.check()?;
+    let formats = arguments.outputs.check(arguments.inputs.paths())?;
     let limits = Limits::default();
     let (files, knowledge) = arguments.inputs.read(&limits)?;
 
@@ -50,12 +50,15 @@ fn retarget(arguments: &Arguments) -> Result<(), Exit> {
 
 fn tell_success(arguments: &Arguments, outcome: &Outcome) {
     let counts = &outcome.report.counts;
+    if let Some(measures) = &outcome.report.measures {
+        say(format_args!("verdict: {}: {}", measures.verdict.name(), one_line(&measures.verdict_reason)));
+    }
     say(format_args!(
         "wrote {}: {} frames, {} of {} target joints driven, {:.2} s",
         arguments.outputs.names(),
         counts.frames,
         counts.driven_joints,
         counts.target_joints,
-        outcome.report.timings.total_seconds
+        outcome.report.timings.total_seconds,
     ));
 }

@@ -9,8 +9,8 @@
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 use crate::{
-    model::{Clip, ClipError, JointTracks, Skeleton},
-    rig::{ComponentAxis, Rig},
+    model::{Clip, ClipError, JointTracks, Skeleton, Transform},
+    rig::{ComponentAxis, MirrorAxis, Rig},
 };
 
 use super::Mirror;
@@ -18,7 +18,7 @@ use super::Mirror;
 /// Mirrors a clip by components.
 ///
 /// `centre` is the sideways axis of joints of the middle, `pelvis` that of the pelvis and all above; where they are not given, the axis
-/// that points sideways most at rest is taken, joint by joint.
+/// that points sideways most at rest is taken, joint by joint. An axis for translations alone is one of the parent's space.
 ///
 /// # Errors
 /// When the result does not fit into the numbers of a track.
@@ -26,20 +26,24 @@ pub fn mirror_components(
     rig: &Rig<'_>,
     mirror: &Mirror<'_>,
     clip: &Clip,
-    centre: Option<ComponentAxis>,
-    pelvis: Option<ComponentAxis>,
+    centre: Option<MirrorAxis>,
+    pelvis: Option<MirrorAxis>,
 ) -> Result<Clip, ClipError> {
     let skeleton = rig.skeleton();
     let twins = mirror.twins();
     let pelvis_joint = rig.role("pelvis").first().copied();
-    let axis_of = |joint: usize| {
+    let given = |joint: usize| {
         let is_pelvis = pelvis_joint.is_some_and(|pelvis| skeleton.is_ancestor_or_self(joint, pelvis));
-        let given = if is_pelvis { pelvis.or(centre) } else { centre };
-        given.map_or_else(|| sideways(rig.rest.transforms()[joint].rotation, mirror.lateral()), ComponentAxis::vector)
+        if is_pelvis { pelvis.or(centre) } else { centre }
+    };
+    let rest = mirror.rest().transforms();
+    let axis_of = |joint: usize| {
+        let given = given(joint).and_then(MirrorAxis::rotation);
+        given.map_or_else(|| sideways(rest[joint].rotation, mirror.lateral()), ComponentAxis::vector)
     };
     let joints = (0..skeleton.len()).map(|joint| {
         let twin = twins.of(joint);
-        let (own, other) = (local_rest(rig, skeleton, joint), local_rest(rig, skeleton, twin));
+        let (own, other) = (local_rest(rest, skeleton, joint), local_rest(rest, skeleton, twin));
         let tracks = &clip.joints()[twin];
         let is_centre = twin == joint;
         let own_axis = axis_of(joint);
@@ -51,7 +55,8 @@ pub fn mirror_components(
         // A translation lies in the parent's axes.
         let parent = skeleton.parent(joint);
         let is_below_centre = parent.is_none_or(|parent| twins.of(parent) == parent);
-        let parent_axis = parent.map_or_else(|| mirror.lateral(), axis_of);
+        let own_translation = given(joint).and_then(MirrorAxis::translation).map(ComponentAxis::vector);
+        let parent_axis = own_translation.unwrap_or_else(|| parent.map_or_else(|| mirror.lateral(), axis_of));
         let place = |value: Vec3| {
             let change = value.as_dvec3() - other.1;
             let change = if is_below_centre { change - parent_axis * (2.0 * change.dot(parent_axis)) } else { -change };
@@ -67,8 +72,7 @@ pub fn mirror_components(
 }
 
 /// Local rotation and translation at rest.
-fn local_rest(rig: &Rig<'_>, skeleton: &Skeleton, joint: usize) -> (DQuat, DVec3) {
-    let rest = rig.rest.transforms();
+fn local_rest(rest: &[Transform], skeleton: &Skeleton, joint: usize) -> (DQuat, DVec3) {
     let local = skeleton.parent(joint).map_or(rest[joint], |parent| rest[parent].relative(&rest[joint]));
     (local.rotation, local.translation)
 }

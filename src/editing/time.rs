@@ -44,14 +44,25 @@ pub fn edit_time(
     if spec.keeps_time() {
         return Ok(clip.clone());
     }
+    let cubic = spec.interpolation == InterpolationSpec::Cubic;
+    let sample =
+        |clip: &Clip, schedule: &Schedule, fps| sampled(clip, schedule, fps, cubic, spec.start_seconds, control);
     let mut schedule = Schedule::new(clip.times_seconds());
     if let Some(range) = &spec.range {
         let (start, end) = seconds_of(range, clip, skeleton, control)?;
         schedule.crop(start, end);
     }
+    let mut thinned = None;
     if let Some(step) = spec.every {
         schedule.every(in_range("every", f64::from(step), 1.0, 10_000.0).map(|_| step as usize)?);
+        // New frames between those that are kept must not show those that were dropped.
+        if spec.fps.is_some() {
+            let kept = sample(clip, &schedule, None)?;
+            schedule = Schedule::new(kept.times_seconds());
+            thinned = Some(kept);
+        }
     }
+    let clip = thinned.as_ref().unwrap_or(clip);
     if let Some(points) = &spec.warp {
         let warp = Warp::new(points).ok_or_else(|| {
             let detail = "the warp needs at least one pair of times, and both times must rise from pair to pair";
@@ -70,21 +81,6 @@ pub fn edit_time(
         check_size(schedule.len() as f64 * 2.0, clip, "ping_pong")?;
         schedule.ping_pong();
     }
-    let cubic = spec.interpolation == InterpolationSpec::Cubic;
-    let sample = |clip: &Clip, schedule: &Schedule, fps| -> Result<Clip, TimeEditError> {
-        let sampling = Sampling::new(clip.times_seconds(), schedule, fps, cubic);
-        let mut joints = Vec::with_capacity(clip.joints().len());
-        for tracks in clip.joints() {
-            control.check()?;
-            joints.push(sampling.joint(tracks));
-        }
-        let start = spec.start_seconds.unwrap_or(0.0);
-        let times = schedule.moments().iter().map(|moment| moment.at + start).collect();
-        let edited = Clip::new(clip.name().to_owned(), times, joints);
-        let edited = edited.and_then(|edited| edited.with_morphs(sampling.morphs(clip.morphs())));
-        let edited = edited.and_then(|edited| edited.with_contacts(sampling.contacts(clip.contacts())));
-        Ok(edited.map_err(EditError::from)?)
-    };
     let mut looped = None;
     if let Some(rule) = &spec.make_loop {
         in_range("loop/times", f64::from(rule.times), 1.0, 1000.0)?;
@@ -109,6 +105,29 @@ pub fn edit_time(
         in_range("start_seconds", start, -1e6, 1e6)?;
     }
     sample(clip, &schedule, spec.fps)
+}
+
+/// The clip at the moments of a schedule. `fps` is given where frames are uniform and may have to be averages.
+fn sampled(
+    clip: &Clip,
+    schedule: &Schedule,
+    fps: Option<f64>,
+    cubic: bool,
+    start_seconds: Option<f64>,
+    control: &Control,
+) -> Result<Clip, TimeEditError> {
+    let sampling = Sampling::new(clip.times_seconds(), schedule, fps, cubic);
+    let mut joints = Vec::with_capacity(clip.joints().len());
+    for tracks in clip.joints() {
+        control.check()?;
+        joints.push(sampling.joint(tracks));
+    }
+    let start = start_seconds.unwrap_or(0.0);
+    let times = schedule.moments().iter().map(|moment| moment.at + start).collect();
+    let edited = Clip::new(clip.name().to_owned(), times, joints);
+    let edited = edited.and_then(|edited| edited.with_morphs(sampling.morphs(clip.morphs())));
+    let edited = edited.and_then(|edited| edited.with_contacts(sampling.contacts(clip.contacts())));
+    Ok(edited.map_err(EditError::from)?)
 }
 
 pub(super) fn in_range(field: &str, value: f64, least: f64, most: f64) -> Result<f64, EditError> {

@@ -1,5 +1,7 @@
 //! Bringing a scene and a clip into the axes and unit that an output format wants.
 
+use std::sync::Arc;
+
 use glam::{DQuat, Quat, Vec3};
 
 use crate::model::{
@@ -45,6 +47,7 @@ pub(super) fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
         skins: scene.skins.clone(),
         bind_pose: Vec::new(),
         skin_points: scene.skin_points.scaled(conversion.scale as f32),
+        skin_vertices: Arc::new(scene.skin_vertices.map(|one| one.position * conversion.scale as f32)),
         morphs: scene.morphs.clone(),
         declared_roles: scene.declared_roles.clone(),
         declared_convention: scene.declared_convention,

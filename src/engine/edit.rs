@@ -5,11 +5,11 @@ use std::borrow::Cow;
 use crate::{
     editing::{Cycle, EditError, Margin, Mirror, TimeEditError, edit_time, find_cycles, mirror_components, taken_out},
     formats::Limits,
-    model::{Clip, ClipError, Control, JointTracks, Phase, Reporter, Scene},
+    model::{Clip, ClipError, Control, JointTracks, ModelPose, Phase, Reporter, Scene},
     retarget::filtered,
     rig::{
-        CycleRange, EditSpec, MirrorMode, MirrorSpec, RangeSpec, RetargetSpec, Rig, RigSpec, SpecError, SpecErrorKind,
-        SpecField, is_own_shape, named_joints, parse_document, scheduled,
+        CycleRange, EditSpec, MirrorMode, MirrorSpec, RangeSpec, RestSource, RetargetSpec, Rig, RigSpec, SpecError,
+        SpecErrorKind, SpecField, is_own_shape, named_joints, parse_document, scheduled,
     },
 };
 
@@ -20,7 +20,7 @@ use super::{
     load::load,
     mixups,
     provenance::Provenance,
-    retarget::{Written, facts, joint_count, strict_failure, wanted_outputs, write_outputs},
+    retarget::{Written, check_strict, facts, joint_count, wanted_outputs, write_outputs},
 };
 
 /// Above this share of the figure's size, a rig whose two halves differ is worth a word.
@@ -89,7 +89,8 @@ pub(super) fn edit_by(
     report_idle_fields(spec, &mut reporter);
     let rest: Option<&Scene> = rest.as_ref().map(|loaded| &loaded.scene);
     let rig = Rig::with_templates("source", &loaded.scene, rest, &spec.source, knowledge.rigs(), &mut reporter)
-        .map_err(|error| in_config_or(error, "source"))?;
+        .map_err(|error| in_config_or(error, "source"))
+        .map_err(|failure| mixups::explain_rest(failure, "source", &loaded.scene, &loaded.scene, rest))?;
     let clip = chosen_clip(spec, &loaded.scene, &mut reporter, || mixups::nothing_moves(&loaded.scene))?;
     let plan_seconds = control.seconds() - planning;
 
@@ -113,8 +114,8 @@ pub(super) fn edit_by(
         &mut reporter,
     )?;
     let warnings: Vec<WarningView> = reporter.into_warnings().into_iter().map(WarningView::from).collect();
-    if spec.strict && !warnings.is_empty() {
-        return Err(strict_failure(&warnings));
+    if spec.strict {
+        check_strict(&warnings, None)?;
     }
     let joints = joint_count(&loaded.scene);
     let animated = |tracks: &&JointTracks| {
@@ -238,13 +239,28 @@ fn mirrored(rig: &Rig<'_>, clip: &Clip, spec: &MirrorSpec, reporter: &mut Report
     if let Some(error) = SpecError::from_fields(fields) {
         return Err(in_config(error));
     }
-    let mirror = Mirror::new(rig, &pairs);
+    let zero = rig.skeleton().rest_pose().to_model(rig.skeleton());
+    let mirror = mirror_of(rig, &zero, &pairs);
     report_asymmetry(rig, &mirror, clip, reporter);
     let mirrored = match spec.mode {
         MirrorMode::Model => mirror.apply(clip, spec.plane),
         MirrorMode::Components => mirror_components(rig, &mirror, clip, spec.centre_axis, spec.pelvis_axis),
     };
     mirrored.map_err(|error| not_a_clip(rig, &error))
+}
+
+/// The mirror about the rig's rest pose; about the pose of its nodes where the rest pose is a moment of a motion, which is seldom
+/// symmetric, and the nodes stand more symmetrically.
+fn mirror_of<'a>(rig: &'a Rig<'a>, zero: &'a ModelPose, pairs: &[(usize, usize)]) -> Mirror<'a> {
+    let own = Mirror::new(rig, pairs);
+    if !rig.rest_source.is_in_motion() || rig.rest_source == RestSource::ClipFrame {
+        return own;
+    }
+    let about_zero = Mirror::about(rig, zero, pairs);
+    let asymmetry = |mirror: &Mirror<'_>| mirror.twins().asymmetry.map_or(0.0, |(_, share)| share);
+    let is_better =
+        about_zero.twins().lonely.len() <= own.twins().lonely.len() && asymmetry(&about_zero) < asymmetry(&own);
+    if is_better { about_zero } else { own }
 }
 
 /// Says where the two halves of a rig differ, since the mirrored motion differs there too.

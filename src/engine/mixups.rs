@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::{
     formats::{Format, sniff},
-    model::{Scene, Skeleton},
+    model::Scene,
     rig::parse_spec,
 };
 
@@ -37,7 +37,7 @@ pub(super) fn explain_model(failure: Failure, file: NamedBytes<'_>) -> Failure {
     failure
 }
 
-/// A rest file of the other side.
+/// A rest file that does not fit, perhaps that of the other side.
 pub(super) fn explain_rest(
     failure: Failure,
     side: &'static str,
@@ -59,15 +59,7 @@ pub(super) fn explain_rest(
         let hint = format!("{there} of its joints have names of the {other}: are source_rest and target_rest swapped?");
         return failure.with_hint(hint);
     }
-    let example = |skeleton: &Skeleton| {
-        let named = skeleton.joints().iter().find(|joint| joint.is_joint && !joint.name.is_empty());
-        named.map_or_else(|| "no names".to_owned(), |joint| format!("'{}'", joint.name))
-    };
-    let (theirs, ours) = (example(&rest.skeleton), example(&own.skeleton));
-    failure.with_hint(format!(
-        "the rest file must hold the same skeleton, by names; its joints are called like {theirs}, those of the {side} \
-         like {ours}"
-    ))
+    failure
 }
 
 fn shared_names(scene: &Scene, rest: &Scene) -> usize {

@@ -31,6 +31,7 @@ mod propose;
 mod propose_text;
 mod provenance;
 mod report_page;
+mod rest_file;
 mod retarget;
 mod tune;
 
@@ -56,7 +57,8 @@ pub use propose::{
     DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose, propose_with,
 };
 pub use report_page::report_page;
-pub use retarget::{retarget, retarget_with};
+pub use rest_file::RestFileView;
+pub use retarget::{check_strict, retarget, retarget_with};
 pub use tune::{TunedParameter, Tuning};
 
 // The words that callers need to speak with the engine; the service half sees the pure half through this door only.
@@ -226,6 +228,9 @@ pub struct RigFacts {
     pub rest_pose_from: &'static str,
     /// Why it was taken from there.
     pub rest_pose_reason: String,
+    /// How the rest file was put onto the rig, where one was given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rest_file: Option<RestFileView>,
     /// Up and front axes.
     pub axes: String,
     /// Metres per unit of length.

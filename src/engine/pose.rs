@@ -18,8 +18,9 @@ use super::{
     convert::{convert_clip, convert_scene, into_ours},
     files::{in_config, in_config_or},
     load::{Loaded, load},
+    mixups::explain_rest,
     provenance::engine,
-    retarget::{Wanted, facts, joint_count, strict_failure, wanted_outputs},
+    retarget::{Wanted, check_strict, facts, joint_count, wanted_outputs},
 };
 
 /// Rotations closer than this are the same, as one minus the cosine of half the angle.
@@ -51,12 +52,13 @@ pub(super) fn pose(
     let source_rig = source.as_ref().map(|source| {
         let rest = source_rest.as_ref().map(|rest| &rest.scene);
         Rig::with_templates("source", &source.scene, rest, &spec.source, knowledge.rigs(), &mut reporter)
-            .map_err(|error| in_config_or(error, "source"))
+            .map_err(|error| explain_rest(in_config_or(error, "source"), "source", &source.scene, &target.scene, rest))
     });
     let source_rig = source_rig.transpose()?;
     let rest = target_rest.as_ref().map(|rest| &rest.scene);
+    let other = source.as_ref().map_or(&target.scene, |source| &source.scene);
     let target_rig = Rig::with_templates("target", &target.scene, rest, &spec.target, knowledge.rigs(), &mut reporter)
-        .map_err(|error| in_config_or(error, "target"))?;
+        .map_err(|error| explain_rest(in_config_or(error, "target"), "target", &target.scene, other, rest))?;
     check_body(&target_rig, choice)?;
     let Posed { pose, alignment } = posed_target(source_rig.as_ref(), &target_rig, choice, spec.align)
         .ok_or_else(|| Failure::new(FailureCode::Internal, "a pose of the source was asked for, and there is none"))?;
@@ -79,8 +81,8 @@ pub(super) fn pose(
         control.advance(1);
     }
     let warnings: Vec<WarningView> = reporter.into_warnings().into_iter().map(WarningView::from).collect();
-    if spec.strict && !warnings.is_empty() {
-        return Err(strict_failure(&warnings));
+    if spec.strict {
+        check_strict(&warnings, None)?;
     }
     let counts = Counts {
         frames: 1,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::{
     formats::{self, Compression, EulerOrder, Format, FormatError, Include, Limits, TargetClips, WriteOptions},
-    model::{Axes, Clip, Control, Phase, Reporter, Scene},
+    model::{Axes, Clip, ClipError, Control, Phase, Reporter, Scene},
     retarget::{Measures, Verdict, measure},
     rig::{
         CompressionSpec, IncludeSpec, OutputChoice, OutputSpec, ReportDetail, RetargetSpec, Rig, SpecErrorKind,
@@ -27,6 +27,7 @@ use super::{
     pass::Pass,
     performance::performance,
     provenance::Provenance,
+    rest_file::RestFileView,
     tune::Subject,
 };
 
@@ -128,11 +129,8 @@ pub fn retarget_with(
         &mut reporter,
     )?;
     let warnings: Vec<WarningView> = reporter.into_warnings().into_iter().map(WarningView::from).collect();
-    if spec.strict && !warnings.is_empty() {
-        return Err(strict_failure(&warnings));
-    }
-    if let Some(failed) = measures.as_ref().filter(|measures| spec.strict && measures.verdict == Verdict::Fail) {
-        return Err(strict_measures_failure(failed));
+    if spec.strict {
+        check_strict(&warnings, measures.as_ref())?;
     }
     let timings = Timings {
         read_seconds,
@@ -323,10 +321,14 @@ fn write_one(
     if is_ours || !wants_ours || conversion.is_identity() {
         return formats::write(target.scene, clip, options, control, reporter).map_err(in_target);
     }
-    let scene = convert_scene(target.scene, &conversion);
+    let not_a_clip = |error: ClipError| in_target(FormatError::malformed("convert", "", error.to_string()));
+    let mut scene = convert_scene(target.scene, &conversion);
+    if options.target_clips == TargetClips::Keep {
+        let clips = target.scene.clips.iter().map(|clip| convert_clip(clip.clone(), target.scene, &conversion));
+        scene.clips = clips.collect::<Result<_, _>>().map_err(not_a_clip)?;
+    }
     let keys = clip.sparse_keys().map(|keys| Arc::new(convert_keys(keys, target.scene, &conversion)));
-    let clip = convert_clip(clip.clone(), target.scene, &conversion)
-        .map_err(|error| in_target(FormatError::malformed("convert", "", error.to_string())))?;
+    let clip = convert_clip(clip.clone(), target.scene, &conversion).map_err(not_a_clip)?;
     let clip = match keys {
         Some(keys) => clip.with_sparse_keys(keys),
         None => clip,
@@ -353,12 +355,27 @@ pub(super) fn facts(side: &Rig<'_>, format: Format) -> RigFacts {
         rest_pose: side.recognition.rest_pose.name(),
         rest_pose_from: side.rest_source.name(),
         rest_pose_reason: side.rest_reason.clone(),
+        rest_file: RestFileView::of(side),
         axes: side.axes.to_string(),
         unit_metres: side.unit_metres,
     }
 }
 
-pub(super) fn strict_failure(warnings: &[WarningView]) -> Failure {
+/// What `strict` means, of a config and on the command line: no warnings, and no measure that fails.
+///
+/// # Errors
+/// When there is a warning, or a measure fails.
+pub fn check_strict(warnings: &[WarningView], measures: Option<&Measures>) -> Result<(), Failure> {
+    if !warnings.is_empty() {
+        return Err(strict_failure(warnings));
+    }
+    match measures.filter(|measures| measures.verdict == Verdict::Fail) {
+        Some(failed) => Err(strict_measures_failure(failed)),
+        None => Ok(()),
+    }
+}
+
+fn strict_failure(warnings: &[WarningView]) -> Failure {
     let first = &warnings[0];
     let detail = format!(
         "strict was asked for and there are {} warnings; the first is {}: {}",

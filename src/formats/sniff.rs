@@ -5,6 +5,9 @@ use super::{ErrorKind, Format, FormatError, body_model};
 /// The end of an archive that is searched for names; a directory of arrays is far smaller.
 const MOST_DIRECTORY_BYTES: usize = 64 << 10;
 
+/// Keys of pose arrays that no glTF document has.
+const POSE_KEYS: [&[u8]; 3] = [b"\"joint_names\"", b"\"rest_translations\"", b"\"rest_rotations\""];
+
 /// Finds the format of a file from its first bytes; `file_name` only separates formats that share them (`.vrm` from
 /// `.glb`).
 ///
@@ -36,8 +39,9 @@ pub fn sniff(bytes: &[u8], file_name: &str) -> Result<Format, FormatError> {
         return Ok(Format::JointPositions);
     }
     if text.starts_with(b"{") {
-        // glTF and pose arrays are both JSON objects; a glTF document must have a member `asset`, pose arrays `joint_names`.
-        let is_poses = find(text, b"\"joint_names\"").is_some() && find(text, b"\"asset\"").is_none();
+        // glTF and pose arrays are both JSON objects; a glTF document must have a member `asset`, pose arrays have keys of their own.
+        let has = |key: &[u8]| find(text, key).is_some();
+        let is_poses = !has(b"\"asset\"") && POSE_KEYS.into_iter().any(has);
         return Ok(if is_poses { Format::PosesJson } else { Format::Gltf });
     }
     if text.len() >= 9 && text[..9].eq_ignore_ascii_case(b"HIERARCHY") {

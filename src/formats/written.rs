@@ -3,7 +3,7 @@
 
 use crate::model::{Canceled, Clip, Control, Reporter, Scene, Skeleton};
 
-use super::{fbx, meshes::Meshes};
+use super::{TargetClips, WriteOptions, fbx, meshes::Meshes};
 
 /// The joints and everything above them; all nodes where the file calls none a joint.
 pub(super) fn joints_to_write(skeleton: &Skeleton) -> Vec<usize> {
@@ -21,6 +21,12 @@ pub(super) fn joints_to_write(skeleton: &Skeleton) -> Vec<usize> {
         }
     }
     wanted.iter().enumerate().filter(|(_, wanted)| **wanted).map(|(index, _)| index).collect()
+}
+
+/// The clips that a target has already and that move something, where they are to follow the new one.
+pub(super) fn kept_clips<'a>(target: &'a Scene, options: &WriteOptions) -> impl Iterator<Item = &'a Clip> {
+    let fits = |clip: &&Clip| clip.is_animated() && clip.joints().len() == target.skeleton.len();
+    target.clips.iter().filter(fits).take(if options.target_clips == TargetClips::Keep { usize::MAX } else { 0 })
 }
 
 /// Reports nodes that move and are not written; `format` is who leaves them out, such as "FBX does".

@@ -162,7 +162,10 @@ impl Jobs {
             JobState::Queued => Some(self.0.store.records().queue_position(&record, MOST_POSITION).await?),
             _ => None,
         };
-        let progress = self.0.running.progress(&record.id).or_else(|| record.progress.clone());
+        let progress = match record.state {
+            JobState::Running => self.0.running.progress(&record.id).or_else(|| record.progress.clone()),
+            _ => None,
+        };
         Ok(JobSnapshot { record, results, queue_position, progress })
     }
 

@@ -2,7 +2,7 @@
 
 use std::{any::Any, fmt, sync::Arc};
 
-use super::{Axes, Clip, LookAt, Morph, Skeleton, SkinPoints, Stretched, Transform};
+use super::{Axes, Clip, LookAt, Morph, Skeleton, SkinPoints, SkinVertices, Stretched, Transform};
 
 /// An imported file: one forest of joints, its clips and skins, and the file's own document for writing back what we do not
 /// understand.
@@ -24,6 +24,8 @@ pub struct Scene {
     /// Where the vertices of the skinned meshes lie around their joints; empty where the file has none, or none that can be
     /// decoded.
     pub skin_points: SkinPoints,
+    /// The vertices themselves with all the joints that move them. Copies share them.
+    pub skin_vertices: Arc<SkinVertices>,
     /// Morph targets of meshes, and expressions.
     pub morphs: Vec<Morph>,
     /// What the shapes that look aside mean, where the file says it.

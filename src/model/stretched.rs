@@ -8,7 +8,9 @@
 
 use glam::{DMat3, DMat4, DQuat, DVec3, Quat, Vec3};
 
-use super::{Clip, ClipError, JointTracks, LocalPose, Scene, Skeleton, SkinPoint, SkinPoints, Track, Transform};
+use super::{
+    Clip, ClipError, JointTracks, LocalPose, Scene, Skeleton, SkinPoint, SkinPoints, SkinVertices, Track, Transform,
+};
 
 /// Squared scales closer to one another than this share are equal.
 const EVEN: f64 = 2e-3;
@@ -62,7 +64,8 @@ impl Stretched {
         let bind_pose = scene.bind_pose.iter().zip(&stretched);
         let bind_pose = bind_pose.map(|(bind, stretched)| bind.filter(|_| !stretched)).collect();
         let skin_points = self.straight_points(&scene.skin_points);
-        Ok(Scene { skeleton, clips, bind_pose, skin_points, stretched: Some(self), ..scene })
+        let skin_vertices = self.straight_vertices(&scene.skin_vertices).into();
+        Ok(Scene { skeleton, clips, bind_pose, skin_points, skin_vertices, stretched: Some(self), ..scene })
     }
 
     /// What is stretched of a skeleton whose matrices a viewer multiplies; nothing where no joint is.
@@ -111,6 +114,13 @@ impl Stretched {
             entries.extend(points.of(joint).iter().map(straight));
         }
         SkinPoints::new(self.joint_from_node.len(), &entries)
+    }
+
+    fn straight_vertices(&self, vertices: &SkinVertices) -> SkinVertices {
+        vertices.map(|one| {
+            let matrix = self.joint_from_node[one.joint as usize];
+            matrix.map_or(one.position, |matrix| (matrix * one.position.as_dvec3()).as_vec3())
+        })
     }
 
     /// The file's own skeleton, at rest as `posed` is: the scene's skeleton, or the same in another pose.

@@ -4,7 +4,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 use crate::{
     model::{Skeleton, Transform},
-    rig::{Carry, ChainPair, Mapping, PelvisPair, Ride, ShoulderPair, TranslationMode, TwistAgainst, TwistPair},
+    rig::{Carry, ChainPair, Chord, Mapping, PelvisPair, Ride, ShoulderPair, TranslationMode, TwistAgainst, TwistPair},
 };
 
 use super::places::{Place, places};
@@ -187,14 +187,14 @@ impl<'a> Compiler<'a> {
         let places = places(chain, &self.source_rest, &self.target_rest);
         let mut begin = self.chord_step(chain, &places, *chord_slots).map(Box::new);
         let chord = begin.as_ref().map(|step| step.slot);
-        *chord_slots += usize::from(chord.is_some());
-        let keeps_last = chain.chord.is_some_and(|chord| chord.keeps_last);
+        let has_chest = chain.chord.is_some_and(|chord| chord.correction.has_chest());
+        *chord_slots += chord.map_or(0, |_| 1 + usize::from(has_chest));
         for (position, (&joint, place)) in chain.target.iter().zip(places).enumerate() {
             let Some(place) = place else {
                 drivers[joint] = Driver::Hold;
                 continue;
             };
-            let is_kept = keeps_last && position + 1 == chain.target.len();
+            let is_chest = has_chest && position + 1 == chain.target.len();
             let also = further.iter().filter_map(|(chain, places)| {
                 let place = places[position]?;
                 Some((self.model_sample(chain, place), self.model_rotation(chain, place, joint)))
@@ -205,7 +205,7 @@ impl<'a> Compiler<'a> {
                 also: also.collect(),
                 rotation_alpha: chain.drive.followed_rotation_alpha(),
                 translation: self.translation(chain, place),
-                chord: chord.filter(|_| !is_kept),
+                chord: chord.map(|slot| slot + usize::from(is_chest)),
                 begin: begin.take(),
             });
         }
@@ -295,14 +295,29 @@ impl<'a> Compiler<'a> {
             let sample = self.model_sample(chain, place);
             bones.push((sample, self.model_rotation(chain, place, joint) * self.bone(joint, next)?));
         }
-        let kept = if chord.keeps_last { bones.split_off(bones.len() - 1) } else { Vec::new() };
+        let kept = if chord.correction.has_chest() { bones.split_off(bones.len() - 1) } else { Vec::new() };
+        let source_start = chain.source[chain.spacing.lead()];
         Some(ChordStep {
             slot,
-            source_start: self.slot(chain.source[chain.spacing.lead()]),
+            correction: chord.correction,
+            target_from_source: self.chords_at_rest(source_start, chain.target[0], chord),
+            source_start: self.slot(source_start),
             source_end: self.slot(chord.source_end),
             turned: bones,
             kept,
         })
+    }
+
+    /// The shortest rotation from the source's chord at rest to the target's, in the axes of the source joint that the chord begins at.
+    fn chords_at_rest(&self, source_start: usize, target_start: usize, chord: Chord) -> DQuat {
+        let line = |rest: &[Transform], start: usize, end: usize| {
+            (rest[end].translation - rest[start].translation).try_normalize()
+        };
+        let source = line(&self.source_rest, source_start, chord.source_end);
+        let target = line(&self.target_rest, target_start, chord.target_end);
+        let Some((source, target)) = source.zip(target) else { return DQuat::IDENTITY };
+        let axes = self.source_rest[source_start].rotation;
+        (axes.conjugate() * DQuat::from_rotation_arc(source, target) * axes).normalize()
     }
 
     /// From a target joint to one below it, in the joint's own space but for its scale.

@@ -279,20 +279,6 @@ impl QuatLanes {
         result
     }
 
-    /// The shortest rotations from one direction to another, per lane; the identity where either has no length. Opposite
-    /// directions turn about an axis of no special choice.
-    #[inline(never)]
-    pub(super) fn between(from: &VecLanes, to: &VecLanes) -> Self {
-        let mut result = Self::IDENTITY;
-        for lane in 0..LANES {
-            let direction = |lanes: &VecLanes| DVec3::new(lanes.x[lane], lanes.y[lane], lanes.z[lane]).try_normalize();
-            if let (Some(from), Some(to)) = (direction(from), direction(to)) {
-                result.set(lane, DQuat::from_rotation_arc(from, to));
-            }
-        }
-        result
-    }
-
     /// Turns vectors.
     #[inline(always)]
     pub(super) fn rotate(&self, vectors: &VecLanes) -> VecLanes {

@@ -2,6 +2,7 @@
 //!
 //! Per frame there are indices and constants only. Knows no format, no name and no file.
 
+mod chord;
 mod compile;
 mod curves;
 mod drivers;

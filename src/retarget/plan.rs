@@ -2,7 +2,10 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use crate::{model::Transform, rig::CrotchRule};
+use crate::{
+    model::Transform,
+    rig::{ChordCorrection, CrotchRule},
+};
 
 /// A compiled retarget: constants and indices only.
 ///
@@ -193,11 +196,15 @@ pub(super) enum TwistEnd {
 /// Finds the rotation that makes a chain point as the source's does.
 #[derive(Clone, Debug)]
 pub(super) struct ChordStep {
+    /// Where the rotation of the turned bones goes; that of the kept bones goes into the next slot.
     pub(super) slot: usize,
+    pub(super) correction: ChordCorrection,
+    /// From the source's chord to the target's at rest, in the axes of the source joint at `source_start`.
+    pub(super) target_from_source: DQuat,
     /// Source slots of the chain's first joint and of the joint that it leads to.
     pub(super) source_start: usize,
     pub(super) source_end: usize,
-    /// Bones that are turned, and bones that stay: the place that each follows, and the bone in that place's space.
+    /// Bones that are turned, and those of a chest, which gives way at most: the place that each follows, and the bone in that place's space.
     pub(super) turned: Vec<(Sample, DVec3)>,
     pub(super) kept: Vec<(Sample, DVec3)>,
 }

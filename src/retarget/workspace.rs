@@ -7,6 +7,7 @@ use glam::{DQuat, DVec3, Quat, Vec3};
 use crate::model::{JointTracks, Track, Transform};
 
 use super::{
+    chord::chord_turns,
     lanes::{LANES, QuatLanes, VecLanes},
     plan::{
         CarryStep, ChordStep, Driver, ModelDriver, Needs, Parent, PelvisDriver, PelvisFurther, Plan, RideStep, Sample,
@@ -244,7 +245,7 @@ impl Workspace {
             self.target[slot] = self.target[slot].blend(&other, mean_share(taken));
         }
         if let Some(begin) = &driver.begin {
-            self.chords[begin.slot] = self.chord_turn(begin);
+            self.turn_chord(begin);
         }
         if let Some(chord) = driver.chord {
             self.target[slot] = self.chords[chord].times(&self.target[slot]);
@@ -310,25 +311,25 @@ impl Workspace {
         Place { position, scale: parent.place.scale.times(&VecLanes::splat(step.hold.scale)) }
     }
 
-    /// The rotation R for which `R · turned + kept` points from the source chain's start to its end.
-    ///
-    /// With d that direction, the end lies at `t · d`, where `|t · d − kept| = |turned|`; R takes `turned` to `t · d − kept`.
-    /// Out of reach (the kept bone is longer than the others), t is the nearest.
+    /// Fills the slots of a chord: the rotations of the turned bones and of the chest's.
     #[inline(always)]
-    fn chord_turn(&self, step: &ChordStep) -> QuatLanes {
-        let (turned, kept) = (self.sum_of(&step.turned), self.sum_of(&step.kept));
+    fn turn_chord(&mut self, step: &ChordStep) {
+        let (turned, chest) = (self.sum_of(&step.turned), self.sum_of(&step.kept));
         let (start, end) = (&self.source_places[step.source_start], &self.source_places[step.source_end]);
-        let wanted = end.position.minus(&start.position);
-        let mut goal = VecLanes::ZERO;
+        let along = end.position.minus(&start.position);
+        let axes = &self.source[step.source_start];
+        let wanted = axes.times_constant(step.target_from_source).rotate(&axes.rotate_back(&along));
+        let (mut turn, mut chest_turn) = (QuatLanes::IDENTITY, QuatLanes::IDENTITY);
         for lane in 0..LANES {
             let vector = |lanes: &VecLanes| DVec3::new(lanes.x[lane], lanes.y[lane], lanes.z[lane]);
-            let (turned, kept) = (vector(&turned), vector(&kept));
-            let direction = vector(&wanted).try_normalize().unwrap_or_else(|| turned + kept);
-            let along = direction.dot(kept);
-            let reach = (along * along + turned.length_squared() - kept.length_squared()).max(0.0).sqrt();
-            (goal.x[lane], goal.y[lane], goal.z[lane]) = (direction * (along + reach) - kept).into();
+            let turns = chord_turns(step.correction, vector(&turned), vector(&chest), vector(&wanted));
+            turn.set(lane, turns.below);
+            chest_turn.set(lane, turns.chest);
         }
-        QuatLanes::between(&turned, &goal)
+        self.chords[step.slot] = turn;
+        if step.correction.has_chest() {
+            self.chords[step.slot + 1] = chest_turn;
+        }
     }
 
     /// Where bones lead that each follow a place of the source.

@@ -204,16 +204,45 @@ impl Spacing {
 /// The straight line from a chain's first joint to the joint that it leads to.
 ///
 /// Spines of three and of five joints bend in other places, so equal rotations at equal places leave their ends pointing
-/// elsewhere. The chord is what an onlooker sees; it is made to point as the source's does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// elsewhere. The chord is what an onlooker sees; from the rest pose on, it turns as the source's does.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chord {
     /// The source joint that the chain leads to.
     pub source_end: usize,
     /// The target joint that the chain leads to; below the chain's last joint.
     pub target_end: usize,
-    /// Whether the chain's last joint keeps the source's rotation exactly (a chest, from which the arms hang), so that only the
-    /// joints before it are turned.
-    pub keeps_last: bool,
+    /// How the joints share the turn that makes the chord point there.
+    pub correction: ChordCorrection,
+}
+
+/// How the joints of a chain share the turn that makes its chord point as the source's does.
+///
+/// A turn of a few joints bends the chain where those begin and where they end. The source's chain has no such bends, so a
+/// correction of a spine or neck is limited: what is left over is a chord that points a little elsewhere, which shows far less
+/// than a kink.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ChordCorrection {
+    /// All joints turn together, as far as it takes: a bone that stands for several of the source.
+    Whole,
+    /// All joints turn together, at most this far, in radians.
+    Limited(f64),
+    /// The last joint, a chest that carries the arms, keeps the source's rotation, and the joints before it turn. Beyond `free`
+    /// the chest begins to turn with them, so that they need not turn by more than `max`; both in radians. Where the chest turns
+    /// all the way with them, the whole is limited to `max` too.
+    BelowChest {
+        /// Up to here the chest keeps the source's rotation exactly.
+        free: f64,
+        /// The largest turn.
+        max: f64,
+    },
+}
+
+impl ChordCorrection {
+    /// Whether the chain's last joint is turned by another rotation than the joints before it.
+    #[must_use]
+    pub const fn has_chest(self) -> bool {
+        matches!(self, Self::BelowChest { .. })
+    }
 }
 
 impl CrotchRule {

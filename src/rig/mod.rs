@@ -26,8 +26,10 @@ mod recognition;
 mod resolve;
 mod rest;
 mod shoulder;
+mod soles;
 mod spec;
 mod stages;
+mod tails;
 mod twist;
 mod understand;
 mod unknown_fields;
@@ -39,7 +41,9 @@ pub use findings::{FileFacts, Finding, FindingCode, Severity, examine, examine_c
 pub use floor::{floors, standing_floor};
 pub use humanoid::{HumanoidBone, missing_bones};
 pub use joint_table::{TableRow, write_table};
-pub use mapping::{ChainPair, Chord, CrotchRule, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing};
+pub use mapping::{
+    ChainPair, Chord, ChordCorrection, CrotchRule, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing,
+};
 pub use mask::named_joints;
 pub use morphs::{MorphDrive, MorphMapping, MorphTerm, map_morphs, morph_meaning};
 pub use parse::{is_own_shape, parse_document, parse_spec, parse_value};
@@ -50,14 +54,16 @@ pub use recognition::{
     template_schema,
 };
 pub use resolve::{Resolved, resolve, scheduled};
-pub use rest::RestSource;
+pub use rest::{OrientationFrom, RestFit, RestSource};
 pub use shoulder::ShoulderPair;
+pub use soles::{FootPoint, FootShape, SupportPoint};
 pub use spec::*;
 pub use stages::{
     ChainShape, ChainStretch, CopyDrive, CurveDrive, DriveFrom, FingerDrive, GripPair, Ground, JointDrive, JointLimit,
     Limb, LimbJoints, LimbPair, LimitFrame, PinDrive, PosedEdit, PropDrive, ReachDrive, ReachEnd, RootMotion, Schedule,
     Sole, SourceScale, StagedKind, StagedOp, Stages,
 };
+pub use tails::{Tail, TailJoint};
 pub use twist::{TwistAgainst, TwistPair};
 pub use understand::{Rig, find_clip};
-pub use volumes::{Anchor, BodyPart, Capsule, HandPair};
+pub use volumes::{Anchor, BodyPart, Capsule, HandPair, body_capsules};

@@ -10,7 +10,7 @@ use super::{
     alignment::{CanonicalPose, canonical_rest},
     error::{SpecError, SpecErrorKind, SpecField},
     recognition::{Hints, Recognition, RigKind, RigTemplate, body_frame, recognise, rest_pose_kind},
-    rest::{Rest, RestSource, edit, find_rest, grounded},
+    rest::{Rest, RestFit, RestSource, edit, find_rest, grounded, uploaded},
     spec::{ClipChoice, RestSpec, RigSpec, UnitSpec},
 };
 
@@ -34,6 +34,8 @@ pub struct Rig<'a> {
     pub rest_reason: String,
     /// What to write into a spec to get the same pose again, but for its edits.
     pub rest_spec: RestSpec,
+    /// How the rest file was put onto this rig, where one was given.
+    pub rest_fit: Option<RestFit>,
     /// Joints that keep their orientation in model space when this rig is aligned.
     pub keep_pose: Vec<usize>,
     /// What a joint points at, where the spec says it.
@@ -85,8 +87,31 @@ impl<'a> Rig<'a> {
                 "send a file with a skeleton; 'retargetd inspect FILE' says what a file holds",
             ));
         }
+        let Some(rest_scene) = rest_scene else {
+            let rest = find_rest(name, scene, spec, templates, reporter)?;
+            return Self::resting(name, scene, rest, spec, templates, reporter);
+        };
+        // What the rest file is compared with: the rig as it rests by itself.
+        let plain = RigSpec { rest: RestSpec::default(), pose: Vec::new(), ..spec.clone() };
+        let own = find_rest(name, scene, &plain, templates, &mut Reporter::new())?;
+        let own = Self::resting(name, scene, own, &plain, templates, &mut Reporter::new())?;
+        let (rest, fit) = uploaded(&own, rest_scene, spec, templates, reporter)?;
+        let rig = Self::resting(name, scene, rest, spec, templates, reporter)?;
+        Ok(Self { rest_fit: Some(fit), ..rig })
+    }
+
+    /// A rig that rests in a pose that was found already, but for the edits of the spec.
+    pub(super) fn resting(
+        name: &'static str,
+        scene: &'a Scene,
+        rest: Rest,
+        spec: &RigSpec,
+        templates: &[RigTemplate],
+        reporter: &mut Reporter,
+    ) -> Result<Self, SpecError> {
+        let skeleton = &scene.skeleton;
         let Rest { pose: rest_local, source: rest_source, reason: rest_reason, spec: rest_spec, is_to_be_solved } =
-            find_rest(name, scene, rest_scene, spec, templates, reporter)?;
+            rest;
         let rest = rest_local.to_model(skeleton);
         let recognition = recognise(skeleton, &rest, &Hints { templates, ..Hints::of(scene) });
         let roles = find_roles(name, skeleton, &recognition, spec)?;
@@ -103,6 +128,7 @@ impl<'a> Rig<'a> {
             rest_source,
             rest_reason,
             rest_spec,
+            rest_fit: None,
             keep_pose: Vec::new(),
             points_at: BTreeMap::new(),
             recognition,
@@ -367,6 +393,11 @@ fn find_axes(
     // Where the axes say it exactly, to the last bit what the resolved spec says when it is run again.
     let is_exact = axes.ours_from_this().dot(work_from_scene).abs() > 1.0 - 1e-12;
     (if is_exact { axes.ours_from_this() } else { work_from_scene }, axes)
+}
+
+/// The rotation to +Y up, +Z front of a file by its body, quietly.
+pub(super) fn axes_of_body(scene: &Scene, recognition: &Recognition) -> (DQuat, Axes) {
+    find_axes("", scene, recognition, &RigSpec::default(), &mut Reporter::new())
 }
 
 /// Metres per unit from how tall a figure is: people are between 0.5 and 3 metres. A root above the pelvis may be anywhere.

@@ -71,6 +71,14 @@ pub(super) fn body_parts(source: &Rig<'_>, target: &Rig<'_>, unit: f64) -> Vec<B
     parts
 }
 
+/// The parts of a rig's body with its hands, lengths in the scene's unit.
+#[must_use]
+pub fn body_capsules(side: &Rig<'_>) -> Vec<(&'static str, Capsule)> {
+    let parts = capsules(side, 1.0).into_iter().map(|(name, _, capsule)| (name, capsule));
+    let hands = [("left_hand", Limb::LeftArm), ("right_hand", Limb::RightArm)];
+    parts.chain(hands.into_iter().filter_map(|(name, arm)| Some((name, hand(side, arm, 1.0)?)))).collect()
+}
+
 /// The ball of a hand; nothing for what is no arm.
 pub(super) fn hand(side: &Rig<'_>, limb: Limb, unit: f64) -> Option<Capsule> {
     let prefix = match limb {

@@ -4,7 +4,7 @@
 use glam::{DQuat, DVec3, Quat};
 use retargetd::{
     engine::{Format, Inputs, Limits, NamedBytes, Outcome, retarget},
-    model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, SkinPoint, SkinPoints, Track},
+    model::{Clip, Control, Joint, JointTracks, ModelPose, Reporter, Scene, Skeleton, SkinPoint, SkinPoints, Track},
     retarget::{Plan, run},
     rig::{HowAligned, Resolved, RetargetSpec, Rig, RollCue, parse_value, resolve},
     samples,
@@ -460,4 +460,48 @@ fn a_real_character_is_edited_and_keeps_what_it_is_told() {
     let edited = rig("target", &target, &edits).rest;
     let own = rig("target", &target, &RetargetSpec::default()).rest;
     assert!(degrees_between(local(&edited), local(&own)) < 1e-3, "the head is as it was on its neck");
+}
+
+/// A mannequin whose feet slope otherwise between ankle and ball, as those of another shoe do.
+fn with_sloping_feet(degrees: f64) -> Scene {
+    let mut scene = samples::mannequin_scene();
+    let rest = scene.skeleton.rest_pose().to_model(&scene.skeleton);
+    let mut joints = scene.skeleton.joints().to_vec();
+    for ball in ["ball_l", "ball_r"] {
+        let joint = scene.skeleton.find(ball).expect("a ball");
+        let ankle = rest.transforms()[scene.skeleton.parent(joint).expect("an ankle")];
+        let bone = DVec3::new(0.0, -degrees.to_radians().sin(), degrees.to_radians().cos()) * 0.12;
+        joints[joint].rest.translation = ankle.rotation.conjugate() * bone;
+    }
+    scene.skeleton = Skeleton::new(joints).expect("a skeleton");
+    scene
+}
+
+#[test]
+fn feet_are_tilted_as_the_soles_of_the_frame_that_is_measured_from() {
+    let source = samples::walk_scene();
+    let bind = source.skeleton.rest_pose().to_model(&source.skeleton);
+    let pitch = |pose: &ModelPose, skeleton: &Skeleton, ankle: &str, ball: &str| {
+        let place = |name: &str| pose.transforms()[skeleton.find(name).expect("a joint")].translation;
+        (place(ball) - place(ankle)).normalize().y.asin().to_degrees()
+    };
+    for degrees in [5.0, 28.0, 45.0] {
+        let target = with_sloping_feet(degrees);
+        for frame in [0, 9, 18, 27] {
+            let spec = spec(json!({"source": {"rest": {"clip": 0, "frame": frame}}}));
+            let rest = resolved(&source, &target, &source.clips[0], &spec).mapping.target_rest;
+            let posed = source.clips[0].local_pose(&source.skeleton, frame).to_model(&source.skeleton);
+            for (side, ankle, ball) in [("Left", "foot_l", "ball_l"), ("Right", "foot_r", "ball_r")] {
+                let (foot, toe) = (format!("mixamorig:{side}Foot"), format!("mixamorig:{side}ToeBase"));
+                let of_source = |pose: &ModelPose| pitch(pose, &source.skeleton, &foot, &toe);
+                let wanted = of_source(&posed) - of_source(&bind);
+                let found = pitch(&rest, &target.skeleton, ankle, ball) + degrees;
+                // Feet within 5 degrees of flat count as flat.
+                assert!(
+                    (found - wanted).abs() < 6.0,
+                    "{side} foot of {degrees} degrees at {frame}: {found:.1}, not {wanted:.1}"
+                );
+            }
+        }
+    }
 }

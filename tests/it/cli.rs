@@ -4,6 +4,7 @@ pub(crate) mod carried_curves;
 mod checks;
 mod real_ops;
 mod reports;
+mod rest_files;
 
 use std::{
     path::Path,

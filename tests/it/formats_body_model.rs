@@ -264,3 +264,67 @@ fn hostile_archives_of_the_corpus_are_told_apart() {
         }
     }
 }
+
+/// Axis angles of a body whose left elbow is bent and that stands as `root` has it.
+fn bent_body(joints: usize, root: DVec3) -> Vec<f32> {
+    const LEFT_ELBOW: usize = 18;
+    let mut values = vec![0.0; 3 * joints];
+    values[..3].copy_from_slice(&root.as_vec3().to_array());
+    values[3 * LEFT_ELBOW + 1] = -1.2;
+    values
+}
+
+fn matrices(vectors: &[f32]) -> Vec<f32> {
+    let turns = vectors.chunks(3).map(|vector| glam::Quat::from_scaled_axis(glam::Vec3::from_slice(vector)));
+    turns.flat_map(|turn| glam::Mat3::from_quat(turn).transpose().to_cols_array()).collect()
+}
+
+#[test]
+fn bare_vectors_and_matrices_are_the_pose_that_they_say() {
+    for joints in [22, 24, 52, 55] {
+        let vector = bent_body(joints, DVec3::ZERO);
+        let turns = matrices(&vector);
+        let wanted = read(&archive(&[("poses", array(&[1, 3 * joints], &vector))]), "a.npz").expect("a pose").0;
+        let placed: Vec<f32> = vector.iter().copied().chain([0.0; 3]).collect();
+        let files = [
+            ("vector.npy", array(&[3 * joints], &vector)),
+            ("vectors.npy", array(&[1, 3 * joints], &vector)),
+            ("placed.npy", array(&[1, 3 * joints + 3], &placed)),
+            ("matrices.npy", array(&[1, joints, 3, 3], &turns)),
+            ("matrix.npy", array(&[joints, 3, 3], &turns)),
+            ("bare.npz", archive(&[("arr_0", array(&[3 * joints], &vector))])),
+            ("flat.npz", archive(&[("poses", array(&[1, 9 * joints], &turns))])),
+            ("single.npz", archive(&[("pose", array(&[joints, 3, 3], &turns))])),
+        ];
+        for (name, bytes) in files {
+            let (scene, _) = read(&bytes, name).unwrap_or_else(|error| panic!("{name} of {joints}: {error}"));
+            let pairs = places(&scene, 0).into_iter().zip(places(&wanted, 0));
+            let worst = pairs.map(|(one, other)| one.distance(other)).fold(0.0, f64::max);
+            assert!(worst < 1e-5, "{name} of {joints}: {worst} m apart");
+        }
+    }
+    let refused = read(&archive(&[("poses", array(&[1, 22, 3, 3], &[2.0; 198]))]), "a.npz").expect_err("no rotations");
+    assert!(refused.detail.contains("no rotation"), "{refused}");
+}
+
+#[test]
+fn a_body_in_the_axes_of_a_camera_stands_upright() {
+    let thetas = bent_body(24, DVec3::new(std::f64::consts::PI, 0.0, 0.0));
+    let bytes = archive(&[
+        ("smpl_thetas", array(&[1, 72], &thetas)),
+        ("smpl_betas", array(&[1, 10], &[0.0; 10])),
+        ("cam_trans", array(&[1, 3], &[0.0, 0.5, 3.0])),
+    ]);
+    let (scene, _) = read(&bytes, "romp.npz").expect("arrays of ROMP");
+    let places = places(&scene, 0);
+    assert!(places[15].y > places[0].y + 0.4, "the head is above the pelvis: {places:?}");
+    assert!(places[0].y < -0.2, "down in the camera is down: {:?}", places[0]);
+}
+
+#[test]
+fn what_is_no_pose_array_is_told_by_its_keys() {
+    let error = read(&archive(&[("vertices", array(&[2, 3], &[0.0; 6]))]), "a.npz").expect_err("no poses");
+    assert!(error.detail.contains("vertices") && !error.detail.contains("joint_names"), "{error}");
+    let error = read(&archive(&[("rotations", array(&[1, 2, 4], &[0.5; 8]))]), "a.npz").expect_err("no names");
+    assert!(error.detail.contains("rotations") && error.detail.contains("'joint_names' is missing"), "{error}");
+}

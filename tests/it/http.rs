@@ -22,6 +22,7 @@ mod proposals;
 mod real;
 pub(crate) mod receiver;
 mod reports;
+mod rest_files;
 mod result_cache;
 mod sandbox;
 mod schema_fuzz;

@@ -6,6 +6,7 @@ mod carried;
 mod files;
 mod meshes;
 mod options;
+mod skinned;
 mod three;
 mod vrma;
 

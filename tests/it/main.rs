@@ -35,6 +35,7 @@ mod parity;
 mod quality;
 mod readers;
 mod readme;
+mod rest_uploads;
 mod rig_doctor;
 mod rig_recognition;
 mod skin_points;

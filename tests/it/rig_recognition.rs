@@ -1,5 +1,6 @@
 //! Roles found by name and by shape, on real and generated rigs.
 
+mod calibration;
 mod conventions;
 mod corpus;
 mod creatures;
@@ -8,4 +9,6 @@ mod learned;
 mod random;
 mod real_files;
 mod schemes;
+mod spoken;
 mod stripped;
+mod varied;

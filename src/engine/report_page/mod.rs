@@ -56,6 +56,7 @@ fn head(page: &mut String, report: &Value, measures: Option<&Measures>) {
             text::verdict(measures.verdict),
             number(measures.score)
         ));
+        page.push_str(&format!("<p>{}</p>\n", Escaped(&measures.verdict_reason)));
     }
     let rig = |side: &str| {
         let facts = &report["rigs"][side];

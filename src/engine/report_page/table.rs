@@ -26,7 +26,7 @@ pub(super) fn metrics(page: &mut String, measures: &Measures) {
     page.push_str("</tbody>\n</table></div>\n");
     let frames = measures.frames_measured;
     page.push_str(&format!(
-        "<p><small>Feet, pelvis and keys were looked at in every frame, the rest in {frames} frames. \
+        "<p><small>Feet, knees, spine, pelvis and keys were looked at in every frame, the rest in {frames} frames. \
          Lengths of feet are at 1 m leg length.</small></p>\n</section>\n"
     ));
 }
@@ -34,6 +34,8 @@ pub(super) fn metrics(page: &mut String, measures: &Measures) {
 fn row(page: &mut String, name: MetricName, metric: &Metric) {
     let (class, unit) = (metric.verdict.name(), unit(&metric.unit));
     let value = metric.value.map_or_else(|| "–".to_owned(), |value| format!("{}{unit}", number(value)));
+    let deepest = metric.absolute_value.map(|value| format!("<br><small>at most {}{unit}</small>", number(value)));
+    let value = value + &deepest.unwrap_or_default();
     let source = metric.source_value.map_or_else(String::new, |value| format!("{}{unit}", number(value)));
     let worst = metric.worst.first().filter(|_| metric.verdict >= Verdict::Pass).map_or_else(String::new, |worst| {
         let place = if worst.part.is_empty() { worst.joint.clone() } else { spaced(&worst.part) };
@@ -57,6 +59,7 @@ fn row(page: &mut String, name: MetricName, metric: &Metric) {
 fn unit(name: &str) -> String {
     match name {
         "degrees" => "°".to_owned(),
+        "degrees/frame²" => " °/frame²".to_owned(),
         "percent" => " %".to_owned(),
         "cm" | "cm/s" => format!(" {name}"),
         _ => String::new(),

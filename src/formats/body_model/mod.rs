@@ -5,10 +5,11 @@
 //!
 //! | file | arrays |
 //! |---|---|
-//! | `.npz` | `poses`, `smpl_poses`, `fullpose` or `pose`: F×3J axis angles (J = 22, 24, 52, 55), F×J×3, or matrices F×J×3×3 |
+//! | `.npz` | `poses`, `smpl_poses`, `fullpose`, `pose`, `smpl_thetas` (ROMP, BEV) or `arr_0`: F×3J axis angles (J = 22, 24, 52, 55), F×J×3, or matrices F×J×3×3 or F×9J; a single pose without F |
 //! | | or in parts: `root_orient`/`global_orient`, `pose_body`/`body_pose`, `pose_jaw`, `pose_eye`, `pose_hand` |
 //! | | `trans`, `transl` or `smpl_trans`: F×3; `smpl_scaling`; `mocap_frame_rate`, `mocap_framerate`, `fps` |
-//! | `.npy` | F×22×3 or F×24×3 joint positions, or F×263 features as HumanML3D has them |
+//! | `.npy` | F×22×3 or F×24×3 joint positions, or F×263 features as HumanML3D has them; vectors 3J, F×3J, F×(3J + 3) with the place at the
+//!            end, F×322 (Motion-X), or matrices F×J×3×3 and J×3×3, of a body model |
 //!
 //! The scene is in metres with Y up and Z to the front, whichever axis of the file was up. Pickled arrays are refused.
 
@@ -69,6 +70,9 @@ pub(super) fn read_array(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut R
     budget.take(Limit::FramesPerClip, frames, PLACE)?;
     let array = npy::numbers(&header, data, PLACE)?;
     array.require_finite(PLACE)?;
+    if let Some(capture) = parameters::bare(&array, budget, reporter)? {
+        return capture.into_scene(budget, reporter);
+    }
     reporter.warn(
         "frame_rate_assumed",
         "",
@@ -87,7 +91,8 @@ pub(super) fn read_array(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut R
         shape => {
             return Err(refused(PLACE, format!("an array of shape {shape:?} is neither joint positions nor features"))
                 .with_hint(
-                    "positions have the shape (frames, 22 or 24, 3), features of HumanML3D (frames, 263); other joints can be \
+                    "positions have the shape (frames, 22 or 24, 3), features of HumanML3D (frames, 263), body-model vectors (frames, 66, 72, \
+                     156 or 165), matrices (frames, joints, 3, 3); other joints can be \
                      sent as pose arrays with joint_names and parents",
                 ));
         }

@@ -7,7 +7,7 @@ use glam::{DMat3, DQuat, DVec3};
 use crate::{
     formats::{
         Budget, FormatError, Limit,
-        numpy::{Archive, NumberArray},
+        numpy::{Archive, NumberArray, Values},
     },
     model::Reporter,
 };
@@ -15,11 +15,13 @@ use crate::{
 use super::{Capture, refused, single, skeleton::Body};
 
 /// Keys that only such archives have.
-pub(super) const TELLING_KEYS: [&str; 6] =
-    ["poses", "smpl_poses", "fullpose", "root_orient", "global_orient", "body_pose"];
+pub(super) const TELLING_KEYS: [&str; 9] =
+    ["poses", "smpl_poses", "fullpose", "pose", "smpl_thetas", "arr_0", "root_orient", "global_orient", "body_pose"];
 
 /// One array for all joints, under any of its names.
-const WHOLE: [&str; 4] = ["poses", "smpl_poses", "fullpose", "pose"];
+const WHOLE: [&str; 6] = ["poses", "smpl_poses", "fullpose", "pose", "smpl_thetas", "arr_0"];
+/// How many joints such an array may have.
+const WHOLE_COUNTS: [usize; 4] = [22, 24, 52, 55];
 /// Arrays for some joints: their names, the first joint in the order of SMPL-X, and how many.
 const PARTS: [([&str; 2], usize, usize); 8] = [
     (["root_orient", "global_orient"], 0, 1),
@@ -32,7 +34,8 @@ const PARTS: [([&str; 2], usize, usize); 8] = [
     (["left_hand_pose", ""], 25, 15),
 ];
 const RIGHT_HAND: (&str, usize, usize) = ("right_hand_pose", 40, 15);
-const PLACE: [&str; 3] = ["trans", "transl", "smpl_trans"];
+/// Where the body is; `cam_trans` in the axes of a camera, as ROMP and BEV have it.
+const PLACE: [&str; 4] = ["trans", "transl", "smpl_trans", "cam_trans"];
 const SCALING: &str = "smpl_scaling";
 const RATES: [&str; 5] = ["mocap_frame_rate", "mocap_framerate", "frame_rate", "framerate", "fps"];
 /// AIST++ and most estimates from video.
@@ -40,7 +43,18 @@ const USUAL_RATE: f64 = 60.0;
 
 pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporter) -> Result<Capture, FormatError> {
     let arrays = decode(bytes, budget)?;
-    let (body, rotations) = rotations(&arrays, budget)?;
+    let is_amass = arrays.contains_key(PLACE[0]);
+    capture(&arrays, is_amass, budget, reporter)
+}
+
+/// What the arrays mean; `is_amass` where Z is up by the habit of the layout.
+fn capture(
+    arrays: &BTreeMap<String, NumberArray>,
+    is_amass: bool,
+    budget: &mut Budget<'_>,
+    reporter: &mut Reporter,
+) -> Result<Capture, FormatError> {
+    let (body, rotations) = rotations(arrays, budget)?;
     let frames = rotations.first().map_or(0, Vec::len);
     let skeleton = body.skeleton();
     let rest = skeleton.joints()[0].rest.translation;
@@ -48,11 +62,77 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
         skeleton,
         rotations,
         // The model turns about its pelvis, which stands off its origin by the same in every frame.
-        pelvis: places(&arrays, frames, reporter)?.into_iter().map(|place| place + rest).collect(),
-        frames_per_second: frame_rate(&arrays, reporter)?,
+        pelvis: places(arrays, frames, reporter)?.into_iter().map(|place| place + rest).collect(),
+        frames_per_second: frame_rate(arrays, reporter)?,
     };
-    stand_upright(&mut capture, arrays.contains_key(PLACE[0]), reporter);
+    stand_upright(&mut capture, is_amass, reporter);
     Ok(capture)
+}
+
+/// A bare array of the rotations of a whole body: vectors of axis angles, one or many, with three numbers more for where the body is
+/// or without, or matrices. Nothing where the shape says that it is something else: `(frames, 22 or 24, 3)` are positions.
+pub(super) fn bare(
+    array: &NumberArray,
+    budget: &mut Budget<'_>,
+    reporter: &mut Reporter,
+) -> Result<Option<Capture>, FormatError> {
+    let counted = |numbers: usize| numbers % 3 == 0 && WHOLE_COUNTS.contains(&(numbers / 3));
+    let (frames, numbers) = match *array.shape.as_slice() {
+        [frames, joints @ (52 | 55), 3] => (frames, 3 * joints),
+        [_, joints, 3, 3] if WHOLE_COUNTS.contains(&joints) => (0, 0),
+        [joints, 3, 3] if WHOLE_COUNTS.contains(&joints) => (0, 0),
+        [numbers] => (1, numbers),
+        [frames, numbers] => (frames, numbers),
+        _ => return Ok(None),
+    };
+    let is_whole = numbers == 0 || counted(numbers);
+    let has_place = numbers > 3 && numbers != BODY_WITHOUT_ROOT && counted(numbers - 3);
+    if !is_whole && !has_place && numbers != MOTION_X {
+        return Ok(None);
+    }
+    let columns = |columns: &[std::ops::Range<usize>]| {
+        let rows = (0..frames).flat_map(|frame| columns.iter().cloned().flatten().map(move |at| frame * numbers + at));
+        let values: Vec<f64> = rows.map(|at| array.value(at)).collect();
+        NumberArray {
+            shape: vec![frames, columns.iter().map(ExactSizeIterator::len).sum()],
+            values: Values::Double(values),
+        }
+    };
+    budget.take_array(frames as u64, (numbers * size_of::<f64>()) as u64, "array")?;
+    let mut arrays = BTreeMap::new();
+    let (poses, place) = if numbers == MOTION_X {
+        // Root, body, hands, jaw, expression, face shape, place, body shape; eyes are not there.
+        let poses = columns(&[0..66, 156..159, 66..156]);
+        (with_still_eyes(&poses), Some(columns(&[309..312])))
+    } else if is_whole {
+        let values = (0..array.shape.iter().product()).map(|at| array.value(at)).collect();
+        (NumberArray { shape: array.shape.clone(), values: Values::Double(values) }, None)
+    } else {
+        (columns(&[0..numbers - 3]), Some(columns(&[numbers - 3..numbers])))
+    };
+    arrays.insert(WHOLE[0].to_owned(), poses);
+    arrays.extend(place.map(|place| (PLACE[0].to_owned(), place)));
+    capture(&arrays, false, budget, reporter).map(Some)
+}
+
+/// Numbers of a vector of SMPL's body without its root, which is as long as one of 22 joints with a place.
+const BODY_WITHOUT_ROOT: usize = 69;
+
+/// Numbers of a vector as Motion-X has them.
+const MOTION_X: usize = 322;
+
+/// Axis angles of root, body, jaw and hands with those of two eyes that look ahead put between.
+fn with_still_eyes(poses: &NumberArray) -> NumberArray {
+    const BEFORE: usize = 69;
+    const EYES: usize = 6;
+    let (frames, numbers) = (poses.shape[0], poses.shape[1]);
+    let mut values = Vec::with_capacity(frames * (numbers + EYES));
+    for frame in 0..frames {
+        values.extend((0..BEFORE).map(|at| poses.value(frame * numbers + at)));
+        values.extend([0.0; EYES]);
+        values.extend((BEFORE..numbers).map(|at| poses.value(frame * numbers + at)));
+    }
+    NumberArray { shape: vec![frames, numbers + EYES], values: Values::Double(values) }
 }
 
 /// The arrays of numbers that matter, by their names in the file.
@@ -81,7 +161,7 @@ fn rotations(
     budget: &mut Budget<'_>,
 ) -> Result<(Body, Vec<Vec<DQuat>>), FormatError> {
     if let Some((key, array)) = WHOLE.iter().find_map(|key| Some((*key, arrays.get(*key)?))) {
-        let (joints, rotations) = turns(array, key, budget)?;
+        let (joints, rotations) = turns(array, key, &WHOLE_COUNTS, budget)?;
         let body = Body::of_joint_count(joints).ok_or_else(|| {
             let shape = &array.shape;
             refused(
@@ -97,7 +177,8 @@ fn rotations(
     let named = PARTS.iter().flat_map(|(names, first, count)| names.map(|name| (name, *first, *count)));
     for (key, first, count) in named.chain([RIGHT_HAND]) {
         let Some(array) = arrays.get(key) else { continue };
-        let (joints, rotations) = turns(array, key, budget)?;
+        let counts: &[usize] = if first == 1 { &[count, 23] } else { &[count] };
+        let (joints, rotations) = turns(array, key, counts, budget)?;
         // SMPL's own body has the two hands at its end, which the other families have not.
         if joints != count && !(first == 1 && joints == 23) {
             let shape = &array.shape;
@@ -118,15 +199,27 @@ fn rotations(
     Ok((body, rotations))
 }
 
-/// How many joints an array turns, and how, joint by joint.
-fn turns(array: &NumberArray, key: &str, budget: &mut Budget<'_>) -> Result<(usize, Vec<Vec<DQuat>>), FormatError> {
+/// How many joints an array turns, and how, joint by joint. `counts` are the numbers of joints that make sense, which tell apart shapes
+/// that could mean several things.
+fn turns(
+    array: &NumberArray,
+    key: &str,
+    counts: &[usize],
+    budget: &mut Budget<'_>,
+) -> Result<(usize, Vec<Vec<DQuat>>), FormatError> {
+    let is_known = |joints: usize| counts.contains(&joints);
     let (frames, joints, matrices) = match *array.shape.as_slice() {
         [frames, joints, 3, 3] => (frames, joints, true),
+        [joints, 3, 3] if is_known(joints) && joints > 1 => (1, joints, true),
+        [frames, 3, 3] if is_known(1) => (frames, 1, true),
+        [joints, 3] if is_known(joints) && joints > 1 => (1, joints, false),
         [frames, joints, 3] => (frames, joints, false),
+        [frames, numbers] if numbers % 9 == 0 && is_known(numbers / 9) => (frames, numbers / 9, true),
         [frames, numbers] if numbers % 3 == 0 => (frames, numbers / 3, false),
+        [numbers] if numbers % 3 == 0 && is_known(numbers / 3) => (1, numbers / 3, false),
         ref shape => {
             let detail = format!(
-                "the shape {shape:?} is none of (frames, 3 x joints), (frames, joints, 3), (frames, joints, 3, 3)"
+                "the shape {shape:?} is none of (3 x joints), (frames, 3 x joints), (frames, joints, 3), (frames, joints, 3, 3), (frames, 9 x joints)"
             );
             return Err(refused(key, detail));
         }
@@ -139,6 +232,11 @@ fn turns(array: &NumberArray, key: &str, budget: &mut Budget<'_>) -> Result<(usi
             DQuat::from_scaled_axis(DVec3::from_array(array.row(row)))
         }
     };
+    if matrices && let Some(row) = (0..frames * joints).find(|row| !is_rotation(&array.row::<9>(*row))) {
+        let detail =
+            format!("the matrix of joint {} at frame {} is no rotation", row % joints.max(1), row / joints.max(1));
+        return Err(refused(key, detail));
+    }
     budget.take(Limit::FramesPerClip, frames as u64, key)?;
     budget.take_array((frames as u64).saturating_mul(joints as u64), size_of::<DQuat>() as u64, key)?;
     let mut tracks = Vec::with_capacity(joints);
@@ -147,6 +245,14 @@ fn turns(array: &NumberArray, key: &str, budget: &mut Budget<'_>) -> Result<(usi
         tracks.push((0..frames).map(|frame| turn(frame * joints + joint)).collect());
     }
     Ok((joints, tracks))
+}
+
+/// Whether the rows of a matrix are at right angles, of length one and right-handed, but for what an estimate leaves over.
+fn is_rotation(rows: &[f64; 9]) -> bool {
+    const SLACK: f64 = 0.05;
+    let matrix = DMat3::from_cols_array(rows);
+    let product = matrix.transpose() * matrix - DMat3::IDENTITY;
+    product.to_cols_array().into_iter().all(|value| value.abs() < SLACK) && matrix.determinant() > 0.0
 }
 
 /// Where the model's origin is; metres, in the axes of the file.
@@ -164,7 +270,8 @@ fn places(
         );
         return Ok(vec![DVec3::ZERO; frames]);
     };
-    if array.shape != [frames, 3] {
+    let is_single = frames == 1 && array.shape == [3];
+    if array.shape != [frames, 3] && !is_single {
         return Err(refused(key, format!("the shape is {:?} where [{frames}, 3] is needed", array.shape)));
     }
     let scaling = match arrays.get(SCALING) {
@@ -191,7 +298,8 @@ fn frame_rate(arrays: &BTreeMap<String, NumberArray>, reporter: &mut Reporter) -
         .ok_or_else(|| refused(key, "the frame rate must be one number above zero"))
 }
 
-/// Turns a capture in which Z is up, as AMASS has it, into one in which Y is.
+/// Turns a capture in which Z is up, as AMASS has it, or Y is down, as estimates in the axes of a camera have it, into one in which Y is
+/// up.
 ///
 /// No key says which axis is up, but people are upright more often than not: the axis that the pelvis's own up follows most
 /// wins. Where neither does, the habit of the layout decides.
@@ -199,6 +307,10 @@ fn stand_upright(capture: &mut Capture, is_amass: bool, reporter: &mut Reporter)
     const CLEAR: f64 = 0.25;
     let turns = &capture.rotations[0];
     let mean = turns.iter().map(|turn| *turn * DVec3::Y).sum::<DVec3>() / (turns.len().max(1) as f64);
+    if mean.y < -CLEAR && -mean.y > mean.z + CLEAR {
+        turn(capture, DQuat::from_rotation_x(std::f64::consts::PI));
+        return;
+    }
     let is_z_up = if (mean.z - mean.y).abs() > CLEAR {
         mean.z > mean.y
     } else {
@@ -213,11 +325,15 @@ fn stand_upright(capture: &mut Capture, is_amass: bool, reporter: &mut Reporter)
     if !is_z_up {
         return;
     }
-    let y_up_from_z_up = DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+    turn(capture, DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2));
+}
+
+/// Turns the whole capture about the origin.
+fn turn(capture: &mut Capture, rotation: DQuat) {
     for turn in &mut capture.rotations[0] {
-        *turn = y_up_from_z_up * *turn;
+        *turn = rotation * *turn;
     }
     for place in &mut capture.pelvis {
-        *place = y_up_from_z_up * *place;
+        *place = rotation * *place;
     }
 }

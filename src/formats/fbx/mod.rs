@@ -39,12 +39,14 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
     let properties = properties::Properties::find(&file, &nodes, budget)?;
     let clips = clips::read_all(&file, &nodes, &properties, budget, reporter)?;
     let declared_roles = skins::declared_roles(&file, &nodes);
+    let skin_vertices = points::skin_vertices(&file, &nodes, budget)?;
     let scene = Scene {
         morphs: properties.curves(&file),
         clips,
         hidden_joints: Vec::new(),
         skins: skins::skins(&file, &nodes),
-        skin_points: points::skin_points(&file, &nodes, budget)?,
+        skin_points: skin_vertices.points(nodes.len()),
+        skin_vertices: skin_vertices.into(),
         bind_pose: skins::bind_pose(&file, &nodes, &skeleton, reporter),
         declared_convention: (!declared_roles.is_empty()).then_some("humanik"),
         declared_roles,

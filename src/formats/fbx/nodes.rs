@@ -92,6 +92,11 @@ impl Nodes {
         self.joint_of_node.get(id(node)).copied().flatten()
     }
 
+    /// Whether a node is a joint or hangs on one.
+    pub(super) fn is_carried(&self, joint: usize) -> bool {
+        std::iter::successors(Some(joint), |joint| self.parents[*joint]).any(|joint| self.is_joint[joint])
+    }
+
     /// The parent of a joint.
     pub(super) fn parent(&self, joint: usize) -> Option<usize> {
         self.parents[joint]

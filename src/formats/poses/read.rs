@@ -76,7 +76,7 @@ fn warn_of_ignored(ignored: &[String], reporter: &mut Reporter) {
 }
 
 fn skeleton(arrays: &mut Arrays, budget: &mut Budget<'_>, reporter: &mut Reporter) -> Result<Skeleton, FormatError> {
-    let names = arrays.names.remove("joint_names").ok_or_else(|| missing("joint_names"))?;
+    let Some(names) = arrays.names.remove("joint_names") else { return Err(no_joint_names(arrays)) };
     let count = names.len();
     if count == 0 {
         return Err(invalid("joint_names", "there is no joint"));
@@ -116,6 +116,29 @@ fn skeleton(arrays: &mut Arrays, budget: &mut Budget<'_>, reporter: &mut Reporte
     }
     lengths.warn(reporter);
     Skeleton::new(joints).map_err(|error| invalid("parents", error.to_string()))
+}
+
+/// Why there is no skeleton: pose arrays without names, or a file of some other layout.
+fn no_joint_names(arrays: &Arrays) -> FormatError {
+    const SHOWN: usize = 12;
+    if let Some(known) = arrays.numbers.keys().next() {
+        let keys: Vec<&str> = arrays.numbers.keys().copied().collect();
+        let detail =
+            format!("the file has {} of the pose arrays, but the key 'joint_names' is missing", keys.join(", "));
+        return invalid("joint_names", detail).with_hint(format!("add one name for each joint of '{known}'"));
+    }
+    let mut shown: Vec<&str> = arrays.ignored.iter().take(SHOWN).map(String::as_str).collect();
+    if arrays.ignored.len() > SHOWN {
+        shown.push("…");
+    }
+    let detail = match shown.as_slice() {
+        [] => "the file holds no array".to_owned(),
+        keys => format!("no layout of arrays that can be read has these keys: {}", keys.join(", ")),
+    };
+    invalid("keys", detail).with_hint(
+        "send pose arrays (joint_names, parents, rest_translations, rotations, …), or the parameters of a body model (poses or \
+         global_orient and body_pose, trans)",
+    )
 }
 
 fn warn_of_names(names: &[String], reporter: &mut Reporter) {

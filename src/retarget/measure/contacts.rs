@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::statistics::percentile;
 
 /// Height above the floor, in leg lengths: below the first a contact begins, above the second it ends.
-const HEIGHT_ON: f64 = 0.025;
+pub(super) const HEIGHT_ON: f64 = 0.025;
 const HEIGHT_OFF: f64 = 0.05;
 /// Speed in leg lengths per second, likewise.
 const SPEED_ON: f64 = 0.15;

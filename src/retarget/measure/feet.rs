@@ -1,20 +1,23 @@
 //! Feet on the floor: slide, penetration, float, and whether contacts are where the source has them.
 //!
-//! A foot is looked at by points of its sole: where the floor is under ankle, ball and toe tip at rest, fixed to those joints. So a
-//! foot that rolls has its lowest point below the floor when a shoe would. Rigs that do not stand at rest are looked at by the
-//! joints themselves, each over the height at which it stands.
+//! Where a rig has a mesh, every vertex of its feet is looked at ([`FootSkin`]). Without one, a foot is points of a sole: where the
+//! floor is under ankle, ball and toe tip at rest, fixed to those joints. Rigs without a mesh that do not stand at rest are looked at by
+//! the joints themselves, each over the height at which it stands.
+//!
+//! When the source's feet stand is found from its joints, with or without a mesh.
 
-use glam::DVec3;
+use glam::{DVec3, swizzles::Vec3Swizzles};
 use serde::{Deserialize, Serialize};
 
 use super::{
     body::Size,
-    contacts::{Standing, find_standing, intervals},
+    contacts::{HEIGHT_ON, Standing, find_standing, intervals},
     metric::{Finding, Reading, Series, rounded},
-    motion::{Anchor, Both, Compared, Wanted},
-    statistics::percentile,
+    motion::{Anchor, Both, Compared, Performer, Wanted},
+    skin::{FootSkin, Half, PartTrack, WantedPart},
+    statistics::{mean, percentile},
 };
-use crate::rig::{Rig, Role};
+use crate::rig::{Rig, Role, floors};
 
 /// A sole further below its joint than this share of the leg is none: the rest pose stands on something else. Cartoon figures have
 /// ankles at a third of their legs.
@@ -51,15 +54,28 @@ pub(super) struct Feet {
     points: Vec<FootPoint>,
     sizes: Both<Size>,
     legs: Both<f64>,
+    /// How high each point's joint is over the floor at rest, metres; nothing where the rig does not stand at rest.
+    ankles: Vec<Both<Option<f64>>>,
 }
 
 struct FootPoint {
     part: String,
     name: &'static str,
     joint: usize,
+    joints: Both<usize>,
     slot: usize,
+    /// The joint itself, where the slot is of the sole below it.
+    joint_slot: usize,
     /// Whether it is one that stands; a toe tip only goes through the floor.
     bears: bool,
+}
+
+/// What the mesh of one side says.
+pub(super) struct Skinned {
+    /// One per point; toe tips have none, as their vertices are the ball's.
+    tracks: Vec<PartTrack>,
+    /// Height of the floor, metres.
+    floor: f64,
 }
 
 /// Everything about feet.
@@ -96,11 +112,42 @@ impl FeetFindings {
 
 /// One point on both sides, over the clip.
 struct Traced<'a> {
+    index: usize,
     point: &'a FootPoint,
     positions: Both<Vec<DVec3>>,
     standing: Both<Standing>,
     /// Height of the floor under it: where the rig stands at rest, else where it stands in the clip.
     levels: Both<f64>,
+    /// What the mesh says of it.
+    skin: Both<Option<&'a PartTrack>>,
+}
+
+impl Traced<'_> {
+    /// Height over the floor, metres, of the lowest vertex or of the point; infinite where others speak for it.
+    fn height(&self, is_target: bool, frame: usize) -> f64 {
+        let (skin, positions, level) = if is_target {
+            (self.skin.target, &self.positions.target, self.levels.target)
+        } else {
+            (self.skin.source, &self.positions.source, self.levels.source)
+        };
+        match skin {
+            Some(track) => track.heights.get(frame).map_or(f64::INFINITY, |height| f64::from(*height) - level),
+            None => positions[frame].y - level,
+        }
+    }
+
+    /// How far what stands moves over the floor until the next frame, metres.
+    fn step(&self, is_target: bool, frame: usize) -> f64 {
+        let (skin, positions) = if is_target {
+            (self.skin.target, &self.positions.target)
+        } else {
+            (self.skin.source, &self.positions.source)
+        };
+        match skin.and_then(|track| track.steps.get(frame)) {
+            Some(step) => step.length(),
+            None => (positions[frame + 1] - positions[frame]).xz().length(),
+        }
+    }
 }
 
 impl Feet {
@@ -131,11 +178,49 @@ impl Feet {
                 }
             }
         }
-        (!points.is_empty()).then_some(Self { points, sizes, legs })
+        let over_floor = |point: &FootPoint| {
+            let height = |rig: &Rig<'_>, joint: usize, size: &Size| {
+                size.floor.map(|floor| rig.rest_height(joint) * rig.unit_metres - floor)
+            };
+            Both {
+                source: height(rigs.source, point.joints.source, &sizes.source),
+                target: height(rigs.target, point.joints.target, &sizes.target),
+            }
+        };
+        let ankles = points.iter().map(over_floor).collect();
+        (!points.is_empty()).then_some(Self { points, sizes, legs, ankles })
     }
 
-    pub(super) fn measure(&self, compared: &Compared) -> FeetFindings {
-        let traced: Vec<Traced<'_>> = self.points.iter().map(|point| self.trace(point, compared)).collect();
+    /// Skins the feet of one side in every frame; nothing where it has no mesh.
+    fn skin(&self, performer: &Performer<'_>, is_target: bool, frames: &[usize]) -> Option<Skinned> {
+        let pick = |both: &Both<usize>| if is_target { both.target } else { both.source };
+        let bearing = self.points.iter().filter(|point| point.bears);
+        let wanted: Vec<WantedPart> = bearing
+            .map(|point| {
+                let of_foot = self.points.iter().filter(|other| other.part == point.part && other.bears);
+                let joints: Vec<usize> = of_foot.map(|other| pick(&other.joints)).collect();
+                let half =
+                    |joints: &[usize]| Half { is_front: point.name == "ball", ankle: joints[0], ball: joints[1] };
+                WantedPart { half: (joints.len() > 1).then(|| half(&joints)), joints }
+            })
+            .collect();
+        let leg = if is_target { self.legs.target } else { self.legs.source };
+        let mut tracks = FootSkin::find(*performer, &wanted, leg)?.follow(frames).into_iter();
+        let of_point = |point: &FootPoint| if point.bears { tracks.next() } else { None };
+        let tracks = self.points.iter().map(of_point).map(Option::unwrap_or_default).collect();
+        let (at_rest, in_clip) = floors(performer.rig, performer.clip)?;
+        let floor = if is_target { at_rest } else { in_clip };
+        Some(Skinned { tracks, floor: floor * performer.rig.unit_metres })
+    }
+
+    pub(super) fn measure(&self, performers: &Both<Performer<'_>>, compared: &Compared) -> FeetFindings {
+        let frames = &compared.frames.indices;
+        let skins = Both {
+            source: self.skin(&performers.source, false, frames),
+            target: self.skin(&performers.target, true, frames),
+        };
+        let traced: Vec<Traced<'_>> =
+            self.points.iter().enumerate().map(|(index, point)| self.trace(index, point, &skins, compared)).collect();
         let bearing: Vec<&Traced<'_>> = traced.iter().filter(|traced| traced.point.bears).collect();
         let (mut contacts, slide_speeds) = self.contacts(&bearing, compared);
         let slide = slide_finding(&contacts, &bearing);
@@ -148,7 +233,7 @@ impl Feet {
         let heights = self.lowest(&traced, true);
         FeetFindings {
             slide,
-            penetration: self.penetration(&traced, &heights, compared),
+            penetration: self.penetration(&traced, &heights, &skins, compared),
             float: self.float(&bearing, compared),
             disagreement: disagreement(&bearing),
             contacts,
@@ -158,7 +243,13 @@ impl Feet {
         }
     }
 
-    fn trace<'a>(&self, point: &'a FootPoint, compared: &Compared) -> Traced<'a> {
+    fn trace<'a>(
+        &self,
+        index: usize,
+        point: &'a FootPoint,
+        skins: &'a Both<Option<Skinned>>,
+        compared: &Compared,
+    ) -> Traced<'a> {
         let positions = Both { source: &compared.source, target: &compared.target };
         let positions = positions
             .map(|motion| (0..compared.len()).map(|frame| motion.position(frame, point.slot)).collect::<Vec<DVec3>>());
@@ -173,11 +264,16 @@ impl Feet {
             source: stand(&positions.source, self.legs.source, self.sizes.source.floor),
             target: stand(&positions.target, self.legs.target, self.sizes.target.floor),
         };
-        let levels = Both {
-            source: self.sizes.source.floor.unwrap_or(standing.source.level),
-            target: self.sizes.target.floor.unwrap_or(standing.target.level),
+        let level = |skin: &Option<Skinned>, size: &Size, standing: &Standing| {
+            skin.as_ref().map_or(size.floor.unwrap_or(standing.level), |skin| skin.floor)
         };
-        Traced { point, positions, standing, levels }
+        let levels = Both {
+            source: level(&skins.source, &self.sizes.source, &standing.source),
+            target: level(&skins.target, &self.sizes.target, &standing.target),
+        };
+        let track = |skin: &'a Option<Skinned>| skin.as_ref().map(|skin| &skin.tracks[index]);
+        let skin = Both { source: track(&skins.source), target: track(&skins.target) };
+        Traced { index, point, positions, standing, levels, skin }
     }
 
     fn contacts(&self, bearing: &[&Traced<'_>], compared: &Compared) -> (Vec<ContactMeasure>, Vec<Series>) {
@@ -185,17 +281,13 @@ impl Feet {
         let mut speeds = Vec::new();
         for traced in bearing {
             let still = &traced.standing.source.is_still;
-            let step = |positions: &[DVec3], frame: usize, leg: f64| {
-                let way = positions[frame + 1] - positions[frame];
-                way.x.hypot(way.z) / leg * CENTIMETRES
-            };
             let mut speed = vec![f64::NAN; compared.len()];
             for (first, last) in intervals(&traced.standing.source.stands) {
                 let (mut slide, mut source_slide, mut steps) = (0.0, 0.0, 0_usize);
                 for frame in (first..last).filter(|frame| still[*frame] && still[frame + 1]) {
-                    let own = step(&traced.positions.target, frame, self.legs.target);
+                    let own = traced.step(true, frame) / self.legs.target * CENTIMETRES;
                     slide += own;
-                    source_slide += step(&traced.positions.source, frame, self.legs.source);
+                    source_slide += traced.step(false, frame) / self.legs.source * CENTIMETRES;
                     steps += 1;
                     let seconds = compared.times_seconds[frame + 1] - compared.times_seconds[frame];
                     speed[frame] = own / seconds.max(1e-9);
@@ -203,8 +295,8 @@ impl Feet {
                 if steps == 0 {
                     continue;
                 }
-                let heights = &traced.positions.target[first..=last];
-                let height = heights.iter().map(|position| position.y).sum::<f64>() / heights.len() as f64;
+                let heights: Vec<f64> = (first..=last).map(|frame| traced.height(true, frame)).collect();
+                let height = mean(&heights);
                 contacts.push(ContactMeasure {
                     part: traced.point.part.clone(),
                     point: traced.point.name.to_owned(),
@@ -214,7 +306,7 @@ impl Feet {
                     end_seconds: rounded(compared.times_seconds[last]),
                     slide_cm: rounded(slide),
                     source_slide_cm: rounded(source_slide),
-                    height_cm: rounded((height - traced.levels.target) / self.legs.target * CENTIMETRES),
+                    height_cm: rounded(height / self.legs.target * CENTIMETRES),
                 });
             }
             let part = format!("{} {}", traced.point.part, traced.point.name);
@@ -224,16 +316,12 @@ impl Feet {
     }
 
     /// The lowest point of every foot over the floor, in centimetres at 1 m leg length.
-    fn lowest(&self, traced: &[Traced<'_>], is_target: bool) -> Vec<Series> {
+    fn lowest<'t>(&self, traced: impl IntoIterator<Item = &'t Traced<'t>>, is_target: bool) -> Vec<Series> {
         let leg = if is_target { self.legs.target } else { self.legs.source };
         let mut feet: Vec<Series> = Vec::new();
         for traced in traced {
-            let (positions, level) = if is_target {
-                (&traced.positions.target, traced.levels.target)
-            } else {
-                (&traced.positions.source, traced.levels.source)
-            };
-            let heights = positions.iter().map(|position| (position.y - level) / leg * CENTIMETRES);
+            let heights =
+                (0..traced.positions.target.len()).map(|frame| traced.height(is_target, frame) / leg * CENTIMETRES);
             match feet.iter_mut().find(|foot| foot.part == traced.point.part) {
                 Some(foot) => {
                     foot.values.iter_mut().zip(heights).for_each(|(lowest, height)| *lowest = lowest.min(height));
@@ -248,43 +336,103 @@ impl Feet {
         feet
     }
 
-    fn penetration(&self, traced: &[Traced<'_>], heights: &[Series], compared: &Compared) -> Finding {
+    fn penetration(
+        &self,
+        traced: &[Traced<'_>],
+        heights: &[Series],
+        skins: &Both<Option<Skinned>>,
+        compared: &Compared,
+    ) -> Finding {
         let depths = |series: &Series| Series {
             values: series.values.iter().map(|height| (-height).max(0.0)).collect(),
             ..series.clone()
         };
         let own: Vec<Series> = heights.iter().map(depths).collect();
-        let mut source: Vec<f64> =
-            self.lowest(traced, false).iter().map(depths).flat_map(|series| series.values).collect();
+        // Points that are fixed below the joints of a foot go through the floor when the foot rolls, where a shoe bends. That says
+        // nothing of how deep the source is, so it excuses no mesh.
+        let of_source = if skins.target.is_some() && skins.source.is_none() {
+            self.joint_heights(traced, compared)
+        } else {
+            self.lowest(traced, false).into_iter().map(|series| series.values).collect()
+        };
+        let mut source = own_depths(&of_source);
         let reading = Reading::of_series(&own, &compared.frames.indices, 0.99).ok_or(NO_LEGS)?;
-        Ok(reading.with_source(percentile(&mut source, 0.99)))
+        let deepest = own.iter().flat_map(|series| &series.values).copied().fold(0.0, f64::max);
+        Ok(Reading { absolute_value: Some(deepest), ..reading.with_source(percentile(&mut source, 0.99)) })
     }
 
+    /// How far the source's ankles and balls are above the heights at which they stand at rest, in centimetres at 1 m leg length: the
+    /// lower of the two per foot.
+    fn joint_heights(&self, traced: &[Traced<'_>], compared: &Compared) -> Vec<Vec<f64>> {
+        let mut feet: Vec<(&str, Vec<f64>)> = Vec::new();
+        for traced in traced.iter().filter(|traced| traced.point.bears) {
+            let at_rest = self.ankles[traced.index].source.zip(self.sizes.source.floor);
+            let over = |frame: usize| match at_rest {
+                Some((height, floor)) => compared.source.position(frame, traced.point.joint_slot).y - floor - height,
+                None => traced.height(false, frame),
+            };
+            let heights = (0..compared.len()).map(|frame| over(frame) / self.legs.source * CENTIMETRES);
+            match feet.iter_mut().find(|(part, _)| *part == traced.point.part) {
+                Some((_, lowest)) => lowest.iter_mut().zip(heights).for_each(|(low, height)| *low = low.min(height)),
+                None => feet.push((&traced.point.part, heights.collect())),
+            }
+        }
+        feet.into_iter().map(|(_, heights)| heights).collect()
+    }
+
+    /// While the source's foot stands: the lowest of the mesh of the whole foot, else each point of the sole.
     fn float(&self, bearing: &[&Traced<'_>], compared: &Compared) -> Finding {
-        let off = |traced: &Traced<'_>, positions: &[DVec3], level: f64, leg: f64| -> Vec<f64> {
-            let frames = positions.iter().zip(&traced.standing.source.is_still);
-            frames
-                .map(
-                    |(position, still)| {
-                        if *still { ((position.y - level) / leg * CENTIMETRES).max(0.0) } else { f64::NAN }
-                    },
-                )
-                .collect()
+        let is_skinned = bearing.iter().any(|traced| traced.skin.target.is_some());
+        let off: Vec<(Vec<f64>, Vec<f64>)> = if is_skinned {
+            self.feet_off(bearing, compared)
+        } else {
+            bearing.iter().map(|traced| self.points_off(traced, compared)).collect()
         };
-        let own: Vec<Series> = bearing
-            .iter()
-            .map(|traced| Series {
-                part: format!("{} {}", traced.point.part, traced.point.name),
-                joint: traced.point.joint,
-                values: off(traced, &traced.positions.target, traced.levels.target, self.legs.target),
-            })
-            .collect();
-        let sources = bearing
-            .iter()
-            .flat_map(|traced| off(traced, &traced.positions.source, traced.levels.source, self.legs.source));
-        let mut source: Vec<f64> = sources.filter(|value| value.is_finite()).collect();
+        let series = |(traced, (own, _)): (&&Traced<'_>, &(Vec<f64>, Vec<f64>))| Series {
+            part: format!("{} {}", traced.point.part, traced.point.name),
+            joint: traced.point.joint,
+            values: own.clone(),
+        };
+        let own: Vec<Series> = bearing.iter().zip(&off).map(series).collect();
+        let mut source: Vec<f64> =
+            off.into_iter().flat_map(|(_, source)| source).filter(|value| value.is_finite()).collect();
         let reading = Reading::of_series(&own, &compared.frames.indices, 0.95).ok_or(NO_CONTACT)?;
         Ok(reading.with_source(percentile(&mut source, 0.95)))
+    }
+
+    /// The height of a point of the sole while it stands on the source, of the target and of the source.
+    fn points_off(&self, traced: &Traced<'_>, compared: &Compared) -> (Vec<f64>, Vec<f64>) {
+        let off = |is_target: bool, leg: f64| {
+            let height = |frame: usize| match traced.standing.source.is_still[frame] {
+                true => (traced.height(is_target, frame) / leg * CENTIMETRES).max(0.0),
+                false => f64::NAN,
+            };
+            (0..compared.len()).map(height).collect()
+        };
+        (off(true, self.legs.target), off(false, self.legs.source))
+    }
+
+    /// The height of the lowest vertex of the foot while a point of it stands on the source. A point that is as slow and as high as it
+    /// often is, such as a raised heel, does not say that the foot is on the floor: the source's foot must be as low as its feet
+    /// usually are.
+    fn feet_off(&self, bearing: &[&Traced<'_>], compared: &Compared) -> Vec<(Vec<f64>, Vec<f64>)> {
+        let of_source = self.lowest(bearing.iter().copied(), false);
+        let of_target = self.lowest(bearing.iter().copied(), true);
+        let floor = usual_low(&of_source.iter().map(|foot| foot.values.clone()).collect::<Vec<_>>());
+        let foot = |feet: &[Series], part: &str| feet.iter().position(|foot| foot.part == part).unwrap_or(0);
+        let off = |traced: &&Traced<'_>| {
+            let index = foot(&of_source, &traced.point.part);
+            let (source, target) = (&of_source[index].values, &of_target[index].values);
+            let stands = |frame: &usize| {
+                traced.standing.source.is_still[*frame] && source[*frame] - floor <= HEIGHT_ON * CENTIMETRES
+            };
+            let heights = |values: &[f64], floor: f64| {
+                let height = |frame: usize| if stands(&frame) { (values[frame] - floor).max(0.0) } else { f64::NAN };
+                (0..compared.len()).map(height).collect::<Vec<f64>>()
+            };
+            (heights(target, 0.0), heights(source, floor))
+        };
+        bearing.iter().map(off).collect()
     }
 }
 
@@ -301,7 +449,15 @@ impl FootPoint {
             source: sole(rigs.source, joints.source, &sizes.source),
             target: sole(rigs.target, joints.target, &sizes.target),
         };
-        Self { part: part.to_owned(), name, joint: joints.target, slot: wanted.point(anchor), bears: name != "tip" }
+        Self {
+            part: part.to_owned(),
+            name,
+            joint: joints.target,
+            joints,
+            slot: wanted.point(anchor),
+            joint_slot: wanted.joint(joints),
+            bears: name != "tip",
+        }
     }
 }
 
@@ -328,6 +484,21 @@ fn tip(rig: &Rig<'_>, toe: usize) -> usize {
         }
     }
     current
+}
+
+/// How low the lower foot usually is, of the heights of each foot: where the source stands, however far that is from its floor.
+fn usual_low(feet: &[Vec<f64>]) -> f64 {
+    let frames = feet.iter().map(Vec::len).min().unwrap_or(0);
+    let mut lows: Vec<f64> =
+        (0..frames).map(|frame| feet.iter().map(|foot| foot[frame]).fold(f64::INFINITY, f64::min)).collect();
+    percentile(&mut lows, 0.05)
+}
+
+/// How deep feet go by themselves. A clip that lies below its floor as a whole is no excuse: what counts is how far a foot goes below
+/// where the feet usually stand.
+fn own_depths(feet: &[Vec<f64>]) -> Vec<f64> {
+    let floor = usual_low(feet).min(0.0);
+    feet.iter().flatten().map(|height| (floor - height).max(0.0)).collect()
 }
 
 fn slide_finding(contacts: &[ContactMeasure], bearing: &[&Traced<'_>]) -> Finding {

@@ -11,7 +11,10 @@ use super::{
     motion::{Both, Compared, Wanted},
     statistics::{mean, percentile},
 };
-use crate::rig::Rig;
+use crate::{
+    model::ModelPose,
+    rig::{Mapping, Rig},
+};
 
 /// Limbs whose direction is compared: role of the start, roles of the end in order of preference.
 const LIMBS: [(&str, &[&str]); 10] = [
@@ -77,6 +80,9 @@ struct Limb {
     turn: usize,
     has_direction: bool,
     has_twist: bool,
+    /// By how much the directions of the two rigs differ in the rest poses that motion is measured from. A neck keeps how it is made, so
+    /// that much is no error; other limbs are aligned.
+    rest_degrees: f64,
 }
 
 struct Whole {
@@ -93,7 +99,7 @@ pub(super) struct LimbSeries {
 }
 
 impl Limbs {
-    pub(super) fn find(rigs: &Both<&Rig<'_>>, wanted: &mut Wanted) -> Self {
+    pub(super) fn find(rigs: &Both<&Rig<'_>>, mapping: &Mapping, wanted: &mut Wanted) -> Self {
         let mut limbs = Vec::new();
         let limb = |role: &'static str, ends: &[&str], has_direction: bool, wanted: &mut Wanted| {
             let end = ends.iter().find_map(|end| first_joint(rigs, end))?;
@@ -106,6 +112,7 @@ impl Limbs {
                 turn: wanted.turn(turned),
                 has_direction,
                 has_twist: !has_direction || TWISTS.contains(&role),
+                rest_degrees: if role == "neck" { rest_degrees(mapping, start, end) } else { 0.0 },
             })
         };
         for (role, ends) in LIMBS {
@@ -149,7 +156,7 @@ impl Limb {
 
     fn direction_degrees(&self, compared: &Compared, frame: usize) -> f64 {
         let (source, target) = (self.direction(compared, false, frame), self.direction(compared, true, frame));
-        angle(source, target)
+        (angle(source, target) - self.rest_degrees).abs()
     }
 
     /// The turn that is left between the two about the target limb's axis; swing comes off first, as far as directions differ.
@@ -162,6 +169,17 @@ impl Limb {
         }
         (2.0 * along.abs().atan2(left.w.abs())).to_degrees()
     }
+}
+
+/// The angle between the lines from one joint to another of both rest poses, the target's aligned; 0 where one has no length.
+fn rest_degrees(mapping: &Mapping, start: Both<usize>, end: Both<usize>) -> f64 {
+    let line = |rest: &ModelPose, start: usize, end: usize| {
+        let rest = rest.transforms();
+        rest[end].translation - rest[start].translation
+    };
+    let source = mapping.target_from_source() * line(&mapping.source_rest, start.source, end.source);
+    let degrees = angle(source, line(&mapping.target_rest, start.target, end.target));
+    if degrees.is_nan() { 0.0 } else { degrees }
 }
 
 /// `Δ_T · Δ_S⁻¹`.

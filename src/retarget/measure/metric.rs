@@ -58,6 +58,10 @@ pub struct Metric {
     /// The same of the source itself, where what it has is forgiven.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source_value: Option<f64>,
+    /// The largest value of any frame with nothing forgiven; a viewer sees it, whatever the source has. Where it is too much, the
+    /// verdict is a warning at least.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub absolute_value: Option<f64>,
     /// More than this is a warning.
     pub warn_above: f64,
     /// More than this is a failure.
@@ -102,6 +106,7 @@ pub(super) struct Series {
 pub(super) struct Reading {
     pub(super) value: f64,
     pub(super) source_value: Option<f64>,
+    pub(super) absolute_value: Option<f64>,
     pub(super) parts: BTreeMap<String, f64>,
     /// Frame, joint, part, value.
     pub(super) worst: Vec<(usize, usize, String, f64)>,
@@ -136,6 +141,13 @@ impl Reading {
         Some(reading)
     }
 
+    /// The same with the value of the part that is worst.
+    pub(super) fn of_worst_part(series: &[Series], frames: &[usize], share: f64) -> Option<Self> {
+        let reading = Self::of_series(series, frames, share)?;
+        let value = reading.parts.values().copied().fold(0.0, f64::max);
+        Some(Self { value, ..reading })
+    }
+
     pub(super) fn with_source(self, source_value: f64) -> Self {
         Self { source_value: Some(source_value), ..self }
     }
@@ -149,7 +161,7 @@ pub(super) fn judge(
     skeleton: &Skeleton,
     times_seconds: &[f64],
 ) -> Metric {
-    let MetricInfo { unit, about, .. } = name.info();
+    let MetricInfo { unit, about, absolute_warn_above, .. } = name.info();
     let Threshold { warn_above, fail_above } = choice.threshold(name);
     let metric = Metric { unit: (*unit).into(), about: (*about).into(), warn_above, fail_above, ..Metric::default() };
     match finding {
@@ -166,10 +178,14 @@ pub(super) fn judge(
                 part,
                 value: rounded(value),
             });
+            let beyond_source = verdict(reading.value, reading.source_value, choice.threshold(name));
+            let seen = absolute_warn_above.zip(reading.absolute_value);
+            let is_seen = seen.is_some_and(|(most, value)| value > most.max(warn_above));
             Metric {
-                verdict: verdict(reading.value, reading.source_value, choice.threshold(name)),
+                verdict: if is_seen { beyond_source.max(Verdict::Warn) } else { beyond_source },
                 value: Some(rounded(reading.value)),
                 source_value: reading.source_value.map(rounded),
+                absolute_value: reading.absolute_value.map(rounded),
                 parts: reading.parts.into_iter().map(|(part, value)| (part, rounded(value))).collect(),
                 worst: worst.collect(),
                 ..metric
@@ -194,6 +210,50 @@ fn verdict(value: f64, source_value: Option<f64>, threshold: Threshold) -> Verdi
 /// The worst verdict of all.
 pub(super) fn overall(metrics: &BTreeMap<MetricName, Metric>) -> Verdict {
     metrics.values().map(|metric| metric.verdict).max().unwrap_or_default()
+}
+
+/// The metric that the verdict is about: of the worst verdict, the one that is beyond its threshold by the largest share. Nothing where
+/// nothing is measured.
+pub(super) fn decisive(metrics: &BTreeMap<MetricName, Metric>) -> Option<MetricName> {
+    let verdict = overall(metrics);
+    let excess = |metric: &Metric| {
+        let forgiven = metric.source_value.unwrap_or(0.0);
+        let beyond = (metric.value.unwrap_or(0.0) - forgiven).max(metric.absolute_value.unwrap_or(0.0) - forgiven);
+        beyond / metric.fail_above.max(f64::MIN_POSITIVE)
+    };
+    let worst = metrics.iter().filter(|(_, metric)| metric.verdict == verdict && metric.value.is_some());
+    worst
+        .max_by(|first, second| excess(first.1).total_cmp(&excess(second.1)).then(second.0.cmp(first.0)))
+        .map(|(name, _)| *name)
+}
+
+/// One line for people: what the verdict is about, and where.
+pub(super) fn verdict_reason(metrics: &BTreeMap<MetricName, Metric>) -> String {
+    let Some(name) = decisive(metrics) else { return "nothing could be measured".to_owned() };
+    let metric = &metrics[&name];
+    let unit = if ["count", "share", "ratio"].contains(&metric.unit.as_str()) { "" } else { &metric.unit };
+    let with_unit = |value: f64| format!("{} {unit}", (value * 100.0).round() / 100.0).trim_end().to_owned();
+    let value = metric.value.unwrap_or(0.0);
+    let mut text = format!("{} is {}", name.name(), with_unit(value));
+    if let Some(source) = metric.source_value.filter(|source| *source > metric.warn_above) {
+        text.push_str(&format!(" where the source has {}", with_unit(source)));
+    }
+    if let Some(absolute) = metric.absolute_value.filter(|absolute| *absolute > value) {
+        text.push_str(&format!(", at most {}", with_unit(absolute)));
+    }
+    let limit = match metric.verdict {
+        Verdict::Fail => format!(" (fails above {})", with_unit(metric.fail_above)),
+        Verdict::Warn => format!(" (warns above {})", with_unit(metric.warn_above)),
+        Verdict::Pass | Verdict::NotApplicable => return format!("nothing is above its threshold; {text}"),
+    };
+    text.push_str(&limit);
+    if let Some(worst) = metric.worst.first() {
+        text.push_str(&format!("; worst at frame {} ({:.2} s), '{}'", worst.frame, worst.time_seconds, worst.joint));
+        if !worst.part.is_empty() {
+            text.push_str(&format!(", {}", worst.part.replace('_', " ")));
+        }
+    }
+    text
 }
 
 /// 0 is best: the mean over the metrics that apply, by weight, of the value above what is forgiven as a share of where it fails,

@@ -5,19 +5,26 @@
 //! dwarfs and giants compare. Each family of metrics is one file; their names, units and thresholds are one table,
 //! [`MetricName`](crate::rig::MetricName).
 //!
-//! Feet and the pelvis are looked at in every frame, the rest of long clips in runs of neighbouring frames, evenly spread, unless a
+//! Feet, knees, the spine and the pelvis are looked at in every frame, the rest of long clips in runs of neighbouring frames, evenly spread, unless a
 //! full report is asked for.
 
 mod bends;
 mod body;
+mod collisions;
 mod contacts;
+mod coverage;
 mod curves;
+mod facing;
 mod feet;
 mod hands;
 mod limbs;
 mod metric;
 mod motion;
+mod pops;
+mod rest;
+mod skin;
 mod smoothness;
+mod spine;
 mod statistics;
 mod tracks;
 mod travel;
@@ -32,13 +39,19 @@ use serde::{Deserialize, Serialize};
 use self::{
     bends::Bends,
     body::Size,
+    collisions::Collisions,
+    coverage::undriven_body,
     curves::Keep,
+    facing::Front,
     feet::{Feet, FeetFindings},
     hands::{Hands, hand_gap},
     limbs::{Limbs, directions, percentile_finding},
-    metric::{Finding, Reading, judge, overall, rounded, score},
+    metric::{Finding, Reading, Series, judge, overall, rounded, score, verdict_reason},
     motion::{Both, Frames, Performer, Wanted, compare},
+    pops::Pops,
+    rest::rest_residual,
     smoothness::Smoothness,
+    spine::Spine,
     tracks::{bone_length_drift, rotation_steps},
     travel::Travel,
 };
@@ -64,6 +77,12 @@ const NO_LIMBS: &str = "no limb was recognised on both sides";
 pub struct Measures {
     /// The worst verdict of all metrics.
     pub verdict: Verdict,
+    /// What the verdict is about, for people: the metric, its value, and the frame and joint where it is worst.
+    #[serde(default)]
+    pub verdict_reason: String,
+    /// The share of the body that is driven, by weight of its limbs: what `undriven_body` leaves of 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coverage: Option<f64>,
     /// 0 is best; a metric that just fails adds its weight's share of 100.
     pub score: f64,
     /// Every metric by name.
@@ -123,22 +142,27 @@ pub fn measure(
     let mut wanted = Wanted::default();
     let feet = Feet::find(&rigs, sizes, &mut wanted);
     let travel = Travel::find(&rigs, &sizes, &mut wanted);
+    let knees = Pops::knees(&rigs, &mut wanted);
+    let spine = Spine::find(&performers, &mut wanted);
     let every = compare(&performers, &wanted, Frames::all(count));
     let mut wanted = Wanted::default();
-    let limbs = Limbs::find(&rigs, &mut wanted);
+    let limbs = Limbs::find(&rigs, mapping, &mut wanted);
     let bends = Bends::find(&rigs, &mut wanted);
     let smoothness = Smoothness::find(&rigs, &sizes, &mut wanted);
     let hands = Hands::find(&rigs, &sizes, &mut wanted);
+    let elbows = Pops::elbows(&rigs, &mut wanted);
+    let collisions = Collisions::find(&rigs, sizes.map(|size| size.leg), &mut wanted);
+    let (head, chest) = (Front::head(&rigs, &mut wanted), Front::chest(&rigs, &mut wanted));
     let frames = if is_full { Frames::all(count) } else { Frames::spread(count, FRAMES_LOOKED_AT, NEIGHBOURS) };
     let spread = compare(&performers, &wanted, frames);
 
-    let feet = feet.map_or_else(FeetFindings::none, |feet| feet.measure(&every));
+    let feet = feet.map_or_else(FeetFindings::none, |feet| feet.measure(&performers, &every));
     let limbs = limbs.series(&spread);
     let (flips, limits) = bends.measure(&spread);
     let (continuity, jumps) = rotation_steps(mapping, source.skeleton(), source_clip, result);
     let looked_at = &spread.frames.indices;
     let drift = bone_length_drift(mapping, target.skeleton(), result, looked_at);
-    let percentile = |series| percentile_finding(series, looked_at, NO_LIMBS);
+    let worst_limb = |series: &[Series]| Reading::of_worst_part(series, looked_at, 0.95).ok_or(NO_LIMBS);
     let limb_directions = directions(&limbs.directions, looked_at);
     let curves = BTreeMap::from([
         ("limb_direction".to_owned(), Curves::new("degrees", &limbs.directions, &spread, Keep::Largest, is_full)),
@@ -146,16 +170,16 @@ pub fn measure(
         ("slide_speed".to_owned(), Curves::new("cm/s", &feet.slide_speeds, &every, Keep::Largest, is_full)),
     ]);
     let value = |finding: &Finding| finding.as_ref().map_or(0.0, |reading| rounded(reading.value));
-    let direction = percentile(&limbs.directions);
-    let (limb_direction_p95_degrees, drift_value) = (value(&direction), value(&drift));
+    let all_directions = percentile_finding(&limbs.directions, looked_at, NO_LIMBS);
+    let (limb_direction_p95_degrees, drift_value) = (value(&all_directions), value(&drift));
     let findings = [
         (MetricName::FootSlide, feet.slide),
         (MetricName::FloorPenetration, feet.penetration),
         (MetricName::FloorFloat, feet.float),
         (MetricName::ContactDisagreement, feet.disagreement),
-        (MetricName::LimbDirection, direction),
-        (MetricName::LimbTwist, percentile(&limbs.twists)),
-        (MetricName::EndOrientation, percentile(&limbs.wholes)),
+        (MetricName::LimbDirection, worst_limb(&limbs.directions)),
+        (MetricName::LimbTwist, percentile_finding(&limbs.twists, looked_at, NO_LIMBS)),
+        (MetricName::EndOrientation, percentile_finding(&limbs.wholes, looked_at, NO_LIMBS)),
         (MetricName::JerkRatio, smoothness.jerk_ratio(&spread)),
         (MetricName::BendFlips, flips),
         (MetricName::RotationJumps, jumps),
@@ -166,6 +190,15 @@ pub fn measure(
         (MetricName::Facing, travel.facing(&every)),
         (MetricName::HandGap, hand_gap(hands.as_ref(), &spread)),
         (MetricName::ReachResidual, reach_residual(reaches, target, &sizes.target)),
+        (MetricName::UndrivenBody, undriven_body(mapping, &performers)),
+        (MetricName::SpineKink, Spine::kink(spine.as_ref(), &every)),
+        (MetricName::KneePop, knees.measure(&every)),
+        (MetricName::ElbowPop, elbows.measure(&spread)),
+        (MetricName::PelvisSway, travel.sway(&every)),
+        (MetricName::SelfPenetration, Collisions::measure(collisions.as_ref(), &spread)),
+        (MetricName::HeadFacing, Front::measure(head.as_ref(), &spread)),
+        (MetricName::ChestFacing, Front::measure(chest.as_ref(), &spread)),
+        (MetricName::RestResidual, rest_residual(&rigs)),
     ];
     let judged = |(name, finding): (MetricName, Finding)| {
         (name, judge(name, finding, choice, target.skeleton(), result.times_seconds()))
@@ -173,6 +206,8 @@ pub fn measure(
     let metrics: BTreeMap<MetricName, Metric> = findings.into_iter().map(judged).collect();
     Measures {
         verdict: overall(&metrics),
+        verdict_reason: verdict_reason(&metrics),
+        coverage: metrics[&MetricName::UndrivenBody].value.map(|undriven| rounded(1.0 - undriven)),
         score: score(&metrics),
         metrics,
         contacts: feet.contacts,

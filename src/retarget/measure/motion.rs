@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Frames that one thread takes at a time.
-const CHUNK_FRAMES: usize = 256;
+pub(super) const CHUNK_FRAMES: usize = 256;
 
 /// A point that is fixed to a joint.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +31,7 @@ impl Anchor {
 }
 
 /// The same on both sides.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Both<T> {
     pub(super) source: T,
     pub(super) target: T,
@@ -48,9 +48,18 @@ impl<T> Both<T> {
 pub(super) struct Wanted {
     points: Vec<Both<Anchor>>,
     turns: Vec<Both<usize>>,
+    /// Joints of one side alone whose turns are wanted.
+    own_turns: Both<Vec<usize>>,
 }
 
 impl Wanted {
+    /// Asks for the turn of a joint of one side; gives its slot for [`Motion::own_turn`].
+    pub(super) fn own_turn(&mut self, is_target: bool, joint: usize) -> usize {
+        let turns = if is_target { &mut self.own_turns.target } else { &mut self.own_turns.source };
+        turns.push(joint);
+        turns.len() - 1
+    }
+
     /// Asks for a point; gives its slot.
     pub(super) fn point(&mut self, anchor: Both<Anchor>) -> usize {
         self.points.push(anchor);
@@ -103,6 +112,8 @@ impl Frames {
 pub(super) struct Motion {
     points: usize,
     turns: usize,
+    /// How many of the turns are those of both sides.
+    common_turns: usize,
     positions: Vec<Vec3>,
     rotations: Vec<Quat>,
 }
@@ -116,6 +127,11 @@ impl Motion {
     /// How a joint is turned since the rest pose: `G(t) · G_rest⁻¹`.
     pub(super) fn turn(&self, frame: usize, turn: usize) -> DQuat {
         self.rotations[frame * self.turns + turn].as_dquat()
+    }
+
+    /// The same of a joint that was wanted of this side alone.
+    pub(super) fn own_turn(&self, frame: usize, turn: usize) -> DQuat {
+        self.turn(frame, self.common_turns + turn)
     }
 }
 
@@ -150,20 +166,26 @@ pub(super) struct Performer<'a> {
 /// Computes what is wanted.
 pub(super) fn compare(performers: &Both<Performer<'_>>, wanted: &Wanted, frames: Frames) -> Compared {
     let clip = performers.target.clip;
-    let side = |performer: &Performer<'_>, pick: fn(&Both<Anchor>) -> Anchor, turn: fn(&Both<usize>) -> usize| {
-        let points: Vec<Anchor> = wanted.points.iter().map(pick).collect();
-        let turns: Vec<usize> = wanted.turns.iter().map(turn).collect();
-        Kinematics::new(performer, &points, &turns).run(&frames.indices)
+    let common = wanted.turns.len();
+    let side = |performer: &Performer<'_>, points: Vec<Anchor>, turns: Vec<usize>| Motion {
+        common_turns: common,
+        ..Kinematics::new(performer, &points, &turns).run(&frames.indices)
     };
-    let source = side(&performers.source, |both| both.source, |both| both.source);
-    let target = side(&performers.target, |both| both.target, |both| both.target);
+    let points = |pick: fn(&Both<Anchor>) -> Anchor| wanted.points.iter().map(pick).collect();
+    let turns = |pick: fn(&Both<usize>) -> usize, own: &[usize]| {
+        wanted.turns.iter().map(pick).chain(own.iter().copied()).collect()
+    };
+    let source =
+        side(&performers.source, points(|both| both.source), turns(|both| both.source, &wanted.own_turns.source));
+    let target =
+        side(&performers.target, points(|both| both.target), turns(|both| both.target, &wanted.own_turns.target));
     let times_seconds = frames.indices.iter().map(|&frame| clip.times_seconds()[frame]).collect();
     Compared { frames, times_seconds, source, target }
 }
 
 /// The joints that some points need, parents first, in a numbering of their own.
-struct Kinematics<'a> {
-    performer: &'a Performer<'a>,
+pub(super) struct Kinematics<'a> {
+    performer: Performer<'a>,
     joints: Vec<usize>,
     parents: Vec<Option<usize>>,
     points: Vec<(usize, DVec3)>,
@@ -172,7 +194,37 @@ struct Kinematics<'a> {
 }
 
 impl<'a> Kinematics<'a> {
-    fn new(performer: &'a Performer<'a>, points: &[Anchor], turns: &[usize]) -> Self {
+    /// Only what [`Self::pose`] and [`Self::number`] need.
+    pub(super) fn of_joints(performer: &Performer<'a>, joints: &[usize]) -> Self {
+        let points: Vec<Anchor> = joints.iter().map(|&joint| Anchor::at(joint)).collect();
+        Self::new(performer, &points, &[])
+    }
+
+    /// How many joints there are.
+    pub(super) fn len(&self) -> usize {
+        self.joints.len()
+    }
+
+    /// The number of a joint that was asked for.
+    pub(super) fn number(&self, joint: usize) -> usize {
+        self.joints.binary_search(&joint).unwrap_or(0)
+    }
+
+    /// `model_from_joint` of every joint in a frame of the clip, in the scene's space and unit.
+    pub(super) fn pose(&self, frame: usize, model: &mut [Transform]) {
+        let Performer { rig, clip, .. } = self.performer;
+        for (position, &joint) in self.joints.iter().enumerate() {
+            let (tracks, rest) = (&clip.joints()[joint], &rig.skeleton().joints()[joint].rest);
+            let local = Transform {
+                translation: tracks.translation.at(frame, rest.translation.as_vec3()).as_dvec3(),
+                rotation: unit(tracks.rotation.at(frame, rest.rotation.as_quat()).as_dquat()),
+                scale: tracks.scale.at(frame, rest.scale.as_vec3()).as_dvec3(),
+            };
+            model[position] = self.parents[position].map_or(local, |parent| model[parent].then_child(&local));
+        }
+    }
+
+    fn new(performer: &Performer<'a>, points: &[Anchor], turns: &[usize]) -> Self {
         let skeleton = performer.rig.skeleton();
         let mut needed = vec![false; skeleton.len()];
         for joint in points.iter().map(|anchor| anchor.joint).chain(turns.iter().copied()) {
@@ -189,7 +241,7 @@ impl<'a> Kinematics<'a> {
         }
         let rest = performer.rest.transforms();
         Self {
-            performer,
+            performer: *performer,
             parents: joints.iter().map(|&joint| skeleton.parent(joint).map(|parent| number[parent])).collect(),
             points: points.iter().map(|anchor| (number[anchor.joint], anchor.offset)).collect(),
             turns: turns.iter().map(|&joint| (number[joint], unit(rest[joint].rotation).conjugate())).collect(),
@@ -211,24 +263,16 @@ impl<'a> Kinematics<'a> {
             chunks.push((frames, positions, rotations));
         }
         chunks.into_par_iter().for_each(|(frames, positions, rotations)| self.fill(frames, positions, rotations));
-        Motion { points, turns, positions, rotations }
+        Motion { points, turns, common_turns: turns, positions, rotations }
     }
 
     fn fill(&self, frames: &[usize], positions: &mut [Vec3], rotations: &mut [Quat]) {
-        let Performer { rig, clip, .. } = self.performer;
+        let rig = self.performer.rig;
         let work = rig.work_from_scene;
         let (points, turns) = (self.points.len(), self.turns.len());
         let mut model = vec![Transform::IDENTITY; self.joints.len()];
         for (index, &frame) in frames.iter().enumerate() {
-            for (position, &joint) in self.joints.iter().enumerate() {
-                let (tracks, rest) = (&clip.joints()[joint], &rig.skeleton().joints()[joint].rest);
-                let local = Transform {
-                    translation: tracks.translation.at(frame, rest.translation.as_vec3()).as_dvec3(),
-                    rotation: unit(tracks.rotation.at(frame, rest.rotation.as_quat()).as_dquat()),
-                    scale: tracks.scale.at(frame, rest.scale.as_vec3()).as_dvec3(),
-                };
-                model[position] = self.parents[position].map_or(local, |parent| model[parent].then_child(&local));
-            }
+            self.pose(frame, &mut model);
             for (result, (joint, offset)) in positions[index * points..].iter_mut().zip(&self.points) {
                 *result = (work * model[*joint].transform_point(*offset) * rig.unit_metres).as_vec3();
             }

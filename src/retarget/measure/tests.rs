@@ -1,5 +1,7 @@
 //! Measures of clips in which it is known what is wrong, and by how much.
 
+mod visible;
+
 use glam::{DQuat, DVec3};
 
 use super::{Measures, Verdict, measure};

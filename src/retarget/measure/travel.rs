@@ -10,6 +10,8 @@ use super::{
 };
 use crate::rig::Rig;
 
+/// Sway is faster than this.
+const SWAY_SECONDS: f64 = 1.0;
 const NO_PELVIS: &str = "no pelvis was recognised on both sides";
 const NO_HIPS: &str = "no thighs were recognised on both sides";
 const STANDS: &str = "the source's pelvis does not move";
@@ -38,9 +40,9 @@ impl Travel {
         Self { pelvis, thighs, leg: sizes.target.leg }
     }
 
-    /// How far the target's pelvis is from the source's path when that is scaled to fit best, level and upright ways apart.
-    pub(super) fn path(&self, compared: &Compared) -> Finding {
-        let (pelvis, leg) = (self.pelvis.ok_or(NO_PELVIS)?, self.leg.ok_or(NO_PELVIS)?);
+    /// Where the target's pelvis is beside the source's path when that is scaled to fit best, level and upright ways apart; metres.
+    fn beside(&self, compared: &Compared) -> Result<Vec<DVec3>, &'static str> {
+        let pelvis = self.pelvis.ok_or(NO_PELVIS)?;
         let [source, target] = [false, true].map(|is_target| {
             let side = compared.side(is_target);
             let path: Vec<DVec3> = (0..compared.len()).map(|frame| side.position(frame, pelvis.slot)).collect();
@@ -61,15 +63,37 @@ impl Travel {
         if moved <= 1e-12 * source.len() as f64 {
             return Err(STANDS);
         }
-        let off: Vec<f64> = source
-            .iter()
-            .zip(&target)
-            .map(|(source, target)| (*target - *source * scale).length() / leg * 100.0)
-            .collect();
+        Ok(source.iter().zip(&target).map(|(source, target)| *target - *source * scale).collect())
+    }
+
+    /// How far the target's pelvis is from the source's path when that is scaled to fit best.
+    pub(super) fn path(&self, compared: &Compared) -> Finding {
+        let (pelvis, leg) = (self.pelvis.ok_or(NO_PELVIS)?, self.leg.ok_or(NO_PELVIS)?);
+        let off: Vec<f64> = self.beside(compared)?.iter().map(|beside| beside.length() / leg * 100.0).collect();
         let mean_square = off.iter().map(|value| value * value).sum::<f64>() / off.len().max(1) as f64;
         let series = Series { part: "pelvis".to_owned(), joint: pelvis.joint, values: off };
         let reading = Reading::of_series(&[series], &compared.frames.indices, 1.0).ok_or(STANDS)?;
         Ok(Reading { value: mean_square.sqrt(), parts: std::collections::BTreeMap::new(), ..reading })
+    }
+
+    /// How far the pelvis moves to and fro beside that path: what is left of it over the floor without its mean over about a second.
+    pub(super) fn sway(&self, compared: &Compared) -> Finding {
+        let (pelvis, leg) = (self.pelvis.ok_or(NO_PELVIS)?, self.leg.ok_or(NO_PELVIS)?);
+        let beside: Vec<DVec3> =
+            self.beside(compared)?.iter().map(|beside| *beside * DVec3::new(1.0, 0.0, 1.0)).collect();
+        let mut sums = vec![DVec3::ZERO];
+        beside.iter().for_each(|place| sums.push(sums[sums.len() - 1] + *place));
+        let times = &compared.times_seconds;
+        let sway = |frame: usize| {
+            let reach = (SWAY_SECONDS / 2.0).min(times[frame] - times[0]).min(times[times.len() - 1] - times[frame]);
+            let first = times.partition_point(|time| *time < times[frame] - reach - 1e-9);
+            let end = times.partition_point(|time| *time <= times[frame] + reach + 1e-9);
+            let mean = (sums[end] - sums[first]) / (end - first).max(1) as f64;
+            (beside[frame] - mean).length() / leg * 100.0
+        };
+        let values = (0..beside.len()).map(sway).collect();
+        let series = Series { part: "pelvis".to_owned(), joint: pelvis.joint, values };
+        Reading::of_series(&[series], &compared.frames.indices, 0.98).ok_or(STANDS)
     }
 
     /// The difference of where the hips face.

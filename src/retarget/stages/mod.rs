@@ -24,6 +24,7 @@ mod schedule;
 mod self_contact;
 mod solve;
 mod stride;
+mod tails;
 mod temporal;
 mod toes;
 mod two_bone;
@@ -49,6 +50,7 @@ use self::{
     self_contact::SelfContactStage,
     solve::SolveStage,
     stride::StrideStage,
+    tails::TailStage,
     toes::ToeStage,
     work::Work,
 };
@@ -75,6 +77,7 @@ enum Stage {
     Contacts(ContactStage),
     Goals(GoalStage),
     Plant(PlantStage),
+    Tilt(FloorStage),
     Floor(FloorStage),
     Pull(PullStage),
     Filter(FilterStage),
@@ -84,6 +87,7 @@ enum Stage {
     Stride(StrideStage),
     Grips(GripStage),
     Toes(ToeStage),
+    Tails(TailStage),
     Root(RootStage),
     SelfContact(SelfContactStage),
 }
@@ -148,6 +152,7 @@ impl Stage {
             Self::Contacts(stage) => stage.run(work),
             Self::Goals(stage) => stage.run(work),
             Self::Plant(stage) => stage.run(work),
+            Self::Tilt(stage) => stage.tilt(work),
             Self::Floor(stage) => stage.run(work),
             Self::Pull(stage) => stage.run(work),
             Self::Filter(stage) => stage.run(work),
@@ -157,6 +162,7 @@ impl Stage {
             Self::Stride(stage) => stage.run(work),
             Self::Grips(stage) => stage.run(work),
             Self::Toes(stage) => stage.run(work),
+            Self::Tails(stage) => stage.run(work),
             Self::Root(stage) => stage.run(work),
             Self::SelfContact(stage) => stage.run(work),
         }

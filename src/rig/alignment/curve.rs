@@ -4,13 +4,21 @@ use glam::{DQuat, DVec3};
 
 use super::{
     super::{auto_map::NamedPair, spec::Align, understand::Rig},
+    HowAligned,
     look::{Bone, Look, chain},
     rules::{Aim, Rules},
     turn::arc,
 };
 
-/// Bends of two spines that differ by less are where the riggers put the joints; by more, the two bodies hold themselves otherwise.
+/// Between two rest poses that somebody laid out, necks that differ by less hold the head alike: riggers put the lower joint of a neck
+/// anywhere between the spine and the throat. By more, one of them bows its head. 50 degrees.
+const SAME_NECK_RADIANS: f64 = 0.87;
+
+/// Thirds of two spines that differ by less are where the riggers put the joints; by more, the two bodies hold themselves otherwise. 25
+/// degrees.
 const SAME_BEND_RADIANS: f64 = 0.44;
+/// A bend is looked at over no less than this share of a spine.
+const SHORTEST_BEND: f64 = 1.0 / 3.0;
 
 impl Rules<'_> {
     /// Each bone of a chain as the source's at the same place, or as the mean of several sources'.
@@ -35,11 +43,20 @@ impl Rules<'_> {
     pub(super) fn trunk(&mut self, pair: &NamedPair, role: &str, part: &str, ends: &[&str]) {
         let Some((own, wanted)) = self.directions(pair, role, ends) else { return };
         let (first, pole, roll) = (pair.target[0], self.pole(part), self.roll(role));
-        let bones = self.bends(pair, role, wanted, ends);
+        let curves = self.curves(pair, role, ends);
+        let bones = curves.as_ref().map(|curves| self.bends(curves, wanted)).unwrap_or_default();
         let whole = arc(own, wanted, pole);
-        let is_like = |(own, wanted): &(DVec3, DVec3)| (whole * *own).angle_between(*wanted) <= SAME_BEND_RADIANS;
-        if bones.is_empty() || (self.mode == Align::Auto && bones.iter().all(is_like)) {
-            self.wish(first, role, Aim::Point { own, wanted, pole }, roll);
+        let is_like = |curves: &Curves| {
+            curves
+                .thirds()
+                .all(|(own, wanted)| (whole * self.scene(own)).angle_between(self.scene(wanted)) <= SAME_BEND_RADIANS)
+        };
+        if curves.as_ref().is_none_or(|curves| self.mode == Align::Auto && is_like(curves)) {
+            if part == "neck" && self.is_same_neck(pair, own, wanted) {
+                self.wish(first, role, Aim::Face { turn: self.body_turn, own, wanted, how: HowAligned::Kept }, None);
+            } else {
+                self.wish(first, role, Aim::Point { own, wanted, pole }, roll);
+            }
             for (position, &joint) in pair.target.iter().enumerate().skip(1) {
                 self.wish(joint, role, Aim::Follow { first, bone: bones.get(position).copied() }, None);
             }
@@ -50,28 +67,58 @@ impl Rules<'_> {
         }
     }
 
-    /// The bones of a spine or neck up to what it leads to, each with where it points when the chain bends as the source's does and
-    /// leads where it is wanted. Empty where one of the two has no bends, or the spec says what their first joints point at.
-    fn bends(&self, pair: &NamedPair, role: &str, whole: DVec3, ends: &[&str]) -> Vec<(DVec3, DVec3)> {
+    /// Whether a neck differs from the source's by no more than riggers differ about where its joint is, so that it keeps how it is
+    /// made: turned by that difference it would be bent where the source's is straight, and the head back again.
+    fn is_same_neck(&self, pair: &NamedPair, own: DVec3, wanted: DVec3) -> bool {
+        let is_laid_out = |rig: &Rig<'_>| !rig.rest_source.is_in_motion();
+        let is_laid_out = is_laid_out(self.target) && matches!(self.source, Look::Rig(source) if is_laid_out(source));
+        let is_pointed = self.explicit(pair).iter().any(Option::is_some);
+        let is_near = (self.body_turn * own).angle_between(wanted) <= SAME_NECK_RADIANS;
+        self.mode == Align::Auto && is_laid_out && !is_pointed && is_near
+    }
+
+    /// The bones of a spine or neck up to what it leads to, of both sides. Nothing where one of the two has no bends, or the spec says what
+    /// their first joints point at.
+    fn curves(&self, pair: &NamedPair, role: &str, ends: &[&str]) -> Option<Curves> {
         let has = |end: &&&str| !self.target.role(end).is_empty() && self.source.toward(role, end).is_some();
         let is_pointed = self.explicit(pair).iter().any(Option::is_some);
-        let Some(end) = ends.iter().find(has).filter(|_| !is_pointed && pair.target.len() > 1) else {
-            return Vec::new();
-        };
+        let end = ends.iter().find(has).filter(|_| !is_pointed && pair.target.len() > 1)?;
         let bones = |rig: &Rig<'_>, joints: &[usize]| chain(rig, &[joints, &rig.role(end)[..1]].concat());
         let own = bones(self.target, &pair.target);
         let wanted = match self.source {
             Look::Rig(source) if pair.source.len() > 1 => bones(source, &pair.source),
-            Look::Rig(_) => return Vec::new(),
+            Look::Rig(_) => return None,
             Look::Canonical(_) => self.source.chain(role, &pair.source),
         };
-        if own.len() != pair.target.len() {
-            return Vec::new();
-        }
-        let Some(bent) = bent_as(&own, &wanted) else { return Vec::new() };
-        let directions: Vec<DVec3> = bent.into_iter().map(|direction| self.scene(direction)).collect();
-        let bones = own.iter().map(|bone| self.scene(bone.direction));
-        bones.zip(leading_to(&own, &directions, whole)).collect()
+        (own.len() == pair.target.len() && !wanted.is_empty()).then_some(Curves { own, wanted })
+    }
+
+    /// Where each bone points, and where it points when the chain bends as the source's does and leads to where `whole` points.
+    fn bends(&self, curves: &Curves, whole: DVec3) -> Vec<(DVec3, DVec3)> {
+        let bent = curves.own.iter().filter_map(|bone| {
+            // A short bone that zigzags is where the rigger put a joint and no bend of the body.
+            let missing = ((SHORTEST_BEND - (bone.end - bone.begin)) / 2.0).max(0.0);
+            straight_line(&curves.wanted, bone.begin - missing, bone.end + missing)
+        });
+        let bent: Vec<DVec3> = bent.map(|direction| self.scene(direction)).collect();
+        let bones = curves.own.iter().map(|bone| self.scene(bone.direction));
+        bones.zip(leading_to(&curves.own, &bent, whole)).collect()
+    }
+}
+
+/// The bones of two spines or necks, in working space; neither is empty.
+struct Curves {
+    own: Vec<Bone>,
+    wanted: Vec<Bone>,
+}
+
+impl Curves {
+    /// Where each third of both chains leads, by length: how the bodies hold themselves, whatever their joints do in between.
+    fn thirds(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
+        (0..3_u32).filter_map(|third| {
+            let (begin, end) = (f64::from(third) / 3.0, f64::from(third + 1) / 3.0);
+            straight_line(&self.own, begin, end).zip(straight_line(&self.wanted, begin, end))
+        })
     }
 }
 

@@ -155,11 +155,6 @@ impl Look<'_> {
         }
     }
 
-    /// Whether it is a moment of a motion, in which feet are as little flat as anything else.
-    pub(super) fn is_in_motion(&self) -> bool {
-        matches!(self, Self::Rig(rig) if rig.rest_source.is_in_motion())
-    }
-
     /// How a role's bone is rolled.
     pub(super) fn second(&self, role: &str) -> Option<Second> {
         match self {

@@ -4,7 +4,7 @@
 //! shortest arc from its own direction to the source's is applied, parents first, each correction carried down to the
 //! children before their own is measured: an A pose turned into a T pose moves the whole arm at the shoulder, and the elbow
 //! adds only what is left. What remains is how the bone is rolled about that direction; where both sides tell (knuckles, the
-//! bend of an elbow, the way that a foot points), the difference is taken out as well. (retargeting.md B14, B1.4.)
+//! bend of an elbow, the way that a foot points), the difference is taken out as well.
 //!
 //! | file | answers |
 //! |---|---|
@@ -14,6 +14,7 @@
 //! | `mesh` | what the skinned mesh says where no joint does |
 //! | `canonical` | the same for a T pose and an A pose, of no body in particular |
 //! | `rules` | what each part of the target is to be turned to |
+//! | `sole` | how far a foot is tilted in a moment of a motion |
 //! | `stand` | how a turned body stands on the floor |
 //! | `turn` | the turning itself, parents before children, and what is left over |
 
@@ -23,11 +24,13 @@ mod face;
 mod look;
 mod mesh;
 mod rules;
+mod sole;
 mod stand;
 mod turn;
 
 pub use canonical::CanonicalPose;
 pub use look::RollCue;
+pub(super) use turn::arc;
 
 use crate::model::ModelPose;
 

@@ -21,8 +21,9 @@ enum Rule {
     /// From the role's first joint to the first joint of one of these roles, else where its mesh or its End Site is. All joints of
     /// the chain turn with the first.
     Toward(&'static [&'static str]),
-    /// The same, heading only: pitch and roll stay as the target has them, so soles stay flat.
-    Heading(&'static [&'static str]),
+    /// The same, heading only, so that soles stay flat; and where one of the two poses is a moment of a motion, by how much more
+    /// the one foot is tilted than the other.
+    Sole(&'static [&'static str]),
     /// As `Toward`, and where the chain's own bends are others than the source's, bone by bone at equal arc length.
     Trunk(&'static [&'static str]),
     /// Along the chain, bone by bone at equal arc length.
@@ -35,9 +36,8 @@ enum Rule {
     Ride,
 }
 
-/// One rule per part. `from_nothing`: there is no orientation that could be kept. `is_in_motion`: one of the two poses is a moment
-/// of a motion, so that soles need not be flat.
-fn rule(part: &str, from_nothing: bool, is_in_motion: bool) -> Rule {
+/// One rule per part. `from_nothing`: there is no orientation that could be kept.
+fn rule(part: &str, from_nothing: bool) -> Rule {
     match part {
         "spine" => Rule::Trunk(&["neck", "head"]),
         "neck" => Rule::Trunk(&["head"]),
@@ -46,8 +46,8 @@ fn rule(part: &str, from_nothing: bool, is_in_motion: bool) -> Rule {
         "hand" => Rule::Toward(&["middle", "index", "ring"]),
         "thigh" => Rule::Toward(&["shin", "foot"]),
         "shin" => Rule::Toward(&["foot"]),
-        "foot" if from_nothing || is_in_motion => Rule::Toward(&["toe"]),
-        "foot" => Rule::Heading(&["toe"]),
+        "foot" if from_nothing => Rule::Toward(&["toe"]),
+        "foot" => Rule::Sole(&["toe"]),
         "clavicle" if from_nothing => Rule::Toward(&["upper_arm"]),
         "head" if from_nothing => Rule::Ride,
         "thumb" | "index" | "middle" | "ring" | "pinky" | "front_leg" | "hind_leg" | "tail" => Rule::AlongChain,
@@ -71,7 +71,7 @@ pub(super) enum Aim {
     Head { own: DVec3, wanted: DVec3 },
     /// From its own orientation by this much.
     Turn(DQuat),
-    /// The same, told apart: `own` is where it looks, and `wanted` where it is to look.
+    /// The same, told apart: `own` is where it looks or points, and `wanted` where it is to.
     Face { turn: DQuat, own: DVec3, wanted: DVec3, how: HowAligned },
     /// Carried along by its parent, then by this much.
     Further(DQuat),
@@ -146,7 +146,7 @@ pub(super) struct Rules<'a> {
     pub(super) target: &'a Rig<'a>,
     from_nothing: bool,
     pub(super) mode: Align,
-    body_turn: DQuat,
+    pub(super) body_turn: DQuat,
     wishes: Vec<Option<Wish>>,
 }
 
@@ -195,7 +195,7 @@ impl Rules<'_> {
         let Some(role) = pair.role.as_deref() else { return self.unnamed(pair) };
         let (_, part) = split(role);
         let first = pair.target[0];
-        match rule(part, self.from_nothing, self.source.is_in_motion() || self.own.is_in_motion()) {
+        match rule(part, self.from_nothing) {
             Rule::Toward(ends) => {
                 let Some((own, wanted)) = self.directions(pair, role, ends) else { return };
                 let roll = self.roll(role).or_else(|| self.half_of_the_hand(role));
@@ -207,20 +207,32 @@ impl Rules<'_> {
             Rule::Trunk(ends) if role == part => self.trunk(pair, role, part, ends),
             // A neck beside others leads to a head of its own.
             Rule::Trunk(_) => self.along_chain(pair, role, part),
-            Rule::Heading(ends) => {
-                let up = self.target.up();
-                let level = |direction: DVec3| (direction - up * direction.dot(up)).try_normalize();
-                let directions = self.directions(pair, role, ends);
-                let levels = directions.and_then(|(own, wanted)| level(own).zip(level(wanted)));
-                let aim = levels.map_or(Aim::Turn(self.body_turn), |(own, wanted)| Aim::Head { own, wanted });
-                self.wish(first, role, aim, None);
-            }
+            Rule::Sole(ends) => self.sole(pair, role, ends),
             // Of several heads, eyes are known of the middle one only.
             Rule::Face if role == "head" => self.face(first, role),
             Rule::Keep | Rule::Face => self.wish(first, role, Aim::Turn(self.body_turn), None),
             Rule::AlongChain => self.along_chain(pair, role, part),
             Rule::Ride => {}
         }
+    }
+
+    /// A foot turns with its heading, from its own orientation, and is pitched by what its sole is tilted otherwise than the source's.
+    fn sole(&mut self, pair: &NamedPair, role: &str, ends: &[&str]) {
+        let up = self.target.up();
+        let level = |direction: DVec3| (direction - up * direction.dot(up)).try_normalize();
+        let directions = self.directions(pair, role, ends);
+        let levels = directions.and_then(|(own, wanted)| Some((own, level(own)?, level(wanted)?)));
+        let tilt = self.source.foot_tilt_radians(role) - self.own.foot_tilt_radians(role);
+        let aim = match levels {
+            None => Aim::Turn(self.body_turn),
+            Some((_, own, wanted)) if tilt == 0.0 => Aim::Head { own, wanted },
+            Some((own, own_level, wanted)) => {
+                // About the foot's left, toes go down.
+                let turn = DQuat::from_axis_angle(up.cross(wanted), -tilt) * arc(own_level, wanted, up);
+                Aim::Face { turn, own, wanted: turn * own, how: HowAligned::Direction }
+            }
+        };
+        self.wish(pair.target[0], role, aim, None);
     }
 
     /// A chain that no role names is turned only where both sides say what its first joint points at.

@@ -139,6 +139,24 @@ findings! {
     LimbDisconnected = "limb_disconnected", Warning,
         "A part of a limb does not hang from the part before it, so it does not follow it by itself.",
         "Nothing, where the animation moves each part; else parent the joints to one another.";
+    LimbIncomplete = "limb_incomplete", Error,
+        "A segment of a limb is missing while the one after it is there, so the limb cannot bend where it should.",
+        "Give the joint in `roles` where it is there under another name; else add it to the rig.";
+    LimbCutOff = "limb_cut_off", Warning,
+        "A limb ends too early, or is there on one side only.",
+        "Nothing, where it is meant; else give its joints in `roles`, or add them to the rig.";
+    LimbOnLimb = "limb_on_limb", Error,
+        "A leg hangs from an arm, or an arm from a leg.",
+        "Parent it to the trunk, or give the right joints in `roles`.";
+    BoneWithoutLength = "bone_without_length", Error,
+        "Two joints of a limb lie in one place, so the bone between them has no direction.",
+        "Move the joints apart, or give the joint that does end the bone in `roles`.";
+    BoneImplausible = "bone_implausible", Warning,
+        "A bone of a limb is many times as long as the one before it: a joint is named for a place where it is not.",
+        "Give the right joint in `roles`, or move the joint.";
+    NameMisleads = "name_misleads", Warning,
+        "Joints of a limb are called after other parts than those that they are by their shape and place.",
+        "Look at the roles, and rename the joints; where the names are right, give them in `roles`.";
     KneeBackwards = "knee_bends_backwards", Warning,
         "A knee is bent the wrong way at rest; solvers for legs take their direction from it.",
         "Bend the knee slightly forward in the rest pose.";

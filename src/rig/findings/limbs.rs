@@ -12,6 +12,11 @@ const ELBOW_RADIANS: f64 = 0.12;
 /// A bone that differs by more than this share from its twin is of another length.
 const UNEVEN_SHARE: f64 = 0.03;
 
+/// A bone shorter than this share of the limb's other bone has no length.
+const NO_LENGTH_SHARE: f64 = 0.01;
+/// A bone longer than this many times the limb's other bone is no bone of that limb.
+const IMPLAUSIBLE_RATIO: f64 = 4.0;
+
 /// Limbs by the roles of their parts, from the body outward.
 const LIMBS: [(&str, [&str; 3]); 2] = [("arm", ["upper_arm", "forearm", "hand"]), ("leg", ["thigh", "shin", "foot"])];
 
@@ -20,6 +25,8 @@ pub(super) fn examine(rig: &Rig<'_>, found: &mut Vec<Finding>) {
         return;
     }
     examine_connections(rig, found);
+    examine_completeness(rig, found);
+    examine_bones(rig, found);
     examine_bends(rig, found);
     examine_lengths(rig, found);
 }
@@ -50,6 +57,77 @@ fn examine_connections(rig: &Rig<'_>, found: &mut Vec<Finding>) {
     }
     found.extend(places::about(rig, FindingCode::LimbDisconnected, &loose, |count| {
         format!("{count} of a limb that do not hang from the part before them")
+    }));
+}
+
+/// Every segment of a limb that goes on is there, limbs do not end at the knee or elbow, and no limb hangs from another.
+fn examine_completeness(rig: &Rig<'_>, found: &mut Vec<Finding>) {
+    let skeleton = rig.skeleton();
+    let mut on_limb = Vec::new();
+    for (side, other) in [("left", "right"), ("right", "left")] {
+        for (index, (limb, parts)) in LIMBS.into_iter().enumerate() {
+            let joints = parts.map(|part| joint(rig, side, part));
+            let twins = parts.map(|part| joint(rig, other, part));
+            let last = joints.iter().rposition(Option::is_some);
+            for (place, part) in parts.iter().enumerate() {
+                let part = part.replace('_', " ");
+                let next = joints[place..].iter().flatten().next();
+                if let (None, Some(next)) = (joints[place], next) {
+                    let detail = format!("the {side} {limb} has no {part}");
+                    found.push(Finding { code: FindingCode::LimbIncomplete, place: places::label(rig, *next), detail });
+                }
+            }
+            // Robots and toys may have no hands and no feet, on both sides.
+            let end = twins.iter().rposition(Option::is_some);
+            if last < end {
+                let at = last.and_then(|last| joints[last]).or(twins[0]).or(twins[1]).or(twins[2]);
+                let missing = parts[last.map_or(0, |last| last + 1)].replace('_', " ");
+                let detail = format!("the {side} {limb} has no {missing}, the {other} one has");
+                let place = at.map_or_else(String::new, |joint| places::label(rig, joint));
+                found.push(Finding { code: FindingCode::LimbCutOff, place, detail });
+            } else if last == Some(0) && side == "left" {
+                let place = joints[0].map_or_else(String::new, |joint| places::label(rig, joint));
+                let detail = format!("the {limb}s end with their first segment");
+                found.push(Finding { code: FindingCode::LimbCutOff, place, detail });
+            }
+            let others =
+                ["left", "right"].into_iter().flat_map(|side| LIMBS[1 - index].1.map(|part| joint(rig, side, part)));
+            let first = joints.iter().flatten().next();
+            if let Some(first) = first.filter(|first| {
+                others.flatten().any(|above| above != **first && skeleton.is_ancestor_or_self(above, **first))
+            }) {
+                on_limb.push(*first);
+            }
+        }
+    }
+    found.extend(places::about(rig, FindingCode::LimbOnLimb, &on_limb, |count| {
+        format!("{count} where a limb begins, below a joint of another limb")
+    }));
+}
+
+/// The bones of a limb have a length, and none is many times the other.
+fn examine_bones(rig: &Rig<'_>, found: &mut Vec<Finding>) {
+    let (mut without_length, mut implausible) = (Vec::new(), Vec::new());
+    for side in ["left", "right"] {
+        for (_, parts) in LIMBS {
+            let [Some(start), Some(middle), Some(end)] = parts.map(|part| joint(rig, side, part)) else { continue };
+            let (upper, lower) =
+                (place(rig, start).distance(place(rig, middle)), place(rig, middle).distance(place(rig, end)));
+            let (shorter, longer) = (upper.min(lower), upper.max(lower));
+            if longer <= 0.0 || shorter < NO_LENGTH_SHARE * longer {
+                without_length.push(if upper < lower { middle } else { end });
+            } else if longer > IMPLAUSIBLE_RATIO * shorter {
+                implausible.push(if upper < lower { end } else { middle });
+            }
+        }
+    }
+    found.extend(places::about(rig, FindingCode::BoneWithoutLength, &without_length, |count| {
+        format!("{count} in the place of the joint before")
+    }));
+    found.extend(places::about(rig, FindingCode::BoneImplausible, &implausible, |count| {
+        format!(
+            "{count} more than {IMPLAUSIBLE_RATIO} times as far from the one before as the limb's other bone is long"
+        )
     }));
 }
 

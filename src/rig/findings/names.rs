@@ -22,6 +22,13 @@ pub(super) fn examine(rig: &Rig<'_>, found: &mut Vec<Finding>) {
         let name = repeated.first().map_or("", |joint| &joints[*joint].name);
         format!("{count} with a name that another node has too, the first is called '{name}'")
     }));
+    found.extend(places::about(rig, FindingCode::NameMisleads, &rig.recognition.misnamed, |count| {
+        let roles = rig.recognition.roles.iter();
+        let first = rig.recognition.misnamed.first();
+        let role =
+            roles.into_iter().find(|(_, finding)| finding.joints.first() == first).map(|(role, _)| role.to_string());
+        format!("{count} called after another part; the first is the {}", role.unwrap_or_default().replace('_', " "))
+    }));
     if rig.recognition.sides_swapped {
         let left = rig.recognition.roles.iter().find(|(role, _)| role.side == crate::rig::Side::Left);
         let place = left

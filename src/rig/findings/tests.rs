@@ -43,6 +43,24 @@ fn index(joints: &[Joint], name: &str) -> usize {
     joints.iter().position(|joint| joint.name.ends_with(name)).unwrap_or_else(|| panic!("there is a joint {name}"))
 }
 
+/// Takes a joint out; what hangs from it hangs from the joint above, where it was.
+fn without(scene: &mut Scene, name: &str) {
+    let model = scene.skeleton.rest_pose().to_model(&scene.skeleton);
+    scene.clips.clear();
+    with_joints(scene, |joints| {
+        let gone = index(joints, name);
+        let above = joints[gone].parent.expect("it has a parent");
+        for (place, joint) in joints.iter_mut().enumerate().filter(|(_, joint)| joint.parent == Some(gone)) {
+            joint.parent = Some(above);
+            joint.rest = model.transforms()[above].relative(&model.transforms()[place]);
+        }
+        joints.remove(gone);
+        for joint in joints.iter_mut() {
+            joint.parent = joint.parent.map(|parent| if parent > gone { parent - 1 } else { parent });
+        }
+    });
+}
+
 /// Turns a joint about an axis of the model.
 fn turn(joints: &mut [Joint], name: &str, turn: DQuat) {
     let joint = index(joints, name);
@@ -179,6 +197,53 @@ const ILLNESSES: &[Illness] = &[
             let (foot, root) = (index(joints, "LeftFoot"), 0);
             joints[foot].parent = Some(root);
             joints[foot].rest = model.transforms()[root].relative(&model.transforms()[foot]);
+        });
+    }),
+    (FindingCode::LimbIncomplete, samples::walk_scene, |scene| without(scene, "LeftUpLeg")),
+    (FindingCode::LimbCutOff, samples::walk_scene, |scene| {
+        with_joints(scene, |joints| {
+            for joint in joints
+                .iter_mut()
+                .filter(|joint| ["LeftLeg", "LeftFoot", "LeftToeBase"].iter().any(|name| joint.name.ends_with(name)))
+            {
+                joint.name = "stump".to_owned();
+                joint.rest.translation *= 0.01;
+            }
+        });
+    }),
+    (FindingCode::LimbOnLimb, samples::walk_scene, |scene| {
+        let model = scene.skeleton.rest_pose().to_model(&scene.skeleton);
+        // Parents come before children: an arm of the other chain is hung from the leg.
+        with_joints(scene, |joints| {
+            let (arm, leg) = (index(joints, "LeftArm"), index(joints, "LeftUpLeg"));
+            let (child, parent) = if arm > leg { (arm, leg) } else { (leg, arm) };
+            joints[child].parent = Some(parent);
+            joints[child].rest = model.transforms()[parent].relative(&model.transforms()[child]);
+        });
+    }),
+    (FindingCode::BoneWithoutLength, samples::walk_scene, |scene| {
+        with_joints(scene, |joints| {
+            for name in ["LeftForeArm", "RightForeArm"] {
+                let joint = index(joints, name);
+                joints[joint].rest.translation = DVec3::ZERO;
+            }
+        });
+    }),
+    (FindingCode::BoneImplausible, samples::walk_scene, |scene| {
+        with_joints(scene, |joints| {
+            let joint = index(joints, "LeftHand");
+            joints[joint].rest.translation *= 6.0;
+        });
+    }),
+    (FindingCode::NameMisleads, samples::walk_scene, |scene| {
+        with_joints(scene, |joints| {
+            for side in ["Left", "Right"] {
+                let chain = ["UpLeg", "Leg", "Foot", "ToeBase"].map(|part| index(joints, &format!("{side}{part}")));
+                for place in 0..3 {
+                    joints[chain[place]].name = joints[chain[place + 1]].name.clone();
+                }
+                joints[chain[3]].name = format!("{side}Extra");
+            }
         });
     }),
     (FindingCode::KneeBackwards, samples::walk_scene, |scene| {

@@ -12,7 +12,7 @@ use glam::DVec3;
 use super::{
     Side,
     lexicon::Sense,
-    names::{Layer, ParsedName},
+    names::{Layer, ParsedName, parse_all},
     template::TemplateMatch,
 };
 use crate::model::{ModelPose, Skeleton};
@@ -51,7 +51,7 @@ impl<'a> Body<'a> {
         hidden: &[usize],
         joints_only: bool,
     ) -> Self {
-        let mut names: Vec<ParsedName> = skeleton.joints().iter().map(|joint| ParsedName::parse(&joint.name)).collect();
+        let mut names = parse_all(skeleton.joints().iter().map(|joint| joint.name.as_str()));
         for (role, joints) in template.iter().flat_map(|template| &template.roles) {
             if role.is_one_of_several() {
                 // No word says which of several it is; the template itself does.

@@ -1,10 +1,22 @@
 //! What a user should know about a recognition: guesses and contradictions, as warnings.
 
-use super::{Recognition, Side};
+use super::{Part, Recognition, Role, RoleFinding, Side};
 use crate::model::{Reporter, Skeleton};
 
 /// Roles that are less sure than this are said to be guesses.
-const SURE_ENOUGH: f64 = 0.6;
+const SURE_ENOUGH: f64 = 0.9;
+/// The same where the shape is all that there is, which is said of all roles at once.
+const SURE_BY_SHAPE: f64 = 0.6;
+/// Parts that no chain is made of.
+const UNMAPPED: [Part; 7] = [
+    Part::Root,
+    Part::Eye,
+    Part::Jaw,
+    Part::IndexMetacarpal,
+    Part::MiddleMetacarpal,
+    Part::RingMetacarpal,
+    Part::PinkyMetacarpal,
+];
 
 /// Warns of everything in a recognition that is a guess. `place` says which rig.
 pub fn report_doubts(skeleton: &Skeleton, recognition: &Recognition, reporter: &mut Reporter, place: &str) {
@@ -40,7 +52,11 @@ pub fn report_doubts(skeleton: &Skeleton, recognition: &Recognition, reporter: &
             "give the roles in the config if the names are right",
         );
     }
-    for (role, finding) in recognition.roles.iter().filter(|(_, finding)| finding.confidence < SURE_ENOUGH) {
+    let least = if recognition.by_shape { SURE_BY_SHAPE } else { SURE_ENOUGH };
+    let is_unsure = |role: &Role, finding: &RoleFinding| {
+        finding.confidence < least && (finding.confidence < SURE_BY_SHAPE || !UNMAPPED.contains(&role.part))
+    };
+    for (role, finding) in recognition.roles.iter().filter(|(role, finding)| is_unsure(role, finding)) {
         let joint = finding.joints.first().map_or_else(String::new, |joint| skeleton.label(*joint));
         let reasons = finding.reasons.join("; ");
         reporter.warn(

@@ -24,7 +24,7 @@ pub(super) mod sure {
     /// The name says it, and the joint is where it should be.
     pub(crate) const NAMED: f64 = 0.95;
     /// The name says one of several things, and the hierarchy decides.
-    pub(crate) const DECIDED: f64 = 0.9;
+    pub(crate) const DECIDED: f64 = 0.93;
     /// Found by where it is in the hierarchy.
     pub(crate) const STRUCTURE: f64 = 0.85;
     /// The name says it, but the joint is not where it should be.

@@ -70,10 +70,9 @@ pub(super) fn find_arm(body: &Body<'_>, side: Side, findings: &mut Findings) {
             (None, _, None) => None,
         }
     });
-    let clavicle = findings
-        .declared_first(side, Part::Clavicle)
-        .map(Choice::named)
-        .or_else(|| choose_clavicle(body, upper.as_ref()?.joint, &clavicles, &shoulders));
+    let clavicle = findings.declared_first(side, Part::Clavicle).map(Choice::named).or_else(|| {
+        choose_clavicle(body, upper.as_ref().map(|choice| choice.joint).or(forearm)?, &clavicles, &shoulders)
+    });
 
     let hand_joint = hand.as_ref().map(|choice| choice.joint);
     let family = [Sense::UpperArm, Sense::Arm, Sense::Shoulder];

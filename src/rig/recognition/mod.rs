@@ -1,8 +1,8 @@
 //! What the joints of a skeleton mean: which joint plays which role, how sure that is, and why.
 //!
-//! Two witnesses are heard. Names ([`lexicon`], [`names`], [`template`]) say what a joint may be, and the hierarchy which of
+//! Two witnesses are heard. Names ([`lexicon`], [`languages`], [`names`], [`template`]) say what a joint may be, and the hierarchy which of
 //! its meanings holds ([`limbs`], [`trunk`], [`fingers`], [`quadruped`]). The shape ([`structure`]) is read without any name.
-//! [`assign`] makes one assignment of both, and says how sure each role is. Nothing here decides how a role is driven.
+//! [`limb_names`] weighs the shape of a limb and all of its names as a whole; [`assign`] makes one assignment of both, and says how sure each role is. Nothing here decides how a role is driven.
 
 mod assign;
 mod body;
@@ -11,7 +11,9 @@ mod extras;
 mod facing;
 mod finding;
 mod fingers;
+mod languages;
 mod lexicon;
+mod limb_names;
 mod limbs;
 mod names;
 mod quadruped;

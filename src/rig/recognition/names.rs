@@ -6,7 +6,8 @@ use std::{collections::BTreeSet, sync::LazyLock};
 
 use super::{
     Role, Side,
-    lexicon::{CONTROLS, ENDS, JAPANESE, LEFT, NEVER_GLUED, NOISE, OTHER_WORDS, RIGHT, SENSES, Sense, TWISTS},
+    languages::{Language, without_accents},
+    lexicon::{CONTROLS, ENDS, LEFT, NEVER_GLUED, NOISE, OTHER_SCRIPTS, OTHER_WORDS, RIGHT, SENSES, Sense, TWISTS},
 };
 
 /// A name, read.
@@ -47,14 +48,21 @@ pub(super) enum Layer {
 
 /// No name of a joint is near as long in characters, and a file could hold megabytes of one.
 const LONGEST_READ: usize = 256;
+/// Names that say this much in English are not looked at in other languages.
+const ENGLISH_PARTS: usize = 7;
 /// Longer words are never taken apart; no word of a body is near as long.
 const LONGEST_GLUED: usize = 32;
 
 impl ParsedName {
     /// Reads a name. Any text gives a result; text without known words gives one without a sense.
     pub(super) fn parse(name: &str) -> Self {
+        Self::parse_in(name, None)
+    }
+
+    /// Reads a name whose words may be of another language.
+    pub(super) fn parse_in(name: &str, language: Option<Language>) -> Self {
         let mut parsed = Self { is_dummy: name.starts_with("__"), ..Self::default() };
-        for token in tokens(name) {
+        for token in tokens(name, language) {
             if token.starts_with(|character: char| character.is_ascii_digit()) {
                 parsed.digits.push(token);
             } else if LEFT.contains(&token.as_str()) {
@@ -145,23 +153,47 @@ pub(super) fn readable(name: &str) -> &str {
     begin.map_or(name, |(begin, _)| &name[begin..])
 }
 
+/// Reads all names of a skeleton, in another language where English says next to nothing about them.
+pub(super) fn parse_all<'a>(names: impl Iterator<Item = &'a str> + Clone) -> Vec<ParsedName> {
+    let parsed: Vec<ParsedName> = names.clone().map(ParsedName::parse).collect();
+    let is_finger = |sense: &Sense| matches!(sense, Sense::Finger(_) | Sense::AnyFinger | Sense::Metacarpal);
+    let senses: BTreeSet<Sense> =
+        parsed.iter().filter_map(|name| name.sense).filter(|sense| !is_finger(sense)).collect();
+    if senses.len() >= ENGLISH_PARTS {
+        return parsed;
+    }
+    let words: Vec<Vec<String>> = names.clone().map(words).collect();
+    match Language::of_names(&words) {
+        Some(language) => names.map(|name| ParsedName::parse_in(name, Some(language))).collect(),
+        None => parsed,
+    }
+}
+
 /// Lower-case words, single letters and runs of digits, in order.
-fn tokens(name: &str) -> Vec<String> {
+fn tokens(name: &str, language: Option<Language>) -> Vec<String> {
+    let mut words = words(name);
+    if let Some(language) = language {
+        words = language.translate(&words);
+    }
+    let mut found = Vec::new();
+    for word in words {
+        push_word(&mut found, &word);
+    }
+    found
+}
+
+/// The words of a name as it is written, in lower case and without accents.
+fn words(name: &str) -> Vec<String> {
     // Namespaces of Maya and MotionBuilder, paths of some exporters.
     let bare = readable(name).rsplit([':', '|']).find(|part| !part.is_empty()).unwrap_or("");
     let mut text = bare.to_owned();
     if !text.is_ascii() {
-        for (japanese, english) in JAPANESE {
-            text = text.replace(japanese, english);
+        for (other, english) in OTHER_SCRIPTS {
+            text = text.replace(other, english);
         }
     }
-    let mut found = Vec::new();
-    for run in text.split(|character: char| !character.is_alphanumeric()) {
-        for word in split_case(run) {
-            push_word(&mut found, &word.to_lowercase());
-        }
-    }
-    found
+    let runs = text.split(|character: char| !character.is_alphanumeric());
+    runs.flat_map(split_case).map(|word| without_accents(&word)).collect()
 }
 
 /// Splits `LeftUpLeg01` into `Left`, `Up`, `Leg`, `01`, and `LThumb` into `L`, `Thumb`.

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     BodyFrame, Part, Prop, RestPoseKind, Role, RoleFinding, Side, TwistHelper,
-    assign::combine,
+    assign::{combine, misnamed},
     body::Body,
     body_frame,
     extras::{find_props, find_twist_helpers},
@@ -69,6 +69,8 @@ pub struct Recognition {
     pub sides_swapped: bool,
     /// Whether neither names nor feet nor knees say which side is left: then the body is taken to face front.
     pub sides_guessed: bool,
+    /// Joints whose names speak of another part than the role that they have.
+    pub misnamed: Vec<usize>,
     /// Whether the names do not make up a body and its shape alone does.
     pub by_shape: bool,
 }
@@ -190,47 +192,60 @@ fn attempt(
     joints_only: bool,
 ) -> Recognition {
     let body = Body::new(skeleton, rest, template, hidden, joints_only);
+    let anatomy = see_shape(&body, rest, joints_only);
+    understand(&body, rest, declared, template, anatomy)
+}
+
+/// What names and shape together say. Without a shape, names stand alone.
+fn understand(
+    body: &Body<'_>,
+    rest: &ModelPose,
+    declared: &BTreeMap<Role, Vec<usize>>,
+    template: Option<&TemplateMatch>,
+    anatomy: Option<Anatomy>,
+) -> Recognition {
     let mut findings = Findings::new(declared.clone());
     let of_several = template.iter().flat_map(|template| &template.roles).filter(|(role, _)| role.is_one_of_several());
     for (role, joints) in of_several {
         findings.assign(*role, joints, sure::NAMED, "the rig's template says so");
     }
-    let four_named = quadruped::find_named_legs(&body, &mut findings);
+    let four_named = quadruped::find_named_legs(body, &mut findings);
     if !four_named {
         for side in Side::BOTH {
-            find_arm(&body, side, &mut findings);
-            find_leg(&body, side, &mut findings);
+            find_arm(body, side, &mut findings);
+            find_leg(body, side, &mut findings);
         }
     }
-    find_trunk(&body, limbs(&findings, four_named), &mut findings);
+    find_trunk(body, limbs(&findings, four_named), &mut findings);
     let mut kind = if four_named { RigKind::Quadruped } else { kind_of(&findings) };
     if kind == RigKind::Biped && declared.is_empty() && quadruped::stands_on_four(&findings.roles, rest) {
-        quadruped::arms_to_legs(&body, &mut findings);
+        quadruped::arms_to_legs(body, &mut findings);
         kind = RigKind::Quadruped;
     }
     for side in Side::BOTH {
-        find_fingers(&body, side, &mut findings);
+        find_fingers(body, side, &mut findings);
     }
-    let anatomy = see_shape(&body, rest, joints_only);
     if four_named && anatomy.as_ref().is_some_and(Anatomy::is_crawler) {
         // Front and hind legs with others between them.
         quadruped::forget_legs(&mut findings);
         kind = RigKind::Other;
     }
     let anatomy = anatomy.filter(|anatomy| [anatomy.kind, RigKind::Other].contains(&kind));
-    let has_named_sides = findings.roles.keys().any(|role| role.side != Side::Center);
+    let says_side = |joint: &usize| body.names[*joint].side.is_some();
+    let has_named_sides = findings.roles.keys().any(|role| role.side != Side::Center)
+        || anatomy.iter().flat_map(|anatomy| anatomy.places.values()).any(|place| place.joints.iter().any(says_side));
     let sides_guessed = !has_named_sides && anatomy.as_ref().is_some_and(|anatomy| !anatomy.facing_known);
     // Legs that are counted are known before by the rig's template only.
     let by_shape = kind == RigKind::Other && anatomy.is_some() && !is_crawler(&findings.roles);
-    let mut findings = combine(&body, findings, anatomy.as_ref());
+    let mut findings = combine(body, findings, anatomy.as_ref());
     if let Some(anatomy) = anatomy.filter(|_| by_shape) {
         kind = anatomy.kind;
     }
     if findings.first(Side::Center, Part::Root).is_none() {
-        find_root(&body, &mut findings);
+        find_root(body, &mut findings);
     }
-    find_details(&body, &mut findings);
-    let (mut twists, mut props) = (find_twist_helpers(&body, &findings), find_props(&body, &findings));
+    find_details(body, &mut findings);
+    let (mut twists, mut props) = (find_twist_helpers(body, &findings), find_props(body, &findings));
     let mut roles = findings.roles;
     if kind == RigKind::Other {
         let is_crawler = is_crawler(&roles);
@@ -248,6 +263,7 @@ fn attempt(
         frame = body_frame(&roles, rest);
     }
     let confidence = confidence(kind, &roles);
+    let misnamed = if declared.is_empty() { misnamed(body, &roles) } else { Vec::new() };
     let rest_pose = rest_pose_kind(&roles, rest, frame.as_ref());
     let twist_helpers = twists.iter().map(|helper| helper.joint).collect();
     Recognition {
@@ -262,6 +278,7 @@ fn attempt(
         rest_pose,
         sides_swapped,
         sides_guessed,
+        misnamed,
         by_shape,
     }
 }

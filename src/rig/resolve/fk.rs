@@ -5,12 +5,17 @@ use super::super::{
     auto_map::{NamedPair, known_names, roles_of},
     error::{SpecErrorKind, SpecField},
     leg_rows::is_whole_leg,
-    mapping::{ChainPair, Chord, Drive, FurtherChain, Spacing},
+    mapping::{ChainPair, Chord, ChordCorrection, Drive, FurtherChain, Spacing},
     spec::{Align, FkOp, RetargetSpec, RotationMode},
     twist::is_lower,
     understand::Rig,
 };
 use super::pelvis::constant_alpha;
+
+/// The joints below a chest take this much of a correction of the spine's line before the chest gives way, in radians: 6°.
+const FREE_TRUNK_CORRECTION: f64 = 0.105;
+/// A correction of a spine or neck bends it by at most this much beyond the source's bends, in radians: 15°.
+const MAX_TRUNK_CORRECTION: f64 = 0.262;
 
 pub(super) fn resolve_fk(
     op: &FkOp,
@@ -135,7 +140,11 @@ fn leg_chains(pair: &NamedPair, drive: Drive, source: &Rig<'_>, target: &Rig<'_>
             target: vec![joint],
             drive,
             spacing: Spacing::Length,
-            chord: ends.map(|(target_end, source_end)| Chord { source_end, target_end, keeps_last: false }),
+            chord: ends.map(|(target_end, source_end)| Chord {
+                source_end,
+                target_end,
+                correction: ChordCorrection::Whole,
+            }),
         }
     };
     Some(pieces.into_iter().enumerate().map(chain).collect())
@@ -143,11 +152,15 @@ fn leg_chains(pair: &NamedPair, drive: Drive, source: &Rig<'_>, target: &Rig<'_>
 
 /// What a spine or a neck leads to, on both sides.
 fn find_chord(pair: &NamedPair, source: &Rig<'_>, target: &Rig<'_>) -> Option<Chord> {
-    let (ends, keeps_last): (&[&str], bool) = match pair.role.as_deref()? {
+    let limited = ChordCorrection::Limited(MAX_TRUNK_CORRECTION);
+    let (ends, correction): (&[&str], ChordCorrection) = match pair.role.as_deref()? {
         // Its slope is the animal's own, as in its rest pose.
         "spine" if target.stands_on_four() => return None,
-        "spine" => (&["neck", "head"], pair.target.len() > 1),
-        "neck" => (&["head"], false),
+        "spine" if pair.target.len() > 1 => {
+            (&["neck", "head"], ChordCorrection::BelowChest { free: FREE_TRUNK_CORRECTION, max: MAX_TRUNK_CORRECTION })
+        }
+        "spine" => (&["neck", "head"], limited),
+        "neck" => (&["head"], limited),
         _ => return None,
     };
     let end = ends.iter().find(|end| !source.role(end).is_empty() && !target.role(end).is_empty())?;
@@ -157,7 +170,7 @@ fn find_chord(pair: &NamedPair, source: &Rig<'_>, target: &Rig<'_>) -> Option<Ch
         last != end && rig.skeleton().is_ancestor_or_self(last, end)
     };
     let connected = below(source, &pair.source, source_end) && below(target, &pair.target, target_end);
-    connected.then_some(Chord { source_end, target_end, keeps_last })
+    connected.then_some(Chord { source_end, target_end, correction })
 }
 
 /// Parents before children; ties by name, as ikrigretarget does it.

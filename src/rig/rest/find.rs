@@ -12,7 +12,6 @@ use super::{
     RestSource,
     bind::{BindPose, bind_pose},
     standing::{Stand, is_biped, is_overridden, stand, standing_frame},
-    take_over::take_over,
 };
 
 /// A rest pose, and how it was come by.
@@ -32,34 +31,31 @@ pub(in crate::rig) struct Rest {
 pub(in crate::rig) fn find_rest(
     name: &'static str,
     scene: &Scene,
-    rest_scene: Option<&Scene>,
     spec: &RigSpec,
     templates: &[RigTemplate],
     reporter: &mut Reporter,
 ) -> Result<Rest, SpecError> {
-    let holder = rest_scene.unwrap_or(scene);
     let found = match &spec.rest {
-        RestSpec::Frame(frame) => clip_frame(name, holder, frame).map_err(SpecError::from_field)?,
+        RestSpec::Frame(frame) => clip_frame(name, scene, frame).map_err(SpecError::from_field)?,
         RestSpec::Rule(RestRule::Nodes) => {
-            laid_out(holder, RestSource::Nodes, "the config asks for the node transforms")
+            laid_out(scene, RestSource::Nodes, "the config asks for the node transforms")
         }
-        RestSpec::Rule(RestRule::Bind) => match bind_pose(holder, reporter, name) {
+        RestSpec::Rule(RestRule::Bind) => match bind_pose(scene, reporter, name) {
             BindPose::Other(pose) => {
-                Found { pose, ..laid_out(holder, RestSource::Bind, "the config asks for the bind pose") }
+                Found { pose, ..laid_out(scene, RestSource::Bind, "the config asks for the bind pose") }
             }
-            _ => laid_out(holder, RestSource::Nodes, "the file has no bind pose of its own"),
+            _ => laid_out(scene, RestSource::Nodes, "the file has no bind pose of its own"),
         },
         RestSpec::Rule(rule @ (RestRule::Auto | RestRule::Solved)) => {
-            let found = of_the_file(name, holder, templates, reporter);
+            let found = of_the_file(name, scene, templates, reporter);
             // Files that say their axes have a rest pose by design, and who says the axes of one knows the rig.
-            let is_open =
-                *rule == RestRule::Auto && scene.axes.is_none() && rest_scene.is_none() && spec.axes.is_none();
-            if is_open { instead_of_none(name, holder, found, templates, reporter) } else { found }
+            let is_open = *rule == RestRule::Auto && scene.axes.is_none() && spec.axes.is_none();
+            if is_open { instead_of_none(name, scene, found, templates, reporter) } else { found }
         }
     };
     let Found { pose, source, reason, frame } = found;
     let solve = spec.rest == RestSpec::Rule(RestRule::Solved) || source == RestSource::Solved;
-    let rest = Rest {
+    Ok(Rest {
         pose,
         source: if solve { RestSource::Solved } else { source },
         reason: if spec.rest == RestSpec::Rule(RestRule::Solved) { "the config asks for it".into() } else { reason },
@@ -69,23 +65,20 @@ pub(in crate::rig) fn find_rest(
             None => spec.rest.clone(),
         },
         is_to_be_solved: solve,
-    };
-    match rest_scene {
-        None => Ok(rest),
-        Some(rest_scene) => uploaded(name, scene, rest_scene, rest, reporter),
-    }
+    })
 }
 
-struct Found {
-    pose: LocalPose,
-    source: RestSource,
-    reason: String,
+/// A pose of a file.
+pub(super) struct Found {
+    pub(super) pose: LocalPose,
+    pub(super) source: RestSource,
+    pub(super) reason: String,
     /// Clip and frame that were found, where nobody named them.
-    frame: Option<(usize, usize)>,
+    pub(super) frame: Option<(usize, usize)>,
 }
 
 /// The node transforms of a file, called something.
-fn laid_out(scene: &Scene, source: RestSource, reason: impl Into<String>) -> Found {
+pub(super) fn laid_out(scene: &Scene, source: RestSource, reason: impl Into<String>) -> Found {
     Found { pose: scene.skeleton.rest_pose(), source, reason: reason.into(), frame: None }
 }
 
@@ -140,7 +133,7 @@ fn of_the_file(name: &str, scene: &Scene, templates: &[RigTemplate], reporter: &
 }
 
 /// What to measure from where a file's rest pose is no body that stands.
-fn instead_of_none(
+pub(super) fn instead_of_none(
     name: &str,
     scene: &Scene,
     found: Found,
@@ -183,36 +176,4 @@ fn instead_of_none(
     );
     let reason = "neither the file's own pose nor any frame is a body that stands";
     Found { source: RestSource::Solved, reason: reason.into(), ..found }
-}
-
-/// Puts the pose of a rest file onto the rig that it is for.
-fn uploaded(
-    name: &str,
-    scene: &Scene,
-    rest_scene: &Scene,
-    rest: Rest,
-    reporter: &mut Reporter,
-) -> Result<Rest, SpecError> {
-    let mut taken = scene.skeleton.rest_pose();
-    let found = take_over(&scene.skeleton, &mut taken, &rest_scene.skeleton, &rest.pose);
-    if found == 0 {
-        return Err(SpecError::new(
-            SpecErrorKind::NoSkeleton,
-            format!("the rest file of the {name} shares no joint name with the {name} file"),
-            "the rest file must hold the same skeleton, by names",
-        ));
-    }
-    let missing = scene.skeleton.joints().iter().filter(|joint| joint.is_joint).count().saturating_sub(found);
-    if missing > 0 {
-        reporter.warn(
-            "rest_file_incomplete",
-            name,
-            format!("{missing} joints of the {name} are not in its rest file; they keep their node transform"),
-            "export the rest file from the same rig",
-        );
-    }
-    let is_named = matches!(rest.source, RestSource::ClipFrame | RestSource::Solved);
-    let source = if is_named { rest.source } else { RestSource::Upload };
-    let reason = if is_named { rest.reason } else { "a rest file was given".into() };
-    Ok(Rest { pose: taken, source, reason, ..rest })
 }

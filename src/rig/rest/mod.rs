@@ -5,7 +5,7 @@
 //! | `find` | which of the poses that a file offers is its rest pose |
 //! | `bind` | in which pose the skins were bound |
 //! | `standing` | which frame of a clip can stand in for a rest pose that is none |
-//! | `take_over` | the rest pose of another file, on this skeleton |
+//! | `upload` | the pose of another file, on this rig |
 //! | `ground` | a bind pose, put onto the floor |
 //! | `edits` | the retarget-pose editor |
 
@@ -14,12 +14,14 @@ mod edits;
 mod find;
 mod ground;
 mod standing;
-mod take_over;
+mod upload;
 
 pub(super) use bind::{BindPose, bind_pose};
 pub(super) use edits::edit;
 pub(super) use find::{Rest, find_rest};
 pub(super) use ground::grounded;
+pub(super) use upload::uploaded;
+pub use upload::{OrientationFrom, RestFit};
 
 /// Where a rest pose came from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -20,7 +20,8 @@ pub struct EditSpec {
     #[serde(skip_serializing_if = "is_none")]
     #[schemars(range(min = 0.0, max = 60.0))]
     pub margin_seconds: f64,
-    /// Only every n-th frame is kept, from the first on, and the last one. 1 to 10000.
+    /// Only every n-th frame of the range is kept, from the first on, and the last one. With `fps`, new frames are interpolated between
+    /// the frames that are kept. 1 to 10000.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 10000))]
     pub every: Option<u32>,
@@ -243,12 +244,13 @@ pub struct MirrorSpec {
     pub mode: MirrorMode,
     /// The plane that the character's path is mirrored on; only for `model`.
     pub plane: MirrorPlane,
-    /// The own axis of joints of the middle that points sideways; only for `components`. Default: found, joint by joint.
+    /// The own axis of joints of the middle that points sideways: `"x"`, or `{"rotation": "x", "translation": "z"}` where rotations and
+    /// translations need different ones; only for `components`. Default: found, joint by joint.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub centre_axis: Option<ComponentAxis>,
+    pub centre_axis: Option<MirrorAxis>,
     /// The same for the pelvis and what is above it, where it differs.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub pelvis_axis: Option<ComponentAxis>,
+    pub pelvis_axis: Option<MirrorAxis>,
     /// Joints that belong together beyond those found by roles, names and places: pairs of joint names. A joint paired with itself
     /// is on the middle plane.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -270,6 +272,48 @@ pub enum MirrorMode {
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
 fn is_model(mode: &MirrorMode) -> bool {
     *mode == MirrorMode::Model
+}
+
+/// The sideways axis of a joint: one for everything, or one each for its rotation and its translation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected \"x\", \"y\", \"z\" or an object with \"rotation\" and \"translation\"")]
+pub enum MirrorAxis {
+    /// The joint's own axis, which mirrors its rotation and the translations of its children.
+    Both(ComponentAxis),
+    /// One each.
+    Separate(SeparateAxes),
+}
+
+/// Axes for rotation and translation; what is left out is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SeparateAxes {
+    /// The joint's own axis about which its rotation keeps its sense.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<ComponentAxis>,
+    /// The axis of its parent's space along which its translation changes sign.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub translation: Option<ComponentAxis>,
+}
+
+impl MirrorAxis {
+    /// The axis for rotations, where one is given.
+    #[must_use]
+    pub const fn rotation(self) -> Option<ComponentAxis> {
+        match self {
+            Self::Both(axis) => Some(axis),
+            Self::Separate(axes) => axes.rotation,
+        }
+    }
+
+    /// The axis for translations in the parent's space, where one is given for them alone.
+    #[must_use]
+    pub const fn translation(self) -> Option<ComponentAxis> {
+        match self {
+            Self::Both(_) => None,
+            Self::Separate(axes) => axes.translation,
+        }
+    }
 }
 
 /// An axis of a joint.

@@ -102,13 +102,13 @@ pub enum MetricName {
     FloorFloat,
     /// 1 − F1 of the target's own foot contacts against the source's, frame by frame.
     ContactDisagreement,
-    /// Angle between the directions of a source limb and a target limb; 95th percentile over limbs and frames.
+    /// Angle between the directions of a source limb and a target limb; 95th percentile over frames, of the worst limb.
     LimbDirection,
     /// Difference of the turn about a limb's own axis since the rest pose, hands and feet included; 95th percentile
-    /// over limbs and frames.
+    /// over frames, of the worst limb.
     LimbTwist,
-    /// Difference of the turn of pelvis, head, hands and feet since the rest pose; 95th percentile over joints and
-    /// frames.
+    /// Difference of the turn of pelvis, head, hands and feet since the rest pose; 95th percentile over frames
+    /// and joints.
     EndOrientation,
     /// Mean jerk over mean speed, target over source: of hands and feet as seen from the start of their limbs, the head from the
     /// pelvis, and the pelvis in the world; 1 is as smooth as the source.
@@ -134,6 +134,27 @@ pub enum MetricName {
     HandGap,
     /// How far a limb's end is left from where inverse kinematics was to bring it, at 1 m leg length; largest.
     ReachResidual,
+    /// The share of the body that is left at rest: limbs of the target that the source moves or does not have, and limbs that move on
+    /// the source and drive nothing.
+    UndrivenBody,
+    /// How far one joint of spine, neck or head is bent beyond the sum of all bends of the source's; largest.
+    SpineKink,
+    /// Change of a knee's speed from one frame to the next beyond the source's within two frames; largest.
+    KneePop,
+    /// The same of elbows.
+    ElbowPop,
+    /// How far the pelvis moves to and fro over the floor beside the source's path when that is scaled to fit best, at 1 m leg length;
+    /// 98th percentile over frames.
+    PelvisSway,
+    /// How much deeper forearms and hands are in trunk and head than the source's, by capsules about the bones, at 1 m leg length; 98th
+    /// percentile over frames, of the worst part.
+    SelfPenetration,
+    /// Angle between where the heads face; 95th percentile over frames.
+    HeadFacing,
+    /// Angle between where the chests face; 95th percentile over frames.
+    ChestFacing,
+    /// Angle between where a bone points in the rest pose and in the rest file that the pose was taken from; largest.
+    RestResidual,
 }
 
 /// What is known of a metric before anything is measured.
@@ -148,6 +169,8 @@ pub struct MetricInfo {
     /// Where it is called bad. Those of feet, jerk and flips are the release thresholds of the field; the others are set where
     /// good results of real pairs end.
     pub threshold: Threshold,
+    /// A value of any frame that is a warning even where the source has it too, because it is seen.
+    pub absolute_warn_above: Option<f64>,
     /// Whether what the source itself has is forgiven.
     pub forgives_source: bool,
     /// How much it counts in the score.
@@ -177,12 +200,13 @@ impl MetricName {
 }
 
 /// The one place of all thresholds.
-const METRICS: [MetricInfo; 17] = [
+const METRICS: [MetricInfo; 26] = [
     MetricInfo {
         metric: MetricName::FootSlide,
         name: "foot_slide",
         unit: "cm",
         threshold: Threshold { warn_above: 0.5, fail_above: 2.0 },
+        absolute_warn_above: None,
         forgives_source: true,
         weight: 3.0,
         about: "how far a foot travels over the floor while the source's foot stands, per contact, at 1 m leg length; 95th percentile over contacts",
@@ -192,24 +216,28 @@ const METRICS: [MetricInfo; 17] = [
         name: "floor_penetration",
         unit: "cm",
         threshold: Threshold { warn_above: 0.5, fail_above: 3.0 },
+        absolute_warn_above: Some(2.0),
         forgives_source: true,
         weight: 2.0,
-        about: "how deep the lowest point of a sole is below the floor, at 1 m leg length; 99th percentile over frames",
+        about: "how deep the lowest vertex of a foot is below the floor (without a mesh: the lowest point of a sole), at 1 m leg length; 99th \
+                percentile over frames; `absolute_value` is the deepest of any frame, and warns above 2 whatever the source has",
     },
     MetricInfo {
         metric: MetricName::FloorFloat,
         name: "floor_float",
         unit: "cm",
         threshold: Threshold { warn_above: 1.0, fail_above: 4.0 },
+        absolute_warn_above: None,
         forgives_source: true,
         weight: 2.0,
-        about: "how far a sole is off the floor while the source's foot stands, at 1 m leg length; 95th percentile over frames in contact",
+        about: "how far the lowest vertex of a foot (without a mesh: a point of its sole) is off the floor while the source's foot stands, at 1 m leg length; 95th percentile over frames in contact",
     },
     MetricInfo {
         metric: MetricName::ContactDisagreement,
         name: "contact_disagreement",
         unit: "share",
         threshold: Threshold { warn_above: 0.1, fail_above: 0.4 },
+        absolute_warn_above: None,
         forgives_source: false,
         weight: 1.0,
         about: "1 − F1 of the target's own foot contacts against the source's, frame by frame",
@@ -218,34 +246,38 @@ const METRICS: [MetricInfo; 17] = [
         metric: MetricName::LimbDirection,
         name: "limb_direction",
         unit: "degrees",
-        threshold: Threshold { warn_above: 5.0, fail_above: 15.0 },
+        threshold: Threshold { warn_above: 8.0, fail_above: 20.0 },
+        absolute_warn_above: None,
         forgives_source: false,
         weight: 2.0,
-        about: "angle between the directions of a source limb and a target limb; 95th percentile over limbs and frames",
+        about: "angle between the directions of a source limb and a target limb; 95th percentile over frames, of the worst limb",
     },
     MetricInfo {
         metric: MetricName::LimbTwist,
         name: "limb_twist",
         unit: "degrees",
-        threshold: Threshold { warn_above: 10.0, fail_above: 30.0 },
+        threshold: Threshold { warn_above: 12.0, fail_above: 30.0 },
+        absolute_warn_above: None,
         forgives_source: false,
         weight: 1.0,
-        about: "difference of the turn about a limb's own axis since the rest pose, hands and feet included; 95th percentile over limbs and frames",
+        about: "difference of the turn about a limb's own axis since the rest pose, hands and feet included; 95th percentile over frames and limbs",
     },
     MetricInfo {
         metric: MetricName::EndOrientation,
         name: "end_orientation",
         unit: "degrees",
-        threshold: Threshold { warn_above: 10.0, fail_above: 30.0 },
+        threshold: Threshold { warn_above: 12.0, fail_above: 30.0 },
+        absolute_warn_above: None,
         forgives_source: false,
         weight: 1.0,
-        about: "difference of the turn of pelvis, head, hands and feet since the rest pose; 95th percentile over joints and frames",
+        about: "difference of the turn of pelvis, head, hands and feet since the rest pose; 95th percentile over frames and joints",
     },
     MetricInfo {
         metric: MetricName::JerkRatio,
         name: "jerk_ratio",
         unit: "ratio",
         threshold: Threshold { warn_above: 1.15, fail_above: 1.5 },
+        absolute_warn_above: None,
         forgives_source: false,
         weight: 2.0,
         about: "mean jerk over mean speed, target over source: of hands and feet as seen from the start of their limbs, the head \
@@ -256,6 +288,7 @@ const METRICS: [MetricInfo; 17] = [
         name: "bend_flips",
         unit: "count",
         threshold: Threshold { warn_above: 0.0, fail_above: 2.0 },
+        absolute_warn_above: None,
         forgives_source: false,
         weight: 3.0,
         about: "knees and elbows that snap over or bend backwards where the source's do not",
@@ -265,6 +298,7 @@ const METRICS: [MetricInfo; 17] = [
         name: "rotation_jumps",
         unit: "count",
         threshold: Threshold { warn_above: 0.0, fail_above: 5.0 },
+        absolute_warn_above: None,
         forgives_source: false,
         weight: 2.0,
         about: "local rotations that change by more than 20° from one frame to the next where the source's do not change half as much",
@@ -274,6 +308,7 @@ const METRICS: [MetricInfo; 17] = [
         name: "quaternion_continuity",
         unit: "count",
         threshold: Threshold { warn_above: 0.0, fail_above: 0.0 },
+        absolute_warn_above: None,
         forgives_source: false,
         weight: 1.0,
         about: "neighbouring keys of a rotation that lie on opposite hemispheres, so that players go the long way round",
@@ -283,6 +318,7 @@ const METRICS: [MetricInfo; 17] = [
         name: "joint_limits",
         unit: "degrees",
         threshold: Threshold { warn_above: 5.0, fail_above: 20.0 },
+        absolute_warn_above: None,
         forgives_source: true,
         weight: 1.0,
         about: "how far elbows, knees, wrists or the neck are bent beyond what a body can do; largest",
@@ -292,6 +328,7 @@ const METRICS: [MetricInfo; 17] = [
         name: "bone_length_drift",
         unit: "share",
         threshold: Threshold { warn_above: 0.001, fail_above: 0.05 },
+        absolute_warn_above: None,
         forgives_source: false,
         weight: 2.0,
         about: "largest change of a driven bone's length against the target's rest, as a share of it",
@@ -301,6 +338,7 @@ const METRICS: [MetricInfo; 17] = [
         name: "pelvis_path",
         unit: "percent",
         threshold: Threshold { warn_above: 2.0, fail_above: 10.0 },
+        absolute_warn_above: None,
         forgives_source: false,
         weight: 1.0,
         about: "distance between the paths of the pelvises when the source's is scaled to fit best, root mean square, in percent of the leg length",
@@ -310,6 +348,7 @@ const METRICS: [MetricInfo; 17] = [
         name: "facing",
         unit: "degrees",
         threshold: Threshold { warn_above: 5.0, fail_above: 20.0 },
+        absolute_warn_above: None,
         forgives_source: false,
         weight: 1.0,
         about: "difference of the headings of the hips; 95th percentile over frames",
@@ -319,6 +358,7 @@ const METRICS: [MetricInfo; 17] = [
         name: "hand_gap",
         unit: "percent",
         threshold: Threshold { warn_above: 3.0, fail_above: 8.0 },
+        absolute_warn_above: None,
         forgives_source: false,
         weight: 1.0,
         about: "how far the gap between hands, or of a hand to head or shoulder, differs from the source's while it is small there, in percent of the body's length; 95th percentile",
@@ -328,9 +368,100 @@ const METRICS: [MetricInfo; 17] = [
         name: "reach_residual",
         unit: "cm",
         threshold: Threshold { warn_above: 0.5, fail_above: 3.0 },
+        absolute_warn_above: None,
         forgives_source: false,
         weight: 2.0,
         about: "how far a limb's end is left from where inverse kinematics was to bring it, at 1 m leg length; largest",
+    },
+    MetricInfo {
+        metric: MetricName::UndrivenBody,
+        name: "undriven_body",
+        unit: "share",
+        threshold: Threshold { warn_above: 0.0, fail_above: 0.1 },
+        absolute_warn_above: None,
+        forgives_source: false,
+        weight: 3.0,
+        about: "share of the body that is left at rest: limbs of the target that the source moves or does not have, and limbs that move on the source and drive nothing",
+    },
+    MetricInfo {
+        metric: MetricName::SpineKink,
+        name: "spine_kink",
+        unit: "degrees",
+        threshold: Threshold { warn_above: 12.0, fail_above: 20.0 },
+        absolute_warn_above: None,
+        forgives_source: false,
+        weight: 2.0,
+        about: "how far one joint of spine, neck or head is bent beyond the sum of all bends of the source's; largest",
+    },
+    MetricInfo {
+        metric: MetricName::KneePop,
+        name: "knee_pop",
+        unit: "degrees/frame²",
+        threshold: Threshold { warn_above: 5.0, fail_above: 12.0 },
+        absolute_warn_above: None,
+        forgives_source: false,
+        weight: 2.0,
+        about: "change of a knee's speed from one frame to the next beyond the source's within two frames; largest",
+    },
+    MetricInfo {
+        metric: MetricName::ElbowPop,
+        name: "elbow_pop",
+        unit: "degrees/frame²",
+        threshold: Threshold { warn_above: 8.0, fail_above: 20.0 },
+        absolute_warn_above: None,
+        forgives_source: false,
+        weight: 1.0,
+        about: "the same of elbows",
+    },
+    MetricInfo {
+        metric: MetricName::PelvisSway,
+        name: "pelvis_sway",
+        unit: "cm",
+        threshold: Threshold { warn_above: 3.0, fail_above: 8.0 },
+        absolute_warn_above: None,
+        forgives_source: false,
+        weight: 1.0,
+        about: "how far the pelvis moves to and fro over the floor beside the source's path when that is scaled to fit best, at 1 m leg length; 98th percentile over frames",
+    },
+    MetricInfo {
+        metric: MetricName::SelfPenetration,
+        name: "self_penetration",
+        unit: "cm",
+        threshold: Threshold { warn_above: 5.0, fail_above: 15.0 },
+        absolute_warn_above: None,
+        forgives_source: false,
+        weight: 1.0,
+        about: "how much deeper forearms and hands are in trunk and head than the source's, by capsules about the bones, at 1 m leg length; 98th percentile over frames, of the worst part",
+    },
+    MetricInfo {
+        metric: MetricName::HeadFacing,
+        name: "head_facing",
+        unit: "degrees",
+        threshold: Threshold { warn_above: 10.0, fail_above: 30.0 },
+        absolute_warn_above: None,
+        forgives_source: false,
+        weight: 1.0,
+        about: "angle between where the heads face; 95th percentile over frames",
+    },
+    MetricInfo {
+        metric: MetricName::ChestFacing,
+        name: "chest_facing",
+        unit: "degrees",
+        threshold: Threshold { warn_above: 10.0, fail_above: 30.0 },
+        absolute_warn_above: None,
+        forgives_source: false,
+        weight: 1.0,
+        about: "angle between where the chests face; 95th percentile over frames",
+    },
+    MetricInfo {
+        metric: MetricName::RestResidual,
+        name: "rest_residual",
+        unit: "degrees",
+        threshold: Threshold { warn_above: 5.0, fail_above: 20.0 },
+        absolute_warn_above: None,
+        forgives_source: false,
+        weight: 1.0,
+        about: "angle between where a bone points in the rest pose and in the rest file that the pose was taken from; largest",
     },
 ];
 

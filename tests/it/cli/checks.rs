@@ -154,3 +154,26 @@ fn rigs_and_presets_are_files_on_the_command_line() {
     assert_eq!(code(&unknown), Some(3), "{}", error(&unknown));
     assert!(error(&unknown).contains("built-in presets are default, plain_fk"), "{}", error(&unknown));
 }
+
+#[test]
+fn an_input_is_not_written_over_and_the_verdict_is_told() {
+    let folder = super::folder();
+    let before = std::fs::read(folder.path().join("walk.glb")).expect("the walk");
+    let run = |output: &str, more: &[&str]| {
+        let mut arguments = vec!["retarget", "--source", "walk.glb", "--target", "mannequin.glb", "--output", output];
+        arguments.extend(more);
+        super::retargetd(&arguments, folder.path())
+    };
+    for output in ["walk.glb", "./mannequin.glb"] {
+        let refused = run(output, &[]);
+        assert_eq!(super::code(&refused), Some(2), "{}", super::error(&refused));
+        assert!(super::error(&refused).contains("--force"), "{}", super::error(&refused));
+    }
+    assert_eq!(std::fs::read(folder.path().join("walk.glb")).expect("the walk"), before, "as it was");
+    let done = run("out.glb", &["--no-clobber"]);
+    assert_eq!(super::code(&done), Some(0), "{}", super::error(&done));
+    assert!(super::error(&done).contains("verdict: "), "{}", super::error(&done));
+    assert_eq!(super::code(&run("out.glb", &["--no-clobber"])), Some(2), "it is there already");
+    assert_eq!(super::code(&run("out.glb", &[])), Some(0), "a result may be written again");
+    assert_eq!(super::code(&run("walk.glb", &["--force"])), Some(0), "asked for");
+}

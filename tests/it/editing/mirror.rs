@@ -6,7 +6,7 @@ use retargetd::{
     engine::{self, EditInputs, NamedBytes},
     model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
     retarget::{Plan, run},
-    rig::{ComponentAxis, MirrorPlane, Resolved, RetargetSpec, Rig, resolve},
+    rig::{ComponentAxis, MirrorAxis, MirrorPlane, Resolved, RetargetSpec, Rig, resolve},
     samples,
 };
 
@@ -140,7 +140,7 @@ fn by_components_is_the_same_where_the_rig_is_made_for_it() {
     let general = mirror.apply(clip, MirrorPlane::Rest).expect("a clip");
     let components = mirror_components(&rig, &mirror, clip, None, None).expect("a clip");
     assert_same_places(&scene, &components, &general, 2e-5, "found axes");
-    let x = Some(ComponentAxis::X);
+    let x = Some(MirrorAxis::Both(ComponentAxis::X));
     let given = mirror_components(&rig, &mirror, clip, x, x).expect("a clip");
     assert_same_places(&scene, &given, &general, 2e-5, "given axes");
     let other = with_other_axes(&samples::walk_scene(), 3);
@@ -331,4 +331,27 @@ fn a_given_table_says_who_changes_sides() {
     );
     let [lantern_paired, rope_paired] = turned(&[(lantern, rope)]);
     assert!((lantern_paired - angle).abs() < 1e-3 && rope_paired < 1e-3, "swapped: {lantern_paired}, {rope_paired}");
+}
+
+#[test]
+fn components_take_an_axis_for_rotations_and_one_for_translations() {
+    let scene = with_riggers_axes(&samples::walk_scene());
+    let rig = rig(&scene);
+    let mirror = Mirror::new(&rig, &[]);
+    let clip = &scene.clips[0];
+    let axis = |text: &str| serde_json::from_str::<MirrorAxis>(text).ok();
+    let found = mirror_components(&rig, &mirror, clip, axis(r#""x""#), axis(r#""x""#)).expect("a clip");
+    let other = axis(r#"{"rotation": "x", "translation": "z"}"#);
+    assert!(other.is_some(), "two axes are understood");
+    let moved = mirror_components(&rig, &mirror, clip, axis(r#""x""#), other).expect("a clip");
+    let pelvis = rig.role("pelvis")[0];
+    assert_eq!(moved.joints()[pelvis].rotation, found.joints()[pelvis].rotation, "rotations have the same axis");
+    let translation =
+        |clip: &Clip, frame: usize| clip.local_pose(&scene.skeleton, frame).transforms()[pelvis].translation;
+    let rest = scene.skeleton.joints()[pelvis].rest.translation;
+    for frame in 0..clip.frame_count() {
+        let change = translation(clip, frame) - rest;
+        let wanted = rest + DVec3::new(change.x, change.y, -change.z);
+        assert!(translation(&moved, frame).distance(wanted) < 1e-5, "frame {frame}: along Z");
+    }
 }

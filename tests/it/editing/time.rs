@@ -225,3 +225,14 @@ fn what_cannot_be_done_names_the_field() {
         assert!(!error.hint.is_empty(), "{edit}: a hint");
     }
 }
+
+#[test]
+fn frames_between_those_that_are_kept_show_nothing_of_the_dropped_ones() {
+    let scene = simple(&[0.0, 1.0, 2.0, 3.0, 4.0], &[0.0, 30.0, 10.0, 50.0, 20.0]);
+    let result = edited(&scene, &scene.clips[0], json!({"every": 2, "fps": 1.0}));
+    assert_eq!(
+        shown(&result),
+        [(0.0, 0.0), (1.0, 5.0), (2.0, 10.0), (3.0, 15.0), (4.0, 20.0)],
+        "between the frames that are kept"
+    );
+}

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 use retargetd::{
-    formats::{self, Format, Limits, WriteOptions},
+    formats::{self, Format, Limits, TargetClips, WriteOptions},
     model::{Axes, Clip, Control, Joint, JointTracks, MorphTrack, Reporter, Scene, Skeleton, Track, Transform},
     samples,
 };
@@ -266,4 +266,25 @@ fn faces_of_a_target_move() {
     let file = ufbx::load_memory(&written, ufbx::LoadOpts::default()).expect("the parser reads it");
     let shape = file.blend_channels[0].target_shape.as_ref().expect("its shape");
     assert_eq!((shape.offset_vertices[0], shape.position_offsets[0].z), (1, 3.0), "and it is what it was");
+}
+
+#[test]
+fn clips_of_the_target_follow_the_new_one() {
+    let scene = samples::walk_scene();
+    let clip = scene.clips[0].clone().renamed("new".to_owned());
+    for format in [Format::Fbx, Format::Glb] {
+        let target = Scene { payload: Default::default(), ..scene.clone() };
+        let control = Control::new();
+        let write = |options: &WriteOptions| {
+            let bytes = formats::write(&target, &clip, options, &control, &mut Reporter::new()).expect("a file");
+            let read = formats::read(&bytes, format, &Limits::default(), &control, &mut Reporter::new());
+            read.expect("it reads").clips
+        };
+        let kept = write(&WriteOptions::new(format));
+        let names: Vec<&str> = kept.iter().map(Clip::name).collect();
+        assert_eq!(names, ["new", scene.clips[0].name()], "{format:?}: kept");
+        assert_eq!(kept[0].frame_count(), kept[1].frame_count(), "{format:?}: whole");
+        let dropped = write(&WriteOptions { target_clips: TargetClips::Drop, ..WriteOptions::new(format) });
+        assert_eq!(dropped.len(), 1, "{format:?}: left out");
+    }
 }

@@ -62,3 +62,17 @@ fn ranges_must_be_ranges() {
         assert_eq!(error.expect("refused").fields[0].pointer, pointer, "{ranges}");
     }
 }
+
+#[test]
+fn half_a_range_is_enough() {
+    let stage = Stage::walk();
+    let elbow = |played: &super::stage::Played| {
+        let at = |name: &str| stage.place(played, 30, name);
+        let (upper, lower) = (at("lowerarm_l") - at("upperarm_l"), at("hand_l") - at("lowerarm_l"));
+        upper.angle_between(lower).to_degrees()
+    };
+    for ranges in [r#"{"forearm": {"bend": [-5, 30]}}"#, r#"{"forearm": {"bend": [null, 30]}}"#] {
+        let ops = format!(r#", {{"op": "limits", "relative": false, "ranges": {ranges}}}"#);
+        assert!(elbow(&stage.play(&bent(&ops, 100.0))) < 33.0, "{ranges}: the side that is given holds");
+    }
+}

@@ -117,6 +117,12 @@ const CLEAR: &[Convention] = &[
         ["l", "r"],
         "hipBone spineBone chestBone neckBone headBone @ShoulderBone @UpArmBone @ElbowBone @HandBone @LegUpBone @KneeBone @FootBone @ToeBone",
     ),
+    (
+        "German",
+        "",
+        ["L", "R"],
+        "Becken Wirbelsaeule Brust Hals Kopf Schluesselbein_@ Oberarm_@ Unterarm_@ Hand_@ Oberschenkel_@ Unterschenkel_@ Fuss_@ Zeh_@",
+    ),
 ];
 
 /// Names that leave something open, which the shape decides.
@@ -144,12 +150,6 @@ const OPEN: &[Convention] = &[
         "",
         ["L", "R"],
         "pelvis spine1 spine2 neck head @_arm_01 @_arm_02 @_arm_03 @_arm_04 @_thigh @_shin @_foot @_toe",
-    ),
-    (
-        "German",
-        "",
-        ["L", "R"],
-        "Becken Wirbelsaeule Brust Hals Kopf Schluesselbein_@ Oberarm_@ Unterarm_@ Hand_@ Oberschenkel_@ Unterschenkel_@ Fuss_@ Zeh_@",
     ),
     (
         "short words",

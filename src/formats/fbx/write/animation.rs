@@ -23,7 +23,7 @@ const LINEAR: i32 = 4;
 /// FBX's X, Y, Z: the rotation about X is applied first.
 pub(super) const USUAL_ORDER: EulerOrder = EulerOrder::ZYX;
 
-/// One clip, as records.
+/// Clips, as records: one stack each, of which the first is the active one.
 pub(super) struct Animation {
     pub(super) name: String,
     pub(super) frames_per_second: Option<f64>,
@@ -34,6 +34,7 @@ pub(super) struct Animation {
     /// How many objects there are of each kind, for the definitions.
     pub(super) curve_nodes: i32,
     pub(super) curves: i32,
+    pub(super) stacks: i32,
 }
 
 /// What has keys, as FBX calls it.
@@ -74,39 +75,52 @@ impl Channel {
     }
 }
 
-const STACK_ID: i64 = 1;
-const LAYER_ID: i64 = 2;
+const FIRST_STACK_ID: i64 = 1;
+const FIRST_LAYER_ID: i64 = 2;
+/// Ids of the stacks after the first count from here, each followed by that of its layer.
+const FURTHER_STACKS_ID: i64 = 16;
 /// Ids of curves and curve nodes count from here; those of nodes are below.
 const FIRST_CURVE_ID: i64 = 1 << 40;
 
 impl Animation {
-    /// The motion of the nodes, and of blend shapes: their weights, and the ids of what they are.
-    pub(super) fn new(
+    /// What is animated for as long as this clip lasts, with no stack yet.
+    pub(super) fn new(clip: &Clip) -> Self {
+        let ticks = ticks(clip);
+        Self {
+            name: stack_name(clip).to_owned(),
+            frames_per_second: clip.uniform_fps(),
+            start_ticks: ticks[0],
+            stop_ticks: ticks[ticks.len() - 1],
+            objects: Vec::new(),
+            connections: Vec::new(),
+            curve_nodes: 0,
+            curves: 0,
+            stacks: 0,
+        }
+    }
+
+    /// Adds a stack with the motion of the nodes, and of blend shapes: their weights, and the ids of what they are.
+    pub(super) fn add_stack(
+        &mut self,
         figure: &Figure<'_>,
         clip: &Clip,
         shapes: &[(&Track<f32>, i64)],
         control: &Control,
-    ) -> Result<Self, FormatError> {
-        let times: Vec<i64> =
-            clip.times_seconds().iter().map(|time| (time * TICKS_PER_SECOND).round() as i64).collect();
-        let name = if clip.name().is_empty() { "Take 001" } else { clip.name() };
-        let (start_ticks, stop_ticks) = (times[0], times[times.len() - 1]);
-        let mut animation = Self {
-            name: name.to_owned(),
-            frames_per_second: clip.uniform_fps(),
-            start_ticks,
-            stop_ticks,
-            objects: vec![stack(name, start_ticks, stop_ticks), layer()],
-            connections: vec![connection(LAYER_ID, STACK_ID)],
-            curve_nodes: 0,
-            curves: 0,
+    ) -> Result<(), FormatError> {
+        let times = ticks(clip);
+        let (stack_id, layer_id) = match self.stacks {
+            0 => (FIRST_STACK_ID, FIRST_LAYER_ID),
+            index => (FURTHER_STACKS_ID + 2 * i64::from(index), FURTHER_STACKS_ID + 2 * i64::from(index) + 1),
         };
+        self.stacks += 1;
+        self.objects.extend([stack(stack_id, stack_name(clip), times[0], times[times.len() - 1]), layer(layer_id)]);
+        self.connections.push(connection(layer_id, stack_id));
         for node in &figure.nodes {
             control.check()?;
             let tracks = &clip.joints()[node.joint];
             if let Some(values) = keys(&tracks.translation) {
                 let values = values.iter().map(|value| value.as_dvec3() * figure.centimetres);
-                animation.add(node.id, Channel::Translation, &times, columns(values));
+                self.add((layer_id, node.id), Channel::Translation, &times, columns(values));
             }
             if let Some(values) = keys(&tracks.rotation) {
                 let mut track = EulerTrack::new(node.order);
@@ -114,25 +128,31 @@ impl Animation {
                     let angles = track.next(node.after_pre_rotation(rotation.as_dquat()));
                     degrees(node.order.by_axis(angles))
                 });
-                animation.add(node.id, Channel::Rotation, &times, columns(angles));
+                self.add((layer_id, node.id), Channel::Rotation, &times, columns(angles));
             }
             if let Some(values) = keys(&tracks.scale) {
                 let values = values.iter().map(|value| value.as_dvec3());
-                animation.add(node.id, Channel::Scaling, &times, columns(values));
+                self.add((layer_id, node.id), Channel::Scaling, &times, columns(values));
             }
         }
         for (weights, shape) in shapes {
             control.check()?;
             if let Some(weights) = keys(weights) {
                 let percent = weights.iter().map(|weight| f64::from(*weight) * 100.0);
-                animation.add(*shape, Channel::Weight, &times, [percent.collect()]);
+                self.add((layer_id, *shape), Channel::Weight, &times, [percent.collect()]);
             }
         }
-        Ok(animation)
+        Ok(())
     }
 
     /// Adds the curves of one channel of an object: a key per frame, or one for all frames.
-    fn add<const N: usize>(&mut self, object: i64, channel: Channel, times: &[i64], columns: [Vec<f64>; N]) {
+    fn add<const N: usize>(
+        &mut self,
+        (layer, object): (i64, i64),
+        channel: Channel,
+        times: &[i64],
+        columns: [Vec<f64>; N],
+    ) {
         let node_id = self.next_id();
         self.curve_nodes += 1;
         let axes = || channel.axes().iter().zip(&columns);
@@ -141,7 +161,7 @@ impl Animation {
         self.objects.push(
             Record::new("AnimationCurveNode").with(node_id).with(channel.node_name()).with("").holding([defaults]),
         );
-        self.connections.push(connection(node_id, LAYER_ID));
+        self.connections.push(connection(node_id, layer));
         self.connections.push(connection_to_property(node_id, object, channel.property()));
         for (axis, values) in axes() {
             let curve_id = self.next_id();
@@ -198,23 +218,33 @@ pub(super) fn degrees(angles: [f64; 3]) -> DVec3 {
     DVec3::from_array(angles.map(f64::to_degrees))
 }
 
-fn stack(name: &str, start: i64, stop: i64) -> Record {
+/// Key times on FBX's clock.
+fn ticks(clip: &Clip) -> Vec<i64> {
+    clip.times_seconds().iter().map(|time| (time * TICKS_PER_SECOND).round() as i64).collect()
+}
+
+fn stack_name(clip: &Clip) -> &str {
+    if clip.name().is_empty() { "Take 001" } else { clip.name() }
+}
+
+fn stack(id: i64, name: &str, start: i64, stop: i64) -> Record {
     let time = |name, ticks: i64| property(name, "KTime", "Time", "", [ticks.into()]);
-    Record::new("AnimationStack").with(STACK_ID).with(format!("{name}\0\u{1}AnimStack")).with("").holding([
-        Record::new("Properties70").holding([
-            time("LocalStart", start),
-            time("LocalStop", stop),
-            time("ReferenceStart", start),
-            time("ReferenceStop", stop),
-        ]),
-    ])
+    Record::new("AnimationStack").with(id).with(format!("{name}\0\u{1}AnimStack")).with("").holding([Record::new(
+        "Properties70",
+    )
+    .holding([
+        time("LocalStart", start),
+        time("LocalStop", stop),
+        time("ReferenceStart", start),
+        time("ReferenceStop", stop),
+    ])])
 }
 
 /// Assimp leaves the whole animation out where this holds nothing.
-fn layer() -> Record {
+fn layer(id: i64) -> Record {
     let weight = property("Weight", "Number", "", "A", [Property::from(100.0)]);
     Record::new("AnimationLayer")
-        .with(LAYER_ID)
+        .with(id)
         .with("BaseLayer\0\u{1}AnimLayer")
         .with("")
         .holding([Record::new("Properties70").holding([weight])])

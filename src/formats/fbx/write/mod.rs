@@ -70,8 +70,11 @@ pub(in crate::formats) fn write(
         let by_name = figure.nodes.iter().map(|node| (figure.name(node), node.order));
         report_orders(animation::USUAL_ORDER, "Objects", by_name, reporter);
     }
-    let shapes = document.map_or_else(Vec::new, |document| shapes(document, clip, &meshes));
-    let animation = animation::Animation::new(&figure, clip, &shapes, control)?;
+    let mut animation = animation::Animation::new(clip);
+    for clip in std::iter::once(clip).chain(written::kept_clips(target, options)) {
+        let shapes = document.map_or_else(Vec::new, |document| shapes(document, clip, &meshes));
+        animation.add_stack(&figure, clip, &shapes, control)?;
+    }
     let records = scene::records(&figure, animation, meshes, target.axes.unwrap_or_default());
     binary::file(&records).ok_or_else(|| {
         FormatError::unsupported(

@@ -285,8 +285,8 @@ fn definitions(figure: &Figure<'_>, animation: &Animation, meshes: &Meshes) -> R
         ("Deformer", meshes.deformers),
         ("Model", nodes),
         ("Pose", 1),
-        ("AnimationStack", 1),
-        ("AnimationLayer", 1),
+        ("AnimationStack", animation.stacks),
+        ("AnimationLayer", animation.stacks),
         ("AnimationCurveNode", animation.curve_nodes),
         ("AnimationCurve", animation.curves),
     ];

@@ -2,6 +2,7 @@
 
 mod accessor;
 mod animation;
+mod contacts;
 mod curve;
 mod extensions;
 mod humanoid;
@@ -45,7 +46,7 @@ pub(in crate::formats) fn read(
     let mut graph = nodes::read(&root, budget, reporter)?;
     let mut accessors = Accessors::new(&document);
     let mut skins = skins::read(&mut accessors, &graph, budget, reporter)?;
-    let skin_points = points::read(&mut accessors, &graph, &mut skins, budget, reporter)?;
+    let skin_vertices = points::read(&mut accessors, &graph, &mut skins, budget, reporter)?;
     let humanoid = humanoid::read(&root, &graph, reporter)?;
     let is_vrm = matches!(format, Format::Vrm | Format::Vrma);
     if is_vrm && humanoid.is_none() {
@@ -59,15 +60,17 @@ pub(in crate::formats) fn read(
 
     let (declared_convention, declared_roles) =
         humanoid.map_or((None, Vec::new()), |map| (Some(map.convention), map.roles));
-    let is_shown = std::mem::take(&mut graph.is_shown);
+    let (is_shown, graph_size) = (std::mem::take(&mut graph.is_shown), graph.joints.len());
     let skeleton = mark_joints(graph, skins.skins.iter().flat_map(|skin| &skin.joints), &declared_roles)?;
+    let clips = contacts::with_contacts(clips, &document.json, &skeleton, budget)?;
     let scene = Scene {
         hidden_joints: hidden_joints(&skeleton, &is_shown, reporter),
         skeleton,
         clips,
         skins: skins.skins,
         bind_pose: skins.bind_pose,
-        skin_points,
+        skin_points: skin_vertices.points(graph_size),
+        skin_vertices: skin_vertices.into(),
         morphs: morphs.all,
         declared_roles,
         declared_convention,

@@ -19,7 +19,7 @@ use serde_json::{Map, Value, json};
 use super::document::Document;
 use crate::{
     formats::{Compression, Format, FormatError, Include, WriteOptions, written},
-    model::{Clip, Control, Reporter, Scene},
+    model::{Clip, ClipError, Control, Reporter, Scene},
 };
 use binary::Binary;
 use skeleton::Content;
@@ -108,14 +108,17 @@ pub(in crate::formats) fn write_posed(
         );
     }
     if let Some(stretched) = &target.stretched {
+        let malformed = |error: ClipError| FormatError::malformed("write", "", error.to_string());
+        let kept = written::kept_clips(target, options).map(|clip| stretched.clip_of_nodes(&target.skeleton, clip));
         let nodes = Scene {
+            clips: kept.collect::<Result<_, _>>().map_err(malformed)?,
             skeleton: stretched.skeleton_of_nodes(&target.skeleton),
             skins: target.skins.clone(),
             payload: target.payload.clone(),
             ..Scene::default()
         };
         let clip = stretched.clip_of_nodes(&target.skeleton, clip);
-        let clip = clip.map_err(|error| FormatError::malformed("write", "", error.to_string()))?;
+        let clip = clip.map_err(malformed)?;
         let posed = stretched.posed_below(&target.skeleton, posed);
         return write_posed(&nodes, &posed, &clip, options, control, reporter);
     }
@@ -143,7 +146,14 @@ pub(in crate::formats) fn write_posed(
                 Include::SkeletonAndAnimation => None,
             };
             let content = meshes.map_or(Content::Skins, Content::Meshes);
-            skeleton::build(target, clip, content, options.compression, control, reporter)?
+            skeleton::build(
+                target,
+                (clip, written::kept_clips(target, options)),
+                content,
+                options.compression,
+                control,
+                reporter,
+            )?
         }
     };
     finish(output, options, control, reporter)

@@ -20,10 +20,10 @@ pub(super) enum Content<'a> {
     Meshes(Meshes<'a>),
 }
 
-/// All joints as nodes in the order of the skeleton, one scene, the skins and meshes, the animation.
+/// All joints as nodes in the order of the skeleton, one scene, the skins and meshes, the animation and then those that are kept.
 pub(super) fn build<'a>(
     target: &Scene,
-    clip: &'a Clip,
+    (clip, kept): (&'a Clip, impl Iterator<Item = &'a Clip>),
     content: Content<'a>,
     compression: Compression,
     control: &Control,
@@ -61,8 +61,13 @@ pub(super) fn build<'a>(
 
     // Nodes are numbered as the joints are here, not as they were in the file that they came from.
     let animation = animation::append(&mut output, target, clip, |index, _| index, &morph_nodes, control, reporter)?;
-    if let Some(animation) = animation {
-        output.json.insert("animations".into(), Value::Array(vec![animation]));
+    let mut animations: Vec<Value> = animation.into_iter().collect();
+    for clip in kept {
+        let kept = animation::append(&mut output, target, clip, |index, _| index, &morph_nodes, control, reporter)?;
+        animations.extend(kept);
+    }
+    if !animations.is_empty() {
+        output.json.insert("animations".into(), Value::Array(animations));
     }
     let mut buffers = vec![json!({"byteLength": output.binary.length()})];
     buffers.extend((output.decoded_length > 0).then(|| decoded_buffer(output.decoded_length)));

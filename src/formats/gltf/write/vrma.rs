@@ -46,7 +46,8 @@ pub(super) fn write(
     let clip =
         Clip::new(clip.name().to_owned(), clip.times_seconds().to_vec(), tracks).map_err(|error| malformed(&error))?;
 
-    let mut output = skeleton::build(&scene, &clip, Content::Nodes, options.compression, control, reporter)?;
+    let mut output =
+        skeleton::build(&scene, (&clip, std::iter::empty()), Content::Nodes, options.compression, control, reporter)?;
     output.json.insert("extensionsUsed".into(), json!([EXTENSION]));
     output.json.insert("extensions".into(), json!({EXTENSION: extension(target, expressions)}));
     super::finish(output, options, control, reporter)

@@ -114,7 +114,9 @@ fn unexplained(shape: &Shape<'_>, pelvis: usize, pairs: &[&Pair], trunk: &Trunk,
     for joint in &shape.order {
         hangs[*joint] |= shape.parent[*joint].is_some_and(|above| hangs[above]);
         all += shape.length[*joint];
-        if !is_part[*joint] && !hangs[*joint] {
+        // A joint beside a bone, with nothing below it, is a helper of that bone.
+        let is_helper = shape.children[*joint].is_empty() && shape.parent[*joint].is_some_and(|above| is_part[above]);
+        if !is_part[*joint] && !hangs[*joint] && !is_helper {
             unexplained += shape.length[*joint];
         }
     }

@@ -36,7 +36,7 @@ const BEND_SPREAD: f64 = 0.1;
 
 /// The places of three joints in a limb, and how much they look like it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Segments {
+pub(in super::super) struct Segments {
     /// Hip or shoulder.
     pub upper: usize,
     /// Knee or elbow.
@@ -49,6 +49,13 @@ pub(super) struct Segments {
 
 /// The ways of seeing a pair as such limbs, best first; two at most.
 pub(super) fn segments(shape: &Shape<'_>, pair: &Pair, proportions: Proportions) -> Vec<Segments> {
+    let mut found = all_segments(shape, pair, proportions);
+    found.truncate(2);
+    found
+}
+
+/// All ways of seeing a pair as such limbs, best first.
+pub(super) fn all_segments(shape: &Shape<'_>, pair: &Pair, proportions: Proportions) -> Vec<Segments> {
     let sides: [Way<'_>; 2] = [0, 1].map(|side| Way::new(shape, &pair.ways[side]));
     let count = sides[0].joints.len().min(sides[1].joints.len());
     let mut found: Vec<Segments> = Vec::new();
@@ -62,7 +69,6 @@ pub(super) fn segments(shape: &Shape<'_>, pair: &Pair, proportions: Proportions)
     }
     // Joints in one place: the later one turns the limb, the earlier one is a helper.
     found.sort_by(|first, second| second.score.total_cmp(&first.score).then(second.upper.cmp(&first.upper)));
-    found.truncate(2);
     found
 }
 

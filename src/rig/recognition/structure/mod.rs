@@ -22,12 +22,14 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+pub(super) use self::limb::Segments;
 use self::{
     appendages::{Animal, add_appendages},
     crawler::{Crawler, find_crawler},
     face::{Directions, add_face},
     figure::{Figure, LEAST_EVIDENCE, Level, Limbs, Upright, find_figure},
     hand::find_fingers,
+    limb::{ARM, LEG, Proportions, all_segments},
     plane::{Plane, find_plane},
     shape::Shape,
     trunk::{Ends, Trunk, find_animal_trunk, find_trunk},
@@ -47,12 +49,47 @@ pub(super) struct Place {
     pub alternative: Option<usize>,
 }
 
+/// An arm or a leg with every way of seeing it.
+#[derive(Clone, Debug)]
+pub(super) struct SeenLimb {
+    pub side: Side,
+    pub is_leg: bool,
+    /// From the body outward.
+    pub joints: Vec<usize>,
+    /// Where those are.
+    points: Vec<DVec3>,
+    /// Where the joint is that the limb hangs from.
+    center: DVec3,
+    /// The ways of seeing upper segment, lower segment and end in it, best first.
+    pub ways: Vec<Segments>,
+    /// Whether what hangs from the end are single toes or fingers.
+    pub fans: Vec<bool>,
+}
+
+impl SeenLimb {
+    /// How much a limb that lacks one of its three joints looks like one: two long bones are about as long as one another.
+    pub(super) fn two_bones(&self, segments: [Option<usize>; 3]) -> f64 {
+        let (start, middle, end) = match segments {
+            [None, Some(lower), Some(end)] => (self.center, self.points[lower], self.points[end]),
+            [Some(_), Some(lower), None] if lower + 1 >= self.points.len() => return 0.7,
+            [Some(upper), Some(lower), None] => {
+                (self.points[upper], self.points[lower], self.points[self.points.len() - 1])
+            }
+            _ => return 0.5,
+        };
+        let ratio = (start.distance(middle) / middle.distance(end).max(1e-12)).max(1e-6).ln();
+        (-(ratio / 0.6).powi(2)).exp().max(0.3)
+    }
+}
+
 /// A body, as its shape says.
 #[derive(Clone, Debug)]
 pub(super) struct Anatomy {
     /// Biped or quadruped; other for bodies on more legs.
     pub kind: RigKind,
     pub places: BTreeMap<Role, Place>,
+    /// Arms and legs of upright bodies.
+    pub limbs: Vec<SeenLimb>,
     /// Whether something shows which way the body faces, and by that which side is left.
     pub facing_known: bool,
 }
@@ -68,6 +105,8 @@ impl Anatomy {
 const LEAST_FORWARD: f64 = 0.02;
 /// The surest that shape alone is.
 const SUREST: f64 = 0.88;
+/// The surest that shape is of one of two joints.
+pub(super) const GUESS: f64 = 0.79;
 
 /// Finds the body among the joints in `members`. `parents` come before their children.
 pub(super) fn find_anatomy(parents: &[Option<usize>], positions: &[DVec3], members: &[bool]) -> Option<Anatomy> {
@@ -139,15 +178,41 @@ fn describe_upright(shape: &Shape<'_>, body: &Upright) -> Anatomy {
         [&body.arms, &body.legs].iter().flat_map(|limbs| &limbs.pair.ways).map(|way| way[0]).collect();
     let ends = Ends { pelvis: body.pelvis, chest: body.arms.pair.center, limbs: &limbs };
     let trunk = find_trunk(shape, ends, shoulders, up, across, height);
-    places.set(Role::center(Part::Pelvis), vec![body.pelvis], sure, None);
-    places.set(Role::center(Part::Spine), trunk.spine, sure, None);
+    // Where a joint with nothing beside it lies above the pelvis, either may be what carries the body.
+    let carrier = shape.parent[body.pelvis].filter(|above| shape.children[*above].len() == 1);
+    let sure_of_trunk = if carrier.is_some() { sure.min(GUESS) } else { sure };
+    places.set(Role::center(Part::Pelvis), vec![body.pelvis], sure_of_trunk, carrier);
+    places.set(Role::center(Part::Spine), trunk.spine, sure_of_trunk, None);
     places.set(Role::center(Part::Neck), trunk.neck.clone(), sure - 0.1, None);
     let head_alternative = trunk.neck.last().copied();
     places.set(Role::center(Part::Head), trunk.head.into_iter().collect(), sure - 0.1, head_alternative);
     if let Some((head, forward)) = trunk.head.zip(forward) {
         add_face(shape, head, Directions { up, forward, left: up.cross(forward) }, sure - 0.2, &mut places);
     }
-    Anatomy { kind: RigKind::Biped, places: places.0, facing_known: forward.is_some() }
+    let limbs = seen_limbs(shape, body, sides);
+    Anatomy { kind: RigKind::Biped, places: places.0, limbs, facing_known: forward.is_some() }
+}
+
+/// Arms and legs with every way of seeing them; `sides` says which of the two ways is the left one.
+fn seen_limbs(shape: &Shape<'_>, body: &Upright, sides: [usize; 2]) -> Vec<SeenLimb> {
+    let mut seen = Vec::new();
+    let kinds: [(&Limbs, Proportions, bool); 2] = [(&body.arms, ARM, false), (&body.legs, LEG, true)];
+    for (limbs, proportions, is_leg) in kinds {
+        let ways = all_segments(shape, &limbs.pair, proportions);
+        for (side, way) in Side::BOTH.into_iter().zip(sides) {
+            let joints = limbs.pair.ways[way].clone();
+            seen.push(SeenLimb {
+                side,
+                is_leg,
+                points: joints.iter().map(|joint| shape.positions[*joint]).collect(),
+                center: shape.positions[limbs.pair.center],
+                ways: ways.clone(),
+                fans: joints.iter().map(|joint| shape.children[*joint].len() > 2).collect(),
+                joints,
+            });
+        }
+    }
+    seen
 }
 
 /// Where front is: where the feet point, else where the knees do.
@@ -258,7 +323,7 @@ fn describe_level(shape: &Shape<'_>, plane: Option<&Plane>, body: &Level) -> Ana
         }
         places.set(Role::center(Part::Tail), joints, sure - 0.1, None);
     }
-    Anatomy { kind: RigKind::Quadruped, places: places.0, facing_known: true }
+    Anatomy { kind: RigKind::Quadruped, places: places.0, limbs: Vec::new(), facing_known: true }
 }
 
 fn set_trunk(shape: &Shape<'_>, places: &mut Places, pelvis: usize, trunk: Trunk, directions: Directions, sure: f64) {
@@ -295,7 +360,7 @@ fn describe_crawler(shape: &Shape<'_>, plane: &Plane, body: &Crawler) -> Anatomy
     places.set(Role::center(Part::Tail), body.tail.clone(), sure - 0.1, None);
     let directions = Directions { up: body.up, forward: body.forward, left: body.up.cross(body.forward) };
     set_trunk(shape, &mut places, body.pelvis, body.trunk.clone(), directions, sure);
-    Anatomy { kind: RigKind::Other, places: places.0, facing_known: body.facing_known }
+    Anatomy { kind: RigKind::Other, places: places.0, limbs: Vec::new(), facing_known: body.facing_known }
 }
 
 fn describe_winged(shape: &Shape<'_>, body: &Winged) -> Anatomy {
@@ -316,5 +381,5 @@ fn describe_winged(shape: &Shape<'_>, body: &Winged) -> Anatomy {
     places.set(Role::center(Part::Tail), body.tail.clone(), sure - 0.1, None);
     let directions = Directions { up: body.up, forward: body.forward, left };
     set_trunk(shape, &mut places, body.pelvis, body.trunk.clone(), directions, sure);
-    Anatomy { kind: RigKind::Biped, places: places.0, facing_known: true }
+    Anatomy { kind: RigKind::Biped, places: places.0, limbs: Vec::new(), facing_known: true }
 }

@@ -34,6 +34,9 @@ const RANGES: [(&str, Degrees, Degrees, Degrees); 14] = [
     ("thumb", [-40.0, 60.0], [-60.0, 60.0], [-40.0, 40.0]),
 ];
 
+/// As far as an angle goes.
+const UNLIMITED: Degrees = [-180.0, 180.0];
+
 /// Parts that have limits, though none come with the program.
 const OTHERS: [&str; 4] = ["index", "middle", "ring", "pinky"];
 
@@ -47,7 +50,7 @@ pub(super) fn resolve(op: &LimitsOp, subject: &mut Subject<'_>) -> Vec<PosedEdit
     let mut edits = Vec::new();
     for (role, joints) in &target.roles {
         let (side, part) = split(role);
-        let Some(LimitRange { bend, side: across, twist }) = range(op, role, part) else { continue };
+        let Some([bend, across, twist]) = range(op, role, part) else { continue };
         let sources = source.role(role);
         for (position, &joint) in joints.iter().enumerate().filter(|(_, joint)| is_in(masked.as_ref(), **joint)) {
             let follows = sources.get(position * sources.len() / joints.len()).copied().filter(|_| op.relative);
@@ -69,12 +72,16 @@ pub(super) fn resolve(op: &LimitsOp, subject: &mut Subject<'_>) -> Vec<PosedEdit
     edits.into_iter().map(|limit| PosedEdit::Limit(Box::new(limit))).collect()
 }
 
-fn range(op: &LimitsOp, role: &str, part: &str) -> Option<LimitRange> {
+/// Bend, side and twist: as the op has them, else as they come with the program, else without a limit.
+fn range(op: &LimitsOp, role: &str, part: &str) -> Option<[Degrees; 3]> {
     let own = op.ranges.get(role).or_else(|| op.ranges.get(part)).copied();
-    own.or_else(|| {
-        let (_, bend, side, twist) = RANGES.iter().find(|entry| entry.0 == part)?;
-        Some(LimitRange { bend: *bend, side: *side, twist: *twist })
-    })
+    let usual = RANGES.iter().find(|entry| entry.0 == part).map(|(_, bend, side, twist)| [*bend, *side, *twist]);
+    let Some(LimitRange { bend, side, twist }) = own else { return usual };
+    let usual = usual.unwrap_or([UNLIMITED; 3]);
+    let merged = |given: Option<[Option<f64>; 2]>, usual: Degrees| {
+        given.map_or(usual, |[min, max]| [min.unwrap_or(UNLIMITED[0]), max.unwrap_or(UNLIMITED[1])])
+    };
+    Some([merged(bend, usual[0]), merged(side, usual[1]), merged(twist, usual[2])])
 }
 
 fn check_ranges(op: &LimitsOp, subject: &mut Subject<'_>) {
@@ -85,7 +92,9 @@ fn check_ranges(op: &LimitsOp, subject: &mut Subject<'_>) {
             subject
                 .refuse(&format!("ranges/{name}"), format!("'{name}' has no limits; these have: {}", known.join(", ")));
         }
-        for (field, [least, most]) in [("bend", range.bend), ("side", range.side), ("twist", range.twist)] {
+        for (field, pair) in [("bend", range.bend), ("side", range.side), ("twist", range.twist)] {
+            let [min, max] = pair.unwrap_or_default();
+            let (least, most) = (min.unwrap_or(UNLIMITED[0]), max.unwrap_or(UNLIMITED[1]));
             if !(-180.0..=0.0).contains(&least) || !(0.0..=180.0).contains(&most) {
                 let detail =
                     format!("[{least}, {most}] is no range; it goes from -180 to 0 at first and from 0 to 180 at last");

@@ -35,15 +35,21 @@ impl Default for LimitsOp {
     }
 }
 
-/// How far a joint goes, in degrees from the T pose; the first of each pair is at most 0, the second at least 0.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+/// How far a joint goes, in degrees from the T pose: pairs `[min, max]` with min from -180 to 0 and max from 0 to 180.
+///
+/// A pair that is left out is the one that comes with the program, or no limit where the program has none for the role. `null` in a
+/// pair is no limit on that side: `[null, 30]`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
 pub struct LimitRange {
     /// Against and in the direction in which it bends: spines, necks, thighs, arms and forearms to the front, shins to the back,
     /// hands and feet up.
-    pub bend: [f64; 2],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bend: Option<[Option<f64>; 2]>,
     /// Across: toward the right and the left for the trunk, inward and outward (arms: down and up) for limbs.
-    pub side: [f64; 2],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub side: Option<[Option<f64>; 2]>,
     /// About the bone.
-    pub twist: [f64; 2],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub twist: Option<[Option<f64>; 2]>,
 }

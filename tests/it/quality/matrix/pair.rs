@@ -2,7 +2,7 @@
 
 use glam::{DMat4, DQuat};
 use retargetd::{
-    model::{Clip, Control, Reporter},
+    model::{Clip, Control, Reporter, Transform},
     retarget::{Plan, run},
     rig::{Mapping, Resolved, RetargetSpec, Rig, resolve},
 };
@@ -37,6 +37,8 @@ const SEGMENTS: [(&str, &str); 9] = [
 /// What is allowed.
 pub(super) const MOST_DIRECTION_DEGREES: f64 = 5.0;
 pub(super) const MOST_TWIST_DEGREES: f64 = 10.0;
+/// A joint of the trunk that is bent further than this beyond all bends of the source's trunk shows as a kink.
+pub(super) const MAX_KINK_DEGREES: f64 = 20.0;
 pub(super) const MOST_LENGTH_DRIFT: f64 = 1e-3;
 pub(super) const MOST_OFF_THE_GROUND: f64 = 0.10;
 /// Feet closer to the origin than this share of the pelvis height stand on it.
@@ -58,6 +60,8 @@ pub(super) struct Measured {
     pub(super) hands: Option<f64>,
     /// The same of the feet.
     pub(super) feet: Option<f64>,
+    /// The largest bend of one joint of spine, neck and head from the target's own rest pose, beyond the sum of the source's, in degrees.
+    pub(super) kink: Option<f64>,
     /// Largest change of a segment's length, as a share of the leg.
     pub(super) length_drift: f64,
     /// The end of that segment.
@@ -74,6 +78,7 @@ impl Measured {
             limbs.map(|(limb, degrees)| (limb, degrees, MOST_DIRECTION_DEGREES)).collect();
         checks.push(("hands", self.hands, MOST_TWIST_DEGREES));
         checks.push(("feet", self.feet, MOST_TWIST_DEGREES));
+        checks.push(("kink", self.kink.map(|degrees| degrees.max(0.0)), MAX_KINK_DEGREES));
         checks.push(("length", Some(self.length_drift), MOST_LENGTH_DRIFT));
         checks.push(("ground", self.ground, MOST_OFF_THE_GROUND));
         let is_beyond = |value: f64, most: f64| value.is_nan() || value.abs() > most;
@@ -129,6 +134,7 @@ fn measure(source: &Biped<'_>, target: &Biped<'_>, reporter: &mut Reporter) -> R
         directions: LIMBS.map(|(part, ends)| pair.worse_side(|side| pair.direction(side, part, ends))),
         hands: pair.worse_side(|side| pair.turn(&format!("{side}hand"))),
         feet: pair.worse_side(|side| pair.turn(&format!("{side}foot"))),
+        kink: pair.kink(),
         length_drift,
         longest_drift,
         ground: pair.ground(),
@@ -170,12 +176,47 @@ impl Pair<'_> {
         let both = |part: &str| Some((first(self.source, part)?, first(self.target, part)?));
         let (start, end) = (both(part)?, ends.iter().find_map(|end| both(end))?);
         let turn = self.mapping.target_from_source();
+        // A neck keeps how it is made, so its direction differs from the source's by as much as at rest.
+        let made_otherwise = if part == "neck" {
+            let line = |rest: &[Transform], start: usize, end: usize| rest[end].translation - rest[start].translation;
+            let source = turn * line(self.mapping.source_rest.transforms(), start.0, end.0);
+            source.angle_between(line(self.mapping.target_rest.transforms(), start.1, end.1)).to_degrees()
+        } else {
+            0.0
+        };
         let angle = |(source, target): (&Pose, &Pose)| {
             let wanted = turn * (position(&source.world, end.0) - position(&source.world, start.0));
             let found = position(&target.world, end.1) - position(&target.world, start.1);
-            wanted.angle_between(found).to_degrees()
+            (wanted.angle_between(found).to_degrees() - made_otherwise).abs()
         };
         Some(percentile(self.poses().map(angle).collect(), 0.95))
+    }
+
+    /// Of both rigs' trunks: pelvis, spine, neck and head, from below.
+    fn kink(&self) -> Option<f64> {
+        let chain = |rig: &Rig<'_>| {
+            let head = rig.role("head").iter().take(1);
+            let roles = ["pelvis", "spine", "neck"].iter().flat_map(|role| rig.role(role));
+            roles.chain(head).copied().collect::<Vec<usize>>()
+        };
+        let bends = |chain: &[usize], rest: &[Transform], rotations: &[DQuat]| {
+            let bend = |pair: &[usize]| {
+                let relative = |rotation: &dyn Fn(usize) -> DQuat| rotation(pair[0]).conjugate() * rotation(pair[1]);
+                degrees_between(relative(&|joint| rest[joint].rotation), relative(&|joint| rotations[joint]))
+            };
+            chain.windows(2).map(bend).collect::<Vec<f64>>()
+        };
+        let (source, target) = (chain(self.source), chain(self.target));
+        let beyond = |(source_pose, target_pose): (&Pose, &Pose)| {
+            let of_source: f64 =
+                bends(&source, self.mapping.source_rest.transforms(), &source_pose.rotations).iter().sum();
+            let of_target = bends(&target, self.target.rest.transforms(), &target_pose.rotations);
+            of_target.into_iter().fold(0.0, f64::max) - of_source
+        };
+        // Of a rest pose that is a moment of a motion nobody knows how far it is bent itself.
+        let is_in_motion = [self.source, self.target].iter().any(|rig| rig.rest_source.is_in_motion());
+        (source.len() > 1 && target.len() > 1 && !is_in_motion)
+            .then(|| percentile(self.poses().map(beyond).collect(), 0.99))
     }
 
     fn turn(&self, role: &str) -> Option<f64> {

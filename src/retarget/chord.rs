@@ -1,0 +1,154 @@
+//! The turns that make a chain's chord, the line from its first joint to what it leads to, point where it should.
+//!
+//! With `t` the sum of the bones below the chest as the source's rotations lay them, `c` the chest's bone and `d` the wanted unit
+//! direction:
+//!
+//! - A chain without a chest turns by the arc from `t` to `d`.
+//! - With a chest that keeps its rotation, the end lies at `s · d`, where `|s · d − c| = |t|`, and the joints below the chest turn by
+//!   the arc from `t` to `s · d − c`. Short joints below a long chest would have to turn far for little, so beyond `free` the chest
+//!   takes a share of the arc `w` from `t + c` to `d`. With all of it the joints below turn by `w` as well and nothing bends but
+//!   the joint at which the chain begins; the share is the one at which they turn by no more than the limit, to first order.
+//!
+//! Limits are smooth: a correction is taken as it is up to half of the limit and approaches the limit from there.
+
+use glam::{DQuat, DVec3};
+
+use crate::rig::ChordCorrection;
+
+/// What the joints of a chain are turned by, in model space, after the source's rotations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ChordTurns {
+    /// The joints below the chest; all joints where there is no chest.
+    pub(super) below: DQuat,
+    /// The chest.
+    pub(super) chest: DQuat,
+}
+
+impl ChordTurns {
+    const NONE: Self = Self { below: DQuat::IDENTITY, chest: DQuat::IDENTITY };
+}
+
+/// `below` and `chest` are the bones as the source's rotations lay them, `wanted` has the chord's wanted direction; all in model
+/// space, of any length. No turn where one of them has no direction.
+pub(super) fn chord_turns(correction: ChordCorrection, below: DVec3, chest: DVec3, wanted: DVec3) -> ChordTurns {
+    let directions = wanted.try_normalize().zip((below + chest).try_normalize());
+    let (Some((wanted, natural)), Some(_)) = (directions, below.try_normalize()) else { return ChordTurns::NONE };
+    let whole = DQuat::from_rotation_arc(natural, wanted);
+    match correction {
+        ChordCorrection::Whole => ChordTurns { below: whole, ..ChordTurns::NONE },
+        ChordCorrection::Limited(max) => ChordTurns { below: limited(whole, max), ..ChordTurns::NONE },
+        ChordCorrection::BelowChest { free, max } => {
+            let whole = limited(whole, max);
+            let reached = whole * natural;
+            let alone = turn_below(below, chest, reached);
+            let (alone_radians, whole_radians) = (radians(alone), radians(whole));
+            let radians = approach(alone_radians, free, max).max(whole_radians);
+            if alone_radians <= radians {
+                return ChordTurns { below: alone, ..ChordTurns::NONE };
+            }
+            let share = (alone_radians - radians) / (alone_radians - whole_radians);
+            let turned = DQuat::IDENTITY.slerp(whole, share);
+            ChordTurns { below: turn_below(below, turned * chest, reached), chest: turned }
+        }
+    }
+}
+
+/// The turn of `below` that takes the end of `below + chest` to where `direction` points. Out of reach, where the chest is longer than
+/// the rest, the nearest.
+fn turn_below(below: DVec3, chest: DVec3, direction: DVec3) -> DQuat {
+    let along = direction.dot(chest);
+    let reach = (along * along + below.length_squared() - chest.length_squared()).max(0.0).sqrt();
+    let goal = direction * (along + reach) - chest;
+    let arc = |goal: DVec3| DQuat::from_rotation_arc(below.normalize(), goal);
+    goal.try_normalize().map_or(DQuat::IDENTITY, arc)
+}
+
+fn radians(turn: DQuat) -> f64 {
+    2.0 * turn.xyz().length().atan2(turn.w.abs())
+}
+
+/// A rotation by at most `max` radians about the same axis.
+fn limited(turn: DQuat, max: f64) -> DQuat {
+    let radians = radians(turn);
+    if radians <= max / 2.0 {
+        return turn;
+    }
+    DQuat::IDENTITY.slerp(turn, approach(radians, max / 2.0, max) / radians)
+}
+
+/// `value` up to `free`; from there it approaches `max` with a continuous slope.
+fn approach(value: f64, free: f64, max: f64) -> f64 {
+    let room = max - free;
+    if value <= free || room <= 0.0 { value.min(max) } else { free + room * ((value - free) / room).tanh() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TRUNK: ChordCorrection = ChordCorrection::BelowChest { free: 0.1, max: 0.26 };
+
+    fn direction(degrees: f64) -> DVec3 {
+        DQuat::from_rotation_x(degrees.to_radians()) * DVec3::Y
+    }
+
+    fn degrees(turn: DQuat) -> f64 {
+        radians(turn).to_degrees()
+    }
+
+    #[test]
+    fn nothing_turns_what_points_there_already() {
+        for correction in [ChordCorrection::Whole, ChordCorrection::Limited(0.2), TRUNK] {
+            let turns = chord_turns(correction, DVec3::Y, direction(10.0) * 2.0, DVec3::Y + direction(10.0) * 2.0);
+            assert!(degrees(turns.below) < 1e-9 && degrees(turns.chest) < 1e-9, "{correction:?}: {turns:?}");
+        }
+    }
+
+    #[test]
+    fn a_small_correction_leaves_the_chest_alone_and_is_exact() {
+        let (below, chest) = (DVec3::Y * 2.0, DVec3::Y);
+        let turns = chord_turns(TRUNK, below, chest, direction(3.0));
+        let end = turns.below * below + turns.chest * chest;
+        assert!(end.normalize().angle_between(direction(3.0)).to_degrees() < 1e-9, "the chord points there");
+        assert!(degrees(turns.chest) < 1e-9, "the chest keeps its rotation: {turns:?}");
+        assert!((4.4..4.6).contains(&degrees(turns.below)), "two thirds of the chain do all of it: {turns:?}");
+    }
+
+    #[test]
+    fn short_joints_below_a_long_chest_do_not_kink() {
+        let (below, chest) = (DVec3::Y * 0.14, DVec3::Y * 0.32);
+        for wanted in [2.0, 5.0, 8.0, 11.0] {
+            let turns = chord_turns(TRUNK, below, chest, direction(wanted));
+            let end = turns.below * below + turns.chest * chest;
+            let error = end.normalize().angle_between(direction(wanted)).to_degrees();
+            assert!(error < 1.5, "{wanted}°: the chord is {error:.2}° off");
+            let kink = turns.below.angle_between(turns.chest).to_degrees();
+            assert!(kink < 15.5 && degrees(turns.below) < 15.5, "{wanted}°: {:.1}°, {kink:.1}°", degrees(turns.below));
+            assert!(degrees(turns.chest) <= wanted + 1e-9, "{wanted}°: the chest turns no further than the whole");
+        }
+    }
+
+    #[test]
+    fn a_correction_never_exceeds_its_limit_and_never_jumps() {
+        let (below, chest) = (DVec3::new(0.0, 0.2, 0.02), DVec3::new(0.0, 0.3, -0.05));
+        let mut before: Option<ChordTurns> = None;
+        for tenth in -1200..1200 {
+            let turns = chord_turns(TRUNK, below, chest, direction(f64::from(tenth) / 10.0));
+            assert!(degrees(turns.below) < 20.0 && degrees(turns.chest) < 15.1, "{tenth}: {turns:?}");
+            if let Some(before) = before {
+                let step = turns.below.angle_between(before.below).max(turns.chest.angle_between(before.chest));
+                assert!(step.to_degrees() < 1.0, "a step of 0.1° at {tenth} turns by {:.2}°", step.to_degrees());
+            }
+            before = Some(turns);
+        }
+    }
+
+    #[test]
+    fn what_has_no_direction_turns_nothing() {
+        for (below, chest, wanted) in
+            [(DVec3::ZERO, DVec3::Y, DVec3::X), (DVec3::Y, DVec3::ZERO, DVec3::ZERO), (DVec3::Y, -DVec3::Y, DVec3::X)]
+        {
+            assert_eq!(chord_turns(TRUNK, below, chest, wanted), ChordTurns::NONE, "{below} {chest} {wanted}");
+        }
+    }
+}

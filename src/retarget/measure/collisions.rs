@@ -1,0 +1,124 @@
+//! Arms that go into the trunk or the head, by capsules about the bones.
+
+use glam::DVec3;
+
+use super::{
+    metric::{Finding, Reading, Series},
+    motion::{Anchor, Both, Compared, Motion, Wanted},
+};
+use crate::rig::{Rig, body_capsules};
+
+const ARMS: [&str; 4] = ["left_forearm", "left_hand", "right_forearm", "right_hand"];
+const TRUNK: [&str; 4] = ["hips", "waist", "chest", "head"];
+const NO_ARMS: &str = "no arms and trunk were recognised on both sides";
+const CENTIMETRES: f64 = 100.0;
+
+/// What is looked at.
+pub(super) struct Collisions {
+    arms: Vec<Capsule>,
+    trunk: Vec<Capsule>,
+    legs: Both<f64>,
+}
+
+/// A part of the body on both sides.
+struct Capsule {
+    name: &'static str,
+    joint: usize,
+    /// Slots of where its line begins and ends.
+    ends: [usize; 2],
+    /// Metres.
+    radius: Both<f64>,
+}
+
+impl Collisions {
+    /// `legs` are leg lengths in metres.
+    pub(super) fn find(rigs: &Both<&Rig<'_>>, legs: Both<Option<f64>>, wanted: &mut Wanted) -> Option<Self> {
+        let legs = Both { source: legs.source?, target: legs.target? };
+        let capsules = rigs.map(|rig| body_capsules(rig));
+        let mut find = |name: &'static str| {
+            let own = |of: &[(&'static str, crate::rig::Capsule)]| {
+                of.iter().find(|(other, _)| *other == name).map(|one| one.1)
+            };
+            let (source, target) = (own(&capsules.source)?, own(&capsules.target)?);
+            let mut end = |source: crate::rig::Anchor, target: crate::rig::Anchor| {
+                wanted.point(Both { source: anchor(rigs.source, source), target: anchor(rigs.target, target) })
+            };
+            let ends = [end(source.start, target.start), end(source.end, target.end)];
+            let radius = Both {
+                source: source.radius * rigs.source.unit_metres,
+                target: target.radius * rigs.target.unit_metres,
+            };
+            Some(Capsule { name, joint: target.start.joint, ends, radius })
+        };
+        let arms: Vec<Capsule> = ARMS.into_iter().filter_map(&mut find).collect();
+        let trunk: Vec<Capsule> = TRUNK.into_iter().filter_map(&mut find).collect();
+        (!arms.is_empty() && !trunk.is_empty()).then_some(Self { arms, trunk, legs })
+    }
+
+    /// How much deeper arms are in the trunk than the source's are at the same frame, in centimetres at 1 m leg length.
+    pub(super) fn measure(collisions: Option<&Self>, compared: &Compared) -> Finding {
+        let collisions = collisions.ok_or(NO_ARMS)?;
+        let mut series = Vec::new();
+        for arm in &collisions.arms {
+            let deepest = |frame: usize| {
+                let beyond = |part: &Capsule| {
+                    let of_source =
+                        depth(arm, part, &compared.source, frame, |radius| radius.source) / collisions.legs.source;
+                    let own =
+                        depth(arm, part, &compared.target, frame, |radius| radius.target) / collisions.legs.target;
+                    (own - of_source.max(0.0)).max(0.0) * CENTIMETRES
+                };
+                collisions.trunk.iter().map(beyond).fold(0.0, f64::max)
+            };
+            let values = (0..compared.len()).map(deepest).collect();
+            series.push(Series { part: arm.name.to_owned(), joint: arm.joint, values });
+        }
+        Reading::of_worst_part(&series, &compared.frames.indices, 0.98).ok_or(NO_ARMS)
+    }
+}
+
+fn anchor(rig: &Rig<'_>, anchor: crate::rig::Anchor) -> Anchor {
+    let scale = rig.rest.transforms()[anchor.joint].scale;
+    let scale = DVec3::select(scale.cmpeq(DVec3::ZERO), DVec3::ONE, scale);
+    Anchor { joint: anchor.joint, offset: anchor.offset / scale }
+}
+
+/// How far two capsules are in one another, metres; negative where they are apart.
+fn depth(first: &Capsule, second: &Capsule, motion: &Motion, frame: usize, radius: fn(&Both<f64>) -> f64) -> f64 {
+    let [first_line, second_line] = [first, second].map(|part| part.ends.map(|end| motion.position(frame, end)));
+    radius(&first.radius) + radius(&second.radius) - distance(first_line, second_line)
+}
+
+/// The distance between two line segments.
+fn distance([a, b]: [DVec3; 2], [c, d]: [DVec3; 2]) -> f64 {
+    let (u, v, w) = (b - a, d - c, a - c);
+    let (uu, uv, vv) = (u.length_squared(), u.dot(v), v.length_squared());
+    let (uw, vw) = (u.dot(w), v.dot(w));
+    let across = uu * vv - uv * uv;
+    let share = |above: f64, below: f64| if below > 1e-18 { (above / below).clamp(0.0, 1.0) } else { 0.0 };
+    let mut first = share(uv * vw - vv * uw, across);
+    let second = share(uv * first + vw, vv);
+    first = share(uv * second - uw, uu);
+    (w + u * first - v * second).length()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn segments_are_as_far_apart_as_they_are() {
+        let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+        let cases = [
+            ([-x, x], [y - z, y + z], 1.0, "they cross"),
+            ([DVec3::ZERO, x], [x * 3.0, x * 4.0], 2.0, "in one line"),
+            ([DVec3::ZERO, x], [y, y + x], 1.0, "side by side"),
+            ([DVec3::ZERO, DVec3::ZERO], [y * 2.0, y * 2.0], 2.0, "points"),
+            ([DVec3::ZERO, x], [x * 2.0 + y, x * 2.0 + y], 2.0_f64.sqrt(), "a point beyond the end"),
+        ];
+        for (first, second, expected, what) in cases {
+            assert!((distance(first, second) - expected).abs() < 1e-9, "{what}: {}", distance(first, second));
+            assert!((distance(second, first) - expected).abs() < 1e-9, "{what}, swapped");
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! What a viewer sees: soles of a mesh in the floor, kinks, springs, sway, arms in the trunk, limbs at rest.
+
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3, Vec3};
+
+use super::{Measures, Verdict, clip, close, joint, leg, measured, move_root, turn, value, verdict, walker};
+use crate::{
+    model::{Clip, Influence, JointTracks, Scene, SkinVertices, Track},
+    rig::{MetricName, ReportDetail},
+};
+
+/// The walker with shoes: boxes about its feet, `thick` below the floor under the ankles and longer behind and before than the joints
+/// say. Vertices of the forefoot move with the toes.
+fn shod(thick: f64) -> Scene {
+    let mut scene = walker();
+    let pose = scene.skeleton.rest_pose().to_model(&scene.skeleton);
+    let mut vertices = SkinVertices::default();
+    for side in ["Left", "Right"] {
+        let foot = joint(&scene.skeleton, &format!("mixamorig:{side}Foot")).0;
+        let toe = joint(&scene.skeleton, &format!("mixamorig:{side}ToeBase")).0;
+        let ankle = pose.transforms()[foot].translation;
+        for index in 0..200_usize {
+            let (along, across, up) = (index % 10, index / 10 % 5, index / 50);
+            let place = DVec3::new(
+                ankle.x + 0.02 * across as f64 - 0.04,
+                -thick + 0.02 * up as f64,
+                ankle.z - 0.08 + 0.035 * along as f64,
+            );
+            let owner = if along < 6 { foot } else { toe };
+            let transform = pose.transforms()[owner];
+            let position =
+                (transform.rotation.conjugate() * (place - transform.translation) / transform.scale).as_vec3();
+            #[expect(clippy::cast_possible_truncation, reason = "a joint")]
+            vertices.push(&mut vec![Influence { joint: owner as u32, weight: 1.0, position }], true);
+        }
+    }
+    scene.skin_vertices = Arc::new(vertices);
+    scene
+}
+
+fn standing(scene: &Scene, frames: usize) -> Clip {
+    clip(&scene.skeleton, frames, |_, _| {})
+}
+
+#[test]
+fn soles_of_a_mesh_are_what_is_in_the_floor() {
+    let scene = shod(0.0);
+    let still = standing(&scene, 20);
+    // The heel goes down behind the ankle: points below ankle, ball and tip hardly notice.
+    let tilted = clip(&scene.skeleton, 20, |_, pose| {
+        for side in ["Left", "Right"] {
+            turn(pose, &scene.skeleton, &format!("mixamorig:{side}Foot"), DQuat::from_rotation_x(-0.4));
+        }
+    });
+    let without = measured(&walker(), &still, &tilted, ReportDetail::Full);
+    let with = measured(&scene, &still, &tilted, ReportDetail::Full);
+    let (blind, seen) = (value(&without, MetricName::FloorPenetration), value(&with, MetricName::FloorPenetration));
+    assert!(seen > blind + 1.0, "the heel is in the floor: {seen} where joints say {blind}");
+    let metric = &with.metrics[&MetricName::FloorPenetration];
+    assert!(metric.verdict > Verdict::Pass, "it is seen: {metric:?}");
+    assert!((metric.absolute_value.expect("the deepest") - seen).abs() < 1e-6, "all frames are alike");
+    assert!(metric.worst[0].joint.contains("Foot"), "{metric:?}");
+}
+
+#[test]
+fn a_depth_that_the_source_has_too_is_a_warning() {
+    let scene = shod(0.0);
+    let sunk_from = |first: usize| {
+        clip(&scene.skeleton, 100, |frame, pose| {
+            if frame >= first {
+                move_root(pose, DVec3::Y * (-0.04 * leg(&scene)));
+            }
+        })
+    };
+    let briefly = measured(&scene, &sunk_from(97), &sunk_from(97), ReportDetail::Full);
+    let metric = &briefly.metrics[&MetricName::FloorPenetration];
+    assert_eq!(metric.verdict, Verdict::Warn, "4 cm are seen, whoever is to blame: {metric:?}");
+    close(metric.absolute_value.expect("the deepest"), 4.0, 1e-3, "at most");
+    assert!(briefly.verdict_reason.contains("floor_penetration"), "{}", briefly.verdict_reason);
+    let always = measured(&scene, &sunk_from(0), &sunk_from(0), ReportDetail::Full);
+    let metric = &always.metrics[&MetricName::FloorPenetration];
+    assert_eq!(metric.verdict, Verdict::Fail, "a source that is off as a whole is no excuse: {metric:?}");
+}
+
+#[test]
+fn a_mesh_that_slides_says_how_far() {
+    let scene = shod(0.0);
+    let by = 0.03 * leg(&scene);
+    let sliding = clip(&scene.skeleton, 31, |frame, pose| move_root(pose, DVec3::X * (by * frame as f64 / 30.0)));
+    let measures = measured(&scene, &standing(&scene, 31), &sliding, ReportDetail::Summary);
+    close(value(&measures, MetricName::FootSlide), 3.0, 0.01, "centimetres at 1 m leg length");
+    close(value(&measures, MetricName::FloorFloat), 0.0, 0.01, "it stays on the floor");
+}
+
+#[test]
+fn one_joint_that_bends_for_the_whole_spine_is_a_kink() {
+    let scene = walker();
+    let bend = |names: &'static [&'static str], degrees: f64| {
+        clip(&scene.skeleton, 10, |_, pose| {
+            for name in names {
+                let share = degrees.to_radians() / names.len() as f64;
+                turn(pose, &scene.skeleton, name, DQuat::from_rotation_x(share));
+            }
+        })
+    };
+    let spread = bend(&["mixamorig:Spine", "mixamorig:Spine1", "mixamorig:Spine2"], 30.0);
+    let kinked = bend(&["mixamorig:Spine1"], 30.0);
+    let kink = |source: &Clip, result: &Clip| {
+        let measures = measured(&scene, source, result, ReportDetail::Full);
+        (value(&measures, MetricName::SpineKink), verdict(&measures, MetricName::SpineKink))
+    };
+    let straight = standing(&scene, 10);
+    assert_eq!(kink(&straight, &kinked).1, Verdict::Fail, "30 degrees in one joint, and the source is straight");
+    close(kink(&straight, &kinked).0, 30.0, 1e-3, "degrees");
+    close(kink(&straight, &spread).0, 10.0, 1e-3, "a third each");
+    close(kink(&kinked, &kinked).0, 0.0, 1e-3, "the source's own");
+    close(kink(&spread, &kinked).0, 0.0, 1e-2, "no more than all that the source bends");
+}
+
+#[test]
+fn a_knee_that_springs_is_named() {
+    let scene = walker();
+    let knees = |spring_at: Option<usize>| {
+        clip(&scene.skeleton, 30, |frame, pose| {
+            let sprung = if spring_at.is_some_and(|at| frame >= at) { 15.0 } else { 0.0 };
+            let bend = (30.0 + frame as f64 + sprung).to_radians();
+            turn(pose, &scene.skeleton, "mixamorig:LeftLeg", DQuat::from_rotation_x(bend));
+        })
+    };
+    let (smooth, springs) = (knees(None), knees(Some(12)));
+    let measures = measured(&scene, &smooth, &springs, ReportDetail::Summary);
+    let metric = &measures.metrics[&MetricName::KneePop];
+    close(metric.value.expect("a value"), 15.0, 0.1, "degrees per frame²");
+    assert_eq!(metric.verdict, Verdict::Fail, "{metric:?}");
+    assert_eq!(
+        (metric.worst[0].part.as_str(), metric.worst[0].joint.as_str()),
+        ("left_knee", "mixamorig:LeftLeg"),
+        "where"
+    );
+    assert!((11..=12).contains(&metric.worst[0].frame), "when: {metric:?}");
+    let own = measured(&scene, &springs, &springs, ReportDetail::Summary);
+    close(value(&own, MetricName::KneePop), 0.0, 1e-6, "the source's own");
+}
+
+#[test]
+fn a_pelvis_that_sways_to_and_fro_is_told() {
+    let scene = walker();
+    let walk = &scene.clips[0];
+    let swaying = |centimetres: f64| {
+        clip(&scene.skeleton, walk.frame_count(), |frame, pose| {
+            *pose = walk.local_pose(&scene.skeleton, frame);
+            let phase = walk.times_seconds()[frame] * std::f64::consts::TAU * 2.0;
+            move_root(pose, DVec3::X * (centimetres / 100.0 * leg(&scene) * phase.sin()));
+        })
+    };
+    let sway = |result: &Clip| value(&measured(&scene, walk, result, ReportDetail::Full), MetricName::PelvisSway);
+    close(sway(walk), 0.0, 1e-3, "the walk itself");
+    close(sway(&swaying(6.0)), 6.0, 1.0, "twice a second");
+}
+
+#[test]
+fn an_arm_in_the_belly_is_told() {
+    let scene = walker();
+    let apart = standing(&scene, 10);
+    let measures = measured(&scene, &apart, &apart, ReportDetail::Full);
+    close(value(&measures, MetricName::SelfPenetration), 0.0, 1e-9, "arms are out");
+    // Whichever way the walker's arm axes lie, one of the four turns by 100 degrees brings the forearm into the trunk.
+    let deepest = [DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Z]
+        .map(|axis| {
+            let bent = clip(&scene.skeleton, 10, |_, pose| {
+                turn(pose, &scene.skeleton, "mixamorig:LeftArm", DQuat::from_axis_angle(axis, 100.0_f64.to_radians()));
+            });
+            value(&measured(&scene, &apart, &bent, ReportDetail::Full), MetricName::SelfPenetration)
+        })
+        .into_iter()
+        .fold(0.0, f64::max);
+    assert!(deepest > 3.0, "the forearm is in the trunk: {deepest}");
+}
+
+/// The result with the tracks of some joints left out.
+fn at_rest(scene: &Scene, source: &Clip, names: &[&str]) -> Measures {
+    let held: Vec<usize> = names.iter().map(|name| joint(&scene.skeleton, name).0).collect();
+    let tracks = source.joints().iter().enumerate().map(|(index, tracks)| {
+        if held.contains(&index) { JointTracks { rotation: Track::Rest, ..tracks.clone() } } else { tracks.clone() }
+    });
+    let result = source.clone().with_joints(tracks.collect()).expect("as many");
+    measured(scene, source, &result, ReportDetail::Full)
+}
+
+#[test]
+fn a_limb_that_is_left_at_rest_is_no_pass() {
+    let scene = walker();
+    // The walk with arms that swing.
+    let walk = clip(&scene.skeleton, 60, |frame, pose| {
+        *pose = scene.clips[0].local_pose(&scene.skeleton, frame);
+        let swing = DQuat::from_axis_angle(Vec3::Z.as_dvec3(), 0.5 * (frame as f64 * 0.2).sin());
+        for name in ["mixamorig:RightArm", "mixamorig:RightForeArm"] {
+            turn(pose, &scene.skeleton, name, swing);
+        }
+    });
+    let whole = at_rest(&scene, &walk, &[]);
+    close(value(&whole, MetricName::UndrivenBody), 0.0, 0.0, "all of it moves");
+    let limp = at_rest(&scene, &walk, &["mixamorig:RightArm", "mixamorig:RightForeArm"]);
+    let metric = &limp.metrics[&MetricName::UndrivenBody];
+    assert_eq!(metric.verdict, Verdict::Fail, "an arm is left at rest: {metric:?}");
+    assert!(metric.parts.contains_key("right_upper_arm") && metric.parts.contains_key("right_forearm"), "{metric:?}");
+    assert_eq!(metric.worst[0].joint, "mixamorig:RightArm", "{metric:?}");
+}

@@ -1,0 +1,163 @@
+//! Files that the product writes itself, uploaded as rest files: through the engine, as the command line and the service use it.
+
+use glam::DVec3;
+use retargetd::{
+    engine::{Failure, Inputs, NamedBytes, Outcome, pose_config, retarget},
+    formats::{self, Format, Limits},
+    model::{Control, ModelPose, Reporter, Scene},
+    rig::{RigSpec, Role},
+    samples,
+};
+
+use super::expected::{DOUBTS, rig_of};
+
+const FORMATS: [(Format, &str); 5] = [
+    (Format::Glb, "rest.glb"),
+    (Format::Bvh, "rest.bvh"),
+    (Format::Fbx, "rest.fbx"),
+    (Format::PosesNpz, "rest.npz"),
+    (Format::PosesJson, "rest.json"),
+];
+
+struct Job<'a> {
+    source: &'a [u8],
+    target: &'a [u8],
+    source_rest: Option<(&'a [u8], &'a str)>,
+    target_rest: Option<(&'a [u8], &'a str)>,
+    config: &'a str,
+    format: Format,
+}
+
+impl Job<'_> {
+    fn run(&self) -> Result<Outcome, Failure> {
+        let inputs = Inputs {
+            source: NamedBytes { name: "walk.glb", bytes: self.source },
+            target: NamedBytes { name: "mannequin.glb", bytes: self.target },
+            source_rest: self.source_rest.map(|(bytes, name)| NamedBytes { name, bytes }),
+            target_rest: self.target_rest.map(|(bytes, name)| NamedBytes { name, bytes }),
+            config: Some(NamedBytes { name: "config.json", bytes: self.config.as_bytes() }),
+            formats: &[self.format],
+        };
+        retarget(&inputs, &Limits::default(), &Control::new())
+    }
+}
+
+fn read(bytes: &[u8], name: &str) -> Scene {
+    let format = formats::sniff(bytes, name).expect("a format");
+    formats::read(bytes, format, &Limits::default(), &Control::new(), &mut Reporter::new()).expect("a scene")
+}
+
+/// Largest angle between the limbs of two results, over some frames.
+fn limb_degrees(target: &Scene, one: &Outcome, other: &Outcome) -> f64 {
+    let (rig, _) = rig_of(target, None, &RigSpec::default()).expect("a rig");
+    let scenes = [one, other].map(|outcome| read(&outcome.outputs[0].bytes, "result.glb"));
+    let count = scenes[0].clips[0].frame_count();
+    assert_eq!(count, scenes[1].clips[0].frame_count(), "as many frames");
+    let mut worst = 0.0_f64;
+    for frame in (0..count).step_by(10) {
+        let [one, other] = [0, 1].map(|index| -> ModelPose {
+            let scene: &Scene = &scenes[index];
+            scene.clips[0].local_pose(&scene.skeleton, frame).to_model(&scene.skeleton)
+        });
+        for joints in rig.roles.iter().filter(|(role, _)| role.parse::<Role>().is_ok()).map(|(_, joints)| joints) {
+            for &joint in joints {
+                let Some(parent) = target.skeleton.parent(joint) else { continue };
+                let bone = |pose: &ModelPose| -> DVec3 {
+                    pose.transforms()[joint].translation - pose.transforms()[parent].translation
+                };
+                if bone(&one).length() > 1e-6 {
+                    worst = worst.max(bone(&one).angle_between(bone(&other)).to_degrees());
+                }
+            }
+        }
+    }
+    worst
+}
+
+fn doubts(outcome: &Outcome) -> Vec<&'static str> {
+    outcome.report.warnings.iter().map(|warning| warning.code).filter(|code| DOUBTS.contains(code)).collect()
+}
+
+#[test]
+fn what_pose_and_retarget_write_is_taken_as_it_stands() {
+    let (walk, mannequin) = (samples::walk_clip(), samples::mannequin());
+    let scene = read(&mannequin, "mannequin.glb");
+    let plain = Job {
+        source: &walk,
+        target: &mannequin,
+        source_rest: None,
+        target_rest: None,
+        config: "{}",
+        format: Format::Glb,
+    };
+    let without = plain.run().expect("a result");
+    let solved = Job { config: r#"{"target": {"rest": "solved"}}"#, ..plain }.run().expect("a result");
+    let pose = |to: &str, format| {
+        let config = String::from_utf8(pose_config(None, to).expect("a config")).expect("text");
+        Job { config: &config, source: &mannequin, format, ..plain }.run().expect("a pose").outputs.remove(0).bytes
+    };
+    let moved = |format| Job { format, ..plain }.run().expect("a result").outputs.remove(0).bytes;
+    let mut problems = Vec::new();
+    for (format, name) in FORMATS {
+        let files = [
+            ("its rest pose", pose("rest", format), &without, 0.2),
+            ("a T pose", pose("t", format), &solved, 0.5),
+            ("a result", moved(format), &without, 0.2),
+        ];
+        for (what, bytes, expected, most) in files {
+            let outcome = match (Job { target_rest: Some((&bytes, name)), ..plain }).run() {
+                Ok(outcome) => outcome,
+                Err(failure) => {
+                    problems.push(format!("{what} in {name}: {failure:?}"));
+                    continue;
+                }
+            };
+            let degrees = limb_degrees(&scene, &outcome, expected);
+            let (doubts, facts) = (doubts(&outcome), &outcome.report.rigs.target);
+            if degrees > most || !(doubts.is_empty() || doubts == ["rest_roll_guessed"]) {
+                problems.push(format!("{what} in {name}: {degrees:.2}°, {doubts:?}, {}", facts.rest_pose_reason));
+            }
+            assert_eq!(facts.rest_pose_from, "upload", "{what} in {name}");
+        }
+    }
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+#[test]
+fn a_source_rests_as_its_rest_file() {
+    let (walk, mannequin) = (samples::walk_clip(), samples::mannequin());
+    let plain = Job {
+        source: &walk,
+        target: &mannequin,
+        source_rest: None,
+        target_rest: None,
+        config: "{}",
+        format: Format::Glb,
+    };
+    let without = plain.run().expect("a result");
+    let config = String::from_utf8(pose_config(None, "rest").expect("a config")).expect("text");
+    let scene = read(&mannequin, "mannequin.glb");
+    for (format, name) in FORMATS {
+        let rest = Job { config: &config, source: &walk, target: &walk, format, ..plain }.run().expect("a pose");
+        let rest = Some((rest.outputs[0].bytes.as_slice(), name));
+        let outcome = Job { source_rest: rest, ..plain }.run().expect("a result");
+        let degrees = limb_degrees(&scene, &outcome, &without);
+        assert!(degrees < 0.2, "{name}: {degrees:.2}°, {}", outcome.report.rigs.source.rest_pose_reason);
+        assert_eq!(doubts(&outcome), [""; 0], "{name}");
+    }
+}
+
+#[test]
+fn strict_refuses_what_a_rest_file_leaves_open() {
+    let (walk, mannequin) = (samples::walk_clip(), samples::mannequin());
+    let job = Job {
+        source: &walk,
+        target: &mannequin,
+        source_rest: None,
+        target_rest: Some((&walk, "walk.glb")),
+        config: r#"{"strict": true}"#,
+        format: Format::Glb,
+    };
+    let failure = job.run().expect_err("another character's rest pose, by role");
+    assert!(failure.errors.iter().any(|error| error.code == "rest_file_matched_by_role"), "{failure:?}");
+}
