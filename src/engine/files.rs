@@ -65,6 +65,8 @@ impl Files {
         let templates = knowledge.rigs();
         let (source, target) = (&self.source.scene, &self.target.scene);
         let rests = (scene_of(&self.source_rest), scene_of(&self.target_rest));
+        mixups::swapped_rest("source", source, target, rests.0)?;
+        mixups::swapped_rest("target", target, source, rests.1)?;
         let failed = |error, side: &'static str| {
             let failure = in_config_or(error, side);
             let (own, other, rest) =

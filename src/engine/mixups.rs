@@ -62,6 +62,26 @@ pub(super) fn explain_rest(
     failure
 }
 
+/// A rest file whose joints have names of the other side's, and not of its own.
+pub(super) fn swapped_rest(
+    side: &'static str,
+    own: &Scene,
+    other: &Scene,
+    rest: Option<&Scene>,
+) -> Result<(), Failure> {
+    let Some(rest) = rest else { return Ok(()) };
+    let (here, there) = (shared_names(own, rest), shared_names(other, rest));
+    if here * 10 >= there {
+        return Ok(());
+    }
+    let (part, other) = if side == "source" { ("source_rest", "target") } else { ("target_rest", "source") };
+    let detail =
+        format!("the rest file of the {side} is another character: {there} of its joints have names of the {other}");
+    Err(Failure::new(FailureCode::SkeletonNotFound, detail)
+        .in_part(part)
+        .with_hint("are source_rest and target_rest swapped?"))
+}
+
 fn shared_names(scene: &Scene, rest: &Scene) -> usize {
     let names = |scene: &Scene| -> BTreeSet<String> {
         let joints = scene.skeleton.joints().iter();

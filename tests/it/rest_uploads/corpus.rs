@@ -194,7 +194,7 @@ fn a_character_in_two_formats_is_one() {
             match upload(&scene, &rest_scene, &own) {
                 Ok(found) if found.limb_degrees.0 <= 1.0 => {}
                 Ok(found) => {
-                    problems.push(format!("{rest} for {file}: {:?}, said {:?}", found.limb_degrees, found.codes))
+                    problems.push(format!("{rest} for {file}: {:?}, said {:?}", found.limb_degrees, found.codes));
                 }
                 Err(error) => problems.push(format!("{rest} for {file}: {error}")),
             }

@@ -154,10 +154,14 @@ fn strict_refuses_what_a_rest_file_leaves_open() {
         source: &walk,
         target: &mannequin,
         source_rest: None,
-        target_rest: Some((&walk, "walk.glb")),
+        target_rest: None,
         config: r#"{"strict": true}"#,
         format: Format::Glb,
     };
-    let failure = job.run().expect_err("another character's rest pose, by role");
-    assert!(failure.errors.iter().any(|error| error.code == "rest_file_matched_by_role"), "{failure:?}");
+    let config = String::from_utf8(pose_config(None, "t").expect("a config")).expect("text");
+    let pose = Job { config: &config, format: Format::Bvh, ..job }.run().expect("a pose").outputs.remove(0).bytes;
+    let failure = Job { target_rest: Some((&pose, "t.bvh")), ..job }.run().expect_err("how bones are rolled is open");
+    assert!(failure.errors.iter().any(|error| error.code == "rest_roll_guessed"), "{failure:?}");
+    let failure = Job { target_rest: Some((&walk, "walk.glb")), ..job }.run().expect_err("the file of the source");
+    assert!(failure.hint.contains("swapped"), "{failure:?}");
 }

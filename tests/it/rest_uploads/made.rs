@@ -159,7 +159,7 @@ fn another_pose_is_taken_over() {
 fn random_pose(scene: &Scene, seed: u64) -> ModelPose {
     let own = plain(scene);
     let pelvis = own.role("pelvis")[0];
-    let mut local = own.rest_local.clone();
+    let mut local = own.rest_local;
     for (joint, transform) in local.transforms_mut().iter_mut().enumerate() {
         if joint != pelvis && scene.skeleton.is_ancestor_or_self(pelvis, joint) {
             let angle = |number: u64| (hashed(seed * 5000 + joint as u64 * 3 + number) - 0.5) * 0.7;
@@ -182,7 +182,7 @@ fn any_pose_is_taken_over() {
             match upload(&scene, &rest, &expected) {
                 Ok(found) if found.limb_degrees.0 < 2.0 || found.codes.contains(&"rest_facing_guessed") => {}
                 Ok(found) => {
-                    problems.push(format!("{body}, {}: {:?} {:?}", difference.name, found.limb_degrees, found.codes))
+                    problems.push(format!("{body}, {}: {:?} {:?}", difference.name, found.limb_degrees, found.codes));
                 }
                 Err(error) => problems.push(format!("{body}, {}: refused: {error}", difference.name)),
             }
@@ -208,7 +208,7 @@ fn joints_without_names_are_matched_by_their_place() {
                     Ok(found) if found.codes.iter().any(|code| DOUBTS.contains(code)) && found.limb_degrees.0 < 2.0 => {
                     }
                     Ok(found) => {
-                        problems.push(format!("{body} in {pose}, {what}: {:?} {:?}", found.limb_degrees, found.codes))
+                        problems.push(format!("{body} in {pose}, {what}: {:?} {:?}", found.limb_degrees, found.codes));
                     }
                     Err(error) => problems.push(format!("{body} in {pose}, {what}: refused: {error}")),
                 }
