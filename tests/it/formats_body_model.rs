@@ -140,7 +140,7 @@ fn a_capture_moves_a_character() {
         let outcome = engine::retarget(&inputs, &engine::Limits::default(), &Control::new());
         let report = outcome.unwrap_or_else(|failure| panic!("{name}: {failure}")).report;
         let measures = serde_json::to_value(report.measures.expect("it is measured")).expect("JSON");
-        let off = measures["metrics"]["limb_direction"]["value"].as_f64().expect("directions are measured");
+        let off = measures["limb_direction_p95_degrees"].as_f64().expect("directions are measured");
         assert!(off < 5.0, "{name}: directions are {off} degrees off");
     }
 }
@@ -296,7 +296,9 @@ fn bare_vectors_and_matrices_are_the_pose_that_they_say() {
             ("flat.npz", archive(&[("poses", array(&[1, 9 * joints], &turns))])),
             ("single.npz", archive(&[("pose", array(&[joints, 3, 3], &turns))])),
         ];
-        for (name, bytes) in files {
+        // A vector of 69 with a place could as well be 23 joints without one.
+        let is_clear = |name: &str| joints != 22 || name != "placed.npy";
+        for (name, bytes) in files.into_iter().filter(|(name, _)| is_clear(name)) {
             let (scene, _) = read(&bytes, name).unwrap_or_else(|error| panic!("{name} of {joints}: {error}"));
             let pairs = places(&scene, 0).into_iter().zip(places(&wanted, 0));
             let worst = pairs.map(|(one, other)| one.distance(other)).fold(0.0, f64::max);

@@ -18,7 +18,8 @@ fn read(bytes: &[u8], format: Format) -> Scene {
 }
 
 fn write(scene: &Scene, clip: &Clip) -> (Vec<u8>, Vec<&'static str>) {
-    let options = WriteOptions::new(Format::Fbx);
+    // The clip that is written is the scene's own already.
+    let options = WriteOptions { target_clips: TargetClips::Drop, ..WriteOptions::new(Format::Fbx) };
     let mut reporter = Reporter::new();
     let bytes = formats::write(scene, clip, &options, &Control::new(), &mut reporter).expect("it can be written");
     (bytes, reporter.into_warnings().iter().map(|warning| warning.code).collect())

@@ -30,7 +30,8 @@ impl FloorStage {
     pub(super) fn levels(&self, rows: &[Clearance], work: &Work<'_>) -> Vec<Vec<f64>> {
         let of_feet: Vec<Vec<Known>> =
             self.feet.iter().enumerate().map(|(index, foot)| self.known(index, foot, rows, work)).collect();
-        let all = median(of_feet.iter().flatten().map(|known| known.level).collect());
+        let mut levels: Vec<f64> = of_feet.iter().flatten().map(|known| known.level).collect();
+        let all = median(&mut levels);
         let all = all.unwrap_or_else(|| self.lowest_level(rows));
         of_feet.iter().map(|known| over_time(known, all, work.times)).collect()
     }
@@ -47,13 +48,16 @@ impl FloorStage {
     fn known(&self, index: usize, foot: &FloorFoot, rows: &[Clearance], work: &Work<'_>) -> Vec<Known> {
         let (width, most) = (self.feet.len(), self.most_level());
         let touches: Vec<bool> = (0..work.frame_count()).map(|frame| work.contacts.touches(foot.limb, frame)).collect();
-        let clearances = |frames: &mut dyn Iterator<Item = usize>| -> Vec<f64> {
-            frames.map(|frame| rows[frame * width + index].source).collect()
-        };
+        // Room for the frames of a contact, so that a long clip allocates no more than a short one.
+        let mut clearances = Vec::with_capacity(work.frame_count());
         let level = |(first, last): (usize, usize)| {
-            let flat = clearances(&mut (first..=last).filter(|frame| is_flat(foot.limb, *frame, work)));
-            let level = median(flat).or_else(|| median(clearances(&mut (first..=last)))).unwrap_or(0.0);
-            Known { first, last, level: level.clamp(-most, most) }
+            let clearance = |frame: usize| rows[frame * width + index].source;
+            clearances.clear();
+            clearances.extend((first..=last).filter(|frame| is_flat(foot.limb, *frame, work)).map(clearance));
+            if clearances.is_empty() {
+                clearances.extend((first..=last).map(clearance));
+            }
+            Known { first, last, level: median(&mut clearances).unwrap_or(0.0).clamp(-most, most) }
         };
         runs(&touches).into_iter().map(level).collect()
     }
