@@ -29,7 +29,6 @@ mod shoulder;
 mod soles;
 mod spec;
 mod stages;
-mod tails;
 mod twist;
 mod understand;
 mod unknown_fields;
@@ -63,7 +62,6 @@ pub use stages::{
     Limb, LimbJoints, LimbPair, LimitFrame, PinDrive, PosedEdit, PropDrive, ReachDrive, ReachEnd, RootMotion, Schedule,
     Sole, SourceScale, StagedKind, StagedOp, Stages,
 };
-pub use tails::{Tail, TailJoint};
 pub use twist::{TwistAgainst, TwistPair};
 pub use understand::{Rig, find_clip};
 pub use volumes::{Anchor, BodyPart, Capsule, HandPair, body_capsules};

@@ -24,7 +24,6 @@ mod schedule;
 mod self_contact;
 mod solve;
 mod stride;
-mod tails;
 mod temporal;
 mod toes;
 mod two_bone;
@@ -50,7 +49,6 @@ use self::{
     self_contact::SelfContactStage,
     solve::SolveStage,
     stride::StrideStage,
-    tails::TailStage,
     toes::ToeStage,
     work::Work,
 };
@@ -87,7 +85,6 @@ enum Stage {
     Stride(StrideStage),
     Grips(GripStage),
     Toes(ToeStage),
-    Tails(TailStage),
     Root(RootStage),
     SelfContact(SelfContactStage),
 }
@@ -162,7 +159,6 @@ impl Stage {
             Self::Stride(stage) => stage.run(work),
             Self::Grips(stage) => stage.run(work),
             Self::Toes(stage) => stage.run(work),
-            Self::Tails(stage) => stage.run(work),
             Self::Root(stage) => stage.run(work),
             Self::SelfContact(stage) => stage.run(work),
         }

@@ -117,7 +117,7 @@ impl Compiler<'_> {
     fn foot_joints(&self, limb: usize, of_target: bool) -> impl Iterator<Item = usize> + use<> {
         let pair = self.limb(limb);
         let joints = if of_target { pair.target } else { pair.source };
-        [Some(joints.shin), Some(joints.end), joints.ball].into_iter().flatten()
+        [Some(joints.middle), Some(joints.end), joints.ball].into_iter().flatten()
     }
 
     pub(super) fn floor_stage(&self, op: &FloorOp, staged: &StagedOp) -> FloorStage {
@@ -163,7 +163,7 @@ impl Compiler<'_> {
 
 fn foot_slots(joints: &LimbJoints, posing: &Posing) -> FootSlots {
     let ball = joints.ball.map(|ball| posing.slot(ball));
-    FootSlots { end: posing.slot(joints.end), ball, shin: posing.slot(joints.shin) }
+    FootSlots { end: posing.slot(joints.end), ball, shin: posing.slot(joints.middle) }
 }
 
 /// Lengths and heights of a foot.
