@@ -3,7 +3,7 @@
 //! For twins A and B, with Δ_A = G_A · (G_A^R)⁻¹ the turn of A from its rest pose in model space and M the reflection on the middle
 //! plane, B gets G_B' = M(Δ_A) · G_B^R, and A gets the same from B; a joint of the middle is its own twin. On a symmetric rig this mirrors
 //! positions exactly; no axis convention is asked for. Translations and scales are mirrored as changes from the rest pose, so bone lengths
-//! stay. (The reflection of a quaternion is that of its axis as a pseudovector.)
+//! stay. (retargeting.md B28; the reflection of a quaternion is that of its axis as a pseudovector.)
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 
@@ -47,20 +47,12 @@ impl<'a> Mirror<'a> {
     /// Finds out which joints belong together: by `pairs`, by roles, by names that differ in their side only, by places in the rest pose.
     #[must_use]
     pub fn new(rig: &'a Rig<'a>, pairs: &[(usize, usize)]) -> Self {
-        Self::about(rig, &rig.rest, pairs)
-    }
-
-    /// The same about another rest pose than the rig's own.
-    #[must_use]
-    pub fn about(rig: &'a Rig<'a>, rest: &'a ModelPose, pairs: &[(usize, usize)]) -> Self {
-        let facing = (rig.work_from_scene.conjugate() * DVec3::X).normalize();
-        // Another pose may face elsewhere.
-        let lateral = if std::ptr::eq(rest, &rig.rest) { facing } else { across(rig, rest).unwrap_or(facing) };
+        let lateral = (rig.work_from_scene.conjugate() * DVec3::X).normalize();
         let pelvis = rig.role("pelvis").first().copied();
-        let middle = pelvis.map_or(DVec3::ZERO, |pelvis| rest.transforms()[pelvis].translation);
+        let middle = pelvis.map_or(DVec3::ZERO, |pelvis| rig.rest.transforms()[pelvis].translation);
         let mut mirror = Self {
             skeleton: rig.skeleton(),
-            rest,
+            rest: &rig.rest,
             lateral,
             middle,
             up: rig.up(),
@@ -70,7 +62,7 @@ impl<'a> Mirror<'a> {
             morph_twins: super::morphs::twins(&rig.scene.morphs, other_side),
         };
         mirror.twins = mirror.find_twins(rig, pairs);
-        let step = |joint| Step::new(rig.skeleton(), rest.transforms(), joint, mirror.twins.of(joint));
+        let step = |joint| Step::new(rig.skeleton(), rig.rest.transforms(), joint, mirror.twins.of(joint));
         mirror.steps = (0..rig.skeleton().len()).map(step).collect();
         mirror
     }
@@ -291,13 +283,6 @@ impl Twins {
     pub fn of(&self, joint: usize) -> usize {
         self.twin[joint]
     }
-}
-
-/// From the right hip to the left in a pose, level; nothing where they stand on one another.
-fn across(rig: &Rig<'_>, rest: &ModelPose) -> Option<DVec3> {
-    let place = |role: &str| rig.role(role).first().map(|joint| rest.transforms()[*joint].translation);
-    let apart = place("left_thigh")? - place("right_thigh")?;
-    (apart - rig.up() * apart.dot(rig.up())).try_normalize()
 }
 
 /// One joint's share of the mirroring: constants of the two rest poses.

@@ -5,11 +5,11 @@ use std::borrow::Cow;
 use crate::{
     editing::{Cycle, EditError, Margin, Mirror, TimeEditError, edit_time, find_cycles, mirror_components, taken_out},
     formats::Limits,
-    model::{Clip, ClipError, Control, JointTracks, ModelPose, Phase, Reporter, Scene},
+    model::{Clip, ClipError, Control, JointTracks, Phase, Reporter, Scene},
     retarget::filtered,
     rig::{
-        CycleRange, EditSpec, MirrorMode, MirrorSpec, RangeSpec, RestSource, RetargetSpec, Rig, RigSpec, SpecError,
-        SpecErrorKind, SpecField, is_own_shape, named_joints, parse_document, scheduled,
+        CycleRange, EditSpec, MirrorMode, MirrorSpec, RangeSpec, RetargetSpec, Rig, RigSpec, SpecError, SpecErrorKind,
+        SpecField, is_own_shape, named_joints, parse_document, scheduled,
     },
 };
 
@@ -239,28 +239,13 @@ fn mirrored(rig: &Rig<'_>, clip: &Clip, spec: &MirrorSpec, reporter: &mut Report
     if let Some(error) = SpecError::from_fields(fields) {
         return Err(in_config(error));
     }
-    let zero = rig.skeleton().rest_pose().to_model(rig.skeleton());
-    let mirror = mirror_of(rig, &zero, &pairs);
+    let mirror = Mirror::new(rig, &pairs);
     report_asymmetry(rig, &mirror, clip, reporter);
     let mirrored = match spec.mode {
         MirrorMode::Model => mirror.apply(clip, spec.plane),
         MirrorMode::Components => mirror_components(rig, &mirror, clip, spec.centre_axis, spec.pelvis_axis),
     };
     mirrored.map_err(|error| not_a_clip(rig, &error))
-}
-
-/// The mirror about the rig's rest pose; about the pose of its nodes where the rest pose is a moment of a motion, which is seldom
-/// symmetric, and the nodes stand more symmetrically.
-fn mirror_of<'a>(rig: &'a Rig<'a>, zero: &'a ModelPose, pairs: &[(usize, usize)]) -> Mirror<'a> {
-    let own = Mirror::new(rig, pairs);
-    if !rig.rest_source.is_in_motion() || rig.rest_source == RestSource::ClipFrame {
-        return own;
-    }
-    let about_zero = Mirror::about(rig, zero, pairs);
-    let asymmetry = |mirror: &Mirror<'_>| mirror.twins().asymmetry.map_or(0.0, |(_, share)| share);
-    let is_better =
-        about_zero.twins().lonely.len() <= own.twins().lonely.len() && asymmetry(&about_zero) < asymmetry(&own);
-    if is_better { about_zero } else { own }
 }
 
 /// Says where the two halves of a rig differ, since the mirrored motion differs there too.

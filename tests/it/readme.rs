@@ -12,12 +12,15 @@ use std::{
 use crate::service_process::ServiceProcess;
 
 /// Commands that build or install; they are what runs the tests, so the tests cannot run them.
-const NOT_RUN_HERE: [&str; 5] = [
+const NOT_RUN_HERE: [&str; 8] = [
     "cargo run --release -- demo",
     "tests/run",
     "cargo install --locked --path .",
     "docker compose --file docker/compose.yaml up --build",
     "docker compose --file docker/compose.scaled.yaml up --build --scale worker=4",
+    "cp --archive retargetd-data/blobs backup/",
+    r#"sqlite3 retargetd-data/state.db ".backup backup/state.db""#,
+    "cp --archive --update=none retargetd-data/blobs backup/",
 ];
 
 /// The address that the README's recipes use.

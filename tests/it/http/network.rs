@@ -115,7 +115,7 @@ async fn slow_callers_take_no_room_from_probes_and_not_for_long_from_others() {
 /// A service whose data folder lies on a disk of four megabytes of its own, of which one is for records, which goes with the process; nothing where this machine
 /// lets nobody mount one.
 fn on_a_small_disk(data: &Path) -> Option<ServiceProcess> {
-    let mount = "mount -t tmpfs -o size=4m tmpfs \"$0\"";
+    let mount = "mount -t tmpfs -o size=5m tmpfs \"$0\"";
     let unshare = |script: &str| {
         let mut command = Command::new("unshare");
         command.args(["--map-root-user", "--mount", "sh", "-c", script]).arg(data);
