@@ -1,6 +1,7 @@
 //! Parameters of a body model: rotations of its joints as axis angles or matrices, and where it is.
 
 use std::collections::BTreeMap;
+use std::slice::from_ref;
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -76,7 +77,7 @@ pub(super) fn bare(
     budget: &mut Budget<'_>,
     reporter: &mut Reporter,
 ) -> Result<Option<Capture>, FormatError> {
-    let counted = |numbers: usize| numbers % 3 == 0 && WHOLE_COUNTS.contains(&(numbers / 3));
+    let counted = |numbers: usize| numbers.is_multiple_of(3) && WHOLE_COUNTS.contains(&(numbers / 3));
     let (frames, numbers) = match *array.shape.as_slice() {
         [frames, joints @ (52 | 55), 3] => (frames, 3 * joints),
         [_, joints, 3, 3] if WHOLE_COUNTS.contains(&joints) => (0, 0),
@@ -103,12 +104,12 @@ pub(super) fn bare(
     let (poses, place) = if numbers == MOTION_X {
         // Root, body, hands, jaw, expression, face shape, place, body shape; eyes are not there.
         let poses = columns(&[0..66, 156..159, 66..156]);
-        (with_still_eyes(&poses), Some(columns(&[309..312])))
+        (with_still_eyes(&poses), Some(columns(from_ref(&(309..312)))))
     } else if is_whole {
         let values = (0..array.shape.iter().product()).map(|at| array.value(at)).collect();
         (NumberArray { shape: array.shape.clone(), values: Values::Double(values) }, None)
     } else {
-        (columns(&[0..numbers - 3]), Some(columns(&[numbers - 3..numbers])))
+        (columns(from_ref(&(0..numbers - 3))), Some(columns(from_ref(&(numbers - 3..numbers)))))
     };
     arrays.insert(WHOLE[0].to_owned(), poses);
     arrays.extend(place.map(|place| (PLACE[0].to_owned(), place)));

@@ -111,7 +111,7 @@ impl Seen {
                     set(values.map(vector).collect(), &|local, value, _| local.translation = value);
                 }
                 ReadOutputs::Scales(values) => {
-                    set(values.map(vector).collect(), &|local, value, _| local.scale = value)
+                    set(values.map(vector).collect(), &|local, value, _| local.scale = value);
                 }
                 ReadOutputs::Rotations(values) => {
                     let turn = |value| (DVec3::ZERO, Quat::from_array(value).as_dquat().normalize());
