@@ -1,6 +1,9 @@
 //! Taking jobs on.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::{Arc, Mutex, PoisonError},
+};
 
 use jiff::Timestamp;
 
@@ -56,7 +59,7 @@ impl NewJob {
         let Self { inputs, config, formats, labels, preset, priority, skip_cache, webhook, idempotency_key: _ } = self;
         let inputs: Vec<_> = inputs.iter().map(|(role, asset)| (role.name(), asset)).collect();
         let formats: Vec<_> = formats.iter().map(|format| format.info().name).collect();
-        let config = config.as_ref().map(|config| &config.text);
+        let config = config.as_ref().map(|config| &*config.text);
         let mut asked = serde_json::json!([inputs, config, formats, labels, preset, priority, skip_cache]);
         // Only where there is one, so that a digest from before there were webhooks stays what it is.
         if let (Some(webhook), Some(asked)) = (webhook, asked.as_array_mut()) {
@@ -144,9 +147,35 @@ pub(super) struct Known {
     /// Those that are not there have the names of those that are.
     presets: BTreeMap<String, Result<Kept, Vec<String>>>,
     webhooks: BTreeSet<WebhookId>,
+    configs: Mutex<ReadConfigs>,
+}
+
+/// What was read of configs, once however many jobs have them.
+#[derive(Default)]
+struct ReadConfigs {
+    /// By the name of a preset and the text of the config that is laid over it.
+    laid: BTreeMap<(String, Option<Arc<str>>), Result<Arc<str>, Failure>>,
+    /// By the text.
+    kinds: BTreeMap<Arc<str>, JobKind>,
 }
 
 impl Known {
+    /// What kind of job a request asks for.
+    pub(super) fn kind_of(&self, request: &JobRequest) -> JobKind {
+        let Some(config) = &request.config else { return JobKind::default() };
+        let mut read = self.configs.lock().unwrap_or_else(PoisonError::into_inner);
+        *read.kinds.entry(Arc::clone(&config.text)).or_insert_with(|| kind_of(config))
+    }
+
+    /// A config laid over a preset.
+    fn lay(&self, preset: &Kept, config: Option<&ConfigDocument>) -> Result<Arc<str>, Failure> {
+        let bytes = config.map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
+        let key = (preset.name.clone(), config.map(|config| Arc::clone(&config.text)));
+        let mut read = self.configs.lock().unwrap_or_else(PoisonError::into_inner);
+        let laid = read.laid.entry(key);
+        laid.or_insert_with(|| engine::merge_config(&preset.document, bytes).map(Arc::from)).clone()
+    }
+
     /// What is known of a file.
     pub(super) fn asset(&self, id: &AssetId) -> Option<&AssetRecord> {
         self.assets.get(id)
@@ -230,7 +259,7 @@ impl Jobs {
             let found = self.0.store.records().webhook(id).await?;
             webhooks.extend(found.filter(|webhook| webhook.principal == *owner).map(|_| id.clone()));
         }
-        Ok(Known { rigs: self.own_rigs(owner).await?, assets, presets, webhooks })
+        Ok(Known { rigs: self.own_rigs(owner).await?, assets, presets, webhooks, configs: Mutex::default() })
     }
 
     /// What a job is that names things which were looked up.
@@ -261,7 +290,7 @@ impl Jobs {
             webhook: known.webhook(new.webhook)?,
         };
         let memory_bytes = memory::of_job(needs.into_iter());
-        let (owner, priority, kind) = (owner.clone(), new.priority, kind_of(&request));
+        let (owner, priority, kind) = (owner.clone(), new.priority, known.kind_of(&request));
         Ok(Wanted { owner, kind, request, input_bytes, memory_bytes, priority, retry_of: None, idempotency: None })
     }
 
@@ -371,17 +400,15 @@ fn lay_over_preset(
         Some(Err(known)) => return Err(Refusal::UnknownPreset { name, known: known.clone() }),
         None => return Err(Refusal::UnknownPreset { name, known: Vec::new() }),
     };
-    let bytes = config.as_ref().map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
-    let text = engine::merge_config(&kept.document, bytes)?;
+    let text = known.lay(kept, config.as_ref())?;
     let version = kept.own.map_or(0, |(version, _)| version);
     let config = ConfigDocument { file_name: "config.json".to_owned(), text };
     Ok((Some(config), Some(VersionedName { name, version })))
 }
 
-pub(super) fn kind_of(request: &JobRequest) -> JobKind {
-    let config = request.config.as_ref();
-    let config = config.map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
-    JobKind::from_name(engine::task_of(config)).unwrap_or_default()
+fn kind_of(config: &ConfigDocument) -> JobKind {
+    let config = NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() };
+    JobKind::from_name(engine::task_of(Some(config))).unwrap_or_default()
 }
 
 /// A digest of what files a job works on, and as what: the same for every job on the same files.
