@@ -156,7 +156,8 @@ async fn a_full_disk_is_said_and_room_is_found_again() {
         }
     }
     assert!(refused > 10 && kept.len() > 3, "{refused} refused, {} kept", kept.len());
-    assert!(is_alive(&server).await, "it can be asked");
+    let ready = client.get(format!("{}/readyz", server.url)).send().await.expect("an answer").status();
+    assert_eq!(ready, StatusCode::SERVICE_UNAVAILABLE, "it can be asked, and says that it takes no more");
     for id in &kept {
         let answer = client.get(format!("{}/v1/assets/{id}/content", server.url)).send().await.expect("an answer");
         let bytes = answer.bytes().await.expect("its bytes");
