@@ -63,18 +63,8 @@
 //!
 //! # To add something
 //!
-//! - *A file format*: a variant and its row in `formats/format.rs`, its marks in `formats/sniff.rs`, a folder with a reader that
-//!   asks the budget before it allocates, a line in `formats::read` or `formats::write`; hostile files in `tests/it`.
-//! - *A field of the config*: `rig/spec.rs` with a doc comment that says its unit, range and default; `rig::resolve` fills it in,
-//!   so that the resolved spec gives the same result again.
-//! - *A step of the retarget*: a variant of `rig::Op`, its constants in `retarget/plan.rs`, its work per frame in
-//!   `retarget/workspace.rs`; a measure that shows what it does.
-//! - *A warning*: a literal code in snake case at the place that knows the detail and the hint; its row in the README.
-//! - *A route*: one file in `http/resources`, its view in `http/views.rs`, a call of one method of [`jobs`]; a test that names it.
-//! - *A problem*: its row in `http/code.rs`, the one place with status, title and advice.
-//! - *A setting*: its row in `config/settings.rs`; flag, variable, limit and documentation follow from it.
-//!
-//! `openapi/` and the tables of the README are made from the code; the tests that compare them say how to write them anew.
+//! `docs/architecture.md` has the checklists for an op, a metric, a route and a setting, `formats/mod.rs` the one for a format.
+//! `openapi/` and `docs/reference` are made from the code; the tests that compare them say how to write them anew.
 
 pub mod app;
 pub mod cli;

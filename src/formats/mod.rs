@@ -11,7 +11,7 @@
 //!
 //! 1. **Name it.** A variant of [`Format`], its row in [`Format::info`] (wire name, endings, media type, whether it is read and
 //!    written, one line for people), and its place in [`Format::ALL`]. `GET /v1/formats`, `Accept`, the endings of `--output`, and the
-//!    table of the README come from that row. The compiler names every `match` that has to know it; most need one word.
+//!    table of `docs/reference/formats.md` come from that row. The compiler names every `match` that has to know it; most need one word.
 //! 2. **Recognise it.** Its first bytes in [`sniff`], with a test there; the name of a file only decides between what bytes
 //!    cannot tell apart.
 //! 3. **Read it.** `acme/read.rs`: take from the budget before allocating, report every repair and guess with
@@ -20,8 +20,8 @@
 //!    give the rest of the file back in [`Scene::payload`]. Then a line in [`read()`].
 //! 4. **Write it**, where that is of use: `acme/write.rs` and a line in [`write()`]. What a format cannot hold is a warning, never
 //!    silence. Meshes that other formats are to hold go to them by `meshes.rs` (`written::meshes`). If it wants +Y up and metres, say so where the engine converts (`engine/retarget.rs`, `write_one`).
-//! 5. **Explain it.** New warnings go into the README's table (a test lists those that are not there). Then
-//!    `RETARGETD_UPDATE=1 cargo nextest run -E 'test(readme) | test(openapi)'` writes the tables and the API again.
+//! 5. **Explain it.** New warnings go into `docs/reference/warnings.md` (a test lists those that are not there). Then
+//!    `RETARGETD_UPDATE=1 cargo nextest run -E 'test(documents) | test(openapi)'` writes the tables and the API again.
 //! 6. **Prove it.** Beside the code: exact small files by hand. In `tests/it/formats_acme.rs`: files cut short at every byte, counts
 //!    too large, NaN, cycles, and a round trip. In `tests/it/readers`: every real file against another reader, node by
 //!    node and clip by clip. In `tests/it/judges`: what others make of what we write. In `tests/fuzz/src/shared`: a target, and seeds

@@ -181,7 +181,7 @@ mod tests {
         assert_eq!(needed(Method::DELETE, "/v1/assets/{id}"), Some(Scope::Write), "changing");
         assert_eq!(needed(Method::GET, "/v1/keys"), Some(Scope::Admin), "keys of everybody");
         assert_eq!(needed(Method::GET, "/metrics"), Some(Scope::Read), "tells how much is going on");
-        for open in ["/", "/livez", "/readyz", "/docs/{*rest}", "/openapi.json", "/v1/limits"] {
+        for open in ["/", "/livez", "/readyz", "/docs/{*page}", "/openapi.json", "/v1/limits"] {
             assert_eq!(needed(Method::GET, open), None, "{open}");
         }
     }

@@ -74,7 +74,9 @@ impl SpecErrorKind {
                 "'retargetd inspect FILE --json' and GET /v1/assets/{id}/skeleton list the joints of a file"
             }
             Self::UnknownName => "'retargetd inspect FILE' lists the clips and the roles of a file",
-            _ => "GET /v1/schemas/retarget-spec is the JSON Schema of the config; the README explains every field",
+            _ => {
+                "GET /v1/schemas/retarget-spec is the JSON Schema of the config; docs/reference/config.md explains every field"
+            }
         }
     }
 }

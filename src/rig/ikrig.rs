@@ -33,7 +33,7 @@ pub(super) fn convert(document: Value) -> Result<RetargetSpec, SpecError> {
         let detail = format!("ikrigretarget config: {}: {}", pointer, error.inner());
         SpecError {
             fields: vec![SpecField::new(SpecErrorKind::InvalidValue, pointer, error.inner().to_string())],
-            ..SpecError::new(SpecErrorKind::InvalidValue, detail, "see the README for the fields of such a config")
+            ..SpecError::new(SpecErrorKind::InvalidValue, detail, "docs/guide/configs.md shows such a config")
         }
     })?;
     let ratio_known = config.source_root_type != RootType::Ignore && config.target_root_type != RootType::Ignore;

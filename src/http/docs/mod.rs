@@ -1,12 +1,14 @@
-//! The OpenAPI document, made from the routes, and the page that shows it.
+//! What the service serves of its documentation: the documents, the OpenAPI document made from the routes, and its explorer.
 
+mod documents;
+mod markdown;
 mod operations;
 
 use std::sync::OnceLock;
 
 use axum::{
     Router,
-    http::header,
+    http::{HeaderMap, Uri, header},
     response::{Html, IntoResponse, Response},
     routing::get,
 };
@@ -14,10 +16,13 @@ use utoipa::{OpenApi, openapi::OpenApi as Document};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
+use documents::Site;
+
 use super::{
     ApiState,
     code::{Code, problems_page},
     json_text,
+    negotiate::prefers_page,
     problem::Problem,
     resources,
 };
@@ -72,14 +77,37 @@ pub fn openapi_document() -> Document {
     document
 }
 
-/// The document itself, and the page that shows it. Everything that the page needs is in the binary.
+/// The documents, the OpenAPI document and its explorer. Everything that the pages need is in the binary.
 pub(super) fn pages() -> Router<ApiState> {
-    let page = SwaggerUi::new("/docs").config(Config::from("/openapi.json"));
+    let explorer = SwaggerUi::new("/docs/api").config(Config::from("/openapi.json"));
     Router::new()
         .route("/openapi.json", get(document))
         .route("/problems", get(problems))
+        .route("/docs", get(page))
+        .route("/docs/", get(page))
+        .route("/docs/{*page}", get(page))
         .route("/docs/edits", get(edits))
-        .merge(Router::from(page))
+        .route("/docs/site/page.css", get(async || text("text/css", include_str!("site/page.css"))))
+        .route("/docs/site/search.js", get(async || text("text/javascript", include_str!("site/search.js"))))
+        .route("/docs/site/search.json", get(async || text("application/json", &Site::get().search_index)))
+        .merge(Router::from(explorer))
+}
+
+/// A page of the documents, or a file that one links to.
+async fn page(uri: Uri) -> Response {
+    let address = uri.path().trim_end_matches('/').trim_end_matches(".md");
+    match (Site::get().page(address), documents::file(uri.path())) {
+        (Some(page), _) => Html(page).into_response(),
+        (None, Some(file)) => text("text/plain", file),
+        (None, None) => {
+            Problem::new(Code::NotFound, "there is no such page").with_hint("GET /docs lists all pages").into_response()
+        }
+    }
+}
+
+/// Text that never changes while the process runs.
+fn text(media_type: &str, text: &'static str) -> Response {
+    ([(header::CONTENT_TYPE, format!("{media_type}; charset=utf-8"))], text).into_response()
 }
 
 /// What every edit does to a walk, in curves.
@@ -91,9 +119,22 @@ async fn edits() -> Response {
     }
 }
 
-/// The page that the `type` of every problem points to.
-async fn problems() -> Response {
-    ([(header::CONTENT_TYPE, "text/markdown; charset=utf-8")], problems_page()).into_response()
+/// The page that the `type` of every problem points to: HTML for browsers, Markdown for others.
+async fn problems(headers: HeaderMap) -> Response {
+    let accept = headers.get(header::ACCEPT).and_then(|value| value.to_str().ok()).unwrap_or_default();
+    let markdown = problems_page();
+    if prefers_page(accept) {
+        return Html(with_anchors(Site::get().page_of(&markdown))).into_response();
+    }
+    ([(header::CONTENT_TYPE, "text/markdown; charset=utf-8")], markdown).into_response()
+}
+
+/// Names the row of each code, so that `/problems#code` leads to it.
+fn with_anchors(page: String) -> String {
+    Code::ALL.iter().fold(page, |page, code| {
+        let name = code.name();
+        page.replace(&format!("<tr><td><code>{name}</code>"), &format!("<tr id=\"{name}\"><td><code>{name}</code>"))
+    })
 }
 
 async fn document() -> Response {

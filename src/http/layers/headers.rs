@@ -15,7 +15,7 @@ const DOCS_POLICY: HeaderValue = HeaderValue::from_static(
 );
 
 pub(super) async fn add_security_headers(request: Request, next: Next) -> Response {
-    let is_docs = request.uri().path().starts_with("/docs");
+    let is_docs = ["/docs", "/problems"].iter().any(|path| request.uri().path().starts_with(path));
     let mut response = next.run(request).await;
     let headers = response.headers_mut();
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));

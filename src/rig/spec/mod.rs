@@ -1,5 +1,5 @@
 //! The retarget spec: the one document in which a user says what is to be done. Every field is optional; `{}` means find
-//! everything out. The doc comments here are the reference: the JSON Schema, the API document and the README take them over.
+//! everything out. The doc comments here are the reference: the JSON Schema, the API document and `docs/reference/config.md` take them over.
 
 mod edit;
 mod layer;

@@ -73,7 +73,7 @@ async fn a_database_of_a_newer_version_is_refused() {
     assert!(refused.to_string().contains("999"), "it says which change it does not know: {refused}");
 }
 
-/// As the README says, with SQLite's own copy of a database that is in use.
+/// As docs/operate.md says, with SQLite's own copy of a database that is in use.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_copy_of_a_running_database_is_whole() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -132,28 +132,64 @@ fn health_tells_ready_from_gone() {
     assert_eq!(health(&url), Some(4), "gone");
 }
 
+/// The addresses that a page names in `src` and `href`.
+fn places(page: &str) -> Vec<String> {
+    let named = ["src=\"", "href=\""].into_iter().flat_map(|key| page.split(key).skip(1));
+    named
+        .filter_map(|rest| rest.split(['"', '#']).next().map(str::to_owned))
+        .filter(|place| !place.is_empty())
+        .collect()
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn the_docs_load_nothing_from_elsewhere() {
     let data = tempfile::tempdir().expect("a temporary folder");
     let server = start_service(data.path(), &[]);
     let client = client();
     let get = |path: &str| client.get(format!("{}{path}", server.url)).send();
-    let page = get("/docs/").await.expect("an answer");
-    assert!(header(&page, "content-security-policy").starts_with("default-src 'self'"), "nothing else may load");
-    let text = page.text().await.expect("a page");
-    let places: Vec<&str> = ["src=\"", "href=\""]
-        .into_iter()
-        .flat_map(|key| text.split(key).skip(1))
-        .filter_map(|rest| rest.split('"').next())
-        .collect();
-    assert!(places.len() >= 3, "scripts and styles: {text}");
-    for place in places {
+    let explorer = get("/docs/api/").await.expect("an answer");
+    assert!(header(&explorer, "content-security-policy").starts_with("default-src 'self'"), "nothing else may load");
+    let text = explorer.text().await.expect("a page");
+    let loaded = places(&text);
+    assert!(loaded.len() >= 3, "scripts and styles: {text}");
+    for place in loaded {
         assert!(!place.contains("//"), "'{place}' is no place of our own");
-        let path = format!("/docs/{}", place.trim_start_matches("./"));
+        let path = format!("/docs/api/{}", place.trim_start_matches("./"));
         assert_eq!(get(&path).await.expect("an answer").status(), StatusCode::OK, "'{path}' is there");
     }
     let edits = get("/docs/edits").await.expect("an answer").text().await.expect("a page");
     assert!(edits.contains("<svg") && !edits.contains("https://"), "edits are drawn, with nothing from elsewhere");
-    let script = get("/docs/swagger-initializer.js").await.expect("an answer").text().await.expect("a script");
+    let script = get("/docs/api/swagger-initializer.js").await.expect("an answer").text().await.expect("a script");
     assert!(script.contains("/openapi.json") && !script.contains("https://"), "it shows our document: {script}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_documents_are_served_linked_and_searchable() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = start_service(data.path(), &[]);
+    let client = client();
+    let get = |path: &str| client.get(format!("{}{path}", server.url)).send();
+    let home = get("/docs").await.expect("an answer");
+    assert!(header(&home, "content-security-policy").starts_with("default-src 'self'"), "nothing else may load");
+    let links = places(&home.text().await.expect("a page"));
+    assert!(links.len() >= 30, "the home page links to every page: {links:?}");
+    for link in links.iter().filter(|link| !link.contains("://")) {
+        assert_eq!(get(link).await.expect("an answer").status(), StatusCode::OK, "'{link}' is there");
+    }
+    let feet = get("/docs/guide/feet").await.expect("an answer").text().await.expect("a page");
+    assert!(feet.contains("<h1 id=\"feet\">Feet</h1>") && feet.contains("<pre><code"), "Markdown is rendered");
+    let index: serde_json::Value =
+        get("/docs/site/search.json").await.expect("an answer").json().await.expect("the index of the search");
+    let found = |word: &str| {
+        index
+            .as_array()
+            .into_iter()
+            .flatten()
+            .any(|section| section["text"].as_str().is_some_and(|text| text.contains(word)))
+    };
+    assert!(found("webhook-signature") && found("floor_penetration"), "guide and reference are searched");
+    assert_eq!(get("/docs/nothing").await.expect("an answer").status(), StatusCode::NOT_FOUND, "no such page");
+    let problems = client.get(format!("{}/problems", server.url)).header("accept", "text/html").send();
+    let problems = problems.await.expect("an answer").text().await.expect("a page");
+    assert!(problems.contains("<tr id=\"queue_full\">"), "the type of a problem leads to its row");
 }

@@ -1,11 +1,14 @@
-//! The codes of warnings: those of the source against those that the README explains.
+//! The codes of warnings: those of the source against those that the reference explains.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
     path::Path,
 };
 
-use super::{readme, root};
+use super::{root, text_of};
+
+/// The page that explains them.
+pub(super) const PAGE: &str = "docs/reference/warnings.md";
 
 /// Every code that the source can give, and the top-level module and file that give it.
 fn codes() -> BTreeMap<String, BTreeSet<String>> {
@@ -68,9 +71,9 @@ fn codes_of(path: &Path, text: &str) -> BTreeSet<String> {
     codes
 }
 
-/// The table, with the explanations that the README has already.
-pub(super) fn table(readme: &str) -> String {
-    let known: BTreeMap<&str, &str> = readme
+/// The table, with the explanations that the page has already.
+pub(super) fn table(page: &str) -> String {
+    let known: BTreeMap<&str, &str> = page
         .split_once("<!-- warnings: made by a test -->")
         .map_or("", |(_, rest)| rest.split("<!-- warnings: end -->").next().unwrap_or_default())
         .lines()
@@ -92,6 +95,6 @@ pub(super) fn table(readme: &str) -> String {
 #[test]
 fn every_warning_is_explained() {
     let unexplained: Vec<String> =
-        table(&readme()).lines().filter(|line| line.ends_with("|  |")).map(str::to_owned).collect();
-    assert!(unexplained.is_empty(), "write what these warnings mean into the README:\n{}", unexplained.join("\n"));
+        table(&text_of(Path::new(PAGE))).lines().filter(|line| line.ends_with("|  |")).map(str::to_owned).collect();
+    assert!(unexplained.is_empty(), "write what these warnings mean into {PAGE}:\n{}", unexplained.join("\n"));
 }

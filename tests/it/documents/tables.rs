@@ -1,6 +1,6 @@
-//! The tables of the README that are made from code. `RETARGETD_UPDATE=1` writes them, otherwise they are compared.
+//! The tables of `docs/reference` that are made from code. `RETARGETD_UPDATE=1` writes them, otherwise they are compared.
 
-use std::{collections::BTreeSet, fmt::Write};
+use std::{collections::BTreeSet, fmt::Write, path::Path};
 
 use retargetd::{
     config::{Setting, Settings},
@@ -10,7 +10,7 @@ use retargetd::{
 };
 use serde_json::Value;
 
-use super::{readme, root, warnings};
+use super::{root, text_of, warnings};
 
 #[test]
 fn tables_are_what_the_code_says() {
@@ -21,25 +21,30 @@ fn tables_are_what_the_code_says() {
         ("settings", settings()),
         ("errors", errors()),
         ("findings", findings()),
-        ("warnings", warnings::table(&readme())),
+        ("warnings", warnings::table(&text_of(Path::new(warnings::PAGE)))),
     ];
-    let before = readme();
-    let mut after = before.clone();
     for (name, table) in &made {
-        let (begin, end) = (format!("<!-- {name}: made by a test -->\n"), format!("<!-- {name}: end -->"));
-        let (head, rest) = after.split_once(&begin).unwrap_or_else(|| panic!("the README has the marker '{begin}'"));
-        let (_, tail) = rest.split_once(&end).unwrap_or_else(|| panic!("the README has the marker '{end}'"));
-        after = format!("{head}{begin}{table}{end}{tail}");
+        compare(name, table);
     }
+}
+
+/// Compares a table with the one of its page, or writes it there.
+fn compare(name: &str, table: &str) {
+    let page = Path::new("docs/reference").join(format!("{name}.md"));
+    let before = text_of(&page);
+    let (begin, end) = (format!("<!-- {name}: made by a test -->\n"), format!("<!-- {name}: end -->"));
+    let (head, rest) = before.split_once(&begin).unwrap_or_else(|| panic!("{} has no '{begin}'", page.display()));
+    let (_, tail) = rest.split_once(&end).unwrap_or_else(|| panic!("{} has no '{end}'", page.display()));
+    let after = format!("{head}{begin}{table}{end}{tail}");
     #[expect(clippy::disallowed_methods, reason = "tests have no settings")]
     let update = std::env::var_os("RETARGETD_UPDATE").is_some_and(|value| value == "1");
     if update {
-        std::fs::write(root().join("README.md"), &after).expect("the README can be written");
+        std::fs::write(root().join(&page), &after).expect("the page can be written");
     }
     let stale: Vec<&str> =
         after.lines().filter(|line| line.starts_with('|') && !before.lines().any(|old| old == *line)).collect();
-    let hint = "run 'RETARGETD_UPDATE=1 cargo it readme' and look at what changed";
-    assert!(update || before == after, "{hint}; new or changed rows:\n{}", stale.join("\n"));
+    let hint = "run 'RETARGETD_UPDATE=1 cargo it documents' and look at what changed";
+    assert!(update || before == after, "{}: {hint}; new or changed rows:\n{}", page.display(), stale.join("\n"));
 }
 
 fn row(table: &mut String, cells: &[&str]) {
@@ -234,5 +239,5 @@ impl Kind {
 
 #[test]
 fn the_document_of_defaults_is_accepted() {
-    assert!(parse_spec(b"{}").is_ok(), "the README says that an empty config finds everything out");
+    assert!(parse_spec(b"{}").is_ok(), "the documents say that an empty config finds everything out");
 }
