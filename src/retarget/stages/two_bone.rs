@@ -28,6 +28,8 @@ pub(super) struct TwoBone {
     pub(super) extension: f64,
     /// The largest factor on both bones.
     pub(super) stretch: f64,
+    /// By how much the bend changes, in radians, where that is decided already: the end is then on the line to the goal only.
+    pub(super) change: Option<f64>,
 }
 
 /// What brings the end to its goal: `bend` turns the lower bone about the middle joint, then `aim` turns the whole limb about
@@ -36,6 +38,8 @@ pub(super) struct TwoBone {
 pub(super) struct Reach {
     pub(super) bend: DQuat,
     pub(super) aim: DQuat,
+    /// By how much the bend changes about the hinge, in radians.
+    pub(super) change: f64,
     /// Factor on both bones.
     pub(super) stretch: f64,
     /// Where the middle and the end are afterwards.
@@ -63,16 +67,17 @@ impl TwoBone {
         let wanted_bend = cosine.acos();
         let axis = self.bend_axis(upper, lower, wanted_bend);
         let now = signed_angle(upper, lower, axis);
-        let bend = DQuat::from_axis_angle(axis, relaxed(wanted_bend, now) - now);
+        let change = self.change.unwrap_or_else(|| relaxed(wanted_bend, now) - now);
+        let bend = DQuat::from_axis_angle(axis, change);
         let bent = upper + bend * lower;
         let aim = arc(bent, wanted, axis);
         let middle = self.start + aim * upper * stretch;
-        Reach { bend, aim, stretch, middle, end: self.start + aim * bent * stretch }
+        Reach { bend, aim, change, stretch, middle, end: self.start + aim * bent * stretch }
     }
 
     fn as_it_is(&self) -> Reach {
         let (middle, end) = (self.middle, self.end);
-        Reach { bend: DQuat::IDENTITY, aim: DQuat::IDENTITY, stretch: 1.0, middle, end }
+        Reach { bend: DQuat::IDENTITY, aim: DQuat::IDENTITY, change: 0.0, stretch: 1.0, middle, end }
     }
 
     /// The normal of the limb's plane, on the hinge's side; the hinge itself where the limb is nearly straight and its bend is to
