@@ -56,6 +56,7 @@ impl Stack {
             pull: None,
             toes: None,
             is_tilted: false,
+            moves_feet: false,
         };
         for (index, op) in mapping.stages.ops.iter().enumerate() {
             compiler.add(op, &mapping.stages.ops[index + 1..]);
@@ -89,6 +90,8 @@ pub(super) struct Compiler<'a> {
     toes: Option<ToeStage>,
     /// Whether feet already tilt less for the `floor` op to come.
     is_tilted: bool,
+    /// Whether an op that plants feet or puts them onto the floor changed goals that are not solved yet.
+    moves_feet: bool,
 }
 
 impl Compiler<'_> {
@@ -108,6 +111,7 @@ impl Compiler<'_> {
                 let leaves_height = self.tilt_for(following);
                 let stage = PlantStage { leaves_height, ..self.plant_stage(plant, op) };
                 self.stages.push(Stage::Plant(stage));
+                self.moves_feet = true;
                 if plant.pull_pelvis {
                     self.pull = Some((true, plant.sideways_cost));
                 }
@@ -155,6 +159,7 @@ impl Compiler<'_> {
                 let stage = self.floor_stage(floor, op);
                 self.toes = self.toe_stage(op);
                 self.stages.push(Stage::Floor(stage));
+                self.moves_feet = true;
                 if floor.shift_pelvis && self.pull.is_none() {
                     self.pull = Some((false, 1.0));
                 }
@@ -420,6 +425,7 @@ impl Compiler<'_> {
     /// Solves what is open.
     fn close(&mut self) {
         let open = std::mem::take(&mut self.open);
+        let moves_feet = std::mem::take(&mut self.moves_feet);
         if open.is_empty() {
             return;
         }
@@ -443,7 +449,7 @@ impl Compiler<'_> {
             stretch: op.stretch,
             align_pole: op.align_pole,
             pole_offset: op.pole_offset.to_radians(),
-            is_smooth: self.limb(*limb).limb.is_leg() && op.stretch <= 1.0,
+            is_smooth: moves_feet && self.limb(*limb).limb.is_leg() && op.stretch <= 1.0,
         };
         let limbs = open.iter().map(limb).collect();
         self.stages.push(Stage::Solve(SolveStage { limbs, posing, limb_count: self.limb_count(), changed }));
