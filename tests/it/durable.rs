@@ -36,6 +36,7 @@ macro_rules! suite {
     };
 }
 
+mod backups;
 mod batch_records;
 mod batches;
 mod clocks;
@@ -53,6 +54,7 @@ mod queue_cost;
 mod read_only_root;
 mod record_bounds;
 mod records;
+mod scale;
 mod scale_out;
 mod scaling;
 mod shared_database;

@@ -137,6 +137,15 @@ impl Postgres {
 }
 
 impl Postgres {
+    /// Waits until it takes connections.
+    pub(super) async fn answers(&self) {
+        let began = Instant::now();
+        while let Err(error) = sqlx::PgConnection::connect(&self.url()).await {
+            assert!(began.elapsed() < PATIENCE, "the database opens: {error}");
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+    }
+
     async fn connection(&self) -> sqlx::PgConnection {
         sqlx::PgConnection::connect(&self.url()).await.expect("connects")
     }
@@ -166,6 +175,11 @@ impl Drop for Postgres {
     fn drop(&mut self) {
         self.stop("-QUIT");
     }
+}
+
+/// The folder of the programs of that Postgres which the tests start.
+pub(super) fn postgres_tools() -> Option<PathBuf> {
+    Some(postgres_command("pg_dump")?.parent()?.to_owned())
 }
 
 fn postgres_command(name: &str) -> Option<PathBuf> {
