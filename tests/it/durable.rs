@@ -36,6 +36,7 @@ macro_rules! suite {
     };
 }
 
+mod alerts;
 mod backups;
 mod batch_records;
 mod batches;
@@ -53,6 +54,7 @@ mod plans;
 mod queue_cost;
 mod read_only_root;
 mod record_bounds;
+mod record_room;
 mod records;
 mod scale;
 mod scale_out;

@@ -47,8 +47,8 @@ impl Records {
     pub async fn stored_bytes(&self) -> Result<u64, StoreError> {
         let query = "SELECT CAST(COALESCE(SUM(bytes), 0) AS BIGINT) AS bytes FROM (\
                      SELECT MAX(bytes) AS bytes FROM assets GROUP BY sha256 UNION ALL \
-                     SELECT MAX(bytes) AS bytes FROM results GROUP BY sha256 HAVING NOT EXISTS \
-                     (SELECT 1 FROM assets WHERE assets.sha256 = results.sha256)) AS blobs";
+                     SELECT MAX(bytes) AS bytes FROM results WHERE NOT EXISTS \
+                     (SELECT 1 FROM assets WHERE assets.sha256 = results.sha256) GROUP BY sha256) AS blobs";
         super::count(&self.one(sqlx::query(query)).await?, "bytes")
     }
 }

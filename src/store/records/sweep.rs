@@ -12,8 +12,8 @@ use super::{
 };
 use crate::store::StoreError;
 
-/// Rows that one step removes.
-pub(super) const STEP: usize = 200;
+/// Rows that one step removes: others wait for it to write.
+pub(super) const STEP: usize = 100;
 
 /// Old versions of documents that no job can name any more: those that were asked for while a version was current are gone. A job
 /// looks documents up a moment before its record is written, hence the hour.
@@ -25,8 +25,10 @@ const TURNS: &str = "DELETE FROM turns WHERE seen_at <= $1 AND NOT EXISTS (SELEC
                      WHERE jobs.principal = turns.principal AND state IN ('queued', 'running', 'canceling'))";
 /// How long the turn of a caller who has not been seen is remembered.
 const TURN_RETENTION: SignedDuration = SignedDuration::from_hours(24);
-/// Pages of the file that one sweep gives back.
-const PAGES: &str = "PRAGMA incremental_vacuum(4096)";
+/// Pages of the file that are given back at once.
+const PAGES: &str = "PRAGMA incremental_vacuum(256)";
+/// How often one sweep does so: 16 MiB.
+const MOST_PAGE_STEPS: usize = 16;
 
 impl Records {
     /// Removes some of the records that have expired by `now`. Gives how many, and the digests that they had; where that is none, nothing is
@@ -52,7 +54,9 @@ impl Records {
             self.execute(sqlx::query(query).bind(before.as_millisecond())).await?;
         }
         if self.dialect == Dialect::Sqlite {
-            self.give_pages_back(PAGES).await?;
+            for _ in 0..MOST_PAGE_STEPS {
+                self.give_pages_back(PAGES).await?;
+            }
         }
         Ok(())
     }

@@ -280,21 +280,21 @@ async fn ask_everything(records: &Records, jobs: usize, extent: usize) -> Times 
     times
 }
 
-/// Sweeps of two hundred jobs each, with what they gave and what happened to them.
+/// Sweeps of a hundred jobs each, with what they gave and what happened to them.
 async fn sweep(records: &Records, times: &mut Times) {
     let folder = tempfile::tempdir().expect("a folder");
     let store = Store::new(records.clone(), Blobs::local(folder.path()).expect("a folder"));
     let mut until = 0;
     times
-        .ask("events of 200 jobs are removed", async |_| {
-            until += 200;
+        .ask("events of 100 jobs are removed", async |_| {
+            until += 100;
             records.remove_events_until(Timestamp::from_millisecond(until).expect("a time")).await.expect("removes");
         })
         .await;
     let mut until = 3_000_000_000_000;
     times
-        .ask("200 jobs are removed", async |_| {
-            until += 200;
+        .ask("100 jobs are removed, with their files", async |_| {
+            until += 100;
             store.sweep(Timestamp::from_millisecond(until).expect("a time")).await.expect("sweeps");
         })
         .await;
