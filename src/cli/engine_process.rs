@@ -20,6 +20,10 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
+    // Lists of processes show this, and not the name of the link that it was started by.
+    if cfg!(target_os = "linux") {
+        let _ = std::fs::write("/proc/self/comm", "retarget-engine");
+    }
     let Arguments { memory_bytes, output_bytes, seconds } = *arguments;
     let bounds = Bounds { memory_bytes, output_bytes, seconds };
     match serve_engine_process(&bounds) {

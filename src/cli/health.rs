@@ -23,11 +23,30 @@ pub(super) fn run(arguments: Arguments) -> ExitCode {
     }
 }
 
+/// The last of the reasons, which is the one that somebody can do something about.
+fn cause(error: &dyn std::error::Error) -> String {
+    error.source().map_or_else(|| error.to_string(), cause)
+}
+
 async fn ask(url: &str) -> Result<(), String> {
     const PATIENCE: Duration = Duration::from_secs(3);
     let url = format!("{url}/readyz");
-    let unreachable = |error: reqwest::Error| format!("{url} does not answer: {error}");
+    let unreachable = |error: reqwest::Error| format!("{url} does not answer: {}", cause(&error));
     let client = reqwest::Client::builder().timeout(PATIENCE).no_proxy().build().map_err(unreachable)?;
     let status = client.get(&url).send().await.map_err(unreachable)?.status();
     if status.is_success() { Ok(()) } else { Err(format!("{url} says {status}; the service is not ready")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn why_nobody_answers_is_said() {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a free port");
+        let url = format!("http://{}", listener.local_addr().expect("an address"));
+        drop(listener);
+        let reason = ask(&url).await.expect_err("nobody listens");
+        assert!(reason.contains("refused"), "the cause: {reason}");
+    }
 }

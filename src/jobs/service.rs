@@ -1,6 +1,7 @@
 //! What the rest of the program can ask of jobs.
 
 use std::{
+    collections::BTreeMap,
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -153,20 +154,28 @@ impl Jobs {
             JobState::Succeeded => self.0.store.records().job_results(&record.id).await?,
             _ => Vec::new(),
         };
-        self.snapshot(record, results).await
+        let position = match record.state {
+            JobState::Queued => self.queue_positions(std::slice::from_ref(&record)).await?.remove(&record.id),
+            _ => None,
+        };
+        Ok(self.snapshot(record, results, position))
+    }
+
+    /// The places of those jobs of one owner that wait.
+    async fn queue_positions(&self, records: &[JobRecord]) -> Result<BTreeMap<JobId, u64>, Refusal> {
+        let waiting: Vec<&JobRecord> = records.iter().filter(|record| record.state == JobState::Queued).collect();
+        let Some(first) = waiting.first() else { return Ok(BTreeMap::new()) };
+        let ids: Vec<&JobId> = waiting.iter().map(|record| &record.id).collect();
+        Ok(self.0.store.records().queue_positions(&first.principal, &ids, MOST_POSITION).await?)
     }
 
     /// What this process knows better than the record is put beside it.
-    pub(super) async fn snapshot(&self, record: JobRecord, results: Vec<ResultRecord>) -> Result<JobSnapshot, Refusal> {
-        let queue_position = match record.state {
-            JobState::Queued => Some(self.0.store.records().queue_position(&record, MOST_POSITION).await?),
-            _ => None,
-        };
+    fn snapshot(&self, record: JobRecord, results: Vec<ResultRecord>, queue_position: Option<u64>) -> JobSnapshot {
         let progress = match record.state {
             JobState::Running => self.0.running.progress(&record.id).or_else(|| record.progress.clone()),
             _ => None,
         };
-        Ok(JobSnapshot { record, results, queue_position, progress })
+        JobSnapshot { record, results, queue_position, progress }
     }
 
     /// To who does not own a job, there is none.
@@ -195,10 +204,11 @@ impl Jobs {
         let succeeded = page.items.iter().filter(|record| record.state == JobState::Succeeded);
         let mut results =
             self.0.store.records().results_of(&succeeded.map(|record| &record.id).collect::<Vec<_>>()).await?;
+        let mut positions = self.queue_positions(&page.items).await?;
         let mut items = Vec::with_capacity(page.items.len());
         for record in page.items {
-            let results = results.remove(&record.id).unwrap_or_default();
-            items.push(self.snapshot(record, results).await?);
+            let (results, position) = (results.remove(&record.id).unwrap_or_default(), positions.remove(&record.id));
+            items.push(self.snapshot(record, results, position));
         }
         Ok(Page { items, has_more: page.has_more })
     }

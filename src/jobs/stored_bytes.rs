@@ -9,8 +9,9 @@ use crate::store::{AssetRecord, Records, StoreError};
 
 /// How long a count stands at least. What this process adds meanwhile is added to it; what others add is not.
 const STANDS_FOR: Duration = Duration::from_secs(1);
-/// And how many times longer than it took: counting is a hundredth of what is done at most.
-const TIMES_ITS_COST: u32 = 100;
+/// And how many times longer than it took. Where there are so many that counting takes long, the sweeper counts again before that is over, and
+/// nobody who uploads waits for it.
+const TIMES_ITS_COST: u32 = 1000;
 
 /// What was counted last, and what has come since.
 #[derive(Debug, Default)]

@@ -20,7 +20,16 @@ const LETTERS: usize = 26;
 
 /// A version 7 UUID (time first, then 74 random bits) in base 32.
 fn new_letters() -> String {
-    let bits = uuid::Uuid::now_v7().as_u128();
+    letters_of(uuid::Uuid::now_v7().as_u128())
+}
+
+/// No id that is made then or later comes before it.
+fn earliest_letters(milliseconds: i64) -> String {
+    // The first 48 bits are the time.
+    letters_of(u128::from(u64::try_from(milliseconds).unwrap_or(0) & ((1 << 48) - 1)) << 80)
+}
+
+fn letters_of(bits: u128) -> String {
     (0..LETTERS).rev().map(|place| char::from(ALPHABET[(bits >> (5 * place)) as usize & 31])).collect()
 }
 
@@ -42,6 +51,12 @@ macro_rules! id {
             #[must_use]
             pub fn new() -> Self {
                 Self(format!("{}{}", $prefix, new_letters()))
+            }
+
+            /// Where ids begin that are made then (in milliseconds since 1970-01-01 UTC) or later.
+            #[must_use]
+            pub fn earliest(milliseconds: i64) -> Self {
+                Self(format!("{}{}", $prefix, earliest_letters(milliseconds)))
             }
 
             /// Reads one.

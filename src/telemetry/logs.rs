@@ -11,6 +11,9 @@ use tracing_subscriber::{EnvFilter, fmt};
 /// When `filter` is no filter.
 pub fn start_logs(json: Option<bool>, filter: &str) -> Result<(), String> {
     let filter = EnvFilter::try_new(filter).map_err(|error| format!("'{filter}' is no log filter: {error}"))?;
+    // Of changes that have been made before, Postgres says at each start that they have.
+    let quiet = "sqlx::postgres::notice=warn".parse().map_err(|error| format!("no log filter: {error}"))?;
+    let filter = filter.add_directive(quiet);
     let json = json.unwrap_or_else(|| !std::io::stderr().is_terminal());
     let lines = fmt().with_env_filter(filter).with_writer(std::io::stderr);
     // A second start in one process (tests, the demo) keeps the first subscriber; that is no failure.

@@ -7,6 +7,16 @@ macro_rules! suite {
     ($sqlite:ident, $postgres:ident: $($promise:ident),+ $(,)?) => {
         #[tokio::test(flavor = "multi_thread")]
         async fn $sqlite() {
+            on_sqlite().await;
+        }
+
+        #[tokio::test(flavor = "multi_thread")]
+        async fn $postgres() {
+            let Some(server) = crate::durable::support::Postgres::start() else { return };
+            on_postgres(&server).await;
+        }
+
+        pub(super) async fn on_sqlite() {
             $( {
                 let folder = tempfile::tempdir().expect("a temporary folder");
                 let records = Records::open(&folder.path().join("a state?.db")).await.expect("opens");
@@ -15,9 +25,7 @@ macro_rules! suite {
             } )+
         }
 
-        #[tokio::test(flavor = "multi_thread")]
-        async fn $postgres() {
-            let Some(server) = crate::durable::support::Postgres::start() else { return };
+        pub(super) async fn on_postgres(server: &crate::durable::support::Postgres) {
             $( {
                 let records = server.records().await;
                 $promise(&records).await;
@@ -28,6 +36,8 @@ macro_rules! suite {
     };
 }
 
+mod alerts;
+mod backups;
 mod batch_records;
 mod batches;
 mod clocks;
@@ -35,14 +45,18 @@ mod collector;
 mod couriers;
 mod crashes;
 mod dice;
+mod full_disk;
 mod kills;
 mod model;
 mod named_records;
 mod outbox;
+mod plans;
 mod queue_cost;
 mod read_only_root;
 mod record_bounds;
+mod record_room;
 mod records;
+mod scale;
 mod scale_out;
 mod scaling;
 mod shared_database;

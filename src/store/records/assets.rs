@@ -119,9 +119,12 @@ impl Records {
         before: Option<&AssetId>,
         most: usize,
     ) -> Result<Page<AssetRecord>, StoreError> {
-        let query = "SELECT * FROM assets WHERE principal = $3 AND ($1 IS NULL OR id < $1) ORDER BY id DESC LIMIT $2";
-        let before = before.map(AssetId::as_str);
-        let query = sqlx::query(query).bind(before).bind(signed(most as u64 + 1)).bind(owner.as_str());
+        let query = match before {
+            Some(_) => "SELECT * FROM assets WHERE principal = $1 AND id < $3 ORDER BY id DESC LIMIT $2",
+            None => "SELECT * FROM assets WHERE principal = $1 ORDER BY id DESC LIMIT $2",
+        };
+        let query = sqlx::query(query).bind(owner.as_str()).bind(signed(most as u64 + 1));
+        let query = before.into_iter().fold(query, |query, id| query.bind(id.as_str()));
         let rows = self.all(query).await?;
         Ok(Page::cut(rows.iter().map(read).collect::<Result<_, _>>()?, most))
     }
@@ -139,8 +142,8 @@ impl Records {
         if found.is_none() {
             return Ok(None);
         }
-        let query = "SELECT id FROM jobs JOIN job_inputs ON job_id = id WHERE asset_id = $1 \
-                     AND state IN ('queued', 'running', 'canceling') LIMIT 1";
+        // Only unfinished jobs are there.
+        let query = "SELECT job_id AS id FROM job_inputs WHERE asset_id = $1 LIMIT 1";
         if let Some(row) = sqlx::query(query).bind(id.as_str()).fetch_optional(&mut *transaction).await? {
             return Err(StoreError::InUse(read_id(&row, "id", JobId::parse)?));
         }

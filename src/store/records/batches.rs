@@ -119,9 +119,12 @@ impl Records {
         before: Option<&BatchId>,
         most: usize,
     ) -> Result<Page<BatchRecord>, StoreError> {
-        let query = "SELECT * FROM batches WHERE principal = $3 AND ($1 IS NULL OR id < $1) ORDER BY id DESC LIMIT $2";
-        let before = before.map(BatchId::as_str);
-        let query = sqlx::query(query).bind(before).bind(signed(most as u64 + 1)).bind(owner.as_str());
+        let query = match before {
+            Some(_) => "SELECT * FROM batches WHERE principal = $1 AND id < $3 ORDER BY id DESC LIMIT $2",
+            None => "SELECT * FROM batches WHERE principal = $1 ORDER BY id DESC LIMIT $2",
+        };
+        let query = sqlx::query(query).bind(owner.as_str()).bind(signed(most as u64 + 1));
+        let query = before.into_iter().fold(query, |query, id| query.bind(id.as_str()));
         Ok(Page::cut(self.all(query).await?.iter().map(read).collect::<Result<_, _>>()?, most))
     }
 
@@ -169,15 +172,13 @@ impl Records {
         after: Option<u64>,
         most: usize,
     ) -> Result<Page<JobRecord>, StoreError> {
+        // A name of a closed list, never what a caller sent.
+        let in_state = state.map_or_else(String::new, |state| format!("AND state = '{}'", state.name()));
         let query = ours(format!(
-            "SELECT {COLUMNS} FROM jobs WHERE batch_id = $1 AND is_superseded = 0 AND ($2 IS NULL OR state = $2) \
-             AND batch_item > $3 ORDER BY batch_item LIMIT $4"
+            "SELECT {COLUMNS} FROM jobs WHERE batch_id = $1 AND is_superseded = 0 {in_state} \
+             AND batch_item > $2 ORDER BY batch_item LIMIT $3"
         ));
-        let query = sqlx::query(query)
-            .bind(id.as_str())
-            .bind(state.map(JobState::name))
-            .bind(after.map_or(-1, signed))
-            .bind(signed(most as u64 + 1));
+        let query = sqlx::query(query).bind(id.as_str()).bind(after.map_or(-1, signed)).bind(signed(most as u64 + 1));
         Ok(Page::cut(self.all(query).await?.iter().map(read_job).collect::<Result<_, _>>()?, most))
     }
 

@@ -1,12 +1,10 @@
 //! What the records know of blobs.
 
-use std::collections::BTreeSet;
-
 use sqlx::Row;
 
 use super::{
     Records,
-    database::{CHUNK, ours, places},
+    database::{CHUNK, ours, rows_of},
 };
 use crate::store::StoreError;
 
@@ -16,8 +14,9 @@ impl Records {
     /// # Errors
     /// When the database fails.
     pub async fn names_blob(&self, sha256: &str) -> Result<bool, StoreError> {
-        let query = "SELECT CAST(COUNT(*) AS BIGINT) AS named FROM \
-                     (SELECT 1 FROM assets WHERE sha256 = $1 UNION ALL SELECT 1 FROM results WHERE sha256 = $1) AS names";
+        // The first of many is enough.
+        let query = "SELECT CAST(CASE WHEN EXISTS (SELECT 1 FROM assets WHERE sha256 = $1) \
+                     OR EXISTS (SELECT 1 FROM results WHERE sha256 = $1) THEN 1 ELSE 0 END AS BIGINT) AS named";
         Ok(self.one(sqlx::query(query).bind(sha256)).await?.try_get::<i64, _>("named")? > 0)
     }
 
@@ -26,26 +25,30 @@ impl Records {
     /// # Errors
     /// When the database fails.
     pub async fn unnamed_blobs(&self, digests: &[String]) -> Result<Vec<String>, StoreError> {
-        let mut named = BTreeSet::new();
+        let mut unnamed = Vec::new();
         for digests in digests.chunks(CHUNK) {
-            let places = places(1, digests.len());
             let query = ours(format!(
-                "SELECT sha256 FROM assets WHERE sha256 IN ({places}) UNION SELECT sha256 FROM results WHERE sha256 IN ({places})"
+                "SELECT column1 AS sha256 FROM (VALUES {}) AS digests WHERE NOT EXISTS (SELECT 1 FROM assets WHERE sha256 = column1) \
+                 AND NOT EXISTS (SELECT 1 FROM results WHERE sha256 = column1)",
+                rows_of(digests.len(), 1)
             ));
             for row in self.all(digests.iter().fold(sqlx::query(query), |query, digest| query.bind(digest))).await? {
-                named.insert(row.try_get::<String, _>("sha256")?);
+                unnamed.push(row.try_get::<String, _>("sha256")?);
             }
         }
-        Ok(digests.iter().filter(|digest| !named.contains(*digest)).cloned().collect())
+        Ok(unnamed)
     }
 
-    /// Bytes of all blobs that records name, each counted once.
+    /// Bytes of all blobs that records name, each counted once. Takes as long as there are many, and no memory: both indices have the digests
+    /// in their order.
     ///
     /// # Errors
     /// When the database fails.
     pub async fn stored_bytes(&self) -> Result<u64, StoreError> {
-        let query = "SELECT CAST(COALESCE(SUM(bytes), 0) AS BIGINT) AS bytes FROM \
-                     (SELECT sha256, bytes FROM assets UNION SELECT sha256, bytes FROM results) AS blobs";
+        let query = "SELECT CAST(COALESCE(SUM(bytes), 0) AS BIGINT) AS bytes FROM (\
+                     SELECT MAX(bytes) AS bytes FROM assets GROUP BY sha256 UNION ALL \
+                     SELECT MAX(bytes) AS bytes FROM results WHERE NOT EXISTS \
+                     (SELECT 1 FROM assets WHERE assets.sha256 = results.sha256) GROUP BY sha256) AS blobs";
         super::count(&self.one(sqlx::query(query)).await?, "bytes")
     }
 }

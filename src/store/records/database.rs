@@ -3,7 +3,7 @@
 use std::{path::Path, sync::Arc, time::Duration};
 
 use sqlx::{
-    Any, AnyPool, ConnectOptions as _, Connection as _, Executor as _, SqlSafeStr, Transaction,
+    Any, AnyConnection, AnyPool, ConnectOptions as _, Connection as _, Executor as _, SqlSafeStr, Transaction,
     any::{AnyConnectOptions, AnyPoolOptions, AnyQueryResult, AnyRow},
     query::Query,
 };
@@ -86,13 +86,24 @@ impl Records {
                         Ok(true)
                     })
                 }),
-                // A file does not hang up, so connections are not tried before they are used, which costs as much as a query.
-                Dialect::Sqlite => pool.test_before_acquire(false).after_connect(|connection, _| {
-                    Box::pin(async move { connection.execute(SQLITE_PRAGMAS).await.map(|_| ()) })
-                }),
+                // A file does not hang up, so connections are not tried before they are used, which costs as much as a query. Where the
+                // disk fails, SQLite itself takes a transaction back; the driver's own attempt to do so then fails, and it believes for
+                // ever that the connection is in the middle of that transaction.
+                Dialect::Sqlite => pool
+                    .test_before_acquire(false)
+                    .after_connect(|connection, _| {
+                        Box::pin(async move { connection.execute(SQLITE_PRAGMAS).await.map(|_| ()) })
+                    })
+                    .before_acquire(|connection, _| Box::pin(async move { Ok(leave_transaction(connection).await) })),
             }
         };
-        let options = options.disable_statement_logging();
+        // While the program is tested, statements can be listened to.
+        let options = match ("trace".parse(), "off".parse()) {
+            (Ok(level), Ok(off)) if cfg!(debug_assertions) => {
+                options.log_statements(level).log_slow_statements(off, Duration::MAX)
+            }
+            _ => options.disable_statement_logging(),
+        };
         let readers = pool_of(most_connections).connect_with(options.clone()).await?;
         dialect.migrator().run(&readers).await?;
         // Who holds one waits for the blob store; those who come next wait with it rather than fail.
@@ -275,6 +286,18 @@ impl Records {
     }
 }
 
+/// Lets a connection out of a transaction that SQLite has taken back by itself. Gives whether it can be used.
+async fn leave_transaction(connection: &mut AnyConnection) -> bool {
+    if !connection.is_in_transaction() {
+        return true;
+    }
+    // The driver refuses to begin another transaction, and takes back the one that it believes in when it has refused: it finds this one,
+    // or the one that is still there.
+    let _ = connection.execute("BEGIN").await;
+    let _ = connection.begin_with("BEGIN").await;
+    connection.ping().await.is_ok() && !connection.is_in_transaction()
+}
+
 /// Locks on blobs, until it is dropped.
 #[derive(Debug)]
 pub(in crate::store) struct BlobLocks(
@@ -319,4 +342,28 @@ fn escape(path: &str) -> String {
         }
         text
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As on a disk that is full or fails: SQLite takes the transaction back before anybody asks it to.
+    #[tokio::test]
+    async fn a_transaction_that_sqlite_took_back_leaves_no_trace() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let records = Records::open(&folder.path().join("state.db")).await.expect("opens");
+        for _ in 0..3 {
+            let mut transaction = records.begin().await.expect("begins");
+            transaction.execute("ROLLBACK").await.expect("as SQLite does it by itself");
+            drop(transaction);
+        }
+        let mut transaction = records.begin().await.expect("the next one finds a connection that works");
+        let insert = "INSERT INTO turns (principal, served, seen_at) VALUES ('ann', 1, 1)";
+        transaction.execute(insert).await.expect("writes");
+        records.commit(transaction).await.expect("is written");
+        let row = records.one(sqlx::query("SELECT served FROM turns WHERE principal = 'ann'")).await;
+        row.expect("it is there");
+        records.close().await;
+    }
 }

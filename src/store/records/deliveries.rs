@@ -10,7 +10,11 @@ use jiff::Timestamp;
 use sqlx::{Row, any::AnyRow};
 
 use super::{
-    DisabledReason, JobState, Page, Records, count, database::ours, milliseconds, optional_time, read_id, signed, time,
+    DisabledReason, JobState, Page, Records, count,
+    database::{ours, places},
+    milliseconds, optional_time, read_id, signed,
+    sweep::{STEP, returned},
+    time,
     webhooks::JOB_EVENT,
 };
 use crate::store::{DeliveryId, JobId, Principal, StoreError, WebhookId};
@@ -222,15 +226,13 @@ impl Records {
         most: usize,
     ) -> Result<Page<DeliveryRecord>, StoreError> {
         let query = ours(format!(
-            "SELECT * FROM deliveries WHERE {OWNED} AND webhook_id = $2 AND ($3 IS NULL OR id < $3) \
-             AND ($5 IS NULL OR state = $5) ORDER BY id DESC LIMIT $4"
+            "SELECT * FROM deliveries WHERE {OWNED} AND webhook_id = $2 {} {} ORDER BY id DESC LIMIT $3",
+            before.map_or("", |_| "AND id < $4"),
+            // A name of a closed list, never what a caller sent.
+            state.map_or_else(String::new, |state| format!("AND state = '{}'", state.name())),
         ));
-        let query = sqlx::query(query)
-            .bind(owner.as_str())
-            .bind(webhook.as_str())
-            .bind(before.map(DeliveryId::as_str))
-            .bind(signed(most as u64 + 1))
-            .bind(state.map(DeliveryState::name));
+        let query = sqlx::query(query).bind(owner.as_str()).bind(webhook.as_str()).bind(signed(most as u64 + 1));
+        let query = before.into_iter().fold(query, |query, id| query.bind(id.as_str()));
         Ok(Page::cut(self.all(query).await?.iter().map(read).collect::<Result<_, _>>()?, most))
     }
 
@@ -348,12 +350,27 @@ impl Records {
         row.as_ref().map(read).transpose()
     }
 
-    /// Removes the deliveries that came to an end that long ago, of everybody. Gives how many there were.
+    /// Removes the deliveries that came to an end that long ago, of everybody, some at a time. Gives how many there were.
     ///
     /// # Errors
     /// When the database fails.
     pub async fn remove_deliveries_until(&self, end: Timestamp) -> Result<u64, StoreError> {
-        let query = sqlx::query("DELETE FROM deliveries WHERE finished_at <= $1").bind(end.as_millisecond());
-        Ok(self.execute(query).await?.rows_affected())
+        let query = "SELECT id FROM deliveries WHERE finished_at <= $1 ORDER BY finished_at LIMIT $2";
+        let mut removed = 0;
+        loop {
+            let mut transaction = self.begin().await?;
+            let query = sqlx::query_scalar::<_, String>(query).bind(end.as_millisecond()).bind(signed(STEP as u64));
+            let ids = query.fetch_all(&mut *transaction).await?;
+            // Not those that somebody has made due again just then.
+            let places = places(1, ids.len());
+            let query =
+                format!("DELETE FROM deliveries WHERE id IN ({places}) AND finished_at IS NOT NULL RETURNING id");
+            let done = returned(&mut transaction, query, &ids).await?.len();
+            self.commit(transaction).await?;
+            removed += done as u64;
+            if done == 0 {
+                return Ok(removed);
+            }
+        }
     }
 }

@@ -6,7 +6,7 @@
 use jiff::Timestamp;
 use sqlx::{Row, any::AnyRow};
 
-use super::{JobState, Records, count, read_id, signed, time};
+use super::{JobState, Records, count, read_id, signed, sweep::STEP, time};
 use crate::store::{JobId, Principal, StoreError};
 
 /// A job came into a state.
@@ -85,18 +85,37 @@ impl Records {
         self.all(query).await?.iter().map(read).collect()
     }
 
-    /// Removes the events that are that old, of everybody, and remembers how far that went. Gives how many there were.
+    /// Removes the events that are that old, of everybody, some at a time, and remembers how far that went. Gives how many there were.
     ///
     /// # Errors
     /// When the database fails.
     pub async fn remove_events_until(&self, end: Timestamp) -> Result<u64, StoreError> {
+        let mut removed = 0;
+        loop {
+            let step = self.remove_old_events(end).await?;
+            removed += step;
+            if step == 0 {
+                return Ok(removed);
+            }
+        }
+    }
+
+    async fn remove_old_events(&self, end: Timestamp) -> Result<u64, StoreError> {
         let mut transaction = self.begin().await?;
-        let query = "UPDATE event_heads SET removed = (SELECT MAX(number) FROM events \
-                     WHERE events.principal = event_heads.principal AND created_at <= $1) WHERE principal IN \
-                     (SELECT principal FROM events WHERE created_at <= $1)";
-        sqlx::query(query).bind(end.as_millisecond()).execute(&mut *transaction).await?;
-        let query = sqlx::query("DELETE FROM events WHERE created_at <= $1").bind(end.as_millisecond());
-        let removed = query.execute(&mut *transaction).await?.rows_affected();
+        // In the order of principals, in which whoever writes events of several does so.
+        let query = "SELECT principal, MAX(number) AS number FROM (SELECT principal, number FROM events WHERE created_at <= $1 \
+                     ORDER BY created_at LIMIT $2) AS old GROUP BY principal ORDER BY principal";
+        let query = sqlx::query(query).bind(end.as_millisecond()).bind(signed(STEP as u64));
+        let mut removed = 0;
+        for row in query.fetch_all(&mut *transaction).await? {
+            let (principal, number): (String, i64) = (row.try_get("principal")?, row.try_get("number")?);
+            let query = "UPDATE event_heads SET removed = $2 WHERE principal = $1 AND removed < $2";
+            sqlx::query(query).bind(&principal).bind(number).execute(&mut *transaction).await?;
+            // What came before is older.
+            let query = "DELETE FROM events WHERE principal = $1 AND number <= $2";
+            let done = sqlx::query(query).bind(&principal).bind(number).execute(&mut *transaction).await?;
+            removed += done.rows_affected();
+        }
         self.commit(transaction).await?;
         Ok(removed)
     }

@@ -8,7 +8,7 @@ use sqlx::{Any, Row, Transaction};
 use super::{
     JobKind, JobRecord, JobState, Page, Records, count,
     database::{CHUNK, ours, rows_of},
-    jobs::{COLUMNS, read},
+    jobs::read,
     signed, without_nul,
 };
 use crate::store::{JobId, Principal, StoreError};
@@ -41,6 +41,39 @@ pub struct Holdings {
     pub result_bytes: u64,
 }
 
+/// How far clocks may be off, in milliseconds.
+const CLOCKS_DIFFER: i64 = 24 * 3_600_000;
+
+/// The text of a list: each condition stands in it only where it is asked for, so that the database can tell beforehand by which index it
+/// finds few rows.
+fn list_text(filter: &JobFilter, is_behind: bool) -> String {
+    let (from, by) = match filter.label {
+        // Those with the label are few; their index has them in the order of the list.
+        Some(_) => {
+            ("job_labels JOIN jobs ON jobs.id = job_id", "job_labels.principal = $1 AND name = $3 AND value = $4")
+        }
+        None => ("jobs", "principal = $1"),
+    };
+    let (id, mut place) = if filter.label.is_some() { ("job_id", 5) } else { ("id", 3) };
+    let mut text = format!("SELECT {} FROM {from} WHERE {by}", super::jobs::columns_of("jobs"));
+    if is_behind {
+        text.push_str(&format!(" AND {id} < ${place}"));
+        place += 1;
+    }
+    // Names of a closed list, never what a caller sent.
+    if let Some(state) = filter.state {
+        text.push_str(&format!(" AND state = '{}'", state.name()));
+    }
+    if let Some(kind) = filter.kind {
+        text.push_str(&format!(" AND kind = '{}'", kind.name()));
+    }
+    if filter.since.is_some() {
+        text.push_str(&format!(" AND created_at >= ${place} AND {id} >= ${}", place + 1));
+    }
+    text.push_str(&format!(" ORDER BY {id} DESC LIMIT $2"));
+    text
+}
+
 impl Records {
     /// Up to `most` jobs of one owner that pass the filter, newest first, that are older than `before`.
     ///
@@ -53,22 +86,19 @@ impl Records {
         before: Option<&JobId>,
         most: usize,
     ) -> Result<Page<JobRecord>, StoreError> {
-        let query = ours(format!(
-            "SELECT {COLUMNS} FROM jobs WHERE principal = $4 AND ($1 IS NULL OR id < $1) \
-             AND ($2 IS NULL OR state = $2) AND ($5 IS NULL OR kind = $5) AND ($6 IS NULL OR created_at >= $6) \
-             AND ($7 IS NULL OR EXISTS (SELECT 1 FROM job_labels WHERE job_id = jobs.id AND name = $7 AND value = $8)) \
-             ORDER BY id DESC LIMIT $3"
-        ));
-        let (name, value) = filter.label.as_ref().map(|(name, value)| (without_nul(name), without_nul(value))).unzip();
-        let query = sqlx::query(query)
-            .bind(before.map(JobId::as_str))
-            .bind(filter.state.map(JobState::name))
-            .bind(signed(most as u64 + 1))
-            .bind(owner.as_str())
-            .bind(filter.kind.map(JobKind::name))
-            .bind(filter.since.map(Timestamp::as_millisecond))
-            .bind(name)
-            .bind(value);
+        let label = filter.label.as_ref().map(|(name, value)| (without_nul(name), without_nul(value)));
+        let query = ours(list_text(filter, before.is_some()));
+        let query = sqlx::query(query).bind(owner.as_str()).bind(signed(most as u64 + 1));
+        let query = match &label {
+            Some((name, value)) => query.bind(name).bind(value),
+            None => query,
+        };
+        let query = before.map(JobId::as_str).into_iter().fold(query, |query, id| query.bind(id));
+        let query = match filter.since.map(Timestamp::as_millisecond) {
+            // Ids are in the order of their making, by a clock that may be somewhat off: what is older needs no look.
+            Some(since) => query.bind(since).bind(JobId::earliest(since - CLOCKS_DIFFER).to_string()),
+            None => query,
+        };
         Ok(Page::cut(self.listed(query).await?.iter().map(read).collect::<Result<_, _>>()?, most))
     }
 
@@ -111,20 +141,20 @@ pub(super) async fn insert_labels(
     transaction: &mut Transaction<'static, Any>,
     jobs: &[JobRecord],
 ) -> Result<(), StoreError> {
-    let labels = |job: &JobRecord| {
-        let id = job.id.to_string();
-        let labels = job.request.labels.iter();
-        labels.map(move |(name, value)| (id.clone(), without_nul(name), without_nul(value))).collect::<Vec<_>>()
+    let of = |job: &'_ JobRecord| -> Vec<[String; 4]> {
+        let texts = |(name, value): (&String, &String)| {
+            [job.id.to_string(), job.principal.to_string(), without_nul(name), without_nul(value)]
+        };
+        job.request.labels.iter().map(texts).collect()
     };
-    let labels: Vec<_> = jobs.iter().flat_map(labels).collect();
+    let labels: Vec<_> = jobs.iter().flat_map(of).collect();
     for labels in labels.chunks(CHUNK) {
         // Two names that differ in a NUL alone are one here.
         let query = ours(format!(
-            "INSERT INTO job_labels (job_id, name, value) VALUES {} ON CONFLICT (job_id, name) DO NOTHING",
-            rows_of(labels.len(), 3)
+            "INSERT INTO job_labels (job_id, principal, name, value) VALUES {} ON CONFLICT (job_id, name) DO NOTHING",
+            rows_of(labels.len(), 4)
         ));
-        let query =
-            labels.iter().fold(sqlx::query(query), |query, (job, name, value)| query.bind(job).bind(name).bind(value));
+        let query = labels.iter().flatten().fold(sqlx::query(query), |query, text| query.bind(text));
         query.execute(&mut **transaction).await?;
     }
     Ok(())

@@ -15,6 +15,11 @@ pub(super) const COLUMNS: &str = "id, state, request, input_bytes, attempt, retr
                                   memory_bytes, crashes, retries, lease, progress, idempotency_key, asked_sha256, kind, \
                                   cache_key, cached_from, batch_id, batch_item, trace_context";
 
+/// The same of a table, where another has some of these names as well.
+pub(super) fn columns_of(table: &str) -> String {
+    COLUMNS.split(", ").map(|column| format!("{table}.{column}")).collect::<Vec<_>>().join(", ")
+}
+
 pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
     let id = read_id(row, "id", JobId::parse)?;
     let unreadable = |reason: String| StoreError::Unreadable { record: id.to_string(), reason };
@@ -216,13 +221,16 @@ impl Records {
     /// When the database fails.
     pub async fn remove_job(&self, id: &JobId) -> Result<Option<Vec<String>>, StoreError> {
         let mut transaction = self.begin().await?;
-        let digests = sqlx::query_scalar::<_, String>("SELECT sha256 FROM results WHERE job_id = $1")
-            .bind(id.as_str())
-            .fetch_all(&mut *transaction)
-            .await?;
-        let query = "DELETE FROM jobs WHERE id = $1 AND state IN ('succeeded', 'failed', 'canceled')";
-        let done = sqlx::query(query).bind(id.as_str()).execute(&mut *transaction).await?;
+        let query = ours(format!(
+            "SELECT id FROM jobs WHERE id = $1 AND state IN ('succeeded', 'failed', 'canceled') {}",
+            self.dialect.lock_rows()
+        ));
+        let found = sqlx::query(query).bind(id.as_str()).fetch_optional(&mut *transaction).await?;
+        if found.is_none() {
+            return Ok(None);
+        }
+        let digests = self.remove_jobs(&mut transaction, &[id.to_string()]).await?;
         self.commit(transaction).await?;
-        Ok((done.rows_affected() > 0).then_some(digests))
+        Ok(Some(digests))
     }
 }

@@ -25,7 +25,7 @@ use super::{
     jobs::{COLUMNS, read, to_json},
     milliseconds, signed,
 };
-use crate::store::{JobId, LeaseId, StoreError};
+use crate::store::{JobId, LeaseId, Principal, StoreError};
 
 /// The suspicion of a job that runs alone.
 const RUNS_ALONE: i64 = 2;
@@ -357,25 +357,33 @@ impl Records {
     /// # Errors
     /// When the database fails.
     pub async fn oldest_queued(&self) -> Result<Option<Timestamp>, StoreError> {
-        let query = "SELECT created_at FROM jobs WHERE state = 'queued' ORDER BY id LIMIT 1";
-        let row = self.optional(sqlx::query(query)).await?;
-        row.map(|row| super::time(&row, "created_at")).transpose()
+        let query = "SELECT MIN(created_at) AS created_at FROM jobs WHERE state = 'queued'";
+        super::optional_time(&self.one(sqlx::query(query)).await?, "created_at")
     }
 
-    /// How many jobs of the same caller come before a job that waits, plus one; counted up to `most`.
+    /// The places that jobs of one owner have in their owner's queue, from 1; counted up to `most`, and one more for those behind that.
+    /// Those that do not wait are not there.
     ///
     /// # Errors
     /// When the database fails.
-    pub async fn queue_position(&self, job: &JobRecord, most: u64) -> Result<u64, StoreError> {
-        let query = "SELECT CAST(COUNT(*) AS BIGINT) AS jobs_before FROM (SELECT 1 FROM jobs WHERE state = 'queued' AND \
-                     principal = $1 AND (lane < $5 OR (lane = $5 AND (priority > $2 OR (priority = $2 AND id < $3)))) \
-                     LIMIT $4) AS ahead";
-        let query = sqlx::query(query)
-            .bind(job.principal.as_str())
-            .bind(i64::from(job.priority))
-            .bind(job.id.as_str())
-            .bind(signed(most))
-            .bind(job.lane().number());
-        Ok(count(&self.one(query).await?, "jobs_before")? + 1)
+    pub async fn queue_positions(
+        &self,
+        owner: &Principal,
+        jobs: &[&JobId],
+        most: u64,
+    ) -> Result<BTreeMap<JobId, u64>, StoreError> {
+        let mut found: BTreeMap<JobId, u64> = jobs.iter().map(|id| ((*id).clone(), most + 1)).collect();
+        for jobs in jobs.chunks(CHUNK) {
+            let query = ours(format!(
+                "SELECT id, position FROM (SELECT id, ROW_NUMBER() OVER (ORDER BY lane, priority DESC, id) AS position FROM jobs \
+                 WHERE state = 'queued' AND principal = $1 ORDER BY lane, priority DESC, id LIMIT $2) AS waiting WHERE id IN ({})",
+                places(3, jobs.len())
+            ));
+            let query = sqlx::query(query).bind(owner.as_str()).bind(signed(most));
+            for row in self.all(jobs.iter().fold(query, |query, id| query.bind(id.as_str()))).await? {
+                found.insert(super::read_id(&row, "id", JobId::parse)?, count(&row, "position")?);
+            }
+        }
+        Ok(found)
     }
 }

@@ -10,7 +10,7 @@ use super::{Block, blocks, pages, text_of};
 use crate::service_process::ServiceProcess;
 
 /// Commands of `bash` blocks: they build, install or need Docker, so no test runs them.
-const NOT_RUN_HERE: [&str; 8] = [
+const NOT_RUN_HERE: [&str; 11] = [
     "cargo run --release -- demo",
     "tests/run",
     "cargo install --locked --path .",
@@ -18,7 +18,10 @@ const NOT_RUN_HERE: [&str; 8] = [
     "docker compose --file docker/compose.scaled.yaml up --build --scale worker=4",
     "cp --archive retargetd-data/blobs backup/",
     r#"sqlite3 retargetd-data/state.db ".backup backup/state.db""#,
-    "cp --archive --update=none retargetd-data/blobs backup/",
+    "cp --archive --update retargetd-data/blobs backup/",
+    "aws s3 sync --only-show-errors s3://clips s3://clips-backup",
+    r#"pg_dump --format=custom --file=backup/records "$RETARGETD_DATABASE""#,
+    r#"pg_restore --exit-on-error --no-owner --dbname="$EMPTY_DATABASE" backup/records"#,
 ];
 
 /// The address that the recipes use.

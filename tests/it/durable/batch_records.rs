@@ -52,7 +52,7 @@ async fn file(records: &Records) -> AssetRecord {
     records.add_asset(&asset("ann", "aa")).await.expect("writes").0
 }
 
-async fn added(records: &Records, items: u64, on_error: OnError) -> (BatchRecord, Vec<JobRecord>) {
+pub(super) async fn added(records: &Records, items: u64, on_error: OnError) -> (BatchRecord, Vec<JobRecord>) {
     let batch = batch(items, on_error);
     let jobs = jobs_of(&batch, &file(records).await);
     assert_eq!(records.add_batch(&batch, &jobs).await.expect("writes"), AddedBatch::New, "its file is there");
@@ -114,7 +114,10 @@ pub(super) async fn jobs_of_batches_wait_behind_single_ones_and_callers_take_tur
     let his = records.add_asset(&asset("bob", "aa")).await.expect("writes").0;
     let his = job(&his, 0);
     records.add_job(&his).await.expect("writes");
-    assert_eq!(records.queue_position(&batched[0], 100).await.expect("counts"), 2, "behind the single one");
+    let ids = [&batched[0].id, &batched[1].id, &single.id];
+    let places = records.queue_positions(&single.principal, &ids, 2).await.expect("counts");
+    assert_eq!(places[&batched[0].id], 2, "behind the single one");
+    assert_eq!((places[&single.id], places[&batched[1].id]), (1, 3), "counted no further than asked for");
     let mut order: Vec<JobId> = Vec::new();
     while let Some(job) = claim(records, Lane::Batch).await {
         order.push(job.id);

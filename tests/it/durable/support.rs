@@ -43,6 +43,7 @@ pub(super) struct Postgres {
     folder: tempfile::TempDir,
     port: u16,
     variables: Vec<(&'static str, String)>,
+    options: &'static str,
 }
 
 impl Postgres {
@@ -53,6 +54,10 @@ impl Postgres {
 
     /// The same with these variables of its environment.
     pub(super) fn start_with(variables: &[(&'static str, String)]) -> Option<Self> {
+        Self::start_as(variables, "")
+    }
+
+    fn start_as(variables: &[(&'static str, String)], options: &'static str) -> Option<Self> {
         if postgres_command("initdb").is_none() {
             skip("Postgres is not installed; tests/run installs it");
             return None;
@@ -66,7 +71,7 @@ impl Postgres {
             .output()
             .expect("initdb runs");
         assert!(done.status.success(), "initdb works: {}", String::from_utf8_lossy(&done.stderr));
-        let mut server = Self { child: None, folder, port: free_port(), variables: variables.to_vec() };
+        let mut server = Self { child: None, folder, port: free_port(), variables: variables.to_vec(), options };
         server.run();
         Some(server)
     }
@@ -75,11 +80,27 @@ impl Postgres {
         format!("postgres://retargetd@127.0.0.1:{}/postgres", self.port)
     }
 
+    /// One that writes down by what every statement finds its rows, and goes by an index wherever there is one: the tables of tests are too
+    /// small for it to do so by itself.
+    pub(super) fn start_explaining() -> Option<Self> {
+        let options = "-c session_preload_libraries=auto_explain -c auto_explain.log_min_duration=0 \
+                       -c auto_explain.log_nested_statements=on -c enable_seqscan=off -c log_statement=none";
+        Self::start_as(&[], options)
+    }
+
+    /// What the server has said so far.
+    pub(super) fn log(&self) -> String {
+        std::fs::read_to_string(self.folder.path().join("log")).expect("its log")
+    }
+
     fn run(&mut self) {
+        let log = std::fs::File::create(self.folder.path().join("log")).expect("a log");
         let options = ["-c", "fsync=off", "-c", "max_connections=100", "-c", "unix_socket_directories="];
         let child = command("postgres", self.folder.path())
             .args(["-p", &self.port.to_string(), "-c", "listen_addresses=127.0.0.1"])
             .args(options)
+            .args(self.options.split_whitespace())
+            .stderr(log)
             .envs(self.variables.iter().map(|(name, value)| (*name, value)))
             .spawn()
             .expect("postgres starts");
@@ -116,6 +137,15 @@ impl Postgres {
 }
 
 impl Postgres {
+    /// Waits until it takes connections.
+    pub(super) async fn answers(&self) {
+        let began = Instant::now();
+        while let Err(error) = sqlx::PgConnection::connect(&self.url()).await {
+            assert!(began.elapsed() < PATIENCE, "the database opens: {error}");
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+    }
+
     async fn connection(&self) -> sqlx::PgConnection {
         sqlx::PgConnection::connect(&self.url()).await.expect("connects")
     }
@@ -145,6 +175,11 @@ impl Drop for Postgres {
     fn drop(&mut self) {
         self.stop("-QUIT");
     }
+}
+
+/// The folder of the programs of that Postgres which the tests start.
+pub(super) fn postgres_tools() -> Option<PathBuf> {
+    Some(postgres_command("pg_dump")?.parent()?.to_owned())
 }
 
 fn postgres_command(name: &str) -> Option<PathBuf> {

@@ -6,7 +6,7 @@ use sqlx::{Connection as _, Executor as _};
 use super::records::{asset, job, principal};
 
 /// The layout of the version before this one, as its own migrations made it.
-const BEFORE: [&str; 11] = [
+const BEFORE: [&str; 12] = [
     include_str!("../../../src/store/records/migrations/sqlite/0001_first.sql"),
     include_str!("../../../src/store/records/migrations/sqlite/0002_named_documents.sql"),
     include_str!("../../../src/store/records/migrations/sqlite/0003_queue.sql"),
@@ -18,6 +18,7 @@ const BEFORE: [&str; 11] = [
     include_str!("../../../src/store/records/migrations/sqlite/0009_batches.sql"),
     include_str!("../../../src/store/records/migrations/sqlite/0010_trace_context.sql"),
     include_str!("../../../src/store/records/migrations/sqlite/0011_turns.sql"),
+    include_str!("../../../src/store/records/migrations/sqlite/0012_bounds.sql"),
 ];
 
 async fn connection(file: &std::path::Path) -> sqlx::SqliteConnection {
@@ -41,7 +42,7 @@ async fn a_database_of_the_version_before_is_brought_up_to_date() {
                  installed_on TIMESTAMP NOT NULL DEFAULT CURRENT_TIMESTAMP, success BOOLEAN NOT NULL, \
                  checksum BLOB NOT NULL, execution_time BIGINT NOT NULL); \
                  INSERT INTO _sqlx_migrations SELECT version, description, installed_on, success, checksum, execution_time \
-                 FROM new._sqlx_migrations WHERE version <= 11; \
+                 FROM new._sqlx_migrations WHERE version <= 12; \
                  INSERT INTO jobs (id, state, request, input_bytes, attempt, created_at, principal) \
                  VALUES ('job_000000000000aaaaaaaaaaaaaa', 'failed', '{\"source\": 1}', 0, 1, 5, 'ann'); \
                  INSERT INTO named_documents (principal, kind, name, version, sha256, document, created_at) \
