@@ -23,6 +23,7 @@ use super::{
     handover::Handovers,
     head_start::HeadStarts,
     inspections::Inspections,
+    looks::Looks,
     memory::MemoryBudget,
     next_state,
     record_room::RecordRoom,
@@ -46,7 +47,7 @@ pub struct JobSnapshot {
     pub record: JobRecord,
     /// The files it gave.
     pub results: Vec<ResultRecord>,
-    /// Its place among the waiting jobs of its principal, from 1; places after ten thousand are told as that.
+    /// Its place among the waiting jobs of its principal, from 1; places after ten thousand are told as that. Not counted for lists.
     pub queue_position: Option<u64>,
     /// How far it is, while it runs.
     pub progress: Option<StoredProgress>,
@@ -71,6 +72,7 @@ pub(super) struct Inner {
     pub(super) admission: Arc<Admission>,
     pub(super) memory: MemoryBudget,
     pub(super) inspections: Inspections,
+    pub(super) looks: Looks,
     pub(super) running: Arc<RunningJobs>,
     pub(super) streams: Arc<OpenStreams>,
     pub(super) changes: Changes,
@@ -116,6 +118,7 @@ impl Jobs {
         }));
         Self(Arc::new(Inner {
             limits: engine_limits(&settings),
+            looks: Looks::new(settings.workers.0),
             memory: MemoryBudget::new(settings.memory_budget.0),
             store,
             engine,
@@ -162,11 +165,15 @@ impl Jobs {
             JobState::Queued => Some(self.0.store.records().queue_position(&record, MOST_POSITION).await?),
             _ => None,
         };
+        Ok(self.with_progress(record, results, queue_position))
+    }
+
+    fn with_progress(&self, record: JobRecord, results: Vec<ResultRecord>, queue_position: Option<u64>) -> JobSnapshot {
         let progress = match record.state {
             JobState::Running => self.0.running.progress(&record.id).or_else(|| record.progress.clone()),
             _ => None,
         };
-        Ok(JobSnapshot { record, results, queue_position, progress })
+        JobSnapshot { record, results, queue_position, progress }
     }
 
     /// To who does not own a job, there is none.
@@ -198,7 +205,8 @@ impl Jobs {
         let mut items = Vec::with_capacity(page.items.len());
         for record in page.items {
             let results = results.remove(&record.id).unwrap_or_default();
-            items.push(self.snapshot(record, results).await?);
+            // Counting what is before a job reads many records, which is for who asks for one job.
+            items.push(self.with_progress(record, results, None));
         }
         Ok(Page { items, has_more: page.has_more })
     }

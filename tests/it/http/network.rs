@@ -45,11 +45,9 @@ async fn assert_no_residue(data: &Path, what: &str) {
 async fn uploads_that_break_off_leave_nothing() {
     let data = tempfile::tempdir().expect("a temporary folder");
     let server = start_service(data.path(), &["--upload-idle-timeout", "2s"]);
-    let upload =
-        "POST /v1/assets?filename=a.bvh HTTP/1.1\r\nhost: x\r\ncontent-length: 1000\r\n\r\nHIERARCHY\nROOT Hips\n";
-    let chunked =
-        "POST /v1/assets?filename=a.bvh HTTP/1.1\r\nhost: x\r\ntransfer-encoding: chunked\r\n\r\n9\r\nHIERARCHY\r\n";
-    let form = "POST /v1/retarget HTTP/1.1\r\nhost: x\r\ncontent-type: multipart/form-data; boundary=b\r\ncontent-length: \
+    let upload = "POST /v1/assets?filename=a.bvh HTTP/1.1\r\nhost: localhost\r\ncontent-length: 1000\r\n\r\nHIERARCHY\nROOT Hips\n";
+    let chunked = "POST /v1/assets?filename=a.bvh HTTP/1.1\r\nhost: localhost\r\ntransfer-encoding: chunked\r\n\r\n9\r\nHIERARCHY\r\n";
+    let form = "POST /v1/retarget HTTP/1.1\r\nhost: localhost\r\ncontent-type: multipart/form-data; boundary=b\r\ncontent-length: \
                 1000\r\n\r\n--b\r\ncontent-disposition: form-data; name=\"source\"; filename=\"a.bvh\"\r\n\r\nHIERARCHY";
     for (name, text) in [("a body with a length", upload), ("a body in chunks", chunked), ("a form", form)] {
         let mut half = connect(&server).await;
@@ -71,8 +69,8 @@ async fn uploads_that_break_off_leave_nothing() {
     }
     let nonsense: [&[u8]; 4] = [
         b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",
-        b"GET / HTTP/1.1\r\nhost: x\r\ncontent-length: 5\r\ncontent-length: 7\r\n\r\n",
-        b"POST /v1/assets HTTP/1.1\r\nhost: x\r\ncontent-length: 4\r\ntransfer-encoding: chunked\r\n\r\n0\r\n\r\nGET /livez HTTP/1.1\r\n\r\n",
+        b"GET / HTTP/1.1\r\nhost: localhost\r\ncontent-length: 5\r\ncontent-length: 7\r\n\r\n",
+        b"POST /v1/assets HTTP/1.1\r\nhost: localhost\r\ncontent-length: 4\r\ntransfer-encoding: chunked\r\n\r\n0\r\n\r\nGET /livez HTTP/1.1\r\n\r\n",
         b"GET /\x00 HTTP/1.1\r\n\r\n",
     ];
     for bytes in nonsense {
