@@ -69,7 +69,8 @@ mod tests {
 
     use super::*;
 
-    const PERIOD: Duration = Duration::from_secs(10);
+    const PERIOD: Duration = Duration::from_millis(500);
+    const PAUSE: Duration = Duration::from_millis(50);
 
     /// Waits for the other side for so long, unless that is too long.
     async fn wait(pace: &mut Pace, lasts: Duration) -> Result<(), ()> {
@@ -77,23 +78,26 @@ mod tests {
         tokio::time::timeout(lasts, too_long).await.map_or(Ok(()), |()| Err(()))
     }
 
-    #[tokio::test(start_paused = true)]
+    #[tokio::test]
     async fn pauses_and_trickles_end_and_a_busy_service_does_not() {
-        let mut pace = Pace::new(PERIOD, 100);
-        assert_eq!(wait(&mut pace, PERIOD * 2).await, Err(()), "a pause");
+        let mut pace = Pace::new(PERIOD, 1000);
+        assert_eq!(wait(&mut pace, PERIOD * 4).await, Err(()), "a pause");
 
-        let mut pace = Pace::new(PERIOD, 100);
+        let mut pace = Pace::new(PERIOD, 1000);
         let mut trickled = 0;
-        while wait(&mut pace, Duration::from_secs(1)).await == Ok(()) && pace.pass(1) {
+        while wait(&mut pace, PAUSE).await == Ok(()) && pace.pass(1) {
             trickled += 1;
         }
-        assert_eq!(trickled, 9, "a byte a second is too slow as soon as it can be told");
+        assert!((2..10).contains(&trickled), "a few bytes are too slow as soon as it can be told, after {trickled}");
 
-        let mut pace = Pace::new(PERIOD, 100);
-        for _ in 0..30 {
-            assert_eq!(wait(&mut pace, Duration::from_secs(1)).await, Ok(()), "no pause");
-            assert!(pace.pass(100), "as fast as it has to be");
-            tokio::time::sleep(PERIOD * 3).await;
+        let mut pace = Pace::new(PERIOD, 1000);
+        for _ in 0..15 {
+            assert_eq!(wait(&mut pace, PAUSE).await, Ok(()), "no pause");
+            assert!(pace.pass(1000), "as fast as it has to be");
+        }
+        for _ in 0..3 {
+            tokio::time::sleep(PERIOD / 2).await;
+            assert!(pace.pass(1), "nobody was waited for");
         }
     }
 }

@@ -150,11 +150,14 @@ pub(super) struct Known {
     configs: Mutex<ReadConfigs>,
 }
 
+/// The name of a preset, and the text that is laid over it.
+type OverPreset = (String, Option<Arc<str>>);
+
 /// What was read of configs, once however many jobs have them.
 #[derive(Default)]
 struct ReadConfigs {
-    /// By the name of a preset and the text of the config that is laid over it.
-    laid: BTreeMap<(String, Option<Arc<str>>), Result<Arc<str>, Failure>>,
+    /// What comes of laying them over presets.
+    laid: BTreeMap<OverPreset, Result<Arc<str>, Failure>>,
     /// By the text.
     facts: BTreeMap<Arc<str>, ConfigFacts>,
 }

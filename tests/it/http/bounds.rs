@@ -101,7 +101,6 @@ async fn a_batch_is_multiplied_before_it_is_made() {
         })
         .await;
         let took = began.elapsed();
-        println!("{name}: refused in {:.0} ms with {extra:.1} MiB", took.as_secs_f64() * 1e3);
         assert!(extra < 32.0, "{name}: {extra} MiB");
         let most = if cfg!(debug_assertions) { 2000 } else { 50 };
         assert!(took < Duration::from_millis(most), "{name}: {took:?}");
