@@ -18,6 +18,8 @@ use crate::service_process::ServiceProcess;
 
 /// What the service process may use.
 const MAX_MEMORY_MEBIBYTES: u64 = 512;
+/// Engine processes that may wait for work: one for each worker, and one more.
+const MAX_IDLE: usize = 3;
 /// How long everything may take to come to rest.
 const REST: Duration = Duration::from_secs(60);
 
@@ -26,9 +28,9 @@ fn start(data: &std::path::Path, names: &[&str]) -> (ServiceProcess, Vec<String>
     let server = ServiceProcess::listening(
         Command::new(env!("CARGO_BIN_EXE_retargetd"))
             .args(["serve", "--listen", "127.0.0.1:0", "--log", "off", "--authentication", "keys", "--workers", "2"])
-            .args(["--memory-budget", "512MiB", "--max-principal-jobs", "32", "--max-peer-connections", "384"])
+            .args(["--memory-budget", "512MiB", "--max-principal-jobs", "8", "--max-peer-connections", "384"])
             .args(["--header-timeout", "5s", "--upload-idle-timeout", "5s", "--answer-idle-timeout", "5s"])
-            .args(["--outbound-allow", "127.0.0.0/8", "--job-timeout", "20s", "--sweep-interval", "2s", "--data"])
+            .args(["--outbound-allow", "127.0.0.0/8", "--job-timeout", "10s", "--sweep-interval", "2s", "--data"])
             .arg(data),
     );
     let key = |name: &&str| {
@@ -83,9 +85,9 @@ async fn rest(server: &ServiceProcess, before: (usize, u64, f64)) -> Result<(), 
     let began = Instant::now();
     loop {
         let (children, files, memory) = (server.children(), server.open_files(), server.memory_mebibytes());
-        // Allocators keep a little of what they had.
+        // Allocators keep a little of what they had, and caches what was found out.
         let most_memory = (before.2 * 1.2).max(before.2 + 64.0);
-        if children <= before.0.max(1) && files <= before.1 + 8 && memory <= most_memory {
+        if children <= before.0.max(MAX_IDLE) && files <= before.1 + 8 && memory <= most_memory {
             return Ok(());
         }
         if began.elapsed() > REST {
