@@ -44,8 +44,7 @@ pub(super) fn of_job(files: impl Iterator<Item = u64>, growth: f64) -> u64 {
 /// How many times larger than its files a job is by its config: a higher rate, a slower clip, repetitions and holds make more frames. What
 /// the config does not say in numbers counts as one.
 pub(super) fn growth_of_config(config: &Value) -> f64 {
-    let number =
-        |pointer: &str| config.pointer(pointer)?.as_f64().filter(|number| number.is_finite() && *number > 0.0);
+    let number = |pointer: &str| config.pointer(pointer)?.as_f64().filter(|number| number.is_finite() && *number > 0.0);
     let rate = number("/edit/fps").map_or(1.0, |fps| (fps / USUAL_FPS).max(1.0));
     let slowness = number("/edit/speed").map_or(1.0, |speed| (1.0 / speed).max(1.0));
     let repeats = number("/edit/loop/times").unwrap_or(1.0).max(1.0);
