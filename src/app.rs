@@ -8,7 +8,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::{
     config::{Isolation, Settings},
-    http::{self, ApiState, Server, ServerSettings},
+    http::{self, ApiState, Server, ServerSettings, Shares},
     identity::Tokens,
     jobs::{Assets, Courier, Engine, Jobs, Keys, Library, ProcessEngine, RetargetEngine, Sweeper, Webhooks, Workers},
     outbound::Outbound,
@@ -78,6 +78,7 @@ pub async fn start_with(settings: Settings, engine: Arc<dyn Engine>, clock: Cloc
     let jobs = core.jobs.clone();
     let (listener, address) = listen(settings.listen, "--listen").await?;
     let (probes, probes_address) = core.probes(&settings, tokens.clone(), metrics.clone()).await?.unzip();
+    let reserved = http::reserved_router(jobs.clone(), tokens.clone(), metrics.clone());
     let state = ApiState {
         assets: Assets::new(&jobs, core.outbound.clone()),
         library: Library::new(&jobs),
@@ -88,9 +89,10 @@ pub async fn start_with(settings: Settings, engine: Arc<dyn Engine>, clock: Cloc
         settings: Arc::clone(&settings),
         metrics,
         spec_schema: rig::spec_schema,
+        shares: Shares::new(settings.max_principal_requests),
         requests: Arc::new(Semaphore::new(permits(settings.max_concurrent_requests))),
     };
-    let server = Server::new(listener, http::router(state), server_settings(&settings));
+    let server = Server::new(listener, http::router(state), reserved, server_settings(&settings));
     tracing::info!(%address, version = env!("CARGO_PKG_VERSION"), "started");
     let stop = CancellationToken::new();
     let task = tokio::spawn(core.run(Some(server), probes, stop.clone(), settings));
@@ -207,8 +209,9 @@ impl Core {
     ) -> anyhow::Result<Option<(Server, SocketAddr)>> {
         let Some(address) = settings.probes_listen else { return Ok(None) };
         let (listener, address) = listen(address, "--probes-listen").await?;
+        let reserved = http::reserved_router(self.jobs.clone(), tokens.clone(), metrics.clone());
         let router = http::probes_router(self.jobs.clone(), tokens, metrics);
-        Ok(Some((Server::new(listener, router, server_settings(settings)), address)))
+        Ok(Some((Server::new(listener, router, reserved, server_settings(settings)), address)))
     }
 
     async fn run(
@@ -272,6 +275,9 @@ impl Parts {
 fn server_settings(settings: &Settings) -> ServerSettings {
     ServerSettings {
         most_connections: permits(settings.max_connections),
+        most_peer_connections: permits(settings.max_peer_connections),
+        answer_idle_timeout: settings.answer_idle_timeout.0,
+        min_transfer_rate: settings.min_transfer_rate.0,
         most_header_bytes: usize::try_from(settings.max_header_bytes.0).unwrap_or(usize::MAX),
         header_timeout: settings.header_timeout.0,
         close_timeout: settings.grace_period.0 + Duration::from_secs(1),

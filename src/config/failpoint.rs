@@ -52,7 +52,7 @@ impl Failpoint {
 }
 
 /// Behaves as a decoder that has gone wild, when `RETARGETD_FAILPOINT` is `engine` and the word says how: it has `abort`, `overflow`,
-/// `eat` or `spin` in it. Nothing of it is in release builds.
+/// `eat`, `hoard` or `spin` in it. Nothing of it is in release builds.
 pub fn misbehave(word: &str) {
     #[cfg(debug_assertions)]
     armed::misbehave(word);
@@ -89,6 +89,12 @@ mod armed {
             let mut eaten = Vec::new();
             loop {
                 eaten.push(std::hint::black_box(vec![0_u8; 64 << 20]));
+            }
+        } else if word.contains("hoard") {
+            let mut hoarded = Vec::new();
+            loop {
+                hoarded.push(std::hint::black_box(vec![1_u8; 8 << 20]));
+                std::thread::sleep(std::time::Duration::from_millis(10));
             }
         } else if word.contains("spin") {
             loop {

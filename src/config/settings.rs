@@ -179,6 +179,8 @@ settings! {
     plain token_keys_period: Period = "10m" in 0.05..=86_400;
     /// How long the issuer is left alone after a fetch, whatever keys tokens name
     plain token_keys_pause: Period = "10s" in 0.05..=3_600;
+    /// Names by which browsers may reach the service where nobody has to show a key, such as 'retarget.lan', with commas between them; addresses and 'localhost' always do
+    plain allowed_hosts: Names = "";
     /// Origins whose pages may call the service from a browser, such as 'https://studio.example', with commas between them; without any, none
     plain cors_origins: Origins = "";
     /// Address and port on which probes and metrics are answered besides, without keys, also by a worker; without it, a worker listens nowhere
@@ -211,6 +213,8 @@ settings! {
     limit max_decoded_bytes: ByteSize = "512MiB" in 1..=1_099_511_627_776_u64;
     /// Decoded bytes per encoded byte of a compressed part of a file
     limit max_decompression_ratio: u64 = "200" in 1..=1_000_000;
+    /// Values in a JSON request, each number, text, list, object and so on counted by itself
+    limit max_json_values: u64 = "100000" in 100..=100_000_000;
     /// Nesting of a JSON document
     limit max_json_depth: u64 = "64" in 1..=512;
     /// Nodes of one file
@@ -230,7 +234,7 @@ settings! {
     limit max_queued_batch_jobs: u64 = "10000" in 1..=1_000_000;
     /// Items of one batch
     limit max_batch_items: u64 = "1000" in 1..=100_000;
-    /// Bytes of the configs of one batch, where each item has what the defaults and its preset give it
+    /// Bytes of the items of one batch, where each item has what the defaults, the matrix and its preset give it
     limit max_batch_bytes: ByteSize = "64MiB" in 1_024..=1_099_511_627_776_u64;
     /// Bytes of all inputs of the jobs that wait for a worker
     limit max_queued_bytes: ByteSize = "8GiB" in 1..=1_125_899_906_842_624_u64;
@@ -329,8 +333,12 @@ settings! {
 
     /// Requests that are worked on at the same time
     limit max_concurrent_requests: u64 = "512" in 1..=100_000;
-    /// Open connections
+    /// Requests of one principal that are worked on at the same time, where callers show who they are
+    limit max_principal_requests: u64 = "128" in 1..=100_000;
+    /// Open connections; a few more are answered on, but only probes
     limit max_connections: u64 = "1024" in 1..=100_000;
+    /// Open connections from one address; behind a proxy, all callers have its address
+    limit max_peer_connections: u64 = "768" in 1..=100_000;
     /// Bytes of a request's headers
     limit max_header_bytes: ByteSize = "32KiB" in 8_192..=1_048_576;
     /// How long the headers of a request may take to arrive
@@ -339,6 +347,10 @@ settings! {
     limit upload_idle_timeout: Period = "30s" in 0.05..=3_600;
     /// How long an upload may take in all
     limit upload_timeout: Period = "15m" in 0.05..=86_400;
+    /// How long the reading of an answer may pause
+    limit answer_idle_timeout: Period = "30s" in 0.05..=3_600;
+    /// Bytes a second that a caller must send or read at least while the service waits for it, over the time that it may pause
+    limit min_transfer_rate: ByteSize = "256" in 0..=1_073_741_824;
 
     /// How long the service still takes requests after it was told to stop, for load balancers to notice
     plain drain_delay: Period = "0s" in 0..=600;

@@ -11,10 +11,11 @@ use axum::{
     response::{IntoResponse, Response},
 };
 
-use super::{ApiState, code::Code, extract, problem::Problem};
+use super::{ApiState, code::Code, extract, neighbors, problem::Problem};
 use crate::{
     identity::{Identity, TokenError},
     jobs::{Keys, Principal, Scope},
+    telemetry::Metric,
 };
 
 /// Who asks.
@@ -34,6 +35,9 @@ impl<S: Send + Sync> FromRequestParts<S> for Caller {
     }
 }
 
+/// Where keys are.
+const KEYS: &str = "/v1/keys";
+
 /// What a route asks for; nothing where everybody may come in: what is the same for all, and holds nothing of anybody.
 #[must_use]
 pub(super) fn needed_scope(method: &Method, route: &str) -> Option<Scope> {
@@ -44,7 +48,8 @@ pub(super) fn needed_scope(method: &Method, route: &str) -> Option<Scope> {
         return None;
     }
     Some(match *method {
-        _ if route.starts_with("/v1/keys") => Scope::Admin,
+        // The metrics tell how much everybody does.
+        _ if route.starts_with(KEYS) || route == "/metrics" => Scope::Admin,
         Method::GET | Method::HEAD => Scope::Read,
         _ => Scope::Write,
     })
@@ -62,13 +67,34 @@ pub(super) async fn authenticate(
             Ok(caller) => caller,
             Err(denied) => return denied.into_response(),
         },
-        _ => Caller(Principal::anonymous()),
+        (false, Some(_)) => match admitted_unknown(&state, &request) {
+            Ok(caller) => caller,
+            Err(problem) => return problem.into_response(),
+        },
+        (_, None) => Caller(Principal::anonymous()),
+    };
+    // Where nobody is asked, everybody is the same caller and has everything.
+    let is_known = state.settings.asks_who_calls() && needed.is_some();
+    let _share = match is_known.then(|| state.shares.take(&caller.0)) {
+        Some(None) => return too_many(&state).into_response(),
+        share => share.flatten(),
     };
     request.extensions_mut().insert(caller.clone());
     let mut response = next.run(request).await;
     // The log says who asked.
     response.extensions_mut().insert(caller);
     response
+}
+
+/// A principal has as many requests as may be.
+fn too_many(state: &ApiState) -> Problem {
+    let most = state.settings.max_principal_requests;
+    Metric::AdmissionRejected.count([("reason", "too_busy".to_owned())], 1);
+    Problem::new(Code::TooBusy, "too many requests of the same caller are being worked on").about_limit(
+        "principal_requests",
+        most,
+        most + 1,
+    )
 }
 
 /// Why somebody does not come in.
@@ -109,6 +135,16 @@ impl IntoResponse for Denied {
 /// A sentence as the header may quote it.
 fn quotable(sentence: &str) -> String {
     sentence.chars().filter(|letter| matches!(letter, ' '..='~') && !matches!(letter, '"' | '\\')).collect()
+}
+
+/// Lets somebody in where nobody is asked for a key. Keys are for later, when everybody is: whoever makes them must reach the database.
+fn admitted_unknown(state: &ApiState, request: &Request) -> Result<Caller, Problem> {
+    neighbors::check(request.uri(), request.headers(), &state.settings)?;
+    if request.uri().path().starts_with(KEYS) {
+        return Err(Problem::new(Code::Forbidden, "nobody has to show a key here, so nobody can make or see any")
+            .with_hint("'retargetd keys create' makes them on the machine of the service; '--authentication keys' asks for them"));
+    }
+    Ok(Caller(Principal::anonymous()))
 }
 
 async fn admitted(state: &ApiState, headers: &HeaderMap, scope: Scope) -> Result<Caller, Denied> {
@@ -180,7 +216,7 @@ mod tests {
         assert_eq!(needed(Method::POST, "/v1/retarget"), Some(Scope::Write), "changing");
         assert_eq!(needed(Method::DELETE, "/v1/assets/{id}"), Some(Scope::Write), "changing");
         assert_eq!(needed(Method::GET, "/v1/keys"), Some(Scope::Admin), "keys of everybody");
-        assert_eq!(needed(Method::GET, "/metrics"), Some(Scope::Read), "tells how much is going on");
+        assert_eq!(needed(Method::GET, "/metrics"), Some(Scope::Admin), "tells how much everybody does");
         for open in ["/", "/livez", "/readyz", "/docs/{*page}", "/openapi.json", "/v1/limits"] {
             assert_eq!(needed(Method::GET, open), None, "{open}");
         }

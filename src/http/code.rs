@@ -71,6 +71,8 @@ codes! {
         "The detail says why: its signature, its issuer, its audience, or a claim that is missing. The operator's settings `token_…` say what is asked for.";
     Forbidden = "forbidden", FORBIDDEN, false, "The key or token does not allow this",
         "The detail names the scope that is needed: `read` to look, `write` to upload, run and remove, `admin` for keys.";
+    ForeignPage = "foreign_page", FORBIDDEN, false, "The request comes from a page of somebody else",
+        "Where nobody has to show a key, `Host` must be an address, `localhost` or a name of the setting `allowed_hosts`, and `Origin` the service itself or one of `cors_origins`: else any page on the web could use the service by a browser.";
     TooManyKeys = "too_many_keys", CONFLICT, false, "The principal has two keys already",
         "One is in use, and one follows it. Revoke one, then make another.";
     NotFound = "not_found", NOT_FOUND, false, "There is nothing here",

@@ -7,7 +7,7 @@ use axum::{
 };
 use serde::de::DeserializeOwned;
 
-use super::{ApiState, code::Code, problem::Problem, upload::BodyReader};
+use super::{ApiState, code::Code, json_size, problem::Problem, upload::BodyReader};
 use crate::jobs::{ApiKeyId, AssetId, BatchId, DeliveryId, JobId, JobState, ResultId, WebhookId};
 
 /// An id in the path. What is no id names nothing, so it is not found.
@@ -90,6 +90,7 @@ impl<T: DeserializeOwned> FromRequest<ApiState> for JsonBody<T> {
                 .with_hint("send the header 'Content-Type: application/json'"));
         }
         let bytes = BodyReader::new(request, &state.settings).document("the body").await?;
+        json_size::check(&bytes, &state.settings)?;
         read_json(&bytes).map(Self)
     }
 }

@@ -11,22 +11,29 @@
 //! 3. Render the document and the problems page again; the tests that compare them say how.
 
 mod auth;
+mod body;
 mod caching;
 mod code;
+mod connection;
 mod digest;
 mod docs;
 mod download;
 mod extract;
 mod idempotency;
+mod json_size;
 mod layers;
 mod negotiate;
+mod neighbors;
+mod pace;
 mod page;
+mod places;
 mod precondition;
 mod prefer;
 mod problem;
 mod quota;
 mod resources;
 mod server;
+mod shares;
 mod upload;
 mod views;
 
@@ -34,6 +41,7 @@ pub use code::{Code, problems_page};
 pub use docs::openapi_document;
 pub use problem::{Problem, ProblemError, ProblemView};
 pub use server::{Server, ServerSettings};
+pub use shares::Shares;
 
 use std::sync::Arc;
 
@@ -80,6 +88,9 @@ pub struct ApiState {
     /// One permit per request that may be worked on at the same time.
     #[from_ref(skip)]
     pub requests: Arc<Semaphore>,
+    /// How many of them each principal has.
+    #[from_ref(skip)]
+    pub shares: Shares,
 }
 
 /// All routes, ready to be served.
@@ -103,6 +114,16 @@ pub fn probes_router(jobs: Jobs, tokens: Tokens, metrics: Metrics) -> Router {
     let (routes, _) = resources::probes::routes().split_for_parts();
     let routes = routes.fallback(no_route).method_not_allowed_fallback(no_method);
     layers::wrap_probes(routes).with_state(ProbesState { jobs, tokens, metrics })
+}
+
+/// The routes that are answered where a service has no place for more connections: whether it is alive, and whether it is ready.
+pub fn reserved_router(jobs: Jobs, tokens: Tokens, metrics: Metrics) -> Router {
+    let routes = resources::probes::health_routes().fallback(no_place);
+    layers::wrap_probes(routes).with_state(ProbesState { jobs, tokens, metrics })
+}
+
+async fn no_place() -> Problem {
+    Problem::new(Code::TooBusy, "there are too many connections")
 }
 
 async fn no_route() -> Problem {

@@ -241,6 +241,7 @@ impl From<Refusal> for Problem {
                 Self::new(Code::BodyTooLarge, detail).about_limit(limit, most, actual)
             }
             Refusal::DigestMismatch { .. } => Self::new(Code::DigestMismatch, detail),
+            Refusal::TooBusy => Self::new(Code::TooBusy, detail),
             Refusal::Draining => Self::new(Code::Draining, detail),
             Refusal::StorageFull => Self::new(Code::StorageFull, detail),
             Refusal::WrongState { .. } => Self::new(Code::WrongState, detail),

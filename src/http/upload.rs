@@ -6,60 +6,38 @@ use axum::{
     http::{HeaderMap, header},
 };
 use futures::{Stream, StreamExt};
-use tokio::time::Instant;
 
-use super::{ApiState, code::Code, digest, extract, problem::Problem};
+use super::{
+    ApiState,
+    body::{BodyWatch, BoundedBody, too_large},
+    code::Code,
+    digest, extract,
+    problem::Problem,
+};
 use crate::{
     config::Settings,
     jobs::{ArrivedFiles, AssetRecord, Assets, ConfigDocument, InputRole, NewJob, Principal, Upload},
 };
 
-/// How long a body may take.
-#[derive(Clone, Copy, Debug)]
-struct Pace {
-    idle: std::time::Duration,
-    end: Instant,
-}
-
-impl Pace {
-    fn new(settings: &Settings) -> Self {
-        Self { idle: settings.upload_idle_timeout.0, end: Instant::now() + settings.upload_timeout.0 }
-    }
-
-    /// Waits for what comes next, no longer than a pause may be.
-    async fn next<T>(self, arrival: impl Future<Output = T>) -> Result<T, Problem> {
-        let deadline = self.end.min(Instant::now() + self.idle);
-        tokio::time::timeout_at(deadline, arrival).await.map_err(|_| {
-            let (limit, seconds) = if Instant::now() >= self.end {
-                ("upload_timeout", None)
-            } else {
-                ("upload_idle_timeout", Some(self.idle.as_secs_f64()))
-            };
-            let seconds = seconds.map_or_else(String::new, |seconds| format!(" of {seconds} seconds"));
-            Problem::new(Code::UploadTooSlow, format!("the upload took longer than '{limit}'{seconds} allows"))
-                .with_hint("nothing was kept; send it again")
-        })
-    }
-}
-
 /// Reads a body that is no multipart.
 pub(super) struct BodyReader<'a> {
     headers: HeaderMap,
-    body: axum::body::BodyDataStream,
+    body: BoundedBody,
     settings: &'a Settings,
-    pace: Pace,
 }
 
 impl<'a> BodyReader<'a> {
     pub(super) fn new(request: Request<Body>, settings: &'a Settings) -> Self {
         let (parts, body) = request.into_parts();
-        Self { headers: parts.headers, body: body.into_data_stream(), settings, pace: Pace::new(settings) }
+        Self { headers: parts.headers, body: BoundedBody::new(body, settings), settings }
     }
 
     /// A document that is small enough for memory.
     pub(super) async fn document(mut self, what: &str) -> Result<Vec<u8>, Problem> {
         let most = self.settings.max_document_bytes.0;
-        collect(&mut self.body, most, what, self.pace).await
+        collect(&mut self.body, most, what, &BodyWatch::default())
+            .await
+            .map_err(|problem| self.body.refusal(|| problem))
     }
 
     /// A file, kept as an asset of its owner. Gives the record and whether it is new.
@@ -71,7 +49,8 @@ impl<'a> BodyReader<'a> {
     ) -> Result<(AssetRecord, bool), Problem> {
         let announced_digest = digest::announced(&self.headers)?;
         let mut upload = assets.begin(&clean_name(name), content_length(&self.headers)).await?;
-        receive(&mut self.body, &mut upload, self.pace).await?;
+        let received = receive(&mut self.body, &mut upload, &BodyWatch::default()).await;
+        received.map_err(|problem| self.body.refusal(|| problem))?;
         let file = upload.finish(announced_digest.as_deref()).await?;
         Ok(assets.keep(owner, file).await?)
     }
@@ -117,18 +96,24 @@ pub(super) fn missing(role: InputRole) -> Problem {
 ///
 /// # Errors
 /// When a part is unknown, sent twice, too large or of no known format.
-pub(super) async fn read_form(mut request: Request<Body>, state: &ApiState) -> Result<Form, Problem> {
-    let ApiState { assets, settings, .. } = state;
-    check_announced(request.headers(), settings)?;
+pub(super) async fn read_form(request: Request<Body>, state: &ApiState) -> Result<Form, Problem> {
+    check_announced(request.headers(), &state.settings)?;
+    let (parts, body) = request.into_parts();
+    let (body, watch) = BoundedBody::new(body, &state.settings).of_parts();
+    let mut request = Request::from_parts(parts, Body::from_stream(body));
     // Ours are the limits; the framework's would end at 2 MB.
     DefaultBodyLimit::disable().apply(&mut request);
-    let pace = Pace::new(settings);
+    read_parts(request, state, &watch).await.map_err(|problem| watch.refusal(|| problem))
+}
+
+async fn read_parts(request: Request<Body>, state: &ApiState, watch: &BodyWatch) -> Result<Form, Problem> {
     let mut multipart = Multipart::from_request(request, &()).await.map_err(|error| {
         Problem::new(Code::UnsupportedMediaType, format!("the body must be multipart/form-data: {}", error.body_text()))
     })?;
     let mut parts = Form::default();
-    while let Some(field) = pace.next(multipart.next_field()).await?.map_err(broken)? {
-        parts.take(field, assets, settings, pace).await?;
+    while let Some(field) = multipart.next_field().await.map_err(broken)? {
+        watch.advance();
+        parts.take(field, &state.assets, &state.settings, watch).await?;
     }
     Ok(parts)
 }
@@ -150,18 +135,18 @@ impl Form {
         mut field: Field<'_>,
         assets: &Assets,
         settings: &Settings,
-        pace: Pace,
+        watch: &BodyWatch,
     ) -> Result<(), Problem> {
         let name = field.name().unwrap_or_default().to_owned();
         let file_name = clean_name(field.file_name().unwrap_or_default());
         if name == "config" && self.config.is_none() {
             let what = "the part 'config'";
-            let bytes = collect(&mut field, settings.max_document_bytes.0, what, pace).await?;
+            let bytes = collect(&mut field, settings.max_document_bytes.0, what, watch).await?;
             self.config = Some(config_document(file_name, bytes)?);
             return Ok(());
         }
         if name == "preset" && self.preset.is_none() {
-            let bytes = collect(&mut field, settings.max_document_bytes.0, "the part 'preset'", pace).await?;
+            let bytes = collect(&mut field, settings.max_document_bytes.0, "the part 'preset'", watch).await?;
             self.preset = Some(String::from_utf8_lossy(&bytes).trim().to_owned());
             return Ok(());
         }
@@ -170,7 +155,7 @@ impl Form {
         };
         let most = settings.max_request_bytes.0;
         let mut upload = assets.begin(&file_name, None).await?;
-        self.bytes += receive(&mut field, &mut upload, pace).await?;
+        self.bytes += receive(&mut field, &mut upload, watch).await?;
         if self.bytes > most {
             return Err(too_large("the request", "request_bytes", most, self.bytes));
         }
@@ -239,18 +224,19 @@ fn config_document(file_name: String, bytes: Vec<u8>) -> Result<ConfigDocument, 
             format!("the config is no UTF-8 text; byte {place} is the first that is none"),
         )
     })?;
-    Ok(ConfigDocument { file_name, text })
+    Ok(ConfigDocument { file_name, text: text.into() })
 }
 
 /// Streams bytes into an upload. Gives how many.
 async fn receive<E: ArrivalError>(
     chunks: &mut (impl Stream<Item = Result<Bytes, E>> + Unpin),
     upload: &mut Upload,
-    pace: Pace,
+    watch: &BodyWatch,
 ) -> Result<u64, Problem> {
     let mut total = 0;
-    while let Some(chunk) = pace.next(chunks.next()).await? {
+    while let Some(chunk) = chunks.next().await {
         let chunk = chunk.map_err(E::problem)?;
+        watch.advance();
         total += chunk.len() as u64;
         upload.write(&chunk).await?;
     }
@@ -261,11 +247,12 @@ async fn collect<E: ArrivalError>(
     chunks: &mut (impl Stream<Item = Result<Bytes, E>> + Unpin),
     most: u64,
     what: &str,
-    pace: Pace,
+    watch: &BodyWatch,
 ) -> Result<Vec<u8>, Problem> {
     let mut bytes = Vec::new();
-    while let Some(chunk) = pace.next(chunks.next()).await? {
+    while let Some(chunk) = chunks.next().await {
         let chunk = chunk.map_err(E::problem)?;
+        watch.advance();
         let total = bytes.len() as u64 + chunk.len() as u64;
         if total > most {
             return Err(too_large(what, "document_bytes", most, total));
@@ -294,11 +281,6 @@ impl ArrivalError for axum::extract::multipart::MultipartError {
 
 fn broken(error: axum::extract::multipart::MultipartError) -> Problem {
     Problem::new(Code::MalformedRequest, format!("the multipart body cannot be read: {}", error.body_text()))
-}
-
-fn too_large(what: &str, limit: &'static str, most: u64, actual: u64) -> Problem {
-    Problem::new(Code::BodyTooLarge, format!("{what} is larger than the limit '{limit}' of {most} bytes allows"))
-        .about_limit(limit, most, actual)
 }
 
 fn check_announced(headers: &HeaderMap, settings: &Settings) -> Result<(), Problem> {

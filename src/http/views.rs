@@ -125,7 +125,7 @@ pub(super) struct JobView {
     /// `retarget`, `edit` or `pose`.
     #[schema(example = "retarget")]
     kind: &'static str,
-    /// Its place in the queue, from 1, while it waits.
+    /// Its place in the queue, from 1, while it waits. Lists leave it out.
     #[serde(skip_serializing_if = "Option::is_none")]
     queue_position: Option<u64>,
     /// How far it is, while it runs.

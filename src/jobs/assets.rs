@@ -2,19 +2,21 @@
 
 use std::sync::Arc;
 
+use bytes::Bytes;
 use futures::future::try_join_all;
 use tokio::sync::Semaphore;
 
 use super::{
     Engine, Jobs, Refusal,
-    bridge::on_own_thread,
     fetching::MOST_FETCHES,
     inspections::{Found, InspectionKey},
+    library::OwnRigs,
+    looks::Look,
     memory,
 };
 use crate::{
     config::Failpoint,
-    engine::{Control, Failure, FailureCode, Format, Knowledge, Limits, NamedBytes, sniff},
+    engine::{Control, Failure, Format, Knowledge, Limits, NamedBytes, sniff},
     outbound::Outbound,
     store::{AssetId, AssetRecord, BlobWriter, HeldBlobs, Page, Principal, UnnamedBlob},
     telemetry::Metric,
@@ -24,8 +26,6 @@ use crate::{
 #[derive(Clone, Debug)]
 pub struct Assets {
     pub(super) jobs: Jobs,
-    /// As many files are looked into at the same time as jobs may run here, and at least one.
-    looks: Arc<Semaphore>,
     /// Who fetches files by URL, and how many at the same time.
     pub(super) outbound: Outbound,
     pub(super) fetches: Arc<Semaphore>,
@@ -51,8 +51,7 @@ impl Assets {
     /// The files that `jobs` work on.
     #[must_use]
     pub fn new(jobs: &Jobs, outbound: Outbound) -> Self {
-        let looks = Arc::new(Semaphore::new(jobs.0.settings.workers.0.max(1)));
-        Self { jobs: jobs.clone(), looks, outbound, fetches: Arc::new(Semaphore::new(MOST_FETCHES)) }
+        Self { jobs: jobs.clone(), outbound, fetches: Arc::new(Semaphore::new(MOST_FETCHES)) }
     }
 
     /// Begins to take a file. `announced_bytes` is what the sender said it will be, so that too much is refused early.
@@ -180,56 +179,40 @@ impl Assets {
         if let Some(document) = inspections.find(&key) {
             return Ok(document);
         }
-        let inspection = self.inspect_now(&asset, self.jobs.knowledge(owner, &rigs.versions()).await?).await?;
+        // Who asks for the same at the same time waits for the one look, and hears what it says.
+        let shared = inspections.shared(&key);
+        let waited = tokio::time::timeout(self.jobs.0.settings.job_timeout.0, shared.lock()).await;
+        let mut refused = waited.map_err(|_| Refusal::TooBusy)?;
+        if let Some(document) = inspections.find(&key) {
+            return Ok(document);
+        }
+        if let Some(failure) = &*refused {
+            return Err(failure.clone().into());
+        }
+        let looked = self.inspect_now(&asset, &rigs).await;
+        if let Err(Refusal::Engine(failure)) = &looked {
+            *refused = Some(failure.clone());
+        }
+        let inspection = looked?;
         let document: Arc<str> = inspection.to_string().into();
         let memory_bytes = memory::of_inspected_file(asset.bytes, &inspection);
         inspections.add(key, Found { document: Arc::clone(&document), memory_bytes });
         Ok(document)
     }
 
-    async fn inspect_now(&self, asset: &AssetRecord, knowledge: Knowledge) -> Result<serde_json::Value, Refusal> {
-        let bytes = self.jobs.0.store.blobs().read(&asset.sha256).await?;
+    async fn inspect_now(&self, asset: &AssetRecord, rigs: &OwnRigs) -> Result<serde_json::Value, Refusal> {
         let name = asset.file_name.clone();
-        let look = move |engine: &dyn Engine, limits: &Limits, control: &Control| {
-            engine.inspect(NamedBytes { name: &name, bytes: &bytes }, &knowledge, limits, control)
+        let memory_bytes = memory::of_job([memory::of_unknown_file(asset.bytes)].into_iter(), 1.0);
+        let look = Look { owner: &asset.principal, thread: "inspect", what: "looking into the file", memory_bytes };
+        let load = async {
+            let knowledge = self.jobs.knowledge(&asset.principal, &rigs.versions()).await?;
+            Ok((self.jobs.0.store.blobs().read(&asset.sha256).await?, knowledge))
         };
-        self.look("inspect", "looking into the file", look).await
-    }
-
-    /// Lets the engine look at files on a thread of its own, as many at the same time as jobs may run, and no longer than a job
-    /// may take. `what` says what it does, for messages.
-    pub(super) async fn look<T: Send + 'static>(
-        &self,
-        thread: &str,
-        what: &str,
-        work: impl FnOnce(&dyn Engine, &Limits, &Control) -> Result<T, Failure> + Send + 'static,
-    ) -> Result<T, Refusal> {
-        let inner = Arc::clone(&self.jobs.0);
-        let permit = Arc::clone(&self.looks).acquire_owned().await;
-        // Canceled when the caller goes away, so that nobody works for nobody.
-        let watched = CancelOnDrop(Arc::default());
-        let control = Arc::clone(&watched.0);
-        let limit = inner.settings.job_timeout.0;
-        let outcome = on_own_thread(thread, move || {
-            // Given back when the thread ends, not when the caller goes away.
-            let _permit = permit;
-            work(&*inner.engine, &inner.limits, &control)
-        });
-        match tokio::time::timeout(limit, outcome).await {
-            Ok(Ok(Some(found))) => Ok(found?),
-            Ok(_) => Err(Failure::new(FailureCode::Internal, format!("{what} failed because of a fault")).into()),
-            Err(_) => Err(Failure::new(FailureCode::AssetLimitExceeded, format!("{what} took too long"))
-                .with_hint("the limit is 'job_timeout'")
-                .into()),
-        }
-    }
-}
-
-struct CancelOnDrop(Arc<Control>);
-
-impl Drop for CancelOnDrop {
-    fn drop(&mut self) {
-        self.0.cancel();
+        let work =
+            move |(bytes, knowledge): &(Bytes, Knowledge), engine: &dyn Engine, limits: &Limits, control: &Control| {
+                engine.inspect(NamedBytes { name: &name, bytes }, knowledge, limits, control)
+            };
+        self.jobs.look(look, load, work).await
     }
 }
 

@@ -103,7 +103,10 @@ pub trait Engine: Send + Sync + 'static {
     ///
     /// # Errors
     /// As [`engine::check_config`].
-    fn check_config(&self, config: NamedBytes<'_>) -> Result<serde_json::Value, Failure>;
+    fn check_config(&self, config: NamedBytes<'_>, control: &Control) -> Result<serde_json::Value, Failure>;
+
+    /// Lets go of what has not been used for a while; to be called from time to time.
+    fn tidy(&self) {}
 }
 
 /// The real one.
@@ -152,7 +155,7 @@ impl Engine for RetargetEngine {
         to_json(engine::explain_with(inputs, question, knowledge.parsed()?.as_ref(), limits, control)?)
     }
 
-    fn check_config(&self, config: NamedBytes<'_>) -> Result<serde_json::Value, Failure> {
+    fn check_config(&self, config: NamedBytes<'_>, _: &Control) -> Result<serde_json::Value, Failure> {
         engine::check_config(config)
     }
 }

@@ -22,6 +22,14 @@ impl Change {
         }
     }
 
+    /// Whether it may be the end of any job.
+    pub(super) const fn is_end(&self) -> bool {
+        match self {
+            Self::Job(_, state) => state.is_final(),
+            Self::Anything => true,
+        }
+    }
+
     /// Whether it may be the end of that job.
     pub(super) fn may_end(&self, id: &JobId) -> bool {
         match self {

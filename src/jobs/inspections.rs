@@ -2,14 +2,14 @@
 //! users' templates is asked for by their digest.
 
 use std::{
-    collections::VecDeque,
-    sync::{Arc, Mutex, PoisonError},
+    collections::{BTreeMap, VecDeque},
+    sync::{Arc, Mutex, PoisonError, Weak},
 };
 
-use crate::store::AssetRecord;
+use crate::{engine::Failure, store::AssetRecord};
 
 /// What an answer depends on.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct InspectionKey {
     /// Of the file.
     pub(super) sha256: String,
@@ -35,7 +35,14 @@ pub(super) struct Found {
 
 /// The latest answers, bounded by their bytes.
 #[derive(Debug, Default)]
-pub(super) struct Inspections(Mutex<VecDeque<(InspectionKey, Found)>>);
+pub(super) struct Inspections {
+    kept: Mutex<VecDeque<(InspectionKey, Found)>>,
+    /// Looks that are at work, each with why it failed, for those who wait for it.
+    at_work: Mutex<BTreeMap<InspectionKey, Weak<SharedLook>>>,
+}
+
+/// What those have in common who ask for the same at the same time: one of them looks, and leaves why that failed where it did.
+pub(super) type SharedLook = tokio::sync::Mutex<Option<Failure>>;
 
 impl Inspections {
     /// Enough for a few hundred characters.
@@ -45,19 +52,31 @@ impl Inspections {
         self.found(key).map(|found| found.document)
     }
 
+    /// The look of that key which is at work, or about to be.
+    pub(super) fn shared(&self, key: &InspectionKey) -> Arc<SharedLook> {
+        let mut at_work = self.at_work.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(shared) = at_work.get(key).and_then(Weak::upgrade) {
+            return shared;
+        }
+        at_work.retain(|_, shared| shared.strong_count() > 0);
+        let shared = Arc::new(SharedLook::default());
+        at_work.insert(key.clone(), Arc::downgrade(&shared));
+        shared
+    }
+
     /// What is known of the memory that a job on the file needs.
     pub(super) fn memory_bytes(&self, key: &InspectionKey) -> Option<u64> {
         self.found(key)?.memory_bytes
     }
 
     fn found(&self, key: &InspectionKey) -> Option<Found> {
-        let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         kept.iter().find(|(other, _)| other == key).map(|(_, found)| found.clone())
     }
 
     /// Remembers an answer, and forgets the oldest ones where there is no room.
     pub(super) fn add(&self, key: InspectionKey, found: Found) {
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         kept.retain(|(other, _)| *other != key);
         kept.push_back((key, found));
         let mut bytes: usize = kept.iter().map(|(_, found)| found.document.len()).sum();

@@ -41,19 +41,21 @@ pub(super) fn of_job(files: impl Iterator<Item = u64>, growth: f64) -> u64 {
     BASE_BYTES.saturating_add((files as f64 * growth.max(1.0)) as u64)
 }
 
-/// How many times larger than its files a job is, by its config: a higher rate, a slower clip, repetitions and holds make more frames, and
-/// each format beyond the first is written besides. What the config does not say in numbers counts as one.
-pub(super) fn growth_of(config: Option<&Value>, formats: usize) -> f64 {
-    let number =
-        |pointer: &str| config?.pointer(pointer)?.as_f64().filter(|number| number.is_finite() && *number > 0.0);
+/// How many times larger than its files a job is by its config: a higher rate, a slower clip, repetitions and holds make more frames. What
+/// the config does not say in numbers counts as one.
+pub(super) fn growth_of_config(config: &Value) -> f64 {
+    let number = |pointer: &str| config.pointer(pointer)?.as_f64().filter(|number| number.is_finite() && *number > 0.0);
     let rate = number("/edit/fps").map_or(1.0, |fps| (fps / USUAL_FPS).max(1.0));
     let slowness = number("/edit/speed").map_or(1.0, |speed| (1.0 / speed).max(1.0));
     let repeats = number("/edit/loop/times").unwrap_or(1.0).max(1.0);
     let held = ["before", "after"].map(|side| number(&format!("/edit/hold/{side}_seconds")).unwrap_or(0.0));
-    let turns =
-        if config.and_then(|config| config.pointer("/edit/ping_pong")?.as_bool()) == Some(true) { 2.0 } else { 1.0 };
-    let written = formats.saturating_sub(1) as f64 * SHARE_OF_FORMAT;
-    (slowness * repeats * turns + held.iter().sum::<f64>() / USUAL_SECONDS) * rate + written
+    let turns = if config.pointer("/edit/ping_pong").and_then(Value::as_bool) == Some(true) { 2.0 } else { 1.0 };
+    (slowness * repeats * turns + held.iter().sum::<f64>() / USUAL_SECONDS) * rate
+}
+
+/// What the formats add to that: each beyond the first is written besides.
+pub(super) fn growth_of_formats(formats: usize) -> f64 {
+    formats.saturating_sub(1) as f64 * SHARE_OF_FORMAT
 }
 
 /// The memory that running jobs may be thought to need together, counted in mebibytes.
@@ -99,11 +101,11 @@ mod tests {
 
     #[test]
     fn a_config_that_makes_more_frames_needs_more_memory() {
-        let growth = |config: Value| growth_of(Some(&config), 1);
+        let growth = |config: Value| growth_of_config(&config);
         assert_eq!(growth(serde_json::json!({})), 1.0, "nothing is made larger");
         assert!(growth(serde_json::json!({"edit": {"fps": 1000, "speed": 0.02}})) > 1000.0, "many more frames");
         assert!(growth(serde_json::json!({"edit": {"hold": {"after_seconds": 1e5}}})) > 1000.0, "a long hold");
-        assert!(growth_of(None, 3) > growth_of(None, 1), "more formats");
+        assert!(growth_of_formats(3) > growth_of_formats(1), "more formats");
         assert_eq!(growth(serde_json::json!({"edit": {"fps": 5, "speed": 10}})), 1.0, "less is not counted on");
     }
 

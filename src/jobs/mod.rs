@@ -27,6 +27,7 @@ mod inspections;
 mod isolation;
 mod keys;
 mod library;
+mod looks;
 mod lost_workers;
 mod memory;
 mod proposals;

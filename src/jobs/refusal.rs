@@ -78,6 +78,9 @@ pub enum Refusal {
         /// What arrived, in hexadecimal.
         actual: String,
     },
+    /// It was nobody's turn for too long.
+    #[error("too much is being looked into at the same time")]
+    TooBusy,
     /// The service is going down.
     #[error("the service is shutting down and takes no new work")]
     Draining,

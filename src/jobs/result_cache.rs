@@ -66,7 +66,7 @@ impl Jobs {
 
 fn key_of(request: &JobRequest) -> String {
     let inputs: Vec<_> = request.inputs().map(|(role, input)| (role.name(), &input.sha256, &input.file_name)).collect();
-    let config = request.config.as_ref().map(|config| (&config.file_name, &config.text));
+    let config = request.config.as_ref().map(|config| (&config.file_name, &*config.text));
     let rigs: Vec<_> = request.rigs.iter().map(|rig| (&rig.name, rig.version)).collect();
     library::digest(&json!([build(), inputs, config, request.formats, rigs]).to_string())
 }
@@ -113,7 +113,7 @@ mod tests {
         let first = request();
         let same = JobRequest { labels: Default::default(), skip_cache: true, ..request() };
         assert_eq!(key_of(&first), key_of(&same), "assets and labels do not matter");
-        let config = Some(ConfigDocument { file_name: "config.json".to_owned(), text: "{}".to_owned() });
+        let config = Some(ConfigDocument { file_name: "config.json".to_owned(), text: "{}".into() });
         let swapped = JobRequest { source: first.target.clone(), target: first.source.clone(), ..request() };
         let others = [
             swapped,

@@ -24,6 +24,7 @@ use super::{
     handover::Handovers,
     head_start::HeadStarts,
     inspections::Inspections,
+    looks::Looks,
     memory::MemoryBudget,
     next_state,
     record_room::RecordRoom,
@@ -47,7 +48,7 @@ pub struct JobSnapshot {
     pub record: JobRecord,
     /// The files it gave.
     pub results: Vec<ResultRecord>,
-    /// Its place among the waiting jobs of its principal, from 1; places after ten thousand are told as that.
+    /// Its place among the waiting jobs of its principal, from 1; places after ten thousand are told as that. Not counted for lists.
     pub queue_position: Option<u64>,
     /// How far it is, while it runs.
     pub progress: Option<StoredProgress>,
@@ -72,6 +73,7 @@ pub(super) struct Inner {
     pub(super) admission: Arc<Admission>,
     pub(super) memory: MemoryBudget,
     pub(super) inspections: Inspections,
+    pub(super) looks: Looks,
     pub(super) running: Arc<RunningJobs>,
     pub(super) streams: Arc<OpenStreams>,
     pub(super) changes: Changes,
@@ -117,6 +119,7 @@ impl Jobs {
         }));
         Self(Arc::new(Inner {
             limits: engine_limits(&settings),
+            looks: Looks::new(settings.workers.0),
             memory: MemoryBudget::new(settings.memory_budget.0),
             store,
             engine,

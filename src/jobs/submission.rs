@@ -1,6 +1,9 @@
 //! Taking jobs on.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::{Arc, Mutex, PoisonError},
+};
 
 use jiff::Timestamp;
 
@@ -56,7 +59,7 @@ impl NewJob {
         let Self { inputs, config, formats, labels, preset, priority, skip_cache, webhook, idempotency_key: _ } = self;
         let inputs: Vec<_> = inputs.iter().map(|(role, asset)| (role.name(), asset)).collect();
         let formats: Vec<_> = formats.iter().map(|format| format.info().name).collect();
-        let config = config.as_ref().map(|config| &config.text);
+        let config = config.as_ref().map(|config| &*config.text);
         let mut asked = serde_json::json!([inputs, config, formats, labels, preset, priority, skip_cache]);
         // Only where there is one, so that a digest from before there were webhooks stays what it is.
         if let (Some(webhook), Some(asked)) = (webhook, asked.as_array_mut()) {
@@ -144,9 +147,50 @@ pub(super) struct Known {
     /// Those that are not there have the names of those that are.
     presets: BTreeMap<String, Result<Kept, Vec<String>>>,
     webhooks: BTreeSet<WebhookId>,
+    configs: Mutex<ReadConfigs>,
+}
+
+/// The name of a preset, and the text that is laid over it.
+type OverPreset = (String, Option<Arc<str>>);
+
+/// What was read of configs, once however many jobs have them.
+#[derive(Default)]
+struct ReadConfigs {
+    /// What comes of laying them over presets.
+    laid: BTreeMap<OverPreset, Result<Arc<str>, Failure>>,
+    /// By the text.
+    facts: BTreeMap<Arc<str>, ConfigFacts>,
+}
+
+/// What taking a job on has to know of its config.
+#[derive(Clone, Copy)]
+struct ConfigFacts {
+    kind: JobKind,
+    /// How many times larger than its files it makes a job.
+    growth: f64,
 }
 
 impl Known {
+    /// What kind of job a config asks for.
+    pub(super) fn kind_of(&self, config: Option<&ConfigDocument>) -> JobKind {
+        self.facts_of(config).kind
+    }
+
+    fn facts_of(&self, config: Option<&ConfigDocument>) -> ConfigFacts {
+        let Some(config) = config else { return ConfigFacts { kind: JobKind::default(), growth: 1.0 } };
+        let mut read = self.configs.lock().unwrap_or_else(PoisonError::into_inner);
+        *read.facts.entry(Arc::clone(&config.text)).or_insert_with(|| ConfigFacts::of(config))
+    }
+
+    /// A config laid over a preset.
+    fn lay(&self, preset: &Kept, config: Option<&ConfigDocument>) -> Result<Arc<str>, Failure> {
+        let bytes = config.map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
+        let key = (preset.name.clone(), config.map(|config| Arc::clone(&config.text)));
+        let mut read = self.configs.lock().unwrap_or_else(PoisonError::into_inner);
+        let laid = read.laid.entry(key);
+        laid.or_insert_with(|| engine::merge_config(&preset.document, bytes).map(Arc::from)).clone()
+    }
+
     /// What is known of a file.
     pub(super) fn asset(&self, id: &AssetId) -> Option<&AssetRecord> {
         self.assets.get(id)
@@ -230,7 +274,7 @@ impl Jobs {
             let found = self.0.store.records().webhook(id).await?;
             webhooks.extend(found.filter(|webhook| webhook.principal == *owner).map(|_| id.clone()));
         }
-        Ok(Known { rigs: self.own_rigs(owner).await?, assets, presets, webhooks })
+        Ok(Known { rigs: self.own_rigs(owner).await?, assets, presets, webhooks, configs: Mutex::default() })
     }
 
     /// What a job is that names things which were looked up.
@@ -260,8 +304,10 @@ impl Jobs {
             skip_cache: new.skip_cache,
             webhook: known.webhook(new.webhook)?,
         };
-        let memory_bytes = memory::of_job(needs.into_iter(), growth_of(&request));
-        let (owner, priority, kind) = (owner.clone(), new.priority, kind_of(&request));
+        let ConfigFacts { kind, growth } = known.facts_of(request.config.as_ref());
+        let growth = growth + memory::growth_of_formats(request.formats.len());
+        let memory_bytes = memory::of_job(needs.into_iter(), growth);
+        let (owner, priority) = (owner.clone(), new.priority);
         Ok(Wanted { owner, kind, request, input_bytes, memory_bytes, priority, retry_of: None, idempotency: None })
     }
 
@@ -372,17 +418,22 @@ fn lay_over_preset(
         Some(Err(known)) => return Err(Refusal::UnknownPreset { name, known: known.clone() }),
         None => return Err(Refusal::UnknownPreset { name, known: Vec::new() }),
     };
-    let bytes = config.as_ref().map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
-    let text = engine::merge_config(&kept.document, bytes)?;
+    let text = known.lay(kept, config.as_ref())?;
     let version = kept.own.map_or(0, |(version, _)| version);
     let config = ConfigDocument { file_name: "config.json".to_owned(), text };
     Ok((Some(config), Some(VersionedName { name, version })))
 }
 
-pub(super) fn kind_of(request: &JobRequest) -> JobKind {
-    let config = request.config.as_ref();
-    let config = config.map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
-    JobKind::from_name(engine::task_of(config)).unwrap_or_default()
+impl ConfigFacts {
+    fn of(config: &ConfigDocument) -> Self {
+        let text = config.text.as_bytes();
+        let task = engine::task_of(Some(NamedBytes { name: &config.file_name, bytes: text }));
+        let document = says_edit(text).then(|| engine::parse_config(text).ok()).flatten();
+        Self {
+            kind: JobKind::from_name(task).unwrap_or_default(),
+            growth: document.map_or(1.0, |document| memory::growth_of_config(&document)),
+        }
+    }
 }
 
 /// About how many bytes of a record a request is.
@@ -390,13 +441,6 @@ pub(super) fn text_bytes(request: &JobRequest) -> u64 {
     /// Its row, its names and its places in indices.
     const ROW: u64 = 2048;
     ROW + request.config.as_ref().map_or(0, |config| config.text.len() as u64)
-}
-
-/// How many times larger than its files a job is, by its config.
-fn growth_of(request: &JobRequest) -> f64 {
-    let text = request.config.as_ref().map(|config| config.text.as_bytes()).filter(|text| says_edit(text));
-    let config = text.and_then(|text| engine::parse_config(text).ok());
-    memory::growth_of(config.as_ref(), request.formats.len())
 }
 
 /// Most configs change nothing of the clip's length, and need not be read for that.

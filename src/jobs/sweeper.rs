@@ -26,6 +26,7 @@ impl Sweeper {
             let mut looked = None;
             loop {
                 jobs.sweep().await;
+                jobs.0.engine.tidy();
                 if looked.is_none_or(|at: Instant| at.elapsed() > LOOK_FOR_LEFTOVERS) {
                     looked = Some(Instant::now());
                     jobs.remove_leftovers().await;

@@ -65,7 +65,7 @@ impl Engine for Obedient {
         Ok(serde_json::json!({"joint": question.joint}))
     }
 
-    fn check_config(&self, config: NamedBytes<'_>) -> Result<serde_json::Value, Failure> {
+    fn check_config(&self, config: NamedBytes<'_>, _: &Control) -> Result<serde_json::Value, Failure> {
         Ok(serde_json::json!({"config_bytes": config.bytes.len()}))
     }
 }
@@ -98,7 +98,7 @@ impl Fixture {
 
     async fn submit(&self, config: &str) -> Result<JobSnapshot, Refusal> {
         let inputs = [InputRole::Source, InputRole::Target].map(|role| (role, self.asset.clone())).into();
-        let config = Some(ConfigDocument { file_name: "config.json".to_owned(), text: config.to_owned() });
+        let config = Some(ConfigDocument { file_name: "config.json".to_owned(), text: config.into() });
         let job = self.jobs.submit(&me(), NewJob { inputs, config, ..NewJob::default() }).await?.job;
         self.jobs.seen(job).await
     }

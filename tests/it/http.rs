@@ -4,6 +4,7 @@ mod access;
 mod asking;
 mod batches;
 mod black_box;
+mod bounds;
 mod container;
 mod creatures;
 mod documents;

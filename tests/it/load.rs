@@ -4,7 +4,9 @@
 //! With `RETARGETD_TEST_SECONDS` they run that long and hold the service to its figures too:
 //! `RETARGETD_TEST_SECONDS=60 cargo nextest run --profile long --release -E 'test(load::)' --no-capture`.
 
+mod abuse;
 mod caller;
+mod hostile_callers;
 mod one_shots;
 mod overload;
 mod soak;

@@ -93,6 +93,21 @@ impl ServiceProcess {
         std::fs::read_dir(format!("/proc/{}/fd", self.child.id())).map_or(0, |entries| entries.count() as u64)
     }
 
+    /// How many processes it has started that still run. Only on Linux; 0 elsewhere.
+    pub(crate) fn children(&self) -> usize {
+        let own = self.child.id().to_string();
+        let of_own = |entry: std::fs::DirEntry| {
+            let text = std::fs::read_to_string(entry.path().join("stat")).unwrap_or_default();
+            text.rsplit(')').next().unwrap_or_default().split_whitespace().nth(1) == Some(&own)
+        };
+        std::fs::read_dir("/proc")
+            .into_iter()
+            .flatten()
+            .flatten()
+            .filter_map(|entry| of_own(entry).then_some(()))
+            .count()
+    }
+
     /// The processor time that it and the processes below it have had so far. Only on Linux; nothing elsewhere.
     pub(crate) fn processor_time(&self) -> Duration {
         let own = self.child.id().to_string();

@@ -34,7 +34,7 @@ pub(super) fn wrap(router: Router<ApiState>, state: &ApiState) -> Router<ApiStat
         .layer(middleware::from_fn_with_state(state.clone(), admission::bound_concurrency))
         .layer(middleware::from_fn_with_state(state.clone(), linger::linger))
         .layer(middleware::from_fn(problems::write_problem))
-        .layer(middleware::from_fn(observe::observe))
+        .layer(middleware::from_fn_with_state(state.clone(), observe::observe))
         .layer(middleware::from_fn(headers::add_security_headers));
     let origins = &state.settings.cors_origins;
     let router = if origins.0.is_empty() { router } else { router.layer(cors::layer(origins)) };

@@ -3,15 +3,15 @@
 use std::time::Instant;
 
 use axum::{
-    extract::{MatchedPath, Request},
-    http::HeaderName,
+    extract::{MatchedPath, Request, State},
+    http::{HeaderName, header},
     middleware::Next,
     response::Response,
 };
 
 use super::RequestId;
 use crate::{
-    http::{auth::Caller, extract},
+    http::{ApiState, auth::Caller, extract},
     telemetry::{Metric, Span, TraceContext},
 };
 
@@ -34,16 +34,19 @@ impl Drop for InFlight {
     }
 }
 
-pub(super) async fn observe(request: Request, next: Next) -> Response {
+pub(super) async fn observe(State(state): State<ApiState>, request: Request, next: Next) -> Response {
     let began = Instant::now();
     let _in_flight = InFlight::begin();
     let route = request.extensions().get::<MatchedPath>().map_or("unmatched", MatchedPath::as_str).to_owned();
     let method = standard_method(request.method().as_str());
     let request_id = request.extensions().get::<RequestId>().map_or_else(String::new, |id| id.as_str().to_owned());
+    // Where callers show who they are, one who does not decides nothing of what is recorded.
+    let is_trusted = !state.settings.asks_who_calls() || request.headers().contains_key(header::AUTHORIZATION);
     let asked_by = TraceContext::from_headers(
         extract::text(request.headers(), &TRACE_PARENT),
         extract::text(request.headers(), &TRACE_STATE),
     );
+    let asked_by = asked_by.filter(|_| is_trusted);
     // Probes come every few seconds, and tell nobody anything.
     let is_traced = route.starts_with("/v1/");
     let mut span = if is_traced { Span::of_request(method, &route, asked_by.as_ref()) } else { Span::default() };

@@ -246,7 +246,10 @@ async fn create(
     }
     let skip_cache = caching::is_skipped(request.headers());
     let JsonBody(body) = JsonBody::<NewBatchBody>::from_request(request, &state).await?;
-    let (validate_only, mut new) = (body.validate_only, body.read(&state.settings)?);
+    let (validate_only, settings) = (body.validate_only, Shared::clone(&state.settings));
+    // Items are made one by one; a thousand of them take a while.
+    let read = tokio::task::spawn_blocking(move || body.read(&settings)).await;
+    let mut new = read.map_err(|fault| Problem::internal(&fault))??;
     for item in &mut new.items {
         item.skip_cache = skip_cache;
     }

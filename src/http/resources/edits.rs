@@ -79,7 +79,7 @@ async fn edit(
     let given = new.config.take();
     let config = given.as_ref().map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
     let text = engine::edit_config(config)?;
-    new.config = Some(ConfigDocument { file_name: "edit.json".into(), text });
+    new.config = Some(ConfigDocument { file_name: "edit.json".into(), text: text.into() });
     new.formats.extend(format);
     (new.idempotency_key, new.skip_cache) = (idempotency_key, skip_cache);
     answer(&state, &owner, &prefer, Parts { files, new }).await

@@ -1,6 +1,9 @@
 //! The JSON that asks for a batch.
 
-use std::collections::BTreeMap;
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
 
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -10,7 +13,7 @@ use super::new_job::{InputBody, NewJobBody, check_labels};
 use crate::{
     config::Settings,
     engine::merge_patch,
-    http::{code::Code, extract, problem::Problem},
+    http::{body::too_large, code::Code, extract, json_size::bytes_of_object, problem::Problem},
     jobs::{NewBatch, NewJob, OnError},
 };
 
@@ -96,52 +99,71 @@ impl NewBatchBody {
     /// When there are no items or too many, or items cannot be read: all of them, with pointers.
     pub(in crate::http) fn read(self, settings: &Settings) -> Result<NewBatch, Problem> {
         let labels = check_labels(self.labels, settings)?;
-        let overs = match (self.items, self.matrix) {
+        let items = match (self.items, self.matrix) {
             (Some(items), None) => {
                 check_count(items.len() as u64, "/items", settings)?;
-                items
+                let own = items.iter().map(bytes_of_object).sum();
+                check_bytes(&self.defaults, items.len() as u64, own, "/items", settings)?;
+                all(items.into_iter().map(|over| read_item(&self.defaults, over, settings)))?
             }
-            (None, Some(matrix)) => matrix.items(settings)?,
+            (None, Some(matrix)) => {
+                let (count, own) = matrix.size();
+                check_count(count, "/matrix", settings)?;
+                check_bytes(&self.defaults, count, own, "/matrix", settings)?;
+                all(matrix.items().map(|over| read_item(&self.defaults, over, settings)))?
+            }
             _ => {
                 let detail = "a batch has either 'items' or a 'matrix'";
                 return Err(Problem::new(Code::InvalidValue, detail).at("/items", Vec::new()));
             }
         };
-        let items = overs.into_iter().map(|over| read_item(&self.defaults, over, settings));
         let on_error = match self.on_error {
             OnErrorBody::Continue => OnError::Continue,
             OnErrorBody::Stop => OnError::Stop,
         };
-        Ok(NewBatch { items: all(items)?, on_error, is_atomic: self.atomic, labels, idempotency_key: None })
+        Ok(NewBatch { items, on_error, is_atomic: self.atomic, labels, idempotency_key: None })
     }
 }
 
 impl MatrixBody {
-    /// What each pair lays over the defaults.
-    fn items(self, settings: &Settings) -> Result<Vec<Map<String, Value>>, Problem> {
-        let specs = if self.specs.is_empty() { vec![Map::new()] } else { self.specs };
-        let counts = [self.sources.len(), self.targets.len(), specs.len()];
-        let count = counts.into_iter().fold(1, |product: u64, count| product.saturating_mul(count as u64));
-        check_count(count, "/matrix", settings)?;
-        let mut items = Vec::new();
-        for source in &self.sources {
-            for target in &self.targets {
-                for spec in &specs {
-                    let mut item = Value::Object(spec.clone());
-                    for (role, file) in [("source", source), ("target", target)] {
-                        merge_patch(&mut item, file.item(role));
-                    }
-                    if let Value::Object(item) = item {
-                        items.push(item);
-                    }
+    /// How many items there are, and what they take up beside the defaults: found out without making one.
+    fn size(&self) -> (u64, u64) {
+        let [sources, targets] = [&self.sources, &self.targets].map(|files| files.len() as u64);
+        let specs = self.specs.len().max(1) as u64;
+        let bytes = |files: &[MatrixFileBody]| files.iter().map(MatrixFileBody::bytes).sum::<u64>();
+        let of_specs = self.specs.iter().map(bytes_of_object).sum::<u64>();
+        let product = |first: u64, second: u64, third: u64| first.saturating_mul(second).saturating_mul(third);
+        let of_sources = product(bytes(&self.sources), targets, specs);
+        let of_targets = product(bytes(&self.targets), sources, specs);
+        let own = product(of_specs, sources, targets).saturating_add(of_sources).saturating_add(of_targets);
+        (product(sources, targets, specs), own)
+    }
+
+    /// What each pair lays over the defaults, made as it is asked for.
+    fn items(&self) -> impl Iterator<Item = Map<String, Value>> {
+        let specs: Vec<Option<&Map<String, Value>>> =
+            if self.specs.is_empty() { vec![None] } else { self.specs.iter().map(Some).collect() };
+        let pairs = self.sources.iter().flat_map(|source| self.targets.iter().map(move |target| (source, target)));
+        pairs.flat_map(move |(source, target)| {
+            let item = |spec: Option<&Map<String, Value>>| {
+                let mut item = Value::Object(spec.cloned().unwrap_or_default());
+                for (role, file) in [("source", source), ("target", target)] {
+                    merge_patch(&mut item, file.item(role));
                 }
-            }
-        }
-        Ok(items)
+                if let Value::Object(item) = item { item } else { Map::new() }
+            };
+            specs.clone().into_iter().map(item).collect::<Vec<_>>()
+        })
     }
 }
 
 impl MatrixFileBody {
+    /// What it takes up in an item.
+    fn bytes(&self) -> u64 {
+        let labels = self.labels.iter().map(|(name, text)| (name.len() + text.len()) as u64).sum::<u64>();
+        self.asset.len() as u64 + self.rest.as_ref().map_or(0, |rest| rest.asset.len() as u64) + labels
+    }
+
     /// What an item has of it.
     fn item(&self, role: &str) -> Map<String, Value> {
         let mut item = Map::new();
@@ -165,6 +187,23 @@ fn check_count(count: u64, pointer: &str, settings: &Settings) -> Result<(), Pro
     Err(Problem::new(Code::InvalidValue, detail).about_limit("batch_items", most, count).at(pointer, Vec::new()))
 }
 
+/// Refuses what would take up too much once every item has what it is given by the defaults and the matrix.
+fn check_bytes(
+    defaults: &Map<String, Value>,
+    count: u64,
+    own: u64,
+    pointer: &str,
+    settings: &Settings,
+) -> Result<(), Problem> {
+    let (most, actual) =
+        (settings.max_batch_bytes.0, bytes_of_object(defaults).saturating_mul(count).saturating_add(own));
+    if actual <= most {
+        return Ok(());
+    }
+    let problem = too_large("what the items of the batch have together", "batch_bytes", most, actual);
+    Err(problem.at(pointer, Vec::new()).with_hint("ask for it in several batches, or keep the config as a preset"))
+}
+
 fn read_item(defaults: &Map<String, Value>, over: Map<String, Value>, settings: &Settings) -> Result<NewJob, Problem> {
     let mut item = Value::Object(defaults.clone());
     merge_patch(&mut item, over);
@@ -176,12 +215,28 @@ fn read_item(defaults: &Map<String, Value>, over: Map<String, Value>, settings: 
     body.read(settings)
 }
 
+/// Has equal texts be one.
+fn share(text: &mut Arc<str>, texts: &mut BTreeSet<Arc<str>>) {
+    match texts.get(text) {
+        Some(same) => *text = Arc::clone(same),
+        None => drop(texts.insert(Arc::clone(text))),
+    }
+}
+
 /// All items, or the problem of the first that cannot be read, with what is wrong with the others.
 fn all(items: impl Iterator<Item = Result<NewJob, Problem>>) -> Result<Vec<NewJob>, Problem> {
     let (mut good, mut bad): (Vec<NewJob>, Option<Problem>) = (Vec::new(), None);
+    let mut texts = BTreeSet::new();
     for (number, item) in items.enumerate() {
         match item {
-            Ok(job) => good.push(job),
+            // Once there is one problem, only problems are told.
+            Ok(_) if bad.is_some() => {}
+            Ok(mut job) => {
+                if let Some(config) = &mut job.config {
+                    share(&mut config.text, &mut texts);
+                }
+                good.push(job);
+            }
             Err(problem) => {
                 let problem = problem.below(&format!("/items/{number}"));
                 match &mut bad {

@@ -109,7 +109,7 @@ pub(super) fn read_inputs(given: [Option<InputBody>; 4]) -> Result<BTreeMap<Inpu
 
 /// A config that came inside a JSON body.
 pub(super) fn config_document(config: serde_json::Map<String, serde_json::Value>) -> ConfigDocument {
-    ConfigDocument { file_name: "config.json".to_owned(), text: serde_json::Value::Object(config).to_string() }
+    ConfigDocument { file_name: "config.json".to_owned(), text: serde_json::Value::Object(config).to_string().into() }
 }
 
 fn webhook_id(text: &str) -> Result<WebhookId, Problem> {

@@ -120,7 +120,7 @@ async fn pose(
         files.share(InputRole::Target, InputRole::Source);
     }
     let text = serde_json::json!({ "pose": { "to": to.name() } }).to_string();
-    new.config = Some(ConfigDocument { file_name: "pose.json".into(), text });
+    new.config = Some(ConfigDocument { file_name: "pose.json".into(), text: text.into() });
     new.formats.extend(format);
     (new.idempotency_key, new.skip_cache) = (idempotency_key, skip_cache);
     answer(&state, &owner, &prefer, Parts { files, new }).await

@@ -1,10 +1,11 @@
 //! What machines ask: alive, ready, metrics.
 
 use axum::{
-    Json,
+    Json, Router,
     extract::{FromRef, State},
     http::header,
     response::{IntoResponse, Response},
+    routing::get,
 };
 use serde::Serialize;
 use utoipa::ToSchema;
@@ -29,6 +30,16 @@ where
     Metrics: FromRef<S>,
 {
     OpenApiRouter::new().routes(routes!(live)).routes(routes!(ready)).routes(routes!(metrics))
+}
+
+/// The two that say how the service is, without the metrics.
+pub(in crate::http) fn health_routes<S>() -> Router<S>
+where
+    S: Clone + Send + Sync + 'static,
+    Jobs: FromRef<S>,
+    Tokens: FromRef<S>,
+{
+    Router::new().route("/livez", get(live)).route("/readyz", get(ready))
 }
 
 /// An answer to a probe.

@@ -164,7 +164,7 @@ async fn check(
         JsonBody::<CheckBody>::from_request(request, &state).await?.0.read()?
     };
     let answer = match alone {
-        Some(config) => ConfigCheckView::Alone(CheckedConfig { spec: assets.check_config(config).await? }),
+        Some(config) => ConfigCheckView::Alone(CheckedConfig { spec: assets.check_config(&owner, config).await? }),
         None => ConfigCheckView::Proposal(Box::new(propose(assets, &owner, new).await?)),
     };
     Ok(Json(answer))

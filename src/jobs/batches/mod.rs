@@ -21,6 +21,8 @@ use crate::{
 
 /// How often a batch that somebody waits for is looked at, at most: every one of its jobs tells of several changes.
 const LOOK_AT_AWAITED: Duration = Duration::from_millis(250);
+/// How often to look although nothing was heard, in case another process has ended jobs of it.
+const LOOK_AGAIN: Duration = Duration::from_secs(2);
 /// How long to leave a batch that is being stopped to those who are just changing its jobs.
 const LEAVE_TO_OTHERS: Duration = Duration::from_millis(5);
 
@@ -131,13 +133,21 @@ impl Jobs {
         id: &BatchId,
         longest: Duration,
     ) -> Result<BatchSnapshot, Refusal> {
+        // Listening begins before looking, so that no change is missed in between.
+        let mut changes = self.0.changes.subscribe();
         let deadline = Instant::now() + longest;
         loop {
             let batch = self.batch(owner, id).await?;
             if batch.state().is_final() || self.is_draining() || Instant::now() >= deadline {
                 return Ok(batch);
             }
-            tokio::time::sleep_until(deadline.min(Instant::now() + LOOK_AT_AWAITED)).await;
+            let looked = Instant::now();
+            let changed = async {
+                // Falling behind may have hidden an end, so it counts as one.
+                while matches!(changes.recv().await, Ok(change) if !change.is_end() && !self.is_draining()) {}
+            };
+            let _ = tokio::time::timeout_at(deadline.min(looked + LOOK_AGAIN), changed).await;
+            tokio::time::sleep_until(deadline.min(looked + LOOK_AT_AWAITED)).await;
         }
     }
 

@@ -1,16 +1,21 @@
 //! Taking batches on, and asking again for what failed of them.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
+
+use sha2::{Digest, Sha256};
 
 use super::{super::FailureReason, BatchSnapshot, stopped_by_another};
 use crate::{
     config::Failpoint,
-    engine::{Failure, NamedBytes},
+    engine::{Control, Failure, FailureCode, Limits, NamedBytes},
     jobs::{
-        JobQuota, Jobs, NewJob, Refusal,
-        bridge::on_own_thread,
-        failure, library, similar_names,
-        submission::{Known, Wanted, kind_of, suspect_digest, text_bytes},
+        Engine, JobQuota, Jobs, NewJob, Refusal, failure, hexadecimal,
+        looks::Look,
+        memory, similar_names,
+        submission::{Known, Wanted, suspect_digest, text_bytes},
     },
     store::{
         AddedAgain, AddedBatch, BatchId, BatchPlace, BatchRecord, ConfigDocument, Idempotency, InputRole, JobFailure,
@@ -42,9 +47,17 @@ impl NewBatch {
     /// The word, and a digest of everything else.
     fn idempotency(&self) -> Option<Idempotency> {
         let key = self.idempotency_key.clone()?;
-        let items: Vec<_> = self.items.iter().map(NewJob::asked).collect();
-        let asked = serde_json::json!([items, self.on_error.name(), self.is_atomic, self.labels]);
-        Some(Idempotency { key, asked_sha256: library::digest(&asked.to_string()) })
+        // The digest of a JSON list of all of it, of which never more than one item is there.
+        let mut digest = Sha256::new();
+        digest.update("[[");
+        for (place, item) in self.items.iter().enumerate() {
+            digest.update(if place == 0 { "" } else { "," });
+            digest.update(item.asked().to_string());
+        }
+        let rest = serde_json::json!([self.on_error.name(), self.is_atomic, self.labels]).to_string();
+        digest.update("],");
+        digest.update(&rest[1..]);
+        Some(Idempotency { key, asked_sha256: hexadecimal(&digest.finalize()) })
     }
 }
 
@@ -228,7 +241,7 @@ impl Jobs {
             items.push(item);
         }
         self.find_quarantined(&mut items).await?;
-        self.check_configs(&mut items).await?;
+        self.check_configs(owner, &mut items).await?;
         Ok(items)
     }
 
@@ -246,28 +259,17 @@ impl Jobs {
     }
 
     /// Checks every config once, however many items have it.
-    async fn check_configs(&self, items: &mut [Item]) -> Result<(), Refusal> {
+    async fn check_configs(&self, owner: &Principal, items: &mut [Item]) -> Result<(), Refusal> {
         let configs = items.iter().filter_map(|item| item.wanted.request.config.as_ref());
-        let distinct: BTreeMap<String, ConfigDocument> =
-            configs.map(|config| (config.text.clone(), config.clone())).collect();
+        let distinct: BTreeMap<Arc<str>, ConfigDocument> =
+            configs.map(|config| (Arc::clone(&config.text), config.clone())).collect();
         if distinct.is_empty() {
             return Ok(());
         }
-        let engine = std::sync::Arc::clone(&self.0.engine);
-        let checked = on_own_thread("check", move || {
-            let check = |(text, config): (String, ConfigDocument)| {
-                let named = NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() };
-                Some((text, engine.check_config(named).err()?))
-            };
-            distinct.into_iter().filter_map(check).collect::<BTreeMap<String, Failure>>()
-        });
-        let Some(refused) = checked.await.ok().flatten() else {
-            return Err(Failure::new(
-                crate::engine::FailureCode::Internal,
-                "reading the configs failed because of a fault",
-            )
-            .into());
-        };
+        let bytes = distinct.keys().map(|text| text.len() as u64).max().unwrap_or(0);
+        let memory_bytes = memory::of_job([memory::of_unknown_file(bytes)].into_iter(), 1.0);
+        let look = Look { owner, thread: "check", what: "reading the configs", memory_bytes };
+        let refused = self.look(look, std::future::ready(Ok(distinct)), check_all).await?;
         for item in items.iter_mut().filter(|item| item.failure.is_none()) {
             let config = item.wanted.request.config.as_ref();
             item.failure = config.and_then(|config| refused.get(&config.text)).cloned().map(failure::keep);
@@ -306,6 +308,24 @@ impl Jobs {
         self.announce_stopped(stopped, Some(&stopped_by_another()));
         self.0.changes.announce_anything();
     }
+}
+
+/// Why configs cannot be used, by their texts.
+fn check_all(
+    configs: &BTreeMap<Arc<str>, ConfigDocument>,
+    engine: &dyn Engine,
+    _: &Limits,
+    control: &Control,
+) -> Result<BTreeMap<Arc<str>, Failure>, Failure> {
+    let mut refused = BTreeMap::new();
+    for (text, config) in configs {
+        control.check().map_err(|_| Failure::new(FailureCode::Canceled, "canceled"))?;
+        let named = NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() };
+        if let Err(failure) = engine.check_config(named, control) {
+            refused.insert(Arc::clone(text), failure);
+        }
+    }
+    Ok(refused)
 }
 
 fn waiting(jobs: &[JobRecord]) -> u64 {
@@ -367,7 +387,7 @@ fn as_asked(known: &Known, owner: &Principal, new: &NewJob) -> Result<Wanted, Re
     };
     Ok(Wanted {
         owner: owner.clone(),
-        kind: kind_of(&request),
+        kind: known.kind_of(request.config.as_ref()),
         request,
         input_bytes: 0,
         memory_bytes: 0,

@@ -139,7 +139,7 @@ fn work(request: &Request, blobs: &[Vec<u8>], control: &Control) -> Result<Reply
         Task::Explain { frame, joint } => {
             engine.explain(&inputs, &Question { frame: *frame, joint }, &knowledge, limits, control)?
         }
-        Task::CheckConfig => engine.check_config(inputs.source)?,
+        Task::CheckConfig => engine.check_config(inputs.source, control)?,
     };
     Ok(Reply { answer: Answer::Document, blobs: vec![document.to_string().into_bytes()] })
 }

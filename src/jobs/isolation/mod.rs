@@ -8,6 +8,7 @@
 
 mod child;
 mod frames;
+mod idle;
 mod limits;
 mod memory_watch;
 mod messages;
@@ -21,14 +22,11 @@ mod threads;
 pub use child::serve as serve_engine_process;
 pub use limits::{Bounds, keep_memory_private};
 
-use std::{
-    io,
-    path::PathBuf,
-    sync::{Mutex, PoisonError},
-};
+use std::{io, path::PathBuf};
 
 use self::{
     frames::Digested,
+    idle::Idle,
     memory_watch::MemoryWatch,
     messages::{Answer, Request, Task},
     process::{EngineProcess, Lost},
@@ -48,7 +46,7 @@ pub struct ProcessEngine {
     bounds: Bounds,
     most_requests: u64,
     /// Those that wait for a request.
-    idle: Mutex<Vec<EngineProcess>>,
+    idle: Idle<EngineProcess>,
     at_work: AtWork,
     memory_watch: MemoryWatch,
 }
@@ -71,7 +69,8 @@ impl ProcessEngine {
             program,
             bounds,
             most_requests: settings.max_process_requests,
-            idle: Mutex::default(),
+            // All jobs that run at the same time find one, and looks wait for a start now and then.
+            idle: Idle::new(settings.workers.0 + 1),
             at_work: AtWork::default(),
             memory_watch: MemoryWatch::new(bounds.memory_bytes, MemoryBudget::of_all_processes()),
         })
@@ -79,8 +78,7 @@ impl ProcessEngine {
 
     fn take(&self) -> Result<EngineProcess, Failure> {
         loop {
-            let waiting = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
-            let Some(mut process) = waiting else {
+            let Some(mut process) = self.idle.take() else {
                 return EngineProcess::start(&self.program, &self.bounds, &self.memory_watch).map_err(not_started);
             };
             if process.is_alive() {
@@ -95,7 +93,7 @@ impl ProcessEngine {
         match process.ask(Request { threads, ..request }, blobs, control) {
             Ok(answer) => {
                 if process.requests() < self.most_requests {
-                    self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(process);
+                    self.idle.put(process);
                 }
                 Ok(answer)
             }
@@ -198,8 +196,12 @@ impl Engine for ProcessEngine {
         self.document(request, &blobs, control)
     }
 
-    fn check_config(&self, config: NamedBytes<'_>) -> Result<serde_json::Value, Failure> {
+    fn tidy(&self) {
+        self.idle.tidy();
+    }
+
+    fn check_config(&self, config: NamedBytes<'_>, control: &Control) -> Result<serde_json::Value, Failure> {
         let (request, blobs) = Request::of_one(Task::CheckConfig, config, &Knowledge::default(), &Limits::default());
-        self.document(request, &blobs, &Control::new())
+        self.document(request, &blobs, control)
     }
 }

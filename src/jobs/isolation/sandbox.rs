@@ -3,7 +3,8 @@
 //! A decoder that somebody has taken over may then use up memory and time, and answer nonsense; it reaches neither the database nor the
 //! network. Each lock is of the kernel's, and not every kernel has each: what is missing is told to the parent, which says so in its log.
 
-use std::io;
+#[cfg(target_os = "linux")]
+use std::{collections::BTreeMap, io};
 
 use serde::{Deserialize, Serialize};
 
@@ -60,8 +61,23 @@ fn give_up_files() -> Result<bool, landlock::RulesetError> {
 /// Calls of the system that fail from now on as if they were not allowed. Threads and memory stay.
 #[cfg(target_os = "linux")]
 fn give_up_calls() -> io::Result<()> {
-    use seccompiler::{BpfProgram, SeccompAction, SeccompFilter};
-    let rules = FORBIDDEN.iter().map(|call| (*call, Vec::new())).collect();
+    use seccompiler::{
+        BpfProgram, SeccompAction, SeccompCmpArgLen, SeccompCmpOp, SeccompCondition, SeccompFilter, SeccompRule,
+    };
+    let other_than = |process: u64| {
+        let condition = SeccompCondition::new(0, SeccompCmpArgLen::Dword, SeccompCmpOp::Ne, process)?;
+        Ok(vec![SeccompRule::new(vec![condition])?])
+    };
+    let of_others =
+        |call: i64, own: u64| Ok((call, other_than(own).map_err(io::Error::other::<seccompiler::BackendError>)?));
+    let mut rules: BTreeMap<i64, Vec<SeccompRule>> = FORBIDDEN.iter().map(|call| (*call, Vec::new())).collect();
+    // A thread that aborts signals itself, and limits of oneself have the number 0.
+    let own = u64::from(std::process::id());
+    rules.extend(
+        [of_others(libc::SYS_tgkill, own), of_others(libc::SYS_prlimit64, 0)]
+            .into_iter()
+            .collect::<io::Result<Vec<_>>>()?,
+    );
     let arch = std::env::consts::ARCH.try_into().map_err(io::Error::other)?;
     let refuse = SeccompAction::Errno(rustix::io::Errno::PERM.raw_os_error().unsigned_abs());
     let filter = SeccompFilter::new(rules, SeccompAction::Allow, refuse, arch).map_err(io::Error::other)?;
@@ -85,6 +101,9 @@ const FORBIDDEN: &[i64] = &[
     libc::SYS_process_vm_readv,
     libc::SYS_process_vm_writev,
     libc::SYS_kill,
+    libc::SYS_tkill,
+    libc::SYS_rt_sigqueueinfo,
+    libc::SYS_rt_tgsigqueueinfo,
     libc::SYS_pidfd_open,
     libc::SYS_pidfd_getfd,
     libc::SYS_pidfd_send_signal,
@@ -119,5 +138,29 @@ mod tests {
         assert_eq!(Sandbox::default().missing(), ["no_new_privs", "Landlock", "seccomp"], "nothing is on");
         let all = Sandbox { gains_no_privileges: true, has_no_files: true, has_no_sockets: true };
         assert!(all.missing().is_empty(), "all are on");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn files_sockets_programs_and_processes_are_out_of_reach() {
+        let parent = rustix::process::getppid().expect("a parent");
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        // Locks are of one thread and those that it starts.
+        let locked = std::thread::spawn(move || {
+            let sandbox = enter();
+            let reads = std::fs::read(file.path()).is_ok();
+            let writes = std::fs::write(file.path(), "x").is_ok();
+            let makes = std::fs::write(file.path().with_extension("new"), "x").is_ok();
+            let connects = std::net::UdpSocket::bind("127.0.0.1:0").is_ok();
+            let starts = std::process::Command::new("/bin/true").status().is_ok();
+            let signals = rustix::process::test_kill_process(parent).is_ok();
+            let spawns = std::thread::spawn(|| vec![1_u8; 1 << 20].len()).join().is_ok();
+            (sandbox, [reads, writes, makes], [connects, starts, signals], spawns)
+        });
+        let (sandbox, files, calls, spawns) = locked.join().expect("no panic");
+        assert!(spawns, "threads and memory are left");
+        assert!(sandbox.gains_no_privileges, "every kernel has this");
+        assert_eq!(files, [!sandbox.has_no_files; 3], "reading, writing and making files with {sandbox:?}");
+        assert_eq!(calls, [!sandbox.has_no_sockets; 3], "sockets, programs and signals with {sandbox:?}");
     }
 }

@@ -1,7 +1,8 @@
 //! The task that empties the outbox: takes what is due, sends it, and writes down how that went.
 //!
 //! Beside the jobs, never in their way. Any number of processes share one outbox; what a process had when it died is due again soon. A
-//! receiver that is slow takes up its own share of what a process sends at the same time, and not that of others.
+//! receiver that is slow takes up its own share of what a process sends at the same time, and not that of others; and a principal whose
+//! receivers are all slow never has more of it than is left for everybody else.
 
 use std::{
     collections::BTreeMap,
@@ -17,14 +18,14 @@ use crate::{
     jobs::{Jobs, Refusal},
     outbound::{Answer, Outbound, SendError, signatures},
     store::{
-        AfterAttempt, AttemptEnd, DeliveryClaim, DeliveryEvent, DeliveryRecord, JobState, StoreError, WebhookId,
-        WebhookRecord,
+        AfterAttempt, AttemptEnd, DeliveryClaim, DeliveryEvent, DeliveryRecord, JobState, Principal, StoreError,
+        WebhookId, WebhookRecord,
     },
     telemetry::Metric,
 };
 
 /// Deliveries that one process makes at the same time.
-const MOST_AT_ONCE: usize = 16;
+const MOST_AT_ONCE: usize = 32;
 /// And those of them to one webhook.
 const MOST_TO_ONE: usize = 4;
 /// How often to look into an outbox that was empty. Jobs that end here come with a word.
@@ -67,8 +68,8 @@ impl Courier {
     }
 }
 
-/// How many deliveries to each webhook this process is making.
-type InHand = Arc<Mutex<BTreeMap<WebhookId, usize>>>;
+/// How many deliveries to each webhook this process is making, and whose it is.
+type InHand = Arc<Mutex<BTreeMap<WebhookId, (Principal, usize)>>>;
 
 #[derive(Clone)]
 struct Round {
@@ -77,14 +78,21 @@ struct Round {
     in_hand: InHand,
 }
 
+/// What there is to do.
+enum Claimed {
+    Delivery(Box<DeliveryRecord>, Box<WebhookRecord>),
+    /// Nothing before so long, unless news come.
+    NothingFor(Duration),
+}
+
 impl Round {
     async fn run(self, running: TaskTracker, stop: CancellationToken) {
         let slots = Arc::new(Semaphore::new(MOST_AT_ONCE));
         while let Some(Ok(slot)) = stop.run_until_cancelled(Arc::clone(&slots).acquire_owned()).await {
-            let Some(delivery) = stop.run_until_cancelled(self.next()).await else { return };
-            let (round, hold) = (self.clone(), Hold::new(&self.in_hand, &delivery.webhook));
+            let Some((delivery, webhook)) = stop.run_until_cancelled(self.next()).await else { return };
+            let (round, hold) = (self.clone(), Hold::new(&self.in_hand, &webhook));
             running.spawn(async move {
-                round.deliver(&delivery).await;
+                round.deliver(&delivery, &webhook).await;
                 drop((hold, slot));
                 // There may be more for the same webhook.
                 round.jobs.0.outbox.notify_one();
@@ -92,18 +100,14 @@ impl Round {
         }
     }
 
-    /// The next delivery that is due; waits for it.
-    async fn next(&self) -> DeliveryRecord {
-        let inner = &self.jobs.0;
-        let period = inner.settings.webhook_timeout.0 + TIME_TO_WRITE_DOWN;
+    /// The next delivery that is due, and its webhook; waits for it.
+    async fn next(&self) -> (DeliveryRecord, WebhookRecord) {
         loop {
             // A word from here on is remembered, so none is missed between looking and waiting.
-            let news = inner.outbox.notified();
-            let busy = busy(&self.in_hand);
-            let wait = match inner.store.records().claim_delivery(&busy, period).await {
-                Ok(DeliveryClaim::Delivery(delivery)) => return *delivery,
-                Ok(DeliveryClaim::NothingFor(wait)) => wait.clamp(LEAVE_TO_OTHERS, LOOK_AGAIN),
-                Ok(DeliveryClaim::Nothing) => LOOK_AGAIN,
+            let news = self.jobs.0.outbox.notified();
+            let wait = match self.claim().await {
+                Ok(Claimed::Delivery(delivery, webhook)) => return (*delivery, *webhook),
+                Ok(Claimed::NothingFor(wait)) => wait,
                 Err(error) => {
                     tracing::error!(%error, "the outbox of webhooks cannot be read");
                     sleep(AFTER_FAILURE).await;
@@ -114,8 +118,33 @@ impl Round {
         }
     }
 
-    async fn deliver(&self, delivery: &DeliveryRecord) {
-        match self.attempt(delivery).await {
+    async fn claim(&self) -> Result<Claimed, StoreError> {
+        let (records, settings) = (self.jobs.0.store.records(), &self.jobs.0.settings);
+        let busy = self.busy().await?;
+        let delivery = match records.claim_delivery(&busy, settings.webhook_timeout.0 + TIME_TO_WRITE_DOWN).await? {
+            DeliveryClaim::Delivery(delivery) => delivery,
+            DeliveryClaim::NothingFor(wait) => return Ok(Claimed::NothingFor(wait.clamp(LEAVE_TO_OTHERS, LOOK_AGAIN))),
+            DeliveryClaim::Nothing => return Ok(Claimed::NothingFor(LOOK_AGAIN)),
+        };
+        Ok(match records.webhook(&delivery.webhook).await? {
+            Some(webhook) => Claimed::Delivery(delivery, Box::new(webhook)),
+            // It was removed in the meantime, with its deliveries.
+            None => Claimed::NothingFor(LEAVE_TO_OTHERS),
+        })
+    }
+
+    /// The webhooks that have as many deliveries on their way as may be, or whose owners have.
+    async fn busy(&self) -> Result<Vec<WebhookId>, StoreError> {
+        let (mut busy, owners) = (busy(&self.in_hand), full_owners(&self.in_hand));
+        for owner in owners {
+            let webhooks = self.jobs.0.store.records().webhooks(&owner).await?;
+            busy.extend(webhooks.into_iter().map(|webhook| webhook.id));
+        }
+        Ok(busy)
+    }
+
+    async fn deliver(&self, delivery: &DeliveryRecord, webhook: &WebhookRecord) {
+        match self.attempt(delivery, webhook).await {
             Ok(Some((result, end))) => {
                 Metric::WebhookDeliveries.count([("result", result.to_owned())], 1);
                 let (id, webhook, status) = (&delivery.id, &delivery.webhook, end.status);
@@ -128,11 +157,14 @@ impl Round {
     }
 
     /// One attempt, and how it went, in one word for metrics and in whole.
-    async fn attempt(&self, delivery: &DeliveryRecord) -> Result<Option<(&'static str, AttemptEnd)>, Refusal> {
+    async fn attempt(
+        &self,
+        delivery: &DeliveryRecord,
+        webhook: &WebhookRecord,
+    ) -> Result<Option<(&'static str, AttemptEnd)>, Refusal> {
         let (inner, records) = (&self.jobs.0, self.jobs.0.store.records());
-        let Some(webhook) = records.webhook(&delivery.webhook).await? else { return Ok(None) };
         let body = self.body(delivery).await?;
-        let headers = self.headers(delivery, &webhook, &body)?;
+        let headers = self.headers(delivery, webhook, &body)?;
         let answer = self.outbound.post_json(&webhook.url, &headers, body, inner.settings.webhook_timeout.0).await;
         let end = self.end(delivery, answer);
         let result = match end.then {
@@ -202,22 +234,32 @@ fn chance() -> f64 {
     getrandom::u32().map_or(0.5, |number| f64::from(number) / f64::from(u32::MAX))
 }
 
-fn lock(in_hand: &InHand) -> MutexGuard<'_, BTreeMap<WebhookId, usize>> {
+fn lock(in_hand: &InHand) -> MutexGuard<'_, BTreeMap<WebhookId, (Principal, usize)>> {
     in_hand.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The webhooks that have as many deliveries on their way as may be.
 fn busy(in_hand: &InHand) -> Vec<WebhookId> {
-    lock(in_hand).iter().filter(|(_, count)| **count >= MOST_TO_ONE).map(|(id, _)| id.clone()).collect()
+    lock(in_hand).iter().filter(|(_, (_, count))| *count >= MOST_TO_ONE).map(|(id, _)| id.clone()).collect()
+}
+
+/// The principals that have as many deliveries on their way as there is room for others': so there always is some.
+fn full_owners(in_hand: &InHand) -> Vec<Principal> {
+    let mut of_owners: BTreeMap<Principal, usize> = BTreeMap::new();
+    for (owner, count) in lock(in_hand).values() {
+        *of_owners.entry(owner.clone()).or_default() += count;
+    }
+    let room = MOST_AT_ONCE.saturating_sub(of_owners.values().sum());
+    of_owners.into_iter().filter(|(_, count)| *count >= room).map(|(owner, _)| owner).collect()
 }
 
 /// One delivery on its way to a webhook, until it is dropped.
 struct Hold(InHand, WebhookId);
 
 impl Hold {
-    fn new(in_hand: &InHand, id: &WebhookId) -> Self {
-        *lock(in_hand).entry(id.clone()).or_default() += 1;
-        Self(Arc::clone(in_hand), id.clone())
+    fn new(in_hand: &InHand, webhook: &WebhookRecord) -> Self {
+        lock(in_hand).entry(webhook.id.clone()).or_insert_with(|| (webhook.principal.clone(), 0)).1 += 1;
+        Self(Arc::clone(in_hand), webhook.id.clone())
     }
 }
 
@@ -225,10 +267,8 @@ impl Drop for Hold {
     fn drop(&mut self) {
         let mut counts = lock(&self.0);
         match counts.get_mut(&self.1) {
-            Some(count) if *count > 1 => *count -= 1,
-            _ => {
-                counts.remove(&self.1);
-            }
+            Some((_, count)) if *count > 1 => *count -= 1,
+            _ => drop(counts.remove(&self.1)),
         }
     }
 }

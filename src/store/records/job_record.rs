@@ -1,6 +1,6 @@
 //! What is kept of a job. Everything in it is plain data, so that any process can run it.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
@@ -140,8 +140,24 @@ pub struct JobInput {
 pub struct ConfigDocument {
     /// Its file name; the ending may tell formats apart.
     pub file_name: String,
-    /// Its text.
-    pub text: String,
+    /// Its text, shared by all items of a batch that have the same.
+    #[serde(with = "shared_text")]
+    pub text: Arc<str>,
+}
+
+/// A shared text, written as any other.
+mod shared_text {
+    use std::sync::Arc;
+
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(text: &Arc<str>, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(text)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Arc<str>, D::Error> {
+        String::deserialize(deserializer).map(Arc::from)
+    }
 }
 
 /// What was asked for.

@@ -80,6 +80,31 @@ fn pods_are_asked_where_they_answer_and_get_the_time_they_need() {
     );
 }
 
+#[test]
+fn images_are_named_in_full_and_by_version_and_everything_is_bounded() {
+    let names = ["Dockerfile", "compose.yaml", "compose.scaled.yaml", "kubernetes/retargetd.yaml"];
+    for (name, text) in names.map(|name| (name, read(name))) {
+        let lines = text.lines().map(str::trim);
+        let images: Vec<&str> = lines
+            .filter_map(|line| line.strip_prefix("image: ").or_else(|| line.strip_prefix("FROM ")))
+            .map(|image| image.split(' ').next().unwrap_or_default())
+            .collect();
+        assert!(!images.is_empty(), "{name} has images");
+        for image in images {
+            let (place, rest) = image.split_once('/').unwrap_or_else(|| panic!("{name}: {image} says where it is"));
+            assert!(place.contains('.') || place == "localhost", "{name}: {image} says where it is");
+            let version = rest.split_once(':').map_or("", |(_, version)| version);
+            assert!(version.chars().any(|letter| letter.is_ascii_digit()), "{name}: {image} says which one");
+        }
+    }
+    let has = |name: &str, word: &str| assert!(read(name).contains(word), "{name} has '{word}'");
+    has("compose.yaml", "pids_limit:");
+    has("compose.yaml", "no-new-privileges:true");
+    has("compose.scaled.yaml", "pids_limit:");
+    has("kubernetes/retargetd.yaml", "\nkind: NetworkPolicy\n");
+    has("kubernetes/retargetd.yaml", "automountServiceAccountToken: false");
+}
+
 /// The words that come after each `before`, up to one of `ends`.
 fn words_after<'a>(text: &'a str, before: &str, ends: &[char]) -> Vec<&'a str> {
     let rests = text.split(before).skip(1).filter_map(|rest| rest.split(ends).next());

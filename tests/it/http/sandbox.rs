@@ -4,7 +4,7 @@ use std::{process::Command, time::Duration};
 
 use reqwest::Client;
 
-use super::support::{ServiceProcess, form, start_service};
+use super::support::{ServiceProcess, form, problem, start_service};
 use crate::durable::CLIP;
 
 async fn retarget(service: &ServiceProcess) -> reqwest::StatusCode {
@@ -34,6 +34,18 @@ async fn engine_processes_are_locked_in() {
         assert!(status.contains("NoNewPrivs:\t1"), "it gains no privileges: {status}");
         assert!(status.contains("Seccomp:\t2"), "it has no sockets and no other programs: {status}");
     }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_answer_that_is_too_large_stays_in_the_engine() {
+    let data = tempfile::tempdir().expect("a folder");
+    let service = start_service(data.path(), &["--workers", "1", "--max-output-bytes", "4KiB"]);
+    let client = Client::builder().no_proxy().timeout(Duration::from_secs(120)).build().expect("a client");
+    let path = format!("{}/v1/retarget", service.url);
+    let answer = client.post(path).multipart(form(&[("source", CLIP), ("target", CLIP)])).send().await;
+    let refused = problem(answer.expect("an answer"), 422, "asset_limit_exceeded").await;
+    let detail = refused["detail"].as_str().unwrap_or_default();
+    assert!(detail.contains("'output_bytes' of 4096"), "the limit is named: {refused}");
 }
 
 /// A limit that an operator has set and nobody may raise.

@@ -168,7 +168,7 @@ async fn lists_have_pages_and_filters() {
 async fn a_slow_upload_times_out_and_leaves_nothing() {
     let service = Service::start(&[("upload_idle_timeout", "200ms"), ("header_timeout", "300ms")]).await;
     let mut stream = tokio::net::TcpStream::connect(service.address()).await.expect("connects");
-    let head = "POST /v1/assets HTTP/1.1\r\nhost: x\r\ncontent-length: 1000\r\n\r\nHIERARCHY";
+    let head = "POST /v1/assets HTTP/1.1\r\nhost: localhost\r\ncontent-length: 1000\r\n\r\nHIERARCHY";
     stream.write_all(head.as_bytes()).await.expect("writes");
     let mut answer = String::new();
     stream.read_to_string(&mut answer).await.expect("an answer, then the end");
@@ -195,7 +195,7 @@ async fn who_is_refused_while_sending_hears_why() {
     let service = Service::start(&[]).await;
     let mut stream = tokio::net::TcpStream::connect(service.address()).await.expect("connects");
     for attempt in ["first", "second on the same connection"] {
-        let head = format!("POST /v1/poses?to=x HTTP/1.1\r\nhost: x\r\ncontent-length: {BODY}\r\n\r\n");
+        let head = format!("POST /v1/poses?to=x HTTP/1.1\r\nhost: localhost\r\ncontent-length: {BODY}\r\n\r\n");
         stream.write_all(head.as_bytes()).await.expect("writes the head");
         let chunk = vec![b'x'; 64 << 10];
         for _ in 0..BODY / chunk.len() {

@@ -84,7 +84,7 @@ impl Engine for Obedient {
         Ok(serde_json::json!({"joint": question.joint}))
     }
 
-    fn check_config(&self, config: NamedBytes<'_>) -> Result<Value, Failure> {
+    fn check_config(&self, config: NamedBytes<'_>, _: &Control) -> Result<Value, Failure> {
         Ok(serde_json::json!({"config_bytes": config.bytes.len()}))
     }
 }

@@ -330,6 +330,43 @@ async fn callers_are_told_of_their_own_jobs_only() {
     service.stop().await;
 }
 
+/// As many webhooks as somebody may have, all of which take everything and answer nothing.
+#[tokio::test(flavor = "multi_thread")]
+async fn receivers_of_one_who_answer_nothing_do_not_hold_up_the_words_for_others() {
+    let service = Service::start(&[
+        ("authentication", "keys"),
+        ("outbound_allow", "127.0.0.0/8"),
+        ("webhook_timeout", "20s"),
+        ("webhook_retries", "1s"),
+    ])
+    .await;
+    let tar = tokio::net::TcpListener::bind("127.0.0.1:0").await.expect("a free port");
+    let silent = format!("http://{}/", tar.local_addr().expect("an address"));
+    let told = Receiver::start(&[]);
+    let made = async |name: &str, url: &str, webhooks: usize, pings: usize| {
+        let key = service.key(name, &[Scope::Read, Scope::Write]).await;
+        let post = async |path: String, body: Value| {
+            let request = service.client.post(service.at(&path)).bearer_auth(key.reveal()).json(&body);
+            read(request.send().await.expect("an answer")).await
+        };
+        for _ in 0..webhooks {
+            let webhook = post("/v1/webhooks".to_owned(), json!({"url": url})).await;
+            for _ in 0..pings {
+                post(format!("/v1/webhooks/{}/ping", text(&webhook, "id")), json!({})).await;
+            }
+        }
+    };
+    made("mallory", &silent, 12, 4).await;
+    // Until as much of it is on its way as may be.
+    tokio::time::sleep(Duration::from_millis(500)).await;
+    let began = std::time::Instant::now();
+    made("carol", &told.url, 1, 1).await;
+    told.hears(1).await;
+    assert!(began.elapsed() < Duration::from_secs(8), "long before the others are given up: {:?}", began.elapsed());
+    drop(tar);
+    service.stop().await;
+}
+
 /// The job ends, and the process dies before anybody is told.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_process_that_dies_between_the_end_and_the_word_loses_nothing() {

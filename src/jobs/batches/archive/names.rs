@@ -1,7 +1,7 @@
 //! What the files of an archive are called: after their source, in a folder after their target where there are several, or as the item's
 //! label `name` says. Every system can unpack them, and no two are the same on one that takes `A` for `a`.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::store::{AssetId, JobRecord};
 
@@ -16,6 +16,8 @@ const MOST_LETTERS: usize = 100;
 pub(super) struct Names {
     has_folders: bool,
     taken: BTreeSet<String>,
+    /// The last number that went with a name, so that equal names are not counted from the beginning again and again.
+    numbers: BTreeMap<String, u64>,
 }
 
 impl Names {
@@ -23,7 +25,7 @@ impl Names {
     pub(super) fn of<'a>(jobs: impl Iterator<Item = &'a JobRecord>) -> Self {
         let targets: BTreeSet<&AssetId> =
             jobs.filter(|job| has_target(job)).map(|job| &job.request.target.asset).collect();
-        Self { has_folders: targets.len() > 1, taken: BTreeSet::from([MANIFEST.to_owned()]) }
+        Self { has_folders: targets.len() > 1, taken: BTreeSet::from([MANIFEST.to_owned()]), numbers: BTreeMap::new() }
     }
 
     /// A name for a file of a job that is called `file_name` by itself.
@@ -41,9 +43,9 @@ impl Names {
         let after = clean(ending);
         let after = if after.is_empty() { String::new() } else { format!(".{after}") };
         let mut name = format!("{before}{after}");
-        let mut number = 1;
+        let number = self.numbers.entry(name.to_lowercase()).or_insert(1);
         while !self.taken.insert(name.to_lowercase()) {
-            number += 1;
+            *number += 1;
             name = format!("{before}-{number}{after}");
         }
         name
