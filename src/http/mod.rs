@@ -18,6 +18,7 @@ mod docs;
 mod download;
 mod extract;
 mod idempotency;
+mod judgment;
 mod layers;
 mod negotiate;
 mod page;

@@ -6,7 +6,7 @@ use jiff::Timestamp;
 use sqlx::{Any, Row, Transaction};
 
 use super::{
-    JobKind, JobRecord, JobState, Page, Records, count,
+    JobKind, JobRecord, JobState, JobVerdict, Page, Records, count,
     database::{CHUNK, ours, rows_of},
     jobs::{COLUMNS, read},
     signed, without_nul,
@@ -20,6 +20,8 @@ pub struct JobFilter {
     pub state: Option<JobState>,
     /// Of this kind.
     pub kind: Option<JobKind>,
+    /// With this verdict.
+    pub verdict: Option<JobVerdict>,
     /// With a label of this name and text.
     pub label: Option<(String, String)>,
     /// Asked for then or later.
@@ -57,6 +59,7 @@ impl Records {
             "SELECT {COLUMNS} FROM jobs WHERE principal = $4 AND ($1 IS NULL OR id < $1) \
              AND ($2 IS NULL OR state = $2) AND ($5 IS NULL OR kind = $5) AND ($6 IS NULL OR created_at >= $6) \
              AND ($7 IS NULL OR EXISTS (SELECT 1 FROM job_labels WHERE job_id = jobs.id AND name = $7 AND value = $8)) \
+             AND ($9 IS NULL OR verdict = $9) \
              ORDER BY id DESC LIMIT $3"
         ));
         let (name, value) = filter.label.as_ref().map(|(name, value)| (without_nul(name), without_nul(value))).unzip();
@@ -68,7 +71,8 @@ impl Records {
             .bind(filter.kind.map(JobKind::name))
             .bind(filter.since.map(Timestamp::as_millisecond))
             .bind(name)
-            .bind(value);
+            .bind(value)
+            .bind(filter.verdict.map(JobVerdict::name));
         Ok(Page::cut(self.listed(query).await?.iter().map(read).collect::<Result<_, _>>()?, most))
     }
 
