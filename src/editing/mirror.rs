@@ -3,7 +3,7 @@
 //! For twins A and B, with Δ_A = G_A · (G_A^R)⁻¹ the turn of A from its rest pose in model space and M the reflection on the middle
 //! plane, B gets G_B' = M(Δ_A) · G_B^R, and A gets the same from B; a joint of the middle is its own twin. On a symmetric rig this mirrors
 //! positions exactly; no axis convention is asked for. Translations and scales are mirrored as changes from the rest pose, so bone lengths
-//! stay. (retargeting.md B28; the reflection of a quaternion is that of its axis as a pseudovector.)
+//! stay. (The reflection of a quaternion is that of its axis as a pseudovector.)
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 

@@ -21,6 +21,7 @@ mod download;
 mod extract;
 mod idempotency;
 mod json_size;
+mod judgment;
 mod layers;
 mod negotiate;
 mod neighbors;

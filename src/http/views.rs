@@ -184,6 +184,17 @@ pub(super) struct JobView {
     results: Vec<ResultView>,
     /// How many warnings its report has.
     warnings_count: u64,
+    /// What its report says of the result as a whole: `pass`, `warn`, `fail`, or `not_applicable` where nothing could be measured; absent
+    /// without a report or without measures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(example = "pass")]
+    verdict: Option<&'static str>,
+    /// What the verdict is about, for people: the metric, its value, and the frame and joint where it is worst.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    verdict_reason: Option<String>,
+    /// The share of the target's body that is driven, from 0 to 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    coverage: Option<f64>,
     /// Why it has no results.
     #[serde(skip_serializing_if = "Option::is_none")]
     problem: Option<ProblemView>,
@@ -308,6 +319,9 @@ impl From<JobSnapshot> for JobView {
             cached_from: record.cached_from.map(|id| id.to_string()),
             results: results.into_iter().map(ResultView::from).collect(),
             warnings_count: record.warnings,
+            verdict: record.judgment.as_ref().map(|judgment| judgment.verdict.name()),
+            coverage: record.judgment.as_ref().and_then(|judgment| judgment.coverage),
+            verdict_reason: record.judgment.map(|judgment| judgment.reason),
             problem,
             links,
         }

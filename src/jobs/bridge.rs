@@ -1,7 +1,8 @@
 //! The engine as the service sees it.
 
-use crate::engine::{
-    self, Control, Failure, Inputs, Knowledge, Limits, NamedBytes, Outcome, Output, Question, Timings,
+use crate::{
+    engine::{self, Control, Failure, Inputs, Knowledge, Limits, NamedBytes, Outcome, Output, Question, Timings},
+    store::{JobVerdict, Judgment},
 };
 
 /// A file that came out.
@@ -26,6 +27,8 @@ pub struct Ran {
     pub timings: Timings,
     /// How many warnings the report has.
     pub warnings: u64,
+    /// What the report says of the result as a whole.
+    pub judgment: Option<Judgment>,
 }
 
 impl TryFrom<Outcome> for Ran {
@@ -38,6 +41,11 @@ impl TryFrom<Outcome> for Ran {
             resolved_spec: resolved_spec.to_string(),
             timings: report.timings,
             warnings: report.warnings.len() as u64,
+            judgment: report.measures.as_ref().map(|measures| Judgment {
+                verdict: JobVerdict::from_name(measures.verdict.name()).unwrap_or(JobVerdict::NotApplicable),
+                reason: measures.verdict_reason.clone(),
+                coverage: measures.coverage,
+            }),
             report: serde_json::to_string(&report).map_err(|error| no_json(&error))?,
         })
     }

@@ -189,6 +189,7 @@ impl Jobs {
         let record = JobRecord {
             state: JobState::Succeeded,
             warnings: end.warnings,
+            judgment: end.judgment.clone(),
             cache_key: end.cache_key.clone(),
             ..record.clone()
         };

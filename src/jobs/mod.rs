@@ -73,7 +73,7 @@ pub(crate) use crate::store::hexadecimal;
 pub use crate::store::{
     ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, BatchId, BatchPlace, BatchRecord, ByteStream, ConfigDocument,
     DeliveryEvent, DeliveryId, DeliveryRecord, DeliveryState, DisabledReason, DocumentKind, EventRecord, Holdings,
-    InputRole, JobFailure, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest, JobState, OnError, Page,
-    Precondition, Principal, ResultId, ResultRecord, Scope, StoreError, StoredFieldError, StoredProgress,
-    VersionedName, WebhookId, WebhookRecord,
+    InputRole, JobFailure, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest, JobState, JobVerdict, Judgment,
+    OnError, Page, Precondition, Principal, ResultId, ResultRecord, Scope, StoreError, StoredFieldError,
+    StoredProgress, VersionedName, WebhookId, WebhookRecord,
 };

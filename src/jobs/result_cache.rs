@@ -54,6 +54,7 @@ impl Jobs {
             report: found.report.clone(),
             resolved_spec: found.resolved_spec.clone(),
             warnings: found.warnings,
+            judgment: found.judgment.clone(),
             results: found.results.iter().map(own).collect(),
             cache_key: self.cache_key(&record.request),
             cached_from: Some(found.job.clone()),

@@ -404,6 +404,9 @@ impl Jobs {
     pub(super) fn announce_end(&self, id: &JobId, end: &FinishedJob) {
         let code = end.failure.as_ref().map_or_else(String::new, |failure| failure.code.clone());
         Metric::JobsFinished.count([("state", end.state.name().to_owned()), ("code", code.clone())], 1);
+        if let Some(judgment) = &end.judgment {
+            Metric::Verdicts.count([("verdict", judgment.verdict.name().to_owned())], 1);
+        }
         Metric::LastJobFinished.set([], end.finished_at.as_millisecond() as f64 / 1e3);
         tracing::info!(job_id = %id, state = end.state.name(), code, "the job has ended");
         self.0.changes.announce(id, end.state);
@@ -421,6 +424,7 @@ impl Jobs {
             report: None,
             resolved_spec: None,
             warnings: 0,
+            judgment: None,
             results: Vec::new(),
             cache_key: None,
             cached_from: None,

@@ -116,6 +116,7 @@ impl Wanted {
             finished_at: None,
             expires_at: None,
             warnings: 0,
+            judgment: None,
             failure: None,
             principal: owner,
             priority,

@@ -209,7 +209,7 @@ impl Jobs {
 
     /// Results first, record last: what the record names is there.
     async fn succeed(&self, record: &JobRecord, running: &RunningJob, ran: Ran) -> Result<(), Refusal> {
-        let Ran { outputs, report, resolved_spec, timings, warnings } = ran;
+        let Ran { outputs, report, resolved_spec, timings, warnings, judgment } = ran;
         observe(&timings);
         let (created_at, expires_at) = (self.0.clock.now(), self.0.clock.after(self.0.settings.result_retention.0));
         let (mut results, mut blobs, mut first) = (Vec::new(), Vec::new(), None);
@@ -238,6 +238,7 @@ impl Jobs {
             report: Some(report),
             resolved_spec: Some(resolved_spec),
             warnings,
+            judgment,
             results,
             cache_key: self.cache_key(&record.request),
             ..self.ending(JobState::Succeeded, None)

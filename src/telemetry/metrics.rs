@@ -60,6 +60,7 @@ metrics_table! {
     JobsSubmitted = "retargetd_jobs_submitted_total", Counter, [], "Jobs taken on";
     BatchesSubmitted = "retargetd_batches_submitted_total", Counter, [], "Batches taken on";
     JobsFinished = "retargetd_jobs_finished_total", Counter, ["state", "code"], "Jobs that came to an end";
+    Verdicts = "retargetd_verdicts_total", Counter, ["verdict"], "Jobs with results, by what their reports say of them";
     JobAttempts = "retargetd_job_attempts_total", Counter, [], "Starts of jobs";
     JobsQueued = "retargetd_jobs_queued", Gauge, [], "Jobs waiting for a worker";
     JobsOldestQueued = "retargetd_jobs_oldest_queued_seconds", Gauge, [], "How long the job has waited that has waited longest";
@@ -204,6 +205,7 @@ mod tests {
             "retargetd_jobs_submitted_total{}",
             "retargetd_batches_submitted_total{}",
             "retargetd_jobs_finished_total{state,code}",
+            "retargetd_verdicts_total{verdict}",
             "retargetd_job_attempts_total{}",
             "retargetd_jobs_queued{}",
             "retargetd_jobs_oldest_queued_seconds{}",

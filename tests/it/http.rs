@@ -31,4 +31,5 @@ mod service;
 pub(crate) mod support;
 mod tokens;
 mod url_input;
+mod verdicts;
 mod webhooks;

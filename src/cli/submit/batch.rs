@@ -14,7 +14,7 @@ use tokio::time::sleep;
 use super::{
     Arguments,
     remote::{Remote, digest_of, exit_of},
-    result_of,
+    result_of, tell_verdict,
 };
 use crate::{
     cli::{
@@ -156,7 +156,12 @@ pub(super) async fn collect(
         let page = remote.get(&format!("{path}/jobs?limit=100{cursor}")).await?;
         for job in page["items"].as_array().into_iter().flatten() {
             match take(arguments, remote, job, formats).await {
-                Ok(()) => good += 1,
+                Ok(()) => {
+                    good += 1;
+                    if job["verdict"] != "pass" {
+                        tell_verdict(job, &format!(" of {}", name_of(job)));
+                    }
+                }
                 Err(exit) => {
                     say(format_args!("failed: {}", one_line(&exit.message)));
                     failed.push(exit.code);
@@ -179,11 +184,15 @@ pub(super) async fn collect(
     ))
 }
 
+/// What a clip's results are called after.
+fn name_of(job: &Value) -> String {
+    let named = job["labels"]["name"].as_str().map(clean).filter(|name| !name.is_empty());
+    named.unwrap_or_else(|| job["id"].as_str().unwrap_or_default().to_owned())
+}
+
 /// Puts the results of one clip in their places, all or none.
 async fn take(arguments: &Arguments, remote: &Remote, job: &Value, formats: &WantedFormats) -> Result<(), Exit> {
-    let id = job["id"].as_str().unwrap_or_default();
-    let name =
-        job["labels"]["name"].as_str().map(clean).filter(|name| !name.is_empty()).unwrap_or_else(|| id.to_owned());
+    let (id, name) = (job["id"].as_str().unwrap_or_default(), name_of(job));
     if job["state"] != "succeeded" {
         let state = job["state"].as_str().unwrap_or_default();
         return Err(match job.get("problem") {

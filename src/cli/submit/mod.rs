@@ -14,7 +14,7 @@ use serde_json::Value;
 
 use self::remote::Remote;
 use super::{
-    exit::{self, Exit, FAILED, print, say},
+    exit::{self, Exit, FAILED, one_line, print, say},
     files::StagedFiles,
     outputs::{WantedFormats, check_places, report_bytes},
     watch::ProgressWatch,
@@ -116,9 +116,18 @@ async fn collect(arguments: &Arguments, remote: &Remote, id: &str, formats: &Wan
         staged.add(path, &report_bytes(&report, path)?)?;
     }
     staged.commit()?;
+    tell_verdict(&job, "");
     let names: Vec<String> = arguments.output.iter().map(|path| path.display().to_string()).collect();
     say(format_args!("wrote {}: job {id}, {} warnings", names.join(", "), job["warnings_count"]));
     Ok(())
+}
+
+/// Says what the report of a job says of its result as a whole.
+fn tell_verdict(job: &Value, of: &str) {
+    if let Some(verdict) = job["verdict"].as_str() {
+        let reason = one_line(job["verdict_reason"].as_str().unwrap_or_default());
+        say(format_args!("verdict{of}: {verdict}: {reason}"));
+    }
 }
 
 /// The result of that format. One that the job was not asked for is not there.

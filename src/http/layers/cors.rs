@@ -23,10 +23,11 @@ const REQUEST_HEADERS: [&str; 14] = [
     "traceparent",
     "x-request-id",
 ];
-const ANSWER_HEADERS: [&str; 14] = [
+const ANSWER_HEADERS: [&str; 17] = [
     "accept-ranges",
     "content-disposition",
     "content-range",
+    "coverage",
     "document-version",
     "etag",
     "idempotent-replayed",
@@ -37,6 +38,8 @@ const ANSWER_HEADERS: [&str; 14] = [
     "ratelimit-policy",
     "retry-after",
     "server-timing",
+    "verdict",
+    "verdict-reason",
     "warnings-count",
 ];
 

@@ -29,7 +29,7 @@ use crate::{
         quota,
         views::{JobPageView, JobView},
     },
-    jobs::{BadItem, BatchId, BatchSnapshot, JobState, Jobs, NewBatch, SubmittedBatch},
+    jobs::{BadItem, BatchId, BatchSnapshot, JobState, JobVerdict, Jobs, NewBatch, SubmittedBatch},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -57,6 +57,8 @@ pub(super) struct BatchView {
     items: u64,
     /// How many of them are in each state; of an item that was asked for again, the newest job counts.
     counts: BatchCounts,
+    /// How many of those that have results are how good.
+    verdicts: BatchVerdicts,
     /// How far the whole is.
     progress: BatchProgressView,
     /// How many jobs were asked for again by `retry-failed`, all times together.
@@ -100,6 +102,19 @@ struct BatchCounts {
     failed: u64,
     /// Were stopped on request, or since another item failed.
     canceled: u64,
+}
+
+/// Items of a batch by the verdicts of their reports. What was not measured is in none.
+#[derive(Debug, Serialize, ToSchema)]
+struct BatchVerdicts {
+    /// As good as one could wish.
+    pass: u64,
+    /// Worth a look.
+    warn: u64,
+    /// Visibly wrong.
+    fail: u64,
+    /// Nothing could be measured.
+    not_applicable: u64,
 }
 
 /// How far a batch is.
@@ -148,6 +163,12 @@ impl From<BatchSnapshot> for BatchView {
                 succeeded: count(JobState::Succeeded),
                 failed: count(JobState::Failed),
                 canceled: count(JobState::Canceled),
+            },
+            verdicts: BatchVerdicts {
+                pass: batch.judged(JobVerdict::Pass),
+                warn: batch.judged(JobVerdict::Warn),
+                fail: batch.judged(JobVerdict::Fail),
+                not_applicable: batch.judged(JobVerdict::NotApplicable),
             },
             progress: BatchProgressView { done: batch.ended(), total: batch.record.items },
             retried: batch.progress.retried,

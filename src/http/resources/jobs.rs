@@ -33,7 +33,7 @@ use crate::{
         quota, upload,
         views::{JobPageView, JobView},
     },
-    jobs::{JobFilter, JobId, JobKind, JobSnapshot, Jobs, NewJob, Principal, Submitted},
+    jobs::{JobFilter, JobId, JobKind, JobSnapshot, JobVerdict, Jobs, NewJob, Principal, Submitted},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -139,6 +139,8 @@ struct ListQuery {
     state: Option<String>,
     /// Only jobs of this kind: `retarget`, `edit` or `pose`.
     kind: Option<String>,
+    /// Only jobs whose report says so of the result: `pass`, `warn`, `fail` or `not_applicable`.
+    verdict: Option<String>,
     /// Only jobs with this label, as `name=text`.
     #[param(example = "shot=012")]
     label: Option<String>,
@@ -173,7 +175,7 @@ async fn list(
 impl ListQuery {
     /// What a cursor of this list is made with.
     fn words(&self) -> String {
-        let words = [&self.state, &self.kind, &self.label, &self.since];
+        let words = [&self.state, &self.kind, &self.verdict, &self.label, &self.since];
         serde_json::json!(words).to_string()
     }
 
@@ -188,6 +190,9 @@ impl ListQuery {
             state: known_job_state(self.state.as_deref())?,
             kind: known("kind", self.kind.as_deref(), JobKind::from_name, || {
                 JobKind::ALL.map(JobKind::name).join(", ")
+            })?,
+            verdict: known("verdict", self.verdict.as_deref(), JobVerdict::from_name, || {
+                JobVerdict::ALL.map(JobVerdict::name).join(", ")
             })?,
             label: label.transpose()?.map(|(name, text)| (name.to_owned(), text.to_owned())),
             since: since.transpose()?,

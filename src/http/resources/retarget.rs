@@ -20,7 +20,7 @@ use crate::{
         download::{File, ascii},
         extract,
         idempotency::{IdempotencyKey, replayed},
-        negotiate,
+        judgment, negotiate,
         prefer::Prefer,
         problem::{Problem, ProblemView},
         quota,
@@ -150,6 +150,7 @@ fn hand_out(file: HandedFile) -> Response {
 fn about(record: &JobRecord, timings: &impl Serialize, mut response: Response) -> Response {
     let headers = response.headers_mut();
     headers.insert("warnings-count", record.warnings.into());
+    headers.extend(judgment::headers(record.judgment.as_ref()));
     headers.extend(caching::status(record));
     headers.insert("server-timing", ascii(server_timing(timings)));
     response

@@ -15,7 +15,7 @@ pub use submission::{BadItem, NewBatch, SubmittedBatch};
 
 use super::{FailureReason, JobSnapshot, Jobs, Refusal, running::StopReason};
 use crate::{
-    store::{BatchId, BatchProgress, BatchRecord, JobFailure, JobState, Page, Principal},
+    store::{BatchId, BatchProgress, BatchRecord, JobFailure, JobState, JobVerdict, Page, Principal},
     telemetry::Metric,
 };
 
@@ -40,6 +40,12 @@ impl BatchSnapshot {
     #[must_use]
     pub fn count(&self, state: JobState) -> u64 {
         self.progress.jobs.get(&state).copied().unwrap_or(0)
+    }
+
+    /// How many of its items have results with that verdict.
+    #[must_use]
+    pub fn judged(&self, verdict: JobVerdict) -> u64 {
+        self.progress.verdicts.get(&verdict).copied().unwrap_or(0)
     }
 
     /// How many of its items have ended.

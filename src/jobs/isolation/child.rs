@@ -165,12 +165,12 @@ impl Reply {
     }
 
     fn ran(ran: Ran) -> Self {
-        let Ran { outputs, report, resolved_spec, timings, warnings } = ran;
+        let Ran { outputs, report, resolved_spec, timings, warnings, judgment } = ran;
         let parts =
             |MadeFile { output: Output { format, name, bytes }, .. }| ((format.info().name.to_owned(), name), bytes);
         let (names, files): (Vec<_>, Vec<_>) = outputs.into_iter().map(parts).unzip();
         let texts = [report.into_bytes(), resolved_spec.into_bytes()];
         let blobs = texts.into_iter().chain(files).collect();
-        Self { answer: Answer::Ran { timings, warnings, outputs: names }, blobs }
+        Self { answer: Answer::Ran { timings, warnings, judgment, outputs: names }, blobs }
     }
 }

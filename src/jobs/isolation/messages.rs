@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::sandbox::Sandbox;
 use crate::{
     engine::{Format, Inputs, Knowledge, Limits, NamedBytes, Timings},
-    store::{JobFailure, StoredProgress},
+    store::{JobFailure, Judgment, StoredProgress},
 };
 
 /// To the process.
@@ -52,6 +52,7 @@ pub(super) enum Answer {
     Ran {
         timings: Timings,
         warnings: u64,
+        judgment: Option<Judgment>,
         /// Format and name of each.
         outputs: Vec<(String, String)>,
     },

@@ -150,7 +150,9 @@ impl Engine for ProcessEngine {
     ) -> Result<Ran, Failure> {
         let (request, blobs) = Request::new(Task::Retarget, inputs, knowledge, limits);
         let (answer, blobs) = self.ask(request, &blobs, control)?;
-        let Answer::Ran { timings, warnings, outputs: names } = answer else { return Err(otherwise(answer)) };
+        let Answer::Ran { timings, warnings, judgment, outputs: names } = answer else {
+            return Err(otherwise(answer));
+        };
         let mut blobs = blobs.into_iter();
         let mut text = || String::from_utf8(blobs.next()?.bytes).ok();
         let (report, resolved_spec) = text().zip(text()).ok_or_else(|| unexpected("no report"))?;
@@ -158,7 +160,8 @@ impl Engine for ProcessEngine {
             let format = Format::from_name(&format).ok_or_else(|| unexpected("an output of no known format"))?;
             Ok(MadeFile { output: Output { format, name, bytes }, sha256: Some(sha256) })
         });
-        Ok(Ran { outputs: outputs.collect::<Result<_, Failure>>()?, report, resolved_spec, timings, warnings })
+        let outputs = outputs.collect::<Result<_, Failure>>()?;
+        Ok(Ran { outputs, report, resolved_spec, timings, warnings, judgment })
     }
 
     fn inspect(

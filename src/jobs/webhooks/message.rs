@@ -42,6 +42,13 @@ fn job_data(record: &JobRecord, results: &[ResultRecord]) -> Value {
         "warnings_count": record.warnings,
         "links": {"self": format!("/v1/jobs/{}", record.id)},
     });
+    if let Some(judgment) = &record.judgment {
+        data["verdict"] = judgment.verdict.name().into();
+        data["verdict_reason"] = judgment.reason.as_str().into();
+        if let Some(coverage) = judgment.coverage {
+            data["coverage"] = coverage.into();
+        }
+    }
     let times = [("started_at", record.started_at), ("finished_at", record.finished_at)];
     for (name, time) in times.into_iter().chain([("expires_at", record.expires_at)]) {
         if let Some(time) = time {

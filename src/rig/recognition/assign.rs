@@ -134,8 +134,15 @@ fn candidates<'a>(
 struct WeighedLimbs {
     /// Why the names of a limb do not count, for roles that its shape decides against them.
     corrected: BTreeMap<Role, &'static str>,
-    /// How likely the joint that a role has by name is, all things weighed.
-    confirmed: BTreeMap<Role, f64>,
+    /// How likely each joint of a limb is the first of a role, all things weighed; roles of limbs that are not seen are not here.
+    likelihoods: BTreeMap<Role, BTreeMap<usize, f64>>,
+}
+
+impl WeighedLimbs {
+    /// How likely a joint is the first of a role; nothing where no limb with that role is seen.
+    fn likelihood(&self, role: Role, joint: usize) -> Option<f64> {
+        self.likelihoods.get(&role).map(|joints| joints.get(&joint).copied().unwrap_or_default())
+    }
 }
 
 /// Weighs every arm and leg as a whole. Where that speaks against the names, they are taken out of `named`, and `places` says what
@@ -156,12 +163,12 @@ fn weigh_limbs(
         if !verdict.is_named {
             doubt_rivals(roles, verdict.rivals, places);
         }
-        for ((role, likelihood), segment) in roles.iter().zip(verdict.likelihood).zip(verdict.segments) {
-            if segment.is_none() {
+        for (part, role) in roles.iter().enumerate() {
+            if verdict.segments[part].is_none() {
                 places.remove(role);
-            } else {
-                weighed.confirmed.insert(*role, likelihood);
             }
+            let likelihoods = limb.joints.iter().copied().zip(verdict.by_place.iter().map(|place| place[part]));
+            weighed.likelihoods.insert(*role, likelihoods.collect());
         }
         let speaks_against = |(role, segment): (&Role, &Option<usize>)| {
             let joint = segment.map(|place| limb.joints[place]);
@@ -366,11 +373,15 @@ fn judge(
     limbs: &WeighedLimbs,
 ) -> RoleFinding {
     let label = |joint: usize| body.skeleton.label(joint);
+    let likelihood = limbs.likelihood(candidate.role, candidate.joints[0]);
     match (candidate.witness, named, place) {
         (Witness::Names, Some(named), Some(place)) if agree(candidate.role, &named.joints, &place.joints) => {
             let mut finding = named.clone();
             let doubt = (1.0 - named.confidence) * (1.0 - place.geometry);
             finding.confidence = named.confidence.max((1.0 - doubt).min(witness::MOST));
+            if named.confidence < sure::DECLARED {
+                finding.confidence *= likelihood.unwrap_or(1.0);
+            }
             finding.reasons.push("its shape agrees".to_owned());
             finding
         }
@@ -380,7 +391,7 @@ fn judge(
             let (parent, own) = (|joint: usize| body.skeleton.parent(joint), named.joints[0]);
             let is_near = parent(own) == Some(other) || parent(other) == Some(own) || place.joints.contains(&own);
             if named.confidence < sure::DECLARED {
-                finding.confidence *= match (limbs.confirmed.get(&candidate.role), is_near) {
+                finding.confidence *= match (likelihood, is_near) {
                     (Some(likelihood), _) => likelihood.max(witness::CONTRADICTED),
                     (None, false) if place.geometry >= witness::CLEAR => witness::CONTRADICTED,
                     (None, _) => witness::NEAR,
@@ -393,7 +404,7 @@ fn judge(
         (Witness::Names, Some(named), None) => {
             let mut finding = named.clone();
             if finding.confidence < sure::DECLARED {
-                finding.confidence *= witness::NAME_ALONE;
+                finding.confidence *= likelihood.unwrap_or(1.0).clamp(witness::CONTRADICTED, witness::NAME_ALONE);
             }
             finding
         }

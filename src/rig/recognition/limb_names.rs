@@ -33,6 +33,8 @@ pub(super) struct LimbVerdict {
     pub likelihood: [f64; 3],
     /// The weight of this against that of what the names alone say.
     pub against_names: f64,
+    /// Likelihood of each place on the limb's way as the start of each of the three.
+    pub by_place: Vec<[f64; 3]>,
     /// Whether names say anything about the limb.
     pub is_named: bool,
     /// For each of the three, the shape's best way of seeing another joint there, against the best way at all.
@@ -114,6 +116,9 @@ pub(super) fn weigh_limb(body: &Body<'_>, limb: &SeenLimb, side: Side, named: &F
         segments: best.0,
         naming: best.1,
         likelihood: [0, 1, 2].map(|part: usize| weight_of(&|segments| segments[part] == best.0[part]) / total),
+        by_place: (0..limb.joints.len())
+            .map(|place| [0, 1, 2].map(|part: usize| weight_of(&|segments| segments[part] == Some(place)) / total))
+            .collect(),
         is_named: named_count > 0,
         rivals: rivals(limb, best.0),
         against_names: if best.0 == by_name { 1.0 } else { own / names.max(f64::MIN_POSITIVE) },
@@ -162,6 +167,11 @@ fn likelihood(
             likelihood *= SILENT;
             continue;
         };
+        if is_finger(*sense) && place <= last {
+            // Fingers are no part of the limb before its end.
+            likelihood *= WRONG;
+            continue;
+        }
         if is_finger(*sense) || place > last + 1 {
             likelihood *= SILENT;
             continue;

@@ -225,12 +225,16 @@ fn understand(
     for side in Side::BOTH {
         find_fingers(body, side, &mut findings);
     }
-    if four_named && anatomy.as_ref().is_some_and(Anatomy::is_crawler) {
+    if four_named && anatomy.as_ref().is_some_and(|anatomy| anatomy.is_crawler() && anatomy.stands_alone()) {
         // Front and hind legs with others between them.
         quadruped::forget_legs(&mut findings);
         kind = RigKind::Other;
     }
-    let anatomy = anatomy.filter(|anatomy| [anatomy.kind, RigKind::Other].contains(&kind));
+    let fits = |anatomy: &Anatomy| match kind {
+        RigKind::Other => anatomy.stands_alone(),
+        kind => anatomy.kind == kind,
+    };
+    let anatomy = anatomy.filter(fits);
     let says_side = |joint: &usize| body.names[*joint].side.is_some();
     let has_named_sides = findings.roles.keys().any(|role| role.side != Side::Center)
         || anatomy.iter().flat_map(|anatomy| anatomy.places.values()).any(|place| place.joints.iter().any(says_side));
@@ -295,11 +299,13 @@ fn see_shape(body: &Body<'_>, rest: &ModelPose, joints_only: bool) -> Option<Ana
     let counts = |joint: usize| body.members[joint] && (joints[joint].is_joint || !joints_only);
     let is_mark = |joint: usize| body.names[joint].is_control || (body.names[joint].is_end && body.is_leaf(joint));
     let without_marks: Vec<bool> = (0..joints.len()).map(|joint| counts(joint) && !is_mark(joint)).collect();
-    find_anatomy(&parents, &positions, &without_marks).or_else(|| {
-        let has_marks = (0..joints.len()).any(|joint| counts(joint) && is_mark(joint));
-        let all = || (0..joints.len()).map(counts).collect::<Vec<bool>>();
-        if has_marks { find_anatomy(&parents, &positions, &all()) } else { None }
-    })
+    let seen = find_anatomy(&parents, &positions, &without_marks);
+    let has_marks = (0..joints.len()).any(|joint| counts(joint) && is_mark(joint));
+    if !has_marks || seen.as_ref().is_some_and(Anatomy::stands_alone) {
+        return seen;
+    }
+    let all: Vec<bool> = (0..joints.len()).map(counts).collect();
+    find_anatomy(&parents, &positions, &all).filter(Anatomy::stands_alone).or(seen)
 }
 
 /// The roles behind a file's own names for them. Names that say nothing, and joints that do not exist, are left out.

@@ -4,6 +4,7 @@ mod clip_contacts;
 mod curves;
 mod filled_in;
 mod fk;
+mod helpers;
 mod notes;
 mod pairs;
 mod pelvis;
@@ -25,6 +26,7 @@ use self::{
     curves::has_properties,
     filled_in::filled_in,
     fk::{order_chains, resolve_fk},
+    helpers::follow_helpers,
     notes::{check_kinds, report_idle_limbs, report_loose_joints, report_rigs},
     pairs::find_pairs,
     pelvis::{resolve_pelvis, resolve_top},
@@ -38,7 +40,10 @@ use super::{
     leg_rows::{is_whole_leg, leg_rows},
     mapping::{ChainPair, Mapping},
     shoulder::find_shoulders,
-    spec::{Carry, ContactsOp, CurvesOp, FkOp, FloorOp, IkOp, Op, PelvisOp, PlantOp, RetargetSpec, TranslationMode},
+    spec::{
+        Carry, ContactsOp, CurvesOp, FkOp, FloorOp, HelperJoints, IkOp, Op, PelvisOp, PlantOp, RetargetSpec,
+        TranslationMode,
+    },
     stages::Stages,
     twist::find_twists,
     understand::Rig,
@@ -70,7 +75,7 @@ pub fn resolve(
     report_rigs(spec, source, target, reporter);
     let found = find_pairs(spec, source, target)?;
     let pairs = &found.pairs;
-    let ops = spec.ops.clone().unwrap_or_else(|| default_ops(source, target, pairs, clip));
+    let ops = spec.ops.clone().unwrap_or_else(|| default_ops(spec, source, target, pairs, clip));
     let Alignment { rest: aligned, joints: alignment } =
         align(source, target, &alignable(pairs, source, target), spec.align);
     let carried = is_carried(&ops);
@@ -165,8 +170,8 @@ fn keep_slides(chains: &mut [ChainPair], clip: &Clip) {
 }
 
 /// What is done when nobody says: rotations are copied, where legs are mapped, feet stay where they stand, and what is animated beside
-/// the joints goes along.
-fn default_ops(source: &Rig<'_>, target: &Rig<'_>, pairs: &[NamedPair], clip: &Clip) -> Vec<Op> {
+/// the joints goes along. Helper joints follow last, when all others are where they stay.
+fn default_ops(spec: &RetargetSpec, source: &Rig<'_>, target: &Rig<'_>, pairs: &[NamedPair], clip: &Clip) -> Vec<Op> {
     let mut ops = vec![Op::Pelvis(PelvisOp::default()), Op::Fk(FkOp::default())];
     let is_driven = |joint: usize| pairs.iter().any(|pair| pair.target.contains(&joint));
     if have_driven_leg(source, target, is_driven) {
@@ -176,6 +181,9 @@ fn default_ops(source: &Rig<'_>, target: &Rig<'_>, pairs: &[NamedPair], clip: &C
             Op::Plant(PlantOp::default()),
             Op::Floor(FloorOp::default()),
         ]);
+    }
+    if spec.target.helper_joints == HelperJoints::Follow {
+        ops.extend(follow_helpers(target));
     }
     if has_properties(source.scene, clip) {
         ops.push(Op::Curves(CurvesOp::default()));

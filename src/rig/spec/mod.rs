@@ -33,7 +33,7 @@ pub use output::{
 };
 pub use pose::{EditAxes, FromClipEdit, PoseChoice, PoseEdit, PoseSpec, ResetEdit, RotateEdit};
 pub use report::{MetricInfo, MetricName, ReportChoice, ReportDetail, ReportSpec, Threshold};
-pub use rig::{AutoWord, OneOrMany, RestFrame, RestRule, RestSpec, RigSpec, UnitSpec};
+pub use rig::{AutoWord, HelperJoints, OneOrMany, RestFrame, RestRule, RestSpec, RigSpec, UnitSpec};
 pub use tune::{TuneChoice, TuneParameter, TuneSpec};
 
 use schemars::JsonSchema;
@@ -67,7 +67,8 @@ pub struct RetargetSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pose: Option<PoseSpec>,
     /// What is done, in this order. Default: `pelvis` and `fk`; where legs are mapped, then `contacts`, `ik`, `plant` and `floor`, so
-    /// that feet stay where they stand; where the source animates custom properties, then `curves`. At most 256.
+    /// that feet stay where they stand; where the target has the helper joints of Unreal rigs, then a `pin` that keeps them on hands and
+    /// feet; where the source animates custom properties, then `curves`. At most 256.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ops: Option<Vec<Op>>,
     /// How morph weights and facial expressions are moved over.

@@ -48,6 +48,21 @@ pub struct RigSpec {
     /// taken, capitals or not. What the rig has none of stays as recognised, so the same names do for many rigs. `roles` wins.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub role_names: BTreeMap<String, Vec<Vec<String>>>,
+    /// What the helper joints of an Unreal target do where `ops` does not say it: `ik_foot_l`, `ik_foot_r`, `ik_hand_gun`, `ik_hand_l`
+    /// and `ik_hand_r`.
+    #[serde(skip_serializing_if = "super::is_default")]
+    pub helper_joints: HelperJoints,
+}
+
+/// What helper joints do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum HelperJoints {
+    /// They lie on the feet and hands of the result, turned as those are. The weapon's lies on the right hand.
+    #[default]
+    Follow,
+    /// They keep their rest pose.
+    Keep,
 }
 
 /// One joint or several.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use jiff::Timestamp;
 
-use super::{Idempotency, JobState};
+use super::{Idempotency, JobState, JobVerdict};
 use crate::store::{BatchId, JobId, Principal};
 
 /// What a failure does to the jobs of the same batch that wait.
@@ -61,6 +61,8 @@ pub struct BatchRecord {
 pub struct BatchProgress {
     /// The newest job of each item, counted by state; states without jobs are not there.
     pub jobs: BTreeMap<JobState, u64>,
+    /// The newest job of each item that has results, counted by verdict; verdicts without jobs are not there.
+    pub verdicts: BTreeMap<JobVerdict, u64>,
     /// How often items were asked for again.
     pub retried: u64,
     /// When the first of them started.

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use sqlx::{Row, any::AnyRow};
 
 use super::{
-    AddedAgain, AddedBatch, BatchProgress, BatchRecord, FinishedJob, Idempotency, JobRecord, JobState, OnError, Page,
-    Records, StoppedBatch, count,
+    AddedAgain, AddedBatch, BatchProgress, BatchRecord, FinishedJob, Idempotency, JobRecord, JobState, JobVerdict,
+    OnError, Page, Records, StoppedBatch, count,
     database::{CHUNK, ours, places},
     jobs::{COLUMNS, read as read_job, to_json},
     new_jobs, optional_time, principal, read_id, signed, time,
@@ -136,9 +136,9 @@ impl Records {
         let mut found: BTreeMap<BatchId, BatchProgress> = BTreeMap::new();
         for ids in ids.chunks(CHUNK) {
             let query = ours(format!(
-                "SELECT batch_id, state, is_superseded, CAST(COUNT(*) AS BIGINT) AS jobs, MIN(started_at) AS started_at, \
+                "SELECT batch_id, state, verdict, is_superseded, CAST(COUNT(*) AS BIGINT) AS jobs, MIN(started_at) AS started_at, \
                  MAX(finished_at) AS finished_at, MAX(expires_at) AS expires_at FROM jobs WHERE batch_id IN ({}) \
-                 GROUP BY batch_id, state, is_superseded",
+                 GROUP BY batch_id, state, verdict, is_superseded",
                 places(1, ids.len())
             ));
             let query = ids.iter().fold(sqlx::query(query), |query, id| query.bind(id.as_str()));
@@ -150,7 +150,11 @@ impl Records {
                     continue;
                 }
                 let Some(state) = JobState::from_name(row.try_get("state")?) else { continue };
-                of.jobs.insert(state, jobs);
+                *of.jobs.entry(state).or_default() += jobs;
+                let verdict: Option<String> = row.try_get("verdict")?;
+                if let Some(verdict) = verdict.as_deref().and_then(JobVerdict::from_name) {
+                    *of.verdicts.entry(verdict).or_default() += jobs;
+                }
                 let started_at = optional_time(&row, "started_at")?;
                 of.started_at = of.started_at.into_iter().chain(started_at).min();
                 of.finished_at = of.finished_at.max(optional_time(&row, "finished_at")?);

@@ -6,7 +6,7 @@ use jiff::Timestamp;
 use sqlx::{Any, Row, Transaction};
 
 use super::{
-    JobKind, JobRecord, JobState, Page, Records, count,
+    JobKind, JobRecord, JobState, JobVerdict, Page, Records, count,
     database::{CHUNK, ours, rows_of},
     jobs::read,
     signed, without_nul,
@@ -20,6 +20,8 @@ pub struct JobFilter {
     pub state: Option<JobState>,
     /// Of this kind.
     pub kind: Option<JobKind>,
+    /// With this verdict.
+    pub verdict: Option<JobVerdict>,
     /// With a label of this name and text.
     pub label: Option<(String, String)>,
     /// Asked for then or later.
@@ -66,6 +68,9 @@ fn list_text(filter: &JobFilter, is_behind: bool) -> String {
     }
     if let Some(kind) = filter.kind {
         text.push_str(&format!(" AND kind = '{}'", kind.name()));
+    }
+    if let Some(verdict) = filter.verdict {
+        text.push_str(&format!(" AND verdict = '{}'", verdict.name()));
     }
     if filter.since.is_some() {
         text.push_str(&format!(" AND created_at >= ${place} AND {id} >= ${}", place + 1));

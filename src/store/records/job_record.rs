@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, sync::Arc};
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
-use crate::store::{AssetId, BatchId, JobId, LeaseId, Principal, ResultRecord, WebhookId};
+use crate::store::{AssetId, BatchId, JobId, Judgment, LeaseId, Principal, ResultRecord, WebhookId};
 
 /// Where a job is in its life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -275,6 +275,8 @@ pub struct JobRecord {
     pub expires_at: Option<Timestamp>,
     /// How many warnings its report has.
     pub warnings: u64,
+    /// What its report says of its result as a whole.
+    pub judgment: Option<Judgment>,
     /// Why it has no results.
     pub failure: Option<JobFailure>,
     /// Who asked for it.
@@ -414,6 +416,8 @@ pub struct FinishedJob {
     pub resolved_spec: Option<String>,
     /// How many warnings the report has.
     pub warnings: u64,
+    /// What the report says of the result as a whole.
+    pub judgment: Option<Judgment>,
     /// The files.
     pub results: Vec<ResultRecord>,
     /// A digest of what was computed, where others may be given the results.

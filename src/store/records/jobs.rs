@@ -5,13 +5,13 @@ use sqlx::{Any, Row, Transaction, any::AnyRow};
 
 use super::{
     BatchPlace, Ended, FinishedJob, Idempotency, JobKind, JobRecord, JobState, Records, count, database::ours,
-    optional_time, principal, read_id, results, signed, time,
+    optional_time, principal, read_id, results, signed, time, verdict,
 };
 use crate::store::{BatchId, JobId, LeaseId, Principal, StoreError};
 
 /// Everything but the documents, which can be large and are read by themselves.
 pub(super) const COLUMNS: &str = "id, state, request, input_bytes, attempt, retry_of, created_at, started_at, \
-                                  finished_at, expires_at, warnings, failure, principal, priority, inputs_sha256, \
+                                  finished_at, expires_at, warnings, verdict, verdict_reason, coverage, failure, principal, priority, inputs_sha256, \
                                   memory_bytes, crashes, retries, lease, progress, idempotency_key, asked_sha256, kind, \
                                   cache_key, cached_from, batch_id, batch_item, trace_context";
 
@@ -43,6 +43,7 @@ pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
         finished_at: optional_time(row, "finished_at")?,
         expires_at: optional_time(row, "expires_at")?,
         warnings: count(row, "warnings")?,
+        judgment: verdict::read(row)?,
         failure: failure.map(|text| from_json(&text)).transpose().map_err(unreadable)?,
         principal: principal(row)?,
         priority: i32::try_from(row.try_get::<i64, _>("priority")?).unwrap_or(0),
@@ -140,9 +141,10 @@ impl Records {
     ) -> Result<Ended, StoreError> {
         let query = "UPDATE jobs SET state = $4, finished_at = $5, expires_at = $6, failure = $7, report = $8, \
                      resolved_spec = $9, warnings = $10, cache_key = $11, cached_from = $12, lease_expires_at = NULL, \
-                     progress = NULL \
+                     progress = NULL, verdict = $13, verdict_reason = $14, coverage = $15 \
                      WHERE id = $1 AND state = $2 AND COALESCE(lease, '') = $3";
         let failure = finished.failure.as_ref().map(|failure| to_json(failure, id)).transpose()?;
+        let judgment = finished.judgment.as_ref();
         let done = sqlx::query(query)
             .bind(id.as_str())
             .bind(from.name())
@@ -156,6 +158,9 @@ impl Records {
             .bind(signed(finished.warnings))
             .bind(&finished.cache_key)
             .bind(finished.cached_from.as_ref().map(JobId::as_str))
+            .bind(judgment.map(|judgment| judgment.verdict.name()))
+            .bind(judgment.map(|judgment| judgment.reason.as_str()))
+            .bind(judgment.and_then(|judgment| judgment.coverage))
             .execute(&mut **transaction)
             .await?;
         if done.rows_affected() == 0 {

@@ -26,6 +26,7 @@ mod record_counts;
 mod result_cache;
 mod results;
 mod sweep;
+mod verdict;
 mod webhooks;
 
 use dialect::Dialect;
@@ -49,6 +50,7 @@ pub use notices::{Listener, Notice};
 pub use queue::{AfterCrash, Claim, GiveBack, Held, QueueDepth};
 pub use record_counts::RecordCounts;
 pub use result_cache::CachedResults;
+pub use verdict::{JobVerdict, Judgment};
 pub use webhooks::{DisabledReason, WebhookRecord};
 
 use std::time::Duration;

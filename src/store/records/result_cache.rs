@@ -3,7 +3,7 @@
 use jiff::Timestamp;
 use sqlx::Row;
 
-use super::{Records, ResultRecord, count, read_id};
+use super::{Judgment, Records, ResultRecord, count, read_id, verdict};
 use crate::store::{JobId, Principal, StoreError};
 
 /// What a job gave that computed the same.
@@ -17,6 +17,8 @@ pub struct CachedResults {
     pub resolved_spec: Option<String>,
     /// How many warnings its report has.
     pub warnings: u64,
+    /// What its report says of its result as a whole.
+    pub judgment: Option<Judgment>,
     /// Its results; at least one.
     pub results: Vec<ResultRecord>,
 }
@@ -32,8 +34,8 @@ impl Records {
         key: &str,
         now: Timestamp,
     ) -> Result<Option<CachedResults>, StoreError> {
-        let query = "SELECT id, report, resolved_spec, warnings FROM jobs WHERE principal = $1 AND cache_key = $2 \
-                     AND state = 'succeeded' ORDER BY id DESC LIMIT 1";
+        let query = "SELECT id, report, resolved_spec, warnings, verdict, verdict_reason, coverage FROM jobs \
+                     WHERE principal = $1 AND cache_key = $2 AND state = 'succeeded' ORDER BY id DESC LIMIT 1";
         let Some(row) = self.optional(sqlx::query(query).bind(owner.as_str()).bind(key)).await? else {
             return Ok(None);
         };
@@ -43,6 +45,7 @@ impl Records {
             return Ok(None);
         }
         let (report, resolved_spec) = (row.try_get("report")?, row.try_get("resolved_spec")?);
-        Ok(Some(CachedResults { job, report, resolved_spec, warnings: count(&row, "warnings")?, results }))
+        let (warnings, judgment) = (count(&row, "warnings")?, verdict::read(&row)?);
+        Ok(Some(CachedResults { job, report, resolved_spec, warnings, judgment, results }))
     }
 }

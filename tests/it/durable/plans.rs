@@ -65,11 +65,12 @@ async fn look_at_everything(records: Records) {
     let filters = [None, Some(JobState::Failed)].into_iter().flat_map(|state| {
         [None, Some(JobKind::Edit)].into_iter().flat_map(move |kind| {
             [None, Some(("shot".to_owned(), "1".to_owned()))].into_iter().flat_map(move |label| {
-                [None, Some(Timestamp::UNIX_EPOCH)].map(|since| JobFilter { state, kind, label: label.clone(), since })
+                [None, Some(Timestamp::UNIX_EPOCH)].map(|since| JobFilter { state, kind, verdict: None, label: label.clone(), since })
             })
         })
     });
-    for filter in filters {
+    let failed = JobFilter { verdict: Some(JobVerdict::Fail), ..JobFilter::default() };
+    for filter in filters.chain([failed]) {
         for before in [None, Some(&JobId::new())] {
             records.jobs(&ann, &filter, before, 10).await.expect("lists");
         }

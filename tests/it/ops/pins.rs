@@ -91,3 +91,58 @@ fn nothing_follows_what_hangs_below_it() {
     let field = error.err().expect("refused").fields.remove(0);
     assert_eq!(field.pointer, "/ops/0/pins/0/to", "{field:?}");
 }
+
+/// The walk and the mannequin with what Unreal's mannequins have below their root for IK and weapons.
+fn with_helpers() -> Stage {
+    let mut stage = Stage::walk();
+    let mut joints = stage.target.skeleton.joints().to_vec();
+    let mut add = |name: &str, parent: usize| {
+        let rest = Transform::from_translation(DVec3::new(0.1, 0.2, 0.3));
+        joints.push(Joint { name: name.to_owned(), parent: Some(parent), rest, is_joint: true, node: joints.len() });
+        joints.len() - 1
+    };
+    let root = stage.target.skeleton.find("root").expect("a root");
+    let feet = add("ik_foot_root", root);
+    add("ik_foot_l", feet);
+    add("ik_foot_r", feet);
+    let hands = add("ik_hand_root", root);
+    let gun = add("ik_hand_gun", hands);
+    add("ik_hand_l", gun);
+    add("ik_hand_r", gun);
+    stage.target.skeleton = Skeleton::new(joints).expect("a skeleton");
+    stage
+}
+
+const FOLLOWS: [(&str, &str); 5] = [
+    ("ik_foot_l", "foot_l"),
+    ("ik_foot_r", "foot_r"),
+    ("ik_hand_gun", "hand_r"),
+    ("ik_hand_l", "hand_l"),
+    ("ik_hand_r", "hand_r"),
+];
+
+#[test]
+fn helper_joints_follow_hands_and_feet_unless_the_spec_says_otherwise() {
+    let stage = with_helpers();
+    let followed = stage.play("{}");
+    let kept = stage.play(r#"{"target": {"helper_joints": "keep"}}"#);
+    for (helper, end) in FOLLOWS {
+        for frame in [0, 50, 120] {
+            let off = stage.place(&followed, frame, helper).distance(stage.place(&followed, frame, end));
+            assert!(off < 1e-5, "{helper} is {off} m off at frame {frame}");
+            let turned = degrees(stage.turned(&followed, frame, helper), stage.turned(&followed, frame, end));
+            assert!(turned < 1e-3, "{helper} is turned by {turned} degrees at frame {frame}");
+        }
+        assert_eq!(
+            stage.place(&kept, 0, helper),
+            stage.place(&kept, 120, helper),
+            "{helper} stays where the spec says that it does"
+        );
+    }
+    let plain = stage.play(KINEMATICS);
+    assert_eq!(
+        stage.place(&plain, 0, "ik_foot_l"),
+        stage.place(&plain, 120, "ik_foot_l"),
+        "plain kinematics pin nothing"
+    );
+}

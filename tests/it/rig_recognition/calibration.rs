@@ -193,4 +193,14 @@ fn what_is_sure_is_right() {
         assert!(share(of(kind)) >= 0.95, "{kind}:\n{lines}");
     }
     assert!(share(of("French")) >= 0.99, "{lines}");
+    let sure = |kind: &str| {
+        let rows = table.rows.iter().filter(|((row, _), _)| *row == kind);
+        rows.fold((0, 0), |sum, (_, row)| (sum.0 + row.sure_right[0], sum.1 + row.sure[0]))
+    };
+    for kind in ["leg names one on", "arm names one back"] {
+        assert!(share(sure(kind)) >= 0.99, "{kind}: what is given at 0.9 is right:\n{lines}");
+    }
+    let all = [false, true].map(|held| table.sum(held));
+    let all = (all[0].sure_right[0] + all[1].sure_right[0], all[0].sure[0] + all[1].sure[0]);
+    assert!(share(all) >= 0.995, "what is given at 0.9 is right:\n{lines}");
 }

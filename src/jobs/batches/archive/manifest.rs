@@ -27,6 +27,12 @@ struct Item {
     target: String,
     labels: BTreeMap<String, String>,
     warnings_count: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    verdict: Option<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    verdict_reason: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    coverage: Option<f64>,
     files: Vec<File>,
     #[serde(skip_serializing_if = "Option::is_none")]
     problem: Option<JobFailure>,
@@ -67,6 +73,9 @@ impl Manifest {
             target: job.request.target.file_name.clone(),
             labels: job.request.labels.clone(),
             warnings_count: job.warnings,
+            verdict: job.judgment.as_ref().map(|judgment| judgment.verdict.name()),
+            verdict_reason: job.judgment.as_ref().map(|judgment| judgment.reason.clone()),
+            coverage: job.judgment.as_ref().and_then(|judgment| judgment.coverage),
             files: files.iter().map(file).collect(),
             problem: job.failure.clone(),
         });

@@ -10,9 +10,9 @@ use super::{
 };
 
 /// Less likely figures are none.
-const LEAST_SCORE: f64 = 0.12;
-/// Nor are those that nothing beside their limbs speaks for.
-pub(super) const LEAST_EVIDENCE: f64 = 0.1;
+const LEAST_SCORE: f64 = 0.06;
+/// Nor are those that nothing beside their limbs speaks for. What is hardly more is no body by itself, but a witness for names.
+pub(super) const LEAST_EVIDENCE: f64 = 0.06;
 
 /// An upright body.
 #[derive(Clone, Debug)]
@@ -146,8 +146,7 @@ fn stand(shape: &Shape<'_>, legs: &Limbs, arms: &Limbs, pairs: &[Pair]) -> Optio
         * reaches
         * facing
         * hung
-        * legs.best.score
-        * arms.best.score;
+        * (legs.best.score * arms.best.score).sqrt();
     let arms = if across < 0.0 { Limbs { pair: arms.pair.turned(), ..arms.clone() } } else { arms.clone() };
     Some(Upright { legs: legs.clone(), arms, pelvis, trunk, score })
 }

@@ -88,6 +88,8 @@ pub(super) struct Anatomy {
     /// Biped or quadruped; other for bodies on more legs.
     pub kind: RigKind,
     pub places: BTreeMap<Role, Place>,
+    /// How much speaks for it, from 0 to 1.
+    pub score: f64,
     /// Arms and legs of upright bodies.
     pub limbs: Vec<SeenLimb>,
     /// Whether something shows which way the body faces, and by that which side is left.
@@ -95,6 +97,11 @@ pub(super) struct Anatomy {
 }
 
 impl Anatomy {
+    /// Whether it is a body although no name says so. Less is enough to bear witness for names.
+    pub(super) fn stands_alone(&self) -> bool {
+        self.score >= STANDS_ALONE
+    }
+
     /// Whether it stands on six and more legs.
     pub(super) fn is_crawler(&self) -> bool {
         self.places.keys().any(|role| role.part == Part::Leg)
@@ -103,6 +110,8 @@ impl Anatomy {
 
 /// A foot or knee that is out of line by less than this share of the leg does not say where front is.
 const LEAST_FORWARD: f64 = 0.02;
+/// What is less like a body needs names beside it. Few random trees of mirrored branches come as near.
+const STANDS_ALONE: f64 = 0.26;
 /// The surest that shape alone is.
 const SUREST: f64 = 0.88;
 /// The surest that shape is of one of two joints.
@@ -135,9 +144,13 @@ pub(super) fn find_anatomy(parents: &[Option<usize>], positions: &[DVec3], membe
     })
 }
 
+/// Scores between which a body becomes clear; those of upright bodies are higher, since the limbs count less beside the rest.
+const CLEAR: [f64; 2] = [0.05, 0.5];
+const CLEAR_UPRIGHT: [f64; 2] = [0.15, 0.65];
+
 /// What is left of being sure where little speaks for a body.
-fn clearness(score: f64) -> f64 {
-    0.45 + 0.55 * figure::step(score, 0.05, 0.5)
+fn clearness(score: f64, [low, high]: [f64; 2]) -> f64 {
+    0.45 + 0.55 * figure::step(score, low, high)
 }
 
 fn describe(shape: &Shape<'_>, plane: Option<&Plane>, figure: &Figure) -> Anatomy {
@@ -166,7 +179,7 @@ fn describe_upright(shape: &Shape<'_>, body: &Upright) -> Anatomy {
     let forward = forward_of_legs(shape, &body.legs, up);
     let sides = sides_of(shape, body, up, forward);
     let mut places = Places::default();
-    let sure = SUREST.min(0.55 + 0.4 * body.score.sqrt()) * clearness(body.score);
+    let sure = SUREST.min(0.55 + 0.4 * body.score.sqrt()) * clearness(body.score, CLEAR_UPRIGHT);
     for (side, way) in [Side::Left, Side::Right].into_iter().zip(sides) {
         describe_leg(shape, &body.legs, way, side, sure, &mut places);
         describe_arm(shape, &body.arms, way, side, sure, &mut places);
@@ -190,7 +203,8 @@ fn describe_upright(shape: &Shape<'_>, body: &Upright) -> Anatomy {
         add_face(shape, head, Directions { up, forward, left: up.cross(forward) }, sure - 0.2, &mut places);
     }
     let limbs = seen_limbs(shape, body, sides);
-    Anatomy { kind: RigKind::Biped, places: places.0, limbs, facing_known: forward.is_some() }
+    let (kind, score) = (RigKind::Biped, body.score);
+    Anatomy { kind, places: places.0, score, limbs, facing_known: forward.is_some() }
 }
 
 /// Arms and legs with every way of seeing them; `sides` says which of the two ways is the left one.
@@ -286,7 +300,7 @@ fn describe_level(shape: &Shape<'_>, plane: Option<&Plane>, body: &Level) -> Ana
     let forward = body.trunk - body.trunk.dot(up) * up;
     let left = up.cross(forward.normalize_or_zero());
     let mut places = Places::default();
-    let sure = SUREST.min(0.5 + 0.35 * body.score.sqrt()) * clearness(body.score);
+    let sure = SUREST.min(0.5 + 0.35 * body.score.sqrt()) * clearness(body.score, CLEAR);
     let at = |way: &[usize]| way.iter().map(|joint| shape.positions[*joint].dot(left)).sum::<f64>();
     for (part, pair) in [(Part::HindLeg, &body.hind), (Part::FrontLeg, &body.front)] {
         let [one, other] = &pair.ways;
@@ -323,7 +337,8 @@ fn describe_level(shape: &Shape<'_>, plane: Option<&Plane>, body: &Level) -> Ana
         }
         places.set(Role::center(Part::Tail), joints, sure - 0.1, None);
     }
-    Anatomy { kind: RigKind::Quadruped, places: places.0, limbs: Vec::new(), facing_known: true }
+    let (kind, score) = (RigKind::Quadruped, body.score);
+    Anatomy { kind, places: places.0, score, limbs: Vec::new(), facing_known: true }
 }
 
 fn set_trunk(shape: &Shape<'_>, places: &mut Places, pelvis: usize, trunk: Trunk, directions: Directions, sure: f64) {
@@ -338,7 +353,7 @@ fn set_trunk(shape: &Shape<'_>, places: &mut Places, pelvis: usize, trunk: Trunk
 
 fn describe_crawler(shape: &Shape<'_>, plane: &Plane, body: &Crawler) -> Anatomy {
     let mut places = Places::default();
-    let sure = SUREST.min(0.5 + 0.35 * body.score.sqrt()) * clearness(body.score);
+    let sure = SUREST.min(0.5 + 0.35 * body.score.sqrt()) * clearness(body.score, CLEAR);
     for (index, ways) in body.legs.iter().enumerate() {
         let Ok(number) = u8::try_from(index + 1) else { break };
         for (side, way) in Side::BOTH.into_iter().zip(ways) {
@@ -360,12 +375,13 @@ fn describe_crawler(shape: &Shape<'_>, plane: &Plane, body: &Crawler) -> Anatomy
     places.set(Role::center(Part::Tail), body.tail.clone(), sure - 0.1, None);
     let directions = Directions { up: body.up, forward: body.forward, left: body.up.cross(body.forward) };
     set_trunk(shape, &mut places, body.pelvis, body.trunk.clone(), directions, sure);
-    Anatomy { kind: RigKind::Other, places: places.0, limbs: Vec::new(), facing_known: body.facing_known }
+    let (kind, score) = (RigKind::Other, body.score);
+    Anatomy { kind, places: places.0, score, limbs: Vec::new(), facing_known: body.facing_known }
 }
 
 fn describe_winged(shape: &Shape<'_>, body: &Winged) -> Anatomy {
     let mut places = Places::default();
-    let sure = SUREST.min(0.5 + 0.35 * body.score.sqrt()) * clearness(body.score);
+    let sure = SUREST.min(0.5 + 0.35 * body.score.sqrt()) * clearness(body.score, CLEAR);
     let left = body.up.cross(body.forward);
     let is_left = |pair: &Pair| {
         let at = |side: usize| pair.ways[side].iter().map(|joint| shape.positions[*joint].dot(left)).sum::<f64>();
@@ -381,5 +397,6 @@ fn describe_winged(shape: &Shape<'_>, body: &Winged) -> Anatomy {
     places.set(Role::center(Part::Tail), body.tail.clone(), sure - 0.1, None);
     let directions = Directions { up: body.up, forward: body.forward, left };
     set_trunk(shape, &mut places, body.pelvis, body.trunk.clone(), directions, sure);
-    Anatomy { kind: RigKind::Biped, places: places.0, limbs: Vec::new(), facing_known: true }
+    let (kind, score) = (RigKind::Biped, body.score);
+    Anatomy { kind, places: places.0, score, limbs: Vec::new(), facing_known: true }
 }
