@@ -223,9 +223,9 @@ impl Rules<'_> {
         let level = |direction: DVec3| (direction - up * direction.dot(up)).try_normalize();
         let (own_raised, source_raised) = (self.own.raised_foot(role), self.source.raised_foot(role));
         let flat = |raised: Option<RaisedFoot>, rest: DVec3| raised.map_or(rest, |raised| self.scene(raised.along));
-        let levels = self.directions(pair, role, ends).and_then(|(own, wanted)| {
-            Some((own, level(flat(own_raised, own))?, level(flat(source_raised, wanted))?))
-        });
+        let levels = self
+            .directions(pair, role, ends)
+            .and_then(|(own, wanted)| Some((own, level(flat(own_raised, own))?, level(flat(source_raised, wanted))?)));
         let raise = |raised: Option<RaisedFoot>| {
             let scene = self.target.work_from_scene.conjugate();
             raised.map_or(DQuat::IDENTITY, |raised| scene * raised.rest_from_flat * scene.conjugate())

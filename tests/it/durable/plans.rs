@@ -9,7 +9,9 @@ use std::{
 };
 
 use jiff::Timestamp;
-use retargetd::store::{Blobs, DocumentKind, JobFilter, JobId, JobKind, JobState, OnError, Records, Store, WebhookId};
+use retargetd::store::{
+    Blobs, DocumentKind, JobFilter, JobId, JobKind, JobState, JobVerdict, OnError, Records, Store, WebhookId,
+};
 use sqlx::{Connection as _, Row as _};
 use tracing::field::{Field, Visit};
 use tracing_subscriber::{Layer, layer::SubscriberExt as _};
@@ -65,7 +67,13 @@ async fn look_at_everything(records: Records) {
     let filters = [None, Some(JobState::Failed)].into_iter().flat_map(|state| {
         [None, Some(JobKind::Edit)].into_iter().flat_map(move |kind| {
             [None, Some(("shot".to_owned(), "1".to_owned()))].into_iter().flat_map(move |label| {
-                [None, Some(Timestamp::UNIX_EPOCH)].map(|since| JobFilter { state, kind, verdict: None, label: label.clone(), since })
+                [None, Some(Timestamp::UNIX_EPOCH)].map(|since| JobFilter {
+                    state,
+                    kind,
+                    verdict: None,
+                    label: label.clone(),
+                    since,
+                })
             })
         })
     });
