@@ -1,6 +1,5 @@
 //! From a spec and two rigs to a mapping in indices, and to the spec with everything found out filled in.
 
-mod clip_contacts;
 mod curves;
 mod filled_in;
 mod fk;
@@ -12,9 +11,6 @@ mod posed;
 mod schedule;
 mod sizes;
 mod stages;
-
-#[cfg(test)]
-pub(super) use stages::leg_of;
 
 pub use schedule::scheduled;
 
