@@ -7,6 +7,7 @@ use super::{
     HowAligned,
     face::Face,
     look::{Look, RollCue, Second, place},
+    sole::RaisedFoot,
     split,
     turn::arc,
     unnumbered,
@@ -216,19 +217,25 @@ impl Rules<'_> {
         }
     }
 
-    /// A foot turns with its heading, from its own orientation, and is pitched by what its sole is tilted otherwise than the source's.
+    /// A foot turns with its heading, from its own orientation; one that is raised at rest is raised as the source's is.
     fn sole(&mut self, pair: &NamedPair, role: &str, ends: &[&str]) {
         let up = self.target.up();
         let level = |direction: DVec3| (direction - up * direction.dot(up)).try_normalize();
-        let directions = self.directions(pair, role, ends);
-        let levels = directions.and_then(|(own, wanted)| Some((own, level(own)?, level(wanted)?)));
-        let tilt = self.source.foot_tilt_radians(role) - self.own.foot_tilt_radians(role);
+        let (own_raised, source_raised) = (self.own.raised_foot(role), self.source.raised_foot(role));
+        let flat = |raised: Option<RaisedFoot>, rest: DVec3| raised.map_or(rest, |raised| self.scene(raised.along));
+        let levels = self
+            .directions(pair, role, ends)
+            .and_then(|(own, wanted)| Some((own, level(flat(own_raised, own))?, level(flat(source_raised, wanted))?)));
+        let raise = |raised: Option<RaisedFoot>| {
+            let scene = self.target.work_from_scene.conjugate();
+            raised.map_or(DQuat::IDENTITY, |raised| scene * raised.rest_from_flat * scene.conjugate())
+        };
         let aim = match levels {
             None => Aim::Turn(self.body_turn),
-            Some((_, own, wanted)) if tilt == 0.0 => Aim::Head { own, wanted },
+            Some((_, own, wanted)) if own_raised.is_none() && source_raised.is_none() => Aim::Head { own, wanted },
             Some((own, own_level, wanted)) => {
-                // About the foot's left, toes go down.
-                let turn = DQuat::from_axis_angle(up.cross(wanted), -tilt) * arc(own_level, wanted, up);
+                let heads = arc(own_level, wanted, up);
+                let turn = (raise(source_raised) * heads * raise(own_raised).conjugate()).normalize();
                 Aim::Face { turn, own, wanted: turn * own, how: HowAligned::Direction }
             }
         };

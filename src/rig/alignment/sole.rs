@@ -1,10 +1,10 @@
-//! How far a foot is tilted in a rest pose that is a moment of a motion.
+//! How a foot is turned in a rest pose that is a moment of a motion.
 //!
 //! Where ankle and toe joints lie in a foot differs by tens of degrees from one body to another, so the line between them does not
-//! tell how the sole is tilted. What does is its pitch against that of the same body's feet when they lie flat, which is how they
-//! are where ankle and toes are lowest.
+//! tell how the sole is turned; and in a foot that swings it may point straight down, so that it does not tell where the foot heads.
+//! What does is how the same foot is turned where it lies flat, which is where its ankle and toes are lowest.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use super::{super::understand::Rig, look::Look, split};
 use crate::model::ModelPose;
@@ -16,55 +16,65 @@ const ONE_IN_LOWEST: usize = 10;
 /// Feet are flat to this many degrees.
 const FLAT_DEGREES: f64 = 5.0;
 
+/// A foot that does not lie flat at rest, in working space.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RaisedFoot {
+    /// From how it is turned where it lies flat to how it is turned at rest.
+    pub(super) rest_from_flat: DQuat,
+    /// From ankle to toes where it lies flat.
+    pub(super) along: DVec3,
+}
+
 /// One foot at one moment, in working space.
 struct Foot {
     /// Of ankle and toe joint together.
     height: f64,
-    /// Of the line from ankle to toe against the horizontal; upward is more.
-    pitch_radians: f64,
+    /// From ankle to toes; unit length.
+    along: DVec3,
+    turned: DQuat,
 }
 
 impl Look<'_> {
-    /// How far the toes of a foot are raised against a flat sole, in radians; 0 for poses that somebody laid out, which stand flat.
-    pub(super) fn foot_tilt_radians(&self, role: &str) -> f64 {
+    /// How a foot is raised; nothing where it lies flat, as in poses that somebody laid out.
+    pub(super) fn raised_foot(&self, role: &str) -> Option<RaisedFoot> {
         match self {
-            Self::Rig(rig) if rig.rest_source.is_in_motion() => tilt(rig, role).unwrap_or(0.0),
-            Self::Rig(_) | Self::Canonical(_) => 0.0,
+            Self::Rig(rig) if rig.rest_source.is_in_motion() => raised(rig, role),
+            Self::Rig(_) | Self::Canonical(_) => None,
         }
     }
 }
 
-fn tilt(rig: &Rig<'_>, role: &str) -> Option<f64> {
+fn raised(rig: &Rig<'_>, role: &str) -> Option<RaisedFoot> {
     let (side, _) = split(role);
-    let tilt = foot(rig, &rig.rest, side)?.pitch_radians - flat_pitch(rig)?;
-    Some(if tilt.to_degrees().abs() < FLAT_DEGREES { 0.0 } else { tilt })
+    let rest = foot(rig, &rig.rest, side)?;
+    let flat = flat(rig, side)?;
+    let rest_from_flat = rest.turned * flat.turned.conjugate();
+    // Turning about the vertical raises nothing.
+    let raised = (rest_from_flat * DVec3::Y).angle_between(DVec3::Y);
+    (raised.to_degrees() >= FLAT_DEGREES).then_some(RaisedFoot { rest_from_flat, along: flat.along })
 }
 
-/// The pitch of the feet where they are lowest, at rest and in the first clip that moves.
-fn flat_pitch(rig: &Rig<'_>) -> Option<f64> {
-    let mut feet = both_feet(rig, &rig.rest);
+/// A foot where it is lowest, at rest and in the first clip that moves: the one whose pitch is in the middle.
+fn flat(rig: &Rig<'_>, side: &str) -> Option<Foot> {
+    let mut feet: Vec<Foot> = foot(rig, &rig.rest, side).into_iter().collect();
     if let Some(clip) = rig.scene.clips.iter().find(|clip| clip.is_animated()) {
         let step = clip.frame_count().div_ceil(FRAMES_LOOKED_AT).max(1);
         for frame in (0..clip.frame_count()).step_by(step) {
-            feet.extend(both_feet(rig, &clip.local_pose(rig.skeleton(), frame).to_model(rig.skeleton())));
+            feet.extend(foot(rig, &clip.local_pose(rig.skeleton(), frame).to_model(rig.skeleton()), side));
         }
     }
     feet.sort_by(|one, other| one.height.total_cmp(&other.height));
     feet.truncate(feet.len().div_ceil(ONE_IN_LOWEST));
-    feet.sort_by(|one, other| one.pitch_radians.total_cmp(&other.pitch_radians));
-    feet.get(feet.len() / 2).map(|foot| foot.pitch_radians)
-}
-
-fn both_feet(rig: &Rig<'_>, pose: &ModelPose) -> Vec<Foot> {
-    ["left_", "right_"].iter().filter_map(|side| foot(rig, pose, side)).collect()
+    feet.sort_by(|one, other| one.along.y.total_cmp(&other.along.y));
+    let middle = feet.len() / 2;
+    feet.into_iter().nth(middle)
 }
 
 fn foot(rig: &Rig<'_>, pose: &ModelPose, side: &str) -> Option<Foot> {
-    let place = |part: &str| -> Option<DVec3> {
-        let joint = *rig.role(&format!("{side}{part}")).first()?;
-        Some(rig.work_from_scene * pose.transforms()[joint].translation)
-    };
-    let (ankle, toe) = (place("foot")?, place("toe")?);
-    let along = (toe - ankle).try_normalize()?;
-    Some(Foot { height: ankle.y + toe.y, pitch_radians: along.y.clamp(-1.0, 1.0).asin() })
+    let joint = |part: &str| Some(pose.transforms()[*rig.role(&format!("{side}{part}")).first()?]);
+    let (ankle, toe) = (joint("foot")?, joint("toe")?);
+    let place = |place: DVec3| rig.work_from_scene * place;
+    let along = (place(toe.translation) - place(ankle.translation)).try_normalize()?;
+    let height = place(toe.translation).y + place(ankle.translation).y;
+    Some(Foot { height, along, turned: (rig.work_from_scene * ankle.rotation).normalize() })
 }
