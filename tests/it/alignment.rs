@@ -1,7 +1,7 @@
 //! Rest poses turned until they look alike, direction and roll; poses as files; the retarget-pose editor. What comes out is
 //! looked at from outside: world matrices of what was written.
 
-use glam::{DQuat, DVec3, Quat};
+use glam::{DMat4, DQuat, DVec3, Quat};
 use retargetd::{
     engine::{Format, Inputs, Limits, NamedBytes, Outcome, retarget},
     model::{Clip, Control, Joint, JointTracks, ModelPose, Reporter, Scene, Skeleton, SkinPoint, SkinPoints, Track},
@@ -390,6 +390,31 @@ fn captures_without_a_rest_pose_are_measured_from_a_frame() {
         assert!(["standing_frame", "solved"].contains(&view.rest_source), "{}: {}", figure.file_name, view.rest_source);
         assert_ne!(view.rest_reason, "", "{}: why", figure.file_name);
         assert_eq!((view.kind, view.up.is_some()), ("biped", true), "{}: a body that stands", figure.file_name);
+    }
+}
+
+/// The left foot of its first frame swings with its toes below the ankle, or even behind it.
+#[test]
+fn a_foot_that_swings_in_the_frame_that_is_measured_from_stands_flat_when_it_lands() {
+    let (Some(source), Some(target)) =
+        (corpus_file("bvh/bandai-namco/dataset-1_walk_normal_001.bvh"), corpus_file("readyplayerme/rpm_avatar_a.glb"))
+    else {
+        return;
+    };
+    let (source, target) = (Figure::read(&source), Figure::read(&target));
+    let clip = retargeted(&source.scene, &target.scene, source.clip(), &spec(json!({})));
+    let rest = world(target.skeleton(), None);
+    for side in ["left", "right"] {
+        let [foot, toe] = ["foot", "toe"].map(|part| target.roles[&format!("{side}_{part}")]);
+        let mut poses: Vec<Vec<DMat4>> =
+            (0..clip.frame_count()).map(|frame| world(target.skeleton(), Some((&clip, frame)))).collect();
+        let height = |pose: &Vec<DMat4>| position(pose, foot).y + position(pose, toe).y;
+        poses.sort_by(|one, other| height(one).total_cmp(&height(other)));
+        for pose in poses.iter().take(clip.frame_count() / 10) {
+            let turned = rotation(pose, foot) * rotation(&rest, foot).conjugate();
+            let tilted = (turned * DVec3::Y).angle_between(DVec3::Y).to_degrees();
+            assert!(tilted < 15.0, "the {side} foot is tilted by {tilted:.1} degrees where it stands");
+        }
     }
 }
 
