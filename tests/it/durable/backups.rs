@@ -1,4 +1,4 @@
-//! A copy of a service at work, made by the commands of the README, is a service: every job that was acknowledged before is there and ends, and
+//! A copy of a service at work, made by the commands of docs/operate.md, is a service: every job that was acknowledged before is there and ends, and
 //! every file is whole.
 
 use std::process::Command;
@@ -9,10 +9,10 @@ use super::{
 };
 use crate::{service_process::ServiceProcess, support::skip};
 
-/// The commands of the README under that heading, of which the first begins with these words.
+/// The commands of the page about operations, of which the first begins with these words.
 fn commands(first: &str) -> &'static str {
-    let readme = include_str!("../../../README.md");
-    let chapter = readme.split("### Backup, upgrade, roll-back").nth(1).expect("the README says how");
+    let page = include_str!("../../../docs/operate.md");
+    let chapter = page.split("## Backup, upgrade, roll-back").nth(1).expect("the page says how");
     let block = chapter.split("```bash\n").skip(1).find(|block| block.starts_with(first)).expect("these commands");
     block.split("```").next().expect("it ends")
 }
