@@ -60,6 +60,8 @@ const GEOMETRY_POWER: f64 = 1.5;
 const MOST_JOINTS: usize = 14;
 /// How much a limb that lacks a segment looks like a limb.
 const INCOMPLETE: f64 = 0.01;
+/// Joints that are nearer to one another lie in one place; in the unit of the file.
+const NO_LENGTH: f64 = 1e-6;
 /// A segment is taken for missing only where at least two joints are named.
 const FEWEST_NAMED: usize = 2;
 
@@ -68,7 +70,8 @@ const BEFORE: usize = 0;
 const UPPER: usize = 1;
 const BEYOND: usize = 4;
 
-/// Weighs one limb. Nothing where the file declares its joints, or where its names point to joints that are not on it.
+/// Weighs one limb. Nothing where the file declares its joints, where its names point to joints that are not on it, or where two of
+/// the joints that are named lie in one place: shape cannot tell those apart.
 pub(super) fn weigh_limb(body: &Body<'_>, limb: &SeenLimb, side: Side, named: &Findings) -> Option<LimbVerdict> {
     let parts = if limb.is_leg { LEG } else { ARM };
     let is_declared = parts.iter().any(|part| named.declared_first(side, *part).is_some());
@@ -81,6 +84,9 @@ pub(super) fn weigh_limb(body: &Body<'_>, limb: &SeenLimb, side: Side, named: &F
         return None;
     }
     let by_name = by_name.map(Option::flatten);
+    if has_bone_without_length(body, limb, by_name) {
+        return None;
+    }
     let senses: Vec<Option<Sense>> =
         limb.joints.iter().take(MOST_JOINTS).map(|joint| sense_of(body, *joint, side)).collect();
     let named_count = senses.iter().flatten().filter(|sense| is_of_limb(**sense, limb.is_leg)).count();
@@ -123,6 +129,15 @@ pub(super) fn weigh_limb(body: &Body<'_>, limb: &SeenLimb, side: Side, named: &F
         rivals: rivals(limb, best.0),
         against_names: if best.0 == by_name { 1.0 } else { own / names.max(f64::MIN_POSITIVE) },
     })
+}
+
+/// Whether two of the named joints of a limb lie in one place.
+fn has_bone_without_length(body: &Body<'_>, limb: &SeenLimb, by_name: [Option<usize>; 3]) -> bool {
+    let place = |segment: Option<usize>| segment.map(|place| body.positions[limb.joints[place]]);
+    let coincide = |one: usize, other: usize| {
+        place(by_name[one]).zip(place(by_name[other])).is_some_and(|(one, other)| one.distance(other) < NO_LENGTH)
+    };
+    coincide(0, 1) || coincide(1, 2)
 }
 
 /// How near the shape comes to seeing another joint in each place.

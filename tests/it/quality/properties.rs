@@ -184,6 +184,9 @@ fn a_cut_changes_only_what_is_near_it() {
     }
 }
 
+/// The helper joint of Unreal rigs that lies on the right hand, of a mirrored figure too.
+const ALWAYS_RIGHT: &str = "ik_hand_gun";
+
 #[test]
 fn a_mirror_commutes() {
     let mut compared = 0;
@@ -203,6 +206,9 @@ fn a_mirror_commutes() {
             let ours = world(&plain.skeleton, Some((&ours, frame)));
             let theirs = world(&mirrored_target.skeleton, Some((&theirs, frame)));
             for joint in 0..ours.len() {
+                if plain.skeleton.joints()[joint].name.as_str() == ALWAYS_RIGHT {
+                    continue;
+                }
                 let (ours, theirs) = (position(&ours, joint), position(&theirs, joint));
                 worst = worst.max(ours.distance(theirs * DVec3::new(-1.0, 1.0, 1.0)));
             }
