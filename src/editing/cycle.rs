@@ -2,7 +2,7 @@
 //!
 //! Poses are compared by the local rotations of all joints but the one that carries the figure, each weighed by how much hangs below it,
 //! so that where the figure stands and faces does not matter. The cycle is the shortest lag after which the poses of the whole clip
-//! come back nearly as well as after any; it begins where the two ends fit best. (retargeting.md B23.)
+//! come back nearly as well as after any; it begins where the two ends fit best. (docs/algorithm/clips.md.)
 
 use glam::{DQuat, Quat};
 

@@ -1,6 +1,6 @@
 //! Where a figure looks: between the turns of its eye joints and the weights of shapes that look up, down, left and right.
 //!
-//! A look is two angles, as seen from the head: yaw to the figure's left and pitch upward. (retargeting.md B27; VRM 1.0 `lookAt`.)
+//! A look is two angles, as seen from the head: yaw to the figure's left and pitch upward. (docs/algorithm/faces.md; VRM 1.0 `lookAt`.)
 
 use glam::{DQuat, DVec3, Quat};
 

@@ -2,7 +2,7 @@
 //!
 //! With base B, motion M and weight w, joint by joint and local: `replace` gives B at w = 0 and M at w = 1, rotations on the shortest
 //! arc; `add` gives B · (R⁻¹ · M)^w for rotations and B + w · (M − R) for translations and scales, R being the reference.
-//! (retargeting.md B33.) At a seam the jump in value and speed is kept as an offset that dies away, so that neither jumps.
+//! (docs/algorithm/clips.md.) At a seam the jump in value and speed is kept as an offset that dies away, so that neither jumps.
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 

@@ -155,7 +155,7 @@ fn distance(angles: [f64; 3], previous: [f64; 3]) -> f64 {
 /// Finds the order in which the angles of one joint change least from frame to frame.
 ///
 /// The usual order is kept where it stays clear of its gimbal and its angles turn no faster than the joint does, and not very fast. Else
-/// all six are tried, and the one whose largest step is the least is taken. (retargeting.md B25.)
+/// all six are tried, and the one whose largest step is the least is taken. (docs/algorithm/clips.md.)
 #[derive(Clone, Debug)]
 pub(in crate::formats) struct OrderChoice {
     exposure: f64,

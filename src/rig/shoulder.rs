@@ -1,7 +1,7 @@
 //! Clavicles of a target whose source has none: they lift as the arm is raised.
 //!
 //! A shoulder that stays where it is while the arm points at the sky looks like a doll's. Of what the upper arm is raised
-//! beyond 30° from hanging, people's shoulder girdles do about a third (retargeting.md B43e). The arm itself points where the
+//! beyond 30° from hanging, people's shoulder girdles do about a third (docs/algorithm/joints.md). The arm itself points where the
 //! source's points all the same.
 
 use glam::DVec3;

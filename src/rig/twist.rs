@@ -2,7 +2,7 @@
 //!
 //! A forearm does not turn about itself at the elbow but along its whole length; rigs have joints for it, beside the bone or
 //! splitting it. The twist of a forearm is that of the hand against it, growing from the elbow; the twist of an upper arm is
-//! its own against the clavicle, which the shoulder end must not follow (retargeting.md B29). Thighs are as upper arms, shins
+//! its own against the clavicle, which the shoulder end must not follow (docs/algorithm/joints.md). Thighs are as upper arms, shins
 //! as forearms.
 
 use glam::{DQuat, DVec3};

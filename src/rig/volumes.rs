@@ -1,4 +1,4 @@
-//! How thick a body is: capsules and balls about its bones. (retargeting.md B21, B43b.)
+//! How thick a body is: capsules and balls about its bones. (docs/algorithm/body.md.)
 //!
 //! As thick as the mesh where there is one, else as bodies usually are. Shares of the leg (hip to ankle): of a man of 1.75 m it is
 //! 0.86 m.

@@ -3,7 +3,7 @@
 //! For each point of the target's face its place on the source's is found ([`correspondence`]). With `A` the displacements there of the
 //! target's shapes at 1, column by column, and `B` those of the source's, brought to the target's size, the weights `w` of a frame
 //! whose source weights are `s` are those within the bounds for which `|A·w − B·s|² + ρ|w|²` is least ([`bounded`]). `AᵀA`, `AᵀB` and
-//! `BᵀB` are all that a frame needs. (retargeting.md B27.)
+//! `BᵀB` are all that a frame needs. (docs/algorithm/faces.md.)
 
 mod bounded;
 mod correspondence;

@@ -4,7 +4,7 @@
 //! about it moves, with the errors of all joints above. Joints are gone through from the top down, and each is fitted not to its own
 //! values but to those that bring it back to where it was turned below its parent's curve, so that errors of rotation do not add up
 //! along a limb. How much each track may be off is settled in rounds: what is left over anywhere is shared out, what is too much is
-//! taken back. Where a joint touches something, it may be off by a quarter as much in those frames. (retargeting.md B26.)
+//! taken back. Where a joint touches something, it may be off by a quarter as much in those frames. (docs/algorithm/clips.md.)
 
 mod fit;
 

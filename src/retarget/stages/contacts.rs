@@ -1,4 +1,4 @@
-//! When points of the source rest on something. (retargeting.md B20.)
+//! When points of the source rest on something. (docs/algorithm/contacts.md.)
 
 use std::collections::BTreeMap;
 

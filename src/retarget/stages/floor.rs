@@ -1,4 +1,4 @@
-//! Soles as far above the floor as the source's. (retargeting.md B8.)
+//! Soles as far above the floor as the source's. (docs/algorithm/legs.md.)
 
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;

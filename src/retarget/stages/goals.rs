@@ -1,4 +1,4 @@
-//! Goals for the ends of limbs. (retargeting.md B4, B9.)
+//! Goals for the ends of limbs. (docs/algorithm/legs.md.)
 
 use glam::{DMat3, DQuat, DVec3, EulerRot};
 
@@ -32,7 +32,7 @@ pub(super) struct GoalStage {
     pub(super) pelvis: Option<PelvisShift>,
 }
 
-/// How far goals stay behind when the pelvis is moved beside its scale. (retargeting.md B3.)
+/// How far goals stay behind when the pelvis is moved beside its scale. (docs/algorithm/forward-kinematics.md.)
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PelvisShift {
     /// Slots of the two pelvises.

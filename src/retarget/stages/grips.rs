@@ -1,4 +1,4 @@
-//! Hands that hold the same thing. (retargeting.md B32.)
+//! Hands that hold the same thing. (docs/algorithm/joints.md.)
 
 use glam::{DQuat, DVec3};
 

@@ -1,4 +1,4 @@
-//! Feet stay where they stand. (retargeting.md B20.)
+//! Feet stay where they stand. (docs/algorithm/legs.md.)
 //!
 //! A foot is held by the point of its sole that touches: below the ankle, the ball or the tip of the toes, or several at once. So a
 //! foot with a higher ankle than the source's stands where it stands while it rolls, and its ankle is what moves. From one frame to the next

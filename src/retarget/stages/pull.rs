@@ -1,4 +1,4 @@
-//! Moves the pelvis until held feet are within reach. (retargeting.md B43c.)
+//! Moves the pelvis until held feet are within reach. (docs/algorithm/legs.md.)
 
 use glam::{DMat3, DVec3};
 

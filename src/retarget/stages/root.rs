@@ -1,4 +1,4 @@
-//! The figure's way over the floor, put onto its root joint or taken out. (retargeting.md B11, B22.)
+//! The figure's way over the floor, put onto its root joint or taken out. (docs/algorithm/clips.md.)
 
 use glam::{DQuat, DVec3};
 

@@ -1,4 +1,4 @@
-//! A larger or smaller source. (retargeting.md B12.)
+//! A larger or smaller source. (docs/algorithm/forward-kinematics.md.)
 
 use glam::{DVec3, Vec3};
 

@@ -1,4 +1,4 @@
-//! Limbs reach their goals. (retargeting.md B13.)
+//! Limbs reach their goals. (docs/algorithm/legs.md.)
 
 use glam::DQuat;
 

@@ -1,4 +1,4 @@
-//! Longer or shorter steps. (retargeting.md B6.)
+//! Longer or shorter steps. (docs/algorithm/legs.md.)
 
 use glam::{DVec2, DVec3};
 

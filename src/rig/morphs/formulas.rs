@@ -1,6 +1,6 @@
 //! Expressions and visemes made of ARKit's shapes, and the other way round.
 //!
-//! (retargeting.md B27; the constants are ours where it leaves them open.)
+//! (docs/algorithm/faces.md; the constants are ours where it leaves them open.)
 
 use super::{MorphCombine, MorphDrive, MorphTerm};
 

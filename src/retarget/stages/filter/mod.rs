@@ -1,4 +1,4 @@
-//! Takes noise off rotations. (retargeting.md B24.)
+//! Takes noise off rotations. (docs/algorithm/clips.md.)
 
 mod butterworth;
 mod local_polynomial;

@@ -1,4 +1,4 @@
-//! A prop that a hand carries as the source's does. (retargeting.md B32.)
+//! A prop that a hand carries as the source's does. (docs/algorithm/joints.md.)
 
 use glam::DQuat;
 

@@ -1,4 +1,4 @@
-//! A finger's joint that is bent and spread more or less. (retargeting.md B30.)
+//! A finger's joint that is bent and spread more or less. (docs/algorithm/joints.md.)
 
 use glam::{DQuat, DVec3};
 

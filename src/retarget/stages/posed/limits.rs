@@ -1,4 +1,4 @@
-//! A joint that bends no farther than it may. (retargeting.md B34.)
+//! A joint that bends no farther than it may. (docs/algorithm/joints.md.)
 
 use glam::{DQuat, DVec2, DVec3};
 

@@ -1,4 +1,4 @@
-//! A limb whose bend is turned to where the source's points. (retargeting.md B9.)
+//! A limb whose bend is turned to where the source's points. (docs/algorithm/legs.md.)
 
 use glam::DQuat;
 

@@ -1,4 +1,4 @@
-//! Ends of chains get to their goals with the help of the body. (retargeting.md B5.)
+//! Ends of chains get to their goals with the help of the body. (docs/algorithm/joints.md.)
 
 use glam::{DMat3, DQuat, DVec3};
 

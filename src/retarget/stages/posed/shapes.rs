@@ -1,4 +1,4 @@
-//! A chain that takes the shape, the local rotations or the lengths of the source's. (retargeting.md B2.)
+//! A chain that takes the shape, the local rotations or the lengths of the source's. (docs/algorithm/forward-kinematics.md.)
 
 use glam::{DQuat, DVec3};
 

@@ -1,4 +1,4 @@
-//! A twist joint that takes its share of what its limb is twisted by. (retargeting.md B29.)
+//! A twist joint that takes its share of what its limb is twisted by. (docs/algorithm/joints.md.)
 
 use glam::{DQuat, DVec3};
 

@@ -1,4 +1,4 @@
-//! Hands that touch the body touch it on the target as well. (retargeting.md B21, B43b.)
+//! Hands that touch the body touch it on the target as well. (docs/algorithm/body.md.)
 //!
 //! For every frame the place of each hand about each part of the body is read from the source: how far along the part, on which
 //! side, how far from its surface. That place on the target is what the hand is led to, the more the nearer the source's is. What hands

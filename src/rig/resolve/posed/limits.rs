@@ -16,7 +16,7 @@ use super::{
 type Degrees = [f64; 2];
 
 /// How far parts go, in degrees from the T pose: bend, side, twist. The ranges that game engines come with for people, about the
-/// T pose instead of about their middles (retargeting.md B18).
+/// T pose instead of about their middles (docs/algorithm/joints.md).
 const RANGES: [(&str, Degrees, Degrees, Degrees); 14] = [
     ("spine", [-40.0, 40.0], [-40.0, 40.0], [-40.0, 40.0]),
     ("neck", [-40.0, 40.0], [-40.0, 40.0], [-40.0, 40.0]),
