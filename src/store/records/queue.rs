@@ -107,9 +107,10 @@ impl Records {
         let query = ours(format!(
             "UPDATE jobs SET state = 'running', attempt = attempt + 1, started_at = $3, lease = $1, progress = NULL, \
              worker = $5, suspicion = CASE WHEN suspicion > 0 THEN 1 ELSE 0 END, lease_expires_at = {database_now} + $2 WHERE id = (SELECT id FROM jobs WHERE state = 'queued' AND \
-             available_at <= {database_now} AND lane <= $4 AND principal = (SELECT principal FROM turns WHERE EXISTS \
-             (SELECT 1 FROM jobs WHERE jobs.principal = turns.principal AND state = 'queued' AND lane <= $4 AND \
-             available_at <= {database_now}) ORDER BY served, principal LIMIT 1) ORDER BY lane, priority DESC, id \
+             available_at <= {database_now} AND lane <= $4 AND principal = (SELECT principal FROM turns WHERE \
+             (SELECT id FROM jobs WHERE jobs.principal = turns.principal AND state = 'queued' AND lane <= $4 AND \
+             available_at <= {database_now} ORDER BY lane, priority DESC, id LIMIT 1) IS NOT NULL \
+             ORDER BY served, principal LIMIT 1) ORDER BY lane, priority DESC, id \
              LIMIT 1 {skip}) RETURNING {COLUMNS}, suspicion"
         ));
         let row = sqlx::query(query)

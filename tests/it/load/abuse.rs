@@ -85,9 +85,9 @@ async fn rest(server: &ServiceProcess, before: (usize, u64, f64)) -> Result<(), 
     let began = Instant::now();
     loop {
         let (children, files, memory) = (server.children(), server.open_files(), server.memory_mebibytes());
-        // Allocators keep a little of what they had, and caches what was found out.
-        let most_memory = (before.2 * 1.2).max(before.2 + 64.0);
-        if children <= before.0.max(MAX_IDLE) && files <= before.1 + 8 && memory <= most_memory {
+        // Allocators keep some of what they had, and caches what was found out; connections to the database stay open.
+        let most_memory = (before.2 * 1.2).max(before.2 + 128.0);
+        if children <= before.0.max(MAX_IDLE) && files <= before.1 + 16 && memory <= most_memory {
             return Ok(());
         }
         if began.elapsed() > REST {
