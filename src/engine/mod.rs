@@ -63,7 +63,7 @@ pub use tune::{TunedParameter, Tuning};
 
 // The words that callers need to speak with the engine; the service half sees the pure half through this door only.
 pub use crate::{
-    formats::{Format, FormatInfo, Limits, sniff},
+    formats::{Format, FormatInfo, JsonSize, Limits, sniff},
     model::{Control, Phase, Progress},
     rig::{FindingCode, Severity, template_schema},
 };

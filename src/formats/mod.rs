@@ -36,6 +36,7 @@ mod euler;
 mod fbx;
 mod format;
 mod gltf;
+mod json_size;
 mod meshes;
 mod numpy;
 mod poses;
@@ -49,6 +50,7 @@ pub use bundle::{Unpacked, embed_with, may_point_to_others, open, unpack};
 pub use error::{ErrorKind, FormatError};
 pub use euler::EulerOrder;
 pub use format::{Format, FormatInfo};
+pub use json_size::JsonSize;
 pub use sniff::sniff;
 
 use glam::{Quat, Vec3};

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value};
 
 use super::{code::Code, problem::Problem};
-use crate::config::Settings;
+use crate::{config::Settings, engine::JsonSize};
 
 /// What a value takes up besides its text, in round numbers.
 const BYTES_PER_VALUE: u64 = 16;
@@ -13,30 +13,12 @@ const BYTES_PER_VALUE: u64 = 16;
 /// # Errors
 /// When there are more than the limit `json_values`.
 pub(super) fn check(text: &[u8], settings: &Settings) -> Result<(), Problem> {
-    let (most, actual) = (settings.max_json_values, max_values(text));
+    let (most, actual) = (settings.max_json_values, JsonSize::of(text).values);
     if actual <= most {
         return Ok(());
     }
     let detail = format!("the body has more values than the limit 'json_values' of {most} allows");
     Err(Problem::new(Code::BodyTooLarge, detail).about_limit("json_values", most, actual))
-}
-
-/// An upper bound of the number of values in a text, if it is JSON.
-fn max_values(text: &[u8]) -> u64 {
-    let (mut values, mut in_string, mut escaped) = (1_u64, false, false);
-    for byte in text {
-        if in_string {
-            in_string = escaped || *byte != b'"';
-            escaped = !escaped && *byte == b'\\';
-            continue;
-        }
-        match byte {
-            b'"' => in_string = true,
-            b'{' | b'[' | b',' => values += 1,
-            _ => {}
-        }
-    }
-    values
 }
 
 /// What a value takes up, in round numbers: its texts, and a little for each value in it.
@@ -69,7 +51,7 @@ mod tests {
 
     #[test]
     fn values_are_counted_before_they_are_made() {
-        assert_eq!(max_values(br#"{"a": [1, "]]]\"[[[", [2]]}"#), 6, "texts are not looked into");
+        assert_eq!(JsonSize::of(br#"{"a": [1, "]]]\"[[[", [2]]}"#).values, 6, "texts are not looked into");
         let settings = Settings { max_json_values: 100, ..Settings::default() };
         let list = |count: usize| format!("[{}0]", "0,".repeat(count));
         assert!(check(list(90).as_bytes(), &settings).is_ok(), "few enough");

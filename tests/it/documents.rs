@@ -11,20 +11,27 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// README.md and every page below `docs/`, as paths from the root of the project, in the order of their names.
-fn pages() -> Vec<PathBuf> {
-    let mut pages = vec![PathBuf::from("README.md")];
-    let mut folders = vec![root().join("docs")];
+/// The files below a folder with that ending.
+fn files_below(folder: PathBuf, ending: &str) -> Vec<PathBuf> {
+    let (mut files, mut folders) = (Vec::new(), vec![folder]);
     while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).expect("a folder of documents") {
+        for entry in std::fs::read_dir(folder).expect("a folder of the project") {
             let path = entry.expect("an entry").path();
             if path.is_dir() {
                 folders.push(path);
-            } else if path.extension().is_some_and(|ending| ending == "md") {
-                pages.push(path.strip_prefix(root()).expect("a path below the root").to_owned());
+            } else if path.extension().is_some_and(|other| other == ending) {
+                files.push(path);
             }
         }
     }
+    files
+}
+
+/// README.md and every page below `docs/`, as paths from the root of the project, in the order of their names.
+fn pages() -> Vec<PathBuf> {
+    let below = |path: PathBuf| path.strip_prefix(root()).expect("a path below the root").to_owned();
+    let mut pages: Vec<PathBuf> = files_below(root().join("docs"), "md").into_iter().map(below).collect();
+    pages.push(PathBuf::from("README.md"));
     pages.sort();
     pages
 }

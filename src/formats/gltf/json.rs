@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde_json::{Map, Value};
 
-use crate::formats::{Budget, FormatError, Limit};
+use crate::formats::{Budget, FormatError, JsonSize, Limit};
 
 const PHASE: &str = "json";
 /// Lists grow by doubling, and a member of an object has its key beside its value.
@@ -14,7 +14,7 @@ const SLOTS_PER_CONTAINER: u64 = 4;
 
 /// Parses a document after counting, without recursion, how deep it nests and how many values it declares.
 pub(in crate::formats) fn parse(text: &[u8], budget: &mut Budget<'_>) -> Result<Value, FormatError> {
-    let Measure { depth, values, containers } = measure(text);
+    let JsonSize { depth, values, containers } = JsonSize::of(text);
     budget.check(Limit::JsonDepth, depth, "JSON")?;
     let slots = values.saturating_mul(SLOTS_PER_VALUE).saturating_add(containers.saturating_mul(SLOTS_PER_CONTAINER));
     budget.take_array(slots, size_of::<Value>() as u64, "JSON")?;
@@ -26,42 +26,6 @@ pub(in crate::formats) fn parse(text: &[u8], budget: &mut Budget<'_>) -> Result<
             format!("the document is no JSON: {error}"),
         )
     })
-}
-
-/// What a text declares.
-#[derive(Debug, PartialEq, Eq)]
-struct Measure {
-    /// Greatest nesting.
-    depth: u64,
-    /// An upper bound of the number of values.
-    values: u64,
-    /// How many of them are lists and objects.
-    containers: u64,
-}
-
-fn measure(text: &[u8]) -> Measure {
-    let (mut depth, mut deepest, mut values, mut containers) = (0_u64, 0_u64, 1_u64, 0_u64);
-    let (mut in_string, mut escaped) = (false, false);
-    for byte in text {
-        if in_string {
-            in_string = escaped || *byte != b'"';
-            escaped = !escaped && *byte == b'\\';
-            continue;
-        }
-        match byte {
-            b'"' => in_string = true,
-            b'{' | b'[' => {
-                depth += 1;
-                values += 1;
-                containers += 1;
-                deepest = deepest.max(depth);
-            }
-            b'}' | b']' => depth = depth.saturating_sub(1),
-            b',' => values += 1,
-            _ => {}
-        }
-    }
-    Measure { depth: deepest, values, containers }
 }
 
 /// A value of the document and where it stands. Children borrow their parent, so a pointer costs nothing until it is printed.
@@ -229,12 +193,7 @@ mod tests {
     use crate::{formats::Limits, model::Control};
 
     #[test]
-    fn nesting_is_counted_outside_strings() {
-        assert_eq!(
-            measure(br#"{"a": [1, "]]]\"[[[", [2]]}"#),
-            Measure { depth: 3, values: 6, containers: 3 },
-            "three deep"
-        );
+    fn nesting_is_bounded() {
         let (limits, control) = (Limits::default(), Control::new());
         let deep = vec![b'['; 100_000];
         let error = parse(&deep, &mut Budget::new(&limits, &control)).expect_err("too deep");

@@ -121,12 +121,13 @@ async fn edits() -> Response {
 
 /// The page that the `type` of every problem points to: HTML for browsers, Markdown for others.
 async fn problems(headers: HeaderMap) -> Response {
+    static PAGE: OnceLock<String> = OnceLock::new();
     let accept = headers.get(header::ACCEPT).and_then(|value| value.to_str().ok()).unwrap_or_default();
-    let markdown = problems_page();
     if prefers_page(accept) {
-        return Html(with_anchors(Site::get().page_of(&markdown))).into_response();
+        let page = PAGE.get_or_init(|| with_anchors(Site::get().page_of(&problems_page())));
+        return Html(page.as_str()).into_response();
     }
-    ([(header::CONTENT_TYPE, "text/markdown; charset=utf-8")], markdown).into_response()
+    ([(header::CONTENT_TYPE, "text/markdown; charset=utf-8")], problems_page()).into_response()
 }
 
 /// Names the row of each code, so that `/problems#code` leads to it.

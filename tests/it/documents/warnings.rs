@@ -2,10 +2,10 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
-use super::{root, text_of};
+use super::{files_below, root, text_of};
 
 /// The page that explains them.
 pub(super) const PAGE: &str = "docs/reference/warnings.md";
@@ -13,20 +13,12 @@ pub(super) const PAGE: &str = "docs/reference/warnings.md";
 /// Every code that the source can give, and the top-level module and file that give it.
 fn codes() -> BTreeMap<String, BTreeSet<String>> {
     let mut codes: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-    let mut open = vec![root().join("src")];
-    while let Some(folder) = open.pop() {
-        for entry in std::fs::read_dir(folder).expect("a folder of the project") {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                open.push(path);
-            } else if path.extension().is_some_and(|ending| ending == "rs") && !path.to_string_lossy().contains("tests")
-            {
-                let text = std::fs::read_to_string(&path).expect("a file of the project");
-                let text = text.split("#[cfg(test)]").next().unwrap_or_default();
-                for code in codes_of(&path, text) {
-                    codes.entry(code).or_default().insert(giver(&path));
-                }
-            }
+    let is_product = |path: &PathBuf| !path.to_string_lossy().contains("tests");
+    for path in files_below(root().join("src"), "rs").into_iter().filter(is_product) {
+        let text = std::fs::read_to_string(&path).expect("a file of the project");
+        let text = text.split("#[cfg(test)]").next().unwrap_or_default();
+        for code in codes_of(&path, text) {
+            codes.entry(code).or_default().insert(giver(&path));
         }
     }
     codes
