@@ -26,7 +26,12 @@ impl Provenance<'_> {
         let contacts: Vec<Value> = clip
             .contacts()
             .iter()
-            .map(|contact| json!({"joint": skeleton.label(contact.joint), "frames": spans(&contact.touches)}))
+            .map(|contact| {
+                let frames = spans(&contact.touches);
+                let seconds = |span: &[usize; 2]| span.map(|frame| clip.times_seconds()[frame]);
+                let seconds: Vec<[f64; 2]> = frames.iter().map(seconds).collect();
+                json!({"joint": skeleton.label(contact.joint), "frames": frames, "seconds": seconds})
+            })
             .collect();
         if !contacts.is_empty() {
             extras["contacts"] = json!(contacts);

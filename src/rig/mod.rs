@@ -26,6 +26,7 @@ mod recognition;
 mod resolve;
 mod rest;
 mod shoulder;
+mod soles;
 mod spec;
 mod stages;
 mod twist;
@@ -54,6 +55,7 @@ pub use recognition::{
 pub use resolve::{Resolved, resolve, scheduled};
 pub use rest::{OrientationFrom, RestFit, RestSource};
 pub use shoulder::ShoulderPair;
+pub use soles::{FootPoint, FootShape, SupportPoint};
 pub use spec::*;
 pub use stages::{
     ChainShape, ChainStretch, CopyDrive, CurveDrive, DriveFrom, FingerDrive, GripPair, Ground, JointDrive, JointLimit,

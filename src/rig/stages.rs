@@ -13,6 +13,7 @@ pub use posed::{
 use glam::{DMat3, DVec3};
 
 use super::{
+    soles::FootShape,
     spec::{ContactsOp, FilterOp, FloorOp, IkOp, PlantOp, SelfContactOp, StrideOp},
     volumes::{BodyPart, HandPair},
 };
@@ -150,6 +151,10 @@ pub struct LimbPair {
     pub target: LimbJoints,
     /// Whether nothing says how the source's foot is turned: it has no toes, and never turns against the shin in this clip.
     pub has_stiff_foot: bool,
+    /// The foot of the source; of hands nothing is known.
+    pub source_foot: FootShape,
+    /// The foot of the target.
+    pub target_foot: FootShape,
 }
 
 /// The joints of a limb.

@@ -1,24 +1,25 @@
 //! From the ops of a mapping to stages.
 
-use glam::{DMat3, DVec2, DVec3};
+mod feet;
+
+use glam::{DMat3, DVec2};
 
 use crate::{
     model::{Skeleton, Transform},
     rig::{
-        BodyPart, Capsule, FloorOp, GripPair, Ground, HandPair, IkOp, Limb, LimbJoints, LimbPair, Mapping, PlantMode,
-        PlantOp, Schedule, SelfContactOp, Sole, StagedKind, StagedOp, StrideDirection, StrideOp,
+        BodyPart, Capsule, FloorOp, GripPair, Ground, HandPair, IkOp, Limb, LimbPair, Mapping, PlantMode, Schedule,
+        SelfContactOp, StagedKind, StagedOp, StrideDirection, StrideOp,
     },
 };
 
 use super::{
     Plan, Stack, Stage,
-    contacts::{ContactStage, sole_points},
+    contacts::ContactStage,
     filter::FilterStage,
-    floor::{FloorFoot, FloorStage, FootSlots},
     goals::{GoalLimb, GoalStage, PelvisShift},
     grips::{GripStage, HeldGrip},
     limbs::{LimbRest, LimbSlots},
-    plant::{FootAxes, PlantStage, PlantedFoot},
+    plant::PlantStage,
     posed::PosedStage,
     posing::Posing,
     pull::{PullStage, PulledLeg},
@@ -28,7 +29,7 @@ use super::{
     self_contact::{Fixed, Hand, Part, SelfContactStage},
     solve::{Hangs, SolveStage, SolvedLimb},
     stride::{StrideLimb, StrideStage},
-    toes::{ToeStage, ToedFoot},
+    toes::ToeStage,
     work::Changed,
 };
 
@@ -36,10 +37,6 @@ use super::{
 const SELF_CONTACT_PASSES: usize = 8;
 /// How often they are brought out of the body after that: what one hand does moves the arm that the other one lies on.
 const SETTLING_PASSES: usize = 2;
-/// A point of a foot that is slower stands still, for a leg of 1 m.
-const STILL_METRES_PER_SECOND: f64 = 0.05;
-/// Feet whose parts differ by less than this share of the largest are of one shape.
-const ALIKE: f64 = 1e-2;
 
 impl Stack {
     /// Compiles a mapping. The skeletons are those that the mapping's indices are about.
@@ -58,9 +55,11 @@ impl Stack {
             open: Vec::new(),
             pull: None,
             toes: None,
+            is_tilted: false,
+            moves_feet: false,
         };
-        for op in &mapping.stages.ops {
-            compiler.add(op);
+        for (index, op) in mapping.stages.ops.iter().enumerate() {
+            compiler.add(op, &mapping.stages.ops[index + 1..]);
         }
         compiler.close();
         Self {
@@ -89,10 +88,15 @@ pub(super) struct Compiler<'a> {
     pull: Option<(bool, f64)>,
     /// What bends toes once the feet of a `floor` op are where they stay.
     toes: Option<ToeStage>,
+    /// Whether feet already tilt less for the `floor` op to come.
+    is_tilted: bool,
+    /// Whether an op that plants feet or puts them onto the floor changed goals that are not solved yet.
+    moves_feet: bool,
 }
 
 impl Compiler<'_> {
-    fn add(&mut self, op: &StagedOp) {
+    /// `following` are the ops after it.
+    fn add(&mut self, op: &StagedOp, following: &[StagedOp]) {
         match &op.kind {
             StagedKind::Contacts(contacts) => {
                 let posing = |joints: &[usize]| self.source_posing(joints.iter().copied());
@@ -104,8 +108,10 @@ impl Compiler<'_> {
             StagedKind::Plant(plant) if plant.mode == PlantMode::Never => {}
             StagedKind::Plant(plant) => {
                 self.need_goals(&op.limbs);
-                let stage = self.plant_stage(plant, op);
+                let leaves_height = self.tilt_for(following);
+                let stage = PlantStage { leaves_height, ..self.plant_stage(plant, op) };
                 self.stages.push(Stage::Plant(stage));
+                self.moves_feet = true;
                 if plant.pull_pelvis {
                     self.pull = Some((true, plant.sideways_cost));
                 }
@@ -148,13 +154,40 @@ impl Compiler<'_> {
             }
             StagedKind::Floor(floor) => {
                 self.need_goals(&op.limbs);
+                self.tilt(floor, op);
+                self.is_tilted = false;
                 let stage = self.floor_stage(floor, op);
                 self.toes = self.toe_stage(op);
                 self.stages.push(Stage::Floor(stage));
+                self.moves_feet = true;
                 if floor.shift_pelvis && self.pull.is_none() {
                     self.pull = Some((false, 1.0));
                 }
             }
+        }
+    }
+
+    /// Feet are held as they are tilted: for a `floor` op behind, before anything holds them. Whether there is one.
+    fn tilt_for(&mut self, following: &[StagedOp]) -> bool {
+        for op in following {
+            match &op.kind {
+                StagedKind::Floor(floor) => {
+                    self.tilt(floor, op);
+                    return true;
+                }
+                StagedKind::Ik(_) | StagedKind::Plant(_) | StagedKind::Contacts(_) | StagedKind::Stride(_) => {}
+                _ => return false,
+            }
+        }
+        false
+    }
+
+    fn tilt(&mut self, floor: &FloorOp, op: &StagedOp) {
+        if !self.is_tilted {
+            self.need_goals(&op.limbs);
+            let stage = self.floor_stage(floor, op);
+            self.stages.push(Stage::Tilt(stage));
+            self.is_tilted = true;
         }
     }
 
@@ -351,120 +384,6 @@ impl Compiler<'_> {
         self.stages.push(Stage::Grips(GripStage { schedule, grips, limb_count: self.limb_count(), source, target }));
     }
 
-    fn plant_stage(&self, op: &PlantOp, staged: &StagedOp) -> PlantStage {
-        let points = |limb: usize| {
-            let joints = self.limb(limb).target;
-            [Some(joints.end), joints.ball, joints.tip]
-        };
-        let posing = self.target_posing(staged.limbs.iter().flat_map(|&limb| points(limb)).flatten());
-        let foot = |&limb: &usize| PlantedFoot {
-            limb,
-            scale: self.rest(limb).length_ratio,
-            slots: points(limb).map(|joint| joint.map(|joint| posing.slot(joint))),
-            soles: sole_points(self.limb(limb), &self.limb(limb).target),
-            axes: self.foot_axes(limb),
-            size_beside_leg: self.size_beside_leg(limb),
-            still_speed: STILL_METRES_PER_SECOND * self.legs().0,
-        };
-        PlantStage {
-            op: op.clone(),
-            schedule: staged.schedule.clone(),
-            feet: staged.limbs.iter().map(foot).collect(),
-            up: self.ground().up,
-            limb_count: self.limb_count(),
-            posing,
-        }
-    }
-
-    /// How the target's foot lies at rest, where it is not the source's but for its size.
-    fn foot_axes(&self, limb: usize) -> Option<FootAxes> {
-        let pair = self.limb(limb);
-        let (source, target) = (pair.source.sole?, pair.target.sole?);
-        let is_other = self.size_ratio(limb, &source, &target).is_none();
-        let ball = target.end_to_ball.filter(|_| is_other && !pair.has_stiff_foot)?;
-        let up = -target.down[0]?;
-        let front = (ball - up * ball.dot(up)).try_normalize()?;
-        Some(FootAxes { front, left: up.cross(front) })
-    }
-
-    /// How large the target's foot is beside its leg, for a source of 1; by the parts that both have.
-    fn size_beside_leg(&self, limb: usize) -> f64 {
-        let pair = self.limb(limb);
-        let sizes = pair.source.sole.zip(pair.target.sole).filter(|_| !pair.has_stiff_foot).map(|(source, target)| {
-            let both = foot_parts(&source)
-                .into_iter()
-                .zip(foot_parts(&target))
-                .filter_map(|(source, target)| source.zip(target));
-            both.fold((0.0_f64, 0.0_f64), |sizes, parts| (sizes.0.max(parts.0.abs()), sizes.1.max(parts.1.abs())))
-        });
-        let (source, target) = sizes.unwrap_or_default();
-        if source > 0.0 && target > 0.0 { target / source / self.rest(limb).length_ratio } else { 1.0 }
-    }
-
-    /// See [`size_ratio`].
-    fn size_ratio(&self, limb: usize, source: &Sole, target: &Sole) -> Option<f64> {
-        size_ratio(source, target, self.rest(limb).length_ratio)
-    }
-
-    /// Whether the target's toes bend where the floor is: feet that are the source's have its toes.
-    fn toes_of(&self, limb: usize) -> Option<(usize, Sole)> {
-        let pair = self.limb(limb);
-        let (source, target) = (pair.source.sole?, pair.target.sole?);
-        let is_other = self.size_ratio(limb, &source, &target).is_none();
-        let ball = pair.target.ball.filter(|_| is_other)?;
-        ToedFoot::new(ball, 0, &target).map(|_| (ball, target))
-    }
-
-    fn toe_stage(&self, staged: &StagedOp) -> Option<ToeStage> {
-        let toes: Vec<(usize, Sole)> = staged.limbs.iter().filter_map(|&limb| self.toes_of(limb)).collect();
-        let target = self.target_posing(toes.iter().map(|(ball, _)| *ball));
-        let foot = |(ball, sole): &(usize, Sole)| ToedFoot::new(*ball, target.slot(*ball), sole);
-        let feet: Vec<ToedFoot> = toes.iter().filter_map(foot).collect();
-        let (schedule, ground, (_, leg)) = (staged.schedule.clone(), self.ground(), self.legs());
-        (!feet.is_empty()).then_some(ToeStage { schedule, feet, target, ground, leg })
-    }
-
-    fn floor_stage(&self, op: &FloorOp, staged: &StagedOp) -> FloorStage {
-        let ends = |joints: &LimbJoints| [Some(joints.end), joints.ball].into_iter().flatten();
-        let source = self.source_posing(staged.limbs.iter().flat_map(|&limb| ends(&self.limb(limb).source)));
-        let target = self.target_posing(staged.limbs.iter().flat_map(|&limb| ends(&self.limb(limb).target)));
-        let foot = |&limb: &usize| {
-            let pair = self.limb(limb);
-            let (source_sole, target_sole) = (pair.source.sole?, pair.target.sole?);
-            Some(FloorFoot {
-                limb,
-                source: FootSlots {
-                    end: source.slot(pair.source.end),
-                    ball: pair.source.ball.map(|ball| source.slot(ball)),
-                },
-                source_sole,
-                target: FootSlots {
-                    end: target.slot(pair.target.end),
-                    ball: pair.target.ball.map(|ball| target.slot(ball)),
-                },
-                target_sole,
-                toes_give_way: self.toes_of(limb).is_some(),
-                size_ratio: self.size_ratio(limb, &source_sole, &target_sole),
-                flat: pair
-                    .has_stiff_foot
-                    .then(|| self.target_rest[pair.target.end].rotation.conjugate() * self.ground().up),
-            })
-        };
-        let (source_leg, target_leg) = self.legs();
-        FloorStage {
-            op: op.clone(),
-            schedule: staged.schedule.clone(),
-            feet: staged.limbs.iter().filter_map(foot).collect(),
-            ground: self.ground(),
-            source_leg,
-            target_leg,
-            limb_count: self.limb_count(),
-            goal_limbs: self.open.iter().map(|(limb, _)| *limb).collect(),
-            source,
-            target,
-        }
-    }
-
     /// Nothing where there is no hand, or nothing that it could touch.
     fn self_contact_stage(&self, op: &SelfContactOp, staged: &StagedOp, settles: bool) -> Option<SelfContactStage> {
         let stages = &self.mapping.stages;
@@ -506,6 +425,7 @@ impl Compiler<'_> {
     /// Solves what is open.
     fn close(&mut self) {
         let open = std::mem::take(&mut self.open);
+        let moves_feet = std::mem::take(&mut self.moves_feet);
         if open.is_empty() {
             return;
         }
@@ -529,6 +449,7 @@ impl Compiler<'_> {
             stretch: op.stretch,
             align_pole: op.align_pole,
             pole_offset: op.pole_offset.to_radians(),
+            is_smooth: moves_feet && self.limb(*limb).limb.is_leg() && op.stretch <= 1.0,
         };
         let limbs = open.iter().map(limb).collect();
         self.stages.push(Stage::Solve(SolveStage { limbs, posing, limb_count: self.limb_count(), changed }));
@@ -575,24 +496,4 @@ impl Compiler<'_> {
 fn contact_joints(pair: &LimbPair) -> Vec<(&'static str, usize)> {
     let joints = [Some(pair.target.end), pair.target.ball, pair.target.tip];
     pair.limb.contact_points().into_iter().zip(joints).filter_map(|(point, joint)| Some((point, joint?))).collect()
-}
-
-/// Lengths and heights of a foot.
-fn foot_parts(sole: &Sole) -> [Option<f64>; 5] {
-    let length = |bone: Option<DVec3>| bone.map(DVec3::length);
-    [length(sole.end_to_ball), Some(sole.heel), sole.ball, sole.tip, length(sole.ball_to_tip)]
-}
-
-/// Size of the target's foot over the source's, where both are of one shape; that of the legs where neither has a size.
-fn size_ratio(source: &Sole, target: &Sole, leg_ratio: f64) -> Option<f64> {
-    let (source, target) = (foot_parts(source), foot_parts(target));
-    let largest = |parts: &[Option<f64>]| parts.iter().flatten().fold(0.0, |most: f64, part| most.max(part.abs()));
-    let (source_size, target_size) = (largest(&source), largest(&target));
-    let ratio = if source_size > 0.0 { target_size / source_size } else { leg_ratio };
-    let is_same = |(source, target): (Option<f64>, Option<f64>)| match (source, target) {
-        (Some(source), Some(target)) => (source * ratio - target).abs() <= ALIKE * target_size,
-        (source, target) => source.is_none() == target.is_none(),
-    };
-    let have_size = source_size > 0.0 || target_size <= 0.0;
-    (have_size && source.into_iter().zip(target).all(is_same)).then_some(ratio)
 }

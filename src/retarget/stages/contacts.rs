@@ -1,4 +1,10 @@
 //! When points of the source rest on something. (docs/algorithm/contacts.md.)
+//!
+//! The points of a foot are those of its sole: it begins to stand with the back of its heel, and leaves the floor with the tip of its
+//! toes. A point touches while it is low and slow. Both tests have hysteresis; heels strike the floor faster than toes leave it, so
+//! that a contact is followed back to a higher speed than forward. The thresholds are chosen so that contacts begin and end where
+//! feet are farthest before and behind the pelvis in walks (Zeni, Richards and Higginson, Two simple methods for determining gait
+//! events during treadmill and overground walking using kinematic data, 2008).
 
 use std::collections::BTreeMap;
 
@@ -7,7 +13,7 @@ use rayon::prelude::*;
 
 use crate::{
     model::Canceled,
-    rig::{ContactFloor, ContactFloorRule, ContactsOp, Ground, Limb, LimbJoints, LimbPair},
+    rig::{ContactFloor, ContactFloorRule, ContactsOp, FootPoint, Ground, Limb, LimbPair},
 };
 
 use super::{
@@ -27,16 +33,17 @@ const LEVEL_AGREEMENT_METRES: f64 = 0.05;
 #[derive(Clone, Debug, Default)]
 pub(super) struct ContactPoints {
     pub(super) points: Vec<ContactPoint>,
+    is_touching: bool,
 }
 
 /// Which point of a foot or a hand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Part {
-    /// The ankle above the heel, or the wrist.
+    /// The back of the heel, or the wrist.
     End,
-    /// The joint of the ball of the foot.
+    /// The ball of the foot.
     Ball,
-    /// The end of the toes.
+    /// The tip of the toes.
     Tip,
 }
 
@@ -52,7 +59,7 @@ pub(super) struct ContactPoint {
     /// Index of its limb.
     pub(super) limb: usize,
     pub(super) part: Part,
-    /// Where the sole is below it, in plan space, frame by frame; the point itself where no sole is known.
+    /// Where it is, in plan space, frame by frame.
     pub(super) positions: Vec<DVec3>,
     pub(super) touches: Vec<bool>,
 }
@@ -60,6 +67,11 @@ pub(super) struct ContactPoint {
 impl ContactPoints {
     pub(super) fn find(&self, limb: usize, part: Part) -> Option<&ContactPoint> {
         self.points.iter().find(|point| point.limb == limb && point.part == part)
+    }
+
+    /// Whether anything touches at any time.
+    pub(super) fn is_anything_touching(&self) -> bool {
+        self.is_touching
     }
 
     /// Whether any point of a limb touches.
@@ -102,11 +114,10 @@ impl ContactStage {
     ) -> Self {
         let mut points = Vec::new();
         for (limb, pair) in limbs.iter().enumerate() {
-            let joints = [Some(pair.source.end), pair.source.ball, pair.source.tip];
-            let soles = sole_points(pair, &pair.source);
-            let names = pair.limb.contact_points().into_iter().zip(Part::ALL);
-            for (((name, part), joint), sole) in names.zip(joints).zip(soles) {
-                if let Some(joint) = joint.filter(|_| is_wanted(op, pair.limb, name)) {
+            let hand = [Some(FootPoint { joint: pair.source.end, offset: DVec3::ZERO }), None, None];
+            let places = if pair.limb.is_leg() { pair.source_foot.contacts } else { hand };
+            for ((name, part), place) in pair.limb.contact_points().into_iter().zip(Part::ALL).zip(places) {
+                if let Some(FootPoint { joint, offset: sole }) = place.filter(|_| is_wanted(op, pair.limb, name)) {
                     points.push((Point { name, limb, part, slot: 0, sole }, joint));
                 }
             }
@@ -119,20 +130,19 @@ impl ContactStage {
 
     pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let width = self.points.len();
-        let fill = |pose: &mut super::posing::Pose, frame: usize, row: &mut [[DVec3; 2]]| {
+        let fill = |pose: &mut super::posing::Pose, frame: usize, row: &mut [DVec3]| {
             self.posing.fill(pose, work.source, frame);
             for (point, place) in self.points.iter().zip(row) {
                 let joint = pose.model[point.slot];
-                *place = [joint.translation, joint.translation + joint.rotation * point.sole];
+                *place = joint.translation + joint.rotation * point.sole;
             }
         };
         let rows = work.rows(width, || self.posing.pose(), fill)?;
         let tracks: Vec<Tracked> = (0..width)
             .into_par_iter()
             .map(|index| {
-                let column = |side: usize| rows.iter().skip(index).step_by(width).map(|row| row[side]).collect();
-                let [joints, soles]: [Vec<DVec3>; 2] = [0, 1].map(column);
-                Tracked::new(&joints, soles, work.times, &self.ground, self.op.smoothing_seconds / 2.0)
+                let positions = rows.iter().skip(index).step_by(width).copied().collect();
+                Tracked::new(positions, work.times, &self.ground, self.op.smoothing_seconds / 2.0)
             })
             .collect();
         let levels: Vec<f64> = tracks.par_iter().map(|track| self.level(track)).collect();
@@ -141,8 +151,9 @@ impl ContactStage {
             let Point { name, limb, part, .. } = *point;
             ContactPoint { name, limb, part, positions: track.soles, touches }
         };
-        let points = self.points.par_iter().zip(tracks).zip(&levels).map(point).collect();
-        work.contacts = ContactPoints { points };
+        let points: Vec<ContactPoint> = self.points.par_iter().zip(tracks).zip(&levels).map(point).collect();
+        let is_touching = points.iter().any(|point| point.touches.contains(&true));
+        work.contacts = ContactPoints { points, is_touching };
         Ok(())
     }
 
@@ -227,10 +238,10 @@ impl ContactStage {
                 on
             })
             .collect();
-        // The same backward: a contact begins where the point came to rest, not where it was slowest.
+        // The same backward: a contact begins where the point landed, not where it was slowest.
         let mut on = false;
         for frame in (0..times.len()).rev() {
-            on = touches[frame] || (on && is_below(frame, op.height_off, op.speed_off));
+            on = touches[frame] || (on && is_below(frame, op.height_off, op.speed_land.max(op.speed_off)));
             touches[frame] = on;
         }
         let missing: Vec<bool> = touches.iter().map(|touches| !touches).collect();
@@ -249,14 +260,6 @@ impl ContactStage {
     }
 }
 
-/// From end, ball and tip of one side of a limb to the sole below them, in the axes of those joints. Nothing where one side does
-/// not stand at rest, and of feet that are turned by nothing but the shins: there the joints are all that is known.
-pub(super) fn sole_points(pair: &LimbPair, side: &LimbJoints) -> [DVec3; 3] {
-    let stand = [pair.source, pair.target].iter().all(|side| side.sole.is_some_and(|sole| sole.down[0].is_some()));
-    let sole = side.sole.filter(|_| stand && !pair.has_stiff_foot);
-    sole.map_or([DVec3::ZERO; 3], |sole| sole.points().map(Option::unwrap_or_default))
-}
-
 /// The source has points that can be looked at when the mask does not name any: feet.
 fn is_wanted(op: &ContactsOp, limb: Limb, name: &str) -> bool {
     match &op.scope.mask {
@@ -273,8 +276,8 @@ struct Tracked {
 }
 
 impl Tracked {
-    fn new(joints: &[DVec3], soles: Vec<DVec3>, times: &[f64], ground: &Ground, deviation_seconds: f64) -> Self {
-        let smooth = smoothed(joints, times, deviation_seconds);
+    fn new(soles: Vec<DVec3>, times: &[f64], ground: &Ground, deviation_seconds: f64) -> Self {
+        let smooth = smoothed(&soles, times, deviation_seconds);
         let heights = smooth.iter().map(|place| place.dot(ground.up)).collect();
         let speeds = speeds(&smooth, times);
         Self { soles, heights, speeds }

@@ -1,6 +1,6 @@
 //! Feet stay where they stand. (docs/algorithm/legs.md.)
 //!
-//! A foot is held by the point of its sole that touches: below the ankle, the ball or the tip of the toes, or several at once. So a
+//! A foot is held by the point of its sole that touches: the back of the heel, the ball or the tip of the toes, or several at once. So a
 //! foot with a higher ankle than the source's stands where it stands while it rolls, and its ankle is what moves. From one frame to the next
 //! that point moves on the target as it moves on the source (scaled; not at all in mode `always`); what the goals do beside that is
 //! summed up over the contact and taken away from them. The sum has a free constant, which is chosen so that the foot deviates
@@ -44,6 +44,8 @@ pub(super) struct PlantStage {
     pub(super) posing: Posing,
     pub(super) up: DVec3,
     pub(super) limb_count: usize,
+    /// Whether a `floor` op behind decides how high feet are.
+    pub(super) leaves_height: bool,
 }
 
 /// One foot or hand of the target.
@@ -52,10 +54,11 @@ pub(super) struct PlantedFoot {
     pub(super) limb: usize,
     /// Target length over source length: what moves of the source's are multiplied by.
     pub(super) scale: f64,
-    /// Slots of end, ball and tip, as far as the target has them.
-    pub(super) slots: [Option<usize>; 3],
-    /// From there to the sole, in the axes of those joints.
-    pub(super) soles: [DVec3; 3],
+    /// Slots of ankle or wrist, and of the joint of the ball.
+    pub(super) end: usize,
+    pub(super) ball: Option<usize>,
+    /// The back of the heel, the ball and the tip of the toes: the slot that each is fixed to, and from there in its axes.
+    pub(super) points: [Option<(usize, DVec3)>; 3],
     /// Front and left at rest in the axes of the end, of feet that may be leveled.
     pub(super) axes: Option<FootAxes>,
     /// Size of the target's foot beside its leg over that of the source's; 1 where one has none.
@@ -73,15 +76,14 @@ pub(super) struct Correction {
 }
 
 impl PlantedFoot {
-    /// Where end, ball and tip stand when the end is at its goal. A target without one of them is held by its end.
+    /// Where heel, ball and tip stand when the end is at its goal. A target without one of them is held by its heel.
     fn places(&self, pose: &Pose, goal: &Goal) -> [DVec3; 3] {
-        let Some(end) = self.slots[0] else { return [goal.position; 3] };
-        let turn = goal.rotation * pose.model[end].rotation.conjugate();
-        let point = |part: usize| self.slots[part].map_or((end, self.soles[0]), |slot| (slot, self.soles[part]));
-        [0, 1, 2].map(point).map(|(slot, sole)| {
+        let end = pose.model[self.end];
+        let turn = goal.rotation * end.rotation.conjugate();
+        let heel = self.points[0].unwrap_or((self.end, DVec3::ZERO));
+        self.points.map(|point| point.unwrap_or(heel)).map(|(slot, offset)| {
             let joint = pose.model[slot];
-            let from_end = joint.translation + joint.rotation * sole - pose.model[end].translation;
-            goal.position + turn * from_end
+            goal.position + turn * (joint.translation + joint.rotation * offset - end.translation)
         })
     }
 }
@@ -120,12 +122,12 @@ impl PlantStage {
         let rows = work.rows(width, || self.posing.pose(), fill)?;
         let read = |(index, foot): (usize, &PlantedFoot)| {
             let tracks = Part::ALL.map(|part| work.contacts.find(foot.limb, part));
-            foot.slots[0].filter(|_| tracks.iter().flatten().next().is_some())?;
+            tracks.iter().flatten().next()?;
             Some(Foot {
                 scale: foot.scale,
                 still_speed: foot.still_speed,
                 tracks: tracks.map(|point| point.map(|point| PointTrack::of(point, work.times))),
-                has_point: foot.slots.map(|slot| slot.is_some()),
+                has_point: foot.points.map(|point| point.is_some()),
                 targets: rows.iter().skip(index).step_by(width).copied().collect(),
             })
         };
@@ -166,8 +168,12 @@ impl PlantStage {
         let mean = middle.iter().map(|correction| correction.offset).sum::<DVec3>() / middle.len() as f64;
         for correction in contact {
             let offset = correction.offset - mean;
-            let keeps_height_only = self.op.mode == PlantMode::Grounding;
-            correction.offset = if keeps_height_only { self.up * offset.dot(self.up) } else { offset };
+            let raised = self.up * offset.dot(self.up);
+            correction.offset = match self.op.mode {
+                PlantMode::Grounding => raised,
+                _ if self.leaves_height => offset - raised,
+                _ => offset,
+            };
         }
     }
 }

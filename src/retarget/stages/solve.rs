@@ -1,4 +1,9 @@
 //! Limbs reach their goals. (docs/algorithm/legs.md.)
+//!
+//! A knee that is nearly straight bends by many degrees for a millimeter: where a goal comes to the end of the leg's reach, the bend
+//! changes from one frame to the next without bounds, while the foot hardly moves. So what the bends of legs change by is smoothed
+//! over time where stages that plant feet set the goals, as far as the foot then misses its goal by a millimeter or two: that is much
+//! for the bend of a leg that is nearly straight, and little elsewhere.
 
 use glam::DQuat;
 
@@ -10,9 +15,15 @@ use crate::{
 use super::{
     limbs::{LimbRest, LimbSlots},
     posing::{Pose, Posing},
+    temporal::smoothed,
     two_bone::{TwoBone, signed_angle},
     work::{Change, Changed, Goal, Work},
 };
+
+/// Standard deviation of the smoothing of what the bends of legs change by.
+const BEND_SECONDS: f64 = 0.03;
+/// Changes of bends that are this even, in radians, are as smooth as they can be.
+const LITTLE_CHANGE: f64 = 1e-6;
 
 /// Bends limbs so that their ends are at the goals.
 #[derive(Clone, Debug)]
@@ -36,6 +47,8 @@ pub(super) struct SolvedLimb {
     pub(super) align_pole: f64,
     /// Radians.
     pub(super) pole_offset: f64,
+    /// Whether its bend changes smoothly, at the cost of where its end is.
+    pub(super) is_smooth: bool,
 }
 
 /// What moves with what in the file's hierarchy; a limb may come in pieces that ride one another.
@@ -63,19 +76,30 @@ impl Hangs {
 struct Solved {
     changes: [Change; 3],
     residual: f32,
+    /// By how much the bend changed, in radians.
+    bend: f64,
 }
 
 impl SolveStage {
     pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let width = self.limbs.len();
-        let fill = |pose: &mut Pose, frame: usize, row: &mut [Solved]| {
-            self.posing.fill(pose, &work.target, frame);
-            let goals = &work.goals[frame * self.limb_count..(frame + 1) * self.limb_count];
-            for (limb, solved) in self.limbs.iter().zip(row) {
-                *solved = self.solve(limb, pose, &goals[limb.limb]);
-            }
+        let mut rows = vec![Solved::default(); work.frame_count() * width];
+        let solve = |rows: &mut [Solved], bends: &[Option<Vec<f64>>]| {
+            let fill = |pose: &mut Pose, frame: usize, row: &mut [Solved]| {
+                self.posing.fill(pose, &work.target, frame);
+                let goals = &work.goals[frame * self.limb_count..(frame + 1) * self.limb_count];
+                for ((limb, solved), bends) in self.limbs.iter().zip(row).zip(bends) {
+                    let bend = bends.as_ref().map(|bends| bends[frame]);
+                    *solved = self.solve(limb, pose, &goals[limb.limb], bend);
+                }
+            };
+            work.fill(rows, width, || self.posing.pose(), fill)
         };
-        let rows = work.rows(width, || self.posing.pose(), fill)?;
+        solve(&mut rows, &vec![None; width])?;
+        let bends: Vec<Option<Vec<f64>>> = (0..width).map(|limb| self.smooth_bends(limb, &rows, work.times)).collect();
+        if bends.iter().any(Option::is_some) {
+            solve(&mut rows, &bends)?;
+        }
         work.write_columns(&self.changed, |frame, index| &rows[frame * width + index / 3].changes[index % 3]);
         let mut residuals = std::mem::take(&mut work.residuals);
         residuals.resize(work.frame_count() * self.limb_count, f32::NAN);
@@ -90,7 +114,14 @@ impl SolveStage {
         Ok(())
     }
 
-    fn solve(&self, limb: &SolvedLimb, pose: &Pose, goal: &Goal) -> Solved {
+    /// What the bend of a limb changes by, smooth over time; nothing where it is smooth as it is.
+    fn smooth_bends(&self, limb: usize, rows: &[Solved], times: &[f64]) -> Option<Vec<f64>> {
+        let bends: Vec<f64> = rows.iter().skip(limb).step_by(self.limbs.len()).map(|solved| solved.bend).collect();
+        let is_even = bends.iter().all(|bend| (bend - bends[0]).abs() < LITTLE_CHANGE);
+        (self.limbs[limb].is_smooth && !is_even).then(|| smoothed(&bends, times, BEND_SECONDS))
+    }
+
+    fn solve(&self, limb: &SolvedLimb, pose: &Pose, goal: &Goal, bend: Option<f64>) -> Solved {
         let [start, middle, end] = limb.slots.places(pose);
         let model = |slot: usize| pose.model[slot].rotation;
         let two_bone = TwoBone {
@@ -102,6 +133,7 @@ impl SolveStage {
             softness: limb.softness,
             extension: goal.extension,
             stretch: limb.stretch,
+            change: bend,
         };
         let reach = two_bone.solve();
         let line = (reach.end - start).normalize_or_zero();
@@ -134,6 +166,6 @@ impl SolveStage {
         ];
         #[expect(clippy::cast_possible_truncation, reason = "a distance for a report")]
         let residual = reach.end.distance(goal.position) as f32;
-        Solved { changes, residual }
+        Solved { changes, residual, bend: reach.change }
     }
 }

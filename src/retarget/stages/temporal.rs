@@ -122,8 +122,8 @@ pub(super) fn runs(flags: &[bool]) -> Vec<(usize, usize)> {
 }
 
 /// The middle value; nothing of nothing.
-pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
+pub(super) fn median(values: &mut [f64]) -> Option<f64> {
+    values.sort_unstable_by(f64::total_cmp);
     values.get(values.len() / 2).copied()
 }
 

@@ -1,13 +1,17 @@
 //! Toes bend where they would go through the floor.
+//!
+//! Every support point of the toes that is below the floor, or below the rest of the foot where that is in it, says by how much they
+//! have to bend up; the largest counts.
 
 use glam::{DQuat, DVec3};
 
 use crate::{
     model::Canceled,
-    rig::{Ground, Schedule, Sole},
+    rig::{FootShape, Ground, Schedule, SupportPoint},
 };
 
 use super::{
+    floor::{FootSlots, PlacedFoot, soft_above},
     posing::{Pose, Posing},
     work::{Change, Changed, Work},
 };
@@ -29,27 +33,22 @@ pub(super) struct ToeStage {
 }
 
 /// The toes of one foot.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct ToedFoot {
-    /// The joint of the ball, and its slot.
+    /// The joint of the ball.
     pub(super) ball: usize,
-    pub(super) slot: usize,
-    /// How far ball and tip are above the floor at rest.
-    pub(super) ball_height: f64,
-    pub(super) tip_height: f64,
-    /// From the one to the other, in the ball's axes.
-    pub(super) ball_to_tip: DVec3,
-    /// The axis about which toes bend up, likewise; unit length.
+    pub(super) slots: FootSlots,
+    pub(super) shape: FootShape,
+    /// The axis about which toes bend up, in the ball's axes; unit length.
     pub(super) raise: DVec3,
 }
 
-impl ToedFoot {
-    /// Of a sole; nothing where toes have no length or stand upright at rest.
-    pub(super) fn new(ball: usize, slot: usize, sole: &Sole) -> Option<Self> {
-        let (ball_height, tip_height, ball_to_tip) = (sole.ball?, sole.tip?, sole.ball_to_tip?);
-        let raise = ball_to_tip.cross(-sole.down[1]?).try_normalize()?;
-        Some(Self { ball, slot, ball_height, tip_height, ball_to_tip, raise })
-    }
+/// A foot whose toes may bend, where it is at a frame.
+struct Toes {
+    foot: PlacedFoot,
+    ball: (DVec3, DQuat),
+    /// The axis about which they bend up.
+    axis: DVec3,
 }
 
 impl ToeStage {
@@ -58,10 +57,12 @@ impl ToeStage {
             self.target.fill(pose, &work.target, frame);
             let alpha = self.schedule.alpha_at(frame, work.times[frame]);
             for (foot, change) in self.feet.iter().zip(row) {
-                let ball = pose.model[foot.slot];
-                let turn = self.bend(foot, ball.translation, ball.rotation);
-                let turned = DQuat::IDENTITY.slerp(turn, alpha) * ball.rotation;
-                let above = self.target.parent_of(pose, foot.slot).rotation;
+                let placed = PlacedFoot::posed(foot.slots, pose);
+                let Some((slot, ball)) = foot.slots.ball.zip(placed.ball) else { continue };
+                let toes = Toes { foot: placed, ball, axis: ball.1 * foot.raise };
+                let turn = self.bend(&foot.shape, &toes);
+                let turned = DQuat::IDENTITY.slerp(turn, alpha) * ball.1;
+                let above = self.target.parent_of(pose, slot).rotation;
                 change.rotation = (above.conjugate() * turned).normalize().as_quat();
             }
         };
@@ -71,28 +72,32 @@ impl ToeStage {
         Ok(())
     }
 
-    /// The turn that brings the tip up to the floor, or as far down as the ball is.
-    fn bend(&self, foot: &ToedFoot, ball: DVec3, rotation: DQuat) -> DQuat {
-        let up = self.ground.up;
-        let (toes, axis) = (rotation * foot.ball_to_tip, rotation * foot.raise);
-        let stands = (ball.dot(up) - foot.ball_height - self.ground.target_floor).min(0.0);
-        let height = (ball + toes).dot(up) - foot.tip_height - self.ground.target_floor;
-        let missing = soft_above(stands - height, SOFT_METRES * self.leg);
-        // Turned by θ about the axis the tip is `low · cos θ + ahead · sin θ` high, beside what lies along the axis.
-        let beside = toes.dot(axis) * axis.dot(up);
-        let (low, ahead) = (toes.dot(up) - beside, axis.cross(toes).dot(up));
-        let reach = low.hypot(ahead);
-        if missing <= 0.0 || reach <= 0.0 {
-            return DQuat::IDENTITY;
-        }
-        let bend = ((low + missing) / reach).clamp(-1.0, 1.0).asin() - low.atan2(ahead);
-        DQuat::from_axis_angle(axis, bend.clamp(0.0, MOST_BEND))
+    /// The turn that brings the toes up to the floor, or as far down as the rest of the foot is.
+    fn bend(&self, shape: &FootShape, toes: &Toes) -> DQuat {
+        let (up, axis) = (self.ground.up, toes.axis);
+        let floor = self.ground.target_floor;
+        let stands = (toes.foot.lowest(shape, up, |point| !point.gives_way) - floor).min(0.0);
+        let (ball, turned) = toes.ball;
+        let (of_toes, of_ahead) = (turned.conjugate() * up, turned.conjugate() * up.cross(axis));
+        let beside = axis.dot(up);
+        let base = ball.dot(up) - floor;
+        let (ankle, of_end) = (toes.foot.end.0.dot(up) - floor, toes.foot.end.1.conjugate() * up);
+        let needed = |point: &SupportPoint| {
+            // Turned by θ about the axis the point is `low · cos θ + ahead · sin θ` above the ball, beside what lies along the axis.
+            let along = beside * (turned * point.from_ball).dot(axis);
+            let (low, ahead) = (of_toes.dot(point.from_ball) - along, of_ahead.dot(point.from_ball));
+            // What of the point does not move with the toes stays where it is.
+            let stays = (ankle + of_end.dot(point.from_end) - stands) * (1.0 - point.toes) / point.toes;
+            let missing = soft_above(stands - stays - (base + along + low - point.radius), SOFT_METRES * self.leg);
+            let reach = low.hypot(ahead);
+            if missing <= 0.0 || reach <= 0.0 {
+                return 0.0;
+            }
+            ((low + missing) / reach).clamp(-1.0, 1.0).asin() - low.atan2(ahead)
+        };
+        let bend = shape.points.iter().filter(|point| point.gives_way).map(needed).fold(0.0, f64::max);
+        DQuat::from_axis_angle(axis, bend.min(MOST_BEND))
     }
-}
-
-/// Nothing below `-width`, the value above `width`, with a continuous slope between.
-fn soft_above(value: f64, width: f64) -> f64 {
-    if value >= width || width <= 0.0 { value.max(0.0) } else { (value + width).max(0.0).powi(2) / (4.0 * width) }
 }
 
 #[cfg(test)]
@@ -105,14 +110,30 @@ mod tests {
         ToeStage { schedule: Schedule::always(), feet: Vec::new(), target, ground: Ground::default(), leg: 1.0 }
     }
 
-    fn foot() -> ToedFoot {
-        let ball_to_tip = DVec3::new(0.0, -0.01, 0.08);
-        ToedFoot { ball: 0, slot: 0, ball_height: 0.03, tip_height: 0.02, ball_to_tip, raise: DVec3::NEG_X }
+    fn shape(tip: DVec3, depth: f64) -> FootShape {
+        let point = |from_ball: DVec3, toes: f64, radius: f64| SupportPoint {
+            from_end: DVec3::new(0.0, -0.05, 0.12) + from_ball,
+            from_ball,
+            from_shin: DVec3::ZERO,
+            toes,
+            shin: 0.0,
+            radius,
+            gives_way: toes > 0.0,
+        };
+        FootShape { points: vec![point(DVec3::ZERO, 0.0, 0.03), point(tip, 1.0, depth)], ..FootShape::default() }
     }
 
+    fn bend(shape: &FootShape, ball: DVec3, rotation: DQuat) -> DQuat {
+        let end = (ball - DVec3::new(0.0, -0.05, 0.12), DQuat::IDENTITY);
+        let foot = PlacedFoot { end, ball: Some((ball, rotation)), shin: DQuat::IDENTITY };
+        stage().bend(shape, &Toes { foot, ball: (ball, rotation), axis: rotation * DVec3::NEG_X })
+    }
+
+    const TIP: DVec3 = DVec3::new(0.0, -0.01, 0.08);
+
     fn tip_height(ball: DVec3, rotation: DQuat) -> f64 {
-        let turned = stage().bend(&foot(), ball, rotation) * rotation;
-        (ball + turned * foot().ball_to_tip).y - foot().tip_height
+        let turned = bend(&shape(TIP, 0.02), ball, rotation) * rotation;
+        (ball + turned * TIP).y - 0.02
     }
 
     #[test]
@@ -129,26 +150,26 @@ mod tests {
 
     #[test]
     fn toes_in_the_air_stay_as_they_are() {
-        let lifted = stage().bend(&foot(), DVec3::Y * 0.3, DQuat::from_rotation_x(1.0));
+        let lifted = bend(&shape(TIP, 0.02), DVec3::Y * 0.3, DQuat::from_rotation_x(1.0));
         assert_eq!(lifted, DQuat::IDENTITY, "far above the floor");
-        let upright = stage().bend(&foot(), DVec3::ZERO, DQuat::from_rotation_x(-1.445));
+        let upright = bend(&shape(TIP, 0.02), DVec3::ZERO, DQuat::from_rotation_x(-1.445));
         assert!(upright.is_finite(), "straight up");
-        let flat = ToedFoot { ball_to_tip: DVec3::X * 0.1, ..foot() };
-        assert_eq!(stage().bend(&flat, DVec3::ZERO, DQuat::IDENTITY), DQuat::IDENTITY, "along their own axis");
+        let beside = bend(&shape(DVec3::X * 0.1, 0.02), DVec3::ZERO, DQuat::IDENTITY);
+        assert_eq!(beside, DQuat::IDENTITY, "along their own axis");
     }
 
     #[test]
     fn toes_never_snap() {
-        let bend =
-            |height: f64| stage().bend(&foot(), DVec3::Y * height, DQuat::from_rotation_x(0.5)).to_axis_angle().1;
-        let steps: Vec<f64> = (0..200).map(|step| bend(0.12 - f64::from(step) * 0.001)).collect();
+        let angle =
+            |height: f64| bend(&shape(TIP, 0.02), DVec3::Y * height, DQuat::from_rotation_x(0.5)).to_axis_angle().1;
+        let steps: Vec<f64> = (0..200).map(|step| angle(0.12 - f64::from(step) * 0.001)).collect();
         let largest = steps.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
         assert!(largest < 0.03, "a millimetre turns them by {largest} at most");
         // Toes that curl under the foot pass the vertical while the foot turns about itself.
         let curled = |step: u32| {
             let turn =
                 DQuat::from_rotation_y(f64::from(step) * 0.05) * DQuat::from_rotation_x(1.3 + f64::from(step) * 0.02);
-            stage().bend(&foot(), DVec3::Y * 0.07, turn) * turn
+            bend(&shape(TIP, 0.02), DVec3::Y * 0.07, turn) * turn
         };
         for step in 0..20 {
             let degrees = curled(step).angle_between(curled(step + 1)).to_degrees();

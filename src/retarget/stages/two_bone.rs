@@ -9,6 +9,9 @@ const LITTLE_CHANGE: f64 = 0.5;
 /// Bends beyond this are not hyperextended any more, whatever the limb was before; radians.
 const SURE_BEND: f64 = 0.25;
 
+/// The share of its length by which a limb may miss its goal for the sake of a bend that changes smoothly.
+const LITTLE_OFF: f64 = 0.0015;
+
 /// A limb and what it reaches for, in one space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TwoBone {
@@ -28,6 +31,9 @@ pub(super) struct TwoBone {
     pub(super) extension: f64,
     /// The largest factor on both bones.
     pub(super) stretch: f64,
+    /// By how much the bend should change, in radians, where something else than the goal says that too. It counts as far as the end
+    /// then misses the goal by little.
+    pub(super) change: Option<f64>,
 }
 
 /// What brings the end to its goal: `bend` turns the lower bone about the middle joint, then `aim` turns the whole limb about
@@ -36,6 +42,8 @@ pub(super) struct TwoBone {
 pub(super) struct Reach {
     pub(super) bend: DQuat,
     pub(super) aim: DQuat,
+    /// By how much the bend changes about the hinge, in radians.
+    pub(super) change: f64,
     /// Factor on both bones.
     pub(super) stretch: f64,
     /// Where the middle and the end are afterwards.
@@ -63,16 +71,18 @@ impl TwoBone {
         let wanted_bend = cosine.acos();
         let axis = self.bend_axis(upper, lower, wanted_bend);
         let now = signed_angle(upper, lower, axis);
-        let bend = DQuat::from_axis_angle(axis, relaxed(wanted_bend, now) - now);
+        let exact = relaxed(wanted_bend, now) - now;
+        let change = self.change.map_or(exact, |wanted| near_exact([a, b], now, exact, wanted));
+        let bend = DQuat::from_axis_angle(axis, change);
         let bent = upper + bend * lower;
         let aim = arc(bent, wanted, axis);
         let middle = self.start + aim * upper * stretch;
-        Reach { bend, aim, stretch, middle, end: self.start + aim * bent * stretch }
+        Reach { bend, aim, change, stretch, middle, end: self.start + aim * bent * stretch }
     }
 
     fn as_it_is(&self) -> Reach {
         let (middle, end) = (self.middle, self.end);
-        Reach { bend: DQuat::IDENTITY, aim: DQuat::IDENTITY, stretch: 1.0, middle, end }
+        Reach { bend: DQuat::IDENTITY, aim: DQuat::IDENTITY, change: 0.0, stretch: 1.0, middle, end }
     }
 
     /// The normal of the limb's plane, on the hinge's side; the hinge itself where the limb is nearly straight and its bend is to
@@ -100,6 +110,15 @@ fn relaxed(wanted: f64, now: f64) -> f64 {
     let forward = wanted - 2.0 * backward.min(wanted) * fade;
     let is_meant = smooth((backward - SURE_BEND) / SURE_BEND);
     forward + (-wanted - forward) * is_meant
+}
+
+/// A change of the bend between the exact one and another one that is wanted: the latter as far as the distance from start to end,
+/// of bones of these lengths, is then off by less than [`LITTLE_OFF`].
+fn near_exact([a, b]: [f64; 2], now: f64, exact: f64, wanted: f64) -> f64 {
+    let reach = |change: f64| (a * a + b * b + 2.0 * a * b * (now + change).cos()).max(0.0).sqrt();
+    let off = (reach(wanted) - reach(exact)).abs() / (LITTLE_OFF * (a + b));
+    let share = if off > f64::EPSILON { off.tanh() / off } else { 1.0 };
+    exact + (wanted - exact) * share
 }
 
 /// `d` up to `length − width`; from there on it comes ever nearer to `length`, with a continuous slope.

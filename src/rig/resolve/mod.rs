@@ -1,5 +1,6 @@
 //! From a spec and two rigs to a mapping in indices, and to the spec with everything found out filled in.
 
+mod clip_contacts;
 mod curves;
 mod filled_in;
 mod fk;
@@ -11,6 +12,9 @@ mod posed;
 mod schedule;
 mod sizes;
 mod stages;
+
+#[cfg(test)]
+pub(super) use stages::leg_of;
 
 pub use schedule::scheduled;
 

@@ -1,6 +1,6 @@
 //! What the ops behind forward kinematics work on.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 
 use crate::model::{Clip, Reporter, Track};
 
@@ -10,12 +10,14 @@ use super::super::{
     error::{SpecError, SpecErrorKind, SpecField},
     floor::{Stance, clip_floor},
     mapping::{ChainPair, Mapping},
+    soles::{FootShape, foot_shape},
     spec::{Alpha, ContactsOp, Op, Scope},
     stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, SourceScale, StagedKind, StagedOp, Stages},
     understand::Rig,
     volumes::{HandPair, body_parts, hand},
 };
 use super::{
+    clip_contacts::take_contacts,
     curves::{contact_spans, curve_drives},
     posed::{Subject, props, resolve_posed, scale_source, shapes},
     schedule::schedule,
@@ -38,8 +40,9 @@ pub(super) fn resolve_stages(
 ) -> Result<Stages, SpecError> {
     let mut limbs: Vec<LimbPair> = Limb::ALL.into_iter().filter_map(|limb| find_limb(limb, source, target)).collect();
     limbs.iter_mut().for_each(|pair| pair.has_stiff_foot = has_stiff_foot(pair, source, clip));
-    share_soles(&mut limbs, |pair| &mut pair.source);
-    share_soles(&mut limbs, |pair| &mut pair.target);
+    share_soles(&mut limbs, source, |pair| &mut pair.source);
+    share_soles(&mut limbs, target, |pair| &mut pair.target);
+    shape_feet(&mut limbs, source, target);
     let (mut front, mut staged) = (Vec::new(), Vec::new());
     let mut source_scale: Option<SourceScale> = None;
     let mut curves = Vec::new();
@@ -215,6 +218,7 @@ impl Context<'_> {
         }
         let mut resolved = op.clone();
         resolved.set.extend(contact_spans(&op.curves, &pointer, self.source.scene, self.clip, fields));
+        take_contacts(&mut resolved, self.limbs, self.source.skeleton(), self.clip);
         resolved
     }
 
@@ -337,7 +341,8 @@ pub(super) fn have_driven_leg(source: &Rig<'_>, target: &Rig<'_>, is_driven: imp
 fn find_limb(limb: Limb, source: &Rig<'_>, target: &Rig<'_>) -> Option<LimbPair> {
     let unit = source.unit_metres / target.unit_metres;
     let (source, target) = (limb_joints(limb, source, unit)?, limb_joints(limb, target, 1.0)?);
-    Some(LimbPair { limb, source, target, has_stiff_foot: false })
+    let (source_foot, target_foot) = (FootShape::default(), FootShape::default());
+    Some(LimbPair { limb, source, target, has_stiff_foot: false, source_foot, target_foot })
 }
 
 /// Skeletons of points have ankles and nothing beyond.
@@ -349,6 +354,12 @@ fn has_stiff_foot(pair: &LimbPair, source: &Rig<'_>, clip: &Clip) -> bool {
     };
     let below_shin = source.skeleton().path(middle, end).filter(|_| pair.limb.is_leg() && ball.is_none());
     clip.frame_count() > 1 && below_shin.is_some_and(|path| !path[1..].iter().any(turns))
+}
+
+/// The left leg of a rig, for tests of what is found out about it.
+#[cfg(test)]
+pub(in crate::rig) fn leg_of(side: &Rig<'_>) -> Option<LimbJoints> {
+    limb_joints(Limb::LeftLeg, side, 1.0)
 }
 
 /// `unit` is plan units per unit of that side.
@@ -388,19 +399,59 @@ fn limb_joints(limb: Limb, side: &Rig<'_>, unit: f64) -> Option<LimbJoints> {
 }
 
 /// Both feet have the sole of the one that stands: a rest pose may be a frame of a walk.
-fn share_soles(limbs: &mut [LimbPair], side: impl Fn(&mut LimbPair) -> &mut LimbJoints) {
+fn share_soles(limbs: &mut [LimbPair], rig: &Rig<'_>, side: impl Fn(&mut LimbPair) -> &mut LimbJoints) {
     let soles: Vec<Sole> = limbs.iter_mut().filter_map(|pair| side(pair).sole).collect();
     let least = |part: fn(&Sole) -> Option<f64>| soles.iter().filter_map(part).reduce(f64::min);
     let (heel, ball, tip) = (least(|sole| Some(sole.heel)), least(|sole| sole.ball), least(|sole| sole.tip));
-    for sole in limbs.iter_mut().filter_map(|pair| side(pair).sole.as_mut()) {
+    let is_raised = |sole: &Sole| {
         let raised = sole.heel - heel.unwrap_or(sole.heel);
-        if raised > RAISED * sole.end_to_ball.map_or(sole.heel, DVec3::length) {
-            // A foot in the air is tipped, too: nobody knows where below its joints the sole is.
-            sole.down = [None; 3];
+        raised > RAISED * sole.end_to_ball.map_or(sole.heel, DVec3::length)
+    };
+    let standing = soles.iter().find(|sole| !is_raised(sole));
+    for joints in limbs.iter_mut().map(side) {
+        let (end, toe) = (joints.end, joints.ball);
+        let Some(sole) = joints.sole.as_mut() else { continue };
+        if is_raised(sole) {
+            sole.down =
+                standing.and_then(|standing| down_as_if_standing(standing, sole, rig, end, toe)).unwrap_or_default();
         }
         sole.heel = heel.unwrap_or(sole.heel);
         sole.ball = sole.ball.and(ball);
         sole.tip = sole.tip.and(tip);
+    }
+}
+
+/// A foot in the air is tipped, too: it would stand with its ball as far off straight below the ankle as the other foot's is, turned
+/// about the body's own left. Straight down then, in the axes of its joints; nothing where it has no ball.
+fn down_as_if_standing(
+    standing: &Sole,
+    raised: &Sole,
+    rig: &Rig<'_>,
+    end: usize,
+    ball: Option<usize>,
+) -> Option<[Option<DVec3>; 3]> {
+    let (stands, bone) = (standing.end_to_ball?, raised.end_to_ball?.try_normalize()?);
+    let angle = stands.angle_between(standing.down[0]?);
+    let turned = |joint: usize| rig.rest.transforms()[joint].rotation;
+    let left = turned(end).conjugate() * (rig.work_from_scene.conjugate() * DVec3::X);
+    let left = (left - bone * left.dot(bone)).try_normalize()?;
+    let down = DQuat::from_axis_angle(left, angle) * bone;
+    let of_toes = ball.map(|ball| turned(ball).conjugate() * (turned(end) * down));
+    Some([Some(down), of_toes, raised.down[2].and(of_toes)])
+}
+
+/// Finds the soles of both sides. Of what is turned by nothing but the shins, nobody knows how it lies; and feet of one body are
+/// looked at in one way.
+fn shape_feet(limbs: &mut [LimbPair], source: &Rig<'_>, target: &Rig<'_>) {
+    let unit = source.unit_metres / target.unit_metres;
+    let is_leg = |pair: &&mut LimbPair| pair.limb.is_leg();
+    let stands = |sole: Option<Sole>| sole.is_some_and(|sole| sole.down[0].is_some());
+    let known = |pair: &LimbPair| [!pair.has_stiff_foot && stands(pair.source.sole), stands(pair.target.sole)];
+    let legs = || limbs.iter().filter(|pair| pair.limb.is_leg());
+    let [source_stands, target_stands] = [0, 1].map(|side| legs().all(|pair| known(pair)[side]));
+    for pair in limbs.iter_mut().filter(is_leg) {
+        pair.source_foot = foot_shape(source, &pair.source, unit, source_stands);
+        pair.target_foot = foot_shape(target, &pair.target, 1.0, target_stands);
     }
 }
 

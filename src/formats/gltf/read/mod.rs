@@ -2,6 +2,7 @@
 
 mod accessor;
 mod animation;
+mod contacts;
 mod curve;
 mod extensions;
 mod humanoid;
@@ -61,6 +62,7 @@ pub(in crate::formats) fn read(
         humanoid.map_or((None, Vec::new()), |map| (Some(map.convention), map.roles));
     let (is_shown, graph_size) = (std::mem::take(&mut graph.is_shown), graph.joints.len());
     let skeleton = mark_joints(graph, skins.skins.iter().flat_map(|skin| &skin.joints), &declared_roles)?;
+    let clips = contacts::with_contacts(clips, &document.json, &skeleton, budget)?;
     let scene = Scene {
         hidden_joints: hidden_joints(&skeleton, &is_shown, reporter),
         skeleton,

@@ -33,10 +33,8 @@ impl PlantStage {
             let goal = |frame: usize| frame * self.limb_count + foot.limb;
             let roll =
                 |frame: usize| (work.goals[goal(frame)].rotation * axes.left).dot(self.up).clamp(-1.0, 1.0).asin();
-            let rolls: Vec<f64> = stands.map(roll).collect();
-            let Some(rolled) = Some(rolls).filter(|rolls| rolls.len() >= LEAST_FRAMES).and_then(median) else {
-                continue;
-            };
+            let mut rolls: Vec<f64> = stands.map(roll).collect();
+            let Some(rolled) = median(&mut rolls).filter(|_| rolls.len() >= LEAST_FRAMES) else { continue };
             let share = smooth((rolled.abs() - LITTLE_ROLL) / ROLL_FADE);
             if share == 0.0 {
                 continue;

@@ -64,7 +64,7 @@ impl PlantStage {
             .iter()
             .enumerate()
             .filter_map(|(index, foot)| {
-                let slot = foot.slots[1]?;
+                let slot = foot.ball?;
                 let changed = Changed { joint: self.posing.joint(slot), rotates: true, moves: false };
                 Some((index, slot, changed))
             })
@@ -74,8 +74,7 @@ impl PlantStage {
             for ((index, slot, _), change) in balls.iter().zip(row) {
                 let foot = feet[*index];
                 let [end, _] = self.turned(foot, pose, work, frame);
-                let with_goal =
-                    foot.slots[0].map_or(DQuat::IDENTITY, |slot| end * pose.model[slot].rotation.conjugate());
+                let with_goal = end * pose.model[foot.end].rotation.conjugate();
                 let alpha = alpha(frame);
                 let above = turn(*index, 0, frame, alpha) * with_goal * self.posing.parent_of(pose, *slot).rotation;
                 let toes = turn(*index, 1, frame, alpha) * with_goal * pose.model[*slot].rotation;
@@ -98,7 +97,7 @@ impl PlantStage {
     fn turned(&self, foot: &PlantedFoot, pose: &Pose, work: &Work<'_>, frame: usize) -> Turned {
         let goal = work.goals[frame * self.limb_count + foot.limb].rotation;
         let model = |slot: Option<usize>| slot.map_or(DQuat::IDENTITY, |slot| pose.model[slot].rotation);
-        let toes = goal * model(foot.slots[0]).conjugate() * model(foot.slots[1]);
+        let toes = goal * pose.model[foot.end].rotation.conjugate() * model(foot.ball);
         [goal, toes]
     }
 

@@ -20,6 +20,7 @@ fn stage(mode: PlantMode) -> PlantStage {
         posing: Posing::new(&Skeleton::default(), Transform::IDENTITY, []),
         up: DVec3::Y,
         limb_count: 1,
+        leaves_height: false,
     }
 }
 
@@ -48,6 +49,9 @@ fn a_foot_that_slides_beside_its_source_is_held() {
         assert!((step - DVec3::Z * 0.002).length() < 1e-12, "moves as the source does, scaled: {step}");
     }
     assert!((places[20].x - 0.2).abs() < 1e-9, "stands where it deviates least: {}", places[20]);
+    let leaving = PlantStage { leaves_height: true, ..stage(PlantMode::Auto) };
+    let (_, level) = planted(&leaving, &foot, 0);
+    assert!(level.iter().all(|correction| correction.offset.y.abs() < 1e-12), "the floor says how high it is");
     assert_eq!(corrections[5].offset, DVec3::ZERO, "nothing long before");
     assert_eq!(corrections[35].offset, DVec3::ZERO, "nothing long after");
     let (places, _) = planted(&stage(PlantMode::Always), &foot, 0);

@@ -6,7 +6,17 @@ use super::*;
 fn leg(bend_degrees: f64) -> TwoBone {
     let (start, middle) = (DVec3::new(0.1, 1.0, 0.0), DVec3::new(0.1, 0.55, 0.0));
     let end = middle + DQuat::from_rotation_x(bend_degrees.to_radians()) * DVec3::new(0.0, -0.4, 0.0);
-    TwoBone { start, middle, end, hinge: DVec3::X, goal: end, softness: 0.03, extension: 0.0, stretch: 1.0 }
+    TwoBone {
+        start,
+        middle,
+        end,
+        hinge: DVec3::X,
+        goal: end,
+        softness: 0.03,
+        extension: 0.0,
+        stretch: 1.0,
+        change: None,
+    }
 }
 
 /// Where the end is when the two rotations are applied to the joints one after the other.

@@ -12,8 +12,12 @@ use super::{ContactCurve, Scope};
 ///
 /// A point touches when it is both low and slow; each test has a lower threshold to begin and a higher one to end. Heights and
 /// speeds are for a leg of 1 m and grow with the source's leg. Heights are above the level at which the point rests in this
-/// clip. Points: `left_foot` and `right_foot` (the ankle, above the heel), `left_toe` and `right_toe` (the ball), `left_toe_tip` and
-/// `right_toe_tip`, `left_hand` and `right_hand`. Only source points count, so the result does not depend on the target.
+/// clip. Points: `left_foot` and `right_foot` (the back of the heel), `left_toe` and `right_toe` (the ball), `left_toe_tip` and
+/// `right_toe_tip`, `left_hand` and `right_hand`. The points of a foot are those of its sole, from the mesh where there is one, else
+/// guessed from its joints. Only source points count, so the result does not depend on the target.
+///
+/// Contacts that come with the source's clip (`contacts` of pose arrays, those that an output of this program notes in its `extras`)
+/// are taken instead of what is found: a foot of which they say something touches only when they say so.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 #[schemars(deny_unknown_fields)]
@@ -21,7 +25,7 @@ pub struct ContactsOp {
     /// When it works; the mask names points.
     #[serde(flatten)]
     pub scope: Scope,
-    /// Whether contacts are looked for. Otherwise there are only those of `set` and `add`.
+    /// Whether contacts are looked for. Otherwise there are only those that come with the clip, and those of `set`, `curves` and `add`.
     pub detect: bool,
     /// Metres above its resting level below which a point may begin to touch, at a leg of 1 m. 0 to 1.
     #[schemars(range(min = 0.0, max = 1.0))]
@@ -35,6 +39,10 @@ pub struct ContactsOp {
     /// Metres per second above which a touching point lets go. 0 to 10.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub speed_off: f64,
+    /// Metres per second below which a point that comes to rest has landed: heels strike the floor faster than toes leave it. 0 to
+    /// 10.
+    #[schemars(range(min = 0.0, max = 10.0))]
+    pub speed_land: f64,
     /// Shorter contacts are dropped. 0 to 10 seconds.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub least_seconds: f64,
@@ -69,7 +77,8 @@ impl Default for ContactsOp {
             height_on: 0.03,
             height_off: 0.05,
             speed_on: 0.2,
-            speed_off: 0.4,
+            speed_off: 0.65,
+            speed_land: 1.3,
             least_seconds: 0.08,
             gap_seconds: 0.07,
             smoothing_seconds: 0.05,

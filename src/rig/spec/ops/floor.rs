@@ -8,8 +8,10 @@ use super::Scope;
 /// Puts the soles of the target as far above its floor as the source's soles are above theirs, times the pelvis scale, while the
 /// source's touch; at all other times they are only kept out of the floor.
 ///
-/// At rest the floor is some way below ankle, ball and toes; the joint that comes nearest to it, by that measure, counts. Needs a
-/// `contacts` op before it; without one soles are only kept out of the floor. Where the source has no toes and feet that never turn
+/// What counts is the lowest point of the sole: of the mesh where there is one, else of a foot that is guessed from its joints. Where a
+/// sole would go through the floor, toes bend first, then the foot tilts less, then it is lifted, and the pelvis goes along with the
+/// feet that carry it. Needs a `contacts` op before it; in a clip in which nothing touches, as in a walk on the spot, feet that are
+/// on the floor count as touching it. Where the source has no toes and feet that never turn
 /// against the shins, as skeletons of points have, feet are set flat while they stand. Mask: `left_leg`, `right_leg`; default: both.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
@@ -28,8 +30,8 @@ pub struct FloorOp {
     /// Metres over which it ceases to count. 0 to 10.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub falloff_distance: f64,
-    /// Whether soles that hover or sink in all contacts of the source are taken to stand on the floor, when the target's feet are
-    /// not the source's: captures are often off by the thickness of shoes.
+    /// Whether soles of the source that hover or sink in a contact by up to 4 cm, at a leg of 1 m, are taken to stand on the floor in
+    /// it, when the target is not the source's figure: captures are often off by the thickness of shoes.
     pub adaptive: bool,
     /// Whether the pelvis is moved up and down with the feet that carry it, so that legs keep their bend.
     pub shift_pelvis: bool,

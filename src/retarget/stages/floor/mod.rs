@@ -1,0 +1,263 @@
+//! Soles on the floor, neither in it nor above it.
+//!
+//! What counts is the lowest support point of a foot at its real tilt (see `rig::soles`). While the source's foot stands it is where the
+//! source's is above the level of its floor, contact by contact (`level`); at all other times it is only kept out of the floor. Where a
+//! sole would go through it, toes bend first (`toes`), then the foot tilts less (`tilt`), then it is lifted, which bends the
+//! knee, and the pelvis goes along with the feet that carry it (`lift`), so that straight legs stay straight.
+
+mod foot;
+mod level;
+mod lift;
+mod tilt;
+
+use glam::{DQuat, DVec3};
+use rayon::prelude::*;
+
+use crate::{
+    model::Canceled,
+    rig::{FloorOp, FootShape, Ground, Schedule, SupportPoint},
+};
+
+pub(super) use self::foot::{FootSlots, PlacedFoot};
+use self::lift::{Lift, smoothed_lifts};
+use super::{
+    plant::either,
+    posing::{Pose, Posing},
+    temporal::runs,
+    two_bone::{arc, smooth},
+    work::Work,
+};
+
+/// Seconds around a contact over which the floor begins and ceases to count.
+const HOLD_SECONDS: f64 = 0.12;
+/// While a foot stands, so much above the level of its contact counts as standing on it, for a leg of 1 m: it is what soles that are
+/// guessed or measured differ by as a foot rolls. And over how much that ceases.
+const STANDS_METRES: f64 = 0.012;
+const STANDS_FADE_METRES: f64 = 0.006;
+/// In clips in which nothing touches, as walks on the spot, feet that are no higher carry, for a leg of 1 m.
+const CARRIES_METRES: f64 = 0.015;
+/// From there on the floor ceases to count for them, over so many meters.
+const LOW_METRES: f64 = 0.01;
+const LOW_FADE_METRES: f64 = 0.03;
+
+/// Puts soles onto the floor.
+#[derive(Clone, Debug)]
+pub(super) struct FloorStage {
+    pub(super) op: FloorOp,
+    pub(super) schedule: Schedule,
+    pub(super) feet: Vec<FloorFoot>,
+    pub(super) source: Posing,
+    pub(super) target: Posing,
+    pub(super) ground: Ground,
+    /// Plan units of a metre at a leg of 1 m, on either side.
+    pub(super) source_leg: f64,
+    pub(super) target_leg: f64,
+    pub(super) limb_count: usize,
+    /// Limbs that have goals at this stage.
+    pub(super) goal_limbs: Vec<usize>,
+}
+
+/// One foot of both sides.
+#[derive(Clone, Debug)]
+pub(super) struct FloorFoot {
+    pub(super) limb: usize,
+    pub(super) source: FootSlots,
+    pub(super) source_shape: FootShape,
+    pub(super) target: FootSlots,
+    pub(super) target_shape: FootShape,
+    /// Whether leg and foot of the target are the source's but for their size. Such a foot stands as the source's stands, even where
+    /// that hovers by the measure of its rest pose.
+    pub(super) is_same: bool,
+    /// Up at rest in the axes of the target's ankle, where it stands at rest.
+    pub(super) stands: Option<DVec3>,
+    /// The same in the axes of the joint of the ball.
+    pub(super) toes_up: Option<DVec3>,
+    /// The same of feet that are set flat while they stand.
+    pub(super) flat: Option<DVec3>,
+    /// Whether toes bend where they would go through the floor, so that heel and ball stand.
+    pub(super) toes_give_way: bool,
+}
+
+impl FloorFoot {
+    /// Whether a point keeps the foot out of the floor.
+    fn carries(&self, point: &SupportPoint) -> bool {
+        !(self.toes_give_way && point.gives_way)
+    }
+}
+
+/// What is known of a foot at a frame: how high soles are above the floor.
+#[derive(Clone, Copy, Debug, Default)]
+struct Clearance {
+    /// The source's, in units of the source.
+    source: f64,
+    /// The target's at its goal.
+    target: f64,
+    /// The target's if it stood flat there.
+    flat: f64,
+}
+
+/// Where the sole of a foot of the target should be.
+#[derive(Clone, Copy, Debug)]
+struct Wanted {
+    /// Above its floor, while it is held.
+    height: f64,
+    /// At any time; 0 or less.
+    deepest: f64,
+}
+
+impl Wanted {
+    fn shifted(self, by: f64) -> Self {
+        Self { height: self.height + by, deepest: self.deepest + by }
+    }
+}
+
+impl FloorStage {
+    pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        let width = self.feet.len();
+        let alphas: Vec<f64> =
+            work.times.iter().enumerate().map(|(frame, time)| self.schedule.alpha_at(frame, *time)).collect();
+        self.flatten(&alphas, work)?;
+        let rows = self.clearances(work)?;
+        let levels = self.levels(&rows, work);
+        let holds = self.holds(&rows, &levels, work);
+        let wanted = |foot: usize, frame: usize, clearance: &Clearance| {
+            self.wanted(foot, clearance.source, levels[foot][frame], holds[foot][frame])
+        };
+        let wants = |foot: usize, frame: usize, clearance: &Clearance| {
+            let wanted = wanted(foot, frame, clearance).height - clearance.target;
+            self.carries(foot, frame, clearance.source - levels[foot][frame], work).then_some(wanted)
+        };
+        let shifts = if self.op.shift_pelvis { self.shifts(&rows, work, wants) } else { vec![0.0; work.frame_count()] };
+        let lifted = |limb: &usize| {
+            let foot = self.feet.iter().position(|foot| foot.limb == *limb);
+            let lift = |frame: usize| {
+                let (shift, alpha) = (shifts[frame] * alphas[frame], alphas[frame]);
+                let Some(foot) = foot else { return Lift { beyond: 0.0, least: f64::NEG_INFINITY } };
+                let clearance = &rows[frame * width + foot];
+                let wanted = wanted(foot, frame, clearance);
+                let metres = (clearance.source - levels[foot][frame]) / self.source_leg;
+                let far = (metres - self.op.falloff_height) / self.op.falloff_distance.max(f64::MIN_POSITIVE);
+                let weight = holds[foot][frame].max(self.op.swing * (1.0 - smooth(far)));
+                let least = (wanted.deepest - clearance.target) * alpha;
+                // A foot in the air goes with the pelvis, so that its leg keeps its shape, as long as it stays out of the floor.
+                let free = shift.max(least);
+                let moved = free + ((wanted.height - clearance.target) * alpha - free) * weight;
+                Lift { beyond: moved - shift, least: least - shift }
+            };
+            smoothed_lifts((0..alphas.len()).map(lift).collect(), work.times)
+        };
+        let lifts: Vec<Vec<Lift>> = self.goal_limbs.par_iter().map(lifted).collect();
+        work.change_goals(self.limb_count, |_, frame, goals| {
+            for (&limb, lifts) in self.goal_limbs.iter().zip(&lifts) {
+                let lift = lifts[frame];
+                goals[limb].position += self.ground.up * (shifts[frame] * alphas[frame] + lift.beyond);
+                goals[limb].headroom = (lift.beyond - lift.least).max(0.0);
+            }
+        })?;
+        work.pelvis_moves.resize(work.frame_count(), DVec3::ZERO);
+        for (moved, (shift, alpha)) in work.pelvis_moves.iter_mut().zip(shifts.iter().zip(&alphas)) {
+            *moved += self.ground.up * (shift * alpha);
+        }
+        Ok(())
+    }
+
+    /// Whether a foot carries the figure at a frame where the source's is so high above its level.
+    fn carries(&self, foot: usize, frame: usize, above: f64, work: &Work<'_>) -> bool {
+        let limb = self.feet[foot].limb;
+        if work.contacts.is_anything_touching() {
+            work.contacts.touches(limb, frame)
+        } else {
+            above < CARRIES_METRES * self.source_leg
+        }
+    }
+
+    /// How high soles are above the floors, frame by frame.
+    fn clearances(&self, work: &Work<'_>) -> Result<Vec<Clearance>, Canceled> {
+        let up = self.ground.up;
+        let fill = |(source, target): &mut (Pose, Pose), frame: usize, row: &mut [Clearance]| {
+            self.source.fill(source, work.source, frame);
+            self.target.fill(target, &work.target, frame);
+            for (foot, clearance) in self.feet.iter().zip(row) {
+                let of_source = PlacedFoot::posed(foot.source, source).lowest(&foot.source_shape, up, |_| true);
+                let goal = &work.goals[frame * self.limb_count + foot.limb];
+                let placed = PlacedFoot::posed(foot.target, target).moved_to(goal.position, goal.rotation);
+                let of_target = placed.lowest(&foot.target_shape, up, |point| foot.carries(point));
+                let depth = foot.stands.map(|flat| goal.position.dot(up) - foot.target_shape.depth(-flat));
+                *clearance = Clearance {
+                    source: of_source - self.ground.source_floor,
+                    target: of_target - self.ground.target_floor,
+                    flat: depth.unwrap_or(of_target) - self.ground.target_floor,
+                };
+            }
+        };
+        work.rows(self.feet.len(), || (self.source.pose(), self.target.pose()), fill)
+    }
+
+    /// Where a sole should be when the source's is so high above its floor, and the level of its contact is that.
+    fn wanted(&self, foot: usize, source: f64, level: f64, hold: f64) -> Wanted {
+        let scale = self.ground.up.dot(self.ground.travel * self.ground.up);
+        if self.feet[foot].is_same {
+            // No deeper in the floor than the source's for its legs, however large the pelvis scale.
+            let deepest = source.min(0.0) * self.target_leg / self.source_leg;
+            return Wanted { height: (scale * source).max(deepest), deepest };
+        }
+        let above = source - level;
+        let [width, begin] = [STANDS_FADE_METRES, STANDS_METRES].map(|metres| metres * self.source_leg);
+        let standing = soft_above(above - begin, width);
+        let deepest = (source + self.most_level()).min(0.0) * self.target_leg / self.source_leg;
+        let height = scale * (above.max(0.0) + (standing - above.max(0.0)) * hold);
+        Wanted { height: if deepest < 0.0 { deepest } else { height }, deepest }
+    }
+
+    /// How much the floor counts for every foot, frame by frame: while it touches, or while it is low where nothing touches at all.
+    fn holds(&self, rows: &[Clearance], levels: &[Vec<f64>], work: &Work<'_>) -> Vec<Vec<f64>> {
+        let is_touching = work.contacts.is_anything_touching();
+        let low = |index: usize, frame: usize| {
+            let above = rows[frame * self.feet.len() + index].source - levels[index][frame];
+            1.0 - smooth((above / self.source_leg - LOW_METRES) / LOW_FADE_METRES)
+        };
+        let of_foot = |(index, foot): (usize, &FloorFoot)| match is_touching {
+            true => holds(foot.limb, work),
+            false => (0..work.frame_count()).map(|frame| low(index, frame)).collect(),
+        };
+        self.feet.par_iter().enumerate().map(of_foot).collect()
+    }
+
+    /// Sets feet flat, the shortest way, as much as they are held.
+    fn flatten(&self, alphas: &[f64], work: &mut Work<'_>) -> Result<(), Canceled> {
+        if self.feet.iter().all(|foot| foot.flat.is_none()) {
+            return Ok(());
+        }
+        let holds: Vec<Vec<f64>> = self.feet.iter().map(|foot| holds(foot.limb, work)).collect();
+        work.change_goals(self.limb_count, |_, frame, goals| {
+            for (foot, holds) in self.feet.iter().zip(&holds) {
+                let Some(flat) = foot.flat else { continue };
+                let goal = &mut goals[foot.limb];
+                let now = goal.rotation * flat;
+                let turn = arc(now, self.ground.up, now.any_orthonormal_vector());
+                goal.rotation = DQuat::IDENTITY.slerp(turn, holds[frame] * alphas[frame]) * goal.rotation;
+            }
+        })
+    }
+}
+
+/// Nothing below `-width`, the value above `width`, with a continuous slope between.
+pub(super) fn soft_above(value: f64, width: f64) -> f64 {
+    if value >= width || width <= 0.0 { value.max(0.0) } else { (value + width).max(0.0).powi(2) / (4.0 * width) }
+}
+
+/// How much the floor counts for a foot, frame by frame: fully in contacts, and less and less around them.
+fn holds(limb: usize, work: &Work<'_>) -> Vec<f64> {
+    let touches: Vec<bool> = (0..work.frame_count()).map(|frame| work.contacts.touches(limb, frame)).collect();
+    let mut holds: Vec<f64> = touches.iter().map(|touches| if *touches { 1.0 } else { 0.0 }).collect();
+    for (first, last) in runs(&touches) {
+        let near = |seconds: f64| smooth(1.0 - seconds / HOLD_SECONDS);
+        for frame in (0..first).rev().take_while(|&frame| work.times[first] - work.times[frame] < HOLD_SECONDS) {
+            holds[frame] = either(holds[frame], near(work.times[first] - work.times[frame]));
+        }
+        for frame in (last + 1..holds.len()).take_while(|&frame| work.times[frame] - work.times[last] < HOLD_SECONDS) {
+            holds[frame] = either(holds[frame], near(work.times[frame] - work.times[last]));
+        }
+    }
+    holds
+}

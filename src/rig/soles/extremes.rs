@@ -1,0 +1,74 @@
+//! Which points of a foot can be its lowest.
+
+use std::collections::BTreeSet;
+
+use glam::{DQuat, DVec3};
+
+use super::SupportPoint;
+
+/// Degrees by which a direction is off straight down.
+const TILTS: [f64; 4] = [8.0, 25.0, 45.0, 75.0];
+/// Directions about straight down at every tilt.
+const AZIMUTHS: u32 = 8;
+/// Degrees by which toes are bent up, and by which the shin leans forward.
+const BENDS: [[f64; 2]; 5] = [[0.0, 0.0], [25.0, 0.0], [55.0, 0.0], [0.0, 35.0], [0.0, -35.0]];
+
+/// How a foot lies at rest, in the ankle's axes; unit vectors.
+pub(super) struct FootFrame {
+    pub(super) down: DVec3,
+    pub(super) front: DVec3,
+    pub(super) left: DVec3,
+    /// From the ankle to the joint about which toes bend, where there is one.
+    pub(super) ball: Option<DVec3>,
+}
+
+impl FootFrame {
+    /// Straight down tilted by so many degrees toward a side of the foot: 0 toward the front, 90 toward the left.
+    pub(super) fn direction(&self, tilt: f64, azimuth: f64) -> DVec3 {
+        let (tilt, azimuth) = (tilt.to_radians(), azimuth.to_radians());
+        let aside = self.front * azimuth.cos() + self.left * azimuth.sin();
+        self.down * tilt.cos() + aside * tilt.sin()
+    }
+
+    /// All directions that may point down.
+    fn directions(&self) -> Vec<DVec3> {
+        let about = |tilt: f64| {
+            (0..AZIMUTHS).map(move |index| self.direction(tilt, 360.0 / f64::from(AZIMUTHS) * f64::from(index)))
+        };
+        [self.down].into_iter().chain(TILTS.into_iter().flat_map(about)).collect()
+    }
+
+    /// Where a point is when the toes are bent up and the shin leans forward by so many degrees.
+    fn bent(&self, point: &SupportPoint, [toes, shin]: [f64; 2]) -> DVec3 {
+        let turn = |degrees: f64, axis: DVec3| DQuat::from_axis_angle(axis, degrees.to_radians());
+        let mut place = point.from_end;
+        if let Some(ball) = self.ball.filter(|_| point.toes > 0.0) {
+            place += (ball + turn(toes, -self.left) * (point.from_end - ball) - point.from_end) * point.toes;
+        }
+        if point.shin > 0.0 {
+            place += (turn(shin, self.left) * point.from_end - point.from_end) * point.shin;
+        }
+        place
+    }
+}
+
+/// The points that are extreme in a direction that may point down, in their order.
+pub(super) fn extreme(points: &[SupportPoint], frame: &FootFrame) -> Vec<SupportPoint> {
+    let mut found = BTreeSet::new();
+    let directions = frame.directions();
+    for bends in BENDS {
+        let places: Vec<DVec3> = points.iter().map(|point| frame.bent(point, bends)).collect();
+        for direction in &directions {
+            let farthest = (0..places.len()).max_by(|one, other| {
+                places[*one].dot(*direction).total_cmp(&places[*other].dot(*direction)).then(other.cmp(one))
+            });
+            found.extend(farthest);
+        }
+    }
+    found.into_iter().map(|index| points[index]).collect()
+}
+
+/// The point that is extreme in a direction.
+pub(super) fn farthest(points: &[SupportPoint], direction: DVec3) -> Option<DVec3> {
+    points.iter().map(|point| point.from_end).max_by(|one, other| one.dot(direction).total_cmp(&other.dot(direction)))
+}

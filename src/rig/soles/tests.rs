@@ -1,0 +1,152 @@
+//! Support points of feet made by code.
+
+use glam::{DQuat, Vec3};
+
+use super::*;
+use crate::{
+    model::{Joint, Reporter, Scene, Skeleton, SkinPoint, SkinPoints, Transform},
+    rig::{RetargetSpec, resolve::leg_of},
+};
+
+const SPINE: [(&str, usize, [f64; 3]); 9] = [
+    ("Spine", 0, [0.0, 0.15, 0.0]),
+    ("Chest", 1, [0.0, 0.15, 0.0]),
+    ("Neck", 2, [0.0, 0.2, 0.0]),
+    ("Head", 3, [0.0, 0.1, 0.0]),
+    ("LeftArm", 2, [0.2, 0.15, 0.0]),
+    ("LeftForeArm", 5, [0.28, 0.0, 0.0]),
+    ("LeftHand", 6, [0.25, 0.0, 0.0]),
+    ("RightArm", 2, [-0.2, 0.15, 0.0]),
+    ("RightForeArm", 8, [-0.28, 0.0, 0.0]),
+];
+
+/// A body of joints with legs of 0.9 m above ankles 0.1 m high, with or without toes, whose foot joints have axes of their own.
+fn body(has_toes: bool) -> Scene {
+    let mut joints: Vec<(String, Option<usize>, [f64; 3])> = vec![("Hips".into(), None, [0.0, 1.0, 0.0])];
+    joints.extend(SPINE.map(|(name, parent, place)| (name.to_owned(), Some(parent), place)));
+    joints.push(("RightHand".into(), Some(9), [-0.25, 0.0, 0.0]));
+    for (side, x) in [("Left", 0.1), ("Right", -0.1)] {
+        let first = joints.len();
+        joints.push((format!("{side}UpLeg"), Some(0), [x, 0.0, 0.0]));
+        joints.push((format!("{side}Leg"), Some(first), [0.0, -0.45, 0.0]));
+        joints.push((format!("{side}Foot"), Some(first + 1), [0.0, -0.45, 0.0]));
+        if has_toes {
+            joints.push((format!("{side}ToeBase"), Some(first + 2), [0.0, -0.07, 0.13]));
+        }
+    }
+    let turned = |name: &str| if name.ends_with("Foot") { DQuat::from_rotation_x(0.7) } else { DQuat::IDENTITY };
+    let joint = |(node, (name, parent, place)): (usize, (String, Option<usize>, [f64; 3]))| {
+        let above = if name.ends_with("ToeBase") { turned("Foot").conjugate() } else { DQuat::IDENTITY };
+        let rotation = above * turned(&name);
+        let rest = Transform { translation: above * DVec3::from(place), rotation, scale: DVec3::ONE };
+        Joint { name, parent, rest, is_joint: true, node }
+    };
+    let joints = joints.into_iter().enumerate().map(joint).collect();
+    Scene { skeleton: Skeleton::new(joints).expect("a skeleton"), unit_metres: Some(1.0), ..Scene::default() }
+}
+
+/// Adds a shoe: a box about each ankle, with the part before the ball on the toes; and something else where it is wanted.
+fn with_shoes(mut scene: Scene, more: &[DVec3]) -> Scene {
+    let rest = scene.skeleton.rest_pose().to_model(&scene.skeleton);
+    let index = |name: &str| scene.skeleton.joints().iter().position(|joint| joint.name == name);
+    let mut entries = Vec::new();
+    for side in ["Left", "Right"] {
+        let foot = index(&format!("{side}Foot")).expect("a foot");
+        let toes = index(&format!("{side}ToeBase")).unwrap_or(foot);
+        let ankle = rest.transforms()[foot].translation;
+        let mut add = |place: DVec3| {
+            let joint = if place.z > ankle.z + 0.131 { toes } else { foot };
+            let position = rest.transforms()[joint].relative(&Transform::from_translation(place)).translation;
+            entries.push((
+                u32::try_from(joint).expect("few joints"),
+                SkinPoint { position: position.as_vec3(), weight: 1.0 },
+            ));
+        };
+        for step in 0..=20 {
+            for x in [-0.05, 0.0, 0.05] {
+                for y in [0.0, 0.08] {
+                    add(DVec3::new(ankle.x + x, y, -0.07 + 0.015 * f64::from(step)));
+                }
+            }
+        }
+        more.iter().for_each(|place| add(ankle + *place));
+    }
+    scene.skin_points = SkinPoints::new(scene.skeleton.len(), &entries);
+    scene
+}
+
+fn left_foot(scene: &Scene) -> (FootShape, LimbJoints) {
+    let spec = RetargetSpec::default();
+    let rig = Rig::new("target", scene, None, &spec.target, &mut Reporter::new()).expect("a rig");
+    let leg = leg_of(&rig).expect("a leg");
+    (foot_shape(&rig, &leg, 1.0, true), leg)
+}
+
+/// The points of a foot from its ankle, in the body's axes.
+fn places(scene: &Scene, shape: &FootShape, leg: &LimbJoints) -> Vec<DVec3> {
+    let rest = scene.skeleton.rest_pose().to_model(&scene.skeleton);
+    let turn = rest.transforms()[leg.end].rotation;
+    shape.points.iter().map(|point| turn * point.from_end).collect()
+}
+
+fn has(places: &[DVec3], place: [f64; 3]) -> bool {
+    places.iter().any(|other| other.distance(DVec3::from(place)) < 0.02)
+}
+
+#[test]
+fn a_shoe_stands_on_its_heel_its_edges_and_its_toes() {
+    for has_toes in [true, false] {
+        let scene = with_shoes(body(has_toes), &[]);
+        let (shape, leg) = left_foot(&scene);
+        let places = places(&scene, &shape, &leg);
+        assert!(shape.is_from_mesh, "there is a mesh");
+        for x in [-0.05, 0.05] {
+            assert!(has(&places, [x, -0.1, -0.07]), "the back of the heel: {places:?}");
+            assert!(has(&places, [x, -0.1, 0.23]), "the tips of the toes: {places:?}");
+        }
+        assert!(shape.points.len() < 40, "few of them: {}", shape.points.len());
+        let gives_way = shape.points.iter().filter(|point| point.gives_way).count();
+        assert_eq!(gives_way > 0, has_toes, "toes lift their tips");
+        let down = scene.skeleton.rest_pose().to_model(&scene.skeleton).transforms()[leg.end].rotation.conjugate()
+            * DVec3::NEG_Y;
+        assert!((shape.depth(down) - 0.1).abs() < 1e-6, "as deep as the shoe: {}", shape.depth(down));
+        assert!(shape.contacts.iter().all(Option::is_some), "heel, ball and tip, with or without toes");
+    }
+}
+
+#[test]
+fn a_cape_is_no_foot() {
+    let scene = with_shoes(body(true), &[DVec3::new(0.0, 0.2, -0.9), DVec3::new(0.1, -0.09, -0.85)]);
+    let (shape, leg) = left_foot(&scene);
+    let farthest = places(&scene, &shape, &leg).iter().map(|place| place.length()).fold(0.0, f64::max);
+    assert!(farthest < 0.3, "what is {farthest} away is left out");
+}
+
+#[test]
+fn a_foot_without_a_mesh_has_a_heel_and_toes() {
+    for has_toes in [true, false] {
+        let scene = body(has_toes);
+        let (shape, leg) = left_foot(&scene);
+        assert!(!shape.is_from_mesh, "there is no mesh");
+        let places = places(&scene, &shape, &leg);
+        let along = |pick: fn(f64, f64) -> f64, start: f64| places.iter().map(|place| place.z).fold(start, pick);
+        assert!(along(f64::min, 0.0) < -0.03, "a heel behind the ankle: {places:?}");
+        assert!(along(f64::max, 0.0) > 0.17, "toes beyond the last joint: {places:?}");
+        let wide = places.iter().map(|place| place.x.abs()).fold(0.0, f64::max);
+        assert!((0.02..0.08).contains(&wide), "a width: {wide}");
+    }
+}
+
+#[test]
+fn a_mesh_far_below_the_foot_is_no_sole() {
+    let mut scene = with_shoes(body(true), &[]);
+    let entries: Vec<(u32, SkinPoint)> = (0..scene.skeleton.len())
+        .flat_map(|joint| {
+            scene.skin_points.of(joint).iter().map(move |point| (u32::try_from(joint).expect("few"), *point))
+        })
+        .map(|(joint, point)| (joint, SkinPoint { position: point.position + Vec3::new(0.0, -0.9, -0.9), ..point }))
+        .collect();
+    scene.skin_points = SkinPoints::new(scene.skeleton.len(), &entries);
+    let (shape, _) = left_foot(&scene);
+    assert!(!shape.is_from_mesh, "it is guessed from the joints");
+}
