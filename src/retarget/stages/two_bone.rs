@@ -10,7 +10,7 @@ const LITTLE_CHANGE: f64 = 0.5;
 const SURE_BEND: f64 = 0.25;
 
 /// The share of its length by which a limb may miss its goal for the sake of a bend that changes smoothly.
-const LITTLE_OFF: f64 = 0.0015;
+const LITTLE_OFF: f64 = 0.003;
 
 /// A limb and what it reaches for, in one space.
 #[derive(Clone, Copy, Debug)]

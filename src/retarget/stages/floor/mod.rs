@@ -101,7 +101,7 @@ struct Clearance {
 struct Wanted {
     /// Above its floor, while it is held.
     height: f64,
-    /// At any time; 0 or less.
+    /// At any time; more than 0 only for feet that are the source's, where the source's stand above their floor.
     deepest: f64,
 }
 
@@ -197,8 +197,8 @@ impl FloorStage {
     fn wanted(&self, foot: usize, source: f64, level: f64, hold: f64) -> Wanted {
         let scale = self.ground.up.dot(self.ground.travel * self.ground.up);
         if self.feet[foot].is_same {
-            // No deeper in the floor than the source's for its legs, however large the pelvis scale.
-            let deepest = source.min(0.0) * self.target_leg / self.source_leg;
+            // No deeper below where the source's stands than the source's for its legs, however large the pelvis scale.
+            let deepest = source.min(level.max(0.0)) * self.target_leg / self.source_leg;
             return Wanted { height: (scale * source).max(deepest), deepest };
         }
         let above = source - level;
