@@ -32,7 +32,11 @@ pub(super) fn shape(foot: &Foot<'_, '_>) -> Option<FootShape> {
     let back = heel - foot.front * (HEEL * long);
     let toes = if foot.leg.ball.is_some() { 1.0 } else { 0.0 };
     let sides = |middle: DVec3, wide: f64| [-1.0, 1.0].map(|side| middle + foot.left * (side * wide * long));
-    let mut points: Vec<SupportPoint> = vec![foot.support(back, 0.0), foot.support(tip, toes)];
+    // Toes are round: they do not get thinner when the foot points down.
+    let tip_joint = foot.leg.tip.filter(|_| beyond > 0.1 * long).map(|joint| foot.place(joint));
+    let thick = tip_joint.map_or(0.0, |joint| (joint - tip).dot(foot.up).max(0.0));
+    let toe_tip = SupportPoint { radius: thick * foot.unit, ..foot.support(tip + foot.up * thick, toes) };
+    let mut points: Vec<SupportPoint> = vec![foot.support(back, 0.0), toe_tip];
     points.extend(sides(back.lerp(heel, 0.6), HEEL_WIDTH).map(|place| foot.support(place, 0.0)));
     points.extend(sides(ball, BALL_WIDTH).map(|place| foot.support(place, 0.0)));
     points.extend(sides(tip.lerp(ball, 0.25), TOE_WIDTH).map(|place| foot.support(place, toes)));

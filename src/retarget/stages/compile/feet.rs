@@ -16,8 +16,9 @@ use super::{
 
 /// A point of a foot that is slower stands still, for a leg of 1 m.
 const STILL_METRES_PER_SECOND: f64 = 0.05;
-/// Feet whose parts differ by less than this share of the largest are of one shape.
-const ALIKE: f64 = 1e-2;
+/// Feet whose parts differ by less than this share of the largest are of one shape: where the floor of a rest pose is, nobody knows
+/// better.
+const ALIKE: f64 = 2e-2;
 
 impl Compiler<'_> {
     pub(super) fn plant_stage(&self, op: &PlantOp, staged: &StagedOp) -> PlantStage {
