@@ -12,6 +12,8 @@ const SHAFT_RINGS: usize = 7;
 /// A bone's capsule: from its joint to an end, elliptical, tapering.
 pub(super) struct Shape {
     pub(super) joint: String,
+    /// Where it begins if not at the joint; then all of it moves with the joint, and nothing of it with the parent.
+    pub(super) start: Option<DVec3>,
     pub(super) end: DVec3,
     /// Radii to the side and to the front, metres.
     pub(super) from_radii: DVec2,
@@ -45,8 +47,9 @@ fn add(mesh: &mut Mesh, figure: &Figure, shape: &Shape) {
     let helpers: Vec<u8> = shape.helpers.iter().map(|name| joint_index(figure, name)).collect();
     // The root stays on the ground while the pelvis travels, so nothing hangs on it.
     let parent = figure.parent(usize::from(joint)).filter(|parent| figure.parent(*parent).is_some());
+    let parent = parent.filter(|_| shape.start.is_none());
     let parent = parent.map_or(joint, |parent| parent as u8);
-    let start = figure.model(usize::from(joint)).translation;
+    let start = shape.start.unwrap_or_else(|| figure.model(usize::from(joint)).translation);
     let axis = (shape.end - start).normalize();
     // Across the bone: one direction to the side, one to the front (or up, for bones that point to the front).
     let hint = if axis.z.abs() > 0.7 { DVec3::Y } else { DVec3::Z };

@@ -16,6 +16,8 @@ const HIP: DVec3 = dvec3(0.085, 0.925, 0.0);
 const KNEE: DVec3 = dvec3(0.095, 0.5, 0.012);
 const ANKLE: DVec3 = dvec3(0.1, 0.085, -0.02);
 const BALL: DVec3 = dvec3(0.107, 0.022, 0.1);
+/// The middle of the rounded back of the sole.
+const HEEL: DVec3 = dvec3(0.1, 0.032, -0.045);
 const TOE: DVec3 = dvec3(0.11, 0.022, 0.165);
 const CROWN: DVec3 = dvec3(0.0, 1.65, 0.015);
 
@@ -144,6 +146,7 @@ pub(super) fn shapes() -> Vec<Shape> {
     let mut add = |joint: &str, end: DVec3, from: DVec2, to: DVec2, helpers: &[&str]| {
         shapes.push(Shape {
             joint: joint.to_owned(),
+            start: None,
             end,
             from_radii: from,
             to_radii: to,
@@ -174,7 +177,7 @@ pub(super) fn shapes() -> Vec<Shape> {
     both("hand_l", FINGERS[2].point(1), dvec2(0.02, 0.026), dvec2(0.014, 0.036), &[]);
     both("thigh_l", KNEE, round(0.083), round(0.054), &["thigh_twist_01_l", "thigh_twist_02_l"]);
     both("calf_l", ANKLE, round(0.054), round(0.036), &["calf_twist_02_l", "calf_twist_01_l"]);
-    both("foot_l", BALL, dvec2(0.036, 0.042), dvec2(0.042, 0.024), &[]);
+    both("foot_l", BALL, dvec2(0.036, 0.042), dvec2(0.042, 0.016), &[]);
     both("ball_l", TOE, dvec2(0.042, 0.022), dvec2(0.034, 0.017), &[]);
     for finger in &FINGERS {
         let thickness = if finger.names.len() == 3 { 0.011 } else { 0.0095 };
@@ -183,6 +186,19 @@ pub(super) fn shapes() -> Vec<Shape> {
                 both(name, finger.point(segment + 1), round(thickness), round(thickness * 0.9), &[]);
             }
         }
+    }
+    // The sole, from the heel to the ball: without it there is nothing behind the ankle to land on. Below the joint of the ball only
+    // the toes touch the floor, which stay where they are when the heel lifts.
+    for (side, name) in [(1.0, "foot_l"), (-1.0, "foot_r")] {
+        let mirror = dvec3(side, 1.0, 1.0);
+        shapes.push(Shape {
+            joint: name.to_owned(),
+            start: Some(HEEL * mirror),
+            end: BALL * mirror,
+            from_radii: dvec2(0.033, 0.032),
+            to_radii: dvec2(0.042, 0.016),
+            helpers: Vec::new(),
+        });
     }
     shapes
 }

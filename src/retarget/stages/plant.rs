@@ -65,6 +65,8 @@ pub(super) struct PlantedFoot {
     pub(super) size_beside_leg: f64,
     /// Below this speed a point of the source stands still, in plan units per second.
     pub(super) still_speed: f64,
+    /// How far a foot may swing out beyond its goals on its way from and to a contact, in plan units.
+    pub(super) swing: f64,
 }
 
 /// The change of one limb at one frame.
@@ -126,6 +128,7 @@ impl PlantStage {
             Some(Foot {
                 scale: foot.scale,
                 still_speed: foot.still_speed,
+                swing: foot.swing,
                 tracks: tracks.map(|point| point.map(|point| PointTrack::of(point, work.times))),
                 has_point: foot.points.map(|point| point.is_some()),
                 targets: rows.iter().skip(index).step_by(width).copied().collect(),
@@ -144,10 +147,10 @@ impl PlantStage {
         }
         let mut before: Option<usize> = None;
         for &(first, last) in &contacts {
-            fade(&mut corrections, times, before, Some(first), self.op.blend_seconds);
+            fade(&mut corrections, times, before, Some(first), self.op.blend_seconds, foot.swing);
             before = Some(last);
         }
-        fade(&mut corrections, times, before, None, self.op.blend_seconds);
+        fade(&mut corrections, times, before, None, self.op.blend_seconds, foot.swing);
         corrections
     }
 
@@ -182,6 +185,7 @@ impl PlantStage {
 struct Foot {
     scale: f64,
     still_speed: f64,
+    swing: f64,
     tracks: [Option<PointTrack>; 3],
     has_point: [bool; 3],
     /// Where the target's points are when the end is at its goal.

@@ -18,7 +18,7 @@ const ROUNDS: usize = 8;
 /// Standard deviation of the smoothing over time.
 const SMOOTHING_SECONDS: f64 = 0.12;
 /// Standard deviation of the smoothing of what keeps legs in shape.
-const BALANCE_SECONDS: f64 = 0.09;
+const BALANCE_SECONDS: f64 = 0.06;
 /// How dear it is to move the pelvis at all, beside turning the bones of a leg that is bent by a right angle.
 const STIFFNESS: f64 = 0.1;
 /// Keeps straight legs from weighing more than anything.

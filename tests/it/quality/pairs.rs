@@ -91,9 +91,9 @@ const MOST_DEGREES_T_ONTO_T: f64 = 1.0;
 const MOST_DEGREES: f64 = 5.0;
 /// How much the angle between the two necks may change over a clip.
 const MAX_NECK_DEGREES: f64 = 5.0;
-/// The same of legs whose feet are planted, and of those of [`LARGE_FEET`].
-const MOST_DEGREES_OF_PLANTED_LEGS: f64 = 8.0;
-const MOST_DEGREES_WITH_LARGE_FEET: f64 = 22.0;
+/// The same of legs whose feet are planted, from the strike of the heel until the toes leave, and of those of [`LARGE_FEET`].
+const MOST_DEGREES_OF_PLANTED_LEGS: f64 = 8.5;
+const MOST_DEGREES_WITH_LARGE_FEET: f64 = 24.0;
 /// How far ankles may be off the floor, as a share of the leg: where the source's file knows its floor, and where it does not
 /// (captures with the pelvis at the origin, whose feet hover by the thickness of shoes and markers).
 const MOST_OFF_THE_FLOOR: f64 = 0.05;

@@ -19,7 +19,7 @@ struct Bounds {
 }
 
 /// Feet as people have them.
-const ORDINARY: Bounds = Bounds { depth: 0.5, knee: 9.0 };
+const ORDINARY: Bounds = Bounds { depth: 0.5, knee: 8.0 };
 /// Feet half as long as the leg.
 const LARGE: Bounds = Bounds { depth: 1.3, knee: 25.0 };
 /// Rotations alone.

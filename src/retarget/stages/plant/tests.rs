@@ -42,7 +42,7 @@ fn a_foot_that_slides_beside_its_source_is_held() {
     let source = (0..FRAMES).map(|frame| DVec3::Z * 0.001 * frame as f64).collect();
     let targets = (0..FRAMES).map(|frame| [DVec3::X * 0.01 * frame as f64; 3]).collect();
     let tracks = [track(source, 10..31), None, None];
-    let foot = Foot { scale: 2.0, still_speed: 0.05, tracks, has_point: [true, false, false], targets };
+    let foot = Foot { scale: 2.0, still_speed: 0.05, swing: 0.03, tracks, has_point: [true, false, false], targets };
     let (places, corrections) = planted(&stage(PlantMode::Auto), &foot, 0);
     for frame in 10..30 {
         let step = places[frame + 1] - places[frame];
@@ -72,8 +72,14 @@ fn the_ball_is_held_while_the_heel_lifts() {
         [place - pitch * ball, place, place]
     });
     let tracks = [track(still(DVec3::ZERO), 5..20), track(still(ball), 5..30), None];
-    let foot =
-        Foot { scale: 1.0, still_speed: 0.05, tracks, has_point: [true, true, false], targets: targets.collect() };
+    let foot = Foot {
+        scale: 1.0,
+        still_speed: 0.05,
+        swing: 0.03,
+        tracks,
+        has_point: [true, true, false],
+        targets: targets.collect(),
+    };
     let (places, _) = planted(&stage(PlantMode::Auto), &foot, 1);
     let slid = places[24..30].windows(2).map(|pair| pair[0].distance(pair[1])).fold(0.0, f64::max);
     assert!(slid < 1e-12, "the ball stands: {slid}");
@@ -87,10 +93,10 @@ fn short_gaps_lead_straight_from_one_place_to_the_next() {
     corrections[2] = Correction { offset: DVec3::X, hold: 1.0 };
     corrections[7] = Correction { offset: DVec3::X * 3.0, hold: 1.0 };
     let times: Vec<f64> = (0..10).map(f64::from).collect();
-    fade(&mut corrections, &times, Some(2), Some(7), 4.0);
+    fade(&mut corrections, &times, Some(2), Some(7), 4.0, 0.03);
     let offsets: Vec<f64> = corrections[2..8].iter().map(|correction| correction.offset.x).collect();
     assert!(offsets.windows(2).all(|pair| pair[0] < pair[1]), "never back: {offsets:?}");
-    fade(&mut corrections, &times, Some(7), None, 2.0);
+    fade(&mut corrections, &times, Some(7), None, 2.0, 0.03);
     assert_eq!(corrections[9].offset, DVec3::ZERO, "let go after two seconds");
     assert!(corrections[8].offset.x > 0.0, "on the way");
 }
