@@ -123,12 +123,12 @@ impl<'a, 'b> Foot<'a, 'b> {
     fn support(&self, place: DVec3, toes: f64) -> SupportPoint {
         let from_end = self.offset(self.leg.end, place);
         let from_ball = self.leg.ball.map_or(from_end, |ball| self.offset(ball, place));
-        let from_shin = self.from_shin(place);
+        let from_shin = self.offset_in_shin(place);
         SupportPoint { from_end, from_ball, from_shin, toes, shin: 0.0, radius: 0.0, gives_way: false }
     }
 
     /// From the ankle to a place at rest, in the axes of the shin.
-    fn from_shin(&self, place: DVec3) -> DVec3 {
+    fn offset_in_shin(&self, place: DVec3) -> DVec3 {
         let shin = &self.side.rest.transforms()[self.leg.middle];
         shin.rotation.conjugate() * (place - self.place(self.leg.end)) * self.unit
     }

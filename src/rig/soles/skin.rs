@@ -67,14 +67,14 @@ fn vertices(foot: &Foot<'_, '_>) -> Vec<SupportPoint> {
     };
     let mut seen: BTreeMap<[i64; 3], [Seen; 3]> = BTreeMap::new();
     let grid = SAME_PLACE * foot.length;
-    for joint in 0..skeleton.len() {
+    for (joint, joint_at_rest) in rest.iter().enumerate().take(skeleton.len()) {
         let Some(part) = part_of(joint) else { continue };
-        let bind = scene.bind_pose.get(joint).copied().flatten().unwrap_or(rest[joint]);
+        let bind = scene.bind_pose.get(joint).copied().flatten().unwrap_or(*joint_at_rest);
         for point in scene.skin_points.of(joint) {
             let position = point.position.as_dvec3();
             let (bound, weight) = (bind.transform_point(position), f64::from(point.weight));
             let seen = &mut seen.entry((bound / grid).round().as_i64vec3().to_array()).or_default()[part];
-            seen.place += rest[joint].transform_point(position) * weight;
+            seen.place += joint_at_rest.transform_point(position) * weight;
             seen.weight += weight;
         }
     }
@@ -91,7 +91,7 @@ fn vertex(foot: &Foot<'_, '_>, [of_foot, of_toes, of_shin]: &[Seen; 3]) -> Optio
         point.from_ball = foot.offset(ball, place);
     }
     if let Some(place) = of_shin.place() {
-        point.from_shin = foot.from_shin(place);
+        point.from_shin = foot.offset_in_shin(place);
     }
     Some(point)
 }
