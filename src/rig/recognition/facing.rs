@@ -38,26 +38,7 @@ pub fn body_frame(roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose) -> Opti
     if let Some(frame) = crawler_frame(&points).or_else(|| bird_frame(&points)) {
         return Some(frame);
     }
-    let quadruped = points.pair(Part::FrontLeg).zip(points.pair(Part::HindLeg));
-    let (up, across) = match quadruped {
-        Some(((front_left, front_right), (hind_left, hind_right))) => {
-            let mut ground = DVec3::ZERO;
-            for side in Side::BOTH {
-                ground +=
-                    points.last(Role::new(side, Part::FrontLeg))? + points.last(Role::new(side, Part::HindLeg))?;
-            }
-            let high = front_left + front_right + hind_left + hind_right;
-            (high - ground, (front_left - front_right) + (hind_left - hind_right))
-        }
-        None => {
-            let pairs = [Part::Thigh, Part::UpperArm, Part::Clavicle, Part::Foot].map(|part| points.pair(part));
-            let across = pairs.iter().flatten().fold(DVec3::ZERO, |sum, (left, right)| sum + (*left - *right));
-            let middle = |pair: Option<(DVec3, DVec3)>| pair.map(|(left, right)| left.midpoint(right));
-            let low = middle(pairs[0]).or_else(|| points.center(Part::Pelvis))?;
-            let high = middle(pairs[1]).or_else(|| points.center(Part::Head)).or_else(|| points.center(Part::Neck))?;
-            (high - low, across)
-        }
-    };
+    let (up, across) = spans(&points)?;
     let reach = up.length().max(across.length());
     let left_of = |up: DVec3| across - across.dot(up) * up;
     let up = upright(up.try_normalize()?);
@@ -70,6 +51,41 @@ pub fn body_frame(roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose) -> Opti
         return None;
     }
     Some(BodyFrame { up, forward: left.cross(up), left })
+}
+
+/// How far a body leans, forward, backward or to a side, in radians: 0 where the line from its hips to its shoulders is vertical and
+/// the line from its right limbs to its left ones is level.
+///
+/// `vertical` is a unit vector of the model space. Nothing where the roles span no trunk.
+#[must_use]
+pub(in crate::rig) fn lean(roles: &BTreeMap<Role, RoleFinding>, pose: &ModelPose, vertical: DVec3) -> Option<f64> {
+    let (up, across) = spans(&Points { roles, pose })?;
+    let tilt = across.try_normalize()?.dot(vertical).clamp(-1.0, 1.0).asin().abs();
+    Some(up.try_normalize()?.angle_between(vertical).max(tilt))
+}
+
+/// From low to high and from right to left on a trunk, of whatever length; not yet at right angles.
+fn spans(points: &Points<'_>) -> Option<(DVec3, DVec3)> {
+    let quadruped = points.pair(Part::FrontLeg).zip(points.pair(Part::HindLeg));
+    match quadruped {
+        Some(((front_left, front_right), (hind_left, hind_right))) => {
+            let mut ground = DVec3::ZERO;
+            for side in Side::BOTH {
+                ground +=
+                    points.last(Role::new(side, Part::FrontLeg))? + points.last(Role::new(side, Part::HindLeg))?;
+            }
+            let high = front_left + front_right + hind_left + hind_right;
+            Some((high - ground, (front_left - front_right) + (hind_left - hind_right)))
+        }
+        None => {
+            let pairs = [Part::Thigh, Part::UpperArm, Part::Clavicle, Part::Foot].map(|part| points.pair(part));
+            let across = pairs.iter().flatten().fold(DVec3::ZERO, |sum, (left, right)| sum + (*left - *right));
+            let middle = |pair: Option<(DVec3, DVec3)>| pair.map(|(left, right)| left.midpoint(right));
+            let low = middle(pairs[0]).or_else(|| points.center(Part::Pelvis))?;
+            let high = middle(pairs[1]).or_else(|| points.center(Part::Head)).or_else(|| points.center(Part::Neck))?;
+            Some((high - low, across))
+        }
+    }
 }
 
 /// The directions of a body on six and more legs: the feet lie on the ground, the first pair of legs ahead of the last.

@@ -26,6 +26,7 @@ mod trunk;
 
 pub use doubts::report_doubts;
 pub use extras::{Prop, TwistHelper};
+pub(super) use facing::lean;
 pub use facing::{BodyFrame, body_frame};
 pub use finding::RoleFinding;
 pub use recognise::{Hints, Recognition, RigKind, recognise};

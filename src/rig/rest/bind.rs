@@ -1,5 +1,8 @@
 //! The pose in which the skins were bound.
 
+use glam::DQuat;
+
+use super::{super::recognition::RigTemplate, standing::lean_of};
 use crate::model::{LocalPose, ModelPose, Reporter, Scene, Transform};
 
 /// How far a bone of the bind pose may be from the node pose's length, as a share of it, before the bind pose counts as being
@@ -7,6 +10,9 @@ use crate::model::{LocalPose, ModelPose, Reporter, Scene, Transform};
 const BONE_LENGTH_TOLERANCE: f64 = 0.05;
 /// Rotations closer than this are the same pose.
 const SAME_POSE_RADIANS: f64 = 0.02;
+/// The whole body is turned to how the bind matrices have it where it then leans less by more than this: 5°. Trunks that are bent
+/// lean by a little in any pose.
+const LEANS_LESS_RADIANS: f64 = 0.087;
 
 /// What the bind matrices of a file say.
 #[derive(Clone, Debug)]
@@ -25,11 +31,17 @@ pub(in crate::rig) enum BindPose {
 ///
 /// Inverse bind matrices are relative to a space that files are free to choose (the mesh's, the armature's), so only what
 /// lies between joints is taken from them: a joint whose parent is bound too gets its bind rotation relative to that parent;
-/// all others keep their node transform. Scales stay the nodes', and so do translations, because bone lengths are the
+/// all others keep their node transform. The topmost bound joint, mostly the pelvis, carries the whole body with it: where the nodes
+/// have it leaning and the bind matrices do not, its rotation is theirs. Scales stay the nodes', and so do translations, because bone lengths are the
 /// skeleton's; but for joints that lie elsewhere below their parents when bound, as feet do that hang from the root.
 ///
 /// Nothing is said of bind matrices of other bone lengths than the skeleton's.
-pub(in crate::rig) fn bind_pose(scene: &Scene, reporter: &mut Reporter, place: &str) -> BindPose {
+pub(in crate::rig) fn bind_pose(
+    scene: &Scene,
+    templates: &[RigTemplate],
+    reporter: &mut Reporter,
+    place: &str,
+) -> BindPose {
     let skeleton = &scene.skeleton;
     let nodes = skeleton.rest_pose();
     let nodes_model = nodes.to_model(skeleton);
@@ -73,7 +85,47 @@ pub(in crate::rig) fn bind_pose(scene: &Scene, reporter: &mut Reporter, place: &
         );
         return BindPose::OtherLengths;
     }
-    BindPose::Other(pose)
+    BindPose::Other(set_upright(scene, pose, &nodes_model, templates))
+}
+
+/// The pose with the topmost bound joint as the bind matrices have it, where the body leans otherwise.
+///
+/// Files are free to choose the space of those matrices; it is that of the model or that of a node above the joint
+/// (an armature).
+fn set_upright(scene: &Scene, pose: LocalPose, nodes: &ModelPose, templates: &[RigTemplate]) -> LocalPose {
+    let Some(((joint, bind), up)) = topmost_bound(scene).zip(scene.axes.map(|axes| axes.up().direction())) else {
+        return pose;
+    };
+    let lean = |pose: &LocalPose| lean_of(scene, pose, up, templates);
+    let Some(own) = lean(&pose) else { return pose };
+    if own <= LEANS_LESS_RADIANS {
+        return pose;
+    }
+    let model_from_parent =
+        scene.skeleton.parent(joint).map_or(DQuat::IDENTITY, |parent| nodes.transforms()[parent].rotation);
+    let ancestors = std::iter::successors(scene.skeleton.parent(joint), |ancestor| scene.skeleton.parent(*ancestor));
+    let spaces = ancestors.map(|ancestor| nodes.transforms()[ancestor].rotation);
+    let turned = std::iter::once(DQuat::IDENTITY).chain(spaces).filter_map(|model_from_bind| {
+        let mut turned = pose.clone();
+        let rotation = model_from_parent.conjugate() * model_from_bind * bind.rotation;
+        turned.transforms_mut()[joint].rotation = rotation.normalize();
+        Some((lean(&turned)?, turned))
+    });
+    // The first of equal ones: most files mean the model's space.
+    let Some((least, upright)) = turned.min_by(|(first, _), (second, _)| first.total_cmp(second)) else { return pose };
+    if least + LEANS_LESS_RADIANS < own { upright } else { pose }
+}
+
+/// The bound joint above all other bound ones, where it is one.
+fn topmost_bound(scene: &Scene) -> Option<(usize, Transform)> {
+    let is_topmost = |joint: usize| {
+        let parent = scene.skeleton.parent(joint);
+        parent.and_then(|parent| bound_ancestor(scene, parent)).is_none()
+    };
+    let bound = scene.bind_pose.iter().enumerate().filter_map(|(joint, bind)| Some((joint, (*bind)?)));
+    let mut topmost = bound.filter(|(joint, _)| is_topmost(*joint));
+    let first = topmost.next()?;
+    topmost.next().is_none().then_some(first)
 }
 
 /// Whether a joint lies elsewhere as seen from its parent, which a rotation of the parent does not explain.

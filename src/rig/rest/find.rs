@@ -40,7 +40,7 @@ pub(in crate::rig) fn find_rest(
         RestSpec::Rule(RestRule::Nodes) => {
             laid_out(scene, RestSource::Nodes, "the config asks for the node transforms")
         }
-        RestSpec::Rule(RestRule::Bind) => match bind_pose(scene, reporter, name) {
+        RestSpec::Rule(RestRule::Bind) => match bind_pose(scene, templates, reporter, name) {
             BindPose::Other(pose) => {
                 Found { pose, ..laid_out(scene, RestSource::Bind, "the config asks for the bind pose") }
             }
@@ -106,7 +106,7 @@ pub(super) fn pose_of_frame(
 
 /// The bind pose where it says something, else the node transforms.
 fn of_the_file(name: &str, scene: &Scene, templates: &[RigTemplate], reporter: &mut Reporter) -> Found {
-    let pose = match bind_pose(scene, reporter, name) {
+    let pose = match bind_pose(scene, templates, reporter, name) {
         BindPose::Missing => {
             return laid_out(scene, RestSource::Nodes, "the file has no bind pose, only the transforms of its nodes");
         }

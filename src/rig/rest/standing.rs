@@ -1,9 +1,11 @@
 //! Which frame of a clip can stand in for a rest pose that is none: motion capture that keeps all bones on one axis at zero, or
 //! overrides its offsets in every frame.
 
+use glam::DVec3;
+
 use crate::model::{Clip, LocalPose, Scene};
 
-use super::super::recognition::{Hints, Recognition, RestPoseKind, RigKind, RigTemplate, recognise};
+use super::super::recognition::{Hints, Recognition, RestPoseKind, RigKind, RigTemplate, lean, recognise};
 
 /// Frames that are tried, evenly spread over a clip. A capture that holds no body in any of them holds none.
 const FRAMES_TRIED: usize = 12;
@@ -40,6 +42,13 @@ pub(super) fn stand(scene: &Scene, pose: &LocalPose, templates: &[RigTemplate]) 
 /// Whether the joints are those of a body with limbs, in whatever pose.
 pub(super) fn is_biped(scene: &Scene, pose: &LocalPose, templates: &[RigTemplate]) -> bool {
     recognised(scene, pose, templates).kind == RigKind::Biped
+}
+
+/// How far the body of a pose leans against an axis that is up, in radians; nothing where it is no body.
+pub(super) fn lean_of(scene: &Scene, pose: &LocalPose, vertical: DVec3, templates: &[RigTemplate]) -> Option<f64> {
+    let model = pose.to_model(&scene.skeleton);
+    let recognition = recognise(&scene.skeleton, &model, &Hints { templates, ..Hints::of(scene) });
+    lean(&recognition.roles, &model, vertical)
 }
 
 fn recognised(scene: &Scene, pose: &LocalPose, templates: &[RigTemplate]) -> Recognition {

@@ -103,7 +103,7 @@ fn limbs(rig: &Rig<'_>) -> Vec<(String, usize, usize)> {
     limbs
 }
 
-fn limb_degrees(rig: &Rig<'_>, expected: &ModelPose) -> (f64, String) {
+pub(super) fn limb_degrees(rig: &Rig<'_>, expected: &ModelPose) -> (f64, String) {
     let bone = |pose: &ModelPose, from: usize, to: usize| {
         pose.transforms()[to].translation - pose.transforms()[from].translation
     };

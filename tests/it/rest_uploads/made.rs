@@ -4,13 +4,13 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DQuat, DVec3};
 use retargetd::{
-    model::{Axes, ModelPose, Scene, SignedAxis},
-    rig::{OrientationFrom, PoseChoice},
+    model::{Axes, ModelPose, Scene, SignedAxis, Transform},
+    rig::{OrientationFrom, PoseChoice, Rig},
     samples,
 };
 
 use super::{
-    expected::{DOUBTS, Uploaded, plain, posed, upload},
+    expected::{DOUBTS, Uploaded, limb_degrees, plain, posed, upload},
     variant::{Variant, hashed},
 };
 
@@ -237,6 +237,50 @@ fn a_pose_that_both_files_hold_tells_the_rolls() {
         assert!(found.limb_degrees.0 < 0.1, "{body}: {:?}", found.limb_degrees);
         assert!(!found.codes.contains(&"rest_roll_guessed"), "{body}: {:?}", found.codes);
     }
+}
+
+/// A file saved in mid-jump: the nodes lean and crouch, and only the bind matrices hold the pose that the rig was made in. The skin
+/// knows nothing above the pelvis, and its space is that of the model or that of an armature.
+#[test]
+fn a_body_whose_nodes_lean_rests_as_its_skins_were_bound() {
+    for (body, scene) in bodies() {
+        for armature in [None, Some(DQuat::from_rotation_x(-FRAC_PI_2))] {
+            let made = |pose: &ModelPose| {
+                let variant = Variant::of(&scene, pose);
+                armature.map_or(variant.clone(), |turn| variant.below_armature(turn, 1.0)).scene()
+            };
+            let upright = made(&plain(&scene).rest);
+            let own = plain(&upright);
+            let mut file = made(&leaning(&plain(&scene)));
+            let bind_from_model = Transform::from_rotation(armature.unwrap_or_default().conjugate());
+            let pelvis = own.role("pelvis")[0];
+            let bound = |(joint, rest): (usize, &Transform)| {
+                let is_skinned = upright.skeleton.is_ancestor_or_self(pelvis, joint);
+                is_skinned.then(|| bind_from_model.then_child(rest))
+            };
+            file.bind_pose = own.rest.transforms().iter().enumerate().map(bound).collect();
+            let off = limb_degrees(&plain(&file), &own.rest);
+            assert!(off.0 < 0.5, "{body}, armature {armature:?}: {off:?}");
+        }
+    }
+}
+
+/// A rig's rest pose with the pelvis and two limbs turned, and all that hangs from them.
+fn leaning(rig: &Rig<'_>) -> ModelPose {
+    let lean = DQuat::from_rotation_x(0.7) * DQuat::from_rotation_z(0.3);
+    let bend = DQuat::from_rotation_x(-1.1);
+    let mut pose = rig.rest.clone();
+    for (role, turn) in [("left_thigh", bend), ("right_shin", bend), ("pelvis", lean)] {
+        let root = rig.role(role)[0];
+        let center = pose.transforms()[root].translation;
+        for (joint, moved) in pose.transforms_mut().iter_mut().enumerate() {
+            if rig.skeleton().is_ancestor_or_self(root, joint) {
+                moved.rotation = turn * moved.rotation;
+                moved.translation = center + turn * (moved.translation - center);
+            }
+        }
+    }
+    pose
 }
 
 fn model_of(scene: &Scene) -> ModelPose {

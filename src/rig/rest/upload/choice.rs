@@ -58,7 +58,7 @@ pub(super) fn choose(
         RestSpec::Rule(RestRule::Nodes) => {
             of_found(laid_out(scene, RestSource::Upload, "the config asks for the nodes of the rest file"), spec)
         }
-        RestSpec::Rule(RestRule::Bind) => match bind_pose(scene, reporter, side) {
+        RestSpec::Rule(RestRule::Bind) => match bind_pose(scene, templates, reporter, side) {
             BindPose::Other(pose) => {
                 let reason = "the config asks for the pose in which the skins of the rest file were bound";
                 of_found(Found { pose, ..laid_out(scene, RestSource::Upload, reason) }, spec)
@@ -105,7 +105,7 @@ fn found_out(
             .map_or(nodes.spec, |(clip, frame)| RestSpec::Frame(RestFrame { clip: ClipChoice::Index(clip), frame }));
         return Choice { pose, source, reason, spec, bind: None, doubt: None };
     }
-    match bind_pose(scene, &mut Reporter::new(), side) {
+    match bind_pose(scene, templates, &mut Reporter::new(), side) {
         BindPose::Other(bind) => nodes_or_bind(scene, nodes, bind, side, templates),
         _ => nodes,
     }
