@@ -52,6 +52,7 @@ documents![
     "docs/algorithm/spine.md",
     "docs/algorithm/forward-kinematics.md",
     "docs/algorithm/contacts.md",
+    "docs/algorithm/soles.md",
     "docs/algorithm/legs.md",
     "docs/algorithm/joints.md",
     "docs/algorithm/body.md",
