@@ -5,7 +5,7 @@
 //! over time where stages that plant feet set the goals, as far as the foot then misses its goal by a millimeter or two: that is much
 //! for the bend of a leg that is nearly straight, and little elsewhere.
 
-use glam::DQuat;
+use glam::{DQuat, DVec3};
 
 use crate::{
     model::{Canceled, Skeleton},
@@ -76,8 +76,9 @@ impl Hangs {
 struct Solved {
     changes: [Change; 3],
     residual: f32,
-    /// By how much the bend changed, in radians.
+    /// By how much the bend changed, in radians, and about which axis.
     bend: f64,
+    bend_axis: DVec3,
 }
 
 impl SolveStage {
@@ -116,9 +117,22 @@ impl SolveStage {
 
     /// What the bend of a limb changes by, smooth over time; nothing where it is smooth as it is.
     fn smooth_bends(&self, limb: usize, rows: &[Solved], times: &[f64]) -> Option<Vec<f64>> {
-        let bends: Vec<f64> = rows.iter().skip(limb).step_by(self.limbs.len()).map(|solved| solved.bend).collect();
+        let solved = || rows.iter().skip(limb).step_by(self.limbs.len());
+        // The axis of a bend may turn around from one frame to the next; then the sign of the bend does, too.
+        let mut signs = Vec::with_capacity(times.len());
+        let mut last = (1.0, DVec3::ZERO);
+        for solved in solved() {
+            let sign: f64 = if solved.bend_axis.dot(last.1) < 0.0 { -last.0 } else { last.0 };
+            last = (sign, solved.bend_axis);
+            signs.push(sign);
+        }
+        let bends: Vec<f64> = solved().zip(&signs).map(|(solved, sign)| solved.bend * sign).collect();
         let is_even = bends.iter().all(|bend| (bend - bends[0]).abs() < LITTLE_CHANGE);
-        (self.limbs[limb].is_smooth && !is_even).then(|| smoothed(&bends, times, BEND_SECONDS))
+        (self.limbs[limb].is_smooth && !is_even).then(|| {
+            let mut smooth = smoothed(&bends, times, BEND_SECONDS);
+            smooth.iter_mut().zip(&signs).for_each(|(bend, sign)| *bend *= sign);
+            smooth
+        })
     }
 
     fn solve(&self, limb: &SolvedLimb, pose: &Pose, goal: &Goal, bend: Option<f64>) -> Solved {
@@ -166,6 +180,6 @@ impl SolveStage {
         ];
         #[expect(clippy::cast_possible_truncation, reason = "a distance for a report")]
         let residual = reach.end.distance(goal.position) as f32;
-        Solved { changes, residual, bend: reach.change }
+        Solved { changes, residual, bend: reach.change, bend_axis: reach.axis }
     }
 }

@@ -2,8 +2,12 @@
 
 use glam::{DQuat, DVec3};
 
-/// Below this sine of the bend, the plane of the limb is not taken from where its joints are but from its hinge.
+/// Below this sine of the bend, the plane of the limb is not taken from where its joints are but from its hinge. What of the bend is
+/// not about the hinge counts only beyond another sine: a knee that is off to a side by a little is a matter of proportions.
 const SURE_SINE: f64 = 0.1;
+const SIDE_SINE: f64 = 0.2;
+/// A limb whose plane is off the hinge's by more than this cosine says is bent neither forward nor backward.
+const SIDE_COSINE: f64 = 0.5;
 /// A limb whose bend changes by less than this share of it stays in its plane, however straight it is.
 const LITTLE_CHANGE: f64 = 0.5;
 /// Bends beyond this are not hyperextended any more, whatever the limb was before; radians.
@@ -42,7 +46,9 @@ pub(super) struct TwoBone {
 pub(super) struct Reach {
     pub(super) bend: DQuat,
     pub(super) aim: DQuat,
-    /// By how much the bend changes about the hinge, in radians.
+    /// The axis of `bend`; unit length.
+    pub(super) axis: DVec3,
+    /// By how much the bend changes about it, in radians.
     pub(super) change: f64,
     /// Factor on both bones.
     pub(super) stretch: f64,
@@ -67,55 +73,76 @@ impl TwoBone {
         let allowed = soft(distance, a + b, softness);
         let stretch = if allowed > 0.0 { (distance / allowed).clamp(1.0, self.stretch.max(1.0)) } else { 1.0 };
         let reach = allowed.clamp((a - b).abs(), a + b);
-        let cosine = ((reach * reach - a * a - b * b) / (2.0 * a * b)).clamp(-1.0, 1.0);
-        let wanted_bend = cosine.acos();
-        let axis = self.bend_axis(upper, lower, wanted_bend);
+        let axis = self.bend_axis(upper, lower, bend_of(reach, a, b, b));
+        // What of the lower bone turns about the axis; all of it, where the axis is the normal of the limb's plane.
+        let turning = (lower - axis * lower.dot(axis)).length();
         let now = signed_angle(upper, lower, axis);
-        let exact = relaxed(wanted_bend, now) - now;
-        let change = self.change.map_or(exact, |wanted| near_exact([a, b], now, exact, wanted));
+        let exact =
+            relaxed(bend_of(reach, a, b, turning), now, smooth(self.along_hinge(upper, axis) / SIDE_COSINE)) - now;
+        let change = self.change.map_or(exact, |wanted| near_exact([a, b, turning], now, exact, wanted));
         let bend = DQuat::from_axis_angle(axis, change);
         let bent = upper + bend * lower;
         let aim = arc(bent, wanted, axis);
         let middle = self.start + aim * upper * stretch;
-        Reach { bend, aim, change, stretch, middle, end: self.start + aim * bent * stretch }
+        Reach { bend, aim, axis, change, stretch, middle, end: self.start + aim * bent * stretch }
     }
 
     fn as_it_is(&self) -> Reach {
         let (middle, end) = (self.middle, self.end);
-        Reach { bend: DQuat::IDENTITY, aim: DQuat::IDENTITY, change: 0.0, stretch: 1.0, middle, end }
+        let (bend, aim, axis) = (DQuat::IDENTITY, DQuat::IDENTITY, self.hinge);
+        Reach { bend, aim, axis, change: 0.0, stretch: 1.0, middle, end }
+    }
+
+    /// The hinge at a right angle to the upper bone; any such axis where the hinge is along it.
+    fn hinge_across(&self, upper: DVec3) -> DVec3 {
+        let direction = upper.normalize_or_zero();
+        (self.hinge - direction * self.hinge.dot(direction)).normalize_or(direction.any_orthonormal_vector())
+    }
+
+    /// The cosine between the hinge and an axis.
+    fn along_hinge(&self, upper: DVec3, axis: DVec3) -> f64 {
+        self.hinge_across(upper).dot(axis)
     }
 
     /// The normal of the limb's plane, on the hinge's side; the hinge itself where the limb is nearly straight and its bend is to
     /// change.
     fn bend_axis(&self, upper: DVec3, lower: DVec3, wanted_bend: f64) -> DVec3 {
-        let direction = upper.normalize_or_zero();
-        let hinge =
-            (self.hinge - direction * self.hinge.dot(direction)).normalize_or(direction.any_orthonormal_vector());
+        let hinge = self.hinge_across(upper);
         let normal = upper.cross(lower) / (upper.length() * lower.length());
         let sine = normal.length();
         let normal = if normal.dot(hinge) < 0.0 { -normal } else { normal };
         let change = wanted_bend - sine.atan2(upper.dot(lower) / (upper.length() * lower.length()));
-        let sure =
-            smooth(sine / SURE_SINE).max(1.0 - smooth(change.abs() / (LITTLE_CHANGE * sine).max(f64::MIN_POSITIVE)));
+        let little = (LITTLE_CHANGE * sine).max(f64::MIN_POSITIVE);
+        let sure = smooth(normal.dot(hinge).max(sine - SIDE_SINE) / SURE_SINE).max(1.0 - smooth(change.abs() / little));
         (normal.normalize_or_zero() * sure + hinge * (1.0 - sure)).normalize_or(hinge)
     }
 }
 
 /// The bend to take, where the limb is bent by `now` about the hinge and should be by `wanted`: the same, but a limb that is bent
 /// backward a little stays so while it is nearly straight, and one that is bent backward a lot is meant to be: the legs of birds and
-/// robots, and rigs whose rest pose says nothing about the hinge.
-fn relaxed(wanted: f64, now: f64) -> f64 {
-    let backward = (-now).max(0.0);
+/// robots, and rigs whose rest pose says nothing about the hinge. So is one whose plane is across the hinge's (`aligned` is 0): then the
+/// sign of the bend says nothing.
+fn relaxed(wanted: f64, now: f64, aligned: f64) -> f64 {
+    if now >= 0.0 {
+        return wanted;
+    }
+    let backward = -now;
     let fade = 1.0 - smooth((wanted - backward) / SURE_BEND);
     let forward = wanted - 2.0 * backward.min(wanted) * fade;
-    let is_meant = smooth((backward - SURE_BEND) / SURE_BEND);
+    let is_meant = 1.0 - (1.0 - smooth((backward - SURE_BEND) / SURE_BEND)) * aligned;
     forward + (-wanted - forward) * is_meant
 }
 
+/// The bend at which the ends of bones of lengths `a` and `b` are so far apart, when so much of `b` turns about the axis of the bend; the
+/// nearest there is where none is (law of cosines).
+fn bend_of(reach: f64, a: f64, b: f64, turning: f64) -> f64 {
+    ((reach * reach - a * a - b * b) / (2.0 * a * turning).max(f64::MIN_POSITIVE)).clamp(-1.0, 1.0).acos()
+}
+
 /// A change of the bend between the exact one and another one that is wanted: the latter as far as the distance from start to end,
-/// of bones of these lengths, is then off by less than [`LITTLE_OFF`].
-fn near_exact([a, b]: [f64; 2], now: f64, exact: f64, wanted: f64) -> f64 {
-    let reach = |change: f64| (a * a + b * b + 2.0 * a * b * (now + change).cos()).max(0.0).sqrt();
+/// of bones of these lengths, is then off by less than [`LITTLE_OFF`]. The third length is what of the lower bone turns.
+fn near_exact([a, b, turning]: [f64; 3], now: f64, exact: f64, wanted: f64) -> f64 {
+    let reach = |change: f64| (a * a + b * b + 2.0 * a * turning * (now + change).cos()).max(0.0).sqrt();
     let off = (reach(wanted) - reach(exact)).abs() / (LITTLE_OFF * (a + b));
     let share = if off > f64::EPSILON { off.tanh() / off } else { 1.0 };
     exact + (wanted - exact) * share

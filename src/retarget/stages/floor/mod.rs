@@ -36,6 +36,8 @@ const STANDS_METRES: f64 = 0.012;
 const STANDS_FADE_METRES: f64 = 0.006;
 /// In clips in which nothing touches, as walks on the spot, feet that are no higher carry, for a leg of 1 m.
 const CARRIES_METRES: f64 = 0.015;
+/// In those clips, feet that are tilted by less stand on their whole soles; in others contacts of heel and ball say so.
+const LEVEL_RADIANS: f64 = 0.2;
 /// From there on the floor ceases to count for them, over so many meters.
 const LOW_METRES: f64 = 0.01;
 const LOW_FADE_METRES: f64 = 0.03;
@@ -94,6 +96,8 @@ struct Clearance {
     target: f64,
     /// The target's if it stood flat there.
     flat: f64,
+    /// Whether it is nearly flat there.
+    is_level: bool,
 }
 
 /// Where the sole of a foot of the target should be.
@@ -183,10 +187,12 @@ impl FloorStage {
                 let placed = PlacedFoot::posed(foot.target, target).moved_to(goal.position, goal.rotation);
                 let of_target = placed.lowest(&foot.target_shape, up, |point| foot.carries(point));
                 let depth = foot.stands.map(|flat| goal.position.dot(up) - foot.target_shape.depth(-flat));
+                let is_level = foot.stands.is_some_and(|flat| (goal.rotation * flat).angle_between(up) < LEVEL_RADIANS);
                 *clearance = Clearance {
                     source: of_source - self.ground.source_floor,
                     target: of_target - self.ground.target_floor,
                     flat: depth.unwrap_or(of_target) - self.ground.target_floor,
+                    is_level,
                 };
             }
         };

@@ -67,7 +67,9 @@ impl FloorStage {
             (0..work.frame_count()).any(|frame| self.feet.iter().any(|foot| is_flat(foot.limb, frame, work)));
         let wants = |foot: usize, frame: usize, clearance: &Clearance| {
             let stands = is_flat(self.feet[foot].limb, frame, work)
-                || (!has_flat && self.carries(foot, frame, clearance.source - levels[foot][frame], work));
+                || (!has_flat
+                    && clearance.is_level
+                    && self.carries(foot, frame, clearance.source - levels[foot][frame], work));
             stands.then(|| wanted(foot, frame).height - clearance.flat)
         };
         let shifts = self.shifts(&rows, work, wants);
