@@ -527,10 +527,10 @@ fn slide_finding(contacts: &[ContactMeasure], bearing: &[&Traced<'_>]) -> Findin
     Ok(reading)
 }
 
-/// 1 − F1 of frames in contact.
+/// 1 − F1 of frames in contact; nothing where the source never stands.
 fn disagreement(bearing: &[&Traced<'_>]) -> Finding {
     let mut reading = Reading::default();
-    let (mut all_both, mut all_either) = (0_usize, 0_usize);
+    let (mut all_both, mut all_either, mut of_source) = (0_usize, 0_usize, 0_usize);
     for traced in bearing {
         let (source, target) = (&traced.standing.source.stands, &traced.standing.target.stands);
         let count = |stands: &[bool]| stands.iter().filter(|stands| **stands).count();
@@ -538,12 +538,14 @@ fn disagreement(bearing: &[&Traced<'_>]) -> Finding {
         let sum = count(source) + count(target);
         all_both += both;
         all_either += sum;
+        of_source += count(source);
         if sum > 0 {
             let part = format!("{} {}", traced.point.part, traced.point.name);
             reading.parts.insert(part, 1.0 - 2.0 * both as f64 / sum as f64);
         }
     }
-    if all_either == 0 {
+    // Where the source never stands, as in a walk on the spot, there is nothing to agree with.
+    if of_source == 0 {
         return Err(NO_CONTACT);
     }
     reading.value = 1.0 - 2.0 * all_both as f64 / all_either as f64;

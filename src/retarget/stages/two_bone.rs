@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 /// Below this sine of the bend, the plane of the limb is not taken from where its joints are but from its hinge. What of the bend is
 /// not about the hinge counts only beyond another sine: a knee that is off to a side by a little is a matter of proportions.
 const SURE_SINE: f64 = 0.1;
-const SIDE_SINE: f64 = 0.2;
+const SIDE_SINE: f64 = 0.4;
 /// A limb whose plane is off the hinge's by more than this cosine says is bent neither forward nor backward.
 const SIDE_COSINE: f64 = 0.5;
 /// A limb whose bend changes by less than this share of it stays in its plane, however straight it is.

@@ -41,7 +41,7 @@ const SLACK: f64 = 0.05;
 /// Leg lengths by which a slide may be, too: what touches for a few frames by the thresholds here does not by those of `contacts`, so
 /// a foot of another size that shuffles between two contacts is not held there. One of 870 contacts needs it; all others stay within
 /// 0.0012.
-const LITTLE_SLIDE: f64 = 0.0026;
+const LITTLE_SLIDE: f64 = 0.0027;
 /// The same of feet of another size beside the legs: what a point moves by because its foot turns is scaled with the leg and not with the
 /// foot. The worst is a foot of which nobody knows how thick it is, half as large beside its leg: 0.0119, and 0.023 without planting.
 const LITTLE_SLIDE_OF_OTHER_FEET: f64 = 0.0125;

@@ -92,12 +92,22 @@ impl FloorFoot {
 struct Clearance {
     /// The source's, in units of the source.
     source: f64,
-    /// The target's at its goal.
+    /// The target's at its goal, but for toes that bend where they would go through the floor.
     target: f64,
+    /// The target's at its goal, toes and all.
+    with_toes: f64,
     /// The target's if it stood flat there.
     flat: f64,
     /// Whether it is nearly flat there.
     is_level: bool,
+}
+
+impl Clearance {
+    /// How far the target's foot is to be moved up, or down where it is less than 0, to be at a height: a foot that stands on its toes is
+    /// not moved down, and one whose toes bend is not moved up.
+    fn missing(&self, height: f64) -> f64 {
+        (height - self.target).max((height - self.with_toes).min(0.0))
+    }
 }
 
 /// Where the sole of a foot of the target should be.
@@ -128,8 +138,8 @@ impl FloorStage {
             self.wanted(foot, clearance.source, levels[foot][frame], holds[foot][frame])
         };
         let wants = |foot: usize, frame: usize, clearance: &Clearance| {
-            let wanted = wanted(foot, frame, clearance).height - clearance.target;
-            self.carries(foot, frame, clearance.source - levels[foot][frame], work).then_some(wanted)
+            let missing = clearance.missing(wanted(foot, frame, clearance).height);
+            self.carries(foot, frame, clearance.source - levels[foot][frame], work).then_some(missing)
         };
         let shifts = if self.op.shift_pelvis { self.shifts(&rows, work, wants) } else { vec![0.0; work.frame_count()] };
         let lifted = |limb: &usize| {
@@ -145,7 +155,7 @@ impl FloorStage {
                 let least = (wanted.deepest - clearance.target) * alpha;
                 // A foot in the air goes with the pelvis, so that its leg keeps its shape, as long as it stays out of the floor.
                 let free = shift.max(least);
-                let moved = free + ((wanted.height - clearance.target) * alpha - free) * weight;
+                let moved = free + (clearance.missing(wanted.height) * alpha - free) * weight;
                 Lift { beyond: moved - shift, least: least - shift }
             };
             smoothed_lifts((0..alphas.len()).map(lift).collect(), work.times)
@@ -186,11 +196,13 @@ impl FloorStage {
                 let goal = &work.goals[frame * self.limb_count + foot.limb];
                 let placed = PlacedFoot::posed(foot.target, target).moved_to(goal.position, goal.rotation);
                 let of_target = placed.lowest(&foot.target_shape, up, |point| foot.carries(point));
+                let with_toes = placed.lowest(&foot.target_shape, up, |_| true);
                 let depth = foot.stands.map(|flat| goal.position.dot(up) - foot.target_shape.depth(-flat));
                 let is_level = foot.stands.is_some_and(|flat| (goal.rotation * flat).angle_between(up) < LEVEL_RADIANS);
                 *clearance = Clearance {
                     source: of_source - self.ground.source_floor,
                     target: of_target - self.ground.target_floor,
+                    with_toes: with_toes - self.ground.target_floor,
                     flat: depth.unwrap_or(of_target) - self.ground.target_floor,
                     is_level,
                 };

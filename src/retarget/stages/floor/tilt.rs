@@ -113,13 +113,15 @@ impl FloorStage {
         let Some(tilted) = tilted else { return 0.0 };
         let stands = 1.0 - smooth((tilted.angle - STANDS) / STANDS_FADE);
         let turn = |height: f64| placed.turn_to(&foot.target_shape, up, &tilted, height, |point| foot.carries(point));
+        // Toes that stand already keep a foot from being turned down to the floor.
+        let turn_down = |height: f64| placed.turn_to(&foot.target_shape, up, &tilted, height, |_| true).min(0.0);
         let least = turn(wanted.deepest).max(0.0);
         if hold <= 0.0 {
             return least * stands;
         }
         let before = placed.farthest_before(&foot.target_shape, up.cross(tilted.axis)) / self.target_leg;
         let most = MOST_MORE * smooth(tilted.angle / SURE_TILT) * smooth(before / BEFORE_METRES - 1.0);
-        least.max(turn(wanted.height).max(-most) * hold) * stands
+        least.max(turn(wanted.height).max(turn_down(wanted.height)).max(-most) * hold) * stands
     }
 
     /// Toward flat by an angle, and no farther; `flat` is up at rest in the axes of what is turned.
