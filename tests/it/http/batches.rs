@@ -5,7 +5,7 @@ use std::time::Duration;
 use reqwest::{Method, StatusCode};
 use serde_json::{Value, json};
 
-use super::support::{BVH, PATIENCE, Service, form, header, json as read, problem};
+use super::support::{BVH, PATIENCE, Service, form, header, json as read, problem, taken};
 
 const NOWHERE: &str = "ast_00000000000000000000000000";
 
@@ -251,8 +251,7 @@ async fn batches_are_bounded_and_leave_room_for_single_jobs() {
 /// Files that differ in nothing but what they are called and what is in them.
 async fn named(service: &Service, name: &str, bytes: &str) -> String {
     let path = service.at(&format!("/v1/assets?filename={name}"));
-    let answer = service.client.post(path).body(bytes.to_owned()).send().await.expect("an answer");
-    id_of(&read(answer).await)
+    taken(service.client.post(path).body(bytes.to_owned()).send().await.expect("an answer")).await
 }
 
 #[tokio::test(flavor = "multi_thread")]
