@@ -63,6 +63,7 @@ mod shared_database;
 mod studio;
 mod support;
 mod traces;
+mod turns;
 mod upgrades;
 
 pub(crate) use studio::CLIP;
