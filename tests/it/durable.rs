@@ -60,6 +60,7 @@ mod scale;
 mod scale_out;
 mod scaling;
 mod shared_database;
+mod stalls;
 mod studio;
 mod support;
 mod traces;

@@ -345,3 +345,23 @@ async fn a_batch_delays_nobody_else() {
     ended(&service, &id).await;
     service.stop().await;
 }
+
+/// Each item names the versions of the caller's own rigs, so they count for each.
+#[tokio::test(flavor = "multi_thread")]
+async fn rigs_of_the_callers_own_count_for_every_item() {
+    let service = Service::start(&[("max_batch_bytes", "4096")]).await;
+    let asset = service.upload(BVH).await;
+    let file = json!({"asset": asset});
+    let items: Vec<Value> = (0..20).map(|_| json!({"source": file, "target": file})).collect();
+    let ask = async || service.post("/v1/batches", &json!({"items": items})).await;
+    assert_eq!(ask().await.status(), StatusCode::ACCEPTED, "nothing but files");
+    let rig = json!({"kind": "biped", "roles": {"pelvis": ["huefte"], "head": ["kopf"]}});
+    for number in 0..10 {
+        let path = service.at(&format!("/v1/rigs/hero-{number}"));
+        let kept = service.client.put(path).json(&rig).send().await.expect("an answer");
+        assert!(kept.status().is_success(), "a rig is kept: {}", kept.text().await.unwrap_or_default());
+    }
+    let refused = problem(ask().await, 413, "body_too_large").await;
+    assert_eq!(refused["limit"], "batch_bytes", "which limit: {refused}");
+    service.stop().await;
+}

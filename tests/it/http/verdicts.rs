@@ -53,6 +53,12 @@ async fn the_verdict_is_told_wherever_a_result_is_spoken_of() {
     let unmeasured = ask(UNMEASURED).await;
     assert!(unmeasured.headers().get("verdict").is_none(), "nothing was measured");
 
+    let events =
+        client().get(at(&format!("/v1/jobs/{}/events", header(&bad, "job-id")))).send().await.expect("an answer");
+    let events = events.text().await.expect("text");
+    assert!(events.contains("\"verdict\":\"fail\""), "in the event of its end: {events}");
+    assert_eq!(events.matches("\"verdict\":").count(), 1, "and in no other: {events}");
+
     let failed = get("/v1/jobs?verdict=fail").await;
     let ids: Vec<&Value> = failed["items"].as_array().expect("a list").iter().map(|job| &job["id"]).collect();
     assert_eq!(ids, [&json!(header(&bad, "job-id"))], "those alone");
