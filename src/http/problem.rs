@@ -10,7 +10,7 @@ use utoipa::ToSchema;
 use super::code::Code;
 use crate::{
     engine::{Failure, FieldError},
-    jobs::{FailureReason, JobFailure, Refusal, StoredFieldError, similar_names},
+    jobs::{FailureReason, Full, JobFailure, Refusal, StoredFieldError, similar_names},
 };
 
 /// How long to wait before trying again, in seconds, where nothing better is known.
@@ -243,7 +243,10 @@ impl From<Refusal> for Problem {
             Refusal::DigestMismatch { .. } => Self::new(Code::DigestMismatch, detail),
             Refusal::TooBusy => Self::new(Code::TooBusy, detail),
             Refusal::Draining => Self::new(Code::Draining, detail),
-            Refusal::StorageFull => Self::new(Code::StorageFull, detail),
+            Refusal::StorageFull(Full::Disk) => Self::new(Code::StorageFull, detail),
+            Refusal::StorageFull(Full::StoredBytes { most, actual }) => {
+                Self::new(Code::StorageFull, detail).about_limit("stored_bytes", most, actual)
+            }
             Refusal::WrongState { .. } => Self::new(Code::WrongState, detail),
             Refusal::Quarantined { .. } => Self::new(Code::Quarantined, detail),
             Refusal::InUse(_) => Self::new(Code::InUse, detail).with_hint("wait for the job, or cancel it"),

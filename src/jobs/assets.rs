@@ -7,7 +7,7 @@ use futures::future::try_join_all;
 use tokio::sync::Semaphore;
 
 use super::{
-    Engine, Jobs, Refusal,
+    Engine, Full, Jobs, Refusal,
     fetching::MOST_FETCHES,
     inspections::{Found, InspectionKey},
     library::OwnRigs,
@@ -69,9 +69,9 @@ impl Assets {
             return Err(too_large(file_name, most_bytes, announced));
         }
         let most_stored = inner.settings.max_stored_bytes.0;
-        if !inner.stored_bytes.have_room(inner.store.records(), announced, most_stored).await? {
+        if let Some(actual) = inner.stored_bytes.too_many_with(inner.store.records(), announced, most_stored).await? {
             Metric::AdmissionRejected.count([("reason", "storage_full".to_owned())], 1);
-            return Err(Refusal::StorageFull);
+            return Err(Refusal::StorageFull(Full::StoredBytes { most: most_stored, actual }));
         }
         let writer = inner.store.blobs().begin()?;
         Ok(Upload { writer, file_name: file_name.to_owned(), most_bytes })

@@ -27,7 +27,7 @@ const LOOK_AT_PROGRESS: Duration = Duration::from_millis(500);
 const GATHER: Duration = Duration::from_millis(50);
 
 /// What a stream tells.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Told {
     /// A job came into a state.
     Happened(EventRecord),

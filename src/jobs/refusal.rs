@@ -84,9 +84,9 @@ pub enum Refusal {
     /// The service is going down.
     #[error("the service is shutting down and takes no new work")]
     Draining,
-    /// The quota of stored bytes, or the disk, is full.
-    #[error("there is no room for more files")]
-    StorageFull,
+    /// There is no room for what would be stored.
+    #[error("there is no room for more files: {0}")]
+    StorageFull(Full),
     /// The job is in a state that does not allow it.
     #[error("the job '{id}' is {}, so it cannot be {action}", state.name())]
     WrongState {
@@ -214,6 +214,22 @@ pub enum Refusal {
     Store(StoreError),
 }
 
+/// What is full.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Full {
+    /// The disk, or what the operator wants to be left of it.
+    #[error("the disk is full, or has no more left than the reserve 'reserved_disk'")]
+    Disk,
+    /// What may be stored of all callers.
+    #[error("with this one there would be {actual} bytes, and the limit 'stored_bytes' is {most}")]
+    StoredBytes {
+        /// The limit.
+        most: u64,
+        /// What there would be.
+        actual: u64,
+    },
+}
+
 /// Names that look like the one that was given.
 pub(crate) fn similar_names(name: &str, known: &[String]) -> Vec<String> {
     known.iter().filter(|known| strsim::jaro_winkler(known, name) > 0.7).cloned().collect()
@@ -227,7 +243,7 @@ impl From<StoreError> for Refusal {
     fn from(error: StoreError) -> Self {
         match error {
             StoreError::InUse(job) => Self::InUse(job),
-            error if error.is_storage_full() => Self::StorageFull,
+            error if error.is_storage_full() => Self::StorageFull(Full::Disk),
             error => Self::Store(error),
         }
     }

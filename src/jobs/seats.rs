@@ -1,15 +1,22 @@
-//! What jobs of this process run in: one seat for each worker, and a spare one for a job of no batch while jobs of batches keep workers
-//! busy. So a batch that has all workers delays nobody else by more than their share of the processor, and when nobody else asks, it
-//! loses nothing.
+//! What jobs of this process run in: one seat for each worker, and a spare one. While jobs of batches keep workers busy, it is for a job of
+//! no batch; while any job keeps a worker for longer than is brief, it is for a job of a caller whose jobs are. So who has all workers
+//! for long delays nobody else by more than their share of the processor, and when nobody else asks, loses nothing.
 //!
 //! A seat is for as long as the engine works, and the memory that goes with it until what came of it is stored. Writing down what came of it waits for the disk, and the next job need not wait with it:
 //! as many jobs as there are workers may be about to end beside those that run.
 
-use std::sync::Arc;
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    time::Duration,
+};
 
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::{
+    sync::{OwnedSemaphorePermit, Semaphore},
+    time::Instant,
+};
 
-use crate::store::Lane;
+use crate::store::{BRIEF, Lane, Wanted};
 
 /// All of them.
 #[derive(Debug)]
@@ -20,13 +27,57 @@ pub(super) struct Seats {
     ends: Arc<Semaphore>,
     /// Shared with every job of a batch that runs.
     batches: Arc<()>,
+    taken: Arc<Taken>,
+    /// How long a job takes at most that is brief.
+    brief: Duration,
+}
+
+/// Since when seats of workers are taken, by number.
+#[derive(Debug, Default)]
+struct Taken(Mutex<(u64, BTreeMap<u64, Instant>)>);
+
+impl Taken {
+    fn lock(&self) -> MutexGuard<'_, (u64, BTreeMap<u64, Instant>)> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn add(self: &Arc<Self>) -> Held {
+        let mut taken = self.lock();
+        taken.0 += 1;
+        let number = taken.0;
+        taken.1.insert(number, Instant::now());
+        Held::Since(Since { number, taken: Arc::clone(self) })
+    }
+
+    /// Waits until one has been taken for that long; for ever, where none is taken.
+    async fn one_for(&self, period: Duration) {
+        // The numbers grow with time.
+        let first = self.lock().1.first_key_value().map(|(_, since)| *since);
+        match first {
+            Some(since) => tokio::time::sleep_until(since + period).await,
+            None => std::future::pending().await,
+        }
+    }
+}
+
+/// That one is taken, until this is dropped.
+#[derive(Debug)]
+struct Since {
+    number: u64,
+    taken: Arc<Taken>,
+}
+
+impl Drop for Since {
+    fn drop(&mut self) {
+        self.taken.lock().1.remove(&self.number);
+    }
 }
 
 /// One of them, and what the job in it takes up.
 #[derive(Debug)]
 pub(super) struct Seat {
-    /// The last lane whose jobs may have it.
-    pub(super) last: Lane,
+    /// The jobs that may have it.
+    pub(super) wanted: Wanted,
     held: Vec<Held>,
     /// Until the seat is dropped: what the job gave is in memory until it is stored.
     memory: Option<OwnedSemaphorePermit>,
@@ -38,21 +89,30 @@ pub(super) struct Seat {
 enum Held {
     Permit(#[expect(dead_code, reason = "held, never looked at")] OwnedSemaphorePermit),
     OfBatch(#[expect(dead_code, reason = "held, never looked at")] Arc<()>),
+    Since(#[expect(dead_code, reason = "held, never looked at")] Since),
 }
 
 impl Seats {
     pub(super) fn new(workers: usize) -> Self {
         let seats = |count| Arc::new(Semaphore::new(count));
-        Self { workers: seats(workers), spare: seats(1), ends: seats(workers), batches: Arc::default() }
+        Self {
+            workers: seats(workers),
+            spare: seats(1),
+            ends: seats(workers),
+            batches: Arc::default(),
+            taken: Arc::default(),
+            brief: BRIEF,
+        }
     }
 
     /// Waits for that of a worker. No semaphore here is ever closed.
     pub(super) async fn worker(&self) -> Option<Seat> {
-        Some(self.seat(Arc::clone(&self.workers).acquire_owned().await.ok()?, Lane::Batch))
+        Some(self.seat(Arc::clone(&self.workers).acquire_owned().await.ok()?, Lane::Batch.into()))
     }
 
-    async fn spare(&self) -> Option<Seat> {
-        Some(self.seat(Arc::clone(&self.spare).acquire_owned().await.ok()?, Lane::Single))
+    async fn spare(&self, is_brief: bool) -> Option<Seat> {
+        let wanted = Wanted { last: Lane::Single, is_brief };
+        Some(self.seat(Arc::clone(&self.spare).acquire_owned().await.ok()?, wanted))
     }
 
     /// Waits for that of a worker, or for the spare one where that is given away.
@@ -62,17 +122,19 @@ impl Seats {
         tokio::select! {
             biased;
             seat = self.worker() => seat,
-            seat = self.spare(), if runs_batches => seat,
+            seat = self.spare(false), if runs_batches => seat,
+            seat = async { self.taken.one_for(self.brief).await; self.spare(true).await } => seat,
         }
     }
 
-    fn seat(&self, worker: OwnedSemaphorePermit, last: Lane) -> Seat {
-        Seat { last, held: vec![Held::Permit(worker)], memory: None, ends: Arc::clone(&self.ends) }
+    fn seat(&self, worker: OwnedSemaphorePermit, wanted: Wanted) -> Seat {
+        Seat { wanted, held: vec![Held::Permit(worker)], memory: None, ends: Arc::clone(&self.ends) }
     }
 
     /// Gives a seat to a job, with the memory that it may have.
     pub(super) fn give(&self, seat: &mut Seat, is_of_batch: bool, memory: OwnedSemaphorePermit) {
         seat.memory = Some(memory);
+        seat.held.extend((seat.wanted.last == Lane::Batch).then(|| self.taken.add()));
         seat.held.extend(is_of_batch.then(|| Held::OfBatch(Arc::clone(&self.batches))));
     }
 }
@@ -108,15 +170,31 @@ mod tests {
     async fn the_spare_seat_is_there_while_a_batch_runs() {
         let (seats, memory) = (Seats::new(1), Arc::new(Semaphore::new(1)));
         let mut seat = seats.free().await.expect("a worker's");
-        assert_eq!(seat.last, Lane::Batch, "any job may have it");
+        assert_eq!(seat.wanted, Lane::Batch.into(), "any job may have it");
         seats.give(&mut seat, true, Arc::clone(&memory).try_acquire_owned().expect("some"));
         let spare = seats.free().await.expect("the spare one");
-        assert_eq!(spare.last, Lane::Single, "no job of a batch may have that");
+        assert_eq!(spare.wanted, Lane::Single.into(), "no job of a batch may have that");
         drop(spare);
         seat.leave();
-        assert_eq!(seats.free().await.expect("the worker's").last, Lane::Batch, "the batch has left it");
+        assert_eq!(seats.free().await.expect("the worker's").wanted, Lane::Batch.into(), "the batch has left it");
         assert_eq!(memory.available_permits(), 0, "what it gave is not stored yet");
         drop(seat);
         assert_eq!(memory.available_permits(), 1, "now it is");
+    }
+
+    #[tokio::test]
+    async fn the_spare_seat_is_for_brief_jobs_while_a_long_one_runs() {
+        const BRIEF: Duration = Duration::from_millis(100);
+        let (seats, memory) = (Seats { brief: BRIEF, ..Seats::new(1) }, Arc::new(Semaphore::new(2)));
+        let mut seat = seats.free().await.expect("a worker's");
+        seats.give(&mut seat, false, Arc::clone(&memory).try_acquire_owned().expect("some"));
+        assert!(tokio::time::timeout(BRIEF / 2, seats.free()).await.is_err(), "it may be brief itself");
+        let mut spare = seats.free().await.expect("the spare one");
+        assert_eq!(spare.wanted, Wanted { last: Lane::Single, is_brief: true }, "for who does the same to nobody");
+        seats.give(&mut spare, false, Arc::clone(&memory).try_acquire_owned().expect("some"));
+        seat.leave();
+        let next = seats.free().await.expect("the worker's");
+        assert_eq!(next.wanted, Lane::Batch.into(), "any job may have that one");
+        assert!(tokio::time::timeout(BRIEF * 2, seats.free()).await.is_err(), "none is taken for long any more");
     }
 }

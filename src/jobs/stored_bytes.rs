@@ -25,18 +25,23 @@ struct Known {
 }
 
 impl StoredBytes {
-    /// Whether `more` bytes fit below `most`. Before it says no, it counts, at most once a second.
+    /// How many bytes there are with `more`, where that is more than `most`. Before it says so, it counts, at most once a second.
     ///
     /// # Errors
     /// When the database fails.
-    pub(super) async fn have_room(&self, records: &Records, more: u64, most: u64) -> Result<bool, StoreError> {
-        let fits = |bytes: u64| bytes.saturating_add(more) <= most;
-        match self.known() {
-            Some((bytes, _)) if fits(bytes) => return Ok(true),
-            Some((_, age)) if age < STANDS_FOR => return Ok(false),
+    pub(super) async fn too_many_with(
+        &self,
+        records: &Records,
+        more: u64,
+        most: u64,
+    ) -> Result<Option<u64>, StoreError> {
+        let too_many = |bytes: u64| Some(bytes.saturating_add(more)).filter(|with| *with > most);
+        match self.known().map(|(bytes, age)| (too_many(bytes), age)) {
+            Some((None, _)) => return Ok(None),
+            Some((actual, age)) if age < STANDS_FOR => return Ok(actual),
             _ => {}
         }
-        Ok(fits(self.count(records).await?))
+        Ok(too_many(self.count(records).await?))
     }
 
     /// Counts.

@@ -441,7 +441,17 @@ impl ConfigFacts {
 pub(super) fn text_bytes(request: &JobRequest) -> u64 {
     /// Its row, its names and its places in indices.
     const ROW: u64 = 2048;
-    ROW + request.config.as_ref().map_or(0, |config| config.text.len() as u64)
+    ROW + said_bytes(request)
+}
+
+/// How many bytes a request has that are as many as its caller likes: its config, its labels, and the versions of the caller's rigs.
+pub(super) fn said_bytes(request: &JobRequest) -> u64 {
+    /// The names of its members, and what stands between them.
+    const FRAME: usize = 24;
+    let config = request.config.as_ref().map_or(0, |config| config.text.len());
+    let labels: usize = request.labels.iter().map(|(name, text)| name.len() + text.len() + FRAME).sum();
+    let rigs: usize = request.rigs.iter().map(|rig| rig.name.len() + FRAME).sum();
+    (config + labels + rigs) as u64
 }
 
 /// Most configs change nothing of the clip's length, and need not be read for that.

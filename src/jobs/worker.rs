@@ -217,7 +217,7 @@ impl Jobs {
             let bytes = Bytes::from(bytes);
             let blob = match self.0.store.blobs().write(bytes.clone(), sha256).await.map_err(Refusal::from) {
                 Ok(blob) => blob,
-                Err(Refusal::StorageFull) => return self.fail_for_room(record, running).await,
+                Err(Refusal::StorageFull(_)) => return self.fail_for_room(record, running).await,
                 Err(refusal) => return Err(refusal),
             };
             results.push(ResultRecord {
@@ -248,7 +248,7 @@ impl Jobs {
         let _held = self.0.store.hold_blobs(&digests).await?;
         match try_join_all(blobs.into_iter().map(UnnamedBlob::keep)).await.map_err(Refusal::from) {
             Ok(_) => {}
-            Err(Refusal::StorageFull) => return self.fail_for_room(record, running).await,
+            Err(Refusal::StorageFull(_)) => return self.fail_for_room(record, running).await,
             Err(refusal) => return Err(refusal),
         }
         Failpoint::ResultsKept.reach();
@@ -257,7 +257,7 @@ impl Jobs {
 
     async fn fail_for_room(&self, record: &JobRecord, running: &RunningJob) -> Result<(), Refusal> {
         let failure = FailureReason::StorageFull
-            .because("there is no room for the results", "try again later, or ask the operator for more room");
+            .because("the disk has no room for the results", "try again later, or ask the operator for more room");
         self.end(record, running, JobEvent::Fail, Some(failure)).await
     }
 

@@ -22,7 +22,7 @@ use super::{
 };
 use crate::{
     config::Failpoint,
-    store::{Claim, GiveBack, JobRecord, JobState, Lane, LeaseId, Notice, StoreError},
+    store::{Claim, GiveBack, JobRecord, JobState, Lane, LeaseId, Notice, StoreError, Wanted},
     telemetry::Metric,
 };
 
@@ -199,7 +199,7 @@ impl Claiming {
             }
             // An arrival from here on is remembered, so none is missed between looking and waiting.
             let arrival = self.jobs.0.changes.arrival();
-            let wait = match self.look(look, lease, seat.last).await {
+            let wait = match self.look(look, lease, seat.wanted).await {
                 Ok(Claim::Job(record)) => return Some((*record, seat, false)),
                 Ok(Claim::Suspect(record)) => return Some((*record, seat, true)),
                 Ok(Claim::Contended) if look == Look::Glance => {
@@ -219,7 +219,7 @@ impl Claiming {
             let came = self.unless_stopped(async {
                 tokio::select! {
                     arrived = tokio::time::timeout(wait, arrival) => (arrived.is_ok(), None),
-                    worker = seats.worker(), if seat.last == Lane::Single => (true, worker),
+                    worker = seats.worker(), if seat.wanted.last == Lane::Single => (true, worker),
                 }
             });
             let (is_expected, worker) = came.await?;
@@ -228,11 +228,11 @@ impl Claiming {
         }
     }
 
-    async fn look(&self, look: Look, lease: &LeaseId, last: Lane) -> Result<Claim, StoreError> {
+    async fn look(&self, look: Look, lease: &LeaseId, wanted: Wanted) -> Result<Claim, StoreError> {
         let Inner { store, settings, clock, .. } = &*self.jobs.0;
         let records = store.records();
         match look {
-            Look::Glance => return records.look_into_queue(last).await,
+            Look::Glance => return records.look_into_queue(wanted.last).await,
             Look::Claim => {}
             Look::AfterFailure => {
                 if let Some(record) = records.leased(lease).await? {
@@ -240,7 +240,7 @@ impl Claiming {
                 }
             }
         }
-        records.claim_job(lease, settings.lease_period.0, clock.now(), last).await
+        records.claim_job(lease, settings.lease_period.0, clock.now(), wanted).await
     }
 }
 

@@ -23,13 +23,13 @@ pub use folder::DataFolder;
 pub use id::{ApiKeyId, AssetId, BatchId, DeliveryId, IdError, JobId, LeaseId, ResultId, WebhookId};
 pub use principal::{Principal, PrincipalError};
 pub use records::{
-    Added, AddedAgain, AddedBatch, AfterAttempt, AfterCrash, ApiKeyRecord, AssetRecord, AttemptEnd, BatchPlace,
+    Added, AddedAgain, AddedBatch, AfterAttempt, AfterCrash, ApiKeyRecord, AssetRecord, AttemptEnd, BRIEF, BatchPlace,
     BatchProgress, BatchRecord, CachedResults, Claim, ConfigDocument, DeliveryClaim, DeliveryEvent, DeliveryRecord,
     DeliveryState, DisabledReason, DocumentBounds, DocumentChange, DocumentHead, DocumentKind, DocumentRecord, Ended,
     EventReach, EventRecord, Faults, FinishedJob, GiveBack, Held, Holdings, Idempotency, InputRole, JobFailure,
     JobFilter, JobInput, JobKind, JobRecord, JobRequest, JobState, JobVerdict, Judgment, Lane, Listener, Moment,
     NewDocument, Notice, OnError, Page, Precondition, QueueDepth, RecordCounts, Records, ResultRecord, Scope,
-    StoppedBatch, StoredFieldError, StoredProgress, VersionedName, WebhookRecord,
+    StoppedBatch, StoredFieldError, StoredProgress, VersionedName, Wanted, WebhookRecord,
 };
 
 use std::{collections::BTreeSet, fmt::Write as _, sync::Arc};

@@ -60,9 +60,11 @@ mod scale;
 mod scale_out;
 mod scaling;
 mod shared_database;
+mod stalls;
 mod studio;
 mod support;
 mod traces;
+mod turns;
 mod upgrades;
 
 pub(crate) use studio::CLIP;

@@ -6,6 +6,15 @@ use std::{
     time::Duration,
 };
 
+/// The id of what an answer says was made. A refusal is shown as it came: a full disk must not look like an id that is missing.
+pub(crate) async fn taken(answer: reqwest::Response) -> String {
+    let (asked, status) = (answer.url().clone(), answer.status());
+    let body = answer.text().await.unwrap_or_else(|error| format!("(the answer broke off: {error})"));
+    let made: Option<serde_json::Value> = serde_json::from_str(&body).ok();
+    let id = made.as_ref().filter(|_| status.is_success()).and_then(|made| made["id"].as_str());
+    id.unwrap_or_else(|| panic!("{asked} was refused with {status}: {body}")).to_owned()
+}
+
 /// A process of the service. Dropping it kills it.
 pub(crate) struct ServiceProcess {
     child: Child,

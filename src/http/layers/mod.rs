@@ -1,4 +1,4 @@
-//! What happens around every request: ids, log lines, metrics, headers, lingering, and writing problems.
+//! What happens around every request: ids, log lines, metrics, spans, headers, lingering, and writing problems.
 
 mod admission;
 mod cors;
@@ -7,6 +7,7 @@ mod linger;
 mod observe;
 mod problems;
 mod request_id;
+mod trace;
 
 use axum::{Router, middleware};
 use tower_http::catch_panic::CatchPanicLayer;
@@ -30,11 +31,12 @@ pub(super) fn wrap(router: Router<ApiState>, state: &ApiState) -> Router<ApiStat
         .layer(CatchPanicLayer::custom(|_: Box<dyn std::any::Any + Send>| {
             axum::response::IntoResponse::into_response(Problem::internal(&"a handler panicked"))
         }))
+        .layer(middleware::from_fn_with_state(state.clone(), trace::trace))
         .layer(middleware::from_fn_with_state(state.clone(), auth::authenticate))
         .layer(middleware::from_fn_with_state(state.clone(), admission::bound_concurrency))
         .layer(middleware::from_fn_with_state(state.clone(), linger::linger))
         .layer(middleware::from_fn(problems::write_problem))
-        .layer(middleware::from_fn_with_state(state.clone(), observe::observe))
+        .layer(middleware::from_fn(observe::observe))
         .layer(middleware::from_fn(headers::add_security_headers));
     let origins = &state.settings.cors_origins;
     let router = if origins.0.is_empty() { router } else { router.layer(cors::layer(origins)) };

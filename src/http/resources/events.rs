@@ -53,13 +53,21 @@ pub(in crate::http) struct JobEventView {
     /// The state that it came into.
     #[schema(example = "succeeded")]
     state: &'static str,
+    /// What the report says of the result: `pass`, `warn`, `fail` or `not_applicable`. Only of a job that has succeeded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false, example = "pass")]
+    verdict: Option<&'static str>,
+    /// For people: what the verdict is about.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    verdict_reason: Option<String>,
     /// Where the job is.
     href: String,
 }
 
 impl From<EventRecord> for JobEventView {
     fn from(event: EventRecord) -> Self {
-        let EventRecord { number, job, state, created_at } = event;
+        let EventRecord { number, job, state, created_at, judgment } = event;
         Self {
             kind: format!("job.{}", state.name()),
             number,
@@ -67,6 +75,8 @@ impl From<EventRecord> for JobEventView {
             href: format!("/v1/jobs/{job}"),
             job: job.to_string(),
             state: state.name(),
+            verdict: judgment.as_ref().map(|judgment| judgment.verdict.name()),
+            verdict_reason: judgment.map(|judgment| judgment.reason),
         }
     }
 }

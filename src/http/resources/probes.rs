@@ -71,7 +71,7 @@ async fn ready(State(jobs): State<Jobs>, State(tokens): State<Tokens>) -> Result
     jobs.check_store().await.map_err(|error| {
         tracing::error!(%error, "the store cannot be used");
         match error {
-            Refusal::StorageFull => Problem::new(Code::Unavailable, "the disk has no more than its reserve left"),
+            Refusal::StorageFull(_) => Problem::new(Code::Unavailable, "the disk has no more than its reserve left"),
             _ => Problem::new(Code::Unavailable, "the store does not answer"),
         }
     })?;

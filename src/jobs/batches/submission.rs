@@ -15,7 +15,7 @@ use crate::{
         Engine, JobQuota, Jobs, NewJob, Refusal, failure, hexadecimal,
         looks::Look,
         memory, similar_names,
-        submission::{Known, Wanted, suspect_digest, text_bytes},
+        submission::{Known, Wanted, said_bytes, suspect_digest, text_bytes},
     },
     store::{
         AddedAgain, AddedBatch, BatchId, BatchPlace, BatchRecord, ConfigDocument, Idempotency, InputRole, JobFailure,
@@ -233,9 +233,9 @@ impl Jobs {
                 Ok(wanted) => Item { wanted, failure: None },
                 Err(refusal) => Item { wanted: asked, failure: Some(failure_of(refusal)?) },
             };
-            bytes += item.wanted.request.config.as_ref().map_or(0, |config| config.text.len() as u64);
+            bytes += said_bytes(&item.wanted.request);
             if bytes > most {
-                let what = "what the items of the batch have of configs".to_owned();
+                let what = "what the items of the batch have of configs, labels and rigs of your own".to_owned();
                 return Err(Refusal::TooLarge { what, limit: "batch_bytes", most, actual: bytes });
             }
             items.push(item);

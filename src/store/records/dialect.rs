@@ -19,7 +19,7 @@ pub(super) enum Dialect {
 type NumberedText = (i64, &'static str, &'static str);
 
 /// Every change of the layout, in order. A released one is never edited; add a new one to both lists.
-const SQLITE: [NumberedText; 14] = [
+const SQLITE: [NumberedText; 15] = [
     (1, "first", include_str!("migrations/sqlite/0001_first.sql")),
     (2, "named documents", include_str!("migrations/sqlite/0002_named_documents.sql")),
     (3, "queue", include_str!("migrations/sqlite/0003_queue.sql")),
@@ -34,8 +34,9 @@ const SQLITE: [NumberedText; 14] = [
     (12, "bounds", include_str!("migrations/sqlite/0012_bounds.sql")),
     (13, "scale", include_str!("migrations/sqlite/0013_scale.sql")),
     (14, "verdicts", include_str!("migrations/sqlite/0014_verdicts.sql")),
+    (15, "time used", include_str!("migrations/sqlite/0015_time_used.sql")),
 ];
-const POSTGRES: [NumberedText; 12] = [
+const POSTGRES: [NumberedText; 13] = [
     (1, "first", include_str!("migrations/postgres/0001_first.sql")),
     (2, "principals", include_str!("migrations/postgres/0002_principals.sql")),
     (3, "events", include_str!("migrations/postgres/0003_events.sql")),
@@ -48,6 +49,7 @@ const POSTGRES: [NumberedText; 12] = [
     (10, "bounds", include_str!("migrations/postgres/0010_bounds.sql")),
     (11, "scale", include_str!("migrations/postgres/0011_scale.sql")),
     (12, "verdicts", include_str!("migrations/postgres/0012_verdicts.sql")),
+    (13, "time used", include_str!("migrations/postgres/0013_time_used.sql")),
 ];
 
 impl Dialect {

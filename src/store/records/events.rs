@@ -6,11 +6,11 @@
 use jiff::Timestamp;
 use sqlx::{Row, any::AnyRow};
 
-use super::{JobState, Records, count, read_id, signed, sweep::STEP, time};
+use super::{JobState, Judgment, Records, count, database::ours, read_id, signed, sweep::STEP, time, verdict};
 use crate::store::{JobId, Principal, StoreError};
 
 /// A job came into a state.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct EventRecord {
     /// Its place among the events of the job's principal.
     pub number: u64,
@@ -20,6 +20,8 @@ pub struct EventRecord {
     pub state: JobState,
     /// When.
     pub created_at: Timestamp,
+    /// What the report says of the result, where the job has succeeded, its result was measured and its record is there.
+    pub judgment: Option<Judgment>,
 }
 
 /// How far the events of a principal reach.
@@ -31,6 +33,10 @@ pub struct EventReach {
     pub removed: u64,
 }
 
+/// Events, each with what the report of its job says.
+const SELECTED: &str = "SELECT number, job_id, events.state, events.created_at, verdict, verdict_reason, coverage FROM events \
+                        LEFT JOIN jobs ON jobs.id = job_id AND events.state = 'succeeded'";
+
 fn read(row: &AnyRow) -> Result<EventRecord, StoreError> {
     let (number, state): (u64, String) = (count(row, "number")?, row.try_get("state")?);
     Ok(EventRecord {
@@ -41,6 +47,7 @@ fn read(row: &AnyRow) -> Result<EventRecord, StoreError> {
             reason: format!("no state is called '{state}'"),
         })?,
         created_at: time(row, "created_at")?,
+        judgment: verdict::read(row)?,
     })
 }
 
@@ -65,7 +72,7 @@ impl Records {
         number: u64,
         most: usize,
     ) -> Result<Vec<EventRecord>, StoreError> {
-        let query = "SELECT * FROM events WHERE principal = $1 AND number > $2 ORDER BY number LIMIT $3";
+        let query = ours(format!("{SELECTED} WHERE events.principal = $1 AND number > $2 ORDER BY number LIMIT $3"));
         let query = sqlx::query(query).bind(owner.as_str()).bind(signed(number)).bind(signed(most as u64));
         self.all(query).await?.iter().map(read).collect()
     }
@@ -80,7 +87,7 @@ impl Records {
         number: u64,
         most: usize,
     ) -> Result<Vec<EventRecord>, StoreError> {
-        let query = "SELECT * FROM events WHERE job_id = $1 AND number > $2 ORDER BY number LIMIT $3";
+        let query = ours(format!("{SELECTED} WHERE job_id = $1 AND number > $2 ORDER BY number LIMIT $3"));
         let query = sqlx::query(query).bind(job.as_str()).bind(signed(number)).bind(signed(most as u64));
         self.all(query).await?.iter().map(read).collect()
     }

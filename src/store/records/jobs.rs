@@ -5,7 +5,7 @@ use sqlx::{Any, Row, Transaction, any::AnyRow};
 
 use super::{
     BatchPlace, Ended, FinishedJob, Idempotency, JobKind, JobRecord, JobState, Records, count, database::ours,
-    optional_time, principal, read_id, results, signed, time, verdict,
+    engine_time::used, optional_time, principal, read_id, results, signed, time, verdict,
 };
 use crate::store::{BatchId, JobId, LeaseId, Principal, StoreError};
 
@@ -139,10 +139,13 @@ impl Records {
         (from, lease): (JobState, Option<&LeaseId>),
         finished: &FinishedJob,
     ) -> Result<Ended, StoreError> {
-        let query = "UPDATE jobs SET state = $4, finished_at = $5, expires_at = $6, failure = $7, report = $8, \
-                     resolved_spec = $9, warnings = $10, cache_key = $11, cached_from = $12, lease_expires_at = NULL, \
-                     progress = NULL, verdict = $13, verdict_reason = $14, coverage = $15 \
-                     WHERE id = $1 AND state = $2 AND COALESCE(lease, '') = $3";
+        let query = ours(format!(
+            "UPDATE jobs SET state = $4, finished_at = $5, expires_at = $6, failure = $7, report = $8, \
+             resolved_spec = $9, warnings = $10, cache_key = $11, cached_from = $12, lease_expires_at = NULL, \
+             progress = NULL, verdict = $13, verdict_reason = $14, coverage = $15, charged = {}, taken_at = NULL \
+             WHERE id = $1 AND state = $2 AND COALESCE(lease, '') = $3",
+            used(self.dialect)
+        ));
         let failure = finished.failure.as_ref().map(|failure| to_json(failure, id)).transpose()?;
         let judgment = finished.judgment.as_ref();
         let done = sqlx::query(query)

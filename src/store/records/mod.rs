@@ -14,6 +14,7 @@ mod database_clock;
 mod deliveries;
 mod dialect;
 mod documents;
+mod engine_time;
 mod events;
 mod faults;
 mod job_lists;
@@ -39,6 +40,7 @@ pub use deliveries::{AfterAttempt, AttemptEnd, DeliveryClaim, DeliveryEvent, Del
 pub use documents::{
     DocumentBounds, DocumentChange, DocumentHead, DocumentKind, DocumentRecord, NewDocument, Precondition,
 };
+pub use engine_time::{BRIEF, Wanted};
 pub use events::{EventReach, EventRecord};
 pub use faults::{Faults, Moment};
 pub use job_lists::{Holdings, JobFilter};

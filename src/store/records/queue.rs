@@ -5,7 +5,7 @@
 //! callers, leases that end with the worker, and cancellation that reaches a running job. What is missing is small when the queue
 //! lies in the table of jobs: a claim is one `UPDATE` that takes a row nobody else has locked, and a lease is two columns.
 //!
-//! **Order.** The caller who was served longest ago comes next; among a caller's jobs, those of no batch, then the greater priority,
+//! **Order.** The caller for whom workers have spent the least time comes next ([`super::engine_time`]); among a caller's jobs, those of no batch, then the greater priority,
 //! then the older.
 //! **At least once.** A lease that is not extended runs out, and the job goes back to the queue. The end of a job is written
 //! only by who holds the lease, so a job that two workers have computed has one end. **Time** is the database's, which is the
@@ -22,6 +22,7 @@ use sqlx::{Any, Row, Transaction};
 use super::{
     FinishedJob, JobRecord, JobState, Lane, Records, StoredProgress, count,
     database::{CHUNK, ours, places},
+    engine_time::{BRIEF, Wanted, used},
     jobs::{COLUMNS, read, to_json},
     milliseconds, signed,
 };
@@ -90,7 +91,7 @@ pub struct QueueDepth {
 }
 
 impl Records {
-    /// Takes the job whose turn it is, of those in lanes up to `last`, and gives it to `lease` for `period`, counting an attempt.
+    /// Takes the job whose turn it is, of those that are wanted, and gives it to `lease` for `period`, counting an attempt.
     /// `lease` must be new; when the answer is an error, [`Records::leased`] tells whether it has a job.
     ///
     /// # Errors
@@ -100,14 +101,15 @@ impl Records {
         lease: &LeaseId,
         period: Duration,
         now: Timestamp,
-        last: Lane,
+        wanted: impl Into<Wanted> + Send,
     ) -> Result<Claim, StoreError> {
+        let wanted: Wanted = wanted.into();
         let mut transaction = self.begin_brief().await?;
         let (database_now, skip) = (self.dialect.now(), self.dialect.lock_free_rows());
         let query = ours(format!(
             "UPDATE jobs SET state = 'running', attempt = attempt + 1, started_at = $3, lease = $1, progress = NULL, \
-             worker = $5, suspicion = CASE WHEN suspicion > 0 THEN 1 ELSE 0 END, lease_expires_at = {database_now} + $2 WHERE id = (SELECT id FROM jobs WHERE state = 'queued' AND \
-             available_at <= {database_now} AND lane <= $4 AND principal = (SELECT principal FROM turns WHERE \
+             taken_at = {database_now}, charged = (SELECT cost FROM turns WHERE turns.principal = jobs.principal), worker = $5, suspicion = CASE WHEN suspicion > 0 THEN 1 ELSE 0 END, lease_expires_at = {database_now} + $2 WHERE id = (SELECT id FROM jobs WHERE state = 'queued' AND \
+             available_at <= {database_now} AND lane <= $4 AND principal = (SELECT principal FROM turns WHERE cost <= $6 AND \
              (SELECT id FROM jobs WHERE jobs.principal = turns.principal AND state = 'queued' AND lane <= $4 AND \
              available_at <= {database_now} ORDER BY lane, priority DESC, id LIMIT 1) IS NOT NULL \
              ORDER BY served, principal LIMIT 1) ORDER BY lane, priority DESC, id \
@@ -117,13 +119,18 @@ impl Records {
             .bind(lease.as_str())
             .bind(milliseconds(period))
             .bind(now.as_millisecond())
-            .bind(last.number())
+            .bind(wanted.last.number())
             .bind(&*self.process)
+            .bind(wanted.max_cost())
             .fetch_optional(&mut *transaction)
             .await?;
         let Some(row) = row else {
             drop(transaction);
-            return self.look_into_queue(last).await;
+            return if wanted.is_brief {
+                Ok(Claim::NothingFor(BRIEF))
+            } else {
+                self.look_into_queue(wanted.last).await
+            };
         };
         let (job, is_suspect) = (Box::new(read(&row)?), row.try_get::<i64, _>("suspicion")? > 0);
         self.commit(transaction).await?;
@@ -178,23 +185,33 @@ impl Records {
     /// When the database fails.
     pub async fn extend_leases(&self, held: &[Held], period: Duration) -> Result<Vec<Option<JobState>>, StoreError> {
         let mut transaction = self.begin_keeping().await?;
-        let mut states = Vec::with_capacity(held.len());
-        for Held { id, lease, progress } in held {
+        let (mut states, mut overrun) = (Vec::with_capacity(held.len()), Vec::new());
+        for job @ Held { id, lease, progress } in held {
+            // Charged again when it has run for twice what it was charged, so a few times however long it runs.
             let query = ours(format!(
-                "UPDATE jobs SET lease_expires_at = {} + $3, progress = $4 WHERE id = $1 AND lease = $2 \
-                 AND state IN ('running', 'canceling') RETURNING state",
-                self.dialect.now()
+                "UPDATE jobs SET lease_expires_at = {now} + $3, progress = $4 WHERE id = $1 AND lease = $2 \
+                 AND state IN ('running', 'canceling') \
+                 RETURNING state, CAST({now} - COALESCE(taken_at, {now}) - 2 * charged AS BIGINT) AS overrun",
+                now = self.dialect.now()
             ));
-            let state = sqlx::query_scalar::<_, String>(query)
+            let row = sqlx::query(query)
                 .bind(id.as_str())
                 .bind(lease.as_str())
                 .bind(milliseconds(period))
                 .bind(to_json(progress, id)?)
                 .fetch_optional(&mut *transaction)
                 .await?;
-            states.push(state.as_deref().and_then(JobState::from_name));
+            let Some(row) = row else {
+                states.push(None);
+                continue;
+            };
+            states.push(JobState::from_name(&row.try_get::<String, _>("state")?));
+            if row.try_get::<i64, _>("overrun")? > 0 {
+                overrun.push(job);
+            }
         }
         self.commit(transaction).await?;
+        self.charge(&overrun).await?;
         Ok(states)
     }
 
@@ -211,9 +228,10 @@ impl Records {
         };
         let query = ours(format!(
             "UPDATE jobs SET state = 'queued', attempt = attempt - $3, retries = retries + $4, \
-             available_at = {} + $5, lease = NULL, lease_expires_at = NULL, started_at = NULL, progress = NULL \
-             WHERE id = $1 AND lease = $2 AND state = 'running'",
-            self.dialect.now()
+             available_at = {} + $5, lease = NULL, lease_expires_at = NULL, started_at = NULL, progress = NULL, \
+             charged = {}, taken_at = NULL WHERE id = $1 AND lease = $2 AND state = 'running'",
+            self.dialect.now(),
+            used(self.dialect)
         ));
         let done = sqlx::query(query)
             .bind(id.as_str())
@@ -288,9 +306,16 @@ impl Records {
         let (end, until) = match after {
             AfterCrash::Leave => return Ok(()),
             AfterCrash::Requeue => {
-                let query = "UPDATE jobs SET state = 'queued', crashes = crashes + $2, suspicion = 1, available_at = 0, \
-                             lease = NULL, lease_expires_at = NULL, started_at = NULL, progress = NULL WHERE id = $1";
-                sqlx::query(query).bind(job.id.as_str()).bind(i64::from(was_alone)).execute(&mut **transaction).await?;
+                let query = format!(
+                    "UPDATE jobs SET state = 'queued', crashes = crashes + $2, suspicion = 1, available_at = 0, lease = NULL, \
+                     lease_expires_at = NULL, started_at = NULL, progress = NULL, charged = {}, taken_at = NULL WHERE id = $1",
+                    used(self.dialect)
+                );
+                sqlx::query(ours(query))
+                    .bind(job.id.as_str())
+                    .bind(i64::from(was_alone))
+                    .execute(&mut **transaction)
+                    .await?;
                 return Ok(());
             }
             AfterCrash::End(end) => (end, None),

@@ -26,10 +26,10 @@ struct Begun {
 }
 
 impl Span {
-    /// Answering a request of that method and route (semantic conventions of HTTP servers).
+    /// Answering a request of that method and route, which came at `began` (semantic conventions of HTTP servers).
     #[must_use]
-    pub fn of_request(method: &'static str, route: &str, parent: Option<&TraceContext>) -> Self {
-        let mut span = Self::begin(SpanKind::Server, || format!("{method} {route}").into(), parent, Instant::now());
+    pub fn of_request(method: &'static str, route: &str, parent: Option<&TraceContext>, began: Instant) -> Self {
+        let mut span = Self::begin(SpanKind::Server, || format!("{method} {route}").into(), parent, began);
         span.note("http.request.method", || method);
         span.note("http.route", || route.to_owned());
         span

@@ -16,6 +16,7 @@ use super::{
         an_item_that_is_asked_for_again_counts_once, jobs_of_batches_wait_behind_single_ones_and_callers_take_turns,
     },
     named_records::{bounds, documents_have_versions_and_one_writer_at_a_time, keys_are_found_bounded_and_removed},
+    turns::{time_that_was_not_asked_for_is_not_saved_up, who_has_long_jobs_waits_for_who_has_short_ones},
 };
 
 pub(super) const HOUR: Duration = Duration::from_secs(3600);
@@ -560,4 +561,6 @@ suite![
     an_item_that_is_asked_for_again_counts_once,
     a_batch_is_stopped_whatever_its_jobs_do,
     a_batch_goes_with_the_last_of_its_jobs,
+    who_has_long_jobs_waits_for_who_has_short_ones,
+    time_that_was_not_asked_for_is_not_saved_up,
 ];

@@ -104,9 +104,10 @@ impl Customer {
     pub(super) async fn upload(&self, url: &str, clip: &str) -> Option<String> {
         let answer = self.client.post(format!("{url}/v1/assets?filename=clip.bvh")).body(clip.to_owned()).send().await;
         let answer = answer.ok()?;
-        let is_taken = answer.status().is_success();
+        let status = answer.status();
         let body: Value = answer.json().await.ok()?;
-        assert!(is_taken || body["retryable"] == true, "taken, or to be tried again: {body}");
+        let may_be_tried_again = body["retryable"] == true && status != StatusCode::INSUFFICIENT_STORAGE;
+        assert!(status.is_success() || may_be_tried_again, "taken, or to be tried again: {status} {body}");
         Some(body["id"].as_str()?.to_owned())
     }
 

@@ -93,6 +93,18 @@ async fn what_the_caller_does_not_sample_is_not_sent_and_failures_are_told() {
     assert!(!named(&spans, "POST /v1/retarget").is_failed, "that a file is refused is no fault of the service");
 }
 
+/// Somebody who sends any word for a key decides nothing of what is recorded.
+#[tokio::test(flavor = "multi_thread")]
+async fn who_is_not_known_has_no_trace_of_their_own() {
+    let (collector, place, client) = (Collector::start().await, Place::folder(), client());
+    let server = place.serve(&["--otlp-endpoint", &collector.url, "--authentication", "keys"], &[]);
+    let request = client.get(format!("{}/v1/jobs", server.url)).bearer_auth("rtg_nobody");
+    let answer = request.header("traceparent", format!("00-{TRACE}-{CALLER}-01")).send().await.expect("an answer");
+    assert_eq!(answer.status(), 401, "refused");
+    assert_eq!(server.terminate(), Some(0), "what is left is sent before the end");
+    assert!(collector.spans().iter().all(|span| span.trace != TRACE), "{:?}", collector.spans());
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn a_trace_goes_on_in_the_process_that_works() {
     let Some(place) = Place::shared() else { return };

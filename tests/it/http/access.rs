@@ -21,8 +21,9 @@ fn ask(service: &Service, key: &KeyText, method: Method, path: &str) -> RequestB
 
 async fn text_of(request: RequestBuilder, member: &str) -> String {
     let answer = request.send().await.expect("an answer");
-    assert!(answer.status().is_success(), "it works: {} for {}", answer.status(), answer.url());
-    read(answer).await[member].as_str().expect("a text").to_owned()
+    let (status, url) = (answer.status(), answer.url().clone());
+    let body = read(answer).await;
+    body[member].as_str().unwrap_or_else(|| panic!("{url} has a {member}: {status} {body}")).to_owned()
 }
 
 /// Every operation of the document, as (method, path).
@@ -115,7 +116,8 @@ async fn belongings(service: &Service, key: &KeyText) -> Belongings {
     let body = json!({"source": {"asset": asset}, "target": {"asset": asset}});
     let ended = ask(service, key, Method::POST, "/v1/jobs").header("prefer", "wait=30").json(&body);
     let ended = read(ended.send().await.expect("an answer")).await;
-    let text = |pointer: &str| ended.pointer(pointer).and_then(Value::as_str).expect("it succeeded").to_owned();
+    let text_at = |pointer: &str| ended.pointer(pointer).and_then(Value::as_str);
+    let text = |pointer: &str| text_at(pointer).unwrap_or_else(|| panic!("a {pointer} in {ended}")).to_owned();
     for (path, document) in [
         ("/v1/presets/hero", json!({"align": "off"})),
         ("/v1/rigs/hero", json!({"kind": "biped", "roles": {"pelvis": ["huefte"], "head": ["kopf"]}})),

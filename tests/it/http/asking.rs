@@ -3,7 +3,7 @@
 use reqwest::{Method, StatusCode};
 use serde_json::{Value, json};
 
-use super::support::{BVH, Service, header, json as read, problem};
+use super::support::{BVH, Service, header, json as read, problem, taken};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn validate_only_checks_and_asks_for_nothing() {
@@ -69,7 +69,7 @@ async fn quotas_are_told_before_they_are_reached() {
     let first = service.job(&asset, "wait").await;
     assert_eq!(header(&first, "ratelimit-policy"), "\"jobs\";q=2;qu=\"unfinished-jobs\"", "the quota");
     assert_eq!(header(&first, "ratelimit"), "\"jobs\";r=1", "what is left");
-    let first = read(first).await["id"].as_str().expect("an id").to_owned();
+    let first = taken(first).await;
     assert_eq!(header(&service.job(&asset, "wait").await, "ratelimit"), "\"jobs\";r=0", "nothing");
     let refused = service.job(&asset, "nothing").await;
     assert_eq!(header(&refused, "retry-after"), "2", "when to come again");

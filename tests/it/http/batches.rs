@@ -5,7 +5,7 @@ use std::time::Duration;
 use reqwest::{Method, StatusCode};
 use serde_json::{Value, json};
 
-use super::support::{BVH, PATIENCE, Service, form, header, json as read, problem};
+use super::support::{BVH, PATIENCE, Service, form, header, json as read, problem, taken};
 
 const NOWHERE: &str = "ast_00000000000000000000000000";
 
@@ -251,8 +251,7 @@ async fn batches_are_bounded_and_leave_room_for_single_jobs() {
 /// Files that differ in nothing but what they are called and what is in them.
 async fn named(service: &Service, name: &str, bytes: &str) -> String {
     let path = service.at(&format!("/v1/assets?filename={name}"));
-    let answer = service.client.post(path).body(bytes.to_owned()).send().await.expect("an answer");
-    id_of(&read(answer).await)
+    taken(service.client.post(path).body(bytes.to_owned()).send().await.expect("an answer")).await
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -344,5 +343,25 @@ async fn a_batch_delays_nobody_else() {
         "at once: {canceled}"
     );
     ended(&service, &id).await;
+    service.stop().await;
+}
+
+/// Each item names the versions of the caller's own rigs, so they count for each.
+#[tokio::test(flavor = "multi_thread")]
+async fn rigs_of_the_callers_own_count_for_every_item() {
+    let service = Service::start(&[("max_batch_bytes", "4096")]).await;
+    let asset = service.upload(BVH).await;
+    let file = json!({"asset": asset});
+    let items: Vec<Value> = (0..20).map(|_| json!({"source": file, "target": file})).collect();
+    let ask = async || service.post("/v1/batches", &json!({"items": items})).await;
+    assert_eq!(ask().await.status(), StatusCode::ACCEPTED, "nothing but files");
+    let rig = json!({"kind": "biped", "roles": {"pelvis": ["huefte"], "head": ["kopf"]}});
+    for number in 0..10 {
+        let path = service.at(&format!("/v1/rigs/hero-{number}"));
+        let kept = service.client.put(path).json(&rig).send().await.expect("an answer");
+        assert!(kept.status().is_success(), "a rig is kept: {}", kept.text().await.unwrap_or_default());
+    }
+    let refused = problem(ask().await, 413, "body_too_large").await;
+    assert_eq!(refused["limit"], "batch_bytes", "which limit: {refused}");
     service.stop().await;
 }

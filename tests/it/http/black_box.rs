@@ -5,7 +5,7 @@ use std::{path::Path, process::Command};
 use reqwest::{Client, Response, StatusCode};
 use serde_json::json;
 
-use super::support::{BVH, PATIENCE, ServiceProcess, form, header, json as read, problem, start_service};
+use super::support::{BVH, PATIENCE, ServiceProcess, form, header, json as read, problem, start_service, taken};
 
 fn client() -> Client {
     Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client")
@@ -82,11 +82,11 @@ async fn every_bad_request_has_its_own_code_and_the_service_goes_on() {
 async fn a_restart_keeps_assets_and_jobs() {
     let data = tempfile::tempdir().expect("a temporary folder");
     let server = start_service(data.path(), &["--workers", "1"]);
-    let asset = read(upload(&server, BVH).await).await["id"].as_str().expect("an id").to_owned();
+    let asset = taken(upload(&server, BVH).await).await;
     let body = json!({"source": {"asset": asset}, "target": {"asset": asset}});
     let answer = client().post(format!("{}/v1/jobs", server.url)).json(&body).send().await.expect("an answer");
     assert_eq!(answer.status(), StatusCode::ACCEPTED, "taken on");
-    let job = read(answer).await["id"].as_str().expect("an id").to_owned();
+    let job = taken(answer).await;
     // Killed, not stopped: what was acknowledged must be there without any goodbye.
     drop(server);
     let server = start_service(data.path(), &["--workers", "1"]);

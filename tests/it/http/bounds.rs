@@ -7,14 +7,14 @@ use std::{
 
 use reqwest::{Client, Method, StatusCode, header};
 use retargetd::jobs::Scope;
-use serde_json::{Value, json};
+use serde_json::json;
 use tokio::{
     io::{AsyncReadExt, AsyncWriteExt},
     net::TcpStream,
     task::JoinSet,
 };
 
-use super::support::{BVH, PATIENCE, Service, ServiceProcess, json as read, problem, start_service};
+use super::support::{BVH, PATIENCE, Service, ServiceProcess, json as read, problem, start_service, taken};
 
 fn client() -> Client {
     Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client")
@@ -239,8 +239,7 @@ async fn files_are_read_when_it_is_their_turn() {
     let server = start_service(data.path(), &["--workers", "1"]);
     let client = client();
     let upload = client.post(format!("{}/v1/assets?filename=a.bvh", server.url)).body(large_bvh());
-    let asset: Value = upload.send().await.expect("an answer").json().await.expect("JSON");
-    let id = asset["id"].as_str().unwrap_or_else(|| panic!("an id: {asset}")).to_owned();
+    let id = taken(upload.send().await.expect("an answer")).await;
     let file = json!({"asset": id});
     let job = json!({"source": file, "target": file, "source_rest": file, "target_rest": file});
     let extra = extra_memory(&server, async {
@@ -269,8 +268,7 @@ async fn configs_of_batches_take_turns() {
     let server = start_service(data.path(), &["--workers", "2", "--sweep-interval", "1s"]);
     let client = client();
     let upload = client.post(format!("{}/v1/assets?filename=a.bvh", server.url)).body(BVH);
-    let asset: Value = upload.send().await.expect("an answer").json().await.expect("JSON");
-    let file = json!({"asset": asset["id"]});
+    let file = json!({"asset": taken(upload.send().await.expect("an answer")).await});
     let mut asked = JoinSet::new();
     for number in 0..40 {
         let item = |item: usize| json!({"source": file, "target": file, "config": {"edit": {"fps": 10 + item, "range": [0, number]}}});
@@ -337,10 +335,10 @@ async fn one_principal_cannot_have_all_requests() {
     let all = [Scope::Read, Scope::Write];
     let (ann, bob) = (service.key("ann", &all).await, service.key("bob", &all).await);
     let upload = service.client.post(service.at("/v1/assets?filename=a.bvh")).bearer_auth(ann.reveal()).body(BVH);
-    let asset = read(upload.send().await.expect("an answer")).await["id"].clone();
+    let asset = taken(upload.send().await.expect("an answer")).await;
     let body = json!({"source": {"asset": asset}, "target": {"asset": asset}, "config": {"say": "wait"}});
     let job = service.client.post(service.at("/v1/jobs")).bearer_auth(ann.reveal()).json(&body);
-    let job = read(job.send().await.expect("an answer")).await["id"].as_str().expect("an id").to_owned();
+    let job = taken(job.send().await.expect("an answer")).await;
     let path = service.at(&format!("/v1/jobs/{job}"));
     let mut polls = JoinSet::new();
     for _ in 0..64 {

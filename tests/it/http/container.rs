@@ -1,11 +1,23 @@
 //! The container files, as far as they can be checked without a container.
 
-use std::{collections::BTreeSet, path::Path, process::Command};
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+    process::Command,
+};
 
 use retargetd::{config::Settings, telemetry::Metric};
 
+use crate::support::{python_with, skip};
+
+const COMPOSE_FILES: [&str; 2] = ["compose.yaml", "compose.scaled.yaml"];
+
+fn path(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("docker").join(name)
+}
+
 fn read(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docker").join(name);
+    let path = path(name);
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{} cannot be read: {error}", path.display()))
 }
 
@@ -47,6 +59,52 @@ fn processes_that_share_are_told_the_same_place() {
     assert!(scaled.contains("AWS_SECRET_ACCESS_KEY: retargetd-secret"), "with the key");
     assert!(scaled.contains("MINIO_ROOT_PASSWORD: retargetd-secret"), "that opens them");
     assert!(scaled.contains("command: [worker]") && scaled.contains("RETARGETD_WORKERS: \"0\""), "both roles");
+}
+
+/// Runs a judge and gives what it says where it is not content.
+fn complaint(judge: &mut Command) -> Option<String> {
+    let done = judge.output().expect("the judge runs");
+    let said = String::from_utf8_lossy(&done.stdout).into_owned() + &String::from_utf8_lossy(&done.stderr);
+    (!done.status.success()).then_some(said)
+}
+
+#[test]
+fn compose_files_follow_the_compose_specification() {
+    let Some(python) = python_with("check_jsonschema") else {
+        return skip("the Python package check-jsonschema is not installed; tests/run installs it");
+    };
+    let mut judge = Command::new(&python);
+    judge.args(["-m", "check_jsonschema", "--builtin-schema", "vendor.compose-spec"]);
+    let complaint = complaint(judge.args(COMPOSE_FILES.map(path)));
+    assert!(complaint.is_none(), "{complaint:?}");
+}
+
+#[test]
+fn docker_reads_the_compose_files() {
+    if !Command::new("docker").args(["compose", "version"]).output().is_ok_and(|done| done.status.success()) {
+        return skip("Docker with its compose plugin is not installed");
+    }
+    for name in COMPOSE_FILES {
+        let complaint =
+            complaint(Command::new("docker").args(["compose", "--file"]).arg(path(name)).args(["config", "--quiet"]));
+        assert!(complaint.is_none(), "{name}: {complaint:?}");
+    }
+}
+
+#[test]
+fn kubernetes_knows_every_property_of_the_manifests() {
+    let Some(python) = python_with("kubernetes_validate") else {
+        return skip("the Python package kubernetes-validate is not installed; tests/run installs it");
+    };
+    let judged = |file: &Path| {
+        complaint(Command::new(&python).args(["-m", "kubernetes_validate", "--strict", "--quiet"]).arg(file))
+    };
+    let good = judged(&path("kubernetes/retargetd.yaml"));
+    assert!(good.is_none(), "{good:?}");
+    let misspelt = tempfile::NamedTempFile::with_suffix(".yaml").expect("a file");
+    let text = read("kubernetes/retargetd.yaml").replace("readOnlyRootFilesystem:", "readOnlyRootFileSystem:");
+    std::fs::write(misspelt.path(), text).expect("writes");
+    assert!(judged(misspelt.path()).is_some(), "a slip of one letter is found");
 }
 
 /// The number after a key of a YAML file, without its unit.

@@ -4,7 +4,7 @@ use reqwest::{Client, Response, StatusCode, multipart::Form, multipart::Part};
 use retargetd::samples;
 use serde_json::json;
 
-use super::support::{PATIENCE, ServiceProcess, header, json as read, problem, start_service};
+use super::support::{PATIENCE, ServiceProcess, header, json as read, problem, start_service, taken};
 
 fn client() -> Client {
     Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client")
@@ -57,7 +57,7 @@ async fn a_job_that_edits_needs_no_target() {
     let data = tempfile::tempdir().expect("a temporary folder");
     let server = start_service(data.path(), &[]);
     let upload = client().post(format!("{}/v1/assets?filename=walk.glb", server.url)).body(samples::walk_clip());
-    let asset = read(upload.send().await.expect("an asset")).await["id"].clone();
+    let asset = taken(upload.send().await.expect("an asset")).await;
     let ask = |config: serde_json::Value| {
         let body = json!({"source": {"asset": asset}, "config": config, "output": ["poses_json"]});
         client().post(format!("{}/v1/jobs", server.url)).header("prefer", "wait=30").json(&body).send()

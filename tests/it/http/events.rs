@@ -5,7 +5,7 @@ use std::time::Duration;
 use retargetd::jobs::Scope;
 use serde_json::{Value, json};
 
-use super::support::{BVH, Service, header, json as read, problem};
+use super::support::{BVH, Service, header, problem, taken};
 use crate::event_stream::{EventReader, Heard};
 
 async fn follow(service: &Service, path: &str, last_id: Option<&str>) -> EventReader {
@@ -18,7 +18,7 @@ fn names(heard: &[Heard]) -> Vec<&str> {
 
 async fn ended_job(service: &Service, word: &str) -> String {
     let asset = service.upload(BVH).await;
-    let job = read(service.job(&asset, word).await).await["id"].as_str().expect("an id").to_owned();
+    let job = taken(service.job(&asset, word).await).await;
     let wait = service.client.get(service.at(&format!("/v1/jobs/{job}"))).header("prefer", "wait=30");
     wait.send().await.expect("an answer");
     job
@@ -28,7 +28,7 @@ async fn ended_job(service: &Service, word: &str) -> String {
 async fn a_job_is_followed_to_its_end_and_not_further() {
     let service = Service::start(&[]).await;
     let asset = service.upload(BVH).await;
-    let job = read(service.job(&asset, "wait").await).await["id"].as_str().expect("an id").to_owned();
+    let job = taken(service.job(&asset, "wait").await).await;
     let path = format!("/v1/jobs/{job}/events");
     let mut stream = follow(&service, &path, None).await;
     let first = stream.next().await.expect("an event");
@@ -136,7 +136,7 @@ async fn callers_hear_nothing_of_one_another() {
     }
     for (key, _) in &streams {
         let upload = service.client.post(service.at("/v1/assets?filename=walk.bvh")).bearer_auth(key.reveal());
-        let asset = read(upload.body(BVH).send().await.expect("an answer")).await["id"].clone();
+        let asset = taken(upload.body(BVH).send().await.expect("an answer")).await;
         let body = json!({"source": {"asset": asset}, "target": {"asset": asset}});
         let job = service.client.post(service.at("/v1/jobs")).bearer_auth(key.reveal()).json(&body);
         job.header("prefer", "wait=30").send().await.expect("an answer");

@@ -7,7 +7,18 @@ use retargetd::{
 };
 use serde_json::json;
 
-use super::support::{BVH, Service, header, json};
+use super::support::{BVH, Service, header, json, problem};
+
+#[tokio::test]
+async fn a_full_store_names_its_limit() {
+    let service = Service::start(&[("max_stored_bytes", "30")]).await;
+    service.upload(BVH).await;
+    let path = service.at("/v1/assets?filename=more.bvh");
+    let answer = service.client.post(path).body(format!("{BVH}more")).send().await.expect("an answer");
+    let refused = problem(answer, 507, "storage_full").await;
+    assert_eq!((&refused["limit"], &refused["maximum"]), (&json!("stored_bytes"), &json!(30)), "{refused}");
+    service.stop().await;
+}
 
 #[tokio::test(flavor = "multi_thread")]
 async fn version_limits_formats_and_schema_are_those_of_the_code() {

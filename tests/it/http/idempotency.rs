@@ -3,7 +3,7 @@
 use reqwest::{Response, StatusCode};
 use serde_json::{Value, json};
 
-use super::support::{BVH, Service, form, header, json as read, problem};
+use super::support::{BVH, Service, form, header, json as read, problem, taken};
 
 async fn ask(service: &Service, word: &str, body: &Value) -> Response {
     service
@@ -23,7 +23,7 @@ async fn who_asks_twice_has_one_job_also_when_the_queue_is_full() {
     let body = json!({"source": {"asset": asset}, "target": {"asset": asset}, "config": {"say": "wait"}});
     let first = ask(&service, "monday", &body).await;
     assert_eq!((first.status(), header(&first, "idempotent-replayed")), (StatusCode::ACCEPTED, ""), "taken on");
-    let id = read(first).await["id"].as_str().expect("an id").to_owned();
+    let id = taken(first).await;
     service.until(&id, "running").await;
     assert_eq!(ask(&service, "tuesday", &body).await.status(), StatusCode::ACCEPTED, "another word is another job");
     problem(ask(&service, "wednesday", &body).await, 429, "queue_full").await;
@@ -77,7 +77,7 @@ async fn many_who_ask_at_the_same_time_have_one_job() {
     let mut ids = Vec::new();
     for answer in answers {
         assert!(answer.status().is_success(), "answered: {}", answer.status());
-        ids.push(read(answer).await["id"].as_str().expect("an id").to_owned());
+        ids.push(taken(answer).await);
     }
     ids.dedup();
     assert_eq!(ids.len(), 1, "one job for all");

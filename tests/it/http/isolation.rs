@@ -11,7 +11,7 @@ use reqwest::Client;
 use retargetd::samples;
 use serde_json::{Value, json};
 
-use super::support::{PATIENCE, ServiceProcess, json as read, problem};
+use super::support::{PATIENCE, ServiceProcess, json as read, problem, taken};
 use crate::service_process::signal;
 
 /// A service whose engine goes wild on files whose names say so.
@@ -54,13 +54,13 @@ impl Studio {
         let total = bytes.len() as u32;
         bytes[8..12].copy_from_slice(&total.to_le_bytes());
         let request = self.client.post(format!("{}/v1/assets?filename={name}", self.url)).body(bytes);
-        read(request.send().await.expect("an answer")).await["id"].as_str().expect("an id").to_owned()
+        taken(request.send().await.expect("an answer")).await
     }
 
     async fn job(&self, asset: &str) -> String {
         let body = json!({"source": {"asset": asset}, "config": {"task": "edit"}, "output": ["bvh"]});
         let request = self.client.post(format!("{}/v1/jobs", self.url)).json(&body);
-        read(request.send().await.expect("an answer")).await["id"].as_str().expect("an id").to_owned()
+        taken(request.send().await.expect("an answer")).await
     }
 
     async fn end(&self, job: &str) -> Value {

@@ -4,7 +4,7 @@ use reqwest::{Response, StatusCode};
 use retargetd::{engine, samples};
 use serde_json::{Value, json};
 
-use super::support::{BVH, Service, header, json as read, problem, start_service};
+use super::support::{BVH, Service, header, json as read, problem, start_service, taken};
 
 async fn put(service: &Service, path: &str, body: &Value, condition: (&'static str, &str)) -> Response {
     let mut request = service.client.put(service.at(path)).json(body);
@@ -213,14 +213,14 @@ async fn a_rig_is_learned_from_an_uploaded_character() {
     let client = reqwest::Client::builder().no_proxy().build().expect("a client");
     let url = format!("{}/v1/assets?filename=mannequin.glb", server.url);
     let upload = client.post(url).body(samples::mannequin()).send().await.expect("an answer");
-    let asset = read(upload).await["id"].clone();
+    let asset = taken(upload).await;
     let put = |body: Value| client.put(format!("{}/v1/rigs/hero", server.url)).json(&body).send();
     let kept = put(json!({ "asset": asset })).await.expect("an answer");
     assert_eq!(kept.status(), StatusCode::CREATED, "kept");
     let template = read(kept).await;
     assert_eq!(template["name"], "hero", "under the name of the request");
     assert_eq!(template["roles"]["left_forearm"], json!(["lowerarm_l"]), "{template}");
-    let skeleton = format!("{}/v1/assets/{}/skeleton", server.url, asset.as_str().expect("an id"));
+    let skeleton = format!("{}/v1/assets/{asset}/skeleton", server.url);
     let known = read(client.get(skeleton).send().await.expect("an answer")).await;
     assert_eq!(known["rigs"][0]["recognised_as"], "hero", "from then on it is known by that name");
     problem(put(json!({"asset": 7})).await.expect("an answer"), 422, "invalid_value").await;

@@ -154,6 +154,10 @@ async fn a_full_disk_is_said_and_room_is_found_again() {
             StatusCode::CREATED => kept.push(body["id"].as_str().expect("an id").to_owned()),
             status => {
                 assert_eq!((status.as_u16(), &body["code"]), (507, &"storage_full".into()), "said as it is: {body}");
+                assert!(
+                    body["detail"].as_str().unwrap_or_default().contains("the disk is full"),
+                    "what is full: {body}"
+                );
                 refused += 1;
             }
         }

@@ -4,7 +4,7 @@ use reqwest::{Client, Response, StatusCode, multipart};
 use retargetd::samples;
 use serde_json::{Value, json};
 
-use super::support::{PATIENCE, ServiceProcess, json as read, problem, start_service};
+use super::support::{PATIENCE, ServiceProcess, json as read, problem, start_service, taken};
 
 fn client() -> Client {
     Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client")
@@ -13,7 +13,7 @@ fn client() -> Client {
 async fn upload(server: &ServiceProcess, name: &str, bytes: Vec<u8>) -> String {
     let url = format!("{}/v1/assets?filename={name}", server.url);
     let answer = client().post(url).body(bytes).send().await.expect("an answer");
-    read(answer).await["id"].as_str().expect("an id").to_owned()
+    taken(answer).await
 }
 
 async fn post(server: &ServiceProcess, path: &str, body: &Value) -> Response {

@@ -4,7 +4,7 @@ use reqwest::{Client, StatusCode, multipart};
 use retargetd::samples;
 use serde_json::{Value, json};
 
-use super::support::{PATIENCE, json as read, problem, start_service};
+use super::support::{PATIENCE, json as read, problem, start_service, taken};
 
 fn client() -> Client {
     Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client")
@@ -56,7 +56,7 @@ async fn a_joint_is_explained_by_form_and_by_asset() {
     let mut files = json!({});
     for (role, bytes) in [("source", samples::walk_clip()), ("target", samples::mannequin())] {
         let upload = client().post(format!("{}/v1/assets?filename={role}.glb", server.url)).body(bytes).send();
-        files[role] = json!({"asset": read(upload.await.expect("an answer")).await["id"]});
+        files[role] = json!({"asset": taken(upload.await.expect("an answer")).await});
     }
     let by_asset = client().post(url("frame=20&joint=lowerarm_l")).json(&files).send().await.expect("an answer");
     assert_eq!(read(by_asset).await, by_form, "the same files, the same answer");

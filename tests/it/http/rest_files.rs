@@ -23,7 +23,8 @@ async fn a_rest_file_is_matched_or_refused() {
         request.header("prefer", "wait=30").send().await.expect("an answer")
     };
     let job = read(ask(samples::mannequin(), "mannequin.glb").await).await;
-    let report = format!("{}{}", server.url, job["links"]["report"].as_str().expect("a path"));
+    let report =
+        format!("{}{}", server.url, job["links"]["report"].as_str().unwrap_or_else(|| panic!("a report: {job}")));
     let report = read(client.get(report).send().await.expect("an answer")).await;
     let target = &report["rigs"]["target"];
     assert_eq!(target["rest_pose_from"], "upload", "{target}");

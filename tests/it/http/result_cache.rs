@@ -5,12 +5,12 @@ use std::time::Duration;
 use retargetd::jobs::Scope;
 use serde_json::{Value, json};
 
-use super::support::{BVH, Service, form, header, json as read};
+use super::support::{BVH, Service, form, header, json as read, taken};
 
 /// Asks for a job on the same files and gives it when it has ended.
 async fn ended(service: &Service, key: &str, config: &Value, headers: &[(&str, &str)]) -> Value {
     let upload = service.client.post(service.at("/v1/assets?filename=walk.bvh")).bearer_auth(key).body(BVH);
-    let asset = read(upload.send().await.expect("an answer")).await["id"].clone();
+    let asset = taken(upload.send().await.expect("an answer")).await;
     let body = json!({"source": {"asset": asset}, "target": {"asset": asset}, "config": config});
     let request = service.client.post(service.at("/v1/jobs")).bearer_auth(key).header("prefer", "wait=30").json(&body);
     let request = headers.iter().fold(request, |request, (name, value)| request.header(*name, *value));
@@ -49,7 +49,7 @@ async fn the_same_again_is_taken_from_what_is_there() {
         let path = format!("/v1/jobs/{}", job["id"].as_str().expect("an id"));
         service.client.delete(service.at(&path)).send().await.expect("an answer");
     }
-    let content = service.get(other["content"].as_str().expect("a path")).await;
+    let content = service.get(other["content"].as_str().unwrap_or_else(|| panic!("content: {other}"))).await;
     assert_eq!(content.text().await.expect("text"), BVH, "it stays when those go that it came from");
     let third = ended(&service, "", &config, &none).await;
     assert_eq!(third["cached_from"], second["id"], "and can be taken from there");

@@ -6,7 +6,7 @@ use reqwest::StatusCode;
 use serde_json::json;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
-use super::support::{BVH, Service, form, header, json as read, problem};
+use super::support::{BVH, Service, form, header, json as read, problem, taken};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn files_in_file_out() {
@@ -59,7 +59,7 @@ async fn accept_and_prefer_are_heard() {
 async fn a_full_queue_refuses_while_probes_and_cancel_work() {
     let service = Service::start(&[("max_queued_jobs", "1")]).await;
     let asset = service.upload(BVH).await;
-    let running = read(service.job(&asset, "wait").await).await["id"].as_str().expect("an id").to_owned();
+    let running = taken(service.job(&asset, "wait").await).await;
     service.until(&running, "running").await;
     let queued = service.job(&asset, "wait").await;
     assert_eq!(queued.status(), StatusCode::ACCEPTED, "room for one");
@@ -137,7 +137,7 @@ async fn lists_have_pages_and_filters() {
     let service = Service::start(&[]).await;
     let asset = service.upload(BVH).await;
     for _ in 0..5 {
-        let id = read(service.job(&asset, "fine").await).await["id"].as_str().expect("an id").to_owned();
+        let id = taken(service.job(&asset, "fine").await).await;
         service.until(&id, "succeeded").await;
     }
     let mut seen = Vec::new();
@@ -214,7 +214,7 @@ async fn who_is_refused_while_sending_hears_why() {
 async fn a_drain_lets_those_who_wait_go() {
     let service = Service::start(&[("grace_period", "0s"), ("drain_delay", "1s")]).await;
     let asset = service.upload(BVH).await;
-    let id = read(service.job(&asset, "wait").await).await["id"].as_str().expect("an id").to_owned();
+    let id = taken(service.job(&asset, "wait").await).await;
     service.until(&id, "running").await;
     let waiting = service.client.get(service.at(&format!("/v1/jobs/{id}"))).header("prefer", "wait=30").send();
     let (url, client) = (service.url.clone(), service.client.clone());

@@ -14,7 +14,7 @@ use retargetd::{
 };
 use serde_json::Value;
 
-pub(super) use crate::service_process::ServiceProcess;
+pub(super) use crate::service_process::{ServiceProcess, taken};
 
 /// Long enough for a busy machine; nothing waits this long when all is well.
 pub(super) const PATIENCE: Duration = Duration::from_secs(60);
@@ -141,8 +141,7 @@ impl Service {
     pub(super) async fn upload(&self, bytes: &str) -> String {
         let path = self.at("/v1/assets?filename=walk.bvh");
         let answer = self.client.post(path).body(bytes.to_owned()).send().await.expect("an answer");
-        assert!(answer.status().is_success(), "the upload is taken: {}", answer.status());
-        json(answer).await["id"].as_str().expect("an id").to_owned()
+        taken(answer).await
     }
 
     /// Asks for a job whose config says `word`.

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use super::{
     identity_provider::{AUDIENCE, Provider, TokenKey, claims},
-    support::{BVH, PATIENCE, Service, ServiceProcess, header, json as read, problem},
+    support::{BVH, PATIENCE, Service, ServiceProcess, header, json as read, problem, taken},
 };
 
 const READ: &str = "openid retargetd:read";
@@ -173,8 +173,8 @@ async fn principals_of_tokens_and_keys_see_nothing_of_one_another() {
     let token = |subject: &str| key.sign(&claims(&provider.url, subject, ALL));
     let (ann, bob, odd) = (token("ann"), token("bob"), token("Ann Ö. <ann@studio.example>"));
     let holder = service.key("ann", &[Scope::Read, Scope::Write]).await;
-    let uploaded = read(ask(&service, &ann, Method::POST, "/v1/assets?filename=walk.bvh").await).await;
-    let path = format!("/v1/assets/{}", uploaded["id"].as_str().expect("an id"));
+    let uploaded = taken(ask(&service, &ann, Method::POST, "/v1/assets?filename=walk.bvh").await).await;
+    let path = format!("/v1/assets/{uploaded}");
     assert_eq!(ask(&service, &ann, Method::GET, &path).await.status(), 200, "her own");
     let renewed = {
         let mut later = claims(&provider.url, "ann", READ);
@@ -185,8 +185,8 @@ async fn principals_of_tokens_and_keys_see_nothing_of_one_another() {
     for (name, other) in [("another token", bob.as_str()), ("a key of the same name", holder.reveal()), ("odd", &odd)] {
         assert_eq!(ask(&service, other, Method::GET, &path).await.status(), 404, "{name}");
     }
-    let own = read(ask(&service, &odd, Method::POST, "/v1/assets?filename=walk.bvh").await).await;
-    let path = format!("/v1/assets/{}", own["id"].as_str().expect("an id"));
+    let own = taken(ask(&service, &odd, Method::POST, "/v1/assets?filename=walk.bvh").await).await;
+    let path = format!("/v1/assets/{own}");
     assert_eq!(ask(&service, &odd, Method::GET, &path).await.status(), 200, "a subject that is no plain name");
     service.stop().await;
 }

@@ -6,7 +6,7 @@ use reqwest::{Client, Response, multipart};
 use retargetd::samples;
 use serde_json::{Value, json};
 
-use super::support::{PATIENCE, header, json as read, problem, start_service};
+use super::support::{PATIENCE, header, json as read, problem, start_service, taken};
 
 fn client() -> Client {
     Client::builder().timeout(PATIENCE).no_proxy().build().expect("a client")
@@ -53,6 +53,12 @@ async fn the_verdict_is_told_wherever_a_result_is_spoken_of() {
     let unmeasured = ask(UNMEASURED).await;
     assert!(unmeasured.headers().get("verdict").is_none(), "nothing was measured");
 
+    let events =
+        client().get(at(&format!("/v1/jobs/{}/events", header(&bad, "job-id")))).send().await.expect("an answer");
+    let events = events.text().await.expect("text");
+    assert!(events.contains("\"verdict\":\"fail\""), "in the event of its end: {events}");
+    assert_eq!(events.matches("\"verdict\":").count(), 1, "and in no other: {events}");
+
     let failed = get("/v1/jobs?verdict=fail").await;
     let ids: Vec<&Value> = failed["items"].as_array().expect("a list").iter().map(|job| &job["id"]).collect();
     assert_eq!(ids, [&json!(header(&bad, "job-id"))], "those alone");
@@ -70,12 +76,12 @@ async fn a_batch_and_its_archive_tell_the_verdicts() {
     let mut files = json!({});
     for (role, bytes) in [("source", samples::walk_clip()), ("target", samples::mannequin())] {
         let upload = client().post(at(&format!("/v1/assets?filename={role}.glb"))).body(bytes).send();
-        files[role] = json!({"asset": read(upload.await.expect("an answer")).await["id"]});
+        files[role] = json!({"asset": taken(upload.await.expect("an answer")).await});
     }
     let fails: Value = serde_json::from_str(FAILS).expect("JSON");
     let batch = json!({"defaults": files, "items": [{"config": fails}, {}]});
-    let id = read(client().post(at("/v1/batches")).json(&batch).send().await.expect("an answer")).await["id"].clone();
-    let path = at(&format!("/v1/batches/{}", id.as_str().expect("an id")));
+    let id = taken(client().post(at("/v1/batches")).json(&batch).send().await.expect("an answer")).await;
+    let path = at(&format!("/v1/batches/{id}"));
     let ended = client().get(&path).header("prefer", "wait=60").send().await.expect("an answer");
     let ended: Value = read(ended).await;
     assert_eq!(ended["counts"]["succeeded"], 2, "{ended}");

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use super::{
     receiver::{Heard, Receiver, Reply},
-    support::{BVH, PATIENCE, Service, ServiceProcess, header, json as read, problem},
+    support::{BVH, PATIENCE, Service, ServiceProcess, header, json as read, problem, taken},
 };
 use crate::support::{python_with, skip};
 
@@ -314,17 +314,17 @@ async fn callers_are_told_of_their_own_jobs_only() {
         let (key, receiver) = (service.key(name, &[Scope::Read, Scope::Write]).await, Receiver::start(&[]));
         let asked = service.client.post(service.at("/v1/webhooks")).bearer_auth(key.reveal());
         let made = asked.json(&json!({"url": receiver.url})).send().await.expect("an answer");
-        receivers.push((key, receiver, read(made).await["id"].clone()));
+        receivers.push((key, receiver, taken(made).await));
     }
     let (ann, hers, _) = &receivers[0];
     let upload = service.client.post(service.at("/v1/assets?filename=walk.bvh")).bearer_auth(ann.reveal());
-    let asset = read(upload.body(BVH).send().await.expect("an answer")).await["id"].clone();
+    let asset = taken(upload.body(BVH).send().await.expect("an answer")).await;
     let ask = |body: Value| service.client.post(service.at("/v1/jobs")).bearer_auth(ann.reveal()).json(&body).send();
     let inputs = json!({"source": {"asset": asset}, "target": {"asset": asset}});
     ask(inputs.clone()).await.expect("an answer");
     hers.hears(1).await;
     let mut stolen = inputs;
-    stolen["webhook"] = receivers[1].2.clone();
+    stolen["webhook"] = receivers[1].2.clone().into();
     problem(ask(stolen).await.expect("an answer"), 422, "unknown_webhook").await;
     assert!(receivers[1].1.heard().is_empty(), "he hears nothing");
     service.stop().await;
@@ -394,7 +394,7 @@ async fn a_process_that_dies_between_the_end_and_the_word_loses_nothing() {
     let post = |path: &str, body: Value| client.post(format!("{}{path}", dying.url)).json(&body).send();
     let hook = read(post("/v1/webhooks", json!({"url": receiver.url})).await.expect("an answer")).await;
     let upload = client.post(format!("{}/v1/assets?filename=clip.bvh", dying.url)).body(crate::durable::CLIP);
-    let asset = read(upload.send().await.expect("an answer")).await["id"].clone();
+    let asset = taken(upload.send().await.expect("an answer")).await;
     let job = read(
         post("/v1/jobs", json!({"source": {"asset": asset}, "target": {"asset": asset}})).await.expect("an answer"),
     )

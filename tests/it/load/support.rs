@@ -10,7 +10,10 @@ use std::{
 use reqwest::{Client, StatusCode};
 use serde_json::{Value, json};
 
-use crate::{service_process::ServiceProcess, support::Extent};
+use crate::{
+    service_process::{ServiceProcess, taken},
+    support::Extent,
+};
 
 /// Long enough for a busy machine; nothing waits this long when all is well.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -72,8 +75,7 @@ impl Pressed {
 
     pub(super) async fn upload(&self, name: &str, bytes: Vec<u8>) -> String {
         let answer = self.client.post(self.at(&format!("/v1/assets?filename={name}"))).body(bytes).send().await;
-        let body: Value = answer.expect("an answer").json().await.expect("JSON");
-        body["id"].as_str().unwrap_or_else(|| panic!("an id: {body}")).to_owned()
+        taken(answer.expect("an answer")).await
     }
 
     /// Asks for a job.
