@@ -33,10 +33,11 @@ mod provenance;
 mod report_page;
 mod rest_file;
 mod retarget;
+mod task;
 mod tune;
+mod work;
 
 pub use alignment::AlignmentView;
-pub use edit::{edit, edit_config, edit_with};
 pub use edits_page::edits_page;
 pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain, explain_with};
 pub use face_fit::FaceFitView;
@@ -48,24 +49,23 @@ pub use joint_table::JointTable;
 pub use keys::KeysView;
 pub use knowledge::{
     Knowledge, built_in_presets, built_in_rigs, check_preset, check_rig, merge_config, merge_patch, parse_config,
-    task_of,
 };
 pub use labels::{ByRole, OneOrMore};
 pub use limited::LimitedView;
-pub use pose::pose_config;
 pub use propose::{
     DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose, propose_with,
 };
 pub use report_page::report_page;
 pub use rest_file::RestFileView;
-pub use retarget::{check_strict, retarget, retarget_with};
+pub use retarget::check_strict;
+pub use task::{Task, TaskKind, edit, retarget, retarget_with, run, task_of};
 pub use tune::{TunedParameter, Tuning};
 
 // The words that callers need to speak with the engine; the service half sees the pure half through this door only.
 pub use crate::{
     formats::{Format, FormatInfo, JsonSize, Limits, sniff},
     model::{Control, Phase, Progress},
-    rig::{FindingCode, Severity, template_schema},
+    rig::{FindingCode, PoseChoice, Severity, template_schema},
 };
 
 use serde::{Deserialize, Serialize};
@@ -108,7 +108,28 @@ pub struct EditInputs<'a> {
     pub source: NamedBytes<'a>,
     /// The rig in its rest pose, where the file does not hold it.
     pub source_rest: Option<NamedBytes<'a>>,
+    /// Whether a target was sent along, which is worth a warning.
+    pub unread_target: bool,
     /// The spec, whose `edit` says what is to be done; JSON or YAML.
+    pub config: Option<NamedBytes<'a>>,
+    /// Formats that the caller wants; they win over the spec's `output`. Empty: what the spec says, else GLB.
+    pub formats: &'a [Format],
+}
+
+/// What a character that is to be posed is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct PoseInputs<'a> {
+    /// The file with the character.
+    pub target: NamedBytes<'a>,
+    /// The character in its rest pose, where its file does not hold it.
+    pub target_rest: Option<NamedBytes<'a>>,
+    /// Another character, read only where its rest pose is the one to be taken.
+    pub source: Option<NamedBytes<'a>>,
+    /// The other character in its rest pose, where its file does not hold it.
+    pub source_rest: Option<NamedBytes<'a>>,
+    /// Which pose. `None`: the one that the spec says, else a T pose.
+    pub to: Option<PoseChoice>,
+    /// The retarget spec, JSON or YAML; the character is its target.
     pub config: Option<NamedBytes<'a>>,
     /// Formats that the caller wants; they win over the spec's `output`. Empty: what the spec says, else GLB.
     pub formats: &'a [Format],

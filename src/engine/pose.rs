@@ -7,42 +7,36 @@
 use glam::{Quat, Vec3};
 
 use crate::{
-    formats::{self, Limits, TargetClips, WriteOptions},
+    formats::{self, TargetClips, WriteOptions},
     model::{Axes, Clip, Control, Joint, JointTracks, LocalPose, Phase, Reporter, Scene, Skeleton, Track},
-    rig::{PoseChoice, PoseSpec, Posed, RetargetSpec, Rig, parse_spec, posed_target},
+    rig::{PoseChoice, Posed, Rig, posed_target},
 };
 
 use super::{
-    Counts, Failure, FailureCode, Inputs, Knowledge, NamedBytes, Outcome, Output, Report, Rigs, Timings, WarningView,
+    Counts, Failure, FailureCode, Outcome, Output, PoseInputs, Report, Rigs, Timings, WarningView,
     alignment::view,
     convert::{convert_clip, convert_scene, into_ours},
-    files::{in_config, in_config_or},
+    files::in_config_or,
     load::{Loaded, load},
     mixups::explain_rest,
     provenance::engine,
     retarget::{Wanted, check_strict, facts, joint_count, wanted_outputs},
+    work::Work,
 };
 
 /// Rotations closer than this are the same, as one minus the cosine of half the angle.
 const SAME_ROTATION: f64 = 1e-12;
 
 /// Puts the target into a pose. The source is read only where the pose is taken from it.
-pub(super) fn pose(
-    inputs: &Inputs<'_>,
-    spec: &RetargetSpec,
-    choice: PoseChoice,
-    knowledge: &Knowledge,
-    limits: &Limits,
-    control: &Control,
-) -> Result<Outcome, Failure> {
-    let begin = control.seconds();
-    let mut reporter = Reporter::new();
+pub(super) fn posed(work: Work<'_>, inputs: &PoseInputs<'_>) -> Result<Outcome, Failure> {
+    let Work { ref spec, knowledge, limits, control, begin, mut reporter } = work;
+    let choice = spec.pose.unwrap_or_default().to;
     let wanted = wanted_outputs(spec, inputs.formats)?;
     let mut read = |file, part| load(file, part, limits, control, &mut reporter);
     let mut target = read(inputs.target, "target")?;
     let target_rest = inputs.target_rest.map(|file| read(file, "target_rest")).transpose()?;
     let is_from_source = choice == PoseChoice::Source;
-    let source = is_from_source.then(|| read(inputs.source, "source")).transpose()?;
+    let source = inputs.source.filter(|_| is_from_source).map(|file| read(file, "source")).transpose()?;
     let source_rest =
         inputs.source_rest.filter(|_| is_from_source).map(|file| read(file, "source_rest")).transpose()?;
     let read_seconds = control.seconds() - begin;
@@ -102,20 +96,6 @@ pub(super) fn pose(
     let resolved_spec = serde_json::to_value(spec)
         .map_err(|error| Failure::new(FailureCode::Internal, format!("the resolved spec: {error}")))?;
     Ok(Outcome { outputs, report, resolved_spec })
-}
-
-/// The bytes of a config that asks for a pose: `config`, where there is one, with `pose` set to the name of a pose.
-///
-/// # Errors
-/// When the config cannot be read, or the name is that of no pose.
-pub fn pose_config(config: Option<NamedBytes<'_>>, to: &str) -> Result<Vec<u8>, Failure> {
-    let mut spec = match config {
-        Some(config) => parse_spec(config.bytes).map_err(in_config)?,
-        None => RetargetSpec::default(),
-    };
-    let choice = serde_json::from_value(serde_json::Value::from(to));
-    spec.pose = Some(PoseSpec { to: choice.map_err(|error| Failure::new(FailureCode::Internal, error.to_string()))? });
-    serde_json::to_vec(&spec).map_err(|error| Failure::new(FailureCode::Internal, error.to_string()))
 }
 
 /// A T pose needs arms or legs.

@@ -3,23 +3,22 @@
 use std::sync::Arc;
 
 use crate::{
-    formats::{self, Compression, EulerOrder, Format, FormatError, Include, Limits, TargetClips, WriteOptions},
+    formats::{self, Compression, EulerOrder, Format, FormatError, Include, TargetClips, WriteOptions},
     model::{Axes, Clip, ClipError, Control, Phase, Reporter, Scene},
     retarget::{Measures, Verdict, measure},
     rig::{
         CompressionSpec, IncludeSpec, OutputChoice, OutputSpec, ReportDetail, RetargetSpec, Rig, SpecErrorKind,
-        SpecField, TargetClipsSpec, Task,
+        SpecField, TargetClipsSpec,
     },
 };
 
 use super::{
-    Counts, EditInputs, Failure, FailureCode, Inputs, Knowledge, Outcome, Output, Report, RigFacts, Rigs, Timings,
-    WarningView,
+    Counts, Failure, FailureCode, Inputs, Outcome, Output, Report, RigFacts, Rigs, Timings, WarningView,
     alignment::view,
     convert::{convert_clip, convert_keys, convert_scene, into_ours},
     curves::with_curves,
-    edit::{edit_by, edited_clip},
-    files::{Files, Sides, in_config, one_field, read_spec},
+    edit::edited_clip,
+    files::{Files, Sides, in_config, one_field},
     keys::{KeysView, reduced},
     layer::laid_over,
     limited::limited_view,
@@ -29,50 +28,12 @@ use super::{
     provenance::Provenance,
     rest_file::RestFileView,
     tune::Subject,
+    work::Work,
 };
 
-/// Retargets.
-///
-/// # Errors
-/// When an input cannot be read, the spec does not fit, there is nothing to retarget, or the work is canceled.
-pub fn retarget(inputs: &Inputs<'_>, limits: &Limits, control: &Control) -> Result<Outcome, Failure> {
-    retarget_with(inputs, &Knowledge::default(), limits, control)
-}
-
-/// Retargets, with what is known of rigs beside what the program comes with.
-///
-/// # Errors
-/// As [`retarget`].
-pub fn retarget_with(
-    inputs: &Inputs<'_>,
-    knowledge: &Knowledge,
-    limits: &Limits,
-    control: &Control,
-) -> Result<Outcome, Failure> {
-    let begin = control.seconds();
-    let mut reporter = Reporter::new();
-    control.enter(Phase::Read, 0);
-    let spec = read_spec(inputs.config)?;
-    if let Some(pose) = spec.pose {
-        return super::pose::pose(inputs, &spec, pose.to, knowledge, limits, control);
-    }
-    if spec.task == Task::Edit {
-        if inputs.target.bytes != inputs.source.bytes {
-            reporter.warn(
-                "field_without_effect",
-                "target",
-                "a target was sent with a config that asks for an edit of the source only",
-                "leave the target out, or leave out \"task\"",
-            );
-        }
-        let inputs = EditInputs {
-            source: inputs.source,
-            source_rest: inputs.source_rest,
-            config: inputs.config,
-            formats: inputs.formats,
-        };
-        return edit_by(&spec, &inputs, reporter, knowledge, limits, control);
-    }
+/// Puts the source's clip onto the target.
+pub(super) fn retargeted(work: Work<'_>, inputs: &Inputs<'_>) -> Result<Outcome, Failure> {
+    let Work { spec, knowledge, limits, control, begin, mut reporter } = work;
     let wanted = wanted_outputs(&spec, inputs.formats)?;
     let files = Files::load(inputs, limits, control, &mut reporter)?;
     let read_seconds = control.seconds() - begin;

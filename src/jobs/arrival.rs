@@ -32,13 +32,6 @@ impl ArrivedFiles {
         self.files.push(file);
     }
 
-    /// Has the file that is `role` be another thing too. Without meaning where there is none.
-    pub fn share(&mut self, role: InputRole, other: InputRole) {
-        if let Some(place) = self.places.get(&role).copied() {
-            self.places.insert(other, place);
-        }
-    }
-
     /// What `of_files` has for each of the files, by what they are.
     fn by_role<T: Clone>(places: &BTreeMap<InputRole, usize>, of_files: &[T]) -> BTreeMap<InputRole, T> {
         places.iter().filter_map(|(role, place)| Some((*role, of_files.get(*place)?.clone()))).collect()

@@ -7,7 +7,7 @@ use futures::future::try_join_all;
 use tokio::sync::Semaphore;
 
 use super::{
-    Engine, Jobs, Refusal,
+    Asked, Engine, Files, Jobs, Question, Refusal,
     fetching::MOST_FETCHES,
     inspections::{Found, InspectionKey},
     library::OwnRigs,
@@ -210,7 +210,9 @@ impl Assets {
         };
         let work =
             move |(bytes, knowledge): &(Bytes, Knowledge), engine: &dyn Engine, limits: &Limits, control: &Control| {
-                engine.inspect(NamedBytes { name: &name, bytes }, knowledge, limits, control)
+                let files = Files { source: Some(NamedBytes { name: &name, bytes }), ..Files::default() };
+                let asked = Asked { question: Question::Inspect, files, formats: &[], knowledge, limits };
+                engine.ask(&asked, control)?.document()
             };
         self.jobs.look(look, load, work).await
     }

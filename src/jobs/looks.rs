@@ -10,7 +10,7 @@ use std::{
 
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-use super::{Engine, Jobs, Refusal, bridge::on_own_thread};
+use super::{Engine, Jobs, Refusal, thread::on_own_thread};
 use crate::{
     engine::{Control, Failure, FailureCode, Limits},
     store::Principal,

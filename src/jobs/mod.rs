@@ -14,9 +14,9 @@ mod admission;
 mod arrival;
 mod assets;
 mod batches;
-mod bridge;
 mod changes;
 mod database_clock;
+mod engine;
 mod events;
 mod failure;
 mod fetching;
@@ -43,6 +43,7 @@ mod submission;
 mod sweeper;
 #[cfg(test)]
 mod tests;
+mod thread;
 mod usage;
 mod webhooks;
 mod worker;
@@ -51,7 +52,7 @@ mod workers;
 pub use arrival::ArrivedFiles;
 pub use assets::{Assets, ReceivedFile, Upload};
 pub use batches::{BadItem, BatchSnapshot, NewBatch, SubmittedBatch};
-pub use bridge::{Engine, MadeFile, Ran, RetargetEngine};
+pub use engine::{Answer, Asked, Engine, Files, MadeFile, Question, Ran, RetargetEngine};
 pub use events::{EventStream, Followed, Told};
 pub use failure::FailureReason;
 pub use fetching::NewFetch;
@@ -73,7 +74,7 @@ pub(crate) use crate::store::hexadecimal;
 pub use crate::store::{
     ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, BatchId, BatchPlace, BatchRecord, ByteStream, ConfigDocument,
     DeliveryEvent, DeliveryId, DeliveryRecord, DeliveryState, DisabledReason, DocumentKind, EventRecord, Holdings,
-    InputRole, JobFailure, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest, JobState, JobVerdict, Judgment,
-    OnError, Page, Precondition, Principal, ResultId, ResultRecord, Scope, StoreError, StoredFieldError,
+    InputRole, JobFailure, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest, JobState, JobTask, JobVerdict,
+    Judgment, OnError, Page, Precondition, Principal, ResultId, ResultRecord, Scope, StoreError, StoredFieldError,
     StoredProgress, VersionedName, WebhookId, WebhookRecord,
 };

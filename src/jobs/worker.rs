@@ -9,14 +9,13 @@ use bytes::Bytes;
 use futures::future::try_join_all;
 
 use super::{
-    FailureReason, JobEvent, Jobs, MadeFile, Ran, Refusal,
-    bridge::{in_place, on_own_thread},
-    failure,
+    Asked, FailureReason, JobEvent, Jobs, MadeFile, Ran, Refusal, failure,
     head_start::BegunWork,
-    inputs::InputBytes,
+    inputs::{InputBytes, question},
     next_state,
     running::{RunningJob, StopReason},
     seats::Seat,
+    thread::{in_place, on_own_thread},
 };
 use crate::{
     config::{Failpoint, Isolation},
@@ -180,7 +179,10 @@ impl Jobs {
         let work = move || {
             Failpoint::EngineRuns.reach();
             let formats: Vec<Format> = request.formats.iter().filter_map(|name| Format::from_name(name)).collect();
-            inner.engine.retarget(&files.inputs(&request, &formats), &knowledge, &inner.limits, &control)
+            let (formats, knowledge, limits) = (formats.as_slice(), &knowledge, &inner.limits);
+            let question = question(&request.task)?;
+            let asked = Asked { question, files: files.files(&request), formats, knowledge, limits };
+            inner.engine.ask(&asked, &control)?.ran()
         };
         let outcome = if is_inline { in_place(work) } else { on_own_thread("retarget", work) };
         BegunWork { at, outcome }
@@ -390,7 +392,7 @@ fn span_of(record: &JobRecord, began: Instant) -> Span {
     }
     let mut span = Span::of_work("run job", asked_by.as_ref(), began);
     span.note("retargetd.job_id", || record.id.to_string());
-    span.note("retargetd.job_kind", || record.kind.name());
+    span.note("retargetd.job_kind", || record.kind().name());
     span.note("retargetd.attempt", || i64::from(record.attempt));
     span
 }
