@@ -13,13 +13,15 @@ use crate::{
 };
 
 use super::{
-    Counts, EditInputs, Failure, FailureCode, Outcome, Report, Rigs, Timings, WarningView,
+    Counts, EditInputs, Failure, FailureCode, Outcome, Report, RigFacts, Rigs, Timings, WarningView,
+    facts::joint_count,
     files::{chosen_clip, in_config, in_config_or},
     layer::{laid_over, morph_rests},
     load::load,
     mixups,
+    outputs::{Written, wanted_outputs, write_outputs},
     provenance::Provenance,
-    retarget::{Written, check_strict, facts, joint_count, wanted_outputs, write_outputs},
+    strict::check_strict,
     work::Work,
 };
 
@@ -81,7 +83,7 @@ pub(super) fn edited(work: Work<'_>, inputs: &EditInputs<'_>) -> Result<Outcome,
         tracks.rotation.is_animated() || tracks.translation.is_animated() || tracks.scale.is_animated()
     };
     let driven_joints = edited.joints().iter().filter(animated).count();
-    let facts = facts(&rig, loaded.format);
+    let facts = RigFacts::of(&rig, loaded.format);
     let report = Report {
         timings: Timings {
             read_seconds,
@@ -128,7 +130,10 @@ fn report_idle_fields(spec: &RetargetSpec, reporter: &mut Reporter) {
 }
 
 /// The clip as the spec wants it; the clip itself where it asks for nothing.
-pub(super) fn edited_clip<'a>(
+///
+/// # Errors
+/// When an edit does not fit the clip or the rig, or the work is canceled.
+pub fn edited_clip<'a>(
     rig: &Rig<'_>,
     clip: &'a Clip,
     spec: &RetargetSpec,

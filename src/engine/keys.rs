@@ -10,7 +10,7 @@ use crate::{
 
 use serde::Serialize;
 
-use super::{Failure, retarget::Wanted};
+use super::{Failure, outputs::Wanted};
 
 /// How many keys an output needs.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -13,14 +13,15 @@ use crate::{
 };
 
 use super::{
-    Counts, Failure, FailureCode, Outcome, Output, PoseInputs, Report, Rigs, Timings, WarningView,
+    Counts, Failure, FailureCode, Outcome, Output, PoseInputs, Report, RigFacts, Rigs, Timings, WarningView,
     alignment::view,
-    convert::{convert_clip, convert_scene, into_ours},
+    facts::joint_count,
     files::in_config_or,
     load::{Loaded, load},
     mixups::explain_rest,
+    outputs::{Wanted, wanted_outputs},
     provenance::engine,
-    retarget::{Wanted, check_strict, facts, joint_count, wanted_outputs},
+    strict::check_strict,
     work::Work,
 };
 
@@ -57,9 +58,9 @@ pub(super) fn posed(work: Work<'_>, inputs: &PoseInputs<'_>) -> Result<Outcome, 
     let Posed { pose, alignment } = posed_target(source_rig.as_ref(), &target_rig, choice, spec.align)
         .ok_or_else(|| Failure::new(FailureCode::Internal, "a pose of the source was asked for, and there is none"))?;
     let alignment = view(&alignment, target_rig.skeleton());
-    let target_facts = facts(&target_rig, target.format);
+    let target_facts = RigFacts::of(&target_rig, target.format);
     let source_facts = match (&source_rig, &source) {
-        (Some(rig), Some(source)) => facts(rig, source.format),
+        (Some(rig), Some(source)) => RigFacts::of(rig, source.format),
         _ => target_facts.clone(),
     };
     let space = (target_rig.axes, target_rig.unit_metres);
@@ -154,7 +155,7 @@ impl Posing {
         &self,
         scene: &Scene,
         output: &Wanted,
-        (axes, unit_metres): (Axes, f64),
+        space: (Axes, f64),
         control: &Control,
         reporter: &mut Reporter,
     ) -> Result<Output, Failure> {
@@ -166,27 +167,7 @@ impl Posing {
             extras: Some(serde_json::json!({ "engine": engine(), "pose": clip.name() })),
             ..output.write_options(reporter)
         };
-        let wants_ours = match output.format {
-            formats::Format::Bvh => false,
-            formats::Format::PosesNpz | formats::Format::PosesJson => scene.axes.is_none(),
-            _ => true,
-        };
-        let conversion = into_ours(axes, unit_metres);
-        let is_ours = scene.axes == Some(Axes::Y_UP_Z_FRONT) && scene.unit_metres == Some(1.0);
-        let written = if is_ours || !wants_ours || conversion.is_identity() {
-            formats::write_posed(scene, &self.joints, clip, &options, control, reporter)
-        } else {
-            let converted = convert_clip(clip.clone(), scene, &conversion)
-                .map_err(|error| Failure::new(FailureCode::Internal, format!("the pose cannot be written: {error}")))?;
-            formats::write_posed(
-                &convert_scene(scene, &conversion),
-                &self.joints,
-                &converted,
-                &options,
-                control,
-                reporter,
-            )
-        };
+        let written = formats::write_in_space(scene, Some(&self.joints), clip, space, &options, control, reporter);
         let bytes = written.map_err(|error| Failure::from(error).in_part("target"))?;
         let name = format!("{}.{}", clip.name().replace(' ', "_"), output.format.info().endings[0]);
         Ok(Output { format: output.format, name, bytes })

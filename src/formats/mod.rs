@@ -36,12 +36,14 @@ mod euler;
 mod fbx;
 mod format;
 mod gltf;
+mod humanoid;
 mod json_size;
 mod meshes;
 mod numpy;
 mod poses;
 mod positions_csv;
 mod sniff;
+mod space;
 mod written;
 mod zipped;
 
@@ -49,9 +51,11 @@ pub use budget::{Budget, Limit, Limits};
 pub use bundle::{Unpacked, embed_with, may_point_to_others, open, unpack};
 pub use error::{ErrorKind, FormatError};
 pub use euler::EulerOrder;
-pub use format::{Format, FormatInfo};
+pub use format::{Format, FormatInfo, Space};
+pub use humanoid::Humanoid;
 pub use json_size::JsonSize;
 pub use sniff::sniff;
+pub use space::write_in_space;
 
 use glam::{Quat, Vec3};
 

@@ -38,7 +38,7 @@ pub use alignment::{AlignedJoint, CanonicalPose, HowAligned, RollCue};
 pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use findings::{FileFacts, Finding, FindingCode, Severity, examine, examine_clips};
 pub use floor::{floors, standing_floor};
-pub use humanoid::{HumanoidBone, missing_bones};
+pub use humanoid::missing_bones;
 pub use joint_table::{TableRow, write_table};
 pub use mapping::{
     ChainPair, Chord, ChordCorrection, CrotchRule, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing,

@@ -19,7 +19,6 @@ use super::{
 };
 use crate::{
     config::Settings,
-    engine::report_page,
     http::{
         ApiState, Shared,
         auth::Caller,
@@ -34,6 +33,7 @@ use crate::{
         views::{JobPageView, JobView},
     },
     jobs::{JobFilter, JobId, JobKind, JobSnapshot, JobVerdict, Jobs, NewJob, Principal, Submitted},
+    report::report_page,
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
