@@ -117,7 +117,7 @@ pub(super) fn write_outputs(
     let (mut outputs, mut keys) = (Vec::with_capacity(wanted.len()), Vec::new());
     for output in wanted {
         control.check()?;
-        let reduced = reduced(target, result, output, control, reporter)?;
+        let reduced = reduced(target, result, output.format, &output.options, control, reporter)?;
         let result = reduced.as_ref().map_or(result, |(clip, _)| clip);
         keys.extend(reduced.as_ref().map(|(_, view)| view.clone()));
         let renamed = output.options.clip_name.as_ref().map(|name| result.clone().renamed(name.clone()));

@@ -8,7 +8,6 @@ use tokio::sync::Semaphore;
 
 use super::{
     Asked, Engine, Files, Jobs, Question, Refusal,
-    fetching::MOST_FETCHES,
     inspections::{Found, InspectionKey},
     library::OwnRigs,
     looks::Look,
@@ -21,6 +20,9 @@ use crate::{
     store::{AssetId, AssetRecord, BlobWriter, HeldBlobs, Page, Principal, UnnamedBlob},
     telemetry::Metric,
 };
+
+/// Files that one process fetches at the same time; others wait, as part of the time that they have.
+const MOST_FETCHES: usize = 16;
 
 /// The uploaded files. Cheap to clone; all clones are the same.
 #[derive(Clone, Debug)]

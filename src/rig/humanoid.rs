@@ -2,7 +2,7 @@
 
 use crate::model::HumanoidBone;
 
-use super::understand::Rig;
+use super::rig::Rig;
 
 /// Bones on the middle: role, bones from the body outward, each of which hangs from the one before it, and the bones that the first
 /// one may hang from, the nearest first.
