@@ -64,7 +64,7 @@ pub(super) fn edited(work: Work<'_>, inputs: &EditInputs<'_>) -> Result<Outcome,
 
     let writing = control.seconds();
     control.enter(Phase::Write, wanted.len() as u64);
-    let resolved_spec = serde_json::to_value(spec)
+    let resolved_spec = serde_json::to_value(RetargetSpec { pose: None, ..spec.clone() })
         .map_err(|error| Failure::new(FailureCode::Internal, format!("the resolved spec: {error}")))?;
     let Written { outputs, keys } = write_outputs(
         &wanted,
@@ -117,8 +117,12 @@ fn check_says_something(spec: &RetargetSpec, inputs: &EditInputs<'_>) -> Result<
 
 /// Fields of the spec that only a retarget can heed.
 fn report_idle_fields(spec: &RetargetSpec, reporter: &mut Reporter) {
-    let idle =
-        [("target", spec.target != RigSpec::default()), ("map", spec.map.is_some()), ("ops", spec.ops.is_some())];
+    let idle = [
+        ("target", spec.target != RigSpec::default()),
+        ("map", spec.map.is_some()),
+        ("ops", spec.ops.is_some()),
+        ("pose", spec.pose.is_some()),
+    ];
     for (field, _) in idle.into_iter().filter(|(_, given)| *given) {
         reporter.warn(
             "field_without_effect",

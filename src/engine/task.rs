@@ -122,7 +122,7 @@ fn perform<'a>(
     // The resolved spec says it too: run again, it does the same.
     match &task {
         Task::Retarget(_) => (spec.task, spec.pose) = (SpecTask::Retarget, None),
-        Task::Edit(_) => (spec.task, spec.pose) = (SpecTask::Edit, None),
+        Task::Edit(_) => spec.task = SpecTask::Edit,
         Task::Pose(inputs) => {
             let said = spec.pose.unwrap_or_default();
             spec.pose = Some(inputs.to.map_or(said, |to| PoseSpec { to }));

@@ -10,7 +10,7 @@
 //! Say it is called *acme*. In this order the compiler and the tests lead the way:
 //!
 //! 1. **Name it.** A variant of [`Format`], its row in [`Format::info`] (wire name, endings, media type, whether it is read and
-//!    written, one line for people), and its place in [`Format::ALL`]. `GET /v1/formats`, `Accept`, the endings of `--output`, and the
+//!    written, one line for people, which axes, unit and tracks a file has), and its place in [`Format::ALL`]. `GET /v1/formats`, `Accept`, the endings of `--output`, and the
 //!    table of `docs/reference/formats.md` come from that row. The compiler names every `match` that has to know it; most need one word.
 //! 2. **Recognise it.** Its first bytes in [`sniff`], with a test there; the name of a file only decides between what bytes
 //!    cannot tell apart.
@@ -19,7 +19,7 @@
 //!    [`Scene::unit_metres`], `None` where the file does not know; mark joints as the file does; keep what the writer needs to
 //!    give the rest of the file back in [`Scene::payload`]. Then a line in [`read()`].
 //! 4. **Write it**, where that is of use: `acme/write.rs` and a line in [`write()`]. What a format cannot hold is a warning, never
-//!    silence. Meshes that other formats are to hold go to them by `meshes.rs` (`written::meshes`). If it wants +Y up and metres, say so where the engine converts (`engine/retarget.rs`, `write_one`).
+//!    silence. Meshes that other formats are to hold go to them by `meshes.rs` (`written::meshes`). Which axes and unit it wants, its row says.
 //! 5. **Explain it.** New warnings go into `docs/reference/warnings.md` (a test lists those that are not there). Then
 //!    `RETARGETD_UPDATE=1 cargo nextest run -E 'test(documents) | test(openapi)'` writes the tables and the API again.
 //! 6. **Prove it.** Beside the code: exact small files by hand. In `tests/it/formats_acme.rs`: files cut short at every byte, counts

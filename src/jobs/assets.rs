@@ -9,7 +9,7 @@ use tokio::sync::Semaphore;
 use super::{
     Asked, Engine, Files, Jobs, Question, Refusal,
     inspections::{Found, InspectionKey},
-    library::OwnRigs,
+    library::{self, OwnRigs},
     looks::Look,
     memory,
 };
@@ -176,7 +176,7 @@ impl Assets {
     /// When there is no such file, or it cannot be read.
     pub async fn inspect(&self, owner: &Principal, id: &AssetId) -> Result<Arc<str>, Refusal> {
         let asset = self.get(owner, id).await?;
-        let rigs = self.jobs.own_rigs(owner).await?;
+        let rigs = library::own_rigs(&self.jobs.0.store, owner).await?;
         let (key, inspections) = (InspectionKey::of(&asset, &rigs.sha256), &self.jobs.0.inspections);
         if let Some(document) = inspections.find(&key) {
             return Ok(document);
@@ -207,7 +207,7 @@ impl Assets {
         let memory_bytes = memory::of_job([memory::of_unknown_file(asset.bytes)].into_iter(), 1.0);
         let look = Look { owner: &asset.principal, thread: "inspect", what: "looking into the file", memory_bytes };
         let load = async {
-            let knowledge = self.jobs.knowledge(&asset.principal, &rigs.versions()).await?;
+            let knowledge = library::knowledge(&self.jobs.0.store, &asset.principal, &rigs.versions()).await?;
             Ok((self.jobs.0.store.blobs().read(&asset.sha256).await?, knowledge))
         };
         let work =

@@ -4,31 +4,29 @@ use std::collections::BTreeMap;
 
 use bytes::Bytes;
 
-use super::{Files, Jobs, Question, Refusal};
+use super::{Files, Question};
 use crate::{
     engine::{Failure, FailureCode, NamedBytes, PoseChoice},
-    store::{InputRole, JobRequest, JobTask},
+    store::{InputRole, JobRequest, JobTask, Store, StoreError},
 };
 
 /// The bytes of a job's files, by what they are to it.
 #[derive(Debug)]
 pub(super) struct InputBytes(BTreeMap<InputRole, Bytes>);
 
-impl Jobs {
+impl InputBytes {
     /// Reads the files of a job.
     ///
     /// # Errors
     /// When the store fails.
-    pub(super) async fn read_inputs(&self, request: &JobRequest) -> Result<InputBytes, Refusal> {
+    pub(super) async fn read(store: &Store, request: &JobRequest) -> Result<Self, StoreError> {
         let mut bytes = BTreeMap::new();
         for (role, input) in &request.inputs {
-            bytes.insert(*role, self.0.store.blobs().read(&input.sha256).await?);
+            bytes.insert(*role, store.blobs().read(&input.sha256).await?);
         }
-        Ok(InputBytes(bytes))
+        Ok(Self(bytes))
     }
-}
 
-impl InputBytes {
     pub(super) const fn new(bytes: BTreeMap<InputRole, Bytes>) -> Self {
         Self(bytes)
     }

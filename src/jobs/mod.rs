@@ -11,7 +11,6 @@
 //! Knows nothing of HTTP. The engine is handed in, so that tests can put one of their own in its place.
 
 mod admission;
-mod arrival;
 mod assets;
 mod batches;
 mod changes;
@@ -20,8 +19,6 @@ mod engine;
 mod events;
 mod failure;
 mod fetching;
-mod handover;
-mod head_start;
 mod inputs;
 mod inspections;
 mod isolation;
@@ -30,15 +27,16 @@ mod library;
 mod looks;
 mod lost_workers;
 mod memory;
+mod one_shot;
 mod proposals;
 mod record_room;
 mod refusal;
 mod result_cache;
 mod running;
-mod seats;
 mod service;
 mod state;
 mod stored_bytes;
+mod streams;
 mod submission;
 mod sweeper;
 #[cfg(test)]
@@ -49,24 +47,23 @@ mod webhooks;
 mod worker;
 mod workers;
 
-pub use arrival::ArrivedFiles;
 pub use assets::{Assets, ReceivedFile, Upload};
 pub use batches::{BadItem, BatchSnapshot, NewBatch, SubmittedBatch};
 pub use engine::{Answer, Asked, Engine, Files, MadeFile, Question, Ran, RetargetEngine};
 pub use events::{EventStream, Followed, Told};
 pub use failure::FailureReason;
 pub use fetching::NewFetch;
-pub use handover::{Awaited, Awaiting, HandedFile};
 pub use isolation::{Bounds, ProcessEngine, keep_memory_private, serve_engine_process};
 pub use keys::{KeyText, Keys, NewKey};
 pub use library::{Kept, Library, Written};
-pub use refusal::Refusal;
+pub use one_shot::{ArrivedFiles, Awaited, Awaiting, HandedFile};
 pub(crate) use refusal::similar_names;
+pub use refusal::{JobQuota, Refusal};
 pub use service::{JobSnapshot, Jobs};
 pub use state::{JobEvent, next_state};
 pub use submission::{NewJob, Submitted};
 pub use sweeper::Sweeper;
-pub use usage::{JobQuota, Usage};
+pub use usage::Usage;
 pub use webhooks::{Courier, NewWebhook, Webhooks};
 pub use workers::Workers;
 

@@ -1,6 +1,9 @@
 //! What a retarget would do, without a job: for who maps rigs or edits configs, and waits for the answer.
 
-use super::{Asked, Assets, Engine, NewJob, Question, Refusal, looks::Look, memory, submission::Wanted};
+use super::{
+    Asked, Assets, Engine, NewJob, Question, Refusal, inputs::InputBytes, library, looks::Look, memory,
+    submission::Wanted,
+};
 use crate::{
     engine::{Control, Knowledge, Limits, NamedBytes},
     store::{ConfigDocument, JobRequest, Principal},
@@ -41,8 +44,8 @@ impl Assets {
         let Wanted { request, memory_bytes, .. } = self.jobs.resolve(owner, new).await?;
         let look = Look { owner, thread, what, memory_bytes };
         let load = async {
-            let bytes = self.jobs.read_inputs(&request).await?;
-            Ok((bytes, self.jobs.knowledge(owner, &request.rigs).await?, request.clone()))
+            let bytes = InputBytes::read(&self.jobs.0.store, &request).await?;
+            Ok((bytes, library::knowledge(&self.jobs.0.store, owner, &request.rigs).await?, request.clone()))
         };
         let answer = self.jobs.look(look, load, move |(bytes, knowledge, request), engine, limits, control| {
             let asked = Asked { question, files: bytes.files(request), formats: &[], knowledge, limits };

@@ -279,7 +279,13 @@ impl Jobs {
             let found = self.0.store.records().webhook(id).await?;
             webhooks.extend(found.filter(|webhook| webhook.principal == *owner).map(|_| id.clone()));
         }
-        Ok(Known { rigs: self.own_rigs(owner).await?, assets, presets, webhooks, configs: Mutex::default() })
+        Ok(Known {
+            rigs: library::own_rigs(&self.0.store, owner).await?,
+            assets,
+            presets,
+            webhooks,
+            configs: Mutex::default(),
+        })
     }
 
     /// What a job is that names things which were looked up.
@@ -363,7 +369,10 @@ impl Jobs {
             return Err(Refusal::Quarantined { until });
         }
         let quota = self.quota_for(&record.principal, 1).await?;
-        self.make_record_room(&record.principal, 1, text_bytes(&record.request)).await?;
+        self.0
+            .record_room
+            .make((&self.0.store, &self.0.settings), &record.principal, 1, text_bytes(&record.request))
+            .await?;
         self.0.store.blobs().check_room()?;
         let size = QueueDepth { jobs: 1, bytes: record.input_bytes, batch_jobs: 0 };
         let reservation = self.0.admission.reserve(records, size).await?;

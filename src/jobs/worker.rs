@@ -10,11 +10,10 @@ use futures::future::try_join_all;
 
 use super::{
     Asked, FailureReason, JobEvent, Jobs, MadeFile, Ran, Refusal, failure,
-    head_start::BegunWork,
     inputs::{InputBytes, question},
-    next_state,
+    library, next_state,
+    one_shot::{BegunWork, Seat},
     running::{RunningJob, StopReason},
-    seats::Seat,
     thread::{in_place, on_own_thread},
 };
 use crate::{
@@ -161,8 +160,8 @@ impl Jobs {
 
     /// Reads what the engine needs.
     async fn prepare(&self, record: &JobRecord) -> Result<(InputBytes, Knowledge), Refusal> {
-        let files = self.read_inputs(&record.request).await?;
-        Ok((files, self.knowledge(&record.principal, &record.request.rigs).await?))
+        let files = InputBytes::read(&self.0.store, &record.request).await?;
+        Ok((files, library::knowledge(&self.0.store, &record.principal, &record.request.rigs).await?))
     }
 
     /// Has the engine work on files, on a thread of its own unless the settings want otherwise.

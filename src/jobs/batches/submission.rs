@@ -7,7 +7,10 @@ use std::{
 
 use sha2::{Digest, Sha256};
 
-use super::{super::FailureReason, BatchSnapshot, stopped_by_another};
+use super::{
+    super::{FailureReason, failure::stopped_by_another},
+    BatchSnapshot,
+};
 use crate::{
     config::Failpoint,
     engine::{Control, Failure, FailureCode, Knowledge, Limits, NamedBytes},
@@ -137,7 +140,7 @@ impl Jobs {
             let waiting = waiting(&jobs);
             let quota = self.quota_for(owner, waiting).await?;
             let bytes = jobs.iter().map(|job| text_bytes(&job.request)).sum();
-            self.make_record_room(owner, jobs.len() as u64, bytes).await?;
+            self.0.record_room.make((&self.0.store, &self.0.settings), owner, jobs.len() as u64, bytes).await?;
             self.0.store.blobs().check_room()?;
             let size = QueueDepth { batch_jobs: waiting, ..QueueDepth::default() };
             let reservation = self.0.admission.reserve(self.0.store.records(), size).await?;
@@ -202,7 +205,7 @@ impl Jobs {
             let waiting = waiting(&jobs);
             self.quota_for(owner, waiting).await?;
             let bytes = jobs.iter().map(|job| text_bytes(&job.request)).sum();
-            self.make_record_room(owner, jobs.len() as u64, bytes).await?;
+            self.0.record_room.make((&self.0.store, &self.0.settings), owner, jobs.len() as u64, bytes).await?;
             let size = QueueDepth { batch_jobs: waiting, ..QueueDepth::default() };
             let reservation = self.0.admission.reserve(self.0.store.records(), size).await?;
             if self.0.store.records().add_again(owner, &jobs).await? == AddedAgain::New {

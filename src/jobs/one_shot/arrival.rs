@@ -2,8 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::{Assets, Awaiting, NewJob, ReceivedFile, Refusal, Submitted, inputs::InputBytes};
-use crate::store::{AssetId, InputRole, Principal};
+use super::Awaiting;
+use crate::{
+    jobs::{Assets, NewJob, ReceivedFile, Refusal, Submitted, inputs::InputBytes},
+    store::{AssetId, InputRole, Principal},
+};
 
 /// The files that came with a request, by what they are to its job. Nothing is kept of them before the job is asked for.
 #[derive(Debug, Default)]
@@ -64,7 +67,7 @@ impl Assets {
     /// work may have begun.
     ///
     /// # Errors
-    /// As [`Jobs::submit`](super::Jobs::submit). Of a job that is refused for load, no file is kept.
+    /// As [`Jobs::submit`](crate::jobs::Jobs::submit). Of a job that is refused for load, no file is kept.
     pub async fn submit_awaited(
         &self,
         owner: &Principal,

@@ -13,7 +13,7 @@ use crate::store::Lane;
 
 /// All of them.
 #[derive(Debug)]
-pub(super) struct Seats {
+pub(in crate::jobs) struct Seats {
     workers: Arc<Semaphore>,
     spare: Arc<Semaphore>,
     /// Places for those that are about to end.
@@ -24,9 +24,9 @@ pub(super) struct Seats {
 
 /// One of them, and what the job in it takes up.
 #[derive(Debug)]
-pub(super) struct Seat {
+pub(in crate::jobs) struct Seat {
     /// The last lane whose jobs may have it.
-    pub(super) last: Lane,
+    pub(in crate::jobs) last: Lane,
     held: Vec<Held>,
     /// Until the seat is dropped: what the job gave is in memory until it is stored.
     memory: Option<OwnedSemaphorePermit>,
@@ -41,13 +41,13 @@ enum Held {
 }
 
 impl Seats {
-    pub(super) fn new(workers: usize) -> Self {
+    pub(in crate::jobs) fn new(workers: usize) -> Self {
         let seats = |count| Arc::new(Semaphore::new(count));
         Self { workers: seats(workers), spare: seats(1), ends: seats(workers), batches: Arc::default() }
     }
 
     /// Waits for that of a worker. No semaphore here is ever closed.
-    pub(super) async fn worker(&self) -> Option<Seat> {
+    pub(in crate::jobs) async fn worker(&self) -> Option<Seat> {
         Some(self.seat(Arc::clone(&self.workers).acquire_owned().await.ok()?, Lane::Batch))
     }
 
@@ -56,7 +56,7 @@ impl Seats {
     }
 
     /// Waits for that of a worker, or for the spare one where that is given away.
-    pub(super) async fn free(&self) -> Option<Seat> {
+    pub(in crate::jobs) async fn free(&self) -> Option<Seat> {
         // Only who asks here starts jobs, so none begins while this waits.
         let runs_batches = Arc::strong_count(&self.batches) > 1;
         tokio::select! {
@@ -71,7 +71,7 @@ impl Seats {
     }
 
     /// Gives a seat to a job, with the memory that it may have.
-    pub(super) fn give(&self, seat: &mut Seat, is_of_batch: bool, memory: OwnedSemaphorePermit) {
+    pub(in crate::jobs) fn give(&self, seat: &mut Seat, is_of_batch: bool, memory: OwnedSemaphorePermit) {
         seat.memory = Some(memory);
         seat.held.extend(is_of_batch.then(|| Held::OfBatch(Arc::clone(&self.batches))));
     }
@@ -79,7 +79,7 @@ impl Seats {
 
 impl Seat {
     /// Leaves it to the next job, where not too many are about to end already; to be called when the engine is done. The memory stays taken.
-    pub(super) fn leave(&mut self) {
+    pub(in crate::jobs) fn leave(&mut self) {
         if let Ok(end) = Arc::clone(&self.ends).try_acquire_owned() {
             self.held = vec![Held::Permit(end)];
         }
