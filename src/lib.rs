@@ -12,11 +12,12 @@
 //! | [`retarget`] | the algorithm: a plan compiled once, then a loop over frames; and its measures | `model`, `rig` |
 //! | [`editing`] | edits of a clip: time, loops, mirror | `model`, `rig` |
 //! | [`engine`] | the one pure function: input bytes and spec to output bytes, warnings and report | all above |
+//! | [`report`] | what the engine found out, as page, text and table | all above |
 //! | [`store`] | durable facts: records and blobs | `config` |
 //! | [`outbound`] | talking out: address guard, requests, signatures of webhooks | `config`, `telemetry` |
 //! | [`jobs`] | scheduling: states, admission, queue, workers, webhooks | `engine`, `store`, `outbound`, `config`, `telemetry` |
 //! | [`identity`] | who shows a token of an identity provider: its signature, its issuer's keys, what it allows | `store` (its words), `config`, `telemetry` |
-//! | [`http`] | translation only: routes, views, problems | `jobs`, `identity`, `engine` (its words), `samples`, `config`, `telemetry` |
+//! | [`http`] | translation only: routes, views, problems | `jobs`, `identity`, `engine` (its words), `report`, `samples`, `config`, `telemetry` |
 //! | [`config`], [`telemetry`] | settings; logs, metrics, traces, clock | nothing |
 //! | [`samples`] | the clip and the character that the demo and the tests use, made by code | `model`, `formats` |
 //! | [`cli`], [`app`] | subcommands; the composition root | everything |
@@ -77,6 +78,7 @@ pub mod identity;
 pub mod jobs;
 pub mod model;
 pub mod outbound;
+pub mod report;
 pub mod retarget;
 pub mod rig;
 pub mod samples;

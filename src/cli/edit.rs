@@ -52,6 +52,7 @@ fn edit(arguments: &Arguments) -> Result<(), Exit> {
     let inputs = EditInputs {
         source: input.as_named(),
         source_rest: rest.as_ref().map(InputFile::as_named),
+        unread_target: false,
         config: Some(config.as_named()),
         formats: &formats.distinct,
     };

@@ -2,7 +2,7 @@
 
 use std::{path::PathBuf, process::ExitCode};
 
-use crate::engine::JointTable;
+use crate::report::JointTable;
 
 use super::{
     exit::{Exit, INPUT_REFUSED, print, say, to_json},

@@ -6,6 +6,7 @@ use crate::{
     engine::{self, Outcome},
     formats::Format,
     model::Control,
+    report::report_page,
 };
 
 use super::{
@@ -194,7 +195,7 @@ fn report_file(outcome: &Outcome, path: &Path) -> Result<Vec<u8>, Exit> {
 pub(super) fn report_bytes(report: &serde_json::Value, path: &Path) -> Result<Vec<u8>, Exit> {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     if matches!(ending.as_deref(), Some("html" | "htm")) {
-        return Ok(engine::report_page(report).into_bytes());
+        return Ok(report_page(report).into_bytes());
     }
     Ok(to_json(report)?.into_bytes())
 }

@@ -7,7 +7,7 @@ use std::{
 };
 
 use crate::{
-    engine::{self, Inputs, NamedBytes},
+    engine::{self, Knowledge, PoseChoice, PoseInputs, Task},
     formats::Limits,
     model::Control,
     telemetry::monotonic_seconds,
@@ -55,7 +55,8 @@ fn pose(arguments: &Arguments) -> Result<(), Exit> {
     check_place(&arguments.output)?;
     let limits = Limits::default();
     let input = InputFile::read("input", &arguments.input, &limits)?;
-    let choice = ["t", "a", "rest"].into_iter().find(|known| *known == arguments.to);
+    let choices = [("t", PoseChoice::T), ("a", PoseChoice::A), ("rest", PoseChoice::Rest)];
+    let choice = choices.into_iter().find(|(name, _)| *name == arguments.to);
     let model = match choice {
         Some(_) => None,
         None if Path::new(&arguments.to).exists() => Some(InputFile::read("to", Path::new(&arguments.to), &limits)?),
@@ -67,19 +68,18 @@ fn pose(arguments: &Arguments) -> Result<(), Exit> {
     let optional =
         |part: &str, path: &Option<PathBuf>| path.as_ref().map(|path| InputFile::read(part, path, &limits)).transpose();
     let (rest, config) = (optional("rest", &arguments.rest)?, optional("config", &arguments.config)?);
-    let config = engine::pose_config(config.as_ref().map(InputFile::as_named), choice.unwrap_or("source"))
-        .map_err(|failure| Exit::from_failure(&failure, "config"))?;
-    let inputs = Inputs {
-        source: model.as_ref().unwrap_or(&input).as_named(),
+    let task = Task::Pose(PoseInputs {
         target: input.as_named(),
-        source_rest: None,
         target_rest: rest.as_ref().map(InputFile::as_named),
-        config: Some(NamedBytes { name: "config.json", bytes: &config }),
+        source: model.as_ref().map(InputFile::as_named),
+        source_rest: None,
+        to: Some(choice.map_or(PoseChoice::Source, |(_, choice)| choice)),
+        config: config.as_ref().map(InputFile::as_named),
         formats: &[format],
-    };
+    });
     let control = Arc::new(Control::with_clock(monotonic_seconds));
     cancel_on_interrupt(&control);
-    let outcome = engine::retarget(&inputs, &limits, &control).map_err(|failure| {
+    let outcome = engine::run(&task, &Knowledge::default(), &limits, &control).map_err(|failure| {
         let file = match failure.part {
             "source" => model.as_ref().map(|model| format!("to {}", model.path.display())),
             "target" => Some(format!("input {}", input.path.display())),

@@ -5,6 +5,7 @@
 //! in, a [`Settings`] of validated types comes out, and everything that is wrong is said at once. Nothing of it reads the
 //! environment or the command line; the caller hands in a look-up. Beside the settings lie the [`Failpoint`]s of debug builds.
 
+mod contradictions;
 mod failpoint;
 mod memory;
 mod networks;

@@ -2,10 +2,7 @@
 
 use std::{net::IpAddr, path::PathBuf};
 
-use super::{
-    settings::{SettingError, Settings},
-    value::{Authentication, SettingValue, Unit, listed},
-};
+use super::value::{SettingValue, Unit, listed};
 
 /// In which ways tokens may be signed, as RFC 7518 and RFC 8037 name them.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -102,43 +99,10 @@ pub fn is_this_machine(url: &str) -> bool {
     host == "localhost" || address.is_some_and(|address| address.is_loopback())
 }
 
-impl Settings {
-    /// What cannot stand together: tokens that nobody asks for, or whose signatures or audience cannot be checked.
-    pub(super) fn contradictions(&self) -> Vec<SettingError> {
-        let mut errors = Vec::new();
-        let mut contradicts = |name: &str, seen: &str, expected: &str, example: &'static str| {
-            let setting = Self::TABLE.iter().find(|setting| setting.name == name);
-            errors.extend(setting.map(|setting| setting.error(seen.to_owned(), expected.to_owned(), example)));
-        };
-        let issuer = self.token_issuer.as_str();
-        if issuer.is_empty() {
-            if !self.token_audience.0.is_empty() || self.token_keys != KeyPlace::Discovered {
-                let expected = "expected the issuer that tokens must name, since other settings of tokens are given";
-                contradicts("token_issuer", issuer, expected, "https://id.studio.example");
-            }
-            return errors;
-        }
-        if self.token_audience.0.is_empty() {
-            let expected = "expected what tokens for this service name as their audience, since an issuer is given";
-            contradicts("token_audience", "", expected, Names::EXAMPLE);
-        }
-        if self.token_keys == KeyPlace::Discovered && !is_guarded_url(issuer) {
-            let expected =
-                "expected where the issuer's keys are, since it is no https URL where they could be looked up";
-            contradicts("token_keys", "", expected, KeyPlace::EXAMPLE);
-        }
-        if self.authentication == Authentication::None {
-            let expected = "expected 'auto' or 'keys', since an issuer of tokens is given";
-            contradicts("authentication", "none", expected, Authentication::EXAMPLE);
-        }
-        errors
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{Setting, SettingErrors};
+    use crate::config::{Setting, SettingErrors, Settings};
 
     fn read(given: &[(&str, &str)]) -> Result<Settings, SettingErrors> {
         let given: Vec<_> = given.to_vec();

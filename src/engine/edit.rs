@@ -4,7 +4,6 @@ use std::borrow::Cow;
 
 use crate::{
     editing::{Cycle, EditError, Margin, Mirror, TimeEditError, edit_time, find_cycles, mirror_components, taken_out},
-    formats::Limits,
     model::{Clip, ClipError, Control, JointTracks, Phase, Reporter, Scene},
     retarget::filtered,
     rig::{
@@ -14,71 +13,33 @@ use crate::{
 };
 
 use super::{
-    Counts, EditInputs, Failure, FailureCode, Knowledge, NamedBytes, Outcome, Report, Rigs, Timings, WarningView,
-    files::{chosen_clip, in_config, in_config_or, read_spec},
+    Counts, EditInputs, Failure, FailureCode, Outcome, Report, RigFacts, Rigs, Timings, WarningView,
+    facts::joint_count,
+    files::{chosen_clip, in_config, in_config_or},
     layer::{laid_over, morph_rests},
     load::load,
     mixups,
+    outputs::{Written, wanted_outputs, write_outputs},
     provenance::Provenance,
-    retarget::{Written, check_strict, facts, joint_count, wanted_outputs, write_outputs},
+    strict::check_strict,
+    work::Work,
 };
 
 /// Above this share of the figure's size, a rig whose two halves differ is worth a word.
 const ASYMMETRY_WORTH_A_WORD: f64 = 0.02;
 
-/// Edits one clip of a file and writes it back onto the file's own skeleton, mesh and all where the format has them.
-///
-/// `rest` is the rig in its rest pose, where the file does not hold it; `formats` are the ones that the caller wants, and win over the
-/// spec's `output`. The spec's `source` tells of the rig; `target`, `map` and `ops` have nothing to say here and are warned of.
-///
-/// # Errors
-/// When the file cannot be read, has no animation, the spec does not fit, or the work is canceled.
-pub fn edit(inputs: &EditInputs<'_>, limits: &Limits, control: &Control) -> Result<Outcome, Failure> {
-    edit_with(inputs, &Knowledge::default(), limits, control)
-}
-
-/// Edits, with what is known of rigs beside what the program comes with.
-///
-/// # Errors
-/// As [`edit`].
-pub fn edit_with(
-    inputs: &EditInputs<'_>,
-    knowledge: &Knowledge,
-    limits: &Limits,
-    control: &Control,
-) -> Result<Outcome, Failure> {
-    control.enter(Phase::Read, 0);
-    let spec = read_spec(inputs.config)?;
-    edit_by(&spec, inputs, Reporter::new(), knowledge, limits, control)
-}
-
-/// The bytes of a config that asks for an edit without a retarget: `config`, where there is one, with `task` set.
-///
-/// # Errors
-/// When the config cannot be read, or is one of another tool, which has no edits.
-pub fn edit_config(config: Option<NamedBytes<'_>>) -> Result<String, Failure> {
-    let document = config.map(|config| parse_document(config.bytes).map_err(in_config)).transpose()?;
-    let mut document = document.unwrap_or_else(|| serde_json::json!({}));
-    let is_ours = is_own_shape(&document);
-    let Some(members) = document.as_object_mut().filter(|_| is_ours) else {
-        let detail = "this config says nothing about edits";
-        let hint = "send an object such as {\"edit\": {\"reverse\": true}}";
-        return Err(Failure::new(FailureCode::InvalidValue, detail).in_part("config").with_hint(hint));
-    };
-    members.insert("task".into(), "edit".into());
-    Ok(document.to_string())
-}
-
-/// As [`edit_with`], with a spec that is read already.
-pub(super) fn edit_by(
-    spec: &RetargetSpec,
-    inputs: &EditInputs<'_>,
-    mut reporter: Reporter,
-    knowledge: &Knowledge,
-    limits: &Limits,
-    control: &Control,
-) -> Result<Outcome, Failure> {
-    let begin = control.seconds();
+/// Edits one clip of a file. The spec's `source` tells of the rig; `target`, `map` and `ops` have nothing to say here and are warned of.
+pub(super) fn edited(work: Work<'_>, inputs: &EditInputs<'_>) -> Result<Outcome, Failure> {
+    let Work { ref spec, knowledge, limits, control, begin, mut reporter } = work;
+    if inputs.unread_target {
+        reporter.warn(
+            "field_without_effect",
+            "target",
+            "a target was sent with a config that asks for an edit of the source only",
+            "leave the target out, or leave out \"task\"",
+        );
+    }
+    check_says_something(spec, inputs)?;
     let wanted = wanted_outputs(spec, inputs.formats)?;
     let loaded = load(inputs.source, "source", limits, control, &mut reporter)?;
     let rest = inputs.source_rest.map(|file| load(file, "source_rest", limits, control, &mut reporter)).transpose()?;
@@ -103,7 +64,7 @@ pub(super) fn edit_by(
 
     let writing = control.seconds();
     control.enter(Phase::Write, wanted.len() as u64);
-    let resolved_spec = serde_json::to_value(spec)
+    let resolved_spec = serde_json::to_value(RetargetSpec { pose: None, ..spec.clone() })
         .map_err(|error| Failure::new(FailureCode::Internal, format!("the resolved spec: {error}")))?;
     let Written { outputs, keys } = write_outputs(
         &wanted,
@@ -122,7 +83,7 @@ pub(super) fn edit_by(
         tracks.rotation.is_animated() || tracks.translation.is_animated() || tracks.scale.is_animated()
     };
     let driven_joints = edited.joints().iter().filter(animated).count();
-    let facts = facts(&rig, loaded.format);
+    let facts = RigFacts::of(&rig, loaded.format);
     let report = Report {
         timings: Timings {
             read_seconds,
@@ -141,10 +102,27 @@ pub(super) fn edit_by(
     Ok(Outcome { outputs, report, resolved_spec })
 }
 
+/// Refuses a config of another tool that has no edits; one of ours may have none, for who wants another format.
+fn check_says_something(spec: &RetargetSpec, inputs: &EditInputs<'_>) -> Result<(), Failure> {
+    let Some(config) = inputs.config.filter(|_| spec.edit == EditSpec::default() && spec.layer.is_none()) else {
+        return Ok(());
+    };
+    if parse_document(config.bytes).is_ok_and(|document| is_own_shape(&document)) {
+        return Ok(());
+    }
+    Err(Failure::new(FailureCode::InvalidValue, "this config says nothing about edits")
+        .in_part("config")
+        .with_hint("send an object such as {\"edit\": {\"reverse\": true}}"))
+}
+
 /// Fields of the spec that only a retarget can heed.
 fn report_idle_fields(spec: &RetargetSpec, reporter: &mut Reporter) {
-    let idle =
-        [("target", spec.target != RigSpec::default()), ("map", spec.map.is_some()), ("ops", spec.ops.is_some())];
+    let idle = [
+        ("target", spec.target != RigSpec::default()),
+        ("map", spec.map.is_some()),
+        ("ops", spec.ops.is_some()),
+        ("pose", spec.pose.is_some()),
+    ];
     for (field, _) in idle.into_iter().filter(|(_, given)| *given) {
         reporter.warn(
             "field_without_effect",
@@ -156,7 +134,10 @@ fn report_idle_fields(spec: &RetargetSpec, reporter: &mut Reporter) {
 }
 
 /// The clip as the spec wants it; the clip itself where it asks for nothing.
-pub(super) fn edited_clip<'a>(
+///
+/// # Errors
+/// When an edit does not fit the clip or the rig, or the work is canceled.
+pub fn edited_clip<'a>(
     rig: &Rig<'_>,
     clip: &'a Clip,
     spec: &RetargetSpec,

@@ -1,4 +1,4 @@
-//! What a file holds, as users see it: the data. How it reads on a terminal is in [`super::inspect_text`].
+//! What a file holds, as users see it: the data. How it reads on a terminal is in [`crate::report`].
 
 use std::collections::BTreeSet;
 
@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::{
     engine::{
         Failure, Knowledge, NamedBytes, WarningView,
+        facts::joint_count,
         labels::{ByRole, Labels, OneOrMore},
         load::load,
     },
@@ -198,7 +199,7 @@ pub fn inspect_with(
         InspectionCounts { nodes: scene.skeleton.len(), joints, skins: scene.skins.len(), clips: scene.clips.len() };
     let (rigs, findings) = match read_rig(scene, knowledge, &mut reporter)? {
         Some(rig) => {
-            let facts = FileFacts { can_have_skins: can_have_skins(loaded.format), warnings: &read_warnings };
+            let facts = FileFacts { can_have_skins: loaded.format.info().has_skins, warnings: &read_warnings };
             report_doubts(&scene.skeleton, &rig.recognition, &mut reporter, "source");
             (vec![inspect_rig(&rig, knowledge)], examine(&rig, facts))
         }
@@ -214,34 +215,11 @@ pub fn inspect_with(
     })
 }
 
-const fn can_have_skins(format: Format) -> bool {
-    match format {
-        Format::Glb | Format::Gltf | Format::Vrm | Format::Fbx => true,
-        Format::Vrma
-        | Format::Bvh
-        | Format::PosesNpz
-        | Format::PosesJson
-        | Format::BodyModel
-        | Format::JointPositions
-        | Format::PositionsCsv
-        | Format::Zip => false,
-    }
-}
-
 fn count_joints(scene: &Scene, format: Format) -> usize {
-    match format {
-        Format::Glb | Format::Gltf | Format::Vrm | Format::Vrma => {
-            scene.skins.iter().flat_map(|skin| &skin.joints).collect::<BTreeSet<_>>().len()
-        }
-        Format::Fbx
-        | Format::Bvh
-        | Format::PosesNpz
-        | Format::PosesJson
-        | Format::BodyModel
-        | Format::JointPositions
-        | Format::PositionsCsv
-        | Format::Zip => scene.skeleton.joints().iter().filter(|joint| joint.is_joint).count(),
+    if format.info().joints_are_skinned {
+        return scene.skins.iter().flat_map(|skin| &skin.joints).collect::<BTreeSet<_>>().len();
     }
+    joint_count(scene)
 }
 
 /// The rig as a retarget with an empty spec would see it; nothing where the file holds none.

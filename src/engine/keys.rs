@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use crate::{
     editing::{Reduction, Tolerance, reduce_keys},
+    formats::Format,
     model::{Clip, Control, Reporter},
-    rig::Rig,
+    rig::{OutputSpec, Rig},
 };
 
 use serde::Serialize;
 
-use super::{Failure, retarget::Wanted};
+use super::Failure;
 
 /// How many keys an output needs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -37,19 +38,20 @@ pub struct KeysView {
 pub(super) fn reduced(
     rig: &Rig<'_>,
     clip: &Clip,
-    output: &Wanted,
+    format: Format,
+    options: &OutputSpec,
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Option<(Clip, KeysView)>, Failure> {
-    let Some(tolerance) = output.options.keys.tolerance() else { return Ok(None) };
-    let all_are_needed = match output.format {
+    let Some(tolerance) = options.keys.tolerance() else { return Ok(None) };
+    let all_are_needed = match format {
         format if format.holds_gltf() && rig.scene.stretched.is_none() => None,
         format if format.holds_gltf() => Some("joints hang below stretched nodes, whose every frame counts"),
         _ => Some("in this format all tracks share their key times, so every frame was written"),
     };
     if let Some(detail) = all_are_needed {
         let hint = "take a glTF format and a rig without stretched nodes, or leave output.keys out";
-        reporter.warn("keys_all_written", output.format.info().name, detail, hint);
+        reporter.warn("keys_all_written", format.info().name, detail, hint);
         return Ok(None);
     }
     let tolerance = Tolerance {
@@ -60,7 +62,7 @@ pub(super) fn reduced(
     let Reduction { keys, keys_before, bytes_before, worst } = reduce_keys(clip, rig.skeleton(), tolerance, control)?;
     let (distance, joint, frame) = worst;
     let view = KeysView {
-        format: output.format.info().name,
+        format: format.info().name,
         keys_before,
         keys_after: keys.count(),
         bytes_before,

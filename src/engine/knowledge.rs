@@ -115,20 +115,6 @@ fn is_name(name: &str) -> bool {
         && name.chars().all(|letter| is_plain(letter) || matches!(letter, '_' | '-'))
 }
 
-/// What a config asks for, by its plain words: `edit`, `pose` or `retarget`. One that cannot be read asks for a retarget, which then says
-/// what is wrong with it.
-#[must_use]
-pub fn task_of(config: Option<NamedBytes<'_>>) -> &'static str {
-    let document = config.and_then(|config| parse_document(config.bytes).ok()).unwrap_or_default();
-    let asks_for_edit = document.get("task").is_some_and(|task| task == "edit");
-    let has_pose = document.get("pose").is_some_and(|pose| !pose.is_null());
-    match (asks_for_edit, has_pose) {
-        (true, _) => "edit",
-        (false, true) => "pose",
-        (false, false) => "retarget",
-    }
-}
-
 /// A config as it is written, JSON or YAML, whatever it says.
 ///
 /// # Errors

@@ -12,7 +12,10 @@ use super::{
 };
 
 /// Lays a clip over one of the rig's own.
-pub(super) fn laid_over(
+///
+/// # Errors
+/// When the spec does not fit the rig or its clips, or the work is canceled.
+pub fn laid_over(
     rig: &Rig<'_>,
     rig_spec: &RigSpec,
     motion: &Clip,

@@ -4,18 +4,14 @@
 //! workers of the service, by tests and by benches alike.
 
 mod alignment;
-mod convert;
 mod curves;
 mod edit;
-mod edits_page;
 mod explain;
-mod explain_text;
 mod face_fit;
+mod facts;
 mod failure;
 mod files;
 mod inspect;
-mod inspect_text;
-mod joint_table;
 mod keys;
 mod knowledge;
 mod labels;
@@ -24,48 +20,48 @@ mod limited;
 mod load;
 mod mixups;
 mod morphs;
+mod outputs;
 mod pass;
 mod performance;
 mod pose;
 mod propose;
-mod propose_text;
 mod provenance;
-mod report_page;
 mod rest_file;
 mod retarget;
+mod strict;
+mod task;
 mod tune;
+mod work;
 
 pub use alignment::AlignmentView;
-pub use edit::{edit, edit_config, edit_with};
-pub use edits_page::edits_page;
+pub use edit::edited_clip;
 pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain, explain_with};
 pub use face_fit::FaceFitView;
+pub use facts::RigFacts;
 pub use failure::{Failure, FailureCode, FieldError};
 pub use inspect::{
     ClipView, FindingView, Inspection, InspectionCounts, JointView, RigView, RoleView, inspect, inspect_with,
 };
-pub use joint_table::JointTable;
 pub use keys::KeysView;
 pub use knowledge::{
     Knowledge, built_in_presets, built_in_rigs, check_preset, check_rig, merge_config, merge_patch, parse_config,
-    task_of,
 };
 pub use labels::{ByRole, OneOrMore};
+pub use layer::laid_over;
 pub use limited::LimitedView;
-pub use pose::pose_config;
 pub use propose::{
     DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose, propose_with,
 };
-pub use report_page::report_page;
 pub use rest_file::RestFileView;
-pub use retarget::{check_strict, retarget, retarget_with};
+pub use strict::check_strict;
+pub use task::{Task, TaskKind, edit, retarget, retarget_with, run, task_of};
 pub use tune::{TunedParameter, Tuning};
 
 // The words that callers need to speak with the engine; the service half sees the pure half through this door only.
 pub use crate::{
     formats::{Format, FormatInfo, JsonSize, Limits, sniff},
     model::{Control, Phase, Progress},
-    rig::{FindingCode, Severity, template_schema},
+    rig::{FindingCode, PoseChoice, Severity, template_schema},
 };
 
 use serde::{Deserialize, Serialize};
@@ -108,7 +104,28 @@ pub struct EditInputs<'a> {
     pub source: NamedBytes<'a>,
     /// The rig in its rest pose, where the file does not hold it.
     pub source_rest: Option<NamedBytes<'a>>,
+    /// Whether a target was sent along, which is worth a warning.
+    pub unread_target: bool,
     /// The spec, whose `edit` says what is to be done; JSON or YAML.
+    pub config: Option<NamedBytes<'a>>,
+    /// Formats that the caller wants; they win over the spec's `output`. Empty: what the spec says, else GLB.
+    pub formats: &'a [Format],
+}
+
+/// What a character that is to be posed is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct PoseInputs<'a> {
+    /// The file with the character.
+    pub target: NamedBytes<'a>,
+    /// The character in its rest pose, where its file does not hold it.
+    pub target_rest: Option<NamedBytes<'a>>,
+    /// Another character, read only where its rest pose is the one to be taken.
+    pub source: Option<NamedBytes<'a>>,
+    /// The other character in its rest pose, where its file does not hold it.
+    pub source_rest: Option<NamedBytes<'a>>,
+    /// Which pose. `None`: the one that the spec says, else a T pose.
+    pub to: Option<PoseChoice>,
+    /// The retarget spec, JSON or YAML; the character is its target.
     pub config: Option<NamedBytes<'a>>,
     /// Formats that the caller wants; they win over the spec's `output`. Empty: what the spec says, else GLB.
     pub formats: &'a [Format],
@@ -211,30 +228,6 @@ pub struct Rigs {
     pub source: RigFacts,
     /// The target.
     pub target: RigFacts,
-}
-
-/// What was found out about a rig.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct RigFacts {
-    /// Wire name of the file's format.
-    pub format: &'static str,
-    /// The convention that the rig was recognised as, where it was.
-    pub recognised_as: Option<String>,
-    /// How sure that is, 0 to 1.
-    pub confidence: f64,
-    /// How the rest pose holds the arms: `T`, `A`, `arms_down` or `other`.
-    pub rest_pose: &'static str,
-    /// Where the rest pose came from: `upload`, `clip_frame`, `bind`, `nodes`, `standing_frame`, `solved`.
-    pub rest_pose_from: &'static str,
-    /// Why it was taken from there.
-    pub rest_pose_reason: String,
-    /// How the rest file was put onto the rig, where one was given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rest_file: Option<RestFileView>,
-    /// Up and front axes.
-    pub axes: String,
-    /// Metres per unit of length.
-    pub unit_metres: f64,
 }
 
 /// A warning as it goes to users.

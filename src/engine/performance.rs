@@ -1,31 +1,24 @@
 //! A clip of any rig as what a VRM animation holds: the turns of a humanoid whose rest pose is a T pose in which no bone is turned,
 //! where its hips are, its expressions and its gaze.
-//!
-//! With `A` the rotation of a joint in model space in the T pose and `G` that in a frame, a bone turns by `N = W · G · A⁻¹ · W⁻¹` in the
-//! axes of the format, where `W` turns the scene's axes into them; its own rotation is `Nₚ⁻¹ · N`. What joints between two bones
-//! turn is in the lower bone. (VRMC_vrm_animation 1.0, "humanoid".)
 
 use std::collections::BTreeSet;
 
-use glam::{DQuat, DVec3, Quat, Vec3};
+use glam::{DQuat, Quat};
 
 use crate::{
     editing::{Gaze, is_look, moved_morphs},
+    formats::Humanoid,
     model::{
-        Axes, Clip, Control, Joint, JointTracks, ModelPose, Morph, MorphPlace, MorphTrack, Reporter, Scene, Skeleton,
-        Track, Transform, VRM_EXPRESSIONS,
+        Axes, Clip, Control, HumanoidBone, Joint, JointTracks, Morph, MorphPlace, MorphTrack, Reporter, Scene,
+        Skeleton, Track, Transform, VRM_EXPRESSIONS,
     },
-    rig::{
-        Align, HumanoidBone, MorphsSpec, PoseChoice, Rig, floors, map_morphs, missing_bones, morph_meaning,
-        posed_target,
-    },
+    rig::{Align, MorphsSpec, PoseChoice, Rig, floors, map_morphs, missing_bones, morph_meaning, posed_target},
 };
 
 use super::{Failure, FailureCode, files::in_config};
 
 /// Both eyes' at once, where the others have one for each.
 const BLINK: &str = "blink";
-const FRAMES_PER_CHECK: usize = 64;
 
 /// The humanoid of a rig and what it does in a clip, in +Y up, +Z front and metres.
 ///
@@ -45,9 +38,8 @@ pub(super) fn performance(
             .with_hint("name the joints in target.roles; 'retargetd inspect FILE' says what was recognised"));
     }
     report_missing(&bones, reporter);
-    let figure = Figure::new(rig, clip, &bones, reporter);
-    let mut tracks = figure.tracks(clip, control)?;
-    let mut joints = figure.joints();
+    let figure = humanoid(rig, clip, &bones, reporter);
+    let (mut joints, mut tracks) = figure.written(clip, control)?;
     let gaze_joint = gaze(rig, clip).map(|rotation| {
         let rest = Transform::IDENTITY;
         joints.push(Joint { name: "lookAt".into(), parent: None, rest, is_joint: false, node: joints.len() });
@@ -87,29 +79,21 @@ fn report_missing(bones: &[HumanoidBone], reporter: &mut Reporter) {
     }
 }
 
-/// What is known of the humanoid before any frame.
-struct Figure<'a> {
-    rig: &'a Rig<'a>,
-    bones: &'a [HumanoidBone],
-    /// The T pose, in model space of the rig's scene.
-    t_pose: ModelPose,
-    /// How far the T pose and the clip are raised, in metres, so that the floor is at zero.
-    raised: (f64, f64),
-}
-
-impl<'a> Figure<'a> {
-    fn new(rig: &'a Rig<'a>, clip: &Clip, bones: &'a [HumanoidBone], reporter: &mut Reporter) -> Self {
-        let skeleton = rig.skeleton();
-        // The T pose of a VRM is how its nodes stand, and so is its floor.
-        if rig.scene.declared_convention.is_some_and(|convention| convention.starts_with("vrm")) {
-            return Self { rig, bones, t_pose: skeleton.rest_pose().to_model(skeleton), raised: (0.0, 0.0) };
-        }
-        let posed = posed_target(None, rig, PoseChoice::T, Align::default());
-        let t_pose = posed.map_or_else(|| rig.rest.clone(), |posed| posed.pose.to_model(skeleton));
-        let (at_rest, in_clip) = floors(rig, clip).unwrap_or_default();
-        let raised = (-at_rest * rig.unit_metres, -in_clip * rig.unit_metres);
-        if (raised.0 - raised.1).abs() > 0.01 {
-            reporter.warn(
+/// How the humanoid of a rig stands, in a T pose and in the clip.
+fn humanoid<'a>(rig: &'a Rig<'a>, clip: &Clip, bones: &'a [HumanoidBone], reporter: &mut Reporter) -> Humanoid<'a> {
+    let skeleton = rig.skeleton();
+    let (ours_from_scene, unit_metres) = (rig.work_from_scene, rig.unit_metres);
+    // The T pose of a VRM is how its nodes stand, and so is its floor.
+    if rig.scene.declared_convention.is_some_and(|convention| convention.starts_with("vrm")) {
+        let t_pose = skeleton.rest_pose().to_model(skeleton);
+        return Humanoid { skeleton, bones, t_pose, ours_from_scene, unit_metres, raised_metres: (0.0, 0.0) };
+    }
+    let posed = posed_target(None, rig, PoseChoice::T, Align::default());
+    let t_pose = posed.map_or_else(|| rig.rest.clone(), |posed| posed.pose.to_model(skeleton));
+    let (at_rest, in_clip) = floors(rig, clip).unwrap_or_default();
+    let raised = (-at_rest * rig.unit_metres, -in_clip * rig.unit_metres);
+    if (raised.0 - raised.1).abs() > 0.01 {
+        reporter.warn(
                 "floor_guessed",
                 "target",
                 format!(
@@ -119,56 +103,8 @@ impl<'a> Figure<'a> {
                 ),
                 "send a target that stands on its origin at rest",
             );
-        }
-        Self { rig, bones, t_pose, raised }
     }
-
-    fn position(&self, pose: &ModelPose, bone: &HumanoidBone) -> DVec3 {
-        self.rig.work_from_scene * pose.transforms()[bone.joint].translation * self.rig.unit_metres
-    }
-
-    /// The bones as joints that are not turned.
-    fn joints(&self) -> Vec<Joint> {
-        let position = |bone: &HumanoidBone| self.position(&self.t_pose, bone) + DVec3::Y * self.raised.0;
-        let joint = |(node, bone): (usize, &HumanoidBone)| {
-            let parent = bone.parent.map_or(DVec3::ZERO, |parent| position(&self.bones[parent]));
-            let rest = Transform::from_translation(position(bone) - parent);
-            Joint { name: bone.name.clone(), parent: bone.parent, rest, is_joint: true, node }
-        };
-        self.bones.iter().enumerate().map(joint).collect()
-    }
-
-    fn tracks(&self, clip: &Clip, control: &Control) -> Result<Vec<JointTracks>, Failure> {
-        let frames = clip.frame_count();
-        let skeleton = self.rig.skeleton();
-        let work = self.rig.work_from_scene;
-        let undo: Vec<DQuat> = self
-            .bones
-            .iter()
-            .map(|bone| self.t_pose.transforms()[bone.turned_by].rotation.conjugate() * work.conjugate())
-            .collect();
-        let mut turns: Vec<Vec<Quat>> = vec![Vec::with_capacity(frames); self.bones.len()];
-        let mut hips: Vec<Vec3> = Vec::with_capacity(frames);
-        let mut turned = vec![DQuat::IDENTITY; self.bones.len()];
-        for frame in 0..frames {
-            if frame % FRAMES_PER_CHECK == 0 {
-                control.check()?;
-            }
-            let pose = clip.local_pose(skeleton, frame).to_model(skeleton);
-            for (index, bone) in self.bones.iter().enumerate() {
-                turned[index] = work * pose.transforms()[bone.turned_by].rotation * undo[index];
-                let above = bone.parent.map_or(DQuat::IDENTITY, |parent| turned[parent].conjugate());
-                let turn = (above * turned[index]).normalize().as_quat();
-                let is_far = turns[index].last().is_some_and(|before: &Quat| before.dot(turn) < 0.0);
-                turns[index].push(if is_far { -turn } else { turn });
-            }
-            hips.push((self.position(&pose, &self.bones[0]) + DVec3::Y * self.raised.1).as_vec3());
-        }
-        let rotation = |turns| JointTracks { rotation: Track::Sampled(turns).compacted(), ..JointTracks::default() };
-        let mut tracks: Vec<JointTracks> = turns.into_iter().map(rotation).collect();
-        tracks[0].translation = Track::Sampled(hips).compacted();
-        Ok(tracks)
-    }
+    Humanoid { skeleton, bones, t_pose, ours_from_scene, unit_metres, raised_metres: raised }
 }
 
 /// The rotation of what looks where the eyes do, seen from the head.

@@ -7,42 +7,37 @@
 use glam::{Quat, Vec3};
 
 use crate::{
-    formats::{self, Limits, TargetClips, WriteOptions},
+    formats::{self, TargetClips, WriteOptions},
     model::{Axes, Clip, Control, Joint, JointTracks, LocalPose, Phase, Reporter, Scene, Skeleton, Track},
-    rig::{PoseChoice, PoseSpec, Posed, RetargetSpec, Rig, parse_spec, posed_target},
+    rig::{PoseChoice, Posed, Rig, posed_target},
 };
 
 use super::{
-    Counts, Failure, FailureCode, Inputs, Knowledge, NamedBytes, Outcome, Output, Report, Rigs, Timings, WarningView,
+    Counts, Failure, FailureCode, Outcome, Output, PoseInputs, Report, RigFacts, Rigs, Timings, WarningView,
     alignment::view,
-    convert::{convert_clip, convert_scene, into_ours},
-    files::{in_config, in_config_or},
+    facts::joint_count,
+    files::in_config_or,
     load::{Loaded, load},
     mixups::explain_rest,
+    outputs::{Wanted, wanted_outputs},
     provenance::engine,
-    retarget::{Wanted, check_strict, facts, joint_count, wanted_outputs},
+    strict::check_strict,
+    work::Work,
 };
 
 /// Rotations closer than this are the same, as one minus the cosine of half the angle.
 const SAME_ROTATION: f64 = 1e-12;
 
 /// Puts the target into a pose. The source is read only where the pose is taken from it.
-pub(super) fn pose(
-    inputs: &Inputs<'_>,
-    spec: &RetargetSpec,
-    choice: PoseChoice,
-    knowledge: &Knowledge,
-    limits: &Limits,
-    control: &Control,
-) -> Result<Outcome, Failure> {
-    let begin = control.seconds();
-    let mut reporter = Reporter::new();
+pub(super) fn posed(work: Work<'_>, inputs: &PoseInputs<'_>) -> Result<Outcome, Failure> {
+    let Work { ref spec, knowledge, limits, control, begin, mut reporter } = work;
+    let choice = spec.pose.unwrap_or_default().to;
     let wanted = wanted_outputs(spec, inputs.formats)?;
     let mut read = |file, part| load(file, part, limits, control, &mut reporter);
     let mut target = read(inputs.target, "target")?;
     let target_rest = inputs.target_rest.map(|file| read(file, "target_rest")).transpose()?;
     let is_from_source = choice == PoseChoice::Source;
-    let source = is_from_source.then(|| read(inputs.source, "source")).transpose()?;
+    let source = inputs.source.filter(|_| is_from_source).map(|file| read(file, "source")).transpose()?;
     let source_rest =
         inputs.source_rest.filter(|_| is_from_source).map(|file| read(file, "source_rest")).transpose()?;
     let read_seconds = control.seconds() - begin;
@@ -63,9 +58,9 @@ pub(super) fn pose(
     let Posed { pose, alignment } = posed_target(source_rig.as_ref(), &target_rig, choice, spec.align)
         .ok_or_else(|| Failure::new(FailureCode::Internal, "a pose of the source was asked for, and there is none"))?;
     let alignment = view(&alignment, target_rig.skeleton());
-    let target_facts = facts(&target_rig, target.format);
+    let target_facts = RigFacts::of(&target_rig, target.format);
     let source_facts = match (&source_rig, &source) {
-        (Some(rig), Some(source)) => facts(rig, source.format),
+        (Some(rig), Some(source)) => RigFacts::of(rig, source.format),
         _ => target_facts.clone(),
     };
     let space = (target_rig.axes, target_rig.unit_metres);
@@ -102,20 +97,6 @@ pub(super) fn pose(
     let resolved_spec = serde_json::to_value(spec)
         .map_err(|error| Failure::new(FailureCode::Internal, format!("the resolved spec: {error}")))?;
     Ok(Outcome { outputs, report, resolved_spec })
-}
-
-/// The bytes of a config that asks for a pose: `config`, where there is one, with `pose` set to the name of a pose.
-///
-/// # Errors
-/// When the config cannot be read, or the name is that of no pose.
-pub fn pose_config(config: Option<NamedBytes<'_>>, to: &str) -> Result<Vec<u8>, Failure> {
-    let mut spec = match config {
-        Some(config) => parse_spec(config.bytes).map_err(in_config)?,
-        None => RetargetSpec::default(),
-    };
-    let choice = serde_json::from_value(serde_json::Value::from(to));
-    spec.pose = Some(PoseSpec { to: choice.map_err(|error| Failure::new(FailureCode::Internal, error.to_string()))? });
-    serde_json::to_vec(&spec).map_err(|error| Failure::new(FailureCode::Internal, error.to_string()))
 }
 
 /// A T pose needs arms or legs.
@@ -174,7 +155,7 @@ impl Posing {
         &self,
         scene: &Scene,
         output: &Wanted,
-        (axes, unit_metres): (Axes, f64),
+        space: (Axes, f64),
         control: &Control,
         reporter: &mut Reporter,
     ) -> Result<Output, Failure> {
@@ -186,27 +167,7 @@ impl Posing {
             extras: Some(serde_json::json!({ "engine": engine(), "pose": clip.name() })),
             ..output.write_options(reporter)
         };
-        let wants_ours = match output.format {
-            formats::Format::Bvh => false,
-            formats::Format::PosesNpz | formats::Format::PosesJson => scene.axes.is_none(),
-            _ => true,
-        };
-        let conversion = into_ours(axes, unit_metres);
-        let is_ours = scene.axes == Some(Axes::Y_UP_Z_FRONT) && scene.unit_metres == Some(1.0);
-        let written = if is_ours || !wants_ours || conversion.is_identity() {
-            formats::write_posed(scene, &self.joints, clip, &options, control, reporter)
-        } else {
-            let converted = convert_clip(clip.clone(), scene, &conversion)
-                .map_err(|error| Failure::new(FailureCode::Internal, format!("the pose cannot be written: {error}")))?;
-            formats::write_posed(
-                &convert_scene(scene, &conversion),
-                &self.joints,
-                &converted,
-                &options,
-                control,
-                reporter,
-            )
-        };
+        let written = formats::write_in_space(scene, Some(&self.joints), clip, space, &options, control, reporter);
         let bytes = written.map_err(|error| Failure::from(error).in_part("target"))?;
         let name = format!("{}.{}", clip.name().replace(' ', "_"), output.format.info().endings[0]);
         Ok(Output { format: output.format, name, bytes })

@@ -15,9 +15,10 @@ use super::{
     Failure, FailureCode, Inputs, Knowledge, Limits, NamedBytes, Rigs, WarningView,
     alignment::{AlignmentView, view as view_alignment},
     edit::edited_clip,
+    facts::{RigFacts, joint_count},
     files::{Files, Sides, in_config, read_spec},
     labels::{Labels, OneOrMore},
-    retarget::{facts, joint_count, wanted_outputs},
+    outputs::wanted_outputs,
 };
 
 /// What a retarget would do.
@@ -208,7 +209,10 @@ pub fn propose_with(
     };
     Ok(Proposal {
         resolved_spec: to_json(&resolved)?,
-        rigs: Rigs { source: facts(&source, files.source.format), target: facts(&target, files.target.format) },
+        rigs: Rigs {
+            source: RigFacts::of(&source, files.source.format),
+            target: RigFacts::of(&target, files.target.format),
+        },
         counts,
         roles,
         joints,

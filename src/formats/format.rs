@@ -44,7 +44,57 @@ pub struct FormatInfo {
     pub writes: bool,
     /// One line.
     pub description: &'static str,
+    /// Which axes and unit a written file has.
+    pub space: Space,
+    /// Whether a written file holds a glTF document, with all that a target's has.
+    pub has_document: bool,
+    /// Whether a file can say which mesh hangs on which joints.
+    pub has_skins: bool,
+    /// Whether a file's joints are the nodes that a skin names, and not those that it calls joints.
+    pub joints_are_skinned: bool,
+    /// Whether a written file holds custom properties that change.
+    pub has_properties: bool,
+    /// Whether a written file's animation can be compressed.
+    pub has_compression: bool,
 }
+
+/// Axes and unit of a written file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Space {
+    /// +Y up, +Z front, metres.
+    Ours,
+    /// Those of the target.
+    OfTarget,
+    /// Those of the target where its file says which they are, else [`Space::Ours`].
+    SaidByTarget,
+}
+
+/// What most formats have in common.
+const PLAIN: FormatInfo = FormatInfo {
+    name: "",
+    endings: &[],
+    media_type: "application/octet-stream",
+    reads: true,
+    writes: true,
+    description: "",
+    space: Space::Ours,
+    has_document: false,
+    has_skins: false,
+    joints_are_skinned: false,
+    has_properties: false,
+    has_compression: false,
+};
+
+/// What glTF formats have in common.
+const GLTF: FormatInfo = FormatInfo {
+    media_type: "model/gltf-binary",
+    has_document: true,
+    has_skins: true,
+    joints_are_skinned: true,
+    has_properties: true,
+    has_compression: true,
+    ..PLAIN
+};
 
 impl Format {
     /// All formats.
@@ -67,102 +117,95 @@ impl Format {
     #[must_use]
     pub const fn info(self) -> FormatInfo {
         match self {
-            Self::Glb => FormatInfo {
-                name: "glb",
-                endings: &["glb"],
-                media_type: "model/gltf-binary",
-                reads: true,
-                writes: true,
-                description: "binary glTF 2.0",
-            },
+            Self::Glb => FormatInfo { name: "glb", endings: &["glb"], description: "binary glTF 2.0", ..GLTF },
             Self::Gltf => FormatInfo {
                 name: "gltf",
                 endings: &["gltf"],
                 media_type: "model/gltf+json",
-                reads: true,
-                writes: true,
                 description: "glTF 2.0 as JSON with embedded buffers",
+                ..GLTF
             },
             Self::Vrm => FormatInfo {
                 name: "vrm",
                 endings: &["vrm"],
-                media_type: "model/gltf-binary",
-                reads: true,
-                writes: true,
                 description: "VRM 0.x or 1.0 avatar; written as a GLB that keeps the VRM extension",
+                ..GLTF
             },
             Self::Vrma => FormatInfo {
                 name: "vrma",
                 endings: &["vrma"],
                 media_type: "model/gltf-binary",
-                reads: true,
-                writes: true,
                 description: "VRM animation: the motion of a humanoid, its expressions and its gaze, for any VRM",
+                joints_are_skinned: true,
+                has_compression: true,
+                ..PLAIN
             },
             Self::Fbx => FormatInfo {
                 name: "fbx",
                 endings: &["fbx"],
-                media_type: "application/octet-stream",
-                reads: true,
-                writes: true,
                 description: "Autodesk FBX, binary or text; written binary: the skeleton, its animation, and the meshes of an FBX target",
+                has_skins: true,
+                ..PLAIN
             },
             Self::Bvh => FormatInfo {
                 name: "bvh",
                 endings: &["bvh"],
                 media_type: "text/plain",
-                reads: true,
-                writes: true,
                 description: "Biovision hierarchy",
+                space: Space::OfTarget,
+                ..PLAIN
             },
             Self::PosesNpz => FormatInfo {
                 name: "poses_npz",
                 endings: &["npz"],
                 media_type: "application/x-npz",
-                reads: true,
-                writes: true,
                 description: "pose arrays in a NumPy archive",
+                space: Space::SaidByTarget,
+                has_properties: true,
+                ..PLAIN
             },
             Self::PosesJson => FormatInfo {
                 name: "poses_json",
                 endings: &["json"],
                 media_type: "application/json",
-                reads: true,
-                writes: true,
                 description: "pose arrays in JSON",
+                space: Space::SaidByTarget,
+                has_properties: true,
+                ..PLAIN
             },
             Self::BodyModel => FormatInfo {
                 name: "body_model",
                 endings: &["npz"],
                 media_type: "application/x-npz",
-                reads: true,
                 writes: false,
                 description: "SMPL, SMPL+H or SMPL-X parameters as AMASS and AIST++ keep them; read on the mean body",
+                ..PLAIN
             },
             Self::JointPositions => FormatInfo {
                 name: "joint_positions",
                 endings: &["npy"],
                 media_type: "application/x-npy",
-                reads: true,
                 writes: false,
                 description: "positions of SMPL's 22 or 24 joints, or HumanML3D features",
+                ..PLAIN
             },
             Self::Zip => FormatInfo {
                 name: "zip",
                 endings: &["zip"],
                 media_type: "application/zip",
-                reads: true,
-                writes: true,
                 description: "one model of the formats above with the buffers and images that it points to; written as glTF with its \
                               buffer in a file of its own",
+                has_skins: false,
+                joints_are_skinned: false,
+                ..GLTF
             },
             Self::PositionsCsv => FormatInfo {
                 name: "positions_csv",
                 endings: &["csv"],
                 media_type: "text/csv",
                 reads: false,
-                writes: true,
                 description: "where every joint is in every frame, as comma-separated text in metres, +Y up and +Z front",
+                ..PLAIN
             },
         }
     }
@@ -170,7 +213,7 @@ impl Format {
     /// Whether a written file holds a glTF document, with all that a target's has.
     #[must_use]
     pub const fn holds_gltf(self) -> bool {
-        matches!(self, Self::Glb | Self::Gltf | Self::Vrm | Self::Zip)
+        self.info().has_document
     }
 
     /// The format of that wire name.

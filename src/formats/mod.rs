@@ -10,7 +10,7 @@
 //! Say it is called *acme*. In this order the compiler and the tests lead the way:
 //!
 //! 1. **Name it.** A variant of [`Format`], its row in [`Format::info`] (wire name, endings, media type, whether it is read and
-//!    written, one line for people), and its place in [`Format::ALL`]. `GET /v1/formats`, `Accept`, the endings of `--output`, and the
+//!    written, one line for people, which axes, unit and tracks a file has), and its place in [`Format::ALL`]. `GET /v1/formats`, `Accept`, the endings of `--output`, and the
 //!    table of `docs/reference/formats.md` come from that row. The compiler names every `match` that has to know it; most need one word.
 //! 2. **Recognise it.** Its first bytes in [`sniff`], with a test there; the name of a file only decides between what bytes
 //!    cannot tell apart.
@@ -19,7 +19,7 @@
 //!    [`Scene::unit_metres`], `None` where the file does not know; mark joints as the file does; keep what the writer needs to
 //!    give the rest of the file back in [`Scene::payload`]. Then a line in [`read()`].
 //! 4. **Write it**, where that is of use: `acme/write.rs` and a line in [`write()`]. What a format cannot hold is a warning, never
-//!    silence. Meshes that other formats are to hold go to them by `meshes.rs` (`written::meshes`). If it wants +Y up and metres, say so where the engine converts (`engine/retarget.rs`, `write_one`).
+//!    silence. Meshes that other formats are to hold go to them by `meshes.rs` (`written::meshes`). Which axes and unit it wants, its row says.
 //! 5. **Explain it.** New warnings go into `docs/reference/warnings.md` (a test lists those that are not there). Then
 //!    `RETARGETD_UPDATE=1 cargo nextest run -E 'test(documents) | test(openapi)'` writes the tables and the API again.
 //! 6. **Prove it.** Beside the code: exact small files by hand. In `tests/it/formats_acme.rs`: files cut short at every byte, counts
@@ -36,12 +36,14 @@ mod euler;
 mod fbx;
 mod format;
 mod gltf;
+mod humanoid;
 mod json_size;
 mod meshes;
 mod numpy;
 mod poses;
 mod positions_csv;
 mod sniff;
+mod space;
 mod written;
 mod zipped;
 
@@ -49,9 +51,11 @@ pub use budget::{Budget, Limit, Limits};
 pub use bundle::{Unpacked, embed_with, may_point_to_others, open, unpack};
 pub use error::{ErrorKind, FormatError};
 pub use euler::EulerOrder;
-pub use format::{Format, FormatInfo};
+pub use format::{Format, FormatInfo, Space};
+pub use humanoid::Humanoid;
 pub use json_size::JsonSize;
 pub use sniff::sniff;
+pub use space::write_in_space;
 
 use glam::{Quat, Vec3};
 

@@ -3,10 +3,11 @@
 use axum::{
     body::Body,
     extract::{FromRequest, FromRequestParts, Path, Query, Request},
-    http::{HeaderMap, HeaderName, header, request::Parts},
+    http::{HeaderMap, header, request::Parts},
 };
 use serde::de::DeserializeOwned;
 
+pub(super) use super::header_text::text;
 use super::{ApiState, code::Code, json_size, problem::Problem, upload::BodyReader};
 use crate::jobs::{ApiKeyId, AssetId, BatchId, DeliveryId, JobId, JobState, ResultId, WebhookId};
 
@@ -144,9 +145,4 @@ fn similar_names(detail: &str) -> Vec<String> {
 pub(super) fn is_media_type(headers: &HeaderMap, expected: &str) -> bool {
     let media_type = text(headers, &header::CONTENT_TYPE).split(';').next().unwrap_or_default();
     media_type.trim().eq_ignore_ascii_case(expected)
-}
-
-/// A header as text; empty when it is not there or no text.
-pub(super) fn text<'a>(headers: &'a HeaderMap, name: &HeaderName) -> &'a str {
-    headers.get(name).and_then(|value| value.to_str().ok()).unwrap_or_default()
 }

@@ -10,6 +10,7 @@
 //! 2. What it refuses becomes a code: a row in `code.rs`.
 //! 3. Render the document and the problems page again; the tests that compare them say how.
 
+mod accepted;
 mod auth;
 mod body;
 mod caching;
@@ -19,6 +20,7 @@ mod digest;
 mod docs;
 mod download;
 mod extract;
+mod header_text;
 mod idempotency;
 mod json_size;
 mod judgment;

@@ -11,7 +11,7 @@ use super::{
     ApiState,
     body::{BodyWatch, BoundedBody, too_large},
     code::Code,
-    digest, extract,
+    digest, header_text,
     problem::Problem,
 };
 use crate::{
@@ -292,7 +292,7 @@ fn check_announced(headers: &HeaderMap, settings: &Settings) -> Result<(), Probl
 }
 
 fn content_length(headers: &HeaderMap) -> Option<u64> {
-    extract::text(headers, &header::CONTENT_LENGTH).parse().ok()
+    header_text::text(headers, &header::CONTENT_LENGTH).parse().ok()
 }
 
 /// A file name as it is kept: no folder, no control characters, not endless.

@@ -298,7 +298,7 @@ impl From<JobSnapshot> for JobView {
         Self {
             id: record.id.to_string(),
             state: record.state.name(),
-            kind: record.kind.name(),
+            kind: record.kind().name(),
             queue_position,
             progress: progress.map(ProgressView::from),
             attempt: record.attempt,
@@ -330,7 +330,7 @@ impl From<JobSnapshot> for JobView {
 
 /// The files of a job by what they are to it.
 pub(super) fn inputs_view(request: &JobRequest) -> BTreeMap<&'static str, JobInputView> {
-    request.inputs().map(|(role, input)| (role.name(), JobInputView::from(input))).collect()
+    request.inputs.iter().map(|(role, input)| (role.name(), JobInputView::from(input))).collect()
 }
 
 impl From<&JobInput> for JobInputView {

@@ -7,10 +7,9 @@ use futures::future::try_join_all;
 use tokio::sync::Semaphore;
 
 use super::{
-    Engine, Full, Jobs, Refusal,
-    fetching::MOST_FETCHES,
+    Asked, Engine, Files, Full, Jobs, Question, Refusal,
     inspections::{Found, InspectionKey},
-    library::OwnRigs,
+    library::{self, OwnRigs},
     looks::Look,
     memory,
 };
@@ -21,6 +20,9 @@ use crate::{
     store::{AssetId, AssetRecord, BlobWriter, HeldBlobs, Page, Principal, UnnamedBlob},
     telemetry::Metric,
 };
+
+/// Files that one process fetches at the same time; others wait, as part of the time that they have.
+const MOST_FETCHES: usize = 16;
 
 /// The uploaded files. Cheap to clone; all clones are the same.
 #[derive(Clone, Debug)]
@@ -174,7 +176,7 @@ impl Assets {
     /// When there is no such file, or it cannot be read.
     pub async fn inspect(&self, owner: &Principal, id: &AssetId) -> Result<Arc<str>, Refusal> {
         let asset = self.get(owner, id).await?;
-        let rigs = self.jobs.own_rigs(owner).await?;
+        let rigs = library::own_rigs(&self.jobs.0.store, owner).await?;
         let (key, inspections) = (InspectionKey::of(&asset, &rigs.sha256), &self.jobs.0.inspections);
         if let Some(document) = inspections.find(&key) {
             return Ok(document);
@@ -205,12 +207,14 @@ impl Assets {
         let memory_bytes = memory::of_job([memory::of_unknown_file(asset.bytes)].into_iter(), 1.0);
         let look = Look { owner: &asset.principal, thread: "inspect", what: "looking into the file", memory_bytes };
         let load = async {
-            let knowledge = self.jobs.knowledge(&asset.principal, &rigs.versions()).await?;
+            let knowledge = library::knowledge(&self.jobs.0.store, &asset.principal, &rigs.versions()).await?;
             Ok((self.jobs.0.store.blobs().read(&asset.sha256).await?, knowledge))
         };
         let work =
             move |(bytes, knowledge): &(Bytes, Knowledge), engine: &dyn Engine, limits: &Limits, control: &Control| {
-                engine.inspect(NamedBytes { name: &name, bytes }, knowledge, limits, control)
+                let files = Files { source: Some(NamedBytes { name: &name, bytes }), ..Files::default() };
+                let asked = Asked { question: Question::Inspect, files, formats: &[], knowledge, limits };
+                engine.ask(&asked, control)?.document()
             };
         self.jobs.look(look, load, work).await
     }

@@ -3,19 +3,12 @@
 //! What happened is in the store, so a stream goes on at any process; the notices of changes only say when to look. A stream tells
 //! every event once and in order, or says with [`Told::Reset`] that some are gone.
 
-use std::{
-    collections::{BTreeMap, VecDeque},
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-    time::Duration,
-};
+use std::{collections::VecDeque, time::Duration};
 
 use tokio::{sync::broadcast, time::Instant};
 
-use super::{Jobs, Refusal, changes::Change};
-use crate::{
-    store::{EventReach, EventRecord, JobId, JobRecord, JobState, Principal, StoredProgress},
-    telemetry::Metric,
-};
+use super::{Jobs, Refusal, changes::Change, streams::OpenStream};
+use crate::store::{EventReach, EventRecord, JobId, JobRecord, JobState, Principal, StoredProgress};
 
 /// Read from the store at once.
 const MOST_AT_ONCE: usize = 100;
@@ -43,54 +36,6 @@ pub enum Told {
     /// The stream ends, and is to be taken up again. The reason is one of a closed set: `shutting_down`, `time_is_over`,
     /// `unavailable`.
     Bye(&'static str),
-}
-
-/// How many streams each principal has open at this process.
-#[derive(Debug, Default)]
-pub(super) struct OpenStreams(Mutex<BTreeMap<Principal, u64>>);
-
-impl OpenStreams {
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<Principal, u64>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// How many one principal has open.
-    pub(super) fn count(&self, owner: &Principal) -> u64 {
-        self.lock().get(owner).copied().unwrap_or(0)
-    }
-
-    fn open(self: &Arc<Self>, owner: &Principal, most: u64) -> Result<OpenStream, Refusal> {
-        let mut counts = self.lock();
-        let count = counts.get(owner).copied().unwrap_or(0);
-        if count >= most {
-            return Err(Refusal::TooManyStreams { most });
-        }
-        counts.insert(owner.clone(), count + 1);
-        drop(counts);
-        Metric::EventStreams.change(1.0);
-        Ok(OpenStream { streams: Arc::clone(self), owner: owner.clone() })
-    }
-}
-
-/// One of them, until it is dropped.
-#[derive(Debug)]
-struct OpenStream {
-    streams: Arc<OpenStreams>,
-    owner: Principal,
-}
-
-impl Drop for OpenStream {
-    fn drop(&mut self) {
-        let mut counts = self.streams.lock();
-        match counts.get_mut(&self.owner) {
-            Some(count) if *count > 1 => *count -= 1,
-            _ => {
-                counts.remove(&self.owner);
-            }
-        }
-        drop(counts);
-        Metric::EventStreams.change(-1.0);
-    }
 }
 
 /// Which events somebody wants to hear of.

@@ -123,3 +123,11 @@ pub(super) fn internal() -> JobFailure {
         "try again; if it happens again, report it with the id of the job",
     )
 }
+
+/// Why a job has not run whose batch was to stop at the first failure.
+pub(super) fn stopped_by_another() -> JobFailure {
+    FailureReason::BatchStopped.because(
+        "another item of the batch failed before this one had started, and the batch was to stop then",
+        "see why the other one failed, then ask for the items again that did not run",
+    )
+}

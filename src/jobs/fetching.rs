@@ -19,9 +19,6 @@ pub struct NewFetch {
     pub digest: Option<String>,
 }
 
-/// Files that one process fetches at the same time; others wait, as part of the time that they have.
-pub(super) const MOST_FETCHES: usize = 16;
-
 impl Assets {
     /// Fetches a file and keeps it as if it had been uploaded. Gives the record and whether it is new.
     ///

@@ -10,7 +10,7 @@ use crate::{
     engine::{self, Knowledge},
     store::{
         DocumentBounds, DocumentChange, DocumentHead, DocumentKind, DocumentRecord, NewDocument, Precondition,
-        Principal, StoreError, VersionedName, hexadecimal,
+        Principal, Store, StoreError, VersionedName, hexadecimal,
     },
 };
 
@@ -146,25 +146,25 @@ impl Library {
     }
 }
 
+/// The rig templates of one owner as they are now, with a digest over all of them.
+pub(super) async fn own_rigs(store: &Store, owner: &Principal) -> Result<OwnRigs, Refusal> {
+    let heads = store.records().document_heads(owner, DocumentKind::Rig).await?;
+    let text = heads.iter().fold(String::new(), |text, head| text + &head.name + ":" + &head.sha256 + "\n");
+    Ok(OwnRigs { sha256: digest(&text), heads })
+}
+
+/// What a job of that owner knows: these versions of the owner's templates, as they are written. Who works with them parses them.
+pub(super) async fn knowledge(store: &Store, owner: &Principal, rigs: &[VersionedName]) -> Result<Knowledge, Refusal> {
+    let mut documents = Vec::with_capacity(rigs.len());
+    for VersionedName { name, version } in rigs {
+        let record = store.records().document(owner, DocumentKind::Rig, name, Some(*version)).await?;
+        let record = record.ok_or_else(|| unreadable(name, "a version that a job names is gone".to_owned()))?;
+        documents.push(record.document);
+    }
+    Ok(Knowledge::unread(documents))
+}
+
 impl Jobs {
-    /// The rig templates of one owner as they are now, with a digest over all of them.
-    pub(super) async fn own_rigs(&self, owner: &Principal) -> Result<OwnRigs, Refusal> {
-        let heads = self.0.store.records().document_heads(owner, DocumentKind::Rig).await?;
-        let text = heads.iter().fold(String::new(), |text, head| text + &head.name + ":" + &head.sha256 + "\n");
-        Ok(OwnRigs { sha256: digest(&text), heads })
-    }
-
-    /// What a job of that owner knows: these versions of the owner's templates, as they are written. Who works with them parses them.
-    pub(super) async fn knowledge(&self, owner: &Principal, rigs: &[VersionedName]) -> Result<Knowledge, Refusal> {
-        let mut documents = Vec::with_capacity(rigs.len());
-        for VersionedName { name, version } in rigs {
-            let record = self.0.store.records().document(owner, DocumentKind::Rig, name, Some(*version)).await?;
-            let record = record.ok_or_else(|| unreadable(name, "a version that a job names is gone".to_owned()))?;
-            documents.push(record.document);
-        }
-        Ok(Knowledge::unread(documents))
-    }
-
     /// The preset of that name, current or built in.
     pub(super) async fn preset(&self, owner: &Principal, name: &str) -> Result<Kept, Refusal> {
         let library = Library::new(self);

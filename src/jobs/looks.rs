@@ -15,7 +15,7 @@ use tokio::{
     time::{Instant, sleep},
 };
 
-use super::{Engine, Jobs, Refusal, bridge::on_own_thread};
+use super::{Engine, Refusal, memory::MemoryBudget, thread::on_own_thread};
 use crate::{
     engine::{Control, Failure, FailureCode, Limits},
     store::{BRIEF, Principal},
@@ -76,6 +76,15 @@ pub(super) struct Look<'a> {
     pub(super) memory_bytes: u64,
 }
 
+/// What a look is done with.
+pub(super) struct LookMeans {
+    pub(super) engine: Arc<dyn Engine>,
+    pub(super) limits: Limits,
+    pub(super) memory: MemoryBudget,
+    /// How long it may take.
+    pub(super) longest: Duration,
+}
+
 /// A turn. Dropping it lets the next one begin.
 #[derive(Debug)]
 struct Turn {
@@ -129,38 +138,36 @@ impl Looks {
         owners.entry(owner.clone()).or_default().permits = Arc::downgrade(&permits);
         permits
     }
-}
 
-impl Jobs {
     /// Has the engine look at what `load` reads, on a thread of its own, no longer than a job may take; nothing is read before it is its turn.
     pub(super) async fn look<F: Send + 'static, T: Send + 'static>(
         &self,
+        means: LookMeans,
         look: Look<'_>,
         load: impl Future<Output = Result<F, Refusal>>,
         work: impl FnOnce(&F, &dyn Engine, &Limits, &Control) -> Result<T, Failure> + Send + 'static,
     ) -> Result<T, Refusal> {
-        let (inner, limit) = (Arc::clone(&self.0), self.0.settings.job_timeout.0);
+        let LookMeans { engine, limits, memory, longest } = means;
         let admitted = async {
-            let turn = inner.looks.turn(look.owner).await;
-            (turn, inner.memory.clone().take(look.memory_bytes).await)
+            let turn = self.turn(look.owner).await;
+            (turn, memory.take(look.memory_bytes).await)
         };
-        let held = tokio::time::timeout(limit, admitted).await.map_err(|_| Refusal::TooBusy)?;
+        let held = tokio::time::timeout(longest, admitted).await.map_err(|_| Refusal::TooBusy)?;
         let Look { thread, what, .. } = look;
         // Canceled when the caller goes away, so that nobody works for nobody.
         let watched = CancelOnDrop(Arc::default());
         let control = Arc::clone(&watched.0);
         let looked = async {
             let files = load.await?;
-            let inner = Arc::clone(&inner);
             let outcome = on_own_thread(thread, move || {
                 // Given back when the thread ends, not when the caller goes away.
                 let _held = held;
-                work(&files, &*inner.engine, &inner.limits, &control)
+                work(&files, &*engine, &limits, &control)
             });
             let fault = || Failure::new(FailureCode::Internal, format!("{what} failed because of a fault"));
             Ok(outcome.await.ok().flatten().ok_or_else(fault)??)
         };
-        tokio::time::timeout(limit, looked).await.unwrap_or_else(|_| {
+        tokio::time::timeout(longest, looked).await.unwrap_or_else(|_| {
             Err(Failure::new(FailureCode::AssetLimitExceeded, format!("{what} took too long"))
                 .with_hint("the limit is 'job_timeout'")
                 .into())

@@ -11,17 +11,14 @@
 //! Knows nothing of HTTP. The engine is handed in, so that tests can put one of their own in its place.
 
 mod admission;
-mod arrival;
 mod assets;
 mod batches;
-mod bridge;
 mod changes;
 mod database_clock;
+mod engine;
 mod events;
 mod failure;
 mod fetching;
-mod handover;
-mod head_start;
 mod inputs;
 mod inspections;
 mod isolation;
@@ -30,42 +27,43 @@ mod library;
 mod looks;
 mod lost_workers;
 mod memory;
+mod one_shot;
 mod proposals;
 mod record_room;
 mod refusal;
 mod result_cache;
 mod running;
-mod seats;
 mod service;
 mod state;
 mod stored_bytes;
+mod streams;
 mod submission;
 mod sweeper;
 #[cfg(test)]
 mod tests;
+mod thread;
 mod usage;
 mod webhooks;
 mod worker;
 mod workers;
 
-pub use arrival::ArrivedFiles;
 pub use assets::{Assets, ReceivedFile, Upload};
 pub use batches::{BadItem, BatchSnapshot, NewBatch, SubmittedBatch};
-pub use bridge::{Engine, MadeFile, Ran, RetargetEngine};
+pub use engine::{Answer, Asked, Engine, Files, MadeFile, Question, Ran, RetargetEngine};
 pub use events::{EventStream, Followed, Told};
 pub use failure::FailureReason;
 pub use fetching::NewFetch;
-pub use handover::{Awaited, Awaiting, HandedFile};
 pub use isolation::{Bounds, ProcessEngine, keep_memory_private, serve_engine_process};
 pub use keys::{KeyText, Keys, NewKey};
 pub use library::{Kept, Library, Written};
+pub use one_shot::{ArrivedFiles, Awaited, Awaiting, HandedFile};
 pub(crate) use refusal::similar_names;
-pub use refusal::{Full, Refusal};
+pub use refusal::{Full, JobQuota, Refusal};
 pub use service::{JobSnapshot, Jobs};
 pub use state::{JobEvent, next_state};
 pub use submission::{NewJob, Submitted};
 pub use sweeper::Sweeper;
-pub use usage::{JobQuota, Usage};
+pub use usage::Usage;
 pub use webhooks::{Courier, NewWebhook, Webhooks};
 pub use workers::Workers;
 
@@ -73,7 +71,7 @@ pub(crate) use crate::store::hexadecimal;
 pub use crate::store::{
     ApiKeyId, ApiKeyRecord, AssetId, AssetRecord, BatchId, BatchPlace, BatchRecord, ByteStream, ConfigDocument,
     DeliveryEvent, DeliveryId, DeliveryRecord, DeliveryState, DisabledReason, DocumentKind, EventRecord, Holdings,
-    InputRole, JobFailure, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest, JobState, JobVerdict, Judgment,
-    OnError, Page, Precondition, Principal, ResultId, ResultRecord, Scope, StoreError, StoredFieldError,
+    InputRole, JobFailure, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest, JobState, JobTask, JobVerdict,
+    Judgment, OnError, Page, Precondition, Principal, ResultId, ResultRecord, Scope, StoreError, StoredFieldError,
     StoredProgress, VersionedName, WebhookId, WebhookRecord,
 };

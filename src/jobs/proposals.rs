@@ -1,8 +1,11 @@
 //! What a retarget would do, without a job: for who maps rigs or edits configs, and waits for the answer.
 
-use super::{Assets, Engine, Jobs, NewJob, Refusal, inputs::InputBytes, looks::Look, memory, submission::Wanted};
+use super::{
+    Asked, Assets, Engine, NewJob, Question, Refusal, inputs::InputBytes, library, looks::Look, memory,
+    submission::Wanted,
+};
 use crate::{
-    engine::{Control, Knowledge, Limits, NamedBytes, Question},
+    engine::{Control, Knowledge, Limits, NamedBytes},
     store::{ConfigDocument, JobRequest, Principal},
 };
 
@@ -12,16 +15,7 @@ impl Assets {
     /// # Errors
     /// When an input is not there, or as [`crate::engine::propose`].
     pub async fn propose(&self, owner: &Principal, new: NewJob) -> Result<(JobRequest, serde_json::Value), Refusal> {
-        let Wanted { request, memory_bytes, .. } = self.jobs.resolve(owner, new).await?;
-        let look = Look { owner, thread: "propose", what: "looking into the files", memory_bytes };
-        let work = request.clone();
-        let proposal = self.jobs.look(
-            look,
-            self.jobs.files_and_knowledge(owner, &request),
-            move |read, engine, limits, control| engine.propose(&read.0.inputs(&work, &[]), &read.1, limits, control),
-        );
-        let proposal = proposal.await?;
-        Ok((request, proposal))
+        self.ask_about(owner, new, ("propose", "looking into the files"), Question::Propose).await
     }
 
     /// Why a joint of what a retarget of these files gives is turned as it is at a frame, as a JSON object.
@@ -35,18 +29,30 @@ impl Assets {
         frame: usize,
         joint: String,
     ) -> Result<serde_json::Value, Refusal> {
+        let question = Question::Explain { frame, joint };
+        Ok(self.ask_about(owner, new, ("explain", "explaining the joint"), question).await?.1)
+    }
+
+    /// Asks the engine about the inputs of a job. Gives the inputs that were found, too.
+    async fn ask_about(
+        &self,
+        owner: &Principal,
+        new: NewJob,
+        (thread, what): (&'static str, &'static str),
+        question: Question,
+    ) -> Result<(JobRequest, serde_json::Value), Refusal> {
         let Wanted { request, memory_bytes, .. } = self.jobs.resolve(owner, new).await?;
-        let look = Look { owner, thread: "explain", what: "explaining the joint", memory_bytes };
-        let work = request.clone();
-        let explanation = self.jobs.look(
-            look,
-            self.jobs.files_and_knowledge(owner, &request),
-            move |read, engine, limits, control| {
-                let question = Question { frame, joint: &joint };
-                engine.explain(&read.0.inputs(&work, &[]), &question, &read.1, limits, control)
-            },
-        );
-        explanation.await
+        let look = Look { owner, thread, what, memory_bytes };
+        let load = async {
+            let bytes = InputBytes::read(&self.jobs.0.store, &request).await?;
+            Ok((bytes, library::knowledge(&self.jobs.0.store, owner, &request.rigs).await?, request.clone()))
+        };
+        let answer = self.jobs.look(look, load, move |(bytes, knowledge, request), engine, limits, control| {
+            let asked = Asked { question, files: bytes.files(request), formats: &[], knowledge, limits };
+            engine.ask(&asked, control)?.document()
+        });
+        let answer = answer.await?;
+        Ok((request, answer))
     }
 
     /// A config as it is understood, as a JSON object.
@@ -56,20 +62,10 @@ impl Assets {
     pub async fn check_config(&self, owner: &Principal, config: ConfigDocument) -> Result<serde_json::Value, Refusal> {
         let memory_bytes = memory::of_job([memory::of_unknown_file(config.text.len() as u64)].into_iter(), 1.0);
         let look = Look { owner, thread: "check", what: "reading the config", memory_bytes };
-        let work = |config: &ConfigDocument, engine: &dyn Engine, _: &Limits, control: &Control| {
-            engine.check_config(NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() }, control)
+        let work = |config: &ConfigDocument, engine: &dyn Engine, limits: &Limits, control: &Control| {
+            let named = NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() };
+            engine.ask(&Asked::of_config(named, &Knowledge::default(), limits), control)?.document()
         };
         self.jobs.look(look, std::future::ready(Ok(config)), work).await
-    }
-}
-
-impl Jobs {
-    /// What a look at the files of a request needs.
-    async fn files_and_knowledge(
-        &self,
-        owner: &Principal,
-        request: &JobRequest,
-    ) -> Result<(InputBytes, Knowledge), Refusal> {
-        Ok((self.read_inputs(request).await?, self.knowledge(owner, &request.rigs).await?))
     }
 }

@@ -9,9 +9,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::{Jobs, Refusal};
+use super::Refusal;
 use crate::{
-    store::{Principal, RecordCounts},
+    config::Settings,
+    store::{Principal, RecordCounts, Store},
     telemetry::Metric,
 };
 
@@ -49,15 +50,18 @@ impl RecordRoom {
         }
         known.insert(of.cloned(), (counts, Instant::now()));
     }
-}
 
-impl Jobs {
     /// Makes room for `jobs` more of that owner with so many bytes of texts.
     ///
     /// # Errors
     /// [`Refusal::TooManyRecords`] when nothing has ended that could go.
-    pub(super) async fn make_record_room(&self, owner: &Principal, jobs: u64, bytes: u64) -> Result<(), Refusal> {
-        let settings = &self.0.settings;
+    pub(super) async fn make(
+        &self,
+        (store, settings): (&Store, &Settings),
+        owner: &Principal,
+        jobs: u64,
+        bytes: u64,
+    ) -> Result<(), Refusal> {
         let more = RecordCounts { jobs, documents: 0, bytes };
         let own = (
             "principal_records",
@@ -66,27 +70,28 @@ impl Jobs {
             settings.max_principal_record_bytes.0,
         );
         let all = ("records", settings.max_records, "record_bytes", settings.max_record_bytes.0);
-        self.make_room_below(Some(owner), more, own).await?;
-        self.make_room_below(None, more, all).await
+        self.make_below(store, Some(owner), more, own).await?;
+        self.make_below(store, None, more, all).await
     }
 
-    async fn make_room_below(
+    async fn make_below(
         &self,
+        store: &Store,
         of: Option<&Principal>,
         more: RecordCounts,
         (jobs_limit, most_jobs, bytes_limit, most_bytes): (&'static str, u64, &'static str, u64),
     ) -> Result<(), Refusal> {
         let most = RecordCounts { jobs: most_jobs, documents: 0, bytes: most_bytes };
-        if self.0.record_room.have_much(of, more, most) {
+        if self.have_much(of, more, most) {
             return Ok(());
         }
         for step in 0.. {
-            let counts = self.count_records(of).await?;
+            let counts = self.count(store, of).await?;
             let (jobs, bytes) = (counts.jobs + more.jobs, counts.bytes + more.bytes);
             if jobs <= most_jobs && bytes <= most_bytes {
                 return Ok(());
             }
-            let removed = if step < MOST_STEPS { self.0.store.remove_oldest_ended(of, STEP).await? } else { 0 };
+            let removed = if step < MOST_STEPS { store.remove_oldest_ended(of, STEP).await? } else { 0 };
             if removed == 0 {
                 Metric::AdmissionRejected.count([("reason", "records".to_owned())], 1);
                 return Err(match jobs > most_jobs {
@@ -99,13 +104,13 @@ impl Jobs {
         Ok(())
     }
 
-    async fn count_records(&self, of: Option<&Principal>) -> Result<RecordCounts, Refusal> {
-        let records = self.0.store.records();
+    async fn count(&self, store: &Store, of: Option<&Principal>) -> Result<RecordCounts, Refusal> {
+        let records = store.records();
         let counts = match of {
             Some(owner) => records.record_counts(owner).await?,
             None => records.all_record_counts().await?,
         };
-        self.0.record_room.remember(of, counts);
+        self.remember(of, counts);
         Ok(counts)
     }
 }

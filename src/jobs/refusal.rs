@@ -1,11 +1,19 @@
 //! Why a request to the service half is not carried out.
 
-use super::JobQuota;
 use crate::{
     engine::Failure,
     outbound::Blocked,
     store::{InputRole, JobFailure, JobId, JobState, Principal, StoreError, WebhookId},
 };
+
+/// How many unfinished jobs a principal may have, and has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct JobQuota {
+    /// The setting `max_principal_jobs`.
+    pub most: u64,
+    /// How many there are. What is asked for in the same moment may exceed the quota by as much.
+    pub unfinished: u64,
+}
 
 /// Why a request is not carried out. The door that the request came through puts it into its own words.
 #[derive(Debug, thiserror::Error)]

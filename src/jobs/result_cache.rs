@@ -66,10 +66,11 @@ impl Jobs {
 }
 
 fn key_of(request: &JobRequest) -> String {
-    let inputs: Vec<_> = request.inputs().map(|(role, input)| (role.name(), &input.sha256, &input.file_name)).collect();
+    let inputs: Vec<_> =
+        request.inputs.iter().map(|(role, input)| (role.name(), &input.sha256, &input.file_name)).collect();
     let config = request.config.as_ref().map(|config| (&config.file_name, &*config.text));
     let rigs: Vec<_> = request.rigs.iter().map(|rig| (&rig.name, rig.version)).collect();
-    library::digest(&json!([build(), inputs, config, request.formats, rigs]).to_string())
+    library::digest(&json!([build(), request.task, inputs, config, request.formats, rigs]).to_string())
 }
 
 /// Which program runs: the version, and what tells builds of one version apart.
@@ -86,7 +87,7 @@ fn build() -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::{AssetId, ConfigDocument, JobInput, VersionedName};
+    use crate::store::{AssetId, ConfigDocument, InputRole, JobInput, JobTask, VersionedName};
 
     fn request() -> JobRequest {
         let input = |sha256: &str| JobInput {
@@ -95,10 +96,8 @@ mod tests {
             file_name: "walk.bvh".to_owned(),
         };
         JobRequest {
-            source: input("aa"),
-            target: input("bb"),
-            source_rest: None,
-            target_rest: None,
+            task: JobTask::Retarget,
+            inputs: [(InputRole::Source, input("aa")), (InputRole::Target, input("bb"))].into(),
             config: None,
             formats: vec!["glb".to_owned()],
             labels: [("shot".to_owned(), "012".to_owned())].into(),
@@ -115,12 +114,19 @@ mod tests {
         let same = JobRequest { labels: Default::default(), skip_cache: true, ..request() };
         assert_eq!(key_of(&first), key_of(&same), "assets and labels do not matter");
         let config = Some(ConfigDocument { file_name: "config.json".to_owned(), text: "{}".into() });
-        let swapped = JobRequest { source: first.target.clone(), target: first.source.clone(), ..request() };
+        let with = |files: [(InputRole, &JobInput); 2]| {
+            let given = files.map(|(role, input)| (role, input.clone()));
+            let inputs = request().inputs.into_iter().chain(given).collect();
+            JobRequest { inputs, ..request() }
+        };
+        let (source, target) = (&first.inputs[&InputRole::Source], &first.inputs[&InputRole::Target]);
         let others = [
-            swapped,
+            with([(InputRole::Source, target), (InputRole::Target, source)]),
+            JobRequest { task: JobTask::Pose { to: Some("a".to_owned()) }, ..request() },
+            JobRequest { task: JobTask::Pose { to: Some("t".to_owned()) }, ..request() },
             JobRequest { config, ..request() },
             JobRequest { formats: vec!["bvh".to_owned()], ..request() },
-            JobRequest { source_rest: Some(first.source.clone()), ..request() },
+            with([(InputRole::SourceRest, source), (InputRole::Source, source)]),
             JobRequest { rigs: vec![VersionedName { name: "hero".to_owned(), version: 2 }], ..request() },
         ];
         for other in others {

@@ -17,23 +17,22 @@ use tokio::{
 use super::{
     Engine, JobEvent, Refusal,
     admission::Admission,
-    batches,
     changes::{Change, Changes},
     database_clock::DatabaseClock,
-    events::OpenStreams,
-    handover::Handovers,
-    head_start::HeadStarts,
+    failure,
     inspections::Inspections,
-    looks::Looks,
+    looks::{Look, LookMeans, Looks},
     memory::MemoryBudget,
     next_state,
+    one_shot::{Handovers, HeadStarts},
     record_room::RecordRoom,
     running::{RunningJobs, StopReason},
     stored_bytes::StoredBytes,
+    streams::OpenStreams,
 };
 use crate::{
     config::{Failpoint, Settings},
-    engine::Limits,
+    engine::{Control, Failure, Limits},
     store::{
         Ended, FinishedJob, JobFailure, JobFilter, JobId, JobRecord, JobState, LeaseId, OnError, Page, Principal,
         QueueDepth, ResultId, ResultRecord, Store, StoredProgress,
@@ -400,6 +399,18 @@ impl Jobs {
         Ok(self.0.store.records().check().await?)
     }
 
+    /// Has the engine look at what `load` reads; see [`Looks::look`].
+    pub(super) async fn look<F: Send + 'static, T: Send + 'static>(
+        &self,
+        look: Look<'_>,
+        load: impl Future<Output = Result<F, Refusal>>,
+        work: impl FnOnce(&F, &dyn Engine, &Limits, &Control) -> Result<T, Failure> + Send + 'static,
+    ) -> Result<T, Refusal> {
+        let Inner { engine, limits, memory, settings, .. } = &*self.0;
+        let (engine, memory, longest) = (Arc::clone(engine), memory.clone(), settings.job_timeout.0);
+        self.0.looks.look(LookMeans { engine, limits: *limits, memory, longest }, look, load, work).await
+    }
+
     /// Counts the end of a job, and tells those who wait.
     pub(super) fn announce_end(&self, id: &JobId, end: &FinishedJob) {
         let code = end.failure.as_ref().map_or_else(String::new, |failure| failure.code.clone());
@@ -420,7 +431,7 @@ impl Jobs {
             finished_at: self.0.clock.now(),
             expires_at: self.0.clock.after(self.0.settings.job_retention.0),
             failure,
-            stops_batch: (state == JobState::Failed).then(batches::stopped_by_another),
+            stops_batch: (state == JobState::Failed).then(failure::stopped_by_another),
             report: None,
             resolved_spec: None,
             warnings: 0,

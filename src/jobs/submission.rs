@@ -16,10 +16,10 @@ use super::{
 };
 use crate::{
     config::Failpoint,
-    engine::{self, Failure, FailureCode, Format, NamedBytes},
+    engine::{self, Failure, FailureCode, Format, NamedBytes, TaskKind},
     store::{
         Added, AssetId, AssetRecord, ConfigDocument, Idempotency, InputRole, JobId, JobInput, JobKind, JobRecord,
-        JobRequest, JobState, Principal, QueueDepth, VersionedName, WebhookId,
+        JobRequest, JobState, JobTask, Principal, QueueDepth, VersionedName, WebhookId,
     },
     telemetry::{Metric, TraceContext},
 };
@@ -27,7 +27,9 @@ use crate::{
 /// What somebody wants done.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NewJob {
-    /// The files. Source and target must be among them.
+    /// What is to be done; nothing where the config says it.
+    pub task: Option<JobTask>,
+    /// The files, by what they are to it.
     pub inputs: BTreeMap<InputRole, AssetId>,
     /// The retarget config.
     pub config: Option<ConfigDocument>,
@@ -56,7 +58,8 @@ impl NewJob {
 
     /// Everything but the word.
     pub(super) fn asked(&self) -> serde_json::Value {
-        let Self { inputs, config, formats, labels, preset, priority, skip_cache, webhook, idempotency_key: _ } = self;
+        let Self { task, inputs, config, formats, labels, preset, priority, skip_cache, webhook, idempotency_key: _ } =
+            self;
         let inputs: Vec<_> = inputs.iter().map(|(role, asset)| (role.name(), asset)).collect();
         let formats: Vec<_> = formats.iter().map(|format| format.info().name).collect();
         let config = config.as_ref().map(|config| &*config.text);
@@ -64,6 +67,9 @@ impl NewJob {
         // Only where there is one, so that a digest from before there were webhooks stays what it is.
         if let (Some(webhook), Some(asked)) = (webhook, asked.as_array_mut()) {
             asked.push(serde_json::json!(webhook));
+        }
+        if let (Some(task), Some(asked)) = (task, asked.as_array_mut()) {
+            asked.push(serde_json::json!(task));
         }
         asked
     }
@@ -83,7 +89,6 @@ pub struct Submitted {
 /// A job that can be taken on: its files are there.
 pub(super) struct Wanted {
     pub(super) owner: Principal,
-    pub(super) kind: JobKind,
     pub(super) request: JobRequest,
     pub(super) input_bytes: u64,
     pub(super) memory_bytes: u64,
@@ -95,17 +100,16 @@ pub(super) struct Wanted {
 impl Wanted {
     /// As it was before, to be asked for again.
     pub(super) fn again(ended: JobRecord) -> Self {
-        let JobRecord { id, principal: owner, kind, request, input_bytes, priority, memory_bytes, .. } = ended;
-        Self { owner, kind, request, input_bytes, memory_bytes, priority, retry_of: Some(id), idempotency: None }
+        let JobRecord { id, principal: owner, request, input_bytes, priority, memory_bytes, .. } = ended;
+        Self { owner, request, input_bytes, memory_bytes, priority, retry_of: Some(id), idempotency: None }
     }
 
     /// The record of the job, which waits.
     pub(super) fn into_record(self, created_at: Timestamp) -> JobRecord {
-        let Self { owner, kind, request, input_bytes, memory_bytes, priority, retry_of, idempotency } = self;
+        let Self { owner, request, input_bytes, memory_bytes, priority, retry_of, idempotency } = self;
         JobRecord {
             id: JobId::new(),
             state: JobState::Queued,
-            kind,
             inputs_sha256: suspect_digest(&owner, &request),
             request,
             input_bytes,
@@ -172,9 +176,9 @@ struct ConfigFacts {
 }
 
 impl Known {
-    /// What kind of job a config asks for.
-    pub(super) fn kind_of(&self, config: Option<&ConfigDocument>) -> JobKind {
-        self.facts_of(config).kind
+    /// What a config asks for, where nothing else says it.
+    pub(super) fn task_of(&self, config: Option<&ConfigDocument>) -> JobTask {
+        JobTask::of_kind(self.facts_of(config).kind)
     }
 
     fn facts_of(&self, config: Option<&ConfigDocument>) -> ConfigFacts {
@@ -275,7 +279,13 @@ impl Jobs {
             let found = self.0.store.records().webhook(id).await?;
             webhooks.extend(found.filter(|webhook| webhook.principal == *owner).map(|_| id.clone()));
         }
-        Ok(Known { rigs: self.own_rigs(owner).await?, assets, presets, webhooks, configs: Mutex::default() })
+        Ok(Known {
+            rigs: library::own_rigs(&self.0.store, owner).await?,
+            assets,
+            presets,
+            webhooks,
+            configs: Mutex::default(),
+        })
     }
 
     /// What a job is that names things which were looked up.
@@ -290,13 +300,12 @@ impl Jobs {
             let (sha256, file_name) = (asset.sha256.clone(), asset.file_name.clone());
             found.insert(role, JobInput { asset: id, sha256, file_name });
         }
-        let missing = |role: InputRole| Refusal::UnknownInput { role, id: String::new() };
         let (config, preset) = lay_over_preset(known, new.config, new.preset)?;
+        let task = new.task.unwrap_or_else(|| known.task_of(config.as_ref()));
+        check_inputs(&task, &found)?;
         let request = JobRequest {
-            source: found.remove(&InputRole::Source).ok_or_else(|| missing(InputRole::Source))?,
-            target: found.remove(&InputRole::Target).ok_or_else(|| missing(InputRole::Target))?,
-            source_rest: found.remove(&InputRole::SourceRest),
-            target_rest: found.remove(&InputRole::TargetRest),
+            task,
+            inputs: found,
             config,
             formats: new.formats.into_iter().map(|format| format.info().name.to_owned()).collect(),
             labels: new.labels,
@@ -305,11 +314,10 @@ impl Jobs {
             skip_cache: new.skip_cache,
             webhook: known.webhook(new.webhook)?,
         };
-        let ConfigFacts { kind, growth } = known.facts_of(request.config.as_ref());
-        let growth = growth + memory::growth_of_formats(request.formats.len());
+        let growth = known.facts_of(request.config.as_ref()).growth + memory::growth_of_formats(request.formats.len());
         let memory_bytes = memory::of_job(needs.into_iter(), growth);
         let (owner, priority) = (owner.clone(), new.priority);
-        Ok(Wanted { owner, kind, request, input_bytes, memory_bytes, priority, retry_of: None, idempotency: None })
+        Ok(Wanted { owner, request, input_bytes, memory_bytes, priority, retry_of: None, idempotency: None })
     }
 
     /// What a file adds to the memory that a job needs: by what was found in it, else by its size.
@@ -361,7 +369,10 @@ impl Jobs {
             return Err(Refusal::Quarantined { until });
         }
         let quota = self.quota_for(&record.principal, 1).await?;
-        self.make_record_room(&record.principal, 1, text_bytes(&record.request)).await?;
+        self.0
+            .record_room
+            .make((&self.0.store, &self.0.settings), &record.principal, 1, text_bytes(&record.request))
+            .await?;
         self.0.store.blobs().check_room()?;
         let size = QueueDepth { jobs: 1, bytes: record.input_bytes, batch_jobs: 0 };
         let reservation = self.0.admission.reserve(records, size).await?;
@@ -394,13 +405,22 @@ impl Jobs {
     }
 
     async fn first_missing<'a>(&self, job: &'a JobRecord) -> Result<(InputRole, &'a JobInput), Refusal> {
-        for (role, input) in job.request.inputs() {
+        for (role, input) in &job.request.inputs {
             if self.0.store.records().asset(&job.principal, &input.asset).await?.is_none() {
-                return Ok((role, input));
+                return Ok((*role, input));
             }
         }
-        Ok((InputRole::Source, &job.request.source))
+        job.request.inputs.first_key_value().map(|(role, input)| (*role, input)).ok_or(no_input(InputRole::Source))
     }
+}
+
+const fn no_input(role: InputRole) -> Refusal {
+    Refusal::UnknownInput { role, id: String::new() }
+}
+
+/// Refuses a task that lacks a file.
+pub(super) fn check_inputs<T>(task: &JobTask, inputs: &BTreeMap<InputRole, T>) -> Result<(), Refusal> {
+    task.needs().iter().find(|role| !inputs.contains_key(role)).map_or(Ok(()), |role| Err(no_input(*role)))
 }
 
 fn key_of_job(job: JobRecord) -> Refusal {
@@ -431,7 +451,11 @@ impl ConfigFacts {
         let task = engine::task_of(Some(NamedBytes { name: &config.file_name, bytes: text }));
         let document = says_edit(text).then(|| engine::parse_config(text).ok()).flatten();
         Self {
-            kind: JobKind::from_name(task).unwrap_or_default(),
+            kind: match task {
+                TaskKind::Retarget => JobKind::Retarget,
+                TaskKind::Edit => JobKind::Edit,
+                TaskKind::Pose => JobKind::Pose,
+            },
             growth: document.map_or(1.0, |document| memory::growth_of_config(&document)),
         }
     }
@@ -462,8 +486,9 @@ fn says_edit(text: &[u8]) -> bool {
 /// A digest of who asks for what: the files of a job, what each is to it, its config and its formats. What brings workers down for one
 /// caller with one config is nobody else's business, and nobody else's fault.
 pub(super) fn suspect_digest(owner: &Principal, request: &JobRequest) -> String {
-    let names = request.inputs().map(|(role, input)| format!("{} {}\n", role.name(), input.sha256));
+    let names = request.inputs.iter().map(|(role, input)| format!("{} {}\n", role.name(), input.sha256));
     let config = request.config.as_ref().map_or("", |config| &config.text);
     let formats = request.formats.join(" ");
-    library::digest(&format!("{owner}\n{}{formats}\n{config}", names.collect::<String>()))
+    let task = serde_json::json!(request.task);
+    library::digest(&format!("{owner}\n{task}\n{}{formats}\n{config}", names.collect::<String>()))
 }

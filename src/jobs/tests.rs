@@ -3,14 +3,12 @@
 use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
 use super::{
-    AssetId, Assets, ConfigDocument, Engine, InputRole, JobSnapshot, JobState, Jobs, NewJob, Principal, Ran, Refusal,
-    Workers,
+    Answer, Asked, AssetId, Assets, ConfigDocument, Engine, InputRole, JobSnapshot, JobState, Jobs, NewJob, Principal,
+    Question, Refusal, Workers,
 };
 use crate::{
     config::Settings,
-    engine::{
-        Control, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Outcome, Output, Question, Report,
-    },
+    engine::{Control, Failure, FailureCode, Format, NamedBytes, Outcome, Output, Report},
     outbound::Outbound,
     store::{Claim, DataFolder, Lane, LeaseId, Store},
     telemetry::Clock,
@@ -26,8 +24,15 @@ fn me() -> Principal {
 struct Obedient;
 
 impl Engine for Obedient {
-    fn retarget(&self, inputs: &Inputs<'_>, _: &Knowledge, _: &Limits, control: &Control) -> Result<Ran, Failure> {
-        match inputs.config.map_or(&b""[..], |config| config.bytes) {
+    fn ask(&self, asked: &Asked<'_>, control: &Control) -> Result<Answer, Failure> {
+        let files = &asked.files;
+        let bytes = |file: Option<NamedBytes<'_>>| file.map_or_else(Vec::new, |file| file.bytes.to_vec());
+        match &asked.question {
+            Question::Retarget | Question::Edit | Question::Pose { .. } => {}
+            Question::Inspect => return Ok(Answer::Document(serde_json::json!({"format": "bvh"}))),
+            other => panic!("nobody asks for that: {other:?}"),
+        }
+        match bytes(files.config).as_slice() {
             b"panic" => panic!("as the config says"),
             b"refuse" => return Err(Failure::new(FailureCode::NoAnimation, "the source has no animation")),
             b"wait" => loop {
@@ -36,37 +41,10 @@ impl Engine for Obedient {
             },
             _ => {}
         }
-        let output = Output { format: Format::Glb, name: "out.glb".to_owned(), bytes: inputs.target.bytes.to_vec() };
-        Outcome { outputs: vec![output], report: Report::default(), resolved_spec: serde_json::json!({}) }.try_into()
-    }
-
-    fn inspect(&self, _: NamedBytes<'_>, _: &Knowledge, _: &Limits, _: &Control) -> Result<serde_json::Value, Failure> {
-        Ok(serde_json::json!({"format": "bvh"}))
-    }
-
-    fn propose(
-        &self,
-        inputs: &Inputs<'_>,
-        _: &Knowledge,
-        _: &Limits,
-        _: &Control,
-    ) -> Result<serde_json::Value, Failure> {
-        Ok(serde_json::json!({"target_bytes": inputs.target.bytes.len()}))
-    }
-
-    fn explain(
-        &self,
-        _: &Inputs<'_>,
-        question: &Question<'_>,
-        _: &Knowledge,
-        _: &Limits,
-        _: &Control,
-    ) -> Result<serde_json::Value, Failure> {
-        Ok(serde_json::json!({"joint": question.joint}))
-    }
-
-    fn check_config(&self, config: NamedBytes<'_>, _: &Control) -> Result<serde_json::Value, Failure> {
-        Ok(serde_json::json!({"config_bytes": config.bytes.len()}))
+        let output = Output { format: Format::Glb, name: "out.glb".to_owned(), bytes: bytes(files.target) };
+        let outcome =
+            Outcome { outputs: vec![output], report: Report::default(), resolved_spec: serde_json::json!({}) };
+        Ok(Answer::Ran(Box::new(outcome.try_into()?)))
     }
 }
 

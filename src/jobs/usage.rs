@@ -1,16 +1,7 @@
 //! What one principal has and may have.
 
-use super::{Jobs, Refusal};
+use super::{JobQuota, Jobs, Refusal};
 use crate::store::{Holdings, Principal};
-
-/// How many unfinished jobs a principal may have, and has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct JobQuota {
-    /// The setting `max_principal_jobs`.
-    pub most: u64,
-    /// How many there are. What is asked for in the same moment may exceed the quota by as much.
-    pub unfinished: u64,
-}
 
 /// What a principal has.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -9,14 +9,12 @@ use bytes::Bytes;
 use futures::future::try_join_all;
 
 use super::{
-    FailureReason, JobEvent, Jobs, MadeFile, Ran, Refusal,
-    bridge::{in_place, on_own_thread},
-    failure,
-    head_start::BegunWork,
-    inputs::InputBytes,
-    next_state,
+    Asked, FailureReason, JobEvent, Jobs, MadeFile, Ran, Refusal, failure,
+    inputs::{InputBytes, question},
+    library, next_state,
+    one_shot::{BegunWork, Seat},
     running::{RunningJob, StopReason},
-    seats::Seat,
+    thread::{in_place, on_own_thread},
 };
 use crate::{
     config::{Failpoint, Isolation},
@@ -162,8 +160,8 @@ impl Jobs {
 
     /// Reads what the engine needs.
     async fn prepare(&self, record: &JobRecord) -> Result<(InputBytes, Knowledge), Refusal> {
-        let files = self.read_inputs(&record.request).await?;
-        Ok((files, self.knowledge(&record.principal, &record.request.rigs).await?))
+        let files = InputBytes::read(&self.0.store, &record.request).await?;
+        Ok((files, library::knowledge(&self.0.store, &record.principal, &record.request.rigs).await?))
     }
 
     /// Has the engine work on files, on a thread of its own unless the settings want otherwise.
@@ -180,7 +178,10 @@ impl Jobs {
         let work = move || {
             Failpoint::EngineRuns.reach();
             let formats: Vec<Format> = request.formats.iter().filter_map(|name| Format::from_name(name)).collect();
-            inner.engine.retarget(&files.inputs(&request, &formats), &knowledge, &inner.limits, &control)
+            let (formats, knowledge, limits) = (formats.as_slice(), &knowledge, &inner.limits);
+            let question = question(&request.task)?;
+            let asked = Asked { question, files: files.files(&request), formats, knowledge, limits };
+            inner.engine.ask(&asked, &control)?.ran()
         };
         let outcome = if is_inline { in_place(work) } else { on_own_thread("retarget", work) };
         BegunWork { at, outcome }
@@ -390,7 +391,7 @@ fn span_of(record: &JobRecord, began: Instant) -> Span {
     }
     let mut span = Span::of_work("run job", asked_by.as_ref(), began);
     span.note("retargetd.job_id", || record.id.to_string());
-    span.note("retargetd.job_kind", || record.kind.name());
+    span.note("retargetd.job_kind", || record.kind().name());
     span.note("retargetd.attempt", || i64::from(record.attempt));
     span
 }

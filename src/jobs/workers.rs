@@ -15,9 +15,8 @@ use tokio_util::{sync::CancellationToken, task::TaskTracker};
 
 use super::{
     Jobs, Refusal,
-    head_start::{BegunWork, HeadStart},
+    one_shot::{BegunWork, HeadStart, Seat, Seats},
     running::{RunningGuard, RunningJob, StopReason, new_control},
-    seats::{Seat, Seats},
     service::Inner,
 };
 use crate::{

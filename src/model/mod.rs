@@ -8,6 +8,7 @@
 mod axes;
 mod clip;
 mod control;
+mod humanoid;
 mod look_at;
 mod morph;
 mod pose;
@@ -24,6 +25,7 @@ mod warning;
 pub use axes::{Axes, AxesError, SignedAxis};
 pub use clip::{Clip, ClipError, JointContacts, JointTracks};
 pub use control::{Canceled, Control, Phase, Progress};
+pub use humanoid::HumanoidBone;
 pub use look_at::{LookAt, LookRange};
 pub use morph::{Morph, MorphMesh, MorphPlace, MorphTrack, VRM_EXPRESSIONS};
 pub use pose::{LocalPose, ModelPose};

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use crate::model::Skeleton;
 
-use super::{mapping::Ride, understand::Rig};
+use super::{mapping::Ride, rig::Rig};
 
 /// What carries a part, in order of preference, without sides. The first that the rig has counts; its last joint carries.
 const CARRIERS: [(&str, &[&str]); 26] = [

@@ -3,26 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::{
-    alignment::split,
     leg_rows::{driving_leg, is_whole_leg},
     legs::corresponding,
+    named_pair::{NamedPair, split},
     recognition::{Role, Side},
-    understand::Rig,
+    rig::Rig,
 };
-
-/// A chain of each side: its name on the target's, and its joints from the body outward.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct NamedPair {
-    pub(super) name: String,
-    /// What the source calls it.
-    pub(super) source_name: String,
-    pub(super) source: Vec<usize>,
-    /// Further chains of the source, by what it calls them; the target follows the mean of all.
-    pub(super) also: Vec<(String, Vec<usize>)>,
-    pub(super) target: Vec<usize>,
-    /// The role, where the pair comes from one.
-    pub(super) role: Option<String>,
-}
 
 /// Roles that make up a limb, for specs that name the limb.
 pub(super) const LIMBS: [(&str, &[&str]); 4] = [

@@ -2,7 +2,7 @@
 
 use crate::model::{Clip, ModelPose};
 
-use super::understand::Rig;
+use super::rig::Rig;
 
 /// A lowest point closer to the origin than this share of the pelvis height counts as standing on the origin: ankles, balls
 /// and toes lie a little above the sole.

@@ -1,19 +1,8 @@
 //! Which joints of a rig are the bones of VRM's humanoid, for files that know no other skeleton.
 
-use super::understand::Rig;
+use crate::model::HumanoidBone;
 
-/// A bone of VRM 1.0's humanoid, and what of a rig it stands for.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct HumanoidBone {
-    /// Its name, such as `leftUpperArm`.
-    pub name: String,
-    /// Index of the bone above it in the list; nothing for the hips.
-    pub parent: Option<usize>,
-    /// The joint where it begins.
-    pub joint: usize,
-    /// The joint that has all of its rotation: of a limb that is split into joints for bend and twist, the last one.
-    pub turned_by: usize,
-}
+use super::rig::Rig;
 
 /// Bones on the middle: role, bones from the body outward, each of which hangs from the one before it, and the bones that the first
 /// one may hang from, the nearest first.

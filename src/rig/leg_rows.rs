@@ -5,7 +5,7 @@
 
 use super::{
     recognition::{Role, Side},
-    understand::Rig,
+    rig::Rig,
 };
 
 /// Whether a role is a whole leg of an animal.

@@ -5,7 +5,7 @@
 
 use glam::DVec2;
 
-use super::{leg_rows::is_whole_leg, understand::Rig};
+use super::{leg_rows::is_whole_leg, rig::Rig};
 
 /// What leaving out a joint between two that belong together costs, as a share of the body's height: better a scapula or a toe
 /// is left out than an elbow.

@@ -5,10 +5,8 @@ use glam::{DQuat, DVec3};
 use crate::model::{LocalPose, ModelPose, Transform};
 
 use super::{
-    shoulder::ShoulderPair,
     spec::{Carry, RotationMode, TranslationMode},
     stages::Stages,
-    twist::TwistPair,
 };
 
 /// Everything that the plan needs to know about two rigs. All indices are in range of the two skeletons.
@@ -316,4 +314,60 @@ impl Mapping {
         }
         driven
     }
+}
+
+/// A target joint that turns about a limb with part of its twist. All rotations are of the target's own rest pose: there the
+/// skin was bound, and there nothing is twisted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TwistPair {
+    /// The joint that is turned.
+    pub joint: usize,
+    /// The joint that it is turned against: its segment's, above it; itself where it is the segment.
+    pub segment: usize,
+    /// Along the limb, in the segment's own axes; a unit vector.
+    pub axis: DVec3,
+    /// `segment_from_joint` of the rest pose; the identity where the joint is the segment.
+    pub segment_from_joint: DQuat,
+    /// Where the twist is seen.
+    pub against: TwistAgainst,
+    /// How much of the twist the joint is turned by; from −1 to 1.
+    pub share: f64,
+}
+
+/// What a limb's twist is measured against.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TwistAgainst {
+    /// The joint that carries the limb, such as a clavicle: above the segment, or ridden by it.
+    Carrier {
+        /// The joint.
+        joint: usize,
+        /// `carrier_from_segment` of the rest pose.
+        carrier_from_segment: DQuat,
+    },
+    /// The joint that the segment leads to, such as a hand; it has a driver of its own.
+    End {
+        /// The joint.
+        joint: usize,
+        /// `segment_from_end` of the rest pose.
+        segment_from_end: DQuat,
+    },
+}
+
+/// A clavicle that follows its arm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShoulderPair {
+    /// The clavicle; its parent carries it.
+    pub joint: usize,
+    /// The upper arm; it has a driver of its own.
+    pub upper_arm: usize,
+    /// From the shoulder to the elbow, in the upper arm's own axes; a unit vector.
+    pub arm: DVec3,
+    /// Up, in the axes of the clavicle's parent; a unit vector.
+    pub up: DVec3,
+    /// What the clavicle is lifted about, in the axes of its parent; a unit vector.
+    pub axis: DVec3,
+    /// Elevation of the arm from hanging that lifts nothing yet: that of the rest pose, and at least 30°.
+    pub free_radians: f64,
+    /// Lift of the clavicle per elevation of the arm beyond that; 0 to 1.
+    pub share: f64,
 }

@@ -3,8 +3,8 @@
 use super::{
     auto_map::{known_names, roles_of},
     error::{SpecError, SpecErrorKind, SpecField},
+    rig::Rig,
     spec::RigSpec,
-    understand::Rig,
 };
 
 /// The joints that the names stand for, in the skeleton's order: of a role or limb all that it has, of a chain its first.

@@ -4,8 +4,10 @@
 
 mod alignment;
 mod anatomy;
+mod at_rest;
 mod auto_map;
 mod bone_maps;
+mod build;
 mod deserialize;
 mod error;
 mod findings;
@@ -15,9 +17,11 @@ mod ikrig;
 mod joint_table;
 mod leg_rows;
 mod legs;
+mod lookup;
 mod mapping;
 mod mask;
 mod morphs;
+mod named_pair;
 mod nearest;
 mod parse;
 mod posing;
@@ -25,12 +29,13 @@ mod ranges;
 mod recognition;
 mod resolve;
 mod rest;
+#[expect(clippy::module_inception, reason = "a rig is what the module is about")]
+mod rig;
 mod shoulder;
 mod soles;
 mod spec;
 mod stages;
 mod twist;
-mod understand;
 mod unknown_fields;
 mod volumes;
 
@@ -38,10 +43,12 @@ pub use alignment::{AlignedJoint, CanonicalPose, HowAligned, RollCue};
 pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use findings::{FileFacts, Finding, FindingCode, Severity, examine, examine_clips};
 pub use floor::{floors, standing_floor};
-pub use humanoid::{HumanoidBone, missing_bones};
+pub use humanoid::missing_bones;
 pub use joint_table::{TableRow, write_table};
+pub use lookup::find_clip;
 pub use mapping::{
-    ChainPair, Chord, ChordCorrection, CrotchRule, Drive, Mapping, PelvisPair, PelvisPosition, Ride, Spacing,
+    ChainPair, Chord, ChordCorrection, CrotchRule, Drive, Mapping, PelvisPair, PelvisPosition, Ride, ShoulderPair,
+    Spacing, TwistAgainst, TwistPair,
 };
 pub use mask::named_joints;
 pub use morphs::{MorphDrive, MorphMapping, MorphTerm, map_morphs, morph_meaning};
@@ -54,7 +61,7 @@ pub use recognition::{
 };
 pub use resolve::{Resolved, resolve, scheduled};
 pub use rest::{OrientationFrom, RestFit, RestSource};
-pub use shoulder::ShoulderPair;
+pub use rig::Rig;
 pub use soles::{FootPoint, FootShape, SupportPoint};
 pub use spec::*;
 pub use stages::{
@@ -62,6 +69,4 @@ pub use stages::{
     Limb, LimbJoints, LimbPair, LimitFrame, PinDrive, PosedEdit, PropDrive, ReachDrive, ReachEnd, RootMotion, Schedule,
     Sole, SourceScale, StagedKind, StagedOp, Stages,
 };
-pub use twist::{TwistAgainst, TwistPair};
-pub use understand::{Rig, find_clip};
 pub use volumes::{Anchor, BodyPart, Capsule, HandPair, body_capsules};

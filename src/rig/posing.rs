@@ -5,8 +5,8 @@ use crate::model::LocalPose;
 use super::{
     alignment::{AlignedJoint, Alignment, CanonicalPose, align, canonical_rest},
     auto_map::by_role,
+    rig::Rig,
     spec::{Align, PoseChoice},
-    understand::Rig,
 };
 
 /// A rig in a pose.

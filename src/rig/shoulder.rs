@@ -4,31 +4,13 @@
 //! beyond 30° from hanging, people's shoulder girdles do about a third (docs/algorithm/joints.md). The arm itself points where the
 //! source's points all the same.
 
-use glam::DVec3;
-
-use super::{mapping::Mapping, understand::Rig};
+use super::{
+    mapping::{Mapping, ShoulderPair},
+    rig::Rig,
+};
 
 /// Arms are raised this far before shoulders follow.
 const FREE_RADIANS: f64 = std::f64::consts::FRAC_PI_6;
-
-/// A clavicle that follows its arm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ShoulderPair {
-    /// The clavicle; its parent carries it.
-    pub joint: usize,
-    /// The upper arm; it has a driver of its own.
-    pub upper_arm: usize,
-    /// From the shoulder to the elbow, in the upper arm's own axes; a unit vector.
-    pub arm: DVec3,
-    /// Up, in the axes of the clavicle's parent; a unit vector.
-    pub up: DVec3,
-    /// What the clavicle is lifted about, in the axes of its parent; a unit vector.
-    pub axis: DVec3,
-    /// Elevation of the arm from hanging that lifts nothing yet: that of the rest pose, and at least 30°.
-    pub free_radians: f64,
-    /// Lift of the clavicle per elevation of the arm beyond that; 0 to 1.
-    pub share: f64,
-}
 
 /// Finds the clavicles that nothing of the source drives while their arms are driven.
 pub(super) fn find_shoulders(source: &Rig<'_>, target: &Rig<'_>, mapping: &Mapping, share: f64) -> Vec<ShoulderPair> {

@@ -11,46 +11,9 @@ use crate::model::Clip;
 
 use super::{
     anatomy::carriers,
-    mapping::{ChainPair, Drive, Mapping, Spacing},
-    understand::Rig,
+    mapping::{ChainPair, Drive, Mapping, Spacing, TwistAgainst, TwistPair},
+    rig::Rig,
 };
-
-/// A target joint that turns about a limb with part of its twist. All rotations are of the target's own rest pose: there the
-/// skin was bound, and there nothing is twisted.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TwistPair {
-    /// The joint that is turned.
-    pub joint: usize,
-    /// The joint that it is turned against: its segment's, above it; itself where it is the segment.
-    pub segment: usize,
-    /// Along the limb, in the segment's own axes; a unit vector.
-    pub axis: DVec3,
-    /// `segment_from_joint` of the rest pose; the identity where the joint is the segment.
-    pub segment_from_joint: DQuat,
-    /// Where the twist is seen.
-    pub against: TwistAgainst,
-    /// How much of the twist the joint is turned by; from −1 to 1.
-    pub share: f64,
-}
-
-/// What a limb's twist is measured against.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum TwistAgainst {
-    /// The joint that carries the limb, such as a clavicle: above the segment, or ridden by it.
-    Carrier {
-        /// The joint.
-        joint: usize,
-        /// `carrier_from_segment` of the rest pose.
-        carrier_from_segment: DQuat,
-    },
-    /// The joint that the segment leads to, such as a hand; it has a driver of its own.
-    End {
-        /// The joint.
-        joint: usize,
-        /// `segment_from_end` of the rest pose.
-        segment_from_end: DQuat,
-    },
-}
 
 /// Segments with a twist, and the part that each leads to.
 const SEGMENTS: [(&str, &str); 4] =

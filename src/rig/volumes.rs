@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::{stages::Limb, understand::Rig};
+use super::{rig::Rig, stages::Limb};
 
 /// Fewer points of a mesh do not say how thick a part is.
 const FEW_POINTS: usize = 12;

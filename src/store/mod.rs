@@ -27,8 +27,8 @@ pub use records::{
     BatchProgress, BatchRecord, CachedResults, Claim, ConfigDocument, DeliveryClaim, DeliveryEvent, DeliveryRecord,
     DeliveryState, DisabledReason, DocumentBounds, DocumentChange, DocumentHead, DocumentKind, DocumentRecord, Ended,
     EventReach, EventRecord, Faults, FinishedJob, GiveBack, Held, Holdings, Idempotency, InputRole, JobFailure,
-    JobFilter, JobInput, JobKind, JobRecord, JobRequest, JobState, JobVerdict, Judgment, Lane, Listener, Moment,
-    NewDocument, Notice, OnError, Page, Precondition, QueueDepth, RecordCounts, Records, ResultRecord, Scope,
+    JobFilter, JobInput, JobKind, JobRecord, JobRequest, JobState, JobTask, JobVerdict, Judgment, Lane, Listener,
+    Moment, NewDocument, Notice, OnError, Page, Precondition, QueueDepth, RecordCounts, Records, ResultRecord, Scope,
     StoppedBatch, StoredFieldError, StoredProgress, VersionedName, Wanted, WebhookRecord,
 };
 

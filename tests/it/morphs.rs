@@ -398,6 +398,7 @@ fn faces_go_along_with_edits() {
         let inputs = EditInputs {
             source: NamedBytes { name: "robot.glb", bytes: &bytes },
             source_rest: None,
+            unread_target: false,
             config: Some(NamedBytes { name: "config.json", bytes: config.as_bytes() }),
             formats: &[],
         };

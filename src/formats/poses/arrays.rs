@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use crate::formats::FormatError;
 pub(super) use crate::formats::numpy::{NumberArray, Values, invalid};
 
 /// The arrays of numbers in the layout, each with its number of dimensions and whether single precision is enough.
@@ -51,4 +52,32 @@ pub(super) struct Meta {
     pub(super) fps: Option<f64>,
     pub(super) axes: Option<String>,
     pub(super) unit: Option<f64>,
+}
+
+/// Compares a shape with the layout; the text is the letter that the documentation gives a dimension.
+pub(super) fn require_shape(
+    array: &NumberArray,
+    key: &str,
+    expected: &[(&str, Option<usize>)],
+) -> Result<(), FormatError> {
+    // An empty list of JSON has no inner lists to count.
+    let empty = array.shape.first() == Some(&0) && expected[0].1 == Some(0);
+    let fits = array.shape.len() == expected.len()
+        && array.shape.iter().zip(expected).all(|(actual, (_, length))| length.is_none_or(|length| length == *actual));
+    if fits || empty {
+        return Ok(());
+    }
+    let words: Vec<String> = expected
+        .iter()
+        .map(|(letter, length)| match (letter, length) {
+            (&"", Some(length)) => length.to_string(),
+            (letter, Some(length)) => format!("{letter} = {length}"),
+            (letter, None) => (*letter).to_owned(),
+        })
+        .collect();
+    Err(invalid(key, format!("the shape is {:?} where [{}] is needed", array.shape, words.join(", "))))
+}
+
+pub(super) fn missing(key: &str) -> FormatError {
+    invalid(key, format!("the key '{key}' is missing"))
 }

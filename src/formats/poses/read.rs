@@ -10,7 +10,7 @@ use crate::{
 };
 
 use super::{
-    arrays::{Arrays, Meta, NumberArray, invalid},
+    arrays::{Arrays, Meta, NumberArray, invalid, missing, require_shape},
     read_beside::{morphs, with_contacts, with_morph_weights},
 };
 
@@ -375,32 +375,4 @@ impl LengthCheck {
 fn require_rest(array: &NumberArray, key: &str, count: usize, width: usize) -> Result<(), FormatError> {
     require_shape(array, key, &[("J", Some(count)), ("", Some(width))])?;
     array.require_finite(key)
-}
-
-/// Compares a shape with the layout; the text is the letter that the documentation gives a dimension.
-pub(super) fn require_shape(
-    array: &NumberArray,
-    key: &str,
-    expected: &[(&str, Option<usize>)],
-) -> Result<(), FormatError> {
-    // An empty list of JSON has no inner lists to count.
-    let empty = array.shape.first() == Some(&0) && expected[0].1 == Some(0);
-    let fits = array.shape.len() == expected.len()
-        && array.shape.iter().zip(expected).all(|(actual, (_, length))| length.is_none_or(|length| length == *actual));
-    if fits || empty {
-        return Ok(());
-    }
-    let words: Vec<String> = expected
-        .iter()
-        .map(|(letter, length)| match (letter, length) {
-            (&"", Some(length)) => length.to_string(),
-            (letter, Some(length)) => format!("{letter} = {length}"),
-            (letter, None) => (*letter).to_owned(),
-        })
-        .collect();
-    Err(invalid(key, format!("the shape is {:?} where [{}] is needed", array.shape, words.join(", "))))
-}
-
-pub(super) fn missing(key: &str) -> FormatError {
-    invalid(key, format!("the key '{key}' is missing"))
 }

@@ -5,10 +5,7 @@ use crate::{
     model::{Clip, JointContacts, Morph, MorphPlace, MorphTrack, Skeleton, Track},
 };
 
-use super::{
-    arrays::{Arrays, NumberArray, invalid},
-    read::{missing, require_shape},
-};
+use super::arrays::{Arrays, NumberArray, invalid, missing, require_shape};
 
 /// The morphs that the file has weights of.
 pub(super) fn morphs(arrays: &mut Arrays, budget: &mut Budget<'_>) -> Result<Vec<Morph>, FormatError> {

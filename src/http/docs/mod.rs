@@ -26,7 +26,7 @@ use super::{
     problem::Problem,
     resources,
 };
-use crate::{engine::edits_page, samples::walk_scene};
+use crate::{report::edits_page, samples::walk_scene};
 
 #[derive(OpenApi)]
 #[openapi(

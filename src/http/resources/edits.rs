@@ -10,7 +10,6 @@ use utoipa::ToSchema;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use crate::{
-    engine::{self, NamedBytes},
     http::{
         ApiState,
         auth::Caller,
@@ -23,7 +22,7 @@ use crate::{
         upload::{self, Parts},
         views::JobView,
     },
-    jobs::{ConfigDocument, InputRole},
+    jobs::JobTask,
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -73,13 +72,8 @@ async fn edit(
     state.jobs.check_admission().await?;
     let skip_cache = caching::is_skipped(request.headers());
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
-    let Parts { mut files, mut new } = upload::read_edit(request, &state).await?;
-    // Every job has a target; one that looks at none has the source itself.
-    files.share(InputRole::Source, InputRole::Target);
-    let given = new.config.take();
-    let config = given.as_ref().map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
-    let text = engine::edit_config(config)?;
-    new.config = Some(ConfigDocument { file_name: "edit.json".into(), text: text.into() });
+    let Parts { files, mut new } = upload::read_edit(request, &state).await?;
+    new.task = Some(JobTask::Edit);
     new.formats.extend(format);
     (new.idempotency_key, new.skip_cache) = (idempotency_key, skip_cache);
     answer(&state, &owner, &prefer, Parts { files, new }).await

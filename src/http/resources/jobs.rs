@@ -19,12 +19,11 @@ use super::{
 };
 use crate::{
     config::Settings,
-    engine::report_page,
     http::{
         ApiState, Shared,
+        accepted::accepted,
         auth::Caller,
         caching,
-        download::ascii,
         extract::{self, Id, JsonBody, QueryOf, known, known_job_state, unusable},
         idempotency::{IdempotencyKey, replayed},
         json_text, negotiate, page, page_text,
@@ -33,7 +32,8 @@ use crate::{
         quota, upload,
         views::{JobPageView, JobView},
     },
-    jobs::{JobFilter, JobId, JobKind, JobSnapshot, JobVerdict, Jobs, NewJob, Principal, Submitted},
+    jobs::{JobFilter, JobId, JobKind, JobVerdict, Jobs, NewJob, Principal, Submitted},
+    report::report_page,
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -44,24 +44,6 @@ pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
         .routes(routes!(retry))
         .routes(routes!(report))
         .routes(routes!(config))
-}
-
-/// A job that was taken on, or is still at work: where it is, and when to look again.
-pub(in crate::http) fn accepted(snapshot: JobSnapshot, status: StatusCode) -> Response {
-    /// Most jobs take less than this.
-    const LOOK_AGAIN_SECONDS: &str = "1";
-    let id = snapshot.record.id.to_string();
-    let is_final = snapshot.record.state.is_final();
-    let mut response = (status, Json(JobView::from(snapshot))).into_response();
-    let headers = response.headers_mut();
-    headers.insert("job-id", ascii(id.clone()));
-    if status == StatusCode::ACCEPTED {
-        headers.insert(header::LOCATION, ascii(format!("/v1/jobs/{id}")));
-    }
-    if !is_final {
-        headers.insert(header::RETRY_AFTER, axum::http::HeaderValue::from_static(LOOK_AGAIN_SECONDS));
-    }
-    response
 }
 
 /// Asks for a retarget.

@@ -67,12 +67,10 @@ impl NewJobBody {
     /// # Errors
     /// When an id, a format or a label cannot be used.
     pub(in crate::http) fn read(self, settings: &Settings) -> Result<NewJob, Problem> {
-        let mut inputs = read_inputs([Some(self.source), self.target, self.source_rest, self.target_rest])?;
-        if !inputs.contains_key(&InputRole::Target) {
-            // Every job has a target; one that looks at none has the source itself.
-            let asks_for_edit = self.config.as_ref().is_some_and(|config| config.get("task") == Some(&"edit".into()));
-            let source = inputs.get(&InputRole::Source).filter(|_| asks_for_edit).cloned();
-            inputs.insert(InputRole::Target, source.ok_or_else(no_target)?);
+        let inputs = read_inputs([Some(self.source), self.target, self.source_rest, self.target_rest])?;
+        let asks_for_edit = self.config.as_ref().is_some_and(|config| config.get("task") == Some(&"edit".into()));
+        if !inputs.contains_key(&InputRole::Target) && !asks_for_edit {
+            return Err(no_target());
         }
         let config = self.config.map(config_document);
         let formats = read_formats(&self.output, settings.max_outputs_per_job)?;

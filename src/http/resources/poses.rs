@@ -24,7 +24,7 @@ use crate::{
         upload::{self, Parts},
         views::JobView,
     },
-    jobs::{ConfigDocument, InputRole},
+    jobs::{InputRole, JobTask},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -109,18 +109,13 @@ async fn pose(
     state.jobs.check_admission().await?;
     let skip_cache = caching::is_skipped(request.headers());
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
-    let Parts { mut files, mut new } = upload::read_pose(request, &state).await?;
+    let Parts { files, mut new } = upload::read_pose(request, &state).await?;
     let has_source = files.has(InputRole::Source);
     let to = query.to.unwrap_or(if has_source { PoseWord::Source } else { PoseWord::T });
     if to == PoseWord::Source && !has_source {
         return Err(upload::missing(InputRole::Source));
     }
-    if !has_source {
-        // Every job has a source; one that looks at none has the target itself.
-        files.share(InputRole::Target, InputRole::Source);
-    }
-    let text = serde_json::json!({ "pose": { "to": to.name() } }).to_string();
-    new.config = Some(ConfigDocument { file_name: "pose.json".into(), text: text.into() });
+    new.task = Some(JobTask::Pose { to: Some(to.name().to_owned()) });
     new.formats.extend(format);
     (new.idempotency_key, new.skip_cache) = (idempotency_key, skip_cache);
     answer(&state, &owner, &prefer, Parts { files, new }).await

@@ -195,7 +195,7 @@ impl CheckBody {
 pub(super) async fn validate(assets: &Assets, owner: &Principal, new: NewJob) -> Result<ProposalView, Problem> {
     let config = new.config.as_ref();
     let config = config.map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() });
-    let is_pose = engine::task_of(config) == "pose";
+    let is_pose = engine::task_of(config) == engine::TaskKind::Pose;
     let view = propose(assets, owner, new).await?;
     let warnings = view.proposal.get("warnings").and_then(serde_json::Value::as_array);
     // A proposal is also made for files that hold no animation yet; a job needs one.

@@ -14,6 +14,7 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use crate::{
     http::{
         ApiState,
+        accepted::accepted,
         auth::Caller,
         caching,
         code::Code,
@@ -24,7 +25,6 @@ use crate::{
         prefer::Prefer,
         problem::{Problem, ProblemView},
         quota,
-        resources::jobs::accepted,
         upload::{self, Parts},
         views::JobView,
     },

@@ -13,7 +13,7 @@ use tokio::time::Instant;
 
 pub use submission::{BadItem, NewBatch, SubmittedBatch};
 
-use super::{FailureReason, JobSnapshot, Jobs, Refusal, running::StopReason};
+use super::{JobSnapshot, Jobs, Refusal, running::StopReason};
 use crate::{
     store::{BatchId, BatchProgress, BatchRecord, JobFailure, JobState, JobVerdict, Page, Principal},
     telemetry::Metric,
@@ -68,14 +68,6 @@ impl BatchSnapshot {
             _ => JobState::Running,
         }
     }
-}
-
-/// Why a job has not run whose batch was to stop at the first failure.
-pub(super) fn stopped_by_another() -> JobFailure {
-    FailureReason::BatchStopped.because(
-        "another item of the batch failed before this one had started, and the batch was to stop then",
-        "see why the other one failed, then ask for the items again that did not run",
-    )
 }
 
 impl Jobs {

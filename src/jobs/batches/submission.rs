@@ -7,19 +7,22 @@ use std::{
 
 use sha2::{Digest, Sha256};
 
-use super::{super::FailureReason, BatchSnapshot, stopped_by_another};
+use super::{
+    super::{FailureReason, failure::stopped_by_another},
+    BatchSnapshot,
+};
 use crate::{
     config::Failpoint,
-    engine::{Control, Failure, FailureCode, Limits, NamedBytes},
+    engine::{Control, Failure, FailureCode, Knowledge, Limits, NamedBytes},
     jobs::{
-        Engine, JobQuota, Jobs, NewJob, Refusal, failure, hexadecimal,
+        Asked, Engine, JobQuota, Jobs, NewJob, Refusal, failure, hexadecimal,
         looks::Look,
         memory, similar_names,
-        submission::{Known, Wanted, said_bytes, suspect_digest, text_bytes},
+        submission::{Known, Wanted, check_inputs, said_bytes, suspect_digest, text_bytes},
     },
     store::{
-        AddedAgain, AddedBatch, BatchId, BatchPlace, BatchRecord, ConfigDocument, Idempotency, InputRole, JobFailure,
-        JobId, JobInput, JobRecord, JobRequest, JobState, OnError, Principal, QueueDepth, StoredFieldError,
+        AddedAgain, AddedBatch, AssetId, BatchId, BatchPlace, BatchRecord, ConfigDocument, Idempotency, InputRole,
+        JobFailure, JobId, JobInput, JobRecord, JobRequest, JobState, OnError, Principal, QueueDepth, StoredFieldError,
         VersionedName,
     },
     telemetry::Metric,
@@ -137,7 +140,7 @@ impl Jobs {
             let waiting = waiting(&jobs);
             let quota = self.quota_for(owner, waiting).await?;
             let bytes = jobs.iter().map(|job| text_bytes(&job.request)).sum();
-            self.make_record_room(owner, jobs.len() as u64, bytes).await?;
+            self.0.record_room.make((&self.0.store, &self.0.settings), owner, jobs.len() as u64, bytes).await?;
             self.0.store.blobs().check_room()?;
             let size = QueueDepth { batch_jobs: waiting, ..QueueDepth::default() };
             let reservation = self.0.admission.reserve(self.0.store.records(), size).await?;
@@ -202,7 +205,7 @@ impl Jobs {
             let waiting = waiting(&jobs);
             self.quota_for(owner, waiting).await?;
             let bytes = jobs.iter().map(|job| text_bytes(&job.request)).sum();
-            self.make_record_room(owner, jobs.len() as u64, bytes).await?;
+            self.0.record_room.make((&self.0.store, &self.0.settings), owner, jobs.len() as u64, bytes).await?;
             let size = QueueDepth { batch_jobs: waiting, ..QueueDepth::default() };
             let reservation = self.0.admission.reserve(self.0.store.records(), size).await?;
             if self.0.store.records().add_again(owner, &jobs).await? == AddedAgain::New {
@@ -314,14 +317,14 @@ impl Jobs {
 fn check_all(
     configs: &BTreeMap<Arc<str>, ConfigDocument>,
     engine: &dyn Engine,
-    _: &Limits,
+    limits: &Limits,
     control: &Control,
 ) -> Result<BTreeMap<Arc<str>, Failure>, Failure> {
     let mut refused = BTreeMap::new();
     for (text, config) in configs {
         control.check().map_err(|_| Failure::new(FailureCode::Canceled, "canceled"))?;
         let named = NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() };
-        if let Err(failure) = engine.check_config(named, control) {
+        if let Err(failure) = engine.ask(&Asked::of_config(named, &Knowledge::default(), limits), control) {
             refused.insert(Arc::clone(text), failure);
         }
     }
@@ -342,12 +345,13 @@ fn files_keep_going() -> Refusal {
 
 /// What was asked for when this job was.
 fn asked_before(job: JobRecord) -> NewJob {
-    let inputs = job.request.inputs().map(|(role, input)| (role, input.asset.clone())).collect();
+    let inputs = job.request.inputs.iter().map(|(role, input)| (*role, input.asset.clone())).collect();
     let formats = job.request.formats.iter().filter_map(|name| crate::engine::Format::from_name(name)).collect();
     // The preset is in the config already, unless it was not found.
     let is_unknown = job.failure.as_ref().is_some_and(|failure| failure.code == FailureReason::UnknownPreset.name());
-    let JobRequest { config, labels, preset, skip_cache, webhook, .. } = job.request;
+    let JobRequest { task, config, labels, preset, skip_cache, webhook, .. } = job.request;
     NewJob {
+        task: Some(task),
         inputs,
         config,
         formats,
@@ -362,21 +366,16 @@ fn asked_before(job: JobRecord) -> NewJob {
 
 /// A job as it was asked for, with what is known of its files.
 fn as_asked(known: &Known, owner: &Principal, new: &NewJob) -> Result<Wanted, Refusal> {
-    let input = |role: InputRole| {
-        let asset = new.inputs.get(&role)?;
-        let found = known.asset(asset);
-        Some(JobInput {
-            asset: asset.clone(),
-            sha256: found.map(|found| found.sha256.clone()).unwrap_or_default(),
-            file_name: found.map(|found| found.file_name.clone()).unwrap_or_default(),
-        })
+    let input = |(role, asset): (&InputRole, &AssetId)| {
+        let (sha256, file_name) =
+            known.asset(asset).map(|found| (found.sha256.clone(), found.file_name.clone())).unwrap_or_default();
+        (*role, JobInput { asset: asset.clone(), sha256, file_name })
     };
-    let needed = |role: InputRole| input(role).ok_or_else(|| Refusal::UnknownInput { role, id: String::new() });
+    let task = new.task.clone().unwrap_or_else(|| known.task_of(new.config.as_ref()));
+    check_inputs(&task, &new.inputs)?;
     let request = JobRequest {
-        source: needed(InputRole::Source)?,
-        target: needed(InputRole::Target)?,
-        source_rest: input(InputRole::SourceRest),
-        target_rest: input(InputRole::TargetRest),
+        task,
+        inputs: new.inputs.iter().map(input).collect(),
         config: new.config.clone(),
         formats: new.formats.iter().map(|format| format.info().name.to_owned()).collect(),
         labels: new.labels.clone(),
@@ -387,7 +386,6 @@ fn as_asked(known: &Known, owner: &Principal, new: &NewJob) -> Result<Wanted, Re
     };
     Ok(Wanted {
         owner: owner.clone(),
-        kind: known.kind_of(request.config.as_ref()),
         request,
         input_bytes: 0,
         memory_bytes: 0,

@@ -13,14 +13,14 @@ use std::{
 use super::{
     frames,
     limits::{self, Bounds},
-    messages::{Answer, Message, Request, Task},
+    messages::{Message, Reply, Request},
     sandbox, signals,
     threads::Threads,
 };
 use crate::{
     config::misbehave,
-    engine::{Control, Failure, FailureCode, Format, Knowledge, Output, Question},
-    jobs::{Engine, MadeFile, Ran, RetargetEngine, failure, running::progress_of},
+    engine::{Control, Failure, FailureCode, Format, Knowledge, Output},
+    jobs::{Answer, Asked, Engine, MadeFile, Ran, RetargetEngine, failure, running::progress_of},
     telemetry::monotonic_seconds,
 };
 
@@ -34,9 +34,9 @@ struct Received {
     control: Arc<Control>,
 }
 
-/// An answer and the bytes that go with it.
-struct Reply {
-    answer: Answer,
+/// A reply and the bytes that go with it.
+struct Sent {
+    reply: Reply,
     blobs: Vec<Vec<u8>>,
 }
 
@@ -54,7 +54,7 @@ pub fn serve(bounds: &Bounds) -> io::Result<()> {
     thread::Builder::new().name("requests".to_owned()).spawn(move || receive(&sender))?;
     // The one thread that writes, so answers are never torn.
     let mut output = unbuffered_output()?;
-    frames::write(&mut output, &Answer::Ready(sandbox), &[])?;
+    frames::write(&mut output, &Reply::Ready(sandbox), &[])?;
     let mut threads = Threads::default();
     for received in requests {
         limits::for_one_request(bounds)?;
@@ -63,7 +63,7 @@ pub fn serve(bounds: &Bounds) -> io::Result<()> {
         let bounds = *bounds;
         threads.of(received.request.threads)?.spawn(move || {
             let work = std::panic::AssertUnwindSafe(|| answer(&received));
-            let reply = std::panic::catch_unwind(work).unwrap_or_else(|_| Reply::of(Answer::Panicked));
+            let reply = std::panic::catch_unwind(work).unwrap_or_else(|_| Sent::of(Reply::Panicked));
             let reply = reply.within(bounds.output_bytes);
             // Nobody is left to tell when the process ends.
             let _ = sender.send(reply);
@@ -72,18 +72,18 @@ pub fn serve(bounds: &Bounds) -> io::Result<()> {
         let reply = loop {
             match done.recv_timeout(TELL) {
                 Ok(reply) => break reply,
-                Err(RecvTimeoutError::Disconnected) => break Reply::of(Answer::Panicked),
+                Err(RecvTimeoutError::Disconnected) => break Sent::of(Reply::Panicked),
                 Err(RecvTimeoutError::Timeout) => {
                     let progress = progress_of(&control);
                     if told.as_ref() != Some(&progress) {
-                        frames::write(&mut output, &Answer::Progress(progress.clone()), &[])?;
+                        frames::write(&mut output, &Reply::Progress(progress.clone()), &[])?;
                         told = Some(progress);
                     }
                 }
             }
         };
         let blobs: Vec<&[u8]> = reply.blobs.iter().map(Vec::as_slice).collect();
-        frames::write(&mut output, &reply.answer, &blobs)?;
+        frames::write(&mut output, &reply.reply, &blobs)?;
     }
     Ok(())
 }
@@ -120,28 +120,24 @@ fn receive(sender: &mpsc::SyncSender<Received>) {
     std::process::exit(0);
 }
 
-fn answer(received: &Received) -> Reply {
+fn answer(received: &Received) -> Sent {
     let Received { request, blobs, control } = received;
     misbehave(request.names.first().and_then(Option::as_deref).unwrap_or_default());
-    let done = work(request, blobs, control);
-    done.unwrap_or_else(|failed| Reply::of(Answer::Failed(failure::keep(failed))))
-}
-
-fn work(request: &Request, blobs: &[Vec<u8>], control: &Control) -> Result<Reply, Failure> {
     let formats: Vec<Format> = request.formats.iter().filter_map(|name| Format::from_name(name)).collect();
-    let inputs = request.inputs(blobs, &formats);
-    let knowledge = Knowledge::unread(request.rigs.clone());
-    let (engine, limits) = (RetargetEngine, &request.limits);
-    let document = match &request.task {
-        Task::Retarget => return Ok(Reply::ran(engine.retarget(&inputs, &knowledge, limits, control)?)),
-        Task::Inspect => engine.inspect(inputs.source, &knowledge, limits, control)?,
-        Task::Propose => engine.propose(&inputs, &knowledge, limits, control)?,
-        Task::Explain { frame, joint } => {
-            engine.explain(&inputs, &Question { frame: *frame, joint }, &knowledge, limits, control)?
-        }
-        Task::CheckConfig => engine.check_config(inputs.source, control)?,
+    let asked = Asked {
+        question: request.question.clone(),
+        files: request.files(blobs),
+        formats: &formats,
+        knowledge: &Knowledge::unread(request.rigs.clone()),
+        limits: &request.limits,
     };
-    Ok(Reply { answer: Answer::Document, blobs: vec![document.to_string().into_bytes()] })
+    match RetargetEngine.ask(&asked, control) {
+        Ok(Answer::Ran(ran)) => Sent::ran(*ran),
+        Ok(Answer::Document(document)) => {
+            Sent { reply: Reply::Document, blobs: vec![document.to_string().into_bytes()] }
+        }
+        Err(failed) => Sent::of(Reply::Failed(failure::keep(failed))),
+    }
 }
 
 fn too_much_output(bytes: u64, most: u64) -> Failure {
@@ -150,9 +146,9 @@ fn too_much_output(bytes: u64, most: u64) -> Failure {
         .with_hint("ask for fewer formats, fewer frames, or a format that takes less, such as glb in place of json")
 }
 
-impl Reply {
-    const fn of(answer: Answer) -> Self {
-        Self { answer, blobs: Vec::new() }
+impl Sent {
+    const fn of(reply: Reply) -> Self {
+        Self { reply, blobs: Vec::new() }
     }
 
     /// Itself, unless it is larger than an answer may be.
@@ -161,7 +157,7 @@ impl Reply {
         if bytes <= most {
             return self;
         }
-        Self::of(Answer::Failed(failure::keep(too_much_output(bytes, most))))
+        Self::of(Reply::Failed(failure::keep(too_much_output(bytes, most))))
     }
 
     fn ran(ran: Ran) -> Self {
@@ -171,6 +167,6 @@ impl Reply {
         let (names, files): (Vec<_>, Vec<_>) = outputs.into_iter().map(parts).unzip();
         let texts = [report.into_bytes(), resolved_spec.into_bytes()];
         let blobs = texts.into_iter().chain(files).collect();
-        Self { answer: Answer::Ran { timings, warnings, judgment, outputs: names }, blobs }
+        Self { reply: Reply::Ran { timings, warnings, judgment, outputs: names }, blobs }
     }
 }

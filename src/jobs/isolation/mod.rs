@@ -28,14 +28,14 @@ use self::{
     frames::Digested,
     idle::Idle,
     memory_watch::MemoryWatch,
-    messages::{Answer, Request, Task},
+    messages::{Reply, Request},
     process::{EngineProcess, Lost},
     threads::AtWork,
 };
-use super::{Engine, MadeFile, Ran, failure};
+use super::{Answer, Asked, Engine, MadeFile, Ran, failure};
 use crate::{
     config::{MemoryBudget, Settings},
-    engine::{Control, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Output, Question},
+    engine::{Control, Failure, FailureCode, Format, Output},
     telemetry::Metric,
 };
 
@@ -87,7 +87,7 @@ impl ProcessEngine {
         }
     }
 
-    fn ask(&self, request: Request, blobs: &[&[u8]], control: &Control) -> Result<(Answer, Vec<Digested>), Failure> {
+    fn send(&self, request: Request, blobs: &[&[u8]], control: &Control) -> Result<(Reply, Vec<Digested>), Failure> {
         let mut process = self.take()?;
         let (_at_work, threads) = self.at_work.begin();
         match process.ask(Request { threads, ..request }, blobs, control) {
@@ -106,16 +106,6 @@ impl ProcessEngine {
             }
         }
     }
-
-    fn document(&self, request: Request, blobs: &[&[u8]], control: &Control) -> Result<serde_json::Value, Failure> {
-        match self.ask(request, blobs, control)? {
-            (Answer::Document, blobs) => {
-                let text = blobs.first().map_or(&b""[..], |blob| &blob.bytes);
-                serde_json::from_slice(text).map_err(|error| unexpected(&format!("no JSON: {error}")))
-            }
-            (answer, _) => Err(otherwise(answer)),
-        }
-    }
 }
 
 fn not_started(error: io::Error) -> Failure {
@@ -128,10 +118,10 @@ fn unexpected(what: &str) -> Failure {
 }
 
 /// An answer that is not the one that was asked for.
-fn otherwise(answer: Answer) -> Failure {
-    match answer {
-        Answer::Failed(kept) => failure::restore(kept),
-        Answer::Panicked => unexpected("a fault in the engine"),
+fn otherwise(reply: Reply) -> Failure {
+    match reply {
+        Reply::Failed(kept) => failure::restore(kept),
+        Reply::Panicked => unexpected("a fault in the engine"),
         _ => unexpected("it answers something else"),
     }
 }
@@ -141,19 +131,19 @@ impl Engine for ProcessEngine {
         true
     }
 
-    fn retarget(
-        &self,
-        inputs: &Inputs<'_>,
-        knowledge: &Knowledge,
-        limits: &Limits,
-        control: &Control,
-    ) -> Result<Ran, Failure> {
-        let (request, blobs) = Request::new(Task::Retarget, inputs, knowledge, limits);
-        let (answer, blobs) = self.ask(request, &blobs, control)?;
-        let Answer::Ran { timings, warnings, judgment, outputs: names } = answer else {
-            return Err(otherwise(answer));
-        };
+    fn ask(&self, asked: &Asked<'_>, control: &Control) -> Result<Answer, Failure> {
+        let (request, blobs) = Request::new(asked);
+        let (reply, blobs) = self.send(request, &blobs, control)?;
         let mut blobs = blobs.into_iter();
+        let (timings, warnings, judgment, names) = match reply {
+            Reply::Ran { timings, warnings, judgment, outputs } => (timings, warnings, judgment, outputs),
+            Reply::Document => {
+                let text = blobs.next().map_or_else(Vec::new, |blob| blob.bytes);
+                let document = serde_json::from_slice(&text);
+                return document.map(Answer::Document).map_err(|error| unexpected(&format!("no JSON: {error}")));
+            }
+            other => return Err(otherwise(other)),
+        };
         let mut text = || String::from_utf8(blobs.next()?.bytes).ok();
         let (report, resolved_spec) = text().zip(text()).ok_or_else(|| unexpected("no report"))?;
         let outputs = names.into_iter().zip(blobs).map(|((format, name), Digested { bytes, sha256 })| {
@@ -161,50 +151,10 @@ impl Engine for ProcessEngine {
             Ok(MadeFile { output: Output { format, name, bytes }, sha256: Some(sha256) })
         });
         let outputs = outputs.collect::<Result<_, Failure>>()?;
-        Ok(Ran { outputs, report, resolved_spec, timings, warnings, judgment })
-    }
-
-    fn inspect(
-        &self,
-        file: NamedBytes<'_>,
-        knowledge: &Knowledge,
-        limits: &Limits,
-        control: &Control,
-    ) -> Result<serde_json::Value, Failure> {
-        let (request, blobs) = Request::of_one(Task::Inspect, file, knowledge, limits);
-        self.document(request, &blobs, control)
-    }
-
-    fn propose(
-        &self,
-        inputs: &Inputs<'_>,
-        knowledge: &Knowledge,
-        limits: &Limits,
-        control: &Control,
-    ) -> Result<serde_json::Value, Failure> {
-        let (request, blobs) = Request::new(Task::Propose, inputs, knowledge, limits);
-        self.document(request, &blobs, control)
-    }
-
-    fn explain(
-        &self,
-        inputs: &Inputs<'_>,
-        question: &Question<'_>,
-        knowledge: &Knowledge,
-        limits: &Limits,
-        control: &Control,
-    ) -> Result<serde_json::Value, Failure> {
-        let task = Task::Explain { frame: question.frame, joint: question.joint.to_owned() };
-        let (request, blobs) = Request::new(task, inputs, knowledge, limits);
-        self.document(request, &blobs, control)
+        Ok(Answer::Ran(Box::new(Ran { outputs, report, resolved_spec, timings, warnings, judgment })))
     }
 
     fn tidy(&self) {
         self.idle.tidy();
-    }
-
-    fn check_config(&self, config: NamedBytes<'_>, control: &Control) -> Result<serde_json::Value, Failure> {
-        let (request, blobs) = Request::of_one(Task::CheckConfig, config, &Knowledge::default(), &Limits::default());
-        self.document(request, &blobs, control)
     }
 }

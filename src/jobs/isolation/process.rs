@@ -16,7 +16,7 @@ use super::{
     frames::{self, Digested},
     limits::Bounds,
     memory_watch::{MemoryWatch, Watched},
-    messages::{Answer, Message, Request},
+    messages::{Message, Reply, Request},
     sandbox::Sandbox,
 };
 use crate::{engine::Control, telemetry::Metric};
@@ -46,7 +46,7 @@ pub(super) enum Lost {
 pub(super) struct EngineProcess {
     child: Child,
     input: ChildStdin,
-    answers: Receiver<(Answer, Vec<Digested>)>,
+    answers: Receiver<(Reply, Vec<Digested>)>,
     last_words: Arc<Mutex<Vec<u8>>>,
     /// The thread that hears them, which ends with the process.
     words: Option<thread::JoinHandle<()>>,
@@ -90,7 +90,7 @@ impl EngineProcess {
         let watch = memory_watch.over(child.id());
         let process = Self { child, input, answers, last_words, words: Some(words), requests: 0, watch };
         match process.answers.recv_timeout(START) {
-            Ok((Answer::Ready(sandbox), _)) => {
+            Ok((Reply::Ready(sandbox), _)) => {
                 tell_of(sandbox);
                 Ok(process)
             }
@@ -114,7 +114,7 @@ impl EngineProcess {
         request: Request,
         blobs: &[&[u8]],
         control: &Control,
-    ) -> Result<(Answer, Vec<Digested>), Lost> {
+    ) -> Result<(Reply, Vec<Digested>), Lost> {
         self.requests += 1;
         if frames::write(&mut self.input, &Message::Ask(Box::new(request)), blobs).is_err() {
             return Err(self.crashed());
@@ -122,7 +122,7 @@ impl EngineProcess {
         let mut kill_at: Option<Instant> = None;
         loop {
             match self.answers.recv_timeout(LOOK) {
-                Ok((Answer::Progress(progress), _)) => control.repeat(&progress.phase, progress.done, progress.total),
+                Ok((Reply::Progress(progress), _)) => control.repeat(&progress.phase, progress.done, progress.total),
                 Ok(answer) => return Ok(answer),
                 Err(RecvTimeoutError::Disconnected) => return Err(self.crashed()),
                 Err(RecvTimeoutError::Timeout) if self.watch.has_too_much() => {
@@ -225,7 +225,7 @@ fn tell_of(sandbox: Sandbox) {
     });
 }
 
-fn hear(output: ChildStdout, sender: &mpsc::SyncSender<(Answer, Vec<Digested>)>, most_bytes: u64) {
+fn hear(output: ChildStdout, sender: &mpsc::SyncSender<(Reply, Vec<Digested>)>, most_bytes: u64) {
     let mut output = BufReader::new(output);
     // When it ends or says what nobody understands, the sender is dropped, which the other side sees.
     while let Ok(Some(answer)) = frames::read_digested(&mut output, most_bytes) {

@@ -8,7 +8,7 @@ use std::{
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::jobs::bridge::STACK_BYTES;
+use crate::jobs::thread::STACK_BYTES;
 
 /// How many processes are at work, as their parent counts them.
 #[derive(Debug, Default)]

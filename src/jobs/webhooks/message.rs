@@ -34,7 +34,7 @@ fn job_data(record: &JobRecord, results: &[ResultRecord]) -> Value {
     let mut data = json!({
         "id": record.id,
         "state": record.state.name(),
-        "kind": record.kind.name(),
+        "kind": record.kind().name(),
         "attempt": record.attempt,
         "created_at": record.created_at.to_string(),
         "labels": record.request.labels,

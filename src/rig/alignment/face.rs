@@ -8,7 +8,7 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use super::{
-    super::understand::Rig,
+    super::rig::Rig,
     look::{Look, RollCue, place},
 };
 

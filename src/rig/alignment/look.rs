@@ -5,7 +5,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::{super::understand::Rig, canonical::CanonicalPose, face::Face, mesh, split};
+use super::{super::rig::Rig, canonical::CanonicalPose, face::Face, mesh, split};
 
 /// A straighter elbow or knee has no plane, in degrees.
 const LEAST_BEND_DEGREES: f64 = 3.0;

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::super::understand::Rig;
+use super::super::rig::Rig;
 
 /// Fewer points are no shape.
 const FEW_POINTS: usize = 12;

@@ -40,7 +40,8 @@ use self::{
     stand::slope,
     turn::turn,
 };
-use super::{auto_map::NamedPair, spec::Align, understand::Rig};
+pub(super) use super::named_pair::split;
+use super::{named_pair::NamedPair, rig::Rig, spec::Align};
 
 /// A rest pose that was turned, and what was done to it.
 #[derive(Clone, Debug)]
@@ -141,14 +142,4 @@ pub(super) fn canonical_rest(rig: &Rig<'_>, pose: CanonicalPose, from_nothing: b
 pub(super) fn unnumbered(part: &str) -> &str {
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     part.rsplit_once('_').filter(|(_, number)| is_number(number)).map_or(part, |(part, _)| part)
-}
-
-/// `left_upper_arm` into `left_` and `upper_arm`.
-pub(super) fn split(role: &str) -> (&str, &str) {
-    for prefix in ["left_", "right_"] {
-        if let Some(part) = role.strip_prefix(prefix) {
-            return (&role[..prefix.len()], part);
-        }
-    }
-    ("", role)
 }

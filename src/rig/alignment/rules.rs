@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use super::{
-    super::{auto_map::NamedPair, spec::Align, understand::Rig},
+    super::{named_pair::NamedPair, rig::Rig, spec::Align},
     HowAligned,
     face::Face,
     look::{Look, RollCue, Second, place},

@@ -6,7 +6,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::{super::understand::Rig, look::Look, split};
+use super::{super::rig::Rig, look::Look, split};
 use crate::model::ModelPose;
 
 /// Frames of a clip that are looked at, evenly spread.

@@ -6,7 +6,7 @@ use crate::model::{ModelPose, Transform};
 
 use super::super::{
     floor::{lowest_paw, lowest_sole},
-    understand::Rig,
+    rig::Rig,
 };
 
 /// A trunk is sloped by no more than this; legs that are further from reaching the floor are held up.

@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use crate::model::{ModelPose, Transform};
 
 use super::{
-    super::{spec::Align, understand::Rig},
+    super::{rig::Rig, spec::Align},
     AlignedJoint, Alignment, HowAligned,
     rules::{Aim, Roll, Wish},
     stand::regrounded,

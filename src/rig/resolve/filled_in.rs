@@ -3,10 +3,10 @@
 use crate::model::Skeleton;
 
 use super::super::{
-    auto_map::NamedPair,
     mapping::Mapping,
+    named_pair::NamedPair,
+    rig::Rig,
     spec::{ChainMap, Op, PelvisScale, PelvisScaleRule, RetargetSpec, RigSpec, ScaleOrigin, TranslationMode},
-    understand::Rig,
 };
 use super::pairs::Found;
 

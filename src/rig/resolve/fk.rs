@@ -2,13 +2,14 @@
 
 use super::super::{
     alignment::split,
-    auto_map::{NamedPair, known_names, roles_of},
+    auto_map::{known_names, roles_of},
     error::{SpecErrorKind, SpecField},
     leg_rows::is_whole_leg,
     mapping::{ChainPair, Chord, ChordCorrection, Drive, FurtherChain, Spacing},
+    named_pair::NamedPair,
+    rig::Rig,
     spec::{Align, FkOp, RetargetSpec, RotationMode},
     twist::is_lower,
-    understand::Rig,
 };
 use super::pelvis::constant_alpha;
 

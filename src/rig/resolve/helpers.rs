@@ -4,8 +4,8 @@
 //! on. Nothing hangs from them and nothing of a source corresponds to them, but the engine expects them where feet and hands are.
 
 use super::super::{
+    rig::Rig,
     spec::{Op, Pin, PinMode, PinOp, PinSide},
-    understand::Rig,
 };
 
 /// The helpers and the roles of what they follow, parents first: hands hang from the gun in these rigs.

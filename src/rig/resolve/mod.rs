@@ -35,10 +35,11 @@ use self::{
 use super::{
     alignment::{AlignedJoint, Alignment, align},
     anatomy::{loose_joints, rides},
-    auto_map::NamedPair,
     error::{SpecError, SpecErrorKind},
     leg_rows::{is_whole_leg, leg_rows},
     mapping::{ChainPair, Mapping},
+    named_pair::NamedPair,
+    rig::Rig,
     shoulder::find_shoulders,
     spec::{
         Carry, ContactsOp, CurvesOp, FkOp, FloorOp, HelperJoints, IkOp, Op, PelvisOp, PlantOp, RetargetSpec,
@@ -46,7 +47,6 @@ use super::{
     },
     stages::Stages,
     twist::find_twists,
-    understand::Rig,
 };
 
 /// What resolving gives.

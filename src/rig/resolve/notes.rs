@@ -9,8 +9,8 @@ use super::super::{
     leg_rows::leg_rows,
     mapping::{Mapping, Ride},
     recognition::{Recognition, RigKind, report_doubts},
+    rig::Rig,
     spec::{RetargetSpec, RigSpec},
-    understand::Rig,
 };
 
 /// Parts without which a figure stands there with a stiff limb. Others ride along and look alive.

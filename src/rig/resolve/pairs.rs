@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use super::super::{
-    auto_map::{NamedPair, by_name, by_name_alone, by_role, known_names, role_pair, roles_of},
+    auto_map::{by_name, by_name_alone, by_role, known_names, role_pair, roles_of},
     error::{SpecError, SpecErrorKind, SpecField},
+    named_pair::NamedPair,
+    rig::Rig,
     spec::{ChainMap, RetargetSpec, RigSpec},
-    understand::Rig,
 };
 
 /// What belongs together.

@@ -6,8 +6,8 @@ use crate::model::Reporter;
 
 use super::super::{
     mapping::CrotchRule,
+    rig::Rig,
     spec::{PelvisOp, PelvisScale, PelvisScaleRule},
-    understand::Rig,
 };
 
 /// ikrigretarget's guard: a source height below this counts as one.

@@ -10,10 +10,10 @@ use super::super::{
     error::{SpecError, SpecErrorKind, SpecField},
     floor::{Stance, clip_floor},
     mapping::{ChainPair, Mapping},
+    rig::Rig,
     soles::{FootShape, foot_shape},
     spec::{Alpha, ContactsOp, Op, Scope},
     stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, SourceScale, StagedKind, StagedOp, Stages},
-    understand::Rig,
     volumes::{HandPair, body_parts, hand},
 };
 use super::{

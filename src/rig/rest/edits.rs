@@ -7,8 +7,8 @@ use crate::model::LocalPose;
 use super::{
     super::{
         error::{SpecError, SpecField},
+        rig::Rig,
         spec::{EditAxes, PoseEdit, RotateEdit},
-        understand::Rig,
     },
     find::pose_of_frame,
 };

@@ -5,9 +5,9 @@ use crate::model::{Clip, LocalPose, Reporter, Scene};
 use super::{
     super::{
         error::{SpecError, SpecErrorKind, SpecField},
+        lookup::find_clip,
         recognition::RigTemplate,
         spec::{ClipChoice, RestFrame, RestRule, RestSpec, RigSpec},
-        understand::find_clip,
     },
     RestSource,
     bind::{BindPose, bind_pose},

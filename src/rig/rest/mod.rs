@@ -5,6 +5,7 @@
 //! | `find` | which of the poses that a file offers is its rest pose |
 //! | `bind` | in which pose the skins were bound |
 //! | `standing` | which frame of a clip can stand in for a rest pose that is none |
+//! | `rest_fit` | how a rest file was put onto a rig |
 //! | `upload` | the pose of another file, on this rig |
 //! | `ground` | a bind pose, put onto the floor |
 //! | `edits` | the retarget-pose editor |
@@ -13,15 +14,16 @@ mod bind;
 mod edits;
 mod find;
 mod ground;
+mod rest_fit;
 mod standing;
 mod upload;
 
 pub(super) use bind::{BindPose, bind_pose};
 pub(super) use edits::edit;
 pub(super) use find::{Rest, find_rest};
-pub(super) use ground::grounded;
+pub(super) use ground::put_onto_floor;
+pub use rest_fit::{OrientationFrom, RestFit};
 pub(super) use upload::uploaded;
-pub use upload::{OrientationFrom, RestFit};
 
 /// Where a rest pose came from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -15,7 +15,7 @@ mod skin;
 
 use glam::DVec3;
 
-use super::{stages::LimbJoints, understand::Rig};
+use super::{rig::Rig, stages::LimbJoints};
 
 /// The sole of a foot in its own axes, in plan units.
 #[derive(Clone, Debug, Default)]

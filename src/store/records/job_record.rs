@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use jiff::Timestamp;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::store::{AssetId, BatchId, JobId, Judgment, LeaseId, Principal, ResultRecord, WebhookId};
 
@@ -89,8 +89,58 @@ impl JobKind {
     }
 }
 
+/// What a job does, with what its files and its config do not say.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum JobTask {
+    /// Puts a clip onto a character.
+    #[default]
+    Retarget,
+    /// Edits a clip.
+    Edit,
+    /// Puts a character into a pose.
+    Pose {
+        /// The wire name of the pose; nothing where the config names it.
+        to: Option<String>,
+    },
+}
+
+impl JobTask {
+    /// What a config of that kind asks for.
+    #[must_use]
+    pub const fn of_kind(kind: JobKind) -> Self {
+        match kind {
+            JobKind::Retarget => Self::Retarget,
+            JobKind::Edit => Self::Edit,
+            JobKind::Pose => Self::Pose { to: None },
+        }
+    }
+
+    /// What kind of job it is.
+    #[must_use]
+    pub const fn kind(&self) -> JobKind {
+        match self {
+            Self::Retarget => JobKind::Retarget,
+            Self::Edit => JobKind::Edit,
+            Self::Pose { .. } => JobKind::Pose,
+        }
+    }
+
+    /// The files that it cannot do without.
+    #[must_use]
+    pub fn needs(&self) -> &'static [InputRole] {
+        match self {
+            Self::Retarget => &[InputRole::Source, InputRole::Target],
+            Self::Edit => &[InputRole::Source],
+            Self::Pose { to: Some(to) } if to == "source" => &[InputRole::Target, InputRole::Source],
+            Self::Pose { .. } => &[InputRole::Target],
+        }
+    }
+}
+
 /// What a file is to a job.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum InputRole {
     /// The file with the animation.
     Source,
@@ -163,14 +213,12 @@ mod shared_text {
 /// What was asked for.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct JobRequest {
-    /// The file with the animation.
-    pub source: JobInput,
-    /// The file with the character.
-    pub target: JobInput,
-    /// The source rig in its rest pose.
-    pub source_rest: Option<JobInput>,
-    /// The target rig in its rest pose.
-    pub target_rest: Option<JobInput>,
+    /// What is to be done.
+    #[serde(default)]
+    pub task: JobTask,
+    /// The files, by what they are to it; at least those that the task needs.
+    #[serde(flatten, deserialize_with = "given_inputs")]
+    pub inputs: BTreeMap<InputRole, JobInput>,
     /// The retarget config.
     pub config: Option<ConfigDocument>,
     /// Wire names of the formats asked for. Empty: what the config says.
@@ -200,22 +248,10 @@ pub struct VersionedName {
     pub version: u64,
 }
 
-impl JobRequest {
-    /// The files, with what they are to the job.
-    pub fn inputs(&self) -> impl Iterator<Item = (InputRole, &JobInput)> {
-        let inputs = [Some(&self.source), Some(&self.target), self.source_rest.as_ref(), self.target_rest.as_ref()];
-        InputRole::ALL.into_iter().zip(inputs).filter_map(|(role, input)| Some((role, input?)))
-    }
-
-    /// The file of that role, where the job has one.
-    pub fn input_mut(&mut self, role: InputRole) -> Option<&mut JobInput> {
-        match role {
-            InputRole::Source => Some(&mut self.source),
-            InputRole::Target => Some(&mut self.target),
-            InputRole::SourceRest => self.source_rest.as_mut(),
-            InputRole::TargetRest => self.target_rest.as_mut(),
-        }
-    }
+/// Inputs of which some may be written as `null`.
+fn given_inputs<'de, D: Deserializer<'de>>(deserializer: D) -> Result<BTreeMap<InputRole, JobInput>, D::Error> {
+    let inputs = BTreeMap::<InputRole, Option<JobInput>>::deserialize(deserializer)?;
+    Ok(inputs.into_iter().filter_map(|(role, input)| Some((role, input?))).collect())
 }
 
 /// Why a job has no results.
@@ -255,8 +291,6 @@ pub struct JobRecord {
     pub id: JobId,
     /// Where it is in its life.
     pub state: JobState,
-    /// What it does.
-    pub kind: JobKind,
     /// What was asked for.
     pub request: JobRequest,
     /// Bytes of its input files.
@@ -308,6 +342,12 @@ pub struct JobRecord {
 }
 
 impl JobRecord {
+    /// What kind of job it is.
+    #[must_use]
+    pub const fn kind(&self) -> JobKind {
+        self.request.task.kind()
+    }
+
     /// Among which jobs it waits.
     #[must_use]
     pub const fn lane(&self) -> Lane {
@@ -424,4 +464,24 @@ pub struct FinishedJob {
     pub cache_key: Option<String>,
     /// The job whose results these are.
     pub cached_from: Option<JobId>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_request_is_read_as_it_was_written_now_and_before_there_were_tasks() {
+        let input = |name: &str| serde_json::json!({"asset": "ast_01j9z3k8m0q4r6t8v0x2y4a6c8", "sha256": "aa", "file_name": name});
+        let before = serde_json::json!({"source": input("walk.bvh"), "target": input("hero.glb"), "source_rest": null,
+            "target_rest": null, "config": null, "formats": ["glb"], "labels": {}});
+        let mut request: JobRequest = serde_json::from_value(before).expect("a request");
+        assert_eq!(request.task, JobTask::Retarget, "what its kind says is for who has that");
+        let roles: Vec<InputRole> = request.inputs.keys().copied().collect();
+        assert_eq!(roles, [InputRole::Source, InputRole::Target], "no file is no file");
+        request.task = JobTask::Pose { to: Some("a".to_owned()) };
+        request.inputs.remove(&InputRole::Source);
+        let written = serde_json::to_string(&request).expect("JSON");
+        assert_eq!(serde_json::from_str::<JobRequest>(&written).expect("a request"), request, "{written}");
+    }
 }

@@ -4,8 +4,8 @@ use serde::{Serialize, de::DeserializeOwned};
 use sqlx::{Any, Row, Transaction, any::AnyRow};
 
 use super::{
-    BatchPlace, Ended, FinishedJob, Idempotency, JobKind, JobRecord, JobState, Records, count, database::ours,
-    engine_time::used, optional_time, principal, read_id, results, signed, time, verdict,
+    BatchPlace, Ended, FinishedJob, Idempotency, JobKind, JobRecord, JobRequest, JobState, JobTask, Records, count,
+    database::ours, engine_time::used, optional_time, principal, read_id, results, signed, time, verdict,
 };
 use crate::store::{BatchId, JobId, LeaseId, Principal, StoreError};
 
@@ -31,10 +31,16 @@ pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
     let batch = optional_id(row, "batch_id", BatchId::parse).map_err(unreadable)?;
     let item: Option<i64> = row.try_get("batch_item")?;
     let small = |column: &str| Ok::<_, StoreError>(u32::try_from(count(row, column)?).unwrap_or(u32::MAX));
+    let mut request: JobRequest = from_json(row.try_get("request")?).map_err(unreadable)?;
+    if request.task == JobTask::default() {
+        // Requests of before 0.2 leave it to the config and this column what the task is.
+        let kind = JobKind::from_name(&kind);
+        request.task =
+            JobTask::of_kind(kind.ok_or_else(|| unreadable(format!("no kind of job is called '{kind:?}'")))?);
+    }
     Ok(JobRecord {
         state: JobState::from_name(&state).ok_or_else(|| unreadable(format!("no state is called '{state}'")))?,
-        kind: JobKind::from_name(&kind).ok_or_else(|| unreadable(format!("no kind of job is called '{kind}'")))?,
-        request: from_json(row.try_get("request")?).map_err(unreadable)?,
+        request,
         input_bytes: count(row, "input_bytes")?,
         attempt: small("attempt")?,
         retry_of: optional_id(row, "retry_of", JobId::parse).map_err(unreadable)?,

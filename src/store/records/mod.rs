@@ -46,7 +46,7 @@ pub use faults::{Faults, Moment};
 pub use job_lists::{Holdings, JobFilter};
 pub use job_record::{
     Added, BatchPlace, ConfigDocument, Ended, FinishedJob, Idempotency, InputRole, JobFailure, JobInput, JobKind,
-    JobRecord, JobRequest, JobState, Lane, StoredFieldError, StoredProgress, VersionedName,
+    JobRecord, JobRequest, JobState, JobTask, Lane, StoredFieldError, StoredProgress, VersionedName,
 };
 pub use notices::{Listener, Notice};
 pub use queue::{AfterCrash, Claim, GiveBack, Held, QueueDepth};

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use sqlx::{Any, Transaction};
 
 use super::{
-    Added, AssetRecord, BatchPlace, InputRole, JobRecord, JobState, Records, assets,
+    Added, AssetRecord, BatchPlace, JobRecord, JobState, Records, assets,
     database::{CHUNK, ours, rows_of},
     job_lists,
     jobs::{COLUMNS, read, to_json},
@@ -39,8 +39,7 @@ impl Records {
     ) -> Result<(Added, Vec<(AssetRecord, bool)>), StoreError> {
         let mut transaction = self.begin().await?;
         let kept = assets::insert(&mut transaction, assets).await?;
-        for role in InputRole::ALL {
-            let Some(input) = job.request.input_mut(role) else { continue };
+        for input in job.request.inputs.values_mut() {
             let kept = assets.iter().zip(&kept).find(|(asset, _)| asset.id == input.asset);
             if let Some((_, (kept, _))) = kept {
                 input.asset = kept.id.clone();
@@ -83,7 +82,7 @@ impl Records {
         let inputs: BTreeSet<(&str, &str)> = jobs
             .iter()
             .filter(|job| job.state == JobState::Queued)
-            .flat_map(|job| job.request.inputs().map(|(_, input)| (input.asset.as_str(), job.id.as_str())))
+            .flat_map(|job| job.request.inputs.values().map(|input| (input.asset.as_str(), job.id.as_str())))
             .collect();
         let inputs: Vec<(&str, &str)> = inputs.into_iter().collect();
         for inputs in inputs.chunks(CHUNK) {
@@ -133,7 +132,7 @@ pub(super) async fn insert(transaction: &mut Transaction<'static, Any>, jobs: &[
                 .bind(signed(job.memory_bytes))
                 .bind(key)
                 .bind(asked_sha256)
-                .bind(job.kind.name())
+                .bind(job.kind().name())
                 .bind(batch)
                 .bind(item.map(signed))
                 .bind(job.lane().number())

@@ -19,6 +19,8 @@ pub(super) struct Place {
     segments: Vec<String>,
     pub(super) line: usize,
     pub(super) in_test: bool,
+    /// Whether it is of a `pub use`.
+    pub(super) is_handed_on: bool,
 }
 
 impl Place {
@@ -28,6 +30,10 @@ impl Place {
 
     pub(super) fn text(&self) -> String {
         self.segments.join("::")
+    }
+
+    pub(super) fn segments(&self) -> &[String] {
+        &self.segments
     }
 }
 
@@ -55,7 +61,7 @@ pub(super) fn code_files(folder: &Path) -> Vec<(PathBuf, Code)> {
 }
 
 impl Code {
-    fn new(raw: String, within: &Path) -> Self {
+    pub(super) fn new(raw: String, within: &Path) -> Self {
         let mut module: Vec<String> =
             within.components().map(|part| part.as_os_str().to_string_lossy().into_owned()).collect();
         if module.last().is_some_and(|last| last == "mod" || last == "lib") {
@@ -81,7 +87,8 @@ impl Code {
                 let mut found = Vec::new();
                 unfold(rest, vec![first.to_owned()], &mut found);
                 let (line, in_test) = (self.line(start), start >= self.tests_from);
-                places.extend(found.into_iter().map(|segments| Place { segments, line, in_test }));
+                let is_handed_on = before.strip_suffix("use").is_some_and(|before| is_public(before.trim_end()));
+                places.extend(found.into_iter().map(|segments| Place { segments, line, in_test, is_handed_on }));
             }
         }
         places
@@ -120,6 +127,12 @@ impl Code {
     fn line(&self, offset: usize) -> usize {
         self.bare[..offset].matches('\n').count() + 1
     }
+}
+
+/// Whether `pub`, or `pub` with where, is the last of a text.
+fn is_public(before: &str) -> bool {
+    let place = before.strip_suffix(')').and_then(|before| before.rsplit_once("pub("));
+    before.ends_with("pub") || place.is_some_and(|(_, place)| !place.contains(['{', '}', ';']))
 }
 
 /// Adds the paths that `::a::{b, c::d}` stands for, behind `prefix`.

@@ -5,7 +5,7 @@ use std::time::Duration;
 use jiff::Timestamp;
 use retargetd::store::{
     AddedAgain, AddedBatch, AssetRecord, BatchId, BatchPlace, BatchRecord, Claim, Ended, FinishedJob, Idempotency,
-    JobFailure, JobId, JobRecord, JobState, Lane, LeaseId, OnError, Records,
+    InputRole, JobFailure, JobId, JobRecord, JobState, Lane, LeaseId, OnError, Records,
 };
 
 use super::records::{HOUR, asset, end, job, principal};
@@ -90,7 +90,7 @@ pub(super) async fn a_batch_is_written_with_all_its_jobs_or_not_at_all(records: 
     assert_eq!(again.expect("answers"), AddedBatch::Before(Box::new(batch.clone())), "the same key is the same batch");
     let other = self::batch(2, OnError::Continue);
     let mut with_unknown = jobs_of(&other, &file(records).await);
-    with_unknown[1].request.target.asset = asset("ann", "zz").id;
+    with_unknown[1].request.inputs.get_mut(&InputRole::Target).expect("a file").asset = asset("ann", "zz").id;
     let refused = records.add_batch(&other, &with_unknown).await.expect("answers");
     assert_eq!(refused, AddedBatch::FileMissing, "without one file there is no batch");
     assert!(records.batch(&other.principal, &other.id).await.expect("reads").is_none(), "not even half of one");
@@ -161,14 +161,14 @@ pub(super) async fn an_item_that_is_asked_for_again_counts_once(records: &Record
     let newer = |older: &JobRecord| JobRecord {
         retry_of: Some(older.id.clone()),
         batch: older.batch.clone(),
-        ..job(&AssetRecord { id: older.request.source.asset.clone(), ..asset("ann", "aa") }, 0)
+        ..job(&AssetRecord { id: older.request.inputs[&InputRole::Source].asset.clone(), ..asset("ann", "aa") }, 0)
     };
     let again = newer(&one);
     let add = async |jobs: &[JobRecord]| records.add_again(&batch.principal, jobs).await.expect("answers");
     assert_eq!(add(std::slice::from_ref(&again)).await, AddedAgain::New, "in its place");
     assert_eq!(add(&[newer(&one)]).await, AddedAgain::Outrun, "once");
     let mut without_file = newer(&again);
-    without_file.request.source.asset = asset("ann", "zz").id;
+    without_file.request.inputs.get_mut(&InputRole::Source).expect("a file").asset = asset("ann", "zz").id;
     assert_eq!(add(&[without_file]).await, AddedAgain::FileMissing, "without its file there is no job");
     let progress = records.batch_progress(&[&batch.id]).await.expect("counts").remove(&batch.id).expect("is there");
     assert_eq!(progress.jobs.into_iter().collect::<Vec<_>>(), [(JobState::Queued, 3)], "the newest of each");

@@ -5,8 +5,9 @@ use std::{collections::BTreeSet, time::Duration};
 use jiff::Timestamp;
 use retargetd::store::{
     Added, AfterCrash, AssetId, AssetRecord, Claim, DocumentChange, DocumentKind, EventReach, FinishedJob, GiveBack,
-    Held, Holdings, Idempotency, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest, JobState, Lane, LeaseId,
-    NewDocument, Precondition, Principal, Records, ResultId, ResultRecord, StoreError, StoredProgress,
+    Held, Holdings, Idempotency, InputRole, JobFilter, JobId, JobInput, JobKind, JobRecord, JobRequest, JobState,
+    JobTask, Lane, LeaseId, NewDocument, Precondition, Principal, Records, ResultId, ResultRecord, StoreError,
+    StoredProgress,
 };
 
 use super::{
@@ -45,12 +46,9 @@ pub(super) fn job(input: &AssetRecord, priority: i32) -> JobRecord {
     JobRecord {
         id: JobId::new(),
         state: JobState::Queued,
-        kind: JobKind::Retarget,
         request: JobRequest {
-            source: input.clone(),
-            target: input,
-            source_rest: None,
-            target_rest: None,
+            task: JobTask::Retarget,
+            inputs: [(InputRole::Source, input.clone()), (InputRole::Target, input)].into(),
             config: None,
             formats: Vec::new(),
             labels: [("shot".to_owned(), "010 \u{0} ü".to_owned())].into(),
@@ -150,7 +148,8 @@ async fn a_job_and_the_files_that_came_with_it_are_written_together(records: &Re
     let known = records.add_asset(&asset("anonymous", "known")).await.expect("writes").0;
     let came = [asset("anonymous", "known"), asset("anonymous", "new")];
     let mut both = job(&came[0], 0);
-    both.request.target = job(&came[1], 0).request.target;
+    let target = job(&came[1], 0).request.inputs[&InputRole::Target].clone();
+    both.request.inputs.insert(InputRole::Target, target);
     let (added, kept) = records.add_job_with_assets(&mut both, &came).await.expect("writes");
     assert_eq!(added, Added::New, "its files are there");
     let kept: Vec<_> = kept.into_iter().map(|(asset, is_new)| (asset.id, is_new)).collect();
@@ -160,7 +159,7 @@ async fn a_job_and_the_files_that_came_with_it_are_written_together(records: &Re
         "the record that stands, and the new one"
     );
     let read = records.job(&both.id).await.expect("reads").expect("is there");
-    let named = [&read.request.source.asset, &read.request.target.asset];
+    let named = [&read.request.inputs[&InputRole::Source].asset, &read.request.inputs[&InputRole::Target].asset];
     assert_eq!(named, [&known.id, &came[1].id], "the job names those");
     assert!(
         matches!(records.remove_asset(&known.principal, &known.id).await, Err(StoreError::InUse(_))),
@@ -268,7 +267,7 @@ async fn a_job_that_was_given_back_waits_its_time(records: &Records) {
 
 async fn what_belongs_to_others_is_not_there(records: &Records) {
     let (ann, bob) = (added(records, "ann", 0).await, added(records, "bob", 0).await);
-    let (hers, his) = (&ann.request.source.asset, &bob.request.source.asset);
+    let (hers, his) = (&ann.request.inputs[&InputRole::Source].asset, &bob.request.inputs[&InputRole::Source].asset);
     assert_ne!(hers, his, "the same bytes are a file of each");
     let (her, him) = (&ann.principal, &bob.principal);
     assert!(records.asset(her, hers).await.expect("reads").is_some(), "her own");
@@ -357,7 +356,7 @@ async fn quarantine_names_the_files_and_passes(records: &Records) {
 
 async fn files_stay_for_unfinished_jobs_and_go_with_the_last_record(records: &Records) {
     let job = added(records, "anonymous", 0).await;
-    let file = &job.request.source.asset;
+    let file = &job.request.inputs[&InputRole::Source].asset;
     assert!(
         matches!(records.remove_asset(&job.principal, file).await, Err(StoreError::InUse(user)) if user == job.id),
         "in use"
@@ -386,7 +385,8 @@ async fn lists_are_filtered_and_holdings_counted(records: &Records) {
         JobRecord { id: JobId::new(), request: JobRequest { labels, ..job.request.clone() }, ..job }
     };
     let first = added(records, "ann", 0).await;
-    let second = JobRecord { kind: JobKind::Edit, ..shot(first.clone(), "012\0") };
+    let mut second = shot(first.clone(), "012\0");
+    second.request.task = JobTask::Edit;
     let third = JobRecord { created_at: Timestamp::UNIX_EPOCH + HOUR, ..shot(first.clone(), "013") };
     for job in [&second, &third] {
         assert_eq!(records.add_job(job).await.expect("writes"), Added::New, "another one");

@@ -19,6 +19,7 @@ fn outcome(config: &str) -> Result<engine::Outcome, engine::Failure> {
     let inputs = EditInputs {
         source: NamedBytes { name: "walk.glb", bytes: &walk },
         source_rest: None,
+        unread_target: false,
         config: Some(NamedBytes { name: "config.json", bytes: config.as_bytes() }),
         formats: &[Format::PosesJson],
     };

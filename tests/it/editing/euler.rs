@@ -118,6 +118,7 @@ fn edited_bytes(name: &str, bytes: &[u8], config: &str, formats: &[Format]) -> e
     let inputs = EditInputs {
         source: NamedBytes { name, bytes },
         source_rest: None,
+        unread_target: false,
         config: Some(NamedBytes { name: "config.json", bytes: config.as_bytes() }),
         formats,
     };

@@ -185,6 +185,7 @@ fn an_output_tells_how_many_keys_it_needs() {
     let inputs = EditInputs {
         source: NamedBytes { name: "walk.glb", bytes: &walk },
         source_rest: None,
+        unread_target: false,
         config: Some(NamedBytes { name: "config.json", bytes: config }),
         formats: &[],
     };

@@ -176,6 +176,7 @@ fn what_is_not_symmetric_about_a_real_rig_is_said() {
         let inputs = EditInputs {
             source: NamedBytes { name: &file, bytes: &bytes },
             source_rest: None,
+            unread_target: false,
             config: Some(NamedBytes { name: "config.json", bytes: br#"{"edit": {"mirror": true}}"# }),
             formats: &[engine::Format::PosesJson],
         };

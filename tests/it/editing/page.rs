@@ -1,6 +1,6 @@
 //! The page that shows what every edit does.
 
-use retargetd::{engine::edits_page, rig::spec_schema, samples};
+use retargetd::{report::edits_page, rig::spec_schema, samples};
 
 #[test]
 fn every_edit_has_a_figure() {
@@ -11,8 +11,7 @@ fn every_edit_has_a_figure() {
     assert!(edits.len() > 12, "the edits are there: {edits:?}");
     for name in edits.keys().map(String::as_str).chain(["layer", "keys"]) {
         let section = page.split(&format!("<h2 id=\"{name}\">")).nth(1);
-        let section =
-            section.unwrap_or_else(|| panic!("'{name}' has no figure: add one to engine/edits_page/entries.rs"));
+        let section = section.unwrap_or_else(|| panic!("'{name}' has no figure: add one to report/edits/entries.rs"));
         let section = section.split("<h2").next().unwrap_or_default();
         assert!(section.contains(&format!("&quot;{name}&quot;")), "the config of '{name}' names it: {section:.200}");
         let lines: Vec<&str> =

@@ -47,6 +47,14 @@ async fn a_clip_comes_back_edited() {
     let outside = ("config", br#"{"edit": {"range": [90, 91]}}"#.to_vec());
     let refused = problem(send(&server, "/v1/edits", &[walk.clone(), outside]).await, 422, "invalid_value").await;
     assert_eq!(refused["errors"][0]["pointer"], "/edit/range", "where: {refused}");
+    let pose = ("config", br#"{"pose": {"to": "t"}, "edit": {"fps": 24}}"#.to_vec());
+    let answer = send(&server, "/v1/edits", &[walk.clone(), pose]).await;
+    assert_eq!(header(&answer, "warnings-count"), "1", "the pose is said to count for nothing");
+    let job = header(&answer, "job-id").to_owned();
+    assert!(read(answer).await["times"].as_array().is_some_and(|times| times.len() > 1), "the route says what is done");
+    let job = read(client().get(format!("{}/v1/jobs/{job}", server.url)).send().await.expect("a job")).await;
+    let inputs: Vec<&String> = job["inputs"].as_object().expect("files").keys().collect();
+    assert_eq!((&job["kind"], inputs), (&json!("edit"), vec![&"source".to_owned()]), "an edit has no target");
     let foreign = ("config", br#"{"SourceChains": [], "TargetChains": []}"#.to_vec());
     problem(send(&server, "/v1/edits", &[walk, foreign]).await, 422, "invalid_value").await;
     assert_eq!(server.terminate(), Some(0), "SIGTERM ends it well");

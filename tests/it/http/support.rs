@@ -6,10 +6,8 @@ use reqwest::{Client, Response, StatusCode};
 use retargetd::{
     app::{self, Running},
     config::Settings,
-    engine::{
-        Control, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Outcome, Output, Question, Report,
-    },
-    jobs::{Engine, KeyText, NewKey, Principal, Ran, Scope},
+    engine::{Control, Failure, FailureCode, Format, NamedBytes, Outcome, Output, Report},
+    jobs::{Answer, Asked, Engine, KeyText, NewKey, Principal, Question, Scope},
     telemetry::Clock,
 };
 use serde_json::Value;
@@ -39,9 +37,23 @@ pub(crate) struct Obedient;
 pub(crate) const NAP: Duration = Duration::from_millis(100);
 
 impl Engine for Obedient {
-    fn retarget(&self, inputs: &Inputs<'_>, _: &Knowledge, _: &Limits, control: &Control) -> Result<Ran, Failure> {
-        let config = inputs.config.map_or(&b""[..], |config| config.bytes);
-        let says = |word: &str| String::from_utf8_lossy(config).contains(word);
+    fn ask(&self, asked: &Asked<'_>, control: &Control) -> Result<Answer, Failure> {
+        let bytes = |file: Option<NamedBytes<'_>>| file.map_or_else(Vec::new, |file| file.bytes.to_vec());
+        let target = bytes(asked.files.target.or(asked.files.source));
+        let config = bytes(asked.files.config);
+        match &asked.question {
+            Question::Retarget | Question::Edit | Question::Pose { .. } => {}
+            Question::Inspect => {
+                let name = asked.files.source.map(|file| file.name);
+                return Ok(Answer::Document(serde_json::json!({"format": "bvh", "name": name})));
+            }
+            Question::Propose => return Ok(Answer::Document(serde_json::json!({"target_bytes": target.len()}))),
+            Question::Explain { joint, .. } => return Ok(Answer::Document(serde_json::json!({"joint": joint}))),
+            Question::CheckConfig => {
+                return Ok(Answer::Document(serde_json::json!({"config_bytes": config.len()})));
+            }
+        }
+        let says = |word: &str| String::from_utf8_lossy(&config).contains(word);
         if says("panic") {
             panic!("as the config says");
         }
@@ -55,37 +67,16 @@ impl Engine for Obedient {
             control.check().map_err(|_| Failure::new(FailureCode::Canceled, "canceled"))?;
             std::thread::sleep(Duration::from_millis(1));
         }
-        let formats = if inputs.formats.is_empty() { &[Format::Glb] } else { inputs.formats };
+        let formats = if asked.formats.is_empty() { &[Format::Glb] } else { asked.formats };
         let output = |format: &Format| Output {
             format: *format,
             name: format!("out.{}", format.info().endings[0]),
-            bytes: inputs.target.bytes.to_vec(),
+            bytes: target.clone(),
         };
         let outputs = formats.iter().map(output).collect();
-        Outcome { outputs, report: Report::default(), resolved_spec: serde_json::json!({"version": 1}) }.try_into()
-    }
-
-    fn inspect(&self, file: NamedBytes<'_>, _: &Knowledge, _: &Limits, _: &Control) -> Result<Value, Failure> {
-        Ok(serde_json::json!({"format": "bvh", "name": file.name}))
-    }
-
-    fn propose(&self, inputs: &Inputs<'_>, _: &Knowledge, _: &Limits, _: &Control) -> Result<Value, Failure> {
-        Ok(serde_json::json!({"target_bytes": inputs.target.bytes.len()}))
-    }
-
-    fn explain(
-        &self,
-        _: &Inputs<'_>,
-        question: &Question<'_>,
-        _: &Knowledge,
-        _: &Limits,
-        _: &Control,
-    ) -> Result<Value, Failure> {
-        Ok(serde_json::json!({"joint": question.joint}))
-    }
-
-    fn check_config(&self, config: NamedBytes<'_>, _: &Control) -> Result<Value, Failure> {
-        Ok(serde_json::json!({"config_bytes": config.bytes.len()}))
+        let resolved_spec = serde_json::json!({"version": 1});
+        let outcome = Outcome { outputs, report: Report::default(), resolved_spec };
+        Ok(Answer::Ran(Box::new(outcome.try_into()?)))
     }
 }
 

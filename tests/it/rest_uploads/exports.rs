@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use retargetd::{
-    engine::{Failure, Inputs, NamedBytes, Outcome, pose_config, retarget},
+    engine::{Failure, Inputs, NamedBytes, Outcome, retarget},
     formats::{self, Format, Limits},
     model::{Control, ModelPose, Reporter, Scene},
     rig::{RigSpec, Role},
@@ -40,6 +40,10 @@ impl Job<'_> {
         };
         retarget(&inputs, &Limits::default(), &Control::new())
     }
+}
+
+fn pose_config(to: &str) -> String {
+    format!(r#"{{"pose": {{"to": "{to}"}}}}"#)
 }
 
 fn read(bytes: &[u8], name: &str) -> Scene {
@@ -93,7 +97,7 @@ fn what_pose_and_retarget_write_is_taken_as_it_stands() {
     let without = plain.run().expect("a result");
     let solved = Job { config: r#"{"target": {"rest": "solved"}}"#, ..plain }.run().expect("a result");
     let pose = |to: &str, format| {
-        let config = String::from_utf8(pose_config(None, to).expect("a config")).expect("text");
+        let config = pose_config(to);
         Job { config: &config, source: &mannequin, format, ..plain }.run().expect("a pose").outputs.remove(0).bytes
     };
     let moved = |format| Job { format, ..plain }.run().expect("a result").outputs.remove(0).bytes;
@@ -135,7 +139,7 @@ fn a_source_rests_as_its_rest_file() {
         format: Format::Glb,
     };
     let without = plain.run().expect("a result");
-    let config = String::from_utf8(pose_config(None, "rest").expect("a config")).expect("text");
+    let config = pose_config("rest");
     let scene = read(&mannequin, "mannequin.glb");
     for (format, name) in FORMATS {
         let rest = Job { config: &config, source: &walk, target: &walk, format, ..plain }.run().expect("a pose");
@@ -158,7 +162,7 @@ fn strict_refuses_what_a_rest_file_leaves_open() {
         config: r#"{"strict": true}"#,
         format: Format::Glb,
     };
-    let config = String::from_utf8(pose_config(None, "t").expect("a config")).expect("text");
+    let config = pose_config("t");
     let pose = Job { config: &config, format: Format::Bvh, ..job }.run().expect("a pose").outputs.remove(0).bytes;
     let failure = Job { target_rest: Some((&pose, "t.bvh")), ..job }.run().expect_err("how bones are rolled is open");
     assert!(failure.errors.iter().any(|error| error.code == "rest_roll_guessed"), "{failure:?}");

@@ -13,15 +13,14 @@ use crate::{
 use super::{
     super::properties::SHAPE_WEIGHT,
     binary::{Property, Record},
-    scene::{Figure, LimbNode, property},
+    figure::{Figure, LimbNode, USUAL_ORDER, degrees},
+    records::{connection, connection_to_property, property},
 };
 
 /// Ticks of FBX's clock; divisible by all frame rates in use.
 const TICKS_PER_SECOND: f64 = 46_186_158_000.0;
 const KEY_VERSION: i32 = 4008;
 const LINEAR: i32 = 4;
-/// FBX's X, Y, Z: the rotation about X is applied first.
-pub(super) const USUAL_ORDER: EulerOrder = EulerOrder::ZYX;
 
 /// Clips, as records: one stack each, of which the first is the active one.
 pub(super) struct Animation {
@@ -214,10 +213,6 @@ impl LimbNode {
     }
 }
 
-pub(super) fn degrees(angles: [f64; 3]) -> DVec3 {
-    DVec3::from_array(angles.map(f64::to_degrees))
-}
-
 /// Key times on FBX's clock.
 fn ticks(clip: &Clip) -> Vec<i64> {
     clip.times_seconds().iter().map(|time| (time * TICKS_PER_SECOND).round() as i64).collect()
@@ -264,14 +259,4 @@ fn curve(id: i64, times: &[i64], values: Vec<f32>) -> Record {
         .field("KeyAttrFlags", Property::Wholes(vec![LINEAR]))
         .field("KeyAttrDataFloat", Property::Singles(vec![0.0; 4]))
         .field("KeyAttrRefCount", Property::Wholes(vec![keys]))
-}
-
-/// `child` belongs to `parent`.
-pub(super) fn connection(child: i64, parent: i64) -> Record {
-    Record::new("C").with("OO").with(child).with(parent)
-}
-
-/// `child` is what moves a property of `parent`, or lies on it.
-pub(super) fn connection_to_property(child: i64, parent: i64, property: &str) -> Record {
-    Record::new("C").with("OP").with(child).with(parent).with(property)
 }

@@ -8,9 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::model::Reporter;
 
 use super::{
-    animation::{connection, connection_to_property},
     binary::{Property, Record},
-    scene::{object, property},
+    records::{connection, connection_to_property, object, property},
 };
 
 /// Ids of materials and of what lies on them count from here, above those of meshes.

@@ -16,10 +16,9 @@ use crate::{
 };
 
 use super::{
-    animation::connection,
     binary::{Property, Record},
     materials::Materials,
-    scene::object,
+    records::{connection, object},
 };
 
 /// Ids of what belongs to meshes count from here, above those of curves.

@@ -8,8 +8,10 @@
 
 mod animation;
 mod binary;
+mod figure;
 mod materials;
 mod mesh;
+mod records;
 mod scene;
 
 use crate::{
@@ -57,18 +59,18 @@ pub(in crate::formats) fn write(
     }
     let centimetres = target.unit_metres.unwrap_or(1.0) * 100.0;
     let meshes = match document {
-        Some(document) => Meshes::new(document, skeleton, centimetres, scene::node_id, control)?,
+        Some(document) => Meshes::new(document, skeleton, centimetres, figure::node_id, control)?,
         None => Meshes::default(),
     };
     meshes.materials.report(reporter);
-    let mut figure = scene::Figure::new(skeleton, &joints, centimetres);
+    let mut figure = figure::Figure::new(skeleton, &joints, centimetres);
     for node in &mut figure.nodes {
         control.check()?;
         node.order = options.rotation_order.unwrap_or_else(|| node.steadiest_order(clip));
     }
     if options.rotation_order.is_none() {
         let by_name = figure.nodes.iter().map(|node| (figure.name(node), node.order));
-        report_orders(animation::USUAL_ORDER, "Objects", by_name, reporter);
+        report_orders(figure::USUAL_ORDER, "Objects", by_name, reporter);
     }
     let mut animation = animation::Animation::new(clip);
     for clip in std::iter::once(clip).chain(written::kept_clips(target, options)) {

@@ -1,86 +1,24 @@
 //! The document: header, settings, definitions, the nodes and how they hang together.
 
-use glam::{DMat4, DQuat, DVec3};
+use glam::{DMat4, DVec3};
 
-use crate::{
-    formats::euler::EulerOrder,
-    model::{Axes, SignedAxis, Skeleton},
-};
+use crate::model::{Axes, SignedAxis};
 
 use super::{
-    animation::{Animation, USUAL_ORDER, connection, degrees},
+    animation::Animation,
     binary::{CREATION_TIME, FILE_ID, Property, Record, VERSION},
+    figure::{Figure, LimbNode, USUAL_ORDER, degrees},
     mesh::Meshes,
+    records::{connection, property},
 };
 
-/// Ids of nodes count from here, those of their attributes from [`FIRST_ATTRIBUTE_ID`].
-const FIRST_NODE_ID: i64 = 1 << 20;
-const FIRST_ATTRIBUTE_ID: i64 = 1 << 30;
 const POSE_ID: i64 = 3;
 const DOCUMENT_ID: i64 = 4;
 const CREATOR: &str = concat!("retargetd ", env!("CARGO_PKG_VERSION"));
 /// How a scale is handed on: as matrices do it, which is what most readers do whatever the file says.
 const INHERIT_AS_MATRICES: i32 = 1;
 
-/// The nodes that are written.
-pub(super) struct Figure<'a> {
-    skeleton: &'a Skeleton,
-    pub(super) nodes: Vec<LimbNode>,
-    /// Centimetres per unit of the scene.
-    pub(super) centimetres: f64,
-}
-
-/// A node of the file.
-pub(super) struct LimbNode {
-    /// Joint of the skeleton.
-    pub(super) joint: usize,
-    pub(super) id: i64,
-    attribute_id: i64,
-    /// The id of the node above, 0 for the scene's own root.
-    parent_id: i64,
-    is_limb: bool,
-    pub(super) pre_rotation: DQuat,
-    /// Of the node's own angles; those before them are always in the usual one.
-    pub(super) order: EulerOrder,
-}
-
-impl LimbNode {
-    /// What FBX calls the order: the rotation that is named first is applied first.
-    fn rotation_order(&self) -> i32 {
-        const NAMES: [&str; 6] = ["XYZ", "XZY", "YZX", "YXZ", "ZXY", "ZYX"];
-        let name: String = self.order.name().chars().rev().collect();
-        NAMES.iter().position(|known| *known == name).map_or(0, |index| index as i32)
-    }
-}
-
-/// The id of a joint's node.
-pub(super) const fn node_id(joint: usize) -> i64 {
-    FIRST_NODE_ID + joint as i64
-}
-
-impl<'a> Figure<'a> {
-    pub(super) fn new(skeleton: &'a Skeleton, joints: &[usize], centimetres: f64) -> Self {
-        let nodes = joints.iter().map(|joint| {
-            let joint = *joint;
-            LimbNode {
-                joint,
-                id: node_id(joint),
-                attribute_id: FIRST_ATTRIBUTE_ID + joint as i64,
-                parent_id: skeleton.parent(joint).map_or(0, node_id),
-                is_limb: skeleton.joints()[joint].is_joint,
-                pre_rotation: skeleton.joints()[joint].rest.rotation,
-                order: USUAL_ORDER,
-            }
-        });
-        Self { skeleton, nodes: nodes.collect(), centimetres }
-    }
-
-    /// What a node is called; nobody can tell nameless ones apart.
-    pub(super) fn name(&self, node: &LimbNode) -> String {
-        let name = &self.skeleton.joints()[node.joint].name;
-        if name.is_empty() { format!("joint_{}", node.joint) } else { name.clone() }
-    }
-
+impl Figure<'_> {
     fn model(&self, node: &LimbNode, meshes: &Meshes) -> Record {
         let joint = &self.skeleton.joints()[node.joint];
         let vector =
@@ -147,27 +85,6 @@ impl<'a> Figure<'a> {
             .field("NbPoseNodes", count(posed.len()))
             .holding(poses)
     }
-}
-
-/// An object of the document: its kind, its name, its class.
-pub(super) fn object(kind: &'static str, id: i64, name: &str, class: &str) -> Record {
-    let type_name = match class {
-        "Cluster" | "BlendShapeChannel" => "SubDeformer",
-        _ => kind,
-    };
-    Record::new(kind).with(id).with(format!("{name}\0\u{1}{type_name}")).with(class)
-}
-
-/// A row of `Properties70`: name, type, label, flags, values.
-pub(super) fn property<const N: usize>(
-    name: &str,
-    kind: &str,
-    label: &str,
-    flags: &str,
-    values: [Property; N],
-) -> Record {
-    let record = Record::new("P").with(name).with(kind).with(label).with(flags);
-    values.into_iter().fold(record, Record::with)
 }
 
 /// All records of the file, in the order that readers expect.

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::names::file_name_of;
 use crate::{
     jobs::BatchSnapshot,
-    store::{JobFailure, JobRecord, ResultRecord},
+    store::{InputRole, JobFailure, JobRecord, ResultRecord},
 };
 
 /// The document `manifest.json`.
@@ -69,8 +70,8 @@ impl Manifest {
             item: job.batch.as_ref().map_or(0, |place| place.item),
             job: job.id.to_string(),
             state: job.state.name(),
-            source: job.request.source.file_name.clone(),
-            target: job.request.target.file_name.clone(),
+            source: file_name_of(job, InputRole::Source).to_owned(),
+            target: file_name_of(job, InputRole::Target).to_owned(),
             labels: job.request.labels.clone(),
             warnings_count: job.warnings,
             verdict: job.judgment.as_ref().map(|judgment| judgment.verdict.name()),

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::store::{AssetId, JobRecord};
+use crate::store::{AssetId, InputRole, JobInput, JobRecord};
 
 /// The archive's own member.
 pub(super) const MANIFEST: &str = "manifest.json";
@@ -23,8 +23,7 @@ pub(super) struct Names {
 impl Names {
     /// For the files of these jobs.
     pub(super) fn of<'a>(jobs: impl Iterator<Item = &'a JobRecord>) -> Self {
-        let targets: BTreeSet<&AssetId> =
-            jobs.filter(|job| has_target(job)).map(|job| &job.request.target.asset).collect();
+        let targets: BTreeSet<&AssetId> = jobs.filter_map(other_target).map(|target| &target.asset).collect();
         Self { has_folders: targets.len() > 1, taken: BTreeSet::from([MANIFEST.to_owned()]), numbers: BTreeMap::new() }
     }
 
@@ -32,13 +31,10 @@ impl Names {
     pub(super) fn name(&mut self, job: &JobRecord, file_name: &str) -> String {
         let (_, ending) = split(file_name);
         let label = job.request.labels.get(LABEL).map(|label| clean(label)).filter(|label| !label.is_empty());
-        let own = label.unwrap_or_else(|| clean(split(&job.request.source.file_name).0));
+        let own = label.unwrap_or_else(|| clean(split(file_name_of(job, InputRole::Source)).0));
         let own = if own.is_empty() { job.id.to_string() } else { own };
-        let folder = if self.has_folders && has_target(job) {
-            clean(split(&job.request.target.file_name).0)
-        } else {
-            String::new()
-        };
+        let folder = other_target(job).filter(|_| self.has_folders);
+        let folder = folder.map(|target| clean(split(&target.file_name).0)).unwrap_or_default();
         let before = if folder.is_empty() { own } else { format!("{folder}/{own}") };
         let after = clean(ending);
         let after = if after.is_empty() { String::new() } else { format!(".{after}") };
@@ -52,9 +48,16 @@ impl Names {
     }
 }
 
-/// Whether a job puts its source onto something else.
-fn has_target(job: &JobRecord) -> bool {
-    job.request.target.asset != job.request.source.asset
+/// What a job puts its source onto, unless that is the source itself.
+fn other_target(job: &JobRecord) -> Option<&JobInput> {
+    let inputs = &job.request.inputs;
+    let source = inputs.get(&InputRole::Source).map(|source| &source.asset);
+    inputs.get(&InputRole::Target).filter(|target| Some(&target.asset) != source)
+}
+
+/// What the file of that role is called; nothing where there is none.
+pub(super) fn file_name_of(job: &JobRecord, role: InputRole) -> &str {
+    job.request.inputs.get(&role).map_or("", |input| &input.file_name)
 }
 
 /// The name without its ending, and the ending.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DQuat;
 
 use super::{
-    super::super::{spec::AdditivePoseOp, stages::PosedEdit, understand::find_clip},
+    super::super::{lookup::find_clip, spec::AdditivePoseOp, stages::PosedEdit},
     Subject, is_in, turn,
 };
 

@@ -4,9 +4,9 @@ use glam::DVec3;
 
 use super::{
     super::super::{
+        rig::Rig,
         spec::FingersOp,
         stages::{FingerDrive, PosedEdit},
-        understand::Rig,
     },
     Subject, is_in,
 };

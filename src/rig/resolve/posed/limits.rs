@@ -5,9 +5,9 @@ use glam::{DQuat, DVec3};
 use super::{
     super::super::{
         alignment::{CanonicalPose, canonical_rest, split},
+        rig::Rig,
         spec::{LimitRange, LimitsOp},
         stages::{JointLimit, LimitFrame, PosedEdit},
-        understand::Rig,
     },
     Subject, is_in,
 };

@@ -20,9 +20,9 @@ use super::super::{
     error::{SpecErrorKind, SpecField},
     floor::Stance,
     mapping::Mapping,
+    rig::Rig,
     spec::{Alpha, Op, ScaleSourceOp, Scope},
     stages::{SourceScale, StagedKind},
-    understand::Rig,
 };
 use crate::model::{Clip, Reporter};
 

@@ -2,9 +2,9 @@
 
 use super::{
     super::super::{
+        rig::Rig,
         spec::{GripHand, PropsOp},
         stages::{GripPair, Limb, LimbPair, PosedEdit, PropDrive},
-        understand::Rig,
     },
     Subject, is_in,
 };

@@ -4,9 +4,9 @@ use glam::DVec3;
 
 use super::{
     super::super::{
+        rig::Rig,
         spec::{RootAction, RootAxis, RootMotionOp, RootSource},
         stages::RootMotion,
-        understand::Rig,
     },
     Subject,
 };

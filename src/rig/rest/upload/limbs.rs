@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use crate::model::ModelPose;
 
 use super::{
-    super::super::{alignment::split, understand::Rig},
+    super::super::{alignment::split, rig::Rig},
     matching::{Anchor, Matching},
 };
 

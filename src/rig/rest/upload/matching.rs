@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::model::{ModelPose, Skeleton};
 
 use super::{
-    super::super::{alignment::split, understand::Rig},
+    super::super::{alignment::split, rig::Rig},
     names::by_name,
 };
 

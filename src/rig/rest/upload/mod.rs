@@ -29,9 +29,6 @@ mod space;
 mod standing;
 mod wahba;
 
-pub use fit::RestFit;
-pub use orientation::OrientationFrom;
-
 use glam::DQuat;
 
 use crate::model::{LocalPose, ModelPose, Reporter, Scene};
@@ -50,11 +47,13 @@ use super::{
     super::{
         error::SpecError,
         recognition::RigTemplate,
+        rig::Rig,
         spec::{RestRule, RestSpec, RigSpec},
-        understand::Rig,
     },
     RestSource,
     find::Rest,
+    ground::put_onto_floor,
+    rest_fit::RestFit,
 };
 
 /// A pose in which every bone points within this of the rig's own rest pose, and every joint is turned by no more, is that pose, in
@@ -147,7 +146,9 @@ fn rig_in<'a>(
         spec: RestSpec::default(),
         is_to_be_solved: false,
     };
-    Rig::resting(part, scene, rest, &RigSpec::default(), templates, reporter)
+    let mut rig = Rig::at_rest(part, scene, rest, &RigSpec::default(), templates, reporter)?;
+    put_onto_floor(&mut rig);
+    Ok(rig)
 }
 
 /// Whether the rest file is the rig itself: its nodes stand as the rig's do, and its skins were bound as the rig's were, which is

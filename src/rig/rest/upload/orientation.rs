@@ -10,12 +10,13 @@ use crate::model::{Clip, ModelPose, Scene};
 
 use super::{
     super::{
-        super::understand::Rig,
+        super::rig::Rig,
         bind::{BindPose, bind_pose},
+        rest_fit::OrientationFrom,
     },
     limbs::Limbs,
     matching::Matching,
-    solve::solved,
+    solve::{Turns, solved},
 };
 use crate::model::Reporter;
 
@@ -30,32 +31,6 @@ const OTHER_ROLL_DEGREES: f64 = 25.0;
 const CONTRADICTION_DEGREES: f64 = 5.0;
 /// Clips whose first frame is looked at.
 const CLIPS_LOOKED_AT: usize = 4;
-
-/// What told how joints are turned about their bones.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum OrientationFrom {
-    /// The axes of the joints, which are the same in both files.
-    Axes,
-    /// A pose that both files hold.
-    CommonPose,
-    /// Nothing: bones turn the shortest way, and as elbows and knees bend.
-    Directions,
-}
-
-impl OrientationFrom {
-    /// The name on the wire.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Axes => "axes",
-            Self::CommonPose => "common_pose",
-            Self::Directions => "directions",
-        }
-    }
-}
-
-/// By joint, how far it is turned from the rig's rest pose, in the rig's model space.
-pub(super) type Turns = Vec<Option<DQuat>>;
 
 /// A rig and a rest file that have been laid on one another.
 #[derive(Clone, Copy, Debug)]

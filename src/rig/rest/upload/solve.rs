@@ -5,11 +5,10 @@ use glam::{DQuat, DVec3};
 use super::{
     super::super::{
         alignment::{arc, split},
-        understand::Rig,
+        rig::Rig,
     },
     limbs::{Limb, Limbs},
     matching::Matching,
-    orientation::Turns,
     wahba::{Direction, best_rotation},
 };
 
@@ -21,6 +20,9 @@ const PRIOR_SHARE: f64 = 1e-5;
 const STRAIGHT_DEGREES: f64 = 5.0;
 /// An elbow or knee whose plane turned by more is bent the other way, in degrees.
 const MOST_ROLL_DEGREES: f64 = 100.0;
+
+/// By joint, how far it is turned from the rig's rest pose, in the rig's model space.
+pub(super) type Turns = Vec<Option<DQuat>>;
 
 /// How far each joint is turned from the rig's rest pose, in model space. `known` are the turns that are known as a whole; they are
 /// changed only as far as the directions need it.

@@ -8,8 +8,9 @@ use crate::model::{ModelPose, SignedAxis};
 
 use super::{
     super::super::{
+        at_rest::axes_of_body,
         recognition::{BodyFrame, Recognition, Role, RoleFinding, body_frame},
-        understand::{Rig, axes_of_body},
+        rig::Rig,
     },
     limbs::{Limb, Limbs},
     matching::Matching,

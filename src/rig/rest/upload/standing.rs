@@ -7,7 +7,7 @@ use crate::model::{LocalPose, ModelPose, Transform};
 use super::{
     super::super::{
         floor::{Stance, lowest_sole},
-        understand::Rig,
+        rig::Rig,
     },
     super::RestSource,
     orientation::Laid,

@@ -4,8 +4,8 @@ use std::sync::LazyLock;
 
 use retargetd::{
     engine::{
-        self, EditInputs, Failure, FailureCode, Format, Inputs, Limits, NamedBytes, Outcome, check_config,
-        check_preset, check_rig, edit_config, merge_config, pose_config,
+        self, EditInputs, Failure, FailureCode, Format, Inputs, Limits, NamedBytes, Outcome, PoseChoice, PoseInputs,
+        Task, check_config, check_preset, check_rig, merge_config,
     },
     formats::{self, ErrorKind},
     model::{Control, Reporter},
@@ -132,10 +132,8 @@ impl Target {
             Self::Retarget => retarget(&CLIP, &FIGURE, Some(bytes)),
             Self::Edit => edit(bytes),
             Self::Pose => {
-                for to in ["t", "source"] {
-                    if let Some(config) = judge(pose_config(Some(NamedBytes { name: "config", bytes }), to)) {
-                        retarget(&CLIP, &FIGURE, Some(&config));
-                    }
+                for to in [PoseChoice::T, PoseChoice::Source] {
+                    pose(to, bytes);
                 }
             }
             Self::Proposal => {
@@ -177,10 +175,26 @@ fn check(bytes: &[u8]) {
 
 fn edit(config: &[u8]) {
     let given = Some(NamedBytes { name: "config", bytes: config });
-    judge(edit_config(given));
     let source = NamedBytes { name: "file", bytes: &CLIP };
-    let inputs = EditInputs { source, source_rest: None, config: given, formats: &[] };
+    let inputs = EditInputs { source, source_rest: None, unread_target: false, config: given, formats: &[] };
     if let Some(outcome) = judge(engine::edit(&inputs, &Limits::default(), &Control::new())) {
+        check_outputs(&outcome);
+    }
+}
+
+fn pose(to: PoseChoice, config: &[u8]) {
+    let file = |bytes| NamedBytes { name: "file", bytes };
+    let task = Task::Pose(PoseInputs {
+        target: file(&FIGURE),
+        target_rest: None,
+        source: Some(file(&CLIP)),
+        source_rest: None,
+        to: Some(to),
+        config: Some(file(config)),
+        formats: &[],
+    });
+    if let Some(outcome) = judge(engine::run(&task, &engine::Knowledge::default(), &Limits::default(), &Control::new()))
+    {
         check_outputs(&outcome);
     }
 }

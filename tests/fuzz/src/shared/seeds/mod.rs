@@ -76,7 +76,7 @@ pub(crate) fn figure() -> Vec<u8> {
 fn humanoid_clip() -> Vec<u8> {
     let clip = clip();
     let source = NamedBytes { name: "clip.glb", bytes: &clip };
-    let inputs = EditInputs { source, source_rest: None, config: None, formats: &[Format::Vrma] };
+    let inputs = EditInputs { source, source_rest: None, unread_target: false, config: None, formats: &[Format::Vrma] };
     let outcome = engine::edit(&inputs, &Limits::default(), &Control::new()).expect("the sample is a humanoid");
     outcome.outputs.into_iter().map(|output| output.bytes).next().unwrap_or_default()
 }

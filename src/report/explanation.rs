@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::explain::{Contribution, Explanation, PelvisView};
+use crate::engine::{Contribution, Explanation, PelvisView};
 
 impl fmt::Display for Explanation {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {

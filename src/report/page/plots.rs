@@ -122,13 +122,13 @@ impl Plot {
 }
 
 /// A curve over times of its own.
-pub(in crate::engine) struct Line {
-    pub(in crate::engine) times_seconds: Vec<f64>,
-    pub(in crate::engine) values: Vec<f64>,
+pub(in crate::report) struct Line {
+    pub(in crate::report) times_seconds: Vec<f64>,
+    pub(in crate::report) values: Vec<f64>,
 }
 
 /// A plot of lines as SVG.
-pub(in crate::engine) fn line_plot(lines: &[Line], unit: &str) -> Option<String> {
+pub(in crate::report) fn line_plot(lines: &[Line], unit: &str) -> Option<String> {
     let times = lines.iter().flat_map(|line| &line.times_seconds).copied();
     let (first, last) =
         times.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), time| (low.min(time), high.max(time)));

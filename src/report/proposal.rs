@@ -2,11 +2,7 @@
 
 use std::fmt;
 
-use super::{
-    RigFacts,
-    alignment::AlignmentView,
-    propose::{DriverView, Proposal, RolePair},
-};
+use crate::engine::{AlignmentView, DriverView, Proposal, RigFacts, RolePair};
 
 /// Roles that are less sure than this are shown with their reasons.
 const SURE: f64 = 0.8;
@@ -51,7 +47,8 @@ fn write_rig(formatter: &mut fmt::Formatter<'_>, side: &str, rig: &RigFacts) -> 
 }
 
 fn write_role(formatter: &mut fmt::Formatter<'_>, pair: &RolePair) -> fmt::Result {
-    let joints = |side: &Option<super::OneOrMore>| side.as_ref().map_or_else(|| "–".to_owned(), ToString::to_string);
+    let joints =
+        |side: &Option<crate::engine::OneOrMore>| side.as_ref().map_or_else(|| "–".to_owned(), ToString::to_string);
     write!(formatter, "  {:<24}{} -> {}", pair.role, joints(&pair.source), joints(&pair.target))?;
     match pair.confidence {
         Some(confidence) => writeln!(formatter, "  ({:.0} %)", confidence * 100.0)?,

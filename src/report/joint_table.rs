@@ -2,9 +2,10 @@
 
 use serde_json::{Value, json};
 
-use crate::rig::{TableRow, write_table};
-
-use super::Proposal;
+use crate::{
+    engine::{DriverView, Proposal},
+    rig::{TableRow, write_table},
+};
 
 /// A joint table.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -17,7 +18,7 @@ impl JointTable {
     /// pelvis.
     #[must_use]
     pub fn of(proposal: &Proposal) -> Self {
-        let row = |view: &super::DriverView| {
+        let row = |view: &DriverView| {
             // Of equal shares the first is taken, which is the one nearer to the body.
             let most = view.sources.iter().rev().max_by(|first, second| first.weight.total_cmp(&second.weight))?;
             Some(TableRow {

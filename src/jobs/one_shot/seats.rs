@@ -20,7 +20,7 @@ use crate::store::{BRIEF, Lane, Wanted};
 
 /// All of them.
 #[derive(Debug)]
-pub(super) struct Seats {
+pub(in crate::jobs) struct Seats {
     workers: Arc<Semaphore>,
     spare: Arc<Semaphore>,
     /// Places for those that are about to end.
@@ -75,9 +75,9 @@ impl Drop for Since {
 
 /// One of them, and what the job in it takes up.
 #[derive(Debug)]
-pub(super) struct Seat {
+pub(in crate::jobs) struct Seat {
     /// The jobs that may have it.
-    pub(super) wanted: Wanted,
+    pub(in crate::jobs) wanted: Wanted,
     held: Vec<Held>,
     /// Until the seat is dropped: what the job gave is in memory until it is stored.
     memory: Option<OwnedSemaphorePermit>,
@@ -93,7 +93,7 @@ enum Held {
 }
 
 impl Seats {
-    pub(super) fn new(workers: usize) -> Self {
+    pub(in crate::jobs) fn new(workers: usize) -> Self {
         let seats = |count| Arc::new(Semaphore::new(count));
         Self {
             workers: seats(workers),
@@ -106,7 +106,7 @@ impl Seats {
     }
 
     /// Waits for that of a worker. No semaphore here is ever closed.
-    pub(super) async fn worker(&self) -> Option<Seat> {
+    pub(in crate::jobs) async fn worker(&self) -> Option<Seat> {
         Some(self.seat(Arc::clone(&self.workers).acquire_owned().await.ok()?, Lane::Batch.into()))
     }
 
@@ -116,7 +116,7 @@ impl Seats {
     }
 
     /// Waits for that of a worker, or for the spare one where that is given away.
-    pub(super) async fn free(&self) -> Option<Seat> {
+    pub(in crate::jobs) async fn free(&self) -> Option<Seat> {
         // Only who asks here starts jobs, so none begins while this waits.
         let runs_batches = Arc::strong_count(&self.batches) > 1;
         tokio::select! {
@@ -132,7 +132,7 @@ impl Seats {
     }
 
     /// Gives a seat to a job, with the memory that it may have.
-    pub(super) fn give(&self, seat: &mut Seat, is_of_batch: bool, memory: OwnedSemaphorePermit) {
+    pub(in crate::jobs) fn give(&self, seat: &mut Seat, is_of_batch: bool, memory: OwnedSemaphorePermit) {
         seat.memory = Some(memory);
         seat.held.extend((seat.wanted.last == Lane::Batch).then(|| self.taken.add()));
         seat.held.extend(is_of_batch.then(|| Held::OfBatch(Arc::clone(&self.batches))));
@@ -141,7 +141,7 @@ impl Seats {
 
 impl Seat {
     /// Leaves it to the next job, where not too many are about to end already; to be called when the engine is done. The memory stays taken.
-    pub(super) fn leave(&mut self) {
+    pub(in crate::jobs) fn leave(&mut self) {
         if let Ok(end) = Arc::clone(&self.ends).try_acquire_owned() {
             self.held = vec![Held::Permit(end)];
         }

@@ -2,8 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::{Assets, Awaiting, NewJob, ReceivedFile, Refusal, Submitted, inputs::InputBytes};
-use crate::store::{AssetId, InputRole, Principal};
+use super::Awaiting;
+use crate::{
+    jobs::{Assets, NewJob, ReceivedFile, Refusal, Submitted, inputs::InputBytes},
+    store::{AssetId, InputRole, Principal},
+};
 
 /// The files that came with a request, by what they are to its job. Nothing is kept of them before the job is asked for.
 #[derive(Debug, Default)]
@@ -30,13 +33,6 @@ impl ArrivedFiles {
     pub fn add(&mut self, role: InputRole, file: ReceivedFile) {
         self.places.insert(role, self.files.len());
         self.files.push(file);
-    }
-
-    /// Has the file that is `role` be another thing too. Without meaning where there is none.
-    pub fn share(&mut self, role: InputRole, other: InputRole) {
-        if let Some(place) = self.places.get(&role).copied() {
-            self.places.insert(other, place);
-        }
     }
 
     /// What `of_files` has for each of the files, by what they are.
@@ -71,7 +67,7 @@ impl Assets {
     /// work may have begun.
     ///
     /// # Errors
-    /// As [`Jobs::submit`](super::Jobs::submit). Of a job that is refused for load, no file is kept.
+    /// As [`Jobs::submit`](crate::jobs::Jobs::submit). Of a job that is refused for load, no file is kept.
     pub async fn submit_awaited(
         &self,
         owner: &Principal,

@@ -7,18 +7,13 @@ use std::borrow::Cow;
 
 use crate::{
     editing::{Tolerance, reduce_keys},
+    engine::{Failure, edited_clip, laid_over},
     model::{Clip, Control, Reporter, Scene},
     rig::{KeysSpec, OutputChoice, RetargetSpec, Rig, parse_spec},
 };
 
 use self::entries::{ENTRIES, Entry, left_thigh, only};
-use super::{
-    Failure,
-    edit::edited_clip,
-    files::in_config,
-    layer::laid_over,
-    report_page::{Escaped, Line, STYLE, line_plot},
-};
+use super::page::{Escaped, Line, STYLE, line_plot};
 
 /// The page. `walk` is a scene with a clip of a body that walks: [`crate::samples::walk_scene`].
 ///
@@ -43,9 +38,9 @@ pub fn edits_page(walk: &Scene) -> Result<String, Failure> {
 }
 
 fn section(page: &mut String, walk: &Scene, entry: &Entry) -> Result<(), Failure> {
-    let spec = parse_spec(entry.config.as_bytes()).map_err(in_config)?;
+    let spec = parse_spec(entry.config.as_bytes())?;
     let mut reporter = Reporter::new();
-    let rig = Rig::new("source", walk, None, &spec.source, &mut reporter).map_err(in_config)?;
+    let rig = Rig::new("source", walk, None, &spec.source, &mut reporter)?;
     let before = &walk.clips[0];
     let after = after(&rig, before, &spec, &mut reporter)?;
     let line = |clip: &Clip| Line { times_seconds: clip.times_seconds().to_vec(), values: entry.shown.of(&rig, clip) };

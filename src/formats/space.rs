@@ -1,22 +1,72 @@
-//! Bringing a scene and a clip into the axes and unit that an output format wants.
+//! Bringing a scene and a clip into the axes and unit that an output format wants, and writing them there.
 
 use std::sync::Arc;
 
 use glam::{DQuat, Quat, Vec3};
 
+use super::{FormatError, Space, TargetClips, WriteOptions, write, write_posed};
 use crate::model::{
-    Axes, Clip, ClipError, Joint, JointKeys, JointTracks, Payload, Scene, Skeleton, SparseKeys, Transform,
+    Axes, Clip, ClipError, Control, Joint, JointKeys, JointTracks, Payload, Reporter, Scene, Skeleton, SparseKeys,
+    Transform,
 };
+
+/// Encodes as [`write`], or where joints are posed as [`write_posed`], in the axes and unit of the format. `axes` and `unit_metres` are
+/// those that the target was found to have.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_in_space(
+    target: &Scene,
+    posed: Option<&[usize]>,
+    clip: &Clip,
+    (axes, unit_metres): (Axes, f64),
+    options: &WriteOptions,
+    control: &Control,
+    reporter: &mut Reporter,
+) -> Result<Vec<u8>, FormatError> {
+    let mut encode = |scene: &Scene, clip: &Clip| match posed {
+        Some(posed) => write_posed(scene, posed, clip, options, control, reporter),
+        None => write(scene, clip, options, control, reporter),
+    };
+    let is_ours = target.axes == Some(Axes::Y_UP_Z_FRONT) && target.unit_metres == Some(1.0);
+    let wants_ours = match options.format.info().space {
+        Space::Ours => true,
+        Space::OfTarget => false,
+        Space::SaidByTarget => target.axes.is_none(),
+    };
+    let conversion = Conversion::into_ours(axes, unit_metres);
+    if is_ours || !wants_ours || conversion.is_identity() {
+        return encode(target, clip);
+    }
+    let not_a_clip = |error: ClipError| FormatError::malformed("convert", "", error.to_string());
+    let mut scene = convert_scene(target, &conversion);
+    if options.target_clips == TargetClips::Keep {
+        let clips = target.clips.iter().map(|clip| convert_clip(clip.clone(), target, &conversion));
+        scene.clips = clips.collect::<Result<_, _>>().map_err(not_a_clip)?;
+    }
+    let keys = clip.sparse_keys().map(|keys| Arc::new(convert_keys(keys, target, &conversion)));
+    let clip = convert_clip(clip.clone(), target, &conversion).map_err(not_a_clip)?;
+    let clip = match keys {
+        Some(keys) => clip.with_sparse_keys(keys),
+        None => clip,
+    };
+    encode(&scene, &clip)
+}
 
 /// A rotation of the scene, and a factor on its lengths.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Conversion {
-    pub(super) rotation: DQuat,
-    pub(super) scale: f64,
+struct Conversion {
+    rotation: DQuat,
+    scale: f64,
 }
 
 impl Conversion {
-    pub(super) fn is_identity(&self) -> bool {
+    /// From the axes and unit that a side was found to have to +Y up, +Z front and metres.
+    fn into_ours(axes: Axes, unit_metres: f64) -> Self {
+        Self { rotation: axes.ours_from_this(), scale: unit_metres }
+    }
+
+    fn is_identity(&self) -> bool {
         self.rotation.dot(DQuat::IDENTITY).abs() > 1.0 - 1e-12 && (self.scale - 1.0).abs() < 1e-12
     }
 
@@ -34,7 +84,7 @@ impl Conversion {
 }
 
 /// The same scene in +Y up, +Z front and metres, without its clips and payload: what skeleton-only files are written from.
-pub(super) fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
+fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
     let convert = |joint: &Joint| {
         let rest = if joint.parent.is_some() { conversion.below(&joint.rest) } else { conversion.root(&joint.rest) };
         Joint { rest, ..joint.clone() }
@@ -61,7 +111,7 @@ pub(super) fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
 }
 
 /// The same clip likewise.
-pub(super) fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -> Result<Clip, ClipError> {
+fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -> Result<Clip, ClipError> {
     let rotation = conversion.rotation.as_quat();
     #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
     let scale = conversion.scale as f32;
@@ -80,7 +130,7 @@ pub(super) fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -
 }
 
 /// The keys of a clip likewise.
-pub(super) fn convert_keys(keys: &SparseKeys, scene: &Scene, conversion: &Conversion) -> SparseKeys {
+fn convert_keys(keys: &SparseKeys, scene: &Scene, conversion: &Conversion) -> SparseKeys {
     let rotation = conversion.rotation.as_quat();
     #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
     let scale = conversion.scale as f32;
@@ -93,11 +143,6 @@ pub(super) fn convert_keys(keys: &SparseKeys, scene: &Scene, conversion: &Conver
         }
     });
     SparseKeys { joints: joints.collect() }
-}
-
-/// From the axes and unit that a side was found to have to +Y up, +Z front and metres.
-pub(super) fn into_ours(axes: Axes, unit_metres: f64) -> Conversion {
-    Conversion { rotation: axes.ours_from_this(), scale: unit_metres }
 }
 
 #[cfg(test)]
@@ -117,7 +162,7 @@ mod tests {
         };
         let skeleton = Skeleton::new(vec![joint(None), joint(Some(0))]).expect("valid");
         let scene = Scene { skeleton, ..Scene::default() };
-        let conversion = into_ours("+z-y".parse().expect("axes"), 0.0254);
+        let conversion = Conversion::into_ours("+z-y".parse().expect("axes"), 0.0254);
         let ours = convert_scene(&scene, &conversion);
         let model = ours.skeleton.rest_pose().to_model(&ours.skeleton);
         let wanted = DVec3::new(0.0, 20.0 * 0.0254, 0.0);

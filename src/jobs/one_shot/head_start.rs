@@ -15,57 +15,57 @@ use std::{
 
 use tokio::sync::{OwnedSemaphorePermit, oneshot};
 
-use super::{Jobs, Ran, inputs::InputBytes, running::new_control};
 use crate::{
     engine::{Control, Failure},
-    store::{JobId, JobRecord},
+    jobs::Ran,
+    store::JobId,
 };
 
 /// Work that has begun.
 #[derive(Debug)]
-pub(super) struct HeadStart {
-    pub(super) control: Arc<Control>,
+pub(in crate::jobs) struct HeadStart {
+    pub(in crate::jobs) control: Arc<Control>,
     /// What it takes of the memory that jobs may have.
-    pub(super) memory: OwnedSemaphorePermit,
-    pub(super) work: BegunWork,
+    pub(in crate::jobs) memory: OwnedSemaphorePermit,
+    pub(in crate::jobs) work: BegunWork,
 }
 
 /// An engine that is at work.
 #[derive(Debug)]
-pub(super) struct BegunWork {
+pub(in crate::jobs) struct BegunWork {
     /// Since when.
-    pub(super) at: Instant,
+    pub(in crate::jobs) at: Instant,
     /// What will come of it; `None` when the engine panicked.
-    pub(super) outcome: oneshot::Receiver<Option<Result<Ran, Failure>>>,
+    pub(in crate::jobs) outcome: oneshot::Receiver<Option<Result<Ran, Failure>>>,
 }
 
 /// The work of this process that no worker has taken over yet, by job.
 #[derive(Debug, Default)]
-pub(super) struct HeadStarts(Mutex<BTreeMap<JobId, HeadStart>>);
+pub(in crate::jobs) struct HeadStarts(Mutex<BTreeMap<JobId, HeadStart>>);
 
 impl HeadStarts {
     fn lock(&self) -> MutexGuard<'_, BTreeMap<JobId, HeadStart>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn add(self: &Arc<Self>, id: &JobId, begun: HeadStart) -> Begun {
+    pub(super) fn add(self: &Arc<Self>, id: &JobId, begun: HeadStart) -> Begun {
         self.lock().insert(id.clone(), begun);
         Begun { head_starts: Arc::clone(self), id: id.clone() }
     }
 
     /// The work on a job, for the worker that has claimed it.
-    pub(super) fn take_over(&self, id: &JobId) -> Option<HeadStart> {
+    pub(in crate::jobs) fn take_over(&self, id: &JobId) -> Option<HeadStart> {
         self.lock().remove(id)
     }
 
-    pub(super) fn len(&self) -> usize {
+    pub(in crate::jobs) fn len(&self) -> usize {
         self.lock().len()
     }
 }
 
 /// Stops the work when it is dropped, unless a worker has taken it over.
 #[derive(Debug)]
-pub(super) struct Begun {
+pub(in crate::jobs) struct Begun {
     head_starts: Arc<HeadStarts>,
     id: JobId,
 }
@@ -75,23 +75,6 @@ impl Drop for Begun {
         if let Some(begun) = self.head_starts.take_over(&self.id) {
             begun.control.cancel();
         }
-    }
-}
-
-impl Jobs {
-    /// Has the work on a job begin that was admitted and is not in the store yet; `None` where it is to wait for its turn.
-    pub(super) async fn begin(&self, record: &JobRecord, files: Option<InputBytes>) -> Option<Begun> {
-        let (inner, files) = (&self.0, files?);
-        let is_alone = !inner.store.records().are_shared() && inner.engine.is_isolated();
-        let has_worker = || inner.running.at_work() + inner.head_starts.len() < inner.settings.workers.0;
-        if !is_alone || inner.running.is_alone() || !has_worker() || self.cached(record).await.is_some() {
-            return None;
-        }
-        let knowledge = self.knowledge(&record.principal, &record.request.rigs).await.ok()?;
-        let memory = inner.memory.clone().try_take(record.memory_bytes).filter(|_| has_worker())?;
-        let control = new_control();
-        let work = self.work(record.request.clone(), files, knowledge, Arc::clone(&control));
-        Some(inner.head_starts.add(&record.id, HeadStart { control, memory, work }))
     }
 }
 

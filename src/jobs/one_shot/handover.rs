@@ -10,12 +10,11 @@ use std::{
 };
 
 use bytes::Bytes;
-use tokio::sync::{broadcast, oneshot, watch};
+use tokio::sync::{oneshot, watch};
 
-use super::{JobSnapshot, Jobs, Refusal, changes::Change, head_start::Begun, inputs::InputBytes};
 use crate::{
     engine::Timings,
-    store::{FinishedJob, JobId, JobRecord, JobState, Principal, ResultRecord},
+    store::{JobId, JobRecord, ResultRecord},
 };
 
 /// The first file of a job that succeeded.
@@ -31,43 +30,12 @@ pub struct HandedFile {
     pub timings: Timings,
 }
 
-/// What came of waiting for a job.
-#[derive(Debug)]
-pub enum Awaited {
-    /// Its file.
-    File(Box<HandedFile>),
-    /// The job as it is when it has ended elsewhere or otherwise, or when it takes longer.
-    Job(Box<JobSnapshot>),
-}
-
-/// Waiting for the file of a job. Dropping it stops work on the job that no worker has taken over.
-#[derive(Debug)]
-pub struct Awaiting {
-    file: Option<Wanting>,
-    /// What became of the job from its beginning; nothing where it may have begun, or ended, before.
-    changes: Option<broadcast::Receiver<Change>>,
-    _begun: Option<Begun>,
-}
-
-impl Awaiting {
-    /// For a job that is in the store already.
-    pub(super) fn for_any(jobs: &Jobs, id: &JobId) -> Self {
-        Self { file: jobs.0.handovers.want(id), changes: None, _begun: None }
-    }
-
-    /// For a job that is about to be put there. With its files at hand, the work on it may begin.
-    pub(super) async fn for_new(jobs: &Jobs, record: &JobRecord, files: Option<InputBytes>) -> Self {
-        let changes = Some(jobs.0.changes.subscribe());
-        Self { file: jobs.0.handovers.want(&record.id), changes, _begun: jobs.begin(record, files).await }
-    }
-}
-
 /// How long the end of a job whose file is handed over is waited for: it takes milliseconds, where the store answers.
 const MOST_UNSETTLED: Duration = Duration::from_secs(2);
 
 /// Jobs whose file somebody waits for, and jobs whose end is not written yet although somebody has it.
 #[derive(Debug, Default)]
-pub(super) struct Handovers(Mutex<BTreeMap<JobId, Handover>>);
+pub(in crate::jobs) struct Handovers(Mutex<BTreeMap<JobId, Handover>>);
 
 #[derive(Debug)]
 enum Handover {
@@ -78,8 +46,8 @@ enum Handover {
 
 /// Somebody who waits for a job's file.
 #[derive(Debug)]
-struct Wanting {
-    file: oneshot::Receiver<HandedFile>,
+pub(super) struct Wanting {
+    pub(super) file: oneshot::Receiver<HandedFile>,
     handovers: Arc<Handovers>,
     id: JobId,
 }
@@ -97,7 +65,7 @@ impl Drop for Wanting {
 
 /// A file that was given: to be dropped when the end of its job is written.
 #[derive(Debug)]
-pub(super) struct Given {
+pub(in crate::jobs) struct Given {
     _unsettled: watch::Sender<()>,
     handovers: Arc<Handovers>,
     id: JobId,
@@ -115,7 +83,7 @@ impl Handovers {
     }
 
     /// Hears of the job's file from now on. The last who asks is given it; `None` where it is given already.
-    fn want(self: &Arc<Self>, id: &JobId) -> Option<Wanting> {
+    pub(super) fn want(self: &Arc<Self>, id: &JobId) -> Option<Wanting> {
         let (give, file) = oneshot::channel();
         let mut entries = self.lock();
         if matches!(entries.get(id), Some(Handover::Given(_))) {
@@ -127,7 +95,7 @@ impl Handovers {
     }
 
     /// Gives a job's file to who waits for it; `None` where nobody does.
-    fn give(self: &Arc<Self>, file: HandedFile) -> Option<Given> {
+    pub(super) fn give(self: &Arc<Self>, file: HandedFile) -> Option<Given> {
         let id = file.record.id.clone();
         let mut entries = self.lock();
         let Some(Handover::Wanted(give)) = entries.remove(&id) else { return None };
@@ -139,61 +107,13 @@ impl Handovers {
     }
 
     /// Waits until the end of a job is written whose file was given.
-    pub(super) async fn settled(&self, id: &JobId) {
+    pub(in crate::jobs) async fn settled(&self, id: &JobId) {
         let mut given = match self.lock().get(id) {
             Some(Handover::Given(settled)) => settled.clone(),
             _ => return,
         };
         // It closes without ever saying anything.
         let _ = tokio::time::timeout(MOST_UNSETTLED, given.changed()).await;
-    }
-}
-
-impl Jobs {
-    /// As [`Jobs::wait`], but where the job succeeds in this process its first file comes as soon as it is complete.
-    ///
-    /// # Errors
-    /// When there is none of that id.
-    pub async fn wait_for_file(
-        &self,
-        owner: &Principal,
-        id: &JobId,
-        awaiting: Awaiting,
-        longest: Duration,
-    ) -> Result<Awaited, Refusal> {
-        let Awaiting { file, changes, _begun } = awaiting;
-        let ended = async {
-            let job = match changes {
-                Some(changes) => self.wait_with(changes, owner, id, longest).await?,
-                None => self.wait(owner, id, longest).await?,
-            };
-            Ok(Awaited::Job(Box::new(job)))
-        };
-        let Some(mut wanting) = file else { return ended.await };
-        tokio::select! {
-            biased;
-            Ok(file) = &mut wanting.file => Ok(Awaited::File(Box::new(file))),
-            ended = ended => ended,
-        }
-    }
-
-    /// Gives the first file of a job that has succeeded to who waits for it. To be dropped when `end` is written.
-    pub(super) fn hand_over(
-        &self,
-        record: &JobRecord,
-        end: &FinishedJob,
-        timings: Timings,
-        bytes: Option<Bytes>,
-    ) -> Option<Given> {
-        let (result, bytes) = end.results.first().cloned().zip(bytes)?;
-        let record = JobRecord {
-            state: JobState::Succeeded,
-            warnings: end.warnings,
-            judgment: end.judgment.clone(),
-            cache_key: end.cache_key.clone(),
-            ..record.clone()
-        };
-        self.0.handovers.give(HandedFile { record, result, bytes, timings })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write as _};
 
-use super::inspect::{ClipView, FindingView, Inspection, RigView};
+use crate::engine::{ClipView, FindingView, Inspection, RigView};
 
 /// Roles that are less sure than this are shown with how sure they are.
 const SURE: f64 = 0.8;

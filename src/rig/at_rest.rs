@@ -1,107 +1,26 @@
-//! One rig with everything that retargeting needs to know about it.
+//! A rig in a rest pose that was found: what its joints mean, and how its space lies.
 
 use std::collections::BTreeMap;
 
 use glam::{DQuat, DVec3};
 
-use crate::model::{Axes, LocalPose, ModelPose, Reporter, Scene, SignedAxis, Skeleton};
+use crate::model::{Axes, ModelPose, Reporter, Scene, SignedAxis, Skeleton};
 
 use super::{
-    alignment::{CanonicalPose, canonical_rest},
     error::{SpecError, SpecErrorKind, SpecField},
-    recognition::{Hints, Recognition, RigKind, RigTemplate, body_frame, recognise, rest_pose_kind},
-    rest::{Rest, RestFit, RestSource, edit, find_rest, grounded, uploaded},
-    spec::{ClipChoice, RestSpec, RigSpec, UnitSpec},
+    lookup::find_joint,
+    recognition::{Hints, Recognition, RigTemplate, recognise},
+    rest::Rest,
+    rig::Rig,
+    spec::{RigSpec, UnitSpec},
 };
 
 /// Cosine below which the body's own axis contradicts the axis that the file declares.
 const CONTRADICTION_COSINE: f64 = 0.5;
 
-/// One rig: its scene, the pose that is measured from, what its joints mean and how its space lies.
-#[derive(Debug)]
-pub struct Rig<'a> {
-    /// `source` or `target`; the first part of every pointer into the spec.
-    pub name: &'static str,
-    /// The file.
-    pub scene: &'a Scene,
-    /// The local rest pose.
-    pub rest_local: LocalPose,
-    /// The same in model space.
-    pub rest: ModelPose,
-    /// Where it came from.
-    pub rest_source: RestSource,
-    /// Why it was taken from there, as a clause for people.
-    pub rest_reason: String,
-    /// What to write into a spec to get the same pose again, but for its edits.
-    pub rest_spec: RestSpec,
-    /// How the rest file was put onto this rig, where one was given.
-    pub rest_fit: Option<RestFit>,
-    /// Joints that keep their orientation in model space when this rig is aligned.
-    pub keep_pose: Vec<usize>,
-    /// What a joint points at, where the spec says it.
-    pub points_at: BTreeMap<usize, usize>,
-    /// What the joints mean.
-    pub recognition: Recognition,
-    /// Joints of each role, recognition and the spec's overrides together.
-    pub roles: BTreeMap<String, Vec<usize>>,
-    /// Turns the scene to +Y up, +Z front.
-    pub work_from_scene: DQuat,
-    /// The axes that this came from, nearest signed ones.
-    pub axes: Axes,
-    /// Metres per unit of the scene.
-    pub unit_metres: f64,
-}
-
 impl<'a> Rig<'a> {
-    /// Finds out about one rig.
-    ///
-    /// # Errors
-    /// When the file has no joints, or the spec names joints, clips or roles that do not exist.
-    pub fn new(
-        name: &'static str,
-        scene: &'a Scene,
-        rest_scene: Option<&Scene>,
-        spec: &RigSpec,
-        reporter: &mut Reporter,
-    ) -> Result<Self, SpecError> {
-        Self::with_templates(name, scene, rest_scene, spec, &[], reporter)
-    }
-
-    /// The same, with templates of the user's own, which are tried before the built-in ones.
-    ///
-    /// # Errors
-    /// As [`Self::new`].
-    pub fn with_templates(
-        name: &'static str,
-        scene: &'a Scene,
-        rest_scene: Option<&Scene>,
-        spec: &RigSpec,
-        templates: &[RigTemplate],
-        reporter: &mut Reporter,
-    ) -> Result<Self, SpecError> {
-        let skeleton = &scene.skeleton;
-        if skeleton.is_empty() {
-            return Err(SpecError::new(
-                SpecErrorKind::NoSkeleton,
-                format!("the {name} file has no joints"),
-                "send a file with a skeleton; 'retargetd inspect FILE' says what a file holds",
-            ));
-        }
-        let Some(rest_scene) = rest_scene else {
-            let rest = find_rest(name, scene, spec, templates, reporter)?;
-            return Self::resting(name, scene, rest, spec, templates, reporter);
-        };
-        // What the rest file is compared with: the rig as it rests by itself.
-        let plain = RigSpec { rest: RestSpec::default(), pose: Vec::new(), ..spec.clone() };
-        let own = find_rest(name, scene, &plain, templates, &mut Reporter::new())?;
-        let own = Self::resting(name, scene, own, &plain, templates, &mut Reporter::new())?;
-        let (rest, fit) = uploaded(&own, rest_scene, spec, templates, reporter)?;
-        let rig = Self::resting(name, scene, rest, spec, templates, reporter)?;
-        Ok(Self { rest_fit: Some(fit), ..rig })
-    }
-
-    /// A rig that rests in a pose that was found already, but for the edits of the spec.
-    pub(super) fn resting(
+    /// A rig that rests in a pose that was found.
+    pub(super) fn at_rest(
         name: &'static str,
         scene: &'a Scene,
         rest: Rest,
@@ -110,8 +29,7 @@ impl<'a> Rig<'a> {
         reporter: &mut Reporter,
     ) -> Result<Self, SpecError> {
         let skeleton = &scene.skeleton;
-        let Rest { pose: rest_local, source: rest_source, reason: rest_reason, spec: rest_spec, is_to_be_solved } =
-            rest;
+        let Rest { pose: rest_local, source: rest_source, reason: rest_reason, spec: rest_spec, .. } = rest;
         let rest = rest_local.to_model(skeleton);
         let recognition = recognise(skeleton, &rest, &Hints { templates, ..Hints::of(scene) });
         let roles = find_roles(name, skeleton, &recognition, spec)?;
@@ -138,31 +56,7 @@ impl<'a> Rig<'a> {
             unit_metres,
         };
         rig.name_alignment(spec)?;
-        if is_to_be_solved {
-            let from_nothing = rig.recognition.body.is_none();
-            let solved = canonical_rest(&rig, CanonicalPose::T, from_nothing).rest;
-            rig.take_rest(solved.to_local(skeleton));
-        }
-        if rig.rest_source == RestSource::Bind
-            && let Some(grounded) = grounded(&rig)
-        {
-            rig.take_rest(grounded);
-            rig.rest_reason.push_str("; it is put onto the floor");
-        }
-        if let Some(edited) = edit(&rig, &spec.pose)? {
-            rig.take_rest(edited);
-            rig.rest_reason.push_str("; the config edits it");
-        }
         Ok(rig)
-    }
-
-    /// Measures from another pose. What the joints mean and how the space lies stay.
-    fn take_rest(&mut self, pose: LocalPose) {
-        self.rest = pose.to_model(self.skeleton());
-        self.rest_local = pose;
-        self.recognition.body = body_frame(&self.recognition.roles, &self.rest).or(self.recognition.body);
-        self.recognition.rest_pose =
-            rest_pose_kind(&self.recognition.roles, &self.rest, self.recognition.body.as_ref());
     }
 
     /// Finds the joints that the spec names for alignment.
@@ -187,97 +81,6 @@ impl<'a> Rig<'a> {
         self.points_at = points_at;
         SpecError::from_fields(fields).map_or(Ok(()), Err)
     }
-
-    /// The skeleton.
-    #[must_use]
-    pub const fn skeleton(&self) -> &'a Skeleton {
-        &self.scene.skeleton
-    }
-
-    /// Up, in the scene's space.
-    #[must_use]
-    pub fn up(&self) -> DVec3 {
-        self.work_from_scene.conjugate() * DVec3::Y
-    }
-
-    /// Height of a joint at rest, in the scene's unit.
-    #[must_use]
-    pub fn rest_height(&self, joint: usize) -> f64 {
-        self.rest.transforms()[joint].translation.dot(self.up())
-    }
-
-    /// Whether it is an animal on four or more legs.
-    pub(super) fn stands_on_four(&self) -> bool {
-        self.recognition.is_body() && self.recognition.kind != RigKind::Biped
-    }
-
-    /// The joints of a role; empty where there is none.
-    #[must_use]
-    pub fn role(&self, role: &str) -> &[usize] {
-        self.roles.get(role).map_or(&[], Vec::as_slice)
-    }
-
-    /// Looks a joint up by name, by `#<node index>`, or by its name without a namespace.
-    ///
-    /// # Errors
-    /// When there is none; the error has the nearest names.
-    pub fn joint(&self, name: &str, pointer: &str) -> Result<usize, SpecField> {
-        find_joint(self.skeleton(), self.name, name, pointer)
-    }
-}
-
-fn find_joint(skeleton: &Skeleton, side: &str, name: &str, pointer: &str) -> Result<usize, SpecField> {
-    if let Some(joint) = skeleton.find(name) {
-        return Ok(joint);
-    }
-    let by_node = name.strip_prefix('#').and_then(|digits| digits.parse::<usize>().ok());
-    if let Some(joint) = by_node.and_then(|node| skeleton.joints().iter().position(|joint| joint.node == node)) {
-        return Ok(joint);
-    }
-    let bare = |joint: &crate::model::Joint| joint.name.rsplit([':', '|']).next() == Some(name);
-    let mut without_namespace = (0..skeleton.len()).filter(|index| bare(&skeleton.joints()[*index]));
-    if let (Some(joint), None) = (without_namespace.next(), without_namespace.next()) {
-        return Ok(joint);
-    }
-    let detail = format!("the {side} skeleton has no joint '{name}'");
-    let names = skeleton.joints().iter().map(|joint| joint.name.as_str());
-    Err(SpecField::new(SpecErrorKind::UnknownJoint, pointer, detail).with_nearest(name, names))
-}
-
-/// The clip that a spec names, on one side.
-///
-/// # Errors
-/// When the file has no such clip; the error lists those that it has, and the nearest names.
-pub fn find_clip(scene: &Scene, choice: &ClipChoice, side: &str, pointer: &str) -> Result<usize, SpecField> {
-    let found = match choice {
-        ClipChoice::Index(index) => (*index < scene.clips.len()).then_some(*index),
-        ClipChoice::Name(name) => scene.clips.iter().position(|clip| clip.name() == name),
-    };
-    found.ok_or_else(|| {
-        let names: Vec<&str> = scene.clips.iter().map(crate::model::Clip::name).collect();
-        let (detail, name) = match (choice, names.len()) {
-            (_, 0) => (format!("the {side} file has no clips"), ""),
-            (ClipChoice::Index(index), 1) => {
-                (format!("the {side} file has no clip {index}; it has one, which is clip 0: {}", list(&names)), "")
-            }
-            (ClipChoice::Index(index), count) => {
-                let last = count - 1;
-                (format!("the {side} file has no clip {index}; its clips are 0 to {last}: {}", list(&names)), "")
-            }
-            (ClipChoice::Name(name), _) => {
-                (format!("the {side} file has no clip '{name}'; its clips are: {}", list(&names)), name.as_str())
-            }
-        };
-        SpecField::new(SpecErrorKind::UnknownName, pointer, detail).with_nearest(name, names)
-    })
-}
-
-/// Names for a message; a file may have hundreds.
-fn list(names: &[&str]) -> String {
-    const MOST: usize = 12;
-    let shown: Vec<String> = names.iter().take(MOST).map(|name| format!("'{name}'")).collect();
-    let more = if names.len() > MOST { format!(" and {} more", names.len() - MOST) } else { String::new() };
-    format!("{}{more}", shown.join(", "))
 }
 
 fn find_roles(

@@ -1,0 +1,20 @@
+//! What a task is done with, whichever it is.
+
+use crate::{
+    formats::Limits,
+    model::{Control, Reporter},
+    rig::RetargetSpec,
+};
+
+use super::Knowledge;
+
+/// What every task is done with.
+pub(super) struct Work<'a> {
+    pub(super) spec: RetargetSpec,
+    pub(super) knowledge: &'a Knowledge,
+    pub(super) limits: &'a Limits,
+    pub(super) control: &'a Control,
+    /// When it began, by the control's clock.
+    pub(super) begin: f64,
+    pub(super) reporter: Reporter,
+}

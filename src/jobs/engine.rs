@@ -1,0 +1,256 @@
+//! The engine as the service sees it.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    engine::{
+        self, Control, EditInputs, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Outcome,
+        Output, PoseChoice, PoseInputs, Task, Timings,
+    },
+    store::{JobVerdict, Judgment},
+};
+
+/// What the engine can be asked, as plain data: the files go beside it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Question {
+    /// The source's clip on the target.
+    Retarget,
+    /// The source's clip, edited.
+    Edit,
+    /// The target in a pose: that one, or the one that the config says.
+    Pose {
+        /// Which.
+        to: Option<PoseChoice>,
+    },
+    /// What the source holds.
+    Inspect,
+    /// What a retarget would do.
+    Propose,
+    /// Why a joint of the result is turned as it is.
+    Explain {
+        /// At that frame.
+        frame: usize,
+        /// Of the target.
+        joint: String,
+    },
+    /// The config as it is understood.
+    CheckConfig,
+}
+
+/// The files of a question.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Files<'a> {
+    /// The file with the animation.
+    pub source: Option<NamedBytes<'a>>,
+    /// The file with the character.
+    pub target: Option<NamedBytes<'a>>,
+    /// The source rig in its rest pose.
+    pub source_rest: Option<NamedBytes<'a>>,
+    /// The target rig in its rest pose.
+    pub target_rest: Option<NamedBytes<'a>>,
+    /// The retarget spec.
+    pub config: Option<NamedBytes<'a>>,
+}
+
+/// A question with everything that its answer depends on.
+#[derive(Clone, Debug)]
+pub struct Asked<'a> {
+    /// What is asked.
+    pub question: Question,
+    /// Of what.
+    pub files: Files<'a>,
+    /// The formats wanted. Empty: what the config says.
+    pub formats: &'a [Format],
+    /// What users taught beside what the program knows.
+    pub knowledge: &'a Knowledge,
+    /// How large files may be.
+    pub limits: &'a Limits,
+}
+
+/// What the engine says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Answer {
+    /// To a task: what it gave.
+    Ran(Box<Ran>),
+    /// To everything else: a JSON object.
+    Document(serde_json::Value),
+}
+
+/// A file that came out.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MadeFile {
+    /// The file.
+    pub output: Output,
+    /// The SHA-256 of its bytes in hexadecimal, where it was found on the way.
+    pub sha256: Option<String>,
+}
+
+/// What a retarget gave, as plain data that can come from anywhere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ran {
+    /// The files.
+    pub outputs: Vec<MadeFile>,
+    /// What was measured, as JSON.
+    pub report: String,
+    /// The spec with everything found out filled in, as JSON.
+    pub resolved_spec: String,
+    /// How long each phase took.
+    pub timings: Timings,
+    /// How many warnings the report has.
+    pub warnings: u64,
+    /// What the report says of the result as a whole.
+    pub judgment: Option<Judgment>,
+}
+
+impl TryFrom<Outcome> for Ran {
+    type Error = Failure;
+
+    fn try_from(outcome: Outcome) -> Result<Self, Failure> {
+        let Outcome { outputs, report, resolved_spec } = outcome;
+        Ok(Self {
+            outputs: outputs.into_iter().map(|output| MadeFile { output, sha256: None }).collect(),
+            resolved_spec: resolved_spec.to_string(),
+            timings: report.timings,
+            warnings: report.warnings.len() as u64,
+            judgment: report.measures.as_ref().map(|measures| Judgment {
+                verdict: JobVerdict::from_name(measures.verdict.name()).unwrap_or(JobVerdict::NotApplicable),
+                reason: measures.verdict_reason.clone(),
+                coverage: measures.coverage,
+            }),
+            report: serde_json::to_string(&report).map_err(|error| no_json(&error))?,
+        })
+    }
+}
+
+/// What does the work. Handed in, so that tests of the scheduling need no real files.
+pub trait Engine: Send + Sync + 'static {
+    /// Whether a file that brings the engine down does no harm to this process.
+    fn is_isolated(&self) -> bool {
+        false
+    }
+
+    /// Answers. Must look at `control` every few milliseconds.
+    ///
+    /// # Errors
+    /// As the function of [`engine`] that answers that question.
+    fn ask(&self, asked: &Asked<'_>, control: &Control) -> Result<Answer, Failure>;
+
+    /// Lets go of what has not been used for a while; to be called from time to time.
+    fn tidy(&self) {}
+}
+
+/// The real one.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RetargetEngine;
+
+impl Engine for RetargetEngine {
+    fn ask(&self, asked: &Asked<'_>, control: &Control) -> Result<Answer, Failure> {
+        let knowledge = asked.knowledge.parsed()?;
+        let (knowledge, limits, files) = (knowledge.as_ref(), asked.limits, &asked.files);
+        if let Some(task) = asked.task()? {
+            return Ok(Answer::Ran(Box::new(engine::run(&task, knowledge, limits, control)?.try_into()?)));
+        }
+        match &asked.question {
+            Question::Inspect => document(engine::inspect_with(files.source()?, knowledge, limits, control)?),
+            Question::Explain { frame, joint } => {
+                let question = engine::Question { frame: *frame, joint };
+                document(engine::explain_with(&asked.pair()?, &question, knowledge, limits, control)?)
+            }
+            Question::CheckConfig => {
+                let config = files.config.ok_or_else(|| missing("config"))?;
+                engine::check_config(config).map(Answer::Document)
+            }
+            _ => document(engine::propose_with(&asked.pair()?, knowledge, limits, control)?),
+        }
+    }
+}
+
+impl<'a> Files<'a> {
+    fn source(&self) -> Result<NamedBytes<'a>, Failure> {
+        self.source.ok_or_else(|| missing("source"))
+    }
+
+    fn target(&self) -> Result<NamedBytes<'a>, Failure> {
+        self.target.ok_or_else(|| missing("target"))
+    }
+}
+
+impl<'a> Asked<'a> {
+    /// A question about a config alone.
+    #[must_use]
+    pub fn of_config(config: NamedBytes<'a>, knowledge: &'a Knowledge, limits: &'a Limits) -> Self {
+        let files = Files { config: Some(config), ..Files::default() };
+        Self { question: Question::CheckConfig, files, formats: &[], knowledge, limits }
+    }
+
+    /// The task that is asked for; nothing where the question is another one.
+    fn task(&self) -> Result<Option<Task<'a>>, Failure> {
+        let Files { source, target, source_rest, target_rest, config } = self.files;
+        let formats = self.formats;
+        Ok(Some(match &self.question {
+            Question::Retarget => Task::Retarget(self.inputs(self.files.source()?, self.files.target()?)),
+            Question::Edit => Task::Edit(EditInputs {
+                source: self.files.source()?,
+                source_rest,
+                unread_target: target.is_some(),
+                config,
+                formats,
+            }),
+            Question::Pose { to } => {
+                let target = self.files.target()?;
+                Task::Pose(PoseInputs { target, target_rest, source, source_rest, to: *to, config, formats })
+            }
+            Question::Inspect | Question::Propose | Question::Explain { .. } | Question::CheckConfig => {
+                return Ok(None);
+            }
+        }))
+    }
+
+    /// Both files of a retarget; one that is alone, such as that of an edit, stands for both.
+    fn pair(&self) -> Result<Inputs<'a>, Failure> {
+        let Files { source, target, .. } = self.files;
+        let source = source.or(target).ok_or_else(|| missing("source"))?;
+        Ok(self.inputs(source, target.unwrap_or(source)))
+    }
+
+    const fn inputs(&self, source: NamedBytes<'a>, target: NamedBytes<'a>) -> Inputs<'a> {
+        let Files { source_rest, target_rest, config, .. } = self.files;
+        Inputs { source, target, source_rest, target_rest, config, formats: self.formats }
+    }
+}
+
+impl Answer {
+    /// What a task gave.
+    ///
+    /// # Errors
+    /// When it is the answer to another question.
+    pub fn ran(self) -> Result<Ran, Failure> {
+        match self {
+            Self::Ran(ran) => Ok(*ran),
+            Self::Document(_) => Err(Failure::new(FailureCode::Internal, "a document is no result of a task")),
+        }
+    }
+
+    /// The document.
+    ///
+    /// # Errors
+    /// When it is the answer to another question.
+    pub fn document(self) -> Result<serde_json::Value, Failure> {
+        match self {
+            Self::Document(document) => Ok(document),
+            Self::Ran(_) => Err(Failure::new(FailureCode::Internal, "the result of a task is no document")),
+        }
+    }
+}
+
+fn missing(part: &'static str) -> Failure {
+    Failure::new(FailureCode::Internal, format!("the file '{part}' is missing")).in_part(part)
+}
+
+fn document(answer: impl Serialize) -> Result<Answer, Failure> {
+    serde_json::to_value(answer).map(Answer::Document).map_err(|error| no_json(&error))
+}
+
+fn no_json(error: &serde_json::Error) -> Failure {
+    Failure::new(FailureCode::Internal, format!("the answer is no JSON: {error}"))
+}

@@ -1,0 +1,12 @@
+//! What the engine found out, for people: the report and the edits as pages of HTML, the rest as text for a terminal.
+
+mod edits;
+mod explanation;
+mod inspection;
+mod joint_table;
+mod page;
+mod proposal;
+
+pub use edits::edits_page;
+pub use joint_table::JointTable;
+pub use page::report_page;
