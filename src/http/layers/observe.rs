@@ -10,7 +10,7 @@ use axum::{
 
 use super::{
     RequestId,
-    trace::{Asked, Came, TraceId},
+    trace::{Asked, Came, TraceId, standard_method},
 };
 use crate::{
     http::auth::Caller,
@@ -67,10 +67,4 @@ pub(super) async fn observe(mut request: Request, next: Next) -> Response {
     let labels = [("route", route), ("method", method.to_owned()), ("status", status.to_string())];
     Metric::HttpRequests.count(labels, 1);
     response
-}
-
-/// Anybody can send any word as a method; labels are of a closed set.
-pub(super) fn standard_method(method: &str) -> &'static str {
-    const KNOWN: [&str; 7] = ["GET", "POST", "DELETE", "HEAD", "PUT", "PATCH", "OPTIONS"];
-    KNOWN.into_iter().find(|known| *known == method).unwrap_or("other")
 }

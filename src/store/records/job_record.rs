@@ -367,6 +367,17 @@ pub struct BatchPlace {
     pub item: u64,
 }
 
+/// A job that a worker has, as the worker reports it.
+#[derive(Clone, Debug)]
+pub struct Held {
+    /// The job.
+    pub id: JobId,
+    /// The worker's hold on it.
+    pub lease: LeaseId,
+    /// How far it is.
+    pub progress: StoredProgress,
+}
+
 /// Which jobs are taken up: a job of a batch waits behind those that its caller asked for one by one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Lane {

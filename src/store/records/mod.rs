@@ -45,11 +45,11 @@ pub use events::{EventReach, EventRecord};
 pub use faults::{Faults, Moment};
 pub use job_lists::{Holdings, JobFilter};
 pub use job_record::{
-    Added, BatchPlace, ConfigDocument, Ended, FinishedJob, Idempotency, InputRole, JobFailure, JobInput, JobKind,
+    Added, BatchPlace, ConfigDocument, Ended, FinishedJob, Held, Idempotency, InputRole, JobFailure, JobInput, JobKind,
     JobRecord, JobRequest, JobState, JobTask, Lane, StoredFieldError, StoredProgress, VersionedName,
 };
 pub use notices::{Listener, Notice};
-pub use queue::{AfterCrash, Claim, GiveBack, Held, QueueDepth};
+pub use queue::{AfterCrash, Claim, GiveBack, QueueDepth};
 pub use record_counts::RecordCounts;
 pub use result_cache::CachedResults;
 pub use verdict::{JobVerdict, Judgment};

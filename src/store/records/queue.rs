@@ -20,7 +20,7 @@ use jiff::Timestamp;
 use sqlx::{Any, Row, Transaction};
 
 use super::{
-    FinishedJob, JobRecord, JobState, Lane, Records, StoredProgress, count,
+    FinishedJob, Held, JobRecord, JobState, Lane, Records, count,
     database::{CHUNK, ours, places},
     engine_time::{BRIEF, Wanted, used},
     jobs::{COLUMNS, read, to_json},
@@ -44,17 +44,6 @@ pub enum Claim {
     NothingFor(Duration),
     /// Nothing.
     Nothing,
-}
-
-/// A job that a worker has, as the worker reports it.
-#[derive(Clone, Debug)]
-pub struct Held {
-    /// The job.
-    pub id: JobId,
-    /// The worker's hold on it.
-    pub lease: LeaseId,
-    /// How far it is.
-    pub progress: StoredProgress,
 }
 
 /// Why a worker gives a job back.
