@@ -13,7 +13,7 @@ use crate::{
     editing::{Gaze, is_look, moved_morphs},
     model::{
         Axes, Clip, Control, Joint, JointTracks, ModelPose, Morph, MorphPlace, MorphTrack, Reporter, Scene, Skeleton,
-        Track, Transform, VRM_EXPRESSIONS,
+        Track, Transform, VRM_EXPRESSIONS, rotation::next_to,
     },
     rig::{
         Align, HumanoidBone, MorphsSpec, PoseChoice, Rig, floors, map_morphs, missing_bones, morph_meaning,
@@ -159,8 +159,8 @@ impl<'a> Figure<'a> {
                 turned[index] = work * pose.transforms()[bone.turned_by].rotation * undo[index];
                 let above = bone.parent.map_or(DQuat::IDENTITY, |parent| turned[parent].conjugate());
                 let turn = (above * turned[index]).normalize().as_quat();
-                let is_far = turns[index].last().is_some_and(|before: &Quat| before.dot(turn) < 0.0);
-                turns[index].push(if is_far { -turn } else { turn });
+                let before: Option<Quat> = turns[index].last().copied();
+                turns[index].push(next_to(turn, before));
             }
             hips.push((self.position(&pose, &self.bones[0]) + DVec3::Y * self.raised.1).as_vec3());
         }

@@ -11,6 +11,7 @@ mod control;
 mod look_at;
 mod morph;
 mod pose;
+pub mod rotation;
 mod scene;
 mod skeleton;
 mod skin_points;

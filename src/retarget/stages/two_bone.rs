@@ -2,6 +2,8 @@
 
 use glam::{DQuat, DVec3};
 
+use crate::model::rotation::{signed_angle, smootherstep};
+
 /// Below this sine of the bend, the plane of the limb is not taken from where its joints are but from its hinge.
 const SURE_SINE: f64 = 0.1;
 /// A limb whose bend changes by less than this share of it stays in its plane, however straight it is.
@@ -95,8 +97,8 @@ impl TwoBone {
         let sine = normal.length();
         let normal = if normal.dot(hinge) < 0.0 { -normal } else { normal };
         let change = wanted_bend - sine.atan2(upper.dot(lower) / (upper.length() * lower.length()));
-        let sure =
-            smooth(sine / SURE_SINE).max(1.0 - smooth(change.abs() / (LITTLE_CHANGE * sine).max(f64::MIN_POSITIVE)));
+        let sure = smootherstep(sine / SURE_SINE)
+            .max(1.0 - smootherstep(change.abs() / (LITTLE_CHANGE * sine).max(f64::MIN_POSITIVE)));
         (normal.normalize_or_zero() * sure + hinge * (1.0 - sure)).normalize_or(hinge)
     }
 }
@@ -106,9 +108,9 @@ impl TwoBone {
 /// robots, and rigs whose rest pose says nothing about the hinge.
 fn relaxed(wanted: f64, now: f64) -> f64 {
     let backward = (-now).max(0.0);
-    let fade = 1.0 - smooth((wanted - backward) / SURE_BEND);
+    let fade = 1.0 - smootherstep((wanted - backward) / SURE_BEND);
     let forward = wanted - 2.0 * backward.min(wanted) * fade;
-    let is_meant = smooth((backward - SURE_BEND) / SURE_BEND);
+    let is_meant = smootherstep((backward - SURE_BEND) / SURE_BEND);
     forward + (-wanted - forward) * is_meant
 }
 
@@ -132,16 +134,6 @@ pub(super) fn soft(distance: f64, length: f64, softness: f64) -> f64 {
 }
 
 /// 0 below 0, 1 above 1, and smooth between.
-pub(super) fn smooth(value: f64) -> f64 {
-    let value = value.clamp(0.0, 1.0);
-    value * value * value * (value * (value * 6.0 - 15.0) + 10.0)
-}
-
-/// The angle from one direction to another about an axis that is perpendicular to both.
-pub(super) fn signed_angle(from: DVec3, to: DVec3, axis: DVec3) -> f64 {
-    axis.dot(from.cross(to)).atan2(from.dot(to))
-}
-
 /// The shortest rotation between two directions; half a turn about `axis` where they are opposite, nothing where one has no
 /// length.
 pub(super) fn arc(from: DVec3, to: DVec3, axis: DVec3) -> DQuat {
