@@ -6,6 +6,8 @@
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 
+use crate::model::rotation::near;
+
 use crate::{
     model::{Canceled, Clip, ClipError, Control, JointContacts, JointTracks, MorphTrack, Skeleton, Track},
     rig::{LayerMode, LayerReference},
@@ -14,7 +16,7 @@ use crate::{
 use super::{
     sampling::Sampling,
     schedule::Schedule,
-    seams::{Seams, frames_inside, near},
+    seams::{Seams, frames_inside},
 };
 
 /// How a motion goes over a base.

@@ -3,7 +3,10 @@
 use glam::{DQuat, DVec3, Vec3};
 
 use crate::{
-    model::{Clip, JointContacts, JointTracks, MorphTrack, Skeleton, Track},
+    model::{
+        Clip, JointContacts, JointTracks, MorphTrack, Skeleton, Track,
+        rotation::{smoothstep, twist},
+    },
     rig::{LoopRoot, LoopSpec},
 };
 
@@ -27,7 +30,7 @@ impl Travel {
         let turn = match &tracks.rotation {
             Track::Sampled(rotations) => {
                 let (first, last) = (rotations[0].as_dquat(), rotations[rotations.len() - 1].as_dquat());
-                twist_about((last * first.conjugate()).normalize(), up)
+                twist((last * first.conjugate()).normalize(), up)
             }
             Track::Rest | Track::Constant(_) => DQuat::IDENTITY,
         };
@@ -38,13 +41,6 @@ impl Travel {
     fn then(self, next: Self) -> Self {
         Self { turn: (self.turn * next.turn).normalize(), way: self.way + self.turn * next.way }
     }
-}
-
-/// The part of a rotation that turns about an axis; none for a rotation by half a turn about an axis square to it.
-fn twist_about(rotation: DQuat, axis: DVec3) -> DQuat {
-    let along = DVec3::new(rotation.x, rotation.y, rotation.z).dot(axis);
-    let twist = DQuat::from_xyzw(axis.x * along, axis.y * along, axis.z * along, rotation.w);
-    if twist.length_squared() < 1e-24 { DQuat::IDENTITY } else { twist.normalize() }
 }
 
 /// Bends the last `blend_seconds` toward the first frame, and plays the clip `times` times. The last frame of one pass is the first of the
@@ -72,7 +68,7 @@ pub(super) fn make_loop(clip: &Clip, skeleton: &Skeleton, up: DVec3, rule: &Loop
         .iter()
         .map(|time| {
             let left = duration - (time - start);
-            if rule.blend_seconds > left { smooth(1.0 - left / rule.blend_seconds.min(duration)) } else { 0.0 }
+            if rule.blend_seconds > left { smoothstep(1.0 - left / rule.blend_seconds.min(duration)) } else { 0.0 }
         })
         .collect();
     let times = rule.times as usize;
@@ -146,11 +142,6 @@ fn rotation_above(clip: &Clip, skeleton: &Skeleton, joint: usize) -> DQuat {
         above = skeleton.parent(parent);
     }
     rotation.normalize()
-}
-
-fn smooth(share: f64) -> f64 {
-    let share = share.clamp(0.0, 1.0);
-    share * share * (3.0 - 2.0 * share)
 }
 
 fn repeat<T: Copy>(track: &Track<T>, times: usize, value: impl Fn(&[T], usize, usize) -> T) -> Track<T> {

@@ -8,7 +8,10 @@
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 use crate::{
-    model::{Clip, ClipError, JointContacts, JointTracks, ModelPose, MorphTrack, Skeleton, Track, Transform},
+    model::{
+        Clip, ClipError, JointContacts, JointTracks, ModelPose, MorphTrack, Skeleton, Track, Transform,
+        rotation::next_to,
+    },
     rig::{MirrorPlane, Rig, Role, Side},
 };
 
@@ -110,10 +113,7 @@ impl<'a> Mirror<'a> {
             self.mirror_pose(pose.transforms(), &onto_start, &mut mirrored);
             for joint in (0..count).filter(|joint| touched[*joint]) {
                 let local = &mirrored.local[joint];
-                let mut rotation = local.rotation.normalize().as_quat();
-                if frame > 0 && rotation.dot(before[joint]) < 0.0 {
-                    rotation = -rotation;
-                }
+                let rotation = next_to(local.rotation.normalize().as_quat(), (frame > 0).then_some(before[joint]));
                 before[joint] = rotation;
                 let sampled = &mut joints[joint];
                 sampled.rotations.push(rotation);

@@ -4,7 +4,7 @@ use std::ops::{Add, Mul};
 
 use glam::{Quat, Vec3, Vec4};
 
-use crate::model::{JointContacts, JointTracks, MorphTrack, Track};
+use crate::model::{JointContacts, JointTracks, MorphTrack, Track, rotation::near};
 
 use super::schedule::Schedule;
 
@@ -212,7 +212,7 @@ impl Value for Quat {
     }
 
     fn near(self, other: Self) -> Self {
-        if self.dot(other) < 0.0 { -self } else { self }
+        near(self, other)
     }
 
     fn between(self, next: Self, share: f32) -> Self {

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 
-use crate::model::Track;
+use crate::model::{Track, rotation::near};
 
 /// Where the layered values begin and end, and how their jumps die away.
 pub(super) struct Seams<'a> {
@@ -100,9 +100,4 @@ pub(super) fn frames_inside(times: &[f64], begin: f64, end: f64) -> Range<usize>
     let first = times.partition_point(|time| *time < begin - SAME);
     let after = times.partition_point(|time| *time <= end + SAME);
     first..after.max(first)
-}
-
-/// The same rotation, written as close to another as it can be.
-pub(super) fn near(rotation: DQuat, other: DQuat) -> DQuat {
-    if rotation.dot(other) < 0.0 { -rotation } else { rotation }
 }

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::{
     formats::Limits,
-    model::{Control, ModelPose, Phase, Reporter, Transform},
+    model::{Control, ModelPose, Phase, Reporter, Transform, rotation::degrees},
     retarget::{DriverKind, JointExplanation, Plan, explain_joint},
     rig::{Mapping, Op, RetargetSpec, Rig, SpecErrorKind, SpecField},
 };
@@ -281,10 +281,6 @@ fn kinematic_contributions(
 fn contribution(name: String, about: &'static str, rotation: DQuat) -> Contribution {
     let rotation = if rotation.w < 0.0 { -rotation } else { rotation };
     Contribution { name, about, rotation: rotation.into(), degrees: degrees(rotation), moved_metres: None }
-}
-
-fn degrees(rotation: DQuat) -> f64 {
-    (2.0 * rotation.xyz().length().atan2(rotation.w.abs())).to_degrees()
 }
 
 fn sources(source: &Rig<'_>, explained: &JointExplanation, pose: &ModelPose) -> Vec<SourceView> {

@@ -12,6 +12,7 @@ mod humanoid;
 mod look_at;
 mod morph;
 mod pose;
+pub mod rotation;
 mod scene;
 mod skeleton;
 mod skin_points;

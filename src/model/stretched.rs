@@ -384,8 +384,7 @@ fn rotations(frames: &[Transform]) -> Track<Quat> {
     let mut values: Vec<Quat> = Vec::with_capacity(frames.len());
     for frame in frames {
         let rotation = frame.rotation.as_quat().normalize();
-        let turns_over = values.last().is_some_and(|before| before.dot(rotation) < 0.0);
-        values.push(if turns_over { -rotation } else { rotation });
+        values.push(super::rotation::next_to(rotation, values.last().copied()));
     }
     Track::Sampled(values).compacted()
 }

@@ -74,11 +74,7 @@ impl Track<Quat> {
     #[must_use]
     pub fn on_one_hemisphere(mut self) -> Self {
         if let Self::Sampled(values) = &mut self {
-            for index in 1..values.len() {
-                if values[index].dot(values[index - 1]) < 0.0 {
-                    values[index] = -values[index];
-                }
-            }
+            super::rotation::join_hemispheres(values);
         }
         self
     }

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::model::{LocalPose, ModelPose, Transform};
+use crate::model::{LocalPose, ModelPose, Transform, rotation::smoothstep};
 
 use super::{
     spec::{Carry, RotationMode, TranslationMode},
@@ -249,10 +249,7 @@ impl CrotchRule {
     pub fn raise(&self, source: DVec3) -> f64 {
         let height = source.dot(self.up) - self.source_floor;
         let crotch = height - self.source_below;
-        let fade = self.faded_at.map_or(1.0, |faded_at| {
-            let share = 1.0 - (crotch / faded_at).clamp(0.0, 1.0);
-            share * share * (3.0 - 2.0 * share)
-        });
+        let fade = self.faded_at.map_or(1.0, |faded_at| smoothstep(1.0 - (crotch / faded_at).clamp(0.0, 1.0)));
         self.weight * fade * (self.ratio * crotch + self.target_below - self.scale * height)
     }
 }

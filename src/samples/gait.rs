@@ -4,7 +4,10 @@ use std::f64::consts::TAU;
 
 use glam::{DQuat, DVec3, dvec3};
 
-use crate::model::{Clip, JointTracks, LocalPose, ModelPose, Track, Transform};
+use crate::model::{
+    Clip, JointTracks, LocalPose, ModelPose, Track, Transform,
+    rotation::{next_to, smoothstep},
+};
 
 use super::figure::{Figure, y_along_toward};
 
@@ -41,8 +44,7 @@ pub(super) fn walk(figure: &Figure) -> Clip {
         let mut rotations: Vec<glam::Quat> = Vec::with_capacity(poses.len());
         for pose in &poses {
             let rotation = pose.transforms()[joint].rotation.as_quat().normalize();
-            let flipped = rotations.last().is_some_and(|before| before.dot(rotation) < 0.0);
-            rotations.push(if flipped { -rotation } else { rotation });
+            rotations.push(next_to(rotation, rotations.last().copied()));
         }
         let translations = poses.iter().map(|pose| pose.transforms()[joint].translation.as_vec3()).collect();
         // Only the hips travel; the length of a bone is no animation.
@@ -216,7 +218,7 @@ impl<'a> Walker<'a> {
         let push = |pitch: f64| planted(step) + about(ball, pitch);
 
         if phase < FLAT_FROM {
-            let pitch = STRIKE_PITCH * (1.0 - smooth(phase / FLAT_FROM));
+            let pitch = STRIKE_PITCH * (1.0 - smoothstep(phase / FLAT_FROM));
             FootPlan { ankle: strike(step, pitch), pitch, toe_pitch: pitch }
         } else if phase < TOE_OFF {
             let part = ((phase - HEEL_OFF) / (TOE_OFF - HEEL_OFF)).max(0.0);
@@ -227,9 +229,9 @@ impl<'a> Walker<'a> {
             let (from, to) = (push(PUSH_PITCH), strike(step + 1.0, STRIKE_PITCH));
             let lift = 0.045 * (part * std::f64::consts::PI).sin();
             // Leaves slowly, arrives slowly, as the foot's speed must match the ground's at both ends.
-            let ankle = from.lerp(to, smooth(part)) + DVec3::Y * lift;
-            let pitch = PUSH_PITCH + (STRIKE_PITCH - PUSH_PITCH) * smooth((part * 1.15).min(1.0));
-            FootPlan { ankle, pitch, toe_pitch: pitch * smooth((part * 2.5).min(1.0)) }
+            let ankle = from.lerp(to, smoothstep(part)) + DVec3::Y * lift;
+            let pitch = PUSH_PITCH + (STRIKE_PITCH - PUSH_PITCH) * smoothstep((part * 1.15).min(1.0));
+            FootPlan { ankle, pitch, toe_pitch: pitch * smoothstep((part * 2.5).min(1.0)) }
         }
     }
 }
@@ -241,11 +243,6 @@ fn knee(hip: DVec3, ankle: DVec3, upper: f64, lower: f64, forward: DVec3) -> DVe
     let along = (reach * reach + upper * upper - lower * lower) / (2.0 * reach);
     let aside = (upper * upper - along * along).max(0.0).sqrt();
     hip + axis * along + forward.reject_from_normalized(axis).normalize() * aside
-}
-
-/// From 0 to 1 with a slope of zero at both ends.
-fn smooth(part: f64) -> f64 {
-    part * part * (3.0 - 2.0 * part)
 }
 
 fn index(figure: &Figure, name: &str) -> usize {

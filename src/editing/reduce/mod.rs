@@ -17,7 +17,7 @@ use crate::{
     rig::KeyInterpolation,
 };
 
-use super::seams::near;
+use crate::model::rotation::near;
 
 use fit::{Allowed, Keys, Kind, fit};
 

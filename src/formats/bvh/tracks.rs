@@ -6,7 +6,7 @@ use super::{
     angles::sin_cos,
     hierarchy::{Channel, Hierarchy},
 };
-use crate::model::{JointTracks, Track};
+use crate::model::{JointTracks, Track, rotation::near};
 
 /// Half a degree: a quaternion turns by twice its angle.
 const HALF_RADIANS: f64 = std::f64::consts::PI / 360.0;
@@ -82,9 +82,7 @@ impl<'a> Growing<'a> {
                 self.translations.push(position.as_vec3());
             }
             if self.is_turned {
-                if rotation.dot(self.previous) < 0.0 {
-                    rotation = -rotation;
-                }
+                rotation = near(rotation, self.previous);
                 self.previous = rotation;
                 // A product of a few unit quaternions is one.
                 self.rotations.push(rotation.as_quat());

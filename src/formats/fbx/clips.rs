@@ -11,7 +11,7 @@ use ufbx::{ElementType, ExtrapolationMode, Interpolation};
 
 use crate::{
     formats::{Budget, FormatError, Limit},
-    model::{Canceled, Clip, ClipError, Control, JointTracks, Reporter, Track},
+    model::{Canceled, Clip, ClipError, Control, JointTracks, Reporter, Track, rotation::near},
 };
 
 use super::{
@@ -319,8 +319,7 @@ impl Sampler<'_> {
                 translations.push(local.translation.as_vec3());
             }
             if flags & ROTATION != 0 {
-                let rotation = local.rotation.normalize();
-                let rotation = if rotation.dot(previous) < 0.0 { -rotation } else { rotation };
+                let rotation = near(local.rotation.normalize(), previous);
                 previous = rotation;
                 rotations.push(rotation.as_quat());
             }

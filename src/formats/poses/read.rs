@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3, Quat, Vec3};
 
 use crate::{
     formats::{Budget, FormatError, Limit},
-    model::{Axes, Clip, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
+    model::{Axes, Clip, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform, rotation::next_to},
 };
 
 use super::{
@@ -311,8 +311,7 @@ fn rotation_track(
     let mut values: Vec<Quat> = Vec::with_capacity(frames);
     for frame in 0..frames {
         let rotation = lengths.unit(array, frame * joints + joint)?.as_quat();
-        let flipped = values.last().is_some_and(|before| before.dot(rotation) < 0.0);
-        values.push(if flipped { -rotation } else { rotation });
+        values.push(next_to(rotation, values.last().copied()));
     }
     Ok(Track::Sampled(values).compacted())
 }

@@ -146,6 +146,6 @@ fn range_degrees(performer: &Performer<'_>, joint: usize) -> f64 {
     }
     let first = rotation(clip, 0).conjugate();
     let step = clip.frame_count().div_ceil(FRAMES_LOOKED_AT).max(1);
-    let turned = |frame: usize| super::limbs::degrees(first * rotation(clip, frame));
+    let turned = |frame: usize| crate::model::rotation::degrees(first * rotation(clip, frame));
     (0..clip.frame_count()).step_by(step).map(turned).fold(0.0, f64::max)
 }

@@ -12,7 +12,7 @@ use super::{
     statistics::{mean, percentile},
 };
 use crate::{
-    model::ModelPose,
+    model::{ModelPose, rotation::degrees},
     rig::{Mapping, Rig},
 };
 
@@ -185,11 +185,6 @@ fn rest_degrees(mapping: &Mapping, start: Both<usize>, end: Both<usize>) -> f64 
 /// `Δ_T · Δ_S⁻¹`.
 fn difference(compared: &Compared, frame: usize, turn: usize) -> DQuat {
     compared.target.turn(frame, turn) * compared.source.turn(frame, turn).conjugate()
-}
-
-/// The angle of a rotation, exact for small ones too.
-pub(super) fn degrees(rotation: DQuat) -> f64 {
-    (2.0 * rotation.xyz().length().atan2(rotation.w.abs())).to_degrees()
 }
 
 /// The angle between two directions, exact for small ones too; NaN where one has no length.

@@ -3,11 +3,10 @@
 use glam::DQuat;
 
 use super::{
-    limbs::degrees,
     metric::{Finding, Reading, Series},
     motion::{Both, Compared, Motion, Performer, Wanted},
 };
-use crate::rig::Rig;
+use crate::{model::rotation::degrees, rig::Rig};
 
 const NO_SPINE: &str = "no spine was recognised on both sides";
 

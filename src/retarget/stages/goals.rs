@@ -2,6 +2,8 @@
 
 use glam::{DMat3, DQuat, DVec3, EulerRot};
 
+use crate::model::rotation::smootherstep;
+
 use crate::{
     model::Canceled,
     rig::{Ground, IkGoal, IkOp, Schedule},
@@ -10,7 +12,7 @@ use crate::{
 use super::{
     limbs::{LimbRest, LimbSlots},
     posing::{Pose, Posing},
-    two_bone::{arc, smooth},
+    two_bone::arc,
     work::{Goal, Work, filled},
 };
 
@@ -143,7 +145,7 @@ pub(super) fn source_pole(source: [DVec3; 3], target: [DVec3; 3], kept: f64) -> 
     };
     let bent = source[1] - source[0];
     let off = bent - source_line * bent.dot(source_line);
-    let sure = smooth(off.length() / (SURE_POLE * bent.length().max(f64::MIN_POSITIVE)));
+    let sure = smootherstep(off.length() / (SURE_POLE * bent.length().max(f64::MIN_POSITIVE)));
     let pole = arc(source_line, line, source_line.any_orthonormal_vector()) * off.normalize_or_zero();
     DQuat::from_axis_angle(line, kept) * pole * sure
 }

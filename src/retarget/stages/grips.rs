@@ -2,11 +2,12 @@
 
 use glam::{DQuat, DVec3};
 
+use crate::model::rotation::smootherstep;
+
 use crate::{model::Canceled, rig::Schedule};
 
 use super::{
     posing::{Pose, Posing},
-    two_bone::smooth,
     work::{Goal, Work},
 };
 
@@ -70,6 +71,6 @@ impl HeldGrip {
         };
         let held = position + rotation * (self.target_from_source.conjugate() * between) * self.scale;
         let far = between.length() / self.within.max(f64::MIN_POSITIVE) - 1.0;
-        goals[self.limb].position.lerp(held, alpha * (1.0 - smooth(far)))
+        goals[self.limb].position.lerp(held, alpha * (1.0 - smootherstep(far)))
     }
 }

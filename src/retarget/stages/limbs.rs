@@ -2,6 +2,8 @@
 
 use glam::{DQuat, DVec3};
 
+use crate::model::rotation::signed_angle;
+
 use crate::{
     model::Transform,
     rig::{Ground, Limb, LimbJoints, LimbPair},
@@ -9,7 +11,7 @@ use crate::{
 
 use super::{
     posing::{Pose, Posing},
-    two_bone::{arc, signed_angle},
+    two_bone::arc,
 };
 
 /// A limb that is bent by less than this at rest does not say about which axis it bends; sine.

@@ -7,6 +7,8 @@
 
 use glam::{DQuat, DVec3};
 
+use crate::model::rotation::signed_angle;
+
 use crate::{
     model::{Canceled, Skeleton},
     rig::LimbJoints,
@@ -16,7 +18,7 @@ use super::{
     limbs::{LimbRest, LimbSlots},
     posing::{Pose, Posing},
     temporal::smoothed,
-    two_bone::{TwoBone, signed_angle},
+    two_bone::TwoBone,
     work::{Change, Changed, Goal, Work},
 };
 

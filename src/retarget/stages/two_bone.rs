@@ -2,6 +2,8 @@
 
 use glam::{DQuat, DVec3};
 
+use crate::model::rotation::{signed_angle, smootherstep};
+
 /// Below this sine of the bend, the plane of the limb is not taken from where its joints are but from its hinge. What of the bend is
 /// not about the hinge counts only beyond another sine: a knee that is off to a side by a little is a matter of proportions.
 const SURE_SINE: f64 = 0.1;
@@ -78,7 +80,8 @@ impl TwoBone {
         let turning = (lower - axis * lower.dot(axis)).length();
         let now = signed_angle(upper, lower, axis);
         let exact =
-            relaxed(bend_of(reach, a, b, turning), now, smooth(self.along_hinge(upper, axis) / SIDE_COSINE)) - now;
+            relaxed(bend_of(reach, a, b, turning), now, smootherstep(self.along_hinge(upper, axis) / SIDE_COSINE))
+                - now;
         let change = self.change.map_or(exact, |wanted| near_exact([a, b, turning], now, exact, wanted));
         let bend = DQuat::from_axis_angle(axis, change);
         let bent = upper + bend * lower;
@@ -113,7 +116,8 @@ impl TwoBone {
         let normal = if normal.dot(hinge) < 0.0 { -normal } else { normal };
         let change = wanted_bend - sine.atan2(upper.dot(lower) / (upper.length() * lower.length()));
         let little = (LITTLE_CHANGE * sine).max(f64::MIN_POSITIVE);
-        let sure = smooth(normal.dot(hinge).max(sine - SIDE_SINE) / SURE_SINE).max(1.0 - smooth(change.abs() / little));
+        let sure = smootherstep(normal.dot(hinge).max(sine - SIDE_SINE) / SURE_SINE)
+            .max(1.0 - smootherstep(change.abs() / little));
         (normal.normalize_or_zero() * sure + hinge * (1.0 - sure)).normalize_or(hinge)
     }
 }
@@ -127,9 +131,9 @@ fn relaxed(wanted: f64, now: f64, aligned: f64) -> f64 {
         return wanted;
     }
     let backward = -now;
-    let fade = 1.0 - smooth((wanted - backward) / SURE_BEND);
+    let fade = 1.0 - smootherstep((wanted - backward) / SURE_BEND);
     let forward = wanted - 2.0 * backward.min(wanted) * fade;
-    let is_meant = 1.0 - (1.0 - smooth((backward - SURE_BEND) / SURE_BEND)) * aligned;
+    let is_meant = 1.0 - (1.0 - smootherstep((backward - SURE_BEND) / SURE_BEND)) * aligned;
     forward + (-wanted - forward) * is_meant
 }
 
@@ -159,16 +163,6 @@ pub(super) fn soft(distance: f64, length: f64, softness: f64) -> f64 {
 }
 
 /// 0 below 0, 1 above 1, and smooth between.
-pub(super) fn smooth(value: f64) -> f64 {
-    let value = value.clamp(0.0, 1.0);
-    value * value * value * (value * (value * 6.0 - 15.0) + 10.0)
-}
-
-/// The angle from one direction to another about an axis that is perpendicular to both.
-pub(super) fn signed_angle(from: DVec3, to: DVec3, axis: DVec3) -> f64 {
-    axis.dot(from.cross(to)).atan2(from.dot(to))
-}
-
 /// The shortest rotation between two directions; half a turn about `axis` where they are opposite, nothing where one has no
 /// length.
 pub(super) fn arc(from: DVec3, to: DVec3, axis: DVec3) -> DQuat {

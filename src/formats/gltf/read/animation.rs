@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{
     formats::{Budget, FormatError, Limit, gltf::json::Cursor},
-    model::{Clip, JointTracks, MorphTrack, Reporter, Track},
+    model::{Clip, JointTracks, MorphTrack, Reporter, Track, rotation::next_to},
 };
 
 /// What is reported once per file, however often it is seen: code, what was done, what the user can do.
@@ -430,5 +430,5 @@ fn tidied(rotation: Quat, previous: Option<Quat>) -> Quat {
     let precise = rotation.as_dquat();
     let is_unit = (precise.length_squared() - 1.0).abs() <= UNIT_SQUARED_TOLERANCE;
     let rotation = if is_unit { rotation } else { precise.normalize().as_quat() };
-    if previous.is_some_and(|previous| previous.dot(rotation) < 0.0) { -rotation } else { rotation }
+    next_to(rotation, previous)
 }

@@ -9,7 +9,7 @@ use glam::{DQuat, Quat};
 use rayon::prelude::*;
 
 use crate::{
-    model::{Canceled, Clip, ClipError, Control, JointTracks, Track},
+    model::{Canceled, Clip, ClipError, Control, JointTracks, Track, rotation::join_hemispheres},
     rig::{FilterKind, FilterOp, Schedule},
 };
 
@@ -88,11 +88,7 @@ impl FilterStage {
 
 /// The same rotations, each on the hemisphere of the one before.
 fn on_one_hemisphere(mut rotations: Vec<DQuat>) -> Vec<DQuat> {
-    for frame in 1..rotations.len() {
-        if rotations[frame].dot(rotations[frame - 1]) < 0.0 {
-            rotations[frame] = -rotations[frame];
-        }
-    }
+    join_hemispheres(&mut rotations);
     rotations
 }
 

@@ -11,6 +11,8 @@ mod lift;
 mod tilt;
 
 use glam::{DQuat, DVec3};
+
+use crate::model::rotation::smootherstep;
 use rayon::prelude::*;
 
 use crate::{
@@ -24,7 +26,7 @@ use super::{
     plant::either,
     posing::{Pose, Posing},
     temporal::runs,
-    two_bone::{arc, smooth},
+    two_bone::arc,
     work::Work,
 };
 
@@ -151,7 +153,7 @@ impl FloorStage {
                 let wanted = wanted(foot, frame, clearance);
                 let metres = (clearance.source - levels[foot][frame]) / self.source_leg;
                 let far = (metres - self.op.falloff_height) / self.op.falloff_distance.max(f64::MIN_POSITIVE);
-                let weight = holds[foot][frame].max(self.op.swing * (1.0 - smooth(far)));
+                let weight = holds[foot][frame].max(self.op.swing * (1.0 - smootherstep(far)));
                 let least = (wanted.deepest - clearance.target) * alpha;
                 // A foot in the air goes with the pelvis, so that its leg keeps its shape, as long as it stays out of the floor.
                 let free = shift.max(least);
@@ -232,7 +234,7 @@ impl FloorStage {
         let is_touching = work.contacts.is_anything_touching();
         let low = |index: usize, frame: usize| {
             let above = rows[frame * self.feet.len() + index].source - levels[index][frame];
-            1.0 - smooth((above / self.source_leg - LOW_METRES) / LOW_FADE_METRES)
+            1.0 - smootherstep((above / self.source_leg - LOW_METRES) / LOW_FADE_METRES)
         };
         let of_foot = |(index, foot): (usize, &FloorFoot)| match is_touching {
             true => holds(foot.limb, work),
@@ -269,7 +271,7 @@ fn holds(limb: usize, work: &Work<'_>) -> Vec<f64> {
     let touches: Vec<bool> = (0..work.frame_count()).map(|frame| work.contacts.touches(limb, frame)).collect();
     let mut holds: Vec<f64> = touches.iter().map(|touches| if *touches { 1.0 } else { 0.0 }).collect();
     for (first, last) in runs(&touches) {
-        let near = |seconds: f64| smooth(1.0 - seconds / HOLD_SECONDS);
+        let near = |seconds: f64| smootherstep(1.0 - seconds / HOLD_SECONDS);
         for frame in (0..first).rev().take_while(|&frame| work.times[first] - work.times[frame] < HOLD_SECONDS) {
             holds[frame] = either(holds[frame], near(work.times[first] - work.times[frame]));
         }

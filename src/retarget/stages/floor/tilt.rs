@@ -9,12 +9,13 @@
 
 use glam::{DQuat, DVec3};
 
+use crate::model::rotation::smootherstep;
+
 use crate::model::Canceled;
 
 use super::{
     super::{
         posing::Pose,
-        two_bone::smooth,
         work::{Change, Changed, Work},
     },
     Clearance, FloorFoot, FloorStage, PlacedFoot, Wanted,
@@ -111,7 +112,7 @@ impl FloorStage {
         let up = self.ground.up;
         let tilted = foot.stands.filter(|_| !foot.is_same).and_then(|flat| Tilted::of(placed.end.1 * flat, up));
         let Some(tilted) = tilted else { return 0.0 };
-        let stands = 1.0 - smooth((tilted.angle - STANDS) / STANDS_FADE);
+        let stands = 1.0 - smootherstep((tilted.angle - STANDS) / STANDS_FADE);
         let turn = |height: f64| placed.turn_to(&foot.target_shape, up, &tilted, height, |point| foot.carries(point));
         // Toes that stand already keep a foot from being turned down to the floor.
         let turn_down = |height: f64| placed.turn_to(&foot.target_shape, up, &tilted, height, |_| true).min(0.0);
@@ -120,7 +121,7 @@ impl FloorStage {
             return least * stands;
         }
         let before = placed.farthest_before(&foot.target_shape, up.cross(tilted.axis)) / self.target_leg;
-        let most = MOST_MORE * smooth(tilted.angle / SURE_TILT) * smooth(before / BEFORE_METRES - 1.0);
+        let most = MOST_MORE * smootherstep(tilted.angle / SURE_TILT) * smootherstep(before / BEFORE_METRES - 1.0);
         least.max(turn(wanted.height).max(turn_down(wanted.height)).max(-most) * hold) * stands
     }
 

@@ -2,7 +2,9 @@
 
 use glam::DVec3;
 
-use super::{super::two_bone::smooth, Correction};
+use crate::model::rotation::smootherstep;
+
+use super::Correction;
 
 /// Seconds of a contact from which it is taken how fast its correction changes at its border.
 const FITTED_SECONDS: f64 = 0.1;
@@ -12,7 +14,7 @@ const MAX_LET_GO_SECONDS: f64 = 0.25;
 /// A foot that is on its way from one correction to another one may swing out farther by this share of it.
 const SWING_SHARE: f64 = 0.7;
 /// How far something moves whose speed goes out smoothly in a second, for a speed of 1 at the beginning: the largest of `t · (1 −
-/// smooth(t))`.
+/// smootherstep(t))`.
 const SWUNG: f64 = 0.266;
 
 /// Fills the frames between two contacts (last frame of the one, first of the other): from one correction to the other where there
@@ -32,8 +34,9 @@ pub(super) fn fade(
     let away = |time: f64| Border { seconds: time, ..Border::default() };
     for frame in from..to {
         let time = times[frame];
-        let share =
-            |border: &Border| if seconds > 0.0 { smooth(1.0 - (time - border.seconds).abs() / seconds) } else { 0.0 };
+        let share = |border: &Border| {
+            if seconds > 0.0 { smootherstep(1.0 - (time - border.seconds).abs() / seconds) } else { 0.0 }
+        };
         let hold = either(left.as_ref().map_or(0.0, share), next.as_ref().map_or(0.0, share));
         let offset = match (&left, &next) {
             (Some(left), Some(next)) if next.seconds - left.seconds < 2.0 * seconds => between(left, next, time, swing),
@@ -95,13 +98,13 @@ impl Border {
 /// last all the way to the next contact, the foot would swing out by a step.
 fn between(from: &Border, to: &Border, seconds: f64, swing: f64) -> DVec3 {
     let span = to.seconds - from.seconds;
-    let share = smooth((seconds - from.seconds) / span);
+    let share = smootherstep((seconds - from.seconds) / span);
     let swing = swing + SWING_SHARE * from.offset.distance(to.offset);
     let moved = |border: &Border| {
         let since = (seconds - border.seconds).abs();
         let speed = border.per_second.length().max(f64::MIN_POSITIVE);
         let fading = (swing / (SWUNG * speed)).clamp(LET_GO_SECONDS, MAX_LET_GO_SECONDS).min(span);
-        border.per_second * ((seconds - border.seconds) * (1.0 - smooth(since / fading)))
+        border.per_second * ((seconds - border.seconds) * (1.0 - smootherstep(since / fading)))
     };
     from.offset.lerp(to.offset, share) + moved(from) + moved(to)
 }

@@ -2,8 +2,10 @@
 
 use glam::{DQuat, DVec3};
 
+use crate::model::rotation::smootherstep;
+
 use super::{
-    super::{contacts::Part, temporal::median, two_bone::smooth, work::Work},
+    super::{contacts::Part, temporal::median, work::Work},
     PlantStage,
 };
 
@@ -35,7 +37,7 @@ impl PlantStage {
                 |frame: usize| (work.goals[goal(frame)].rotation * axes.left).dot(self.up).clamp(-1.0, 1.0).asin();
             let mut rolls: Vec<f64> = stands.map(roll).collect();
             let Some(rolled) = median(&mut rolls).filter(|_| rolls.len() >= LEAST_FRAMES) else { continue };
-            let share = smooth((rolled.abs() - LITTLE_ROLL) / ROLL_FADE);
+            let share = smootherstep((rolled.abs() - LITTLE_ROLL) / ROLL_FADE);
             if share == 0.0 {
                 continue;
             }

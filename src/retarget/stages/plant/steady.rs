@@ -6,6 +6,8 @@
 //! as the source's does.
 
 use glam::{DQuat, DVec3};
+
+use crate::model::rotation::{near, smootherstep};
 use rayon::prelude::*;
 
 use super::{
@@ -13,7 +15,6 @@ use super::{
         contacts::{ContactPoints, Part},
         posing::Pose,
         temporal::runs,
-        two_bone::smooth,
         work::{Change, Changed, Work},
     },
     ENDS, PlantStage, PlantedFoot, either,
@@ -119,7 +120,7 @@ impl PlantStage {
             let is_ever_flat = (first..=last).any(|frame| lies(&frame));
             let counts = |frame: &usize| !is_ever_flat || lies(frame);
             let stands = standing(turned, (first..=last).filter(counts)).conjugate();
-            let near = |seconds: f64| smooth(1.0 - seconds / self.op.blend_seconds.max(f64::MIN_POSITIVE));
+            let near = |seconds: f64| smootherstep(1.0 - seconds / self.op.blend_seconds.max(f64::MIN_POSITIVE));
             let before = (0..first).rev().map(|frame| (frame, near(times[first] - times[frame])));
             let after = (last + 1..turned.len()).map(|frame| (frame, near(times[frame] - times[last])));
             let fading = before.take_while(|(_, hold)| *hold > 0.0).chain(after.take_while(|(_, hold)| *hold > 0.0));
@@ -141,7 +142,7 @@ fn standing(turned: &[DQuat], frames: impl Iterator<Item = usize> + Clone) -> DQ
     let skipped = (count as f64 * ENDS).floor() as usize;
     let middle = frames.skip(skipped).take(count - 2 * skipped).map(|frame| turned[frame]);
     let Some(first) = middle.clone().next() else { return DQuat::IDENTITY };
-    let aligned = middle.map(|turned| if first.dot(turned) < 0.0 { -turned } else { turned });
+    let aligned = middle.map(|turned| near(turned, first));
     let sum = aligned.fold(DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0), |sum, turned| sum + turned);
     if sum.length_squared() > 0.0 { sum.normalize() } else { first }
 }
@@ -154,7 +155,7 @@ fn quiet(turn: DQuat) -> DVec3 {
     if angle <= 0.0 {
         return DVec3::ZERO;
     }
-    let stands = STANDS * (angle / STANDS).tanh() * (1.0 - smooth((angle - TURNS) / TURNS_FADE));
+    let stands = STANDS * (angle / STANDS).tanh() * (1.0 - smootherstep((angle - TURNS) / TURNS_FADE));
     vector * (stands / angle)
 }
 

@@ -2,12 +2,11 @@
 
 use glam::{DQuat, DVec3};
 
+use crate::model::rotation::twist_angle;
+
 use crate::model::Transform;
 
-use super::{
-    figure::{Figure, scaled},
-    twists::twist_about,
-};
+use super::figure::{Figure, scaled};
 
 /// One joint.
 #[derive(Clone, Copy, Debug)]
@@ -39,7 +38,7 @@ impl FingerStep {
         let changed = match self.axes {
             None => scaled(change, self.curl),
             Some(FingerAxes { along, flexion }) => {
-                let twist = DQuat::from_axis_angle(along, twist_about(change, along));
+                let twist = DQuat::from_axis_angle(along, twist_angle(change, along));
                 let swing = change * twist.conjugate();
                 let swing = if swing.w < 0.0 { -swing } else { swing }.to_scaled_axis();
                 let bent = swing.dot(flexion);

@@ -2,9 +2,11 @@
 
 use glam::{DQuat, DVec2, DVec3};
 
+use crate::model::rotation::twist_angle;
+
 use crate::{model::Transform, rig::LimitFrame};
 
-use super::{figure::Figure, twists::twist_about};
+use super::figure::Figure;
 
 /// The least width over which angles beyond a limit are compressed, as a share of the limit.
 const LEAST_WIDTH: f64 = 0.05;
@@ -59,7 +61,7 @@ impl LimitStep {
     fn turned(&self, zero: &LimitFrame, local: DQuat) -> Turned {
         let change = zero.parent * local * zero.local.conjugate() * zero.parent.conjugate();
         let [along, bend, across] = self.axes;
-        let twist = twist_about(change, along);
+        let twist = twist_angle(change, along);
         let swing = change * DQuat::from_axis_angle(along, -twist);
         let swing = if swing.w < 0.0 { -swing } else { swing }.to_scaled_axis();
         Turned { twist, swing: DVec2::new(swing.dot(bend), swing.dot(across)) }

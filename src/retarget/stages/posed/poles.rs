@@ -2,8 +2,10 @@
 
 use glam::DQuat;
 
+use crate::model::rotation::signed_angle;
+
 use super::{
-    super::{goals::source_pole, limbs::LimbSlots, two_bone::signed_angle},
+    super::{goals::source_pole, limbs::LimbSlots},
     figure::Figure,
 };
 

@@ -2,6 +2,8 @@
 
 use glam::{DQuat, DVec3};
 
+use crate::model::rotation::twist_angle;
+
 use super::figure::Figure;
 
 /// Twists up to here are shared as they are, radians; beyond, the share shrinks down to nothing at half a turn, where both
@@ -42,18 +44,11 @@ impl TwistStep {
                 segment.conjugate() * figure.model(slot).rotation * segment_from_end.conjugate()
             }
         };
-        let turn = DQuat::from_axis_angle(self.axis, eased(twist_about(change, self.axis)) * self.share);
+        let turn = DQuat::from_axis_angle(self.axis, eased(twist_angle(change, self.axis)) * self.share);
         figure.keep(&self.left_behind);
         figure.turn_to(self.slot, segment * turn * self.segment_from_joint);
         figure.put_back(&self.left_behind);
     }
-}
-
-/// The angle of a rotation's turn about a unit axis, −π to π.
-pub(super) fn twist_about(rotation: DQuat, axis: DVec3) -> f64 {
-    let along = rotation.xyz().dot(axis);
-    let (along, w) = if rotation.w < 0.0 { (-along, -rotation.w) } else { (along, rotation.w) };
-    2.0 * along.atan2(w)
 }
 
 fn eased(twist: f64) -> f64 {

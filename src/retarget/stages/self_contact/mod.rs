@@ -9,6 +9,8 @@
 mod gaps;
 
 use glam::DVec3;
+
+use crate::model::rotation::smootherstep;
 use rayon::prelude::*;
 
 use crate::{
@@ -20,7 +22,6 @@ use self::gaps::{Gap, Line, between};
 use super::{
     posing::{Pose, Posing},
     temporal::smoothed,
-    two_bone::smooth,
     work::Work,
 };
 
@@ -198,7 +199,7 @@ impl SelfContactStage {
 
     /// 1 where surfaces touch, 0 where they are out of reach of each other.
     fn nearness(&self, gap: &Gap) -> f64 {
-        smooth(1.0 - gap.distance.max(0.0) / (self.op.reach * self.source_leg).max(f64::MIN_POSITIVE))
+        smootherstep(1.0 - gap.distance.max(0.0) / (self.op.reach * self.source_leg).max(f64::MIN_POSITIVE))
     }
 
     /// The gap on the target: in proportion to the radii where it is small, to the legs where it is large. No gap stays none.
