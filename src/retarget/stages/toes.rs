@@ -11,7 +11,7 @@ use crate::{
 };
 
 use super::{
-    floor::{FootSlots, PlacedFoot, soft_above},
+    floor::{FootSlots, PlacedFoot, smooth_above, soft_above},
     posing::{Pose, Posing},
     work::{Change, Changed, Work},
 };
@@ -20,6 +20,9 @@ use super::{
 const MOST_BEND: f64 = 1.2;
 /// Width over which toes begin to give way, for a leg of 1 m: keeps them from snapping.
 const SOFT_METRES: f64 = 0.01;
+
+/// Standard deviation of the smoothing of how far toes are bent.
+const EASE_SECONDS: f64 = 0.05;
 
 /// Bends toes. Runs when the feet are where they stay.
 #[derive(Clone, Debug)]
@@ -53,27 +56,39 @@ struct Toes {
 
 impl ToeStage {
     pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
-        let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
+        let width = self.feet.len();
+        let toes = |foot: &ToedFoot, pose: &Pose| {
+            let placed = PlacedFoot::posed(foot.slots, pose);
+            let (slot, ball) = foot.slots.ball.zip(placed.ball)?;
+            Some((slot, Toes { foot: placed, ball, axis: ball.1 * foot.raise }))
+        };
+        let measure = |pose: &mut Pose, frame: usize, row: &mut [f64]| {
             self.target.fill(pose, &work.target, frame);
             let alpha = self.schedule.alpha_at(frame, work.times[frame]);
-            for (foot, change) in self.feet.iter().zip(row) {
-                let placed = PlacedFoot::posed(foot.slots, pose);
-                let Some((slot, ball)) = foot.slots.ball.zip(placed.ball) else { continue };
-                let toes = Toes { foot: placed, ball, axis: ball.1 * foot.raise };
-                let turn = self.bend(&foot.shape, &toes);
-                let turned = DQuat::IDENTITY.slerp(turn, alpha) * ball.1;
+            for (foot, bend) in self.feet.iter().zip(row) {
+                *bend = toes(foot, pose).map_or(0.0, |(_, toes)| self.bend(&foot.shape, &toes) * alpha);
+            }
+        };
+        let needed = work.rows(width, || self.target.pose(), measure)?;
+        let of_foot = |foot: usize| needed.iter().skip(foot).step_by(width).copied().collect::<Vec<f64>>();
+        let bends: Vec<Vec<f64>> = (0..width).map(|foot| eased(of_foot(foot), work.times)).collect();
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
+            self.target.fill(pose, &work.target, frame);
+            for ((foot, bends), change) in self.feet.iter().zip(&bends).zip(row) {
+                let Some((slot, toes)) = toes(foot, pose) else { continue };
+                let turned = DQuat::from_axis_angle(toes.axis, bends[frame]) * toes.ball.1;
                 let above = self.target.parent_of(pose, slot).rotation;
                 change.rotation = (above.conjugate() * turned).normalize().as_quat();
             }
         };
-        let rows = work.rows(self.feet.len(), || self.target.pose(), fill)?;
+        let rows = work.rows(width, || self.target.pose(), fill)?;
         let change = |foot: &ToedFoot| Changed { joint: foot.ball, rotates: true, moves: false };
         work.write(&self.feet.iter().map(change).collect::<Vec<_>>(), &rows);
         Ok(())
     }
 
-    /// The turn that brings the toes up to the floor, or as far down as the rest of the foot is.
-    fn bend(&self, shape: &FootShape, toes: &Toes) -> DQuat {
+    /// By how much toes bend up to the floor, or to where the rest of the foot is below it; radians.
+    fn bend(&self, shape: &FootShape, toes: &Toes) -> f64 {
         let (up, axis) = (self.ground.up, toes.axis);
         let floor = self.ground.target_floor;
         let stands = (toes.foot.lowest(shape, up, |point| !point.gives_way) - floor).min(0.0);
@@ -95,9 +110,19 @@ impl ToeStage {
             }
             ((low + missing) / reach).clamp(-1.0, 1.0).asin() - low.atan2(ahead)
         };
-        let bend = shape.points.iter().filter(|point| point.gives_way).map(needed).fold(0.0, f64::max);
-        DQuat::from_axis_angle(axis, bend.min(MOST_BEND))
+        shape.points.iter().filter(|point| point.gives_way).map(needed).fold(0.0, f64::max).min(MOST_BEND)
     }
+}
+
+/// Bends that are nowhere less, and without a jolt where toes come to the floor and leave it: a foot of a few points, or one that is
+/// fast, has them bent in one frame and straight in the next.
+fn eased(bends: Vec<f64>, times: &[f64]) -> Vec<f64> {
+    if bends.iter().all(|bend| *bend == 0.0) {
+        return bends;
+    }
+    let mut eased = smooth_above(&bends, &bends, times, EASE_SECONDS);
+    eased.iter_mut().for_each(|bend| *bend = bend.min(MOST_BEND));
+    eased
 }
 
 #[cfg(test)]
@@ -126,7 +151,8 @@ mod tests {
     fn bend(shape: &FootShape, ball: DVec3, rotation: DQuat) -> DQuat {
         let end = (ball - DVec3::new(0.0, -0.05, 0.12), DQuat::IDENTITY);
         let foot = PlacedFoot { end, ball: Some((ball, rotation)), shin: DQuat::IDENTITY };
-        stage().bend(shape, &Toes { foot, ball: (ball, rotation), axis: rotation * DVec3::NEG_X })
+        let axis = rotation * DVec3::NEG_X;
+        DQuat::from_axis_angle(axis, stage().bend(shape, &Toes { foot, ball: (ball, rotation), axis }))
     }
 
     const TIP: DVec3 = DVec3::new(0.0, -0.01, 0.08);
@@ -156,6 +182,16 @@ mod tests {
         assert!(upright.is_finite(), "straight up");
         let beside = bend(&shape(DVec3::X * 0.1, 0.02), DVec3::ZERO, DQuat::IDENTITY);
         assert_eq!(beside, DQuat::IDENTITY, "along their own axis");
+    }
+
+    #[test]
+    fn toes_leave_the_floor_without_a_jolt() {
+        let times: Vec<f64> = (0..60).map(|frame| f64::from(frame) / 60.0).collect();
+        let bends: Vec<f64> = (0..60).map(|frame| if (20..30).contains(&frame) { 0.6 } else { 0.0 }).collect();
+        let eased = eased(bends.clone(), &times);
+        let largest = eased.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+        assert!(largest < 0.25, "{largest} in one frame, where {} was needed", 0.6);
+        assert!(eased.iter().zip(&bends).all(|(eased, bend)| eased >= &(bend - 1e-9)), "nowhere less");
     }
 
     #[test]

@@ -35,7 +35,7 @@ pub(super) fn smoothed_lifts(mut lifts: Vec<Lift>, times: &[f64]) -> Vec<Lift> {
 }
 
 /// Values smoothed under a bell, and nowhere less than the least.
-pub(super) fn smooth_above(values: &[f64], least: &[f64], times: &[f64], deviation_seconds: f64) -> Vec<f64> {
+pub(in super::super) fn smooth_above(values: &[f64], least: &[f64], times: &[f64], deviation_seconds: f64) -> Vec<f64> {
     let mut smooth = smoothed(values, times, deviation_seconds);
     let missing = |smooth: &[f64]| -> Vec<f64> {
         least.iter().zip(smooth).map(|(least, smooth)| (least - smooth).max(0.0)).collect()

@@ -21,6 +21,7 @@ use crate::{
 };
 
 pub(super) use self::foot::{FootSlots, PlacedFoot};
+pub(super) use self::lift::smooth_above;
 use self::lift::{Lift, smoothed_lifts};
 use super::{
     plant::either,
