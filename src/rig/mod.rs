@@ -35,6 +35,7 @@ mod shoulder;
 mod soles;
 mod spec;
 mod stages;
+mod tails;
 mod twist;
 mod unknown_fields;
 mod volumes;
@@ -69,4 +70,5 @@ pub use stages::{
     Limb, LimbJoints, LimbPair, LimitFrame, PinDrive, PosedEdit, PropDrive, ReachDrive, ReachEnd, RootMotion, Schedule,
     Sole, SourceScale, StagedKind, StagedOp, Stages,
 };
+pub use tails::{Tail, TailJoint, TailPoint};
 pub use volumes::{Anchor, BodyPart, Capsule, HandPair, body_capsules};

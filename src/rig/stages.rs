@@ -2,9 +2,11 @@
 
 mod changes;
 mod curves;
+mod limb;
 mod posed;
 
 pub use curves::CurveDrive;
+pub use limb::Limb;
 pub use posed::{
     ChainShape, ChainStretch, CopyDrive, DriveFrom, FingerDrive, GripPair, JointDrive, JointLimit, LimitFrame,
     PinDrive, PosedEdit, PropDrive, ReachDrive, ReachEnd, RootMotion, SourceScale,
@@ -15,6 +17,7 @@ use glam::{DMat3, DVec3};
 use super::{
     soles::FootShape,
     spec::{ContactsOp, FilterOp, FloorOp, IkOp, PlantOp, SelfContactOp, StrideOp},
+    tails::Tail,
     volumes::{BodyPart, HandPair},
 };
 
@@ -25,6 +28,8 @@ pub struct Stages {
     pub ground: Ground,
     /// Limbs that both rigs have.
     pub limbs: Vec<LimbPair>,
+    /// The target's tails, where an op keeps them above the floor.
+    pub tails: Vec<Tail>,
     /// Parts of the body that hands may touch, where an op asks for them.
     pub parts: Vec<BodyPart>,
     /// The hands that may touch them, likewise.
@@ -81,66 +86,8 @@ impl Default for Ground {
     }
 }
 
-/// Which limb.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Limb {
-    /// The left leg.
-    LeftLeg,
-    /// The right leg.
-    RightLeg,
-    /// The left arm.
-    LeftArm,
-    /// The right arm.
-    RightArm,
-}
-
-impl Limb {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::LeftLeg, Self::RightLeg, Self::LeftArm, Self::RightArm];
-
-    /// The name on the wire.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::LeftLeg => "left_leg",
-            Self::RightLeg => "right_leg",
-            Self::LeftArm => "left_arm",
-            Self::RightArm => "right_arm",
-        }
-    }
-
-    /// Whether it is a leg.
-    #[must_use]
-    pub const fn is_leg(self) -> bool {
-        matches!(self, Self::LeftLeg | Self::RightLeg)
-    }
-
-    /// The roles of its start, middle and end, and of what lies beyond the end.
-    #[must_use]
-    pub const fn roles(self) -> [&'static str; 4] {
-        match self {
-            Self::LeftLeg => ["left_thigh", "left_shin", "left_foot", "left_toe"],
-            Self::RightLeg => ["right_thigh", "right_shin", "right_foot", "right_toe"],
-            Self::LeftArm => ["left_upper_arm", "left_forearm", "left_hand", "left_middle"],
-            Self::RightArm => ["right_upper_arm", "right_forearm", "right_hand", "right_middle"],
-        }
-    }
-}
-
-impl Limb {
-    /// The names of its points of contact: its end, the ball of the foot, the end of the toes. Hands have the first only.
-    #[must_use]
-    pub const fn contact_points(self) -> [&'static str; 3] {
-        match self {
-            Self::LeftLeg => ["left_foot", "left_toe", "left_toe_tip"],
-            Self::RightLeg => ["right_foot", "right_toe", "right_toe_tip"],
-            Self::LeftArm => ["left_hand", "", ""],
-            Self::RightArm => ["right_hand", "", ""],
-        }
-    }
-}
-
-/// A limb of two bones on both rigs.
+/// A limb that both rigs have. It reaches for goals as one of two bones does: what lies between its start and its middle, and between
+/// its middle and its end, keeps the shape that forward kinematics give it.
 #[derive(Clone, Debug)]
 pub struct LimbPair {
     /// Which.
@@ -164,7 +111,9 @@ pub struct LimbJoints {
     pub start: usize,
     /// Knee or elbow.
     pub middle: usize,
-    /// Ankle or wrist.
+    /// The joint of the bone that the end hangs from: the middle, or in legs of more bones one beyond it.
+    pub shin: usize,
+    /// Ankle or wrist; of an animal's leg the joint of the paw.
     pub end: usize,
     /// The ball of the foot.
     pub ball: Option<usize>,

@@ -60,7 +60,7 @@ const CIRCLES: [&[&str]; 4] = [
 ];
 
 /// Circles that are being taken apart. A line is struck when its circle has gone, and none is ever added.
-const CIRCLES_TO_GO: [&[&str]; 9] = [
+const CIRCLES_TO_GO: [&[&str]; 8] = [
     &["retarget::stages::compile", "retarget::stages::root"],
     &["retarget::stages::contacts", "retarget::stages::result", "retarget::stages::temporal", "retarget::stages::work"],
     &["rig::alignment::rules", "rig::alignment::turn"],
@@ -89,7 +89,6 @@ const CIRCLES_TO_GO: [&[&str]; 9] = [
         "rig::resolve::schedule",
         "rig::resolve::stages",
     ],
-    &["rig::soles", "rig::soles::guess", "rig::stages", "rig::volumes"],
     &["rig::spec::ops::curves", "rig::spec::ops::scope"],
 ];
 

@@ -1,6 +1,7 @@
 //! From the ops of a mapping to stages.
 
 mod feet;
+mod tails;
 
 use glam::{DMat3, DVec2};
 
@@ -8,7 +9,7 @@ use crate::{
     model::{Skeleton, Transform},
     rig::{
         BodyPart, Capsule, FloorOp, GripPair, Ground, HandPair, IkOp, Limb, LimbPair, Mapping, PlantMode, Schedule,
-        SelfContactOp, StagedKind, StagedOp, StrideDirection, StrideOp,
+        SelfContactOp, Side, StagedKind, StagedOp, StrideDirection, StrideOp,
     },
 };
 
@@ -29,6 +30,7 @@ use super::{
     self_contact::{Fixed, Hand, Part, SelfContactStage},
     solve::{Hangs, SolveStage, SolvedLimb},
     stride::{StrideLimb, StrideStage},
+    tails::TailStage,
     toes::ToeStage,
     work::Changed,
 };
@@ -55,6 +57,7 @@ impl Stack {
             open: Vec::new(),
             pull: None,
             toes: None,
+            tails: None,
             is_tilted: false,
             moves_feet: false,
         };
@@ -88,6 +91,8 @@ pub(super) struct Compiler<'a> {
     pull: Option<(bool, f64)>,
     /// What bends toes once the feet of a `floor` op are where they stay.
     toes: Option<ToeStage>,
+    /// What raises tails then.
+    tails: Option<TailStage>,
     /// Whether feet already tilt less for the `floor` op to come.
     is_tilted: bool,
     /// Whether an op that plants feet or puts them onto the floor changed goals that are not solved yet.
@@ -158,6 +163,7 @@ impl Compiler<'_> {
                 self.is_tilted = false;
                 let stage = self.floor_stage(floor, op);
                 self.toes = self.toe_stage(op);
+                self.tails = self.tail_stage(floor, op);
                 self.stages.push(Stage::Floor(stage));
                 self.moves_feet = true;
                 if floor.shift_pelvis && self.pull.is_none() {
@@ -332,7 +338,7 @@ impl Compiler<'_> {
             rest: place(limb) - middle,
             end: target.slot(self.limb(limb).target.end),
             ball: self.limb(limb).target.ball.map(|ball| target.slot(ball)),
-            side: if matches!(self.limb(limb).limb, Limb::LeftLeg | Limb::LeftArm) { 1.0 } else { -1.0 },
+            side: if self.limb(limb).limb.side() == Side::Left { 1.0 } else { -1.0 },
         };
         let stage = StrideStage {
             op: op.clone(),
@@ -456,6 +462,8 @@ impl Compiler<'_> {
         self.place_riders();
         let toes = self.toes.take();
         self.stages.extend(toes.map(Stage::Toes));
+        let tails = self.tails.take();
+        self.stages.extend(tails.map(Stage::Tails));
     }
 
     /// After each stage that moves joints which others ride.
@@ -474,7 +482,6 @@ impl Compiler<'_> {
         let leg = |(limb, op): &&(usize, IkOp)| PulledLeg {
             limb: *limb,
             start: posing.slot(self.limb(*limb).target.start),
-            length: self.rest(*limb).length,
             firm: 1.0 - op.softness,
         };
         let legs = legs.iter().map(leg).collect();

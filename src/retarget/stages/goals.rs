@@ -121,6 +121,7 @@ impl GoalStage {
             rotation: now.slerp(rotation, alpha),
             pole: self.pole([source_start, source_middle, source_end], [start, middle, position], rest),
             extension: if lengths > 0.0 { of_source.length() / lengths } else { 1.0 },
+            length: middle.distance(start) + end.distance(middle),
             span: position.distance(start),
             ..Goal::default()
         }

@@ -24,6 +24,7 @@ mod schedule;
 mod self_contact;
 mod solve;
 mod stride;
+mod tails;
 mod temporal;
 mod toes;
 mod two_bone;
@@ -49,6 +50,7 @@ use self::{
     self_contact::SelfContactStage,
     solve::SolveStage,
     stride::StrideStage,
+    tails::TailStage,
     toes::ToeStage,
     work::Work,
 };
@@ -85,6 +87,7 @@ enum Stage {
     Stride(StrideStage),
     Grips(GripStage),
     Toes(ToeStage),
+    Tails(TailStage),
     Root(RootStage),
     SelfContact(SelfContactStage),
 }
@@ -159,6 +162,7 @@ impl Stage {
             Self::Stride(stage) => stage.run(work),
             Self::Grips(stage) => stage.run(work),
             Self::Toes(stage) => stage.run(work),
+            Self::Tails(stage) => stage.run(work),
             Self::Root(stage) => stage.run(work),
             Self::SelfContact(stage) => stage.run(work),
         }

@@ -50,9 +50,7 @@ pub(super) struct PulledLeg {
     pub(super) limb: usize,
     /// Slot of the hip.
     pub(super) start: usize,
-    /// Length of both bones.
-    pub(super) length: f64,
-    /// Share of it up to which the leg goes without being softened.
+    /// Share of its length up to which the leg goes without being softened.
     pub(super) firm: f64,
 }
 
@@ -119,7 +117,7 @@ impl PullStage {
             let goal = &work.goals[frame * self.limb_count + leg.limb];
             let from_goal = *hip + already - goal.position;
             let Some(away) = from_goal.try_normalize() else { continue };
-            let bent = 1.0 - (goal.span / leg.length).clamp(0.0, 1.0).powi(2);
+            let bent = 1.0 - (goal.span / goal.length).clamp(0.0, 1.0).powi(2);
             let weight = goal.hold / (bent + LEAST_BENT);
             matrix += outer(away, away) * weight;
             vector += away * (weight * (goal.span - from_goal.length()));
@@ -174,10 +172,10 @@ impl PullStage {
                 if goal.hold < LEAST_HOLD {
                     continue;
                 }
-                let reach = leg.length * (goal.extension.max(leg.firm) + LEFT_TO_THE_LEG);
+                let reach = goal.length * (goal.extension.max(leg.firm) + LEFT_TO_THE_LEG);
                 let from_goal = *hip + already + moved - goal.position;
                 let missing = from_goal.length() - reach;
-                if missing > 1e-9 * leg.length {
+                if missing > 1e-9 * goal.length {
                     is_reached = false;
                     let toward = -from_goal.normalize();
                     let upward = up * toward.dot(up);

@@ -39,6 +39,8 @@ pub(super) struct Goal {
     pub(super) pole: DVec3,
     /// The share of its length to which the source's limb is extended.
     pub(super) extension: f64,
+    /// How far the limb reaches: the distances from its start to its middle and on to its end.
+    pub(super) length: f64,
     /// How far the goal is from the limb's start as the op sets it that gives the limb its goal, before others move it.
     pub(super) span: f64,
     /// How much the goal is one that the foot must not leave, 0 to 1.
@@ -54,6 +56,7 @@ impl Default for Goal {
             rotation: DQuat::IDENTITY,
             pole: DVec3::ZERO,
             extension: 1.0,
+            length: 0.0,
             span: 0.0,
             hold: 0.0,
             headroom: f64::INFINITY,

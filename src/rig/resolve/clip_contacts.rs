@@ -2,10 +2,7 @@
 
 use crate::model::{Clip, JointContacts, Skeleton};
 
-use super::super::{
-    spec::ContactsOp,
-    stages::{Limb, LimbPair},
-};
+use super::super::{spec::ContactsOp, stages::LimbPair};
 
 /// Puts what the clip says of contacts into the op, beside what the spec says, which wins. A limb of which the clip says something
 /// touches only when one of its points does by the clip; points of it that the clip does not name are looked for within that.
@@ -44,7 +41,7 @@ fn point_of(pair: &LimbPair, skeleton: &Skeleton, track: &JointContacts) -> Opti
         Some(ball) if track.joint == ball => Some(1),
         Some(ball) if is_below(ball) => Some(2),
         _ if track.joint == joints.end => Some(0),
-        _ if is_below(joints.end) => Some(usize::from(matches!(pair.limb, Limb::LeftLeg | Limb::RightLeg))),
+        _ if is_below(joints.end) => Some(usize::from(pair.limb.is_leg())),
         _ => None,
     }
 }

@@ -1,5 +1,6 @@
 //! From a spec and two rigs to a mapping in indices, and to the spec with everything found out filled in.
 
+mod animal_legs;
 mod clip_contacts;
 mod curves;
 mod filled_in;

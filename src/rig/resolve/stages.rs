@@ -9,14 +9,17 @@ use super::super::{
     auto_map::{known_names, roles_of},
     error::{SpecError, SpecErrorKind, SpecField},
     floor::{Stance, clip_floor},
+    leg_rows::is_whole_leg,
     mapping::{ChainPair, Mapping},
     rig::Rig,
     soles::{FootShape, foot_shape},
     spec::{Alpha, ContactsOp, Op, Scope},
     stages::{Ground, Limb, LimbJoints, LimbPair, Schedule, Sole, SourceScale, StagedKind, StagedOp, Stages},
+    tails::find_tails,
     volumes::{HandPair, body_parts, hand},
 };
 use super::{
+    animal_legs::{LegJoints, animal_leg},
     clip_contacts::take_contacts,
     curves::{contact_spans, curve_drives},
     posed::{Subject, props, resolve_posed, scale_source, shapes},
@@ -38,10 +41,12 @@ pub(super) fn resolve_stages(
     mapping: &Mapping,
     reporter: &mut Reporter,
 ) -> Result<Stages, SpecError> {
-    let mut limbs: Vec<LimbPair> = Limb::ALL.into_iter().filter_map(|limb| find_limb(limb, source, target)).collect();
+    let mut limbs: Vec<LimbPair> = Limb::all().filter_map(|limb| find_limb(limb, source, target)).collect();
     limbs.iter_mut().for_each(|pair| pair.has_stiff_foot = has_stiff_foot(pair, source, clip));
-    share_soles(&mut limbs, source, |pair| &mut pair.source);
-    share_soles(&mut limbs, target, |pair| &mut pair.target);
+    for pair in limbs.chunk_by_mut(|one, other| one.limb.is_paired_with(other.limb)) {
+        share_soles(pair, source, |pair| &mut pair.source);
+        share_soles(pair, target, |pair| &mut pair.target);
+    }
     shape_feet(&mut limbs, source, target);
     let (mut front, mut staged) = (Vec::new(), Vec::new());
     let mut source_scale: Option<SourceScale> = None;
@@ -161,7 +166,10 @@ pub(super) fn resolve_stages(
         parts = body_parts(source, target, unit);
         hands = find_hands(&limbs, source, target, unit);
     }
-    Ok(Stages { ground: ground(source, target, clip, mapping), limbs, parts, hands, ops: front, source_scale, curves })
+    let has_floor = front.iter().any(|op| matches!(op.kind, StagedKind::Floor(_)));
+    let tails = if has_floor { find_tails(target) } else { Vec::new() };
+    let ground = ground(source, target, clip, mapping);
+    Ok(Stages { ground, limbs, tails, parts, hands, ops: front, source_scale, curves })
 }
 
 fn find_hands(limbs: &[LimbPair], source: &Rig<'_>, target: &Rig<'_>, unit: f64) -> Vec<HandPair> {
@@ -204,8 +212,7 @@ impl Context<'_> {
     /// The op with what curves say put into `set`.
     fn contacts(&self, op: &ContactsOp, fields: &mut Vec<SpecField>) -> ContactsOp {
         let pointer = format!("/ops/{}/curves", self.index);
-        let known: Vec<&str> =
-            Limb::ALL.iter().flat_map(|limb| limb.contact_points()).filter(|point| !point.is_empty()).collect();
+        let known: Vec<&str> = Limb::all().flat_map(Limb::contact_points).filter(|point| !point.is_empty()).collect();
         let times = [("set", &op.set), ("add", &op.add), ("remove", &op.remove)];
         let named = times.into_iter().flat_map(|(field, points)| points.keys().map(move |point| (field, point)));
         for (field, point) in named.chain(op.curves.keys().map(|point| ("curves", point))) {
@@ -225,7 +232,7 @@ impl Context<'_> {
     fn masked_limbs(&self, scope: &Scope, defaults: Defaults, fields: &mut Vec<SpecField>) -> Vec<usize> {
         let names =
             |limb: &Limb| [limb.name()].into_iter().chain(limb.contact_points()).filter(|name| !name.is_empty());
-        let known: Vec<&str> = Limb::ALL.iter().flat_map(names).collect();
+        let known: Vec<&str> = Limb::all().flat_map(|limb| names(&limb).collect::<Vec<&str>>()).collect();
         for (position, name) in scope.mask.iter().flatten().enumerate() {
             if !known.contains(&name.as_str()) {
                 let detail = format!("there is no limb '{name}' to mask");
@@ -261,6 +268,8 @@ fn filtered_joints(
     let Some(mask) = &scope.mask else {
         let legs: Vec<usize> =
             ["left_leg", "right_leg", "left_toe", "right_toe"].into_iter().flat_map(joints_of).collect();
+        let of_animals = target.roles.iter().filter(|(role, _)| is_whole_leg(role)).flat_map(|(_, joints)| joints);
+        let legs: Vec<usize> = legs.into_iter().chain(of_animals.copied()).collect();
         return (0..driven.len()).filter(|joint| driven[*joint] && !legs.contains(joint)).collect();
     };
     let mut wanted = Vec::new();
@@ -332,7 +341,7 @@ fn report_stiff_feet(staged: &[StagedOp], limbs: &[LimbPair], reporter: &mut Rep
 
 /// Whether there is a leg that both rigs have and whose target joints are driven.
 pub(super) fn have_driven_leg(source: &Rig<'_>, target: &Rig<'_>, is_driven: impl Fn(usize) -> bool) -> bool {
-    let legs = Limb::ALL.into_iter().filter(|limb| limb.is_leg());
+    let legs = Limb::all().filter(|limb| limb.is_leg());
     let mut targets = legs.filter_map(|limb| find_limb(limb, source, target)).map(|pair| pair.target);
     targets.any(|leg| [leg.start, leg.middle].into_iter().all(&is_driven))
 }
@@ -340,7 +349,11 @@ pub(super) fn have_driven_leg(source: &Rig<'_>, target: &Rig<'_>, is_driven: imp
 /// A limb of which both rigs have start, middle and end.
 fn find_limb(limb: Limb, source: &Rig<'_>, target: &Rig<'_>) -> Option<LimbPair> {
     let unit = source.unit_metres / target.unit_metres;
-    let (source, target) = (limb_joints(limb, source, unit)?, limb_joints(limb, target, 1.0)?);
+    let [of_source, of_target] = match limb.roles() {
+        Some(roles) => [by_roles(roles, source)?, by_roles(roles, target)?],
+        None => animal_leg(limb, source, target)?,
+    };
+    let (source, target) = (limb_joints(limb, &of_source, source, unit)?, limb_joints(limb, &of_target, target, 1.0)?);
     let (source_foot, target_foot) = (FootShape::default(), FootShape::default());
     Some(LimbPair { limb, source, target, has_stiff_foot: false, source_foot, target_foot })
 }
@@ -352,21 +365,29 @@ fn has_stiff_foot(pair: &LimbPair, source: &Rig<'_>, clip: &Clip) -> bool {
         Track::Sampled(values) => values.iter().any(|value| value.dot(values[0]).abs() < STIFF),
         Track::Rest | Track::Constant(_) => false,
     };
-    let below_shin = source.skeleton().path(middle, end).filter(|_| pair.limb.is_leg() && ball.is_none());
+    let below_shin = source
+        .skeleton()
+        .path(middle, end)
+        .filter(|_| pair.limb.is_leg() && pair.limb.whole_leg().is_none() && ball.is_none());
     clip.frame_count() > 1 && below_shin.is_some_and(|path| !path[1..].iter().any(turns))
+}
+
+/// The joints of a limb of which every bone has a role.
+fn by_roles(roles: [&str; 4], side: &Rig<'_>) -> Option<LegJoints> {
+    let [start, middle, end, beyond] = roles.map(|role| side.role(role).first().copied());
+    Some(LegJoints { chain: [start?, middle?, middle?, end?], beyond })
 }
 
 /// The left leg of a rig, for tests of what is found out about it.
 #[cfg(test)]
 pub(in crate::rig) fn leg_of(side: &Rig<'_>) -> Option<LimbJoints> {
-    limb_joints(Limb::LeftLeg, side, 1.0)
+    limb_joints(Limb::LeftLeg, &by_roles(Limb::LeftLeg.roles()?, side)?, side, 1.0)
 }
 
 /// `unit` is plan units per unit of that side.
-fn limb_joints(limb: Limb, side: &Rig<'_>, unit: f64) -> Option<LimbJoints> {
+fn limb_joints(limb: Limb, joints: &LegJoints, side: &Rig<'_>, unit: f64) -> Option<LimbJoints> {
     let rides = &rides(side);
-    let [start, middle, end, beyond] = limb.roles().map(|role| side.role(role).first().copied());
-    let (start, middle, end) = (start?, middle?, end?);
+    let LegJoints { chain: [start, middle, shin, end], beyond } = *joints;
     let place = |joint: usize| side.rest.transforms()[joint].translation;
     let has_length = |from: usize, to: usize| place(from).distance(place(to)) > 0.0;
     let skeleton = side.skeleton();
@@ -395,7 +416,7 @@ fn limb_joints(limb: Limb, side: &Rig<'_>, unit: f64) -> Option<LimbJoints> {
             ball_to_tip: ball.zip(tip).map(|(ball, tip)| bone(ball, tip)),
         }
     });
-    is_limb.then_some(LimbJoints { start, middle, end, ball, tip, sole })
+    is_limb.then_some(LimbJoints { start, middle, shin, end, ball, tip, sole })
 }
 
 /// Both feet have the sole of the one that stands: a rest pose may be a frame of a walk.
@@ -450,8 +471,9 @@ fn shape_feet(limbs: &mut [LimbPair], source: &Rig<'_>, target: &Rig<'_>) {
     let legs = || limbs.iter().filter(|pair| pair.limb.is_leg());
     let [source_stands, target_stands] = [0, 1].map(|side| legs().all(|pair| known(pair)[side]));
     for pair in limbs.iter_mut().filter(is_leg) {
-        pair.source_foot = foot_shape(source, &pair.source, unit, source_stands);
-        pair.target_foot = foot_shape(target, &pair.target, 1.0, target_stands);
+        let is_human = pair.limb.whole_leg().is_none();
+        pair.source_foot = foot_shape(source, &pair.source, unit, source_stands, is_human);
+        pair.target_foot = foot_shape(target, &pair.target, 1.0, target_stands, is_human);
     }
 }
 

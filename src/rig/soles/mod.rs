@@ -66,10 +66,10 @@ impl FootShape {
 }
 
 /// The shape of the foot of a leg. `unit` is plan units per unit of the side's scene, `stands` whether the rest pose says how its feet
-/// lie when they stand. Needs the leg's `sole`.
-pub(super) fn foot_shape(side: &Rig<'_>, leg: &LimbJoints, unit: f64, stands: bool) -> FootShape {
+/// lie when they stand, `is_human` whether a foot without a mesh has the proportions of a human one. Needs the leg's `sole`.
+pub(super) fn foot_shape(side: &Rig<'_>, leg: &LimbJoints, unit: f64, stands: bool, is_human: bool) -> FootShape {
     let foot = Foot::of(side, leg, unit).filter(|_| stands);
-    let shape = foot.and_then(|foot| skin::shape(&foot).or_else(|| guess::shape(&foot)));
+    let shape = foot.and_then(|foot| skin::shape(&foot).or_else(|| guess::shape(&foot).filter(|_| is_human)));
     shape.unwrap_or_else(|| guess::balls(leg))
 }
 
@@ -129,7 +129,7 @@ impl<'a, 'b> Foot<'a, 'b> {
 
     /// From the ankle to a place at rest, in the axes of the shin.
     fn offset_in_shin(&self, place: DVec3) -> DVec3 {
-        let shin = &self.side.rest.transforms()[self.leg.middle];
+        let shin = &self.side.rest.transforms()[self.leg.shin];
         shin.rotation.conjugate() * (place - self.place(self.leg.end)) * self.unit
     }
 

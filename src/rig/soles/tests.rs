@@ -79,7 +79,7 @@ fn left_foot(scene: &Scene) -> (FootShape, LimbJoints) {
     let spec = RetargetSpec::default();
     let rig = Rig::new("target", scene, None, &spec.target, &mut Reporter::new()).expect("a rig");
     let leg = leg_of(&rig).expect("a leg");
-    (foot_shape(&rig, &leg, 1.0, true), leg)
+    (foot_shape(&rig, &leg, 1.0, true, true), leg)
 }
 
 /// The points of a foot from its ankle, in the body's axes.

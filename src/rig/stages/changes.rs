@@ -24,7 +24,11 @@ impl Stages {
             StagedKind::Plant(plant) if plant.mode == PlantMode::Never => Vec::new(),
             StagedKind::Ik(_) => named("ik", of_limbs(false).collect()),
             StagedKind::Plant(plant) => named("plant", shifted(plant.pull_pelvis).chain(of_limbs(true)).collect()),
-            StagedKind::Floor(floor) => named("floor", shifted(floor.shift_pelvis).chain(of_limbs(true)).collect()),
+            StagedKind::Floor(floor) => {
+                let tails = self.tails.iter().flat_map(|tail| &tail.joints).map(|tail| tail.joint);
+                let tails = tails.filter(|_| floor.scope.mask.is_none());
+                named("floor", shifted(floor.shift_pelvis).chain(of_limbs(true)).chain(tails).collect())
+            }
             StagedKind::SelfContact(_) => named("self_contact", of_limbs(false).collect()),
             StagedKind::Filter(_, joints) => named("filter", joints.clone()),
             StagedKind::Twist(_, joints) => named("twist", joints.clone()),

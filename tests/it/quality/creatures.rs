@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use glam::{DQuat, DVec3};
 use retargetd::{
-    model::{Clip, Scene},
-    rig::{RetargetSpec, SpecErrorKind},
+    model::{Clip, Reporter, Scene},
+    rig::{RetargetSpec, Rig, SpecErrorKind, resolve},
     samples,
 };
 
@@ -140,5 +140,31 @@ fn a_made_spider_moves_a_real_one() {
             .map(|frame| place(&real.scene, &result, joint, frame).distance(place(&real.scene, &result, joint, 0)))
             .fold(0.0, f64::max);
         assert!(travel > 0.05, "{leg} moves {travel} m");
+    }
+}
+
+/// Every leg of an animal is a limb, of as many bones as it has.
+#[test]
+fn all_legs_of_an_animal_are_limbs() {
+    for (name, beast, legs) in
+        [("spider", spider(), 8), ("ant", ant(), 6), ("hydra", hydra(), 4), ("dragon", dragon(), 4)]
+    {
+        let source = beast.scene(DQuat::IDENTITY, 1.0, &mut Random(1));
+        let target = beast.scene(DQuat::IDENTITY, 2.0, &mut Random(2));
+        let clip = walk(&beast, &source);
+        let spec = RetargetSpec::default();
+        let rig = |scene| Rig::new("rig", scene, None, &spec.source, &mut Reporter::new()).expect("a rig");
+        let mapping =
+            resolve(&spec, &rig(&source), &rig(&target), &clip, &mut Reporter::new()).expect("a mapping").mapping;
+        assert_eq!(mapping.stages.limbs.len(), legs, "{name}");
+        let last = |joints: &[usize]| joints[joints.len() - 1];
+        for pair in &mapping.stages.limbs {
+            let role = pair.limb.whole_leg().expect("a leg of an animal");
+            let leg = &beast.roles[&role];
+            assert_eq!(pair.target.start, leg[0], "{name}: {role}");
+            assert!(leg[2..].contains(&pair.target.end), "{name}: {role} ends at joint {}", pair.target.end);
+            assert!(pair.target.ball.is_none_or(|ball| ball <= last(leg)), "{name}: {role}");
+            assert!(pair.target_foot.points.iter().all(|point| point.from_end.is_finite()), "{name}: {role}");
+        }
     }
 }

@@ -121,7 +121,7 @@ impl Compiler<'_> {
     fn foot_joints(&self, limb: usize, of_target: bool) -> impl Iterator<Item = usize> + use<> {
         let pair = self.limb(limb);
         let joints = if of_target { pair.target } else { pair.source };
-        [Some(joints.middle), Some(joints.end), joints.ball].into_iter().flatten()
+        [Some(joints.shin), Some(joints.end), joints.ball].into_iter().flatten()
     }
 
     pub(super) fn floor_stage(&self, op: &FloorOp, staged: &StagedOp) -> FloorStage {
@@ -167,7 +167,7 @@ impl Compiler<'_> {
 
 fn foot_slots(joints: &LimbJoints, posing: &Posing) -> FootSlots {
     let ball = joints.ball.map(|ball| posing.slot(ball));
-    FootSlots { end: posing.slot(joints.end), ball, shin: posing.slot(joints.middle) }
+    FootSlots { end: posing.slot(joints.end), ball, shin: posing.slot(joints.shin) }
 }
 
 /// Lengths and heights of a foot.

@@ -64,7 +64,7 @@ pub(in crate::rig::resolve) fn grips(op: &PropsOp, limbs: &[LimbPair], subject: 
         };
         let names = op.scope.mask.as_ref();
         let limb = limbs[follows].limb;
-        if names.is_none_or(|names| names.iter().any(|name| name == limb.name() || name == limb.roles()[2])) {
+        if names.is_none_or(|names| names.iter().any(|name| name == limb.name() || name == limb.contact_points()[0])) {
             let scale = grip.scale.unwrap_or_else(|| hand_ratio(subject));
             pairs.push(GripPair { lead, follows, scale, within: grip.within });
         }

@@ -12,7 +12,8 @@ use super::Scope;
 /// sole would go through the floor, toes bend first, then the foot tilts less, then it is lifted, and the pelvis goes along with the
 /// feet that carry it. Needs a `contacts` op before it; in a clip in which nothing touches, as in a walk on the spot, feet that are
 /// on the floor count as touching it. Where the source has no toes and feet that never turn
-/// against the shins, as skeletons of points have, feet are set flat while they stand. Mask: `left_leg`, `right_leg`; default: both.
+/// against the shins, as skeletons of points have, feet are set flat while they stand. Paws and hooves of animals are feet. Tails are
+/// raised out of the floor, bone by bone. Mask: legs, such as `left_leg` or `right_hind_leg`; default: all of them, and tails.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 #[schemars(deny_unknown_fields)]

@@ -8,9 +8,10 @@ use super::Scope;
 /// Sets a goal for the end of each limb (ankle, wrist) and bends the limb so that it gets there.
 ///
 /// The goals stand until the last op that moves goals (`ik`, `stride`, `plant`, `floor`) in a row has run; then limbs are
-/// solved once. A limb of two bones is solved exactly: its plane stays that of forward kinematics. What is out of reach is approached softly, never
-/// beyond the extension that the source's limb has, and the distance left is reported. Mask: `left_leg`, `right_leg`, `left_arm`,
-/// `right_arm`; default: the legs.
+/// solved once. A limb of two bones is solved exactly: its plane stays that of forward kinematics. A leg of an animal has more bones:
+/// it bends at the joint that leaves two parts as long as can be, which keep the shape that forward kinematics give them. What is out of
+/// reach is approached softly, never beyond the extension that the source's limb has, and the distance left is reported. Mask: legs and
+/// arms, such as `left_leg` or `right_hind_leg`; default: the legs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 #[schemars(deny_unknown_fields)]

@@ -9,7 +9,7 @@ use super::Scope;
 ///
 /// What is held is the point that touches: the heel, then the ball while the heel lifts. Each foot stands where it deviates
 /// least from the pose without this op, and is led there and away smoothly. Where a held foot is out of reach, the pelvis is
-/// moved by the least that brings it into reach. Mask: `left_leg`, `right_leg`, `left_arm`, `right_arm`; default: the legs.
+/// moved by the least that brings it into reach. Mask: legs and arms, such as `left_leg` or `right_hind_leg`; default: the legs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 #[schemars(deny_unknown_fields)]
