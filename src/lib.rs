@@ -78,6 +78,7 @@ pub mod identity;
 pub mod jobs;
 pub mod model;
 pub mod outbound;
+pub mod picture;
 pub mod report;
 pub mod retarget;
 pub mod rig;

@@ -16,6 +16,7 @@ mod keys;
 mod openapi;
 mod outputs;
 mod pose;
+mod preview;
 mod retarget;
 mod samples;
 mod serve;
@@ -54,6 +55,8 @@ enum Command {
     Explain(explain::Arguments),
     /// Say what a file holds: skeleton, clips, recognised rig, roles, rest pose, units, warnings.
     Inspect(inspect::Arguments),
+    /// Show what a file looks like: a still, a sheet of stills or a moving picture.
+    Preview(preview::Arguments),
     /// Say what a retarget of two files would do, and write the config that does it.
     Suggest(suggest::Arguments),
     /// Write a table of joint pairs to start from, for a spreadsheet.
@@ -88,6 +91,7 @@ pub fn run() -> ExitCode {
         Command::Submit(arguments) => submit::run(&arguments),
         Command::Edit(arguments) => edit::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Preview(arguments) => preview::run(&arguments),
         Command::Suggest(arguments) => suggest::run(&arguments),
         Command::JointTable(arguments) => joint_table::run(&arguments),
         Command::CheckConfig(arguments) => check_config::run(&arguments),

@@ -24,6 +24,7 @@ mod outputs;
 mod pass;
 mod performance;
 mod pose;
+mod preview;
 mod propose;
 mod provenance;
 mod rest_file;
@@ -49,6 +50,7 @@ pub use knowledge::{
 pub use labels::{ByRole, OneOrMore};
 pub use layer::laid_over;
 pub use limited::LimitedView;
+pub use preview::{Preview, PreviewOptions, preview};
 pub use propose::{
     DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose, propose_with,
 };
@@ -61,6 +63,7 @@ pub use tune::{TunedParameter, Tuning};
 pub use crate::{
     formats::{Format, FormatInfo, JsonSize, Limits, sniff},
     model::{Control, Phase, Progress},
+    picture::{Background, CameraKind, Follow, PictureFormat, SheetSize, Style, View},
     rig::{FindingCode, PoseChoice, Severity, template_schema},
 };
 

@@ -5,6 +5,8 @@
 
 use glam::{DMat4, Vec2, Vec3};
 
+pub(super) use crate::model::FourInfluences;
+
 /// All meshes that nodes of a skeleton wear.
 #[derive(Debug, Default)]
 pub(super) struct Meshes<'a> {
@@ -50,13 +52,6 @@ pub(super) struct Binding {
     /// For each position the joints that move it, as indices in `joints`, with their shares, largest first, which are 1 together. As
     /// many sets of four as the most of them need.
     pub(super) influences: Vec<Vec<FourInfluences>>,
-}
-
-/// Four joints and their shares; a share of 0 is none.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct FourInfluences {
-    pub(super) joints: [u16; 4],
-    pub(super) shares: [f32; 4],
 }
 
 /// A shape that a mesh can take.

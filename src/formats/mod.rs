@@ -27,6 +27,7 @@
 //!    node and clip by clip. In `tests/it/judges`: what others make of what we write. In `tests/fuzz/src/shared`: a target, and seeds
 //!    that hold what is special about it. In `benches/reading.rs`: how fast, beside another reader.
 
+mod appearance;
 mod body_model;
 pub mod budget;
 mod bundle;
@@ -47,6 +48,7 @@ mod space;
 mod written;
 mod zipped;
 
+pub use appearance::appearance;
 pub use budget::{Budget, Limit, Limits};
 pub use bundle::{Unpacked, embed_with, may_point_to_others, open, unpack};
 pub use error::{ErrorKind, FormatError};

@@ -5,6 +5,7 @@
 //! Conventions, everywhere below: right-handed, +Y up, +Z front, metres, seconds, radians; quaternions `x y z w`,
 //! Hamilton product, active rotations; `a * b` applies `b` first. `parent_from_child` names read by adjacency.
 
+mod appearance;
 mod axes;
 mod clip;
 mod control;
@@ -23,6 +24,7 @@ mod track;
 mod transform;
 mod warning;
 
+pub use appearance::{Appearance, Carrier, FourInfluences, Paint, Surface, SurfaceShape};
 pub use axes::{Axes, AxesError, SignedAxis};
 pub use clip::{Clip, ClipError, JointContacts, JointTracks};
 pub use control::{Canceled, Control, Phase, Progress};

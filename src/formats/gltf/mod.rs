@@ -23,7 +23,7 @@ mod tests;
 mod write;
 
 pub(super) use json::parse as parse_json;
-pub(super) use read::{morph_meshes, read};
+pub(super) use read::{appearance, morph_meshes, read};
 pub(super) use write::{write, write_posed};
 
 /// Both names of the mesh compression extension; they share one layout.

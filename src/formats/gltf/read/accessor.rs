@@ -257,6 +257,23 @@ impl<'d> Accessors<'d> {
         Ok(elements)
     }
 
+    /// Decodes the indices of triangles, which floats cannot hold.
+    pub(super) fn decode_indices(
+        &mut self,
+        accessor: &Accessor,
+        place: &Cursor<'_, '_>,
+        budget: &mut Budget<'_>,
+    ) -> Result<Vec<u32>, FormatError> {
+        let component = accessor.component;
+        if !matches!(component, Component::U8 | Component::U16 | Component::U32) {
+            return Err(place.malformed("indices must be unsigned integers"));
+        }
+        let Some(source) = accessor.source else { return Err(place.malformed("the indices have no data")) };
+        budget.take_array(accessor.count as u64, size_of::<u32>() as u64, "indices")?;
+        let (bytes, stride) = self.slice(source, accessor.count, (component, 1, false), place, budget)?;
+        Ok((0..accessor.count).map(|entry| component.decode_index(&bytes[entry * stride..])).collect())
+    }
+
     fn overlay(
         &mut self,
         floats: &mut [f32],

@@ -1,6 +1,7 @@
 //! A file to a [`Scene`].
 
 mod accessor;
+mod appearance;
 mod animation;
 mod contacts;
 mod curve;
@@ -11,6 +12,7 @@ mod meshopt;
 mod morph_meshes;
 mod morphs;
 mod nodes;
+mod paints;
 mod points;
 mod properties;
 mod skins;
@@ -22,6 +24,7 @@ use crate::{
 };
 use accessor::Accessors;
 
+pub(in crate::formats) use appearance::appearance;
 pub(in crate::formats) use morph_meshes::morph_meshes;
 
 /// Decodes any of the glTF formats. The bytes, not `format`, decide between GLB and JSON, and humanoid maps are found in

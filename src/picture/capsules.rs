@@ -1,0 +1,95 @@
+//! What a skeleton without a mesh looks like: a capsule along each bone, and a head.
+
+use std::f32::consts::TAU;
+
+use glam::{Mat4, Vec3, Vec4};
+
+use crate::model::{Appearance, Carrier, ModelPose, Paint, Skeleton, Surface};
+
+/// Corners around a capsule.
+const SIDES: usize = 12;
+/// Rings of each of its round ends.
+const RINGS: usize = 4;
+
+/// The capsules of a skeleton at rest, each carried by the joint that its bone begins at. `joints` are those that are drawn, and `head` is
+/// the joint of the head, where it is known. Bones from a joint far above to its first child are left out where `is_bone` says so.
+#[must_use]
+pub fn capsules(
+    skeleton: &Skeleton,
+    rest: &ModelPose,
+    is_bone: impl Fn(usize) -> bool,
+    head: Option<usize>,
+) -> Appearance {
+    let place = |joint: usize| rest.transforms()[joint].translation.as_vec3();
+    let drawn: Vec<usize> = (0..skeleton.len()).filter(|joint| is_bone(*joint)).collect();
+    let low = drawn.iter().map(|joint| place(*joint)).reduce(Vec3::min).unwrap_or_default();
+    let high = drawn.iter().map(|joint| place(*joint)).reduce(Vec3::max).unwrap_or_default();
+    let size = (high - low).max_element().max(1e-6);
+    let mut surfaces = Vec::new();
+    for &joint in &drawn {
+        let Some(parent) = skeleton.parent(joint).filter(|parent| is_bone(*parent)) else { continue };
+        let (start, end) = (place(parent), place(joint));
+        let length = start.distance(end);
+        if length < 1e-4 * size {
+            continue;
+        }
+        let radius = (0.16 * length).clamp(0.006 * size, 0.035 * size).min(0.5 * length);
+        surfaces.extend(surface(rest, parent, start, end, radius, 0));
+    }
+    if let Some(head) = head.filter(|head| is_bone(*head)) {
+        let children = drawn.iter().filter(|joint| skeleton.parent(**joint) == Some(head));
+        let farthest = children.map(|joint| place(*joint) - place(head)).max_by(|a, b| a.length().total_cmp(&b.length()));
+        let neck = skeleton.parent(head).map_or(Vec3::Y, |neck| place(head) - place(neck)).normalize_or(Vec3::Y);
+        let toward = farthest.filter(|to| to.length() > 0.03 * size).unwrap_or(neck * 0.09 * size);
+        let middle = place(head) + toward.normalize_or(Vec3::Y) * (0.5 * toward.length()).clamp(0.03 * size, 0.07 * size);
+        let tip = toward.normalize_or(Vec3::Y) * 0.02 * size;
+        surfaces.extend(surface(rest, head, middle - tip, middle + tip, 0.055 * size, 1));
+    }
+    let bone = Paint { base_color: Vec4::new(0.34, 0.45, 0.62, 1.0), ..Paint::default() };
+    let face = Paint { base_color: Vec4::new(0.62, 0.47, 0.34, 1.0), ..Paint::default() };
+    Appearance { surfaces, paints: vec![bone, face], images: Vec::new() }
+}
+
+/// A capsule between two places in model space, carried by a joint; nothing where the joint has no space.
+fn surface(rest: &ModelPose, joint: usize, start: Vec3, end: Vec3, radius: f32, paint: usize) -> Option<Surface> {
+    let joint_from_model: Mat4 = rest.transforms()[joint].to_matrix().inverse().as_mat4();
+    if !joint_from_model.is_finite() {
+        return None;
+    }
+    let along = (end - start).normalize_or(Vec3::Y);
+    let across = along.any_orthonormal_vector();
+    let other = along.cross(across);
+    let (mut positions, mut normals) = (Vec::new(), Vec::new());
+    let ring_count = 2 * (RINGS + 1);
+    for ring in 0..ring_count {
+        // From the pole at the start, over its equator and that of the end, to the pole there.
+        let is_end = ring > RINGS;
+        let angle = (if is_end { ring - RINGS - 1 } else { ring }) as f32 / RINGS as f32 * TAU / 4.0;
+        let (height, width) = if is_end { (angle.sin(), angle.cos()) } else { (-angle.cos(), angle.sin()) };
+        let center = if is_end { end } else { start };
+        for side in 0..SIDES {
+            let turn = side as f32 / SIDES as f32 * TAU;
+            let normal = along * height + (across * turn.cos() + other * turn.sin()) * width;
+            positions.push(joint_from_model.transform_point3(center + normal * radius));
+            normals.push(joint_from_model.transform_vector3(normal).normalize_or_zero());
+        }
+    }
+    let mut indices = Vec::new();
+    for ring in 0..ring_count - 1 {
+        for side in 0..SIDES {
+            let at = |ring: usize, side: usize| (ring * SIDES + side % SIDES) as u32;
+            let corners = [at(ring, side), at(ring, side + 1), at(ring + 1, side), at(ring + 1, side + 1)];
+            indices.extend([corners[0], corners[1], corners[2], corners[1], corners[3], corners[2]]);
+        }
+    }
+    Some(Surface {
+        positions,
+        normals,
+        texture_coordinates: Vec::new(),
+        colors: Vec::new(),
+        indices,
+        paint: Some(paint),
+        carrier: Carrier::Joint(joint),
+        shapes: Vec::new(),
+    })
+}

@@ -1,0 +1,192 @@
+//! GIF: one palette for all frames, and of each frame only what differs from the one before.
+
+use super::super::{Picture, figure::PictureError};
+use super::refused;
+
+/// Colors are told apart by this many bits of red, green and blue each.
+const BITS: u32 = 5;
+const BUCKETS: usize = 1 << (3 * BITS);
+/// Colors of the palette; one more is nothing.
+const COLORS: usize = 255;
+const NOTHING: u8 = 255;
+
+/// Frames of one moving picture.
+pub(in crate::picture) struct Writer {
+    size: [usize; 2],
+    fps: f64,
+    is_transparent: bool,
+    palette: Vec<[u8; 3]>,
+    /// The color of the palette that is nearest to each bucket.
+    nearest: Vec<u8>,
+    frame: usize,
+    before: Option<Picture>,
+    encoder: Option<::gif::Encoder<Vec<u8>>>,
+}
+
+impl Writer {
+    pub(super) const fn new(size: [usize; 2], fps: f64, is_transparent: bool) -> Self {
+        Self {
+            size,
+            fps,
+            is_transparent,
+            palette: Vec::new(),
+            nearest: Vec::new(),
+            frame: 0,
+            before: None,
+            encoder: None,
+        }
+    }
+
+    /// The palette: by median cut over the colors of some frames.
+    pub(super) fn learn(&mut self, pictures: &[Picture]) {
+        let mut counts = vec![0_u32; BUCKETS];
+        let mut sums = vec![[0_u64; 3]; BUCKETS];
+        for pixel in pictures.iter().flat_map(|picture| &picture.pixels).filter(|pixel| pixel[3] >= 128) {
+            let bucket = bucket(*pixel);
+            counts[bucket] += 1;
+            (0..3).for_each(|part| sums[bucket][part] += u64::from(pixel[part]));
+        }
+        let colors: Vec<(usize, u32)> =
+            counts.iter().enumerate().filter(|(_, count)| **count > 0).map(|(bucket, count)| (bucket, *count)).collect();
+        self.palette = median_cut(colors).iter().map(|part| mean(part, &sums, &counts)).collect();
+        self.palette.resize(COLORS, [0; 3]);
+        self.nearest = (0..BUCKETS).map(|bucket| nearest(&self.palette, middle(bucket))).collect();
+    }
+
+    pub(super) fn add(&mut self, picture: &Picture) -> Result<(), PictureError> {
+        if self.encoder.is_none() {
+            let mut palette = self.palette.as_flattened().to_vec();
+            palette.extend_from_slice(&[0; 3]);
+            let [width, height] = self.size.map(|side| side as u16);
+            let mut encoder = ::gif::Encoder::new(Vec::new(), width, height, &palette).map_err(refused)?;
+            encoder.set_repeat(::gif::Repeat::Infinite).map_err(refused)?;
+            self.encoder = Some(encoder);
+        }
+        let before = self.before.as_ref().filter(|_| !self.is_transparent);
+        let whole = [0, 0, self.size[0], self.size[1]];
+        let [left, top, right, bottom] =
+            before.map_or(whole, |before| changed(before, picture).unwrap_or([0, 0, 1, 1]));
+        let mut indices = Vec::with_capacity((right - left) * (bottom - top));
+        for row in top..bottom {
+            for column in left..right {
+                let at = row * self.size[0] + column;
+                let pixel = picture.pixels[at];
+                let is_same = before.is_some_and(|before| before.pixels[at] == pixel);
+                indices.push(if is_same || pixel[3] < 128 { NOTHING } else { self.nearest[bucket(pixel)] });
+            }
+        }
+        let begins = |frame: usize| (frame as f64 * 100.0 / self.fps).round() as u16 as usize;
+        let frame = ::gif::Frame {
+            delay: ((self.frame as f64 + 1.0) * 100.0 / self.fps).round() as u16 - begins(self.frame) as u16,
+            dispose: if self.is_transparent { ::gif::DisposalMethod::Background } else { ::gif::DisposalMethod::Keep },
+            transparent: Some(NOTHING),
+            left: left as u16,
+            top: top as u16,
+            width: (right - left) as u16,
+            height: (bottom - top) as u16,
+            buffer: indices.into(),
+            ..::gif::Frame::default()
+        };
+        if let Some(encoder) = &mut self.encoder {
+            encoder.write_frame(&frame).map_err(refused)?;
+        }
+        self.frame += 1;
+        self.before = Some(picture.clone());
+        Ok(())
+    }
+
+    pub(super) fn finish(self) -> Result<Vec<u8>, PictureError> {
+        let encoder = self.encoder.ok_or_else(|| PictureError::new("there are no frames"))?;
+        encoder.into_inner().map_err(refused)
+    }
+}
+
+/// The smallest rectangle in which two pictures differ: left, top, right and bottom; nothing where they are the same.
+pub(super) fn changed(before: &Picture, now: &Picture) -> Option<[usize; 4]> {
+    let rows = |row: usize| &now.pixels[row * now.width..][..now.width];
+    let rows_before = |row: usize| &before.pixels[row * now.width..][..now.width];
+    let differs = |row: &usize| rows(*row) != rows_before(*row);
+    let top = (0..now.height).find(differs)?;
+    let bottom = (top..now.height).rfind(differs)? + 1;
+    let (mut left, mut right) = (now.width, 0);
+    for row in top..bottom {
+        let pairs = || rows(row).iter().zip(rows_before(row));
+        if let Some(first) = pairs().position(|(one, other)| one != other) {
+            left = left.min(first);
+            let last = pairs().rposition(|(one, other)| one != other).unwrap_or(first);
+            right = right.max(last + 1);
+        }
+    }
+    Some([left, top, right, bottom])
+}
+
+fn bucket(pixel: [u8; 4]) -> usize {
+    let part = |part: u8| usize::from(part) >> (8 - BITS);
+    part(pixel[0]) << (2 * BITS) | part(pixel[1]) << BITS | part(pixel[2])
+}
+
+/// The middle of a bucket.
+fn middle(bucket: usize) -> [u8; 3] {
+    let part = |shift: u32| ((bucket >> shift & ((1 << BITS) - 1)) << (8 - BITS)) as u8 + (1 << (7 - BITS));
+    [part(2 * BITS), part(BITS), part(0)]
+}
+
+type Counted = Vec<(usize, u32)>;
+
+/// Buckets in as many groups as there are colors, halved where they are widest and fullest.
+fn median_cut(colors: Counted) -> Vec<Counted> {
+    let mut groups = vec![colors];
+    groups.retain(|group| !group.is_empty());
+    while groups.len() < COLORS {
+        let worth = |group: &Counted| {
+            let count: u64 = group.iter().map(|(_, count)| u64::from(*count)).sum();
+            let (_, width) = widest(group);
+            u64::from(width) * u64::from(width) * count.isqrt().max(1)
+        };
+        let Some((index, most)) = groups.iter().enumerate().map(|(index, group)| (index, worth(group))).max_by_key(|(_, most)| *most)
+        else {
+            break;
+        };
+        if most == 0 {
+            break;
+        }
+        let mut group = groups.swap_remove(index);
+        let (part, _) = widest(&group);
+        group.sort_by_key(|(bucket, _)| (middle(*bucket)[part], *bucket));
+        let half: u64 = group.iter().map(|(_, count)| u64::from(*count)).sum::<u64>() / 2;
+        let mut sum = 0;
+        let at = group.iter().position(|(_, count)| {
+            sum += u64::from(*count);
+            sum > half
+        });
+        let at = at.unwrap_or(1).clamp(1, group.len() - 1);
+        let rest = group.split_off(at);
+        groups.extend([group, rest]);
+    }
+    groups
+}
+
+/// The part of a color in which a group is widest, and how wide.
+fn widest(group: &Counted) -> (usize, u8) {
+    let width = |part: usize| {
+        let values = || group.iter().map(|(bucket, _)| middle(*bucket)[part]);
+        values().max().unwrap_or(0) - values().min().unwrap_or(0)
+    };
+    [(1, width(1)), (0, width(0)), (2, width(2))].into_iter().max_by_key(|(_, width)| *width).unwrap_or((1, 0))
+}
+
+fn mean(group: &Counted, sums: &[[u64; 3]], counts: &[u32]) -> [u8; 3] {
+    let count: u64 = group.iter().map(|(bucket, _)| u64::from(counts[*bucket])).sum();
+    [0, 1, 2].map(|part: usize| {
+        let sum: u64 = group.iter().map(|(bucket, _)| sums[*bucket][part]).sum();
+        (sum / count.max(1)) as u8
+    })
+}
+
+fn nearest(palette: &[[u8; 3]], color: [u8; 3]) -> u8 {
+    let distance = |other: &[u8; 3]| {
+        let weights = [3, 6, 1];
+        (0..3).map(|part| weights[part] * (i32::from(other[part]) - i32::from(color[part])).pow(2)).sum::<i32>()
+    };
+    palette.iter().enumerate().min_by_key(|(_, other)| distance(other)).map_or(0, |(index, _)| index as u8)
+}

@@ -1,0 +1,137 @@
+//! Pictures to files.
+
+mod apng;
+mod gif;
+mod webp;
+
+use super::{Picture, figure::PictureError};
+
+/// The kinds of files that pictures are written to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PictureFormat {
+    /// A still; lossless.
+    Png,
+    /// A still; lossless.
+    WebpStill,
+    /// Moves; lossless.
+    Webp,
+    /// Moves; 255 colors.
+    Gif,
+    /// Moves; lossless.
+    Apng,
+}
+
+impl PictureFormat {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Png, Self::WebpStill, Self::Webp, Self::Gif, Self::Apng];
+
+    /// The format that a file's ending asks for. A WebP moves where what it shows does.
+    #[must_use]
+    pub fn of_ending(ending: &str, moves: bool) -> Option<Self> {
+        match ending.to_ascii_lowercase().as_str() {
+            "png" => Some(Self::Png),
+            "webp" if moves => Some(Self::Webp),
+            "webp" => Some(Self::WebpStill),
+            "gif" => Some(Self::Gif),
+            "apng" => Some(Self::Apng),
+            _ => None,
+        }
+    }
+
+    /// Whether it has several frames.
+    #[must_use]
+    pub const fn moves(self) -> bool {
+        matches!(self, Self::Webp | Self::Gif | Self::Apng)
+    }
+
+    /// The media type.
+    #[must_use]
+    pub const fn media_type(self) -> &'static str {
+        match self {
+            Self::Png => "image/png",
+            Self::WebpStill | Self::Webp => "image/webp",
+            Self::Gif => "image/gif",
+            Self::Apng => "image/apng",
+        }
+    }
+
+    /// The ending of a file's name.
+    #[must_use]
+    pub const fn ending(self) -> &'static str {
+        match self {
+            Self::Png => "png",
+            Self::WebpStill | Self::Webp => "webp",
+            Self::Gif => "gif",
+            Self::Apng => "apng",
+        }
+    }
+
+    /// Encodes a still.
+    pub(super) fn still(self, picture: &Picture) -> Result<Vec<u8>, PictureError> {
+        match self {
+            Self::WebpStill | Self::Webp => webp::still(picture),
+            _ => apng::still(picture),
+        }
+    }
+}
+
+/// A moving picture that frames are added to, in their order. It repeats for ever.
+pub(super) enum Motion {
+    Apng(Box<apng::Writer>),
+    Gif(Box<gif::Writer>),
+    Webp(webp::Writer),
+}
+
+impl Motion {
+    pub(super) fn new(
+        format: PictureFormat,
+        size: [usize; 2],
+        fps: f64,
+        frames: usize,
+        is_transparent: bool,
+    ) -> Result<Self, PictureError> {
+        Ok(match format {
+            PictureFormat::Gif => Self::Gif(Box::new(gif::Writer::new(size, fps, is_transparent))),
+            PictureFormat::Webp => Self::Webp(webp::Writer::new(size, fps)),
+            _ => Self::Apng(Box::new(apng::Writer::new(size, fps, frames)?)),
+        })
+    }
+
+    /// Whether [`Self::learn`] has to be called first.
+    pub(super) const fn wants_palette(&self) -> bool {
+        matches!(self, Self::Gif(_))
+    }
+
+    /// Takes the colors of all frames from some of them.
+    pub(super) fn learn(&mut self, pictures: &[Picture]) {
+        if let Self::Gif(writer) = self {
+            writer.learn(pictures);
+        }
+    }
+
+    pub(super) fn add(&mut self, picture: &Picture) -> Result<(), PictureError> {
+        match self {
+            Self::Apng(writer) => writer.add(picture),
+            Self::Gif(writer) => writer.add(picture),
+            Self::Webp(writer) => writer.add(picture),
+        }
+    }
+
+    pub(super) fn finish(self) -> Result<Vec<u8>, PictureError> {
+        match self {
+            Self::Apng(writer) => writer.finish(),
+            Self::Gif(writer) => writer.finish(),
+            Self::Webp(writer) => Ok(writer.finish()),
+        }
+    }
+}
+
+/// An encoder that did not take what it was given, which is a fault of ours.
+fn refused(error: impl std::fmt::Display) -> PictureError {
+    PictureError::new(format!("the picture cannot be encoded: {error}"))
+}
+
+/// The milliseconds at which a frame begins: those of all frames add up to the exact length.
+fn begins_ms(frame: usize, fps: f64) -> u32 {
+    (frame as f64 * 1000.0 / fps).round() as u32
+}

@@ -1,0 +1,250 @@
+//! One picture of one frame: the figure, the light on it, the floor below it, and what is behind.
+
+use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
+
+use crate::model::{Clip, Skeleton, Transform};
+
+use super::{
+    Picture,
+    camera::Camera,
+    figure::{Figure, Posed},
+    floor::Floor,
+    raster::{Brush, Corner, Raster, SAMPLES},
+    view::{Background, Style},
+};
+
+/// Light from everywhere.
+const AMBIENT: f32 = 0.42;
+/// Light from above the left shoulder of the viewer, and a weaker one from the right.
+const KEY: f32 = 0.62;
+const FILL: f32 = 0.22;
+
+/// A figure that moves, as pictures need it.
+#[derive(Clone, Debug)]
+pub struct Subject<'a> {
+    /// Its surfaces; of a figure without a mesh, capsules.
+    pub figure: &'a Figure,
+    /// Capsules along its bones.
+    pub bones: &'a Figure,
+    /// Its joints.
+    pub skeleton: &'a Skeleton,
+    /// What it does; nothing of a figure at rest.
+    pub clip: Option<&'a Clip>,
+    /// The weights of its morphs where nothing animates them.
+    pub rest_weights: Vec<f32>,
+    /// Its joints that are always in the picture.
+    pub shown_joints: Vec<usize>,
+    /// The joint that a camera goes along with.
+    pub root: Option<usize>,
+    /// From the space of its scene to that of the picture: +Y up, +Z front.
+    pub picture_from_scene: Mat4,
+    /// Units of its scene that are a meter, where that is known.
+    pub units_per_metre: Option<f32>,
+    /// The height of its floor in the space of the picture; nothing where the lowest point that it shows is the floor.
+    pub floor: Option<f32>,
+}
+
+impl Subject<'_> {
+    /// Matrices of all joints at a time of the clip, in the space of the picture.
+    pub(super) fn joints(&self, seconds: f64) -> Vec<Mat4> {
+        let locals = self.locals(seconds);
+        let mut joints: Vec<Mat4> = Vec::with_capacity(locals.len());
+        for (index, local) in locals.iter().enumerate() {
+            let above = self.skeleton.parent(index).map_or(self.picture_from_scene, |parent| joints[parent]);
+            joints.push(above * local);
+        }
+        joints
+    }
+
+    /// The weights of all morphs at a time.
+    pub(super) fn morph_weights(&self, seconds: f64) -> Vec<f32> {
+        let mut weights = self.rest_weights.clone();
+        let Some(clip) = self.clip else { return weights };
+        let (frame, next, share) = between(clip.times_seconds(), seconds);
+        for track in clip.morphs() {
+            let Some(weight) = weights.get_mut(track.morph) else { continue };
+            let [one, other] = [frame, next].map(|frame| track.weights.at(frame, *weight));
+            *weight = one + (other - one) * share as f32;
+        }
+        weights
+    }
+
+    /// `parent_from_joint` of all joints at a time.
+    fn locals(&self, seconds: f64) -> Vec<Mat4> {
+        let rest = self.skeleton.joints().iter().map(|joint| joint.rest);
+        let Some(clip) = self.clip else { return rest.map(|rest| matrix(&rest)).collect() };
+        let (frame, next, share) = between(clip.times_seconds(), seconds);
+        let tracks = rest.zip(clip.joints());
+        let local = |(rest, tracks): (Transform, &crate::model::JointTracks)| {
+            let translation = [frame, next].map(|at| tracks.translation.at(at, rest.translation.as_vec3()));
+            let rotation = [frame, next].map(|at| tracks.rotation.at(at, rest.rotation.as_quat()).normalize());
+            let scale = [frame, next].map(|at| tracks.scale.at(at, rest.scale.as_vec3()));
+            let share = share as f32;
+            Mat4::from_scale_rotation_translation(
+                scale[0].lerp(scale[1], share),
+                Quat::slerp(rotation[0], rotation[1], share),
+                translation[0].lerp(translation[1], share),
+            )
+        };
+        tracks.map(local).collect()
+    }
+}
+
+fn matrix(transform: &Transform) -> Mat4 {
+    transform.to_matrix().as_mat4()
+}
+
+/// The frames before and after a time, and how far it is from one to the next.
+fn between(times: &[f64], seconds: f64) -> (usize, usize, f64) {
+    let last = times.len().saturating_sub(1);
+    let next = times.partition_point(|time| *time <= seconds).min(last);
+    let frame = if times.get(next).is_some_and(|time| *time <= seconds) { next } else { next.saturating_sub(1) };
+    let span = times[next] - times[frame];
+    let share = if span > 0.0 { ((seconds - times[frame]) / span).clamp(0.0, 1.0) } else { 0.0 };
+    (frame, next, share)
+}
+
+/// What a picture is made with, used again from one to the next.
+pub(super) struct Studio {
+    raster: Raster,
+    posed: Posed,
+    size: [usize; 2],
+}
+
+/// What is in one picture.
+pub(super) struct Shot {
+    pub(super) camera: Camera,
+    pub(super) style: Style,
+    pub(super) background: Background,
+    /// Where the floor is drawn: its level, its middle, the height of the figure and the step of the grid.
+    pub(super) floor: Option<(f32, Vec3, f32, f32)>,
+}
+
+impl Studio {
+    pub(super) fn new(size: [usize; 2]) -> Self {
+        Self { raster: Raster::new(size), posed: Posed::default(), size }
+    }
+
+    /// One picture of a subject at a time of its clip.
+    pub(super) fn shoot(&mut self, subject: &Subject<'_>, seconds: f64, shot: &Shot) -> Picture {
+        let (joints, weights) = (subject.joints(seconds), subject.morph_weights(seconds));
+        let camera = shot.camera.enlarged(SAMPLES as f32);
+        self.raster.clear();
+        let is_mesh = shot.style != Style::Skeleton;
+        if is_mesh {
+            subject.figure.pose(&joints, &weights, &mut self.posed);
+            self.draw(subject.figure, &camera, shot.style);
+        }
+        let floor = shot.floor.map(|(level, middle, height, step)| {
+            if !is_mesh {
+                subject.bones.pose(&joints, &weights, &mut self.posed);
+            }
+            Floor::new(level, middle, height, step, &self.posed.positions)
+        });
+        if matches!(shot.style, Style::Skeleton | Style::Both) {
+            if shot.style == Style::Both {
+                // Bones shine through: they are nearer than all of the mesh, and the mesh is dimmed.
+                self.raster.nearness.fill(0.0);
+                self.raster.colors.iter_mut().filter(|color| color[3] > 0).for_each(|color| color[3] = 110);
+            }
+            subject.bones.pose(&joints, &weights, &mut self.posed);
+            self.draw(subject.bones, &camera, Style::Shaded);
+        }
+        self.develop(shot, floor.as_ref())
+    }
+
+    fn draw(&mut self, figure: &Figure, camera: &Camera, style: Style) {
+        let (right, back) = (camera.right(), camera.back());
+        let up = back.cross(right);
+        let key = (back * 0.55 + up * 0.7 - right * 0.45).normalize();
+        let fill = (back * 0.5 + up * 0.1 + right * 0.85).normalize();
+        let (far, span) = self.depths(camera);
+        let mut drawn = figure.drawn();
+        drawn.sort_by_key(|surface| surface.opacity < 1.0);
+        let mut corners: Vec<Corner> = Vec::new();
+        for surface in drawn {
+            let brush = Brush {
+                texture: surface.texture.filter(|_| !matches!(style, Style::Depth | Style::Silhouette)),
+                cut_out_below: surface.cut_out_below,
+                opacity: if style == Style::Silhouette { 1.0 } else { surface.opacity },
+            };
+            let count = surface.indices.iter().max().map_or(0, |most| *most as usize + 1);
+            corners.clear();
+            corners.extend((0..count).map(|vertex| {
+                let place = self.posed.positions[surface.first + vertex];
+                let normal = self.posed.normals[surface.first + vertex].normalize_or_zero();
+                let seen = camera.see(place);
+                // Both sides of a triangle are lit as the one that is seen.
+                let normal = if normal.dot(camera.eye - place) < 0.0 { -normal } else { normal };
+                let light = AMBIENT + KEY * normal.dot(key).max(0.0) + FILL * normal.dot(fill).max(0.0);
+                let color = match style {
+                    Style::Silhouette => Vec4::ONE,
+                    Style::Depth => Vec3::splat(((far - seen.z) / span).clamp(0.03, 1.0)).extend(1.0),
+                    _ => {
+                        let own = surface.colors.get(vertex).copied().unwrap_or(Vec4::ONE) * surface.base_color;
+                        (own.truncate() * light).extend(own.w)
+                    }
+                };
+                let texture_coordinate = surface.texture_coordinates.get(vertex).copied().unwrap_or(Vec2::ZERO);
+                Corner { seen, texture_coordinate, color }
+            }));
+            for triangle in surface.indices.chunks_exact(3) {
+                let triangle = [0, 1, 2].map(|corner: usize| corners[triangle[corner] as usize]);
+                self.raster.triangle(camera, &triangle, &brush);
+            }
+        }
+    }
+
+    /// The largest distance of what is posed, and how far it is from the smallest.
+    fn depths(&self, camera: &Camera) -> (f32, f32) {
+        let depths = self.posed.positions.iter().map(|place| camera.see(*place).z);
+        let (near, far) = depths.fold((f32::INFINITY, 0.0_f32), |(near, far), depth| (near.min(depth), far.max(depth)));
+        (far, (far - near).max(1e-6))
+    }
+
+    /// Samples to pixels, over the floor and the background.
+    fn develop(&self, shot: &Shot, floor: Option<&Floor>) -> Picture {
+        let [width, height] = self.size;
+        let is_dark = shot.background == Background::Dark || matches!(shot.style, Style::Depth | Style::Silhouette);
+        let base: [f32; 4] = match (shot.style, shot.background) {
+            (_, Background::Transparent) => [0.0; 4],
+            (Style::Depth | Style::Silhouette, _) => [0.0, 0.0, 0.0, 255.0],
+            (_, Background::Light) => [236.0, 238.0, 241.0, 255.0],
+            (_, Background::Dark) => [38.0, 41.0, 46.0, 255.0],
+        };
+        let mut pixels = Vec::with_capacity(width * height);
+        for row in 0..height {
+            for column in 0..width {
+                let mut sum = [0.0_f32; 4];
+                for sample in 0..SAMPLES * SAMPLES {
+                    let at = (row * SAMPLES + sample / SAMPLES) * self.raster.width + column * SAMPLES + sample % SAMPLES;
+                    let [red, green, blue, there] = self.raster.colors[at].map(f32::from);
+                    let share = there / 255.0;
+                    sum = [sum[0] + red * share, sum[1] + green * share, sum[2] + blue * share, sum[3] + share];
+                }
+                let there = sum[3] / (SAMPLES * SAMPLES) as f32;
+                let mut under = base;
+                if there < 1.0
+                    && let Some((gray, opacity)) =
+                        floor.and_then(|floor| floor.seen_at(&shot.camera, column as f32 + 0.5, row as f32 + 0.5, is_dark))
+                {
+                    under = over([gray * 255.0; 3], opacity, under);
+                }
+                let color = if sum[3] > 0.0 { [sum[0], sum[1], sum[2]].map(|part| part / sum[3]) } else { [0.0; 3] };
+                pixels.push(over(color, there, under).map(|part| (part + 0.5) as u8));
+            }
+        }
+        Picture { width, height, pixels }
+    }
+}
+
+/// A color of some opacity over another; the opacity of the latter and of the result is 0 to 255.
+fn over(color: [f32; 3], opacity: f32, under: [f32; 4]) -> [f32; 4] {
+    let behind = under[3] / 255.0 * (1.0 - opacity);
+    let together = opacity + behind;
+    if together <= 0.0 {
+        return [0.0; 4];
+    }
+    let mix = |part: usize| (color[part] * opacity + under[part] * behind) / together;
+    [mix(0), mix(1), mix(2), together * 255.0]
+}

@@ -1,0 +1,157 @@
+//! What somebody wants to see.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The longest side of a picture, in pixels.
+pub const MAX_SIDE: usize = 1920;
+
+/// How a figure is seen. Every field is optional.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct View {
+    /// Width and height of one picture in pixels, 16 to 1920; of a sheet, that of each of its cells.
+    pub size: [usize; 2],
+    /// From where the figure is seen.
+    pub camera: CameraKind,
+    /// Whether the camera goes along with the figure.
+    pub follow: Follow,
+    /// How far the camera turns around the figure from the first frame to the last, in degrees.
+    pub turn_degrees: f64,
+    /// Frames per second of what moves, 1 to 60. Default: 15 for GIF, 30 otherwise.
+    pub fps: Option<f64>,
+    /// The seconds of the clip that are shown, start and end. Default: all.
+    pub range: Option<[f64; 2]>,
+    /// The second of the clip that a still shows. Default: the middle.
+    pub at_seconds: Option<f64>,
+    /// What is behind the figure.
+    pub background: Background,
+    /// What of the figure is drawn.
+    pub style: Style,
+    /// A sheet of several frames in one still, evenly spread over the clip.
+    pub sheet: Option<SheetSize>,
+    /// Whether the time is written on the picture.
+    pub labels: bool,
+    /// Whether the floor is drawn, with the shadow on it.
+    pub floor: bool,
+}
+
+impl Default for View {
+    fn default() -> Self {
+        Self {
+            size: [512, 512],
+            camera: CameraKind::ThreeQuarter,
+            follow: Follow::Auto,
+            turn_degrees: 0.0,
+            fps: None,
+            range: None,
+            at_seconds: None,
+            background: Background::Light,
+            style: Style::Shaded,
+            sheet: None,
+            labels: false,
+            floor: true,
+        }
+    }
+}
+
+/// From where a figure is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CameraKind {
+    /// From ahead of it.
+    Front,
+    /// From ahead and to its left.
+    ThreeQuarter,
+    /// From its left.
+    Side,
+    /// From behind it.
+    Back,
+    /// From above it.
+    Top,
+    /// Once around it, from the first frame to the last.
+    Orbit,
+}
+
+/// Whether the camera goes along with a figure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Follow {
+    /// It does where the figure leaves its place.
+    Auto,
+    /// It does.
+    Figure,
+    /// It stays where it sees the whole path.
+    Hold,
+}
+
+/// What is behind a figure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Background {
+    /// A light gray.
+    Light,
+    /// A dark gray.
+    Dark,
+    /// Nothing.
+    Transparent,
+}
+
+/// What of a figure is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Style {
+    /// Its mesh; where it has none, capsules along its bones.
+    Shaded,
+    /// Capsules along its bones.
+    Skeleton,
+    /// Its mesh, which lets its bones shine through.
+    Both,
+    /// How near it is: the nearer, the lighter.
+    Depth,
+    /// Its outline, filled with white.
+    Silhouette,
+}
+
+/// How many frames a sheet has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SheetSize {
+    /// Side by side, 1 to 16.
+    pub columns: usize,
+    /// Below each other, 1 to 16.
+    pub rows: usize,
+}
+
+impl View {
+    /// What is wrong with a view: the field and what it has to be.
+    #[must_use]
+    pub fn problem(&self) -> Option<(&'static str, String)> {
+        let sides = self.size.iter().all(|side| (16..=MAX_SIDE).contains(side));
+        let is_between = |value: f64, from: f64, to: f64| (from..=to).contains(&value);
+        if !sides {
+            return Some(("size", format!("both sides are 16 to {MAX_SIDE} pixels")));
+        }
+        if self.fps.is_some_and(|fps| !is_between(fps, 1.0, 60.0)) {
+            return Some(("fps", "it is 1 to 60".to_owned()));
+        }
+        if !is_between(self.turn_degrees, -3600.0, 3600.0) {
+            return Some(("turn_degrees", "it is -3600 to 3600".to_owned()));
+        }
+        if self.range.is_some_and(|[start, end]| !(start >= 0.0 && end >= start && end.is_finite())) {
+            return Some(("range", "it is a start of 0 or more and an end that is no earlier, in seconds".to_owned()));
+        }
+        if self.at_seconds.is_some_and(|at| !(at >= 0.0 && at.is_finite())) {
+            return Some(("at_seconds", "it is 0 or more".to_owned()));
+        }
+        let counts = |sheet: SheetSize| [sheet.columns, sheet.rows].iter().all(|count| (1..=16).contains(count));
+        if self.sheet.is_some_and(|sheet| !counts(sheet)) {
+            return Some(("sheet", "columns and rows are 1 to 16 each".to_owned()));
+        }
+        let fits = |sheet: SheetSize| sheet.columns * self.size[0] <= 8192 && sheet.rows * self.size[1] <= 8192;
+        if self.sheet.is_some_and(|sheet| !fits(sheet)) {
+            return Some(("sheet", "the whole sheet is at most 8192 pixels wide and high; make its cells smaller".to_owned()));
+        }
+        None
+    }
+}
