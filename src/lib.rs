@@ -11,6 +11,7 @@
 //! | [`rig`] | what the joints mean: roles, chains, rest pose, alignment, the retarget spec | `model` |
 //! | [`retarget`] | the algorithm: a plan compiled once, then a loop over frames; and its measures | `model`, `rig` |
 //! | [`editing`] | edits of a clip: time, loops, mirror | `model`, `rig` |
+//! | [`picture`] | seeing: camera, skinning, rasteriser, encoders of still and moving pictures | `model` |
 //! | [`engine`] | the one pure function: input bytes and spec to output bytes, warnings and report | all above |
 //! | [`report`] | what the engine found out, as page, text and table | all above |
 //! | [`store`] | durable facts: records and blobs | `config` |

@@ -111,7 +111,11 @@ fn preview(arguments: &Arguments) -> Result<(), Exit> {
     }
     let options = PreviewOptions { view: arguments.view(), ending, clip: arguments.clip.clone() };
     if let Some((field, problem)) = options.view.problem() {
-        return Err(Exit::new(BAD_USAGE, format!("{field}: {problem}"), "retargetd preview --help tells what is possible"));
+        return Err(Exit::new(
+            BAD_USAGE,
+            format!("{field}: {problem}"),
+            "retargetd preview --help tells what is possible",
+        ));
     }
     let file = InputFile::read("file", &arguments.file, &limits)?;
     let control = Arc::new(Control::new());

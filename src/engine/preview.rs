@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use glam::{DMat4, DVec3};
+use glam::DMat4;
 
 use crate::{
     formats::{self, Limits},
     model::{Clip, Control, Phase, Reporter, Scene, Skeleton},
-    picture::{Figure, FilmError, PictureError, PictureFormat, Subject, View, capsules, render},
+    picture::{Bone, Figure, FilmError, PictureError, PictureFormat, Subject, View, capsules, render},
     rig::{Rig, RigSpec, floors, standing_floor},
 };
 
@@ -29,7 +29,7 @@ pub struct Preview {
 }
 
 /// What of a file is wanted as what.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PreviewOptions {
     /// How it is seen.
     pub view: View,
@@ -120,12 +120,10 @@ impl Shown {
         let picture_from_scene = DMat4::from_quat(work.unwrap_or_default());
         let role_joints = rig.iter().flat_map(|rig| rig.roles.iter().filter(|(role, _)| *role != "root"));
         let shown_joints: BTreeSet<usize> = role_joints.flat_map(|(_, joints)| joints.iter().copied()).collect();
-        let up = picture_from_scene.transpose().transform_vector3(DVec3::Y);
         let floor = rig.as_ref().and_then(|rig| match &self.clip {
             Some(clip) => floors(rig, clip).map(|(_, floor)| floor),
             None => standing_floor(rig),
         });
-        debug_assert!(up.is_normalized() || work.is_none());
         let unit = rig.as_ref().map(|rig| rig.unit_metres).or(scene.unit_metres);
         let subject = Subject {
             figure: if has_mesh { &mesh } else { &bones },
@@ -160,20 +158,70 @@ impl Shown {
         is_animated || self.scene.morphs[morph].rest != 0.0
     }
 
-    /// The body of capsules: of a recognised body from the pelvis on, else of all that the file calls joints.
+    /// The body of capsules.
     fn bones(&self, rig: Option<&Rig<'_>>) -> Result<Figure, Failure> {
-        let skeleton = &self.skeleton;
-        let rest = skeleton.rest_pose().to_model(skeleton);
-        let has_joints = skeleton.joints().iter().any(|joint| joint.is_joint);
-        let pelvis = rig.and_then(|rig| rig.role("pelvis").first().copied());
-        let is_bone = |joint: usize| match pelvis {
-            Some(pelvis) => skeleton.is_ancestor_or_self(pelvis, joint),
-            None => skeleton.joints()[joint].is_joint || !has_joints,
-        };
-        let head = rig.and_then(|rig| rig.role("head").first().copied());
-        let (figure, _) = Figure::new(capsules(skeleton, &rest, is_bone, head)).map_err(in_picture)?;
+        let rest = self.skeleton.rest_pose().to_model(&self.skeleton);
+        let first = |role: &str| rig.and_then(|rig| rig.role(role).first().copied());
+        let head = first("head").map(|head| (head, first("neck").or_else(|| first("pelvis"))));
+        let (figure, _) = Figure::new(capsules(&rest, &drawn_bones(&self.skeleton, rig), head)).map_err(in_picture)?;
         Ok(figure)
     }
+}
+
+/// The bones that are drawn: of a body those with roles and all below them, else all between what the file calls joints.
+fn drawn_bones(skeleton: &Skeleton, rig: Option<&Rig<'_>>) -> Vec<Bone> {
+    let roles = || rig.into_iter().flat_map(|rig| rig.roles.iter().filter(|(role, _)| *role != "root"));
+    let with_role: BTreeSet<usize> = roles().flat_map(|(_, joints)| joints.iter().copied()).collect();
+    let is_trunk = |joint: usize| {
+        let of_trunk = roles().filter(|(role, _)| matches!(role.as_str(), "pelvis" | "spine"));
+        of_trunk.into_iter().any(|(_, joints)| joints.contains(&joint))
+    };
+    let has_joints = skeleton.joints().iter().any(|joint| joint.is_joint);
+    let mut is_drawn = vec![false; skeleton.len()];
+    for joint in 0..skeleton.len() {
+        let above = skeleton.parent(joint).is_some_and(|parent| is_drawn[parent]);
+        is_drawn[joint] = match with_role.is_empty() {
+            true => skeleton.joints()[joint].is_joint || !has_joints,
+            false => above || with_role.contains(&joint),
+        };
+    }
+    let mut bones = Vec::new();
+    for joint in (0..skeleton.len()).filter(|joint| is_drawn[*joint]) {
+        let parent = skeleton.parent(joint).filter(|parent| is_drawn[*parent]);
+        // Joints of limbs that hang on controls go on from the joint of the role before.
+        let from = parent.or_else(|| rig.and_then(|rig| joint_before(rig, joint)));
+        bones.extend(from.map(|from| Bone { from, to: joint, is_trunk: is_trunk(from) && is_trunk(joint) }));
+    }
+    bones
+}
+
+/// The joint that a body's joint goes on from by its role.
+fn joint_before(rig: &Rig<'_>, joint: usize) -> Option<usize> {
+    let (role, joints) = rig.roles.iter().find(|(role, joints)| *role != "root" && joints.contains(&joint))?;
+    let place = joints.iter().position(|other| *other == joint)?;
+    if let Some(before) = place.checked_sub(1) {
+        return Some(joints[before]);
+    }
+    let (side, part) = ["left_", "right_"]
+        .into_iter()
+        .find_map(|side| role.strip_prefix(side).map(|part| (side, part)))
+        .unwrap_or(("", role.as_str()));
+    let before: &[&str] = match part {
+        "spine" | "thigh" | "tail" => &["pelvis"],
+        "shin" => &["thigh"],
+        "foot" => &["shin"],
+        "toe" => &["foot"],
+        "clavicle" | "neck" => &["spine", "pelvis"],
+        "upper_arm" => &["clavicle", "spine", "pelvis"],
+        "forearm" => &["upper_arm"],
+        "hand" => &["forearm"],
+        "head" => &["neck", "spine"],
+        _ => return None,
+    };
+    let last = |name: &&str| {
+        [format!("{side}{name}"), (*name).to_owned()].iter().find_map(|role| rig.role(role).last().copied())
+    };
+    before.iter().find_map(last)
 }
 
 fn in_picture(error: PictureError) -> Failure {

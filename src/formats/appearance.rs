@@ -82,7 +82,10 @@ fn surface(mesh: &Mesh, part: &Part, node: usize, uv_set: usize, wanted: &BTreeS
     });
     Surface {
         normals: if mesh.normals.is_empty() { Vec::new() } else { used.iter().map(|at| mesh.normals[*at]).collect() },
-        texture_coordinates: mesh.uv_sets.get(uv_set).map_or_else(Vec::new, |set| used.iter().map(|at| set[*at]).collect()),
+        texture_coordinates: mesh
+            .uv_sets
+            .get(uv_set)
+            .map_or_else(Vec::new, |set| used.iter().map(|at| set[*at]).collect()),
         colors: Vec::new(),
         shapes: shapes.collect(),
         positions: used.iter().map(|at| mesh.positions[*at]).collect(),
@@ -95,5 +98,9 @@ fn surface(mesh: &Mesh, part: &Part, node: usize, uv_set: usize, wanted: &BTreeS
 /// What a color of a file that may say anything is taken to be.
 pub(super) fn sane_color(color: Vec4) -> Vec4 {
     let is_sane = color.is_finite();
-    if is_sane { color.xyz().clamp(glam::Vec3::ZERO, glam::Vec3::ONE).extend(color.w.clamp(0.0, 1.0)) } else { Vec4::ONE }
+    if is_sane {
+        color.xyz().clamp(glam::Vec3::ZERO, glam::Vec3::ONE).extend(color.w.clamp(0.0, 1.0))
+    } else {
+        Vec4::ONE
+    }
 }

@@ -39,6 +39,8 @@ pub(super) struct AssetView {
     content: String,
     /// Where to see what it holds.
     skeleton: String,
+    /// Where to see what it looks like.
+    thumbnail: String,
 }
 
 impl From<AssetRecord> for AssetView {
@@ -46,6 +48,7 @@ impl From<AssetRecord> for AssetView {
         Self {
             content: format!("/v1/assets/{}/content", asset.id),
             skeleton: format!("/v1/assets/{}/skeleton", asset.id),
+            thumbnail: format!("/v1/assets/{}/preview.png?size=256", asset.id),
             id: asset.id.to_string(),
             file_name: asset.file_name,
             format: asset.format,
@@ -94,12 +97,15 @@ pub(super) struct ResultView {
     expires_at: String,
     /// Where its bytes are.
     content: String,
+    /// Where to see what it looks like.
+    thumbnail: String,
 }
 
 impl From<ResultRecord> for ResultView {
     fn from(result: ResultRecord) -> Self {
         Self {
             content: format!("/v1/results/{}/content", result.id),
+            thumbnail: format!("/v1/results/{}/preview.png?size=256", result.id),
             id: result.id.to_string(),
             job: result.job_id.to_string(),
             format: result.format,

@@ -5,13 +5,13 @@ use serde::{Deserialize, Serialize};
 use crate::{
     engine::{
         self, Control, EditInputs, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Outcome,
-        Output, PoseChoice, PoseInputs, Task, Timings,
+        Output, PoseChoice, PoseInputs, PreviewOptions, Task, Timings,
     },
     store::{JobVerdict, Judgment},
 };
 
 /// What the engine can be asked, as plain data: the files go beside it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Question {
     /// The source's clip on the target.
     Retarget,
@@ -35,6 +35,8 @@ pub enum Question {
     },
     /// The config as it is understood.
     CheckConfig,
+    /// What the source looks like.
+    Preview(Box<PreviewOptions>),
 }
 
 /// The files of a question.
@@ -72,6 +74,8 @@ pub struct Asked<'a> {
 pub enum Answer {
     /// To a task: what it gave.
     Ran(Box<Ran>),
+    /// To how a file looks: an encoded picture.
+    Picture(Vec<u8>),
     /// To everything else: a JSON object.
     Document(serde_json::Value),
 }
@@ -156,6 +160,9 @@ impl Engine for RetargetEngine {
                 let question = engine::Question { frame: *frame, joint };
                 document(engine::explain_with(&asked.pair()?, &question, knowledge, limits, control)?)
             }
+            Question::Preview(options) => {
+                Ok(Answer::Picture(engine::preview(files.source()?, options, limits, control)?.bytes))
+            }
             Question::CheckConfig => {
                 let config = files.config.ok_or_else(|| missing("config"))?;
                 engine::check_config(config).map(Answer::Document)
@@ -200,9 +207,11 @@ impl<'a> Asked<'a> {
                 let target = self.files.target()?;
                 Task::Pose(PoseInputs { target, target_rest, source, source_rest, to: *to, config, formats })
             }
-            Question::Inspect | Question::Propose | Question::Explain { .. } | Question::CheckConfig => {
-                return Ok(None);
-            }
+            Question::Inspect
+            | Question::Propose
+            | Question::Explain { .. }
+            | Question::CheckConfig
+            | Question::Preview(_) => return Ok(None),
         }))
     }
 
@@ -227,7 +236,7 @@ impl Answer {
     pub fn ran(self) -> Result<Ran, Failure> {
         match self {
             Self::Ran(ran) => Ok(*ran),
-            Self::Document(_) => Err(Failure::new(FailureCode::Internal, "a document is no result of a task")),
+            Self::Document(_) | Self::Picture(_) => Err(otherwise("the result of a task")),
         }
     }
 
@@ -238,9 +247,24 @@ impl Answer {
     pub fn document(self) -> Result<serde_json::Value, Failure> {
         match self {
             Self::Document(document) => Ok(document),
-            Self::Ran(_) => Err(Failure::new(FailureCode::Internal, "the result of a task is no document")),
+            Self::Ran(_) | Self::Picture(_) => Err(otherwise("a document")),
         }
     }
+
+    /// The picture.
+    ///
+    /// # Errors
+    /// When it is the answer to another question.
+    pub fn picture(self) -> Result<Vec<u8>, Failure> {
+        match self {
+            Self::Picture(bytes) => Ok(bytes),
+            Self::Ran(_) | Self::Document(_) => Err(otherwise("a picture")),
+        }
+    }
+}
+
+fn otherwise(wanted: &str) -> Failure {
+    Failure::new(FailureCode::Internal, format!("the engine answers with something else than {wanted}"))
 }
 
 fn missing(part: &'static str) -> Failure {

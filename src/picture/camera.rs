@@ -75,7 +75,8 @@ impl Camera {
                 off.max_element() + (point.z - center.z)
             };
             distance = seen.iter().map(needed).fold(0.1 * size, f32::max);
-            let on_picture = |point: &Vec3| (*point - center).truncate() / (distance - (point.z - center.z)).max(1e-6 * size);
+            let on_picture =
+                |point: &Vec3| (*point - center).truncate() / (distance - (point.z - center.z)).max(1e-6 * size);
             let low = seen.iter().map(on_picture).reduce(Vec2::min).unwrap_or_default();
             let high = seen.iter().map(on_picture).reduce(Vec2::max).unwrap_or_default();
             center += ((low + high) * (0.5 * distance)).extend(0.0);
@@ -95,6 +96,7 @@ impl Camera {
     }
 
     /// In pixels, Y down, and the distance from the plane of the eye.
+    #[cfg(test)]
     pub(super) fn project(&self, place: Vec3) -> Vec3 {
         let seen = self.axes.transpose() * (place - self.eye);
         self.on_picture(Vec3::new(seen.x, seen.y, -seen.z))

@@ -4,44 +4,49 @@ use std::f32::consts::TAU;
 
 use glam::{Mat4, Vec3, Vec4};
 
-use crate::model::{Appearance, Carrier, ModelPose, Paint, Skeleton, Surface};
+use crate::model::{Appearance, Carrier, ModelPose, Paint, Surface};
 
 /// Corners around a capsule.
 const SIDES: usize = 12;
 /// Rings of each of its round ends.
 const RINGS: usize = 4;
 
-/// The capsules of a skeleton at rest, each carried by the joint that its bone begins at. `joints` are those that are drawn, and `head` is
-/// the joint of the head, where it is known. Bones from a joint far above to its first child are left out where `is_bone` says so.
+/// A bone that is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bone {
+    /// The joint that it begins at, which carries it.
+    pub from: usize,
+    /// The joint that it ends at.
+    pub to: usize,
+    /// Whether it is a part of the trunk, which is thicker.
+    pub is_trunk: bool,
+}
+
+/// A skeleton at rest as capsules along some bones, with a head on the joint that is one, where it is known.
 #[must_use]
-pub fn capsules(
-    skeleton: &Skeleton,
-    rest: &ModelPose,
-    is_bone: impl Fn(usize) -> bool,
-    head: Option<usize>,
-) -> Appearance {
+pub fn capsules(rest: &ModelPose, bones: &[Bone], head: Option<(usize, Option<usize>)>) -> Appearance {
     let place = |joint: usize| rest.transforms()[joint].translation.as_vec3();
-    let drawn: Vec<usize> = (0..skeleton.len()).filter(|joint| is_bone(*joint)).collect();
-    let low = drawn.iter().map(|joint| place(*joint)).reduce(Vec3::min).unwrap_or_default();
-    let high = drawn.iter().map(|joint| place(*joint)).reduce(Vec3::max).unwrap_or_default();
+    let ends = || bones.iter().flat_map(|bone| [place(bone.from), place(bone.to)]);
+    let low = ends().reduce(Vec3::min).unwrap_or_default();
+    let high = ends().reduce(Vec3::max).unwrap_or_default();
     let size = (high - low).max_element().max(1e-6);
     let mut surfaces = Vec::new();
-    for &joint in &drawn {
-        let Some(parent) = skeleton.parent(joint).filter(|parent| is_bone(*parent)) else { continue };
-        let (start, end) = (place(parent), place(joint));
+    for bone in bones {
+        let (start, end) = (place(bone.from), place(bone.to));
         let length = start.distance(end);
         if length < 1e-4 * size {
             continue;
         }
-        let radius = (0.16 * length).clamp(0.006 * size, 0.035 * size).min(0.5 * length);
-        surfaces.extend(surface(rest, parent, start, end, radius, 0));
+        let radius = if bone.is_trunk { 0.055 * size } else { (0.18 * length).clamp(0.009 * size, 0.036 * size) };
+        surfaces.extend(surface(rest, bone.from, start, end, radius, 0));
     }
-    if let Some(head) = head.filter(|head| is_bone(*head)) {
-        let children = drawn.iter().filter(|joint| skeleton.parent(**joint) == Some(head));
-        let farthest = children.map(|joint| place(*joint) - place(head)).max_by(|a, b| a.length().total_cmp(&b.length()));
-        let neck = skeleton.parent(head).map_or(Vec3::Y, |neck| place(head) - place(neck)).normalize_or(Vec3::Y);
+    if let Some((head, neck)) = head {
+        let reaches = bones.iter().filter(|bone| bone.from == head).map(|bone| place(bone.to) - place(head));
+        let farthest = reaches.max_by(|one, other| one.length().total_cmp(&other.length()));
+        let neck = neck.map_or(Vec3::Y, |neck| place(head) - place(neck)).normalize_or(Vec3::Y);
         let toward = farthest.filter(|to| to.length() > 0.03 * size).unwrap_or(neck * 0.09 * size);
-        let middle = place(head) + toward.normalize_or(Vec3::Y) * (0.5 * toward.length()).clamp(0.03 * size, 0.07 * size);
+        let middle =
+            place(head) + toward.normalize_or(Vec3::Y) * (0.5 * toward.length()).clamp(0.03 * size, 0.07 * size);
         let tip = toward.normalize_or(Vec3::Y) * 0.02 * size;
         surfaces.extend(surface(rest, head, middle - tip, middle + tip, 0.055 * size, 1));
     }

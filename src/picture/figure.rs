@@ -1,36 +1,13 @@
 //! Where the vertices of a figure are at a frame, and how light falls on them.
 
-use std::fmt;
-
 use glam::{Mat3, Mat4, Vec2, Vec3, Vec4, Vec4Swizzles};
 
 use crate::model::{Appearance, Carrier, Surface};
 
-use super::texture::Texture;
+use super::{error::PictureError, texture::Texture};
 
 /// Triangles of one figure.
 const MAX_TRIANGLES: usize = 5_000_000;
-
-/// Why there is no picture.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PictureError {
-    /// What is wrong, for people.
-    pub detail: String,
-}
-
-impl PictureError {
-    pub(super) fn new(detail: impl Into<String>) -> Self {
-        Self { detail: detail.into() }
-    }
-}
-
-impl fmt::Display for PictureError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(&self.detail)
-    }
-}
-
-impl std::error::Error for PictureError {}
 
 /// What is drawn: surfaces with what they are painted with, ready to be posed.
 #[derive(Clone, Debug)]
@@ -70,7 +47,9 @@ impl Figure {
     pub fn new(mut appearance: Appearance) -> Result<(Self, Vec<(usize, PictureError)>), PictureError> {
         let triangles = appearance.triangle_count();
         if triangles > MAX_TRIANGLES {
-            return Err(PictureError::new(format!("{triangles} triangles are more than the {MAX_TRIANGLES} that are drawn")));
+            return Err(PictureError::new(format!(
+                "{triangles} triangles are more than the {MAX_TRIANGLES} that are drawn"
+            )));
         }
         let mut problems = Vec::new();
         let mut textures = Vec::new();

@@ -9,7 +9,8 @@ use super::{
     Picture,
     camera::{Camera, Direction},
     encode::{Motion, PictureFormat},
-    figure::{Figure, PictureError, Posed},
+    error::PictureError,
+    figure::{Figure, Posed},
     scene::{Shot, Studio, Subject},
     text,
     view::{Background, CameraKind, Follow, SheetSize, Style, View},
@@ -64,12 +65,7 @@ impl From<Canceled> for FilmError {
 ///
 /// # Errors
 /// When there is nothing to be seen, more is asked for than is drawn, or the work is canceled.
-pub fn render(
-    subject: &Subject<'_>,
-    view: &View,
-    format: PictureFormat,
-    control: &Control,
-) -> Result<Film, FilmError> {
+pub fn render(subject: &Subject<'_>, view: &View, format: PictureFormat, control: &Control) -> Result<Film, FilmError> {
     if let Some((field, problem)) = view.problem() {
         return Err(PictureError::new(format!("{field}: {problem}")).into());
     }
@@ -202,7 +198,9 @@ impl<'a> Stage<'a> {
         let path: Option<Vec<Vec3>> =
             is_followed.then(|| roots.iter().map(|place| (*place - roots[0]).with_y(0.0)).collect());
         let points: Vec<Vec3> = match &path {
-            Some(path) => seen.iter().flat_map(|(index, places)| places.iter().map(|place| *place - path[*index])).collect(),
+            Some(path) => {
+                seen.iter().flat_map(|(index, places)| places.iter().map(|place| *place - path[*index])).collect()
+            }
             None => all().collect(),
         };
         let level = subject.floor.unwrap_or_else(|| all().map(|place| place.y).fold(f32::INFINITY, f32::min));
@@ -212,11 +210,8 @@ impl<'a> Stage<'a> {
             let direction = Direction::of(view.camera, view.turn_degrees, progress(index));
             Camera::fitting(direction, &points, view.size)
         };
-        let cameras: Vec<Camera> = if is_turning {
-            turning(view, &points, times.len())
-        } else {
-            vec![camera(0); times.len()]
-        };
+        let cameras: Vec<Camera> =
+            if is_turning { turning(view, &points, times.len()) } else { vec![camera(0); times.len()] };
         let middles = roots.iter().map(|place| place.with_y(level)).collect();
         let step = subject.units_per_metre.map_or(height / 3.5, |units| {
             // Half a meter for people; for what is far smaller or larger, a tenth or ten times as much.
@@ -234,13 +229,12 @@ impl<'a> Stage<'a> {
 
     fn picture(&self, studio: &mut Studio, times: &[f64], index: usize) -> Picture {
         let by = self.path.as_ref().map_or(Vec3::ZERO, |path| path[index]);
-        let middle = if self.path.is_some() { self.middles[index] } else { self.middles[index] };
         let has_floor = self.view.floor && !matches!(self.view.style, Style::Depth | Style::Silhouette);
         let shot = Shot {
             camera: self.cameras[index].moved(by),
             style: self.view.style,
             background: self.view.background,
-            floor: has_floor.then_some((self.level, middle, self.height, self.step)),
+            floor: has_floor.then_some((self.level, self.middles[index], self.height, self.step)),
         };
         let mut picture = studio.shoot(self.subject, times[index], &shot);
         if self.view.labels {

@@ -109,7 +109,11 @@ fn blurred(cells: &[f32]) -> Vec<f32> {
     let pass = |cells: &[f32], step: usize| -> Vec<f32> {
         let at = |index: usize, off: isize| {
             let place = (index / step % CELLS) as isize + off;
-            if (0..CELLS as isize).contains(&place) { cells[(index as isize + off * step as isize) as usize] } else { 0.0 }
+            if (0..CELLS as isize).contains(&place) {
+                cells[(index as isize + off * step as isize) as usize]
+            } else {
+                0.0
+            }
         };
         (0..cells.len()).map(|index| (-2..=2).map(|off| at(index, off)).sum::<f32>() / 5.0).collect()
     };

@@ -3,6 +3,7 @@
 //! | file | what it answers |
 //! | --- | --- |
 //! | `view` | what somebody wants to see: size, camera, frames, style |
+//! | `error` | why there is no picture |
 //! | `figure` | where the vertices of a figure are at a frame, and how light falls on them |
 //! | `capsules` | what a skeleton without a mesh looks like |
 //! | `texture` | PNG and JPEG files to colors |
@@ -21,6 +22,7 @@
 mod camera;
 mod capsules;
 pub mod encode;
+mod error;
 mod figure;
 mod film;
 mod floor;
@@ -30,9 +32,10 @@ mod text;
 mod texture;
 mod view;
 
-pub use capsules::capsules;
+pub use capsules::{Bone, capsules};
 pub use encode::PictureFormat;
-pub use figure::{Figure, PictureError};
+pub use error::PictureError;
+pub use figure::Figure;
 pub use film::{Film, FilmError, render};
 pub use scene::Subject;
 pub use view::{Background, CameraKind, Follow, MAX_SIDE, SheetSize, Style, View};

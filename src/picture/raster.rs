@@ -112,8 +112,12 @@ impl Raster {
         if area == 0.0 || !area.is_finite() {
             return;
         }
-        let low = |values: [f32; 3], size: usize| (values.into_iter().fold(f32::INFINITY, f32::min) - 0.5).ceil().clamp(0.0, size as f32) as usize;
-        let high = |values: [f32; 3], size: usize| (values.into_iter().fold(f32::NEG_INFINITY, f32::max) - 0.5).floor().clamp(-1.0, size as f32 - 1.0) + 1.0;
+        let low = |values: [f32; 3], size: usize| {
+            (values.into_iter().fold(f32::INFINITY, f32::min) - 0.5).ceil().clamp(0.0, size as f32) as usize
+        };
+        let high = |values: [f32; 3], size: usize| {
+            (values.into_iter().fold(f32::NEG_INFINITY, f32::max) - 0.5).floor().clamp(-1.0, size as f32 - 1.0) + 1.0
+        };
         let (left, right) = (low([a.x, b.x, c.x], self.width), high([a.x, b.x, c.x], self.width) as usize);
         let (top, bottom) = (low([a.y, b.y, c.y], self.height), high([a.y, b.y, c.y], self.height) as usize);
         let inverse = 1.0 / area;
@@ -136,8 +140,9 @@ impl Raster {
                 let shares = Vec3::new(share_a * a.near, share_b * b.near, share_c * c.near) / near;
                 let mut color = a.color * shares.x + b.color * shares.y + c.color * shares.z;
                 if let Some(texture) = brush.texture {
-                    let place =
-                        a.texture_coordinate * shares.x + b.texture_coordinate * shares.y + c.texture_coordinate * shares.z;
+                    let place = a.texture_coordinate * shares.x
+                        + b.texture_coordinate * shares.y
+                        + c.texture_coordinate * shares.z;
                     let [red, green, blue, opacity] = texture.at(place.x, place.y);
                     color *= Vec4::new(self.linear(red), self.linear(green), self.linear(blue), opacity);
                 }
@@ -147,7 +152,9 @@ impl Raster {
                 let [red, green, blue] = self.encoded(color.truncate());
                 if brush.opacity < 1.0 {
                     let behind = self.colors[at];
-                    let mix = |new: u8, old: u8| (f32::from(new) * brush.opacity + f32::from(old) * (1.0 - brush.opacity)) as u8;
+                    let mix = |new: u8, old: u8| {
+                        (f32::from(new) * brush.opacity + f32::from(old) * (1.0 - brush.opacity)) as u8
+                    };
                     let there = f32::from(behind[3]) / 255.0;
                     let opacity = ((brush.opacity + there * (1.0 - brush.opacity)) * 255.0) as u8;
                     let under = if behind[3] == 0 { [red, green, blue, 0] } else { behind };

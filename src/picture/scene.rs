@@ -14,10 +14,10 @@ use super::{
 };
 
 /// Light from everywhere.
-const AMBIENT: f32 = 0.42;
+const AMBIENT: f32 = 0.36;
 /// Light from above the left shoulder of the viewer, and a weaker one from the right.
-const KEY: f32 = 0.62;
-const FILL: f32 = 0.22;
+const KEY: f32 = 0.5;
+const FILL: f32 = 0.14;
 
 /// A figure that moves, as pictures need it.
 #[derive(Clone, Debug)]
@@ -217,7 +217,8 @@ impl Studio {
             for column in 0..width {
                 let mut sum = [0.0_f32; 4];
                 for sample in 0..SAMPLES * SAMPLES {
-                    let at = (row * SAMPLES + sample / SAMPLES) * self.raster.width + column * SAMPLES + sample % SAMPLES;
+                    let at =
+                        (row * SAMPLES + sample / SAMPLES) * self.raster.width + column * SAMPLES + sample % SAMPLES;
                     let [red, green, blue, there] = self.raster.colors[at].map(f32::from);
                     let share = there / 255.0;
                     sum = [sum[0] + red * share, sum[1] + green * share, sum[2] + blue * share, sum[3] + share];
@@ -225,8 +226,8 @@ impl Studio {
                 let there = sum[3] / (SAMPLES * SAMPLES) as f32;
                 let mut under = base;
                 if there < 1.0
-                    && let Some((gray, opacity)) =
-                        floor.and_then(|floor| floor.seen_at(&shot.camera, column as f32 + 0.5, row as f32 + 0.5, is_dark))
+                    && let Some((gray, opacity)) = floor
+                        .and_then(|floor| floor.seen_at(&shot.camera, column as f32 + 0.5, row as f32 + 0.5, is_dark))
                 {
                     under = over([gray * 255.0; 3], opacity, under);
                 }

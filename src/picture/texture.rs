@@ -2,7 +2,7 @@
 
 use zune_jpeg::zune_core::{bytestream::ZCursor, colorspace::ColorSpace, options::DecoderOptions};
 
-use super::figure::PictureError;
+use super::error::PictureError;
 
 /// Textures are made smaller until neither side is longer.
 const MAX_SIDE: usize = 1024;

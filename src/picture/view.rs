@@ -150,7 +150,10 @@ impl View {
         }
         let fits = |sheet: SheetSize| sheet.columns * self.size[0] <= 8192 && sheet.rows * self.size[1] <= 8192;
         if self.sheet.is_some_and(|sheet| !fits(sheet)) {
-            return Some(("sheet", "the whole sheet is at most 8192 pixels wide and high; make its cells smaller".to_owned()));
+            return Some((
+                "sheet",
+                "the whole sheet is at most 8192 pixels wide and high; make its cells smaller".to_owned(),
+            ));
         }
         None
     }

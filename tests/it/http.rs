@@ -19,6 +19,7 @@ mod library;
 mod network;
 mod ops;
 mod poses;
+mod previews;
 mod proposals;
 mod real;
 pub(crate) mod receiver;

@@ -33,6 +33,7 @@ mod load;
 mod morphs;
 mod ops;
 mod parity;
+mod pictures;
 mod quality;
 mod readers;
 mod rest_uploads;

@@ -33,6 +33,7 @@ documents![
     "docs/guide/rest-poses.md",
     "docs/guide/editing.md",
     "docs/guide/faces.md",
+    "docs/guide/pictures.md",
     "docs/guide/quality.md",
     "docs/guide/formats.md",
     "docs/operate.md",

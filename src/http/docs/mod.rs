@@ -52,6 +52,7 @@ pub(super) fn documented_routes() -> OpenApiRouter<ApiState> {
     OpenApiRouter::with_openapi(Api::openapi())
         .merge(resources::retarget::routes())
         .merge(resources::poses::routes())
+        .merge(resources::previews::routes())
         .merge(resources::edits::routes())
         .merge(resources::assets::routes())
         .merge(resources::jobs::routes())

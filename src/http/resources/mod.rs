@@ -12,6 +12,7 @@ pub(super) mod library;
 pub(super) mod new_batch;
 pub(super) mod new_job;
 pub(super) mod poses;
+pub(super) mod previews;
 pub(super) mod probes;
 pub(super) mod proposals;
 pub(super) mod results;

@@ -136,6 +136,7 @@ fn answer(received: &Received) -> Sent {
         Ok(Answer::Document(document)) => {
             Sent { reply: Reply::Document, blobs: vec![document.to_string().into_bytes()] }
         }
+        Ok(Answer::Picture(bytes)) => Sent { reply: Reply::Picture, blobs: vec![bytes] },
         Err(failed) => Sent::of(Reply::Failed(failure::keep(failed))),
     }
 }

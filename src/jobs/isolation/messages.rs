@@ -49,6 +49,8 @@ pub(super) enum Reply {
     },
     /// The blob is a JSON document.
     Document,
+    /// The blob is an encoded picture.
+    Picture,
     /// The engine refuses.
     Failed(JobFailure),
     /// A fault in the engine.

@@ -142,6 +142,7 @@ impl Engine for ProcessEngine {
                 let document = serde_json::from_slice(&text);
                 return document.map(Answer::Document).map_err(|error| unexpected(&format!("no JSON: {error}")));
             }
+            Reply::Picture => return Ok(Answer::Picture(blobs.next().map_or_else(Vec::new, |blob| blob.bytes))),
             other => return Err(otherwise(other)),
         };
         let mut text = || String::from_utf8(blobs.next()?.bytes).ok();

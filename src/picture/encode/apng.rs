@@ -1,6 +1,6 @@
 //! PNG: one picture, or several that move.
 
-use super::super::{Picture, figure::PictureError};
+use super::super::{Picture, error::PictureError};
 use super::refused;
 
 /// A PNG of one picture.

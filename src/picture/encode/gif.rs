@@ -1,6 +1,6 @@
 //! GIF: one palette for all frames, and of each frame only what differs from the one before.
 
-use super::super::{Picture, figure::PictureError};
+use super::super::{Picture, error::PictureError};
 use super::refused;
 
 /// Colors are told apart by this many bits of red, green and blue each.
@@ -46,8 +46,12 @@ impl Writer {
             counts[bucket] += 1;
             (0..3).for_each(|part| sums[bucket][part] += u64::from(pixel[part]));
         }
-        let colors: Vec<(usize, u32)> =
-            counts.iter().enumerate().filter(|(_, count)| **count > 0).map(|(bucket, count)| (bucket, *count)).collect();
+        let colors: Vec<(usize, u32)> = counts
+            .iter()
+            .enumerate()
+            .filter(|(_, count)| **count > 0)
+            .map(|(bucket, count)| (bucket, *count))
+            .collect();
         self.palette = median_cut(colors).iter().map(|part| mean(part, &sums, &counts)).collect();
         self.palette.resize(COLORS, [0; 3]);
         self.nearest = (0..BUCKETS).map(|bucket| nearest(&self.palette, middle(bucket))).collect();
@@ -143,7 +147,8 @@ fn median_cut(colors: Counted) -> Vec<Counted> {
             let (_, width) = widest(group);
             u64::from(width) * u64::from(width) * count.isqrt().max(1)
         };
-        let Some((index, most)) = groups.iter().enumerate().map(|(index, group)| (index, worth(group))).max_by_key(|(_, most)| *most)
+        let Some((index, most)) =
+            groups.iter().enumerate().map(|(index, group)| (index, worth(group))).max_by_key(|(_, most)| *most)
         else {
             break;
         };

@@ -4,7 +4,7 @@ mod apng;
 mod gif;
 mod webp;
 
-use super::{Picture, figure::PictureError};
+use super::{Picture, error::PictureError};
 
 /// The kinds of files that pictures are written to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,7 +5,7 @@
 
 use image_webp::{ColorType, WebPEncoder};
 
-use super::super::{Picture, figure::PictureError};
+use super::super::{Picture, error::PictureError};
 use super::{begins_ms, refused};
 
 /// A WebP of one picture.

@@ -84,7 +84,12 @@ impl SurfaceReader<'_> {
                         Ok(surface) => self.surfaces.extend(surface),
                         Err(error) if matches!(error.kind, ErrorKind::Malformed | ErrorKind::UnsupportedFeature) => {
                             let detail = format!("{}; it is not in the picture", error.detail);
-                            reporter.warn("mesh_not_shown", error.place.as_str(), detail, "export the mesh uncompressed");
+                            reporter.warn(
+                                "mesh_not_shown",
+                                error.place.as_str(),
+                                detail,
+                                "export the mesh uncompressed",
+                            );
                         }
                         Err(error) => return Err(error),
                     }
@@ -131,7 +136,8 @@ impl SurfaceReader<'_> {
         if !positions.iter().all(|position| position.is_finite()) {
             return Err(place.malformed("a vertex is not a finite number"));
         }
-        let paint = primitive.get("material")?.and_then(|entry| entry.index(self.paints.paints.len(), "materials").ok());
+        let paint =
+            primitive.get("material")?.and_then(|entry| entry.index(self.paints.paints.len(), "materials").ok());
         let texture = paint.filter(|paint| self.paints.paints[*paint].image.is_some());
         let coordinates = format!("TEXCOORD_{}", texture.map_or(0, |paint| self.paints.texture_sets[paint]));
         let normals = self.optional::<Vec3>(&attributes, "NORMAL", Shape::Vec3, count, budget)?;
@@ -141,7 +147,10 @@ impl SurfaceReader<'_> {
         };
         Ok(Some(Surface {
             normals: normals.into_iter().map(|normal| finite(normal).normalize_or_zero()).collect(),
-            texture_coordinates: texture_coordinates.into_iter().map(|at| if at.is_finite() { at } else { Vec2::ZERO }).collect(),
+            texture_coordinates: texture_coordinates
+                .into_iter()
+                .map(|at| if at.is_finite() { at } else { Vec2::ZERO })
+                .collect(),
             colors: self.colors(&attributes, count, budget)?,
             indices: self.indices(primitive, mode, count, budget)?,
             paint,
@@ -229,7 +238,8 @@ impl SurfaceReader<'_> {
                 break;
             }
             budget.take_array(count as u64, size_of::<FourInfluences>() as u64, "/meshes")?;
-            influences.push(slots.iter().zip(&shares).map(|(slots, shares)| four(*slots, *shares, joints.len())).collect());
+            influences
+                .push(slots.iter().zip(&shares).map(|(slots, shares)| four(*slots, *shares, joints.len())).collect());
         }
         if influences.is_empty() {
             return Ok(Carrier::Joint(wearer.joint));

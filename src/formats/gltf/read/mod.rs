@@ -1,8 +1,8 @@
 //! A file to a [`Scene`].
 
 mod accessor;
-mod appearance;
 mod animation;
+mod appearance;
 mod contacts;
 mod curve;
 mod extensions;

@@ -1,0 +1,192 @@
+//! What assets and results look like.
+
+use axum::{
+    body::Body,
+    extract::{Path, State},
+    http::{HeaderMap, HeaderValue, StatusCode, header},
+    response::{IntoResponse, Response},
+};
+use serde::Deserialize;
+use utoipa::IntoParams;
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use crate::{
+    engine::{Background, CameraKind, Follow, PictureFormat, PreviewOptions, SheetSize, Style, View},
+    http::{
+        ApiState,
+        auth::Caller,
+        code::Code,
+        download::ascii,
+        extract::{self, QueryOf, unusable},
+        problem::{Problem, ProblemView},
+    },
+    jobs::{AssetId, Assets, Jobs, Pictured, ResultId},
+};
+
+pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
+    OpenApiRouter::new().routes(routes!(of_asset)).routes(routes!(of_result))
+}
+
+/// How a file is seen. Everything has a default.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct PreviewQuery {
+    /// Width and height in pixels, as `512` or `640x360`, 16 to 1920; of a sheet, those of each cell. Default 512.
+    #[param(example = "256")]
+    size: Option<String>,
+    /// `front`, `three_quarter` (default), `side`, `back`, `top`, or `orbit`, which goes once around.
+    #[param(value_type = Option<String>)]
+    camera: Option<CameraKind>,
+    /// `auto` (default), `figure`, or `hold`, which sees the whole path.
+    #[param(value_type = Option<String>)]
+    follow: Option<Follow>,
+    /// How far the camera turns around the figure from the first frame to the last, in degrees.
+    turn: Option<f64>,
+    /// Frames per second of what moves, 1 to 60. Default 15 for GIF, 30 otherwise.
+    fps: Option<f64>,
+    /// Where the part of the clip begins that is shown, in seconds.
+    start: Option<f64>,
+    /// Where it ends.
+    end: Option<f64>,
+    /// A still at this second of the clip. Default: the middle.
+    at: Option<f64>,
+    /// A sheet of stills over the whole clip, as `4x3`.
+    sheet: Option<String>,
+    /// `light` (default), `dark` or `transparent`.
+    #[param(value_type = Option<String>)]
+    background: Option<Background>,
+    /// `shaded` (default), `skeleton`, `both`, `depth` or `silhouette`.
+    #[param(value_type = Option<String>)]
+    style: Option<Style>,
+    /// The clip that is shown. Default: the first that moves.
+    clip: Option<String>,
+    /// Whether the time is written on the picture.
+    #[serde(default)]
+    labels: bool,
+    /// Whether the floor is drawn. Default true.
+    floor: Option<bool>,
+}
+
+/// Draws what a file looks like.
+///
+/// The mesh, or where there is none a body of capsules along the bones; in its clip, or where it has none at rest. `png` is a still;
+/// `gif` and `apng` move; `webp` moves where the file does and neither `at` nor `sheet` is given. The picture of a file never changes: it
+/// may be cached for as long as the file is kept.
+#[utoipa::path(get, path = "/v1/assets/{id}/preview.{ending}", operation_id = "preview_asset", tag = "assets",
+    params(("id" = String, Path, description = "the asset"), ("ending" = String, Path, description = "`png`, `webp`, `gif` or `apng`", example = "png"), PreviewQuery,
+        ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
+    responses((status = 200, content_type = "image/*", body = String, description = "the picture"),
+        (status = 304, description = "the caller has it already"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn of_asset(
+    State(assets): State<Assets>,
+    State(jobs): State<Jobs>,
+    Caller(owner): Caller,
+    Path((id, ending)): Path<(String, String)>,
+    QueryOf(query): QueryOf<PreviewQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let id = AssetId::parse(&id).map_err(|_| no_id(&id))?;
+    let options = query.options(&ending)?;
+    answer(&jobs, assets.get(&owner, &id).await?.into(), options, &headers).await
+}
+
+/// Draws what a result looks like.
+///
+/// As `GET /v1/assets/{id}/preview.{ending}`.
+#[utoipa::path(get, path = "/v1/results/{id}/preview.{ending}", operation_id = "preview_result", tag = "results",
+    params(("id" = String, Path, description = "the result"), ("ending" = String, Path, description = "`png`, `webp`, `gif` or `apng`", example = "png"), PreviewQuery,
+        ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
+    responses((status = 200, content_type = "image/*", body = String, description = "the picture"),
+        (status = 304, description = "the caller has it already"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn of_result(
+    State(jobs): State<Jobs>,
+    Caller(owner): Caller,
+    Path((id, ending)): Path<(String, String)>,
+    QueryOf(query): QueryOf<PreviewQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let id = ResultId::parse(&id).map_err(|_| no_id(&id))?;
+    let options = query.options(&ending)?;
+    let result = jobs.result(&owner, &id).await?;
+    answer(&jobs, Pictured::of_result(owner, result), options, &headers).await
+}
+
+async fn answer(
+    jobs: &Jobs,
+    file: Pictured,
+    options: PreviewOptions,
+    headers: &HeaderMap,
+) -> Result<Response, Problem> {
+    let tag = format!("\"{}\"", file.key(&options));
+    let media_type = PictureFormat::of_ending(&options.ending, true).map_or("image/png", PictureFormat::media_type);
+    let known = extract::text(headers, &header::IF_NONE_MATCH);
+    let mut response = if known.split(',').any(|known| known.trim().trim_start_matches("W/") == tag) {
+        StatusCode::NOT_MODIFIED.into_response()
+    } else {
+        let picture = jobs.preview(&file, options).await?;
+        let mut response = Body::from(picture).into_response();
+        response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
+        response
+    };
+    response.headers_mut().insert(header::ETAG, ascii(tag));
+    let immutable = HeaderValue::from_static("private, max-age=31536000, immutable");
+    response.headers_mut().insert(header::CACHE_CONTROL, immutable);
+    Ok(response)
+}
+
+fn no_id(text: &str) -> Problem {
+    let shown: String = text.chars().take(64).collect();
+    Problem::new(Code::NotFound, format!("'{shown}' is no id of anything here"))
+}
+
+impl PreviewQuery {
+    fn options(self, ending: &str) -> Result<PreviewOptions, Problem> {
+        if PictureFormat::of_ending(ending, true).is_none() {
+            let shown: String = ending.chars().take(16).collect();
+            return Err(Problem::new(Code::NotFound, format!("'{shown}' is the ending of no picture"))
+                .with_hint("use png, webp, gif or apng"));
+        }
+        let usual = View::default();
+        let size = match &self.size {
+            Some(text) => size(text).ok_or_else(|| unusable("size", text, "pixels, as 512 or 640x360"))?,
+            None => usual.size,
+        };
+        let sheet = match &self.sheet {
+            Some(text) => Some(pair(text).ok_or_else(|| unusable("sheet", text, "columns and rows, as 4x3"))?),
+            None => None,
+        };
+        let range = (self.start.is_some() || self.end.is_some())
+            .then(|| [self.start.unwrap_or(0.0), self.end.unwrap_or(f64::MAX)]);
+        let view = View {
+            size,
+            camera: self.camera.unwrap_or(usual.camera),
+            follow: self.follow.unwrap_or(usual.follow),
+            turn_degrees: self.turn.unwrap_or_default(),
+            fps: self.fps,
+            range,
+            at_seconds: self.at,
+            background: self.background.unwrap_or(usual.background),
+            style: self.style.unwrap_or(usual.style),
+            sheet: sheet.map(|[columns, rows]| SheetSize { columns, rows }),
+            labels: self.labels,
+            floor: self.floor.unwrap_or(true),
+        };
+        if let Some((field, problem)) = view.problem() {
+            return Err(Problem::new(Code::MalformedRequest, format!("the query cannot be used: {field}: {problem}")));
+        }
+        Ok(PreviewOptions { view, ending: ending.to_ascii_lowercase(), clip: self.clip })
+    }
+}
+
+/// Two whole numbers with an `x` between them.
+fn pair(text: &str) -> Option<[usize; 2]> {
+    let (one, other) = text.split_once('x')?;
+    Some([one.parse().ok()?, other.parse().ok()?])
+}
+
+fn size(text: &str) -> Option<[usize; 2]> {
+    text.parse().ok().map(|side| [side, side]).or_else(|| pair(text))
+}

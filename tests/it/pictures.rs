@@ -1,0 +1,208 @@
+//! Pictures of files: by the real binary, and of every body of the corpus.
+
+use std::{path::Path, process::Command};
+
+use rayon::prelude::*;
+use retargetd::{
+    engine::{Limits, NamedBytes, PreviewOptions, View, preview},
+    model::Control,
+    samples,
+};
+
+use crate::support::{corpus_file, files_below, with_buffers};
+
+fn draw(arguments: &[&str], folder: &Path, threads: &str) -> std::process::Output {
+    Command::new(env!("CARGO_BIN_EXE_retargetd"))
+        .args(["preview", "walk.glb"])
+        .args(arguments)
+        .env("RAYON_NUM_THREADS", threads)
+        .current_dir(folder)
+        .output()
+        .expect("the binary runs")
+}
+
+/// A folder with the sample walk.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("walk.glb"), samples::walk_clip()).expect("the walk");
+    folder
+}
+
+fn made(arguments: &[&str], name: &str) -> Vec<u8> {
+    let folder = folder();
+    let output = draw(&[arguments, &["--output", name]].concat(), folder.path(), "2");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    std::fs::read(folder.path().join(name)).expect("a picture")
+}
+
+/// Width, height, and red, green, blue and opacity of all pixels of a PNG.
+fn pixels(bytes: &[u8]) -> (usize, usize, Vec<[u8; 4]>) {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().expect("a PNG");
+    let mut buffer = vec![0; reader.output_buffer_size().expect("a size")];
+    let info = reader.next_frame(&mut buffer).expect("a frame");
+    assert_eq!((info.color_type, info.bit_depth), (png::ColorType::Rgba, png::BitDepth::Eight));
+    let pixels = buffer.chunks_exact(4).map(|part| [part[0], part[1], part[2], part[3]]).collect();
+    (info.width as usize, info.height as usize, pixels)
+}
+
+#[test]
+fn a_still_has_the_size_that_is_asked_for_and_is_512_pixels_wide_otherwise() {
+    let (width, height, all) = pixels(&made(&[], "walk.png"));
+    assert_eq!((width, height), (512, 512));
+    assert!(all.iter().all(|pixel| pixel[3] == 255), "nothing is transparent unless it is asked for");
+    let (width, height, _) = pixels(&made(&["--size", "320x200"], "small.png"));
+    assert_eq!((width, height), (320, 200));
+    let (width, height, _) = pixels(&made(&["--size", "64", "--sheet", "4x3"], "sheet.png"));
+    assert_eq!((width, height), (256, 192), "each cell has the size");
+}
+
+#[test]
+fn the_figure_is_in_the_middle_of_a_transparent_picture() {
+    let (width, height, all) =
+        pixels(&made(&["--background", "transparent", "--no-floor", "--camera", "front"], "walk.png"));
+    let seen: Vec<(usize, usize)> =
+        (0..all.len()).filter(|at| all[*at][3] > 128).map(|at| (at % width, at / width)).collect();
+    let share = seen.len() as f64 / all.len() as f64;
+    assert!((0.05..0.6).contains(&share), "the figure fills {share:.3} of the picture");
+    let rows = (seen.iter().map(|at| at.1).min().unwrap_or(0), seen.iter().map(|at| at.1).max().unwrap_or(0));
+    assert!(rows.0 > height / 40 && rows.1 < height - height / 40, "all of it is there: {rows:?}");
+    assert!(rows.1 - rows.0 > height * 3 / 4, "and it is large: {rows:?}");
+}
+
+#[test]
+fn moving_pictures_last_as_long_as_what_they_show() {
+    let seconds = samples::walk_scene().clips[0].duration_seconds();
+    let arguments = ["--size", "96", "--fps", "12"];
+    let frames = (seconds * 12.0).round() as usize;
+    let gif = made(&arguments, "walk.gif");
+    let mut reader = gif::DecodeOptions::new().read_info(&gif[..]).expect("a GIF");
+    assert_eq!(reader.repeat(), gif::Repeat::Infinite);
+    let mut delays = Vec::new();
+    while let Some(frame) = reader.read_next_frame().expect("a frame") {
+        delays.push(frame.delay);
+    }
+    assert_eq!(delays.len(), frames);
+    let total: u32 = delays.iter().map(|delay| u32::from(*delay)).sum();
+    assert_eq!(total, (frames as f64 * 100.0 / 12.0).round() as u32, "hundredths of a second, all together exact");
+
+    let webp = made(&arguments, "walk.webp");
+    let mut decoder = image_webp::WebPDecoder::new(std::io::Cursor::new(&webp)).expect("a WebP");
+    assert_eq!(decoder.dimensions(), (96, 96));
+    assert_eq!(decoder.num_frames() as usize, frames);
+    let mut buffer = vec![0; decoder.output_buffer_size().expect("a size")];
+    let lasts: u32 = (0..frames).map(|_| decoder.read_frame(&mut buffer).expect("a frame")).sum();
+    assert_eq!(lasts, (frames as f64 * 1000.0 / 12.0).round() as u32, "milliseconds");
+
+    let apng = made(&arguments, "walk.apng");
+    let reader = png::Decoder::new(std::io::Cursor::new(&apng)).read_info().expect("a PNG");
+    let animation = reader.info().animation_control().expect("it moves");
+    assert_eq!((animation.num_frames as usize, animation.num_plays), (frames, 0));
+    let frame = reader.info().frame_control().expect("a first frame");
+    assert_eq!((frame.delay_num, frame.delay_den), (100, 1200));
+}
+
+#[test]
+fn frames_of_a_webp_are_those_of_the_stills() {
+    let webp = made(&["--size", "96", "--fps", "2"], "walk.webp");
+    let mut decoder = image_webp::WebPDecoder::new(std::io::Cursor::new(&webp)).expect("a WebP");
+    let mut buffer = vec![0; decoder.output_buffer_size().expect("a size")];
+    decoder.read_frame(&mut buffer).expect("the first");
+    decoder.read_frame(&mut buffer).expect("the second");
+    let (.., second) = pixels(&made(&["--size", "96", "--at", "0.5", "--follow", "figure"], "at.png"));
+    // The camera is set up by the frames that are shown, so it stands a little otherwise; what is seen is much the same.
+    let step = if decoder.has_alpha() { 4 } else { 3 };
+    let differing =
+        buffer.chunks_exact(step).zip(&second).filter(|(one, other)| one[0].abs_diff(other[0]) > 60).count();
+    assert!(differing * 12 < second.len(), "{differing} of {} pixels differ", second.len());
+}
+
+#[test]
+fn pictures_are_the_same_for_any_number_of_threads() {
+    let folder = folder();
+    for ending in ["png", "gif", "webp", "apng"] {
+        let mut first: Option<Vec<u8>> = None;
+        for threads in ["1", "2", "8"] {
+            let name = format!("{threads}.{ending}");
+            let output = draw(&["--size", "80", "--fps", "10", "--output", &name], folder.path(), threads);
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            let bytes = std::fs::read(folder.path().join(&name)).expect("a picture");
+            assert_eq!(*first.get_or_insert_with(|| bytes.clone()), bytes, "{ending} with {threads} threads");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_drawn_is_told() {
+    let folder = folder();
+    let cases: [(&[&str], i32, &str); 7] = [
+        (&["--output", "walk.glb.jpg"], 2, "end the name in .png, .webp, .gif or .apng"),
+        (&["--output", "a.png", "--size", "5000"], 2, "size: both sides are 16 to 1920 pixels"),
+        (&["--output", "a.png", "--size", "wide"], 2, "give pixels, as 512 or 640x360"),
+        (&["--output", "a.gif", "--fps", "0"], 2, "fps: it is 1 to 60"),
+        (&["--output", "a.png", "--sheet", "40x1"], 2, "sheet: columns and rows are 1 to 16 each"),
+        (&["--output", "a.png", "--clip", "Run"], 3, "there is no clip 'Run'"),
+        (&["--output", "walk.glb"], 2, "walk.glb"),
+    ];
+    for (arguments, code, says) in cases {
+        let output = draw(arguments, folder.path(), "1");
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
+        assert!(error.contains(says), "{arguments:?}: {error}");
+        assert!(error.lines().count() <= 3 || code == 2, "{arguments:?}: {error}");
+    }
+}
+
+/// Every file with a body gives a picture with the whole figure in it.
+#[test]
+fn every_body_of_the_corpus_gives_a_picture() {
+    let Some(anchor) = corpus_file("mixamo/gltf/Xbot.glb") else { return };
+    let corpus = anchor.ancestors().nth(3).expect("the corpus").to_owned();
+    let folders = [
+        "mixamo",
+        "unreal",
+        "vrm0",
+        "vrm1",
+        "readyplayerme",
+        "creatures",
+        "cc0-stylised",
+        "character-creator",
+        "poser-daz",
+        "rigify-blender",
+        "decentraland",
+        "biped",
+        "humanik-unity",
+        "roblox-r15",
+    ];
+    let files: Vec<_> = folders.iter().flat_map(|folder| files_below(&corpus.join(folder))).collect();
+    let endings = ["glb", "gltf", "vrm", "fbx", "bvh", "npz"];
+    let is_read =
+        |path: &&std::path::PathBuf| path.extension().is_some_and(|own| endings.iter().any(|ending| own == *ending));
+    let wrong: Vec<String> = files.par_iter().filter(is_read).filter_map(|path| wrong_picture(path)).collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+fn wrong_picture(path: &Path) -> Option<String> {
+    let mut bytes = std::fs::read(path).expect("readable");
+    if path.extension().is_some_and(|ending| ending == "gltf") {
+        bytes = with_buffers(&bytes, path);
+    }
+    let name = path.file_name()?.to_string_lossy();
+    let view = View {
+        size: [128, 128],
+        background: retargetd::engine::Background::Transparent,
+        floor: false,
+        ..View::default()
+    };
+    let options = PreviewOptions { view, ending: "png".to_owned(), clip: None };
+    let file = NamedBytes { name: &name, bytes: &bytes };
+    let picture = match preview(file, &options, &Limits::default(), &Control::new()) {
+        Ok(picture) => picture,
+        Err(failure) => return Some(format!("{}: {failure}", path.display())),
+    };
+    let (.., all) = pixels(&picture.bytes);
+    let share = all.iter().filter(|pixel| pixel[3] > 128).count() as f64 / all.len() as f64;
+    let colors: std::collections::BTreeSet<[u8; 4]> = all.iter().copied().filter(|pixel| pixel[3] > 128).collect();
+    let is_black = colors.iter().all(|color| color[..3].iter().all(|part| *part < 12));
+    let is_right = (0.03..0.6).contains(&share) && !is_black && colors.len() > 8;
+    (!is_right).then(|| format!("{}: fills {share:.3}, {} colors", path.display(), colors.len()))
+}
