@@ -86,7 +86,14 @@ async fn main_job(url: &str, output: &Path) -> anyhow::Result<()> {
     let mut files = Vec::new();
     for result in job["results"].as_array().context("a job has a list of results")? {
         let bytes = bytes_of(client.get(format!("{url}{}", text(result, "/content")?)).send().await?).await?;
-        files.push(save(output, text(result, "/file_name")?, &bytes)?);
+        let name = text(result, "/file_name")?;
+        files.push(save(output, name, &bytes)?);
+        if result["format"] == "glb" {
+            let picture = format!("{url}/v1/results/{}/preview.png", text(result, "/id")?);
+            let picture = bytes_of(client.get(picture).send().await?).await?;
+            let name = Path::new(name).with_extension("png");
+            files.push(save(output, &name.to_string_lossy(), &picture)?);
+        }
     }
     let report = json_of(client.get(format!("{url}{}", text(&job, "/links/report")?)).send().await?).await?;
     files.push(save(output, "report.json", &serde_json::to_vec_pretty(&report)?)?);
@@ -116,7 +123,9 @@ fn tell_result(report: &Value, files: &[PathBuf], took: Duration) -> anyhow::Res
     for file in files {
         tell(&format!("  {}", file.display()))?;
     }
-    tell("To look at it, open the .glb in any glTF viewer, or drag it onto one that runs in a browser.")
+    tell(
+        "The .png shows a frame of it. To see it move: retargetd preview FILE.glb --output FILE.gif, or open the .glb in any glTF viewer.",
+    )
 }
 
 async fn upload(client: &Client, url: &str, name: &str, bytes: Vec<u8>) -> anyhow::Result<String> {

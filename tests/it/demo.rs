@@ -20,7 +20,7 @@ fn the_demo_leaves_a_glb_pose_arrays_and_a_report() {
         endings.sort();
         endings
     };
-    assert_eq!(endings(&folder.path().join("results")), ["glb", "json", "npz"], "the files that it promises");
+    assert_eq!(endings(&folder.path().join("results")), ["glb", "json", "npz", "png"], "the files that it promises");
     let report = std::fs::read(folder.path().join("results/report.json")).expect("the report");
     let report: serde_json::Value = serde_json::from_slice(&report).expect("JSON");
     assert_eq!(report["counts"]["frames"], 121, "as long as the walk");

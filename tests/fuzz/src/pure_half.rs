@@ -11,6 +11,8 @@ pub mod engine;
 pub mod formats;
 #[path = "../../../src/model/mod.rs"]
 pub mod model;
+#[path = "../../../src/picture/mod.rs"]
+pub mod picture;
 #[path = "../../../src/retarget/mod.rs"]
 pub mod retarget;
 #[path = "../../../src/rig/mod.rs"]
