@@ -143,6 +143,7 @@ fn the_fuzzer_is_built_from_the_same_crates() {
     let images = ["png", "image-webp", "zune-jpeg", "fdeflate"];
     for name in readers.into_iter().chain(images) {
         let (theirs, ours) = (versions(&service, name), versions(&fuzzer, name));
-        assert_eq!(ours, theirs, "what decodes untrusted bytes is the same: {name}");
+        let is_theirs = ours.iter().all(|version| theirs.contains(version));
+        assert!(is_theirs, "what decodes untrusted bytes is the same: {name} {ours:?}, and in the service {theirs:?}");
     }
 }

@@ -65,12 +65,30 @@ documents![
     "benches/README.md",
 ];
 
-/// Files that documents link to and that the service has as plain text.
-const FILES: &[(&str, &str)] = &[
-    ("LICENSE", include_str!("../../../LICENSE")),
-    ("openapi/examples/retarget.py", include_str!("../../../openapi/examples/retarget.py")),
-    ("openapi/examples/retarget.mts", include_str!("../../../openapi/examples/retarget.mts")),
-    ("openapi/examples/receive.py", include_str!("../../../openapi/examples/receive.py")),
+/// A file that documents link to or show.
+pub(super) struct LinkedFile {
+    /// Path from the root of the repository.
+    path: &'static str,
+    pub media_type: &'static str,
+    pub bytes: &'static [u8],
+}
+
+macro_rules! linked_files {
+    ($($path:literal as $media_type:literal),* $(,)?) => {
+        const FILES: &[LinkedFile] = &[$(LinkedFile {
+            path: $path,
+            media_type: $media_type,
+            bytes: include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/", $path)),
+        }),*];
+    };
+}
+
+linked_files![
+    "LICENSE" as "text/plain; charset=utf-8",
+    "openapi/examples/retarget.py" as "text/plain; charset=utf-8",
+    "openapi/examples/retarget.mts" as "text/plain; charset=utf-8",
+    "openapi/examples/receive.py" as "text/plain; charset=utf-8",
+    "docs/pictures/walk_on_mannequin.png" as "image/png",
 ];
 
 /// Groups of the navigation, by the beginning of the path.
@@ -141,9 +159,8 @@ impl Site {
 }
 
 /// A linked file by its address.
-pub(super) fn file(address: &str) -> Option<&'static str> {
-    let path = address.strip_prefix("/docs/")?;
-    FILES.iter().find(|(known, _)| *known == path).map(|(_, text)| *text)
+pub(super) fn file(wanted: &str) -> Option<&'static LinkedFile> {
+    FILES.iter().find(|file| address(file.path) == wanted)
 }
 
 /// The address under which the service has a file of the repository.
@@ -215,7 +232,8 @@ mod tests {
     fn every_link_of_every_page_leads_to_a_page() {
         let site = Site::get();
         for (address, html) in &site.pages {
-            for link in html.split("href=\"").skip(1).filter_map(|rest| rest.split('"').next()) {
+            let places = ["href=\"", "src=\""].into_iter().flat_map(|key| html.split(key).skip(1));
+            for link in places.filter_map(|rest| rest.split('"').next()) {
                 let (target, _) = link.split_once('#').unwrap_or((link, ""));
                 let is_elsewhere = target.is_empty() || target.contains("://");
                 let is_route = ["/openapi.json", "/problems", "/docs/edits", "/docs/api/"].contains(&target)

@@ -20,12 +20,12 @@ pub(super) struct Section {
     pub text: String,
 }
 
-/// Renders a page. `link` turns the target of a link of the page into the address under which the service has it.
+/// Renders a page. `link` turns the target of a link or picture of the page into the address under which the service has it.
 pub(super) fn render(markdown: &str, link: impl Fn(&str) -> String) -> Rendered {
     let mut events: Vec<Event<'_>> = Parser::new_ext(markdown, Options::ENABLE_TABLES).collect();
     let sections = name_headings(&mut events);
     for event in &mut events {
-        if let Event::Start(Tag::Link { dest_url, .. }) = event {
+        if let Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) = event {
             *dest_url = CowStr::from(link(dest_url));
         }
     }
@@ -88,14 +88,15 @@ mod tests {
 
     #[test]
     fn headings_get_anchors_and_links_are_translated() {
-        let page = "# A page\n\nWords.\n\n## What `it` does: all\n\n| a | b |\n|---|---|\n| [c](d.md#e) | f |\n";
+        let page = "# A page\n\nWords.\n\n## What `it` does: all\n\n| a | b |\n|---|---|\n| [c](d.md#e) | f |\n\n![g](h.png)\n";
         let rendered = render(page, |link| format!("/docs/{link}"));
         assert_eq!(rendered.title, "A page", "the first heading");
         assert!(rendered.html.contains("<h2 id=\"what-it-does-all\">"), "{}", rendered.html);
         assert!(rendered.html.contains("href=\"/docs/d.md#e\""), "{}", rendered.html);
+        assert!(rendered.html.contains("src=\"/docs/h.png\""), "{}", rendered.html);
         let sections: Vec<(&str, &str)> =
             rendered.sections.iter().map(|section| (section.anchor.as_str(), section.text.trim())).collect();
-        assert_eq!(sections, [("a-page", "Words."), ("what-it-does-all", "a b c f")], "what the search finds");
+        assert_eq!(sections, [("a-page", "Words."), ("what-it-does-all", "a b c f g")], "what the search finds");
     }
 
     #[test]

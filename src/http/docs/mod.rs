@@ -99,7 +99,7 @@ async fn page(uri: Uri) -> Response {
     let address = uri.path().trim_end_matches('/').trim_end_matches(".md");
     match (Site::get().page(address), documents::file(uri.path())) {
         (Some(page), _) => Html(page).into_response(),
-        (None, Some(file)) => text("text/plain", file),
+        (None, Some(file)) => ([(header::CONTENT_TYPE, file.media_type)], file.bytes).into_response(),
         (None, None) => {
             Problem::new(Code::NotFound, "there is no such page").with_hint("GET /docs lists all pages").into_response()
         }
