@@ -60,8 +60,8 @@ const GEOMETRY_POWER: f64 = 1.5;
 const MOST_JOINTS: usize = 14;
 /// How much a limb that lacks a segment looks like a limb.
 const INCOMPLETE: f64 = 0.01;
-/// Joints that are nearer to one another lie in one place; in the unit of the file.
-const NO_LENGTH: f64 = 1e-6;
+/// Joints that are nearer to one another than this share of the limb's length lie in one place.
+const NO_LENGTH_SHARE: f64 = 1e-4;
 /// A segment is taken for missing only where at least two joints are named.
 const FEWEST_NAMED: usize = 2;
 
@@ -134,8 +134,10 @@ pub(super) fn weigh_limb(body: &Body<'_>, limb: &SeenLimb, side: Side, named: &F
 /// Whether two of the named joints of a limb lie in one place.
 fn has_bone_without_length(body: &Body<'_>, limb: &SeenLimb, by_name: [Option<usize>; 3]) -> bool {
     let place = |segment: Option<usize>| segment.map(|place| body.positions[limb.joints[place]]);
+    let bones = limb.joints.windows(2).map(|bone| body.positions[bone[0]].distance(body.positions[bone[1]]));
+    let no_length = NO_LENGTH_SHARE * bones.sum::<f64>();
     let coincide = |one: usize, other: usize| {
-        place(by_name[one]).zip(place(by_name[other])).is_some_and(|(one, other)| one.distance(other) < NO_LENGTH)
+        place(by_name[one]).zip(place(by_name[other])).is_some_and(|(one, other)| one.distance(other) <= no_length)
     };
     coincide(0, 1) || coincide(1, 2)
 }
