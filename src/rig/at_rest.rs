@@ -7,6 +7,7 @@ use glam::{DQuat, DVec3};
 use crate::model::{Axes, ModelPose, Reporter, Scene, SignedAxis, Skeleton};
 
 use super::{
+    characters::{outside_of_character, warn_of_others},
     error::{SpecError, SpecErrorKind, SpecField},
     lookup::find_joint,
     recognition::{Hints, Recognition, RigTemplate, recognise},
@@ -31,7 +32,12 @@ impl<'a> Rig<'a> {
         let skeleton = &scene.skeleton;
         let Rest { pose: rest_local, source: rest_source, reason: rest_reason, spec: rest_spec, .. } = rest;
         let rest = rest_local.to_model(skeleton);
-        let recognition = recognise(skeleton, &rest, &Hints { templates, ..Hints::of(scene) });
+        let excluded = outside_of_character(name, skeleton, spec)?;
+        let hints = Hints { templates, excluded: &excluded, ..Hints::of(scene) };
+        let recognition = recognise(skeleton, &rest, &hints);
+        if spec.character.is_none() {
+            warn_of_others(name, scene, &rest, &recognition, &hints, reporter);
+        }
         let roles = find_roles(name, skeleton, &recognition, spec)?;
         let (work_from_scene, axes) = find_axes(name, scene, &recognition, spec, reporter);
         let unit_metres = match spec.unit {

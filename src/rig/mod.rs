@@ -8,6 +8,7 @@ mod at_rest;
 mod auto_map;
 mod bone_maps;
 mod build;
+mod characters;
 mod deserialize;
 mod error;
 mod findings;

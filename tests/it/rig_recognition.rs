@@ -1,6 +1,7 @@
 //! Roles found by name and by shape, on real and generated rigs.
 
 mod calibration;
+mod characters;
 mod conventions;
 mod corpus;
 mod creatures;

@@ -10,7 +10,7 @@ use std::{
 use glam::DVec3;
 
 use super::{
-    Side,
+    Hints, Side,
     lexicon::Sense,
     names::{Layer, ParsedName, parse_all},
     template::TemplateMatch,
@@ -42,13 +42,13 @@ pub(super) struct Body<'a> {
 }
 
 impl<'a> Body<'a> {
-    /// Reads all names and picks the largest body, of those that are not `hidden`. With `joints_only`, nodes that the file does not
-    /// call joints are passed over.
+    /// Reads all names and picks the largest body, of those that the hints do not exclude, and before those that they call hidden. With
+    /// `joints_only`, nodes that the file does not call joints are passed over.
     pub(super) fn new(
         skeleton: &'a Skeleton,
         rest: &ModelPose,
         template: Option<&TemplateMatch>,
-        hidden: &[usize],
+        hints: &Hints<'_>,
         joints_only: bool,
     ) -> Self {
         let mut names = parse_all(skeleton.joints().iter().map(|joint| joint.name.as_str()));
@@ -70,7 +70,7 @@ impl<'a> Body<'a> {
         let mut body = Self { skeleton, eligible: members.clone(), names, positions, members, enter, size, depth };
         body.judge_names();
         body.keep_layer();
-        body.keep_largest(hidden, joints_only);
+        body.keep_largest(hints, joints_only);
         body
     }
 
@@ -153,9 +153,11 @@ impl<'a> Body<'a> {
     }
 
     /// A file may hold several skeletons, and a skeleton may come in pieces below one node (Rigify's deform bones).
-    fn keep_largest(&mut self, hidden: &[usize], joints_only: bool) {
+    fn keep_largest(&mut self, hints: &Hints<'_>, joints_only: bool) {
         let joints = self.skeleton.joints();
-        let counts: Vec<bool> = joints.iter().map(|joint| joint.is_joint || !joints_only).collect();
+        let is_inside = |joint: usize| !hints.excluded.get(joint).copied().unwrap_or(false);
+        let counts: Vec<bool> =
+            (0..joints.len()).map(|joint| (joints[joint].is_joint || !joints_only) && is_inside(joint)).collect();
         // The piece of a joint is named by its top joint.
         let mut piece: Vec<usize> = (0..joints.len()).collect();
         for (index, joint) in joints.iter().enumerate() {
@@ -172,11 +174,12 @@ impl<'a> Body<'a> {
             }
         }
         let mut pieces: Vec<_> = parts_of_piece.into_iter().collect();
-        let is_hidden = |top: &usize| hidden.binary_search(top).is_ok();
+        let is_hidden = |top: &usize| hints.hidden.binary_search(top).is_ok();
         pieces.sort_by_key(|(top, parts)| (is_hidden(top), Reverse((parts.len(), joints_of_piece.get(top).copied()))));
         let mut pieces = pieces.into_iter();
         let Some((top, mut found)) = pieces.next() else {
             // Names say nothing: all that the file calls joints may be the body.
+            self.eligible.iter_mut().zip(&counts).for_each(|(eligible, counts)| *eligible &= counts);
             self.members = counts;
             return;
         };

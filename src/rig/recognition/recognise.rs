@@ -135,6 +135,8 @@ pub struct Hints<'a> {
     pub templates: &'a [RigTemplate],
     /// Joints that a viewer does not show, rising; a body of others goes before.
     pub hidden: &'a [usize],
+    /// For each joint, whether it belongs to another character, which is not looked at. Empty: no joint does.
+    pub excluded: &'a [bool],
 }
 
 impl<'a> Hints<'a> {
@@ -146,6 +148,7 @@ impl<'a> Hints<'a> {
             convention: scene.declared_convention,
             templates: &[],
             hidden: &scene.hidden_joints,
+            excluded: &[],
         }
     }
 }
@@ -158,17 +161,19 @@ impl<'a> Hints<'a> {
 /// viewer shows.
 #[must_use]
 pub fn recognise(skeleton: &Skeleton, rest: &ModelPose, hints: &Hints<'_>) -> Recognition {
-    let declared = declared_roles(skeleton, hints.declared);
+    let mut declared = declared_roles(skeleton, hints.declared);
+    let is_excluded = |joint: &usize| hints.excluded.get(*joint).copied().unwrap_or(false);
+    declared.retain(|_, joints| !joints.iter().any(is_excluded));
     let template = template::find(skeleton, hints.templates);
     let flagged = |joint: &usize| skeleton.joints()[*joint].is_joint;
     let mut recognition = Recognition::default();
     let joints_only = skeleton.joints().iter().any(|joint| joint.is_joint) && declared.values().flatten().all(flagged);
     if joints_only {
-        recognition = attempt(skeleton, rest, &declared, template.as_ref(), hints.hidden, true);
+        recognition = attempt(skeleton, rest, &declared, template.as_ref(), hints, true);
     }
     if !recognition.is_body() {
         // No skin, or a skin of a prop only: the body may be made of plain nodes.
-        let of_nodes = attempt(skeleton, rest, &declared, template.as_ref(), hints.hidden, false);
+        let of_nodes = attempt(skeleton, rest, &declared, template.as_ref(), hints, false);
         if !joints_only || of_nodes.is_body() {
             recognition = of_nodes;
         }
@@ -188,10 +193,10 @@ fn attempt(
     rest: &ModelPose,
     declared: &BTreeMap<Role, Vec<usize>>,
     template: Option<&TemplateMatch>,
-    hidden: &[usize],
+    hints: &Hints<'_>,
     joints_only: bool,
 ) -> Recognition {
-    let body = Body::new(skeleton, rest, template, hidden, joints_only);
+    let body = Body::new(skeleton, rest, template, hints, joints_only);
     let anatomy = see_shape(&body, rest, joints_only);
     understand(&body, rest, declared, template, anatomy)
 }

@@ -14,6 +14,10 @@ pub struct RigSpec {
     /// The joint that carries the body (the pelvis). Default: recognised.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub root: Option<String>,
+    /// Which character is meant where the file holds several: a joint or node that all of its joints are below, or its topmost joint.
+    /// Default: the one with the most parts that are known by their names, and the warning `several_characters`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub character: Option<String>,
     /// The joint whose rest height counts as the ground under the pelvis. Default: the floor that the feet stand on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ground: Option<String>,
