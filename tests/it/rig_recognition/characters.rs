@@ -9,7 +9,7 @@ use retargetd::{
 
 /// The mannequin, and `count` more of them two metres apart, each below a node of its own; names as exporters repeat them.
 fn crowd(count: usize) -> Scene {
-    let mannequin = samples::mannequin().expect("a sample");
+    let mannequin = samples::mannequin_scene();
     let alone = mannequin.skeleton.joints();
     let mut joints: Vec<Joint> = Vec::new();
     for place in 0..=count {
@@ -59,7 +59,7 @@ fn of_several_characters_one_is_taken_and_the_others_are_told() {
 #[test]
 fn the_config_chooses_a_character_by_any_joint_above_it() {
     let scene = crowd(2);
-    let alone = samples::mannequin().expect("a sample");
+    let alone = samples::mannequin_scene();
     let (plain, _) = seen(&alone, None);
     let count = alone.skeleton.len();
     let top = &alone.skeleton.joints()[0].name;

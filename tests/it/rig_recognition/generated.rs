@@ -133,7 +133,7 @@ fn declared_roles_win_over_names() {
     let recognition = recognise(
         &skeleton,
         &rest,
-        &Hints { declared: &declared, convention: Some("vrm"), templates: &[], hidden: &[] },
+        &Hints { declared: &declared, convention: Some("vrm"), templates: &[], ..Hints::default() },
     );
     let head = &recognition.roles[&Role::center(Part::Head)];
     assert_eq!((head.joints.as_slice(), head.confidence), (&[index("Neck")][..], 1.0), "declared, so certain");
