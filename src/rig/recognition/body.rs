@@ -10,7 +10,8 @@ use std::{
 use glam::DVec3;
 
 use super::{
-    Hints, Side,
+    Side,
+    hints::Hints,
     lexicon::Sense,
     names::{Layer, ParsedName, parse_all},
     template::TemplateMatch,

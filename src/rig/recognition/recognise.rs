@@ -20,15 +20,16 @@ use super::{
     facing::sides_contradict_feet,
     finding::{Findings, sure},
     fingers::find_fingers,
+    hints::Hints,
     lexicon::Sense,
     limbs::{find_arm, find_leg},
     names::ParsedName,
     quadruped, rest_pose_kind,
     structure::{Anatomy, find_anatomy},
-    template::{self, RigTemplate, TemplateMatch},
+    template::{self, TemplateMatch},
     trunk::{Limbs, find_details, find_root, find_trunk},
 };
-use crate::model::{ModelPose, Scene, Skeleton};
+use crate::model::{ModelPose, Skeleton};
 
 /// What kind of body a skeleton is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
@@ -123,35 +124,6 @@ const PARTS_WITHOUT_BODY: [Part; 17] = [
 
 /// Parts that creatures on six and more legs have beside those.
 const PARTS_OF_CRAWLER: [Part; 3] = [Part::Root, Part::Leg, Part::Wing];
-
-/// What is known of a skeleton beside its names and its rest pose.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Hints<'a> {
-    /// Roles that the file itself declares, by the names of `convention` (a VRM humanoid map); they win over names.
-    pub declared: &'a [(String, usize)],
-    /// The convention that `declared` follows, such as `vrm`.
-    pub convention: Option<&'a str>,
-    /// The user's own templates, which are tried before the built-in ones.
-    pub templates: &'a [RigTemplate],
-    /// Joints that a viewer does not show, rising; a body of others goes before.
-    pub hidden: &'a [usize],
-    /// For each joint, whether it belongs to another character, which is not looked at. Empty: no joint does.
-    pub excluded: &'a [bool],
-}
-
-impl<'a> Hints<'a> {
-    /// What a file says itself.
-    #[must_use]
-    pub fn of(scene: &'a Scene) -> Self {
-        Self {
-            declared: &scene.declared_roles,
-            convention: scene.declared_convention,
-            templates: &[],
-            hidden: &scene.hidden_joints,
-            excluded: &[],
-        }
-    }
-}
 
 /// Finds out what the joints of a skeleton mean.
 ///

@@ -1,0 +1,33 @@
+//! What is known of a skeleton beside its names and its rest pose.
+
+use super::template::RigTemplate;
+use crate::model::Scene;
+
+/// What is known of a skeleton beside its names and its rest pose.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Hints<'a> {
+    /// Roles that the file itself declares, by the names of `convention` (a VRM humanoid map); they win over names.
+    pub declared: &'a [(String, usize)],
+    /// The convention that `declared` follows, such as `vrm`.
+    pub convention: Option<&'a str>,
+    /// The user's own templates, which are tried before the built-in ones.
+    pub templates: &'a [RigTemplate],
+    /// Joints that a viewer does not show, rising; a body of others goes before.
+    pub hidden: &'a [usize],
+    /// For each joint, whether it belongs to another character, which is not looked at. Empty: no joint does.
+    pub excluded: &'a [bool],
+}
+
+impl<'a> Hints<'a> {
+    /// What a file says itself.
+    #[must_use]
+    pub fn of(scene: &'a Scene) -> Self {
+        Self {
+            declared: &scene.declared_roles,
+            convention: scene.declared_convention,
+            templates: &[],
+            hidden: &scene.hidden_joints,
+            excluded: &[],
+        }
+    }
+}
