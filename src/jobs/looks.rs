@@ -15,7 +15,7 @@ use tokio::{
     time::{Instant, sleep},
 };
 
-use super::{Engine, Refusal, memory::MemoryBudget, thread::on_own_thread};
+use super::{Engine, Refusal, memory::MemoryBudget, one_shot::MOMENT, thread::on_own_thread};
 use crate::{
     engine::{Control, Failure, FailureCode, Limits},
     store::{BRIEF, Principal},
@@ -29,6 +29,8 @@ pub(super) struct Looks {
     spare: Arc<Semaphore>,
     /// How long is brief.
     brief: Duration,
+    /// How long who is brief waits for a turn of all before there is the spare one.
+    moment: Duration,
     per_owner: usize,
     owners: Arc<Owners>,
 }
@@ -105,7 +107,14 @@ impl Looks {
     pub(super) fn new(workers: usize) -> Self {
         let all = workers.max(1);
         let seats = |count| Arc::new(Semaphore::new(count));
-        Self { all: seats(all), spare: seats(1), brief: BRIEF, per_owner: all.div_ceil(2), owners: Arc::default() }
+        Self {
+            all: seats(all),
+            spare: seats(1),
+            brief: BRIEF,
+            moment: MOMENT,
+            per_owner: all.div_ceil(2),
+            owners: Arc::default(),
+        }
     }
 
     /// Waits for a turn of that owner. Only those wait among all who have one of their owner, so that owners take turns.
@@ -122,7 +131,7 @@ impl Looks {
     }
 
     async fn spare_later(&self) -> Result<OwnedSemaphorePermit, tokio::sync::AcquireError> {
-        sleep(self.brief).await;
+        sleep(self.moment).await;
         Arc::clone(&self.spare).acquire_owned().await
     }
 
@@ -210,7 +219,7 @@ mod tests {
     #[tokio::test]
     async fn who_is_brief_need_not_wait_for_who_is_not() {
         const BRIEF: Duration = Duration::from_millis(50);
-        let looks = Looks { brief: BRIEF, ..Looks::new(2) };
+        let looks = Looks { brief: BRIEF, moment: BRIEF, ..Looks::new(2) };
         let name = |name: &str| Principal::parse(name).expect("a name");
         let long = [looks.turn(&name("mallory")).await, looks.turn(&name("trudy")).await];
         let began = Instant::now();

@@ -12,6 +12,7 @@ mod idle;
 mod limits;
 mod memory_watch;
 mod messages;
+mod priority;
 mod process;
 mod sandbox;
 mod signals;
@@ -92,7 +93,7 @@ impl ProcessEngine {
         let (_at_work, threads) = self.at_work.begin();
         match process.ask(Request { threads, ..request }, blobs, control) {
             Ok(answer) => {
-                if process.requests() < self.most_requests {
+                if process.requests() < self.most_requests && process.is_as_new() {
                     self.idle.put(process);
                 }
                 Ok(answer)

@@ -17,6 +17,7 @@ use super::{
     limits::Bounds,
     memory_watch::{MemoryWatch, Watched},
     messages::{Message, Reply, Request},
+    priority::Priority,
     sandbox::Sandbox,
 };
 use crate::{engine::Control, telemetry::Metric};
@@ -25,6 +26,8 @@ use crate::{engine::Control, telemetry::Metric};
 const START: Duration = Duration::from_secs(30);
 /// How often to look whether the caller still wants the answer.
 const LOOK: Duration = Duration::from_millis(10);
+/// Work that takes longer gives way to what is shorter.
+const LONG: Duration = Duration::from_millis(500);
 /// How long a process that was told to stop may take to do so. Well-behaved engines look every few milliseconds.
 const STOP: Duration = Duration::from_secs(1);
 /// Answers that wait to be heard: more than one only while progress is told faster than it is looked at.
@@ -52,6 +55,7 @@ pub(super) struct EngineProcess {
     words: Option<thread::JoinHandle<()>>,
     requests: u64,
     watch: Watched,
+    priority: Priority,
 }
 
 impl EngineProcess {
@@ -88,7 +92,8 @@ impl EngineProcess {
             thread::Builder::new().name("engine-words".to_owned()).spawn(move || keep_last_words(errors, &words))?;
         Metric::EngineProcesses.change(1.0);
         let watch = memory_watch.over(child.id());
-        let process = Self { child, input, answers, last_words, words: Some(words), requests: 0, watch };
+        let priority = Priority::of(child.id());
+        let process = Self { child, input, answers, last_words, words: Some(words), requests: 0, watch, priority };
         match process.answers.recv_timeout(START) {
             Ok((Reply::Ready(sandbox), _)) => {
                 tell_of(sandbox);
@@ -101,6 +106,11 @@ impl EngineProcess {
     /// How many requests it was given.
     pub(super) const fn requests(&self) -> u64 {
         self.requests
+    }
+
+    /// Whether the next request would be answered as fast as the first.
+    pub(super) fn is_as_new(&mut self) -> bool {
+        self.priority.restore()
     }
 
     /// Whether it has not ended.
@@ -119,8 +129,12 @@ impl EngineProcess {
         if frames::write(&mut self.input, &Message::Ask(Box::new(request)), blobs).is_err() {
             return Err(self.crashed());
         }
+        let began = Instant::now();
         let mut kill_at: Option<Instant> = None;
         loop {
+            if began.elapsed() > LONG {
+                self.priority.lower();
+            }
             match self.answers.recv_timeout(LOOK) {
                 Ok((Reply::Progress(progress), _)) => control.repeat(&progress.phase, progress.done, progress.total),
                 Ok(answer) => return Ok(answer),

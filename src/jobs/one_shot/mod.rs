@@ -34,4 +34,4 @@ pub use waiting::{Awaited, Awaiting};
 
 pub(super) use handover::Handovers;
 pub(super) use head_start::{BegunWork, HeadStart, HeadStarts};
-pub(super) use seats::{Seat, Seats};
+pub(super) use seats::{MOMENT, Seat, Seats};

@@ -1,5 +1,5 @@
 //! What jobs of this process run in: one seat for each worker, and a spare one. While jobs of batches keep workers busy, it is for a job of
-//! no batch; while any job keeps a worker for longer than is brief, it is for a job of a caller whose jobs are. So who has all workers
+//! no batch; while any job keeps a worker for longer than a moment, it is for a job of a caller whose jobs are brief. So who has all workers
 //! for long delays nobody else by more than their share of the processor, and when nobody else asks, loses nothing.
 //!
 //! A seat is for as long as the engine works, and the memory that goes with it until what came of it is stored. Writing down what came of it waits for the disk, and the next job need not wait with it:
@@ -16,7 +16,10 @@ use tokio::{
     time::Instant,
 };
 
-use crate::store::{BRIEF, Lane, Wanted};
+use crate::store::{Lane, Wanted};
+
+/// After that long, a worker counts as kept: those who wait for it and are brief get the spare seat. Jobs of small files are done by then.
+pub(in crate::jobs) const MOMENT: Duration = Duration::from_millis(50);
 
 /// All of them.
 #[derive(Debug)]
@@ -28,8 +31,8 @@ pub(in crate::jobs) struct Seats {
     /// Shared with every job of a batch that runs.
     batches: Arc<()>,
     taken: Arc<Taken>,
-    /// How long a job takes at most that is brief.
-    brief: Duration,
+    /// How long a worker is taken at most before the spare seat is given away.
+    moment: Duration,
 }
 
 /// Since when seats of workers are taken, by number.
@@ -101,7 +104,7 @@ impl Seats {
             ends: seats(workers),
             batches: Arc::default(),
             taken: Arc::default(),
-            brief: BRIEF,
+            moment: MOMENT,
         }
     }
 
@@ -123,7 +126,7 @@ impl Seats {
             biased;
             seat = self.worker() => seat,
             seat = self.spare(false), if runs_batches => seat,
-            seat = async { self.taken.one_for(self.brief).await; self.spare(true).await } => seat,
+            seat = async { self.taken.one_for(self.moment).await; self.spare(true).await } => seat,
         }
     }
 
@@ -184,17 +187,17 @@ mod tests {
 
     #[tokio::test]
     async fn the_spare_seat_is_for_brief_jobs_while_a_long_one_runs() {
-        const BRIEF: Duration = Duration::from_millis(100);
-        let (seats, memory) = (Seats { brief: BRIEF, ..Seats::new(1) }, Arc::new(Semaphore::new(2)));
+        const MOMENT: Duration = Duration::from_millis(100);
+        let (seats, memory) = (Seats { moment: MOMENT, ..Seats::new(1) }, Arc::new(Semaphore::new(2)));
         let mut seat = seats.free().await.expect("a worker's");
         seats.give(&mut seat, false, Arc::clone(&memory).try_acquire_owned().expect("some"));
-        assert!(tokio::time::timeout(BRIEF / 2, seats.free()).await.is_err(), "it may be brief itself");
+        assert!(tokio::time::timeout(MOMENT / 2, seats.free()).await.is_err(), "it may be brief itself");
         let mut spare = seats.free().await.expect("the spare one");
         assert_eq!(spare.wanted, Wanted { last: Lane::Single, is_brief: true }, "for who does the same to nobody");
         seats.give(&mut spare, false, Arc::clone(&memory).try_acquire_owned().expect("some"));
         seat.leave();
         let next = seats.free().await.expect("the worker's");
         assert_eq!(next.wanted, Lane::Batch.into(), "any job may have that one");
-        assert!(tokio::time::timeout(BRIEF * 2, seats.free()).await.is_err(), "none is taken for long any more");
+        assert!(tokio::time::timeout(MOMENT * 2, seats.free()).await.is_err(), "none is taken for long any more");
     }
 }

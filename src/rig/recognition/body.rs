@@ -11,7 +11,6 @@ use glam::DVec3;
 
 use super::{
     Side,
-    hints::Hints,
     lexicon::Sense,
     names::{Layer, ParsedName, parse_all},
     template::TemplateMatch,
@@ -42,15 +41,24 @@ pub(super) struct Body<'a> {
     pub depth: Vec<usize>,
 }
 
+/// Where in a skeleton a body is looked for.
+#[derive(Clone, Copy)]
+pub(super) struct Extent<'a> {
+    /// Joints that a viewer does not show, rising; a body of others goes before.
+    pub hidden: &'a [usize],
+    /// For each joint, whether it is not looked at. Empty: all are.
+    pub excluded: &'a [bool],
+    /// Whether nodes that the file does not call joints are passed over.
+    pub joints_only: bool,
+}
+
 impl<'a> Body<'a> {
-    /// Reads all names and picks the largest body, of those that the hints do not exclude, and before those that they call hidden. With
-    /// `joints_only`, nodes that the file does not call joints are passed over.
+    /// Reads all names and picks the largest body within the extent.
     pub(super) fn new(
         skeleton: &'a Skeleton,
         rest: &ModelPose,
         template: Option<&TemplateMatch>,
-        hints: &Hints<'_>,
-        joints_only: bool,
+        extent: Extent<'_>,
     ) -> Self {
         let mut names = parse_all(skeleton.joints().iter().map(|joint| joint.name.as_str()));
         for (role, joints) in template.iter().flat_map(|template| &template.roles) {
@@ -71,7 +79,7 @@ impl<'a> Body<'a> {
         let mut body = Self { skeleton, eligible: members.clone(), names, positions, members, enter, size, depth };
         body.judge_names();
         body.keep_layer();
-        body.keep_largest(hints, joints_only);
+        body.keep_largest(extent);
         body
     }
 
@@ -154,11 +162,12 @@ impl<'a> Body<'a> {
     }
 
     /// A file may hold several skeletons, and a skeleton may come in pieces below one node (Rigify's deform bones).
-    fn keep_largest(&mut self, hints: &Hints<'_>, joints_only: bool) {
+    fn keep_largest(&mut self, extent: Extent<'_>) {
         let joints = self.skeleton.joints();
-        let is_inside = |joint: usize| !hints.excluded.get(joint).copied().unwrap_or(false);
-        let counts: Vec<bool> =
-            (0..joints.len()).map(|joint| (joints[joint].is_joint || !joints_only) && is_inside(joint)).collect();
+        let is_inside = |joint: usize| !extent.excluded.get(joint).copied().unwrap_or(false);
+        let counts: Vec<bool> = (0..joints.len())
+            .map(|joint| (joints[joint].is_joint || !extent.joints_only) && is_inside(joint))
+            .collect();
         // The piece of a joint is named by its top joint.
         let mut piece: Vec<usize> = (0..joints.len()).collect();
         for (index, joint) in joints.iter().enumerate() {
@@ -175,7 +184,7 @@ impl<'a> Body<'a> {
             }
         }
         let mut pieces: Vec<_> = parts_of_piece.into_iter().collect();
-        let is_hidden = |top: &usize| hints.hidden.binary_search(top).is_ok();
+        let is_hidden = |top: &usize| extent.hidden.binary_search(top).is_ok();
         pieces.sort_by_key(|(top, parts)| (is_hidden(top), Reverse((parts.len(), joints_of_piece.get(top).copied()))));
         let mut pieces = pieces.into_iter();
         let Some((top, mut found)) = pieces.next() else {

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     BodyFrame, Part, Prop, RestPoseKind, Role, RoleFinding, Side, TwistHelper,
     assign::{combine, misnamed},
-    body::Body,
+    body::{Body, Extent},
     body_frame,
     extras::{find_props, find_twist_helpers},
     facing::sides_contradict_feet,
@@ -168,7 +168,8 @@ fn attempt(
     hints: &Hints<'_>,
     joints_only: bool,
 ) -> Recognition {
-    let body = Body::new(skeleton, rest, template, hints, joints_only);
+    let extent = Extent { hidden: hints.hidden, excluded: hints.excluded, joints_only };
+    let body = Body::new(skeleton, rest, template, extent);
     let anatomy = see_shape(&body, rest, joints_only);
     understand(&body, rest, declared, template, anatomy)
 }
