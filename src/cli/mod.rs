@@ -2,6 +2,7 @@
 //! calling the engine or the service, and telling the user.
 
 mod check_config;
+mod compare;
 mod demo;
 mod edit;
 mod engine_process;
@@ -24,6 +25,7 @@ mod service;
 mod submit;
 mod suggest;
 mod taught;
+mod view;
 mod watch;
 mod worker;
 
@@ -57,6 +59,8 @@ enum Command {
     Inspect(inspect::Arguments),
     /// Show what a file looks like: a still, a sheet of stills or a moving picture.
     Preview(preview::Arguments),
+    /// Draw two files at one scale and the same time, beside one another or the first as a ghost over the second
+    Compare(compare::Arguments),
     /// Say what a retarget of two files would do, and write the config that does it.
     Suggest(suggest::Arguments),
     /// Write a table of joint pairs to start from, for a spreadsheet.
@@ -92,6 +96,7 @@ pub fn run() -> ExitCode {
         Command::Edit(arguments) => edit::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Preview(arguments) => preview::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
         Command::Suggest(arguments) => suggest::run(&arguments),
         Command::JointTable(arguments) => joint_table::run(&arguments),
         Command::CheckConfig(arguments) => check_config::run(&arguments),

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use crate::{
-    engine::{self, Outcome},
-    formats::Format,
+    engine::{self, NamedBytes, Outcome, PreviewOptions},
+    formats::{Format, Limits},
     model::Control,
-    report::report_page,
+    report::{Illustration, report_page},
 };
 
 use super::{
@@ -188,14 +188,36 @@ fn report_file(outcome: &Outcome, path: &Path) -> Result<Vec<u8>, Exit> {
     if let Some(members) = report.as_object_mut() {
         members.insert("resolved_spec".into(), outcome.resolved_spec.clone());
     }
-    report_bytes(&report, path)
+    report_bytes(&report, path, &illustration(outcome, path))
+}
+
+/// What a page shows beside the report: the first result that can be drawn.
+fn illustration(outcome: &Outcome, path: &Path) -> Illustration {
+    if !is_page(path) {
+        return Illustration::default();
+    }
+    let shown = outcome.outputs.iter().find(|output| output.format.info().reads);
+    let about = shown.map(|output| ("result", output.name.clone())).into_iter().collect();
+    let picture = shown.and_then(|output| {
+        let file = NamedBytes { name: &output.name, bytes: &output.bytes };
+        engine::preview(file, &PreviewOptions::of_report(), &Limits::default(), &Control::new()).ok()
+    });
+    Illustration { about, picture: picture.map(|preview| preview.bytes) }
+}
+
+fn is_page(path: &Path) -> bool {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    matches!(ending.as_deref(), Some("html" | "htm"))
 }
 
 /// A report as it is written: as a page where the ending asks for one, else as JSON.
-pub(super) fn report_bytes(report: &serde_json::Value, path: &Path) -> Result<Vec<u8>, Exit> {
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
-    if matches!(ending.as_deref(), Some("html" | "htm")) {
-        return Ok(report_page(report).into_bytes());
+pub(super) fn report_bytes(
+    report: &serde_json::Value,
+    path: &Path,
+    illustration: &Illustration,
+) -> Result<Vec<u8>, Exit> {
+    if is_page(path) {
+        return Ok(report_page(report, illustration).into_bytes());
     }
     Ok(to_json(report)?.into_bytes())
 }

@@ -36,15 +36,15 @@ pub(super) fn read_spec(config: Option<NamedBytes<'_>>) -> Result<RetargetSpec, 
 impl Files {
     pub(super) fn load(
         inputs: &Inputs<'_>,
-        limits: &Limits,
-        control: &Control,
+        is_source_shown: bool,
+        (limits, control): (&Limits, &Control),
         reporter: &mut Reporter,
     ) -> Result<Self, Failure> {
         let mut read = |file, part| load(file, part, limits, control, reporter);
         let mut source = read(inputs.source, "source")?;
-        // A source is not written back: of its document nothing is looked at again but the meshes of its morphs. It is as large as
-        // the file, and the longest files are sources.
-        if source.scene.morphs.is_empty() {
+        // A source is not written back: of its document nothing is looked at again but the meshes of its morphs, and all of them for a
+        // picture. It is as large as the file, and the longest files are sources.
+        if source.scene.morphs.is_empty() && !is_source_shown {
             source.scene.payload = Payload::default();
         }
         Ok(Self {

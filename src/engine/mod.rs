@@ -5,6 +5,7 @@
 
 mod alignment;
 mod curves;
+mod drawn_bones;
 mod edit;
 mod explain;
 mod face_fit;
@@ -23,12 +24,14 @@ mod morphs;
 mod outputs;
 mod pass;
 mod performance;
+mod pictures;
 mod pose;
 mod preview;
 mod propose;
 mod provenance;
 mod rest_file;
 mod retarget;
+mod shown;
 mod strict;
 mod task;
 mod tune;
@@ -50,7 +53,7 @@ pub use knowledge::{
 pub use labels::{ByRole, OneOrMore};
 pub use layer::laid_over;
 pub use limited::LimitedView;
-pub use preview::{Preview, PreviewOptions, preview};
+pub use preview::{Preview, PreviewOptions, compare, preview};
 pub use propose::{
     DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose, propose_with,
 };
@@ -63,7 +66,7 @@ pub use tune::{TunedParameter, Tuning};
 pub use crate::{
     formats::{Format, FormatInfo, JsonSize, Limits, sniff},
     model::{Control, Phase, Progress},
-    picture::{Background, CameraKind, Follow, PictureFormat, SheetSize, Style, View},
+    picture::{Background, CameraKind, Follow, Layout, PictureFormat, Sheet, SheetSize, SheetWord, Style, View},
     rig::{FindingCode, PoseChoice, Severity, template_schema},
 };
 

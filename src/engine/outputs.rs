@@ -3,6 +3,7 @@
 use crate::{
     formats::{self, Compression, EulerOrder, Format, Include, TargetClips, WriteOptions},
     model::{Clip, Control, Reporter},
+    picture::Layout,
     rig::{
         CompressionSpec, IncludeSpec, OutputChoice, OutputSpec, RetargetSpec, Rig, SpecErrorKind, SpecField,
         TargetClipsSpec,
@@ -14,6 +15,7 @@ use super::{
     files::{in_config, one_field},
     keys::{KeysView, reduced},
     performance::performance,
+    pictures::{Sights, picture},
     provenance::Provenance,
 };
 
@@ -24,6 +26,12 @@ pub(super) struct Wanted {
 }
 
 impl Wanted {
+    /// Whether it is a picture that has the source in it.
+    pub(super) fn shows_source(&self) -> bool {
+        let layout = self.options.view.as_ref().map_or(Layout::Single, |view| view.layout);
+        self.format.info().is_picture && layout != Layout::Single
+    }
+
     /// What a writer is told, but for what the output was made from.
     pub(super) fn write_options(&self, reporter: &mut Reporter) -> WriteOptions {
         let options = &self.options;
@@ -109,7 +117,7 @@ pub(super) fn write_outputs(
     wanted: &[Wanted],
     target: &Rig<'_>,
     result: &Clip,
-    provenance: &Provenance<'_>,
+    (provenance, sights): (&Provenance<'_>, &Sights<'_>),
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Written, Failure> {
@@ -117,6 +125,13 @@ pub(super) fn write_outputs(
     let (mut outputs, mut keys) = (Vec::with_capacity(wanted.len()), Vec::new());
     for output in wanted {
         control.check()?;
+        let name = format!("{}.{}", file_stem(result.name()), output.format.info().endings[0]);
+        if output.format.info().is_picture {
+            let bytes = picture(output, target, result, sights, control, reporter)?;
+            outputs.push(Output { format: output.format, name, bytes });
+            control.advance(1);
+            continue;
+        }
         let reduced = reduced(target, result, output.format, &output.options, control, reporter)?;
         let result = reduced.as_ref().map_or(result, |(clip, _)| clip);
         keys.extend(reduced.as_ref().map(|(_, view)| view.clone()));
@@ -145,7 +160,6 @@ pub(super) fn write_outputs(
             );
         }
         let bytes = encode(target, clip, &options, control, reporter)?;
-        let name = format!("{}.{}", file_stem(result.name()), output.format.info().endings[0]);
         outputs.push(Output { format: output.format, name, bytes });
         control.advance(1);
     }

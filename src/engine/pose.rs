@@ -7,7 +7,7 @@
 use glam::{Quat, Vec3};
 
 use crate::{
-    formats::{self, TargetClips, WriteOptions},
+    formats::{self, Limits, TargetClips, WriteOptions},
     model::{Axes, Clip, Control, Joint, JointTracks, LocalPose, Phase, Reporter, Scene, Skeleton, Track},
     rig::{PoseChoice, Posed, Rig, posed_target},
 };
@@ -20,6 +20,7 @@ use super::{
     load::{Loaded, load},
     mixups::explain_rest,
     outputs::{Wanted, wanted_outputs},
+    pictures,
     provenance::engine,
     strict::check_strict,
     work::Work,
@@ -72,7 +73,7 @@ pub(super) fn posed(work: Work<'_>, inputs: &PoseInputs<'_>) -> Result<Outcome, 
     let mut outputs = Vec::with_capacity(wanted.len());
     for output in &wanted {
         control.check()?;
-        outputs.push(posed.write(&target.scene, output, space, control, &mut reporter)?);
+        outputs.push(posed.write(&target.scene, output, space, (limits, control), &mut reporter)?);
         control.advance(1);
     }
     let warnings: Vec<WarningView> = reporter.into_warnings().into_iter().map(WarningView::from).collect();
@@ -156,7 +157,7 @@ impl Posing {
         scene: &Scene,
         output: &Wanted,
         space: (Axes, f64),
-        control: &Control,
+        (limits, control): (&Limits, &Control),
         reporter: &mut Reporter,
     ) -> Result<Output, Failure> {
         let renamed = output.options.clip_name.as_ref().map(|name| self.clip.clone().renamed(name.clone()));
@@ -167,9 +168,13 @@ impl Posing {
             extras: Some(serde_json::json!({ "engine": engine(), "pose": clip.name() })),
             ..output.write_options(reporter)
         };
+        let name = format!("{}.{}", clip.name().replace(' ', "_"), output.format.info().endings[0]);
+        if output.format.info().is_picture {
+            let bytes = pictures::posed(output, scene, limits, control, reporter)?;
+            return Ok(Output { format: output.format, name, bytes });
+        }
         let written = formats::write_in_space(scene, Some(&self.joints), clip, space, &options, control, reporter);
         let bytes = written.map_err(|error| Failure::from(error).in_part("target"))?;
-        let name = format!("{}.{}", clip.name().replace(' ', "_"), output.format.info().endings[0]);
         Ok(Output { format: output.format, name, bytes })
     }
 }

@@ -1,17 +1,17 @@
-//! What a file looks like: the figure and its motion as a picture.
-
-use std::collections::BTreeSet;
-
-use glam::DMat4;
+//! What a file looks like: the figure and its motion as a picture, alone or beside that of another file.
 
 use crate::{
-    formats::{self, Limits},
-    model::{Clip, Control, Phase, Reporter, Scene, Skeleton},
-    picture::{Bone, Figure, FilmError, PictureError, PictureFormat, Subject, View, capsules, render},
-    rig::{Rig, RigSpec, floors, standing_floor},
+    formats::Limits,
+    model::{Clip, Control, Phase, Reporter, Scene},
+    picture::{Cast, FilmError, Layout, PictureFormat, Sheet, SheetSize, View, render},
+    rig::{Rig, RigSpec},
 };
 
-use super::{Failure, FailureCode, Knowledge, NamedBytes, WarningView, load::load};
+use super::{
+    Failure, FailureCode, Knowledge, NamedBytes, WarningView,
+    load::load,
+    shown::{Shown, in_picture},
+};
 
 /// A picture of a file.
 #[derive(Clone, Debug)]
@@ -39,6 +39,16 @@ pub struct PreviewOptions {
     pub clip: Option<String>,
 }
 
+impl PreviewOptions {
+    /// As a report shows a result: a row of frames.
+    #[must_use]
+    pub fn of_report() -> Self {
+        let sheet = Some(Sheet::Even(SheetSize { columns: 6, rows: 1 }));
+        let view = View { sheet, size: [160, 240], labels: true, ..View::default() };
+        Self { view, ending: "png".to_owned(), clip: None }
+    }
+}
+
 /// Draws a file: the mesh, or where it has none, a body of capsules; in its clip, or where it has none, at rest.
 ///
 /// # Errors
@@ -49,181 +59,86 @@ pub fn preview(
     limits: &Limits,
     control: &Control,
 ) -> Result<Preview, Failure> {
+    drawn(file, None, options, limits, control)
+}
+
+/// Draws two files that are to be compared: beside one another, or the first as a ghost over the second, as the layout says; at one
+/// scale, and at the same time of their clips.
+///
+/// # Errors
+/// As those of [`preview`].
+pub fn compare(
+    first: NamedBytes<'_>,
+    second: NamedBytes<'_>,
+    options: &PreviewOptions,
+    limits: &Limits,
+    control: &Control,
+) -> Result<Preview, Failure> {
+    let layout = if options.view.layout == Layout::Single { Layout::SideBySide } else { options.view.layout };
+    let view = View { layout, ..options.view.clone() };
+    drawn(second, Some(first), &PreviewOptions { view, ..options.clone() }, limits, control)
+}
+
+fn drawn(
+    file: NamedBytes<'_>,
+    beside: Option<NamedBytes<'_>>,
+    options: &PreviewOptions,
+    limits: &Limits,
+    control: &Control,
+) -> Result<Preview, Failure> {
     if let Some((field, problem)) = options.view.problem() {
         return Err(Failure::new(FailureCode::InvalidValue, format!("{field}: {problem}")));
     }
     let mut reporter = Reporter::new();
     let loaded = load(file, "source", limits, control, &mut reporter)?;
-    let shown = Shown::of(loaded.scene, options.clip.as_deref())?;
-    let is_still = options.view.sheet.is_some() || options.view.at_seconds.is_some();
-    let format = PictureFormat::of_ending(&options.ending, shown.clip.is_some() && !is_still).ok_or_else(|| {
-        let detail = format!("'{}' is no picture that can be written", options.ending);
-        Failure::new(FailureCode::UnsupportedFormat, detail).with_hint("use png, webp, gif or apng")
-    })?;
+    let other = beside.map(|file| load(file, "source", limits, control, &mut reporter)).transpose()?;
+    let clip = chosen(&loaded.scene, options.clip.as_deref())?;
+    let format =
+        PictureFormat::of_ending(&options.ending, clip.is_some() && !options.view.is_still()).ok_or_else(|| {
+            let detail = format!("'{}' is no picture that can be written", options.ending);
+            Failure::new(FailureCode::UnsupportedFormat, detail).with_hint("use png, webp, gif or apng")
+        })?;
     control.enter(Phase::Write, 1);
-    let film = shown.film(&options.view, format, limits, control, &mut reporter)?;
+    let rig = rig_of(&loaded.scene);
+    let shown = Shown::new(file.name, &loaded.scene, rig.as_ref(), clip, (limits, control), &mut reporter)?;
+    let other_rig = other.as_ref().and_then(|other| rig_of(&other.scene));
+    let companion = match (&other, beside) {
+        (Some(other), Some(file)) => {
+            let clip = other.scene.clips.iter().find(|clip| clip.is_animated());
+            Some(Shown::new(file.name, &other.scene, other_rig.as_ref(), clip, (limits, control), &mut reporter)?)
+        }
+        _ => None,
+    };
+    let companion = companion.as_ref().map(Shown::subject);
+    let cast = Cast { main: &shown.subject(), companion: companion.as_ref(), marks: None };
+    let film = render(&cast, &options.view, format, control).map_err(failed)?;
     let warnings = reporter.into_warnings().into_iter().map(WarningView::from).collect();
     Ok(Preview { bytes: film.bytes, format, size: film.size, frames: film.frames, warnings })
 }
 
-/// A scene as a viewer shows it: with the nodes of its file, where those are not the joints that are retargeted.
-struct Shown {
-    scene: Scene,
-    skeleton: Skeleton,
-    clip: Option<Clip>,
-}
-
-impl Shown {
-    fn of(scene: Scene, clip: Option<&str>) -> Result<Self, Failure> {
-        let chosen = match clip {
-            Some(name) => {
-                let found = scene.clips.iter().find(|clip| clip.name() == name);
-                let names = || scene.clips.iter().map(Clip::name).collect::<Vec<_>>().join(", ");
-                Some(found.ok_or_else(|| {
-                    Failure::new(FailureCode::UnknownName, format!("there is no clip '{name}'"))
-                        .with_hint(format!("the file has: {}", names()))
-                })?)
-            }
-            None => scene.clips.iter().find(|clip| clip.is_animated()),
-        };
-        let (skeleton, clip) = match &scene.stretched {
-            Some(stretched) => {
-                let clip = chosen.map(|clip| stretched.clip_of_nodes(&scene.skeleton, clip)).transpose();
-                let clip = clip.map_err(|error| Failure::new(FailureCode::AssetMalformed, error.to_string()))?;
-                (stretched.skeleton_of_nodes(&scene.skeleton), clip)
-            }
-            None => (scene.skeleton.clone(), chosen.cloned()),
-        };
-        Ok(Self { scene, skeleton, clip })
-    }
-
-    fn film(
-        &self,
-        view: &View,
-        format: PictureFormat,
-        limits: &Limits,
-        control: &Control,
-        reporter: &mut Reporter,
-    ) -> Result<crate::picture::Film, Failure> {
-        let scene = &self.scene;
-        let rig = self.rig();
-        let wanted: BTreeSet<usize> = (0..scene.morphs.len()).filter(|morph| self.moves_morph(*morph)).collect();
-        let appearance = formats::appearance(scene, &wanted, limits, control, reporter)?;
-        let has_mesh = appearance.triangle_count() > 0;
-        let (mesh, problems) = Figure::new(appearance).map_err(in_picture)?;
-        for (image, problem) in problems {
-            let place = format!("image {image}");
-            reporter.warn("texture_unreadable", place, problem.detail, "write the texture as PNG or JPEG");
-        }
-        let bones = self.bones(rig.as_ref())?;
-        let work = rig.as_ref().map(|rig| rig.work_from_scene).or_else(|| scene.axes.map(|axes| axes.ours_from_this()));
-        let picture_from_scene = DMat4::from_quat(work.unwrap_or_default());
-        let role_joints = rig.iter().flat_map(|rig| rig.roles.iter().filter(|(role, _)| *role != "root"));
-        let shown_joints: BTreeSet<usize> = role_joints.flat_map(|(_, joints)| joints.iter().copied()).collect();
-        let floor = rig.as_ref().and_then(|rig| match &self.clip {
-            Some(clip) => floors(rig, clip).map(|(_, floor)| floor),
-            None => standing_floor(rig),
-        });
-        let unit = rig.as_ref().map(|rig| rig.unit_metres).or(scene.unit_metres);
-        let subject = Subject {
-            figure: if has_mesh { &mesh } else { &bones },
-            bones: &bones,
-            skeleton: &self.skeleton,
-            clip: self.clip.as_ref(),
-            rest_weights: scene.morphs.iter().map(|morph| morph.rest).collect(),
-            shown_joints: shown_joints.into_iter().collect(),
-            root: rig.as_ref().and_then(|rig| rig.role("pelvis").first().copied()),
-            picture_from_scene: picture_from_scene.as_mat4(),
-            units_per_metre: unit.filter(|unit| *unit > 0.0).map(|unit| unit.recip() as f32),
-            floor: floor.map(|floor| floor as f32),
-        };
-        render(&subject, view, format, control).map_err(|error| match error {
-            FilmError::Picture(error) => in_picture(error),
-            FilmError::Canceled(canceled) => canceled.into(),
-        })
-    }
-
-    /// What is known of the file as a rig; a file that is none can be seen all the same.
-    fn rig(&self) -> Option<Rig<'_>> {
-        if self.scene.skeleton.is_empty() {
-            return None;
-        }
-        let knowledge = Knowledge::default();
-        let spec = RigSpec::default();
-        Rig::with_templates("source", &self.scene, None, &spec, knowledge.rigs(), &mut Reporter::new()).ok()
-    }
-
-    fn moves_morph(&self, morph: usize) -> bool {
-        let is_animated = self.clip.iter().flat_map(|clip| clip.morphs()).any(|track| track.morph == morph);
-        is_animated || self.scene.morphs[morph].rest != 0.0
-    }
-
-    /// The body of capsules.
-    fn bones(&self, rig: Option<&Rig<'_>>) -> Result<Figure, Failure> {
-        let rest = self.skeleton.rest_pose().to_model(&self.skeleton);
-        let first = |role: &str| rig.and_then(|rig| rig.role(role).first().copied());
-        let head = first("head").map(|head| (head, first("neck").or_else(|| first("pelvis"))));
-        let (figure, _) = Figure::new(capsules(&rest, &drawn_bones(&self.skeleton, rig), head)).map_err(in_picture)?;
-        Ok(figure)
+pub(super) fn failed(error: FilmError) -> Failure {
+    match error {
+        FilmError::Picture(error) => in_picture(error),
+        FilmError::Canceled(canceled) => canceled.into(),
     }
 }
 
-/// The bones that are drawn: of a body those with roles and all below them, else all between what the file calls joints.
-fn drawn_bones(skeleton: &Skeleton, rig: Option<&Rig<'_>>) -> Vec<Bone> {
-    let roles = || rig.into_iter().flat_map(|rig| rig.roles.iter().filter(|(role, _)| *role != "root"));
-    let with_role: BTreeSet<usize> = roles().flat_map(|(_, joints)| joints.iter().copied()).collect();
-    let is_trunk = |joint: usize| {
-        let of_trunk = roles().filter(|(role, _)| matches!(role.as_str(), "pelvis" | "spine"));
-        of_trunk.into_iter().any(|(_, joints)| joints.contains(&joint))
-    };
-    let has_joints = skeleton.joints().iter().any(|joint| joint.is_joint);
-    let mut is_drawn = vec![false; skeleton.len()];
-    for joint in 0..skeleton.len() {
-        let above = skeleton.parent(joint).is_some_and(|parent| is_drawn[parent]);
-        is_drawn[joint] = match with_role.is_empty() {
-            true => skeleton.joints()[joint].is_joint || !has_joints,
-            false => above || with_role.contains(&joint),
-        };
-    }
-    let mut bones = Vec::new();
-    for joint in (0..skeleton.len()).filter(|joint| is_drawn[*joint]) {
-        let parent = skeleton.parent(joint).filter(|parent| is_drawn[*parent]);
-        // Joints of limbs that hang on controls go on from the joint of the role before.
-        let from = parent.or_else(|| rig.and_then(|rig| joint_before(rig, joint)));
-        bones.extend(from.map(|from| Bone { from, to: joint, is_trunk: is_trunk(from) && is_trunk(joint) }));
-    }
-    bones
+/// The clip of that name; without one, the first that moves.
+fn chosen<'a>(scene: &'a Scene, name: Option<&str>) -> Result<Option<&'a Clip>, Failure> {
+    let Some(name) = name else { return Ok(scene.clips.iter().find(|clip| clip.is_animated())) };
+    let found = scene.clips.iter().find(|clip| clip.name() == name).ok_or_else(|| {
+        let names = scene.clips.iter().map(Clip::name).collect::<Vec<_>>().join(", ");
+        Failure::new(FailureCode::UnknownName, format!("there is no clip '{name}'"))
+            .with_hint(format!("the file has: {names}"))
+    })?;
+    Ok(Some(found))
 }
 
-/// The joint that a body's joint goes on from by its role.
-fn joint_before(rig: &Rig<'_>, joint: usize) -> Option<usize> {
-    let (role, joints) = rig.roles.iter().find(|(role, joints)| *role != "root" && joints.contains(&joint))?;
-    let place = joints.iter().position(|other| *other == joint)?;
-    if let Some(before) = place.checked_sub(1) {
-        return Some(joints[before]);
+/// What is known of a scene as a rig.
+pub(super) fn rig_of(scene: &Scene) -> Option<Rig<'_>> {
+    if scene.skeleton.is_empty() {
+        return None;
     }
-    let (side, part) = ["left_", "right_"]
-        .into_iter()
-        .find_map(|side| role.strip_prefix(side).map(|part| (side, part)))
-        .unwrap_or(("", role.as_str()));
-    let before: &[&str] = match part {
-        "spine" | "thigh" | "tail" => &["pelvis"],
-        "shin" => &["thigh"],
-        "foot" => &["shin"],
-        "toe" => &["foot"],
-        "clavicle" | "neck" => &["spine", "pelvis"],
-        "upper_arm" => &["clavicle", "spine", "pelvis"],
-        "forearm" => &["upper_arm"],
-        "hand" => &["forearm"],
-        "head" => &["neck", "spine"],
-        _ => return None,
-    };
-    let last = |name: &&str| {
-        [format!("{side}{name}"), (*name).to_owned()].iter().find_map(|role| rig.role(role).last().copied())
-    };
-    before.iter().find_map(last)
-}
-
-fn in_picture(error: PictureError) -> Failure {
-    Failure::new(FailureCode::UnsupportedFeature, error.detail)
+    let (knowledge, spec) = (Knowledge::default(), RigSpec::default());
+    Rig::with_templates("source", scene, None, &spec, knowledge.rigs(), &mut Reporter::new()).ok()
 }

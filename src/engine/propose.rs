@@ -154,7 +154,7 @@ pub fn propose_with(
     control.enter(Phase::Read, 0);
     let spec = read_spec(inputs.config)?;
     wanted_outputs(&spec, inputs.formats)?;
-    let files = Files::load(inputs, limits, control, &mut reporter)?;
+    let files = Files::load(inputs, false, (limits, control), &mut reporter)?;
     control.enter(Phase::Plan, 0);
     let Sides { spec, source, target } = files.sides(spec, knowledge, &mut reporter)?;
     let still;

@@ -16,8 +16,9 @@ use super::{
     layer::laid_over,
     limited::limited_view,
     morphs::with_morphs,
-    outputs::{Written, wanted_outputs, write_outputs},
+    outputs::{Wanted, Written, wanted_outputs, write_outputs},
     pass::Pass,
+    pictures::Sights,
     provenance::Provenance,
     strict::check_strict,
     tune::Subject,
@@ -28,7 +29,7 @@ use super::{
 pub(super) fn retargeted(work: Work<'_>, inputs: &Inputs<'_>) -> Result<Outcome, Failure> {
     let Work { spec, knowledge, limits, control, begin, mut reporter } = work;
     let wanted = wanted_outputs(&spec, inputs.formats)?;
-    let files = Files::load(inputs, limits, control, &mut reporter)?;
+    let files = Files::load(inputs, wanted.iter().any(Wanted::shows_source), (limits, control), &mut reporter)?;
     let read_seconds = control.seconds() - begin;
 
     let planning = control.seconds();
@@ -79,7 +80,10 @@ pub(super) fn retargeted(work: Work<'_>, inputs: &Inputs<'_>) -> Result<Outcome,
         &wanted,
         &target,
         &result,
-        &Provenance { source: inputs.source.bytes, resolved_spec: &resolved_spec },
+        (
+            &Provenance { source: inputs.source.bytes, resolved_spec: &resolved_spec },
+            &Sights { source: Some((&source, clip)), measures: measures.as_ref(), limits },
+        ),
         control,
         &mut reporter,
     )?;

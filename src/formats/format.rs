@@ -27,6 +27,14 @@ pub enum Format {
     Zip,
     /// Positions of joints as comma-separated text.
     PositionsCsv,
+    /// A still picture.
+    Png,
+    /// A picture; moves unless a still is asked for.
+    Webp,
+    /// A moving picture of 255 colors.
+    Gif,
+    /// A moving picture without loss.
+    Apng,
 }
 
 /// What users are told about a format.
@@ -56,6 +64,8 @@ pub struct FormatInfo {
     pub has_properties: bool,
     /// Whether a written file's animation can be compressed.
     pub has_compression: bool,
+    /// Whether it is a picture of the result, and not the result itself.
+    pub is_picture: bool,
 }
 
 /// Axes and unit of a written file.
@@ -83,7 +93,11 @@ const PLAIN: FormatInfo = FormatInfo {
     joints_are_skinned: false,
     has_properties: false,
     has_compression: false,
+    is_picture: false,
 };
+
+/// What pictures have in common.
+const PICTURE: FormatInfo = FormatInfo { reads: false, is_picture: true, ..PLAIN };
 
 /// What glTF formats have in common.
 const GLTF: FormatInfo = FormatInfo {
@@ -98,7 +112,7 @@ const GLTF: FormatInfo = FormatInfo {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 16] = [
         Self::Glb,
         Self::Gltf,
         Self::Vrm,
@@ -111,6 +125,10 @@ impl Format {
         Self::JointPositions,
         Self::Zip,
         Self::PositionsCsv,
+        Self::Png,
+        Self::Webp,
+        Self::Gif,
+        Self::Apng,
     ];
 
     /// The facts about a format; the only place where they stand.
@@ -206,6 +224,34 @@ impl Format {
                 reads: false,
                 description: "where every joint is in every frame, as comma-separated text in metres, +Y up and +Z front",
                 ..PLAIN
+            },
+            Self::Png => FormatInfo {
+                name: "png",
+                endings: &["png"],
+                media_type: "image/png",
+                description: "a still picture of the result, or a sheet of several frames",
+                ..PICTURE
+            },
+            Self::Webp => FormatInfo {
+                name: "webp",
+                endings: &["webp"],
+                media_type: "image/webp",
+                description: "a moving picture of the result; a still without loss where the view asks for one",
+                ..PICTURE
+            },
+            Self::Gif => FormatInfo {
+                name: "gif",
+                endings: &["gif"],
+                media_type: "image/gif",
+                description: "a moving picture of the result in 255 colors",
+                ..PICTURE
+            },
+            Self::Apng => FormatInfo {
+                name: "apng",
+                endings: &["apng"],
+                media_type: "image/apng",
+                description: "a moving picture of the result as PNG, without loss",
+                ..PICTURE
             },
         }
     }

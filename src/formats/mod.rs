@@ -112,6 +112,12 @@ pub fn read(
         Format::PositionsCsv => {
             Err(FormatError::unsupported("read", "", "positions in CSV are written, not read", "send pose arrays"))
         }
+        Format::Png | Format::Webp | Format::Gif | Format::Apng => Err(FormatError::unsupported(
+            "read",
+            "",
+            "a picture is no animation",
+            "send a file that GET /v1/formats lists as read",
+        )),
     }
 }
 
@@ -249,12 +255,15 @@ pub fn write(
         Format::PosesNpz | Format::PosesJson => poses::write(target, clip, options, control, reporter),
         Format::Fbx => fbx::write(target, clip, options, control, reporter),
         Format::PositionsCsv => positions_csv::write(target, clip, control, reporter),
-        Format::BodyModel | Format::JointPositions => Err(FormatError::unsupported(
-            "write",
-            "",
-            format!("{} files can be read but not written", options.format.info().name),
-            "GET /v1/formats lists those that are written",
-        )),
+        // Pictures show a result, which this file knows nothing of.
+        Format::Png | Format::Webp | Format::Gif | Format::Apng | Format::BodyModel | Format::JointPositions => {
+            Err(FormatError::unsupported(
+                "write",
+                "",
+                format!("{} files can be read but not written", options.format.info().name),
+                "GET /v1/formats lists those that are written",
+            ))
+        }
     }
 }
 

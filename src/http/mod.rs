@@ -139,7 +139,7 @@ async fn no_method() -> Problem {
 
 /// A page that holds its own style and nothing else that a browser would fetch or run.
 fn page_text(text: String) -> Response {
-    let policy = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; sandbox";
+    let policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'none'; sandbox";
     let headers = [(header::CONTENT_TYPE, "text/html; charset=utf-8"), (header::CONTENT_SECURITY_POLICY, policy)];
     (headers, text).into_response()
 }

@@ -9,8 +9,9 @@ use super::{
     caching,
     problem::{Problem, ProblemView},
 };
-use crate::jobs::{
-    AssetRecord, JobInput, JobRecord, JobRequest, JobSnapshot, ResultRecord, StoredProgress, VersionedName,
+use crate::{
+    engine::Format,
+    jobs::{AssetRecord, JobInput, JobRecord, JobRequest, JobSnapshot, ResultRecord, StoredProgress, VersionedName},
 };
 
 /// An uploaded file.
@@ -97,15 +98,21 @@ pub(super) struct ResultView {
     expires_at: String,
     /// Where its bytes are.
     content: String,
-    /// Where to see what it looks like.
-    thumbnail: String,
+    /// Where to see what it looks like; not of what is a picture itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    thumbnail: Option<String>,
+}
+
+/// Whether a result of a format can be drawn: what can be read again can.
+pub(super) fn is_drawable(format: &str) -> bool {
+    Format::from_name(format).is_some_and(|format| format.info().reads)
 }
 
 impl From<ResultRecord> for ResultView {
     fn from(result: ResultRecord) -> Self {
         Self {
             content: format!("/v1/results/{}/content", result.id),
-            thumbnail: format!("/v1/results/{}/preview.png?size=256", result.id),
+            thumbnail: is_drawable(&result.format).then(|| format!("/v1/results/{}/preview.png?size=256", result.id)),
             id: result.id.to_string(),
             job: result.job_id.to_string(),
             format: result.format,

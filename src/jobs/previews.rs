@@ -57,7 +57,7 @@ impl Jobs {
             return Ok(picture);
         }
         let [width, height] = options.view.size.map(|side| side as u64);
-        let cells = options.view.sheet.map_or(1, |sheet| (sheet.columns * sheet.rows) as u64);
+        let cells = options.view.cells() as u64;
         let memory_bytes = memory::of_job([memory::of_unknown_file(file.bytes)].into_iter(), 1.0)
             .saturating_add(width * height * cells.max(4) * BYTES_PER_PIXEL);
         let look = Look { owner: &file.principal, thread: "preview", what: "drawing the file", memory_bytes };

@@ -96,7 +96,6 @@ impl Camera {
     }
 
     /// In pixels, Y down, and the distance from the plane of the eye.
-    #[cfg(test)]
     pub(super) fn project(&self, place: Vec3) -> Vec3 {
         let seen = self.axes.transpose() * (place - self.eye);
         self.on_picture(Vec3::new(seen.x, seen.y, -seen.z))

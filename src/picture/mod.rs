@@ -11,6 +11,8 @@
 //! | `raster` | triangles to samples, nearest in front |
 //! | `floor` | the grid and the shadow that a figure stands on |
 //! | `text` | letters on a picture |
+//! | `marks` | what a report found, drawn into a picture |
+//! | `stage` | where figures stand, and which cameras see them, one or two at a time |
 //! | `scene` | one picture of one frame, all of the above together |
 //! | `film` | many pictures: sheets, turntables and clips |
 //! | `encode` | pictures to PNG, APNG, WebP and GIF files |
@@ -26,8 +28,10 @@ mod error;
 mod figure;
 mod film;
 mod floor;
+mod marks;
 mod raster;
 mod scene;
+mod stage;
 mod text;
 mod texture;
 mod view;
@@ -36,9 +40,10 @@ pub use capsules::{Bone, capsules};
 pub use encode::PictureFormat;
 pub use error::PictureError;
 pub use figure::Figure;
-pub use film::{Film, FilmError, render};
+pub use film::{Cast, Film, FilmError, render};
+pub use marks::{Grade, Marks, Ring, Strip, Touch};
 pub use scene::Subject;
-pub use view::{Background, CameraKind, Follow, MAX_SIDE, SheetSize, Style, View};
+pub use view::{Background, CameraKind, Follow, Layout, MAX_SIDE, Sheet, SheetSize, SheetWord, Style, View};
 
 /// A picture of red, green, blue and opacity, 8 bits each, sRGB, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -56,6 +61,32 @@ impl Picture {
     #[must_use]
     pub fn filled(width: usize, height: usize, color: [u8; 4]) -> Self {
         Self { width, height, pixels: vec![color; width * height] }
+    }
+
+    /// Shows a ghost in blue, and only faintly where the figure of this picture is, which is given alone as well.
+    pub(crate) fn haunt(&mut self, ghost: &Self, figure: &Self) {
+        const BESIDE: f32 = 0.6;
+        const OVER: f32 = 0.14;
+        const BLUE: [f32; 3] = [60.0, 120.0, 235.0];
+        for (index, ghost) in ghost.pixels.iter().enumerate().filter(|(_, ghost)| ghost[3] > 0) {
+            let covered = f32::from(figure.pixels[index][3]) / 255.0;
+            let share = f32::from(ghost[3]) / 255.0 * (BESIDE + (OVER - BESIDE) * covered);
+            let light = ghost[..3].iter().map(|part| f32::from(*part)).sum::<f32>() / (3.0 * 255.0);
+            let color = BLUE.map(|part| (part * (0.5 + 0.7 * light)).min(255.0) as u8);
+            let width = self.width;
+            self.dot((index % width) as i64, (index / width) as i64, color, share);
+        }
+    }
+
+    /// Mixes a color into a pixel; outside of the picture there is none.
+    pub(crate) fn dot(&mut self, column: i64, row: i64, color: [u8; 3], share: f32) {
+        let inside = |value: i64, most: usize| usize::try_from(value).ok().filter(|value| *value < most);
+        let Some((column, row)) = inside(column, self.width).zip(inside(row, self.height)) else { return };
+        let pixel = &mut self.pixels[row * self.width + column];
+        for (under, over) in pixel.iter_mut().zip(color) {
+            *under = (f32::from(*under) * (1.0 - share) + f32::from(over) * share + 0.5) as u8;
+        }
+        pixel[3] = (f32::from(pixel[3]) + (255.0 - f32::from(pixel[3])) * share + 0.5) as u8;
     }
 
     /// Puts another picture over this one; what is outside is left out.

@@ -19,9 +19,14 @@ const AMBIENT: f32 = 0.36;
 const KEY: f32 = 0.5;
 const FILL: f32 = 0.14;
 
+/// What is below the floor, linear.
+const SUNK: Vec3 = Vec3::new(1.0, 0.05, 0.04);
+
 /// A figure that moves, as pictures need it.
 #[derive(Clone, Debug)]
 pub struct Subject<'a> {
+    /// What it is called where several are shown.
+    pub name: String,
     /// Its surfaces; of a figure without a mesh, capsules.
     pub figure: &'a Figure,
     /// Capsules along its bones.
@@ -45,6 +50,12 @@ pub struct Subject<'a> {
 }
 
 impl Subject<'_> {
+    /// When its clip begins and ends, in seconds.
+    pub(super) fn span(&self) -> [f64; 2] {
+        let times = self.clip.map_or(&[][..], |clip| clip.times_seconds());
+        [times.first().copied().unwrap_or(0.0), times.last().copied().unwrap_or(0.0)]
+    }
+
     /// Matrices of all joints at a time of the clip, in the space of the picture.
     pub(super) fn joints(&self, seconds: f64) -> Vec<Mat4> {
         let locals = self.locals(seconds);
@@ -118,6 +129,8 @@ pub(super) struct Shot {
     pub(super) background: Background,
     /// Where the floor is drawn: its level, its middle, the height of the figure and the step of the grid.
     pub(super) floor: Option<(f32, Vec3, f32, f32)>,
+    /// What is lower than this is red.
+    pub(super) sunk_below: Option<f32>,
 }
 
 impl Studio {
@@ -133,7 +146,7 @@ impl Studio {
         let is_mesh = shot.style != Style::Skeleton;
         if is_mesh {
             subject.figure.pose(&joints, &weights, &mut self.posed);
-            self.draw(subject.figure, &camera, shot.style);
+            self.draw(subject.figure, &camera, shot.style, shot.sunk_below);
         }
         let floor = shot.floor.map(|(level, middle, height, step)| {
             if !is_mesh {
@@ -148,12 +161,12 @@ impl Studio {
                 self.raster.colors.iter_mut().filter(|color| color[3] > 0).for_each(|color| color[3] = 110);
             }
             subject.bones.pose(&joints, &weights, &mut self.posed);
-            self.draw(subject.bones, &camera, Style::Shaded);
+            self.draw(subject.bones, &camera, Style::Shaded, shot.sunk_below);
         }
         self.develop(shot, floor.as_ref())
     }
 
-    fn draw(&mut self, figure: &Figure, camera: &Camera, style: Style) {
+    fn draw(&mut self, figure: &Figure, camera: &Camera, style: Style, sunk_below: Option<f32>) {
         let (right, back) = (camera.right(), camera.back());
         let up = back.cross(right);
         let key = (back * 0.55 + up * 0.7 - right * 0.45).normalize();
@@ -180,6 +193,7 @@ impl Studio {
                 let color = match style {
                     Style::Silhouette => Vec4::ONE,
                     Style::Depth => Vec3::splat(((far - seen.z) / span).clamp(0.03, 1.0)).extend(1.0),
+                    _ if sunk_below.is_some_and(|level| place.y < level) => (SUNK * light.max(0.6)).extend(1.0),
                     _ => {
                         let own = surface.colors.get(vertex).copied().unwrap_or(Vec4::ONE) * surface.base_color;
                         (own.truncate() * light).extend(own.w)

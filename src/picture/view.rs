@@ -6,6 +6,9 @@ use serde::{Deserialize, Serialize};
 /// The longest side of a picture, in pixels.
 pub const MAX_SIDE: usize = 1920;
 
+/// Frames on a sheet of the worst.
+pub(super) const MAX_WORST: usize = 12;
+
 /// How a figure is seen. Every field is optional.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -28,8 +31,14 @@ pub struct View {
     pub background: Background,
     /// What of the figure is drawn.
     pub style: Style,
-    /// A sheet of several frames in one still, evenly spread over the clip.
-    pub sheet: Option<SheetSize>,
+    /// A sheet of several frames in one still: columns and rows, evenly spread over the clip; or `worst`, those where the measures of a
+    /// result that do not pass are worst.
+    pub sheet: Option<Sheet>,
+    /// Where a result has something to be compared with: whether that is shown beside it or through it, at the same scale and time.
+    pub layout: Layout,
+    /// Whether what the report found is drawn into the picture of a result: rings around the joints that measures blame, feet in the color
+    /// of their contact, red where the figure is below the floor, and the values over time.
+    pub marks: bool,
     /// Whether the time is written on the picture.
     pub labels: bool,
     /// Whether the floor is drawn, with the shadow on it.
@@ -49,6 +58,8 @@ impl Default for View {
             background: Background::Light,
             style: Style::Shaded,
             sheet: None,
+            layout: Layout::Single,
+            marks: false,
             labels: false,
             floor: true,
         }
@@ -113,6 +124,36 @@ pub enum Style {
     Silhouette,
 }
 
+/// What is shown together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Layout {
+    /// The result alone.
+    Single,
+    /// What it was made from on the left, the result on the right.
+    SideBySide,
+    /// What it was made from as a ghost over the result.
+    Overlay,
+}
+
+/// Which frames are on a sheet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected \"worst\" or an object with columns and rows")]
+pub enum Sheet {
+    /// A word.
+    Word(SheetWord),
+    /// So many, evenly spread over the clip.
+    Even(SheetSize),
+}
+
+/// Which frames are on a sheet, in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SheetWord {
+    /// Those where measures are worst; of a result that passes, its middle.
+    Worst,
+}
+
 /// How many frames a sheet has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -124,6 +165,22 @@ pub struct SheetSize {
 }
 
 impl View {
+    /// Whether it asks for one picture, also where the format could show motion.
+    #[must_use]
+    pub const fn is_still(&self) -> bool {
+        self.sheet.is_some() || self.at_seconds.is_some()
+    }
+
+    /// Of at most how many frames its stills consist.
+    #[must_use]
+    pub fn cells(&self) -> usize {
+        match self.sheet {
+            Some(Sheet::Even(size)) => size.columns * size.rows,
+            Some(Sheet::Word(SheetWord::Worst)) => MAX_WORST,
+            None => 1,
+        }
+    }
+
     /// What is wrong with a view: the field and what it has to be.
     #[must_use]
     pub fn problem(&self) -> Option<(&'static str, String)> {
@@ -145,11 +202,16 @@ impl View {
             return Some(("at_seconds", "it is 0 or more".to_owned()));
         }
         let counts = |sheet: SheetSize| [sheet.columns, sheet.rows].iter().all(|count| (1..=16).contains(count));
-        if self.sheet.is_some_and(|sheet| !counts(sheet)) {
+        let even = match self.sheet {
+            Some(Sheet::Even(size)) => Some(size),
+            Some(Sheet::Word(SheetWord::Worst)) | None => None,
+        };
+        if even.is_some_and(|sheet| !counts(sheet)) {
             return Some(("sheet", "columns and rows are 1 to 16 each".to_owned()));
         }
-        let fits = |sheet: SheetSize| sheet.columns * self.size[0] <= 8192 && sheet.rows * self.size[1] <= 8192;
-        if self.sheet.is_some_and(|sheet| !fits(sheet)) {
+        let wide = if self.layout == Layout::SideBySide { 2 } else { 1 };
+        let fits = |sheet: SheetSize| wide * sheet.columns * self.size[0] <= 8192 && sheet.rows * self.size[1] <= 8192;
+        if even.is_some_and(|sheet| !fits(sheet)) {
             return Some((
                 "sheet",
                 "the whole sheet is at most 8192 pixels wide and high; make its cells smaller".to_owned(),

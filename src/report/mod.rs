@@ -9,4 +9,4 @@ mod proposal;
 
 pub use edits::edits_page;
 pub use joint_table::JointTable;
-pub use page::report_page;
+pub use page::{Illustration, report_page};

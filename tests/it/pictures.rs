@@ -152,6 +152,121 @@ fn what_cannot_be_drawn_is_told() {
     }
 }
 
+/// A retarget of the sample walk onto the mannequin with that config, whose output goes to a file of that name.
+fn retargeted(config: &str, name: &str) -> Vec<u8> {
+    let folder = folder();
+    std::fs::write(folder.path().join("mannequin.glb"), samples::mannequin()).expect("the mannequin");
+    std::fs::write(folder.path().join("config.json"), config).expect("the config");
+    let output = Command::new(env!("CARGO_BIN_EXE_retargetd"))
+        .args(["retarget", "--source", "walk.glb", "--target", "mannequin.glb", "--config", "config.json", "--output", name])
+        .current_dir(folder.path())
+        .output()
+        .expect("the binary runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    std::fs::read(folder.path().join(name)).expect("a picture")
+}
+
+fn with_view(view: &str) -> String {
+    format!("{{\"output\": {{\"view\": {view}}}}}")
+}
+
+#[test]
+fn results_are_pictures_where_the_output_asks_for_one() {
+    let (width, height, _) = pixels(&retargeted("{}", "result.png"));
+    assert_eq!((width, height), (512, 512), "as a preview is");
+    let (width, height, both) =
+        pixels(&retargeted(&with_view(r#"{"size": [100, 120], "layout": "side_by_side"}"#), "both.png"));
+    assert_eq!((width, height), (200, 120), "source and result beside one another");
+    let seen = |side: usize| {
+        let of_side = |at: &usize| at % width / 100 == side && both[*at][..3].iter().any(|part| *part < 160);
+        (0..both.len()).filter(of_side).count()
+    };
+    assert!(seen(0) > 400 && seen(1) > 400, "both are there: {} and {}", seen(0), seen(1));
+    let (width, ..) = pixels(&retargeted(&with_view(r#"{"size": [100, 120], "layout": "overlay"}"#), "ghost.png"));
+    assert_eq!(width, 100, "a ghost needs no more room");
+    let gif = retargeted(&with_view(r#"{"size": [64, 64], "fps": 5, "range": [0, 1]}"#), "result.gif");
+    assert!(gif.starts_with(b"GIF89a"));
+}
+
+#[test]
+fn a_ghost_of_the_source_is_blue_and_lies_where_the_result_does_not() {
+    let blue = |layout: &str| {
+        let view = format!(r#"{{"size": [160, 200], "layout": "{layout}", "camera": "front"}}"#);
+        let (.., all) = pixels(&retargeted(&with_view(&view), "ghost.png"));
+        all.iter().filter(|pixel| i32::from(pixel[2]) - i32::from(pixel[0]) > 60).count()
+    };
+    assert_eq!(blue("single"), 0, "the mannequin is gray");
+    assert!(blue("overlay") > 200, "{}", blue("overlay"));
+}
+
+#[test]
+fn the_worst_frames_have_rings_in_the_color_of_their_verdict() {
+    let config = |jerk: f64| {
+        let view = r#"{"size": [200, 200], "sheet": "worst", "marks": true}"#;
+        format!(r#"{{"output": {{"view": {view}}}, "report": {{"thresholds": {{"foot_slide": {{"warn": 0.0, "fail": {jerk}}}}}}}}}"#)
+    };
+    let count = |bytes: &[u8], color: [u8; 3]| {
+        let (.., all) = pixels(bytes);
+        all.iter().filter(|pixel| pixel[..3] == color).count()
+    };
+    let (warned, failed) = (retargeted(&config(1000.0), "worst.png"), retargeted(&config(0.0), "worst.png"));
+    assert!(count(&warned, [226, 138, 8]) > 20, "orange where it is doubtful");
+    assert_eq!(count(&warned, [214, 40, 40]), 0, "nothing fails");
+    assert!(count(&failed, [214, 40, 40]) > 20, "red where it is wrong");
+}
+
+#[test]
+fn a_view_that_cannot_be_shown_is_told() {
+    let folder = folder();
+    std::fs::write(folder.path().join("mannequin.glb"), samples::mannequin()).expect("the mannequin");
+    let cases = [
+        (r#"{"output": {"view": {"size": [4, 4]}}}"#, "/output/view/size: both sides are 16 to 1920 pixels"),
+        (r#"{"output": {"view": {"camera": "below"}}}"#, "below"),
+        (r#"{"output": {"view": {"sheet": "best"}}}"#, "expected \"worst\" or an object with columns and rows"),
+        (r#"{"report": "none", "output": {"view": {"sheet": "worst"}}}"#, "nothing was measured that could be worst"),
+    ];
+    for (config, says) in cases {
+        std::fs::write(folder.path().join("config.json"), config).expect("the config");
+        let output = Command::new(env!("CARGO_BIN_EXE_retargetd"))
+            .args(["retarget", "--source", "walk.glb", "--target", "mannequin.glb", "--config", "config.json", "--output", "a.png"])
+            .current_dir(folder.path())
+            .output()
+            .expect("the binary runs");
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{config}: {error}");
+        assert!(error.contains(says), "{config}: {error}");
+    }
+}
+
+#[test]
+fn two_files_are_compared_at_one_scale() {
+    let folder = folder();
+    std::fs::write(folder.path().join("mannequin.glb"), samples::mannequin()).expect("the mannequin");
+    let compare = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_retargetd"));
+        let command = command.args(["compare", "mannequin.glb", "walk.glb", "--size", "160", "--output", "both.png"]);
+        let output = command.args(arguments).arg("--force").current_dir(folder.path()).output().expect("the binary runs");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        pixels(&std::fs::read(folder.path().join("both.png")).expect("a picture"))
+    };
+    assert_eq!(compare(&[]).0, 320, "beside one another");
+    assert_eq!(compare(&["--overlay"]).0, 160, "through one another");
+}
+
+#[test]
+fn the_page_of_a_report_shows_the_result() {
+    let folder = folder();
+    std::fs::write(folder.path().join("mannequin.glb"), samples::mannequin()).expect("the mannequin");
+    let output = Command::new(env!("CARGO_BIN_EXE_retargetd"))
+        .args(["retarget", "--source", "walk.glb", "--target", "mannequin.glb", "--output", "out.glb", "--report", "report.html"])
+        .current_dir(folder.path())
+        .output()
+        .expect("the binary runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let page = std::fs::read_to_string(folder.path().join("report.html")).expect("a page");
+    assert!(page.contains("<img src=\"data:image/png;base64,"), "a picture in it");
+}
+
 /// Every file with a body gives a picture with the whole figure in it.
 #[test]
 fn every_body_of_the_corpus_gives_a_picture() {

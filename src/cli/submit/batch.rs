@@ -211,7 +211,7 @@ async fn take(arguments: &Arguments, remote: &Remote, job: &Value, formats: &Wan
     if let Some(pattern) = &arguments.report {
         let path = named(pattern, &name);
         let report = remote.get(&format!("/v1/jobs/{id}/report")).await?;
-        staged.add(&path, &report_bytes(&report, &path)?)?;
+        staged.add(&path, &report_bytes(&report, &path, &crate::report::Illustration::default())?)?;
     }
     staged.commit()
 }

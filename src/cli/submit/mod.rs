@@ -113,7 +113,7 @@ async fn collect(arguments: &Arguments, remote: &Remote, id: &str, formats: &Wan
     }
     if let Some(path) = &arguments.report {
         let report = remote.get(&format!("/v1/jobs/{id}/report")).await.map_err(come_back)?;
-        staged.add(path, &report_bytes(&report, path)?)?;
+        staged.add(path, &report_bytes(&report, path, &crate::report::Illustration::default())?)?;
     }
     staged.commit()?;
     tell_verdict(&job, "");

@@ -19,6 +19,7 @@ use super::{
 };
 use crate::{
     config::Settings,
+    engine::PreviewOptions,
     http::{
         ApiState, Shared,
         accepted::accepted,
@@ -30,10 +31,10 @@ use crate::{
         prefer::Prefer,
         problem::{Problem, ProblemView},
         quota, upload,
-        views::{JobPageView, JobView},
+        views::{JobPageView, JobView, is_drawable},
     },
-    jobs::{JobFilter, JobId, JobKind, JobVerdict, Jobs, NewJob, Principal, Submitted},
-    report::report_page,
+    jobs::{JobFilter, JobId, JobKind, JobVerdict, Jobs, NewJob, Pictured, Principal, Submitted},
+    report::{Illustration, report_page},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -250,12 +251,27 @@ async fn report(
     let wants_page = negotiate::prefers_page(extract::text(&headers, &header::ACCEPT));
     let mut response = if wants_page {
         let report = serde_json::from_str(&report).map_err(|error| Problem::internal(&error))?;
-        page_text(report_page(&report))
+        page_text(report_page(&report, &illustration(&jobs, &owner, &id).await))
     } else {
         json_text(report)
     };
     response.headers_mut().insert(header::VARY, HeaderValue::from_static("accept"));
     Ok(response)
+}
+
+/// What the page of a report shows of its job. A result that cannot be drawn is left out: the report is what was asked for.
+async fn illustration(jobs: &Jobs, owner: &Principal, id: &JobId) -> Illustration {
+    let Ok(job) = jobs.get(owner, id).await else { return Illustration::default() };
+    let shown = job.results.into_iter().find(|result| is_drawable(&result.format));
+    let mut about = vec![("job", id.to_string())];
+    about.extend(shown.iter().map(|result| ("result", result.file_name.clone())));
+    let picture = match shown {
+        Some(result) => {
+            jobs.preview(&Pictured::of_result(owner.clone(), result), PreviewOptions::of_report()).await.ok()
+        }
+        None => None,
+    };
+    Illustration { about, picture: picture.map(Vec::from) }
 }
 
 /// Shows the resolved spec.

@@ -11,7 +11,7 @@ use utoipa::IntoParams;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use crate::{
-    engine::{Background, CameraKind, Follow, PictureFormat, PreviewOptions, SheetSize, Style, View},
+    engine::{Background, CameraKind, Follow, Layout, PictureFormat, PreviewOptions, Sheet, SheetSize, Style, View},
     http::{
         ApiState,
         auth::Caller,
@@ -170,7 +170,9 @@ impl PreviewQuery {
             at_seconds: self.at,
             background: self.background.unwrap_or(usual.background),
             style: self.style.unwrap_or(usual.style),
-            sheet: sheet.map(|[columns, rows]| SheetSize { columns, rows }),
+            sheet: sheet.map(|[columns, rows]| Sheet::Even(SheetSize { columns, rows })),
+            layout: Layout::Single,
+            marks: false,
             labels: self.labels,
             floor: self.floor.unwrap_or(true),
         };

@@ -53,8 +53,9 @@ impl Writer {
         Ok(Self { writer: encoder.write_header().map_err(refused)?, bytes })
     }
 
-    pub(super) fn add(&mut self, picture: &Picture) -> Result<(), PictureError> {
-        self.writer.write_image_data(picture.pixels.as_flattened()).map_err(refused)
+    pub(super) fn add(&mut self, pictures: &[Picture]) -> Result<(), PictureError> {
+        let mut write = |picture: &Picture| self.writer.write_image_data(picture.pixels.as_flattened());
+        pictures.iter().try_for_each(&mut write).map_err(refused)
     }
 
     pub(super) fn finish(self) -> Result<Vec<u8>, PictureError> {

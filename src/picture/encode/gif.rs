@@ -1,5 +1,7 @@
 //! GIF: one palette for all frames, and of each frame only what differs from the one before.
 
+use rayon::prelude::*;
+
 use super::super::{Picture, error::PictureError};
 use super::refused;
 
@@ -19,7 +21,8 @@ pub(in crate::picture) struct Writer {
     /// The color of the palette that is nearest to each bucket.
     nearest: Vec<u8>,
     frame: usize,
-    before: Option<Picture>,
+    /// What the last frame shows, in colors of the palette.
+    before: Option<Vec<u8>>,
     encoder: Option<::gif::Encoder<Vec<u8>>>,
 }
 
@@ -57,7 +60,17 @@ impl Writer {
         self.nearest = (0..BUCKETS).map(|bucket| nearest(&self.palette, middle(bucket))).collect();
     }
 
-    pub(super) fn add(&mut self, picture: &Picture) -> Result<(), PictureError> {
+    /// Adds frames: each knows the one before it, so all are packed at the same time.
+    pub(super) fn add(&mut self, pictures: &[Picture]) -> Result<(), PictureError> {
+        let shown: Vec<Vec<u8>> = pictures.par_iter().map(|picture| self.in_palette(picture)).collect();
+        let before = |index: usize| match index.checked_sub(1) {
+            Some(before) => shown.get(before),
+            None => self.before.as_ref(),
+        };
+        let frames: Vec<::gif::Frame<'_>> = (0..shown.len())
+            .into_par_iter()
+            .map(|index| self.packed(self.frame + index, before(index).map(Vec::as_slice), &shown[index]))
+            .collect();
         if self.encoder.is_none() {
             let mut palette = self.palette.as_flattened().to_vec();
             palette.extend_from_slice(&[0; 3]);
@@ -66,22 +79,42 @@ impl Writer {
             encoder.set_repeat(::gif::Repeat::Infinite).map_err(refused)?;
             self.encoder = Some(encoder);
         }
-        let before = self.before.as_ref().filter(|_| !self.is_transparent);
-        let whole = [0, 0, self.size[0], self.size[1]];
-        let [left, top, right, bottom] =
-            before.map_or(whole, |before| changed(before, picture).unwrap_or([0, 0, 1, 1]));
+        if let Some(encoder) = &mut self.encoder {
+            frames.iter().try_for_each(|frame| encoder.write_lzw_pre_encoded_frame(frame)).map_err(refused)?;
+        }
+        self.frame += pictures.len();
+        self.before = shown.into_iter().next_back().or_else(|| self.before.take());
+        Ok(())
+    }
+
+    fn in_palette(&self, picture: &Picture) -> Vec<u8> {
+        let color = |pixel: &[u8; 4]| if pixel[3] < 128 { NOTHING } else { self.nearest[bucket(*pixel)] };
+        picture.pixels.iter().map(color).collect()
+    }
+
+    /// A frame of what differs from the one before.
+    fn packed(&self, number: usize, before: Option<&[u8]>, shown: &[u8]) -> ::gif::Frame<'static> {
+        let before = before.filter(|_| !self.is_transparent);
+        let [width, height] = self.size;
+        let [left, top, right, bottom] = match before {
+            Some(before) => changed(before, shown, width).unwrap_or([0, 0, 1, 1]),
+            None => [0, 0, width, height],
+        };
         let mut indices = Vec::with_capacity((right - left) * (bottom - top));
         for row in top..bottom {
-            for column in left..right {
-                let at = row * self.size[0] + column;
-                let pixel = picture.pixels[at];
-                let is_same = before.is_some_and(|before| before.pixels[at] == pixel);
-                indices.push(if is_same || pixel[3] < 128 { NOTHING } else { self.nearest[bucket(pixel)] });
+            let at = row * width + left..row * width + right;
+            match before {
+                Some(before) => {
+                    let pairs = shown[at.clone()].iter().zip(&before[at]);
+                    indices.extend(pairs.map(|(now, before)| if now == before { NOTHING } else { *now }));
+                }
+                None => indices.extend_from_slice(&shown[at]),
             }
         }
-        let begins = |frame: usize| (frame as f64 * 100.0 / self.fps).round() as u16 as usize;
-        let frame = ::gif::Frame {
-            delay: ((self.frame as f64 + 1.0) * 100.0 / self.fps).round() as u16 - begins(self.frame) as u16,
+        // In hundredths of a second; those of all frames add up to the exact length.
+        let begins = |frame: usize| (frame as f64 * 100.0 / self.fps).round() as u64;
+        let mut frame = ::gif::Frame {
+            delay: u16::try_from(begins(number + 1) - begins(number)).unwrap_or(u16::MAX),
             dispose: if self.is_transparent { ::gif::DisposalMethod::Background } else { ::gif::DisposalMethod::Keep },
             transparent: Some(NOTHING),
             left: left as u16,
@@ -91,12 +124,8 @@ impl Writer {
             buffer: indices.into(),
             ..::gif::Frame::default()
         };
-        if let Some(encoder) = &mut self.encoder {
-            encoder.write_frame(&frame).map_err(refused)?;
-        }
-        self.frame += 1;
-        self.before = Some(picture.clone());
-        Ok(())
+        frame.make_lzw_pre_encoded();
+        frame
     }
 
     pub(super) fn finish(self) -> Result<Vec<u8>, PictureError> {
@@ -106,13 +135,14 @@ impl Writer {
 }
 
 /// The smallest rectangle in which two pictures differ: left, top, right and bottom; nothing where they are the same.
-pub(super) fn changed(before: &Picture, now: &Picture) -> Option<[usize; 4]> {
-    let rows = |row: usize| &now.pixels[row * now.width..][..now.width];
-    let rows_before = |row: usize| &before.pixels[row * now.width..][..now.width];
+pub(super) fn changed<P: PartialEq>(before: &[P], now: &[P], width: usize) -> Option<[usize; 4]> {
+    let height = now.len() / width.max(1);
+    let rows = |row: usize| &now[row * width..][..width];
+    let rows_before = |row: usize| &before[row * width..][..width];
     let differs = |row: &usize| rows(*row) != rows_before(*row);
-    let top = (0..now.height).find(differs)?;
-    let bottom = (top..now.height).rfind(differs)? + 1;
-    let (mut left, mut right) = (now.width, 0);
+    let top = (0..height).find(differs)?;
+    let bottom = (top..height).rfind(differs)? + 1;
+    let (mut left, mut right) = (width, 0);
     for row in top..bottom {
         let pairs = || rows(row).iter().zip(rows_before(row));
         if let Some(first) = pairs().position(|(one, other)| one != other) {

@@ -13,7 +13,7 @@ pub enum PictureFormat {
     Png,
     /// A still; lossless.
     WebpStill,
-    /// Moves; lossless.
+    /// Moves; lossy.
     Webp,
     /// Moves; 255 colors.
     Gif,
@@ -109,11 +109,11 @@ impl Motion {
         }
     }
 
-    pub(super) fn add(&mut self, picture: &Picture) -> Result<(), PictureError> {
+    pub(super) fn add(&mut self, pictures: &[Picture]) -> Result<(), PictureError> {
         match self {
-            Self::Apng(writer) => writer.add(picture),
-            Self::Gif(writer) => writer.add(picture),
-            Self::Webp(writer) => writer.add(picture),
+            Self::Apng(writer) => writer.add(pictures),
+            Self::Gif(writer) => writer.add(pictures),
+            Self::Webp(writer) => writer.add(pictures),
         }
     }
 

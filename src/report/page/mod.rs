@@ -10,6 +10,7 @@ mod text;
 #[cfg(test)]
 mod tests;
 
+use base64::{Engine as _, prelude::BASE64_STANDARD};
 use serde_json::Value;
 
 pub(super) use self::{
@@ -22,9 +23,18 @@ use crate::retarget::Measures;
 
 pub(super) const STYLE: &str = include_str!("style.css");
 
+/// What a page shows beside what the report says.
+#[derive(Clone, Debug, Default)]
+pub struct Illustration {
+    /// What the report is about: names of files, of the job; each with what it is.
+    pub about: Vec<(&'static str, String)>,
+    /// A PNG of the result; none where it could not be drawn.
+    pub picture: Option<Vec<u8>>,
+}
+
 /// The page of a report. What the report does not have, the page does not show.
 #[must_use]
-pub fn report_page(report: &Value) -> String {
+pub fn report_page(report: &Value, illustration: &Illustration) -> String {
     let measures: Option<Measures> =
         report.get("measures").and_then(|measures| serde_json::from_value(measures.clone()).ok());
     let mut page = String::with_capacity(64 << 10);
@@ -33,7 +43,13 @@ pub fn report_page(report: &Value) -> String {
     page.push_str("<meta name=\"color-scheme\" content=\"light dark\">\n<title>Retarget report</title>\n<style>\n");
     page.push_str(STYLE);
     page.push_str("</style>\n</head>\n<body>\n<main>\n");
-    head(&mut page, report, measures.as_ref());
+    head(&mut page, report, measures.as_ref(), &illustration.about);
+    if let Some(picture) = &illustration.picture {
+        let data = BASE64_STANDARD.encode(picture);
+        page.push_str(&format!(
+            "<figure><img src=\"data:image/png;base64,{data}\" alt=\"The result, in frames evenly spread over the clip\"></figure>\n"
+        ));
+    }
     if let Some(measures) = &measures {
         table::metrics(&mut page, measures);
         plots::all(&mut page, measures);
@@ -47,8 +63,12 @@ pub fn report_page(report: &Value) -> String {
     page
 }
 
-fn head(page: &mut String, report: &Value, measures: Option<&Measures>) {
+fn head(page: &mut String, report: &Value, measures: Option<&Measures>, about: &[(&'static str, String)]) {
     page.push_str("<header>\n<h1>Retarget report</h1>\n");
+    let about: Vec<String> = about.iter().map(|(what, name)| format!("{what} <b>{}</b>", Escaped(name))).collect();
+    if !about.is_empty() {
+        page.push_str(&format!("<p>{}</p>\n", about.join(", ")));
+    }
     if let Some(measures) = measures {
         let name = measures.verdict.name();
         page.push_str(&format!(

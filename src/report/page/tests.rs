@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::report_page;
+use super::{Illustration, report_page};
 use crate::{
     engine::{Control, Inputs, Limits, NamedBytes, retarget},
     samples,
@@ -25,7 +25,7 @@ fn report() -> Value {
 #[test]
 fn a_page_has_the_verdicts_and_the_plots_and_needs_nothing_else() {
     let report = report();
-    let page = report_page(&report);
+    let page = report_page(&report, &Illustration::default());
     for metric in report["measures"]["metrics"].as_object().expect("metrics").keys() {
         assert!(page.contains(&metric.replace('_', " ")), "{metric} is in the table");
     }
@@ -42,7 +42,7 @@ fn text_of_files_cannot_become_markup() {
     let mut report = report();
     report["warnings"] = json!([{"code": "x", "place": "<b>", "detail": "<script>alert(1)</script>", "hint": "\"&'"}]);
     report["rigs"]["source"]["recognised_as"] = json!("<img src=x>");
-    let page = report_page(&report);
+    let page = report_page(&report, &Illustration::default());
     assert!(!page.contains("<script") && !page.contains("<img") && !page.contains("<b>"), "escaped");
     assert!(page.contains("&lt;script&gt;"), "and told");
 }
@@ -50,7 +50,7 @@ fn text_of_files_cannot_become_markup() {
 #[test]
 fn what_is_missing_is_left_out() {
     for report in [json!({}), json!({"measures": {"score": "odd"}}), json!([1]), Value::Null] {
-        let page = report_page(&report);
+        let page = report_page(&report, &Illustration::default());
         assert!(page.starts_with("<!doctype html>") && page.ends_with("</html>\n"), "{report}");
     }
 }

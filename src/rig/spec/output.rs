@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::picture::View;
+
 /// One output or several.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected an output or a list of outputs")]
@@ -35,6 +37,9 @@ pub struct OutputSpec {
     /// How glTF formats store the animation.
     #[serde(skip_serializing_if = "CompressionSpec::is_none")]
     pub compression: CompressionSpec,
+    /// How pictures (`png`, `webp`, `gif`, `apng`) show the result. Without it, as `retargetd preview` does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub view: Option<View>,
 }
 
 /// How glTF formats store the numbers of an animation.

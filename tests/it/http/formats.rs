@@ -37,11 +37,23 @@ async fn every_format_that_is_written_comes_out() {
             _ => ("mannequin.glb", samples::mannequin()),
         };
         let info = format.info();
-        let answer = retargeted(&server, target, json!({"format": info.name})).await;
+        let output = match info.is_picture {
+            true => json!({"format": info.name, "view": {"size": [64, 64], "fps": 5}}),
+            false => json!({"format": info.name}),
+        };
+        let answer = retargeted(&server, target, output).await;
         assert_eq!(answer.status(), StatusCode::OK, "{format:?}");
         assert!(header(&answer, "content-type").starts_with(info.media_type), "{format:?}: its type");
         let bytes = answer.bytes().await.expect("a file");
-        if format == Format::PositionsCsv {
+        let begins = match format {
+            Format::Png | Format::Apng => Some(&b"\x89PNG"[..]),
+            Format::Gif => Some(&b"GIF89a"[..]),
+            Format::Webp => Some(&b"RIFF"[..]),
+            _ => None,
+        };
+        if let Some(begins) = begins {
+            assert!(bytes.starts_with(begins), "{format:?}: a picture");
+        } else if format == Format::PositionsCsv {
             assert!(bytes.starts_with(b"frame,time_seconds,"), "a table: {:?}", String::from_utf8_lossy(&bytes[..40]));
         } else {
             let found = sniff(&bytes, &format!("result.{}", info.endings[0]));

@@ -49,6 +49,24 @@ async fn assets_and_results_have_pictures() {
     let result = job["results"][0]["id"].as_str().expect("a result").to_owned();
     let picture = get(&server, &format!("/v1/results/{result}/preview.webp?size=64&at=0.5&style=both"), "").await;
     assert_eq!((picture.status(), header(&picture, "content-type")), (StatusCode::OK, "image/webp"));
+    let page = client.get(format!("{}/v1/jobs/{}/report", server.url, job["id"].as_str().expect("an id")));
+    let page = page.header("accept", "text/html").send().await.expect("an answer");
+    assert!(header(&page, "content-security-policy").contains("img-src data:"), "it may show what it holds");
+    let page = page.text().await.expect("a page");
+    assert!(page.contains("<img src=\"data:image/png;base64,"), "the report shows the result");
+
+    let view = serde_json::json!({"size": [64, 64], "fps": 5, "layout": "side_by_side"});
+    let outputs = serde_json::json!([{"format": "gif", "view": view}, {"format": "glb"}]);
+    let config = serde_json::json!({"output": outputs});
+    let drawn = serde_json::json!({"source": {"asset": id}, "target": {"asset": mannequin["id"]}, "config": config});
+    let drawn = client.post(format!("{}/v1/jobs", server.url)).header("prefer", "wait=30").json(&drawn).send().await;
+    let drawn = document(drawn.expect("an answer")).await;
+    assert_eq!(drawn["results"][0]["format"], "gif", "{drawn}");
+    assert!(drawn["results"][0].get("thumbnail").is_none(), "a picture is its own");
+    assert!(drawn["results"][1]["thumbnail"].is_string(), "the other has one");
+    let content = get(&server, drawn["results"][0]["content"].as_str().expect("a link"), "").await;
+    assert_eq!(header(&content, "content-type"), "image/gif");
+
     let shown = get(&server, &format!("/v1/results/{result}"), "").await;
     assert_eq!(document(shown).await["thumbnail"], format!("/v1/results/{result}/preview.png?size=256"));
 }

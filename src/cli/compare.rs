@@ -1,0 +1,65 @@
+//! The `compare` subcommand: two files at one scale, at the same time of their clips.
+
+use std::{path::PathBuf, process::ExitCode, sync::Arc};
+
+use crate::{
+    engine::{self, Layout, PreviewOptions},
+    formats::Limits,
+    model::Control,
+};
+
+use super::{
+    exit::Exit,
+    files::{InputFile, check_place},
+    outputs::Overwriting,
+    view::{self, ViewArguments},
+    watch::cancel_on_interrupt,
+};
+
+/// Arguments of `retargetd compare`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The file on the left: any that can be read
+    #[arg(value_name = "FIRST")]
+    first: PathBuf,
+    /// The file on the right
+    #[arg(value_name = "SECOND")]
+    second: PathBuf,
+    /// Where the picture goes; the ending picks the format: .png, .webp, .gif, .apng
+    #[arg(long, short, value_name = "FILE")]
+    output: PathBuf,
+    /// Show the first as a ghost over the second instead of beside it
+    #[arg(long)]
+    overlay: bool,
+    #[command(flatten)]
+    view: ViewArguments,
+    #[command(flatten)]
+    overwriting: Overwriting,
+}
+
+pub(super) fn run(arguments: &Arguments) -> ExitCode {
+    match compare(arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(exit) => exit.tell(),
+    }
+}
+
+fn compare(arguments: &Arguments) -> Result<(), Exit> {
+    let limits = Limits::default();
+    check_place(&arguments.output)?;
+    let inputs = [arguments.first.as_path(), arguments.second.as_path()];
+    arguments.overwriting.check(inputs, [arguments.output.as_path()])?;
+    let ending = view::ending(&arguments.output)?;
+    let layout = if arguments.overlay { Layout::Overlay } else { Layout::SideBySide };
+    let options = PreviewOptions { view: arguments.view.view(layout)?, ending, clip: None };
+    let [first, second] =
+        [InputFile::read("first", &arguments.first, &limits)?, InputFile::read("second", &arguments.second, &limits)?];
+    let control = Arc::new(Control::new());
+    cancel_on_interrupt(&control);
+    let preview =
+        engine::compare(first.as_named(), second.as_named(), &options, &limits, &control).map_err(|failure| {
+            let files = format!("files {} and {}", first.path.display(), second.path.display());
+            Exit::from_failure(&failure, &files)
+        })?;
+    view::write(&arguments.output, &preview)
+}
