@@ -8,7 +8,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::{
     config::{Isolation, Settings},
-    http::{self, ApiState, Server, ServerSettings, Shares},
+    http::{self, ApiState, HeavyRequests, Server, ServerSettings, Shares, Turns},
     identity::Tokens,
     jobs::{Assets, Courier, Engine, Jobs, Keys, Library, ProcessEngine, RetargetEngine, Sweeper, Webhooks, Workers},
     outbound::Outbound,
@@ -90,6 +90,8 @@ pub async fn start_with(settings: Settings, engine: Arc<dyn Engine>, clock: Cloc
         metrics,
         spec_schema: rig::spec_schema,
         shares: Shares::new(settings.max_principal_requests),
+        turns: Turns::default(),
+        heavy: HeavyRequests::start().context("the thread for large documents could not be started")?,
         requests: Arc::new(Semaphore::new(permits(settings.max_concurrent_requests))),
     };
     let server = Server::new(listener, http::router(state), reserved, server_settings(&settings));

@@ -65,7 +65,12 @@ pub(super) async fn authenticate(
     let caller = match (state.settings.asks_who_calls(), needed) {
         (true, Some(scope)) => match admitted(&state, request.headers(), scope).await {
             Ok(caller) => caller,
-            Err(denied) => return denied.into_response(),
+            Err(denied) => {
+                if denied.has_shown_something() {
+                    state.turns.keep_back(false).await;
+                }
+                return denied.into_response();
+            }
         },
         (false, Some(_)) => match admitted_unknown(&state, &request) {
             Ok(caller) => caller,
@@ -76,11 +81,20 @@ pub(super) async fn authenticate(
     // Where nobody is asked, everybody is the same caller and has everything.
     let is_known = state.settings.asks_who_calls() && needed.is_some();
     let _share = match is_known.then(|| state.shares.take(&caller.0)) {
-        Some(None) => return too_many(&state).into_response(),
+        Some(None) => {
+            state.turns.keep_back(true).await;
+            return too_many(&state).into_response();
+        }
         share => share.flatten(),
     };
     request.extensions_mut().insert(caller.clone());
-    let mut response = next.run(request).await;
+    let mut response = if is_known {
+        let turn = state.turns.take(&caller.0).await;
+        request.extensions_mut().insert(turn.spent.clone());
+        turn.spent.count(next.run(request)).await
+    } else {
+        next.run(request).await
+    };
     // The log says who asked.
     response.extensions_mut().insert(caller);
     response
@@ -105,6 +119,11 @@ struct Denied {
 }
 
 impl Denied {
+    /// Whether it is what was shown that opens nothing, and not that nothing was shown.
+    const fn has_shown_something(&self) -> bool {
+        !self.challenge.is_empty()
+    }
+
     /// What was shown opens nothing.
     fn invalid(problem: Problem) -> Self {
         let challenge = format!(", error=\"invalid_token\", error_description=\"{}\"", quotable(&problem.detail));

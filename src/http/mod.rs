@@ -21,6 +21,7 @@ mod docs;
 mod download;
 mod extract;
 mod header_text;
+mod heavy;
 mod idempotency;
 mod json_size;
 mod judgment;
@@ -37,14 +38,17 @@ mod quota;
 mod resources;
 mod server;
 mod shares;
+mod turns;
 mod upload;
 mod views;
 
 pub use code::{Code, problems_page};
 pub use docs::openapi_document;
+pub use heavy::HeavyRequests;
 pub use problem::{Problem, ProblemError, ProblemView};
 pub use server::{Server, ServerSettings};
 pub use shares::Shares;
+pub use turns::Turns;
 
 use std::sync::Arc;
 
@@ -94,6 +98,12 @@ pub struct ApiState {
     /// How many of them each principal has.
     #[from_ref(skip)]
     pub shares: Shares,
+    /// What each of them takes of the processor.
+    #[from_ref(skip)]
+    pub turns: Turns,
+    /// Reads large documents apart from everything else.
+    #[from_ref(skip)]
+    pub heavy: HeavyRequests,
 }
 
 /// All routes, ready to be served.

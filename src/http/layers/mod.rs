@@ -14,7 +14,7 @@ use tower_http::catch_panic::CatchPanicLayer;
 
 pub(super) use request_id::RequestId;
 
-use super::{ApiState, auth, problem::Problem};
+use super::{ApiState, auth, heavy, problem::Problem};
 
 /// Wraps the routes of probes: problems are written and ids given as everywhere; nothing is logged, nobody is asked for a key.
 pub(super) fn wrap_probes<S: Clone + Send + Sync + 'static>(router: Router<S>) -> Router<S> {
@@ -28,6 +28,7 @@ pub(super) fn wrap_probes<S: Clone + Send + Sync + 'static>(router: Router<S>) -
 /// everything that can cause one.
 pub(super) fn wrap(router: Router<ApiState>, state: &ApiState) -> Router<ApiState> {
     let router = router
+        .layer(middleware::from_fn_with_state(state.clone(), heavy::apart))
         .layer(CatchPanicLayer::custom(|_: Box<dyn std::any::Any + Send>| {
             axum::response::IntoResponse::into_response(Problem::internal(&"a handler panicked"))
         }))
