@@ -19,10 +19,11 @@ use super::{
     layer::{laid_over, morph_rests},
     load::load,
     mixups,
-    outputs::{Written, wanted_outputs, write_outputs},
+    outputs::{Written, write_outputs},
     pictures::Sights,
     provenance::Provenance,
     strict::check_strict,
+    wanted::wanted_outputs,
     work::Work,
 };
 

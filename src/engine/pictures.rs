@@ -10,9 +10,9 @@ use crate::{
 
 use super::{
     Failure, FailureCode,
-    outputs::Wanted,
     preview::{failed, rig_of},
     shown::Shown,
+    wanted::Wanted,
 };
 
 /// What a picture of a result may show beside the result itself.

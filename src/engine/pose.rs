@@ -19,10 +19,10 @@ use super::{
     files::in_config_or,
     load::{Loaded, load},
     mixups::explain_rest,
-    outputs::{Wanted, wanted_outputs},
     pictures,
     provenance::engine,
     strict::check_strict,
+    wanted::{Wanted, wanted_outputs},
     work::Work,
 };
 

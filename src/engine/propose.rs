@@ -18,7 +18,7 @@ use super::{
     facts::{RigFacts, joint_count},
     files::{Files, Sides, in_config, read_spec},
     labels::{Labels, OneOrMore},
-    outputs::wanted_outputs,
+    wanted::wanted_outputs,
 };
 
 /// What a retarget would do.

@@ -16,12 +16,13 @@ use super::{
     layer::laid_over,
     limited::limited_view,
     morphs::with_morphs,
-    outputs::{Wanted, Written, wanted_outputs, write_outputs},
+    outputs::{Written, write_outputs},
     pass::Pass,
     pictures::Sights,
     provenance::Provenance,
     strict::check_strict,
     tune::Subject,
+    wanted::{Wanted, wanted_outputs},
     work::Work,
 };
 

@@ -13,7 +13,7 @@ use tokio::{runtime::Handle, sync::oneshot, task::JoinHandle};
 use tracing::{Instrument as _, Span};
 
 use super::{ApiState, problem::Problem, turns::Spent};
-use crate::telemetry::TraceContext;
+use crate::{jobs::give_way_by, telemetry::TraceContext};
 
 /// Larger documents are read on the thread for them: a mebibyte of JSON takes tens of milliseconds.
 const MAX_LIGHT_BYTES: u64 = 64 << 10;
@@ -50,16 +50,9 @@ impl HeavyRequests {
     }
 }
 
-#[cfg(target_os = "linux")]
+/// The thread gives way to others where the processor is short.
 fn give_way() {
-    let own = rustix::process::getpriority_process(None).unwrap_or(0);
-    // Of this thread alone, on Linux. Where it is not allowed, others wait a little longer.
-    let _ = rustix::process::setpriority_process(None, own + NICE);
-}
-
-#[cfg(not(target_os = "linux"))]
-const fn give_way() {
-    let _ = NICE;
+    give_way_by(NICE);
 }
 
 /// Ends what it stands for when the caller goes away.

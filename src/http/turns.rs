@@ -218,7 +218,7 @@ mod tests {
         for _ in 0..30 {
             ask(&turns, &greedy, 0.1, now);
         }
-        ask(&turns, &modest, 0.01, now);
+        ask(&turns, &modest, 0.2, now);
         let later = ask(&turns, &greedy, 0.1, now);
         let turn = turns.begin(&greedy, later);
         assert!(turns.wait_of(&greedy, later) > STEP * 50, "also before anything of it has been counted");

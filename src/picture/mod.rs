@@ -11,6 +11,7 @@
 //! | `raster` | triangles to samples, nearest in front |
 //! | `floor` | the grid and the shadow that a figure stands on |
 //! | `text` | letters on a picture |
+//! | `cast` | who is in a picture |
 //! | `marks` | what a report found, drawn into a picture |
 //! | `stage` | where figures stand, and which cameras see them, one or two at a time |
 //! | `scene` | one picture of one frame, all of the above together |
@@ -23,6 +24,7 @@
 
 mod camera;
 mod capsules;
+mod cast;
 pub mod encode;
 mod error;
 mod figure;
@@ -37,10 +39,11 @@ mod texture;
 mod view;
 
 pub use capsules::{Bone, capsules};
+pub use cast::Cast;
 pub use encode::PictureFormat;
 pub use error::PictureError;
 pub use figure::Figure;
-pub use film::{Cast, Film, FilmError, render};
+pub use film::{Film, FilmError, render};
 pub use marks::{Grade, Marks, Ring, Strip, Touch};
 pub use scene::Subject;
 pub use view::{Background, CameraKind, Follow, Layout, MAX_SIDE, Sheet, SheetSize, SheetWord, Style, View};

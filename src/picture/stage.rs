@@ -5,8 +5,8 @@ use glam::{Vec2, Vec3};
 use super::{
     Picture,
     camera::{Camera, Direction},
+    cast::Cast,
     figure::{Figure, Posed},
-    film::Cast,
     marks::Marks,
     scene::{Shot, Studio, Subject},
     text,

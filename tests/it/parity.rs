@@ -2,12 +2,15 @@
 //!
 //! The bar: positions within 1e-6 of the figure's size, rotations within 1e-3 degree.
 
-use std::{fs::File, io::Read, path::Path, process::Command};
+use std::{path::Path, process::Command};
 
 use retargetd::model::Transform;
 use serde_json::{Value, json};
 
-use crate::support::{shared_folder, skip};
+use crate::{
+    npz::{self, Array},
+    support::{shared_folder, skip},
+};
 
 const POSITION_BAR: f64 = 1e-6;
 const ROTATION_BAR_DEGREES: f64 = 1e-3;
@@ -45,9 +48,8 @@ struct Case {
 impl Case {
     fn read(folder: &Path, name: &str) -> Self {
         let text = std::fs::read_to_string(folder.join(format!("{name}.json"))).expect("the case's facts");
-        let mut archive =
-            zip::ZipArchive::new(File::open(folder.join(format!("{name}.npz"))).expect("arrays")).expect("an archive");
-        let mut array = |key: &str| Array::read(&mut archive, key);
+        let arrays = npz::read(&std::fs::read(folder.join(format!("{name}.npz"))).expect("arrays"));
+        let array = |key: &str| arrays.array(key);
         Self {
             facts: serde_json::from_str(&text).expect("JSON"),
             source_rest: array("source_rest_local_srccoord"),
@@ -166,37 +168,4 @@ fn transform(row: &[f64]) -> Transform {
 
 fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().expect("a list").iter().map(|number| number.as_f64().expect("a number")).collect()
-}
-
-/// A C-ordered array of little-endian floats out of a NumPy archive: as much as these files need.
-struct Array {
-    shape: Vec<usize>,
-    values: Vec<f64>,
-}
-
-impl Array {
-    fn read(archive: &mut zip::ZipArchive<File>, key: &str) -> Self {
-        let mut bytes = Vec::new();
-        archive.by_name(&format!("{key}.npy")).expect(key).read_to_end(&mut bytes).expect("an entry");
-        let header_length = usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
-        let header = std::str::from_utf8(&bytes[10..10 + header_length]).expect("a header");
-        assert!(header.contains("'fortran_order': False"), "C order: {header}");
-        let shape_text = header.split_once("'shape': (").and_then(|(_, rest)| rest.split_once(')')).expect("a shape").0;
-        let data = &bytes[10 + header_length..];
-        let values = if header.contains("'<f8'") {
-            data.chunks_exact(8).map(|chunk| f64::from_le_bytes(chunk.try_into().expect("eight"))).collect()
-        } else {
-            assert!(header.contains("'<f4'"), "floats: {header}");
-            let single = |chunk: &[u8]| f64::from(f32::from_le_bytes(chunk.try_into().expect("four")));
-            data.chunks_exact(4).map(single).collect()
-        };
-        let shape = shape_text.split(',').filter_map(|number| number.trim().parse().ok()).collect();
-        Self { shape, values }
-    }
-
-    fn row(&self, indices: &[usize]) -> &[f64] {
-        let position = indices.iter().zip(&self.shape).fold(0, |position, (index, size)| position * size + index);
-        let length = *self.shape.last().expect("a dimension");
-        &self.values[position * length..(position + 1) * length]
-    }
 }

@@ -158,7 +158,17 @@ fn retargeted(config: &str, name: &str) -> Vec<u8> {
     std::fs::write(folder.path().join("mannequin.glb"), samples::mannequin()).expect("the mannequin");
     std::fs::write(folder.path().join("config.json"), config).expect("the config");
     let output = Command::new(env!("CARGO_BIN_EXE_retargetd"))
-        .args(["retarget", "--source", "walk.glb", "--target", "mannequin.glb", "--config", "config.json", "--output", name])
+        .args([
+            "retarget",
+            "--source",
+            "walk.glb",
+            "--target",
+            "mannequin.glb",
+            "--config",
+            "config.json",
+            "--output",
+            name,
+        ])
         .current_dir(folder.path())
         .output()
         .expect("the binary runs");
@@ -203,7 +213,9 @@ fn a_ghost_of_the_source_is_blue_and_lies_where_the_result_does_not() {
 fn the_worst_frames_have_rings_in_the_color_of_their_verdict() {
     let config = |jerk: f64| {
         let view = r#"{"size": [200, 200], "sheet": "worst", "marks": true}"#;
-        format!(r#"{{"output": {{"view": {view}}}, "report": {{"thresholds": {{"foot_slide": {{"warn": 0.0, "fail": {jerk}}}}}}}}}"#)
+        format!(
+            r#"{{"output": {{"view": {view}}}, "report": {{"thresholds": {{"foot_slide": {{"warn_above": 0.0, "fail_above": {jerk}}}}}}}}}"#
+        )
     };
     let count = |bytes: &[u8], color: [u8; 3]| {
         let (.., all) = pixels(bytes);
@@ -221,14 +233,24 @@ fn a_view_that_cannot_be_shown_is_told() {
     std::fs::write(folder.path().join("mannequin.glb"), samples::mannequin()).expect("the mannequin");
     let cases = [
         (r#"{"output": {"view": {"size": [4, 4]}}}"#, "/output/view/size: both sides are 16 to 1920 pixels"),
-        (r#"{"output": {"view": {"camera": "below"}}}"#, "below"),
-        (r#"{"output": {"view": {"sheet": "best"}}}"#, "expected \"worst\" or an object with columns and rows"),
+        (r#"{"output": {"view": {"camera": "below"}}}"#, "/output/view"),
+        (r#"{"output": {"view": {"sheet": "best"}}}"#, "/output/view"),
         (r#"{"report": "none", "output": {"view": {"sheet": "worst"}}}"#, "nothing was measured that could be worst"),
     ];
     for (config, says) in cases {
         std::fs::write(folder.path().join("config.json"), config).expect("the config");
         let output = Command::new(env!("CARGO_BIN_EXE_retargetd"))
-            .args(["retarget", "--source", "walk.glb", "--target", "mannequin.glb", "--config", "config.json", "--output", "a.png"])
+            .args([
+                "retarget",
+                "--source",
+                "walk.glb",
+                "--target",
+                "mannequin.glb",
+                "--config",
+                "config.json",
+                "--output",
+                "a.png",
+            ])
             .current_dir(folder.path())
             .output()
             .expect("the binary runs");
@@ -245,7 +267,8 @@ fn two_files_are_compared_at_one_scale() {
     let compare = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_retargetd"));
         let command = command.args(["compare", "mannequin.glb", "walk.glb", "--size", "160", "--output", "both.png"]);
-        let output = command.args(arguments).arg("--force").current_dir(folder.path()).output().expect("the binary runs");
+        let output =
+            command.args(arguments).arg("--force").current_dir(folder.path()).output().expect("the binary runs");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         pixels(&std::fs::read(folder.path().join("both.png")).expect("a picture"))
     };
@@ -258,7 +281,17 @@ fn the_page_of_a_report_shows_the_result() {
     let folder = folder();
     std::fs::write(folder.path().join("mannequin.glb"), samples::mannequin()).expect("the mannequin");
     let output = Command::new(env!("CARGO_BIN_EXE_retargetd"))
-        .args(["retarget", "--source", "walk.glb", "--target", "mannequin.glb", "--output", "out.glb", "--report", "report.html"])
+        .args([
+            "retarget",
+            "--source",
+            "walk.glb",
+            "--target",
+            "mannequin.glb",
+            "--output",
+            "out.glb",
+            "--report",
+            "report.html",
+        ])
         .current_dir(folder.path())
         .output()
         .expect("the binary runs");

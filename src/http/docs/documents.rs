@@ -34,6 +34,7 @@ documents![
     "docs/guide/editing.md",
     "docs/guide/faces.md",
     "docs/guide/pictures.md",
+    "docs/guide/drawings.md",
     "docs/guide/quality.md",
     "docs/guide/formats.md",
     "docs/operate.md",

@@ -22,6 +22,7 @@ mod threads;
 
 pub use child::serve as serve_engine_process;
 pub use limits::{Bounds, keep_memory_private};
+pub use priority::give_way_by;
 
 use std::{io, path::PathBuf};
 

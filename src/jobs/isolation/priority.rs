@@ -63,6 +63,17 @@ fn own() -> i32 {
     0
 }
 
+/// Lowers the priority of the thread that asks, by so many steps of nice; for good. Where this is not allowed, others wait a little longer.
+#[cfg(target_os = "linux")]
+pub fn give_way_by(steps: i32) {
+    // On Linux, of this thread alone.
+    let _ = rustix::process::setpriority_process(None, own() + steps);
+}
+
+/// Does nothing: threads have no priority of their own that could be lowered.
+#[cfg(not(target_os = "linux"))]
+pub const fn give_way_by(_: i32) {}
+
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
     use std::process::{Command, Stdio};

@@ -1,5 +1,7 @@
 //! GIF: one palette for all frames, and of each frame only what differs from the one before.
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 
 use super::super::{Picture, error::PictureError};
@@ -18,8 +20,8 @@ pub(in crate::picture) struct Writer {
     fps: f64,
     is_transparent: bool,
     palette: Vec<[u8; 3]>,
-    /// The color of the palette that is nearest to each bucket.
-    nearest: Vec<u8>,
+    /// The color of the palette that is nearest to each bucket, of those that have been asked for.
+    nearest: Vec<OnceLock<u8>>,
     frame: usize,
     /// What the last frame shows, in colors of the palette.
     before: Option<Vec<u8>>,
@@ -57,7 +59,7 @@ impl Writer {
             .collect();
         self.palette = median_cut(colors).iter().map(|part| mean(part, &sums, &counts)).collect();
         self.palette.resize(COLORS, [0; 3]);
-        self.nearest = (0..BUCKETS).map(|bucket| nearest(&self.palette, middle(bucket))).collect();
+        self.nearest = (0..BUCKETS).map(|_| OnceLock::new()).collect();
     }
 
     /// Adds frames: each knows the one before it, so all are packed at the same time.
@@ -88,7 +90,8 @@ impl Writer {
     }
 
     fn in_palette(&self, picture: &Picture) -> Vec<u8> {
-        let color = |pixel: &[u8; 4]| if pixel[3] < 128 { NOTHING } else { self.nearest[bucket(*pixel)] };
+        let nearest = |bucket: usize| *self.nearest[bucket].get_or_init(|| nearest(&self.palette, middle(bucket)));
+        let color = |pixel: &[u8; 4]| if pixel[3] < 128 { NOTHING } else { nearest(bucket(*pixel)) };
         picture.pixels.iter().map(color).collect()
     }
 

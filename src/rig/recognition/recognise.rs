@@ -8,8 +8,6 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 use super::{
     BodyFrame, Part, Prop, RestPoseKind, Role, RoleFinding, Side, TwistHelper,
@@ -21,6 +19,7 @@ use super::{
     finding::{Findings, sure},
     fingers::find_fingers,
     hints::Hints,
+    kind::RigKind,
     lexicon::Sense,
     limbs::{find_arm, find_leg},
     names::ParsedName,
@@ -30,19 +29,6 @@ use super::{
     trunk::{Limbs, find_details, find_root, find_trunk},
 };
 use crate::model::{ModelPose, Skeleton};
-
-/// What kind of body a skeleton is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum RigKind {
-    /// Two legs, or two arms on a trunk.
-    Biped,
-    /// Four legs.
-    Quadruped,
-    /// Anything else: props, single hands, skeletons that say nothing; and creatures on six and more legs.
-    #[default]
-    Other,
-}
 
 /// What the joints of a skeleton mean.
 #[derive(Clone, Debug, Default)]
@@ -87,18 +73,6 @@ impl Recognition {
 /// Whether the roles have legs that are counted: those of a body on six and more.
 fn is_crawler(roles: &BTreeMap<Role, RoleFinding>) -> bool {
     roles.keys().any(|role| role.part == Part::Leg)
-}
-
-impl RigKind {
-    /// The name on the wire.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Biped => "biped",
-            Self::Quadruped => "quadruped",
-            Self::Other => "other",
-        }
-    }
 }
 
 /// Parts that a lone hand, a bust or a creature may still be said to have; limbs only come with a body.

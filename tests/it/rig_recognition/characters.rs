@@ -22,7 +22,7 @@ fn crowd(count: usize) -> Scene {
                 joint.name = format!("{}.{place:03}", joint.name);
             }
             joint.parent = joint.parent.map(|parent| parent + base);
-            joint.node = joint.node + base;
+            joint.node += base;
             joint
         }));
     }
