@@ -11,7 +11,6 @@
 //! | [`rig`] | what the joints mean: roles, chains, rest pose, alignment, the retarget spec | `model`, `picture` (its words) |
 //! | [`retarget`] | the algorithm: a plan compiled once, then a loop over frames; and its measures | `model`, `rig` |
 //! | [`editing`] | edits of a clip: time, loops, mirror | `model`, `rig` |
-//! | [`drawing`] | drawn characters: configs of Animated Drawings, motion onto the plane of a picture | `model`, `formats` |
 //! | [`picture`] | seeing: camera, skinning, rasteriser, encoders of still and moving pictures | `model` |
 //! | [`engine`] | the one pure function: input bytes and spec to output bytes, warnings and report | all above |
 //! | [`report`] | what the engine found out, as page, text and table | all above |
@@ -72,7 +71,6 @@
 pub mod app;
 pub mod cli;
 pub mod config;
-pub mod drawing;
 pub mod editing;
 pub mod engine;
 pub mod formats;

@@ -4,7 +4,6 @@
 mod check_config;
 mod compare;
 mod demo;
-mod draw;
 mod edit;
 mod engine_process;
 mod exit;
@@ -62,8 +61,6 @@ enum Command {
     Preview(preview::Arguments),
     /// Draw two files at one scale and the same time, beside one another or the first as a ghost over the second
     Compare(compare::Arguments),
-    /// Animate drawn characters as the configs of Animated Drawings say; so far as arrays of poses, with its numbers
-    Draw(draw::Arguments),
     /// Say what a retarget of two files would do, and write the config that does it.
     Suggest(suggest::Arguments),
     /// Write a table of joint pairs to start from, for a spreadsheet.
@@ -100,7 +97,6 @@ pub fn run() -> ExitCode {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Preview(arguments) => preview::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
-        Command::Draw(arguments) => draw::run(&arguments),
         Command::Suggest(arguments) => suggest::run(&arguments),
         Command::JointTable(arguments) => joint_table::run(&arguments),
         Command::CheckConfig(arguments) => check_config::run(&arguments),

@@ -5,7 +5,6 @@
 
 mod alignment;
 mod curves;
-mod draw;
 mod drawn_bones;
 mod edit;
 mod explain;
@@ -40,7 +39,6 @@ mod wanted;
 mod work;
 
 pub use alignment::AlignmentView;
-pub use draw::{Drawn, DrawnCharacter, characters_of_scene, draw_poses, path_of_motion};
 pub use edit::edited_clip;
 pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain, explain_with};
 pub use face_fit::FaceFitView;
@@ -67,7 +65,6 @@ pub use tune::{TunedParameter, Tuning};
 
 // The words that callers need to speak with the engine; the service half sees the pure half through this door only.
 pub use crate::{
-    drawing::CharacterFiles,
     formats::{Format, FormatInfo, JsonSize, Limits, sniff},
     model::{Control, Phase, Progress},
     picture::{Background, CameraKind, Follow, Layout, PictureFormat, Sheet, SheetSize, SheetWord, Style, View},

@@ -51,13 +51,11 @@ mod zipped;
 pub use appearance::appearance;
 pub use budget::{Budget, Limit, Limits};
 pub use bundle::{Unpacked, embed_with, may_point_to_others, open, unpack};
-pub use bvh::JointPaths;
 pub use error::{ErrorKind, FormatError};
 pub use euler::EulerOrder;
 pub use format::{Format, FormatInfo, Space};
 pub use humanoid::Humanoid;
 pub use json_size::JsonSize;
-pub use numpy::{ArrayValues, NamedArray, write_arrays};
 pub use sniff::sniff;
 pub use space::write_in_space;
 
@@ -121,19 +119,6 @@ pub fn read(
             "send a file that GET /v1/formats lists as read",
         )),
     }
-}
-
-/// Reads where the joints of a BVH are in every frame, in double precision.
-///
-/// # Errors
-/// When the file is no BVH that can be read, has no motion, or exceeds the limits; or when the work is canceled.
-pub fn joint_paths(
-    bytes: &[u8],
-    limits: &Limits,
-    control: &Control,
-    reporter: &mut Reporter,
-) -> Result<JointPaths, FormatError> {
-    bvh::positions(bytes, &mut Budget::new(limits, control), reporter)
 }
 
 /// Gives joints that a scale stretches lengths of their own; for formats whose viewers multiply matrices.

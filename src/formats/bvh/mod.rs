@@ -8,14 +8,11 @@ mod angles;
 mod bones;
 mod hierarchy;
 mod motion;
-mod positions;
 mod scanner;
 mod text;
 mod tracks;
 mod write;
 
-pub use positions::JointPaths;
-pub(super) use positions::positions;
 pub(super) use write::write;
 
 use crate::{

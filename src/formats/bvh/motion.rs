@@ -37,44 +37,6 @@ pub(super) fn read(
     budget: &mut Budget<'_>,
     reporter: &mut Reporter,
 ) -> Result<Option<Motion>, FormatError> {
-    let Some(Rows { frame_seconds, values }) = rows(scanner, hierarchy, budget, reporter)? else { return Ok(None) };
-    let frames = values.len() / hierarchy.channel_count;
-    let samples = (frames as u64).saturating_mul(hierarchy.joints.len() as u64);
-    budget.take(Limit::Samples, samples, "MOTION")?;
-    budget.take_array(hierarchy.joints.len() as u64, size_of::<JointTracks>() as u64, "MOTION")?;
-    budget.take_array(samples, (size_of::<Quat>() + size_of::<Vec3>()) as u64, "MOTION")?;
-    let times_seconds: Vec<f64> = (0..frames).map(|frame| frame as f64 * frame_seconds).collect();
-    let from_offsets = positions_count_from_offsets(hierarchy, &values);
-    if from_offsets {
-        reporter.warn(
-            "positions_from_offsets",
-            "MOTION",
-            "the position channels below the root are next to nothing; they were taken to be added to the offsets",
-            "export the positions of joints below the root as they are, or not at all",
-        );
-    }
-    Ok(Some(Motion { times_seconds, tracks: tracks(hierarchy, &values, frames, from_offsets) }))
-}
-
-/// The numbers of a file.
-#[derive(Debug)]
-pub(super) struct Rows {
-    /// From one row to the next.
-    pub(super) frame_seconds: f64,
-    /// All values of all rows, of which there is at least one.
-    pub(super) values: Vec<f64>,
-}
-
-/// Reads the numbers of what follows MOTION; nothing where there are no frames.
-///
-/// # Errors
-/// As those of [`read`].
-pub(super) fn rows(
-    scanner: &mut Scanner<'_>,
-    hierarchy: &Hierarchy,
-    budget: &mut Budget<'_>,
-    reporter: &mut Reporter,
-) -> Result<Option<Rows>, FormatError> {
     if scanner.peek_word().is_none() {
         reporter.warn(
             "no_frames",
@@ -105,7 +67,21 @@ pub(super) fn rows(
             "check the export if frames are missing",
         );
     }
-    Ok(Some(Rows { frame_seconds: header.frame_time_seconds, values }))
+    let samples = (frames as u64).saturating_mul(hierarchy.joints.len() as u64);
+    budget.take(Limit::Samples, samples, "MOTION")?;
+    budget.take_array(hierarchy.joints.len() as u64, size_of::<JointTracks>() as u64, "MOTION")?;
+    budget.take_array(samples, (size_of::<Quat>() + size_of::<Vec3>()) as u64, "MOTION")?;
+    let times_seconds: Vec<f64> = (0..frames).map(|frame| frame as f64 * header.frame_time_seconds).collect();
+    let from_offsets = positions_count_from_offsets(hierarchy, &values);
+    if from_offsets {
+        reporter.warn(
+            "positions_from_offsets",
+            "MOTION",
+            "the position channels below the root are next to nothing; they were taken to be added to the offsets",
+            "export the positions of joints below the root as they are, or not at all",
+        );
+    }
+    Ok(Some(Motion { times_seconds, tracks: tracks(hierarchy, &values, frames, from_offsets) }))
 }
 
 struct Header {
@@ -168,7 +144,7 @@ fn values(
 ) -> Result<Vec<f64>, FormatError> {
     let channels = hierarchy.channel_count;
     let mut values: Vec<f64> = Vec::new();
-    let mut rows = Lines { channels, broken: None, line_begin: 0 };
+    let mut rows = Rows { channels, broken: None, line_begin: 0 };
     let mut paid = 0;
     // No value is shorter than two bytes with what separates it, so that the file itself bounds what is reserved.
     let declared = usize::try_from(header.frames).unwrap_or(usize::MAX).saturating_mul(channels);
@@ -213,7 +189,7 @@ fn values(
 }
 
 /// Whether lines and rows agree.
-struct Lines {
+struct Rows {
     channels: usize,
     /// The first line that does not end where a row ends.
     broken: Option<BrokenLine>,
@@ -228,7 +204,7 @@ struct BrokenLine {
     end: usize,
 }
 
-impl Lines {
+impl Rows {
     fn end_line(&mut self, values: usize, line: usize) {
         if self.broken.is_none() && self.channels > 0 && !values.is_multiple_of(self.channels) {
             let row = self.line_begin / self.channels;

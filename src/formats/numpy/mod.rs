@@ -3,11 +3,9 @@
 mod archive;
 mod array;
 pub(in crate::formats) mod npy;
-mod write;
 
 pub(in crate::formats) use archive::Archive;
 pub(in crate::formats) use array::{NumberArray, Values};
-pub use write::{ArrayValues, NamedArray, write_arrays};
 
 use super::FormatError;
 
