@@ -71,6 +71,7 @@
 pub mod app;
 pub mod cli;
 pub mod config;
+pub mod drawing;
 pub mod editing;
 pub mod engine;
 pub mod formats;
