@@ -14,6 +14,8 @@
 //! | `principal` | the direction in which points vary least |
 //! | `root_offset` | where the root of the drawing goes |
 //! | `planar_rig` | the joints of the drawing at rest and posed |
+//! | `arap` | the mesh of the drawing, deformed by its joints |
+//! | `complex`, `factors`, `dissection` | the linear algebra of that: numbers, sparse factors, an order that keeps them sparse |
 //! | `performance` | a drawing, a motion and a retarget spec to the poses of all frames |
 //!
 //! The numbers follow *Animated Drawings* (Smith et al., "A Method for Animating Children's Drawings of the Human Figure", ACM
@@ -21,10 +23,14 @@
 //!
 //! Places of a drawing are in sides of its padded square, x right and y up; angles are in degrees counterclockwise from +Y.
 
+mod arap;
 mod body_motion;
 mod bvh;
 mod character_spec;
+mod complex;
+mod dissection;
 mod error;
+mod factors;
 mod motion_spec;
 mod performance;
 mod planar_rig;
@@ -35,6 +41,7 @@ mod root_offset;
 mod scene_spec;
 mod yaml;
 
+pub use arap::{Arap, ArapWorkspace, Precision};
 pub use body_motion::BodyMotion;
 pub use bvh::MotionFile;
 pub use character_spec::{CharacterSpec, JointSpec};

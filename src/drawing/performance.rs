@@ -93,6 +93,15 @@ impl Performance {
         Ok(performance)
     }
 
+    /// The joints at a frame relative to the root, and the root.
+    #[must_use]
+    pub fn joints_about_root(&self, frame: usize) -> (Vec<DVec2>, DVec2) {
+        let count = self.joints.len() / self.frames;
+        let joints = &self.joints[frame * count..(frame + 1) * count];
+        let root = joints[0];
+        (joints.iter().map(|&joint| joint - root).collect(), root)
+    }
+
     fn pose(&mut self, rig: &PlanarRig, motion: &BodyMotion, drives: &[Drive]) {
         let start = DVec2::new(self.start[0], self.start[1]);
         let mut wanted = vec![None; rig.rest.len()];
