@@ -12,6 +12,7 @@
 //! | [`retarget`] | the algorithm: a plan compiled once, then a loop over frames; and its measures | `model`, `rig` |
 //! | [`editing`] | edits of a clip: time, loops, mirror | `model`, `rig` |
 //! | [`picture`] | seeing: camera, skinning, rasteriser, encoders of still and moving pictures | `model` |
+//! | [`drawing`] | drawn characters: their configs, projection onto planes, pose, mesh, deformation | `model`, `rig`, `picture` |
 //! | [`engine`] | the one pure function: input bytes and spec to output bytes, warnings and report | all above |
 //! | [`report`] | what the engine found out, as page, text and table | all above |
 //! | [`store`] | durable facts: records and blobs | `config` |
@@ -71,6 +72,7 @@
 pub mod app;
 pub mod cli;
 pub mod config;
+pub mod drawing;
 pub mod editing;
 pub mod engine;
 pub mod formats;

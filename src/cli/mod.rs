@@ -4,6 +4,7 @@
 mod check_config;
 mod compare;
 mod demo;
+mod draw;
 mod edit;
 mod engine_process;
 mod exit;
@@ -53,6 +54,8 @@ enum Command {
     Submit(submit::Arguments),
     /// Edit one clip of a file: its time, its seams, its sides; without a second rig.
     Edit(edit::Arguments),
+    /// Have a drawn character move: a scene of *Animated Drawings*, without its program.
+    Draw(draw::Arguments),
     /// Say why a joint of the result is turned as it is at one frame.
     Explain(explain::Arguments),
     /// Say what a file holds: skeleton, clips, recognised rig, roles, rest pose, units, warnings.
@@ -93,6 +96,7 @@ pub fn run() -> ExitCode {
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Retarget(arguments) => retarget::run(&arguments),
         Command::Submit(arguments) => submit::run(&arguments),
+        Command::Draw(arguments) => draw::run(&arguments),
         Command::Edit(arguments) => edit::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Preview(arguments) => preview::run(&arguments),

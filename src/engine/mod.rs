@@ -5,6 +5,7 @@
 
 mod alignment;
 mod curves;
+mod draw;
 mod drawn_bones;
 mod edit;
 mod explain;
@@ -39,6 +40,7 @@ mod wanted;
 mod work;
 
 pub use alignment::AlignmentView;
+pub use draw::{DrawnCharacter, Scenery, draw_poses, read_scenery};
 pub use edit::edited_clip;
 pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain, explain_with};
 pub use face_fit::FaceFitView;

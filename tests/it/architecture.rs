@@ -11,7 +11,8 @@ use std::{
 use code::{Code, code_files};
 
 /// The modules that know no runtime, no file system, no clock and no environment.
-const PURE: [&str; 9] = ["model", "formats", "rig", "retarget", "editing", "picture", "engine", "report", "samples"];
+const PURE: [&str; 10] =
+    ["model", "formats", "rig", "retarget", "editing", "picture", "drawing", "engine", "report", "samples"];
 
 /// External crates, and the only modules that may name them. `main` is the binary.
 const FENCES: [(&str, &[&str]); 28] = [

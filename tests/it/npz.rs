@@ -26,6 +26,14 @@ impl Arrays {
         Array::read(self.0.get(key).unwrap_or_else(|| panic!("there is {key}")))
     }
 
+    /// The values of a member of whole numbers, 32 bits each.
+    pub(crate) fn whole(&self, key: &str) -> Vec<i32> {
+        let bytes = self.0.get(key).unwrap_or_else(|| panic!("there is {key}"));
+        let header = usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+        let number = |chunk: &[u8]| i32::from_le_bytes(chunk.try_into().expect("four"));
+        bytes[10 + header..].chunks_exact(4).map(number).collect()
+    }
+
     /// The shape and the values of a member of numbers.
     pub(crate) fn numbers(&self, key: &str) -> (Vec<usize>, Vec<f64>) {
         let Array { shape, values } = self.array(key);

@@ -3,6 +3,8 @@
 //! It knows no runtime, file system, network or clock, so it needs none of the crates that do: it compiles in a fraction of the time, and
 //! nothing but readers and algorithms is instrumented.
 
+#[path = "../../../src/drawing/mod.rs"]
+pub mod drawing;
 #[path = "../../../src/editing/mod.rs"]
 pub mod editing;
 #[path = "../../../src/engine/mod.rs"]

@@ -1,0 +1,219 @@
+//! Scenes of drawn characters: their configs and files to what the characters do, and that to arrays.
+
+use glam::{DVec2, DVec3};
+
+use crate::{
+    drawing::{
+        Arap, BodyMotion, CharacterSpec, DrawingError, MotionFile, MotionSpec, Performance, PlanarRig, Plane,
+        Precision, RetargetSpec, SceneSpec,
+    },
+    formats::{Elements, Limits, NamedArray, read_numbers, write_arrays},
+    model::Control,
+};
+
+use super::{Failure, FailureCode, NamedBytes};
+
+/// A drawn character, and what it does.
+#[derive(Clone, Debug)]
+pub struct DrawnCharacter {
+    spec: CharacterSpec,
+    rig: PlanarRig,
+    motion: BodyMotion,
+    retarget: RetargetSpec,
+    performance: Performance,
+}
+
+/// A scene with everything that it names.
+#[derive(Clone, Debug)]
+pub struct Scenery {
+    /// The config of the scene.
+    pub spec: SceneSpec,
+    /// Its characters.
+    pub characters: Vec<DrawnCharacter>,
+    /// What was noticed: a code and a text.
+    pub notes: Vec<(&'static str, String)>,
+}
+
+/// Reads a scene and all that it names, and lets every character move as *Animated Drawings* computes it. `read` finds the files
+/// that configs name, by the names as they are written.
+///
+/// # Errors
+///
+/// With the file and the field of what is wrong.
+pub fn read_scenery(
+    scene: NamedBytes<'_>,
+    read: &mut dyn FnMut(&str) -> Result<Vec<u8>, Failure>,
+    control: &Control,
+) -> Result<Scenery, Failure> {
+    let text = text(scene.bytes, scene.name)?;
+    let spec = SceneSpec::read(text).map_err(|error| refused(error, scene.name))?;
+    let mut notes = Vec::new();
+    note_not_used(&mut notes, scene.name, &spec.not_used());
+    let mut characters = Vec::new();
+    for files in &spec.scene.animated_characters {
+        control.check().map_err(|_| Failure::new(FailureCode::Canceled, "canceled"))?;
+        let mut config = |name: &str| -> Result<String, Failure> { Ok(self::text(&read(name)?, name)?.to_owned()) };
+        let (character, motion, retarget) = (&*files.character_cfg, &*files.motion_cfg, &*files.retarget_cfg);
+        let spec = CharacterSpec::read(&config(character)?).map_err(|error| refused(error, character))?;
+        let rig = PlanarRig::new(&spec).map_err(|error| refused(error, character))?;
+        let motion_spec = MotionSpec::read(&config(motion)?).map_err(|error| refused(error, motion))?;
+        let retarget_spec = RetargetSpec::read(&config(retarget)?).map_err(|error| refused(error, retarget))?;
+        let file_name = &*motion_spec.filepath;
+        let file = MotionFile::read(&config(file_name)?).map_err(|error| refused(error, file_name))?;
+        let body = BodyMotion::new(&file, &motion_spec).map_err(|error| refused(error, motion))?;
+        let performance = Performance::new(&rig, &body, &retarget_spec).map_err(|error| refused(error, retarget))?;
+        note_not_used(&mut notes, character, &spec.not_used());
+        note_not_used(&mut notes, motion, &motion_spec.not_used());
+        note_not_used(&mut notes, retarget, &retarget_spec.not_used());
+        notes.extend(performance.notes.iter().map(|(code, text)| (*code, format!("{retarget}: {text}"))));
+        characters.push(DrawnCharacter { spec, rig, motion: body, retarget: retarget_spec, performance });
+    }
+    Ok(Scenery { spec, characters, notes })
+}
+
+/// What the characters of a scene do, as an archive of arrays (`.npz`). A mesh, such an archive with `mesh_rest_vertices` and
+/// `mesh_triangles`, is deformed with the first character.
+///
+/// # Errors
+///
+/// Where the mesh cannot be used.
+pub fn draw_poses(scenery: &Scenery, mesh: Option<&[u8]>, control: &Control) -> Result<Vec<u8>, Failure> {
+    let mut arrays = Vec::new();
+    for (index, character) in scenery.characters.iter().enumerate() {
+        let prefix = if scenery.characters.len() > 1 { format!("c{index}_") } else { String::new() };
+        let mut own = character.arrays();
+        if let (0, Some(bytes)) = (index, mesh) {
+            own.extend(character.deformed(bytes, control)?);
+        }
+        for array in own {
+            arrays.push(NamedArray { name: format!("{prefix}{}", array.name), ..array });
+        }
+    }
+    write_arrays(&arrays).map_err(|error| Failure::new(FailureCode::Internal, error.detail))
+}
+
+impl DrawnCharacter {
+    /// Width and height of the drawing in pixels.
+    #[must_use]
+    pub const fn size(&self) -> [u32; 2] {
+        [self.spec.width, self.spec.height]
+    }
+
+    fn arrays(&self) -> Vec<NamedArray> {
+        let Self { rig, motion, retarget, performance, .. } = self;
+        let (frames, joints) = (performance.frames, rig.rest.len());
+        let groups = retarget.char_bodypart_groups.len();
+        let space = |vectors: &[DVec3]| vectors.iter().flat_map(DVec3::to_array).collect::<Vec<_>>();
+        let plane = |vectors: &[DVec2]| vectors.iter().flat_map(DVec2::to_array).collect::<Vec<_>>();
+        let planes = performance.planes.iter().flat_map(|plane| match plane {
+            Plane::Frontal => [1.0, 0.0, 0.0],
+            Plane::Sagittal => [0.0, 0.0, 1.0],
+        });
+        let group_names: Vec<String> =
+            retarget.bvh_projection_bodypart_groups.iter().map(|group| group.name.clone()).collect();
+        vec![
+            reals("bvh_root_positions", &[frames, 3], space(&motion.roots)),
+            reals("bvh_joint_positions_normalised", &[frames, motion.joints(), 3], space(&motion.places)),
+            reals("bvh_fwd_vectors", &[frames, 3], space(&motion.forwards)),
+            reals(
+                "char_orientations_deg",
+                &[frames, performance.driven.len()],
+                performance.orientations_degrees.clone(),
+            ),
+            reals("bvh_joint_depths", &[frames, performance.depth_joints.len()], performance.depths.clone()),
+            reals("char_root_positions", &[frames, 2], plane(&performance.roots)),
+            reals("char_start_loc", &[3], performance.start.to_vec()),
+            reals("rig_rest_xy", &[joints, 2], plane(&rig.rest)),
+            reals("rig_joint_xy", &[frames, joints, 2], plane(&performance.joints)),
+            reals("projection_plane_normals", &[performance.planes.len(), 3], planes.collect()),
+            reals("frame_time", &[1], vec![performance.frame_time]),
+            NamedArray {
+                name: "bodypart_order".to_owned(),
+                shape: vec![frames, groups],
+                elements: Elements::Integers(performance.order.iter().map(|&group| group as i32).collect()),
+            },
+            names("orientation_columns", &performance.driven),
+            names("depth_columns", &performance.depth_joints),
+            names("char_joint_names", &rig.joint_names),
+            names("bvh_joint_names", &motion.joint_names),
+            names("projection_groups", &group_names),
+        ]
+    }
+
+    /// The deformed vertices at each frame.
+    fn deformed(&self, mesh: &[u8], control: &Control) -> Result<Vec<NamedArray>, Failure> {
+        let vertices = numbers(mesh, "mesh_rest_vertices", 2, control)?;
+        let vertices: Vec<DVec2> = vertices.chunks_exact(2).map(DVec2::from_slice).collect();
+        let triangles = numbers(mesh, "mesh_triangles", 3, control)?;
+        // What is not the index of a vertex becomes one that does not exist.
+        let corner = |value: f64| if value < 0.0 { usize::MAX } else { value as usize };
+        let triangles: Vec<[usize; 3]> =
+            triangles.chunks_exact(3).map(|row| [corner(row[0]), corner(row[1]), corner(row[2])]).collect();
+        let arap = Arap::new(&vertices, &triangles, &self.rig.rest, Precision::Single)
+            .map_err(|error| refused(error, "mesh"))?;
+        let mut workspace = arap.workspace();
+        let mut deformed = vec![DVec2::ZERO; vertices.len()];
+        let frames = self.performance.frames;
+        let mut values = Vec::with_capacity(frames * vertices.len() * 2);
+        for frame in 0..frames {
+            control.check().map_err(|_| Failure::new(FailureCode::Canceled, "canceled"))?;
+            let (joints, root) = self.performance.joints_about_root(frame);
+            arap.deform(&joints, &mut workspace, &mut deformed);
+            values.extend(deformed.iter().flat_map(|&vertex| (vertex + root).to_array()));
+        }
+        let pinned = arap.is_pinned.iter().map(|&is| i32::from(is)).collect();
+        Ok(vec![
+            reals("arap_vertices", &[frames, vertices.len(), 2], values),
+            NamedArray {
+                name: "arap_frames".to_owned(),
+                shape: vec![frames],
+                elements: Elements::Integers((0..frames as i32).collect()),
+            },
+            NamedArray {
+                name: "arap_pin_mask".to_owned(),
+                shape: vec![arap.is_pinned.len()],
+                elements: Elements::Integers(pinned),
+            },
+        ])
+    }
+}
+
+fn reals(name: &str, shape: &[usize], values: Vec<f64>) -> NamedArray {
+    NamedArray { name: name.to_owned(), shape: shape.to_vec(), elements: Elements::Reals(values) }
+}
+
+fn names(name: &str, names: &[String]) -> NamedArray {
+    NamedArray { name: name.to_owned(), shape: vec![names.len()], elements: Elements::Names(names.to_vec()) }
+}
+
+/// An array of rows of a mesh.
+fn numbers(mesh: &[u8], name: &str, width: usize, control: &Control) -> Result<Vec<f64>, Failure> {
+    let found = read_numbers(mesh, name, &Limits::default(), control).map_err(|error| {
+        Failure::new(FailureCode::AssetMalformed, format!("mesh: {}", error.detail)).with_hint(&*error.hint)
+    })?;
+    match found {
+        Some((shape, values)) if shape.len() == 2 && shape[1] == width => Ok(values),
+        _ => {
+            let detail = format!("mesh: there is no array {name} with rows of {width}");
+            let hint = "give an archive with mesh_rest_vertices and mesh_triangles";
+            Err(Failure::new(FailureCode::AssetMalformed, detail).with_hint(hint))
+        }
+    }
+}
+
+fn text<'bytes>(bytes: &'bytes [u8], file: &str) -> Result<&'bytes str, Failure> {
+    std::str::from_utf8(bytes).map_err(|_| {
+        Failure::new(FailureCode::MalformedConfig, format!("{file}: the file is no text")).with_hint("save it as UTF-8")
+    })
+}
+
+fn refused(error: DrawingError, file: &str) -> Failure {
+    let error = error.in_file(file);
+    Failure::new(FailureCode::InvalidValue, error.to_string()).with_hint(error.fix)
+}
+
+fn note_not_used(notes: &mut Vec<(&'static str, String)>, file: &str, fields: &[String]) {
+    if !fields.is_empty() {
+        notes.push(("drawing_field_not_used", format!("{file}: nothing uses {}", fields.join(", "))));
+    }
+}
