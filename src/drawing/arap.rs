@@ -72,8 +72,7 @@ impl Arap {
             let detail = format!("{} vertices, or a triangle of vertices that do not exist", vertices.len());
             return Err(DrawingError::new("mesh", detail, format!("keep to {MAX_VERTICES} vertices")));
         }
-        let found: Vec<Option<Pin>> =
-            points.iter().map(|&point| pin(vertices, triangles, point, precision)).collect();
+        let found: Vec<Option<Pin>> = points.iter().map(|&point| pin(vertices, triangles, point, precision)).collect();
         let pins: Vec<Pin> = found.iter().flatten().copied().collect();
         if pins.is_empty() {
             return Err(DrawingError::new("mesh", "no joint lies in the mesh", "move the joints into the drawing"));
@@ -89,19 +88,19 @@ impl Arap {
         let is_single = precision == Precision::Single;
         let weighted = |pin: &Pin| pin.map(|(vertex, share)| (vertex, precision.round(PIN_WEIGHT * share)));
 
-        let mut second: Vec<Vec<(usize, f64)>> =
+        let second: Vec<Vec<(usize, f64)>> =
             edges.iter().map(|&(one, other)| vec![(one, -1.0), (other, 1.0)]).collect();
-        second.extend(pins.iter().map(|pin| weighted(pin).to_vec()));
-        let factors = Factors::new(&Hermitian::of_rows(&second, &places, is_single));
+        let second_pins: Vec<Vec<(usize, f64)>> = pins.iter().map(|pin| weighted(pin).to_vec()).collect();
+        let factors = Factors::new(&Hermitian::of_rows(&[&second, &second_pins], &places, is_single));
 
-        let mut first: Vec<Vec<(usize, Complex)>> = Vec::with_capacity(second.len());
-        for ((&edge, &along), row) in edges.iter().zip(&rest).zip(&turn_rows) {
-            first.push(stretch_row(edge, along, row, precision));
-        }
-        first.extend(
-            pins.iter().map(|pin| weighted(pin).map(|(vertex, weight)| (vertex, Complex::new(weight, 0.0))).to_vec()),
-        );
-        let first = Factors::new(&Hermitian::of_rows(&first, &places, is_single));
+        let first = edges.iter().zip(&rest).zip(&turn_rows);
+        let first: Vec<Vec<(usize, Complex)>> =
+            first.map(|((&edge, &along), row)| stretch_row(edge, along, row, precision)).collect();
+        let first_pins: Vec<Vec<(usize, Complex)>> = pins
+            .iter()
+            .map(|pin| weighted(pin).map(|(vertex, weight)| (vertex, Complex::new(weight, 0.0))).to_vec())
+            .collect();
+        let first = Factors::new(&Hermitian::of_rows(&[&first, &first_pins], &places, is_single));
         let mut turns = vec![Complex::default(); edges.len() * pins.len()];
         let mut solved = vec![Complex::default(); vertices.len()];
         for (index, pin) in pins.iter().enumerate() {
@@ -232,7 +231,8 @@ mod tests {
     use super::*;
 
     fn sheet() -> (Vec<DVec2>, Vec<[usize; 3]>) {
-        let vertices = (0..63).map(|index| DVec2::new(f64::from(index % 9) / 9.0, f64::from(index / 9) / 9.1)).collect();
+        let vertices =
+            (0..63).map(|index| DVec2::new(f64::from(index % 9) / 9.0, f64::from(index / 9) / 9.1)).collect();
         let squares = (0..6).flat_map(|row| (0..8).map(move |column| row * 9 + column));
         let triangles = squares.flat_map(|low| [[low, low + 1, low + 10], [low, low + 10, low + 9]]).collect();
         (vertices, triangles)

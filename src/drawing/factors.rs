@@ -12,20 +12,30 @@ pub(super) struct Hermitian<E> {
 }
 
 impl<E: Entry> Hermitian<E> {
-    /// Aᴴ A of rows of A, numbered by `places`. Sums are rounded to single precision where asked for.
-    pub(super) fn of_rows(rows: &[Vec<(usize, E)>], places: &[usize], is_single: bool) -> Self {
+    /// Aᴴ A of the rows of A, numbered by `places`. Where sums are rounded to single precision, each block of rows is summed by
+    /// itself first, as libraries of linear algebra do: with weights as far apart as those of pins and edges the result depends on it.
+    pub(super) fn of_rows(blocks: &[&[Vec<(usize, E)>]], places: &[usize], is_single: bool) -> Self {
+        let round = |value: E| if is_single { value.single() } else { value };
         let mut columns = vec![BTreeMap::new(); places.len()];
-        for row in rows {
-            for &(one, left) in row {
-                for &(other, right) in row {
-                    let (at, to) = (places[one], places[other]);
-                    if at <= to {
-                        let entry: &mut E = columns[to].entry(at).or_default();
-                        *entry += left.conjugate() * right;
-                        if is_single {
-                            *entry = entry.single();
+        for block in blocks {
+            let mut sums = vec![BTreeMap::new(); places.len()];
+            for row in *block {
+                for &(one, left) in row {
+                    for &(other, right) in row {
+                        let (at, to) = (places[one], places[other]);
+                        if at <= to {
+                            let sum: &mut E = sums[to].entry(at).or_default();
+                            *sum += left.conjugate() * right;
+                            *sum = round(*sum);
                         }
                     }
+                }
+            }
+            for (column, sums) in columns.iter_mut().zip(sums) {
+                for (row, sum) in sums {
+                    let entry: &mut E = column.entry(row).or_default();
+                    *entry += sum;
+                    *entry = round(*entry);
                 }
             }
         }
@@ -142,15 +152,19 @@ mod tests {
     fn a_complex_system_is_solved() {
         let rows: Vec<Vec<(usize, Complex)>> = (0..12)
             .map(|row| {
-                let entry = |column: usize| Complex::new((row * column + 1) as f64 % 5.0 - 2.0, (row + column) as f64 % 3.0);
+                let entry =
+                    |column: usize| Complex::new((row * column + 1) as f64 % 5.0 - 2.0, (row + column) as f64 % 3.0);
                 [row % 6, (row + 1) % 6, (row * 2 + 3) % 6].map(|column| (column, entry(column))).to_vec()
             })
             .collect();
-        let rows: Vec<Vec<(usize, Complex)>> =
-            rows.into_iter().enumerate().map(|(row, mut entries)| {
+        let rows: Vec<Vec<(usize, Complex)>> = rows
+            .into_iter()
+            .enumerate()
+            .map(|(row, mut entries)| {
                 entries.push((row % 6, Complex::new(3.0, 0.0)));
                 entries
-            }).collect();
+            })
+            .collect();
         let wanted: Vec<Complex> = (0..6).map(|index| Complex::new(index as f64, 2.0 - index as f64)).collect();
         let mut right = vec![Complex::default(); 6];
         for row in &rows {
@@ -159,7 +173,7 @@ mod tests {
             row.iter().for_each(|&(column, entry)| right[column] += entry.conjugate() * product);
         }
         let places = [3, 1, 5, 0, 2, 4];
-        let factors = Factors::new(&Hermitian::of_rows(&rows, &places, false));
+        let factors = Factors::new(&Hermitian::of_rows(&[&rows], &places, false));
         let mut unknowns = vec![Complex::default(); 6];
         (0..6).for_each(|index| unknowns[places[index]] = right[index]);
         factors.solve(&mut unknowns);

@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::{
-    BodyMotion, DrawingError, Plane, PlanarRig, RetargetSpec,
+    BodyMotion, DrawingError, PlanarRig, Plane, RetargetSpec,
     projection::{Planes, angle_degrees},
     root_offset,
 };

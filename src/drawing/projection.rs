@@ -82,8 +82,7 @@ impl Planes {
 
     /// A joint of the body and its plane.
     pub(super) fn joint(&self, motion: &BodyMotion, name: &str, place: &str) -> Result<(usize, Plane), DrawingError> {
-        let joint =
-            motion.joint(name).ok_or_else(|| DrawingError::unknown_name(place, name, &motion.joint_names))?;
+        let joint = motion.joint(name).ok_or_else(|| DrawingError::unknown_name(place, name, &motion.joint_names))?;
         let plane = self.of_joints[joint].ok_or_else(|| {
             let detail = format!("the joint {name:?} is in no projection group");
             DrawingError::new(place, detail, "name it in one of bvh_projection_bodypart_groups")

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{BodyMotion, DrawingError, Plane, PlanarRig, RootOffset};
+use super::{BodyMotion, DrawingError, PlanarRig, Plane, RootOffset};
 
 /// The way of the root in the drawing's lengths; zero at the first frame.
 pub(super) fn way(

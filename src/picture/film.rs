@@ -8,7 +8,7 @@ use crate::model::{Canceled, Control};
 use super::{
     Picture,
     camera::{Camera, Direction},
-    encode::{Motion, PictureFormat},
+    encode::{Motion, PictureFormat, frames_learned_from},
     error::PictureError,
     figure::{Figure, Posed},
     scene::{Shot, Studio, Subject},
@@ -98,7 +98,7 @@ pub fn render(subject: &Subject<'_>, view: &View, format: PictureFormat, control
     let mut motion = Motion::new(format, view.size, fps, times.len(), view.background == Background::Transparent)?;
     // The palette of a GIF comes from a few frames of all of it.
     if motion.wants_palette() {
-        let chosen: Vec<usize> = (0..8).map(|place| place * (times.len() - 1) / 7).collect();
+        let chosen = frames_learned_from(times.len());
         let pictures: Vec<Picture> =
             chosen.into_par_iter().map_init(|| Studio::new(view.size), |studio, index| shoot(studio, index)).collect();
         motion.learn(&pictures);

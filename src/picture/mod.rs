@@ -13,6 +13,7 @@
 //! | `text` | letters on a picture |
 //! | `scene` | one picture of one frame, all of the above together |
 //! | `film` | many pictures: sheets, turntables and clips |
+//! | `reel` | pictures that others made, to a moving picture |
 //! | `encode` | pictures to PNG, APNG, WebP and GIF files |
 //!
 //! Everything is `f32` in a fixed order and no frame knows of another, so the same input gives the same bytes for any number of threads.
@@ -27,6 +28,7 @@ mod figure;
 mod film;
 mod floor;
 mod raster;
+mod reel;
 mod scene;
 mod text;
 mod texture;
@@ -37,7 +39,9 @@ pub use encode::PictureFormat;
 pub use error::PictureError;
 pub use figure::Figure;
 pub use film::{Film, FilmError, render};
+pub use reel::Reel;
 pub use scene::Subject;
+pub use texture::read_picture;
 pub use view::{Background, CameraKind, Follow, MAX_SIDE, SheetSize, Style, View};
 
 /// A picture of red, green, blue and opacity, 8 bits each, sRGB, rows from the top.
