@@ -9,7 +9,7 @@ use std::{
 use clap::ValueEnum;
 
 use crate::{
-    engine::{self, Failure, FailureCode, Limits, NamedBytes},
+    engine::{self, Failure, FailureCode, Limits, NamedBytes, PictureFormat, Scenery},
     model::Control,
 };
 
@@ -29,9 +29,9 @@ pub(super) struct Arguments {
     /// Whose numbers come out
     #[arg(long, value_enum)]
     compat: Compat,
-    /// Where the result goes; .npz: the poses as arrays
+    /// Where the result goes; .npz: the poses as arrays; .gif, .webp, .apng: a moving picture. Without it, where the scene says
     #[arg(long, short, value_name = "FILE")]
-    output: PathBuf,
+    output: Option<PathBuf>,
     /// An archive with mesh_rest_vertices and mesh_triangles; it is deformed with the first character
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
@@ -56,14 +56,6 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 fn draw(arguments: &Arguments) -> Result<(), Exit> {
     let Compat::AnimatedDrawings = arguments.compat;
     let limits = Limits::default();
-    check_place(&arguments.output)?;
-    let inputs = [Some(arguments.config.as_path()), arguments.mesh.as_deref()];
-    arguments.overwriting.check(inputs.into_iter().flatten(), [arguments.output.as_path()])?;
-    let ending = arguments.output.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
-    if ending != "npz" {
-        let message = format!("output {}: drawings are not written in this format", arguments.output.display());
-        return Err(Exit::new(BAD_USAGE, message, "end the name in .npz"));
-    }
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);
     let config = InputFile::read("config", &arguments.config, &limits)?;
@@ -73,14 +65,46 @@ fn draw(arguments: &Arguments) -> Result<(), Exit> {
     let mut read = |file: &str| read_named(file, &arguments.config, &limits);
     let told = |failure: Failure| Exit::from_failure(&failure, "");
     let scenery = engine::read_scenery(scene, &mut read, &control).map_err(told)?;
+    let output = arguments.place(&scenery)?;
+    check_place(&output)?;
+    let inputs = [Some(arguments.config.as_path()), arguments.mesh.as_deref()];
+    arguments.overwriting.check(inputs.into_iter().flatten(), [output.as_path()])?;
     for (code, text) in &scenery.notes {
         say(format_args!("warning: {code}: {text}"));
     }
-    let mesh = mesh.as_ref().map(|mesh| mesh.as_named().bytes);
-    let bytes = engine::draw_poses(&scenery, mesh, &control).map_err(told)?;
-    StagedFiles::write_one(&arguments.output, &bytes)?;
-    say(format_args!("wrote {}", arguments.output.display()));
+    let bytes = match kind(&output)? {
+        None => {
+            let mesh = mesh.as_ref().map(|mesh| mesh.as_named().bytes);
+            engine::draw_poses(&scenery, mesh, &control).map_err(told)?
+        }
+        Some(format) => engine::draw_picture(&scenery, &mut read, format, &control).map_err(told)?.0,
+    };
+    StagedFiles::write_one(&output, &bytes)?;
+    say(format_args!("wrote {}", output.display()));
     Ok(())
+}
+
+impl Arguments {
+    /// Where the result goes.
+    fn place(&self, scenery: &Scenery) -> Result<PathBuf, Exit> {
+        let said = scenery.spec.controller.output_video_path.as_ref().map(PathBuf::from);
+        self.output.clone().or(said).ok_or_else(|| {
+            let message = format!("config {}: the scene does not say where its picture goes", self.config.display());
+            Exit::new(BAD_USAGE, message, "name the place with --output")
+        })
+    }
+}
+
+/// The kind of picture that an ending asks for; none for arrays.
+fn kind(output: &Path) -> Result<Option<PictureFormat>, Exit> {
+    let ending = output.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+    if ending == "npz" {
+        return Ok(None);
+    }
+    PictureFormat::of_ending(&ending, true).filter(|format| format.moves()).map(Some).ok_or_else(|| {
+        let message = format!("output {}: drawings are not written in this format", output.display());
+        Exit::new(BAD_USAGE, message, "end the name in .npz, .gif, .webp or .apng")
+    })
 }
 
 /// A file that a config names: where it is said to be, beside the scene, or beside one of the folders that the scene is in.

@@ -88,19 +88,19 @@ impl Arap {
         let is_single = precision == Precision::Single;
         let weighted = |pin: &Pin| pin.map(|(vertex, share)| (vertex, precision.round(PIN_WEIGHT * share)));
 
-        let mut second: Vec<Vec<(usize, f64)>> =
+        let second: Vec<Vec<(usize, f64)>> =
             edges.iter().map(|&(one, other)| vec![(one, -1.0), (other, 1.0)]).collect();
-        second.extend(pins.iter().map(|pin| weighted(pin).to_vec()));
-        let factors = Factors::new(&Hermitian::of_rows(&second, &places, is_single));
+        let second_pins: Vec<Vec<(usize, f64)>> = pins.iter().map(|pin| weighted(pin).to_vec()).collect();
+        let factors = Factors::new(&Hermitian::of_rows(&[&second, &second_pins], &places, is_single));
 
-        let mut first: Vec<Vec<(usize, Complex)>> = Vec::with_capacity(second.len());
-        for ((&edge, &along), row) in edges.iter().zip(&rest).zip(&turn_rows) {
-            first.push(stretch_row(edge, along, row, precision));
-        }
-        first.extend(
-            pins.iter().map(|pin| weighted(pin).map(|(vertex, weight)| (vertex, Complex::new(weight, 0.0))).to_vec()),
-        );
-        let first = Factors::new(&Hermitian::of_rows(&first, &places, is_single));
+        let first = edges.iter().zip(&rest).zip(&turn_rows);
+        let first: Vec<Vec<(usize, Complex)>> =
+            first.map(|((&edge, &along), row)| stretch_row(edge, along, row, precision)).collect();
+        let first_pins: Vec<Vec<(usize, Complex)>> = pins
+            .iter()
+            .map(|pin| weighted(pin).map(|(vertex, weight)| (vertex, Complex::new(weight, 0.0))).to_vec())
+            .collect();
+        let first = Factors::new(&Hermitian::of_rows(&[&first, &first_pins], &places, is_single));
         let mut turns = vec![Complex::default(); edges.len() * pins.len()];
         let mut solved = vec![Complex::default(); vertices.len()];
         for (index, pin) in pins.iter().enumerate() {

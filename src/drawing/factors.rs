@@ -12,20 +12,30 @@ pub(super) struct Hermitian<E> {
 }
 
 impl<E: Entry> Hermitian<E> {
-    /// Aᴴ A of rows of A, numbered by `places`. Sums are rounded to single precision where asked for.
-    pub(super) fn of_rows(rows: &[Vec<(usize, E)>], places: &[usize], is_single: bool) -> Self {
+    /// Aᴴ A of the rows of A, numbered by `places`. Where sums are rounded to single precision, each block of rows is summed by
+    /// itself first, as libraries of linear algebra do: with weights as far apart as those of pins and edges the result depends on it.
+    pub(super) fn of_rows(blocks: &[&[Vec<(usize, E)>]], places: &[usize], is_single: bool) -> Self {
+        let round = |value: E| if is_single { value.single() } else { value };
         let mut columns = vec![BTreeMap::new(); places.len()];
-        for row in rows {
-            for &(one, left) in row {
-                for &(other, right) in row {
-                    let (at, to) = (places[one], places[other]);
-                    if at <= to {
-                        let entry: &mut E = columns[to].entry(at).or_default();
-                        *entry += left.conjugate() * right;
-                        if is_single {
-                            *entry = entry.single();
+        for block in blocks {
+            let mut sums = vec![BTreeMap::new(); places.len()];
+            for row in *block {
+                for &(one, left) in row {
+                    for &(other, right) in row {
+                        let (at, to) = (places[one], places[other]);
+                        if at <= to {
+                            let sum: &mut E = sums[to].entry(at).or_default();
+                            *sum += left.conjugate() * right;
+                            *sum = round(*sum);
                         }
                     }
+                }
+            }
+            for (column, sums) in columns.iter_mut().zip(sums) {
+                for (row, sum) in sums {
+                    let entry: &mut E = column.entry(row).or_default();
+                    *entry += sum;
+                    *entry = round(*entry);
                 }
             }
         }
@@ -163,7 +173,7 @@ mod tests {
             row.iter().for_each(|&(column, entry)| right[column] += entry.conjugate() * product);
         }
         let places = [3, 1, 5, 0, 2, 4];
-        let factors = Factors::new(&Hermitian::of_rows(&rows, &places, false));
+        let factors = Factors::new(&Hermitian::of_rows(&[&rows], &places, false));
         let mut unknowns = vec![Complex::default(); 6];
         (0..6).for_each(|index| unknowns[places[index]] = right[index]);
         factors.solve(&mut unknowns);

@@ -16,6 +16,11 @@
 //! | `planar_rig` | the joints of the drawing at rest and posed |
 //! | `arap` | the mesh of the drawing, deformed by its joints |
 //! | `complex`, `factors`, `dissection` | the linear algebra of that: numbers, sparse factors, an order that keeps them sparse |
+//! | `lattice` | a mask to a mesh |
+//! | `parts` | which bone carries which triangle |
+//! | `viewpoint` | from where drawings are seen |
+//! | `fill` | textured triangles onto a picture |
+//! | `puppet` | a drawing that is ready to be seen, one frame at a time |
 //! | `performance` | a drawing, a motion and a retarget spec to the poses of all frames |
 //!
 //! The numbers follow *Animated Drawings* (Smith et al., "A Method for Animating Children's Drawings of the Human Figure", ACM
@@ -31,14 +36,19 @@ mod complex;
 mod dissection;
 mod error;
 mod factors;
+mod fill;
+mod lattice;
 mod motion_spec;
+mod parts;
 mod performance;
 mod planar_rig;
 mod principal;
 mod projection;
+mod puppet;
 mod retarget_spec;
 mod root_offset;
 mod scene_spec;
+mod viewpoint;
 mod yaml;
 
 pub use arap::{Arap, ArapWorkspace, Precision};
@@ -50,6 +60,7 @@ pub use motion_spec::{MotionSpec, UpAxis};
 pub use performance::Performance;
 pub use planar_rig::PlanarRig;
 pub use projection::Plane;
+pub use puppet::{Puppet, PuppetWorkspace};
 pub use retarget_spec::{BodypartGroup, ProjectionGroup, ProjectionMethod, RetargetSpec, RootOffset};
 pub use scene_spec::{CharacterFiles, ControllerSection, Mode, SceneSection, SceneSpec, ViewSection};
 pub use yaml::Ordered;

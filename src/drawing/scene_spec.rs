@@ -184,9 +184,16 @@ impl SceneSpec {
         for (index, files) in self.scene.animated_characters.iter().enumerate() {
             fields.extend(files.not_used.keys().map(|field| format!("scene.ANIMATED_CHARACTERS[{index}].{field}")));
         }
-        if self.view.use_mesa {
-            fields.push("view.USE_MESA".to_owned());
-        }
+        let flags = [
+            (self.scene.add_floor, "scene.ADD_FLOOR"),
+            (self.scene.add_ad_retarget_bvh, "scene.ADD_AD_RETARGET_BVH"),
+            (!self.view.draw_ad_txtr, "view.DRAW_AD_TXTR"),
+            (self.view.draw_ad_rig, "view.DRAW_AD_RIG"),
+            (self.view.draw_ad_color, "view.DRAW_AD_COLOR"),
+            (self.view.draw_ad_mesh_lines, "view.DRAW_AD_MESH_LINES"),
+            (self.view.use_mesa, "view.USE_MESA"),
+        ];
+        fields.extend(flags.iter().filter(|(is_set, _)| *is_set).map(|(_, field)| (*field).to_owned()));
         fields
     }
 }

@@ -1,14 +1,16 @@
 //! Scenes of drawn characters: their configs and files to what the characters do, and that to arrays.
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use crate::{
     drawing::{
         Arap, BodyMotion, CharacterSpec, DrawingError, MotionFile, MotionSpec, Performance, PlanarRig, Plane,
-        Precision, RetargetSpec, SceneSpec,
+        Precision, Puppet, RetargetSpec, SceneSpec,
     },
     formats::{Elements, Limits, NamedArray, read_numbers, write_arrays},
     model::Control,
+    picture::{Picture, PictureError, PictureFormat, Reel, read_picture},
 };
 
 use super::{Failure, FailureCode, NamedBytes};
@@ -20,6 +22,8 @@ pub struct DrawnCharacter {
     rig: PlanarRig,
     motion: BodyMotion,
     retarget: RetargetSpec,
+    /// The files of the texture and of the mask.
+    pictures: [String; 2],
     performance: Performance,
 }
 
@@ -66,7 +70,9 @@ pub fn read_scenery(
         note_not_used(&mut notes, motion, &motion_spec.not_used());
         note_not_used(&mut notes, retarget, &retarget_spec.not_used());
         notes.extend(performance.notes.iter().map(|(code, text)| (*code, format!("{retarget}: {text}"))));
-        characters.push(DrawnCharacter { spec, rig, motion: body, retarget: retarget_spec, performance });
+        let folder = character.rfind('/').map_or("", |slash| &character[..=slash]);
+        let pictures = ["texture.png", "mask.png"].map(|name| format!("{folder}{name}"));
+        characters.push(DrawnCharacter { pictures, spec, rig, motion: body, retarget: retarget_spec, performance });
     }
     Ok(Scenery { spec, characters, notes })
 }
@@ -176,6 +182,72 @@ impl DrawnCharacter {
             },
         ])
     }
+}
+
+/// A scene as a moving picture: its bytes, and how many frames it has. `read` finds the files.
+///
+/// # Errors
+///
+/// Where a picture is missing or does not fit.
+pub fn draw_picture(
+    scenery: &Scenery,
+    read: &mut dyn FnMut(&str) -> Result<Vec<u8>, Failure>,
+    format: PictureFormat,
+    control: &Control,
+) -> Result<(Vec<u8>, usize), Failure> {
+    let view = &scenery.spec.view;
+    let mut puppets = Vec::new();
+    for character in &scenery.characters {
+        let [texture, mask] = &character.pictures;
+        let pictures = [picture(read, texture)?, picture(read, mask)?];
+        let puppet = Puppet::new(&character.spec, &character.rig, &character.retarget, view, pictures)
+            .map_err(|error| refused(error, texture))?;
+        puppets.push((puppet, &character.performance));
+    }
+    let background = background(scenery, read)?;
+    let seconds = puppets[0].1.frame_time;
+    let longest = puppets.iter().map(|(_, performance)| performance.frames).max().unwrap_or(1);
+    // A GIF shows at most fifty pictures a second.
+    let most = if format == PictureFormat::Gif { 50.0 } else { 1000.0 };
+    let fps = (1.0 / seconds).min(most);
+    let count = ((longest as f64 * seconds * fps).round() as usize).max(1);
+    let shoot = |index: usize| {
+        let mut picture = background.clone();
+        let frame = (index as f64 / fps / seconds).round() as usize;
+        for (puppet, performance) in &puppets {
+            puppet.draw(performance, frame, &mut puppet.workspace(), &mut picture);
+        }
+        picture
+    };
+    let is_transparent = background.pixels.iter().any(|pixel| pixel[3] < 255);
+    let broken = |error: PictureError| Failure::new(FailureCode::UnsupportedFeature, error.to_string());
+    let mut reel = Reel::new(format, view.window_dimensions, fps, count, is_transparent, shoot).map_err(broken)?;
+    for begin in (0..count).step_by(16) {
+        control.check().map_err(|_| Failure::new(FailureCode::Canceled, "canceled"))?;
+        let pictures: Vec<Picture> = (begin..(begin + 16).min(count)).into_par_iter().map(shoot).collect();
+        reel.add(&pictures).map_err(broken)?;
+    }
+    Ok((reel.finish().map_err(broken)?, count))
+}
+
+fn picture(read: &mut dyn FnMut(&str) -> Result<Vec<u8>, Failure>, file: &str) -> Result<Picture, Failure> {
+    read_picture(&read(file)?).map_err(|error| Failure::new(FailureCode::AssetMalformed, format!("{file}: {error}")))
+}
+
+/// What is behind all characters: a color, or a picture stretched over all of it.
+fn background(scenery: &Scenery, read: &mut dyn FnMut(&str) -> Result<Vec<u8>, Failure>) -> Result<Picture, Failure> {
+    let view = &scenery.spec.view;
+    let [width, height] = view.window_dimensions;
+    let color = view.clear_color.map(|part| (part * 255.0).round() as u8);
+    let mut filled = Picture::filled(width, height, color);
+    if let Some(file) = &view.background_image {
+        let image = picture(read, file)?;
+        for (index, pixel) in filled.pixels.iter_mut().enumerate() {
+            let (row, column) = (index / width * image.height / height, index % width * image.width / width);
+            *pixel = image.pixels[row * image.width + column];
+        }
+    }
+    Ok(filled)
 }
 
 fn reals(name: &str, shape: &[usize], values: Vec<f64>) -> NamedArray {

@@ -7,7 +7,7 @@ use crate::model::{Canceled, Control};
 use super::{
     Picture,
     cast::Cast,
-    encode::{Motion, PictureFormat},
+    encode::{Motion, PictureFormat, frames_learned_from},
     error::PictureError,
     scene::{Studio, Subject},
     stage::Stage,
@@ -85,7 +85,7 @@ pub fn render(cast: &Cast<'_>, view: &View, format: PictureFormat, control: &Con
     let mut motion = Motion::new(format, size, fps, times.len(), view.background == Background::Transparent)?;
     // The palette of a GIF comes from a few frames of all of it.
     if motion.wants_palette() {
-        motion.learn(&draw((0..8).map(|place| place * (times.len() - 1) / 7).collect())?);
+        motion.learn(&draw(frames_learned_from(times.len()))?);
     }
     let chunk = 4 * rayon::current_num_threads().max(1);
     let mut drawn: Vec<Picture> = Vec::new();

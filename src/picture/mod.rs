@@ -16,6 +16,7 @@
 //! | `stage` | where figures stand, and which cameras see them, one or two at a time |
 //! | `scene` | one picture of one frame, all of the above together |
 //! | `film` | many pictures: sheets, turntables and clips |
+//! | `reel` | pictures that others made, to a moving picture |
 //! | `encode` | pictures to PNG, APNG, WebP and GIF files |
 //!
 //! Everything is `f32` in a fixed order and no frame knows of another, so the same input gives the same bytes for any number of threads.
@@ -32,6 +33,7 @@ mod film;
 mod floor;
 mod marks;
 mod raster;
+mod reel;
 mod scene;
 mod stage;
 mod text;
@@ -45,7 +47,9 @@ pub use error::PictureError;
 pub use figure::Figure;
 pub use film::{Film, FilmError, render};
 pub use marks::{Grade, Marks, Ring, Strip, Touch};
+pub use reel::Reel;
 pub use scene::Subject;
+pub use texture::read_picture;
 pub use view::{Background, CameraKind, Follow, Layout, MAX_SIDE, Sheet, SheetSize, SheetWord, Style, View};
 
 /// A picture of red, green, blue and opacity, 8 bits each, sRGB, rows from the top.

@@ -2,7 +2,7 @@
 
 use zune_jpeg::zune_core::{bytestream::ZCursor, colorspace::ColorSpace, options::DecoderOptions};
 
-use super::error::PictureError;
+use super::{Picture, error::PictureError};
 
 /// Textures are made smaller until neither side is longer.
 const MAX_SIDE: usize = 1024;
@@ -21,12 +21,7 @@ pub(super) struct Texture {
 impl Texture {
     /// Reads a PNG, a JPEG or a WebP.
     pub(super) fn read(bytes: &[u8]) -> Result<Self, PictureError> {
-        let (width, height, pixels) = match bytes {
-            [0x89, b'P', b'N', b'G', ..] => png(bytes)?,
-            [0xff, 0xd8, ..] => jpeg(bytes)?,
-            [b'R', b'I', b'F', b'F', ..] => webp(bytes)?,
-            _ => return Err(PictureError::new("the image is neither PNG, JPEG nor WebP")),
-        };
+        let (width, height, pixels) = decode(bytes)?;
         let mut texture = Self { width, height, pixels };
         while texture.width.max(texture.height) > MAX_SIDE {
             texture = texture.halved();
@@ -82,6 +77,25 @@ fn check_size(width: usize, height: usize) -> Result<(), PictureError> {
 
 fn broken(error: impl std::fmt::Display) -> PictureError {
     PictureError::new(format!("the image cannot be decoded: {error}"))
+}
+
+fn decode(bytes: &[u8]) -> Result<Decoded, PictureError> {
+    match bytes {
+        [0x89, b'P', b'N', b'G', ..] => png(bytes),
+        [0xff, 0xd8, ..] => jpeg(bytes),
+        [b'R', b'I', b'F', b'F', ..] => webp(bytes),
+        _ => Err(PictureError::new("the image is neither PNG, JPEG nor WebP")),
+    }
+}
+
+/// Reads a PNG, a JPEG or a WebP in its own size.
+///
+/// # Errors
+///
+/// Where it is none of them, or is broken.
+pub fn read_picture(bytes: &[u8]) -> Result<Picture, PictureError> {
+    let (width, height, pixels) = decode(bytes)?;
+    Ok(Picture { width, height, pixels })
 }
 
 fn png(bytes: &[u8]) -> Result<Decoded, PictureError> {

@@ -75,6 +75,11 @@ impl PictureFormat {
     }
 }
 
+/// The frames, of so many, that a palette is taken from.
+pub(super) fn frames_learned_from(frames: usize) -> Vec<usize> {
+    (0..8).map(|place| place * (frames - 1) / 7).collect()
+}
+
 /// A moving picture that frames are added to, in their order. It repeats for ever.
 pub(super) enum Motion {
     Apng(Box<apng::Writer>),

@@ -1,0 +1,43 @@
+//! From where drawings are seen: a camera in perspective.
+
+use glam::{DVec2, DVec3};
+
+use super::ViewSection;
+
+/// The vertical field of view in degrees.
+const FIELD_OF_VIEW: f64 = 35.0;
+/// What is nearer is not seen.
+const NEAR: f64 = 0.1;
+
+/// A camera and the size of its picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Viewpoint {
+    place: DVec3,
+    right: DVec3,
+    up: DVec3,
+    back: DVec3,
+    size: DVec2,
+    /// Pixels at a distance of 1.
+    scale: f64,
+}
+
+impl Viewpoint {
+    pub(super) fn new(view: &ViewSection) -> Self {
+        let back = DVec3::from_array(view.camera_fwd).try_normalize().unwrap_or(DVec3::Z);
+        let hint = if back.cross(DVec3::Y).length() < 1e-6 { DVec3::Z } else { DVec3::Y };
+        let right = hint.cross(back).normalize();
+        let size = DVec2::new(view.window_dimensions[0] as f64, view.window_dimensions[1] as f64);
+        let scale = size.y / 2.0 / (FIELD_OF_VIEW / 2.0).to_radians().tan();
+        Self { place: DVec3::from_array(view.camera_pos), right, up: back.cross(right), back, size, scale }
+    }
+
+    /// Where a place is on the picture, in pixels from the left and from the top; nowhere behind the camera.
+    pub(super) fn seen(&self, place: DVec3) -> Option<DVec2> {
+        let away = place - self.place;
+        let distance = -away.dot(self.back);
+        (distance > NEAR).then(|| {
+            let on = DVec2::new(away.dot(self.right), -away.dot(self.up)) * (self.scale / distance);
+            on + self.size / 2.0
+        })
+    }
+}
