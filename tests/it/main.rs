@@ -14,6 +14,7 @@ mod clients;
 mod corpus;
 mod demo;
 mod documents;
+mod drawings;
 mod durable;
 mod editing;
 mod explain;
