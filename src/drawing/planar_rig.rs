@@ -71,8 +71,8 @@ impl PlanarRig {
     pub(super) fn pose(&self, wanted: &[Option<f64>], root: DVec2, posed: &mut [DVec2]) {
         let turned = |joint: usize| wanted[joint].map_or(0.0, |angle| angle - self.rest_degrees[joint]);
         let mut turns = vec![0.0; self.rest.len()];
-        for joint in 0..self.rest.len() {
-            if let (Some(_), Some(parent)) = (wanted[joint], self.parents[joint]) {
+        for (joint, (angle, parent)) in wanted.iter().zip(&self.parents).enumerate() {
+            if let (Some(_), Some(parent)) = (angle, *parent) {
                 turns[parent] = turned(joint) - turned(parent);
             }
         }
