@@ -166,7 +166,7 @@ mod tests {
             })
             .collect();
         let wanted: Vec<Complex> = (0..6).map(|index| Complex::new(index as f64, 2.0 - index as f64)).collect();
-        let mut right = vec![Complex::default(); 6];
+        let mut right = [Complex::default(); 6];
         for row in &rows {
             let mut product = Complex::default();
             row.iter().for_each(|&(column, entry)| product += entry * wanted[column]);

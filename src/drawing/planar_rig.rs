@@ -1,6 +1,6 @@
 //! The joints of the drawing at rest and posed.
 
-use glam::DVec2;
+use glam::{DVec2, Vec2};
 
 use super::{CharacterSpec, DrawingError, projection::angle_degrees};
 
@@ -53,6 +53,17 @@ impl PlanarRig {
         self.joint_names.iter().position(|joint| joint == name)
     }
 
+    /// Where the joints are at rest in single precision, each reached from its parent: where *Animated Drawings* pins its mesh.
+    #[must_use]
+    pub fn rest_in_single_precision(&self) -> Vec<DVec2> {
+        let mut places: Vec<Vec2> = Vec::with_capacity(self.rest.len());
+        for (joint, parent) in self.parents.iter().enumerate() {
+            let place = self.rest[joint].as_vec2();
+            places.push(parent.map_or(place, |parent| places[parent] + (place - self.rest[parent].as_vec2())));
+        }
+        places.into_iter().map(Vec2::as_dvec2).collect()
+    }
+
     /// Poses the rig as *Animated Drawings* does: a driven bone takes the turn of its parent's bone into account only where that
     /// is driven too, and of several driven children the last one turns their parent.
     ///
@@ -60,8 +71,8 @@ impl PlanarRig {
     pub(super) fn pose(&self, wanted: &[Option<f64>], root: DVec2, posed: &mut [DVec2]) {
         let turned = |joint: usize| wanted[joint].map_or(0.0, |angle| angle - self.rest_degrees[joint]);
         let mut turns = vec![0.0; self.rest.len()];
-        for joint in 0..self.rest.len() {
-            if let (Some(_), Some(parent)) = (wanted[joint], self.parents[joint]) {
+        for (joint, (angle, parent)) in wanted.iter().zip(&self.parents).enumerate() {
+            if let (Some(_), Some(parent)) = (angle, *parent) {
                 turns[parent] = turned(joint) - turned(parent);
             }
         }

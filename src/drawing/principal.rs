@@ -37,11 +37,9 @@ fn rotate(matrix: &mut [[f64; 3]; 3], vectors: &mut [[f64; 3]; 3], one: usize, o
     for row in matrix.iter_mut().chain(vectors.iter_mut()) {
         (row[one], row[other]) = (cosine * row[one] - sine * row[other], sine * row[one] + cosine * row[other]);
     }
-    for column in 0..3 {
-        let (high, low) = (matrix[one][column], matrix[other][column]);
-        matrix[one][column] = cosine * high - sine * low;
-        matrix[other][column] = sine * high + cosine * low;
-    }
+    let (high, low) = (matrix[one], matrix[other]);
+    matrix[one] = [0, 1, 2].map(|column| cosine * high[column] - sine * low[column]);
+    matrix[other] = [0, 1, 2].map(|column| sine * high[column] + cosine * low[column]);
 }
 
 #[cfg(test)]

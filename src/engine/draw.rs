@@ -155,7 +155,7 @@ impl DrawnCharacter {
         let corner = |value: f64| if value < 0.0 { usize::MAX } else { value as usize };
         let triangles: Vec<[usize; 3]> =
             triangles.chunks_exact(3).map(|row| [corner(row[0]), corner(row[1]), corner(row[2])]).collect();
-        let arap = Arap::new(&vertices, &triangles, &self.rig.rest, Precision::Single)
+        let arap = Arap::new(&vertices, &triangles, &self.rig.rest_in_single_precision(), Precision::Single)
             .map_err(|error| refused(error, "mesh"))?;
         let mut workspace = arap.workspace();
         let mut deformed = vec![DVec2::ZERO; vertices.len()];

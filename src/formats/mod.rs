@@ -57,7 +57,7 @@ pub use euler::EulerOrder;
 pub use format::{Format, FormatInfo, Space};
 pub use humanoid::Humanoid;
 pub use json_size::JsonSize;
-pub use named_arrays::{Elements, NamedArray, read_numbers, write_arrays};
+pub use named_arrays::{Elements, NamedArray, Numbers, read_numbers, write_arrays};
 pub use sniff::sniff;
 pub use space::write_in_space;
 

@@ -66,6 +66,9 @@ pub fn write_arrays(arrays: &[NamedArray]) -> Result<Vec<u8>, FormatError> {
     Ok(zip.finish().map_err(|error| zip_error(&error, "archive"))?.into_inner())
 }
 
+/// The shape of an array and its numbers, row by row.
+pub type Numbers = (Vec<usize>, Vec<f64>);
+
 /// Reads one array of numbers; `None` where the archive does not have it.
 ///
 /// # Errors
@@ -76,7 +79,7 @@ pub fn read_numbers(
     name: &str,
     limits: &Limits,
     control: &Control,
-) -> Result<Option<(Vec<usize>, Vec<f64>)>, FormatError> {
+) -> Result<Option<Numbers>, FormatError> {
     let mut budget = Budget::new(limits, control);
     let mut archive = Archive::open(bytes, &mut budget)?;
     let Some(index) = archive.keys().iter().position(|key| key == name) else { return Ok(None) };

@@ -156,7 +156,7 @@ fn what_is_wrong_in_a_config_is_told_with_its_place() {
         ("retarget.yaml", "- Hand\n", "- Hnd\n", "Hnd"),
         ("retarget.yaml", "method: frontal", "method: front", "front"),
         ("retarget.yaml", "for_offset: legs", "for_offset: leg", "leg"),
-        ("retarget.yaml", "- [above,", "- [below,", "below"),
+        ("retarget.yaml", "- [above,", "- [below,", "char_runtime_checks"),
         ("config/scene.yaml", "MODE: video_render", "MODE: film", "film"),
     ];
     for (file, from, to, says) in cases {
@@ -253,5 +253,14 @@ fn the_numbers_are_those_of_animated_drawings() {
             (sum, most, count) = (sum + off, most.max(off), count + 1.0);
         }
     }
+    let order = |arrays: &npz::Arrays, name: &str, frame: usize| {
+        let (shape, groups) = arrays.numbers(name);
+        groups[frame * shape[1]..][..shape[1]].to_vec()
+    };
+    for (index, frame) in theirs.whole("arap_frames").into_iter().enumerate() {
+        let drawn = order(&ours, "bodypart_order", frame as usize);
+        assert_eq!(drawn, order(&theirs, "arap_bodypart_order", index), "the order of drawing in frame {frame}");
+    }
+    assert_eq!(ours.numbers("arap_pin_mask"), theirs.numbers("arap_pin_mask"));
     assert!(sum / count <= 3e-4 && most <= 3e-3, "the mesh is off by {} on average, {most} at most", sum / count);
 }

@@ -15,6 +15,7 @@ mod corpus;
 mod demo;
 mod documents;
 mod drawings;
+mod drawn_scenes;
 mod durable;
 mod editing;
 mod explain;

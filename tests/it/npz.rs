@@ -41,7 +41,7 @@ impl Arrays {
     }
 }
 
-/// A C-ordered array of little-endian floats out of a NumPy archive: as much as these files need.
+/// A C-ordered array of little-endian numbers out of a NumPy archive: as much as these files need.
 #[derive(Clone, Debug)]
 pub(crate) struct Array {
     pub(crate) shape: Vec<usize>,
@@ -57,8 +57,12 @@ impl Array {
         let data = &bytes[10 + header_length..];
         let values = if header.contains("'<f8'") {
             data.chunks_exact(8).map(|chunk| f64::from_le_bytes(chunk.try_into().expect("eight"))).collect()
+        } else if header.contains("'<i4'") {
+            data.chunks_exact(4).map(|chunk| f64::from(i32::from_le_bytes(chunk.try_into().expect("four")))).collect()
+        } else if header.contains("'|b1'") {
+            data.iter().map(|&byte| f64::from(byte)).collect()
         } else {
-            assert!(header.contains("'<f4'"), "floats: {header}");
+            assert!(header.contains("'<f4'"), "numbers: {header}");
             let single = |chunk: &[u8]| f64::from(f32::from_le_bytes(chunk.try_into().expect("four")));
             data.chunks_exact(4).map(single).collect()
         };

@@ -1,0 +1,191 @@
+//! Scenes of drawn characters that are seen: those of *Animated Drawings* as they stand, and one made by code through the real binary.
+
+use std::{path::Path, process::Command};
+
+use retargetd::{
+    engine::{
+        Failure, FailureCode, Limits, NamedBytes, PictureFormat, Scenery, draw_picture, draw_poses, read_scenery,
+    },
+    formats::read_numbers,
+    model::Control,
+};
+
+use crate::support::corpus_file;
+
+/// A file by its path in the original's repository.
+fn original(path: &str) -> Result<Vec<u8>, Failure> {
+    let place = path
+        .replace("examples/characters/", "animated-drawings/")
+        .replace("examples/config/", "animated-drawings/")
+        .replace("examples/bvh/cmu1/jumping_jacks.bvh", "bvh/cmu/jumping_jacks_max_names.bvh")
+        .replace("examples/bvh/rokoko/", "bvh/rokoko/");
+    let place = match place.strip_prefix("examples/bvh/fair1/") {
+        Some(name) => format!("bvh/fair1/{}", name.replace(".bvh", "_zup.bvh")),
+        None => place,
+    };
+    // Three characters are not in the corpus; the first stands in for them.
+    let place = ["char3", "char5", "char6"].iter().fold(place, |place, absent| place.replace(absent, "char1"));
+    corpus_file(&place)
+        .and_then(|path| std::fs::read(path).ok())
+        .ok_or_else(|| Failure::new(FailureCode::UnknownName, format!("there is no {path}")))
+}
+
+fn scenery(name: &str) -> Option<Scenery> {
+    let file = format!("examples/config/mvc/{name}.yaml");
+    let bytes = original(&file).ok()?;
+    let scene = NamedBytes { name: &file, bytes: &bytes };
+    Some(read_scenery(scene, &mut original, &Control::new()).expect("a scene"))
+}
+
+fn numbers(archive: &[u8], name: &str) -> Vec<f64> {
+    let found = read_numbers(archive, name, &Limits::default(), &Control::new()).expect("an archive");
+    found.unwrap_or_else(|| panic!("there is no {name}")).1
+}
+
+#[test]
+fn scenes_of_the_original_are_read_as_they_stand() {
+    for name in [
+        "background_example",
+        "different_bvh_skeleton_example",
+        "export_gif_example",
+        "interactive_window_example",
+        "multiple_characters_example",
+        "rokoko_motion_example",
+    ] {
+        let Some(scenery) = scenery(name) else { return };
+        let poses = draw_poses(&scenery, None, &Control::new()).expect("poses");
+        let prefix = if scenery.characters.len() > 1 { "c1_" } else { "" };
+        let joints = numbers(&poses, &format!("{prefix}rig_joint_xy"));
+        assert!(joints.iter().all(|value| value.abs() < 10.0), "{name}");
+    }
+}
+
+const BVH: &str = "HIERARCHY\nROOT Hips\n{\nOFFSET 0 0 0\nCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n\
+JOINT L\n{\nOFFSET 1 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nEnd Site\n{\nOFFSET 0 -2 0\n}\n}\n\
+JOINT R\n{\nOFFSET -1 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nJOINT Hand\n{\nOFFSET -2 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n\
+End Site\n{\nOFFSET -1 0 0\n}\n}\n}\n}\nMOTION\nFrames: 3\nFrame Time: 0.1\n\
+0 3 0 0 0 0 0 0 0 0 0 0 0 0 0\n0 3 0 0 0 0 0 0 0 30 0 0 0 0 0\n0 4 0 0 0 0 0 0 0 60 0 0 0 0 0\n";
+
+const RETARGET: &str = "char_starting_location: [0, 0.2, -0.5]\nbvh_projection_bodypart_groups:\n\
+- {bvh_joint_names: [Hips, L, R, Hand], method: frontal, name: all}\nchar_bodypart_groups:\n\
+- {bvh_depth_drivers: [Hips], char_joints: [hand]}\nchar_bvh_root_offset:\n  bvh_projection_bodypart_group_for_offset: all\n\
+\x20 bvh_joints: [[R, Hand]]\n  char_joints: [[root, hand]]\nchar_joint_bvh_joints_mapping:\n  hand: !!python/tuple [R, Hand]\n";
+
+/// A scene of a bar that a hand turns.
+fn made_scene(folder: &Path) {
+    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("a file");
+    write("walk.bvh", BVH);
+    write("retarget.yaml", RETARGET);
+    write(
+        "motion.yaml",
+        "filepath: walk.bvh\ngroundplane_joint: Hips\nforward_perp_joint_vectors: [[L, R]]\nscale: 0.1\nup: +y\n",
+    );
+    write(
+        "char_cfg.yaml",
+        "width: 60\nheight: 40\nskeleton:\n- {loc: [30, 20], name: root, parent: null}\n- {loc: [8, 20], name: hand, parent: root}\n",
+    );
+    write(
+        "scene.yaml",
+        "scene:\n  ANIMATED_CHARACTERS:\n  - {character_cfg: char_cfg.yaml, motion_cfg: motion.yaml, retarget_cfg: retarget.yaml}\n\
+         view: {WINDOW_DIMENSIONS: [80, 60]}\n",
+    );
+    for (name, is_mask) in [("texture.png", false), ("mask.png", true)] {
+        let mut file = Vec::new();
+        let mut encoder = png::Encoder::new(&mut file, 60, 40);
+        encoder.set_color(png::ColorType::Rgba);
+        let pixels: Vec<u8> = (0..60 * 40)
+            .flat_map(|index| {
+                let (x, y) = (index % 60, index / 60);
+                let is_in = (4..36).contains(&x) && (14..27).contains(&y);
+                if !is_mask {
+                    [200, 40, 40, 255]
+                } else if is_in {
+                    [255; 4]
+                } else {
+                    [0, 0, 0, 255]
+                }
+            })
+            .collect();
+        encoder.write_header().expect("a header").write_image_data(&pixels).expect("pixels");
+        std::fs::write(folder.join(name), file).expect("a picture");
+    }
+}
+
+fn run(folder: &Path, output: &str) -> std::process::Output {
+    Command::new(env!("CARGO_BIN_EXE_retargetd"))
+        .args(["draw", "--config", "scene.yaml", "--compat", "animated_drawings", "--output", output])
+        .current_dir(folder)
+        .output()
+        .expect("the binary runs")
+}
+
+#[test]
+fn a_made_scene_moves_and_is_seen() {
+    let folder = tempfile::tempdir().expect("a folder");
+    made_scene(folder.path());
+    let output = run(folder.path(), "poses.npz");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let poses = std::fs::read(folder.path().join("poses.npz")).expect("poses");
+    let angles = numbers(&poses, "char_orientations_deg");
+    for (angle, wanted) in angles.iter().zip([90.0, 120.0, 150.0]) {
+        assert!((angle - wanted).abs() < 1e-4, "{angles:?}");
+    }
+    let output = run(folder.path(), "scene.gif");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let gif = std::fs::read(folder.path().join("scene.gif")).expect("a GIF");
+    let mut options = gif::DecodeOptions::new();
+    options.set_color_output(gif::ColorOutput::RGBA);
+    let mut decoder = options.read_info(&*gif).expect("a GIF");
+    let mut delays = Vec::new();
+    while let Some(frame) = decoder.read_next_frame().expect("a frame") {
+        assert!(frame.buffer.chunks(4).any(|pixel| pixel[3] > 0 && pixel[0] > 150), "something red is seen");
+        delays.push(frame.delay);
+    }
+    assert_eq!(delays, [10, 10, 10]);
+}
+
+#[test]
+fn what_is_wrong_is_told_with_its_place() {
+    for (file, from, to, told) in [
+        (
+            "retarget.yaml",
+            "  hand: !!python/tuple [R, Hand]",
+            "  hand: [R, Hend]",
+            "char_joint_bvh_joints_mapping.hand",
+        ),
+        ("char_cfg.yaml", "parent: root", "parent: hand", "skeleton"),
+        ("char_cfg.yaml", "[8, 20]", "[80, 20]", "skeleton[1].loc"),
+        ("char_cfg.yaml", "width: 60", "width: 61", "width, height"),
+        ("motion.yaml", "scale: 0.1", "scale: 0", "scale"),
+        ("motion.yaml", "walk.bvh", "run.bvh", "run.bvh"),
+        ("walk.bvh", "Frames: 3", "Frames: 4000000000", "line"),
+        ("scene.yaml", "[80, 60]", "[80, 0]", "view.WINDOW_DIMENSIONS"),
+    ] {
+        let folder = tempfile::tempdir().expect("a folder");
+        made_scene(folder.path());
+        let path = folder.path().join(file);
+        let text = std::fs::read_to_string(&path).expect("a config");
+        assert!(text.contains(from), "{file}");
+        std::fs::write(&path, text.replace(from, to)).expect("a config");
+        let output = run(folder.path(), "scene.gif");
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{error}");
+        assert!(error.contains(told), "{told}: {error}");
+        assert!(!folder.path().join("scene.gif").exists());
+    }
+}
+
+#[test]
+fn a_picture_is_the_same_every_time() {
+    let folder = tempfile::tempdir().expect("a folder");
+    made_scene(folder.path());
+    let mut read = |name: &str| Ok(std::fs::read(folder.path().join(name)).expect("a file"));
+    let bytes = read("scene.yaml").expect("a scene");
+    let control = Control::new();
+    let scene = NamedBytes { name: "scene.yaml", bytes: &bytes };
+    let scenery = read_scenery(scene, &mut read, &control).expect("a scene");
+    let (one, frames) = draw_picture(&scenery, &mut read, PictureFormat::Webp, &control).expect("a picture");
+    let (other, _) = draw_picture(&scenery, &mut read, PictureFormat::Webp, &control).expect("a picture");
+    assert_eq!(frames, 3);
+    assert_eq!(one, other);
+}
