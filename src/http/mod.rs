@@ -91,7 +91,7 @@ pub struct ApiState {
     pub metrics: Metrics,
     /// Gives the JSON Schema of the retarget spec.
     #[from_ref(skip)]
-    pub spec_schema: fn() -> serde_json::Value,
+    pub spec_schema: fn() -> &'static serde_json::Value,
     /// One permit per request that may be worked on at the same time.
     #[from_ref(skip)]
     pub requests: Arc<Semaphore>,

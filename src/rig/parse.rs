@@ -59,10 +59,10 @@ pub fn parse_value(document: Value) -> Result<RetargetSpec, SpecError> {
         return Err(SpecError { fields: vec![field], ..SpecError::new(SpecErrorKind::InvalidValue, detail, hint) });
     }
     let schema = spec_schema();
-    if let Some(error) = SpecError::from_fields(unknown_fields(&document, &schema)) {
+    if let Some(error) = SpecError::from_fields(unknown_fields(&document, schema)) {
         return Err(error);
     }
-    let ranges = out_of_ranges(&document, &schema);
+    let ranges = out_of_ranges(&document, schema);
     let spec: RetargetSpec = deserialize(&document)?;
     let mut fields = out_of_range(&spec);
     let told = |range: &SpecField| fields.iter().any(|field| field.pointer == range.pointer);

@@ -36,6 +36,8 @@ pub use report::{MetricInfo, MetricName, ReportChoice, ReportDetail, ReportSpec,
 pub use rig::{AutoWord, HelperJoints, OneOrMany, RestFrame, RestRule, RestSpec, RigSpec, UnitSpec};
 pub use tune::{TuneChoice, TuneParameter, TuneSpec};
 
+use std::sync::OnceLock;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -132,10 +134,11 @@ pub enum Align {
     Full,
 }
 
-/// The JSON Schema of [`RetargetSpec`], from the doc comments in this file.
+/// The JSON Schema of [`RetargetSpec`], from the doc comments in this file. It is made once: every config is read by it.
 #[must_use]
-pub fn spec_schema() -> serde_json::Value {
-    schemars::schema_for!(RetargetSpec).to_value()
+pub fn spec_schema() -> &'static serde_json::Value {
+    static SCHEMA: OnceLock<serde_json::Value> = OnceLock::new();
+    SCHEMA.get_or_init(|| schemars::schema_for!(RetargetSpec).to_value())
 }
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {

@@ -125,7 +125,7 @@ fn config() -> String {
                 continue;
             }
             let mut kind = Kind::default();
-            kind.read(property, &schema);
+            kind.read(property, schema);
             let default =
                 property.get("default").filter(|value| value.is_string() || value.is_number() || value.is_boolean());
             let default = default.map(|value| format!("`{}`", value.to_string().trim_matches('"'))).unwrap_or_default();

@@ -38,9 +38,9 @@ async fn version_limits_formats_and_schema_are_those_of_the_code() {
     assert_eq!(names, Format::ALL.map(|format| format.info().name), "every format");
 
     let schema = json(service.get("/v1/schemas/retarget-spec").await).await;
-    assert_eq!(schema, spec_schema(), "the schema that configs are read by");
+    assert_eq!(&schema, spec_schema(), "the schema that configs are read by");
     let schema = json(service.get("/v1/schemas/rig-template").await).await;
-    assert_eq!(schema, template_schema(), "the schema that rig templates are read by");
+    assert_eq!(&schema, template_schema(), "the schema that rig templates are read by");
     let findings = json(service.get("/v1/findings").await).await;
     let codes: Vec<&str> = findings["findings"]
         .as_array()

@@ -37,7 +37,7 @@ pub fn parse_template(document: Value) -> Result<RigTemplate, SpecError> {
         let hint = "a template has at least a name, a kind and roles";
         return Err(SpecError::new(SpecErrorKind::Malformed, detail, hint));
     }
-    if let Some(error) = SpecError::from_fields(unknown_fields(&document, &template_schema())) {
+    if let Some(error) = SpecError::from_fields(unknown_fields(&document, template_schema())) {
         return Err(with_hint(error));
     }
     let template: RigTemplate = deserialize(&document).map_err(with_hint)?;

@@ -9,7 +9,7 @@ mod check;
 mod find;
 mod learn;
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::OnceLock};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -73,10 +73,11 @@ fn is_enough(share: &f64) -> bool {
     *share == ENOUGH
 }
 
-/// The JSON Schema of [`RigTemplate`], from its doc comments.
+/// The JSON Schema of [`RigTemplate`], from its doc comments. It is made once.
 #[must_use]
-pub fn template_schema() -> serde_json::Value {
-    schemars::schema_for!(RigTemplate).to_value()
+pub fn template_schema() -> &'static serde_json::Value {
+    static SCHEMA: OnceLock<serde_json::Value> = OnceLock::new();
+    SCHEMA.get_or_init(|| schemars::schema_for!(RigTemplate).to_value())
 }
 
 #[cfg(test)]
