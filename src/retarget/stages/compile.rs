@@ -17,7 +17,7 @@ use super::{
     Plan, Stack, Stage,
     contacts::ContactStage,
     filter::FilterStage,
-    goals::{GoalLimb, GoalStage, PelvisShift},
+    goals::{GoalLimb, GoalStage, PelvisShift, rotation_offset},
     grips::{GripStage, HeldGrip},
     limbs::{LimbRest, LimbSlots},
     plant::PlantStage,
@@ -288,6 +288,7 @@ impl Compiler<'_> {
         };
         let stage = GoalStage {
             op: op.clone(),
+            rotation_offset: rotation_offset(op),
             schedule: schedule.clone(),
             limbs: limbs.iter().map(goal_limb).collect(),
             source,

@@ -23,6 +23,8 @@ const SURE_POLE: f64 = 0.1;
 #[derive(Clone, Debug)]
 pub(super) struct GoalStage {
     pub(super) op: IkOp,
+    /// The op's `rotation_offset`, where it is one.
+    pub(super) rotation_offset: Option<DQuat>,
     pub(super) schedule: Schedule,
     pub(super) limbs: Vec<GoalLimb>,
     pub(super) source: Posing,
@@ -68,6 +70,12 @@ pub(super) struct GoalLimb {
     pub(super) rest: LimbRest,
 }
 
+/// The turn that an op's `rotation_offset` says.
+pub(super) fn rotation_offset(op: &IkOp) -> Option<DQuat> {
+    let [x, y, z] = op.rotation_offset.map(f64::to_radians);
+    (op.rotation_offset != [0.0; 3]).then(|| DQuat::from_euler(EulerRot::XYZ, x, y, z))
+}
+
 impl GoalStage {
     pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let width = self.limb_count;
@@ -108,17 +116,21 @@ impl GoalStage {
         position += axes * DVec3::from(op.offset) * self.ground.units_per_metre;
 
         let now = target.model[limb.target.end].rotation;
-        let wanted = source.model[limb.source.end].rotation * rest.target_from_source_end;
-        let turned = now.slerp(wanted, op.blend_to_source_rotation);
-        let [x, y, z] = op.rotation_offset.map(f64::to_radians);
-        let rotation = turned * DQuat::from_euler(EulerRot::XYZ, x, y, z);
+        let mut rotation = now;
+        if op.blend_to_source_rotation > 0.0 {
+            let wanted = source.model[limb.source.end].rotation * rest.target_from_source_end;
+            rotation = now.slerp(wanted, op.blend_to_source_rotation);
+        }
+        if let Some(offset) = self.rotation_offset {
+            rotation *= offset;
+        }
         position += rotation * DVec3::from(op.local_offset) * self.ground.units_per_metre;
 
         let position = end.lerp(position, alpha);
         let lengths = source_middle.distance(source_start) + source_end.distance(source_middle);
         Goal {
             position,
-            rotation: now.slerp(rotation, alpha),
+            rotation: if alpha < 1.0 { now.slerp(rotation, alpha) } else { rotation },
             pole: self.pole([source_start, source_middle, source_end], [start, middle, position], rest),
             extension: if lengths > 0.0 { of_source.length() / lengths } else { 1.0 },
             length: middle.distance(start) + end.distance(middle),

@@ -119,6 +119,7 @@ impl Stack {
             target,
             contacts: ContactPoints::default(),
             goals: Vec::new(),
+            source_soles: Vec::new(),
             pelvis_moves: Vec::new(),
             residuals: Vec::new(),
             limited: Vec::new(),

@@ -1,8 +1,11 @@
 //! Where a few joints of a skeleton are at one frame.
 
-use glam::{Quat, Vec3};
+use glam::{DQuat, Quat, Vec3};
 
 use crate::model::{JointTracks, Skeleton, Transform};
+
+/// Squares of lengths that are this near to one are brought to it by a Newton step, which leaves less than rounding does.
+const NEARLY_UNIT: f64 = 1e-6;
 
 /// The joints that a stage looks at, with everything above them, parents first.
 #[derive(Clone, Debug)]
@@ -83,7 +86,7 @@ impl Posing {
                 local.translation = tracks.translation.at(frame, Vec3::ZERO).as_dvec3();
             }
             if tracks.rotation.is_animated() {
-                local.rotation = tracks.rotation.at(frame, Quat::IDENTITY).as_dquat().normalize();
+                local.rotation = unit(tracks.rotation.at(frame, Quat::IDENTITY).as_dquat());
             }
             if tracks.scale.is_animated() {
                 local.scale = tracks.scale.at(frame, Vec3::ONE).as_dvec3();
@@ -93,8 +96,20 @@ impl Posing {
         }
     }
 
+    /// The local rotation of a slot's joint at a frame, without filling a pose.
+    pub(super) fn local_rotation(&self, slot: usize, tracks: &[JointTracks], frame: usize) -> Quat {
+        let posed = &self.joints[slot];
+        tracks[posed.joint].rotation.at(frame, posed.rest.rotation.as_quat())
+    }
+
     /// The transform that a slot's joint hangs below.
     pub(super) fn parent_of(&self, pose: &Pose, slot: usize) -> Transform {
         self.joints[slot].parent.map_or(self.above, |parent| pose.model[parent])
     }
+}
+
+/// A rotation at unit length. What a track holds is that but for the rounding of its numbers.
+fn unit(rotation: DQuat) -> DQuat {
+    let square = rotation.length_squared();
+    if (square - 1.0).abs() < NEARLY_UNIT { rotation * (1.5 - 0.5 * square) } else { rotation.normalize() }
 }

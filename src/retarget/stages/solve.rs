@@ -78,31 +78,48 @@ impl Hangs {
 struct Solved {
     changes: [Change; 3],
     residual: f32,
-    /// By how much the bend changed, in radians, and about which axis.
-    bend: f64,
-    bend_axis: DVec3,
+}
+
+/// How the bend of a limb changes that reaches its goal.
+#[derive(Clone, Copy, Debug, Default)]
+struct Bend {
+    /// Radians.
+    change: f64,
+    /// Unit length.
+    axis: DVec3,
+}
+
+impl SolvedLimb {
+    /// The limb as it is in a pose; `bend` is what its bend should change by, where something else than the goal says that too.
+    fn two_bone(&self, pose: &Pose, goal: &Goal, bend: Option<f64>) -> TwoBone {
+        let [start, middle, end] = self.slots.places(pose);
+        TwoBone {
+            start,
+            middle,
+            end,
+            hinge: pose.model[self.slots.start].rotation * self.rest.hinge,
+            goal: goal.position,
+            softness: self.softness,
+            extension: goal.extension,
+            stretch: self.stretch,
+            change: bend,
+        }
+    }
 }
 
 impl SolveStage {
     pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let width = self.limbs.len();
-        let mut rows = vec![Solved::default(); work.frame_count() * width];
-        let solve = |rows: &mut [Solved], bends: &[Option<Vec<f64>>]| {
-            let fill = |pose: &mut Pose, frame: usize, row: &mut [Solved]| {
-                self.posing.fill(pose, &work.target, frame);
-                let goals = &work.goals[frame * self.limb_count..(frame + 1) * self.limb_count];
-                for ((limb, solved), bends) in self.limbs.iter().zip(row).zip(bends) {
-                    let bend = bends.as_ref().map(|bends| bends[frame]);
-                    *solved = self.solve(limb, pose, &goals[limb.limb], bend);
-                }
-            };
-            work.fill(rows, width, || self.posing.pose(), fill)
+        let bends = self.smooth_bends(work)?;
+        let solve = |pose: &mut Pose, frame: usize, row: &mut [Solved]| {
+            self.posing.fill(pose, &work.target, frame);
+            let goals = &work.goals[frame * self.limb_count..(frame + 1) * self.limb_count];
+            for ((limb, solved), bends) in self.limbs.iter().zip(row).zip(&bends) {
+                let bend = bends.as_ref().map(|bends| bends[frame]);
+                *solved = self.solve(limb, pose, &goals[limb.limb], bend);
+            }
         };
-        solve(&mut rows, &vec![None; width])?;
-        let bends: Vec<Option<Vec<f64>>> = (0..width).map(|limb| self.smooth_bends(limb, &rows, work.times)).collect();
-        if bends.iter().any(Option::is_some) {
-            solve(&mut rows, &bends)?;
-        }
+        let rows = work.rows(width, || self.posing.pose(), solve)?;
         work.write_columns(&self.changed, |frame, index| &rows[frame * width + index / 3].changes[index % 3]);
         let mut residuals = std::mem::take(&mut work.residuals);
         residuals.resize(work.frame_count() * self.limb_count, f32::NAN);
@@ -117,41 +134,32 @@ impl SolveStage {
         Ok(())
     }
 
-    /// What the bend of a limb changes by, smooth over time; nothing where it is smooth as it is.
-    fn smooth_bends(&self, limb: usize, rows: &[Solved], times: &[f64]) -> Option<Vec<f64>> {
-        let solved = || rows.iter().skip(limb).step_by(self.limbs.len());
-        // The axis of a bend may turn around from one frame to the next; then the sign of the bend does, too.
-        let mut signs = Vec::with_capacity(times.len());
-        let mut last = (1.0, DVec3::ZERO);
-        for solved in solved() {
-            let sign: f64 = if solved.bend_axis.dot(last.1) < 0.0 { -last.0 } else { last.0 };
-            last = (sign, solved.bend_axis);
-            signs.push(sign);
+    /// What the bends of limbs change by, smooth over time, frame by frame; nothing for limbs that need no smoothing.
+    fn smooth_bends(&self, work: &Work<'_>) -> Result<Vec<Option<Vec<f64>>>, Canceled> {
+        let width = self.limbs.len();
+        if !self.limbs.iter().any(|limb| limb.is_smooth) {
+            return Ok(vec![None; width]);
         }
-        let bends: Vec<f64> = solved().zip(&signs).map(|(solved, sign)| solved.bend * sign).collect();
-        let is_even = bends.iter().all(|bend| (bend - bends[0]).abs() < LITTLE_CHANGE);
-        (self.limbs[limb].is_smooth && !is_even).then(|| {
-            let mut smooth = smoothed(&bends, times, BEND_SECONDS);
-            smooth.iter_mut().zip(&signs).for_each(|(bend, sign)| *bend *= sign);
-            smooth
-        })
+        let find = |pose: &mut Pose, frame: usize, row: &mut [Bend]| {
+            self.posing.fill(pose, &work.target, frame);
+            let goals = &work.goals[frame * self.limb_count..(frame + 1) * self.limb_count];
+            for (limb, bend) in self.limbs.iter().zip(row).filter(|(limb, _)| limb.is_smooth) {
+                let reach = limb.two_bone(pose, &goals[limb.limb], None).solve();
+                *bend = Bend { change: reach.change, axis: reach.axis };
+            }
+        };
+        let rows = work.rows(width, || self.posing.pose(), find)?;
+        let of_limb = |limb: usize| {
+            let bends: Vec<Bend> = rows.iter().skip(limb).step_by(width).copied().collect();
+            self.limbs[limb].is_smooth.then(|| smooth(&bends, work.times)).flatten()
+        };
+        Ok((0..width).map(of_limb).collect())
     }
 
     fn solve(&self, limb: &SolvedLimb, pose: &Pose, goal: &Goal, bend: Option<f64>) -> Solved {
-        let [start, middle, end] = limb.slots.places(pose);
+        let start = pose.model[limb.slots.start].translation;
         let model = |slot: usize| pose.model[slot].rotation;
-        let two_bone = TwoBone {
-            start,
-            middle,
-            end,
-            hinge: model(limb.slots.start) * limb.rest.hinge,
-            goal: goal.position,
-            softness: limb.softness,
-            extension: goal.extension,
-            stretch: limb.stretch,
-            change: bend,
-        };
-        let reach = two_bone.solve();
+        let reach = limb.two_bone(pose, goal, bend).solve();
         let line = (reach.end - start).normalize_or_zero();
         let off = (reach.middle - start) - line * (reach.middle - start).dot(line);
         let angle = match goal.pole.length() {
@@ -182,6 +190,25 @@ impl SolveStage {
         ];
         #[expect(clippy::cast_possible_truncation, reason = "a distance for a report")]
         let residual = reach.end.distance(goal.position) as f32;
-        Solved { changes, residual, bend: reach.change, bend_axis: reach.axis }
+        Solved { changes, residual }
     }
+}
+
+/// Changes of one limb's bend, smooth over time; nothing where they are smooth as they are.
+fn smooth(bends: &[Bend], times: &[f64]) -> Option<Vec<f64>> {
+    // The axis of a bend may turn around from one frame to the next; then the sign of the bend does, too.
+    let mut signs = Vec::with_capacity(times.len());
+    let mut last = (1.0, DVec3::ZERO);
+    for bend in bends {
+        let sign: f64 = if bend.axis.dot(last.1) < 0.0 { -last.0 } else { last.0 };
+        last = (sign, bend.axis);
+        signs.push(sign);
+    }
+    let changes: Vec<f64> = bends.iter().zip(&signs).map(|(bend, sign)| bend.change * sign).collect();
+    let is_even = changes.iter().all(|change| (change - changes[0]).abs() < LITTLE_CHANGE);
+    (!is_even).then(|| {
+        let mut smooth = smoothed(&changes, times, BEND_SECONDS);
+        smooth.iter_mut().zip(&signs).for_each(|(change, sign)| *change *= sign);
+        smooth
+    })
 }

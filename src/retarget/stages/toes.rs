@@ -72,7 +72,18 @@ impl ToeStage {
         let needed = work.rows(width, || self.target.pose(), measure)?;
         let of_foot = |foot: usize| needed.iter().skip(foot).step_by(width).copied().collect::<Vec<f64>>();
         let bends: Vec<Vec<f64>> = (0..width).map(|foot| eased(of_foot(foot), work.times)).collect();
+        if bends.iter().flatten().all(|bend| *bend == 0.0) {
+            return Ok(());
+        }
         let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
+            if bends.iter().all(|bends| bends[frame] == 0.0) {
+                for (foot, change) in self.feet.iter().zip(row) {
+                    if let Some(slot) = foot.slots.ball {
+                        change.rotation = self.target.local_rotation(slot, &work.target, frame);
+                    }
+                }
+                return;
+            }
             self.target.fill(pose, &work.target, frame);
             for ((foot, bends), change) in self.feet.iter().zip(&bends).zip(row) {
                 let Some((slot, toes)) = toes(foot, pose) else { continue };
@@ -91,7 +102,7 @@ impl ToeStage {
     fn bend(&self, shape: &FootShape, toes: &Toes) -> f64 {
         let (up, axis) = (self.ground.up, toes.axis);
         let floor = self.ground.target_floor;
-        let stands = (toes.foot.lowest(shape, up, |point| !point.gives_way) - floor).min(0.0);
+        let stands = (toes.foot.lowest_of(shape, up, |point| !point.gives_way).wanted - floor).min(0.0);
         let (ball, turned) = toes.ball;
         let (of_toes, of_ahead) = (turned.conjugate() * up, turned.conjugate() * up.cross(axis));
         let beside = axis.dot(up);

@@ -22,6 +22,8 @@ pub(super) struct Work<'a> {
     pub(super) contacts: ContactPoints,
     /// Goals frame by frame, one per limb of the mapping; empty before a stage sets some.
     pub(super) goals: Vec<Goal>,
+    /// Heights of the source's soles in plan space, frame by frame, one list per limb of the mapping; empty where they are not known yet.
+    pub(super) source_soles: Vec<Vec<f64>>,
     /// How far the pelvis is to be moved beside what makes held feet reachable, frame by frame; empty where it is not.
     pub(super) pelvis_moves: Vec<DVec3>,
     /// Distance that is left between goal and end, frame by frame, one per limb; in plan units. Not a number for limbs without goals.

@@ -27,6 +27,14 @@ pub(in super::super) struct PlacedFoot {
     pub(in super::super) shin: DQuat,
 }
 
+/// Heights of the lowest points of a foot.
+#[derive(Clone, Copy, Debug)]
+pub(in super::super) struct Lowest {
+    /// Of those that are asked for.
+    pub(in super::super) wanted: f64,
+    pub(in super::super) all: f64,
+}
+
 /// A foot that is tilted, seen along the axis about which it would be set flat.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tilted {
@@ -70,22 +78,32 @@ impl PlacedFoot {
         }
     }
 
-    /// Height of the lowest of the points that are wanted.
-    pub(in super::super) fn lowest(
+    /// Height of the lowest of the points.
+    pub(in super::super) fn lowest(&self, shape: &FootShape, up: DVec3) -> f64 {
+        self.lowest_of(shape, up, |_| true).all
+    }
+
+    /// Heights of the lowest of the points that are wanted, and of the lowest of all.
+    pub(in super::super) fn lowest_of(
         &self,
         shape: &FootShape,
         up: DVec3,
         is_wanted: impl Fn(&SupportPoint) -> bool,
-    ) -> f64 {
+    ) -> Lowest {
         let (of_foot, of_shin) = (self.along(up), self.shin.conjugate() * up);
-        let height = |point: &SupportPoint| {
+        let mut lowest = Lowest { wanted: f64::INFINITY, all: f64::INFINITY };
+        for point in &shape.points {
             let foot = of_foot(point);
-            let height =
+            let of_joints =
                 if point.shin > 0.0 { foot + (of_shin.dot(point.from_shin) - foot) * point.shin } else { foot };
-            height - point.radius
-        };
-        let lowest = shape.points.iter().filter(|point| is_wanted(point)).map(height).fold(f64::INFINITY, f64::min);
-        self.end.0.dot(up) + lowest
+            let height = of_joints - point.radius;
+            lowest.all = lowest.all.min(height);
+            if is_wanted(point) {
+                lowest.wanted = lowest.wanted.min(height);
+            }
+        }
+        let ankle = self.end.0.dot(up);
+        Lowest { wanted: ankle + lowest.wanted, all: ankle + lowest.all }
     }
 
     /// How far the farthest point is from the ankle along a direction.
@@ -93,8 +111,8 @@ impl PlacedFoot {
         shape.points.iter().map(self.along(direction)).fold(0.0, f64::max)
     }
 
-    /// The angle by which the foot has to be turned toward flat about its ankle until the lowest of the wanted points is at a height:
-    /// negative where it is above that. At most until it is flat.
+    /// The angle by which the foot has to be turned toward flat about its ankle until the lowest of its points is at a height: negative
+    /// where it is above that. At least `least`, and at most until it is flat. A point turns the foot no farther than `limit` says.
     ///
     /// A point that is `a` above the ankle and `b` before the axis is `a · cos θ + b · sin θ` above it when turned by θ; only those
     /// before the axis are lifted.
@@ -104,26 +122,40 @@ impl PlacedFoot {
         up: DVec3,
         tilted: &Tilted,
         height: f64,
-        is_wanted: impl Fn(&SupportPoint) -> bool,
+        least: f64,
+        limit: impl Fn(&SupportPoint) -> f64,
     ) -> f64 {
         let (above, before) = (self.along(up), self.along(up.cross(tilted.axis)));
         let of_shin = self.shin.conjugate() * up;
         let wanted = height - self.end.0.dot(up);
-        let needed = |point: &SupportPoint| {
+        let mut turn = least;
+        let (mut sine, mut cosine) = turn.sin_cos();
+        for point in &shape.points {
+            let limit = limit(point);
+            if limit <= turn {
+                continue;
+            }
             // What moves with the shin stays.
             let wanted = (wanted + point.radius - of_shin.dot(point.from_shin) * point.shin) / (1.0 - point.shin);
             let (a, b) = (above(point), before(point));
-            let reach = a.hypot(b);
+            // Most points are high enough after the turn that others need; the slope says whether more of it lifts them.
+            if a * cosine + b * sine >= wanted && b * cosine >= a * sine {
+                continue;
+            }
             // A foot that points down, or beyond, passes the vertical first.
             let is_upside_down = tilted.angle > UPSIDE_DOWN && a < wanted.min(0.0);
+            let reach = (a * a + b * b).sqrt();
             if reach <= 0.0 || (b <= 0.0 && !is_upside_down) {
-                return f64::NEG_INFINITY;
+                continue;
             }
             let now = if b < 0.0 { b.atan2(a) + TAU } else { b.atan2(a) };
-            now - (wanted / reach).clamp(-1.0, 1.0).acos()
-        };
-        let turns = shape.points.iter().filter(|point| is_wanted(point)).map(needed);
-        turns.fold(f64::NEG_INFINITY, f64::max).min(tilted.angle)
+            let needed = (now - (wanted / reach).clamp(-1.0, 1.0).acos()).min(limit);
+            if needed > turn {
+                turn = needed;
+                (sine, cosine) = turn.sin_cos();
+            }
+        }
+        turn.min(tilted.angle)
     }
 }
 
@@ -154,7 +186,7 @@ mod tests {
     }
 
     fn lowest(foot: &PlacedFoot) -> f64 {
-        foot.lowest(&shape(), DVec3::Y, |_| true)
+        foot.lowest(&shape(), DVec3::Y)
     }
 
     #[test]
@@ -164,7 +196,7 @@ mod tests {
             let foot = foot(height, degrees);
             let tilted = Tilted::of(foot.end.1 * DVec3::Y, DVec3::Y).expect("it is tilted");
             assert!((tilted.angle.to_degrees() - f64::abs(degrees)).abs() < 1e-9, "by as much as it is");
-            let angle = foot.turn_to(&shape(), DVec3::Y, &tilted, wanted, |_| true);
+            let angle = foot.turn_to(&shape(), DVec3::Y, &tilted, wanted, f64::NEG_INFINITY, |_| f64::INFINITY);
             let turned = DQuat::from_axis_angle(tilted.axis, angle) * foot.end.1;
             let found = lowest(&foot.moved_to(foot.end.0, turned));
             assert!((found - wanted).abs() < 1e-9, "{height} m, {degrees}°: {found} instead of {wanted}");
@@ -175,7 +207,7 @@ mod tests {
     fn a_foot_turns_no_farther_than_flat() {
         let foot = foot(0.05, 30.0);
         let tilted = Tilted::of(foot.end.1 * DVec3::Y, DVec3::Y).expect("it is tilted");
-        let angle = foot.turn_to(&shape(), DVec3::Y, &tilted, 0.0, |_| true);
+        let angle = foot.turn_to(&shape(), DVec3::Y, &tilted, 0.0, f64::NEG_INFINITY, |_| f64::INFINITY);
         assert!((angle - tilted.angle).abs() < 1e-12, "the ankle is too low: {angle}");
         assert!(Tilted::of(DVec3::Y, DVec3::Y).is_none(), "a flat foot has no axis");
     }
@@ -188,12 +220,12 @@ mod tests {
         let ball = (DVec3::new(0.0, 0.02, 0.13), DQuat::from_rotation_x(-0.9));
         let bent = PlacedFoot { ball: Some(ball), ..foot(ANKLE, 0.0) };
         let (of_foot, of_toes) = (0.0, (ball.0 + ball.1 * shape.points[1].from_ball).y);
-        let found = bent.lowest(&shape, DVec3::Y, |point| point.toes > 0.0);
+        let found = bent.lowest_of(&shape, DVec3::Y, |point| point.toes > 0.0).wanted;
         assert!((found - f64::midpoint(of_foot, of_toes)).abs() < 1e-12, "{found}");
         let mut shape = self::shape();
         shape.points[0].shin = 0.25;
         shape.points[0].from_shin = DVec3::new(0.0, -0.2, 0.0);
-        let found = foot(ANKLE, 0.0).lowest(&shape, DVec3::Y, |_| true);
+        let found = foot(ANKLE, 0.0).lowest(&shape, DVec3::Y);
         assert!((found + 0.025).abs() < 1e-12, "a quarter of what the shin says: {found}");
     }
 }

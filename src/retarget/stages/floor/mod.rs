@@ -134,6 +134,7 @@ impl FloorStage {
         let alphas: Vec<f64> =
             work.times.iter().enumerate().map(|(frame, time)| self.schedule.alpha_at(frame, *time)).collect();
         self.flatten(&alphas, work)?;
+        self.find_source_soles(work)?;
         let rows = self.clearances(work)?;
         let levels = self.levels(&rows, work);
         let holds = self.holds(&rows, &levels, work);
@@ -191,27 +192,44 @@ impl FloorStage {
     /// How high soles are above the floors, frame by frame.
     fn clearances(&self, work: &Work<'_>) -> Result<Vec<Clearance>, Canceled> {
         let up = self.ground.up;
-        let fill = |(source, target): &mut (Pose, Pose), frame: usize, row: &mut [Clearance]| {
-            self.source.fill(source, work.source, frame);
-            self.target.fill(target, &work.target, frame);
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [Clearance]| {
+            self.target.fill(pose, &work.target, frame);
             for (foot, clearance) in self.feet.iter().zip(row) {
-                let of_source = PlacedFoot::posed(foot.source, source).lowest(&foot.source_shape, up, |_| true);
                 let goal = &work.goals[frame * self.limb_count + foot.limb];
-                let placed = PlacedFoot::posed(foot.target, target).moved_to(goal.position, goal.rotation);
-                let of_target = placed.lowest(&foot.target_shape, up, |point| foot.carries(point));
-                let with_toes = placed.lowest(&foot.target_shape, up, |_| true);
+                let placed = PlacedFoot::posed(foot.target, pose).moved_to(goal.position, goal.rotation);
+                let lowest = placed.lowest_of(&foot.target_shape, up, |point| foot.carries(point));
                 let depth = foot.stands.map(|flat| goal.position.dot(up) - foot.target_shape.depth(-flat));
                 let is_level = foot.stands.is_some_and(|flat| (goal.rotation * flat).angle_between(up) < LEVEL_RADIANS);
                 *clearance = Clearance {
-                    source: of_source - self.ground.source_floor,
-                    target: of_target - self.ground.target_floor,
-                    with_toes: with_toes - self.ground.target_floor,
-                    flat: depth.unwrap_or(of_target) - self.ground.target_floor,
+                    source: work.source_soles[foot.limb][frame] - self.ground.source_floor,
+                    target: lowest.wanted - self.ground.target_floor,
+                    with_toes: lowest.all - self.ground.target_floor,
+                    flat: depth.unwrap_or(lowest.wanted) - self.ground.target_floor,
                     is_level,
                 };
             }
         };
-        work.rows(self.feet.len(), || (self.source.pose(), self.target.pose()), fill)
+        work.rows(self.feet.len(), || self.target.pose(), fill)
+    }
+
+    /// Sees to it that the heights of the source's soles are known. They are the same for all stages.
+    fn find_source_soles(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        work.source_soles.resize(self.limb_count, Vec::new());
+        if self.feet.iter().all(|foot| work.source_soles[foot.limb].len() == work.frame_count()) {
+            return Ok(());
+        }
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [f64]| {
+            self.source.fill(pose, work.source, frame);
+            for (foot, sole) in self.feet.iter().zip(row) {
+                *sole = PlacedFoot::posed(foot.source, pose).lowest(&foot.source_shape, self.ground.up);
+            }
+        };
+        let width = self.feet.len();
+        let rows = work.rows(width, || self.source.pose(), fill)?;
+        for (index, foot) in self.feet.iter().enumerate() {
+            work.source_soles[foot.limb] = rows.iter().skip(index).step_by(width).copied().collect();
+        }
+        Ok(())
     }
 
     /// Where a sole should be when the source's is so high above its floor, and the level of its contact is that.

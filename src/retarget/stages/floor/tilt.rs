@@ -11,7 +11,7 @@ use glam::{DQuat, DVec3};
 
 use crate::model::rotation::smootherstep;
 
-use crate::model::Canceled;
+use crate::{model::Canceled, rig::SupportPoint};
 
 use super::{
     super::{
@@ -41,6 +41,7 @@ const LITTLE_METRES: f64 = 1e-4;
 impl FloorStage {
     /// Turns the goals of feet.
     pub(in super::super) fn tilt(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        self.find_source_soles(work)?;
         let turns = self.turns(work)?;
         if turns.iter().flatten().all(|turn| *turn == 0.0) {
             return Ok(());
@@ -113,16 +114,18 @@ impl FloorStage {
         let tilted = foot.stands.filter(|_| !foot.is_same).and_then(|flat| Tilted::of(placed.end.1 * flat, up));
         let Some(tilted) = tilted else { return 0.0 };
         let stands = 1.0 - smootherstep((tilted.angle - STANDS) / STANDS_FADE);
-        let turn = |height: f64| placed.turn_to(&foot.target_shape, up, &tilted, height, |point| foot.carries(point));
-        // Toes that stand already keep a foot from being turned down to the floor.
-        let turn_down = |height: f64| placed.turn_to(&foot.target_shape, up, &tilted, height, |_| true).min(0.0);
-        let least = turn(wanted.deepest).max(0.0);
+        let shape = &foot.target_shape;
+        let of_carrying = |point: &SupportPoint| if foot.carries(point) { f64::INFINITY } else { f64::NEG_INFINITY };
+        let least = placed.turn_to(shape, up, &tilted, wanted.deepest, 0.0, of_carrying);
         if hold <= 0.0 {
             return least * stands;
         }
-        let before = placed.farthest_before(&foot.target_shape, up.cross(tilted.axis)) / self.target_leg;
+        let before = placed.farthest_before(shape, up.cross(tilted.axis)) / self.target_leg;
         let most = MOST_MORE * smootherstep(tilted.angle / SURE_TILT) * smootherstep(before / BEFORE_METRES - 1.0);
-        least.max(turn(wanted.height).max(turn_down(wanted.height)).max(-most) * hold) * stands
+        // Toes that stand already keep a foot from being turned down to the floor.
+        let of_all = |point: &SupportPoint| if foot.carries(point) { f64::INFINITY } else { 0.0 };
+        let held = placed.turn_to(shape, up, &tilted, wanted.height, -most, of_all);
+        least.max(held * hold) * stands
     }
 
     /// Toward flat by an angle, and no farther; `flat` is up at rest in the axes of what is turned.
@@ -140,6 +143,12 @@ impl FloorStage {
         };
         let feet: Vec<(usize, usize)> = self.feet.iter().enumerate().filter_map(turned).collect();
         let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
+            if feet.iter().all(|(index, _)| turns[*index][frame] == 0.0) {
+                for ((_, slot), change) in feet.iter().zip(row) {
+                    change.rotation = self.target.local_rotation(*slot, &work.target, frame);
+                }
+                return;
+            }
             self.target.fill(pose, &work.target, frame);
             for ((index, slot), change) in feet.iter().zip(row) {
                 let foot = &self.feet[*index];

@@ -33,8 +33,9 @@ pub(super) fn weigh_upright(shape: &Shape<'_>, body: &Upright) -> f64 {
         1 => 0.7,
         _ => 1.0,
     };
-    let legs_down = 0.4 + 0.6 * step(along(shape, &body.legs.pair, body.legs.best.end, -up), 0.6, 0.93);
-    let parallel = 0.3 + 0.7 * step(parallel(shape, &body.legs.pair, body.legs.best.end), 0.5, 0.92);
+    let leg = (body.legs.best.upper, body.legs.best.end);
+    let legs_down = 0.4 + 0.6 * step(along(shape, &body.legs.pair, leg, -up), 0.6, 0.93);
+    let parallel = 0.3 + 0.7 * step(parallel(shape, &body.legs.pair, leg), 0.5, 0.92);
     let extremities: Vec<usize> = [(&body.legs, body.legs.best.end), (&body.arms, body.arms.best.end)]
         .iter()
         .flat_map(|(limbs, end)| limbs.pair.ways.iter().map(|way| way[*end]))
@@ -58,9 +59,9 @@ pub(super) fn weigh_level(shape: &Shape<'_>, body: &Level) -> f64 {
     let trunk = find_animal_trunk(shape, ends, (ahead - down).normalize_or_zero(), across);
     let has_head = if trunk.head.is_some() { 1.0 } else { 0.3 };
     let shared = |pair: &Pair| {
-        let last = pair.ways[0].len() - 1;
-        let upright = 0.3 + 0.7 * step(along(shape, pair, last, down), 0.6, 0.9);
-        upright * (0.3 + 0.7 * step(parallel(shape, pair, last), 0.5, 0.9))
+        let whole = (0, pair.ways[0].len() - 1);
+        let upright = 0.3 + 0.7 * step(along(shape, pair, whole, down), 0.6, 0.9);
+        upright * (0.3 + 0.7 * step(parallel(shape, pair, whole), 0.5, 0.9))
     };
     let paws: Vec<usize> = pairs.iter().flat_map(|pair| &pair.ways).filter_map(|way| way.last().copied()).collect();
     let explained = 1.0 - 0.7 * step(unexplained(shape, body.pelvis, &pairs, &trunk, &paws), 0.3, 0.7);
@@ -71,24 +72,24 @@ fn first_joints(pairs: &[&Pair]) -> Vec<usize> {
     pairs.iter().flat_map(|pair| &pair.ways).map(|way| way[0]).collect()
 }
 
-/// From the start of a limb to one of its joints, on both sides; unit vectors.
-fn directions(shape: &Shape<'_>, pair: &Pair, end: usize) -> [DVec3; 2] {
+/// From one joint of a limb to another, on both sides; unit vectors.
+fn directions(shape: &Shape<'_>, pair: &Pair, (start, end): (usize, usize)) -> [DVec3; 2] {
     [0, 1].map(|side| {
         let way = &pair.ways[side];
-        let last = way[end.min(way.len() - 1)];
-        (shape.positions[last] - shape.positions[way[0]]).normalize_or_zero()
+        let place = |index: usize| shape.positions[way[index.min(way.len() - 1)]];
+        (place(end) - place(start)).normalize_or_zero()
     })
 }
 
 /// The cosine between the two limbs of a pair.
-fn parallel(shape: &Shape<'_>, pair: &Pair, end: usize) -> f64 {
-    let [one, other] = directions(shape, pair, end);
+fn parallel(shape: &Shape<'_>, pair: &Pair, span: (usize, usize)) -> f64 {
+    let [one, other] = directions(shape, pair, span);
     one.dot(other)
 }
 
 /// The cosine of a pair against a direction, the mean of both sides.
-fn along(shape: &Shape<'_>, pair: &Pair, end: usize, direction: DVec3) -> f64 {
-    let [one, other] = directions(shape, pair, end);
+fn along(shape: &Shape<'_>, pair: &Pair, span: (usize, usize), direction: DVec3) -> f64 {
+    let [one, other] = directions(shape, pair, span);
     f64::midpoint(one.dot(direction), other.dot(direction))
 }
 
