@@ -1,7 +1,7 @@
 //! What a file looks like: the figure and its motion as a picture, alone or beside that of another file.
 
 use crate::{
-    formats::Limits,
+    formats::{Format, Limits},
     model::{Clip, Control, Phase, Reporter, Scene},
     picture::{Cast, FilmError, Layout, PictureFormat, Sheet, SheetSize, View, render},
     rig::{Rig, RigSpec},
@@ -39,7 +39,20 @@ pub struct PreviewOptions {
     pub clip: Option<String>,
 }
 
+/// Whether a file of a format can be drawn: what can be read can.
+#[must_use]
+pub fn is_drawable(format: &str) -> bool {
+    Format::from_name(format).is_some_and(|format| format.info().reads)
+}
+
 impl PreviewOptions {
+    /// As the page of a batch shows an item: small, and moving.
+    #[must_use]
+    pub fn of_batch() -> Self {
+        let view = View { size: [192, 192], fps: Some(12.0), ..View::default() };
+        Self { view, ending: "webp".to_owned(), clip: None }
+    }
+
     /// As a report shows a result: a row of frames.
     #[must_use]
     pub fn of_report() -> Self {

@@ -10,7 +10,7 @@ use super::{
     problem::{Problem, ProblemView},
 };
 use crate::{
-    engine::Format,
+    engine::is_drawable,
     jobs::{AssetRecord, JobInput, JobRecord, JobRequest, JobSnapshot, ResultRecord, StoredProgress, VersionedName},
 };
 
@@ -103,11 +103,6 @@ pub(super) struct ResultView {
     thumbnail: Option<String>,
 }
 
-/// Whether a result of a format can be drawn: what can be read again can.
-pub(super) fn is_drawable(format: &str) -> bool {
-    Format::from_name(format).is_some_and(|format| format.info().reads)
-}
-
 impl From<ResultRecord> for ResultView {
     fn from(result: ResultRecord) -> Self {
         Self {
@@ -195,6 +190,9 @@ pub(super) struct JobView {
     cached_from: Option<String>,
     /// The files that it gave.
     results: Vec<ResultView>,
+    /// Where to see what it gave: the first of its results that can be drawn.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    thumbnail: Option<String>,
     /// How many warnings its report has.
     warnings_count: u64,
     /// What its report says of the result as a whole: `pass`, `warn`, `fail`, or `not_applicable` where nothing could be measured; absent
@@ -308,6 +306,7 @@ impl From<JobSnapshot> for JobView {
         let inputs = inputs_view(&record.request);
         let problem = record.failure.as_ref().map(|failure| Problem::of_job(failure).view(&links.own, ""));
         let cache = caching::word(&record);
+        let results: Vec<ResultView> = results.into_iter().map(ResultView::from).collect();
         Self {
             id: record.id.to_string(),
             state: record.state.name(),
@@ -330,7 +329,8 @@ impl From<JobSnapshot> for JobView {
             retry_of: record.retry_of.map(|id| id.to_string()),
             cache,
             cached_from: record.cached_from.map(|id| id.to_string()),
-            results: results.into_iter().map(ResultView::from).collect(),
+            thumbnail: results.iter().find_map(|result| result.thumbnail.clone()),
+            results,
             warnings_count: record.warnings,
             verdict: record.judgment.as_ref().map(|judgment| judgment.verdict.name()),
             coverage: record.judgment.as_ref().and_then(|judgment| judgment.coverage),

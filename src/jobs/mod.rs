@@ -50,7 +50,7 @@ mod worker;
 mod workers;
 
 pub use assets::{Assets, ReceivedFile, Upload};
-pub use batches::{BadItem, BatchSnapshot, NewBatch, SubmittedBatch};
+pub use batches::{ArchiveContents, BadItem, BatchSnapshot, NewBatch, SubmittedBatch};
 pub use engine::{Answer, Asked, Engine, Files, MadeFile, Question, Ran, RetargetEngine};
 pub use events::{EventStream, Followed, Told};
 pub use failure::FailureReason;

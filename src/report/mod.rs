@@ -1,5 +1,6 @@
 //! What the engine found out, for people: the report and the edits as pages of HTML, the rest as text for a terminal.
 
+mod batch;
 mod edits;
 mod explanation;
 mod inspection;
@@ -7,6 +8,7 @@ mod joint_table;
 mod page;
 mod proposal;
 
+pub use batch::batch_page;
 pub use edits::edits_page;
 pub use joint_table::JointTable;
 pub use page::{Illustration, report_page};

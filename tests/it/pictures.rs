@@ -9,7 +9,7 @@ use retargetd::{
     samples,
 };
 
-use crate::support::{corpus_file, files_below, with_buffers};
+use crate::support::{corpus_file, files_below, python_with, skip, with_buffers};
 
 fn draw(arguments: &[&str], folder: &Path, threads: &str) -> std::process::Output {
     Command::new(env!("CARGO_BIN_EXE_retargetd"))
@@ -94,11 +94,64 @@ fn moving_pictures_last_as_long_as_what_they_show() {
     assert_eq!(lasts, (frames as f64 * 1000.0 / 12.0).round() as u32, "milliseconds");
 
     let apng = made(&arguments, "walk.apng");
-    let reader = png::Decoder::new(std::io::Cursor::new(&apng)).read_info().expect("a PNG");
-    let animation = reader.info().animation_control().expect("it moves");
+    let mut reader = png::Decoder::new(std::io::Cursor::new(&apng)).read_info().expect("a PNG");
+    let animation = *reader.info().animation_control().expect("it moves");
     assert_eq!((animation.num_frames as usize, animation.num_plays), (frames, 0));
-    let frame = reader.info().frame_control().expect("a first frame");
-    assert_eq!((frame.delay_num, frame.delay_den), (100, 1200));
+    let mut buffer = vec![0; reader.output_buffer_size().expect("a size")];
+    let mut lasts = 0;
+    for _ in 0..frames {
+        reader.next_frame(&mut buffer).expect("a frame");
+        let control = reader.info().frame_control().expect("how long it is shown");
+        assert_eq!(control.delay_den, 1000, "whole milliseconds, which every reader keeps");
+        lasts += u32::from(control.delay_num);
+    }
+    assert_eq!(lasts, (frames as f64 * 1000.0 / 12.0).round() as u32, "milliseconds");
+}
+
+/// Reads pictures with Pillow, and tells of each how many frames it has, how often it plays (0: for ever), and its milliseconds.
+const READ: &str = r"
+import sys
+from PIL import Image
+for name in sys.argv[1:]:
+    with Image.open(name) as picture:
+        lasts = 0.0
+        for frame in range(picture.n_frames):
+            picture.seek(frame)
+            picture.load()
+            lasts += picture.info['duration']
+        print(picture.n_frames, picture.info.get('loop'), round(lasts, 6))
+";
+
+/// A rate that no format's unit divides.
+#[test]
+fn other_readers_find_the_same_frames_loops_and_durations() {
+    let Some(python) = python_with("PIL") else { return skip("there is no Python with Pillow") };
+    let seconds = samples::walk_scene().clips[0].duration_seconds();
+    let (folder, frames) = (folder(), (seconds * 23.976).round() as usize);
+    let names = ["walk.gif", "walk.webp", "walk.apng"];
+    let paths = names.map(|name| folder.path().join(name));
+    for (name, path) in names.iter().zip(&paths) {
+        let bytes = made(&["--size", "64", "--fps", "23.976"], name);
+        std::fs::write(path, bytes).expect("written");
+    }
+    let read = Command::new(python).args(["-c", READ]).args(&paths).output().expect("Python runs");
+    assert!(read.status.success(), "Pillow reads them: {}", String::from_utf8_lossy(&read.stderr));
+    let text = String::from_utf8(read.stdout).expect("text");
+    let exact = frames as f64 * 1000.0 / 23.976;
+    for ((name, line), unit) in names.iter().zip(text.lines()).zip([10.0, 1.0, 1.0]) {
+        let words: Vec<f64> = line.split(' ').filter_map(|word| word.parse().ok()).collect();
+        assert_eq!(words[..2], [frames as f64, 0.0], "{name}: frames, and repeated for ever: {line}");
+        assert!((words[2] - exact).abs() <= unit / 2.0, "{name}: lasts {exact} ms but for its unit: {line}");
+    }
+    if Command::new("ffprobe").arg("-version").output().is_err() {
+        return skip("there is no ffprobe");
+    }
+    for path in [&paths[0], &paths[2]] {
+        let arguments = ["-v", "error", "-count_frames", "-show_entries", "stream=nb_read_frames", "-of", "csv=p=0"];
+        let read = Command::new("ffprobe").args(arguments).arg(path).output().expect("ffprobe runs");
+        let text = String::from_utf8_lossy(&read.stdout).trim().to_owned();
+        assert_eq!((text, read.stderr.len()), (frames.to_string(), 0), "{}", path.display());
+    }
 }
 
 #[test]

@@ -29,7 +29,8 @@ use crate::{
         quota,
         views::{JobPageView, JobView},
     },
-    jobs::{BadItem, BatchId, BatchSnapshot, JobState, JobVerdict, Jobs, NewBatch, SubmittedBatch},
+    jobs::{ArchiveContents, BadItem, BatchId, BatchSnapshot, JobState, JobVerdict, Jobs, NewBatch, SubmittedBatch},
+    report::batch_page,
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -68,6 +69,9 @@ pub(super) struct BatchView {
     on_error: &'static str,
     /// The user's own words about it.
     labels: BTreeMap<String, String>,
+    /// Where to see what it gives, as soon as an item has succeeded: its first result.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    thumbnail: Option<String>,
     /// When it was asked for.
     #[schema(format = DateTime)]
     created_at: String,
@@ -177,6 +181,7 @@ impl From<BatchSnapshot> for BatchView {
             started_at: text(batch.progress.started_at),
             finished_at: ended(batch.progress.finished_at),
             expires_at: ended(batch.progress.expires_at),
+            thumbnail: link(count(JobState::Succeeded) > 0, "preview.png?size=256"),
             links: BatchLinks {
                 jobs: format!("{own}/jobs"),
                 archive: format!("{own}/archive"),
@@ -392,19 +397,38 @@ async fn retry_failed(
     Ok(shown(batch, if count > 0 { StatusCode::ACCEPTED } else { StatusCode::OK }))
 }
 
+/// What an archive has beside results.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct ArchiveQuery {
+    /// Whether there is a moving picture of each item, which `index.html` shows. Default false.
+    #[serde(default)]
+    previews: bool,
+}
+
 /// Downloads the results of a batch as one zip archive.
 ///
 /// All that are there now, whatever became of the other items: `manifest.json` comes first and says of every item its state, its files and
-/// its problem. Files are called after their source, in a folder after their target where there are several, or as the item's label `name`
-/// says, and are stored as they are. The archive is made while it is sent; one that breaks off has no directory at its end.
-#[utoipa::path(get, path = "/v1/batches/{id}/archive", operation_id = "download_batch", tag = "batches", params(("id" = String, Path, description = "the batch")),
+/// its problem; `index.html` comes last and shows the same to people, with verdicts. Files are called after their source, in a folder after
+/// their target where there are several, or as the item's label `name` says, and are stored as they are. The archive is made while it is
+/// sent; one that breaks off has no directory at its end. With `previews=true` it has a moving picture of each item that can be drawn, which
+/// takes about a tenth of a second for each.
+#[utoipa::path(get, path = "/v1/batches/{id}/archive", operation_id = "download_batch", tag = "batches",
+    params(("id" = String, Path, description = "the batch"), ArchiveQuery),
     responses((status = 200, content_type = "application/zip", body = String, description = "the archive"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
-async fn archive(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<BatchId>) -> Result<Response, Problem> {
+async fn archive(
+    State(jobs): State<Jobs>,
+    Caller(owner): Caller,
+    Id(id): Id<BatchId>,
+    QueryOf(query): QueryOf<ArchiveQuery>,
+) -> Result<Response, Problem> {
+    let contents = ArchiveContents { previews: query.previews, page: batch_page };
     let headers = [
         (header::CONTENT_TYPE, HeaderValue::from_static("application/zip")),
         (header::CONTENT_DISPOSITION, disposition(&format!("{id}.zip"))),
         (header::CACHE_CONTROL, HeaderValue::from_static("no-store")),
     ];
-    Ok((headers, Body::from_stream(jobs.batch_archive(&owner, &id).await?)).into_response())
+    Ok((headers, Body::from_stream(jobs.batch_archive(&owner, &id, contents).await?)).into_response())
 }

@@ -19,7 +19,7 @@ use super::{
 };
 use crate::{
     config::Settings,
-    engine::PreviewOptions,
+    engine::{PreviewOptions, is_drawable},
     http::{
         ApiState, Shared,
         accepted::accepted,
@@ -31,7 +31,7 @@ use crate::{
         prefer::Prefer,
         problem::{Problem, ProblemView},
         quota, upload,
-        views::{JobPageView, JobView, is_drawable},
+        views::{JobPageView, JobView},
     },
     jobs::{JobFilter, JobId, JobKind, JobVerdict, Jobs, NewJob, Pictured, Principal, Submitted},
     report::{Illustration, report_page},

@@ -20,11 +20,11 @@ use crate::{
         extract::{self, QueryOf, unusable},
         problem::{Problem, ProblemView},
     },
-    jobs::{AssetId, Assets, Jobs, Pictured, ResultId},
+    jobs::{AssetId, Assets, BatchId, Jobs, Pictured, ResultId},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
-    OpenApiRouter::new().routes(routes!(of_asset)).routes(routes!(of_result))
+    OpenApiRouter::new().routes(routes!(of_asset)).routes(routes!(of_result)).routes(routes!(of_batch))
 }
 
 /// How a file is seen. Everything has a default.
@@ -112,6 +112,30 @@ async fn of_result(
     let options = query.options(&ending)?;
     let result = jobs.result(&owner, &id).await?;
     answer(&jobs, Pictured::of_result(owner, result), options, &headers).await
+}
+
+/// Draws what a batch gives.
+///
+/// The first result of its items that can be drawn, as `GET /v1/results/{id}/preview.{ending}` does. Another one may be the first when more
+/// items have ended, so it is not cached for long.
+#[utoipa::path(get, path = "/v1/batches/{id}/preview.{ending}", operation_id = "preview_batch", tag = "batches",
+    params(("id" = String, Path, description = "the batch"), ("ending" = String, Path, description = "`png`, `webp`, `gif` or `apng`", example = "png"), PreviewQuery,
+        ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
+    responses((status = 200, content_type = "image/*", body = String, description = "the picture"),
+        (status = 304, description = "the caller has it already"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn of_batch(
+    State(jobs): State<Jobs>,
+    Caller(owner): Caller,
+    Path((id, ending)): Path<(String, String)>,
+    QueryOf(query): QueryOf<PreviewQuery>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let id = BatchId::parse(&id).map_err(|_| no_id(&id))?;
+    let options = query.options(&ending)?;
+    let mut response = answer(&jobs, jobs.batch_pictured(&owner, &id).await?, options, &headers).await?;
+    response.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("private, no-cache"));
+    Ok(response)
 }
 
 async fn answer(

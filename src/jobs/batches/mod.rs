@@ -11,6 +11,7 @@ use std::{collections::BTreeMap, time::Duration};
 
 use tokio::time::Instant;
 
+pub use archive::ArchiveContents;
 pub use submission::{BadItem, NewBatch, SubmittedBatch};
 
 use super::{JobSnapshot, Jobs, Refusal, running::StopReason};

@@ -24,6 +24,8 @@ fn set_up<W: std::io::Write>(encoder: &mut png::Encoder<'_, W>) {
 /// Frames of one moving picture.
 pub(in crate::picture) struct Writer {
     writer: png::Writer<Sink>,
+    fps: f64,
+    frame: usize,
     bytes: std::sync::Arc<std::sync::Mutex<Vec<u8>>>,
 }
 
@@ -48,14 +50,17 @@ impl Writer {
         let mut encoder = png::Encoder::new(Sink(std::sync::Arc::clone(&bytes)), width as u32, height as u32);
         set_up(&mut encoder);
         encoder.set_animated(frames as u32, 0).map_err(refused)?;
-        // A fraction that is exact for all whole numbers and hundredths.
-        encoder.set_frame_delay(100, (fps * 100.0).round() as u16).map_err(refused)?;
-        Ok(Self { writer: encoder.write_header().map_err(refused)?, bytes })
+        encoder.set_frame_delay(milliseconds(fps, 0), 1000).map_err(refused)?;
+        Ok(Self { writer: encoder.write_header().map_err(refused)?, fps, frame: 0, bytes })
     }
 
     pub(super) fn add(&mut self, pictures: &[Picture]) -> Result<(), PictureError> {
-        let mut write = |picture: &Picture| self.writer.write_image_data(picture.pixels.as_flattened());
-        pictures.iter().try_for_each(&mut write).map_err(refused)
+        for picture in pictures {
+            self.writer.set_frame_delay(milliseconds(self.fps, self.frame), 1000).map_err(refused)?;
+            self.writer.write_image_data(picture.pixels.as_flattened()).map_err(refused)?;
+            self.frame += 1;
+        }
+        Ok(())
     }
 
     pub(super) fn finish(self) -> Result<Vec<u8>, PictureError> {
@@ -63,4 +68,10 @@ impl Writer {
         let bytes = std::mem::take(&mut *self.bytes.lock().map_err(refused)?);
         Ok(bytes)
     }
+}
+
+/// How long a frame is shown, in whole milliseconds: readers keep no fractions of them, and those of all frames add up to the exact length.
+fn milliseconds(fps: f64, frame: usize) -> u16 {
+    let begins = |frame: usize| (frame as f64 * 1000.0 / fps).round();
+    (begins(frame + 1) - begins(frame)) as u16
 }

@@ -291,6 +291,7 @@ async fn the_results_come_as_one_archive_whatever_failed() {
         "take-2.glb",
         "manifest.glb",
         "manifest-2.json",
+        "index.html",
     ];
     assert_eq!(names, expected, "in the order of the items, each once, all in their folders");
     let mut text = |name: &str| {

@@ -97,6 +97,68 @@ async fn a_batch_and_its_archive_tell_the_verdicts() {
     let manifest: Value = serde_json::from_str(&text).expect("JSON");
     assert_eq!(manifest["items"][0]["verdict"], "fail", "{manifest}");
     assert!(manifest["items"][1]["verdict_reason"].is_string(), "{manifest}");
+    let mut page = String::new();
+    archive.by_name("index.html").expect("is there").read_to_string(&mut page).expect("text");
+    assert!(page.contains("✗ fail: 1") && page.contains("source.glb on target.glb"), "for people: {page}");
+    assert!(!page.contains("<img"), "pictures were not asked for: {page}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_batch_and_its_archive_can_be_seen() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = start_service(data.path(), &[]);
+    let at = |path: &str| format!("{}{path}", server.url);
+    let upload = client().post(at("/v1/assets?filename=walk.glb")).body(samples::walk_clip()).send();
+    let walk = json!({"asset": taken(upload.await.expect("an answer")).await});
+    let upload = client().post(at("/v1/assets?filename=hero.glb")).body(samples::mannequin()).send();
+    let hero = json!({"asset": taken(upload.await.expect("an answer")).await});
+    let nobody = json!({"asset": "ast_00000000000000000000000000"});
+    let items = json!([{"target": nobody}, {}, {"output": ["npz"]}, {"config": {"output": {"format": "png", "view": {"size": [64, 64]}}}}]);
+    let batch = json!({"defaults": {"source": walk, "target": hero}, "items": items});
+    let id = taken(client().post(at("/v1/batches")).json(&batch).send().await.expect("an answer")).await;
+    let path = at(&format!("/v1/batches/{id}"));
+    let ended: Value = read(client().get(&path).header("prefer", "wait=60").send().await.expect("an answer")).await;
+    let picture = client().get(at(ended["thumbnail"].as_str().expect("a picture"))).send().await.expect("an answer");
+    assert_eq!((picture.status().as_u16(), header(&picture, "content-type")), (200, "image/png"), "of the batch");
+    let jobs: Value = read(client().get(format!("{path}/jobs")).send().await.expect("an answer")).await;
+    let thumbnails: Vec<bool> =
+        jobs["items"].as_array().expect("jobs").iter().map(|job| job["thumbnail"].is_string()).collect();
+    assert_eq!(thumbnails, [false, true, true, false], "of each job that has what can be drawn: {jobs}");
+
+    let archive = client().get(format!("{path}/archive?previews=true")).send().await.expect("an answer");
+    let bytes = archive.bytes().await.expect("bytes");
+    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(bytes)).expect("an archive");
+    let names: Vec<String> = archive.file_names().map(|name| name.expect("text").into_owned()).collect();
+    let expected = [
+        "manifest.json",
+        "hero/walk.glb",
+        "previews/hero/walk.webp",
+        "hero/walk.npz",
+        "previews/hero/walk-2.webp",
+        "hero/walk.png",
+        "index.html",
+    ];
+    assert_eq!(names, expected, "each with its picture behind it");
+    let mut page = String::new();
+    archive.by_name("index.html").expect("is there").read_to_string(&mut page).expect("text");
+    for part in [
+        "./previews/hero/walk.webp",
+        "./previews/hero/walk-2.webp",
+        "./hero/walk.png",
+        "unknown_asset",
+        "without a result: 1",
+    ] {
+        assert!(page.contains(part), "{part} in {page}");
+    }
+    let mut picture = Vec::new();
+    archive.by_name("previews/hero/walk.webp").expect("is there").read_to_end(&mut picture).expect("whole");
+    assert!(picture.starts_with(b"RIFF") && picture.windows(4).any(|word| word == b"ANIM"), "it moves");
+    problem(
+        client().get(at("/v1/batches/bat_00000000000000000000000000/preview.png")).send().await.expect("an answer"),
+        404,
+        "not_found",
+    )
+    .await;
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -5,8 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::store::{AssetId, InputRole, JobInput, JobRecord};
 
-/// The archive's own member.
+/// The archive's own members.
 pub(super) const MANIFEST: &str = "manifest.json";
+/// The page.
+pub(super) const PAGE: &str = "index.html";
+/// The folder of the pictures.
+const PREVIEWS: &str = "previews";
 /// The label that names an item's files.
 const LABEL: &str = "name";
 /// Letters of one part of a name.
@@ -24,7 +28,11 @@ impl Names {
     /// For the files of these jobs.
     pub(super) fn of<'a>(jobs: impl Iterator<Item = &'a JobRecord>) -> Self {
         let targets: BTreeSet<&AssetId> = jobs.filter_map(other_target).map(|target| &target.asset).collect();
-        Self { has_folders: targets.len() > 1, taken: BTreeSet::from([MANIFEST.to_owned()]), numbers: BTreeMap::new() }
+        Self {
+            has_folders: targets.len() > 1,
+            taken: BTreeSet::from([MANIFEST, PAGE].map(str::to_owned)),
+            numbers: BTreeMap::new(),
+        }
     }
 
     /// A name for a file of a job that is called `file_name` by itself.
@@ -38,6 +46,16 @@ impl Names {
         let before = if folder.is_empty() { own } else { format!("{folder}/{own}") };
         let after = clean(ending);
         let after = if after.is_empty() { String::new() } else { format!(".{after}") };
+        self.free(&before, &after)
+    }
+
+    /// A name for the picture of a file that has been given its name.
+    pub(super) fn preview(&mut self, name: &str) -> String {
+        self.free(&format!("{PREVIEWS}/{}", split(name).0), ".webp")
+    }
+
+    /// The two parts of a name, with a number between them where it has been given already.
+    fn free(&mut self, before: &str, after: &str) -> String {
         let mut name = format!("{before}{after}");
         let number = self.numbers.entry(name.to_lowercase()).or_insert(1);
         while !self.taken.insert(name.to_lowercase()) {

@@ -58,6 +58,15 @@ impl ZipStream {
         Ok(self.zip.start_file(name, options)?)
     }
 
+    /// A member as a whole.
+    ///
+    /// # Errors
+    /// When there is one of that name.
+    pub(super) fn add(&mut self, name: &str, bytes: &[u8]) -> io::Result<()> {
+        self.begin(name, bytes.len() as u64)?;
+        self.write(bytes)
+    }
+
     /// Adds bytes to the member that was begun last.
     ///
     /// # Errors
