@@ -1,10 +1,15 @@
 //! Where the vertices of a figure are at a frame, and how light falls on them.
 
+use std::collections::BTreeSet;
+
 use glam::{Mat3, Mat4, Vec2, Vec3, Vec4, Vec4Swizzles};
 
 use crate::model::{Appearance, Carrier, Surface};
 
-use super::{error::PictureError, texture::Texture};
+use super::{
+    error::PictureError,
+    texture::{Texture, longest_side},
+};
 
 /// Triangles of one figure.
 const MAX_TRIANGLES: usize = 5_000_000;
@@ -53,9 +58,10 @@ impl Figure {
         }
         let mut problems = Vec::new();
         let mut textures = Vec::new();
+        let used: BTreeSet<usize> = appearance.paints.iter().filter_map(|paint| paint.image).collect();
+        let longest_side = longest_side(used.len());
         for (index, image) in appearance.images.iter().enumerate() {
-            let is_used = appearance.paints.iter().any(|paint| paint.image == Some(index));
-            let texture = is_used.then(|| Texture::read(image));
+            let texture = used.contains(&index).then(|| Texture::read(image, longest_side));
             textures.push(match texture {
                 Some(Err(error)) => {
                     problems.push((index, error));

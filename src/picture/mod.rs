@@ -31,6 +31,7 @@ mod error;
 mod figure;
 mod film;
 mod floor;
+mod image;
 mod marks;
 mod raster;
 mod reel;
@@ -46,10 +47,10 @@ pub use encode::PictureFormat;
 pub use error::PictureError;
 pub use figure::Figure;
 pub use film::{Film, FilmError, render};
+pub use image::read_picture;
 pub use marks::{Grade, Marks, Ring, Strip, Touch};
 pub use reel::Reel;
 pub use scene::Subject;
-pub use texture::read_picture;
 pub use view::{Background, CameraKind, Follow, Layout, MAX_SIDE, Sheet, SheetSize, SheetWord, Style, View};
 
 /// A picture of red, green, blue and opacity, 8 bits each, sRGB, rows from the top.

@@ -99,6 +99,11 @@ fn inspections() {
 }
 
 #[test]
+fn images() {
+    search(Target::Image, 800);
+}
+
+#[test]
 fn specs() {
     search(Target::Spec, 300);
     search(Target::RigTemplate, 300);

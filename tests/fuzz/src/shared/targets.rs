@@ -8,7 +8,8 @@ use retargetd::{
         Task, check_config, check_preset, check_rig, merge_config,
     },
     formats::{self, ErrorKind},
-    model::{Control, Reporter},
+    model::{Appearance, Control, Paint, Reporter},
+    picture,
     rig::parse_document,
 };
 
@@ -37,6 +38,8 @@ pub(crate) enum Target {
     JointPositions,
     /// BVH.
     Bvh,
+    /// An image, by itself and as a texture.
+    Image,
     /// Finding out what a file is, and all that `inspect` says of it.
     Sniff,
     /// A config of any shape, checked and laid over a preset.
@@ -56,7 +59,7 @@ pub(crate) enum Target {
 }
 
 impl Target {
-    pub(crate) const ALL: [Self; 18] = [
+    pub(crate) const ALL: [Self; 19] = [
         Self::Fbx,
         Self::Glb,
         Self::Gltf,
@@ -75,6 +78,7 @@ impl Target {
         Self::Pose,
         Self::Proposal,
         Self::Engine,
+        Self::Image,
     ];
 
     /// Its name on the command line.
@@ -98,6 +102,7 @@ impl Target {
             Self::Pose => "pose",
             Self::Proposal => "proposal",
             Self::Engine => "engine",
+            Self::Image => "image",
         }
     }
 
@@ -117,6 +122,7 @@ impl Target {
             Self::BodyModel => read(bytes, Format::BodyModel),
             Self::JointPositions => read(bytes, Format::JointPositions),
             Self::Bvh => read(bytes, Format::Bvh),
+            Self::Image => image(bytes),
             Self::Sniff => {
                 judge(engine::inspect(NamedBytes { name: "file", bytes }, &Limits::default(), &Control::new()));
             }
@@ -145,6 +151,16 @@ impl Target {
             }
         }
     }
+}
+
+/// Decodes an image in its own size and as a texture, which is made smaller as it is decoded.
+fn image(bytes: &[u8]) {
+    if let Ok(picture) = picture::read_picture(bytes) {
+        assert_eq!(picture.pixels.len(), picture.width * picture.height, "every pixel is there");
+    }
+    let paint = Paint { image: Some(0), ..Paint::default() };
+    let appearance = Appearance { paints: vec![paint], images: vec![bytes.to_vec()], ..Appearance::default() };
+    assert!(picture::Figure::new(appearance).is_ok(), "an image that is broken leaves its surfaces plain");
 }
 
 /// The clip and the figure that configs are tried on.

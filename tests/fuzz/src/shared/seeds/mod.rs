@@ -4,6 +4,7 @@ mod bvh;
 mod config;
 mod fbx;
 mod gltf;
+mod image;
 mod numpy;
 
 use retargetd::{
@@ -46,6 +47,7 @@ pub(crate) fn seeds(target: Target) -> Vec<Seed> {
         Target::BodyModel => numpy::body_models(),
         Target::JointPositions => numpy::joint_positions(),
         Target::Bvh => [written("walk", Format::Bvh, Compression::None)].into_iter().chain(bvh::dialects()).collect(),
+        Target::Image => image::all(),
         Target::Sniff => sniffed(),
         Target::Engine => {
             let mut all = vec![("clip".to_owned(), clip()), ("figure".to_owned(), figure())];
