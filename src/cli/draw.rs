@@ -1,4 +1,4 @@
-//! The `draw` subcommand: a scene of drawn characters to what they do.
+//! The `draw` subcommand: a scene of drawn characters, or one drawing and a motion, to what they do.
 
 use std::{
     path::{Path, PathBuf},
@@ -9,7 +9,7 @@ use std::{
 use clap::ValueEnum;
 
 use crate::{
-    engine::{self, Failure, FailureCode, Limits, NamedBytes, PictureFormat, Scenery},
+    engine::{self, Failure, FailureCode, Limits, Manner, NamedBytes, PictureFormat, Scenery},
     model::Control,
 };
 
@@ -23,12 +23,21 @@ use super::{
 /// Arguments of `retargetd draw`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The config of the scene, as *Animated Drawings* reads it
-    #[arg(long, value_name = "FILE")]
-    config: PathBuf,
-    /// Whose numbers come out
-    #[arg(long, value_enum)]
-    compat: Compat,
+    /// The config of a scene, as *Animated Drawings* reads it
+    #[arg(long, value_name = "FILE", required_unless_present = "drawing", conflicts_with_all = ["drawing", "motion", "clip"])]
+    config: Option<PathBuf>,
+    /// A folder with a drawing, which moves with nothing else given: char_cfg.yaml, texture.png and mask.png
+    #[arg(long, value_name = "FOLDER", requires = "motion")]
+    drawing: Option<PathBuf>,
+    /// What the drawing does: a file with a clip, of any format that is read
+    #[arg(long, value_name = "FILE", requires = "drawing")]
+    motion: Option<PathBuf>,
+    /// The clip of the motion. Default: the first that moves
+    #[arg(long, value_name = "NAME", requires = "motion")]
+    clip: Option<String>,
+    /// Whose numbers come out. Without it, bones do not jump, have the angles that they are to have, and parts change places seldom
+    #[arg(long, value_enum, conflicts_with = "drawing")]
+    compat: Option<Compat>,
     /// Where the result goes; .npz: the poses as arrays; .gif, .webp, .apng: a moving picture. Without it, where the scene says
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -46,6 +55,9 @@ enum Compat {
     AnimatedDrawings,
 }
 
+/// Codes of what was chosen, in which nothing is wrong.
+const CHOICES: [&str; 3] = ["drawing_motion", "drawing_planes", "drawing_in_place"];
+
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
     match draw(arguments) {
         Ok(()) => ExitCode::SUCCESS,
@@ -54,23 +66,21 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 }
 
 fn draw(arguments: &Arguments) -> Result<(), Exit> {
-    let Compat::AnimatedDrawings = arguments.compat;
     let limits = Limits::default();
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);
-    let config = InputFile::read("config", &arguments.config, &limits)?;
     let mesh = arguments.mesh.as_deref().map(|path| InputFile::read("mesh", path, &limits)).transpose()?;
-    let name = arguments.config.display().to_string();
-    let scene = NamedBytes { name: &name, bytes: config.as_named().bytes };
-    let mut read = |file: &str| read_named(file, &arguments.config, &limits);
+    let beside = arguments.config.as_deref().unwrap_or(Path::new("."));
+    let mut read = |file: &str| read_named(file, beside, &limits);
     let told = |failure: Failure| Exit::from_failure(&failure, "");
-    let scenery = engine::read_scenery(scene, &mut read, &control).map_err(told)?;
+    let scenery = arguments.scenery(&mut read, &limits, &control)?;
     let output = arguments.place(&scenery)?;
     check_place(&output)?;
-    let inputs = [Some(arguments.config.as_path()), arguments.mesh.as_deref()];
+    let inputs = [arguments.config.as_deref(), arguments.motion.as_deref(), arguments.mesh.as_deref()];
     arguments.overwriting.check(inputs.into_iter().flatten(), [output.as_path()])?;
     for (code, text) in &scenery.notes {
-        say(format_args!("warning: {code}: {text}"));
+        let kind = if CHOICES.contains(code) { "note" } else { "warning" };
+        say(format_args!("{kind}: {code}: {text}"));
     }
     let bytes = match kind(&output)? {
         None => {
@@ -85,11 +95,35 @@ fn draw(arguments: &Arguments) -> Result<(), Exit> {
 }
 
 impl Arguments {
+    /// What is drawn.
+    fn scenery(
+        &self,
+        read: &mut dyn FnMut(&str) -> Result<Vec<u8>, Failure>,
+        limits: &Limits,
+        control: &Control,
+    ) -> Result<Scenery, Exit> {
+        let told = |failure: Failure| Exit::from_failure(&failure, "");
+        if let (Some(folder), Some(motion)) = (&self.drawing, &self.motion) {
+            let file = InputFile::read("motion", motion, limits)?;
+            let motion = (file.as_named(), self.clip.as_deref());
+            return engine::stage_drawing(&folder.display().to_string(), read, motion, limits, control).map_err(told);
+        }
+        let path = self.config.as_deref().unwrap_or(Path::new(""));
+        let config = InputFile::read("config", path, limits)?;
+        let name = path.display().to_string();
+        let scene = NamedBytes { name: &name, bytes: config.as_named().bytes };
+        let manner = match self.compat {
+            Some(Compat::AnimatedDrawings) => Manner::Original,
+            None => Manner::Steady,
+        };
+        engine::read_scenery(scene, read, manner, control).map_err(told)
+    }
+
     /// Where the result goes.
     fn place(&self, scenery: &Scenery) -> Result<PathBuf, Exit> {
         let said = scenery.spec.controller.output_video_path.as_ref().map(PathBuf::from);
         self.output.clone().or(said).ok_or_else(|| {
-            let message = format!("config {}: the scene does not say where its picture goes", self.config.display());
+            let message = "nothing says where the picture goes".to_owned();
             Exit::new(BAD_USAGE, message, "name the place with --output")
         })
     }

@@ -1,5 +1,7 @@
 //! The places of a body's joints seen from the body: upright, facing +X, with the root at the origin.
 
+use std::ops::Range;
+
 use glam::{DMat3, DVec3};
 
 use super::{DrawingError, MotionFile, MotionSpec, UpAxis};
@@ -44,28 +46,28 @@ impl BodyMotion {
                 DMat3::from_rotation_y(quarter) * DMat3::from_rotation_x(quarter)
             }
         };
-        let first: Vec<DVec3> = file.places(range.start).into_iter().map(|place| upright * place).collect();
-        let basis = facing_x(forward(&first, &pairs)?) * upright * spec.scale;
-        let mut motion = Self {
-            joint_names: file.joint_names.clone(),
-            frame_time: spec.frame_time.unwrap_or(file.frame_time),
-            roots: Vec::with_capacity(range.len()),
-            forwards: Vec::with_capacity(range.len()),
-            places: Vec::with_capacity(range.len() * file.joint_names.len()),
-        };
-        let start = file.places(range.start);
-        let origin = basis * start[0];
-        let floor = basis * start[ground];
-        let shift = DVec3::new(-origin.x, -floor.y, -origin.z);
-        for frame in range {
-            let places: Vec<DVec3> = file.places(frame).into_iter().map(|place| basis * place + shift).collect();
-            let forward = forward(&places, &pairs)?;
-            let turn = facing_x(forward);
-            motion.roots.push(places[0]);
-            motion.forwards.push(forward);
-            motion.places.extend(places.iter().map(|&place| turn * (place - places[0])));
+        let frame_time = spec.frame_time.unwrap_or(file.frame_time);
+        let body = Body { joint_names: file.joint_names.clone(), frame_time, ground, pairs };
+        body.seen(range, (upright, spec.scale), |frame| file.places(frame))
+    }
+
+    /// The motion of a body whose joints are there at each frame, in a world with +Y up; the first is its root. `pairs` are indices of
+    /// joints of its left side and of its right side.
+    ///
+    /// # Errors
+    ///
+    /// Where there is no frame, or where the pairs point straight up at some.
+    pub fn of_places(
+        joint_names: Vec<String>,
+        frame_time: f64,
+        pairs: Vec<(usize, usize)>,
+        places: &[Vec<DVec3>],
+    ) -> Result<Self, DrawingError> {
+        if places.is_empty() {
+            return Err(DrawingError::new("motion", "there are no frames", "give a clip that moves"));
         }
-        Ok(motion)
+        let body = Body { joint_names, frame_time, ground: 0, pairs };
+        body.seen(0..places.len(), (DMat3::IDENTITY, 1.0), |frame| places[frame].clone())
     }
 
     /// How many frames there are.
@@ -90,6 +92,48 @@ impl BodyMotion {
     #[must_use]
     pub fn joint(&self, name: &str) -> Option<usize> {
         self.joint_names.iter().position(|joint| joint == name)
+    }
+}
+
+/// What is known of a body before it is seen: the joints that its ground and its sides are taken from.
+struct Body {
+    joint_names: Vec<String>,
+    frame_time: f64,
+    ground: usize,
+    pairs: Vec<(usize, usize)>,
+}
+
+impl Body {
+    /// The frames of a range, which are turned upright and scaled.
+    fn seen(
+        self,
+        range: Range<usize>,
+        (upright, scale): (DMat3, f64),
+        places_at: impl Fn(usize) -> Vec<DVec3>,
+    ) -> Result<BodyMotion, DrawingError> {
+        let Self { joint_names, frame_time, ground, pairs } = self;
+        let start = places_at(range.start);
+        let first: Vec<DVec3> = start.iter().map(|&place| upright * place).collect();
+        let basis = facing_x(forward(&first, &pairs)?) * upright * scale;
+        let mut motion = BodyMotion {
+            frame_time,
+            roots: Vec::with_capacity(range.len()),
+            forwards: Vec::with_capacity(range.len()),
+            places: Vec::with_capacity(range.len() * joint_names.len()),
+            joint_names,
+        };
+        let origin = basis * start[0];
+        let floor = basis * start[ground];
+        let shift = DVec3::new(-origin.x, -floor.y, -origin.z);
+        for frame in range {
+            let places: Vec<DVec3> = places_at(frame).into_iter().map(|place| basis * place + shift).collect();
+            let forward = forward(&places, &pairs)?;
+            let turn = facing_x(forward);
+            motion.roots.push(places[0]);
+            motion.forwards.push(forward);
+            motion.places.extend(places.iter().map(|&place| turn * (place - places[0])));
+        }
+        Ok(motion)
     }
 }
 

@@ -21,6 +21,8 @@
 //! | `viewpoint` | from where drawings are seen |
 //! | `fill` | textured triangles onto a picture |
 //! | `puppet` | a drawing that is ready to be seen, one frame at a time |
+//! | `humanoid` | how a human body drives a drawing for which nobody wrote a config |
+//! | `damping` | bones that do not jump, parts that change places seldom |
 //! | `performance` | a drawing, a motion and a retarget spec to the poses of all frames |
 //!
 //! The numbers follow *Animated Drawings* (Smith et al., "A Method for Animating Children's Drawings of the Human Figure", ACM
@@ -33,10 +35,12 @@ mod body_motion;
 mod bvh;
 mod character_spec;
 mod complex;
+mod damping;
 mod dissection;
 mod error;
 mod factors;
 mod fill;
+mod humanoid;
 mod lattice;
 mod motion_spec;
 mod parts;
@@ -56,8 +60,9 @@ pub use body_motion::BodyMotion;
 pub use bvh::MotionFile;
 pub use character_spec::{CharacterSpec, JointSpec};
 pub use error::DrawingError;
+pub use humanoid::body_joints;
 pub use motion_spec::{MotionSpec, UpAxis};
-pub use performance::Performance;
+pub use performance::{Manner, Performance};
 pub use planar_rig::PlanarRig;
 pub use projection::Plane;
 pub use puppet::{Puppet, PuppetWorkspace};

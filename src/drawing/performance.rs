@@ -3,12 +3,22 @@
 use glam::DVec2;
 
 use super::{
-    BodyMotion, DrawingError, PlanarRig, Plane, RetargetSpec,
+    BodyMotion, DrawingError, PlanarRig, Plane, RetargetSpec, damping,
     projection::{Planes, angle_degrees},
     root_offset,
 };
 
-/// What a drawing does, frame by frame, as *Animated Drawings* computes it.
+/// Whose rules a drawing follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Manner {
+    /// Those of *Animated Drawings*, with all that it does otherwise than one would.
+    Original,
+    /// Bones follow without jumps and have the angles that they are to have, parts are ordered along one axis and change places seldom, and
+    /// who goes far away stays in the picture.
+    Steady,
+}
+
+/// What a drawing does, frame by frame.
 #[derive(Clone, Debug)]
 pub struct Performance {
     /// How many frames there are.
@@ -53,7 +63,12 @@ impl Performance {
     /// # Errors
     ///
     /// Where the spec names what the drawing or the body does not have.
-    pub fn new(rig: &PlanarRig, motion: &BodyMotion, spec: &RetargetSpec) -> Result<Self, DrawingError> {
+    pub fn new(
+        rig: &PlanarRig,
+        motion: &BodyMotion,
+        spec: &RetargetSpec,
+        manner: Manner,
+    ) -> Result<Self, DrawingError> {
         let planes = Planes::new(spec, motion);
         let mut notes: Vec<(&'static str, String)> = Vec::new();
         if !planes.unknown.is_empty() {
@@ -61,15 +76,13 @@ impl Performance {
         }
         let drives = drives(rig, motion, spec, &planes, &mut notes)?;
         let offset_plane = planes.of_groups[spec.offset_group()?];
-        let roots = root_offset::way(&spec.char_bvh_root_offset, offset_plane, motion, rig)?;
-        let group_depths = group_depths(motion, spec, &planes)?;
-        let groups = spec.char_bodypart_groups.len();
-        let mut order = Vec::with_capacity(group_depths.len());
-        for depths in group_depths.chunks_exact(groups.max(1)) {
-            let mut sorted: Vec<usize> = (0..groups).collect();
-            sorted.sort_by(|&one, &other| depths[one].total_cmp(&depths[other]));
-            order.extend(sorted);
+        let mut roots = root_offset::way(&spec.char_bvh_root_offset, offset_plane, motion, rig)?;
+        if manner == Manner::Steady && root_offset::stay(&mut roots) {
+            notes.push(("drawing_in_place", "the motion goes far: the drawing stays where it is".to_owned()));
         }
+        let one_plane = (manner == Manner::Steady).then_some(offset_plane);
+        let group_depths = group_depths(motion, spec, &planes, one_plane)?;
+        let order = order(&group_depths, spec.char_bodypart_groups.len(), motion, manner);
         let seen: Vec<(usize, Plane)> =
             planes.of_joints.iter().enumerate().filter_map(|(joint, plane)| Some((joint, (*plane)?))).collect();
         let depths = (0..motion.frames())
@@ -78,7 +91,7 @@ impl Performance {
             frames: motion.frames(),
             frame_time: motion.frame_time,
             driven: drives.iter().map(|drive| rig.joint_names[drive.joint].clone()).collect(),
-            orientations_degrees: Vec::with_capacity(motion.frames() * drives.len()),
+            orientations_degrees: Vec::new(),
             depth_joints: seen.iter().map(|&(joint, _)| motion.joint_names[joint].clone()).collect(),
             depths: depths.collect(),
             planes: planes.of_groups,
@@ -89,8 +102,24 @@ impl Performance {
             group_depths,
             notes,
         };
-        performance.pose(rig, motion, &drives);
+        performance.orientations_degrees = orientations(motion, &drives, manner);
+        performance.pose(rig, &drives, manner);
         Ok(performance)
+    }
+
+    /// The corners between which the drawing is seen at all frames: its joints, and what of the figure is usually beyond them.
+    #[must_use]
+    pub fn bounds(&self, rig: &PlanarRig) -> [DVec2; 2] {
+        /// By this share of the height of the joints at rest, heads, hands and feet go beyond them.
+        const BEYOND: f64 = 0.25;
+        let corners = |places: &[DVec2]| {
+            let start = [DVec2::MAX, DVec2::MIN];
+            places.iter().fold(start, |[low, high], place| [low.min(*place), high.max(*place)])
+        };
+        let [low_at_rest, high_at_rest] = corners(&rig.rest);
+        let margin = DVec2::splat((high_at_rest - low_at_rest).max_element() * BEYOND);
+        let [low, high] = corners(&self.joints);
+        [low - margin, high + margin]
     }
 
     /// The joints at a frame relative to the root, and the root.
@@ -102,19 +131,57 @@ impl Performance {
         (joints.iter().map(|&joint| joint - root).collect(), root)
     }
 
-    fn pose(&mut self, rig: &PlanarRig, motion: &BodyMotion, drives: &[Drive]) {
+    fn pose(&mut self, rig: &PlanarRig, drives: &[Drive], manner: Manner) {
         let start = DVec2::new(self.start[0], self.start[1]);
         let mut wanted = vec![None; rig.rest.len()];
         for (frame, posed) in self.joints.chunks_exact_mut(rig.rest.len()).enumerate() {
-            for drive in drives {
-                let direction = motion.place(frame, drive.to) - motion.place(frame, drive.from);
-                let angle = angle_degrees(drive.plane.seen(direction));
-                self.orientations_degrees.push(angle);
-                wanted[drive.joint] = Some(angle);
+            for (place, drive) in drives.iter().enumerate() {
+                wanted[drive.joint] = Some(self.orientations_degrees[frame * drives.len() + place]);
             }
-            rig.pose(&wanted, start + self.roots[frame], posed);
+            match manner {
+                Manner::Original => rig.pose(&wanted, start + self.roots[frame], posed),
+                Manner::Steady => rig.pose_exactly(&wanted, start + self.roots[frame], posed),
+            }
         }
     }
+}
+
+/// For each frame the angles of the driven bones.
+fn orientations(motion: &BodyMotion, drives: &[Drive], manner: Manner) -> Vec<f64> {
+    let mut degrees = vec![0.0; motion.frames() * drives.len()];
+    for (place, drive) in drives.iter().enumerate() {
+        let direction = |frame| motion.place(frame, drive.to) - motion.place(frame, drive.from);
+        let angles: Vec<f64> = match manner {
+            Manner::Original => {
+                (0..motion.frames()).map(|frame| angle_degrees(drive.plane.seen(direction(frame)))).collect()
+            }
+            Manner::Steady => {
+                let seen = |frame| drive.plane.seen(direction(frame).normalize_or_zero());
+                let mut seen: Vec<DVec2> = (0..motion.frames()).map(seen).collect();
+                damping::damp(&mut seen, motion.frame_time);
+                damping::followed(&seen, motion.frame_time)
+            }
+        };
+        for (frame, angle) in angles.into_iter().enumerate() {
+            degrees[frame * drives.len() + place] = angle;
+        }
+    }
+    degrees
+}
+
+/// For each frame the groups from the farthest to the nearest.
+fn order(group_depths: &[f64], groups: usize, motion: &BodyMotion, manner: Manner) -> Vec<usize> {
+    if manner == Manner::Steady {
+        let reach = motion.places.iter().map(|place| place.length()).fold(0.0, f64::max);
+        return damping::steady_order(group_depths, groups, reach, motion.frame_time);
+    }
+    let mut order = Vec::with_capacity(group_depths.len());
+    for depths in group_depths.chunks_exact(groups.max(1)) {
+        let mut sorted: Vec<usize> = (0..groups).collect();
+        sorted.sort_by(|&one, &other| depths[one].total_cmp(&depths[other]));
+        order.extend(sorted);
+    }
+    order
 }
 
 fn drives(
@@ -151,8 +218,13 @@ fn drives(
     Ok(drives)
 }
 
-/// For each frame and body part group the mean depth of its drivers.
-fn group_depths(motion: &BodyMotion, spec: &RetargetSpec, planes: &Planes) -> Result<Vec<f64>, DrawingError> {
+/// For each frame and body part group the mean depth of its drivers: each before its own plane, or all before one.
+fn group_depths(
+    motion: &BodyMotion,
+    spec: &RetargetSpec,
+    planes: &Planes,
+    one_plane: Option<Plane>,
+) -> Result<Vec<f64>, DrawingError> {
     let mut drivers = Vec::new();
     for (index, group) in spec.char_bodypart_groups.iter().enumerate() {
         let place = format!("char_bodypart_groups[{index}].bvh_depth_drivers");
@@ -162,7 +234,8 @@ fn group_depths(motion: &BodyMotion, spec: &RetargetSpec, planes: &Planes) -> Re
     let mut depths = Vec::with_capacity(motion.frames() * drivers.len());
     for frame in 0..motion.frames() {
         depths.extend(drivers.iter().map(|group| {
-            let sum: f64 = group.iter().map(|&(joint, plane)| plane.depth(motion.place(frame, joint))).sum();
+            let sum: f64 =
+                group.iter().map(|&(joint, plane)| one_plane.unwrap_or(plane).depth(motion.place(frame, joint))).sum();
             sum / group.len() as f64
         }));
     }

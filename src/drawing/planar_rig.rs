@@ -87,6 +87,22 @@ impl PlanarRig {
         }
     }
 
+    /// Poses the rig so that every driven bone has its angle; what is not driven turns with the bone that it hangs on.
+    ///
+    /// `wanted` has an angle for each driven joint.
+    pub(super) fn pose_exactly(&self, wanted: &[Option<f64>], root: DVec2, posed: &mut [DVec2]) {
+        let mut turns = vec![0.0; self.rest.len()];
+        for joint in 0..self.rest.len() {
+            let Some(parent) = self.parents[joint] else {
+                posed[joint] = root;
+                continue;
+            };
+            turns[joint] = wanted[joint].map_or(turns[parent], |angle| angle - self.rest_degrees[joint]);
+            let turn = DVec2::from_angle(turns[joint].to_radians());
+            posed[joint] = posed[parent] + turn.rotate(self.rest[joint] - self.rest[parent]);
+        }
+    }
+
     /// Whether `target` lies on the left of the line from `start` to `end` at rest.
     pub(super) fn is_above(&self, target: usize, [start, end]: [usize; 2]) -> bool {
         let along = (self.rest[end] - self.rest[start]).normalize_or_zero();

@@ -103,6 +103,24 @@ impl RetargetSpec {
         Ok(spec)
     }
 
+    /// One that begins at the origin of the scene and checks nothing.
+    pub(super) fn of_parts(
+        bvh_projection_bodypart_groups: Vec<ProjectionGroup>,
+        char_bodypart_groups: Vec<BodypartGroup>,
+        char_bvh_root_offset: RootOffset,
+        char_joint_bvh_joints_mapping: Ordered<(String, String)>,
+    ) -> Self {
+        Self {
+            char_starting_location: [0.0; 3],
+            bvh_projection_bodypart_groups,
+            char_bodypart_groups,
+            char_bvh_root_offset,
+            char_joint_bvh_joints_mapping,
+            char_runtime_checks: Vec::new(),
+            not_used: NotUsed::new(),
+        }
+    }
+
     /// The index of the group in whose plane the root moves.
     pub(super) fn offset_group(&self) -> Result<usize, DrawingError> {
         let name = &self.char_bvh_root_offset.bvh_projection_bodypart_group_for_offset;

@@ -27,6 +27,20 @@ pub(super) fn way(
     Ok(ways)
 }
 
+/// Widest way of a root that is followed, in sides of the drawing's square.
+const MAX_WAY: f64 = 1.0;
+
+/// Keeps a root that goes too far to the sides where it is; says whether it did.
+pub(super) fn stay(ways: &mut [DVec2]) -> bool {
+    let least = ways.iter().map(|way| way.x).fold(f64::MAX, f64::min);
+    let most = ways.iter().map(|way| way.x).fold(f64::MIN, f64::max);
+    let is_far = most - least > MAX_WAY;
+    if is_far {
+        ways.iter_mut().for_each(|way| way.x = 0.0);
+    }
+    is_far
+}
+
 /// Lengths of the drawing over lengths of the body. The body is measured at its last frame.
 fn scale(offset: &RootOffset, motion: &BodyMotion, rig: &PlanarRig) -> Result<f64, DrawingError> {
     let last = motion.frames() - 1;

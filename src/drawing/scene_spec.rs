@@ -1,5 +1,6 @@
 //! Who is in a picture, from where it is seen, what comes out: the config that names all others.
 
+use glam::DVec2;
 use serde::Deserialize;
 
 use super::{
@@ -7,6 +8,8 @@ use super::{
     yaml::{self, NotUsed, nullable},
 };
 
+/// The vertical field of view of every scene.
+pub(super) const FIELD_OF_VIEW_DEGREES: f64 = 35.0;
 /// Characters in one scene.
 const MAX_CHARACTERS: usize = 16;
 /// Pixels along one side of the picture.
@@ -142,6 +145,22 @@ impl Default for ControllerSection {
 }
 
 impl SceneSpec {
+    /// A view of all between two corners, which are in sides of a character's square, from straight ahead.
+    #[must_use]
+    pub fn of_bounds([low, high]: [DVec2; 2]) -> Self {
+        let (middle, size) = ((low + high) / 2.0, high - low);
+        let distance = size.max_element() / 2.0 / (FIELD_OF_VIEW_DEGREES / 2.0).to_radians().tan();
+        let camera_pos = [middle.x, middle.y, distance];
+        let view = ViewSection { camera_pos, camera_fwd: [0.0, 0.0, 1.0], ..ViewSection::default() };
+        let scene = SceneSection {
+            add_floor: false,
+            add_ad_retarget_bvh: false,
+            animated_characters: Vec::new(),
+            not_used: NotUsed::new(),
+        };
+        Self { scene, view, controller: ControllerSection::default(), not_used: NotUsed::new() }
+    }
+
     /// Reads and checks the text of a scene.
     ///
     /// # Errors

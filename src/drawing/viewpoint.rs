@@ -2,10 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::ViewSection;
+use super::{ViewSection, scene_spec::FIELD_OF_VIEW_DEGREES};
 
-/// The vertical field of view in degrees.
-const FIELD_OF_VIEW: f64 = 35.0;
 /// What is nearer is not seen.
 const NEAR: f64 = 0.1;
 
@@ -27,7 +25,7 @@ impl Viewpoint {
         let hint = if back.cross(DVec3::Y).length() < 1e-6 { DVec3::Z } else { DVec3::Y };
         let right = hint.cross(back).normalize();
         let size = DVec2::new(view.window_dimensions[0] as f64, view.window_dimensions[1] as f64);
-        let scale = size.y / 2.0 / (FIELD_OF_VIEW / 2.0).to_radians().tan();
+        let scale = size.y / 2.0 / (FIELD_OF_VIEW_DEGREES / 2.0).to_radians().tan();
         Self { place: DVec3::from_array(view.camera_pos), right, up: back.cross(right), back, size, scale }
     }
 

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::{
     drawing::{
-        Arap, BodyMotion, CharacterSpec, DrawingError, MotionFile, MotionSpec, Performance, PlanarRig, Plane,
+        Arap, BodyMotion, CharacterSpec, DrawingError, Manner, MotionFile, MotionSpec, Performance, PlanarRig, Plane,
         Precision, Puppet, RetargetSpec, SceneSpec,
     },
     formats::{Elements, Limits, NamedArray, read_numbers, write_arrays},
@@ -13,7 +13,7 @@ use crate::{
     picture::{Picture, PictureError, PictureFormat, Reel, read_picture},
 };
 
-use super::{Failure, FailureCode, NamedBytes};
+use super::{Failure, FailureCode, NamedBytes, drawn_motion::drawn_motion};
 
 /// A drawn character, and what it does.
 #[derive(Clone, Debug)]
@@ -38,8 +38,8 @@ pub struct Scenery {
     pub notes: Vec<(&'static str, String)>,
 }
 
-/// Reads a scene and all that it names, and lets every character move as *Animated Drawings* computes it. `read` finds the files
-/// that configs name, by the names as they are written.
+/// Reads a scene and all that it names, and lets every character move. `read` finds the files that configs name, by the names as they are
+/// written.
 ///
 /// # Errors
 ///
@@ -47,6 +47,7 @@ pub struct Scenery {
 pub fn read_scenery(
     scene: NamedBytes<'_>,
     read: &mut dyn FnMut(&str) -> Result<Vec<u8>, Failure>,
+    manner: Manner,
     control: &Control,
 ) -> Result<Scenery, Failure> {
     let text = text(scene.bytes, scene.name)?;
@@ -65,7 +66,8 @@ pub fn read_scenery(
         let file_name = &*motion_spec.filepath;
         let file = MotionFile::read(&config(file_name)?).map_err(|error| refused(error, file_name))?;
         let body = BodyMotion::new(&file, &motion_spec).map_err(|error| refused(error, motion))?;
-        let performance = Performance::new(&rig, &body, &retarget_spec).map_err(|error| refused(error, retarget))?;
+        let performance =
+            Performance::new(&rig, &body, &retarget_spec, manner).map_err(|error| refused(error, retarget))?;
         note_not_used(&mut notes, character, &spec.not_used());
         note_not_used(&mut notes, motion, &motion_spec.not_used());
         note_not_used(&mut notes, retarget, &retarget_spec.not_used());
@@ -75,6 +77,44 @@ pub fn read_scenery(
         characters.push(DrawnCharacter { pictures, spec, rig, motion: body, retarget: retarget_spec, performance });
     }
     Ok(Scenery { spec, characters, notes })
+}
+
+/// Lets a drawing move as the body of any file does, with nothing else given. `folder` has `char_cfg.yaml`, `texture.png` and `mask.png`,
+/// and `read` reads them; of the motion that clip is taken, or the first that moves.
+///
+/// # Errors
+///
+/// Where the drawing is no human figure, or the motion is none of a body.
+pub fn stage_drawing(
+    folder: &str,
+    read: &mut dyn FnMut(&str) -> Result<Vec<u8>, Failure>,
+    (motion, clip): (NamedBytes<'_>, Option<&str>),
+    limits: &Limits,
+    control: &Control,
+) -> Result<Scenery, Failure> {
+    let beside = |name: &str| format!("{}/{name}", folder.trim_end_matches('/'));
+    let character = beside("char_cfg.yaml");
+    let spec =
+        CharacterSpec::read(text(&read(&character)?, &character)?).map_err(|error| refused(error, &character))?;
+    let rig = PlanarRig::new(&spec).map_err(|error| refused(error, &character))?;
+    let (body, chosen) = drawn_motion(motion, clip, limits, control)?;
+    let retarget = RetargetSpec::of_humanoid(&rig, &body).map_err(|error| refused(error, &character))?;
+    let performance =
+        Performance::new(&rig, &body, &retarget, Manner::Steady).map_err(|error| refused(error, &character))?;
+    let mut notes = vec![("drawing_motion", format!("{}: {chosen}", motion.name))];
+    let planes = retarget.bvh_projection_bodypart_groups.iter().zip(&performance.planes);
+    let planes: Vec<String> = planes
+        .map(|(group, plane)| match plane {
+            Plane::Frontal => format!("{} from the front", group.name),
+            Plane::Sagittal => format!("{} from the side", group.name),
+        })
+        .collect();
+    notes.push(("drawing_planes", format!("seen are {}", planes.join(", "))));
+    notes.extend(performance.notes.iter().cloned());
+    let pictures = ["texture.png", "mask.png"].map(beside);
+    let bounds = performance.bounds(&rig);
+    let character = DrawnCharacter { pictures, spec, rig, motion: body, retarget, performance };
+    Ok(Scenery { spec: SceneSpec::of_bounds(bounds), characters: vec![character], notes })
 }
 
 /// What the characters of a scene do, as an archive of arrays (`.npz`). A mesh, such an archive with `mesh_rest_vertices` and

@@ -7,6 +7,7 @@ mod alignment;
 mod curves;
 mod draw;
 mod drawn_bones;
+mod drawn_motion;
 mod edit;
 mod explain;
 mod face_fit;
@@ -39,8 +40,9 @@ mod tune;
 mod wanted;
 mod work;
 
+pub use crate::drawing::Manner;
 pub use alignment::AlignmentView;
-pub use draw::{DrawnCharacter, Scenery, draw_picture, draw_poses, read_scenery};
+pub use draw::{DrawnCharacter, Scenery, draw_picture, draw_poses, read_scenery, stage_drawing};
 pub use edit::edited_clip;
 pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain, explain_with};
 pub use face_fit::FaceFitView;

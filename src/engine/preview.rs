@@ -137,7 +137,7 @@ pub(super) fn failed(error: FilmError) -> Failure {
 }
 
 /// The clip of that name; without one, the first that moves.
-fn chosen<'a>(scene: &'a Scene, name: Option<&str>) -> Result<Option<&'a Clip>, Failure> {
+pub(super) fn chosen<'a>(scene: &'a Scene, name: Option<&str>) -> Result<Option<&'a Clip>, Failure> {
     let Some(name) = name else { return Ok(scene.clips.iter().find(|clip| clip.is_animated())) };
     let found = scene.clips.iter().find(|clip| clip.name() == name).ok_or_else(|| {
         let names = scene.clips.iter().map(Clip::name).collect::<Vec<_>>().join(", ");

@@ -4,7 +4,8 @@ use std::{path::Path, process::Command};
 
 use retargetd::{
     engine::{
-        Failure, FailureCode, Limits, NamedBytes, PictureFormat, Scenery, draw_picture, draw_poses, read_scenery,
+        Failure, FailureCode, Limits, Manner, NamedBytes, PictureFormat, Scenery, draw_picture, draw_poses,
+        read_scenery,
     },
     formats::read_numbers,
     model::Control,
@@ -34,7 +35,7 @@ fn scenery(name: &str) -> Option<Scenery> {
     let file = format!("examples/config/mvc/{name}.yaml");
     let bytes = original(&file).ok()?;
     let scene = NamedBytes { name: &file, bytes: &bytes };
-    Some(read_scenery(scene, &mut original, &Control::new()).expect("a scene"))
+    Some(read_scenery(scene, &mut original, Manner::Original, &Control::new()).expect("a scene"))
 }
 
 fn numbers(archive: &[u8], name: &str) -> Vec<f64> {
@@ -183,9 +184,166 @@ fn a_picture_is_the_same_every_time() {
     let bytes = read("scene.yaml").expect("a scene");
     let control = Control::new();
     let scene = NamedBytes { name: "scene.yaml", bytes: &bytes };
-    let scenery = read_scenery(scene, &mut read, &control).expect("a scene");
+    let scenery = read_scenery(scene, &mut read, Manner::Original, &control).expect("a scene");
     let (one, frames) = draw_picture(&scenery, &mut read, PictureFormat::Webp, &control).expect("a picture");
     let (other, _) = draw_picture(&scenery, &mut read, PictureFormat::Webp, &control).expect("a picture");
     assert_eq!(frames, 3);
     assert_eq!(one, other);
+}
+
+/// A figure as the original's annotation names its joints, made of boxes, 200 pixels wide and high; its left is on the right.
+fn made_drawing(folder: &Path) {
+    let joints = [
+        ("root", 100, 110, "null"),
+        ("hip", 100, 110, "root"),
+        ("torso", 100, 70, "hip"),
+        ("neck", 100, 40, "torso"),
+        ("right_shoulder", 85, 70, "torso"),
+        ("right_elbow", 60, 70, "right_shoulder"),
+        ("right_hand", 35, 70, "right_elbow"),
+        ("left_shoulder", 115, 70, "torso"),
+        ("left_elbow", 140, 70, "left_shoulder"),
+        ("left_hand", 165, 70, "left_elbow"),
+        ("right_hip", 90, 110, "root"),
+        ("right_knee", 90, 140, "right_hip"),
+        ("right_foot", 90, 170, "right_knee"),
+        ("left_hip", 110, 110, "root"),
+        ("left_knee", 110, 140, "left_hip"),
+        ("left_foot", 110, 170, "left_knee"),
+    ];
+    let mut config = "width: 200\nheight: 200\nskeleton:\n".to_owned();
+    for (name, x, y, parent) in joints {
+        config += &format!("- {{loc: [{x}, {y}], name: {name}, parent: {parent}}}\n");
+    }
+    std::fs::create_dir_all(folder).expect("a folder");
+    std::fs::write(folder.join("char_cfg.yaml"), config).expect("written");
+    // Head and trunk, arms, and both legs.
+    let boxes = [[85, 20, 115, 115], [25, 62, 175, 78], [82, 105, 97, 180], [103, 105, 118, 180]];
+    let is_in = |x: i32, y: i32| {
+        boxes.iter().any(|[left, top, right, low]| (*left..*right).contains(&x) && (*top..*low).contains(&y))
+    };
+    for (name, inside, outside) in
+        [("texture.png", [200, 80, 40, 255], [255; 4]), ("mask.png", [255; 4], [0, 0, 0, 255])]
+    {
+        let pixels = (0..200 * 200).flat_map(|pixel| if is_in(pixel % 200, pixel / 200) { inside } else { outside });
+        let file = std::fs::File::create(folder.join(name)).expect("a file");
+        let mut encoder = png::Encoder::new(file, 200, 200);
+        encoder.set_color(png::ColorType::Rgba);
+        let mut writer = encoder.write_header().expect("a header");
+        writer.write_image_data(&pixels.collect::<Vec<u8>>()).expect("written");
+    }
+}
+
+/// `retargetd draw` of a folder `hero` with a file as its motion.
+fn draw_alone(folder: &Path, motion: &str, output: &str) -> std::process::Output {
+    std::process::Command::new(env!("CARGO_BIN_EXE_retargetd"))
+        .args(["draw", "--drawing", "hero", "--motion", motion, "--output", output])
+        .current_dir(folder)
+        .output()
+        .expect("the binary runs")
+}
+
+/// The largest step of any driven bone from one frame to the next, in degrees.
+fn largest_step(poses: &[u8], bones: usize) -> f64 {
+    let degrees = numbers(poses, "char_orientations_deg");
+    let step = |at: usize| (degrees[at + bones] - degrees[at] + 180.0).rem_euclid(360.0) - 180.0;
+    (0..degrees.len() - bones).map(|at| step(at).abs()).fold(0.0, f64::max)
+}
+
+const BONES: usize = 10;
+
+#[test]
+fn any_motion_moves_a_drawing_with_nothing_else_given() {
+    let folder = tempfile::tempdir().expect("a folder");
+    made_drawing(&folder.path().join("hero"));
+    std::fs::write(folder.path().join("walk.glb"), retargetd::samples::walk_clip()).expect("the walk");
+    let output = draw_alone(folder.path(), "walk.glb", "poses.npz");
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{told}");
+    for part in ["note: drawing_motion: walk.glb", "15 joints of a body", "legs from the side"] {
+        assert!(told.contains(part), "{part} in {told}");
+    }
+    let poses = std::fs::read(folder.path().join("poses.npz")).expect("poses");
+    assert!(largest_step(&poses, BONES) <= 30.0, "bones do not jump: {}", largest_step(&poses, BONES));
+    // Every driven bone has the angle that it is to have.
+    let (joints, degrees) = (numbers(&poses, "rig_joint_xy"), numbers(&poses, "char_orientations_deg"));
+    let rest = numbers(&poses, "rig_rest_xy").len();
+    let place = |frame: usize, joint: usize| glam::DVec2::from_slice(&joints[frame * rest + joint * 2..]);
+    // The torso is the third joint and the first driven one, and hangs on the second.
+    for frame in 0..joints.len() / rest {
+        let up = place(frame, 2) - place(frame, 1);
+        let angle = up.y.atan2(up.x).to_degrees() - 90.0;
+        let apart = (angle - degrees[frame * BONES] + 180.0).rem_euclid(360.0) - 180.0;
+        assert!(apart.abs() < 0.01, "frame {frame}: {angle}, {}", degrees[frame * BONES]);
+    }
+
+    let output = draw_alone(folder.path(), "walk.glb", "walk.gif");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let gif = std::fs::read(folder.path().join("walk.gif")).expect("a picture");
+    let mut options = gif::DecodeOptions::new();
+    options.set_color_output(gif::ColorOutput::RGBA);
+    let mut reader = options.read_info(&gif[..]).expect("a GIF");
+    let mut frames = 0;
+    while let Some(frame) = reader.read_next_frame().expect("a frame") {
+        let orange =
+            frame.buffer.chunks_exact(4).filter(|pixel| pixel[3] > 0 && pixel[0] > 150 && pixel[2] < 100).count();
+        assert!(orange > 5_000, "frame {frames}: the figure is seen, and large: {orange}");
+        frames += 1;
+    }
+    assert!(frames > 20, "it moves: {frames}");
+}
+
+#[test]
+fn drawings_and_motions_that_do_not_fit_are_refused_with_their_names() {
+    let folder = tempfile::tempdir().expect("a folder");
+    made_drawing(&folder.path().join("hero"));
+    std::fs::write(folder.path().join("still.glb"), retargetd::samples::mannequin()).expect("written");
+    std::fs::write(folder.path().join("walk.glb"), retargetd::samples::walk_clip()).expect("written");
+    let told =
+        |motion: &str| String::from_utf8_lossy(&draw_alone(folder.path(), motion, "out.npz").stderr).into_owned();
+    assert!(told("still.glb").contains("still.glb: nothing moves in the file"), "{}", told("still.glb"));
+    let config = folder.path().join("hero/char_cfg.yaml");
+    let text = std::fs::read_to_string(&config).expect("text");
+    let renamed = ["elbow", "knee", "foot", "hand", "torso"]
+        .iter()
+        .fold(text, |text, name| text.replace(name, &format!("x{name}")));
+    std::fs::write(&config, renamed).expect("written");
+    let other = told("walk.glb");
+    assert!(other.contains("hero/char_cfg.yaml") && other.contains("1 bones of a human figure"), "{other}");
+}
+
+/// Dances, walks and arms that point at the viewer, of all formats.
+#[test]
+fn real_motions_move_a_drawing_without_jumps() {
+    let motions = [
+        "bvh/fair1/zombie_zup.bvh",
+        "bvh/fair1/wave_hello_zup.bvh",
+        "bvh/cmu/01_01_motionbuilder.bvh",
+        "smpl/aistpp_gBR_d04_smpl24_yup.npz",
+        "vrma/test_small.vrma",
+    ];
+    let folder = tempfile::tempdir().expect("a folder");
+    made_drawing(&folder.path().join("hero"));
+    for name in motions {
+        let Some(motion) = crate::support::corpus_file(name) else { return };
+        let output = draw_alone(folder.path(), &motion.display().to_string(), "poses.npz");
+        assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+        let poses = std::fs::read(folder.path().join("poses.npz")).expect("poses");
+        let seconds = numbers(&poses, "frame_time")[0];
+        let step = largest_step(&poses, BONES);
+        assert!(step <= (900.0 * seconds).min(180.0) + 1e-3, "{name}: {step} degrees");
+        let groups = 5;
+        let order = numbers(&poses, "bodypart_order");
+        let frames = order.len() / groups;
+        for group in 0..groups {
+            let place = |frame: usize| (0..groups).find(|at| order[frame * groups + at] == group as f64);
+            let changes = (1..frames).filter(|frame| place(*frame) != place(frame - 1)).count();
+            let most = 2.0 * frames as f64 * seconds + 1.0;
+            assert!(
+                changes as f64 <= most,
+                "{name}: group {group} changes its place {changes} times in {frames} frames"
+            );
+        }
+        std::fs::remove_file(folder.path().join("poses.npz")).expect("there");
+    }
 }
