@@ -71,7 +71,7 @@ pub use tune::{TunedParameter, Tuning};
 pub use crate::{
     formats::{Format, FormatInfo, JsonSize, Limits, sniff},
     model::{Control, Phase, Progress},
-    picture::{Background, CameraKind, Follow, Layout, PictureFormat, Sheet, SheetSize, SheetWord, Style, View},
+    picture::{Background, CameraKind, Follow, Layout, PictureFormat, Sheet, SheetSize, SheetWord, Sight, Style, View},
     rig::{FindingCode, PoseChoice, Severity, template_schema},
 };
 

@@ -3,7 +3,7 @@
 use crate::{
     formats::{Format, Limits},
     model::{Clip, Control, Phase, Reporter, Scene},
-    picture::{Cast, FilmError, Layout, PictureFormat, Sheet, SheetSize, View, render},
+    picture::{Cast, FilmError, Layout, PictureFormat, Sheet, SheetSize, Sight, View, render},
     rig::{Rig, RigSpec},
 };
 
@@ -24,6 +24,8 @@ pub struct Preview {
     pub size: [usize; 2],
     /// How many frames it has.
     pub frames: usize,
+    /// Where each frame, or each cell of a sheet, was seen from.
+    pub sights: Vec<Sight>,
     /// Guesses and losses.
     pub warnings: Vec<WarningView>,
 }
@@ -126,7 +128,7 @@ fn drawn(
     let cast = Cast { main: &shown.subject(), companion: companion.as_ref(), marks: None };
     let film = render(&cast, &options.view, format, control).map_err(failed)?;
     let warnings = reporter.into_warnings().into_iter().map(WarningView::from).collect();
-    Ok(Preview { bytes: film.bytes, format, size: film.size, frames: film.frames, warnings })
+    Ok(Preview { bytes: film.bytes, format, size: film.size, frames: film.frames, sights: film.sights, warnings })
 }
 
 pub(super) fn failed(error: FilmError) -> Failure {

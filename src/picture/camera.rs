@@ -1,6 +1,6 @@
 //! Where the picture is seen from, so that the whole figure is in it.
 
-use glam::{Mat3, Vec2, Vec3};
+use glam::{Mat3, Mat4, Vec2, Vec3};
 
 use super::view::CameraKind;
 
@@ -20,6 +20,17 @@ pub(super) struct Camera {
     middle: Vec2,
     /// What is nearer is not seen.
     pub(super) near: f32,
+}
+
+/// Where a picture was seen from, in the space and the units of the file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sight {
+    /// Where the camera is.
+    pub eye: Vec3,
+    /// Unit vectors: what is to the right on the picture, what is up, and what is toward the viewer.
+    pub axes: [Vec3; 3],
+    /// The angle of view from the lower edge of the picture to the upper one.
+    pub vertical_degrees: f32,
 }
 
 /// From which side a camera looks.
@@ -88,6 +99,17 @@ impl Camera {
     /// The camera moved by some way.
     pub(super) fn moved(self, by: Vec3) -> Self {
         Self { eye: self.eye + by, ..self }
+    }
+
+    /// Where it is in the space of a file.
+    pub(super) fn sight(&self, picture_from_file: &Mat4) -> Sight {
+        let file_from_picture = picture_from_file.inverse();
+        let axis = |axis: Vec3| file_from_picture.transform_vector3(axis).normalize_or_zero();
+        Sight {
+            eye: file_from_picture.transform_point3(self.eye),
+            axes: [self.axes.x_axis, self.axes.y_axis, self.axes.z_axis].map(axis),
+            vertical_degrees: 2.0 * (self.middle.y / self.scale).atan().to_degrees(),
+        }
     }
 
     /// The same camera for a picture that is larger by a whole number.

@@ -6,6 +6,7 @@ use crate::model::{Canceled, Control};
 
 use super::{
     Picture,
+    camera::Sight,
     cast::Cast,
     encode::{Motion, PictureFormat, frames_learned_from},
     error::PictureError,
@@ -30,6 +31,8 @@ pub struct Film {
     pub size: [usize; 2],
     /// How many frames it has.
     pub frames: usize,
+    /// Where each frame, or each cell of a sheet, was seen from.
+    pub sights: Vec<Sight>,
 }
 
 /// Why there is no film.
@@ -79,7 +82,7 @@ pub fn render(cast: &Cast<'_>, view: &View, format: PictureFormat, control: &Con
     if !format.moves() {
         let picture = sheet(draw((0..times.len()).collect())?, view.sheet);
         let size = [picture.width, picture.height];
-        return Ok(Film { bytes: format.still(&picture)?, size, frames: 1 });
+        return Ok(Film { bytes: format.still(&picture)?, size, frames: 1, sights: stage.sights() });
     }
     let fps = fps(view, format);
     let mut motion = Motion::new(format, size, fps, times.len(), view.background == Background::Transparent)?;
@@ -98,7 +101,7 @@ pub fn render(cast: &Cast<'_>, view: &View, format: PictureFormat, control: &Con
         drawn = next?;
     }
     motion.add(&drawn)?;
-    Ok(Film { bytes: motion.finish()?, size, frames: times.len() })
+    Ok(Film { bytes: motion.finish()?, size, frames: times.len(), sights: stage.sights() })
 }
 
 /// Whether there is something to be seen of all that the view asks for.

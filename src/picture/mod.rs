@@ -41,6 +41,7 @@ mod text;
 mod texture;
 mod view;
 
+pub use camera::Sight;
 pub use capsules::{Bone, capsules};
 pub use cast::Cast;
 pub use encode::PictureFormat;

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 
 use super::{
     Picture,
-    camera::{Camera, Direction},
+    camera::{Camera, Direction, Sight},
     cast::Cast,
     figure::{Figure, Posed},
     marks::Marks,
@@ -147,6 +147,14 @@ impl<'a> Stage<'a> {
     pub(super) fn size(&self) -> [usize; 2] {
         let [width, height] = self.view.size;
         if self.is_side_by_side() { [2 * width, height] } else { [width, height] }
+    }
+
+    /// Where each picture is seen from.
+    pub(super) fn sights(&self) -> Vec<Sight> {
+        let sight = |(index, camera): (usize, &Camera)| {
+            camera.moved(self.main.place(index)).sight(&self.main.subject.picture_from_scene)
+        };
+        self.cameras.iter().enumerate().map(sight).collect()
     }
 
     fn is_side_by_side(&self) -> bool {

@@ -2,6 +2,7 @@
 
 mod assimp;
 mod blender;
+mod browser;
 mod carried;
 mod files;
 mod meshes;

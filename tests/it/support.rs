@@ -122,6 +122,25 @@ pub(crate) fn three_script(name: &str) -> Option<PathBuf> {
     Some(tool.join(name))
 }
 
+/// A script of `tests/tools/browser`, for node. Nothing, said on standard error, when `RETARGETD_SKIP_NODE=1` or there is no Chromium.
+#[expect(clippy::disallowed_methods, reason = "tests have no settings")]
+pub(crate) fn browser_script(name: &str) -> Option<PathBuf> {
+    if !may_use_node("Chromium") {
+        return None;
+    }
+    let chromium = std::env::var_os("RETARGETD_CHROMIUM").unwrap_or_else(|| "/usr/bin/chromium".into());
+    if !Path::new(&chromium).exists() {
+        skip("there is no Chromium; RETARGETD_CHROMIUM says where it is");
+        return None;
+    }
+    let tool = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tools/browser");
+    assert!(
+        tool.join("node_modules/playwright-core").exists(),
+        "playwright-core is not installed: run 'npm ci --prefix tests/tools/browser', or set RETARGETD_SKIP_NODE=1"
+    );
+    Some(tool.join(name))
+}
+
 /// A script of `tests/tools/blender_reader`. Nothing, said on standard error, where there is no Blender.
 pub(crate) fn blender(script: &str) -> Option<Command> {
     python_script("RETARGETD_BLENDER_PYTHON", "bpy", &format!("blender_reader/{script}"))

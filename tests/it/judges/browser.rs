@@ -1,0 +1,147 @@
+//! Pictures, as three.js in headless Chromium draws the same figures with the same camera, and as Chromium plays them.
+
+use std::{path::Path, process::Command};
+
+use rayon::prelude::*;
+use retargetd::{
+    engine::{Background, CameraKind, Format, Limits, NamedBytes, PreviewOptions, Style, View, preview},
+    model::Control,
+    samples,
+};
+use serde_json::{Value, json};
+
+use super::retargeted;
+use crate::support::{browser_script, corpus_file, gltf_json};
+
+/// Characters with skins of one and several meshes, morphs, more than four joints a vertex, compressed vertices, and parts without a skin.
+const CHARACTERS: [&str; 21] = [
+    "cc0-stylised/kaykit_knight.glb",
+    "cc0-stylised/robot_expressive.glb",
+    "cmu-rig/makehuman_cmu_names_rest.glb",
+    "creatures/Fox.glb",
+    "khronos/CesiumMan.glb",
+    "mixamo/gltf/Soldier.glb",
+    "mixamo/gltf/Xbot.glb",
+    "mixamo/gltf/joe_meshopt_9skins.glb",
+    "mixamo/gltf/michelle_meshopt.glb",
+    "mixamo/gltf/mousey_meshopt.glb",
+    "odd-transforms/armature_nonuniform_scale.glb",
+    "odd-transforms/armature_rotated_offset_001.glb",
+    "poser-daz/daz_g8_names_apose.glb",
+    "readyplayerme/rpm_avatar_a.glb",
+    "unreal/m2m_human_male.glb",
+    "unreal/mannequiny.glb",
+    "unreal/ue4_names_apose.glb",
+    "vrm0/catbot.vrm",
+    "vrm0/cryptovoxels.vrm",
+    "vrm0/godette.vrm",
+    "vrm1/makehuman_body_vrm1.vrm",
+];
+const FRAMES: usize = 5;
+const SIZE: [usize; 2] = [512, 512];
+const MIN_OVERLAP: f64 = 0.98;
+
+/// The file as it is where its first clip moves it, otherwise with the sample walk on it; and how long its first clip is.
+fn moving(path: &Path) -> (Vec<u8>, f64) {
+    let bytes = std::fs::read(path).expect("readable");
+    let lasts = |bytes: &[u8]| {
+        let document = gltf_json(bytes);
+        let samplers = document["animations"][0]["samplers"].as_array().cloned().unwrap_or_default();
+        let inputs = samplers.iter().filter_map(|sampler| sampler["input"].as_u64());
+        let last = |input: u64| document["accessors"][input as usize]["max"][0].as_f64();
+        inputs.filter_map(last).fold(0.0, f64::max)
+    };
+    let seconds = lasts(&bytes);
+    if seconds > 0.2 {
+        return (bytes, seconds);
+    }
+    let name = path.file_name().expect("a name").to_string_lossy();
+    let walk = samples::walk_clip();
+    let outcome = retargeted(("walk.glb", &walk), (&name, &bytes), "{}", &[Format::Glb]);
+    let bytes = outcome.outputs.into_iter().next().expect("a file").bytes;
+    let seconds = lasts(&bytes);
+    (bytes, seconds)
+}
+
+/// What the page is asked: a file of the folder, and pictures of it that lie there too.
+fn task(path: &Path, folder: &Path) -> Value {
+    let (bytes, seconds) = moving(path);
+    let name = path.file_stem().expect("a name").to_string_lossy();
+    let file = folder.join(format!("{name}.glb"));
+    std::fs::write(&file, &bytes).expect("written");
+    let cameras =
+        [CameraKind::Front, CameraKind::ThreeQuarter, CameraKind::Side, CameraKind::Back, CameraKind::Top].into_iter();
+    let pictures = (0..FRAMES).zip(cameras).map(|(frame, camera)| {
+        let at_seconds = seconds * frame as f64 / (FRAMES - 1) as f64;
+        let view = View {
+            size: SIZE,
+            camera,
+            at_seconds: Some(at_seconds),
+            style: Style::Silhouette,
+            background: Background::Dark,
+            ..View::default()
+        };
+        let clip = gltf_json(&bytes)["animations"][0]["name"].as_str().map(str::to_owned);
+        let options = PreviewOptions { view, ending: "png".to_owned(), clip };
+        let named = NamedBytes { name: "figure.glb", bytes: &bytes };
+        let picture = preview(named, &options, &Limits::default(), &Control::new())
+            .unwrap_or_else(|failure| panic!("{}: {failure}", path.display()));
+        let silhouette = folder.join(format!("{name}-{frame}.png"));
+        std::fs::write(&silhouette, &picture.bytes).expect("written");
+        let sight = picture.sights[0];
+        let [right, up, back] = sight.axes.map(|axis| axis.to_array());
+        json!({
+            "seconds": at_seconds, "eye": sight.eye.to_array(), "right": right, "up": up, "back": back,
+            "vertical_degrees": sight.vertical_degrees, "silhouette": silhouette,
+        })
+    });
+    json!({"file": file, "pictures": pictures.collect::<Vec<_>>()})
+}
+
+#[test]
+fn silhouettes_are_those_of_a_browser() {
+    let Some(script) = browser_script("silhouettes.mjs") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let Some(paths) = CHARACTERS.iter().map(|path| corpus_file(path)).collect::<Option<Vec<_>>>() else { return };
+    let tasks: Vec<Value> = paths.par_iter().map(|path| task(path, folder.path())).collect();
+    let list = folder.path().join("list.json");
+    std::fs::write(&list, serde_json::to_vec(&tasks).expect("JSON")).expect("written");
+    let output = Command::new("node").arg(script).arg(&list).output().expect("node runs");
+    let answers = super::answers(&output, CHARACTERS.len()).expect("an answer for each");
+    let mut wrong = Vec::new();
+    for answer in &answers {
+        let overlaps: Vec<f64> =
+            answer["overlaps"].as_array().into_iter().flatten().filter_map(Value::as_f64).collect();
+        println!("{} {overlaps:.4?}", answer["file"]);
+        if overlaps.len() != FRAMES || overlaps.iter().any(|overlap| *overlap < MIN_OVERLAP) {
+            wrong.push(answer.to_string());
+        }
+    }
+    assert!(wrong.is_empty(), "of {}: {}", answers.len(), wrong.join("\n"));
+}
+
+#[test]
+fn moving_pictures_play_as_long_in_a_browser() {
+    let Some(script) = browser_script("moving.mjs") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let walk = samples::walk_clip();
+    let fps = 23.976;
+    let frames = (samples::walk_scene().clips[0].duration_seconds() * fps).round();
+    let named = NamedBytes { name: "walk.glb", bytes: &walk };
+    let paths = ["gif", "webp", "apng"].map(|ending| {
+        let view = View { size: [64, 64], fps: Some(fps), ..View::default() };
+        let options = PreviewOptions { view, ending: ending.to_owned(), clip: None };
+        let picture = preview(named, &options, &Limits::default(), &Control::new()).expect("a picture");
+        let path = folder.path().join(format!("walk.{ending}"));
+        std::fs::write(&path, picture.bytes).expect("written");
+        path
+    });
+    let output = Command::new("node").arg(script).args(&paths).output().expect("node runs");
+    let answers = super::answers(&output, paths.len()).expect("an answer for each");
+    for (answer, unit) in answers.iter().zip([0.01, 0.001, 0.001]) {
+        assert_eq!(answer["frames"].as_f64(), Some(frames), "{answer}");
+        assert_eq!(answer["loops"], Value::Null, "for ever: {answer}");
+        let seconds = answer["seconds"].as_f64().expect("seconds");
+        assert!((seconds - frames / fps).abs() <= unit / 2.0 + 1e-9, "{answer}");
+    }
+}
