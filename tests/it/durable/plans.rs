@@ -30,6 +30,10 @@ const LARGE: [&str; 9] =
 const MAY_BE_WALKED: [&str; 6] =
     ["jobs_by_expiry", "jobs_waiting", "jobs_leased", "assets_by_blob", "results_by_blob", "deliveries_due"];
 
+/// What few rows have, and the index that finds them by it.
+const FOUND_BY: [(&str, &str); 2] =
+    [("cache_key = $", "jobs_by_cache_key"), ("idempotency_key = $", "_by_idempotency_key")];
+
 /// Keeps the text of every statement.
 #[derive(Clone, Default)]
 struct Statements(Arc<Mutex<BTreeSet<String>>>);
@@ -89,6 +93,7 @@ async fn look_at_everything(records: Records) {
     records.oldest_queued().await.expect("looks");
     records.queue_positions(&ann, &[&job.id], 100).await.expect("counts");
     records.all_record_counts().await.expect("counts");
+    records.cached_results(&ann, "a key", Timestamp::UNIX_EPOCH).await.expect("looks");
     records.stored_bytes().await.expect("counts");
     records.unnamed_blobs(&["aa".to_owned(), "cc".to_owned()]).await.expect("looks");
     for before in [None, Some(&files[1].id)] {
@@ -151,6 +156,14 @@ async fn no_statement_on_sqlite_reads_a_whole_table() {
         let query = sqlx::query(sqlx::AssertSqlSafe(format!("EXPLAIN QUERY PLAN {text}")));
         let Ok(steps) = query.fetch_all(&mut database).await else { continue };
         explained += 1;
+        let sought = FOUND_BY.iter().filter(|(condition, _)| text.starts_with("SELECT") && text.contains(condition));
+        for (_, index) in sought {
+            let is_found = steps.iter().any(|step| step.get::<String, _>("detail").contains(index));
+            if !is_found {
+                let plan: Vec<String> = steps.iter().map(|step| step.get("detail")).collect();
+                faults.push(format!("not by {index}: {plan:?}\n    {text}"));
+            }
+        }
         for step in &steps {
             let step: String = step.get("detail");
             let is_fault = scanned(&step).is_some_and(|(table, index)| {
