@@ -5,6 +5,7 @@ mod blender;
 mod browser;
 mod carried;
 mod files;
+mod marks;
 mod meshes;
 mod options;
 mod skinned;
