@@ -112,7 +112,6 @@ fn silhouettes_are_those_of_a_browser() {
     for answer in &answers {
         let overlaps: Vec<f64> =
             answer["overlaps"].as_array().into_iter().flatten().filter_map(Value::as_f64).collect();
-        println!("{} {overlaps:.4?}", answer["file"]);
         if overlaps.len() != FRAMES || overlaps.iter().any(|overlap| *overlap < MIN_OVERLAP) {
             wrong.push(answer.to_string());
         }
