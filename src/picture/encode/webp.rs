@@ -44,7 +44,7 @@ fn lossy(picture: &Picture) -> Result<Vec<u8>, PictureError> {
 }
 
 /// Of 100.
-const QUALITY: f32 = 80.0;
+const QUALITY: f32 = 60.0;
 
 /// Frames of one moving picture.
 pub(in crate::picture) struct Writer {
