@@ -25,7 +25,7 @@ pub(super) struct Arguments {
     /// The file on the right
     #[arg(value_name = "SECOND")]
     second: PathBuf,
-    /// Where the picture goes; the ending picks the format: .png, .webp, .gif, .apng
+    /// Where the picture goes; the ending picks the format: .png, .webp, .gif, .apng, .mp4
     #[arg(long, short, value_name = "FILE")]
     output: PathBuf,
     /// Show the first as a ghost over the second instead of beside it

@@ -38,7 +38,7 @@ pub(super) struct Arguments {
     /// Whose numbers come out. Without it, bones do not jump, have the angles that they are to have, and parts change places seldom
     #[arg(long, value_enum, conflicts_with = "drawing")]
     compat: Option<Compat>,
-    /// Where the result goes; .npz: the poses as arrays; .gif, .webp, .apng: a moving picture. Without it, where the scene says
+    /// Where the result goes; .npz: the poses as arrays; .gif, .webp, .apng, .mp4: a moving picture. Without it, where the scene says
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
     /// An archive with mesh_rest_vertices and mesh_triangles; it is deformed with the first character
@@ -137,7 +137,7 @@ fn kind(output: &Path) -> Result<Option<PictureFormat>, Exit> {
     }
     PictureFormat::of_ending(&ending, true).filter(|format| format.moves()).map(Some).ok_or_else(|| {
         let message = format!("output {}: drawings are not written in this format", output.display());
-        Exit::new(BAD_USAGE, message, "end the name in .npz, .gif, .webp or .apng")
+        Exit::new(BAD_USAGE, message, "end the name in .npz, .gif, .webp, .apng or .mp4")
     })
 }
 

@@ -161,7 +161,7 @@ pub(super) fn output_format(path: &Path) -> Result<Format, Exit> {
     match Format::from_file_name(&name) {
         Some(format) if format.info().writes => Ok(format),
         Some(format) => {
-            let message = format!("output {}: {} is read but not written", path.display(), format.info().description);
+            let message = format!("output {}: {}", path.display(), format.info().why_unwritten());
             Err(Exit::new(BAD_USAGE, message, hint))
         }
         None => Err(Exit::new(BAD_USAGE, format!("output {}: the ending stands for no format", path.display()), hint)),

@@ -22,7 +22,7 @@ pub(super) struct Arguments {
     /// The file to look at: any that can be read
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Where the picture goes; the ending picks the format: .png, .webp, .gif, .apng
+    /// Where the picture goes; the ending picks the format: .png, .webp, .gif, .apng, .mp4
     #[arg(long, short, value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]

@@ -136,7 +136,7 @@ pub(super) fn ending(output: &Path) -> Result<String, Exit> {
     let ending = output.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
     if engine::PictureFormat::of_ending(&ending, true).is_none() {
         let message = format!("output {}: the ending is that of no picture", output.display());
-        return Err(Exit::new(BAD_USAGE, message, "end the name in .png, .webp, .gif or .apng"));
+        return Err(Exit::new(BAD_USAGE, message, "end the name in .png, .webp, .gif, .apng or .mp4"));
     }
     Ok(ending)
 }

@@ -13,7 +13,7 @@ use crate::{
     picture::{Picture, PictureError, PictureFormat, Reel, read_picture},
 };
 
-use super::{Failure, FailureCode, NamedBytes, drawn_motion::drawn_motion};
+use super::{Failure, FailureCode, NamedBytes, drawn_motion::drawn_motion, preview::check_built};
 
 /// A drawn character, and what it does.
 #[derive(Clone, Debug)]
@@ -235,6 +235,7 @@ pub fn draw_picture(
     format: PictureFormat,
     control: &Control,
 ) -> Result<(Vec<u8>, usize), Failure> {
+    check_built(format)?;
     let view = &scenery.spec.view;
     let mut puppets = Vec::new();
     for character in &scenery.characters {

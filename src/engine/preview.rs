@@ -35,7 +35,7 @@ pub struct Preview {
 pub struct PreviewOptions {
     /// How it is seen.
     pub view: View,
-    /// The ending of the file that is wanted: `png`, `webp`, `gif` or `apng`.
+    /// The ending of the file that is wanted: `png`, `webp`, `gif`, `apng` or `mp4`.
     pub ending: String,
     /// The name of the clip; without one, the first that moves.
     pub clip: Option<String>,
@@ -111,8 +111,9 @@ fn drawn(
     let format =
         PictureFormat::of_ending(&options.ending, clip.is_some() && !options.view.is_still()).ok_or_else(|| {
             let detail = format!("'{}' is no picture that can be written", options.ending);
-            Failure::new(FailureCode::UnsupportedFormat, detail).with_hint("use png, webp, gif or apng")
+            Failure::new(FailureCode::UnsupportedFormat, detail).with_hint("use png, webp, gif, apng or mp4")
         })?;
+    check_built(format)?;
     control.enter(Phase::Write, 1);
     let rig = rig_of(&loaded.scene);
     let shown = Shown::new(file.name, &loaded.scene, rig.as_ref(), clip, (limits, control), &mut reporter)?;
@@ -156,4 +157,15 @@ pub(super) fn rig_of(scene: &Scene) -> Option<Rig<'_>> {
     }
     let (knowledge, spec) = (Knowledge::default(), RigSpec::default());
     Rig::with_templates("source", scene, None, &spec, knowledge.rigs(), &mut Reporter::new()).ok()
+}
+
+/// Whether this build writes such pictures.
+///
+/// # Errors
+/// Where it was built without the feature that it takes.
+pub(super) fn check_built(format: PictureFormat) -> Result<(), Failure> {
+    let Some(feature) = format.missing_feature() else { return Ok(()) };
+    let detail = format!("{} is not written by this build, which is without the feature '{feature}'", format.ending());
+    let hint = format!("use webp, gif or apng, or build it with --features {feature}");
+    Err(Failure::new(FailureCode::UnsupportedFormat, detail).with_hint(hint))
 }

@@ -98,6 +98,6 @@ fn format_named(name: &str, index: usize) -> Result<Format, Failure> {
 
 fn unwritable_format(format: Format) -> Failure {
     let writable = Format::ALL.into_iter().filter(|format| format.info().writes).map(|format| format.info().name);
-    Failure::new(FailureCode::UnsupportedFormat, format!("{} files can be read but not written", format.info().name))
+    Failure::new(FailureCode::UnsupportedFormat, format.info().why_unwritten())
         .with_hint(format!("ask for one of {}", writable.collect::<Vec<_>>().join(", ")))
 }

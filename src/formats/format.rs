@@ -35,6 +35,8 @@ pub enum Format {
     Gif,
     /// A moving picture without loss.
     Apng,
+    /// A video of the result, where the crate is built with the feature `mp4`; `mp4`.
+    Mp4,
 }
 
 /// What users are told about a format.
@@ -64,6 +66,8 @@ pub struct FormatInfo {
     pub has_properties: bool,
     /// Whether a written file's animation can be compressed.
     pub has_compression: bool,
+    /// The feature of the crate that it takes to write it, where it takes one.
+    pub feature: Option<&'static str>,
     /// Whether it is a picture of the result, and not the result itself.
     pub is_picture: bool,
 }
@@ -93,6 +97,7 @@ const PLAIN: FormatInfo = FormatInfo {
     joints_are_skinned: false,
     has_properties: false,
     has_compression: false,
+    feature: None,
     is_picture: false,
 };
 
@@ -110,9 +115,20 @@ const GLTF: FormatInfo = FormatInfo {
     ..PLAIN
 };
 
+impl FormatInfo {
+    /// Why it cannot be written, for people; to be asked where it cannot.
+    #[must_use]
+    pub fn why_unwritten(&self) -> String {
+        self.feature.map_or_else(
+            || format!("{} files can be read but not written", self.name),
+            |feature| format!("{} is not written by this build, which is without the feature '{feature}'", self.name),
+        )
+    }
+}
+
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::Glb,
         Self::Gltf,
         Self::Vrm,
@@ -129,6 +145,7 @@ impl Format {
         Self::Webp,
         Self::Gif,
         Self::Apng,
+        Self::Mp4,
     ];
 
     /// The facts about a format; the only place where they stand.
@@ -251,6 +268,15 @@ impl Format {
                 endings: &["apng"],
                 media_type: "image/apng",
                 description: "a moving picture of the result as PNG, without loss",
+                ..PICTURE
+            },
+            Self::Mp4 => FormatInfo {
+                name: "mp4",
+                endings: &["mp4"],
+                media_type: "video/mp4",
+                writes: cfg!(feature = "mp4"),
+                feature: Some("mp4"),
+                description: "a video of the result (H.264), without opacity; where the service is built with the feature mp4",
                 ..PICTURE
             },
         }

@@ -114,7 +114,7 @@ pub fn read(
         Format::PositionsCsv => {
             Err(FormatError::unsupported("read", "", "positions in CSV are written, not read", "send pose arrays"))
         }
-        Format::Png | Format::Webp | Format::Gif | Format::Apng => Err(FormatError::unsupported(
+        Format::Png | Format::Webp | Format::Gif | Format::Apng | Format::Mp4 => Err(FormatError::unsupported(
             "read",
             "",
             "a picture is no animation",
@@ -258,14 +258,18 @@ pub fn write(
         Format::Fbx => fbx::write(target, clip, options, control, reporter),
         Format::PositionsCsv => positions_csv::write(target, clip, control, reporter),
         // Pictures show a result, which this file knows nothing of.
-        Format::Png | Format::Webp | Format::Gif | Format::Apng | Format::BodyModel | Format::JointPositions => {
-            Err(FormatError::unsupported(
-                "write",
-                "",
-                format!("{} files can be read but not written", options.format.info().name),
-                "GET /v1/formats lists those that are written",
-            ))
-        }
+        Format::Png
+        | Format::Webp
+        | Format::Gif
+        | Format::Apng
+        | Format::Mp4
+        | Format::BodyModel
+        | Format::JointPositions => Err(FormatError::unsupported(
+            "write",
+            "",
+            format!("{} files can be read but not written", options.format.info().name),
+            "GET /v1/formats lists those that are written",
+        )),
     }
 }
 

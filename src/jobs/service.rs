@@ -265,19 +265,21 @@ impl Jobs {
             let Some(next) = next_state(record.state, JobEvent::RequestCancel) else {
                 return self.get(owner, id).await;
             };
-            let moved = match next {
-                JobState::Canceled => {
-                    self.finish(id, (record.state, None), self.ending(JobState::Canceled, None)).await?
-                }
-                _ if record.state == next => true,
-                _ => self.0.store.records().request_cancel(id).await?,
+            let end = (next == JobState::Canceled).then(|| self.ending(next, None));
+            let moved = match &end {
+                Some(end) => self.finish(id, (record.state, None), end.clone()).await?,
+                None if record.state == next => true,
+                None => self.0.store.records().request_cancel(id).await?,
             };
             // Where it did not move, a worker was faster, and the loop looks again.
             if moved {
                 // The state comes first: a worker that stops looks there for what to write.
                 self.0.running.stop(id, StopReason::Canceled);
                 self.0.changes.announce(id, next);
-                return self.get(owner, id).await;
+                return match end {
+                    Some(end) => self.seen(record.ended_without_results(&end)).await,
+                    None => self.get(owner, id).await,
+                };
             }
         }
     }

@@ -154,6 +154,33 @@ fn other_readers_find_the_same_frames_loops_and_durations() {
     }
 }
 
+/// One second of a video has as many frames as were asked for, of the size that was; where the build has none, it says so.
+#[test]
+fn videos_are_as_long_as_what_they_show() {
+    let folder = folder();
+    let output = draw(&["--size", "97x64", "--fps", "23.976", "--output", "walk.mp4"], folder.path(), "2");
+    if !cfg!(feature = "mp4") {
+        assert_eq!(output.status.code(), Some(3), "it is told");
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        return assert!(error.contains("without the feature 'mp4'"), "{error}");
+    }
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    if Command::new("ffprobe").arg("-version").output().is_err() {
+        return skip("there is no ffprobe");
+    }
+    let entries = "stream=codec_name,width,height,nb_read_frames,duration,color_space";
+    let arguments = ["-v", "error", "-count_frames", "-show_entries", entries, "-of", "json"];
+    let read = Command::new("ffprobe").args(arguments).arg(folder.path().join("walk.mp4")).output().expect("runs");
+    assert_eq!(String::from_utf8_lossy(&read.stderr), "");
+    let stream = serde_json::from_slice::<serde_json::Value>(&read.stdout).expect("JSON")["streams"][0].clone();
+    let frames = (samples::walk_scene().clips[0].duration_seconds() * 23.976).round();
+    assert_eq!(stream["codec_name"], "h264");
+    assert_eq!((&stream["width"], &stream["height"]), (&98.into(), &64.into()), "sides are even");
+    assert_eq!(stream["nb_read_frames"], frames.to_string().as_str());
+    let seconds: f64 = stream["duration"].as_str().and_then(|text| text.parse().ok()).expect("a duration");
+    assert!((seconds - frames / 23.976).abs() < 1e-4, "{seconds} s for {frames} frames");
+}
+
 #[test]
 fn frames_of_a_webp_are_those_of_the_stills() {
     let webp = made(&["--size", "96", "--fps", "2"], "walk.webp");
@@ -172,7 +199,8 @@ fn frames_of_a_webp_are_those_of_the_stills() {
 #[test]
 fn pictures_are_the_same_for_any_number_of_threads() {
     let folder = folder();
-    for ending in ["png", "gif", "webp", "apng"] {
+    let video = cfg!(feature = "mp4").then_some("mp4");
+    for ending in ["png", "gif", "webp", "apng"].into_iter().chain(video) {
         let mut first: Option<Vec<u8>> = None;
         for threads in ["1", "2", "8"] {
             let name = format!("{threads}.{ending}");
@@ -188,7 +216,7 @@ fn pictures_are_the_same_for_any_number_of_threads() {
 fn what_cannot_be_drawn_is_told() {
     let folder = folder();
     let cases: [(&[&str], i32, &str); 7] = [
-        (&["--output", "walk.glb.jpg"], 2, "end the name in .png, .webp, .gif or .apng"),
+        (&["--output", "walk.glb.jpg"], 2, "end the name in .png, .webp, .gif, .apng or .mp4"),
         (&["--output", "a.png", "--size", "5000"], 2, "size: both sides are 16 to 1920 pixels"),
         (&["--output", "a.png", "--size", "wide"], 2, "give pixels, as 512 or 640x360"),
         (&["--output", "a.gif", "--fps", "0"], 2, "fps: it is 1 to 60"),

@@ -132,10 +132,13 @@ fn read_formats(names: &[String], most: u64) -> Result<Vec<Format>, Problem> {
         let format = Format::from_name(name).or_else(|| Format::from_file_name(&format!(".{name}")));
         let seen_before = names[..place].contains(name);
         format.filter(|format| format.info().writes && !seen_before).ok_or_else(|| {
-            let reason = if seen_before { "is asked for twice" } else { "is no format that can be written" };
             let shown: String = name.chars().take(64).collect();
-            Problem::new(Code::InvalidValue, format!("'{shown}' {reason}"))
-                .at(format!("/output/{place}"), similar_formats(name))
+            let detail = match format {
+                _ if seen_before => format!("'{shown}' is asked for twice"),
+                Some(format) if format.info().feature.is_some() => format.info().why_unwritten(),
+                _ => format!("'{shown}' is no format that can be written"),
+            };
+            Problem::new(Code::InvalidValue, detail).at(format!("/output/{place}"), similar_formats(name))
         })
     };
     names.iter().enumerate().map(read).collect()

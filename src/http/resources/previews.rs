@@ -71,10 +71,10 @@ struct PreviewQuery {
 /// Draws what a file looks like.
 ///
 /// The mesh, or where there is none a body of capsules along the bones; in its clip, or where it has none at rest. `png` is a still;
-/// `gif` and `apng` move; `webp` moves where the file does and neither `at` nor `sheet` is given. The picture of a file never changes: it
+/// `gif`, `apng` and `mp4` move (`mp4` where the service was built with that feature); `webp` moves where the file does and neither `at` nor `sheet` is given. The picture of a file never changes: it
 /// may be cached for as long as the file is kept.
 #[utoipa::path(get, path = "/v1/assets/{id}/preview.{ending}", operation_id = "preview_asset", tag = "assets",
-    params(("id" = String, Path, description = "the asset"), ("ending" = String, Path, description = "`png`, `webp`, `gif` or `apng`", example = "png"), PreviewQuery,
+    params(("id" = String, Path, description = "the asset"), ("ending" = String, Path, description = "`png`, `webp`, `gif`, `apng` or `mp4`", example = "png"), PreviewQuery,
         ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
     responses((status = 200, content_type = "image/*", body = String, description = "the picture"),
         (status = 304, description = "the caller has it already"),
@@ -96,7 +96,7 @@ async fn of_asset(
 ///
 /// As `GET /v1/assets/{id}/preview.{ending}`.
 #[utoipa::path(get, path = "/v1/results/{id}/preview.{ending}", operation_id = "preview_result", tag = "results",
-    params(("id" = String, Path, description = "the result"), ("ending" = String, Path, description = "`png`, `webp`, `gif` or `apng`", example = "png"), PreviewQuery,
+    params(("id" = String, Path, description = "the result"), ("ending" = String, Path, description = "`png`, `webp`, `gif`, `apng` or `mp4`", example = "png"), PreviewQuery,
         ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
     responses((status = 200, content_type = "image/*", body = String, description = "the picture"),
         (status = 304, description = "the caller has it already"),
@@ -119,7 +119,7 @@ async fn of_result(
 /// The first result of its items that can be drawn, as `GET /v1/results/{id}/preview.{ending}` does. Another one may be the first when more
 /// items have ended, so it is not cached for long.
 #[utoipa::path(get, path = "/v1/batches/{id}/preview.{ending}", operation_id = "preview_batch", tag = "batches",
-    params(("id" = String, Path, description = "the batch"), ("ending" = String, Path, description = "`png`, `webp`, `gif` or `apng`", example = "png"), PreviewQuery,
+    params(("id" = String, Path, description = "the batch"), ("ending" = String, Path, description = "`png`, `webp`, `gif`, `apng` or `mp4`", example = "png"), PreviewQuery,
         ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
     responses((status = 200, content_type = "image/*", body = String, description = "the picture"),
         (status = 304, description = "the caller has it already"),
@@ -171,7 +171,7 @@ impl PreviewQuery {
         if PictureFormat::of_ending(ending, true).is_none() {
             let shown: String = ending.chars().take(16).collect();
             return Err(Problem::new(Code::NotFound, format!("'{shown}' is the ending of no picture"))
-                .with_hint("use png, webp, gif or apng"));
+                .with_hint("use png, webp, gif, apng or mp4"));
         }
         let usual = View::default();
         let size = match &self.size {

@@ -2,6 +2,8 @@
 
 mod apng;
 mod gif;
+#[cfg(feature = "mp4")]
+mod mp4;
 mod webp;
 
 use super::{Picture, error::PictureError};
@@ -19,11 +21,13 @@ pub enum PictureFormat {
     Gif,
     /// Moves; lossless.
     Apng,
+    /// Moves; lossy, and without opacity: what is transparent is white. Written where the crate is built with the feature `mp4`.
+    Mp4,
 }
 
 impl PictureFormat {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Png, Self::WebpStill, Self::Webp, Self::Gif, Self::Apng];
+    pub const ALL: [Self; 6] = [Self::Png, Self::WebpStill, Self::Webp, Self::Gif, Self::Apng, Self::Mp4];
 
     /// The format that a file's ending asks for. A WebP moves where what it shows does.
     #[must_use]
@@ -34,6 +38,7 @@ impl PictureFormat {
             "webp" => Some(Self::WebpStill),
             "gif" => Some(Self::Gif),
             "apng" => Some(Self::Apng),
+            "mp4" => Some(Self::Mp4),
             _ => None,
         }
     }
@@ -41,7 +46,7 @@ impl PictureFormat {
     /// Whether it has several frames.
     #[must_use]
     pub const fn moves(self) -> bool {
-        matches!(self, Self::Webp | Self::Gif | Self::Apng)
+        matches!(self, Self::Webp | Self::Gif | Self::Apng | Self::Mp4)
     }
 
     /// The media type.
@@ -52,6 +57,7 @@ impl PictureFormat {
             Self::WebpStill | Self::Webp => "image/webp",
             Self::Gif => "image/gif",
             Self::Apng => "image/apng",
+            Self::Mp4 => "video/mp4",
         }
     }
 
@@ -63,6 +69,16 @@ impl PictureFormat {
             Self::WebpStill | Self::Webp => "webp",
             Self::Gif => "gif",
             Self::Apng => "apng",
+            Self::Mp4 => "mp4",
+        }
+    }
+
+    /// The feature of the crate that it takes to write it, where this build is without.
+    #[must_use]
+    pub const fn missing_feature(self) -> Option<&'static str> {
+        match self {
+            Self::Mp4 if !cfg!(feature = "mp4") => Some("mp4"),
+            _ => None,
         }
     }
 
@@ -85,6 +101,8 @@ pub(super) enum Motion {
     Apng(Box<apng::Writer>),
     Gif(Box<gif::Writer>),
     Webp(webp::Writer),
+    #[cfg(feature = "mp4")]
+    Mp4(Box<mp4::Writer>),
 }
 
 impl Motion {
@@ -98,6 +116,12 @@ impl Motion {
         Ok(match format {
             PictureFormat::Gif => Self::Gif(Box::new(gif::Writer::new(size, fps, is_transparent))),
             PictureFormat::Webp => Self::Webp(webp::Writer::new(size, fps)),
+            #[cfg(feature = "mp4")]
+            PictureFormat::Mp4 => Self::Mp4(Box::new(mp4::Writer::new(size, fps)?)),
+            #[cfg(not(feature = "mp4"))]
+            PictureFormat::Mp4 => {
+                return Err(PictureError::new("this build does not write MP4: it was made without the feature 'mp4'"));
+            }
             _ => Self::Apng(Box::new(apng::Writer::new(size, fps, frames)?)),
         })
     }
@@ -119,6 +143,8 @@ impl Motion {
             Self::Apng(writer) => writer.add(pictures),
             Self::Gif(writer) => writer.add(pictures),
             Self::Webp(writer) => writer.add(pictures),
+            #[cfg(feature = "mp4")]
+            Self::Mp4(writer) => writer.add(pictures),
         }
     }
 
@@ -127,6 +153,8 @@ impl Motion {
             Self::Apng(writer) => writer.finish(),
             Self::Gif(writer) => writer.finish(),
             Self::Webp(writer) => Ok(writer.finish()),
+            #[cfg(feature = "mp4")]
+            Self::Mp4(writer) => writer.finish(),
         }
     }
 }

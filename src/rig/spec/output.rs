@@ -37,7 +37,7 @@ pub struct OutputSpec {
     /// How glTF formats store the animation.
     #[serde(skip_serializing_if = "CompressionSpec::is_none")]
     pub compression: CompressionSpec,
-    /// How pictures (`png`, `webp`, `gif`, `apng`) show the result. Without it, as `retargetd preview` does.
+    /// How pictures (`png`, `webp`, `gif`, `apng`, `mp4`) show the result. Without it, as `retargetd preview` does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub view: Option<View>,
 }

@@ -19,7 +19,7 @@ pub(super) enum Dialect {
 type NumberedText = (i64, &'static str, &'static str);
 
 /// Every change of the layout, in order. A released one is never edited; add a new one to both lists.
-const SQLITE: [NumberedText; 15] = [
+const SQLITE: [NumberedText; 16] = [
     (1, "first", include_str!("migrations/sqlite/0001_first.sql")),
     (2, "named documents", include_str!("migrations/sqlite/0002_named_documents.sql")),
     (3, "queue", include_str!("migrations/sqlite/0003_queue.sql")),
@@ -35,8 +35,9 @@ const SQLITE: [NumberedText; 15] = [
     (13, "scale", include_str!("migrations/sqlite/0013_scale.sql")),
     (14, "verdicts", include_str!("migrations/sqlite/0014_verdicts.sql")),
     (15, "time used", include_str!("migrations/sqlite/0015_time_used.sql")),
+    (16, "unused index", include_str!("migrations/sqlite/0016_unused_index.sql")),
 ];
-const POSTGRES: [NumberedText; 13] = [
+const POSTGRES: [NumberedText; 14] = [
     (1, "first", include_str!("migrations/postgres/0001_first.sql")),
     (2, "principals", include_str!("migrations/postgres/0002_principals.sql")),
     (3, "events", include_str!("migrations/postgres/0003_events.sql")),
@@ -50,6 +51,7 @@ const POSTGRES: [NumberedText; 13] = [
     (11, "scale", include_str!("migrations/postgres/0011_scale.sql")),
     (12, "verdicts", include_str!("migrations/postgres/0012_verdicts.sql")),
     (13, "time used", include_str!("migrations/postgres/0013_time_used.sql")),
+    (14, "unused index", include_str!("migrations/postgres/0014_unused_index.sql")),
 ];
 
 impl Dialect {

@@ -342,6 +342,18 @@ pub struct JobRecord {
 }
 
 impl JobRecord {
+    /// The record of a job that waited, after an end without results was written.
+    #[must_use]
+    pub fn ended_without_results(self, end: &FinishedJob) -> Self {
+        Self {
+            state: end.state,
+            finished_at: Some(end.finished_at),
+            expires_at: Some(end.expires_at),
+            failure: end.failure.clone(),
+            ..self
+        }
+    }
+
     /// What kind of job it is.
     #[must_use]
     pub const fn kind(&self) -> JobKind {

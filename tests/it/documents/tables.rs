@@ -5,6 +5,7 @@ use std::{collections::BTreeSet, fmt::Write, path::Path};
 use retargetd::{
     config::{Setting, Settings},
     engine::Format,
+    formats::FormatInfo,
     http::Code,
     rig::{FindingCode, MetricInfo, MetricName, Threshold, parse_spec, spec_schema},
 };
@@ -64,8 +65,11 @@ fn formats() -> String {
     for info in Format::ALL.into_iter().map(Format::info) {
         let endings: Vec<String> = info.endings.iter().map(|ending| format!("`.{ending}`")).collect();
         let yes = |is: bool| if is { "yes" } else { "" };
+        let written = |info: &FormatInfo| {
+            info.feature.map_or_else(|| yes(info.writes).to_owned(), |name| format!("with feature `{name}`"))
+        };
         let (name, media_type) = (format!("`{}`", info.name), format!("`{}`", info.media_type));
-        row(&mut table, &[&name, &endings.join(" "), &media_type, yes(info.reads), yes(info.writes), info.description]);
+        row(&mut table, &[&name, &endings.join(" "), &media_type, yes(info.reads), &written(&info), info.description]);
     }
     table
 }

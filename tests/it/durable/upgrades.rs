@@ -9,7 +9,7 @@ use super::{
 };
 
 /// The layout of the version before this one, as its own migrations made it.
-const BEFORE: [&str; 14] = [
+const BEFORE: [&str; 15] = [
     include_str!("../../../src/store/records/migrations/sqlite/0001_first.sql"),
     include_str!("../../../src/store/records/migrations/sqlite/0002_named_documents.sql"),
     include_str!("../../../src/store/records/migrations/sqlite/0003_queue.sql"),
@@ -24,9 +24,10 @@ const BEFORE: [&str; 14] = [
     include_str!("../../../src/store/records/migrations/sqlite/0012_bounds.sql"),
     include_str!("../../../src/store/records/migrations/sqlite/0013_scale.sql"),
     include_str!("../../../src/store/records/migrations/sqlite/0014_verdicts.sql"),
+    include_str!("../../../src/store/records/migrations/sqlite/0015_time_used.sql"),
 ];
 /// The same of Postgres.
-const BEFORE_ON_POSTGRES: [&str; 12] = [
+const BEFORE_ON_POSTGRES: [&str; 13] = [
     include_str!("../../../src/store/records/migrations/postgres/0001_first.sql"),
     include_str!("../../../src/store/records/migrations/postgres/0002_principals.sql"),
     include_str!("../../../src/store/records/migrations/postgres/0003_events.sql"),
@@ -39,6 +40,7 @@ const BEFORE_ON_POSTGRES: [&str; 12] = [
     include_str!("../../../src/store/records/migrations/postgres/0010_bounds.sql"),
     include_str!("../../../src/store/records/migrations/postgres/0011_scale.sql"),
     include_str!("../../../src/store/records/migrations/postgres/0012_verdicts.sql"),
+    include_str!("../../../src/store/records/migrations/postgres/0013_time_used.sql"),
 ];
 
 /// What the version before wrote: a job that failed, one that a worker has had for long, one that waits, and a rig.
@@ -100,7 +102,7 @@ async fn a_database_of_the_version_before_is_brought_up_to_date() {
                  installed_on TIMESTAMP NOT NULL DEFAULT CURRENT_TIMESTAMP, success BOOLEAN NOT NULL, \
                  checksum BLOB NOT NULL, execution_time BIGINT NOT NULL); \
                  INSERT INTO _sqlx_migrations SELECT version, description, installed_on, success, checksum, execution_time \
-                 FROM new._sqlx_migrations WHERE version <= 14;";
+                 FROM new._sqlx_migrations WHERE version <= 15;";
     database.execute(notes).await.expect("as the version before left it");
     database.execute(written_before!()).await.expect("what it wrote");
     database.close().await.expect("closes");
@@ -118,7 +120,7 @@ async fn a_postgres_of_the_version_before_is_brought_up_to_date() {
     server
         .execute(
             "CREATE SCHEMA kept; CREATE TABLE kept.notes (LIKE _sqlx_migrations INCLUDING ALL); \
-             INSERT INTO kept.notes SELECT * FROM _sqlx_migrations WHERE version <= 12; \
+             INSERT INTO kept.notes SELECT * FROM _sqlx_migrations WHERE version <= 13; \
              DROP SCHEMA public CASCADE; CREATE SCHEMA public",
         )
         .await;

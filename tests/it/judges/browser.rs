@@ -144,3 +144,23 @@ fn moving_pictures_play_as_long_in_a_browser() {
         assert!((seconds - frames / fps).abs() <= unit / 2.0 + 1e-9, "{answer}");
     }
 }
+
+#[cfg(feature = "mp4")]
+#[test]
+fn videos_play_as_long_in_a_browser() {
+    let Some(script) = browser_script("moving.mjs") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let walk = samples::walk_clip();
+    let view = View { size: [98, 64], fps: Some(24.0), ..View::default() };
+    let options = PreviewOptions { view, ending: "mp4".to_owned(), clip: None };
+    let named = NamedBytes { name: "walk.glb", bytes: &walk };
+    let picture = preview(named, &options, &Limits::default(), &Control::new()).expect("a picture");
+    let path = folder.path().join("walk.mp4");
+    std::fs::write(&path, picture.bytes).expect("written");
+    let output = Command::new("node").arg(script).arg(&path).output().expect("node runs");
+    let answers = super::answers(&output, 1).expect("an answer");
+    let frames = (samples::walk_scene().clips[0].duration_seconds() * 24.0).round();
+    let seconds = answers[0]["seconds"].as_f64().unwrap_or_else(|| panic!("{}", answers[0]));
+    assert!((seconds - frames / 24.0).abs() < 0.002, "{}", answers[0]);
+    assert_eq!(answers[0]["size"], json!([98, 64]), "{}", answers[0]);
+}
