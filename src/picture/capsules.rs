@@ -31,7 +31,12 @@ pub fn capsules(rest: &ModelPose, bones: &[Bone], head: Option<(usize, Option<us
     let high = ends().reduce(Vec3::max).unwrap_or_default();
     let size = (high - low).max_element().max(1e-6);
     let mut surfaces = Vec::new();
-    for bone in bones {
+    let is_in_head = |bone: &Bone| {
+        let goes_on = bones.iter().any(|next| next.from == bone.to);
+        head.is_some_and(|(head, _)| bone.from == head) && !goes_on
+    };
+    // What ends in the head is under the head that is drawn: its top, its eyes, its jaw.
+    for bone in bones.iter().filter(|bone| !is_in_head(bone)) {
         let (start, end) = (place(bone.from), place(bone.to));
         let length = start.distance(end);
         if length < 1e-4 * size {
@@ -97,4 +102,36 @@ fn surface(rest: &ModelPose, joint: usize, start: Vec3, end: Vec3, radius: f32, 
         carrier: Carrier::Joint(joint),
         shapes: Vec::new(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DQuat, DVec3};
+
+    use super::*;
+    use crate::model::Transform;
+
+    /// A neck, a head, the top of the head, and an ear of two bones.
+    #[test]
+    fn the_end_of_a_head_does_not_stick_out_of_it() {
+        let heights = [1.5, 1.6, 1.9, 1.7, 1.8];
+        let place = |height: &f64| Transform {
+            translation: DVec3::new(0.0, *height, 0.0),
+            rotation: DQuat::IDENTITY,
+            scale: DVec3::ONE,
+        };
+        let rest = ModelPose::new(heights.iter().map(place).collect());
+        let bones = [(0, 1), (1, 2), (1, 3), (3, 4)].map(|(from, to)| Bone { from, to, is_trunk: false });
+        let carriers = |head| {
+            let surfaces = capsules(&rest, &bones, head).surfaces;
+            let joint = |surface: &Surface| match surface.carrier {
+                Carrier::Joint(joint) => Some((joint, surface.paint)),
+                _ => None,
+            };
+            surfaces.iter().filter_map(joint).collect::<Vec<_>>()
+        };
+        let bone = |joint| (joint, Some(0));
+        assert_eq!(carriers(None), [bone(0), bone(1), bone(1), bone(3)]);
+        assert_eq!(carriers(Some((1, Some(0)))), [bone(0), bone(1), bone(3), (1, Some(1))]);
+    }
 }

@@ -11,7 +11,7 @@ const REACH: f32 = 1.1;
 /// What is higher above the floor than this share of the figure's height casts no shadow.
 const SHADED: f32 = 0.35;
 /// How far the grid is seen, in heights of the figure.
-const SEEN: f32 = 2.4;
+const SEEN: f32 = 0.95;
 
 /// A floor under a figure of some height, with what it darkens at one frame.
 #[derive(Clone, Debug)]
@@ -79,7 +79,7 @@ impl Floor {
         };
         let long = pixel / slope.max(0.05);
         let lines = line(at.x, pixel.max(long * ray.x.abs())).max(line(at.y, pixel.max(long * ray.z.abs())));
-        let grid = 0.42 * lines * fade;
+        let grid = 0.36 * lines * fade;
         let shadow = 0.55 * self.shadow_at(at);
         let opacity = 1.0 - (1.0 - grid) * (1.0 - shadow);
         let gray = if is_dark { 0.62 } else { 0.45 };

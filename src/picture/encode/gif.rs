@@ -13,6 +13,8 @@ const BUCKETS: usize = 1 << (3 * BITS);
 /// Colors of the palette; one more is nothing.
 const COLORS: usize = 255;
 const NOTHING: u8 = 255;
+/// Colors that differ by no more are shown as one where a pixel has the other already: gray by 5 of 255.
+const NEAR: i32 = 250;
 
 /// Frames of one moving picture.
 pub(in crate::picture) struct Writer {
@@ -64,7 +66,10 @@ impl Writer {
 
     /// Adds frames: each knows the one before it, so all are packed at the same time.
     pub(super) fn add(&mut self, pictures: &[Picture]) -> Result<(), PictureError> {
-        let shown: Vec<Vec<u8>> = pictures.par_iter().map(|picture| self.in_palette(picture)).collect();
+        let mut shown: Vec<Vec<u8>> = pictures.par_iter().map(|picture| self.in_palette(picture)).collect();
+        if !self.is_transparent {
+            self.keep_what_hardly_changes(&mut shown);
+        }
         let before = |index: usize| match index.checked_sub(1) {
             Some(before) => shown.get(before),
             None => self.before.as_ref(),
@@ -93,6 +98,26 @@ impl Writer {
         let nearest = |bucket: usize| *self.nearest[bucket].get_or_init(|| nearest(&self.palette, middle(bucket)));
         let color = |pixel: &[u8; 4]| if pixel[3] < 128 { NOTHING } else { nearest(bucket(*pixel)) };
         picture.pixels.iter().map(color).collect()
+    }
+
+    /// Pixels whose color is nearly that which they have already keep it, as what stays takes next to nothing. They never drift: each is
+    /// compared with what is to be shown, not with what was.
+    fn keep_what_hardly_changes(&self, shown: &mut [Vec<u8>]) {
+        let is_near =
+            |one: u8, other: u8| match (self.palette.get(usize::from(one)), self.palette.get(usize::from(other))) {
+                (Some(one), Some(other)) => distance(*one, *other) <= NEAR,
+                _ => false,
+            };
+        let near: Vec<bool> = (0..=u16::MAX).map(|pair| is_near((pair >> 8) as u8, pair as u8)).collect();
+        for index in 0..shown.len() {
+            let (done, rest) = shown.split_at_mut(index);
+            let Some(before) = done.last().or(self.before.as_ref()) else { continue };
+            for (now, before) in rest[0].iter_mut().zip(before) {
+                if near[usize::from(*now) << 8 | usize::from(*before)] {
+                    *now = *before;
+                }
+            }
+        }
     }
 
     /// A frame of what differs from the one before.
@@ -221,10 +246,35 @@ fn mean(group: &Counted, sums: &[[u64; 3]], counts: &[u32]) -> [u8; 3] {
     })
 }
 
+/// How different two colors look: the weighted sum of the squares of what their parts differ by.
+fn distance(one: [u8; 3], other: [u8; 3]) -> i32 {
+    let weights = [3, 6, 1];
+    (0..3).map(|part| weights[part] * (i32::from(one[part]) - i32::from(other[part])).pow(2)).sum()
+}
+
 fn nearest(palette: &[[u8; 3]], color: [u8; 3]) -> u8 {
-    let distance = |other: &[u8; 3]| {
-        let weights = [3, 6, 1];
-        (0..3).map(|part| weights[part] * (i32::from(other[part]) - i32::from(color[part])).pow(2)).sum::<i32>()
-    };
-    palette.iter().enumerate().min_by_key(|(_, other)| distance(other)).map_or(0, |(index, _)| index as u8)
+    palette.iter().enumerate().min_by_key(|(_, other)| distance(**other, color)).map_or(0, |(index, _)| index as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_hardly_changes_stays_and_never_drifts() {
+        // A blue that rises with each frame: each is near the one before, and the last is far from the first.
+        let frames: Vec<Picture> =
+            (0..12).map(|frame| Picture::filled(4, 4, [100, 100, 100 + 8 * frame, 255])).collect();
+        let mut writer = Writer::new([4, 4], 10.0, false);
+        writer.learn(&frames);
+        let mut shown: Vec<Vec<u8>> = frames.iter().map(|frame| writer.in_palette(frame)).collect();
+        let wanted = shown.clone();
+        writer.keep_what_hardly_changes(&mut shown);
+        let color = |index: u8| writer.palette[usize::from(index)];
+        for (shown, wanted) in shown.iter().zip(&wanted) {
+            assert!(distance(color(shown[0]), color(wanted[0])) <= NEAR);
+        }
+        let changes = |frames: &[Vec<u8>]| frames.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        assert!(changes(&shown) < changes(&wanted), "{} changes of {}", changes(&shown), changes(&wanted));
+    }
 }

@@ -7,8 +7,8 @@ use muxide::api::{Muxer, MuxerBuilder, VideoCodec};
 use openh264::{
     OpenH264API, Timestamp,
     encoder::{
-        BitRate, Complexity, Encoder, EncoderConfig, FrameRate, FrameType, IntraFramePeriod, RateControlMode,
-        UsageType, VuiConfig,
+        Complexity, Encoder, EncoderConfig, FrameRate, FrameType, IntraFramePeriod, RateControlMode, UsageType,
+        VuiConfig,
     },
     formats::YUVSource,
 };
@@ -17,8 +17,6 @@ use rayon::prelude::*;
 use super::super::{Picture, error::PictureError};
 use super::refused;
 
-/// Bits for each pixel of a second: twice what a drawn figure takes that moves.
-const BITS_PER_PIXEL: f64 = 0.12;
 /// Seconds from one frame that can be jumped to, to the next.
 const SECONDS_BETWEEN_KEYS: f64 = 2.0;
 
@@ -41,11 +39,10 @@ struct Planes {
 impl Writer {
     pub(super) fn new(size: [usize; 2], fps: f64) -> Result<Self, PictureError> {
         let [width, height] = size.map(even);
-        let bits = (width * height) as f64 * fps * BITS_PER_PIXEL;
         let config = EncoderConfig::new()
             .usage_type(UsageType::CameraVideoRealTime)
-            .rate_control_mode(RateControlMode::Quality)
-            .bitrate(BitRate::from_bps(bits.clamp(100_000.0, 40_000_000.0) as u32))
+            // Each frame is as good as the others: what is drawn takes few bits.
+            .rate_control_mode(RateControlMode::Off)
             .max_frame_rate(FrameRate::from_hz(fps as f32))
             .skip_frames(false)
             .scene_change_detect(false)
