@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::camera::Camera;
+use super::{camera::Camera, rounding::floor};
 
 /// Cells of the shadow along each side.
 const CELLS: usize = 128;
@@ -36,7 +36,7 @@ impl Floor {
                 continue;
             }
             let at = (Vec2::new(vertex.x, vertex.z) - middle) / cell + CELLS as f32 * 0.5;
-            let (column, row) = (at.x.floor(), at.y.floor());
+            let (column, row) = (floor(at.x), floor(at.y));
             let inside = |value: f32| (1.0..CELLS as f32 - 1.0).contains(&value);
             if inside(column) && inside(row) {
                 let weight = (1.0 - above.max(0.0)).powi(2);
@@ -73,7 +73,7 @@ impl Floor {
         let pixel = distance * camera.pixel();
         let width = 0.006 * self.height;
         let line = |value: f32, pixel: f32| {
-            let off = ((value / self.step + 0.5).rem_euclid(1.0) - 0.5).abs() * self.step;
+            let off = (value / self.step + 0.5 - floor(value / self.step + 0.5) - 0.5).abs() * self.step;
             let covered = ((width + pixel) * 0.5 - off) / pixel;
             covered.clamp(0.0, (width / pixel).min(1.0))
         };
@@ -90,7 +90,7 @@ impl Floor {
     fn shadow_at(&self, at: Vec2) -> f32 {
         let cell = 2.0 * REACH * self.height / CELLS as f32;
         let at = (at - self.middle) / cell + CELLS as f32 * 0.5 - 0.5;
-        let (left, top) = (at.x.floor(), at.y.floor());
+        let (left, top) = (floor(at.x), floor(at.y));
         let inside = |value: f32| (0.0..CELLS as f32 - 1.0).contains(&value);
         if !inside(left) || !inside(top) {
             return 0.0;

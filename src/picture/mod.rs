@@ -8,6 +8,7 @@
 //! | `capsules` | what a skeleton without a mesh looks like |
 //! | `texture` | PNG and JPEG files to colors |
 //! | `camera` | where the picture is seen from, so that the whole figure is in it |
+//! | `rounding` | what the innermost loops round with |
 //! | `raster` | triangles to samples, nearest in front |
 //! | `floor` | the grid and the shadow that a figure stands on |
 //! | `text` | letters on a picture |
@@ -17,7 +18,7 @@
 //! | `scene` | one picture of one frame, all of the above together |
 //! | `film` | many pictures: sheets, turntables and clips |
 //! | `reel` | pictures that others made, to a moving picture |
-//! | `encode` | pictures to PNG, APNG, WebP and GIF files |
+//! | `encode` | pictures to PNG, APNG, WebP, GIF and MP4 files |
 //!
 //! Everything is `f32` in a fixed order and no frame knows of another, so the same input gives the same bytes for any number of threads.
 //!
@@ -35,6 +36,7 @@ mod image;
 mod marks;
 mod raster;
 mod reel;
+mod rounding;
 mod scene;
 mod stage;
 mod text;

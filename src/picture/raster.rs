@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use super::{camera::Camera, texture::Texture};
+use super::{camera::Camera, rounding::floor, texture::Texture};
 
 /// Samples of a picture along each of its sides, for each pixel.
 pub(super) const SAMPLES: usize = 2;
@@ -112,14 +112,16 @@ impl Raster {
         if area == 0.0 || !area.is_finite() {
             return;
         }
-        let low = |values: [f32; 3], size: usize| {
-            (values.into_iter().fold(f32::INFINITY, f32::min) - 0.5).ceil().clamp(0.0, size as f32) as usize
+        let low = |[a, b, c]: [f32; 3], size: usize| {
+            let edge = a.min(b).min(c) - 0.5;
+            (-floor(-edge.clamp(0.0, size as f32))) as usize
         };
-        let high = |values: [f32; 3], size: usize| {
-            (values.into_iter().fold(f32::NEG_INFINITY, f32::max) - 0.5).floor().clamp(-1.0, size as f32 - 1.0) + 1.0
+        let high = |[a, b, c]: [f32; 3], size: usize| {
+            let edge = a.max(b).max(c) - 0.5;
+            (floor(edge.clamp(-1.0, size as f32 - 1.0)) + 1.0) as usize
         };
-        let (left, right) = (low([a.x, b.x, c.x], self.width), high([a.x, b.x, c.x], self.width) as usize);
-        let (top, bottom) = (low([a.y, b.y, c.y], self.height), high([a.y, b.y, c.y], self.height) as usize);
+        let (left, right) = (low([a.x, b.x, c.x], self.width), high([a.x, b.x, c.x], self.width));
+        let (top, bottom) = (low([a.y, b.y, c.y], self.height), high([a.y, b.y, c.y], self.height));
         let inverse = 1.0 / area;
         for row in top..bottom {
             let y = row as f32 + 0.5;

@@ -226,6 +226,7 @@ impl Studio {
             (_, Background::Light) => [236.0, 238.0, 241.0, 255.0],
             (_, Background::Dark) => [38.0, 41.0, 46.0, 255.0],
         };
+        let nothing = base.map(|part| (part + 0.5) as u8);
         let mut pixels = Vec::with_capacity(width * height);
         for row in 0..height {
             for column in 0..width {
@@ -238,13 +239,14 @@ impl Studio {
                     sum = [sum[0] + red * share, sum[1] + green * share, sum[2] + blue * share, sum[3] + share];
                 }
                 let there = sum[3] / (SAMPLES * SAMPLES) as f32;
-                let mut under = base;
-                if there < 1.0
-                    && let Some((gray, opacity)) = floor
-                        .and_then(|floor| floor.seen_at(&shot.camera, column as f32 + 0.5, row as f32 + 0.5, is_dark))
-                {
-                    under = over([gray * 255.0; 3], opacity, under);
+                let seen = floor
+                    .filter(|_| there < 1.0)
+                    .and_then(|floor| floor.seen_at(&shot.camera, column as f32 + 0.5, row as f32 + 0.5, is_dark));
+                if there == 0.0 && seen.is_none() {
+                    pixels.push(nothing);
+                    continue;
                 }
+                let under = seen.map_or(base, |(gray, opacity)| over([gray * 255.0; 3], opacity, base));
                 let color = if sum[3] > 0.0 { [sum[0], sum[1], sum[2]].map(|part| part / sum[3]) } else { [0.0; 3] };
                 pixels.push(over(color, there, under).map(|part| (part + 0.5) as u8));
             }

@@ -3,6 +3,7 @@
 use super::{
     error::PictureError,
     image::{Pixels, decode},
+    rounding::floor,
 };
 
 /// The longest side of a texture where there are few of them.
@@ -36,9 +37,9 @@ impl Texture {
 
     /// The color at a place, from the nearest four pixels.
     pub(super) fn at(&self, u: f32, v: f32) -> [f32; 4] {
-        let x = (u - u.floor()) * self.width as f32 - 0.5;
-        let y = (v - v.floor()) * self.height as f32 - 0.5;
-        let (left, top) = (x.floor(), y.floor());
+        let x = (u - floor(u)) * self.width as f32 - 0.5;
+        let y = (v - floor(v)) * self.height as f32 - 0.5;
+        let (left, top) = (floor(x), floor(y));
         let (right_share, low_share) = (x - left, y - top);
         let wrap = |at: f32, size: usize| (at as i64).rem_euclid(size as i64) as usize;
         let columns = [wrap(left, self.width), wrap(left + 1.0, self.width)];

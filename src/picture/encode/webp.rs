@@ -177,7 +177,9 @@ mod tests {
         writer.add(&[plain, both, far]).expect("encoded");
         let mut decoder = image_webp::WebPDecoder::new(std::io::Cursor::new(writer.finish())).expect("a WebP");
         let mut shown = vec![0; decoder.output_buffer_size().expect("a size")];
-        (0..3).for_each(|_| drop(decoder.read_frame(&mut shown).expect("a frame")));
+        for _ in 0..3 {
+            decoder.read_frame(&mut shown).expect("a frame");
+        }
         let parts = shown.len() / (128 * 128);
         let gray = |column: usize, row: usize| i32::from(shown[(row * 128 + column) * parts + 1]);
         let places = (10..60).flat_map(|row| (10..60).map(move |column| (column, row)));
