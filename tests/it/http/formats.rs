@@ -53,6 +53,8 @@ async fn every_format_that_is_written_comes_out() {
         };
         if let Some(begins) = begins {
             assert!(bytes.starts_with(begins), "{format:?}: a picture");
+        } else if format == Format::Mp4 {
+            assert_eq!(bytes.get(4..8), Some(&b"ftyp"[..]), "a video");
         } else if format == Format::PositionsCsv {
             assert!(bytes.starts_with(b"frame,time_seconds,"), "a table: {:?}", String::from_utf8_lossy(&bytes[..40]));
         } else {

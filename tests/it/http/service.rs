@@ -39,7 +39,7 @@ async fn accept_and_prefer_are_heard() {
     };
     let npz = ask("application/x-npz", "", "{}").await.expect("an answer");
     assert_eq!(header(&npz, "content-type"), "application/x-npz", "as asked");
-    problem(ask("video/mp4", "", "{}").await.expect("an answer"), 406, "not_acceptable").await;
+    problem(ask("video/quicktime", "", "{}").await.expect("an answer"), 406, "not_acceptable").await;
     let later = ask("*/*", "wait=0", "wait").await.expect("an answer");
     assert_eq!(later.status(), StatusCode::ACCEPTED, "it goes on without the caller");
     assert_eq!(header(&later, "preference-applied"), "wait=0", "heard");
