@@ -2,7 +2,8 @@
 //!
 //! # Map
 //!
-//! A **pure half** (no async runtime, no file system, no clock, no environment) under a **service half**:
+//! A **pure half** (no async runtime, no file system, no clock, no environment) under a **service half**, which the feature `service`
+//! (on by default) adds. Without it, `default-features = false` in a program's `Cargo.toml`, the crate is the engine alone:
 //!
 //! | module | answers | may import |
 //! |---|---|---|
@@ -69,22 +70,31 @@
 //! `docs/architecture.md` has the checklists for an op, a metric, a route and a setting, `formats/mod.rs` the one for a format.
 //! `openapi/` and `docs/reference` are made from the code; the tests that compare them say how to write them anew.
 
+#[cfg(feature = "service")]
 pub mod app;
+#[cfg(feature = "service")]
 pub mod cli;
+#[cfg(feature = "service")]
 pub mod config;
 pub mod drawing;
 pub mod editing;
 pub mod engine;
 pub mod formats;
+#[cfg(feature = "service")]
 pub mod http;
+#[cfg(feature = "service")]
 pub mod identity;
+#[cfg(feature = "service")]
 pub mod jobs;
 pub mod model;
+#[cfg(feature = "service")]
 pub mod outbound;
 pub mod picture;
 pub mod report;
 pub mod retarget;
 pub mod rig;
 pub mod samples;
+#[cfg(feature = "service")]
 pub mod store;
+#[cfg(feature = "service")]
 pub mod telemetry;
