@@ -9,8 +9,8 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec3, Quat};
 use retargetd::{
     model::{Clip, Control, Joint, Reporter, Scene, Skeleton, Track, Transform},
-    retarget::{Plan, run},
-    rig::{RetargetSpec, Rig, resolve},
+    retarget::{Plan, RetargetSpec, resolve, run},
+    rig::Rig,
     samples,
 };
 use std::hint::black_box;

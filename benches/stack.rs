@@ -7,8 +7,8 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use retargetd::{
     model::{Clip, Control, Joint, Reporter, Scene, Skeleton, Transform},
-    retarget::Stack,
-    rig::{Rig, parse_spec, resolve},
+    retarget::{Stack, parse_spec, resolve},
+    rig::Rig,
     samples,
 };
 use std::hint::black_box;

@@ -12,7 +12,7 @@ use crate::{
     identity::Tokens,
     jobs::{Assets, Courier, Engine, Jobs, Keys, Library, ProcessEngine, RetargetEngine, Sweeper, Webhooks, Workers},
     outbound::Outbound,
-    rig,
+    retarget,
     store::{BlobPlace, Blobs, DataFolder, Records, Store},
     telemetry::{self, Clock, Metrics},
 };
@@ -88,7 +88,7 @@ pub async fn start_with(settings: Settings, engine: Arc<dyn Engine>, clock: Cloc
         jobs,
         settings: Arc::clone(&settings),
         metrics,
-        spec_schema: rig::spec_schema,
+        spec_schema: retarget::spec_schema,
         shares: Shares::new(settings.max_principal_requests),
         turns: Turns::default(),
         heavy: HeavyRequests::start().context("the thread for large documents could not be started")?,

@@ -9,10 +9,10 @@
 //! |---|---|---|
 //! | [`model`] | what a skeleton, pose, clip, scene is; spaces, axes, units, warnings | nothing |
 //! | [`formats`] | bytes to model and back, under budgets | `model` |
-//! | [`rig`] | what the joints mean: roles, chains, rest pose, alignment, the retarget spec | `model`, `picture` (its words) |
-//! | [`retarget`] | the algorithm: a plan compiled once, then a loop over frames; and its measures | `model`, `rig` |
-//! | [`editing`] | edits of a clip: time, loops, mirror | `model`, `rig` |
 //! | [`picture`] | seeing: camera, skinning, rasteriser, encoders of still and moving pictures | `model` |
+//! | [`rig`] | what the joints mean: roles, chains, rest pose, alignment | `model` |
+//! | [`retarget`] | the algorithm: the spec, its ops, a plan compiled once, then a loop over frames; and its measures | `model`, `rig`, `picture` (its words) |
+//! | [`editing`] | edits of a clip: time, loops, mirror | `model`, `rig`, `retarget` (the spec) |
 //! | [`drawing`] | drawn characters: their configs, projection onto planes, pose, mesh, deformation | `model`, `rig`, `picture` |
 //! | [`engine`] | the one pure function: input bytes and spec to output bytes, warnings and report | all above |
 //! | [`report`] | what the engine found out, as page, text and table | all above |

@@ -10,8 +10,8 @@ use std::{
 
 use retargetd::{
     model::{Clip, Control, JointTracks, Reporter, Track},
-    retarget::Stack,
-    rig::{Rig, parse_spec, resolve},
+    retarget::{Stack, parse_spec, resolve},
+    rig::Rig,
     samples,
 };
 

@@ -10,7 +10,7 @@ use crate::model::rotation::near;
 
 use crate::{
     model::{Canceled, Clip, ClipError, Control, JointContacts, JointTracks, MorphTrack, Skeleton, Track},
-    rig::{LayerMode, LayerReference},
+    retarget::{LayerMode, LayerReference},
 };
 
 use super::{

@@ -7,7 +7,7 @@ use crate::{
         Clip, JointContacts, JointTracks, MorphTrack, Skeleton, Track,
         rotation::{smoothstep, twist},
     },
-    rig::{LoopRoot, LoopSpec},
+    retarget::{LoopRoot, LoopSpec},
 };
 
 use super::error::EditError;

@@ -2,7 +2,7 @@
 
 use crate::{
     model::{Clip, Control, Skeleton},
-    rig::{EditSpec, MirrorPlane, RangeSpec},
+    retarget::{EditSpec, MirrorPlane, RangeSpec},
 };
 
 use super::{

@@ -12,7 +12,8 @@ use crate::{
         Clip, ClipError, JointContacts, JointTracks, ModelPose, MorphTrack, Skeleton, Track, Transform,
         rotation::next_to,
     },
-    rig::{MirrorPlane, Rig, Role, Side},
+    retarget::MirrorPlane,
+    rig::{Rig, Role, Side},
 };
 
 /// A joint's mirror image is found within this share of the figure's size.

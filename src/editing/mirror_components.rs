@@ -10,7 +10,8 @@ use glam::{DQuat, DVec3, Quat, Vec3};
 
 use crate::{
     model::{Clip, ClipError, JointTracks, Skeleton, Transform},
-    rig::{ComponentAxis, MirrorAxis, Rig},
+    retarget::{ComponentAxis, MirrorAxis},
+    rig::Rig,
 };
 
 use super::Mirror;

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::{
     model::{Canceled, Clip, Control, Skeleton},
-    rig::{CycleRange, EditSpec, InterpolationSpec, RangeSpec},
+    retarget::{CycleRange, EditSpec, InterpolationSpec, RangeSpec},
 };
 
 use super::{

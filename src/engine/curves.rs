@@ -2,8 +2,7 @@
 
 use crate::{
     model::{Clip, Morph, MorphPlace, MorphTrack, Scene},
-    retarget::carried_curves,
-    rig::CurveDrive,
+    retarget::{CurveDrive, carried_curves},
 };
 
 use super::{Failure, FailureCode};

@@ -5,11 +5,11 @@ use std::borrow::Cow;
 use crate::{
     editing::{Cycle, EditError, Margin, Mirror, TimeEditError, edit_time, find_cycles, mirror_components, taken_out},
     model::{Clip, ClipError, Control, JointTracks, Phase, Reporter, Scene},
-    retarget::filtered,
-    rig::{
-        CycleRange, EditSpec, MirrorMode, MirrorSpec, RangeSpec, RetargetSpec, Rig, RigSpec, SpecError, SpecErrorKind,
-        SpecField, is_own_shape, named_joints, parse_document, scheduled,
+    retarget::{
+        CycleRange, EditSpec, MirrorMode, MirrorSpec, RangeSpec, RetargetSpec, filtered, is_own_shape, parse_document,
+        scheduled,
     },
+    rig::{Rig, RigSpec, SpecError, SpecErrorKind, SpecField, named_joints},
 };
 
 use super::{

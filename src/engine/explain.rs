@@ -11,8 +11,8 @@ use serde::Serialize;
 use crate::{
     formats::Limits,
     model::{Control, ModelPose, Phase, Reporter, Transform, rotation::degrees},
-    retarget::{DriverKind, JointExplanation, Plan, explain_joint},
-    rig::{Mapping, Op, RetargetSpec, Rig, SpecErrorKind, SpecField},
+    retarget::{DriverKind, JointExplanation, Mapping, Op, Plan, RetargetSpec, explain_joint},
+    rig::{Rig, SpecErrorKind, SpecField},
 };
 
 use super::{

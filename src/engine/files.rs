@@ -3,7 +3,8 @@
 use crate::{
     formats::Limits,
     model::{Clip, Control, Payload, Reporter, Scene},
-    rig::{ClipChoice, RetargetSpec, Rig, SpecError, SpecErrorKind, SpecField, find_clip, parse_spec},
+    retarget::{RetargetSpec, parse_spec},
+    rig::{ClipChoice, Rig, SpecError, SpecErrorKind, SpecField, find_clip},
 };
 
 use super::{

@@ -6,7 +6,8 @@ use crate::{
     editing::{Reduction, Tolerance, reduce_keys},
     formats::Format,
     model::{Clip, Control, Reporter},
-    rig::{OutputSpec, Rig},
+    retarget::OutputSpec,
+    rig::Rig,
 };
 
 use serde::Serialize;

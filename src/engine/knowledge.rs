@@ -4,8 +4,9 @@ use std::borrow::Cow;
 
 use serde_json::{Map, Value, json};
 
-use crate::rig::{
-    RigTemplate, SpecError, SpecErrorKind, SpecField, builtin_templates, parse_document, parse_template, parse_value,
+use crate::{
+    retarget::{parse_document, parse_value},
+    rig::{RigTemplate, SpecError, SpecErrorKind, SpecField, builtin_templates, parse_template},
 };
 
 use super::{Failure, FailureCode, NamedBytes};
@@ -171,7 +172,7 @@ pub fn merge_patch(merged: &mut Value, over: Map<String, Value>) {
 
 /// Whether a document has the shape of our own spec.
 fn is_ours(document: &Value) -> bool {
-    crate::rig::is_own_shape(document)
+    crate::retarget::is_own_shape(document)
 }
 
 fn in_rig(error: SpecError) -> Failure {

@@ -3,7 +3,8 @@
 use crate::{
     editing::{Layer, LayerError, branch_weights, layered},
     model::{Clip, Control, Reporter},
-    rig::{LayerSpec, Rig, RigSpec, SpecErrorKind, SpecField, find_clip, named_joints},
+    retarget::LayerSpec,
+    rig::{Rig, RigSpec, SpecErrorKind, SpecField, find_clip, named_joints},
 };
 
 use super::{

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::{
     formats::{Format, sniff},
     model::Scene,
-    rig::parse_spec,
+    retarget::parse_spec,
 };
 
 use super::{Failure, FailureCode, NamedBytes};

@@ -2,8 +2,10 @@
 
 use crate::{
     model::{Clip, Control, Reporter},
-    retarget::{ContactTrack, LimbReach, LimitedJoint, RunError, Stack, StackResult},
-    rig::{AlignedJoint, Mapping, Resolved, RetargetSpec, Rig, resolve},
+    retarget::{
+        ContactTrack, LimbReach, LimitedJoint, Mapping, Resolved, RetargetSpec, RunError, Stack, StackResult, resolve,
+    },
+    rig::{AlignedJoint, Rig},
 };
 
 use super::{Failure, FailureCode, files::in_config};

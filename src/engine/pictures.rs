@@ -4,8 +4,8 @@ use crate::{
     formats::Limits,
     model::{Clip, Control, Reporter, Scene},
     picture::{Cast, Grade, Marks, PictureFormat, Ring, Strip, Touch, View, render},
-    retarget::{ContactMeasure, Measures, Metric, Verdict},
-    rig::{MetricName, Rig},
+    retarget::{ContactMeasure, Measures, Metric, MetricName, Verdict},
+    rig::Rig,
 };
 
 use super::{

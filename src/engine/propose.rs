@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use crate::{
     model::{Clip, Control, JointTracks, Phase, Reporter},
-    retarget::{JointDriver, joint_drivers},
-    rig::{Mapping, Resolved, RetargetSpec, RigSpec, Role, RoleFinding, RotationMode, TranslationMode, resolve},
+    retarget::{JointDriver, Mapping, Resolved, RetargetSpec, RotationMode, TranslationMode, joint_drivers, resolve},
+    rig::{RigSpec, Role, RoleFinding},
 };
 
 use super::{

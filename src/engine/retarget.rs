@@ -2,8 +2,8 @@
 
 use crate::{
     model::Phase,
-    retarget::measure,
-    rig::{ReportDetail, Rig},
+    retarget::{ReportDetail, measure},
+    rig::Rig,
 };
 
 use super::{

@@ -3,7 +3,8 @@
 use crate::{
     formats::Limits,
     model::{Control, Phase, Reporter},
-    rig::{PoseSpec, RetargetSpec, Task as SpecTask, parse_document},
+    retarget::{RetargetSpec, Task as SpecTask, parse_document},
+    rig::PoseSpec,
 };
 
 use super::{

@@ -9,8 +9,8 @@ use serde::Serialize;
 
 use crate::{
     model::{Clip, Control, Phase, Reporter},
-    retarget::measure,
-    rig::{Op, ReportChoice, ReportDetail, RetargetSpec, Rig, TuneChoice, TuneParameter, TuneSpec},
+    retarget::{Op, ReportChoice, ReportDetail, RetargetSpec, TuneChoice, TuneParameter, TuneSpec, measure},
+    rig::Rig,
 };
 
 use super::{Failure, pass::Pass};

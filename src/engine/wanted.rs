@@ -4,9 +4,8 @@ use crate::{
     formats::{Compression, EulerOrder, Format, Include, TargetClips, WriteOptions},
     model::Reporter,
     picture::Layout,
-    rig::{
-        CompressionSpec, IncludeSpec, OutputChoice, OutputSpec, RetargetSpec, SpecErrorKind, SpecField, TargetClipsSpec,
-    },
+    retarget::{CompressionSpec, IncludeSpec, OutputChoice, OutputSpec, RetargetSpec, TargetClipsSpec},
+    rig::{SpecErrorKind, SpecField},
 };
 
 use super::{

@@ -3,7 +3,7 @@
 use crate::{
     formats::Limits,
     model::{Control, Reporter},
-    rig::RetargetSpec,
+    retarget::RetargetSpec,
 };
 
 use super::Knowledge;

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use crate::{
     engine::{DriverView, Proposal},
-    rig::{TableRow, write_table},
+    retarget::{TableRow, write_table},
 };
 
 /// A joint table.

@@ -13,7 +13,7 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::rig::ChordCorrection;
+use super::mapping::ChordCorrection;
 
 /// What the joints of a chain are turned by, in model space, after the source's rotations.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,9 +2,14 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
+use super::{
+    mapping::{ChainPair, Chord, Mapping, PelvisPair, ShoulderPair, TwistAgainst, TwistPair},
+    ops::Carry,
+    spec::TranslationMode,
+};
 use crate::{
     model::{Skeleton, Transform},
-    rig::{Carry, ChainPair, Chord, Mapping, PelvisPair, Ride, ShoulderPair, TranslationMode, TwistAgainst, TwistPair},
+    rig::Ride,
 };
 
 use super::places::{Place, places};

@@ -1,9 +1,10 @@
 //! What drives each target joint, in words of joints: the same decisions as those that a plan is compiled from.
 
-use crate::{
-    model::Skeleton,
-    rig::{Carry, ChainPair, Mapping},
+use super::{
+    mapping::{ChainPair, Mapping},
+    ops::Carry,
 };
+use crate::model::Skeleton;
 
 use super::{
     Plan,
@@ -118,7 +119,11 @@ mod tests {
     use super::*;
     use crate::{
         model::{Control, Reporter},
-        rig::{RetargetSpec, Rig, parse_spec, resolve},
+        retarget::{
+            resolve::resolve,
+            spec::{RetargetSpec, parse_spec},
+        },
+        rig::Rig,
         samples,
     };
 

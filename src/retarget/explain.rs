@@ -4,11 +4,9 @@
 
 use glam::DQuat;
 
+use super::mapping::Mapping;
 use super::plan::{CarriedDriver, CarryStep, Driver, Parent, Plan, Sample, TwistSegment, mean_share};
-use crate::{
-    model::{Clip, ModelPose, Skeleton},
-    rig::Mapping,
-};
+use crate::model::{Clip, ModelPose, Skeleton};
 
 /// How forward kinematics finds the rotation of one target joint at one frame. Rotations are in the target scene's space.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,21 +4,30 @@
 
 mod chord;
 mod compile;
-mod curves;
 mod drivers;
 mod explain;
 mod lanes;
+pub(in crate::retarget) mod mapping;
 mod measure;
+pub(in crate::retarget) mod ops;
 mod places;
 mod plan;
+pub(in crate::retarget) mod resolve;
 mod run;
+pub(in crate::retarget) mod spec;
 mod stages;
 mod workspace;
 
-pub use curves::carried_curves;
 pub use drivers::{JointDriver, joint_drivers};
 pub use explain::{DriverKind, JointExplanation, explain_joint};
+pub use mapping::{
+    ChainPair, Chord, ChordCorrection, CrotchRule, Drive, FurtherChain, Mapping, PelvisPair, PelvisPosition,
+    ShoulderPair, Spacing, TwistAgainst, TwistPair,
+};
 pub use measure::{ContactMeasure, Curves, LimbDirection, Measures, Metric, SidePair, Verdict, Worst, measure};
+pub use ops::*;
 pub use plan::Plan;
+pub use resolve::{Resolved, resolve};
 pub use run::{RunError, run};
-pub use stages::{ContactTrack, LimbReach, LimitedJoint, Stack, StackResult, filtered};
+pub use spec::*;
+pub use stages::{ContactTrack, LimbReach, LimitedJoint, Stack, StackResult};

@@ -2,10 +2,11 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::{
-    model::Transform,
-    rig::{ChainPair, RotationMode, Spacing},
+use super::{
+    mapping::{ChainPair, Spacing},
+    spec::RotationMode,
 };
+use crate::model::Transform;
 
 use super::plan::Sample;
 

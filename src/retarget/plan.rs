@@ -2,10 +2,8 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use crate::{
-    model::Transform,
-    rig::{ChordCorrection, CrotchRule},
-};
+use super::mapping::{ChordCorrection, CrotchRule};
+use crate::model::Transform;
 
 /// A compiled retarget: constants and indices only.
 ///

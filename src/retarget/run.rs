@@ -125,7 +125,8 @@ mod tests {
     use super::*;
     use crate::{
         model::Reporter,
-        rig::{Rig, parse_spec, resolve},
+        retarget::{resolve::resolve, spec::parse_spec},
+        rig::Rig,
         samples,
     };
 

@@ -7,9 +7,22 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use crate::model::Skeleton;
+use crate::model::{Skeleton, Transform};
 
-use super::{mapping::Ride, rig::Rig};
+use super::rig::Rig;
+
+/// A target joint that the body carries where the file's hierarchy does not: a thigh below the armature rides the pelvis.
+///
+/// `model_from_joint = model_from_on ∘ on_from_joint` for the place, and for the rotation too where nothing drives the joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ride {
+    /// The joint that is placed.
+    pub joint: usize,
+    /// The joint that places it; not below it.
+    pub on: usize,
+    /// Where the joint lies at rest, as seen from `on`, in the target scene's unit.
+    pub on_from_joint: Transform,
+}
 
 /// What carries a part, in order of preference, without sides. The first that the rig has counts; its last joint carries.
 const CARRIERS: [(&str, &[&str]); 26] = [
@@ -45,7 +58,7 @@ const CARRIERS: [(&str, &[&str]); 26] = [
 const SIDE_BY_SIDE: [&str; 2] = ["eye", "root"];
 
 /// For every joint with a role, the joint that carries it on the body; parts without a carrier on this rig have none.
-pub(super) fn carriers(rig: &Rig<'_>) -> BTreeMap<usize, usize> {
+pub(crate) fn carriers(rig: &Rig<'_>) -> BTreeMap<usize, usize> {
     let mut carriers = BTreeMap::new();
     for (role, joints) in &rig.roles {
         let (side, part) = super::alignment::split(role);
@@ -75,7 +88,7 @@ pub(super) fn carriers(rig: &Rig<'_>) -> BTreeMap<usize, usize> {
 ///
 /// Joints of no role between a joint and its carrier are part of the way; those of another role move the joint as it should
 /// not.
-pub(super) fn rides(target: &Rig<'_>) -> Vec<Ride> {
+pub(crate) fn rides(target: &Rig<'_>) -> Vec<Ride> {
     let skeleton = target.skeleton();
     let rest = target.rest.transforms();
     let mut ridden: Vec<Option<usize>> = vec![None; skeleton.len()];
@@ -95,7 +108,7 @@ pub(super) fn rides(target: &Rig<'_>) -> Vec<Ride> {
 }
 
 /// Whether a joint's place follows from another's, by parents and by what rides what.
-pub(super) fn is_carried(skeleton: &Skeleton, rides: &[Ride], joint: usize, carrier: usize) -> bool {
+pub(crate) fn is_carried(skeleton: &Skeleton, rides: &[Ride], joint: usize, carrier: usize) -> bool {
     let mut ridden = vec![None; skeleton.len()];
     rides.iter().for_each(|ride| ridden[ride.joint] = Some(ride.on));
     follows(skeleton, &ridden, joint, carrier)
@@ -120,7 +133,7 @@ fn follows(skeleton: &Skeleton, ridden: &[Option<usize>], joint: usize, another:
 /// Joints of a target's skins that neither move nor hang from anything that does, each with the nearest part of the body to
 /// ride: an export that hangs limbs from the armature hangs hip and breast helpers there too, and the mesh would stay behind
 /// with them. Nothing where all limbs hang from the body.
-pub(super) fn loose_joints(target: &Rig<'_>, driven: &[bool], limbs: &[Ride]) -> Vec<Ride> {
+pub(crate) fn loose_joints(target: &Rig<'_>, driven: &[bool], limbs: &[Ride]) -> Vec<Ride> {
     let skeleton = target.skeleton();
     let hangs_apart = |ride: &Ride| !skeleton.is_ancestor_or_self(ride.on, ride.joint);
     if !limbs.iter().any(hangs_apart) {

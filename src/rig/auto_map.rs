@@ -11,7 +11,7 @@ use super::{
 };
 
 /// Roles that make up a limb, for specs that name the limb.
-pub(super) const LIMBS: [(&str, &[&str]); 4] = [
+pub(crate) const LIMBS: [(&str, &[&str]); 4] = [
     ("left_arm", &["left_upper_arm", "left_forearm", "left_hand"]),
     ("right_arm", &["right_upper_arm", "right_forearm", "right_hand"]),
     ("left_leg", &["left_thigh", "left_shin", "left_foot"]),
@@ -31,12 +31,12 @@ const NEIGHBORS: [(&str, &[&str]); 4] = [
 ];
 
 /// The roles that a name stands for: itself, or the parts of a limb.
-pub(super) fn roles_of(name: &str) -> Vec<&str> {
+pub(crate) fn roles_of(name: &str) -> Vec<&str> {
     LIMBS.iter().find(|(limb, _)| *limb == name).map_or_else(|| vec![name], |(_, roles)| roles.to_vec())
 }
 
 /// Names that a chain may be called by on a side, besides those that the spec defines.
-pub(super) fn known_names(side: &Rig<'_>) -> Vec<String> {
+pub(crate) fn known_names(side: &Rig<'_>) -> Vec<String> {
     let limbs = LIMBS.iter().filter(|(_, roles)| roles.iter().all(|role| !side.role(role).is_empty()));
     let roles = side.roles.keys().filter(|role| !NO_CHAINS.contains(&role.as_str())).cloned();
     roles.chain(limbs.map(|(limb, _)| (*limb).to_owned())).collect()
@@ -46,7 +46,7 @@ pub(super) fn known_names(side: &Rig<'_>) -> Vec<String> {
 /// closes as a whole; legs of creatures that have other numbers of them from front to hind; necks, heads, wings and tails that the
 /// source has one of with that one, so that a hydra's heads look as one. Fingers that the target lacks move the finger beside them,
 /// together with its own.
-pub(super) fn by_role(source: &Rig<'_>, target: &Rig<'_>) -> Vec<NamedPair> {
+pub(crate) fn by_role(source: &Rig<'_>, target: &Rig<'_>) -> Vec<NamedPair> {
     let roles = target.roles.iter().filter(|(role, _)| !NO_CHAINS.contains(&role.as_str()));
     let mut pairs: Vec<NamedPair> =
         roles.filter_map(|(role, _)| role_pair(source, &driving_role(role, source, target)?, target, role)).collect();
@@ -61,7 +61,7 @@ pub(super) fn by_role(source: &Rig<'_>, target: &Rig<'_>) -> Vec<NamedPair> {
 }
 
 /// A role of the source that drives a role of the target; nothing where either has no joints.
-pub(super) fn role_pair(source: &Rig<'_>, from: &str, target: &Rig<'_>, to: &str) -> Option<NamedPair> {
+pub(crate) fn role_pair(source: &Rig<'_>, from: &str, target: &Rig<'_>, to: &str) -> Option<NamedPair> {
     let (source_joints, target_joints) = (source.role(from), target.role(to));
     let (source, target) = if is_whole_leg(to) {
         corresponding(source, source_joints, target, target_joints)
@@ -120,7 +120,7 @@ fn stands_in(source: &str, target: &str) -> bool {
 
 /// Pairs of joints that are called the same and that no role took on either side. Only below the pelvis, and only joints:
 /// armatures and meshes of equal names mean nothing.
-pub(super) fn by_name(source: &Rig<'_>, target: &Rig<'_>, taken: &[NamedPair]) -> Vec<NamedPair> {
+pub(crate) fn by_name(source: &Rig<'_>, target: &Rig<'_>, taken: &[NamedPair]) -> Vec<NamedPair> {
     let (Some(&source_pelvis), Some(&target_pelvis)) = (source.role("pelvis").first(), target.role("pelvis").first())
     else {
         return Vec::new();
@@ -152,7 +152,7 @@ pub(super) fn by_name(source: &Rig<'_>, target: &Rig<'_>, taken: &[NamedPair]) -
 
 /// Joint by joint by equal names, for two skeletons that no body was recognised in: what a studio calls a crane it calls so in
 /// every file. Nothing where fewer than half of the smaller skeleton's joints have a twin, which is chance.
-pub(super) fn by_name_alone(source: &Rig<'_>, target: &Rig<'_>) -> Vec<NamedPair> {
+pub(crate) fn by_name_alone(source: &Rig<'_>, target: &Rig<'_>) -> Vec<NamedPair> {
     let (source_joints, target_joints) = (countable(source), countable(target));
     let pairs = twins(source, target, |joint| source_joints[joint], |joint| target_joints[joint]);
     let count = |joints: &[bool]| joints.iter().filter(|is_joint| **is_joint).count();

@@ -6,7 +6,7 @@ use serde_json::Value;
 use super::error::{SpecError, SpecErrorKind, SpecField};
 
 /// A document as a type of ours; a value of the wrong type is named by its place.
-pub(super) fn deserialize<T: DeserializeOwned>(document: &Value) -> Result<T, SpecError> {
+pub(crate) fn deserialize<T: DeserializeOwned>(document: &Value) -> Result<T, SpecError> {
     serde_path_to_error::deserialize(document).map_err(|error| {
         let (pointer, detail) = (pointer_of(error.path()), error.into_inner().to_string());
         let pointer = narrowed::<T>(document, pointer, &detail);
@@ -86,4 +86,16 @@ fn pointer_of(path: &serde_path_to_error::Path) -> String {
         Segment::Unknown => String::new(),
     };
     path.iter().map(segment).collect()
+}
+
+/// What a value of a document is called.
+pub(crate) fn kind_of(value: &Value) -> &'static str {
+    match value {
+        Value::Null => "null",
+        Value::Bool(_) => "a boolean",
+        Value::Number(_) => "a number",
+        Value::String(_) => "a text",
+        Value::Array(_) => "a list",
+        Value::Object(_) => "an object",
+    }
 }

@@ -21,24 +21,24 @@ const FRAMES_LOOKED_AT: usize = 240;
 
 /// How a rig stands at rest, along its up axis, in the scene's unit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stance {
+pub(crate) struct Stance {
     /// Height of the floor.
-    pub(super) floor: f64,
+    pub(crate) floor: f64,
     /// How far the lowest joint of the feet is above the floor; nothing where neither a mesh says it nor the rest pose stands on
     /// the origin, as in files that have the pelvis there and leave the rest to their clips: the lowest joint itself counts as
     /// the floor.
-    pub(super) sole: Option<f64>,
+    pub(crate) sole: Option<f64>,
     /// Whether the rest pose stands on the file's own floor, so that the floor of its clips is known too.
-    pub(super) stands: bool,
+    pub(crate) stands: bool,
     /// The pelvis above the floor, on straight legs.
-    pub(super) height: f64,
+    pub(crate) height: f64,
     /// The pelvis above the ankles, on straight legs; nothing where a leg has no three joints.
-    pub(super) legs: Option<f64>,
+    pub(crate) legs: Option<f64>,
 }
 
 impl Stance {
     /// For a pelvis joint.
-    pub(super) fn of(side: &Rig<'_>, pelvis: usize) -> Self {
+    pub(crate) fn of(side: &Rig<'_>, pelvis: usize) -> Self {
         let supports = supports(side, pelvis);
         let lowest = lowest(side, &side.rest, &supports);
         let pelvis_height = side.rest_height(pelvis);
@@ -56,12 +56,12 @@ impl Stance {
 
 /// Height of the lowest point of a rig's feet in a pose: of their mesh where there is one, else of their joints. Nothing where
 /// nothing is below the pelvis.
-pub(super) fn lowest_sole(side: &Rig<'_>, pose: &ModelPose, pelvis: usize) -> Option<f64> {
+pub(crate) fn lowest_sole(side: &Rig<'_>, pose: &ModelPose, pelvis: usize) -> Option<f64> {
     lowest_of(side, pose, pelvis, &supports(side, pelvis))
 }
 
 /// The same of one pair of an animal's paws: `front_leg` or `hind_leg`. Nothing where there is no such pair.
-pub(super) fn lowest_paw(side: &Rig<'_>, pose: &ModelPose, pelvis: usize, pair: &str) -> Option<f64> {
+pub(crate) fn lowest_paw(side: &Rig<'_>, pose: &ModelPose, pelvis: usize, pair: &str) -> Option<f64> {
     lowest_of(side, pose, pelvis, &below(side, &paws(side, &[pair])))
 }
 
@@ -129,11 +129,11 @@ fn standing_legs(side: &Rig<'_>, pelvis: usize, floor: f64) -> Option<(f64, f64)
 
 /// Where the floor is in a clip, in the scene's unit along the rig's up axis.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ClipFloor {
+pub(crate) struct ClipFloor {
     /// Height of the floor.
-    pub(super) height: f64,
+    pub(crate) height: f64,
     /// Whether only that joint says where the floor is, so that the floor is as far below as the sole is thick.
-    pub(super) is_joint: bool,
+    pub(crate) is_joint: bool,
 }
 
 /// The floor of a clip: what its feet touch.
@@ -141,7 +141,7 @@ pub(super) struct ClipFloor {
 /// For a rig that does not stand at rest; one that does has its floor from there, however high it jumps in a clip. Where the
 /// feet come down within a foot's height above the origin or the rest floor, it is that: clips jump and crouch, and the floor
 /// does not. It is never above them.
-pub(super) fn clip_floor(side: &Rig<'_>, clip: &Clip, pelvis: usize, rest_floor: f64) -> ClipFloor {
+pub(crate) fn clip_floor(side: &Rig<'_>, clip: &Clip, pelvis: usize, rest_floor: f64) -> ClipFloor {
     let supports = supports(side, pelvis);
     let step = clip.frame_count().div_ceil(FRAMES_LOOKED_AT).max(1);
     let mut heights: Vec<f64> = (0..clip.frame_count())

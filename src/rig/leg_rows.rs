@@ -9,12 +9,12 @@ use super::{
 };
 
 /// Whether a role is a whole leg of an animal.
-pub(super) fn is_whole_leg(role: &str) -> bool {
+pub(crate) fn is_whole_leg(role: &str) -> bool {
     role.parse::<Role>().is_ok_and(|role| role.part.is_whole_leg())
 }
 
 /// The pairs of legs of an animal from the front, by the role of the left one; nothing for bodies on two legs.
-pub(super) fn leg_rows(rig: &Rig<'_>) -> Vec<Role> {
+pub(crate) fn leg_rows(rig: &Rig<'_>) -> Vec<Role> {
     let roles = rig.roles.keys().filter(|role| is_whole_leg(role)).filter_map(|role| role.parse::<Role>().ok());
     let mut rows: Vec<Role> = roles.map(|role| Role { side: Side::Left, ..role }).collect();
     rows.sort_unstable();
@@ -23,7 +23,7 @@ pub(super) fn leg_rows(rig: &Rig<'_>) -> Vec<Role> {
 }
 
 /// The leg of the source that drives a leg of the target, where one of the two has more than four.
-pub(super) fn driving_leg(source: &Rig<'_>, target: &Rig<'_>, leg: Role) -> Option<Role> {
+pub(crate) fn driving_leg(source: &Rig<'_>, target: &Rig<'_>, leg: Role) -> Option<Role> {
     let (from, to) = (leg_rows(source), leg_rows(target));
     let row = to.iter().position(|row| *row == Role { side: Side::Left, ..leg })?;
     let driving = from.get(driving_row(from.len(), to.len(), row)?)?;

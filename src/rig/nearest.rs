@@ -8,7 +8,7 @@ const LEAST_LIKENESS: f64 = 0.6;
 const MOST_BEHIND: f64 = 0.2;
 
 /// The known names that look most like `name`, best first; ties in the order given.
-pub(super) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<String> {
     let lower = name.to_lowercase();
     let likeness = |candidate: &str| {
         let candidate = candidate.to_lowercase();

@@ -10,7 +10,7 @@ use super::{
 };
 
 /// The numbers of `document` that are below the schema's minimum or above its maximum for them; the first [`MOST_TOLD`].
-pub(super) fn out_of_ranges(document: &Value, schema: &Value) -> Vec<SpecField> {
+pub(crate) fn out_of_ranges(document: &Value, schema: &Value) -> Vec<SpecField> {
     let mut found = Vec::new();
     walk(document, schema, |pointer, value, node| {
         if let (Some(number), Some((least, most))) = (value.as_f64(), range(node)) {

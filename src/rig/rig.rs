@@ -69,7 +69,7 @@ impl<'a> Rig<'a> {
     }
 
     /// Whether it is an animal on four or more legs.
-    pub(super) fn stands_on_four(&self) -> bool {
+    pub(crate) fn stands_on_four(&self) -> bool {
         self.recognition.is_body() && self.recognition.kind != RigKind::Biped
     }
 

@@ -39,7 +39,7 @@ pub struct Tail {
 }
 
 /// The tails of a rig.
-pub(super) fn find_tails(rig: &Rig<'_>) -> Vec<Tail> {
+pub(crate) fn find_tails(rig: &Rig<'_>) -> Vec<Tail> {
     let is_tail = |role: &str| role.parse::<Role>().is_ok_and(|role| role.part == Part::Tail);
     let tails = rig.roles.iter().filter(|(role, joints)| is_tail(role) && !joints.is_empty());
     tails.map(|(_, joints)| tail(rig, joints)).collect()

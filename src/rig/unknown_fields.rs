@@ -7,11 +7,11 @@ use serde_json::{Map, Value};
 use super::error::{SpecErrorKind, SpecField};
 
 /// So many things that are wrong are told at once; nobody reads more, and a document could hold any number.
-pub(super) const MOST_TOLD: usize = 100;
+pub(crate) const MOST_TOLD: usize = 100;
 
 /// The fields of `document` that `schema` does not have, and the tags (such as `op`) that no variant has, with the nearest names; the
 /// first [`MOST_TOLD`] of each.
-pub(super) fn unknown_fields(document: &Value, schema: &Value) -> Vec<SpecField> {
+pub(crate) fn unknown_fields(document: &Value, schema: &Value) -> Vec<SpecField> {
     let (mut tags, mut found) = (Vec::new(), Vec::new());
     let enter = |pointer: &str, value: &Value, union: &Value| {
         let (Some(tag), Value::Object(fields)) = (Tag::of(union, schema), value) else { return true };
@@ -41,7 +41,7 @@ pub(super) fn unknown_fields(document: &Value, schema: &Value) -> Vec<SpecField>
 
 /// Visits every value of a document with its pointer and the part of the schema that is about it. The document's depth is bounded
 /// by its parser.
-pub(super) fn walk(document: &Value, schema: &Value, visit: impl FnMut(&str, &Value, &Value)) {
+pub(crate) fn walk(document: &Value, schema: &Value, visit: impl FnMut(&str, &Value, &Value)) {
     walk_into(document, schema, |_, _, _| true, visit);
 }
 

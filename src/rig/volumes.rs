@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::{rig::Rig, stages::Limb};
+use super::{limb::Limb, rig::Rig};
 
 /// Fewer points of a mesh do not say how thick a part is.
 const FEW_POINTS: usize = 12;
@@ -59,7 +59,7 @@ pub struct Anchor {
 }
 
 /// The parts that both rigs have. `unit` is plan units per unit of the source.
-pub(super) fn body_parts(source: &Rig<'_>, target: &Rig<'_>, unit: f64) -> Vec<BodyPart> {
+pub(crate) fn body_parts(source: &Rig<'_>, target: &Rig<'_>, unit: f64) -> Vec<BodyPart> {
     let mut of_target = capsules(target, 1.0);
     let mut parts = Vec::new();
     for (name, arm, source) in capsules(source, unit) {
@@ -80,7 +80,7 @@ pub fn body_capsules(side: &Rig<'_>) -> Vec<(&'static str, Capsule)> {
 }
 
 /// The ball of a hand; nothing for what is no arm.
-pub(super) fn hand(side: &Rig<'_>, limb: Limb, unit: f64) -> Option<Capsule> {
+pub(crate) fn hand(side: &Rig<'_>, limb: Limb, unit: f64) -> Option<Capsule> {
     let prefix = match limb {
         Limb::LeftArm => "left_",
         Limb::RightArm => "right_",

@@ -5,8 +5,8 @@ use glam::{DMat4, DQuat, DVec3, Quat};
 use retargetd::{
     engine::{Format, Inputs, Limits, NamedBytes, Outcome, retarget},
     model::{Clip, Control, Joint, JointTracks, ModelPose, Reporter, Scene, Skeleton, SkinPoint, SkinPoints, Track},
-    retarget::{Plan, run},
-    rig::{HowAligned, Resolved, RetargetSpec, Rig, RollCue, parse_value, resolve},
+    retarget::{Plan, Resolved, RetargetSpec, parse_value, resolve, run},
+    rig::{HowAligned, Rig, RollCue},
     samples,
 };
 use serde_json::{Value, json};

@@ -65,30 +65,11 @@ const CIRCLES: [&[&str]; 4] = [
 ];
 
 /// Circles that are being taken apart. A line is struck when its circle has gone, and none is ever added.
-const CIRCLES_TO_GO: [&[&str]; 8] = [
-    &["retarget::stages::compile", "retarget::stages::root"],
-    &["retarget::stages::contacts", "retarget::stages::result", "retarget::stages::temporal", "retarget::stages::work"],
+const CIRCLES_TO_GO: [&[&str]; 4] = [
+    &["retarget::ops::root_motion", "retarget::stages::compile"],
     &["rig::alignment::rules", "rig::alignment::turn"],
     &["rig::recognition::structure::evidence", "rig::recognition::structure::figure"],
     &["rig::recognition::template::builtin", "rig::recognition::template::find"],
-    &[
-        "rig::resolve::posed",
-        "rig::resolve::posed::additive_pose",
-        "rig::resolve::posed::arms",
-        "rig::resolve::posed::copy_base_pose",
-        "rig::resolve::posed::fingers",
-        "rig::resolve::posed::joints",
-        "rig::resolve::posed::limits",
-        "rig::resolve::posed::pin",
-        "rig::resolve::posed::props",
-        "rig::resolve::posed::reach",
-        "rig::resolve::posed::root_motion",
-        "rig::resolve::posed::stretch",
-        "rig::resolve::schedule",
-        "rig::resolve::stages",
-    ],
-    &["rig::soles", "rig::soles::guess", "rig::stages"],
-    &["rig::spec::ops::curves", "rig::spec::ops::scope"],
 ];
 
 fn root() -> &'static Path {

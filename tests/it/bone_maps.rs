@@ -4,7 +4,7 @@ use glam::DVec3;
 use retargetd::{
     engine::{self, Inputs, Limits, NamedBytes},
     model::{Control, Scene},
-    rig::{parse_document, parse_spec},
+    retarget::{parse_document, parse_spec},
     samples,
 };
 use serde_json::{Value, json};

@@ -17,7 +17,7 @@ use retargetd::{
     engine::{Format, Limits},
     formats,
     model::{Clip, Control, Reporter, Scene, Track},
-    rig::EditSpec,
+    retarget::EditSpec,
 };
 use serde_json::Value;
 

@@ -6,7 +6,8 @@ use retargetd::{
     engine::{self, Inputs, Limits, NamedBytes},
     formats::{self, Format, TargetClips, WriteOptions},
     model::{Clip, Control, JointTracks, LookAt, MorphTrack, Reporter, Scene, Track},
-    rig::{RetargetSpec, Rig},
+    retarget::RetargetSpec,
+    rig::Rig,
 };
 
 use crate::support::corpus_file;

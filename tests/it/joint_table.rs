@@ -3,7 +3,7 @@
 use std::process::{Command, Stdio};
 
 use retargetd::{
-    rig::{TableRow, parse_document, write_table},
+    retarget::{TableRow, parse_document, write_table},
     samples,
 };
 use serde_json::{Value, json};

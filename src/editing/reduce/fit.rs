@@ -6,7 +6,7 @@
 
 use glam::DVec4;
 
-use crate::{model::hermite, rig::KeyInterpolation};
+use crate::{model::hermite, retarget::KeyInterpolation};
 
 /// A key is kept at least every so many frames, which keeps the search for keys short.
 const LONGEST_PIECE: usize = 512;

@@ -14,7 +14,7 @@ use glam::{DQuat, DVec3, DVec4, Quat, Vec3};
 
 use crate::{
     model::{Canceled, Clip, Control, JointKeys, JointTracks, KeyCurve, Skeleton, SparseKeys, Track, Transform},
-    rig::KeyInterpolation,
+    retarget::KeyInterpolation,
 };
 
 use crate::model::rotation::near;

@@ -9,7 +9,8 @@ use crate::{
     editing::{Tolerance, reduce_keys},
     engine::{Failure, edited_clip, laid_over},
     model::{Clip, Control, Reporter, Scene},
-    rig::{KeysSpec, OutputChoice, RetargetSpec, Rig, parse_spec},
+    retarget::{KeysSpec, OutputChoice, RetargetSpec, parse_spec},
+    rig::Rig,
 };
 
 use self::entries::{ENTRIES, Entry, left_thigh, only};

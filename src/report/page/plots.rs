@@ -13,10 +13,7 @@ use plotters::{
 };
 
 use super::text::{Escaped, spaced};
-use crate::{
-    retarget::{ContactMeasure, Curves, Measures},
-    rig::MetricName,
-};
+use crate::retarget::{ContactMeasure, Curves, Measures, MetricName};
 
 const WIDTH: u32 = 960;
 const HEIGHT: u32 = 260;

@@ -1,10 +1,7 @@
 //! The table of verdicts, and the list of contacts that slide most.
 
 use super::text::{Escaped, number, spaced, verdict};
-use crate::{
-    retarget::{Measures, Metric, Verdict},
-    rig::MetricName,
-};
+use crate::retarget::{Measures, Metric, MetricName, Verdict};
 
 /// Contacts of the list.
 const MOST_CONTACTS: usize = 12;

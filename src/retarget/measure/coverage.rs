@@ -9,7 +9,8 @@ use super::{
 };
 use crate::{
     model::Clip,
-    rig::{Mapping, Rig, Role},
+    retarget::mapping::Mapping,
+    rig::{Rig, Role},
 };
 
 /// Parts of the body: a name, the roles of which one is enough, how much it counts, and what is asked of it.

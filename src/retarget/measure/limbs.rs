@@ -13,7 +13,8 @@ use super::{
 };
 use crate::{
     model::{ModelPose, rotation::degrees},
-    rig::{Mapping, Rig},
+    retarget::mapping::Mapping,
+    rig::Rig,
 };
 
 /// Limbs whose direction is compared: role of the start, roles of the end in order of preference.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::statistics::percentile;
 use crate::{
     model::Skeleton,
-    rig::{MetricInfo, MetricName, ReportChoice, Threshold},
+    retarget::spec::{MetricInfo, MetricName, ReportChoice, Threshold},
 };
 
 /// Places that are told of each metric.

@@ -3,7 +3,7 @@
 //! Measured from the clips alone, with forward kinematics of its own ([`motion`]): nothing is taken over from how the result was
 //! made but which joints correspond and which rest poses look alike. Lengths of feet are told at 1 m leg length, so that figures of
 //! dwarfs and giants compare. Each family of metrics is one file; their names, units and thresholds are one table,
-//! [`MetricName`](crate::rig::MetricName).
+//! [`MetricName`](super::spec::MetricName).
 //!
 //! Feet, knees, the spine and the pelvis are looked at in every frame, the rest of long clips in runs of neighbouring frames, evenly spread, unless a
 //! full report is asked for.
@@ -56,10 +56,11 @@ use self::{
     travel::Travel,
 };
 use super::LimbReach;
-use crate::{
-    model::Clip,
-    rig::{Mapping, MetricName, ReportChoice, ReportDetail, Rig},
+use super::{
+    mapping::Mapping,
+    spec::{MetricName, ReportChoice, ReportDetail},
 };
+use crate::{model::Clip, rig::Rig};
 
 pub use curves::Curves;
 pub use feet::ContactMeasure;

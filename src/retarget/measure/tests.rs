@@ -7,7 +7,11 @@ use glam::{DQuat, DVec3};
 use super::{Measures, Verdict, measure};
 use crate::{
     model::{Clip, JointTracks, LocalPose, Reporter, Scene, Skeleton, Track, Transform},
-    rig::{MetricName, ReportChoice, ReportDetail, RetargetSpec, Rig, resolve},
+    retarget::{
+        resolve::resolve,
+        spec::{MetricName, ReportChoice, ReportDetail, RetargetSpec},
+    },
+    rig::Rig,
     samples,
 };
 

@@ -5,7 +5,7 @@ use glam::Quat;
 use super::metric::{Finding, Reading};
 use crate::{
     model::{Clip, Skeleton, Track},
-    rig::Mapping,
+    retarget::mapping::Mapping,
 };
 
 /// A change of a local rotation from one frame to the next that counts as a jump: 20°. Half of its cosine, as quaternions have it.

@@ -7,32 +7,39 @@ use glam::{DMat3, DVec2};
 
 use crate::{
     model::{Skeleton, Transform},
-    rig::{
-        BodyPart, Capsule, FloorOp, GripPair, Ground, HandPair, IkOp, Limb, LimbPair, Mapping, PlantMode, Schedule,
-        SelfContactOp, Side, StagedKind, StagedOp, StrideDirection, StrideOp,
+    retarget::{
+        mapping::Mapping,
+        ops::{
+            FloorOp, IkOp, PlantMode, SelfContactOp, StrideDirection, StrideOp,
+            edits::GripPair,
+            resolved::{Ground, LimbPair, StagedKind, StagedOp},
+            schedule::Schedule,
+        },
     },
+    rig::{BodyPart, Capsule, HandPair, Limb, Side},
 };
 
 use super::{
     Plan, Stack, Stage,
-    contacts::ContactStage,
-    filter::FilterStage,
-    goals::{GoalLimb, GoalStage, PelvisShift, rotation_offset},
-    grips::{GripStage, HeldGrip},
     limbs::{LimbRest, LimbSlots},
-    plant::PlantStage,
     posed::PosedStage,
     posing::Posing,
     pull::{PullStage, PulledLeg},
     ride::RideStage,
-    root::RootStage,
+    solve::{Hangs, SolveStage, SolvedLimb},
+    work::Changed,
+};
+use crate::retarget::ops::{
+    contacts::ContactStage,
+    filter::FilterStage,
+    floor::{tails::TailStage, toes::ToeStage},
+    ik::{GoalLimb, GoalStage, PelvisShift, rotation_offset},
+    plant::PlantStage,
+    props::grips::{GripStage, HeldGrip},
+    root_motion::RootStage,
     scale_source::ScaledSource,
     self_contact::{Fixed, Hand, Part, SelfContactStage},
-    solve::{Hangs, SolveStage, SolvedLimb},
     stride::{StrideLimb, StrideStage},
-    tails::TailStage,
-    toes::ToeStage,
-    work::Changed,
 };
 
 /// How often hands are led to what they touch, and arms solved.
@@ -76,14 +83,14 @@ impl Stack {
     }
 }
 
-pub(super) struct Compiler<'a> {
-    pub(super) source: &'a Skeleton,
-    pub(super) target: &'a Skeleton,
-    pub(super) mapping: &'a Mapping,
+pub(in crate::retarget) struct Compiler<'a> {
+    pub(in crate::retarget) source: &'a Skeleton,
+    pub(in crate::retarget) target: &'a Skeleton,
+    pub(in crate::retarget) mapping: &'a Mapping,
     /// In plan space.
-    pub(super) source_rest: Vec<Transform>,
-    pub(super) target_rest: Vec<Transform>,
-    pub(super) plan_from_target: Transform,
+    pub(in crate::retarget) source_rest: Vec<Transform>,
+    pub(in crate::retarget) target_rest: Vec<Transform>,
+    pub(in crate::retarget) plan_from_target: Transform,
     stages: Vec<Stage>,
     /// Limbs with goals that are not solved yet, and the op that set them.
     open: Vec<(usize, IkOp)>,
@@ -197,12 +204,12 @@ impl Compiler<'_> {
         }
     }
 
-    pub(super) fn ground(&self) -> Ground {
+    pub(in crate::retarget) fn ground(&self) -> Ground {
         self.mapping.stages.ground
     }
 
     /// Driven joints below a joint, or of the whole skeleton, that have no driven joint above them on the way.
-    pub(super) fn topmost_driven_below(&self, top: Option<usize>) -> Vec<usize> {
+    pub(in crate::retarget) fn topmost_driven_below(&self, top: Option<usize>) -> Vec<usize> {
         let driven = self.mapping.driven();
         let is_topmost = |&joint: &usize| {
             let mut above = self.target.parent(joint);
@@ -217,7 +224,7 @@ impl Compiler<'_> {
         (0..driven.len()).filter(|&joint| driven[joint]).filter(is_topmost).collect()
     }
 
-    pub(super) fn limb(&self, limb: usize) -> &LimbPair {
+    pub(in crate::retarget) fn limb(&self, limb: usize) -> &LimbPair {
         &self.mapping.stages.limbs[limb]
     }
 
@@ -225,7 +232,7 @@ impl Compiler<'_> {
         self.mapping.stages.limbs.len()
     }
 
-    pub(super) fn rest(&self, limb: usize) -> LimbRest {
+    pub(in crate::retarget) fn rest(&self, limb: usize) -> LimbRest {
         LimbRest::new(self.limb(limb), &self.source_rest, &self.target_rest, &self.ground())
     }
 
@@ -242,11 +249,11 @@ impl Compiler<'_> {
         (mean(source), mean(lengths.iter().map(|(target, _)| *target).collect()))
     }
 
-    pub(super) fn source_posing(&self, joints: impl IntoIterator<Item = usize>) -> Posing {
+    pub(in crate::retarget) fn source_posing(&self, joints: impl IntoIterator<Item = usize>) -> Posing {
         Posing::new(self.source, self.mapping.plan_from_source, joints)
     }
 
-    pub(super) fn target_posing(&self, joints: impl IntoIterator<Item = usize>) -> Posing {
+    pub(in crate::retarget) fn target_posing(&self, joints: impl IntoIterator<Item = usize>) -> Posing {
         Posing::new(self.target, self.plan_from_target, joints)
     }
 

@@ -6,7 +6,8 @@ use crate::model::rotation::signed_angle;
 
 use crate::{
     model::Transform,
-    rig::{Ground, Limb, LimbJoints, LimbPair},
+    retarget::ops::resolved::{Ground, LimbPair},
+    rig::{Limb, LimbJoints},
 };
 
 use super::{
@@ -19,41 +20,46 @@ const LEAST_REST_BEND: f64 = 0.17;
 
 /// Slots of a limb in a posing.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LimbSlots {
-    pub(super) start: usize,
-    pub(super) middle: usize,
-    pub(super) end: usize,
+pub(in crate::retarget) struct LimbSlots {
+    pub(in crate::retarget) start: usize,
+    pub(in crate::retarget) middle: usize,
+    pub(in crate::retarget) end: usize,
 }
 
 impl LimbSlots {
-    pub(super) fn new(joints: &LimbJoints, posing: &Posing) -> Self {
+    pub(in crate::retarget) fn new(joints: &LimbJoints, posing: &Posing) -> Self {
         let slot = |joint| posing.slot(joint);
         Self { start: slot(joints.start), middle: slot(joints.middle), end: slot(joints.end) }
     }
 
-    pub(super) fn places(&self, pose: &Pose) -> [DVec3; 3] {
+    pub(in crate::retarget) fn places(&self, pose: &Pose) -> [DVec3; 3] {
         [self.start, self.middle, self.end].map(|slot| pose.model[slot].translation)
     }
 }
 
 /// What the rest poses say of a limb.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LimbRest {
+pub(in crate::retarget) struct LimbRest {
     /// Target length over source length.
-    pub(super) length_ratio: f64,
+    pub(in crate::retarget) length_ratio: f64,
     /// Length of the target's limb.
-    pub(super) length: f64,
+    pub(in crate::retarget) length: f64,
     /// The axis about which the lower bone bends, in the axes of the target's start joint.
-    pub(super) hinge: DVec3,
+    pub(in crate::retarget) hinge: DVec3,
     /// `S0⁻¹ · T0` of the end joints.
-    pub(super) target_from_source_end: DQuat,
+    pub(in crate::retarget) target_from_source_end: DQuat,
     /// From the source's pole to the target's at rest, about the line from start to end; 0 where one is straight.
-    pub(super) pole_angle: f64,
+    pub(in crate::retarget) pole_angle: f64,
 }
 
 impl LimbRest {
     /// From the rest poses that motion is measured from and put onto, in plan space.
-    pub(super) fn new(pair: &LimbPair, source: &[Transform], target: &[Transform], ground: &Ground) -> Self {
+    pub(in crate::retarget) fn new(
+        pair: &LimbPair,
+        source: &[Transform],
+        target: &[Transform],
+        ground: &Ground,
+    ) -> Self {
         let places = |joints: &LimbJoints, rest: &[Transform]| {
             [joints.start, joints.middle, joints.end].map(|joint| rest[joint].translation)
         };

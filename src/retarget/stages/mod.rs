@@ -5,54 +5,38 @@
 //! depend on the number of threads. Ops that move goals (`ik`, `plant`, `floor`) are solved once, when the last of them in a row is
 //! done.
 
-mod compile;
-mod contacts;
-mod filter;
-mod floor;
-mod goals;
-mod grips;
-mod limbs;
-mod plant;
-mod posed;
-mod posing;
-mod pull;
-mod result;
-mod ride;
-mod root;
-mod scale_source;
-mod schedule;
-mod self_contact;
-mod solve;
-mod stride;
-mod tails;
-mod temporal;
-mod toes;
-mod two_bone;
-mod work;
+pub(in crate::retarget) mod compile;
+pub(in crate::retarget) mod contact_points;
+pub(in crate::retarget) mod limbs;
+pub(in crate::retarget) mod posed;
+pub(in crate::retarget) mod posing;
+pub(in crate::retarget) mod pull;
+pub(in crate::retarget) mod result;
+pub(in crate::retarget) mod ride;
+pub(in crate::retarget) mod solve;
+pub(in crate::retarget) mod temporal;
+pub(in crate::retarget) mod two_bone;
+pub(in crate::retarget) mod work;
 
-pub use filter::filtered;
-pub use result::{ContactTrack, LimbReach, LimitedJoint, StackResult};
+pub use result::{ContactTrack, LimbReach, StackResult};
+pub use work::LimitedJoint;
 
 use crate::model::{Canceled, Clip, Control, JointContacts};
 
 use self::{
-    contacts::{ContactPoints, ContactStage},
+    contact_points::ContactPoints, posed::PosedStage, pull::PullStage, ride::RideStage, solve::SolveStage, work::Work,
+};
+use super::ops::{
+    contacts::ContactStage,
     filter::FilterStage,
-    floor::FloorStage,
-    goals::GoalStage,
-    grips::GripStage,
+    floor::{FloorStage, tails::TailStage, toes::ToeStage},
+    ik::GoalStage,
     plant::PlantStage,
-    posed::PosedStage,
-    pull::PullStage,
-    ride::RideStage,
-    root::RootStage,
+    props::grips::GripStage,
+    root_motion::RootStage,
     scale_source::ScaledSource,
     self_contact::SelfContactStage,
-    solve::SolveStage,
     stride::StrideStage,
-    tails::TailStage,
-    toes::ToeStage,
-    work::Work,
 };
 use super::{
     Plan,

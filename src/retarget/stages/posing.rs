@@ -9,7 +9,7 @@ const NEARLY_UNIT: f64 = 1e-6;
 
 /// The joints that a stage looks at, with everything above them, parents first.
 #[derive(Clone, Debug)]
-pub(super) struct Posing {
+pub(in crate::retarget) struct Posing {
     joints: Vec<PosedJoint>,
     slots: Vec<Option<usize>>,
     /// `plan_from_scene`: what the roots hang below.
@@ -25,15 +25,19 @@ struct PosedJoint {
 
 /// The transforms of a [`Posing`]'s joints at one frame, by slot. Filled again and again without allocation.
 #[derive(Clone, Debug)]
-pub(super) struct Pose {
+pub(in crate::retarget) struct Pose {
     /// `parent_from_joint`.
-    pub(super) local: Vec<Transform>,
+    pub(in crate::retarget) local: Vec<Transform>,
     /// `plan_from_joint`.
-    pub(super) model: Vec<Transform>,
+    pub(in crate::retarget) model: Vec<Transform>,
 }
 
 impl Posing {
-    pub(super) fn new(skeleton: &Skeleton, above: Transform, wanted: impl IntoIterator<Item = usize>) -> Self {
+    pub(in crate::retarget) fn new(
+        skeleton: &Skeleton,
+        above: Transform,
+        wanted: impl IntoIterator<Item = usize>,
+    ) -> Self {
         let mut needed = vec![false; skeleton.len()];
         for joint in wanted {
             let mut current = Some(joint);
@@ -52,33 +56,33 @@ impl Posing {
     }
 
     /// Whether a joint is looked at.
-    pub(super) fn has(&self, joint: usize) -> bool {
+    pub(in crate::retarget) fn has(&self, joint: usize) -> bool {
         self.slots[joint].is_some()
     }
 
     /// The local rotation of a joint that was wanted, at rest.
-    pub(super) fn rest_rotation(&self, joint: usize) -> Quat {
+    pub(in crate::retarget) fn rest_rotation(&self, joint: usize) -> Quat {
         self.joints[self.slot(joint)].rest.rotation.as_quat()
     }
 
     /// The slot of a joint that was wanted, or is above one.
-    pub(super) fn slot(&self, joint: usize) -> usize {
+    pub(in crate::retarget) fn slot(&self, joint: usize) -> usize {
         self.slots[joint].expect("a stage asks for the joints that it wanted")
     }
 
     /// The joint of a slot.
-    pub(super) fn joint(&self, slot: usize) -> usize {
+    pub(in crate::retarget) fn joint(&self, slot: usize) -> usize {
         self.joints[slot].joint
     }
 
     /// A pose to be filled.
-    pub(super) fn pose(&self) -> Pose {
+    pub(in crate::retarget) fn pose(&self) -> Pose {
         let identity = vec![Transform::IDENTITY; self.joints.len()];
         Pose { local: identity.clone(), model: identity }
     }
 
     /// Fills a pose from the tracks of all joints of the skeleton.
-    pub(super) fn fill(&self, pose: &mut Pose, tracks: &[JointTracks], frame: usize) {
+    pub(in crate::retarget) fn fill(&self, pose: &mut Pose, tracks: &[JointTracks], frame: usize) {
         for (slot, posed) in self.joints.iter().enumerate() {
             let tracks = &tracks[posed.joint];
             let mut local = posed.rest;
@@ -97,13 +101,13 @@ impl Posing {
     }
 
     /// The local rotation of a slot's joint at a frame, without filling a pose.
-    pub(super) fn local_rotation(&self, slot: usize, tracks: &[JointTracks], frame: usize) -> Quat {
+    pub(in crate::retarget) fn local_rotation(&self, slot: usize, tracks: &[JointTracks], frame: usize) -> Quat {
         let posed = &self.joints[slot];
         tracks[posed.joint].rotation.at(frame, posed.rest.rotation.as_quat())
     }
 
     /// The transform that a slot's joint hangs below.
-    pub(super) fn parent_of(&self, pose: &Pose, slot: usize) -> Transform {
+    pub(in crate::retarget) fn parent_of(&self, pose: &Pose, slot: usize) -> Transform {
         self.joints[slot].parent.map_or(self.above, |parent| pose.model[parent])
     }
 }

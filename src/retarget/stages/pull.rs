@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use crate::{
     model::{Canceled, Transform},
-    rig::Ground,
+    retarget::ops::resolved::Ground,
 };
 
 use super::{
@@ -33,29 +33,29 @@ const LEAST_HOLD: f64 = 0.5;
 
 /// Moves the pelvis.
 #[derive(Clone, Debug)]
-pub(super) struct PullStage {
-    pub(super) pelvis: usize,
-    pub(super) legs: Vec<PulledLeg>,
-    pub(super) posing: Posing,
-    pub(super) ground: Ground,
-    pub(super) sideways_cost: f64,
-    pub(super) limb_count: usize,
+pub(in crate::retarget) struct PullStage {
+    pub(in crate::retarget) pelvis: usize,
+    pub(in crate::retarget) legs: Vec<PulledLeg>,
+    pub(in crate::retarget) posing: Posing,
+    pub(in crate::retarget) ground: Ground,
+    pub(in crate::retarget) sideways_cost: f64,
+    pub(in crate::retarget) limb_count: usize,
     /// Whether held feet pull; else the pelvis is only shifted by what other stages ask for.
-    pub(super) pulls: bool,
+    pub(in crate::retarget) pulls: bool,
 }
 
 /// A leg that may pull.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PulledLeg {
-    pub(super) limb: usize,
+pub(in crate::retarget) struct PulledLeg {
+    pub(in crate::retarget) limb: usize,
     /// Slot of the hip.
-    pub(super) start: usize,
+    pub(in crate::retarget) start: usize,
     /// Share of its length up to which the leg goes without being softened.
-    pub(super) firm: f64,
+    pub(in crate::retarget) firm: f64,
 }
 
 impl PullStage {
-    pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+    pub(in crate::retarget) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let mut moves = std::mem::take(&mut work.pelvis_moves);
         moves.resize(work.frame_count(), DVec3::ZERO);
         if self.pulls {

@@ -7,7 +7,10 @@ use serde::Serialize;
 
 use crate::model::Clip;
 
-use super::{temporal::runs, work::Work};
+use super::{
+    temporal::runs,
+    work::{LimitedJoint, Work},
+};
 
 /// The retargeted clip, and what was found on the way.
 #[derive(Clone, Debug)]
@@ -20,19 +23,6 @@ pub struct StackResult {
     pub reaches: Vec<LimbReach>,
     /// What `limits` ops took back, in their order; joints that they left alone are not among them.
     pub limited: Vec<LimitedJoint>,
-}
-
-/// What a `limits` op took back at one joint.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LimitedJoint {
-    /// Joint of the target.
-    pub joint: usize,
-    /// Frames in which it was turned back.
-    pub frames: usize,
-    /// The largest angle by which it was, degrees.
-    pub worst_degrees: f64,
-    /// The frame of that.
-    pub worst_frame: usize,
 }
 
 /// When one point of the source touches.
@@ -66,7 +56,11 @@ pub struct LimbReach {
 const OUT_OF_REACH_METRES: f64 = 1e-3;
 
 /// `limbs` are the names of the mapping's limbs.
-pub(super) fn tell(work: &Work<'_>, limbs: &[&str], metres_per_unit: f64) -> (Vec<ContactTrack>, Vec<LimbReach>) {
+pub(in crate::retarget) fn tell(
+    work: &Work<'_>,
+    limbs: &[&str],
+    metres_per_unit: f64,
+) -> (Vec<ContactTrack>, Vec<LimbReach>) {
     let times = work.times;
     let mut contacts = BTreeMap::new();
     for point in &work.contacts.points {

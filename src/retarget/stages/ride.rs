@@ -16,7 +16,7 @@ use super::{
 
 /// Places what rides.
 #[derive(Clone, Debug)]
-pub(super) struct RideStage {
+pub(in crate::retarget) struct RideStage {
     posing: Posing,
     /// All slots of the posing, each after its parent and after what it rides; those that ride with their place on it.
     steps: Vec<Step>,
@@ -40,7 +40,7 @@ struct RideOn {
 
 impl RideStage {
     /// `posing` makes a posing of the target in which some joints are looked at. Nothing where nothing rides.
-    pub(super) fn new(
+    pub(in crate::retarget) fn new(
         skeleton: &Skeleton,
         rides: &[Ride],
         driven: &[bool],
@@ -78,7 +78,7 @@ impl RideStage {
         Some(Self { posing, steps, changed })
     }
 
-    pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+    pub(in crate::retarget) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
             self.posing.fill(pose, &work.target, frame);
             let mut row = row.iter_mut();

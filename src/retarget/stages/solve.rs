@@ -29,33 +29,33 @@ const LITTLE_CHANGE: f64 = 1e-6;
 
 /// Bends limbs so that their ends are at the goals.
 #[derive(Clone, Debug)]
-pub(super) struct SolveStage {
-    pub(super) limbs: Vec<SolvedLimb>,
-    pub(super) posing: Posing,
-    pub(super) limb_count: usize,
+pub(in crate::retarget) struct SolveStage {
+    pub(in crate::retarget) limbs: Vec<SolvedLimb>,
+    pub(in crate::retarget) posing: Posing,
+    pub(in crate::retarget) limb_count: usize,
     /// Three per limb: start, middle and end.
-    pub(super) changed: Vec<Changed>,
+    pub(in crate::retarget) changed: Vec<Changed>,
 }
 
 /// One limb, with what the op that set its goal says about how it reaches.
 #[derive(Clone, Debug)]
-pub(super) struct SolvedLimb {
-    pub(super) limb: usize,
-    pub(super) slots: LimbSlots,
-    pub(super) rest: LimbRest,
-    pub(super) hangs: Hangs,
-    pub(super) softness: f64,
-    pub(super) stretch: f64,
-    pub(super) align_pole: f64,
+pub(in crate::retarget) struct SolvedLimb {
+    pub(in crate::retarget) limb: usize,
+    pub(in crate::retarget) slots: LimbSlots,
+    pub(in crate::retarget) rest: LimbRest,
+    pub(in crate::retarget) hangs: Hangs,
+    pub(in crate::retarget) softness: f64,
+    pub(in crate::retarget) stretch: f64,
+    pub(in crate::retarget) align_pole: f64,
     /// Radians.
-    pub(super) pole_offset: f64,
+    pub(in crate::retarget) pole_offset: f64,
     /// Whether its bend changes smoothly, at the cost of where its end is.
-    pub(super) is_smooth: bool,
+    pub(in crate::retarget) is_smooth: bool,
 }
 
 /// What moves with what in the file's hierarchy; a limb may come in pieces that ride one another.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Hangs {
+pub(in crate::retarget) struct Hangs {
     /// Whether the middle joint is below the start.
     middle_from_start: bool,
     /// Whether the end joint is below the start, and below the middle.
@@ -64,7 +64,7 @@ pub(super) struct Hangs {
 }
 
 impl Hangs {
-    pub(super) fn of(skeleton: &Skeleton, limb: &LimbJoints) -> Self {
+    pub(in crate::retarget) fn of(skeleton: &Skeleton, limb: &LimbJoints) -> Self {
         Self {
             middle_from_start: skeleton.is_ancestor_or_self(limb.start, limb.middle),
             end_from_start: skeleton.is_ancestor_or_self(limb.start, limb.end),
@@ -108,7 +108,7 @@ impl SolvedLimb {
 }
 
 impl SolveStage {
-    pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+    pub(in crate::retarget) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let width = self.limbs.len();
         let bends = self.smooth_bends(work)?;
         let solve = |pose: &mut Pose, frame: usize, row: &mut [Solved]| {

@@ -12,7 +12,7 @@ const REACH_DEVIATIONS: f64 = 3.316_624_790_355_4;
 
 /// Smooths numbers or vectors that are sampled at rising times under a [`Bell`] of that standard deviation. Weighs by time, so the
 /// frame rate does not matter; symmetric, so nothing is delayed.
-pub(super) fn smoothed<T>(values: &[T], times: &[f64], deviation_seconds: f64) -> Vec<T>
+pub(in crate::retarget) fn smoothed<T>(values: &[T], times: &[f64], deviation_seconds: f64) -> Vec<T>
 where
     T: Copy + Default + Send + Sync + Add<Output = T> + Mul<f64, Output = T> + Div<f64, Output = T>,
 {
@@ -28,7 +28,7 @@ where
 }
 
 /// What is nowhere below the values and as smooth as under that bell: the largest value near each frame, smoothed.
-pub(super) fn smoothed_above(values: &[f64], times: &[f64], deviation_seconds: f64) -> Vec<f64> {
+pub(in crate::retarget) fn smoothed_above(values: &[f64], times: &[f64], deviation_seconds: f64) -> Vec<f64> {
     let largest = under_bell(values, times, deviation_seconds, |_, frame, near| {
         values[near].iter().copied().fold(values[frame], f64::max)
     });
@@ -36,7 +36,7 @@ pub(super) fn smoothed_above(values: &[f64], times: &[f64], deviation_seconds: f
 }
 
 /// The same of rotations.
-pub(super) fn smoothed_rotations(values: &[DQuat], times: &[f64], deviation_seconds: f64) -> Vec<DQuat> {
+pub(in crate::retarget) fn smoothed_rotations(values: &[DQuat], times: &[f64], deviation_seconds: f64) -> Vec<DQuat> {
     under_bell(values, times, deviation_seconds, |bell, frame, near| {
         let own = values[frame];
         let mut sum = DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0);
@@ -93,7 +93,7 @@ fn under_bell<T: Copy + Send + Sync>(
 }
 
 /// Speeds by central differences, in units per second; 0 for a single frame.
-pub(super) fn speeds(values: &[DVec3], times: &[f64]) -> Vec<f64> {
+pub(in crate::retarget) fn speeds(values: &[DVec3], times: &[f64]) -> Vec<f64> {
     let last = values.len() - 1;
     let speed = |frame: usize| {
         let (before, after) = (frame.saturating_sub(1), (frame + 1).min(last));
@@ -104,7 +104,7 @@ pub(super) fn speeds(values: &[DVec3], times: &[f64]) -> Vec<f64> {
 }
 
 /// First and last frame of every run of `true`.
-pub(super) fn runs(flags: &[bool]) -> Vec<(usize, usize)> {
+pub(in crate::retarget) fn runs(flags: &[bool]) -> Vec<(usize, usize)> {
     let mut runs = Vec::new();
     let mut begin = None;
     for (frame, &flag) in flags.iter().enumerate() {
@@ -122,7 +122,7 @@ pub(super) fn runs(flags: &[bool]) -> Vec<(usize, usize)> {
 }
 
 /// The middle value; nothing of nothing.
-pub(super) fn median(values: &mut [f64]) -> Option<f64> {
+pub(in crate::retarget) fn median(values: &mut [f64]) -> Option<f64> {
     values.sort_unstable_by(f64::total_cmp);
     values.get(values.len() / 2).copied()
 }

@@ -20,49 +20,49 @@ const LITTLE_OFF: f64 = 0.003;
 
 /// A limb and what it reaches for, in one space.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TwoBone {
+pub(in crate::retarget) struct TwoBone {
     /// Hip or shoulder.
-    pub(super) start: DVec3,
+    pub(in crate::retarget) start: DVec3,
     /// Knee or elbow.
-    pub(super) middle: DVec3,
+    pub(in crate::retarget) middle: DVec3,
     /// Ankle or wrist.
-    pub(super) end: DVec3,
+    pub(in crate::retarget) end: DVec3,
     /// The axis about which the lower bone turns when the limb bends; unit length. Decides where the limb is straight.
-    pub(super) hinge: DVec3,
+    pub(in crate::retarget) hinge: DVec3,
     /// Where the end should be.
-    pub(super) goal: DVec3,
+    pub(in crate::retarget) goal: DVec3,
     /// Share of the length over which the limb approaches being straight.
-    pub(super) softness: f64,
+    pub(in crate::retarget) softness: f64,
     /// The share of its length that the limb may always reach, however soft it is: what it has without this solver.
-    pub(super) extension: f64,
+    pub(in crate::retarget) extension: f64,
     /// The largest factor on both bones.
-    pub(super) stretch: f64,
+    pub(in crate::retarget) stretch: f64,
     /// By how much the bend should change, in radians, where something else than the goal says that too. It counts as far as the end
     /// then misses the goal by little.
-    pub(super) change: Option<f64>,
+    pub(in crate::retarget) change: Option<f64>,
 }
 
 /// What brings the end to its goal: `bend` turns the lower bone about the middle joint, then `aim` turns the whole limb about
 /// its start.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Reach {
-    pub(super) bend: DQuat,
-    pub(super) aim: DQuat,
+pub(in crate::retarget) struct Reach {
+    pub(in crate::retarget) bend: DQuat,
+    pub(in crate::retarget) aim: DQuat,
     /// The axis of `bend`; unit length.
-    pub(super) axis: DVec3,
+    pub(in crate::retarget) axis: DVec3,
     /// By how much the bend changes about it, in radians.
-    pub(super) change: f64,
+    pub(in crate::retarget) change: f64,
     /// Factor on both bones.
-    pub(super) stretch: f64,
+    pub(in crate::retarget) stretch: f64,
     /// Where the middle and the end are afterwards.
-    pub(super) middle: DVec3,
-    pub(super) end: DVec3,
+    pub(in crate::retarget) middle: DVec3,
+    pub(in crate::retarget) end: DVec3,
 }
 
 impl TwoBone {
     /// Exact where the goal is within reach; else the end is on the line to the goal. Never NaN; continuous in the goal but for
     /// goals on the start itself.
-    pub(super) fn solve(&self) -> Reach {
+    pub(in crate::retarget) fn solve(&self) -> Reach {
         let (upper, lower) = (self.middle - self.start, self.end - self.middle);
         let (a, b) = (upper.length(), lower.length());
         let wanted = self.goal - self.start;
@@ -153,7 +153,7 @@ fn near_exact([a, b, turning]: [f64; 3], now: f64, exact: f64, wanted: f64) -> f
 }
 
 /// `d` up to `length − width`; from there on it comes ever nearer to `length`, with a continuous slope.
-pub(super) fn soft(distance: f64, length: f64, softness: f64) -> f64 {
+pub(in crate::retarget) fn soft(distance: f64, length: f64, softness: f64) -> f64 {
     let width = softness * length;
     let begin = length - width;
     if width <= 0.0 {
@@ -165,7 +165,7 @@ pub(super) fn soft(distance: f64, length: f64, softness: f64) -> f64 {
 /// 0 below 0, 1 above 1, and smooth between.
 /// The shortest rotation between two directions; half a turn about `axis` where they are opposite, nothing where one has no
 /// length.
-pub(super) fn arc(from: DVec3, to: DVec3, axis: DVec3) -> DQuat {
+pub(in crate::retarget) fn arc(from: DVec3, to: DVec3, axis: DVec3) -> DQuat {
     let (Some(from), Some(to)) = (from.try_normalize(), to.try_normalize()) else { return DQuat::IDENTITY };
     let turn = DQuat::from_xyzw(0.0, 0.0, 0.0, 1.0 + from.dot(to));
     let cross = from.cross(to);

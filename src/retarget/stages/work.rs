@@ -5,50 +5,63 @@ use rayon::prelude::*;
 
 use crate::model::{Canceled, Control, JointTracks, Track};
 
-use super::{contacts::ContactPoints, result::LimitedJoint};
+use super::contact_points::ContactPoints;
 
 /// Frames that one thread takes at a time.
-pub(super) const CHUNK_FRAMES: usize = 64;
+pub(in crate::retarget) const CHUNK_FRAMES: usize = 64;
 
 /// The state between two stages.
-pub(super) struct Work<'a> {
-    pub(super) control: &'a Control,
-    pub(super) times: &'a [f64],
+pub(in crate::retarget) struct Work<'a> {
+    pub(in crate::retarget) control: &'a Control,
+    pub(in crate::retarget) times: &'a [f64],
     /// Tracks of the source, joint by joint.
-    pub(super) source: &'a [JointTracks],
+    pub(in crate::retarget) source: &'a [JointTracks],
     /// Tracks of the target so far.
-    pub(super) target: Vec<JointTracks>,
+    pub(in crate::retarget) target: Vec<JointTracks>,
     /// What was found to touch.
-    pub(super) contacts: ContactPoints,
+    pub(in crate::retarget) contacts: ContactPoints,
     /// Goals frame by frame, one per limb of the mapping; empty before a stage sets some.
-    pub(super) goals: Vec<Goal>,
+    pub(in crate::retarget) goals: Vec<Goal>,
     /// Heights of the source's soles in plan space, frame by frame, one list per limb of the mapping; empty where they are not known yet.
-    pub(super) source_soles: Vec<Vec<f64>>,
+    pub(in crate::retarget) source_soles: Vec<Vec<f64>>,
     /// How far the pelvis is to be moved beside what makes held feet reachable, frame by frame; empty where it is not.
-    pub(super) pelvis_moves: Vec<DVec3>,
+    pub(in crate::retarget) pelvis_moves: Vec<DVec3>,
     /// Distance that is left between goal and end, frame by frame, one per limb; in plan units. Not a number for limbs without goals.
-    pub(super) residuals: Vec<f32>,
+    pub(in crate::retarget) residuals: Vec<f32>,
     /// What `limits` ops took back so far.
-    pub(super) limited: Vec<LimitedJoint>,
+    pub(in crate::retarget) limited: Vec<LimitedJoint>,
+}
+
+/// What a `limits` op took back at one joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LimitedJoint {
+    /// Joint of the target.
+    pub joint: usize,
+    /// Frames in which it was turned back.
+    pub frames: usize,
+    /// The largest angle by which it was, degrees.
+    pub worst_degrees: f64,
+    /// The frame of that.
+    pub worst_frame: usize,
 }
 
 /// Where the end of a limb should be, in plan space.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Goal {
-    pub(super) position: DVec3,
-    pub(super) rotation: DQuat,
+pub(in crate::retarget) struct Goal {
+    pub(in crate::retarget) position: DVec3,
+    pub(in crate::retarget) rotation: DQuat,
     /// Which way the middle joint should point, from the line between start and end; its length is how sure that is, 0 to 1.
-    pub(super) pole: DVec3,
+    pub(in crate::retarget) pole: DVec3,
     /// The share of its length to which the source's limb is extended.
-    pub(super) extension: f64,
+    pub(in crate::retarget) extension: f64,
     /// How far the limb reaches: the distances from its start to its middle and on to its end.
-    pub(super) length: f64,
+    pub(in crate::retarget) length: f64,
     /// How far the goal is from the limb's start as the op sets it that gives the limb its goal, before others move it.
-    pub(super) span: f64,
+    pub(in crate::retarget) span: f64,
     /// How much the goal is one that the foot must not leave, 0 to 1.
-    pub(super) hold: f64,
+    pub(in crate::retarget) hold: f64,
     /// How far it may be lowered before the sole meets the floor, as far as that is known.
-    pub(super) headroom: f64,
+    pub(in crate::retarget) headroom: f64,
 }
 
 impl Default for Goal {
@@ -68,35 +81,35 @@ impl Default for Goal {
 
 /// A joint that a stage changes: its rotation, and its translation where that is said.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Changed {
-    pub(super) joint: usize,
-    pub(super) rotates: bool,
-    pub(super) moves: bool,
+pub(in crate::retarget) struct Changed {
+    pub(in crate::retarget) joint: usize,
+    pub(in crate::retarget) rotates: bool,
+    pub(in crate::retarget) moves: bool,
 }
 
 /// The new tracks of a joint, where it gets some.
 type NewTracks = (Option<Track<Quat>>, Option<Track<Vec3>>);
 
 /// So many of one value. In parallel, because it is the first touch of memory that takes long.
-pub(super) fn filled<T: Copy + Send>(value: T, count: usize) -> Vec<T> {
+pub(in crate::retarget) fn filled<T: Copy + Send>(value: T, count: usize) -> Vec<T> {
     rayon::iter::repeat_n(value, count).collect()
 }
 
 /// What a joint changes to.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Change {
-    pub(super) rotation: Quat,
-    pub(super) translation: Vec3,
+pub(in crate::retarget) struct Change {
+    pub(in crate::retarget) rotation: Quat,
+    pub(in crate::retarget) translation: Vec3,
 }
 
 impl Work<'_> {
-    pub(super) fn frame_count(&self) -> usize {
+    pub(in crate::retarget) fn frame_count(&self) -> usize {
         self.times.len()
     }
 
     /// Computes one row per frame in parallel. `init` makes what a thread works in; nothing else is allocated. The result does
     /// not depend on the number of threads, because a row depends on its frame only.
-    pub(super) fn rows<T: Copy + Default + Send, S>(
+    pub(in crate::retarget) fn rows<T: Copy + Default + Send, S>(
         &self,
         width: usize,
         init: impl Fn() -> S + Sync + Send,
@@ -108,7 +121,7 @@ impl Work<'_> {
     }
 
     /// The same for rows that are there: `fill` changes what it wants of each.
-    pub(super) fn fill<T: Send, S>(
+    pub(in crate::retarget) fn fill<T: Send, S>(
         &self,
         rows: &mut [T],
         width: usize,
@@ -128,7 +141,7 @@ impl Work<'_> {
     }
 
     /// [`Self::fill`] for the goals, which the closure gets frame by frame, one per limb of the mapping.
-    pub(super) fn change_goals(
+    pub(in crate::retarget) fn change_goals(
         &mut self,
         limb_count: usize,
         change: impl Fn(&Self, usize, &mut [Goal]) + Sync + Send,
@@ -140,12 +153,12 @@ impl Work<'_> {
     }
 
     /// Writes rows of changes into the tracks. Rotations are brought onto the hemisphere of the one before.
-    pub(super) fn write(&mut self, changed: &[Changed], rows: &[Change]) {
+    pub(in crate::retarget) fn write(&mut self, changed: &[Changed], rows: &[Change]) {
         self.write_columns(changed, |frame, index| &rows[frame * changed.len() + index]);
     }
 
     /// The same where `change` says what the joint of an index changes to at a frame.
-    pub(super) fn write_columns<'a>(
+    pub(in crate::retarget) fn write_columns<'a>(
         &mut self,
         changed: &[Changed],
         change: impl Fn(usize, usize) -> &'a Change + Sync,

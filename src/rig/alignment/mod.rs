@@ -30,7 +30,7 @@ mod turn;
 
 pub use canonical::CanonicalPose;
 pub use look::RollCue;
-pub(super) use turn::arc;
+pub(crate) use turn::arc;
 
 use crate::model::ModelPose;
 
@@ -40,16 +40,16 @@ use self::{
     stand::slope,
     turn::turn,
 };
-pub(super) use super::named_pair::split;
+pub(crate) use super::named_pair::split;
 use super::{named_pair::NamedPair, rig::Rig, spec::Align};
 
 /// A rest pose that was turned, and what was done to it.
 #[derive(Clone, Debug)]
-pub(super) struct Alignment {
+pub(crate) struct Alignment {
     /// The target's rest pose in its own space and unit; as long as the target's skeleton.
-    pub(super) rest: ModelPose,
+    pub(crate) rest: ModelPose,
     /// The joints that were compared, parents before children.
-    pub(super) joints: Vec<AlignedJoint>,
+    pub(crate) joints: Vec<AlignedJoint>,
 }
 
 /// How well one joint of the target's rest pose looks like the source's.
@@ -109,7 +109,7 @@ impl HowAligned {
 /// Aligns the target's rest pose with the source's. `pairs` are the chains that correspond; of the target's joints only
 /// theirs and the pelvis are turned, all others ride their parents. The pelvis is moved until the soles are as high as at rest, and
 /// the trunk of a four-legged animal sloped until both pairs of its paws are.
-pub(super) fn align(source: &Rig<'_>, target: &Rig<'_>, pairs: &[NamedPair], mode: Align) -> Alignment {
+pub(crate) fn align(source: &Rig<'_>, target: &Rig<'_>, pairs: &[NamedPair], mode: Align) -> Alignment {
     let mut wishes = wishes(&Look::Rig(source), target, pairs, false, mode);
     let aligned = turn(target, &wishes, mode);
     match slope(target, &aligned.rest) {
@@ -125,7 +125,7 @@ pub(super) fn align(source: &Rig<'_>, target: &Rig<'_>, pairs: &[NamedPair], mod
 ///
 /// `from_nothing` turns the parts that otherwise keep how they are as well (pelvis, clavicles, feet): for rest poses that are no
 /// pose at all.
-pub(super) fn canonical_rest(rig: &Rig<'_>, pose: CanonicalPose, from_nothing: bool) -> Alignment {
+pub(crate) fn canonical_rest(rig: &Rig<'_>, pose: CanonicalPose, from_nothing: bool) -> Alignment {
     let own = |(role, joints): (&String, &Vec<usize>)| NamedPair {
         name: role.clone(),
         source_name: role.clone(),
@@ -139,7 +139,7 @@ pub(super) fn canonical_rest(rig: &Rig<'_>, pose: CanonicalPose, from_nothing: b
 }
 
 /// A part without the number that tells it from others of its kind: `leg` of `leg_3`.
-pub(super) fn unnumbered(part: &str) -> &str {
+pub(crate) fn unnumbered(part: &str) -> &str {
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     part.rsplit_once('_').filter(|(_, number)| is_number(number)).map_or(part, |(part, _)| part)
 }

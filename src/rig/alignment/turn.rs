@@ -111,7 +111,7 @@ fn left_over(wish: &Wish, joint: usize, turn: DQuat, mode: Align) -> AlignedJoin
 
 /// The shortest rotation from one unit vector to another. For opposite ones half a turn about `pole`, or about an axis square to
 /// it where `pole` lies along them: which way round the arc goes must not depend on rounding.
-pub(in crate::rig) fn arc(from: DVec3, to: DVec3, pole: DVec3) -> DQuat {
+pub(crate) fn arc(from: DVec3, to: DVec3, pole: DVec3) -> DQuat {
     if from.dot(to) > -1.0 + 1e-9 {
         return DQuat::from_rotation_arc(from, to);
     }

@@ -1,7 +1,7 @@
 //! Soles of feet without a mesh, by the proportions of a human foot.
 
 use super::{Foot, FootPoint, FootShape, SupportPoint};
-use crate::rig::stages::LimbJoints;
+use crate::rig::limb::LimbJoints;
 use glam::DVec3;
 
 // All lengths are in distances from the ankle to the joint of the ball along the floor. Of a human foot of 26 cm it is 13 cm.
@@ -18,7 +18,7 @@ const USUAL: f64 = 0.16;
 const BOUNDS: [f64; 2] = [0.06, 0.4];
 
 /// The shape of a foot that stands on the floor of its rest pose.
-pub(super) fn shape(foot: &Foot<'_, '_>) -> Option<FootShape> {
+pub(crate) fn shape(foot: &Foot<'_, '_>) -> Option<FootShape> {
     let sole = foot.leg.sole?;
     let ankle = foot.place(foot.leg.end);
     let heel = ankle - foot.up * (sole.heel / foot.unit);
@@ -47,7 +47,7 @@ pub(super) fn shape(foot: &Foot<'_, '_>) -> Option<FootShape> {
 }
 
 /// Where nobody knows how the foot is turned at rest: as far below each joint as the floor is there, whatever way the foot is turned.
-pub(super) fn balls(leg: &LimbJoints) -> FootShape {
+pub(crate) fn balls(leg: &LimbJoints) -> FootShape {
     let Some(sole) = leg.sole else { return FootShape::default() };
     let point = |from_end: DVec3, from_ball: DVec3, toes: f64, radius: f64| SupportPoint {
         from_end,

@@ -3,9 +3,10 @@
 use glam::{DQuat, Vec3};
 
 use super::*;
+use crate::rig::limb_joints::leg_of;
 use crate::{
     model::{Joint, Reporter, Scene, Skeleton, SkinPoint, SkinPoints, Transform},
-    rig::{RetargetSpec, resolve::leg_of},
+    retarget::RetargetSpec,
 };
 
 const SPINE: [(&str, usize, [f64; 3]); 9] = [

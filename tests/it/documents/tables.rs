@@ -7,7 +7,8 @@ use retargetd::{
     engine::Format,
     formats::FormatInfo,
     http::Code,
-    rig::{FindingCode, MetricInfo, MetricName, Threshold, parse_spec, spec_schema},
+    retarget::{MetricInfo, MetricName, Threshold, parse_spec, spec_schema},
+    rig::FindingCode,
 };
 use serde_json::Value;
 

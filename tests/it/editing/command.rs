@@ -2,7 +2,7 @@
 
 use std::process::{Command, Output, Stdio};
 
-use retargetd::{rig::EditSpec, samples};
+use retargetd::{retarget::EditSpec, samples};
 use serde_json::{Value, json};
 
 use crate::support::validate_gltf;

@@ -2,8 +2,8 @@
 
 use retargetd::{
     model::{Clip, Control, Reporter},
-    retarget::{Plan, run},
-    rig::{Resolved, RetargetSpec, Rig, resolve},
+    retarget::{Plan, Resolved, RetargetSpec, resolve, run},
+    rig::Rig,
     samples,
 };
 use serde_json::json;

@@ -3,7 +3,8 @@
 use retargetd::{
     editing::{Mirror, layered},
     model::{Clip, Control, JointContacts, MorphTrack, Reporter, Scene, Track},
-    rig::{LayerMode, MirrorPlane, RetargetSpec, Rig},
+    retarget::{LayerMode, MirrorPlane, RetargetSpec},
+    rig::Rig,
     samples,
 };
 use serde_json::json;

@@ -8,7 +8,8 @@ use retargetd::{
     engine::{self, EditInputs, Format, Limits, NamedBytes},
     formats::{self, Include, TargetClips, WriteOptions},
     model::{Clip, Control, Joint, JointContacts, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
-    rig::{KeyInterpolation, RetargetSpec, Rig},
+    retarget::{KeyInterpolation, RetargetSpec},
+    rig::Rig,
     samples,
 };
 use serde_json::json;

@@ -5,7 +5,8 @@ use retargetd::{
     editing::{Layer, branch_weights, layered, taken_out},
     engine::{self, Inputs, Limits, NamedBytes},
     model::{Clip, Control, Reporter, Scene, Track},
-    rig::{LayerMode, LayerReference, RetargetSpec, Rig, named_joints},
+    retarget::{LayerMode, LayerReference, RetargetSpec},
+    rig::{Rig, named_joints},
     samples,
 };
 use serde_json::{Value, json};

@@ -5,8 +5,8 @@ use retargetd::{
     editing::{Mirror, mirror_components},
     engine::{self, EditInputs, NamedBytes},
     model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
-    retarget::{Plan, run},
-    rig::{ComponentAxis, MirrorAxis, MirrorPlane, Resolved, RetargetSpec, Rig, resolve},
+    retarget::{ComponentAxis, MirrorAxis, MirrorPlane, Plan, Resolved, RetargetSpec, resolve, run},
+    rig::Rig,
     samples,
 };
 

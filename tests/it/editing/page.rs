@@ -1,6 +1,6 @@
 //! The page that shows what every edit does.
 
-use retargetd::{report::edits_page, rig::spec_schema, samples};
+use retargetd::{report::edits_page, retarget::spec_schema, samples};
 
 #[test]
 fn every_edit_has_a_figure() {

@@ -3,7 +3,7 @@
 use retargetd::{
     config::Settings,
     engine::{FindingCode, Format, template_schema},
-    rig::spec_schema,
+    retarget::spec_schema,
 };
 use serde_json::json;
 

@@ -24,8 +24,8 @@ async fn rest_pose(answer: Response) -> String {
     assert_eq!(found.clips.len(), 1, "one clip, which holds the pose");
     // The skins stay bound as they were; how the nodes stand is what was asked for.
     let scene = crate::quality::figure::read_scene(&bytes, "pose.glb");
-    let spec: retargetd::rig::RetargetSpec =
-        retargetd::rig::parse_spec(br#"{"target": {"rest": "nodes"}}"#).expect("a spec");
+    let spec: retargetd::retarget::RetargetSpec =
+        retargetd::retarget::parse_spec(br#"{"target": {"rest": "nodes"}}"#).expect("a spec");
     let mut reporter = retargetd::model::Reporter::new();
     let rig = retargetd::rig::Rig::new("target", &scene, None, &spec.target, &mut reporter).expect("a rig");
     rig.recognition.rest_pose.name().to_owned()

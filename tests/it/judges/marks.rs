@@ -4,8 +4,7 @@ use glam::{Vec2, Vec3};
 use retargetd::{
     engine::{Format, Limits, NamedBytes, PreviewOptions, View, preview},
     model::Control,
-    retarget::Verdict,
-    rig::MetricName,
+    retarget::{MetricName, Verdict},
     samples,
 };
 use serde_json::json;

@@ -7,8 +7,7 @@ use glam::{DMat4, DQuat, DVec3, Mat4, Quat, Vec3};
 use gltf::animation::util::ReadOutputs;
 use retargetd::{
     engine::{Format, OneOrMore},
-    retarget::{Measures, Verdict},
-    rig::MetricName,
+    retarget::{Measures, MetricName, Verdict},
 };
 
 use super::retargeted;

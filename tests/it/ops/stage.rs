@@ -3,8 +3,8 @@
 use glam::{DQuat, DVec3};
 use retargetd::{
     model::{Clip, Control, ModelPose, Reporter, Scene},
-    retarget::Stack,
-    rig::{Mapping, Resolved, RetargetSpec, Rig, SpecError, parse_spec, resolve},
+    retarget::{Mapping, Resolved, RetargetSpec, Stack, parse_spec, resolve},
+    rig::{Rig, SpecError},
     samples,
 };
 

@@ -3,8 +3,8 @@
 use glam::DVec3;
 use retargetd::{
     model::{Axes, Clip, Control, Reporter, Scene},
-    retarget::Stack,
-    rig::{RetargetSpec, Rig, resolve},
+    retarget::{RetargetSpec, Stack, resolve},
+    rig::Rig,
 };
 
 use super::{

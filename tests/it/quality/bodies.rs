@@ -3,7 +3,8 @@
 use glam::{DQuat, DVec3};
 use retargetd::{
     model::{Clip, Scene, Track},
-    rig::{RetargetSpec, SpecErrorKind},
+    retarget::RetargetSpec,
+    rig::SpecErrorKind,
     samples,
 };
 

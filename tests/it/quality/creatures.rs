@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use glam::{DQuat, DVec3};
 use retargetd::{
     model::{Clip, Reporter, Scene},
-    rig::{RetargetSpec, Rig, SpecErrorKind, resolve},
+    retarget::{RetargetSpec, resolve},
+    rig::{Rig, SpecErrorKind},
     samples,
 };
 

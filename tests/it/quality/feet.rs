@@ -4,8 +4,10 @@
 use glam::DVec3;
 use retargetd::{
     model::{Clip, Control, Joint, Reporter, Scene, Skeleton},
-    retarget::{Metric, Stack, measure},
-    rig::{Ground, LimbPair, Mapping, MetricName, ReportChoice, Resolved, RestSource, Rig, parse_spec, resolve},
+    retarget::{
+        Ground, LimbPair, Mapping, Metric, MetricName, ReportChoice, Resolved, Stack, measure, parse_spec, resolve,
+    },
+    rig::{RestSource, Rig},
 };
 
 use super::figure::{Figure, percentile, position, world};

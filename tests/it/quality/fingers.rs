@@ -3,7 +3,7 @@
 use glam::DQuat;
 use retargetd::{
     model::{Clip, JointTracks, Scene, Track},
-    rig::RetargetSpec,
+    retarget::RetargetSpec,
     samples,
 };
 

@@ -4,8 +4,8 @@
 use glam::DVec3;
 use retargetd::{
     model::{Control, Reporter},
-    retarget::Stack,
-    rig::{Rig, parse_spec, resolve},
+    retarget::{Stack, parse_spec, resolve},
+    rig::Rig,
 };
 
 use super::figure::{Figure, position, world};

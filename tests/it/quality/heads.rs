@@ -3,7 +3,8 @@
 use glam::{DQuat, DVec3};
 use retargetd::{
     model::{Joint, Scene, Skeleton, SkinPoint, SkinPoints},
-    rig::{HowAligned, RetargetSpec, RollCue},
+    retarget::RetargetSpec,
+    rig::{HowAligned, RollCue},
     samples,
 };
 

@@ -4,8 +4,8 @@
 use glam::{DMat4, DQuat, DVec3, Quat, Vec3};
 use retargetd::{
     model::{Axes, Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track},
-    retarget::Stack,
-    rig::{Resolved, RetargetSpec, Rig, parse_spec, resolve},
+    retarget::{Resolved, RetargetSpec, Stack, parse_spec, resolve},
+    rig::Rig,
     samples,
 };
 

@@ -3,7 +3,8 @@
 use glam::{DQuat, DVec3};
 use retargetd::{
     model::{Clip, Scene},
-    rig::{Align, RetargetSpec},
+    retarget::RetargetSpec,
+    rig::Align,
     samples,
 };
 

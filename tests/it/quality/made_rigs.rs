@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use glam::{DQuat, DVec3, Quat};
 use retargetd::{
     model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
-    retarget::{Plan, run},
-    rig::{Resolved, RetargetSpec, Rig, SpecError, resolve},
+    retarget::{Plan, Resolved, RetargetSpec, resolve, run},
+    rig::{Rig, SpecError},
 };
 
 /// One joint of a scene that is being made: where it is in the model, and what carries it.

@@ -4,8 +4,8 @@ use glam::DMat4;
 use retargetd::{
     formats::{self, Limits},
     model::{Clip, Control, Reporter, Scene, Skeleton},
-    retarget::Stack,
-    rig::{Mapping, Resolved, RetargetSpec, Rig, parse_spec, resolve},
+    retarget::{Mapping, Resolved, RetargetSpec, Stack, parse_spec, resolve},
+    rig::Rig,
 };
 
 use super::figure::{degrees_between, frames_of, position, rotations, world};

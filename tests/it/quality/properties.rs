@@ -4,8 +4,8 @@
 use glam::{DVec3, Quat, Vec3};
 use retargetd::{
     model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track},
-    retarget::Stack,
-    rig::{Resolved, Rig, parse_spec, resolve},
+    retarget::{Resolved, Stack, parse_spec, resolve},
+    rig::Rig,
 };
 
 use super::figure::{Figure, degrees_between, percentile, position, rotations, world};

@@ -5,8 +5,8 @@
 use glam::{DQuat, DVec3, Quat};
 use retargetd::{
     model::{Clip, Control, JointTracks, Reporter, Scene, SkinPoint, SkinPoints, Track},
-    retarget::Stack,
-    rig::{Resolved, Rig, parse_spec, resolve},
+    retarget::{Resolved, Stack, parse_spec, resolve},
+    rig::Rig,
     samples,
 };
 

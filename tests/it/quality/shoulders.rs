@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use retargetd::{
     model::{Clip, Scene},
-    rig::RetargetSpec,
+    retarget::RetargetSpec,
     samples,
 };
 

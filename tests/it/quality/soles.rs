@@ -4,8 +4,8 @@
 use glam::{DMat4, DVec3, Mat4, Vec3};
 use retargetd::{
     model::{Clip, Control, Reporter},
-    retarget::Stack,
-    rig::{Rig, parse_spec, resolve},
+    retarget::{Stack, parse_spec, resolve},
+    rig::Rig,
 };
 
 use super::figure::{Figure, frames_of, percentile, position, world};

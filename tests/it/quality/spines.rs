@@ -3,7 +3,8 @@
 use glam::{DQuat, DVec3};
 use retargetd::{
     model::{Reporter, Scene},
-    rig::{HowAligned, PoseChoice, RetargetSpec, Rig, posed_target},
+    retarget::RetargetSpec,
+    rig::{HowAligned, PoseChoice, Rig, posed_target},
     samples,
 };
 

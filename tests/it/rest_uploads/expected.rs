@@ -3,7 +3,8 @@
 use glam::DVec3;
 use retargetd::{
     model::{ModelPose, Reporter, Scene},
-    rig::{PoseChoice, RestFit, RetargetSpec, Rig, RigSpec, SpecError, posed_target},
+    retarget::RetargetSpec,
+    rig::{PoseChoice, RestFit, Rig, RigSpec, SpecError, posed_target},
 };
 
 /// Warnings that say that something may be wrong with a rest file.

@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3, Vec3};
 use super::{Measures, Verdict, clip, close, joint, leg, measured, move_root, turn, value, verdict, walker};
 use crate::{
     model::{Clip, Influence, JointTracks, Scene, SkinVertices, Track},
-    rig::{MetricName, ReportDetail},
+    retarget::spec::{MetricName, ReportDetail},
 };
 
 /// The walker with shoes: boxes about its feet, `thick` below the floor under the ankles and longer behind and before than the joints

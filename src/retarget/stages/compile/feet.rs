@@ -2,16 +2,18 @@
 
 use glam::DVec3;
 
-use crate::rig::{FloorOp, FootPoint, LimbJoints, PlantOp, Sole, StagedOp};
+use crate::{
+    retarget::ops::{FloorOp, PlantOp, resolved::StagedOp},
+    rig::{FootPoint, LimbJoints, Sole},
+};
 
-use super::{
-    super::{
-        floor::{FloorFoot, FloorStage, FootSlots},
-        plant::{FootAxes, PlantStage, PlantedFoot},
-        posing::Posing,
+use super::{super::posing::Posing, Compiler};
+use crate::retarget::ops::{
+    floor::{
+        FloorFoot, FloorStage, FootSlots,
         toes::{ToeStage, ToedFoot},
     },
-    Compiler,
+    plant::{FootAxes, PlantStage, PlantedFoot},
 };
 
 /// A point of a foot that is slower stands still, for a leg of 1 m.
@@ -23,7 +25,7 @@ const SWING_METRES: f64 = 0.03;
 const ALIKE: f64 = 2e-2;
 
 impl Compiler<'_> {
-    pub(super) fn plant_stage(&self, op: &PlantOp, staged: &StagedOp) -> PlantStage {
+    pub(in crate::retarget) fn plant_stage(&self, op: &PlantOp, staged: &StagedOp) -> PlantStage {
         let points = |limb: usize| -> [Option<FootPoint>; 3] {
             let pair = self.limb(limb);
             let joint = FootPoint { joint: pair.target.end, offset: DVec3::ZERO };
@@ -101,7 +103,7 @@ impl Compiler<'_> {
         toes.cross(-target.down[1]?).try_normalize()
     }
 
-    pub(super) fn toe_stage(&self, staged: &StagedOp) -> Option<ToeStage> {
+    pub(in crate::retarget) fn toe_stage(&self, staged: &StagedOp) -> Option<ToeStage> {
         let toes = |&limb: &usize| self.toes_of(limb).map(|raise| (limb, raise));
         let toes: Vec<(usize, DVec3)> = staged.limbs.iter().filter_map(toes).collect();
         let ends = toes.iter().flat_map(|(limb, _)| self.foot_joints(*limb, true));
@@ -124,7 +126,7 @@ impl Compiler<'_> {
         [Some(joints.shin), Some(joints.end), joints.ball].into_iter().flatten()
     }
 
-    pub(super) fn floor_stage(&self, op: &FloorOp, staged: &StagedOp) -> FloorStage {
+    pub(in crate::retarget) fn floor_stage(&self, op: &FloorOp, staged: &StagedOp) -> FloorStage {
         let source = self.source_posing(staged.limbs.iter().flat_map(|&limb| self.foot_joints(limb, false)));
         let target = self.target_posing(staged.limbs.iter().flat_map(|&limb| self.foot_joints(limb, true)));
         let up = |limb: usize| {

@@ -1,18 +1,16 @@
 //! The stage that keeps tails above the floor, from a `floor` op.
 
-use crate::rig::{FloorOp, StagedOp, Tail};
-
-use super::{
-    super::{
-        tails::{LiftedTail, TailStage},
-        work::Changed,
-    },
-    Compiler,
+use crate::{
+    retarget::ops::{FloorOp, resolved::StagedOp},
+    rig::Tail,
 };
+
+use super::{super::work::Changed, Compiler};
+use crate::retarget::ops::floor::tails::{LiftedTail, TailStage};
 
 impl Compiler<'_> {
     /// Nothing where there is no tail, and where the op is about some limbs only.
-    pub(super) fn tail_stage(&self, op: &FloorOp, staged: &StagedOp) -> Option<TailStage> {
+    pub(in crate::retarget) fn tail_stage(&self, op: &FloorOp, staged: &StagedOp) -> Option<TailStage> {
         let tails = &self.mapping.stages.tails;
         let joints: Vec<usize> = tails.iter().flat_map(|tail| &tail.joints).map(|joint| joint.joint).collect();
         if joints.is_empty() || op.scope.mask.is_some() {

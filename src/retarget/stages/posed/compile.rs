@@ -4,32 +4,44 @@ use glam::{DMat3, DQuat, DVec3};
 
 use crate::{
     model::{Skeleton, Transform},
-    rig::{
-        ChainShape, ChainStretch, CopyDrive, DriveFrom, JointDrive, JointLimit, JointSpace, PinDrive, PinMode, PinSide,
-        PosedEdit, PropDrive, ReachDrive, RotationMode, Schedule, TranslationMode, TwistAgainst, TwistPair,
+    retarget::{
+        mapping::{TwistAgainst, TwistPair},
+        ops::{
+            JointSpace, PinMode, PinSide,
+            edits::{
+                ChainShape, ChainStretch, CopyDrive, DriveFrom, JointDrive, JointLimit, PinDrive, PosedEdit, PropDrive,
+                ReachDrive,
+            },
+            schedule::Schedule,
+        },
+        spec::{RotationMode, TranslationMode},
     },
 };
 
 use super::{
     super::{compile::Compiler, limbs::LimbSlots, posing::Posing, work::Changed},
     CopyStep, PosedStage, Step,
-    arms::ArmStep,
-    carried::CarriedStep,
     fades::{FadeStep, FadedJoint},
+};
+use crate::retarget::ops::{
+    arm_spacing::ArmStep,
     fingers::{FingerAxes, FingerStep},
+    fk::{
+        poles::PoleStep,
+        shapes::{Bone, Link, ShapeStep},
+    },
     joints::{Follows, JointStep, Mapped, PositionStep},
     limits::LimitStep,
-    pins::PinStep,
-    poles::PoleStep,
+    pin::PinStep,
+    props::carried::CarriedStep,
     reach::{GoalPlace, MOST_GOALS, ReachStep, ReachedGoal, TurnedJoint},
-    shapes::{Bone, Link, ShapeStep},
-    stretch::StretchStep,
-    twists::{Against, TwistStep},
+    stretch_chain::StretchStep,
+    twist::{Against, TwistStep},
 };
 
 impl PosedStage {
     /// The stage of a list of edits; nothing where there are none.
-    pub(in super::super) fn of_edits(
+    pub(in crate::retarget) fn of_edits(
         compiler: &Compiler<'_>,
         edits: &[PosedEdit],
         schedule: &Schedule,
@@ -40,7 +52,7 @@ impl PosedStage {
     }
 
     /// The stage of the twist joints of some segments.
-    pub(in super::super) fn of_twists(
+    pub(in crate::retarget) fn of_twists(
         compiler: &Compiler<'_>,
         gain: f64,
         masked: &[usize],
@@ -58,7 +70,7 @@ impl PosedStage {
     }
 
     /// The stage that fades what forward kinematics gave some joints.
-    pub(in super::super) fn of_fade(compiler: &Compiler<'_>, joints: &[usize], schedule: &Schedule) -> Option<Self> {
+    pub(in crate::retarget) fn of_fade(compiler: &Compiler<'_>, joints: &[usize], schedule: &Schedule) -> Option<Self> {
         Self::new(compiler, schedule, joints.len(), true, |builder| vec![Step::Fade(builder.fade(joints))])
     }
 

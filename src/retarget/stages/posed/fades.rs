@@ -6,29 +6,29 @@ use super::figure::{Figure, scaled};
 
 /// The joints of an op.
 #[derive(Clone, Debug)]
-pub(super) struct FadeStep {
-    pub(super) joints: Vec<FadedJoint>,
+pub(in crate::retarget) struct FadeStep {
+    pub(in crate::retarget) joints: Vec<FadedJoint>,
     /// Their slots, and those of `below`.
-    pub(super) slots: Vec<usize>,
+    pub(in crate::retarget) slots: Vec<usize>,
     /// Driven joints below, which keep how they are turned.
-    pub(super) below: Vec<usize>,
+    pub(in crate::retarget) below: Vec<usize>,
 }
 
 /// One joint; parents come before their children.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct FadedJoint {
-    pub(super) slot: usize,
+pub(in crate::retarget) struct FadedJoint {
+    pub(in crate::retarget) slot: usize,
     /// Where it is at an alpha of 0, below its parent.
-    pub(super) rest: Transform,
+    pub(in crate::retarget) rest: Transform,
     /// Whether its change is measured in the model, and not below its parent.
-    pub(super) in_model: bool,
+    pub(in crate::retarget) in_model: bool,
     /// Whether its position fades too.
-    pub(super) moves: bool,
+    pub(in crate::retarget) moves: bool,
 }
 
 impl FadeStep {
     /// The same as a constant alpha of forward kinematics: `L_T = L_T^R · ((L_T^R)⁻¹ · P_T⁻¹ · G_T)^alpha`, with `P_T` faded already.
-    pub(super) fn apply(&self, figure: &mut Figure<'_>) {
+    pub(in crate::retarget) fn apply(&self, figure: &mut Figure<'_>) {
         let alpha = figure.alpha;
         figure.keep(&self.slots);
         for joint in &self.joints {

@@ -7,10 +7,10 @@ use crate::model::Transform;
 use super::super::posing::{Pose, Posing};
 
 /// The target at one frame, and the source beside it. Joints below an edited one are carried along.
-pub(super) struct Figure<'a> {
-    pub(super) source: &'a Pose,
+pub(in crate::retarget) struct Figure<'a> {
+    pub(in crate::retarget) source: &'a Pose,
     /// How much of the op is taken; steps need it only where the blend of the result is not it.
-    pub(super) alpha: f64,
+    pub(in crate::retarget) alpha: f64,
     posing: &'a Posing,
     pose: &'a mut Pose,
     /// What [`Self::keep`] remembers; as long as the pose.
@@ -20,13 +20,18 @@ pub(super) struct Figure<'a> {
 }
 
 impl<'a> Figure<'a> {
-    pub(super) fn new(source: &'a Pose, posing: &'a Posing, pose: &'a mut Pose, kept: &'a mut [Transform]) -> Self {
+    pub(in crate::retarget) fn new(
+        source: &'a Pose,
+        posing: &'a Posing,
+        pose: &'a mut Pose,
+        kept: &'a mut [Transform],
+    ) -> Self {
         let valid = pose.model.len();
         Self { source, alpha: 1.0, posing, pose, kept, valid }
     }
 
     /// `plan_from_joint`.
-    pub(super) fn model(&mut self, slot: usize) -> Transform {
+    pub(in crate::retarget) fn model(&mut self, slot: usize) -> Transform {
         while self.valid <= slot {
             self.pose.model[self.valid] =
                 self.posing.parent_of(self.pose, self.valid).then_child(&self.pose.local[self.valid]);
@@ -36,7 +41,7 @@ impl<'a> Figure<'a> {
     }
 
     /// `plan_from_parent`.
-    pub(super) fn parent(&mut self, slot: usize) -> Transform {
+    pub(in crate::retarget) fn parent(&mut self, slot: usize) -> Transform {
         if slot > 0 {
             self.model(slot - 1);
         }
@@ -44,24 +49,24 @@ impl<'a> Figure<'a> {
     }
 
     /// `parent_from_joint`.
-    pub(super) fn local(&self, slot: usize) -> Transform {
+    pub(in crate::retarget) fn local(&self, slot: usize) -> Transform {
         self.pose.local[slot]
     }
 
-    pub(super) fn set_local(&mut self, slot: usize, local: Transform) {
+    pub(in crate::retarget) fn set_local(&mut self, slot: usize, local: Transform) {
         self.pose.local[slot] = local;
         self.valid = self.valid.min(slot);
     }
 
     /// Gives a joint a rotation in plan space.
-    pub(super) fn turn_to(&mut self, slot: usize, rotation: DQuat) {
+    pub(in crate::retarget) fn turn_to(&mut self, slot: usize, rotation: DQuat) {
         let parent = self.parent(slot);
         let local = self.local(slot);
         self.set_local(slot, Transform { rotation: (parent.rotation.conjugate() * rotation).normalize(), ..local });
     }
 
     /// Gives a joint a position in plan space.
-    pub(super) fn move_to(&mut self, slot: usize, position: DVec3) {
+    pub(in crate::retarget) fn move_to(&mut self, slot: usize, position: DVec3) {
         let parent = self.parent(slot);
         let local = self.local(slot);
         let translation = parent.relative(&Transform::from_translation(position)).translation;
@@ -69,19 +74,19 @@ impl<'a> Figure<'a> {
     }
 
     /// Remembers where joints are.
-    pub(super) fn keep(&mut self, slots: &[usize]) {
+    pub(in crate::retarget) fn keep(&mut self, slots: &[usize]) {
         for &slot in slots {
             self.kept[slot] = self.model(slot);
         }
     }
 
     /// Where a joint was when [`Self::keep`] was asked.
-    pub(super) fn kept(&self, slot: usize) -> Transform {
+    pub(in crate::retarget) fn kept(&self, slot: usize) -> Transform {
         self.kept[slot]
     }
 
     /// Turns joints back to how they were turned when [`Self::keep`] was asked; they stay where they are carried.
-    pub(super) fn turn_back(&mut self, slots: &[usize]) {
+    pub(in crate::retarget) fn turn_back(&mut self, slots: &[usize]) {
         for &slot in slots {
             let kept = self.kept[slot];
             self.turn_to(slot, kept.rotation);
@@ -89,7 +94,7 @@ impl<'a> Figure<'a> {
     }
 
     /// Puts joints back where they were when [`Self::keep`] was asked.
-    pub(super) fn put_back(&mut self, slots: &[usize]) {
+    pub(in crate::retarget) fn put_back(&mut self, slots: &[usize]) {
         for &slot in slots {
             let kept = self.kept[slot];
             self.turn_to(slot, kept.rotation);
@@ -99,7 +104,7 @@ impl<'a> Figure<'a> {
 }
 
 /// A rotation by a multiple of its angle, the short way; beyond 1 and below 0 too.
-pub(super) fn scaled(rotation: DQuat, factor: f64) -> DQuat {
+pub(in crate::retarget) fn scaled(rotation: DQuat, factor: f64) -> DQuat {
     #[expect(clippy::float_cmp, reason = "exactly one means that there is nothing to scale")]
     if factor == 1.0 {
         return rotation;

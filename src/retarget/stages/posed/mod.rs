@@ -3,37 +3,33 @@
 //! An op is a list of steps that are done one after the other; what they change below the parents is then blended with the pose
 //! before by the op's alpha.
 
-mod arms;
-mod carried;
-mod compile;
-mod fades;
-mod figure;
-mod fingers;
-mod joints;
-mod limits;
-mod pins;
-mod poles;
-mod reach;
-mod shapes;
-mod stretch;
-mod twists;
+pub(in crate::retarget) mod compile;
+pub(in crate::retarget) mod fades;
+pub(in crate::retarget) mod figure;
 
 use glam::Quat;
 
 use crate::{
     model::{Canceled, Transform},
-    rig::Schedule,
+    retarget::ops::schedule::Schedule,
 };
 
-use self::{
-    arms::ArmStep, carried::CarriedStep, fades::FadeStep, figure::Figure, fingers::FingerStep, joints::JointStep,
-    limits::LimitStep, pins::PinStep, poles::PoleStep, reach::ReachStep, shapes::ShapeStep, stretch::StretchStep,
-    twists::TwistStep,
-};
+use self::{fades::FadeStep, figure::Figure};
 use super::{
     posing::{Pose, Posing},
-    result::LimitedJoint,
-    work::{Change, Changed, Work},
+    work::{Change, Changed, LimitedJoint, Work},
+};
+use crate::retarget::ops::{
+    arm_spacing::ArmStep,
+    fingers::FingerStep,
+    fk::{poles::PoleStep, shapes::ShapeStep},
+    joints::JointStep,
+    limits::LimitStep,
+    pin::PinStep,
+    props::carried::CarriedStep,
+    reach::ReachStep,
+    stretch_chain::StretchStep,
+    twist::TwistStep,
 };
 
 /// Angles by which a joint is turned back that count as limited, degrees; less is rounding.
@@ -41,7 +37,7 @@ const LEAST_LIMITED_DEGREES: f64 = 0.05;
 
 /// One op.
 #[derive(Clone, Debug)]
-pub(super) struct PosedStage {
+pub(in crate::retarget) struct PosedStage {
     schedule: Schedule,
     source: Posing,
     target: Posing,
@@ -90,7 +86,7 @@ struct Scratch {
 }
 
 impl PosedStage {
-    pub(super) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+    pub(in crate::retarget) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let init = || Scratch {
             source: self.source.pose(),
             target: self.target.pose(),

@@ -5,9 +5,8 @@ use serde_json::Value;
 use super::{RigTemplate, template_schema};
 use crate::rig::{
     Role,
-    deserialize::deserialize,
+    deserialize::{deserialize, kind_of},
     error::{SpecError, SpecErrorKind, SpecField},
-    parse::kind_of,
     unknown_fields::unknown_fields,
 };
 

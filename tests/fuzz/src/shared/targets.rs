@@ -10,7 +10,7 @@ use retargetd::{
     formats::{self, ErrorKind},
     model::{Appearance, Control, Paint, Reporter},
     picture,
-    rig::parse_document,
+    retarget::parse_document,
 };
 
 use super::{checks, seeds};

@@ -3,7 +3,8 @@
 use retargetd::{
     formats::{self, Limits},
     model::{Clip, Control, Reporter, Scene, Track},
-    rig::{RetargetSpec, Rig},
+    retarget::RetargetSpec,
+    rig::Rig,
 };
 
 use super::super::figure::frames_of;

@@ -3,8 +3,8 @@
 use glam::{DMat4, DQuat};
 use retargetd::{
     model::{Clip, Control, Reporter, Transform},
-    retarget::{Plan, run},
-    rig::{Mapping, Resolved, RetargetSpec, Rig, resolve},
+    retarget::{Mapping, Plan, Resolved, RetargetSpec, resolve, run},
+    rig::Rig,
 };
 
 use super::{

@@ -1,0 +1,241 @@
+//! When points of the source rest on something. (docs/algorithm/contacts.md.)
+//!
+//! The points of a foot are those of its sole: it begins to stand with the back of its heel, and leaves the floor with the tip of its
+//! toes. A point touches while it is low and slow. Both tests have hysteresis; heels strike the floor faster than toes leave it, so
+//! that a contact is followed back to a higher speed than forward. The thresholds are chosen so that contacts begin and end where
+//! feet are farthest before and behind the pelvis in walks (Zeni, Richards and Higginson, Two simple methods for determining gait
+//! events during treadmill and overground walking using kinematic data, 2008).
+
+pub(in crate::retarget) mod resolve;
+pub(in crate::retarget) mod spec;
+
+pub use self::spec::{ContactFloor, ContactFloorRule, ContactsOp};
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::resolved::{Ground, LimbPair};
+use crate::{
+    model::Canceled,
+    rig::{FootPoint, Limb},
+};
+
+use crate::retarget::stages::{
+    contact_points::{ContactPoint, ContactPoints, Part},
+    posing::Posing,
+    temporal::{runs, smoothed, speeds},
+    work::Work,
+};
+
+/// Width of a bin of the histogram of heights, for a leg of 1 m.
+const BIN_METRES: f64 = 0.005;
+/// Resting levels are looked for within this height above the lowest slow one.
+const LEVEL_REACH_METRES: f64 = 0.1;
+/// Two feet whose levels differ by more than this do not both rest on the floor; the lower one does.
+const LEVEL_AGREEMENT_METRES: f64 = 0.05;
+
+/// Finds contacts.
+#[derive(Clone, Debug)]
+pub(in crate::retarget) struct ContactStage {
+    op: ContactsOp,
+    points: Vec<Point>,
+    posing: Posing,
+    ground: Ground,
+    /// Plan units of a metre at a leg of 1 m: thresholds are multiplied by this.
+    scale: f64,
+    frames: [usize; 2],
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    name: &'static str,
+    limb: usize,
+    part: Part,
+    slot: usize,
+    /// To the sole, in the joint's axes.
+    sole: DVec3,
+}
+
+impl ContactStage {
+    /// `leg` is the length of the source's leg in plan units. Hands count only where the mask names them.
+    pub(in crate::retarget) fn new(
+        op: &ContactsOp,
+        frames: [usize; 2],
+        limbs: &[LimbPair],
+        posing: impl Fn(&[usize]) -> Posing,
+        ground: Ground,
+        leg: f64,
+    ) -> Self {
+        let mut points = Vec::new();
+        for (limb, pair) in limbs.iter().enumerate() {
+            let hand = [Some(FootPoint { joint: pair.source.end, offset: DVec3::ZERO }), None, None];
+            let places = if pair.limb.is_leg() { pair.source_foot.contacts } else { hand };
+            for ((name, part), place) in pair.limb.contact_points().into_iter().zip(Part::ALL).zip(places) {
+                if let Some(FootPoint { joint, offset: sole }) = place.filter(|_| is_wanted(op, pair.limb, name)) {
+                    points.push((Point { name, limb, part, slot: 0, sole }, joint));
+                }
+            }
+        }
+        let joints: Vec<usize> = points.iter().map(|(_, joint)| *joint).collect();
+        let posing = posing(&joints);
+        let points = points.into_iter().map(|(point, joint)| Point { slot: posing.slot(joint), ..point }).collect();
+        Self { op: op.clone(), points, posing, ground, scale: leg, frames }
+    }
+
+    pub(in crate::retarget) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        let width = self.points.len();
+        let fill = |pose: &mut crate::retarget::stages::posing::Pose, frame: usize, row: &mut [DVec3]| {
+            self.posing.fill(pose, work.source, frame);
+            for (point, place) in self.points.iter().zip(row) {
+                let joint = pose.model[point.slot];
+                *place = joint.translation + joint.rotation * point.sole;
+            }
+        };
+        let rows = work.rows(width, || self.posing.pose(), fill)?;
+        let tracks: Vec<Tracked> = (0..width)
+            .into_par_iter()
+            .map(|index| {
+                let positions = rows.iter().skip(index).step_by(width).copied().collect();
+                Tracked::new(positions, work.times, &self.ground, self.op.smoothing_seconds / 2.0)
+            })
+            .collect();
+        let levels: Vec<f64> = tracks.par_iter().map(|track| self.level(track)).collect();
+        let point = |((point, track), level): ((&Point, Tracked), &f64)| {
+            let touches = self.touches(point, &track, self.agreed(point, *level, &levels), work.times);
+            let Point { name, limb, part, .. } = *point;
+            ContactPoint { name, limb, part, positions: track.soles, touches }
+        };
+        let points: Vec<ContactPoint> = self.points.par_iter().zip(tracks).zip(&levels).map(point).collect();
+        let is_touching = points.iter().any(|point| point.touches.contains(&true));
+        work.contacts = ContactPoints { points, is_touching };
+        Ok(())
+    }
+
+    /// The height at which a point rests most often, among those at which it is slow.
+    fn level(&self, track: &Tracked) -> f64 {
+        let slow = self.op.speed_off * self.scale;
+        let mut heights: Vec<f64> = track
+            .heights
+            .iter()
+            .zip(&track.speeds)
+            .filter(|(_, speed)| **speed < slow)
+            .map(|(height, _)| *height)
+            .collect();
+        if heights.is_empty() {
+            heights.clone_from(&track.heights);
+        }
+        heights.sort_by(f64::total_cmp);
+        let lowest = heights[heights.len() / 50];
+        let bin = BIN_METRES * self.scale;
+        if bin <= 0.0 {
+            return lowest;
+        }
+        let mut counts = BTreeMap::new();
+        for height in heights.iter().filter(|height| **height - lowest < LEVEL_REACH_METRES * self.scale) {
+            #[expect(clippy::cast_possible_truncation, reason = "at most twenty bins above the lowest, few below")]
+            let index = ((height - lowest) / bin).round() as i64;
+            *counts.entry(index).or_insert(0_usize) += 1;
+        }
+        // A window of three bins, so that a level on a border is not split; the lowest of equals.
+        let count = |index: i64| counts.get(&index).copied().unwrap_or(0);
+        let best = counts
+            .keys()
+            .max_by_key(|&&index| (count(index - 1) + 2 * count(index) + count(index + 1), std::cmp::Reverse(index)));
+        best.map_or(lowest, |&index| lowest + index as f64 * bin)
+    }
+
+    /// A foot that is only ever slow in the air takes the level of the other one.
+    fn agreed(&self, point: &Point, level: f64, levels: &[f64]) -> f64 {
+        let twins = self.points.iter().zip(levels).filter(|(other, _)| other.part == point.part);
+        let lowest = twins.map(|(_, level)| *level).fold(level, f64::min);
+        if level - lowest > LEVEL_AGREEMENT_METRES * self.scale { lowest } else { level }
+    }
+
+    fn touches(&self, point: &Point, track: &Tracked, level: f64, times: &[f64]) -> Vec<bool> {
+        let op = &self.op;
+        let within = |ranges: Option<&Vec<[f64; 2]>>, time: f64| {
+            ranges.is_some_and(|ranges| ranges.iter().any(|[from, to]| (*from..=*to).contains(&time)))
+        };
+        let mut touches = match (op.set.get(point.name), op.detect) {
+            (Some(_), _) => times.iter().map(|time| within(op.set.get(point.name), *time)).collect(),
+            (None, false) => vec![false; times.len()],
+            (None, true) => self.detect(track, level, times),
+        };
+        for (frame, touches) in touches.iter_mut().enumerate() {
+            let time = times[frame];
+            *touches |= within(op.add.get(point.name), time);
+            *touches &= !within(op.remove.get(point.name), time);
+            *touches &= (self.frames[0]..=self.frames[1]).contains(&frame);
+        }
+        touches
+    }
+
+    fn detect(&self, track: &Tracked, level: f64, times: &[f64]) -> Vec<bool> {
+        let op = &self.op;
+        let level = match op.floor {
+            ContactFloor::Rule(ContactFloorRule::Adaptive) => Some(level),
+            ContactFloor::Rule(ContactFloorRule::Any) => None,
+            ContactFloor::Height(metres) => Some(metres * self.ground.units_per_metre),
+        };
+        let is_below = |frame: usize, height: f64, speed: f64| {
+            let low = level.is_none_or(|level| track.heights[frame] - level < height * self.scale);
+            low && track.speeds[frame] < speed * self.scale
+        };
+        let mut on = false;
+        let mut touches: Vec<bool> = (0..times.len())
+            .map(|frame| {
+                on = if on {
+                    is_below(frame, op.height_off, op.speed_off)
+                } else {
+                    is_below(frame, op.height_on, op.speed_on)
+                };
+                on
+            })
+            .collect();
+        // The same backward: a contact begins where the point landed, not where it was slowest.
+        let mut on = false;
+        for frame in (0..times.len()).rev() {
+            on = touches[frame] || (on && is_below(frame, op.height_off, op.speed_land.max(op.speed_off)));
+            touches[frame] = on;
+        }
+        let missing: Vec<bool> = touches.iter().map(|touches| !touches).collect();
+        for (first, last) in runs(&missing) {
+            let is_between = first > 0 && last + 1 < times.len();
+            if is_between && times[last + 1] - times[first - 1] < op.gap_seconds {
+                touches[first..=last].fill(true);
+            }
+        }
+        for (first, last) in runs(&touches) {
+            if times[last] - times[first] < op.least_seconds && last - first + 1 < times.len() {
+                touches[first..=last].fill(false);
+            }
+        }
+        touches
+    }
+}
+
+/// The source has points that can be looked at when the mask does not name any: feet.
+fn is_wanted(op: &ContactsOp, limb: Limb, name: &str) -> bool {
+    match &op.scope.mask {
+        None => limb.is_leg() || op.set.contains_key(name) || op.add.contains_key(name),
+        Some(mask) => mask.iter().any(|masked| masked == name || masked == limb.name()),
+    }
+}
+
+/// One point over the clip.
+struct Tracked {
+    soles: Vec<DVec3>,
+    heights: Vec<f64>,
+    speeds: Vec<f64>,
+}
+
+impl Tracked {
+    fn new(soles: Vec<DVec3>, times: &[f64], ground: &Ground, deviation_seconds: f64) -> Self {
+        let smooth = smoothed(&soles, times, deviation_seconds);
+        let heights = smooth.iter().map(|place| place.dot(ground.up)).collect();
+        let speeds = speeds(&smooth, times);
+        Self { soles, heights, speeds }
+    }
+}

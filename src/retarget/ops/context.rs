@@ -1,0 +1,107 @@
+//! Which joints the ops are about.
+
+use glam::{DQuat, EulerRot};
+
+use super::Scope;
+use crate::model::{Clip, Reporter};
+use crate::{
+    retarget::mapping::Mapping,
+    rig::{
+        auto_map::roles_of,
+        error::{SpecErrorKind, SpecField},
+        rig::Rig,
+    },
+};
+
+/// What the ops of this folder are resolved against.
+pub(in crate::retarget) struct Subject<'a> {
+    /// The op's place in the spec.
+    pub(in crate::retarget) index: usize,
+    pub(in crate::retarget) source: &'a Rig<'a>,
+    pub(in crate::retarget) target: &'a Rig<'a>,
+    /// The clip that is to be moved.
+    pub(in crate::retarget) clip: &'a Clip,
+    pub(in crate::retarget) mapping: &'a Mapping,
+    pub(in crate::retarget) reporter: &'a mut Reporter,
+    pub(in crate::retarget) fields: &'a mut Vec<SpecField>,
+}
+
+impl Subject<'_> {
+    pub(in crate::retarget) fn pointer(&self, rest: &str) -> String {
+        format!("/ops/{}/{rest}", self.index)
+    }
+
+    /// The joint of that name, or the first of that role. Tells where there is neither.
+    pub(in crate::retarget) fn joint(&mut self, side: &Rig<'_>, name: &str, place: &str) -> Option<usize> {
+        let pointer = self.pointer(place);
+        match side.joint(name, &pointer) {
+            Ok(joint) => Some(joint),
+            Err(field) => {
+                let role = side.role(name).first().copied();
+                if role.is_none() {
+                    self.fields.push(field);
+                }
+                role
+            }
+        }
+    }
+
+    pub(in crate::retarget) fn target_joint(&mut self, name: &str, place: &str) -> Option<usize> {
+        self.joint(self.target, name, place)
+    }
+
+    pub(in crate::retarget) fn source_joint(&mut self, name: &str, place: &str) -> Option<usize> {
+        self.joint(self.source, name, place)
+    }
+
+    /// All target joints of a name: a limb, a chain, a role or a joint. Tells where there is none.
+    pub(in crate::retarget) fn joints_named(&mut self, name: &str, place: &str) -> Vec<usize> {
+        let of_roles: Vec<usize> =
+            roles_of(name).into_iter().flat_map(|role| self.target.role(role).iter().copied()).collect();
+        if !of_roles.is_empty() {
+            return of_roles;
+        }
+        if let Some(chain) = self.mapping.chains.iter().find(|chain| chain.name == name) {
+            return chain.target.clone();
+        }
+        self.target_joint(name, place).into_iter().collect()
+    }
+
+    /// The joints of the target that the mask names; nothing where there is no mask.
+    pub(in crate::retarget) fn masked(&mut self, scope: &Scope) -> Option<Vec<usize>> {
+        let mask = scope.mask.as_ref()?;
+        let joints = mask.iter().enumerate().flat_map(|(position, name)| {
+            let found = self.joints_named(name, &format!("mask/{position}"));
+            found.into_iter()
+        });
+        Some(joints.collect())
+    }
+
+    pub(in crate::retarget) fn refuse(&mut self, place: &str, detail: String) {
+        self.fields.push(SpecField::new(SpecErrorKind::InvalidValue, self.pointer(place), detail));
+    }
+}
+
+/// Whether an op's mask lets it at a joint.
+pub(in crate::retarget) fn is_in(masked: Option<&Vec<usize>>, joint: usize) -> bool {
+    masked.is_none_or(|masked| masked.contains(&joint))
+}
+
+/// A rotation from degrees about X, then Y, then Z, each about the axes as the one before left them.
+pub(in crate::retarget) fn turn(degrees: [f64; 3]) -> DQuat {
+    let [x, y, z] = degrees.map(f64::to_radians);
+    DQuat::from_euler(EulerRot::XYZ, x, y, z)
+}
+
+/// Two rigs of which nothing corresponds.
+pub(in crate::retarget) fn nothing_to_map(source: &Rig<'_>, target: &Rig<'_>) -> SpecError {
+    let describe = |side: &Rig<'_>| {
+        let kind = side.recognition.recognised_as.clone().unwrap_or_else(|| "no known rig".into());
+        format!("{} ({} joints, {kind}, {} roles)", side.name, side.skeleton().len(), side.roles.len())
+    };
+    SpecError::new(
+        SpecErrorKind::NothingToMap,
+        format!("nothing of the {} corresponds to anything of the {}", describe(source), describe(target)),
+        "name the joints: source.roles and target.roles, or source.chains and target.chains with equal names",
+    )
+}

@@ -1,0 +1,6 @@
+//! The `copy_base_pose` op.
+
+pub(in crate::retarget) mod resolve;
+pub(in crate::retarget) mod spec;
+
+pub use self::spec::CopyBasePoseOp;

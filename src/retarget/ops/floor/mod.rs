@@ -1,0 +1,308 @@
+//! Soles on the floor, neither in it nor above it.
+//!
+//! What counts is the lowest support point of a foot at its real tilt (see `rig::soles`). While the source's foot stands it is where the
+//! source's is above the level of its floor, contact by contact (`level`); at all other times it is only kept out of the floor. Where a
+//! sole would go through it, toes bend first (`toes`), then the foot tilts less (`tilt`), then it is lifted, which bends the
+//! knee, and the pelvis goes along with the feet that carry it (`lift`), so that straight legs stay straight.
+
+mod foot;
+mod level;
+mod lift;
+pub(in crate::retarget) mod spec;
+pub(in crate::retarget) mod tails;
+mod tilt;
+pub(in crate::retarget) mod toes;
+
+pub use self::spec::FloorOp;
+
+use glam::{DQuat, DVec3};
+
+use crate::model::rotation::smootherstep;
+use rayon::prelude::*;
+
+use super::{resolved::Ground, schedule::Schedule};
+use crate::{
+    model::Canceled,
+    rig::{FootShape, SupportPoint},
+};
+
+pub(in crate::retarget) use self::foot::{FootSlots, PlacedFoot};
+pub(in crate::retarget) use self::lift::smooth_above;
+use self::lift::{Lift, smoothed_lifts};
+use super::plant::either;
+use crate::retarget::stages::{
+    posing::{Pose, Posing},
+    temporal::runs,
+    two_bone::arc,
+    work::Work,
+};
+
+/// Seconds around a contact over which the floor begins and ceases to count.
+const HOLD_SECONDS: f64 = 0.12;
+/// While a foot stands, so much above the level of its contact counts as standing on it, for a leg of 1 m: it is what soles that are
+/// guessed or measured differ by as a foot rolls. And over how much that ceases.
+const STANDS_METRES: f64 = 0.012;
+const STANDS_FADE_METRES: f64 = 0.006;
+/// In clips in which nothing touches, as walks on the spot, feet that are no higher carry, for a leg of 1 m.
+const CARRIES_METRES: f64 = 0.015;
+/// In those clips, feet that are tilted by less stand on their whole soles; in others contacts of heel and ball say so.
+const LEVEL_RADIANS: f64 = 0.2;
+/// From there on the floor ceases to count for them, over so many meters.
+const LOW_METRES: f64 = 0.01;
+const LOW_FADE_METRES: f64 = 0.03;
+
+/// Puts soles onto the floor.
+#[derive(Clone, Debug)]
+pub(in crate::retarget) struct FloorStage {
+    pub(in crate::retarget) op: FloorOp,
+    pub(in crate::retarget) schedule: Schedule,
+    pub(in crate::retarget) feet: Vec<FloorFoot>,
+    pub(in crate::retarget) source: Posing,
+    pub(in crate::retarget) target: Posing,
+    pub(in crate::retarget) ground: Ground,
+    /// Plan units of a metre at a leg of 1 m, on either side.
+    pub(in crate::retarget) source_leg: f64,
+    pub(in crate::retarget) target_leg: f64,
+    pub(in crate::retarget) limb_count: usize,
+    /// Limbs that have goals at this stage.
+    pub(in crate::retarget) goal_limbs: Vec<usize>,
+}
+
+/// One foot of both sides.
+#[derive(Clone, Debug)]
+pub(in crate::retarget) struct FloorFoot {
+    pub(in crate::retarget) limb: usize,
+    pub(in crate::retarget) source: FootSlots,
+    pub(in crate::retarget) source_shape: FootShape,
+    pub(in crate::retarget) target: FootSlots,
+    pub(in crate::retarget) target_shape: FootShape,
+    /// Whether leg and foot of the target are the source's but for their size. Such a foot stands as the source's stands, even where
+    /// that hovers by the measure of its rest pose.
+    pub(in crate::retarget) is_same: bool,
+    /// Up at rest in the axes of the target's ankle, where it stands at rest.
+    pub(in crate::retarget) stands: Option<DVec3>,
+    /// The same in the axes of the joint of the ball.
+    pub(in crate::retarget) toes_up: Option<DVec3>,
+    /// The same of feet that are set flat while they stand.
+    pub(in crate::retarget) flat: Option<DVec3>,
+    /// Whether toes bend where they would go through the floor, so that heel and ball stand.
+    pub(in crate::retarget) toes_give_way: bool,
+}
+
+impl FloorFoot {
+    /// Whether a point keeps the foot out of the floor.
+    fn carries(&self, point: &SupportPoint) -> bool {
+        !(self.toes_give_way && point.gives_way)
+    }
+}
+
+/// What is known of a foot at a frame: how high soles are above the floor.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::retarget) struct Clearance {
+    /// The source's, in units of the source.
+    source: f64,
+    /// The target's at its goal, but for toes that bend where they would go through the floor.
+    target: f64,
+    /// The target's at its goal, toes and all.
+    with_toes: f64,
+    /// The target's if it stood flat there.
+    flat: f64,
+    /// Whether it is nearly flat there.
+    is_level: bool,
+}
+
+impl Clearance {
+    /// How far the target's foot is to be moved up, or down where it is less than 0, to be at a height: a foot that stands on its toes is
+    /// not moved down, and one whose toes bend is not moved up.
+    fn missing(&self, height: f64) -> f64 {
+        (height - self.target).max((height - self.with_toes).min(0.0))
+    }
+}
+
+/// Where the sole of a foot of the target should be.
+#[derive(Clone, Copy, Debug)]
+struct Wanted {
+    /// Above its floor, while it is held.
+    height: f64,
+    /// At any time; more than 0 only for feet that are the source's, where the source's stand above their floor.
+    deepest: f64,
+}
+
+impl Wanted {
+    fn shifted(self, by: f64) -> Self {
+        Self { height: self.height + by, deepest: self.deepest + by }
+    }
+}
+
+impl FloorStage {
+    pub(in crate::retarget) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        let width = self.feet.len();
+        let alphas: Vec<f64> =
+            work.times.iter().enumerate().map(|(frame, time)| self.schedule.alpha_at(frame, *time)).collect();
+        self.flatten(&alphas, work)?;
+        self.find_source_soles(work)?;
+        let rows = self.clearances(work)?;
+        let levels = self.levels(&rows, work);
+        let holds = self.holds(&rows, &levels, work);
+        let wanted = |foot: usize, frame: usize, clearance: &Clearance| {
+            self.wanted(foot, clearance.source, levels[foot][frame], holds[foot][frame])
+        };
+        let wants = |foot: usize, frame: usize, clearance: &Clearance| {
+            let missing = clearance.missing(wanted(foot, frame, clearance).height);
+            self.carries(foot, frame, clearance.source - levels[foot][frame], work).then_some(missing)
+        };
+        let shifts = if self.op.shift_pelvis { self.shifts(&rows, work, wants) } else { vec![0.0; work.frame_count()] };
+        let lifted = |limb: &usize| {
+            let foot = self.feet.iter().position(|foot| foot.limb == *limb);
+            let lift = |frame: usize| {
+                let (shift, alpha) = (shifts[frame] * alphas[frame], alphas[frame]);
+                let Some(foot) = foot else { return Lift { beyond: 0.0, least: f64::NEG_INFINITY } };
+                let clearance = &rows[frame * width + foot];
+                let wanted = wanted(foot, frame, clearance);
+                let metres = (clearance.source - levels[foot][frame]) / self.source_leg;
+                let far = (metres - self.op.falloff_height) / self.op.falloff_distance.max(f64::MIN_POSITIVE);
+                let weight = holds[foot][frame].max(self.op.swing * (1.0 - smootherstep(far)));
+                let least = (wanted.deepest - clearance.target) * alpha;
+                // A foot in the air goes with the pelvis, so that its leg keeps its shape, as long as it stays out of the floor.
+                let free = shift.max(least);
+                let moved = free + (clearance.missing(wanted.height) * alpha - free) * weight;
+                Lift { beyond: moved - shift, least: least - shift }
+            };
+            smoothed_lifts((0..alphas.len()).map(lift).collect(), work.times)
+        };
+        let lifts: Vec<Vec<Lift>> = self.goal_limbs.par_iter().map(lifted).collect();
+        work.change_goals(self.limb_count, |_, frame, goals| {
+            for (&limb, lifts) in self.goal_limbs.iter().zip(&lifts) {
+                let lift = lifts[frame];
+                goals[limb].position += self.ground.up * (shifts[frame] * alphas[frame] + lift.beyond);
+                goals[limb].headroom = (lift.beyond - lift.least).max(0.0);
+            }
+        })?;
+        work.pelvis_moves.resize(work.frame_count(), DVec3::ZERO);
+        for (moved, (shift, alpha)) in work.pelvis_moves.iter_mut().zip(shifts.iter().zip(&alphas)) {
+            *moved += self.ground.up * (shift * alpha);
+        }
+        Ok(())
+    }
+
+    /// Whether a foot carries the figure at a frame where the source's is so high above its level.
+    fn carries(&self, foot: usize, frame: usize, above: f64, work: &Work<'_>) -> bool {
+        let limb = self.feet[foot].limb;
+        if work.contacts.is_anything_touching() {
+            work.contacts.touches(limb, frame)
+        } else {
+            above < CARRIES_METRES * self.source_leg
+        }
+    }
+
+    /// How high soles are above the floors, frame by frame.
+    fn clearances(&self, work: &Work<'_>) -> Result<Vec<Clearance>, Canceled> {
+        let up = self.ground.up;
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [Clearance]| {
+            self.target.fill(pose, &work.target, frame);
+            for (foot, clearance) in self.feet.iter().zip(row) {
+                let goal = &work.goals[frame * self.limb_count + foot.limb];
+                let placed = PlacedFoot::posed(foot.target, pose).moved_to(goal.position, goal.rotation);
+                let lowest = placed.lowest_of(&foot.target_shape, up, |point| foot.carries(point));
+                let depth = foot.stands.map(|flat| goal.position.dot(up) - foot.target_shape.depth(-flat));
+                let is_level = foot.stands.is_some_and(|flat| (goal.rotation * flat).angle_between(up) < LEVEL_RADIANS);
+                *clearance = Clearance {
+                    source: work.source_soles[foot.limb][frame] - self.ground.source_floor,
+                    target: lowest.wanted - self.ground.target_floor,
+                    with_toes: lowest.all - self.ground.target_floor,
+                    flat: depth.unwrap_or(lowest.wanted) - self.ground.target_floor,
+                    is_level,
+                };
+            }
+        };
+        work.rows(self.feet.len(), || self.target.pose(), fill)
+    }
+
+    /// Sees to it that the heights of the source's soles are known. They are the same for all stages.
+    fn find_source_soles(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        work.source_soles.resize(self.limb_count, Vec::new());
+        if self.feet.iter().all(|foot| work.source_soles[foot.limb].len() == work.frame_count()) {
+            return Ok(());
+        }
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [f64]| {
+            self.source.fill(pose, work.source, frame);
+            for (foot, sole) in self.feet.iter().zip(row) {
+                *sole = PlacedFoot::posed(foot.source, pose).lowest(&foot.source_shape, self.ground.up);
+            }
+        };
+        let width = self.feet.len();
+        let rows = work.rows(width, || self.source.pose(), fill)?;
+        for (index, foot) in self.feet.iter().enumerate() {
+            work.source_soles[foot.limb] = rows.iter().skip(index).step_by(width).copied().collect();
+        }
+        Ok(())
+    }
+
+    /// Where a sole should be when the source's is so high above its floor, and the level of its contact is that.
+    fn wanted(&self, foot: usize, source: f64, level: f64, hold: f64) -> Wanted {
+        let scale = self.ground.up.dot(self.ground.travel * self.ground.up);
+        if self.feet[foot].is_same {
+            // No deeper below where the source's stands than the source's for its legs, however large the pelvis scale.
+            let deepest = source.min(level.max(0.0)) * self.target_leg / self.source_leg;
+            return Wanted { height: (scale * source).max(deepest), deepest };
+        }
+        let above = source - level;
+        let [width, begin] = [STANDS_FADE_METRES, STANDS_METRES].map(|metres| metres * self.source_leg);
+        let standing = soft_above(above - begin, width);
+        let deepest = (source + self.most_level()).min(0.0) * self.target_leg / self.source_leg;
+        let height = scale * (above.max(0.0) + (standing - above.max(0.0)) * hold);
+        Wanted { height: if deepest < 0.0 { deepest } else { height }, deepest }
+    }
+
+    /// How much the floor counts for every foot, frame by frame: while it touches, or while it is low where nothing touches at all.
+    fn holds(&self, rows: &[Clearance], levels: &[Vec<f64>], work: &Work<'_>) -> Vec<Vec<f64>> {
+        let is_touching = work.contacts.is_anything_touching();
+        let low = |index: usize, frame: usize| {
+            let above = rows[frame * self.feet.len() + index].source - levels[index][frame];
+            1.0 - smootherstep((above / self.source_leg - LOW_METRES) / LOW_FADE_METRES)
+        };
+        let of_foot = |(index, foot): (usize, &FloorFoot)| match is_touching {
+            true => holds(foot.limb, work),
+            false => (0..work.frame_count()).map(|frame| low(index, frame)).collect(),
+        };
+        self.feet.par_iter().enumerate().map(of_foot).collect()
+    }
+
+    /// Sets feet flat, the shortest way, as much as they are held.
+    fn flatten(&self, alphas: &[f64], work: &mut Work<'_>) -> Result<(), Canceled> {
+        if self.feet.iter().all(|foot| foot.flat.is_none()) {
+            return Ok(());
+        }
+        let holds: Vec<Vec<f64>> = self.feet.iter().map(|foot| holds(foot.limb, work)).collect();
+        work.change_goals(self.limb_count, |_, frame, goals| {
+            for (foot, holds) in self.feet.iter().zip(&holds) {
+                let Some(flat) = foot.flat else { continue };
+                let goal = &mut goals[foot.limb];
+                let now = goal.rotation * flat;
+                let turn = arc(now, self.ground.up, now.any_orthonormal_vector());
+                goal.rotation = DQuat::IDENTITY.slerp(turn, holds[frame] * alphas[frame]) * goal.rotation;
+            }
+        })
+    }
+}
+
+/// Nothing below `-width`, the value above `width`, with a continuous slope between.
+pub(in crate::retarget) fn soft_above(value: f64, width: f64) -> f64 {
+    if value >= width || width <= 0.0 { value.max(0.0) } else { (value + width).max(0.0).powi(2) / (4.0 * width) }
+}
+
+/// How much the floor counts for a foot, frame by frame: fully in contacts, and less and less around them.
+fn holds(limb: usize, work: &Work<'_>) -> Vec<f64> {
+    let touches: Vec<bool> = (0..work.frame_count()).map(|frame| work.contacts.touches(limb, frame)).collect();
+    let mut holds: Vec<f64> = touches.iter().map(|touches| if *touches { 1.0 } else { 0.0 }).collect();
+    for (first, last) in runs(&touches) {
+        let near = |seconds: f64| smootherstep(1.0 - seconds / HOLD_SECONDS);
+        for frame in (0..first).rev().take_while(|&frame| work.times[first] - work.times[frame] < HOLD_SECONDS) {
+            holds[frame] = either(holds[frame], near(work.times[first] - work.times[frame]));
+        }
+        for frame in (last + 1..holds.len()).take_while(|&frame| work.times[frame] - work.times[last] < HOLD_SECONDS) {
+            holds[frame] = either(holds[frame], near(work.times[frame] - work.times[last]));
+        }
+    }
+    holds
+}

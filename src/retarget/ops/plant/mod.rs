@@ -1,0 +1,248 @@
+//! Feet stay where they stand. (docs/algorithm/legs.md.)
+//!
+//! A foot is held by the point of its sole that touches: the back of the heel, the ball or the tip of the toes, or several at once. So a
+//! foot with a higher ankle than the source's stands where it stands while it rolls, and its ankle is what moves. From one frame to the next
+//! that point moves on the target as it moves on the source (scaled; not at all in mode `always`); what the goals do beside that is
+//! summed up over the contact and taken away from them. The sum has a free constant, which is chosen so that the foot deviates
+//! least in the middle of the contact. Between contacts the correction is faded out and in.
+//!
+//! Of a foot that rolls the point that is most still counts most: it is the one that the foot turns about.
+
+mod fade;
+mod level;
+pub(in crate::retarget) mod spec;
+mod steady;
+
+pub use self::spec::{PlantMode, PlantOp};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::schedule::Schedule;
+use crate::model::Canceled;
+
+use self::fade::fade;
+pub(in crate::retarget) use self::{fade::either, level::FootAxes};
+
+use crate::retarget::stages::contact_points::{ContactPoint, Part};
+use crate::retarget::stages::{
+    posing::{Pose, Posing},
+    temporal::{runs, smoothed, speeds},
+    work::{Goal, Work},
+};
+
+/// Share of a contact, at both ends, that does not count for where the foot stands.
+const ENDS: f64 = 0.2;
+/// Standard deviation of the smoothing with which weight goes from one point to the next.
+const ROLL_SECONDS: f64 = 0.03;
+
+/// Holds feet.
+#[derive(Clone, Debug)]
+pub(in crate::retarget) struct PlantStage {
+    pub(in crate::retarget) op: PlantOp,
+    pub(in crate::retarget) schedule: Schedule,
+    pub(in crate::retarget) feet: Vec<PlantedFoot>,
+    pub(in crate::retarget) posing: Posing,
+    pub(in crate::retarget) up: DVec3,
+    pub(in crate::retarget) limb_count: usize,
+    /// Whether a `floor` op behind decides how high feet are.
+    pub(in crate::retarget) leaves_height: bool,
+}
+
+/// One foot or hand of the target.
+#[derive(Clone, Debug)]
+pub(in crate::retarget) struct PlantedFoot {
+    pub(in crate::retarget) limb: usize,
+    /// Target length over source length: what moves of the source's are multiplied by.
+    pub(in crate::retarget) scale: f64,
+    /// Slots of ankle or wrist, and of the joint of the ball.
+    pub(in crate::retarget) end: usize,
+    pub(in crate::retarget) ball: Option<usize>,
+    /// The back of the heel, the ball and the tip of the toes: the slot that each is fixed to, and from there in its axes.
+    pub(in crate::retarget) points: [Option<(usize, DVec3)>; 3],
+    /// Front and left at rest in the axes of the end, of feet that may be leveled.
+    pub(in crate::retarget) axes: Option<FootAxes>,
+    /// Size of the target's foot beside its leg over that of the source's; 1 where one has none.
+    pub(in crate::retarget) size_beside_leg: f64,
+    /// Below this speed a point of the source stands still, in plan units per second.
+    pub(in crate::retarget) still_speed: f64,
+    /// How far a foot may swing out beyond its goals on its way from and to a contact, in plan units.
+    pub(in crate::retarget) swing: f64,
+}
+
+/// The change of one limb at one frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(in crate::retarget) struct Correction {
+    pub(in crate::retarget) offset: DVec3,
+    /// How much it is one of a contact, 0 to 1.
+    pub(in crate::retarget) hold: f64,
+}
+
+impl PlantedFoot {
+    /// Where heel, ball and tip stand when the end is at its goal. A target without one of them is held by its heel.
+    fn places(&self, pose: &Pose, goal: &Goal) -> [DVec3; 3] {
+        let end = pose.model[self.end];
+        let turn = goal.rotation * end.rotation.conjugate();
+        let heel = self.points[0].unwrap_or((self.end, DVec3::ZERO));
+        self.points.map(|point| point.unwrap_or(heel)).map(|(slot, offset)| {
+            let joint = pose.model[slot];
+            goal.position + turn * (joint.translation + joint.rotation * offset - end.translation)
+        })
+    }
+}
+
+impl PlantStage {
+    pub(in crate::retarget) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        if self.op.mode == PlantMode::Never {
+            return Ok(());
+        }
+        self.level(work);
+        self.steady(work)?;
+        let feet = self.read(work)?;
+        let correct = |foot: &Option<Foot>| foot.as_ref().map(|foot| self.corrections(foot, work.times));
+        let corrections: Vec<Option<Vec<Correction>>> = feet.par_iter().map(correct).collect();
+        work.change_goals(self.limb_count, |work, frame, goals| {
+            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            for (foot, corrections) in self.feet.iter().zip(&corrections) {
+                let Some(correction) = corrections.as_ref().map(|corrections| corrections[frame]) else { continue };
+                let goal = &mut goals[foot.limb];
+                goal.position += correction.offset * alpha;
+                goal.hold = goal.hold.max(correction.hold * alpha);
+            }
+        })
+    }
+
+    /// Where the points of feet are on both sides; nothing of a foot of which none is known to touch.
+    fn read(&self, work: &Work<'_>) -> Result<Vec<Option<Foot>>, Canceled> {
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [[DVec3; 3]]| {
+            self.posing.fill(pose, &work.target, frame);
+            for (foot, places) in self.feet.iter().zip(row) {
+                let goal = &work.goals[frame * self.limb_count + foot.limb];
+                *places = foot.places(pose, goal);
+            }
+        };
+        let width = self.feet.len();
+        let rows = work.rows(width, || self.posing.pose(), fill)?;
+        let read = |(index, foot): (usize, &PlantedFoot)| {
+            let tracks = Part::ALL.map(|part| work.contacts.find(foot.limb, part));
+            tracks.iter().flatten().next()?;
+            Some(Foot {
+                scale: foot.scale,
+                still_speed: foot.still_speed,
+                swing: foot.swing,
+                tracks: tracks.map(|point| point.map(|point| PointTrack::of(point, work.times))),
+                has_point: foot.points.map(|point| point.is_some()),
+                targets: rows.iter().skip(index).step_by(width).copied().collect(),
+            })
+        };
+        Ok(self.feet.par_iter().enumerate().map(read).collect())
+    }
+
+    fn corrections(&self, foot: &Foot, times: &[f64]) -> Vec<Correction> {
+        let mut corrections = vec![Correction::default(); times.len()];
+        let touches: Vec<bool> = (0..times.len()).map(|frame| foot.touches(frame)).collect();
+        let contacts = runs(&touches);
+        let mut weights = Vec::new();
+        for &(first, last) in &contacts {
+            self.hold(foot, times, first, &mut weights, &mut corrections[first..=last]);
+        }
+        let mut before: Option<usize> = None;
+        for &(first, last) in &contacts {
+            fade(&mut corrections, times, before, Some(first), self.op.blend_seconds, foot.swing);
+            before = Some(last);
+        }
+        fade(&mut corrections, times, before, None, self.op.blend_seconds, foot.swing);
+        corrections
+    }
+
+    /// Fills in what is to be added to the goals of one contact, which begins at `first`; `weights` is room to work in.
+    fn hold(&self, foot: &Foot, times: &[f64], first: usize, weights: &mut Vec<DVec3>, contact: &mut [Correction]) {
+        let weights = foot.weights(times, first, first + contact.len() - 1, weights);
+        let mut offset = DVec3::ZERO;
+        for (index, correction) in contact.iter_mut().enumerate() {
+            *correction = Correction { offset, hold: 1.0 };
+            let Some(after) = weights.get(index + 1) else { break };
+            for (part, weight) in ((weights[index] + *after) / 2.0).to_array().into_iter().enumerate() {
+                offset += foot.step(part, first + index, self.op.mode) * weight;
+            }
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
+        let skipped = (contact.len() as f64 * ENDS).floor() as usize;
+        let middle = &contact[skipped..contact.len() - skipped];
+        let mean = middle.iter().map(|correction| correction.offset).sum::<DVec3>() / middle.len() as f64;
+        for correction in contact {
+            let offset = correction.offset - mean;
+            let raised = self.up * offset.dot(self.up);
+            correction.offset = match self.op.mode {
+                PlantMode::Grounding => raised,
+                _ if self.leaves_height => offset - raised,
+                _ => offset,
+            };
+        }
+    }
+}
+
+/// One foot of both sides over the clip. Arrays of three: end, ball and tip.
+struct Foot {
+    scale: f64,
+    still_speed: f64,
+    swing: f64,
+    tracks: [Option<PointTrack>; 3],
+    has_point: [bool; 3],
+    /// Where the target's points are when the end is at its goal.
+    targets: Vec<[DVec3; 3]>,
+}
+
+/// A point of the source over the clip.
+struct PointTrack {
+    positions: Vec<DVec3>,
+    /// Per second.
+    speeds: Vec<f64>,
+    touches: Vec<bool>,
+}
+
+impl PointTrack {
+    fn of(point: &ContactPoint, times: &[f64]) -> Self {
+        let positions = point.positions.clone();
+        Self { speeds: speeds(&positions, times), positions, touches: point.touches.clone() }
+    }
+}
+
+impl Foot {
+    fn touches(&self, frame: usize) -> bool {
+        self.tracks.iter().flatten().any(|track| track.touches[frame])
+    }
+
+    /// How much each point is held at every frame of a contact; the sum is 1. The foot turns about the point that is most still: of
+    /// a heel that lifts and a ball that stands it is the ball.
+    /// `raw` is room to work in.
+    fn weights(&self, times: &[f64], first: usize, last: usize, raw: &mut Vec<DVec3>) -> Vec<DVec3> {
+        let still = |frame: usize, track: &PointTrack| {
+            let share = track.speeds[frame] / self.still_speed.max(f64::MIN_POSITIVE);
+            if track.touches[frame] { (1.0 + share * share).recip() } else { 0.0 }
+        };
+        let of_frame = |frame: usize| {
+            let still = self.tracks.each_ref().map(|track| track.as_ref().map_or(0.0, |track| still(frame, track)));
+            let still = DVec3::from(still);
+            still / still.element_sum().max(f64::MIN_POSITIVE)
+        };
+        raw.clear();
+        raw.extend((first..=last).map(of_frame));
+        smoothed(raw, &times[first..=last], ROLL_SECONDS)
+    }
+
+    /// What the source's point moves from a frame to the next, scaled, minus what the goal's does.
+    fn step(&self, part: usize, frame: usize, mode: PlantMode) -> DVec3 {
+        // A target without that point follows the source's end with its own.
+        let of_source = if self.has_point[part] { &self.tracks[part] } else { &self.tracks[0] };
+        let Some(track) = of_source else { return DVec3::ZERO };
+        let wanted = match mode {
+            PlantMode::Always => DVec3::ZERO,
+            _ => (track.positions[frame + 1] - track.positions[frame]) * self.scale,
+        };
+        wanted - (self.targets[frame + 1][part] - self.targets[frame][part])
+    }
+}
+
+#[cfg(test)]
+mod tests;
