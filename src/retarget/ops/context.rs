@@ -8,7 +8,7 @@ use crate::{
     retarget::mapping::Mapping,
     rig::{
         auto_map::roles_of,
-        error::{SpecErrorKind, SpecField},
+        error::{SpecError, SpecErrorKind, SpecField},
         rig::Rig,
     },
 };

@@ -37,7 +37,7 @@ use crate::rig::{
     HelperJoints,
     alignment::{AlignedJoint, Alignment, align},
     anatomy::{loose_joints, rides},
-    error::{SpecError, SpecErrorKind},
+    error::SpecError,
     leg_rows::{is_whole_leg, leg_rows},
     named_pair::NamedPair,
     rig::Rig,
