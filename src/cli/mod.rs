@@ -30,7 +30,7 @@ mod view;
 mod watch;
 mod worker;
 
-use std::process::ExitCode;
+use std::{ffi::OsString, process::ExitCode};
 
 use clap::{Parser, Subcommand};
 
@@ -90,7 +90,19 @@ enum Command {
 /// Parses the command line and runs the subcommand.
 #[must_use]
 pub fn run() -> ExitCode {
-    match Arguments::parse().command {
+    dispatch(Arguments::parse().command)
+}
+
+/// The same for a command line that is handed in, the program's name first, and with the exit code as a number: for programs that this
+/// library is a part of.
+#[must_use]
+pub fn run_with(command_line: Vec<OsString>) -> u8 {
+    let code = dispatch(Arguments::parse_from(command_line).command);
+    (0..=u8::MAX).find(|number| ExitCode::from(*number) == code).unwrap_or(exit::FAILED)
+}
+
+fn dispatch(command: Command) -> ExitCode {
+    match command {
         Command::Serve(arguments) => serve::run(&arguments),
         Command::Worker(arguments) => worker::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),

@@ -4,6 +4,7 @@
 //! workers of the service, by tests and by benches alike.
 
 mod alignment;
+mod compiled;
 mod curves;
 mod draw;
 mod drawn_bones;
@@ -42,6 +43,7 @@ mod work;
 
 pub use crate::drawing::Manner;
 pub use alignment::AlignmentView;
+pub use compiled::{Compiled, CompiledFacts};
 pub use draw::{DrawnCharacter, Scenery, draw_picture, draw_poses, read_scenery, stage_drawing};
 pub use edit::edited_clip;
 pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain, explain_with};
@@ -69,7 +71,7 @@ pub use tune::{TunedParameter, Tuning};
 
 // The words that callers need to speak with the engine; the service half sees the pure half through this door only.
 pub use crate::{
-    formats::{Format, FormatInfo, JsonSize, Limits, sniff},
+    formats::{Format, FormatInfo, FrameArrays, FrameArraysMut, JsonSize, Limits, PoseFrames, sniff},
     model::{Control, Phase, Progress},
     picture::{Background, CameraKind, Follow, Layout, PictureFormat, Sheet, SheetSize, SheetWord, Sight, Style, View},
     rig::{FindingCode, PoseChoice, Severity, template_schema},

@@ -48,7 +48,7 @@ impl Pass {
     }
 }
 
-fn run_failure(error: RunError) -> Failure {
+pub(super) fn run_failure(error: RunError) -> Failure {
     match error {
         RunError::Canceled(canceled) => canceled.into(),
         RunError::OutOfRange(_) => Failure::new(FailureCode::AssetMalformed, error.to_string())

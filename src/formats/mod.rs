@@ -42,6 +42,7 @@ mod json_size;
 mod meshes;
 mod named_arrays;
 mod numpy;
+mod pose_frames;
 mod poses;
 mod positions_csv;
 mod sniff;
@@ -58,6 +59,7 @@ pub use format::{Format, FormatInfo, Space};
 pub use humanoid::Humanoid;
 pub use json_size::JsonSize;
 pub use named_arrays::{Elements, NamedArray, Numbers, read_numbers, write_arrays};
+pub use pose_frames::{FrameArrays, FrameArraysMut, PoseFrames};
 pub use sniff::sniff;
 pub use space::write_in_space;
 

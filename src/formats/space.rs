@@ -55,19 +55,30 @@ pub fn write_in_space(
 
 /// A rotation of the scene, and a factor on its lengths.
 #[derive(Clone, Copy, Debug)]
-struct Conversion {
+pub(super) struct Conversion {
     rotation: DQuat,
     scale: f64,
 }
 
 impl Conversion {
     /// From the axes and unit that a side was found to have to +Y up, +Z front and metres.
-    fn into_ours(axes: Axes, unit_metres: f64) -> Self {
+    pub(super) fn into_ours(axes: Axes, unit_metres: f64) -> Self {
         Self { rotation: axes.ours_from_this(), scale: unit_metres }
     }
 
-    fn is_identity(&self) -> bool {
+    pub(super) fn is_identity(&self) -> bool {
         self.rotation.dot(DQuat::IDENTITY).abs() > 1.0 - 1e-12 && (self.scale - 1.0).abs() < 1e-12
+    }
+
+    /// The way back.
+    pub(super) fn inverse(&self) -> Self {
+        Self { rotation: self.rotation.conjugate(), scale: self.scale.recip() }
+    }
+
+    /// The rotation and the factor in the precision of tracks.
+    #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
+    pub(super) fn of_tracks(&self) -> (Quat, f32) {
+        (self.rotation.as_quat(), self.scale as f32)
     }
 
     fn root(&self, transform: &Transform) -> Transform {
@@ -112,9 +123,7 @@ fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
 
 /// The same clip likewise.
 fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -> Result<Clip, ClipError> {
-    let rotation = conversion.rotation.as_quat();
-    #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
-    let scale = conversion.scale as f32;
+    let (rotation, scale) = conversion.of_tracks();
     let joints = clip.joints().iter().zip(scene.skeleton.joints()).map(|(tracks, joint)| {
         let is_root = joint.parent.is_none();
         let place = |value: Vec3| if is_root { rotation * (value * scale) } else { value * scale };
@@ -131,9 +140,7 @@ fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -> Result<Cl
 
 /// The keys of a clip likewise.
 fn convert_keys(keys: &SparseKeys, scene: &Scene, conversion: &Conversion) -> SparseKeys {
-    let rotation = conversion.rotation.as_quat();
-    #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
-    let scale = conversion.scale as f32;
+    let (rotation, scale) = conversion.of_tracks();
     let joints = keys.joints.iter().zip(scene.skeleton.joints()).map(|(keys, joint)| {
         let is_root = joint.parent.is_none();
         JointKeys {

@@ -55,7 +55,9 @@ pub use engine::{Answer, Asked, Engine, Files, MadeFile, Question, Ran, Retarget
 pub use events::{EventStream, Followed, Told};
 pub use failure::FailureReason;
 pub use fetching::NewFetch;
-pub use isolation::{Bounds, ProcessEngine, give_way_by, keep_memory_private, serve_engine_process};
+pub use isolation::{
+    Bounds, ProcessEngine, Program, engine_processes_are, give_way_by, keep_memory_private, serve_engine_process,
+};
 pub use keys::{KeyText, Keys, NewKey};
 pub use library::{Kept, Library, Written};
 pub use one_shot::{ArrivedFiles, Awaited, Awaiting, HandedFile};

@@ -14,6 +14,7 @@ mod memory_watch;
 mod messages;
 mod priority;
 mod process;
+mod program;
 mod sandbox;
 mod signals;
 #[cfg(test)]
@@ -23,8 +24,9 @@ mod threads;
 pub use child::serve as serve_engine_process;
 pub use limits::{Bounds, keep_memory_private};
 pub use priority::give_way_by;
+pub use program::{Program, engine_processes_are};
 
-use std::{io, path::PathBuf};
+use std::io;
 
 use self::{
     frames::Digested,
@@ -44,7 +46,7 @@ use crate::{
 /// An engine that works in other processes.
 #[derive(Debug)]
 pub struct ProcessEngine {
-    program: PathBuf,
+    program: Program,
     bounds: Bounds,
     most_requests: u64,
     /// Those that wait for a request.
@@ -59,20 +61,28 @@ impl ProcessEngine {
     /// # Errors
     /// When it cannot be found out where this program is.
     pub fn new(settings: &Settings) -> io::Result<Self> {
-        // On Linux, the program that runs, also when another one has taken its place in the file system.
-        let own = PathBuf::from("/proc/self/exe");
-        let program = if own.exists() { own } else { std::env::current_exe()? };
         let bounds = Bounds {
             memory_bytes: settings.process_memory.0,
             output_bytes: settings.max_output_bytes.0,
             seconds: settings.job_timeout.0.as_secs().max(1),
         };
+        // All jobs that run at the same time find one, and looks wait for a start now and then.
+        let most_idle = settings.workers.0 + 1;
+        Ok(Self { most_requests: settings.max_process_requests, ..Self::within(bounds, most_idle)? })
+    }
+
+    /// One whose processes are within these bounds; so many wait for a request.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn within(bounds: Bounds, most_idle: usize) -> io::Result<Self> {
+        /// Memory that a process has taken once is its own again after so many.
+        const MOST_REQUESTS: u64 = 200;
         Ok(Self {
-            program,
+            program: Program::own()?,
             bounds,
-            most_requests: settings.max_process_requests,
-            // All jobs that run at the same time find one, and looks wait for a start now and then.
-            idle: Idle::new(settings.workers.0 + 1),
+            most_requests: MOST_REQUESTS,
+            idle: Idle::new(most_idle),
             at_work: AtWork::default(),
             memory_watch: MemoryWatch::new(bounds.memory_bytes, MemoryBudget::of_all_processes()),
         })

@@ -2,8 +2,7 @@
 
 use std::{
     io::{self, BufReader, Read},
-    path::Path,
-    process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, Stdio},
+    process::{Child, ChildStderr, ChildStdin, ChildStdout, Stdio},
     sync::{
         Arc, Mutex, Once, PoisonError,
         mpsc::{self, Receiver, RecvTimeoutError},
@@ -18,6 +17,7 @@ use super::{
     memory_watch::{MemoryWatch, Watched},
     messages::{Message, Reply, Request},
     priority::Priority,
+    program::Program,
     sandbox::Sandbox,
 };
 use crate::{engine::Control, telemetry::Metric};
@@ -60,8 +60,8 @@ pub(super) struct EngineProcess {
 
 impl EngineProcess {
     /// Starts one and waits until it can be asked.
-    pub(super) fn start(program: &Path, bounds: &Bounds, memory_watch: &MemoryWatch) -> io::Result<Self> {
-        let mut command = Command::new(program);
+    pub(super) fn start(program: &Program, bounds: &Bounds, memory_watch: &MemoryWatch) -> io::Result<Self> {
+        let mut command = program.command();
         command
             .arg("engine-process")
             .args(["--memory-bytes", &bounds.memory_bytes.to_string(), "--seconds", &bounds.seconds.to_string()])

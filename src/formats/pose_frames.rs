@@ -1,0 +1,248 @@
+//! Frames of a skeleton as dense arrays, in and out, without a file around them: for callers that hold arrays already.
+//!
+//! The joints are those that pose arrays have as a file, in the same order, axes and unit.
+
+use glam::{Quat, Vec3, Vec4};
+use rayon::prelude::*;
+
+use super::{space::Conversion, written::joints_to_write};
+use crate::model::{Axes, Clip, ClipError, JointTracks, Scene, Track};
+
+/// Frames that one thread writes at a time.
+const CHUNK_FRAMES: usize = 64;
+
+/// Local values of all joints at all frames, each frame after frame and in it joint after joint.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameArrays<'a> {
+    /// 3 numbers a joint; nothing where translations stay at rest.
+    pub translations: Option<&'a [f32]>,
+    /// 4 numbers a joint, `x y z w`.
+    pub rotations: &'a [f32],
+    /// 3 numbers a joint; nothing where scales stay at rest.
+    pub scales: Option<&'a [f32]>,
+}
+
+/// The same, to be filled.
+#[derive(Debug)]
+pub struct FrameArraysMut<'a> {
+    /// 3 numbers a joint.
+    pub translations: &'a mut [f32],
+    /// 4 numbers a joint, `x y z w`.
+    pub rotations: &'a mut [f32],
+    /// 3 numbers a joint.
+    pub scales: &'a mut [f32],
+}
+
+/// One joint of the arrays.
+#[derive(Clone, Debug)]
+struct ArrayJoint {
+    name: String,
+    /// Its index in the skeleton.
+    joint: usize,
+    /// The joint above it in the arrays.
+    parent: Option<usize>,
+    /// At rest, in the scene's space.
+    rest: (Vec3, Quat, Vec3),
+}
+
+/// How frames of one skeleton lie in arrays.
+#[derive(Clone, Debug)]
+pub struct PoseFrames {
+    joints: Vec<ArrayJoint>,
+    skeleton_joints: usize,
+    /// From the scene's space to that of the arrays; nothing where they are the same.
+    arrays_from_scene: Option<Conversion>,
+    axes: Axes,
+    unit_metres: f64,
+}
+
+impl PoseFrames {
+    /// Those of a scene, with the axes and unit that it was found to have. A scene that says its own is left in them.
+    #[must_use]
+    pub fn of(scene: &Scene, (axes, unit_metres): (Axes, f64)) -> Self {
+        let skeleton = &scene.skeleton;
+        let written = joints_to_write(skeleton);
+        let joints = written.iter().map(|index| {
+            let joint = &skeleton.joints()[*index];
+            let (translation, scale) = (joint.rest.translation.as_vec3(), joint.rest.scale.as_vec3());
+            ArrayJoint {
+                name: joint.name.clone(),
+                joint: *index,
+                parent: joint.parent.and_then(|parent| written.binary_search(&parent).ok()),
+                rest: (translation, joint.rest.rotation.as_quat(), scale),
+            }
+        });
+        let (axes, unit_metres, arrays_from_scene) = match (scene.axes, scene.unit_metres) {
+            (Some(axes), unit) => (axes, unit.unwrap_or(1.0), None),
+            (None, _) => {
+                let conversion = Conversion::into_ours(axes, unit_metres);
+                (Axes::Y_UP_Z_FRONT, 1.0, (!conversion.is_identity()).then_some(conversion))
+            }
+        };
+        Self { joints: joints.collect(), skeleton_joints: skeleton.len(), arrays_from_scene, axes, unit_metres }
+    }
+
+    /// How many joints the arrays have.
+    #[must_use]
+    pub const fn joint_count(&self) -> usize {
+        self.joints.len()
+    }
+
+    /// The names of the joints.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.joints.iter().map(|joint| joint.name.as_str())
+    }
+
+    /// Each joint's parent in the arrays; parents come first.
+    pub fn parents(&self) -> impl Iterator<Item = Option<usize>> {
+        self.joints.iter().map(|joint| joint.parent)
+    }
+
+    /// Each joint at rest: translation, rotation and scale, local.
+    pub fn rests(&self) -> impl Iterator<Item = (Vec3, Quat, Vec3)> {
+        self.joints.iter().map(|joint| self.out(joint, joint.rest))
+    }
+
+    /// Axes and metres per unit of the arrays.
+    #[must_use]
+    pub const fn space(&self) -> (Axes, f64) {
+        (self.axes, self.unit_metres)
+    }
+
+    /// A clip of the skeleton. The arrays have as many frames as there are times, and all joints; what is longer is left out, what is
+    /// shorter has no clip.
+    ///
+    /// # Errors
+    /// When times do not rise, an array is too short, or a value is not finite.
+    pub fn clip(&self, name: &str, times_seconds: Vec<f64>, arrays: &FrameArrays<'_>) -> Result<Clip, ClipError> {
+        let (frames, count) = (times_seconds.len(), self.joints.len());
+        let vectors = |values: Option<&[f32]>, place: usize, change: &(dyn Fn(Vec3) -> Vec3 + Sync)| match values {
+            None => Track::Rest,
+            Some(values) => {
+                let at = |frame: usize| values.get((frame * count + place) * 3..).and_then(|rest| rest.first_chunk());
+                Track::Sampled((0..frames).map_while(at).map(|value| change(Vec3::from_array(*value))).collect())
+            }
+        };
+        let made = self.joints.par_iter().enumerate().map(|(place, joint)| {
+            let inverse = self.arrays_from_scene.map(|conversion| conversion.inverse());
+            let (turn, scale) = inverse.map_or((Quat::IDENTITY, 1.0), |conversion| conversion.of_tracks());
+            let turn = if joint.parent.is_none() { turn } else { Quat::IDENTITY };
+            let at = |frame: usize| {
+                arrays.rotations.get((frame * count + place) * 4..).and_then(|rest| rest.first_chunk::<4>())
+            };
+            let rotation = |value: &[f32; 4]| turn * unit(Quat::from_vec4(Vec4::from_array(*value)));
+            let tracks = JointTracks {
+                translation: vectors(arrays.translations, place, &|value| turn * (value * scale)),
+                rotation: Track::Sampled((0..frames).map_while(at).map(rotation).collect()).on_one_hemisphere(),
+                scale: vectors(arrays.scales, place, &|value| value),
+            };
+            (joint.joint, tracks)
+        });
+        let mut joints = vec![JointTracks::default(); self.skeleton_joints];
+        for (joint, tracks) in made.collect::<Vec<_>>() {
+            joints[joint] = tracks;
+        }
+        Clip::new(name.to_owned(), times_seconds, joints)
+    }
+
+    /// Fills arrays with a clip of the skeleton, as many frames as they have room for.
+    pub fn fill(&self, clip: &Clip, arrays: FrameArraysMut<'_>) {
+        let (count, frames) = (self.joints.len(), clip.frame_count());
+        let FrameArraysMut { translations, rotations, scales } = arrays;
+        let translations = translations.par_chunks_mut((CHUNK_FRAMES * count * 3).max(1));
+        let rotations = rotations.par_chunks_mut((CHUNK_FRAMES * count * 4).max(1));
+        let scales = scales.par_chunks_mut((CHUNK_FRAMES * count * 3).max(1));
+        translations.zip(rotations).zip(scales).enumerate().for_each(|(chunk, ((translations, rotations), scales))| {
+            let first = chunk * CHUNK_FRAMES;
+            for (place, joint) in self.joints.iter().enumerate() {
+                let (tracks, rest) = (&clip.joints()[joint.joint], joint.rest);
+                for frame in first..frames.min(first + CHUNK_FRAMES) {
+                    let at = (frame - first) * count + place;
+                    let (Some(translation), Some(rotation), Some(scale)) = (
+                        translations.get_mut(at * 3..at * 3 + 3),
+                        rotations.get_mut(at * 4..at * 4 + 4),
+                        scales.get_mut(at * 3..at * 3 + 3),
+                    ) else {
+                        break;
+                    };
+                    let value = (
+                        tracks.translation.at(frame, rest.0),
+                        tracks.rotation.at(frame, rest.1),
+                        tracks.scale.at(frame, rest.2),
+                    );
+                    let value = self.out(joint, value);
+                    translation.copy_from_slice(&value.0.to_array());
+                    rotation.copy_from_slice(&unit(value.1).to_array());
+                    scale.copy_from_slice(&value.2.to_array());
+                }
+            }
+        });
+    }
+
+    /// A local value in the space of the arrays.
+    fn out(&self, joint: &ArrayJoint, (translation, rotation, scale): (Vec3, Quat, Vec3)) -> (Vec3, Quat, Vec3) {
+        let Some(conversion) = self.arrays_from_scene else { return (translation, rotation, scale) };
+        let (turn, factor) = conversion.of_tracks();
+        if joint.parent.is_some() {
+            return (translation * factor, rotation, scale);
+        }
+        (turn * (translation * factor), (turn * rotation).normalize(), scale)
+    }
+}
+
+/// What is a unit quaternion but for rounding keeps its bits. One of no length has no direction, and stays what no clip takes.
+fn unit(rotation: Quat) -> Quat {
+    if (rotation.length() - 1.0).abs() < 1e-5 { rotation } else { rotation / rotation.length() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples;
+
+    fn arrays_of(frames: &PoseFrames, clip: &Clip) -> [Vec<f32>; 3] {
+        let values = clip.frame_count() * frames.joint_count();
+        let mut arrays = [vec![0.0; values * 3], vec![0.0; values * 4], vec![0.0; values * 3]];
+        let [translations, rotations, scales] = &mut arrays;
+        frames.fill(clip, FrameArraysMut { translations, rotations, scales });
+        arrays
+    }
+
+    #[test]
+    fn a_clip_goes_through_arrays_as_it_is() {
+        let scene = samples::walk_scene();
+        let clip = &scene.clips[0];
+        for space in [(Axes::Y_UP_Z_FRONT, 1.0), (Axes::Z_UP_Y_FRONT, 0.01)] {
+            // One that does not say what space it is in, as BVH.
+            let silent = Scene { axes: None, unit_metres: None, ..scene.clone() };
+            let frames = PoseFrames::of(&silent, space);
+            let [translations, rotations, scales] = arrays_of(&frames, clip);
+            let given = FrameArrays { translations: Some(&translations), rotations: &rotations, scales: Some(&scales) };
+            let times = clip.times_seconds().to_vec();
+            let back = frames.clip("walk", times, &given).expect("finite");
+            for frame in [0, 60, 120] {
+                let (one, other) = (clip.local_pose(&scene.skeleton, frame), back.local_pose(&scene.skeleton, frame));
+                for (one, other) in
+                    one.to_model(&scene.skeleton).transforms().iter().zip(other.to_model(&scene.skeleton).transforms())
+                {
+                    assert!((one.translation - other.translation).length() < 1e-5, "{one:?} {other:?}");
+                    assert!(one.rotation.dot(other.rotation).abs() > 1.0 - 1e-6, "{one:?} {other:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn arrays_that_are_no_poses_give_no_clip() {
+        let scene = samples::walk_scene();
+        let frames = PoseFrames::of(&scene, (Axes::Y_UP_Z_FRONT, 1.0));
+        let count = frames.joint_count();
+        let still = |rotations: &[f32]| {
+            frames.clip("", vec![0.0, 1.0], &FrameArrays { translations: None, rotations, scales: None })
+        };
+        let identity: Vec<f32> = (0..2 * count).flat_map(|_| [0.0, 0.0, 0.0, 1.0]).collect();
+        assert!(still(&identity).is_ok(), "two frames at rest");
+        assert!(matches!(still(&identity[4..]), Err(ClipError::TrackLength { .. })), "a joint is missing");
+        assert!(matches!(still(&vec![0.0; identity.len()]), Err(ClipError::NotFinite { .. })), "no rotations at all");
+    }
+}
