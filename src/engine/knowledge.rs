@@ -88,8 +88,17 @@ pub fn check_rig(name: &str, mut document: Value) -> Result<Value, Failure> {
 /// The presets that the program comes with: name and document.
 #[must_use]
 pub fn built_in_presets() -> Vec<(String, Value)> {
+    // What other programs import without questions: one clip, its joints and no mesh, at their usual rate.
+    let profile = |fps: u32, format: &str| {
+        let output = json!({"format": format, "include": "skeleton+animation", "target_clips": "drop"});
+        json!({"edit": {"fps": fps}, "output": output})
+    };
     let presets = [
         ("default", json!({})),
+        ("unreal", profile(30, "fbx")),
+        ("unity", profile(30, "fbx")),
+        ("godot", profile(30, "glb")),
+        ("maya", profile(24, "fbx")),
         ("plain_fk", json!({"ops": [{"op": "pelvis"}, {"op": "fk"}]})),
         ("animation_only", json!({"output": {"include": "skeleton+animation", "target_clips": "drop"}})),
     ];

@@ -27,6 +27,8 @@ documents![
     "README.md",
     "docs/guide/command-line.md",
     "docs/guide/jobs.md",
+    "docs/guide/python.md",
+    "docs/guide/blender.md",
     "docs/guide/configs.md",
     "docs/guide/feet.md",
     "docs/guide/rigs.md",
