@@ -140,7 +140,7 @@ class Client:
         """Asks for a job and gives it as it was taken on; it survives a restart of the service. Only an edit has no target. Files may be
         ids of assets."""
         files = {"source": source, "target": target, "source_rest": source_rest, "target_rest": target_rest}
-        asked: dict[str, object] = {"output": list(output)}
+        asked: dict[str, object] = {"output": [_format(name) for name in output]}
         for part, file in files.items():
             if file is not None:
                 asked[part] = {"asset": self._asset(file)}
@@ -298,7 +298,7 @@ class Client:
         idempotency_key: str | None = None,
     ) -> Batch:
         """The same for items as ``POST /v1/batches`` takes them."""
-        defaults: dict[str, object] = {"output": list(output)}
+        defaults: dict[str, object] = {"output": [_format(name) for name in output]}
         if config is not None:
             defaults["config"] = config
         asked = {"defaults": defaults, "items": list(items), "labels": dict(labels or {})}
@@ -431,6 +431,11 @@ def _parse_events(stream: http.client.HTTPResponse) -> Iterator[tuple[str | None
             number = value
         elif key == "data":
             data.append(value)
+
+
+def _format(name: str) -> str:
+    """The name on the wire of what may be the ending of a file name."""
+    return {"npz": "poses_npz", "json": "poses_json", "csv": "positions_csv"}.get(name.lstrip("."), name.lstrip("."))
 
 
 def _id(thing: Mapping[str, Any] | str) -> str:

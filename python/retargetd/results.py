@@ -181,6 +181,23 @@ class Result:
 
         return preview(File(output.name, output.data), path, **view)
 
+    def plot(self, curve: str = "slide_speed", axes: Any = None) -> Any:
+        """Draws values over time with matplotlib, where it is there: ``limb_direction``, ``sole_height``, ``slide_speed``. Gives the
+        axes."""
+        curves = (self.report.get("measures") or {}).get("curves", {})
+        if curve not in curves:
+            raise ValueError(f"there is no curve '{curve}'; the report has: {', '.join(curves) or 'none'}")
+        if axes is None:
+            from matplotlib import pyplot
+
+            axes = pyplot.figure().subplots()
+        for part, values in curves[curve]["parts"].items():
+            axes.plot(curves[curve]["times_seconds"], [float("nan") if value is None else value for value in values], label=part)
+        axes.set_xlabel("seconds")
+        axes.set_ylabel(f"{curve.replace('_', ' ')} ({curves[curve]['unit']})")
+        axes.legend()
+        return axes
+
     def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, str]:
         picture = self.preview(size=256, fps=15)
         page = f"<div>{picture._html()}<p>{html.escape(repr(self))}</p>{self.measures._repr_html_()}</div>"

@@ -36,6 +36,6 @@ mod _engine {
 
 /// The version of the crate.
 #[pyfunction]
-const fn version() -> &'static str {
+fn version() -> &'static str {
     env!("CARGO_PKG_VERSION")
 }

@@ -47,6 +47,24 @@ def test_measures_are_a_table(walk: bytes, mannequin: bytes) -> None:
     assert "<td>foot_slide</td>" in measures._repr_html_()
 
 
+def test_curves_are_plotted(walk: bytes, mannequin: bytes) -> None:
+    class Axes:
+        drawn: list[str] = []
+
+        def plot(self, times: list[float], values: list[float], label: str) -> None:
+            assert len(times) == len(values) > 10
+            self.drawn.append(label)
+
+        def set_xlabel(self, _: str) -> None: ...
+        def set_ylabel(self, _: str) -> None: ...
+        def legend(self) -> None: ...
+
+    out = rt.retarget(walk, mannequin)
+    assert out.plot(axes=Axes()).drawn
+    with pytest.raises(ValueError, match="slide_speed"):
+        out.plot("none")
+
+
 def test_a_notebook_shows_a_result(walk: bytes, mannequin: bytes) -> None:
     bundle = rt.retarget(walk, mannequin)._repr_mimebundle_()
     assert "data:image/webp;base64," in bundle["text/html"]

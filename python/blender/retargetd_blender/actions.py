@@ -4,33 +4,59 @@
 import bpy
 import numpy as np
 
-from .armatures import CHANNELS, EULER, basis_of, quaternions_of
+from .armatures import CHANNELS, EULER, Rig, mend_basis, quaternions_of
 
 LINEAR = 1
 
 
 def new_action(armature_object, arrays, name, first_frame=1.0, fps=None):
     """Makes an action of a result for an armature. Nothing else of the file is touched: it is in nobody's use yet."""
+    rig = Rig(armature_object, bpy.context.scene.unit_settings.scale_length)
+    steps = new_action_steps(armature_object, rig, Channels(rig, arrays), name, first_frame, fps)
+    try:
+        while True:
+            next(steps)
+    except StopIteration as end:
+        return end.value
+
+
+class Channels:
+    """What bones do in a motion; made without Blender, so that a thread can do it."""
+
+    def __init__(self, rig, arrays):
+        self.times = np.asarray(arrays["times"], np.float64)
+        self.basis, self.model = rig.basis(arrays)
+
+
+def new_action_steps(armature_object, rig, channels, name, first_frame=1.0, fps=None):
+    """The same bone by bone, so that Blender can draw in between. Ended before its end, it leaves no action."""
     scene_fps = fps or scene_rate(bpy.context.scene)
-    bones, basis = basis_of(armature_object, arrays)
-    frames = (first_frame + np.asarray(arrays["times"], np.float64) * scene_fps).astype(np.float32)
+    basis = channels.basis
+    bones = mend_basis(armature_object, rig, basis, channels.model)
+    yield
+    frames = (first_frame + channels.times * scene_fps).astype(np.float32)
     action = bpy.data.actions.new(name)
-    action.use_fake_user = True
-    curves = _curves_of(action, armature_object)
-    locations = basis[..., :3, 3]
-    linear = basis[..., :3, :3]
-    scales = np.linalg.norm(linear, axis=-2)
-    rotations = linear / np.maximum(scales, 1e-12)[..., None, :]
-    quaternions = quaternions_of(rotations)
-    for place, bone in enumerate(bones):
-        path = f'pose.bones["{bpy.utils.escape_identifier(bone.name)}"].'
-        pose_bone = armature_object.pose.bones[bone.name]
-        channel, values = _rotation_values(pose_bone, quaternions[:, place])
-        _write(curves, path + channel, values, frames, bone.name)
-        if not bone.use_connect and np.abs(locations[:, place]).max(initial=0) > 1e-7:
-            _write(curves, path + "location", locations[:, place], frames, bone.name)
-        if np.abs(scales[:, place] - 1).max(initial=0) > 1e-5:
-            _write(curves, path + "scale", scales[:, place], frames, bone.name)
+    is_whole = False
+    try:
+        action.use_fake_user = True
+        curves = _curves_of(action, armature_object)
+        locations = basis[..., :3, 3]
+        for place, bone in enumerate(bones):
+            linear = basis[:, place, :3, :3]
+            scales = np.linalg.norm(linear, axis=-2)
+            rotations = linear / np.maximum(scales, 1e-12)[:, None, :]
+            path = f'pose.bones["{bpy.utils.escape_identifier(bone.name)}"].'
+            channel, values = _rotation_values(armature_object.pose.bones[bone.name], quaternions_of(rotations))
+            _write(curves, path + channel, values, frames, bone.name)
+            if not bone.use_connect and np.abs(locations[:, place]).max(initial=0) > 1e-7:
+                _write(curves, path + "location", locations[:, place], frames, bone.name)
+            if np.abs(scales - 1).max(initial=0) > 1e-5:
+                _write(curves, path + "scale", scales, frames, bone.name)
+            yield
+        is_whole = True
+    finally:
+        if not is_whole:
+            bpy.data.actions.remove(action)
     return action
 
 
@@ -87,10 +113,9 @@ def _rotation_values(pose_bone, quaternions):
     """The channel of a bone's own rotation mode, and its values; the mode stays."""
     mode = pose_bone.rotation_mode
     wxyz = quaternions[:, [3, 0, 1, 2]].copy()
-    # The shorter way from key to key.
-    for frame in range(1, len(wxyz)):
-        if np.dot(wxyz[frame - 1], wxyz[frame]) < 0:
-            wxyz[frame] = -wxyz[frame]
+    # The shorter way from key to key: a sign for each, which is turned over where two neighbors lie apart.
+    turns = np.where(np.sum(wxyz[1:] * wxyz[:-1], axis=-1) < 0, -1.0, 1.0)
+    wxyz[1:] *= np.cumprod(turns)[:, None]
     if mode == "QUATERNION":
         return CHANNELS[mode][0], wxyz
     from mathutils import Quaternion

@@ -96,53 +96,67 @@ def matrices_of(translations, rotations, scales, parents, world):
     return local, model
 
 
+class Rig:
+    """What there is to know of an armature at rest, as plain numbers: threads may work with it while Blender draws."""
+
+    def __init__(self, armature_object, scene_unit):
+        bones = bones_of(armature_object)
+        self.object_name = armature_object.name
+        self.names = [bone.name for bone in bones]
+        self.parents = parents_of(bones)
+        self.rest = rest_matrices(bones)
+        self.unit = scene_unit
+        self.world = world_of(armature_object.matrix_world, scene_unit)
+
+    def arrays(self, matrices=None, times=(), name="", rest=None):
+        """Pose arrays as the service takes them. `matrices` (F, J, 4, 4) are poses; `rest` is another rest pose (J, 4, 4)."""
+        at_rest = local_of(self.rest if rest is None else rest, self.parents, self.world)
+        if matrices is None or len(matrices) == 0:
+            moved = [np.zeros((0, *part.shape), np.float32) for part in at_rest]
+        else:
+            moved = local_of(matrices, self.parents, self.world)
+        return {
+            "joint_names": np.array(self.names),
+            "parents": self.parents,
+            "rest_translations": at_rest[0],
+            "rest_rotations": at_rest[1],
+            "rest_scales": at_rest[2],
+            "times": np.asarray(times, np.float64),
+            "translations": moved[0],
+            "rotations": moved[1],
+            "scales": moved[2],
+            "meta": {"name": name, "axes": AXES, "unit": self.unit},
+        }
+
+    def basis(self, arrays):
+        """What the bones' channels are for a motion: matrices (F, J, 4, 4) relative to each bone's rest, and the same in the space of the
+        object."""
+        by_name = {name: place for place, name in enumerate(arrays["joint_names"].tolist())}
+        missing = [name for name in self.names if name not in by_name]
+        if missing:
+            raise Unusable(f"the result lacks bones of '{self.object_name}': {', '.join(missing[:5])}")
+        order = [by_name[name] for name in self.names]
+        moved = (arrays[key][:, order] for key in ("translations", "rotations", "scales"))
+        local, model = matrices_of(*moved, self.parents, self.world)
+        above = np.where((self.parents >= 0)[:, None, None], self.rest[np.maximum(self.parents, 0)], np.eye(4))
+        rest_local = np.linalg.inv(above) @ self.rest
+        return np.linalg.inv(rest_local) @ local, model
+
+
 def arrays_of(armature_object, scene_unit, matrices=None, times=(), name="", rest=None):
-    """Pose arrays as the service takes them. `matrices` (F, J, 4, 4) are poses; `rest` is another rest pose (J, 4, 4)."""
-    bones = bones_of(armature_object)
-    parents = parents_of(bones)
-    world = world_of(armature_object.matrix_world, scene_unit)
-    at_rest = local_of(rest_matrices(bones) if rest is None else rest, parents, world)
-    if matrices is None:
-        matrices = np.zeros((0, len(bones), 4, 4))
-    moved = local_of(matrices, parents, world) if len(matrices) else [np.zeros((0, *part.shape), np.float32) for part in at_rest]
-    return {
-        "joint_names": np.array([bone.name for bone in bones]),
-        "parents": parents,
-        "rest_translations": at_rest[0],
-        "rest_rotations": at_rest[1],
-        "rest_scales": at_rest[2],
-        "times": np.asarray(times, np.float64),
-        "translations": moved[0],
-        "rotations": moved[1],
-        "scales": moved[2],
-        "meta": {"name": name, "axes": AXES, "unit": scene_unit},
-    }
+    """The same of an armature."""
+    return Rig(armature_object, scene_unit).arrays(matrices, times, name, rest)
 
 
-def basis_of(armature_object, arrays):
-    """What the bones' channels are for a motion: matrices (F, J, 4, 4) relative to each bone's rest, and the bones."""
+def mend_basis(armature_object, rig, basis, model):
+    """Puts right the bones that take less from their parents than is usual: what they take is Blender's to say."""
     bones = bones_of(armature_object)
-    by_name = {name: place for place, name in enumerate(arrays["joint_names"].tolist())}
-    missing = [bone.name for bone in bones if bone.name not in by_name]
-    if missing:
-        raise Unusable(f"the result lacks bones of '{armature_object.name}': {', '.join(missing[:5])}")
-    order = [by_name[bone.name] for bone in bones]
-    parents = parents_of(bones)
-    world = world_of(armature_object.matrix_world, 1.0)
-    local, model = matrices_of(
-        arrays["translations"][:, order], arrays["rotations"][:, order], arrays["scales"][:, order], parents, world
-    )
-    rest = rest_matrices(bones)
-    above = np.where((parents >= 0)[:, None, None], rest[np.maximum(parents, 0)], np.eye(4))
-    rest_local = np.linalg.inv(above) @ rest
-    basis = np.linalg.inv(rest_local) @ local
     for place, bone in enumerate(bones):
-        # What these bones take from their parents is Blender's to say.
         is_usual = bone.use_inherit_rotation and bone.inherit_scale == "FULL" and bone.use_local_location
         if bone.parent is None or is_usual:
             continue
-        basis[:, place] = _unusual_basis(bone, model[:, place], model[:, parents[place]])
-    return bones, basis
+        basis[:, place] = _unusual_basis(bone, model[:, place], model[:, rig.parents[place]])
+    return bones
 
 
 def _unusual_basis(bone, own, parent):

@@ -6,7 +6,7 @@ import urllib.parse
 
 import bpy
 
-from . import actions, armatures, npz, work
+from . import actions, armatures, work
 from .service import OwnService, Refused, Service, Task
 
 _own = OwnService()
@@ -135,11 +135,11 @@ class RETARGETD_OT_suggest(_Stepped):
         elif settings.source is None:
             raise armatures.Unusable("choose a source")
         else:
-            still = armatures.arrays_of(settings.source, scene.unit_settings.scale_length, work.np.zeros((0, 0, 4, 4)))
-            files = [("source", "source.npz", npz.encode(_one_frame(still)))]
+            still = armatures.arrays_of(settings.source, scene.unit_settings.scale_length)
+            files = [("source", "source.npz", lambda: _one_frame(still))]
         files += work.target_files(scene, settings, settings.target)
         reach = service_of(context)
-        task = Task(lambda _is_canceled, _tell: reach().suggest(files, None))
+        task = Task(lambda _is_canceled, _tell: reach().suggest(work.encoded(files), None))
         while not task.is_done():
             yield "asks for a mapping"
         if task.error:

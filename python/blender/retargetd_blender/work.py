@@ -53,7 +53,8 @@ class Motion:
             scene.frame_set(before_frame, subframe=before_subframe)
         times = (np.array(frames) - start) / actions.scene_rate(scene)
         self.first_frame = float(start)
-        self.arrays = armatures.arrays_of(source, scene.unit_settings.scale_length, matrices, times, self.name)
+        rig, name = armatures.Rig(source, scene.unit_settings.scale_length), self.name
+        self.make_arrays = lambda: rig.arrays(matrices, times, name)
 
 
 def posed_rest(scene, armature_object):
@@ -62,7 +63,13 @@ def posed_rest(scene, armature_object):
     room = np.empty(16 * len(armature_object.pose.bones), np.float32)
     evaluated = armature_object.evaluated_get(bpy.context.evaluated_depsgraph_get())
     pose = armatures.posed_matrices(evaluated, bones, room)
-    return npz.encode(armatures.arrays_of(armature_object, scene.unit_settings.scale_length, rest=pose, name="rest"))
+    rig = armatures.Rig(armature_object, scene.unit_settings.scale_length)
+    return lambda: rig.arrays(rest=pose, name="rest")
+
+
+def encoded(files):
+    """Files as they are sent; arrays are made of what was sampled, and bytes of arrays. Nothing here asks Blender."""
+    return [(part, name, data if isinstance(data, bytes) else npz.encode(data())) for part, name, data in files]
 
 
 def config_of(settings):
@@ -83,7 +90,7 @@ def config_of(settings):
 
 
 def source_files(scene, settings, motion):
-    files = [("source", f"{motion.name}.npz", npz.encode(motion.arrays))]
+    files = [("source", f"{motion.name}.npz", motion.make_arrays)]
     if settings.source_pose_is_rest:
         files.append(("source_rest", "rest.npz", posed_rest(scene, settings.source)))
     return files
@@ -99,7 +106,9 @@ def file_source(path):
 
 
 def target_files(scene, settings, target):
-    files = [("target", f"{target.name}.npz", npz.encode(armatures.arrays_of(target, scene.unit_settings.scale_length, name=target.name)))]
+    target_name = target.name
+    rig = armatures.Rig(target, scene.unit_settings.scale_length)
+    files = [("target", f"{target.name}.npz", lambda: rig.arrays(name=target_name))]
     if settings.target_pose_is_rest:
         files.append(("target_rest", "rest.npz", posed_rest(scene, target)))
     return files
@@ -137,9 +146,15 @@ def run(scene, settings, service):
     made = []
     for target in targets:
         onto = target_files(scene, settings, target)
+        rig = armatures.Rig(target, scene.unit_settings.scale_length)
         for name, first_frame, files in prepared:
             sent = [*files, *onto]
-            task = Task(lambda is_canceled, tell, sent=sent: service().retarget(sent, config, is_canceled, tell))
+
+            def ask(is_canceled, tell, sent=(*files, *onto), rig=rig):
+                answer, report = service().retarget(encoded(sent), config, is_canceled, tell)
+                return actions.Channels(rig, npz.decode(answer)), report
+
+            task = Task(ask)
             try:
                 while not task.is_done():
                     yield f"{name} onto {target.name}: {task.told or 'asks'}"
@@ -147,9 +162,18 @@ def run(scene, settings, service):
                 task.cancel()
             if task.error:
                 raise armatures.Unusable(task.error)
-            data, report = task.result
+            channels, report = task.result
             # The action is there whole, or not at all.
-            action = actions.new_action(target, npz.decode(data), f"{name} on {target.name}", first_frame)
+            writing = actions.new_action_steps(target, rig, channels, f"{name} on {target.name}", first_frame)
+            action, begin = None, time.monotonic()
+            while action is None:
+                try:
+                    next(writing)
+                except StopIteration as end:
+                    action = end.value
+                if time.monotonic() - begin > STEP_SECONDS:
+                    yield f"{name} onto {target.name}: writes"
+                    begin = time.monotonic()
             if settings.assign:
                 actions.assign(target, action)
             if settings.add_strip:
