@@ -49,7 +49,8 @@ pub(crate) fn read_file<'py>(py: Python<'py>, path: PathBuf, part: &str) -> PyRe
 const PARTS: [&str; 5] = ["source", "target", "source_rest", "target_rest", "config"];
 
 fn read_limited(file: File, limits: &Limits) -> std::io::Result<Vec<u8>> {
-    let mut bytes = Vec::with_capacity(file.metadata().map_or(0, |metadata| metadata.len().min(limits.file_bytes)) as usize + 1);
+    let mut bytes =
+        Vec::with_capacity(file.metadata().map_or(0, |metadata| metadata.len().min(limits.file_bytes)) as usize + 1);
     file.take(limits.file_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
     Ok(bytes)
 }

@@ -25,7 +25,9 @@ mod _engine {
     #[pymodule_export]
     use super::inputs::read_file;
     #[pymodule_export]
-    use super::knowledge::{built_in_presets, built_in_rigs, config_schema, formats, merge_config, rig_schema, samples};
+    use super::knowledge::{
+        built_in_presets, built_in_rigs, config_schema, formats, merge_config, rig_schema, samples,
+    };
     #[pymodule_export]
     use super::pictures::{compare, draw};
     #[pymodule_export]

@@ -46,8 +46,7 @@ impl Plan {
             formats: &[],
         };
         let knowledge = Knowledge::read(rigs.iter().map(String::as_str)).map_err(|failure| raised(py, &failure))?;
-        let compiled =
-            work(py, |control| Compiled::new(&inputs, &knowledge, &Limits::default(), control))?;
+        let compiled = work(py, |control| Compiled::new(&inputs, &knowledge, &Limits::default(), control))?;
         Ok(Self { compiled })
     }
 
@@ -105,9 +104,8 @@ impl Plan {
             target.fill(&clip, room);
             Ok(made)
         })?;
-        let shaped = |values: Vec<f32>, width: usize| {
-            values.into_pyarray(py).reshape([frames, target.joint_count(), width])
-        };
+        let shaped =
+            |values: Vec<f32>, width: usize| values.into_pyarray(py).reshape([frames, target.joint_count(), width]);
         Ok((shaped(translations, 3)?, shaped(rotations, 4)?, shaped(scales, 3)?))
     }
 }
@@ -121,8 +119,7 @@ fn layout<'py>(py: Python<'py>, frames: &PoseFrames) -> PyResult<Layout<'py>> {
         scales.extend(scale.to_array());
     }
     let (axes, unit_metres) = frames.space();
-    let shaped =
-        |values: Vec<f32>, width: usize| values.into_pyarray(py).reshape([frames.joint_count(), width]);
+    let shaped = |values: Vec<f32>, width: usize| values.into_pyarray(py).reshape([frames.joint_count(), width]);
     Ok((
         frames.names().map(str::to_owned).collect(),
         parents.collect(),

@@ -22,10 +22,7 @@ const STACK_BYTES: usize = 8 << 20;
 
 /// Does work in a thread of its own with the interpreter's lock let go. An exception that a signal raises (Ctrl-C) cancels it and is
 /// raised when it has stopped.
-pub(crate) fn work<T: Send>(
-    py: Python<'_>,
-    work: impl FnOnce(&Control) -> Result<T, Failure> + Send,
-) -> PyResult<T> {
+pub(crate) fn work<T: Send>(py: Python<'_>, work: impl FnOnce(&Control) -> Result<T, Failure> + Send) -> PyResult<T> {
     let control = Control::with_clock(seconds);
     let (sender, done) = mpsc::sync_channel(1);
     let (control, done) = (&control, Mutex::new(done));
