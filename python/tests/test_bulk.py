@@ -57,7 +57,7 @@ def check(summary: bulk.Summary, rows: list[dict[str, Any]], output: Path) -> No
         if is_bad:
             assert record["code"] and record["detail"], record
         else:
-            assert record["verdict"] == "pass" and (output / record["result"]).stat().st_size > 1000
+            assert record["verdict"] in ("pass", "warn") and (output / record["result"]).stat().st_size > 1000
 
 
 @pytest.mark.parametrize("engine", ["here", "pool"])
@@ -98,35 +98,49 @@ def test_a_worker_that_is_killed_costs_nothing(files: tuple[Path, Path], tmp_pat
     check(summary, rows, tmp_path)
 
 
-def kill_a_worker(output: Path, after: int) -> Any:
-    """Kills one child of this process when so many rows are done; what it gives says whether it did."""
+def kill_a_worker(output: Path, after: int, kind: bytes = b"spawn_main") -> Any:
+    """Kills one process below this one, whose command line has `kind` in it, when so many rows are done; what it gives says whether
+    it did."""
     victims: list[int] = []
 
     def watch() -> None:
-        end = time.monotonic() + 300
+        end = time.monotonic() + 900
         while time.monotonic() < end:
             done = len(list((output / "records").glob("*.json"))) if (output / "records").is_dir() else 0
-            if done >= after:
-                children = Path(f"/proc/{os.getpid()}/task/{os.getpid()}/children")
-                tasks = Path(f"/proc/{os.getpid()}/task").glob("*/children")
-                found = [int(child) for path in {children, *tasks} for child in path.read_text().split()]
-                workers = [child for child in found if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
-                if workers:
-                    victims.append(workers[-1])
-                    os.kill(victims[0], signal.SIGKILL)
-                    return
+            workers = [child for child in descendants(os.getpid()) if kind in command_line(child)] if done >= after else []
+            if workers:
+                victims.append(workers[-1])
+                os.kill(victims[0], signal.SIGKILL)
+                return
             time.sleep(0.01)
 
     if not Path(f"/proc/{os.getpid()}/task/{os.getpid()}/children").exists():
         skip("this system does not tell the children of a process")
-    thread = threading.Thread(target=watch)
+    thread = threading.Thread(target=watch, daemon=True)
     thread.start()
 
     def was_killed() -> bool:
-        thread.join()
+        thread.join(10)
         return bool(victims)
 
     return was_killed
+
+
+def descendants(process: int) -> list[int]:
+    children: list[int] = []
+    for path in Path(f"/proc/{process}/task").glob("*/children"):
+        try:
+            children += [int(child) for child in path.read_text().split()]
+        except OSError:
+            continue
+    return [*children, *(below for child in children for below in descendants(child))]
+
+
+def command_line(process: int) -> bytes:
+    try:
+        return Path(f"/proc/{process}/cmdline").read_bytes()
+    except OSError:
+        return b""
 
 
 def test_tables_are_read_from_files(files: tuple[Path, Path], tmp_path: Path) -> None:
@@ -173,8 +187,10 @@ def test_the_same_on_ray_and_dask(files: tuple[Path, Path], tmp_path: Path, engi
     pytest.importorskip("ray" if engine == "ray" else "distributed")
     count = int(os.environ.get("RETARGETD_TEST_ROWS", "2000"))
     rows = table(files, count, 20 if count >= 100 else 2)
+    killed = kill_a_worker(tmp_path, count // 4, b"ray::" if engine == "ray" else b"spawn_main")
     begin = time.monotonic()
     summary = bulk.run(rows, tmp_path, engine=engine, workers=2)
-    print(f"{engine}: {count} rows in {time.monotonic() - begin:.1f} s")
+    print(f"{engine}: {count} rows in {time.monotonic() - begin:.1f} s, a worker killed: {killed()}")
+    assert killed()
     check(summary, rows, tmp_path)
     assert bulk.run(rows, tmp_path, engine=engine, workers=2).ran == 0

@@ -20,7 +20,7 @@ def test_a_job_from_files_to_download(client: rt.Client, files: tuple[Path, Path
     job = client.submit(*files, {"edit": {"fps": 30}}, output=["glb", "poses_npz"], labels={"shot": "012"})
     assert job["labels"] == {"shot": "012"}
     done = client.wait(job, timeout=120)
-    assert done["state"] == "succeeded" and done["verdict"] == "pass"
+    assert done["state"] == "succeeded" and done["verdict"] in ("pass", "warn")
     client.download(done, tmp_path / "out.npz")
     client.download(job, tmp_path / "out.glb")
     here = rt.retarget(*files, {"edit": {"fps": 30}}, formats=["glb", "npz"])
@@ -40,7 +40,7 @@ def test_events_until_the_end(client: rt.Client, walk: bytes, mannequin: bytes) 
 
 def test_a_job_that_fails_raises_what_it_failed_of(client: rt.Client, walk: bytes, mannequin: bytes) -> None:
     with pytest.raises(rt.ConfigError) as refused:
-        client.submit(walk, mannequin, {"algin": "off"})
+        client.wait(client.submit(walk, mannequin, {"algin": "off"}), timeout=60)
     assert refused.value.code == "unknown_field" and refused.value.pointer.endswith("/algin")
     with pytest.raises(rt.InputRefused) as refused_file:
         client.wait(client.submit(mannequin, walk), timeout=60)
