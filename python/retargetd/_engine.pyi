@@ -1,7 +1,7 @@
 """The part that is written in Rust."""
 
 from os import PathLike
-from typing import Optional
+from typing import Optional, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ _Files = tuple[_Given, _Given, _Given, _Given, _Given]
 _Floats = NDArray[np.float32]
 _Layout = tuple[list[str], list[int], _Floats, _Floats, _Floats, str, float]
 
+@final
 class Ran:
     @property
     def outputs(self) -> tuple[tuple[str, str, bytes], ...]: ...
@@ -21,6 +22,7 @@ class Ran:
     @property
     def total_seconds(self) -> float: ...
 
+@final
 class Plan:
     def __new__(cls, files: _Files, rigs: list[str]) -> Plan: ...
     @property

@@ -150,7 +150,8 @@ def test_files_that_cannot_be_used(tmp_path: Path, walk: bytes, mannequin: bytes
 
 def test_strict_refuses_what_warns(walk: bytes, mannequin: bytes) -> None:
     with pytest.raises(rt.InputRefused) as refused:
-        rt.retarget(walk, mannequin, {"strict": True, "output": {"format": "bvh"}, "target": {"chains": {}}, "clip": 0})
+        thresholds = {"jerk_ratio": {"warn_above": 0.1, "fail_above": 0.2}}
+        rt.retarget(walk, mannequin, {"strict": True, "report": {"thresholds": thresholds}})
     assert refused.value.code in ("strict_warnings", "strict_measures")
 
 
