@@ -119,11 +119,11 @@ class Plan:
         rotations and scales. Arrays that lie in one piece as 32-bit floats are not copied."""
 
         def whole(values: ArrayLike | None) -> np.ndarray[Any, np.dtype[np.float32]] | None:
-            return None if values is None else np.ascontiguousarray(values, np.float32)
+            return None if values is None else np.require(values, np.float32, ["C", "A"])
 
         turned = whole(rotations)
         assert turned is not None
-        return self._plan.run(np.ascontiguousarray(times, np.float64), whole(translations), turned, whole(scales))
+        return self._plan.run(np.require(times, np.float64, ["C", "A"]), whole(translations), turned, whole(scales))
 
     def _order(self, poses: Poses) -> list[int] | None:
         wanted = self.source

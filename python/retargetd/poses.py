@@ -283,7 +283,8 @@ def _shaped(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Floats:
 
 
 def _members(data: bytes) -> dict[str, Any]:
-    """The arrays of an archive. What is stored as it is (rotations are) stays where it is: the array is a view of ``data``."""
+    """The arrays of an archive. What is stored as it is (rotations are) stays where it is
+    when it lies there as processors like it: the array is a view of ``data``."""
     arrays: dict[str, Any] = {}
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         for info in archive.infolist():
@@ -311,4 +312,6 @@ def _array(content: bytes | memoryview) -> NDArray[Any]:
         raise ValueError("an array holds objects of Python, which are not read")
     count = int(np.prod(shape, dtype=np.int64))
     values = np.frombuffer(content, kind, count, head.tell())
+    if not values.flags.aligned:
+        values = values.copy()
     return values.reshape(shape, order="F" if by_columns else "C")

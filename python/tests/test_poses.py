@@ -21,7 +21,7 @@ def test_arrays_are_those_of_the_archive(walk: bytes, mannequin: bytes) -> None:
             assert getattr(poses, key).dtype == archive[key].dtype, key
         assert list(poses.joint_names) == list(archive["joint_names"])
         assert list(poses.contact_joints) == list(archive["contact_joints"])
-    assert not poses.rotations.flags.owndata, "rotations are a view of the archive, not a copy"
+        assert poses.rotations.flags.aligned and poses.rotations.flags.c_contiguous
 
 
 def test_an_archive_goes_out_and_in(walk: bytes, tmp_path: Path) -> None:
@@ -102,6 +102,19 @@ def test_a_plan_takes_joints_in_any_order(walk: bytes, mannequin: bytes) -> None
     lacking = rt.Poses.of(["Hips"], [-1], [[0, 0, 0]], poses.rotations[:, :1])
     with pytest.raises(ValueError, match="lack joints"):
         plan.run(lacking)
+
+
+def test_a_plan_takes_arrays_wherever_they_lie(walk: bytes, mannequin: bytes) -> None:
+    plan = rt.Plan(walk, mannequin)
+    poses = rt.Poses.read(walk)
+    room = bytearray(poses.rotations.nbytes + 1)
+    crooked = np.frombuffer(room, np.float32, poses.rotations.size, 1).reshape(poses.rotations.shape)
+    crooked[:] = poses.rotations
+    assert not crooked.flags.aligned
+    wanted = plan.run(poses).rotations
+    for rotations in (crooked, np.asfortranarray(poses.rotations), poses.rotations.astype(np.float64)):
+        made = plan.run_arrays(poses.times, rotations, poses.translations, poses.scales)
+        assert np.array_equal(made[1], wanted)
 
 
 def test_a_plan_refuses_what_it_cannot_do(walk: bytes, mannequin: bytes) -> None:
