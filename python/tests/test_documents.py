@@ -75,8 +75,11 @@ def test_stubs_are_those_of_the_module(tmp_path: Path) -> None:
     # What every module of PyO3 has.
     allowed.write_text("retargetd\\._engine\\.__all__\n")
     words = [sys.executable, "-m", "mypy.stubtest", "retargetd._engine", "--ignore-disjoint-bases", "--ignore-unused-allowlist"]
-    words += ["--allowlist", str(allowed), "--mypy-config-file", "pyproject.toml"]
-    ran = subprocess.run(words, cwd=PYTHON, capture_output=True, text=True, check=False)
+    words += ["--allowlist", str(allowed), "--mypy-config-file", str(PYTHON / "pyproject.toml")]
+    # The module that is tested: that of an installed wheel, or of the sources where it was put beside them.
+    beside = Path(rt.__file__).parents[1]
+    environment = {**os.environ, **({} if "-packages" in beside.name else {"MYPYPATH": str(beside)})}
+    ran = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, env=environment, check=False)
     assert ran.returncode == 0, ran.stdout
 
 
