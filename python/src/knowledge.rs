@@ -3,7 +3,7 @@
 use pyo3::{prelude::*, types::PyBytes};
 use retargetd::{
     engine::{self, Format, NamedBytes},
-    rig::spec_schema,
+    retarget::spec_schema,
     samples as made,
 };
 use serde_json::{Value, json};

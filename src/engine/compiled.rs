@@ -1,13 +1,14 @@
 //! A retarget compiled once and run on many motions, as arrays: for callers that hold poses and want poses.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 
 use crate::{
     formats::{FrameArrays, Limits, PoseFrames},
     model::{Clip, ClipError, Control, JointTracks, Phase, Reporter},
     retarget::Stack,
-    rig::SpecErrorKind,
-    rig::SpecField,
+    rig::{SpecErrorKind, SpecField},
 };
 
 use super::{
@@ -62,8 +63,7 @@ impl Compiled {
         let still = still.map_err(no_poses)?;
         let moves = spec.clip.is_some() || scene.clips.iter().any(Clip::is_animated);
         let clip = if moves { files.choose_clip(&spec, &mut reporter)? } else { &still };
-        let is_edited =
-            matches!(edited_clip(&source, clip, &spec, control, &mut Reporter::new())?, std::borrow::Cow::Owned(_));
+        let is_edited = matches!(edited_clip(&source, clip, &spec, control, &mut Reporter::new())?, Cow::Owned(_));
         let whole_clip = [("/edit", is_edited), ("/layer", spec.layer.is_some())];
         if let Some((pointer, _)) = whole_clip.into_iter().find(|(_, is_asked)| *is_asked) {
             return Err(of_a_whole_clip(pointer));
