@@ -183,6 +183,8 @@ settings! {
     plain allowed_hosts: Names = "";
     /// Origins whose pages may call the service from a browser, such as 'https://studio.example', with commas between them; without any, none
     plain cors_origins: Origins = "";
+    /// Whether the page is served with which people see, correct and decide: on or off
+    plain studio: Switch = "on";
     /// Address and port on which probes and metrics are answered besides, without keys, also by a worker; without it, a worker listens nowhere
     plain probes_listen: Option<SocketAddr> = "";
     /// Folder for everything that must survive a restart; made when it is not there

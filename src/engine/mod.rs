@@ -6,6 +6,7 @@
 mod alignment;
 mod compiled;
 mod curves;
+mod display;
 mod draw;
 mod drawn_bones;
 mod drawn_motion;
@@ -44,6 +45,7 @@ mod work;
 pub use crate::drawing::Manner;
 pub use alignment::AlignmentView;
 pub use compiled::{Compiled, CompiledFacts};
+pub use display::{DisplayOptions, display};
 pub use draw::{DrawnCharacter, Scenery, draw_picture, draw_poses, read_scenery, stage_drawing};
 pub use edit::edited_clip;
 pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain, explain_with};

@@ -32,6 +32,7 @@ mod body_model;
 pub mod budget;
 mod bundle;
 mod bvh;
+mod display;
 mod error;
 mod euler;
 mod fbx;
@@ -52,6 +53,7 @@ mod zipped;
 
 pub use appearance::appearance;
 pub use budget::{Budget, Limit, Limits};
+pub use display::write_display;
 pub use bundle::{Unpacked, embed_with, may_point_to_others, open, unpack};
 pub use error::{ErrorKind, FormatError};
 pub use euler::EulerOrder;

@@ -57,7 +57,7 @@ pub fn write_in_space(
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Conversion {
     rotation: DQuat,
-    scale: f64,
+    pub(super) scale: f64,
 }
 
 impl Conversion {
@@ -95,7 +95,7 @@ impl Conversion {
 }
 
 /// The same scene in +Y up, +Z front and metres, without its clips and payload: what skeleton-only files are written from.
-fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
+pub(super) fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
     let convert = |joint: &Joint| {
         let rest = if joint.parent.is_some() { conversion.below(&joint.rest) } else { conversion.root(&joint.rest) };
         Joint { rest, ..joint.clone() }
@@ -122,7 +122,7 @@ fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
 }
 
 /// The same clip likewise.
-fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -> Result<Clip, ClipError> {
+pub(super) fn convert_clip(clip: Clip, scene: &Scene, conversion: &Conversion) -> Result<Clip, ClipError> {
     let (rotation, scale) = conversion.of_tracks();
     let joints = clip.joints().iter().zip(scene.skeleton.joints()).map(|(tracks, joint)| {
         let is_root = joint.parent.is_none();

@@ -38,6 +38,7 @@ mod quota;
 mod resources;
 mod server;
 mod shares;
+mod studio;
 mod turns;
 mod upload;
 mod views;
@@ -109,7 +110,9 @@ pub struct ApiState {
 /// All routes, ready to be served.
 pub fn router(state: ApiState) -> Router {
     let (routes, _) = docs::documented_routes().split_for_parts();
-    let routes = routes.merge(docs::pages()).fallback(no_route).method_not_allowed_fallback(no_method);
+    let routes = routes.merge(docs::pages());
+    let routes = if state.settings.studio.0 { routes.merge(studio::pages()) } else { routes };
+    let routes = routes.fallback(no_route).method_not_allowed_fallback(no_method);
     layers::wrap(routes, &state).with_state(state)
 }
 

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     engine::{
-        self, Control, EditInputs, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Outcome,
+        self, Control, DisplayOptions, EditInputs, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Outcome,
         Output, PoseChoice, PoseInputs, PreviewOptions, Task, Timings,
     },
     store::{JobVerdict, Judgment},
@@ -37,6 +37,8 @@ pub enum Question {
     CheckConfig,
     /// What the source looks like.
     Preview(Box<PreviewOptions>),
+    /// The source as a plain GLB.
+    Display(Box<DisplayOptions>),
 }
 
 /// The files of a question.
@@ -74,7 +76,7 @@ pub struct Asked<'a> {
 pub enum Answer {
     /// To a task: what it gave.
     Ran(Box<Ran>),
-    /// To how a file looks: an encoded picture.
+    /// To how a file looks: an encoded picture, or a GLB for viewers.
     Picture(Vec<u8>),
     /// To everything else: a JSON object.
     Document(serde_json::Value),
@@ -163,6 +165,9 @@ impl Engine for RetargetEngine {
             Question::Preview(options) => {
                 Ok(Answer::Picture(engine::preview(files.source()?, options, limits, control)?.bytes))
             }
+            Question::Display(options) => {
+                Ok(Answer::Picture(engine::display(files.source()?, options, limits, control)?))
+            }
             Question::CheckConfig => {
                 let config = files.config.ok_or_else(|| missing("config"))?;
                 engine::check_config(config).map(Answer::Document)
@@ -211,6 +216,7 @@ impl<'a> Asked<'a> {
             | Question::Propose
             | Question::Explain { .. }
             | Question::CheckConfig
+            | Question::Display(_)
             | Question::Preview(_) => return Ok(None),
         }))
     }

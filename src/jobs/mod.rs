@@ -14,6 +14,7 @@ mod admission;
 mod assets;
 mod batches;
 mod changes;
+mod curves;
 mod database_clock;
 mod engine;
 mod events;

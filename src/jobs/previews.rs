@@ -5,12 +5,15 @@ use sha2::{Digest, Sha256};
 
 use super::{Asked, Engine, Files, Jobs, Question, Refusal, hexadecimal, looks::Look, memory};
 use crate::{
-    engine::{Control, Failure, Knowledge, Limits, NamedBytes, PreviewOptions},
+    engine::{Control, DisplayOptions, Failure, Knowledge, Limits, NamedBytes, PreviewOptions},
     store::{AssetRecord, Principal, ResultRecord},
 };
 
 /// Memory for each pixel of a picture: its samples, its frames that wait to be encoded, and what they are encoded to.
 const BYTES_PER_PIXEL: u64 = 160;
+
+/// Memory for the textures of a file that is decoded for viewers.
+const TEXTURE_BYTES: u64 = 64 << 20;
 
 /// A stored file that a picture is wanted of.
 #[derive(Clone, Debug)]
@@ -39,7 +42,7 @@ impl Pictured {
 
     /// The digest of everything that a picture depends on; the same for the same picture.
     #[must_use]
-    pub fn key(&self, options: &PreviewOptions) -> String {
+    pub fn key(&self, options: &impl serde::Serialize) -> String {
         let options = serde_json::to_string(options).unwrap_or_default();
         let version = env!("CARGO_PKG_VERSION");
         hexadecimal(&Sha256::digest(format!("{version} {} {} {options}", self.sha256, self.format)))
@@ -61,10 +64,30 @@ impl Jobs {
         let memory_bytes = memory::of_job([memory::of_unknown_file(file.bytes)].into_iter(), 1.0)
             .saturating_add(width * height * cells.max(4) * BYTES_PER_PIXEL);
         let look = Look { owner: &file.principal, thread: "preview", what: "drawing the file", memory_bytes };
+        self.drawn(file, key, look, Question::Preview(Box::new(options))).await
+    }
+
+    /// A file as a plain GLB for viewers.
+    ///
+    /// # Errors
+    /// When the file cannot be read, has no such clip, or there is no room to decode it.
+    pub async fn display(&self, file: &Pictured, options: DisplayOptions) -> Result<Bytes, Refusal> {
+        let key = file.key(&options);
+        if let Some(display) = self.0.pictures.find(&key) {
+            return Ok(display);
+        }
+        let textures = if options.mesh { TEXTURE_BYTES } else { 0 };
+        let memory_bytes =
+            memory::of_job([memory::of_unknown_file(file.bytes)].into_iter(), 1.0).saturating_add(textures);
+        let look = Look { owner: &file.principal, thread: "display", what: "decoding the file", memory_bytes };
+        self.drawn(file, key, look, Question::Display(Box::new(options))).await
+    }
+
+    async fn drawn(&self, file: &Pictured, key: String, look: Look<'_>, question: Question) -> Result<Bytes, Refusal> {
         let load = async { Ok(self.0.store.blobs().read(&file.sha256).await?) };
         let name = file.file_name.clone();
         let work = move |bytes: &Bytes, engine: &dyn Engine, limits: &Limits, control: &Control| {
-            draw(NamedBytes { name: &name, bytes }, options, (engine, limits), control)
+            draw(NamedBytes { name: &name, bytes }, question, (engine, limits), control)
         };
         let picture = Bytes::from(self.look(look, load, work).await?);
         self.0.pictures.add(key, picture.clone());
@@ -74,12 +97,11 @@ impl Jobs {
 
 fn draw(
     file: NamedBytes<'_>,
-    options: PreviewOptions,
+    question: Question,
     (engine, limits): (&dyn Engine, &Limits),
     control: &Control,
 ) -> Result<Vec<u8>, Failure> {
     let knowledge = Knowledge::default();
     let files = Files { source: Some(file), ..Files::default() };
-    let question = Question::Preview(Box::new(options));
     engine.ask(&Asked { question, files, formats: &[], knowledge: &knowledge, limits }, control)?.picture()
 }

@@ -8,7 +8,8 @@ use crate::model::{Appearance, Carrier, Surface};
 
 use super::{
     error::PictureError,
-    texture::{Texture, longest_side},
+    image::longest_side,
+    texture::Texture,
 };
 
 /// Triangles of one figure.

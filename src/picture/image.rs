@@ -3,12 +3,25 @@
 
 use zune_jpeg::zune_core::{bytestream::ZCursor, colorspace::ColorSpace, options::DecoderOptions};
 
-use super::{Picture, error::PictureError};
+use super::{Picture, PictureFormat, error::PictureError};
 
 /// Pixels of an image that is decoded row by row.
 const MAX_PIXELS: usize = 1 << 28;
 /// Pixels of an image that its decoder holds as a whole: JPEG, WebP, interlaced PNG, and what is wanted in its own size.
 const MAX_PIXELS_AT_ONCE: usize = 1 << 25;
+
+/// The longest side of a texture where there are few of them.
+const MAX_SIDE: usize = 1024;
+/// No texture is made smaller than that.
+const MIN_SIDE: usize = 64;
+/// Pixels of all textures of a figure together, as far as [`MIN_SIDE`] allows.
+const MAX_PIXELS_OF_ALL: usize = 16 << 20;
+
+/// The longest side that each of `count` textures may have, so that all of them together stay small. They are made smaller by whole factors.
+pub(super) fn longest_side(count: usize) -> usize {
+    let share = (MAX_PIXELS_OF_ALL / count.max(1)).isqrt();
+    share.clamp(MIN_SIDE, MAX_SIDE)
+}
 
 /// A decoded image: sRGB and opacity, row by row from the top.
 pub(super) struct Pixels {
@@ -24,6 +37,32 @@ pub(super) struct Pixels {
 pub fn read_picture(bytes: &[u8]) -> Result<Picture, PictureError> {
     let Pixels { width, height, pixels } = decode(bytes, None)?;
     Ok(Picture { width, height, pixels })
+}
+
+/// An image as every viewer reads it: PNG or JPEG, and no side longer than its share of what `count` images may have, 1,024 pixels at most.
+/// One that is so already stays as it is.
+///
+/// # Errors
+/// Where it cannot be read.
+pub fn plain_image(bytes: Vec<u8>, count: usize) -> Result<Vec<u8>, PictureError> {
+    let longest_side = longest_side(count);
+    let Pixels { width, height, pixels } = decode(&bytes, Some(longest_side))?;
+    let is_plain = matches!(bytes[..], [0x89, ..] | [0xff, ..]);
+    if is_plain && own_size(&bytes) == Some((width, height)) {
+        return Ok(bytes);
+    }
+    PictureFormat::Png.still(&Picture { width, height, pixels })
+}
+
+/// The size of a PNG or JPEG in pixels.
+fn own_size(bytes: &[u8]) -> Option<(usize, usize)> {
+    if let [0x89, ..] = bytes {
+        let reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().ok()?;
+        return Some((reader.info().width as usize, reader.info().height as usize));
+    }
+    let mut decoder = zune_jpeg::JpegDecoder::new(ZCursor::new(bytes));
+    decoder.decode_headers().ok()?;
+    decoder.dimensions()
 }
 
 /// Reads an image; where a longest side is given, made smaller by a whole factor until neither side is longer.

@@ -50,7 +50,7 @@ pub use encode::PictureFormat;
 pub use error::PictureError;
 pub use figure::Figure;
 pub use film::{Film, FilmError, render};
-pub use image::read_picture;
+pub use image::{plain_image, read_picture};
 pub use marks::{Grade, Marks, Ring, Strip, Touch};
 pub use reel::Reel;
 pub use scene::Subject;

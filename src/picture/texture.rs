@@ -6,19 +6,6 @@ use super::{
     rounding::floor,
 };
 
-/// The longest side of a texture where there are few of them.
-const MAX_SIDE: usize = 1024;
-/// No texture is made smaller than that.
-const MIN_SIDE: usize = 64;
-/// Pixels of all textures of a figure together, as far as [`MIN_SIDE`] allows.
-const MAX_PIXELS_OF_ALL: usize = 16 << 20;
-
-/// The longest side that each of `count` textures may have, so that all of them together stay small. They are made smaller by whole factors.
-pub(super) fn longest_side(count: usize) -> usize {
-    let share = (MAX_PIXELS_OF_ALL / count.max(1)).isqrt();
-    share.clamp(MIN_SIDE, MAX_SIDE)
-}
-
 /// Colors that repeat in both directions.
 #[derive(Clone, Debug)]
 pub(super) struct Texture {

@@ -43,4 +43,5 @@ mod rest_uploads;
 mod rig_doctor;
 mod rig_recognition;
 mod skin_points;
+mod studio;
 mod tune;

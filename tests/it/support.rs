@@ -88,7 +88,7 @@ pub(crate) fn gltf_json(bytes: &[u8]) -> Value {
 
 /// Whether node may be used. It may not when `RETARGETD_SKIP_NODE=1`, which is said on standard error.
 #[expect(clippy::disallowed_methods, reason = "tests have no settings")]
-fn may_use_node(what_for: &str) -> bool {
+pub(crate) fn may_use_node(what_for: &str) -> bool {
     let is_skipped = std::env::var_os("RETARGETD_SKIP_NODE").is_some_and(|value| value == "1");
     if is_skipped {
         skip(&format!("{what_for}, because RETARGETD_SKIP_NODE is 1"));

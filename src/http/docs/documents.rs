@@ -25,6 +25,7 @@ macro_rules! documents {
 
 documents![
     "README.md",
+    "docs/guide/studio.md",
     "docs/guide/command-line.md",
     "docs/guide/jobs.md",
     "docs/guide/python.md",

@@ -53,6 +53,8 @@ pub(super) fn documented_routes() -> OpenApiRouter<ApiState> {
         .merge(resources::retarget::routes())
         .merge(resources::poses::routes())
         .merge(resources::previews::routes())
+        .merge(resources::displays::routes())
+        .merge(resources::comparisons::routes())
         .merge(resources::edits::routes())
         .merge(resources::assets::routes())
         .merge(resources::jobs::routes())

@@ -1,6 +1,11 @@
 //! What the service says of itself: limits, formats, schemas, version, and where to go.
 
-use axum::{Json, extract::State, response::Response};
+use axum::{
+    Json,
+    extract::State,
+    http::{HeaderMap, HeaderValue, header},
+    response::{IntoResponse, Redirect, Response},
+};
 use serde::Serialize;
 use utoipa::ToSchema;
 use utoipa_axum::{router::OpenApiRouter, routes};
@@ -8,7 +13,7 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use crate::{
     config::Settings,
     engine::{FindingCode, Format, template_schema},
-    http::{ApiState, Shared, json_text},
+    http::{ApiState, Shared, extract, json_text, negotiate::prefers_page},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -41,6 +46,9 @@ struct Discovery {
 #[derive(Debug, Serialize, ToSchema)]
 struct Links {
     docs: &'static str,
+    /// The page for people; absent where it is turned off.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    studio: Option<&'static str>,
     openapi: &'static str,
     retarget: &'static str,
     assets: &'static str,
@@ -60,8 +68,24 @@ struct Links {
 }
 
 /// Says where to go.
-#[utoipa::path(get, path = "/", tag = "service", responses((status = 200, body = Discovery, description = "where to go")))]
-async fn discovery() -> Json<Discovery> {
+///
+/// Leads who accepts `text/html` more gladly than JSON, as browsers do, to the page for people.
+#[utoipa::path(get, path = "/", tag = "service",
+    params(("Accept" = Option<String>, Header, description = "`text/html` for the page")),
+    responses((status = 200, body = Discovery, description = "where to go"),
+        (status = 307, description = "to the page for people", headers(("Location" = String)))))]
+async fn discovery(State(settings): State<Shared<Settings>>, headers: HeaderMap) -> Response {
+    let has_studio = settings.studio.0;
+    let mut response = if has_studio && prefers_page(extract::text(&headers, &header::ACCEPT)) {
+        Redirect::temporary("/studio/").into_response()
+    } else {
+        where_to_go(has_studio).into_response()
+    };
+    response.headers_mut().insert(header::VARY, HeaderValue::from_static("accept"));
+    response
+}
+
+fn where_to_go(has_studio: bool) -> Json<Discovery> {
     Json(Discovery {
         name: env!("CARGO_PKG_NAME"),
         version: env!("CARGO_PKG_VERSION"),
@@ -69,6 +93,7 @@ async fn discovery() -> Json<Discovery> {
         try_this: "curl -F source=@walk.bvh -F target=@hero.glb <this address>/v1/retarget -o out.glb",
         links: Links {
             docs: "/docs",
+            studio: has_studio.then_some("/studio/"),
             openapi: "/openapi.json",
             retarget: "/v1/retarget",
             assets: "/v1/assets",

@@ -9,6 +9,7 @@ use axum::{
 use utoipa::ToSchema;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
+use super::by_asset::{EditBody, read_edit};
 use crate::{
     http::{
         ApiState,
@@ -19,7 +20,7 @@ use crate::{
         prefer::Prefer,
         problem::{Problem, ProblemView},
         resources::retarget::answer,
-        upload::{self, Parts},
+        upload::Parts,
         views::JobView,
     },
     jobs::JobTask,
@@ -55,7 +56,8 @@ pub(in crate::http) struct EditForm {
         ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
         ("Cache-Control" = Option<String>, Header, description = "`no-cache` to have it computed although the results are there"),
         ("Accept" = Option<String>, Header, description = "the media type of the format wanted")),
-    request_body(content = EditForm, content_type = "multipart/form-data"),
+    request_body(description = "the file, or the id of an uploaded one", content(
+        (EditForm = "multipart/form-data"), (EditBody = "application/json"))),
     responses((status = 200, description = "the file", content((String = "model/gltf-binary"), (String = "model/gltf+json"),
             (String = "text/plain"), (String = "application/x-npz"), (Object = "application/json")),
             headers(("Job-Id" = String), ("ETag" = String), ("Server-Timing" = String), ("Warnings-Count" = u64),
@@ -72,7 +74,7 @@ async fn edit(
     state.jobs.check_admission().await?;
     let skip_cache = caching::is_skipped(request.headers());
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
-    let Parts { files, mut new } = upload::read_edit(request, &state).await?;
+    let Parts { files, mut new } = read_edit(request, &state).await?;
     new.task = Some(JobTask::Edit);
     new.formats.extend(format);
     (new.idempotency_key, new.skip_cache) = (idempotency_key, skip_cache);

@@ -10,7 +10,8 @@ use utoipa::IntoParams;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use super::{
-    proposals::{SuggestionBody, read_files},
+    new_job::SuggestionBody,
+    proposals::read_files,
     retarget::RetargetForm,
 };
 use crate::http::{

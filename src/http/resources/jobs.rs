@@ -10,7 +10,7 @@ use axum::{
     response::{IntoResponse, Response},
 };
 use serde::Deserialize;
-use utoipa::IntoParams;
+use utoipa::{IntoParams, ToSchema};
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use super::{
@@ -233,10 +233,30 @@ async fn delete(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<JobI
     Ok(StatusCode::NO_CONTENT)
 }
 
+/// What is wanted beside the report.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct ReportQuery {
+    /// `curves` for measures at every frame.
+    #[param(inline)]
+    include: Option<Included>,
+}
+
+/// What can be had beside a report.
+#[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum Included {
+    /// Measures at every frame.
+    Curves,
+}
+
 /// Shows what was measured.
 ///
-/// As JSON, or as a page with plots for who accepts `text/html` more gladly, as browsers do.
-#[utoipa::path(get, path = "/v1/jobs/{id}/report", operation_id = "show_report", tag = "jobs", params(("id" = String, Path, description = "the job"),
+/// As JSON, or as a page with plots for who accepts `text/html` more gladly, as browsers do. The curves of `measures.curves` have at most 120
+/// values; with `include=curves` those of the JSON have one for every frame, and there are those of `limb_twist` and `end_orientation`: that
+/// takes about as long as the job did.
+#[utoipa::path(get, path = "/v1/jobs/{id}/report", operation_id = "show_report", tag = "jobs", params(("id" = String, Path, description = "the job"), ReportQuery,
     ("Accept" = Option<String>, Header, description = "`text/html` for a page")),
     responses((status = 200, description = "timings, counts, warnings and measures",
             content((Object = "application/json"), (String = "text/html"))),
@@ -245,6 +265,7 @@ async fn report(
     State(jobs): State<Jobs>,
     Caller(owner): Caller,
     Id(id): Id<JobId>,
+    QueryOf(query): QueryOf<ReportQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let report = jobs.report(&owner, &id).await?;
@@ -252,11 +273,22 @@ async fn report(
     let mut response = if wants_page {
         let report = serde_json::from_str(&report).map_err(|error| Problem::internal(&error))?;
         page_text(report_page(&report, &illustration(&jobs, &owner, &id).await))
+    } else if query.include.is_some() {
+        with_curves(&report, jobs.curves(&owner, &id).await?)?
     } else {
         json_text(report)
     };
     response.headers_mut().insert(header::VARY, HeaderValue::from_static("accept"));
     Ok(response)
+}
+
+/// The report with those curves in place of its own.
+fn with_curves(report: &str, curves: serde_json::Value) -> Result<Response, Problem> {
+    let mut report: serde_json::Value = serde_json::from_str(report).map_err(|error| Problem::internal(&error))?;
+    if let Some(of_report) = report.pointer_mut("/measures/curves") {
+        *of_report = curves;
+    }
+    Ok(json_text(report.to_string()))
 }
 
 /// What the page of a report shows of its job. A result that cannot be drawn is left out: the report is what was asked for.

@@ -2,7 +2,10 @@
 
 pub(super) mod assets;
 pub(super) mod batches;
+mod by_asset;
+pub(super) mod comparisons;
 pub(super) mod describe;
+pub(super) mod displays;
 pub(super) mod edits;
 pub(super) mod events;
 pub(super) mod explanations;

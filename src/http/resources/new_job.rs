@@ -61,6 +61,34 @@ pub(in crate::http) struct InputBody {
     pub(super) asset: String,
 }
 
+/// Two rigs, and what is known already about how they belong together.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = NewMappingSuggestion)]
+pub(in crate::http) struct SuggestionBody {
+    /// The file with the animation; it may hold none.
+    source: InputBody,
+    /// The file with the character that it goes onto.
+    target: InputBody,
+    /// The source rig in its rest pose, where the source file does not hold it.
+    source_rest: Option<InputBody>,
+    /// The target rig in its rest pose, where the target file does not hold it.
+    target_rest: Option<InputBody>,
+    /// What is known already, as in a retarget spec; the rest is found out.
+    #[schema(value_type = Object)]
+    config: Option<serde_json::Map<String, serde_json::Value>>,
+    /// A preset that the config is laid over.
+    preset: Option<String>,
+}
+
+impl SuggestionBody {
+    /// The files and the config, as a job has them.
+    pub(super) fn read(self) -> Result<NewJob, Problem> {
+        let inputs = read_inputs([Some(self.source), Some(self.target), self.source_rest, self.target_rest])?;
+        Ok(NewJob { inputs, config: self.config.map(config_document), preset: self.preset, ..NewJob::default() })
+    }
+}
+
 impl NewJobBody {
     /// What is asked for.
     ///

@@ -10,6 +10,7 @@ use serde::Deserialize;
 use utoipa::{IntoParams, ToSchema};
 use utoipa_axum::{router::OpenApiRouter, routes};
 
+use super::by_asset::{PoseBody, read_pose};
 use crate::{
     http::{
         ApiState,
@@ -91,7 +92,8 @@ impl PoseWord {
         ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
         ("Cache-Control" = Option<String>, Header, description = "`no-cache` to have it computed although the results are there"),
         ("Accept" = Option<String>, Header, description = "the media type of the format wanted")),
-    request_body(content = PoseForm, content_type = "multipart/form-data"),
+    request_body(description = "the files, or the ids of uploaded ones", content(
+        (PoseForm = "multipart/form-data"), (PoseBody = "application/json"))),
     responses((status = 200, description = "the file", content((String = "model/gltf-binary"), (String = "model/gltf+json"),
             (String = "text/plain"), (String = "application/x-npz"), (Object = "application/json")),
             headers(("Job-Id" = String), ("ETag" = String), ("Server-Timing" = String), ("Warnings-Count" = u64),
@@ -109,8 +111,8 @@ async fn pose(
     state.jobs.check_admission().await?;
     let skip_cache = caching::is_skipped(request.headers());
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
-    let Parts { files, mut new } = upload::read_pose(request, &state).await?;
-    let has_source = files.has(InputRole::Source);
+    let Parts { files, mut new } = read_pose(request, &state).await?;
+    let has_source = files.has(InputRole::Source) || new.inputs.contains_key(&InputRole::Source);
     let to = query.to.unwrap_or(if has_source { PoseWord::Source } else { PoseWord::T });
     if to == PoseWord::Source && !has_source {
         return Err(upload::missing(InputRole::Source));

@@ -10,7 +10,7 @@ use utoipa::ToSchema;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use super::{
-    new_job::{InputBody, config_document, read_inputs},
+    new_job::{InputBody, SuggestionBody, config_document, read_inputs},
     retarget::RetargetForm,
 };
 use crate::{
@@ -29,26 +29,6 @@ use crate::{
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
     OpenApiRouter::new().routes(routes!(suggest)).routes(routes!(check))
-}
-
-/// Two rigs, and what is known already about how they belong together.
-#[derive(Debug, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-#[schema(as = NewMappingSuggestion)]
-pub(super) struct SuggestionBody {
-    /// The file with the animation; it may hold none.
-    source: InputBody,
-    /// The file with the character that it goes onto.
-    target: InputBody,
-    /// The source rig in its rest pose, where the source file does not hold it.
-    source_rest: Option<InputBody>,
-    /// The target rig in its rest pose, where the target file does not hold it.
-    target_rest: Option<InputBody>,
-    /// What is known already, as in a retarget spec; the rest is found out.
-    #[schema(value_type = Object)]
-    config: Option<serde_json::Map<String, serde_json::Value>>,
-    /// A preset that the config is laid over.
-    preset: Option<String>,
 }
 
 /// A config, and the two files that it is for.
@@ -134,8 +114,7 @@ pub(super) async fn read_files(request: Request<Body>, state: &ApiState, owner: 
         return upload::read_job(request, state).await?.keep(&state.assets, owner).await;
     }
     let JsonBody(body) = JsonBody::<SuggestionBody>::from_request(request, state).await?;
-    let inputs = read_inputs([Some(body.source), Some(body.target), body.source_rest, body.target_rest])?;
-    Ok(NewJob { inputs, config: body.config.map(config_document), preset: body.preset, ..NewJob::default() })
+    body.read()
 }
 
 /// Checks a config.

@@ -11,6 +11,7 @@ use serde_json::{Map, Value};
 use utoipa::ToSchema;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
+use super::{by_asset::read_retarget, new_job::SuggestionBody};
 use crate::{
     http::{
         ApiState,
@@ -25,7 +26,7 @@ use crate::{
         prefer::Prefer,
         problem::{Problem, ProblemView},
         quota,
-        upload::{self, Parts},
+        upload::Parts,
         views::JobView,
     },
     jobs::{Awaited, HandedFile, JobId, JobRecord, JobSnapshot, JobState, Jobs, NewJob, Principal, Submitted},
@@ -87,7 +88,8 @@ impl Drop for StopUnlessAnswered {
         ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
         ("Cache-Control" = Option<String>, Header, description = "`no-cache` to have it computed although the results are there"),
         ("Accept" = Option<String>, Header, description = "the media type of the format wanted")),
-    request_body(content = RetargetForm, content_type = "multipart/form-data"),
+    request_body(description = "the files, or the ids of uploaded ones", content(
+        (RetargetForm = "multipart/form-data"), (SuggestionBody = "application/json"))),
     responses((status = 200, description = "the file", content((String = "model/gltf-binary"), (String = "model/gltf+json"),
             (String = "text/plain"), (String = "application/x-npz"), (Object = "application/json")),
             headers(("Job-Id" = String), ("ETag" = String), ("Server-Timing" = String), ("Warnings-Count" = u64), ("Cache-Status" = String),
@@ -104,7 +106,7 @@ async fn retarget(
     state.jobs.check_admission().await?;
     let skip_cache = caching::is_skipped(request.headers());
     let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
-    let Parts { files, mut new } = upload::read_job(request, &state).await?;
+    let Parts { files, mut new } = read_retarget(request, &state).await?;
     new.formats.extend(format);
     (new.idempotency_key, new.skip_cache) = (idempotency_key, skip_cache);
     answer(&state, &owner, &prefer, Parts { files, new }).await

@@ -75,6 +75,12 @@ impl Assets {
         new: NewJob,
     ) -> Result<(Submitted, Awaiting), Refusal> {
         let jobs = &self.jobs;
+        // All that the job is about has been here before.
+        if arrived.is_empty() {
+            let submitted = jobs.submit(owner, new).await?;
+            let awaiting = Awaiting::for_any(jobs, &submitted.job.id);
+            return Ok((submitted, awaiting));
+        }
         // What was asked for before is the job from then, which only the files' own ids tell.
         if new.idempotency_key.is_some() {
             let inputs = self.keep_arrived(owner, arrived).await?;

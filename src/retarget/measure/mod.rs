@@ -104,7 +104,8 @@ pub struct Measures {
     pub leg_length_metres: SidePair,
     /// How many frames were looked at; feet, pelvis and keys are looked at in every frame.
     pub frames_measured: usize,
-    /// Values over time, by name: `limb_direction`, `sole_height`, `slide_speed`.
+    /// Values over time, by name: `limb_direction`, `sole_height`, `slide_speed`; of a full report also `limb_twist` and
+    /// `end_orientation`.
     pub curves: BTreeMap<String, Curves>,
 }
 
@@ -165,11 +166,16 @@ pub fn measure(
     let drift = bone_length_drift(mapping, target.skeleton(), result, looked_at);
     let worst_limb = |series: &[Series]| Reading::of_worst_part(series, looked_at, 0.95).ok_or(NO_LIMBS);
     let limb_directions = directions(&limbs.directions, looked_at);
-    let curves = BTreeMap::from([
+    let mut curves = BTreeMap::from([
         ("limb_direction".to_owned(), Curves::new("degrees", &limbs.directions, &spread, Keep::Largest, is_full)),
         ("sole_height".to_owned(), Curves::new("cm", &feet.heights, &every, Keep::Smallest, is_full)),
         ("slide_speed".to_owned(), Curves::new("cm/s", &feet.slide_speeds, &every, Keep::Largest, is_full)),
     ]);
+    if is_full {
+        let each = |series: &[Series]| Curves::new("degrees", series, &spread, Keep::Largest, true);
+        curves.insert("limb_twist".to_owned(), each(&limbs.twists));
+        curves.insert("end_orientation".to_owned(), each(&limbs.wholes));
+    }
     let value = |finding: &Finding| finding.as_ref().map_or(0.0, |reading| rounded(reading.value));
     let all_directions = percentile_finding(&limbs.directions, looked_at, NO_LIMBS);
     let (limb_direction_p95_degrees, drift_value) = (value(&all_directions), value(&drift));

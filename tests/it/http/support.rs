@@ -50,6 +50,7 @@ impl Engine for Obedient {
             Question::Propose => return Ok(Answer::Document(serde_json::json!({"target_bytes": target.len()}))),
             Question::Explain { joint, .. } => return Ok(Answer::Document(serde_json::json!({"joint": joint}))),
             Question::Preview(options) => return Ok(Answer::Picture(options.ending.clone().into_bytes())),
+            Question::Display(_) => return Ok(Answer::Picture(b"glTF".to_vec())),
             Question::CheckConfig => {
                 return Ok(Answer::Document(serde_json::json!({"config_bytes": config.len()})));
             }

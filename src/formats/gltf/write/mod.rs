@@ -3,6 +3,7 @@
 mod animation;
 mod binary;
 mod carried;
+mod display;
 mod edit;
 mod images;
 mod meshes;
@@ -11,6 +12,8 @@ mod skeleton;
 mod skins;
 mod streams;
 mod vrma;
+
+pub(in crate::formats) use display::write_display;
 
 use std::borrow::Cow;
 

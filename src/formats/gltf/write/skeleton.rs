@@ -80,7 +80,7 @@ pub(super) fn rotation(rotation: DQuat) -> Value {
     json!(rotation.to_array().map(|component| component.clamp(-1.0, 1.0)))
 }
 
-fn node(joint: &Joint, children: &[usize]) -> Value {
+pub(super) fn node(joint: &Joint, children: &[usize]) -> Value {
     let mut node = Map::new();
     if !joint.name.is_empty() {
         node.insert("name".into(), joint.name.as_str().into());

@@ -1,0 +1,286 @@
+//! A scene for a viewer: nodes, what can be seen of them as decoded triangles with plain materials, and at most one clip.
+
+use glam::{Mat4, Vec2, Vec3};
+use serde_json::{Map, Value, json};
+
+use super::{
+    FLOAT, Output,
+    animation::{self, MorphNode},
+    array, pack,
+    skeleton::node,
+};
+use crate::{
+    formats::{Compression, FormatError},
+    model::{Appearance, Canceled, Carrier, Clip, Control, FourInfluences, Paint, Reporter, Scene, Surface},
+};
+
+const UNSIGNED_SHORT: u64 = 5123;
+const UNSIGNED_INT: u64 = 5125;
+/// Purposes of buffer views.
+const VERTICES: u64 = 34962;
+const INDICES: u64 = 34963;
+
+/// Joints that move surfaces, and how they were bound.
+type BoundJoints = Vec<(usize, Mat4)>;
+
+/// Writes a GLB whose first nodes are the joints of the scene in their order, each with its label in `extras.joint`; `extras` goes to its
+/// scene. Of the joints that move a vertex the four with the largest shares are kept, which is what every viewer knows.
+///
+/// # Errors
+/// When it would be larger than a GLB can be, or the work is canceled.
+pub(in crate::formats) fn write_display(
+    scene: &Scene,
+    clip: Option<&Clip>,
+    appearance: &Appearance,
+    extras: &Value,
+    control: &Control,
+    reporter: &mut Reporter,
+) -> Result<Vec<u8>, FormatError> {
+    let generator = concat!("retargetd ", env!("CARGO_PKG_VERSION"));
+    let mut json = Map::new();
+    json.insert("asset".into(), json!({"version": "2.0", "generator": generator}));
+    let mut output = Output::new(json, Compression::None);
+    add_nodes(&mut output.json, scene, extras);
+    add_images(&mut output, appearance)?;
+    add_materials(&mut output.json, appearance)?;
+    let mut skins: Vec<BoundJoints> = Vec::new();
+    let mut morph_nodes = Vec::new();
+    for surface in appearance.surfaces.iter().filter(|surface| !surface.indices.is_empty()) {
+        control.check().map_err(|Canceled| FormatError::from(Canceled))?;
+        let node = add_surface(&mut output, surface, scene, &mut skins)?;
+        if !surface.shapes.is_empty() {
+            let morphs = surface.shapes.iter().map(|shape| Some(shape.morph)).collect();
+            let rest = surface.shapes.iter().map(|shape| scene.morphs[shape.morph].rest).collect();
+            morph_nodes.push(MorphNode { node, morphs, rest });
+        }
+    }
+    for joints in &skins {
+        add_skin(&mut output, joints)?;
+    }
+    if let Some(clip) = clip {
+        let animation =
+            animation::append(&mut output, scene, clip, |index, _| index, &morph_nodes, control, reporter)?;
+        output.json.extend(animation.map(|animation| ("animations".to_owned(), json!([animation]))));
+    }
+    if output.binary.length() > 0 {
+        output.json.insert("buffers".into(), json!([{"byteLength": output.binary.length()}]));
+    }
+    pack::glb(output)
+}
+
+/// The joints, below one node where they are several trees, as skins ask for.
+fn add_nodes(json: &mut Map<String, Value>, scene: &Scene, extras: &Value) {
+    let joints = scene.skeleton.joints();
+    let labeled = |(index, (joint, children)): (usize, (_, Vec<usize>))| {
+        let mut node = node(joint, &children);
+        node["extras"] = json!({"joint": scene.skeleton.label(index)});
+        node
+    };
+    let mut nodes: Vec<Value> = joints.iter().zip(scene.skeleton.children()).enumerate().map(labeled).collect();
+    let mut roots: Vec<usize> = (0..joints.len()).filter(|joint| joints[*joint].parent.is_none()).collect();
+    if roots.len() > 1 {
+        nodes.push(json!({"name": "scene", "children": roots}));
+        roots = vec![nodes.len() - 1];
+    }
+    json.insert("scene".into(), json!(0));
+    json.insert("scenes".into(), json!([{"extras": {"retargetd": extras}}]));
+    if !nodes.is_empty() {
+        json["scenes"][0]["nodes"] = json!(roots);
+        json.insert("nodes".into(), Value::Array(nodes));
+    }
+}
+
+/// A mesh of its own for a surface, and a node that has it. Gives the node.
+fn add_surface(
+    output: &mut Output<'_>,
+    surface: &Surface,
+    scene: &Scene,
+    skins: &mut Vec<BoundJoints>,
+) -> Result<usize, FormatError> {
+    let mesh = add_mesh(output, surface)?;
+    let mut node = json!({"mesh": mesh});
+    let nodes = array(&mut output.json, "nodes")?;
+    let index = nodes.len();
+    match &surface.carrier {
+        Carrier::Joint(joint) => {
+            nodes.push(node);
+            push_in(&mut nodes[*joint], "children", json!(index));
+        }
+        Carrier::Skin { joints, .. } => {
+            let skin = skins.iter().position(|known| known == joints).unwrap_or_else(|| {
+                skins.push(joints.clone());
+                skins.len() - 1
+            });
+            node["skin"] = json!(skin);
+            node["name"] = json!(format!("{}_skin_{skin}", scene.skeleton.label(joints.first().map_or(0, |bound| bound.0))));
+            nodes.push(node);
+            push_in(&mut output.json["scenes"][0], "nodes", json!(index));
+        }
+    }
+    Ok(index)
+}
+
+/// Adds to the array of that name in an object, made where it is not there.
+fn push_in(object: &mut Value, key: &str, item: Value) {
+    match object[key].as_array_mut() {
+        Some(list) => list.push(item),
+        None => object[key] = json!([item]),
+    }
+}
+
+fn add_mesh(output: &mut Output<'_>, surface: &Surface) -> Result<usize, FormatError> {
+    let mut attributes = Map::new();
+    attributes.insert("POSITION".into(), json!(add_places(output, &surface.positions)?));
+    if !surface.normals.is_empty() {
+        let normals: Vec<[f32; 3]> =
+            surface.normals.iter().map(|normal| normal.normalize_or(Vec3::Y).to_array()).collect();
+        attributes.insert("NORMAL".into(), json!(add_vertices(output, &normals, FLOAT, "VEC3")?));
+    }
+    if !surface.texture_coordinates.is_empty() {
+        let places: Vec<[f32; 2]> = surface.texture_coordinates.iter().map(Vec2::to_array).collect();
+        attributes.insert("TEXCOORD_0".into(), json!(add_vertices(output, &places, FLOAT, "VEC2")?));
+    }
+    if !surface.colors.is_empty() {
+        let colors: Vec<[f32; 4]> = surface.colors.iter().map(glam::Vec4::to_array).collect();
+        attributes.insert("COLOR_0".into(), json!(add_vertices(output, &colors, FLOAT, "VEC4")?));
+    }
+    if let Carrier::Skin { influences, .. } = &surface.carrier {
+        let largest: Vec<FourInfluences> =
+            (0..surface.positions.len()).map(|vertex| largest_four(influences, vertex)).collect();
+        let joints: Vec<[u16; 4]> = largest.iter().map(|four| four.joints).collect();
+        let shares: Vec<[f32; 4]> = largest.iter().map(|four| four.shares).collect();
+        attributes.insert("JOINTS_0".into(), json!(add_vertices(output, &joints, UNSIGNED_SHORT, "VEC4")?));
+        attributes.insert("WEIGHTS_0".into(), json!(add_vertices(output, &shares, FLOAT, "VEC4")?));
+    }
+    let view = output.add_values(&surface.indices, Some(INDICES))?;
+    let indices = output.add_accessor(json!({
+        "bufferView": view, "componentType": UNSIGNED_INT, "count": surface.indices.len(), "type": "SCALAR",
+    }))?;
+    let mut primitive = json!({"attributes": attributes, "indices": indices});
+    if let Some(paint) = surface.paint {
+        primitive["material"] = json!(paint);
+    }
+    let mut targets = Vec::with_capacity(surface.shapes.len());
+    for shape in &surface.shapes {
+        let mut offsets = vec![Vec3::ZERO; surface.positions.len()];
+        shape.offsets.iter().for_each(|(vertex, offset)| offsets[*vertex as usize] = *offset);
+        targets.push(json!({"POSITION": add_places(output, &offsets)?}));
+    }
+    if !targets.is_empty() {
+        primitive["targets"] = json!(targets);
+    }
+    let meshes = array(&mut output.json, "meshes")?;
+    meshes.push(json!({"primitives": [primitive]}));
+    Ok(meshes.len() - 1)
+}
+
+/// The four joints with the largest shares of a vertex, each once, with shares that are 1 together.
+fn largest_four(influences: &[Vec<FourInfluences>], vertex: usize) -> FourInfluences {
+    let mut found: Vec<(u16, f32)> = Vec::with_capacity(8);
+    for four in influences.iter().map(|set| set[vertex]) {
+        for (joint, share) in four.joints.into_iter().zip(four.shares).filter(|(_, share)| *share > 0.0) {
+            match found.iter_mut().find(|(known, _)| *known == joint) {
+                Some((_, sum)) => *sum += share,
+                None => found.push((joint, share)),
+            }
+        }
+    }
+    found.sort_by(|one, other| other.1.total_cmp(&one.1).then(one.0.cmp(&other.0)));
+    found.truncate(4);
+    let total: f32 = found.iter().map(|(_, share)| share).sum();
+    let mut four = FourInfluences { joints: [0; 4], shares: [1.0, 0.0, 0.0, 0.0] };
+    for (place, (joint, share)) in found.into_iter().enumerate() {
+        (four.joints[place], four.shares[place]) = (joint, share / total);
+    }
+    four
+}
+
+fn add_places(output: &mut Output<'_>, places: &[Vec3]) -> Result<usize, FormatError> {
+    let numbers: &[[f32; 3]] = bytemuck::cast_slice(places);
+    let index = add_vertices(output, numbers, FLOAT, "VEC3")?;
+    let low = places.iter().copied().reduce(Vec3::min).unwrap_or_default();
+    let high = places.iter().copied().reduce(Vec3::max).unwrap_or_default();
+    let accessor = &mut array(&mut output.json, "accessors")?[index];
+    accessor["min"] = json!(low.to_array());
+    accessor["max"] = json!(high.to_array());
+    Ok(index)
+}
+
+fn add_vertices<T: bytemuck::Pod>(
+    output: &mut Output<'_>,
+    values: &[T],
+    component: u64,
+    shape: &str,
+) -> Result<usize, FormatError> {
+    let view = output.add_values(values, Some(VERTICES))?;
+    output.add_accessor(json!({"bufferView": view, "componentType": component, "count": values.len(), "type": shape}))
+}
+
+fn add_skin(output: &mut Output<'_>, joints: &BoundJoints) -> Result<(), FormatError> {
+    let columns = |(_, matrix): &(usize, Mat4)| {
+        let matrix = if matrix.is_finite() { *matrix } else { Mat4::IDENTITY };
+        let mut columns = matrix.to_cols_array();
+        // The last row of an affine matrix, without rounding: validators compare it bit for bit.
+        (columns[3], columns[7], columns[11], columns[15]) = (0.0, 0.0, 0.0, 1.0);
+        columns
+    };
+    let matrices: Vec<[f32; 16]> = joints.iter().map(columns).collect();
+    let view = output.add_values(&matrices, None)?;
+    let accessor = json!({"bufferView": view, "componentType": FLOAT, "count": joints.len(), "type": "MAT4"});
+    let accessor = output.add_accessor(accessor)?;
+    let nodes: Vec<usize> = joints.iter().map(|(joint, _)| *joint).collect();
+    array(&mut output.json, "skins")?.push(json!({"inverseBindMatrices": accessor, "joints": nodes}));
+    Ok(())
+}
+
+/// PNG and JPEG files as they are; an empty one has no image and no texture.
+fn add_images(output: &mut Output<'_>, appearance: &Appearance) -> Result<(), FormatError> {
+    for image in appearance.images.iter().filter(|image| !image.is_empty()) {
+        let media_type = if image.starts_with(&[0xff, 0xd8]) { "image/jpeg" } else { "image/png" };
+        let view = output.add_view(image.clone().into(), None)?;
+        let images = array(&mut output.json, "images")?;
+        images.push(json!({"mimeType": media_type, "bufferView": view}));
+        let source = images.len() - 1;
+        array(&mut output.json, "textures")?.push(json!({"source": source}));
+    }
+    Ok(())
+}
+
+fn add_materials(json: &mut Map<String, Value>, appearance: &Appearance) -> Result<(), FormatError> {
+    let mut texture_of = Vec::with_capacity(appearance.images.len());
+    let mut textures = 0_usize;
+    for image in &appearance.images {
+        texture_of.push((!image.is_empty()).then_some(textures));
+        textures += usize::from(!image.is_empty());
+    }
+    for Paint { base_color, image, cut_out_below, is_blended } in &appearance.paints {
+        let mut surface = json!({"baseColorFactor": base_color.to_array(), "metallicFactor": 0, "roughnessFactor": 0.9});
+        if let Some(texture) = image.and_then(|image| texture_of.get(image).copied().flatten()) {
+            surface["baseColorTexture"] = json!({"index": texture});
+        }
+        let mut material = json!({"pbrMetallicRoughness": surface, "doubleSided": true});
+        if let Some(cutoff) = cut_out_below {
+            material["alphaMode"] = json!("MASK");
+            material["alphaCutoff"] = json!(cutoff);
+        } else if *is_blended {
+            material["alphaMode"] = json!("BLEND");
+        }
+        array(json, "materials")?.push(material);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_shares_of_a_vertex_stay_and_are_one_together() {
+        let set = |joints, shares| vec![FourInfluences { joints, shares }];
+        let sets = [set([1, 2, 3, 4], [0.1, 0.2, 0.1, 0.1]), set([2, 5, 6, 0], [0.1, 0.3, 0.1, 0.0])];
+        let four = largest_four(&sets, 0);
+        assert_eq!(four.joints, [2, 5, 1, 3], "each once, the largest first, of equal ones the first");
+        assert!((four.shares.iter().sum::<f32>() - 1.0).abs() < 1e-6, "{four:?}");
+        assert_eq!(largest_four(&[set([7; 4], [0.0; 4])], 0).shares, [1.0, 0.0, 0.0, 0.0], "never nothing");
+    }
+}
