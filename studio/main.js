@@ -176,7 +176,7 @@ onFigure(() => {
   clips.replaceChildren(...(facts?.clips ?? []).map(({ name, seconds }) => el("option", { value: name, ".selected": name === facts?.clip }, `${name || "unnamed"} · ${seconds.toFixed(1)} s`)));
   clips.hidden = (facts?.clips.length ?? 0) < 2;
 });
-watch(["source", "target", "config", "report", "busy"], () => {
+watch(["source", "target", "config", "report", "busy", "progress"], () => {
   byId("open-source").textContent = state.source?.file_name ?? "Clip…";
   byId("open-target").textContent = state.target?.file_name ?? "Character…";
   /** @type {HTMLButtonElement} */ (byId("undo")).disabled = !canUndo();
@@ -188,6 +188,7 @@ watch(["source", "target", "config", "report", "busy"], () => {
   verdict.textContent = measures?.verdict.replaceAll("_", " ") ?? "";
   verdict.title = measures?.verdict_reason ?? "";
   byId("busy").hidden = !state.busy;
+  byId("busy").textContent = state.progress || "working…";
 });
 
 /** For tests, and for who looks from the console. */

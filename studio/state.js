@@ -24,6 +24,7 @@
  * @property {number} seconds where playback is
  * @property {number} frame the frame there
  * @property {boolean} busy whether a request is under way
+ * @property {string} progress of a request that takes long
  * @property {boolean} posing whether the rest pose is shown and edited
  * @property {any} schema JSON Schema of the retarget spec
  */
@@ -31,7 +32,7 @@
 /** @type {State} */
 export const state = {
   source: null, target: null, config: {}, proposal: null, report: null, job: "", result: "", motion: null, pinned: null,
-  showsPinned: false, joint: "", sourceJoint: "", seconds: 0, frame: 0, busy: false, posing: false, schema: null,
+  showsPinned: false, joint: "", sourceJoint: "", seconds: 0, frame: 0, busy: false, progress: "", posing: false, schema: null,
 };
 
 /** @type {Map<string, Set<() => void>>} */

@@ -8,7 +8,9 @@ use serde_json::{Value, json};
 
 use crate::{
     formats::{self, Limits},
-    model::{Appearance, Axes, Carrier, Clip, Control, FourInfluences, Phase, Reporter, Scene, Skeleton, Surface},
+    model::{
+        Appearance, Axes, Carrier, Clip, Control, FourInfluences, Paint, Phase, Reporter, Scene, Skeleton, Surface,
+    },
     picture::{capsules, plain_image},
     rig::{Rig, floors, standing_floor},
 };
@@ -54,7 +56,8 @@ pub fn display(
     let malformed = |error: crate::model::ClipError| Failure::new(FailureCode::AssetMalformed, error.to_string());
     let (skeleton, clip_of_nodes) = match &scene.stretched {
         Some(stretched) => {
-            let clip = clip.map(|clip| stretched.clip_of_nodes(&scene.skeleton, clip)).transpose().map_err(malformed)?;
+            let clip =
+                clip.map(|clip| stretched.clip_of_nodes(&scene.skeleton, clip)).transpose().map_err(malformed)?;
             (stretched.skeleton_of_nodes(&scene.skeleton), clip)
         }
         None => (scene.skeleton.clone(), clip.cloned()),
@@ -107,8 +110,21 @@ fn appearance(
             *image = plain_image(bytes, used.len()).unwrap_or_default();
         }
     }
+    unpaint_unwrapped(&mut found);
     found.surfaces = merged(found.surfaces);
     Ok(found)
+}
+
+/// Surfaces that do not say where on a texture they are have the color alone.
+fn unpaint_unwrapped(found: &mut Appearance) {
+    let mut plain_of: BTreeMap<usize, usize> = BTreeMap::new();
+    for surface in found.surfaces.iter_mut().filter(|surface| surface.texture_coordinates.is_empty()) {
+        let Some(paint) = surface.paint.filter(|paint| found.paints[*paint].image.is_some()) else { continue };
+        surface.paint = Some(*plain_of.entry(paint).or_insert_with(|| {
+            found.paints.push(Paint { image: None, ..found.paints[paint] });
+            found.paints.len() - 1
+        }));
+    }
 }
 
 /// Surfaces that one joint carries each, and that are painted alike with nothing but a color, as one: a body of capsules is drawn at once.

@@ -40,7 +40,9 @@ fn scaled(mut appearance: Appearance, scale: f32) -> Appearance {
         surface.positions.iter_mut().for_each(|position| *position *= scale);
         surface.shapes.iter_mut().flat_map(|shape| &mut shape.offsets).for_each(|(_, offset)| *offset *= scale);
         if let Carrier::Skin { joints, .. } = &mut surface.carrier {
-            joints.iter_mut().for_each(|(_, joint_from_vertex)| *joint_from_vertex = at_scale(*joint_from_vertex, scale));
+            joints
+                .iter_mut()
+                .for_each(|(_, joint_from_vertex)| *joint_from_vertex = at_scale(*joint_from_vertex, scale));
         }
     }
     appearance

@@ -53,8 +53,8 @@ mod zipped;
 
 pub use appearance::appearance;
 pub use budget::{Budget, Limit, Limits};
-pub use display::write_display;
 pub use bundle::{Unpacked, embed_with, may_point_to_others, open, unpack};
+pub use display::write_display;
 pub use error::{ErrorKind, FormatError};
 pub use euler::EulerOrder;
 pub use format::{Format, FormatInfo, Space};

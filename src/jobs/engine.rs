@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     engine::{
-        self, Control, DisplayOptions, EditInputs, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes, Outcome,
-        Output, PoseChoice, PoseInputs, PreviewOptions, Task, Timings,
+        self, Control, DisplayOptions, EditInputs, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes,
+        Outcome, Output, PoseChoice, PoseInputs, PreviewOptions, Task, Timings,
     },
     store::{JobVerdict, Judgment},
 };

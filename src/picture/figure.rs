@@ -6,11 +6,7 @@ use glam::{Mat3, Mat4, Vec2, Vec3, Vec4, Vec4Swizzles};
 
 use crate::model::{Appearance, Carrier, Surface};
 
-use super::{
-    error::PictureError,
-    image::longest_side,
-    texture::Texture,
-};
+use super::{error::PictureError, image::longest_side, texture::Texture};
 
 /// Triangles of one figure.
 const MAX_TRIANGLES: usize = 5_000_000;

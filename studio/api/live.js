@@ -119,7 +119,7 @@ async function run() {
   } finally {
     if (running === own) {
       running = null;
-      set({ busy: false });
+      set({ busy: false, progress: "" });
     }
   }
 }
@@ -131,7 +131,9 @@ async function run() {
  */
 async function awaited(job, signal) {
   for (;;) {
-    const record = await getJson(`/v1/jobs/${job}`, { signal, headers: { prefer: "wait=20" } });
+    const record = await getJson(`/v1/jobs/${job}`, { signal, headers: { prefer: "wait=1" } });
+    const { phase, done, total } = record.progress ?? {};
+    set({ progress: phase ? `${phase}${total ? ` ${Math.round((done / total) * 100)} %` : ""}…` : "waiting for its turn…" });
     if (record.state === "succeeded") return getBytes(`/v1/results/${record.results[0].id}/content`, { signal });
     if (record.problem) throw new Refused(record.problem);
     if (record.state === "canceled") throw new DOMException("canceled", "AbortError");

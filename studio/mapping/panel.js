@@ -38,9 +38,10 @@ export function mappingPanel(panel) {
   const find = el("input", { type: "search", placeholder: "Find a role or joint", "aria-label": "Find a role or joint", oninput: () => { filter = find.value.toLowerCase(); draw(); } });
   const reset = el("button", { type: "button", onclick: () => edit((config) => { delete config.source?.roles; delete config.target?.roles; }) }, "Take changes back");
   const summary = el("p", { class: "lead" });
-  const table = el("div", { class: "mapping", role: "table", "aria-label": "Mapping by role" });
+  const table = el("div", { class: "mapping", role: "list", "aria-label": "Mapping by role" });
+  const joints = el("div", {});
   const why = el("section", { class: "why", "aria-live": "polite" });
-  panel.append(summary, el("div", { class: "row" }, find, reset), table, why);
+  panel.append(summary, el("div", { class: "row" }, find, reset), table, joints, why);
   const draw = () => {
     const roles = state.proposal?.roles ?? [];
     reset.disabled = !roles.some(isOverridden);
@@ -52,7 +53,8 @@ export function mappingPanel(panel) {
     const seen = graded.filter(({ pair }) => !filter || JSON.stringify([pair.role, pair.source, pair.target]).toLowerCase().includes(filter));
     seen.sort((one, other) => ORDER.indexOf(one.grade) - ORDER.indexOf(other.grade));
     const focus = document.activeElement?.getAttribute("data-focus");
-    table.replaceChildren(datalist("source"), datalist("target"), ...seen.map(({ pair, grade: of }) => row(pair, of)));
+    joints.replaceChildren(datalist("source"), datalist("target"));
+    table.replaceChildren(...seen.map(({ pair, grade: of }) => row(pair, of)));
     if (focus && table.querySelector(`[data-focus="${focus}"]`)) /** @type {HTMLElement} */ (table.querySelector(`[data-focus="${focus}"]`)).focus();
   };
   watch(["proposal", "config", "source", "target"], draw);
@@ -93,9 +95,9 @@ function row(pair, of) {
     selectedRole = pair.role;
     set({ joint: asList(pair.target)[0] ?? "", sourceJoint: asList(pair.source)[0] ?? "" });
   };
-  const item = el("div", { class: `role ${of}${isSelected ? " selected" : ""}${isOverridden(pair) ? " changed" : ""}`, role: "row", "data-role": pair.role, onfocusin: select, onclick: select },
+  const item = el("div", { class: `role ${of}${isSelected ? " selected" : ""}${isOverridden(pair) ? " changed" : ""}`, role: "listitem", "data-role": pair.role, onfocusin: select, onclick: select },
     el("span", { class: "dot", role: "img", "aria-label": of, title: of === "spare" ? "on one side only" : pair.confidence === null ? of : `${of}: ${Math.round(pair.confidence * 100)} % sure` }),
-    el("span", { class: "name", role: "rowheader" }, words(pair.role)),
+    el("span", { class: "name" }, words(pair.role)),
     box(pair, "source"), el("span", { class: "to", "aria-hidden": "true" }, "→"), box(pair, "target"));
   if (isSelected) item.append(details(pair));
   return item;
@@ -107,11 +109,24 @@ function row(pair, of) {
  */
 function box(pair, side) {
   const joints = asList(pair[side]);
+  const prefix = prefixOf(side);
+  const brief = (/** @type {string} */ name) => (name.startsWith(prefix) ? name.slice(prefix.length) : name);
+  const whole = (/** @type {string} */ name) => (figures[side]?.byLabel.has(name) || !figures[side]?.byLabel.has(prefix + name) ? name : prefix + name);
   const label = `${words(pair.role)} of the ${side === "source" ? "clip" : "character"}`;
   return el("input", {
-    type: "text", list: `joints-${side}`, ".value": joints.join(", "), placeholder: "none", "aria-label": label, title: joints.join(", "), "data-focus": `${side} ${pair.role}`, spellcheck: "false",
-    onchange: (/** @type {any} */ event) => assign(side, pair.role, event.target.value.split(",").map((/** @type {string} */ name) => name.trim()).filter(Boolean)),
+    type: "text", list: `joints-${side}`, ".value": joints.map(brief).join(", "), placeholder: "none", "aria-label": label, title: joints.join(", "), "data-focus": `${side} ${pair.role}`, spellcheck: "false",
+    onchange: (/** @type {any} */ event) => assign(side, pair.role, event.target.value.split(",").map((/** @type {string} */ name) => name.trim()).filter(Boolean).map(whole)),
   });
+}
+
+/**
+ * What all joints with a role are called first, such as `mixamorig:`: it says nothing and is left out.
+ * @param {SideName} side
+ */
+function prefixOf(side) {
+  const names = (state.proposal?.roles ?? []).flatMap((of) => asList(of[side]));
+  const prefix = names[0]?.match(/^[^:]+:/)?.[0] ?? "";
+  return names.every((name) => name.startsWith(prefix)) ? prefix : "";
 }
 
 /**

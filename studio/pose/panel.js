@@ -147,8 +147,21 @@ function jointTools() {
   return [
     el("h3", {}, joint),
     el("form", { class: "row", onsubmit: (/** @type {Event} */ event) => { event.preventDefault(); turn(); } }, ...boxes, el("button", {}, "Turn"), el("button", { type: "button", ".disabled": !own, onclick: () => changeEdits((list) => list.filter((of) => of.joint !== joint)) }, "Reset joint")),
+    ...fromClip(joint),
     el("p", { class: "hint" }, "X points to the character's left, Y up, Z to its front. In the picture: Q for its own axes, X Y Z for one axis."),
   ];
+}
+
+/**
+ * The joint as it is at a frame of the character's own clip, where it has one.
+ * @param {string} joint
+ */
+function fromClip(joint) {
+  const [clip] = figures.target?.facts.clips.filter(({ moves }) => moves) ?? [];
+  if (!clip) return [];
+  const frame = el("input", { type: "number", min: 0, max: clip.frames - 1, ".value": 0, "aria-label": "Frame of the character's own clip" });
+  const take = () => changeEdits((list) => [...list, { edit: "from_clip", clip: clip.name, frame: Number(frame.value), joints: [joint] }]);
+  return [el("form", { class: "row", onsubmit: (/** @type {Event} */ event) => { event.preventDefault(); take(); } }, "As at frame ", frame, ` of ${clip.name || "its clip"} `, el("button", {}, "Take"))];
 }
 
 /** @param {import("../api/types.js").Alignment} of */

@@ -19,7 +19,10 @@ export class Timeline {
    */
   constructor(canvas, onPin) {
     this.canvas = canvas;
-    this.context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+    this.front = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+    /** Everything but the playhead, which alone moves while a clip plays. */
+    this.back = document.createElement("canvas");
+    this.context = /** @type {CanvasRenderingContext2D} */ (this.back.getContext("2d"));
     this.onPin = onPin;
     this.curve = "limb_direction";
     /** The part that is shown, as shares of the whole. */
@@ -28,6 +31,7 @@ export class Timeline {
     /** @type {Pin[]} */
     this.pins = [];
     this.isDirty = true;
+    this.hasMoved = true;
     new ResizeObserver(() => { this.isDirty = true; }).observe(canvas);
     this.listen();
   }
@@ -100,11 +104,30 @@ export class Timeline {
   }
 
   draw() {
-    const { canvas, context } = this;
+    const { canvas, back, front } = this;
     const ratio = Math.min(window.devicePixelRatio, 2);
     const { clientWidth: width, clientHeight: height } = canvas;
+    if (!width || !height) return;
     const [wide, high] = [Math.round(width * ratio), Math.round(height * ratio)];
-    if (canvas.width !== wide || canvas.height !== high) Object.assign(canvas, { width: wide, height: high });
+    for (const of of [canvas, back]) if (of.width !== wide || of.height !== high) Object.assign(of, { width: wide, height: high });
+    if (this.isDirty) this.drawBack(ratio, width, height);
+    front.setTransform(1, 0, 0, 1, 0, 0);
+    front.clearRect(0, 0, wide, high);
+    front.drawImage(back, 0, 0);
+    front.setTransform(ratio, 0, 0, ratio, 0, 0);
+    this.drawHead(height);
+    this.describe();
+    this.isDirty = false;
+    this.hasMoved = false;
+  }
+
+  /**
+   * @param {number} ratio
+   * @param {number} width
+   * @param {number} height
+   */
+  drawBack(ratio, width, height) {
+    const { context } = this;
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, width, height);
     context.font = "11px system-ui, sans-serif";
@@ -112,9 +135,6 @@ export class Timeline {
     const below = this.drawContacts(width);
     this.drawCurve(below + 4, width, height);
     this.drawPins();
-    this.drawHead(height);
-    this.describe();
-    this.isDirty = false;
   }
 
   /** For who does not see it. */
@@ -237,7 +257,7 @@ export class Timeline {
   /** @param {number} height */
   drawHead(height) {
     if (!player.duration()) return;
-    const { context } = this;
+    const { front: context } = this;
     const x = Math.round(this.x(state.seconds)) + 0.5;
     context.strokeStyle = color("accent");
     context.lineWidth = 2;

@@ -31,7 +31,8 @@ export class Viewer {
     watch(["joint", "sourceJoint", "seconds", "report"], () => this.touch());
     watch(["joint", "posing"], () => this.attach());
     watch(["report"], () => timeline.take());
-    watch(["seconds", "motion", "source"], () => { timeline.isDirty = true; });
+    watch(["seconds"], () => { timeline.hasMoved = true; });
+    watch(["motion", "source", "showsPinned"], () => { timeline.isDirty = true; });
     this.listen();
     const loop = (/** @type {number} */ now) => {
       requestAnimationFrame(loop);
@@ -115,7 +116,7 @@ export class Viewer {
     const hasMoved = !state.posing && advance(now);
     if (this.gizmo.isDragging) this.stage.isDirty = true;
     if (hasMoved || this.stage.isDirty) this.draw();
-    if (this.timeline.isDirty) this.timeline.draw();
+    if (this.timeline.isDirty || this.timeline.hasMoved) this.timeline.draw();
   }
 
   draw() {

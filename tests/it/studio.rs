@@ -104,7 +104,8 @@ fn types_of_the_modules_are_right() {
 fn the_bundle_is_what_it_says_to_be() {
     let tool = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tools/studio_vendor");
     let vendor = Path::new(env!("CARGO_MANIFEST_DIR")).join("studio/vendor");
-    let version: Value = serde_json::from_slice(&std::fs::read(vendor.join("VERSION.json")).expect("readable")).expect("JSON");
+    let version: Value =
+        serde_json::from_slice(&std::fs::read(vendor.join("VERSION.json")).expect("readable")).expect("JSON");
     let bundle = std::fs::read(vendor.join("three.js")).expect("readable");
     assert_eq!(version["sha256"], crate::support::sha256_of(&bundle), "studio/vendor/three.js is that of VERSION.json");
     if studio_node(&tool, "esbuild").is_none() {
@@ -127,4 +128,3 @@ fn studio_node(tool: &Path, package: &str) -> Option<()> {
     );
     Some(())
 }
-

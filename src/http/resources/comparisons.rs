@@ -128,7 +128,8 @@ async fn compare(
         order => by(order),
     };
     let names: std::collections::BTreeSet<&String> = of_first.keys().chain(of_second.keys()).collect();
-    let metrics = names.into_iter().map(|name| metric(name, &of_first[name], &of_second[name])).collect();
+    let of = |metrics: &Map<String, Value>, name: &str| metrics.get(name).cloned().unwrap_or_default();
+    let metrics = names.into_iter().map(|name| metric(name, &of(&of_first, name), &of(&of_second, name))).collect();
     Ok(Json(ComparisonView { first, second, better, metrics }))
 }
 
@@ -220,11 +221,16 @@ mod tests {
 
     #[test]
     fn the_lower_value_is_better_where_verdicts_are_the_same() {
-        let of = |value: f64, verdict: &str| json!({"value": value, "verdict": verdict, "unit": "cm", "warn_above": 1.0});
+        let of =
+            |value: f64, verdict: &str| json!({"value": value, "verdict": verdict, "unit": "cm", "warn_above": 1.0});
         let view = metric("foot_slide", &of(2.0, "warn"), &of(1.5, "warn"));
         assert_eq!((view.better, view.difference), (Better::Second, Some(-0.5)), "less slide");
         assert_eq!(metric("foot_slide", &of(0.9, "pass"), &of(1.5, "warn")).better, Better::First, "by the verdict");
-        assert_eq!(metric("foot_slide", &of(1.5, "warn"), &of(1.505, "warn")).better, Better::Neither, "as good as equal");
+        assert_eq!(
+            metric("foot_slide", &of(1.5, "warn"), &of(1.505, "warn")).better,
+            Better::Neither,
+            "as good as equal"
+        );
         let none = json!({"verdict": "not_applicable"});
         assert_eq!(metric("foot_slide", &none, &of(0.9, "pass")).better, Better::Neither, "not measured is not better");
     }

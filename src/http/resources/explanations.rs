@@ -9,11 +9,7 @@ use serde::Deserialize;
 use utoipa::IntoParams;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use super::{
-    new_job::SuggestionBody,
-    proposals::read_files,
-    retarget::RetargetForm,
-};
+use super::{new_job::SuggestionBody, proposals::read_files, retarget::RetargetForm};
 use crate::http::{
     ApiState,
     auth::Caller,

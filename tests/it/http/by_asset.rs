@@ -45,8 +45,13 @@ async fn files_that_are_there_need_not_be_sent_again() {
     let report = |query: &str| client().get(format!("{}/v1/jobs/{job}/report{query}", server.url)).send();
     let coarse = read(report("").await.expect("an answer")).await;
     let fine = read(report("?include=curves").await.expect("an answer")).await;
-    let values = |report: &Value, name: &str| report["measures"]["curves"][name]["times_seconds"].as_array().map(Vec::len);
-    assert_eq!((values(&coarse, "limb_direction"), values(&fine, "limb_direction")), (Some(120), Some(121)), "every frame");
+    let values =
+        |report: &Value, name: &str| report["measures"]["curves"][name]["times_seconds"].as_array().map(Vec::len);
+    assert_eq!(
+        (values(&coarse, "limb_direction"), values(&fine, "limb_direction")),
+        (Some(120), Some(121)),
+        "every frame"
+    );
     assert_eq!((values(&coarse, "limb_twist"), values(&fine, "limb_twist")), (None, Some(121)), "and more of them");
     assert_eq!(coarse["measures"]["metrics"], fine["measures"]["metrics"], "the metrics are those of the job");
     problem(report("?include=all").await.expect("an answer"), 400, "malformed_request").await;
@@ -55,7 +60,10 @@ async fn files_that_are_there_need_not_be_sent_again() {
     let answer = post(&server, "/v1/edits", &edit).await;
     assert_eq!(answer.status(), StatusCode::OK, "an edit");
     let job = header(&answer, "job-id").to_owned();
-    let curves = read(client().get(format!("{}/v1/jobs/{job}/report?include=curves", server.url)).send().await.expect("an answer")).await;
+    let curves = read(
+        client().get(format!("{}/v1/jobs/{job}/report?include=curves", server.url)).send().await.expect("an answer"),
+    )
+    .await;
     assert!(curves["measures"].is_null(), "an edit is not measured: {curves}");
     let answer = post(&server, "/v1/poses?to=source", &json!({"target": mannequin, "source": walk})).await;
     assert_eq!(answer.status(), StatusCode::OK, "a pose as another character's");

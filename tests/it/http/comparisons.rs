@@ -30,9 +30,7 @@ async fn two_results_are_measured_against_each_other() {
         let request = client().post(format!("{}/v1/assets?filename={name}", server.url)).body(bytes);
         assets.push(taken(request.send().await.expect("an answer")).await);
     }
-    let ask = |config: Value| {
-        json!({"source": {"asset": assets[0]}, "target": {"asset": assets[1]}, "output": ["glb"], "config": config})
-    };
+    let ask = |config: Value| json!({"source": {"asset": assets[0]}, "target": {"asset": assets[1]}, "output": ["glb"], "config": config});
     let good = result_of(&server, &ask(json!({}))).await;
     let bad = result_of(&server, &ask(json!({"ops": [{"op": "pelvis"}, {"op": "fk", "rotation_alpha": 0.2}]}))).await;
 
@@ -41,7 +39,8 @@ async fn two_results_are_measured_against_each_other() {
     let direction = answer["metrics"].as_array().expect("metrics").iter().find(|of| of["name"] == "limb_direction");
     let direction = direction.unwrap_or_else(|| panic!("the metric: {answer}"));
     assert_eq!((&direction["better"], &direction["unit"]), (&json!("second"), &json!("degrees")), "{direction}");
-    let (first, second) = (direction["first"].as_f64().expect("a value"), direction["second"].as_f64().expect("a value"));
+    let (first, second) =
+        (direction["first"].as_f64().expect("a value"), direction["second"].as_f64().expect("a value"));
     assert!((direction["difference"].as_f64().expect("a value") - (second - first)).abs() < 1e-9, "{direction}");
     let same = read(compare(&server, &good, &good).await).await;
     assert_eq!(same["better"], "neither", "as good as itself");

@@ -39,7 +39,10 @@ async fn any_file_is_a_plain_glb_for_viewers() {
     let tag = header(&shown, "etag").to_owned();
     let bytes = shown.bytes().await.expect("a body");
     let document = gltf_json(&bytes);
-    assert_eq!(document["nodes"][0]["extras"]["joint"], "mixamorig:Hips", "the file's nodes come first, with their labels");
+    assert_eq!(
+        document["nodes"][0]["extras"]["joint"], "mixamorig:Hips",
+        "the file's nodes come first, with their labels"
+    );
     let primitives: usize = document["meshes"].as_array().expect("capsules").len();
     assert!(primitives <= 2, "a body of capsules is drawn at once: {primitives}");
     assert_eq!(document["animations"].as_array().map(Vec::len), Some(1), "one clip");
@@ -99,7 +102,10 @@ async fn browsers_are_led_to_the_page_and_programs_are_not() {
     let page = get(&server, "/studio/", BROWSER).await;
     assert_eq!((page.status(), header(&page, "content-type")), (StatusCode::OK, "text/html; charset=utf-8"));
     let policy = header(&page, "content-security-policy");
-    assert!(policy.contains("script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'"), "{policy}");
+    assert!(
+        policy.contains("script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'"),
+        "{policy}"
+    );
     assert!(policy.ends_with("frame-ancestors 'self' https://pipeline.example"), "who may call may show it: {policy}");
     let tag = header(&page, "etag").to_owned();
     let known = client().get(format!("{}/studio/", server.url)).header("if-none-match", tag).send().await;

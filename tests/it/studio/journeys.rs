@@ -40,7 +40,17 @@ fn people_correct_and_decide() {
     for ending in ["glb", "bvh"] {
         let output = at(&format!("command.{ending}"));
         let status = Command::new(env!("CARGO_BIN_EXE_retargetd"))
-            .args(["retarget", "--quiet", "--source", "walk.glb", "--target", "mannequin.glb", "--config", "config.json", "--output"])
+            .args([
+                "retarget",
+                "--quiet",
+                "--source",
+                "walk.glb",
+                "--target",
+                "mannequin.glb",
+                "--config",
+                "config.json",
+                "--output",
+            ])
             .arg(&output)
             .current_dir(folder.path())
             .status();

@@ -1,5 +1,7 @@
 //! A scene for a viewer: nodes, what can be seen of them as decoded triangles with plain materials, and at most one clip.
 
+use std::borrow::Cow;
+
 use glam::{Mat4, Vec2, Vec3};
 use serde_json::{Map, Value, json};
 
@@ -58,8 +60,7 @@ pub(in crate::formats) fn write_display(
         add_skin(&mut output, joints)?;
     }
     if let Some(clip) = clip {
-        let animation =
-            animation::append(&mut output, scene, clip, |index, _| index, &morph_nodes, control, reporter)?;
+        let animation = animation::append(&mut output, scene, clip, |index, _| index, &morph_nodes, control, reporter)?;
         output.json.extend(animation.map(|animation| ("animations".to_owned(), json!([animation]))));
     }
     if output.binary.length() > 0 {
@@ -112,7 +113,8 @@ fn add_surface(
                 skins.len() - 1
             });
             node["skin"] = json!(skin);
-            node["name"] = json!(format!("{}_skin_{skin}", scene.skeleton.label(joints.first().map_or(0, |bound| bound.0))));
+            node["name"] =
+                json!(format!("{}_skin_{skin}", scene.skeleton.label(joints.first().map_or(0, |bound| bound.0))));
             nodes.push(node);
             push_in(&mut output.json["scenes"][0], "nodes", json!(index));
         }
@@ -234,10 +236,10 @@ fn add_skin(output: &mut Output<'_>, joints: &BoundJoints) -> Result<(), FormatE
 }
 
 /// PNG and JPEG files as they are; an empty one has no image and no texture.
-fn add_images(output: &mut Output<'_>, appearance: &Appearance) -> Result<(), FormatError> {
+fn add_images<'a>(output: &mut Output<'a>, appearance: &'a Appearance) -> Result<(), FormatError> {
     for image in appearance.images.iter().filter(|image| !image.is_empty()) {
         let media_type = if image.starts_with(&[0xff, 0xd8]) { "image/jpeg" } else { "image/png" };
-        let view = output.add_view(image.clone().into(), None)?;
+        let view = output.add_view(Cow::Borrowed(image), None)?;
         let images = array(&mut output.json, "images")?;
         images.push(json!({"mimeType": media_type, "bufferView": view}));
         let source = images.len() - 1;
@@ -254,7 +256,8 @@ fn add_materials(json: &mut Map<String, Value>, appearance: &Appearance) -> Resu
         textures += usize::from(!image.is_empty());
     }
     for Paint { base_color, image, cut_out_below, is_blended } in &appearance.paints {
-        let mut surface = json!({"baseColorFactor": base_color.to_array(), "metallicFactor": 0, "roughnessFactor": 0.9});
+        let mut surface =
+            json!({"baseColorFactor": base_color.to_array(), "metallicFactor": 0, "roughnessFactor": 0.9});
         if let Some(texture) = image.and_then(|image| texture_of.get(image).copied().flatten()) {
             surface["baseColorTexture"] = json!({"index": texture});
         }
