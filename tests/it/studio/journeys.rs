@@ -149,3 +149,10 @@ fn files_of_every_format_are_shown_on_both_sides() {
     let all: Vec<&str> = std::iter::once(server.url.as_str()).chain(files.iter().map(String::as_str)).collect();
     studio_script("formats.mjs", &all);
 }
+
+#[test]
+fn another_page_shows_it_and_talks_with_it() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = serve(data.path(), &[]);
+    studio_script("embed.mjs", &[&server.url]);
+}

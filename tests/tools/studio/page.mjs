@@ -9,7 +9,7 @@ import { chromium } from "playwright-core";
 export const PATIENCE = 60_000;
 
 // Opens the studio of the service at `url`, has `work(page)` done, and closes it.
-export async function withStudio(url, work, { path = "/studio/", colorScheme = "light", allowed = [] } = {}) {
+export async function withStudio(url, work, { path = "/studio/", colorScheme = "light", allowed = [], pages = {} } = {}) {
   const browser = await chromium.launch({
     executablePath: process.env.RETARGETD_CHROMIUM ?? "/usr/bin/chromium",
     args: ["--no-sandbox", "--disable-dev-shm-usage", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
@@ -27,6 +27,7 @@ export async function withStudio(url, work, { path = "/studio/", colorScheme = "
     });
     await page.route("**/*", (route) => {
       const at = new URL(route.request().url());
+      if (pages[at.pathname]) return route.fulfill({ body: pages[at.pathname], contentType: "text/html" });
       if (at.origin === new URL(url).origin || at.protocol === "blob:" || at.protocol === "data:") return route.continue();
       problems.push(`a request left the origin: ${at}`);
       return route.abort();
