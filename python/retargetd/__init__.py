@@ -14,8 +14,10 @@ Files are given as paths, as bytes, or as :class:`Poses`. What the engine refuse
 
 from __future__ import annotations
 
+from importlib import import_module
+from typing import TYPE_CHECKING
+
 from . import _host
-from .client import Client
 from .errors import ConfigError, Error, FieldError, Failed, InputRefused
 from .files import File
 from .functions import (
@@ -37,9 +39,12 @@ from .functions import (
     tune,
     version,
 )
-from .plan import Plan
-from .poses import Poses
 from .results import Measures, Picture, Result, Warned
+
+if TYPE_CHECKING:
+    from .client import Client
+    from .plan import Plan
+    from .poses import Poses
 
 __version__ = version()
 
@@ -76,5 +81,17 @@ __all__ = [
     "tune",
     "version",
 ]
+
+# NumPy and the modules of HTTP take longer to load than everything else, and not everybody needs them.
+_LATER = {"Client": "client", "Plan": "plan", "Poses": "poses"}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _LATER:
+        raise AttributeError(f"module 'retargetd' has no attribute '{name}'")
+    found = getattr(import_module(f".{_LATER[name]}", __name__), name)
+    globals()[name] = found
+    return found
+
 
 _host.announce()

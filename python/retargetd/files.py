@@ -33,23 +33,23 @@ Given = Union["tuple[str, bytes]", None]
 
 def read(file: FileLike, part: str) -> tuple[str, bytes]:
     """The name and the bytes of a file; ``part`` is what it is for."""
-    from .poses import Poses
-    from .results import Result
-
     if isinstance(file, File):
         return file.name, bytes(file.data)
     if isinstance(file, bytes):
         return "", file
     if isinstance(file, (bytearray, memoryview)):
         return "", bytes(file)
+    if isinstance(file, (str, os.PathLike)):
+        path = Path(file)
+        return path.name, _engine.read_file(path, part)
+    from .poses import Poses
+    from .results import Result
+
     if isinstance(file, Poses):
         return "poses.npz", file.to_bytes()
     if isinstance(file, Result):
         output = file.outputs[0]
         return output.name, output.data
-    if isinstance(file, (str, os.PathLike)):
-        path = Path(file)
-        return path.name, _engine.read_file(path, part)
     raise TypeError(f"{part}: a path, bytes or Poses are needed, not {type(file).__name__}")
 
 

@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _engine
-from .poses import Poses
 
 if TYPE_CHECKING:
-    from .files import Given
+    from .poses import Poses
 
 
 class Warned(NamedTuple):
@@ -152,6 +151,8 @@ class Result:
     @cached_property
     def poses(self) -> Poses:
         """The result as arrays: those that are in the NPZ."""
+        from .poses import Poses
+
         return Poses.from_npz(self.to_bytes("npz"))
 
     def to_bytes(self, format: str) -> bytes:

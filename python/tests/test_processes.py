@@ -176,10 +176,28 @@ except rt.Error as error:
     assert ran.stdout.strip() == "unsupported_format"
 
 
+def test_what_takes_long_to_load_is_loaded_when_it_is_used() -> None:
+    code = """
+import sys
+import retargetd as rt
+rt.inspect(rt.samples()[0])
+assert not {"numpy", "http.client", "ssl"} & set(sys.modules)
+assert rt.Poses.read(rt.samples()[0]).frame_count == 121 and rt.Client.__name__ == "Client"
+assert "numpy" in sys.modules
+try:
+    rt.Nothing
+except AttributeError as error:
+    print(error)
+"""
+    ran = script(code)
+    assert ran.stdout.strip() == "module 'retargetd' has no attribute 'Nothing'", ran.stderr
+
+
 def test_numpy_is_all_that_it_imports() -> None:
     code = """
 import sys
 import retargetd
+retargetd.Poses, retargetd.Plan, retargetd.Client
 third = {name.split(".")[0] for name, module in sys.modules.items()
          if "site-packages" in (getattr(module, "__file__", None) or "")}
 print(sorted(name for name in third - {"retargetd", "numpy"} if not name.startswith("_")))
