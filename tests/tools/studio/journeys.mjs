@@ -63,16 +63,19 @@ const JOURNEYS = {
     await page.click("text=Show and turn the rest pose");
     await page.waitForFunction(() => studio.state.posing);
     await page.evaluate(() => { studio.viewer.stage.fit("front"); });
-    await page.waitForTimeout(1500);
+    // A rest pose has one frame.
+    await page.waitForFunction(() => ["source", "target"].every((side) => studio.viewer.stage[side].figure.duration < 0.1));
+    await drawn(page);
     const hand = await place(page, "hand_l");
     await page.mouse.click(hand.x, hand.y);
-    await page.waitForFunction(() => studio.state.joint !== "");
-    const joint = await page.evaluate(() => studio.state.joint);
+    await page.waitForFunction(() => studio.state.joint === "hand_l");
+    await drawn(page);
+    const joint = "hand_l";
     // The ring of the gizmo is about the joint; a way across it grabs one of its axes.
     const turned = await changed(page, async () => {
       const ring = await handle(page);
       await page.mouse.move(ring.x, ring.y);
-      await page.waitForTimeout(200);
+      await drawn(page);
       await page.mouse.down();
       for (let step = 1; step <= 6; step += 1) await page.mouse.move(ring.x + 4 * step, ring.y + 9 * step);
       await page.mouse.up();
@@ -171,6 +174,14 @@ function place(page, label) {
   }, label);
 }
 
+/** Waits until what is there has been drawn, and the mouse has been seen where it is. */
+function drawn(page) {
+  return page.evaluate(() => new Promise((resolve) => {
+    studio.viewer.touch();
+    requestAnimationFrame(() => requestAnimationFrame(resolve));
+  }));
+}
+
 /** A place where the gizmo can be grabbed, found by moving the mouse over it. */
 async function handle(page) {
   const center = await place(page, await page.evaluate(() => studio.state.joint));
@@ -178,6 +189,7 @@ async function handle(page) {
     for (const angle of [0.3, 1.2, 2.4, 3.7, 5.1]) {
       const at = { x: center.x + radius * Math.cos(angle), y: center.y + radius * Math.sin(angle) };
       await page.mouse.move(at.x, at.y);
+      await drawn(page);
       if (await page.evaluate(() => ["X", "Y", "Z", "E"].includes(studio.viewer.gizmo.controls.axis))) return at;
     }
   }
