@@ -1,6 +1,6 @@
 // What can be taken away: the result in any format, the config, the report, a picture, and how to do it again.
 
-import { getBytes, getJson, request } from "../api/client.js";
+import { getBytes, getJson, Refused } from "../api/client.js";
 import { attempt, pair } from "../api/live.js";
 import { byId, el, save } from "../dom.js";
 import { state } from "../state.js";
@@ -28,14 +28,11 @@ function resultName() {
  * @param {Format} format
  */
 async function downloadResult({ name, endings, media_type }) {
-  const json = { ...pair(), config: { ...state.config, output: { ...state.config.output, format: name } } };
-  const answer = await request("/v1/retarget", { json, headers: { prefer: "wait=120" } });
-  if (answer.status === 202) {
-    const job = await getJson(`/v1/jobs/${answer.headers.get("job-id")}`, { headers: { prefer: "wait=300" } });
-    save(new Blob([await getBytes(`/v1/results/${job.results[0].id}/content`)], { type: media_type }), `${resultName()}.${endings[0]}`);
-    return;
-  }
-  save(await answer.blob(), `${resultName()}.${endings[0]}`);
+  // The format is no part of the config, so that the file is the one that the command line makes of it.
+  let job = await getJson("/v1/jobs", { json: { ...pair(), output: [name] }, headers: { prefer: "wait=60" } });
+  while (["queued", "running"].includes(job.state)) job = await getJson(`/v1/jobs/${job.id}`, { headers: { prefer: "wait=60" } });
+  if (!job.results?.length) throw new Refused(job.problem ?? { code: "canceled", title: "The job was stopped", detail: `The job ${job.id} was stopped.`, status: 0 });
+  save(new Blob([await getBytes(`/v1/results/${job.results[0].id}/content`)], { type: media_type }), `${resultName()}.${endings[0]}`);
 }
 
 /** What the command line is given: nothing that is the page's own. */

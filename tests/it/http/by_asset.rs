@@ -74,7 +74,7 @@ async fn files_that_are_there_need_not_be_sent_again() {
     assert!(refused["detail"].as_str().is_some_and(|detail| detail.contains("target")), "what is missing: {refused}");
     let typo = json!({"source": walk, "target": mannequin, "confg": {}});
     let refused = problem(post(&server, "/v1/retarget", &typo).await, 422, "unknown_field").await;
-    assert_eq!(refused["errors"][0]["similar"][0], "config", "the nearest name: {refused}");
+    assert_eq!(refused["errors"][0]["did_you_mean"][0], "config", "the nearest name: {refused}");
     let gone = json!({"source": {"asset": "ast_01j9z3k8m0q4r6t8v0x2y4a6c8"}, "target": mannequin});
     problem(post(&server, "/v1/retarget", &gone).await, 422, "unknown_asset").await;
     let idle = json!({"source": walk, "target": mannequin, "config": {"edit": {"range": [0, 1]}}});

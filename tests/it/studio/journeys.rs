@@ -42,7 +42,6 @@ fn people_correct_and_decide() {
         let status = Command::new(env!("CARGO_BIN_EXE_retargetd"))
             .args([
                 "retarget",
-                "--quiet",
                 "--source",
                 "walk.glb",
                 "--target",
@@ -73,7 +72,7 @@ fn many_clips_go_onto_many_characters() {
         write(name, named(&walk, &format!("walk {index}")));
     }
     let status = Command::new(env!("CARGO_BIN_EXE_retargetd"))
-        .args(["edit", "--quiet", "--input", "walk_a.glb", "--output", "walk_b.bvh"])
+        .args(["edit", "--input", "walk_a.glb", "--output", "walk_b.bvh"])
         .current_dir(folder.path())
         .status();
     assert!(status.expect("it runs").success(), "a BVH of the walk");
