@@ -97,9 +97,9 @@ pub fn layered(
     let mut joints = Vec::with_capacity(skeleton.len());
     for (index, joint) in skeleton.joints().iter().enumerate() {
         control.check()?;
-        let (base, own) = (below.joint(&base.joints()[index]), &motion.joints()[index]);
+        let (base, own) = (below.joint(index, &base.joints()[index]), &motion.joints()[index]);
         let weight = layer.weights[index];
-        let motion = above.joint(own);
+        let motion = above.joint(index, own);
         let rest = joint.rest;
         let merge = |own: bool| weight > 0.0 && own && !inside.is_empty();
         let vector = |base: &Track<Vec3>, motion: &Track<Vec3>, own: &Track<Vec3>, rest: DVec3| {

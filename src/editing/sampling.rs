@@ -4,7 +4,7 @@ use std::ops::{Add, Mul};
 
 use glam::{Quat, Vec3, Vec4};
 
-use crate::model::{JointContacts, JointTracks, MorphTrack, Track, rotation::near};
+use crate::model::{Clip, JointContacts, JointTracks, MorphTrack, Track, rotation::near};
 
 use super::schedule::Schedule;
 
@@ -15,6 +15,8 @@ struct Tap {
     key: usize,
     /// Share of the way to the next; 0 at the key itself.
     share: f32,
+    /// The time itself, in seconds.
+    seconds: f64,
 }
 
 /// What every frame of a schedule is made of: found once, used for all tracks.
@@ -25,6 +27,8 @@ pub(super) struct Sampling {
     /// Key times relative to the first.
     times: Vec<f32>,
     cubic: bool,
+    /// What lies between the keys, where somebody knows that better.
+    between: Option<Clip>,
 }
 
 /// Shares below this, and above 1 minus it, are keys.
@@ -59,20 +63,40 @@ impl Sampling {
             ends.push(taps.len());
         }
         let times = times_seconds.iter().map(|time| (time - first) as f32).collect();
-        Self { taps, ends, times, cubic }
+        Self { taps, ends, times, cubic, between: None }
     }
 
-    pub(super) fn joint(&self, tracks: &JointTracks) -> JointTracks {
+    /// The times between keys that are looked at, rising.
+    pub(super) fn times_between(&self) -> Vec<f64> {
+        let between = self.taps.iter().filter(|tap| tap.share != 0.0);
+        let mut times: Vec<f64> = between.map(|tap| tap.seconds).collect();
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        times
+    }
+
+    /// The same with the values at [`Self::times_between`].
+    pub(super) fn knowing(self, between: Option<Clip>) -> Self {
+        Self { between, ..self }
+    }
+
+    pub(super) fn joint(&self, joint: usize, tracks: &JointTracks) -> JointTracks {
+        let between = self.between.as_ref().map(|clip| &clip.joints()[joint]);
         JointTracks {
-            translation: self.track(&tracks.translation),
-            rotation: self.track(&tracks.rotation),
-            scale: self.track(&tracks.scale),
+            translation: self.track(&tracks.translation, between.map(|tracks| &tracks.translation)),
+            rotation: self.track(&tracks.rotation, between.map(|tracks| &tracks.rotation)),
+            scale: self.track(&tracks.scale, between.map(|tracks| &tracks.scale)),
         }
     }
 
     /// The weights of morphs.
     pub(super) fn morphs(&self, tracks: &[MorphTrack]) -> Vec<MorphTrack> {
-        tracks.iter().map(|track| MorphTrack { morph: track.morph, weights: self.track(&track.weights) }).collect()
+        let between = |morph: usize| self.between.as_ref()?.morphs().iter().find(|track| track.morph == morph);
+        let resampled = |track: &MorphTrack| {
+            let weights = self.track(&track.weights, between(track.morph).map(|track| &track.weights));
+            MorphTrack { morph: track.morph, weights }
+        };
+        tracks.iter().map(resampled).collect()
     }
 
     /// Contacts: at each frame those of the nearest key, or of most of them where a frame is an average.
@@ -87,16 +111,19 @@ impl Sampling {
         tracks.iter().map(resampled).collect()
     }
 
-    fn track<T: Value>(&self, track: &Track<T>) -> Track<T> {
+    fn track<T: Value>(&self, track: &Track<T>, between: Option<&Track<T>>) -> Track<T> {
         let Track::Sampled(values) = track else { return track.clone() };
+        let known = between.zip(self.between.as_ref().map(Clip::times_seconds));
+        let value =
+            |tap: &Tap| known.and_then(|known| known_value(known, tap)).unwrap_or_else(|| self.value(values, *tap));
         let mut begin = 0;
         let mut before: Option<T> = None;
         let sampled = self.ends.iter().map(|end| {
             let taps = &self.taps[begin..*end];
             begin = *end;
             let value = match taps {
-                [tap] => self.value(values, *tap),
-                taps => T::mean(taps.iter().map(|tap| self.value(values, *tap))),
+                [tap] => value(tap),
+                taps => T::mean(taps.iter().map(value)),
             };
             let value = before.map_or(value, |before| value.near(before));
             before = Some(value);
@@ -105,7 +132,7 @@ impl Sampling {
         Track::Sampled(sampled.collect())
     }
 
-    fn value<T: Value>(&self, values: &[T], Tap { key, share }: Tap) -> T {
+    fn value<T: Value>(&self, values: &[T], Tap { key, share, .. }: Tap) -> T {
         if share == 0.0 {
             return values[key];
         }
@@ -128,15 +155,29 @@ impl Sampling {
     }
 }
 
-fn tap(times_seconds: &[f64], time: f64) -> Tap {
-    let after = times_seconds.partition_point(|key| *key <= time);
-    let Some(key) = after.checked_sub(1) else { return Tap { key: 0, share: 0.0 } };
-    let Some(next) = times_seconds.get(after) else { return Tap { key, share: 0.0 } };
-    let share = (time - times_seconds[key]) / (next - times_seconds[key]);
+/// The value between keys that is known.
+fn known_value<T: Copy>((track, times_seconds): (&Track<T>, &[f64]), tap: &Tap) -> Option<T> {
+    match track {
+        _ if tap.share == 0.0 => None,
+        Track::Rest => None,
+        Track::Constant(value) => Some(*value),
+        Track::Sampled(values) => {
+            let frame = times_seconds.binary_search_by(|time| time.total_cmp(&tap.seconds)).ok()?;
+            values.get(frame).copied()
+        }
+    }
+}
+
+fn tap(times_seconds: &[f64], seconds: f64) -> Tap {
+    let at_key = |key| Tap { key, share: 0.0, seconds };
+    let after = times_seconds.partition_point(|key| *key <= seconds);
+    let Some(key) = after.checked_sub(1) else { return at_key(0) };
+    let Some(next) = times_seconds.get(after) else { return at_key(key) };
+    let share = (seconds - times_seconds[key]) / (next - times_seconds[key]);
     match share {
-        share if share < AT_KEY => Tap { key, share: 0.0 },
-        share if share > 1.0 - AT_KEY => Tap { key: after, share: 0.0 },
-        share => Tap { key, share: share as f32 },
+        share if share < AT_KEY => at_key(key),
+        share if share > 1.0 - AT_KEY => at_key(after),
+        share => Tap { key, share: share as f32, seconds },
     }
 }
 

@@ -41,12 +41,34 @@ pub fn edit_time(
     spec: &EditSpec,
     control: &Control,
 ) -> Result<Clip, TimeEditError> {
+    edit_time_by(clip, &|_| Ok(None), skeleton, up, spec, control)
+}
+
+/// What a clip is at rising times between its keys, where more is known of it than its keys; a frame for each time.
+pub type BetweenKeys<'a> = dyn Fn(&[f64]) -> Result<Option<Clip>, TimeEditError> + 'a;
+
+/// As [`edit_time`], for a clip of whose curves more is known than its keys.
+///
+/// # Errors
+/// As [`edit_time`].
+pub fn edit_time_by(
+    clip: &Clip,
+    between_keys: &BetweenKeys<'_>,
+    skeleton: &Skeleton,
+    up: DVec3,
+    spec: &EditSpec,
+    control: &Control,
+) -> Result<Clip, TimeEditError> {
     if spec.keeps_time() {
         return Ok(clip.clone());
     }
-    let cubic = spec.interpolation == InterpolationSpec::Cubic;
-    let sample =
-        |clip: &Clip, schedule: &Schedule, fps| sampled(clip, schedule, fps, cubic, spec.start_seconds, control);
+    let own = clip;
+    let sample = |clip: &Clip, schedule: &Schedule, fps| {
+        let cubic = spec.interpolation == InterpolationSpec::Cubic;
+        let sampling = Sampling::new(clip.times_seconds(), schedule, fps, cubic);
+        let between = if std::ptr::eq(clip, own) { between_keys(&sampling.times_between())? } else { None };
+        sampled(clip, schedule, &sampling.knowing(between), spec.start_seconds, control)
+    };
     let mut schedule = Schedule::new(clip.times_seconds());
     if let Some(range) = &spec.range {
         let (start, end) = seconds_of(range, clip, skeleton, control)?;
@@ -107,20 +129,18 @@ pub fn edit_time(
     sample(clip, &schedule, spec.fps)
 }
 
-/// The clip at the moments of a schedule. `fps` is given where frames are uniform and may have to be averages.
+/// The clip at the moments of a schedule.
 fn sampled(
     clip: &Clip,
     schedule: &Schedule,
-    fps: Option<f64>,
-    cubic: bool,
+    sampling: &Sampling,
     start_seconds: Option<f64>,
     control: &Control,
 ) -> Result<Clip, TimeEditError> {
-    let sampling = Sampling::new(clip.times_seconds(), schedule, fps, cubic);
     let mut joints = Vec::with_capacity(clip.joints().len());
-    for tracks in clip.joints() {
+    for (joint, tracks) in clip.joints().iter().enumerate() {
         control.check()?;
-        joints.push(sampling.joint(tracks));
+        joints.push(sampling.joint(joint, tracks));
     }
     let start = start_seconds.unwrap_or(0.0);
     let times = schedule.moments().iter().map(|moment| moment.at + start).collect();

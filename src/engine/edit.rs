@@ -3,8 +3,12 @@
 use std::borrow::Cow;
 
 use crate::{
-    editing::{Cycle, EditError, Margin, Mirror, TimeEditError, edit_time, find_cycles, mirror_components, taken_out},
-    model::{Clip, ClipError, Control, JointTracks, Phase, Reporter, Scene},
+    editing::{
+        Cycle, EditError, Margin, Mirror, TimeEditError, edit_time, edit_time_by, find_cycles, mirror_components,
+        taken_out,
+    },
+    formats::{self, ErrorKind, FormatError},
+    model::{Canceled, Clip, ClipError, Control, JointTracks, Phase, Reporter, Scene},
     retarget::{
         CycleRange, EditSpec, MirrorMode, MirrorSpec, RangeSpec, RetargetSpec, filtered, is_own_shape, parse_document,
         scheduled,
@@ -154,7 +158,8 @@ pub fn edited_clip<'a>(
     let margin = Margin::of(&edit, clip, rig.skeleton(), control).map_err(time_failure)?;
     if !spec.edit.keeps_time() {
         let edit = margin.as_ref().map_or(edit.as_ref(), |margin| &margin.wider);
-        let timed = edit_time(clip, rig.skeleton(), rig.up(), edit, control).map_err(time_failure)?;
+        let between_keys = |times: &[f64]| between_keys(rig.scene, clip, times, control);
+        let timed = edit_time_by(clip, &between_keys, rig.skeleton(), rig.up(), edit, control).map_err(time_failure)?;
         edited = Cow::Owned(timed);
     }
     if let Some(mirror) = spec.edit.mirror.details() {
@@ -181,6 +186,23 @@ pub fn edited_clip<'a>(
         edited = Cow::Owned(difference.map_err(|error| not_a_clip(rig, &error))?);
     }
     Ok(edited)
+}
+
+/// What the curves of the clip's file say between its keys.
+fn between_keys(
+    scene: &Scene,
+    clip: &Clip,
+    times_seconds: &[f64],
+    control: &Control,
+) -> Result<Option<Clip>, TimeEditError> {
+    let Some(index) = scene.clips.iter().position(|own| std::ptr::eq(own, clip)) else { return Ok(None) };
+    match formats::evaluated(scene, index, times_seconds, control) {
+        Ok(evaluated) => Ok(evaluated),
+        Err(FormatError { kind: ErrorKind::Canceled, .. }) => Err(Canceled.into()),
+        // Straight lines between the frames that were read take no more room than was allowed.
+        Err(FormatError { kind: ErrorKind::LimitExceeded { .. }, .. }) => Ok(None),
+        Err(FormatError { detail, hint, .. }) => Err(EditError { pointer: "/edit/fps".into(), detail, hint }.into()),
+    }
 }
 
 /// The edits with the seconds of the cycles that they ask for, which are told.

@@ -127,6 +127,21 @@ pub fn read(
     }
 }
 
+/// What the curves of a scene's clip say at rising times on the clip's own clock.
+///
+/// Nothing where the file has no curves, or where those say the same as straight lines between the clip's frames.
+///
+/// # Errors
+/// When a curve gives a number that is not finite, the limits that the file was read under are exceeded, or the work is canceled.
+pub fn evaluated(
+    scene: &Scene,
+    clip: usize,
+    times_seconds: &[f64],
+    control: &Control,
+) -> Result<Option<Clip>, FormatError> {
+    fbx::evaluated(scene, clip, times_seconds, control)
+}
+
 /// Gives joints that a scale stretches lengths of their own; for formats whose viewers multiply matrices.
 fn straighten(scene: Scene, budget: &mut Budget<'_>, reporter: &mut Reporter) -> Result<Scene, FormatError> {
     budget.check_canceled()?;

@@ -1,5 +1,6 @@
 //! The FBX reader, on files of the corpus and on documents made here.
 
+mod between_keys;
 mod features;
 mod glb;
 mod left_handed;

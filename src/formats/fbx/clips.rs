@@ -36,6 +36,15 @@ const DEFAULT_FPS: f64 = 30.0;
 /// Which components of a joint a stack moves, as the parser's flags.
 type Moves = BTreeMap<usize, u32>;
 
+/// Where a clip lies on the clock of its file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Origin {
+    /// The time in the file that is the clip's zero.
+    begin_seconds: f64,
+    /// Whether its curves say more than straight lines between its keys would.
+    is_curved: bool,
+}
+
 /// One clip per animation stack, in file order. Times begin at 0 with the first sample.
 ///
 /// # Errors
@@ -46,19 +55,50 @@ pub(super) fn read_all(
     properties: &Properties,
     budget: &mut Budget<'_>,
     reporter: &mut Reporter,
-) -> Result<Vec<Clip>, FormatError> {
+) -> Result<(Vec<Clip>, Vec<Origin>), FormatError> {
     let stacks = file.anim_stacks.len();
     budget.take(Limit::Clips, stacks as u64, "animation stacks")?;
     let fps = frame_rate(file, reporter);
     let mut densified = false;
     let mut clips = Vec::with_capacity(stacks);
+    let mut origins = Vec::with_capacity(stacks);
     for stack in 0..stacks {
         budget.check_canceled()?;
         let (clip, times) = read_stack(file, nodes, stack, fps, &mut densified, budget, reporter)?;
-        let curves = properties.tracks(file, &file.anim_stacks[stack], &times, budget)?;
+        origins.push(Origin {
+            begin_seconds: times.seconds.first().copied().unwrap_or_default(),
+            is_curved: times.grid != Grid::NotNeeded,
+        });
+        let curves = properties.tracks(file, &file.anim_stacks[stack], &times.seconds, budget)?;
         clips.push(clip.with_morphs(curves).map_err(|error| not_a_clip(&file.anim_stacks[stack], &error))?);
     }
-    Ok(clips)
+    Ok((clips, origins))
+}
+
+/// What the curves of a stack say at these times of its clip; nothing where they say no more than straight lines between the clip's
+/// frames.
+///
+/// # Errors
+/// As [`read_all`].
+pub(super) fn evaluated(
+    file: &ufbx::SceneRoot,
+    nodes: &Nodes,
+    properties: &Properties,
+    (stack_index, origin): (usize, Origin),
+    times_seconds: &[f64],
+    budget: &mut Budget<'_>,
+) -> Result<Option<Clip>, FormatError> {
+    if !origin.is_curved || times_seconds.is_empty() {
+        return Ok(None);
+    }
+    let stack = &file.anim_stacks[stack_index];
+    let name = stack.element.name.to_string();
+    let (moves, ..) = survey(file, nodes, stack, budget)?;
+    let in_file: Vec<f64> = times_seconds.iter().map(|time| origin.begin_seconds + time).collect();
+    let tracks = sampled(file, nodes, stack_index, &in_file, &moves, budget)?;
+    let curves = properties.tracks(file, stack, &in_file, budget)?;
+    let evaluated = Clip::new(name, times_seconds.to_vec(), tracks).and_then(|clip| clip.with_morphs(curves));
+    evaluated.map(Some).map_err(|error| not_a_clip(stack, &error))
 }
 
 fn frame_rate(file: &ufbx::Scene, reporter: &mut Reporter) -> f64 {
@@ -75,7 +115,7 @@ fn frame_rate(file: &ufbx::Scene, reporter: &mut Reporter) -> f64 {
     DEFAULT_FPS
 }
 
-/// The clip of a stack, and the times in the file that its frames are of.
+/// The clip of a stack, and at which times in the file its frames are.
 fn read_stack(
     file: &ufbx::SceneRoot,
     nodes: &Nodes,
@@ -84,19 +124,36 @@ fn read_stack(
     densified: &mut bool,
     budget: &mut Budget<'_>,
     reporter: &mut Reporter,
-) -> Result<(Clip, Vec<f64>), FormatError> {
+) -> Result<(Clip, KeyTimes), FormatError> {
     let stack = &file.anim_stacks[stack_index];
     let name = stack.element.name.to_string();
     let (moves, facts, has_shapes) = survey(file, nodes, stack, budget)?;
     let times = keys::key_times(facts, fps, budget.limits().frames_per_clip);
     report(&times, &name, densified, reporter);
-    budget.take_array(nodes.len() as u64, size_of::<JointTracks>() as u64, &name)?;
-    let mut tracks = vec![JointTracks::default(); nodes.len()];
     if (moves.is_empty() && !has_shapes) || times.seconds.is_empty() {
+        budget.take_array(nodes.len() as u64, size_of::<JointTracks>() as u64, &name)?;
         let at = times.seconds.first().copied().unwrap_or_default();
-        return Ok((clip(name, vec![0.0], tracks)?, vec![at]));
+        let still = clip(name, vec![0.0], vec![JointTracks::default(); nodes.len()])?;
+        return Ok((still, KeyTimes { seconds: vec![at], left_out: 0, grid: Grid::NotNeeded }));
     }
-    let frames = times.seconds.len() as u64;
+    let tracks = sampled(file, nodes, stack_index, &times.seconds, &moves, budget)?;
+    let first = times.seconds[0];
+    let clip = clip(name, times.seconds.iter().map(|time| time - first).collect(), tracks)?;
+    Ok((clip, times))
+}
+
+/// The tracks of all joints at times of the file.
+fn sampled(
+    file: &ufbx::SceneRoot,
+    nodes: &Nodes,
+    stack_index: usize,
+    times_seconds: &[f64],
+    moves: &Moves,
+    budget: &mut Budget<'_>,
+) -> Result<Vec<JointTracks>, FormatError> {
+    let name = file.anim_stacks[stack_index].element.name.to_string();
+    budget.take_array(nodes.len() as u64, size_of::<JointTracks>() as u64, &name)?;
+    let frames = times_seconds.len() as u64;
     let samples = frames.saturating_mul(moves.len() as u64);
     budget.take(Limit::FramesPerClip, frames, &name)?;
     budget.take(Limit::Samples, samples, &name)?;
@@ -107,20 +164,20 @@ fn read_stack(
     // Evaluation only reads the parsed scene, which the parser declares shareable between threads.
     let sample = |(joint, flags): &(usize, u32)| {
         let stack = &file.anim_stacks[stack_index];
-        Sampler { file, nodes, stack, times: &times.seconds, moves: &moves, control }.run(*joint, *flags)
+        Sampler { file, nodes, stack, times: times_seconds, moves, control }.run(*joint, *flags)
     };
-    let sampled: Vec<Result<JointTracks, FormatError>> = if moving.len() * times.seconds.len() < PARALLEL_EVALUATIONS {
+    let evaluated: Vec<Result<JointTracks, FormatError>> = if moving.len() * times_seconds.len() < PARALLEL_EVALUATIONS
+    {
         moving.iter().map(sample).collect()
     } else {
         moving.par_iter().map(sample).collect()
     };
+    let mut tracks = vec![JointTracks::default(); nodes.len()];
     // In order, so that of several errors the same one is told every time.
-    for ((joint, _), sampled) in moving.iter().zip(sampled) {
-        tracks[*joint] = sampled?;
+    for ((joint, _), evaluated) in moving.iter().zip(evaluated) {
+        tracks[*joint] = evaluated?;
     }
-    let first = times.seconds[0];
-    let clip = clip(name, times.seconds.iter().map(|time| time - first).collect(), tracks)?;
-    Ok((clip, times.seconds))
+    Ok(tracks)
 }
 
 fn not_a_clip(stack: &ufbx::AnimStack, error: &ClipError) -> FormatError {

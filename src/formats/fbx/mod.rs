@@ -21,8 +21,8 @@ pub(super) use meshes::meshes;
 pub(super) use write::write;
 
 use crate::{
-    formats::{Budget, FormatError, straighten, straighten_clips},
-    model::{Axes, Payload, Reporter, Scene, Skeleton},
+    formats::{Budget, FormatError, Limits, straighten, straighten_clips},
+    model::{Axes, Clip, Control, Payload, Reporter, Scene, Skeleton, joints_stretched_in},
 };
 
 /// Decodes an FBX file.
@@ -33,11 +33,12 @@ use crate::{
 pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporter) -> Result<Scene, FormatError> {
     let file = load::load(bytes, budget, reporter)?;
     let nodes = nodes::Nodes::collect(&file, budget, reporter)?;
+    let limits = *budget.limits();
     let skeleton = Skeleton::new(nodes.joints(&file))
         .map_err(|error| FormatError::malformed("nodes", "Objects", error.to_string()))?;
     let is_sheared = nodes::is_sheared(&file, &nodes, &skeleton);
     let properties = properties::Properties::find(&file, &nodes, budget)?;
-    let clips = clips::read_all(&file, &nodes, &properties, budget, reporter)?;
+    let (clips, origins) = clips::read_all(&file, &nodes, &properties, budget, reporter)?;
     let declared_roles = skins::declared_roles(&file, &nodes);
     let skin_vertices = points::skin_vertices(&file, &nodes, budget)?;
     let scene = Scene {
@@ -61,7 +62,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
     if !is_sheared {
         // Where a scale is not inherited, no matrices are multiplied either.
         let multiplies = !file.nodes.iter().any(|node| nodes::ignores_parent_scale(node));
-        let scene = Scene { payload: Payload::new(FbxDocument { file, nodes, properties }), ..scene };
+        let scene = Scene { payload: Payload::new(FbxDocument { file, nodes, properties, origins, limits }), ..scene };
         return if multiplies { straighten_clips(scene, budget, reporter) } else { Ok(scene) };
     }
     // The joints are no longer those that the meshes are bound to, so they cannot be written back.
@@ -75,6 +76,29 @@ struct FbxDocument {
     file: ufbx::SceneRoot,
     nodes: nodes::Nodes,
     properties: properties::Properties,
+    /// One per clip.
+    origins: Vec<clips::Origin>,
+    /// What the file was read under.
+    limits: Limits,
+}
+
+/// What the curves of a clip say at rising times on the clip's clock; nothing where no more is known than the clip says.
+///
+/// # Errors
+/// When a curve gives a number that is not finite, a limit is exceeded, or the work is canceled.
+pub(super) fn evaluated(
+    scene: &Scene,
+    clip: usize,
+    times_seconds: &[f64],
+    control: &Control,
+) -> Result<Option<Clip>, FormatError> {
+    let Some(document) = scene.payload.get::<FbxDocument>() else { return Ok(None) };
+    let Some(origin) = document.origins.get(clip) else { return Ok(None) };
+    let mut budget = Budget::new(&document.limits, control);
+    let FbxDocument { file, nodes, properties, .. } = document;
+    let found = clips::evaluated(file, nodes, properties, (clip, *origin), times_seconds, &mut budget)?;
+    // Joints below a stretch were moved to where viewers show them when the clip was read; the curves know nothing of that.
+    Ok(found.filter(|found| joints_stretched_in(&scene.skeleton, found) == 0))
 }
 
 /// Whether a file that is written of a target holds the weights of one of its morphs: where that is a blend shape of an FBX.

@@ -49,7 +49,8 @@ pub struct EditSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.01, max = 1000.0))]
     pub fps: Option<f64>,
-    /// How values between keys are found, for `fps` and the ends of `range`.
+    /// How values between keys are found, for `fps` and the ends of `range`. The curves of an FBX that are no straight lines are
+    /// evaluated as they are.
     pub interpolation: InterpolationSpec,
     /// Time of the first frame. Default: 0 where any edit of time is asked for, else as in the file. −1000000 to 1000000.
     #[serde(skip_serializing_if = "Option::is_none")]
