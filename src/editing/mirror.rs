@@ -5,6 +5,8 @@
 //! positions exactly; no axis convention is asked for. Translations and scales are mirrored as changes from the rest pose, so bone lengths
 //! stay. (The reflection of a quaternion is that of its axis as a pseudovector.)
 
+use std::borrow::Cow;
+
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 use crate::{
@@ -16,8 +18,12 @@ use crate::{
     rig::{Rig, Role, Side},
 };
 
+use super::mirror_rest::zero_pose;
+
 /// A joint's mirror image is found within this share of the figure's size.
 const NEAR_SHARE: f64 = 0.02;
+/// A pose whose joints are nearer than this to their mirror images is symmetric; a share of the figure's size.
+const SYMMETRIC_SHARE: f64 = 0.01;
 
 /// Which joint is whose mirror image.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,7 +40,7 @@ pub struct Twins {
 #[derive(Debug)]
 pub struct Mirror<'a> {
     skeleton: &'a Skeleton,
-    rest: &'a ModelPose,
+    rest: Cow<'a, ModelPose>,
     /// Unit vector to the figure's left, in model space.
     lateral: DVec3,
     /// A point of the middle plane.
@@ -51,12 +57,24 @@ impl<'a> Mirror<'a> {
     /// Finds out which joints belong together: by `pairs`, by roles, by names that differ in their side only, by places in the rest pose.
     #[must_use]
     pub fn new(rig: &'a Rig<'a>, pairs: &[(usize, usize)]) -> Self {
+        let mirror = Self::about(rig, Cow::Borrowed(&rig.rest), pairs);
+        let crookedness = |mirror: &Self| mirror.twins.asymmetry.map_or(0.0, |(_, share)| share);
+        if crookedness(&mirror) <= SYMMETRIC_SHARE {
+            return mirror;
+        }
+        // A frame of a motion is hardly ever symmetric; the file's zero pose often is, though nobody could stand in it.
+        let zero = zero_pose(rig).map(|pose| Self::about(rig, Cow::Owned(pose), pairs));
+        zero.filter(|zero| crookedness(zero) <= SYMMETRIC_SHARE).unwrap_or(mirror)
+    }
+
+    /// About one pose of the rig.
+    fn about(rig: &'a Rig<'a>, rest: Cow<'a, ModelPose>, pairs: &[(usize, usize)]) -> Self {
         let lateral = (rig.work_from_scene.conjugate() * DVec3::X).normalize();
         let pelvis = rig.role("pelvis").first().copied();
-        let middle = pelvis.map_or(DVec3::ZERO, |pelvis| rig.rest.transforms()[pelvis].translation);
+        let middle = pelvis.map_or(DVec3::ZERO, |pelvis| rest.transforms()[pelvis].translation);
         let mut mirror = Self {
             skeleton: rig.skeleton(),
-            rest: &rig.rest,
+            rest,
             lateral,
             middle,
             up: rig.up(),
@@ -66,7 +84,7 @@ impl<'a> Mirror<'a> {
             morph_twins: super::morphs::twins(&rig.scene.morphs, other_side),
         };
         mirror.twins = mirror.find_twins(rig, pairs);
-        let step = |joint| Step::new(rig.skeleton(), rig.rest.transforms(), joint, mirror.twins.of(joint));
+        let step = |joint| Step::new(rig.skeleton(), mirror.rest.transforms(), joint, mirror.twins.of(joint));
         mirror.steps = (0..rig.skeleton().len()).map(step).collect();
         mirror
     }
@@ -78,8 +96,8 @@ impl<'a> Mirror<'a> {
     }
 
     /// The pose that turns are measured from.
-    pub(super) const fn rest(&self) -> &ModelPose {
-        self.rest
+    pub(super) fn rest(&self) -> &ModelPose {
+        &self.rest
     }
 
     /// The figure's left, in model space.

@@ -6,7 +6,7 @@ use retargetd::{
     engine::{self, EditInputs, NamedBytes},
     model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track, Transform},
     retarget::{ComponentAxis, MirrorAxis, MirrorPlane, Plan, Resolved, RetargetSpec, resolve, run},
-    rig::Rig,
+    rig::{RestSource, Rig},
     samples,
 };
 
@@ -355,4 +355,35 @@ fn components_take_an_axis_for_rotations_and_one_for_translations() {
         let wanted = rest + DVec3::new(change.x, change.y, -change.z);
         assert!(translation(&moved, frame).distance(wanted) < 1e-5, "frame {frame}: along Z");
     }
+}
+
+/// A capture whose zero pose is symmetric, though nobody could stand in it: its rest pose is a frame of the motion, which is not.
+#[test]
+fn captures_mirror_about_a_symmetric_zero_pose() {
+    let scene = samples::walk_scene();
+    let clip = &scene.clips[0];
+    let mut rig = rig(&scene);
+    let stride = clip.local_pose(&scene.skeleton, 20);
+    rig.rest = stride.to_model(&scene.skeleton);
+    rig.rest_local = stride;
+    rig.rest_source = RestSource::StandingFrame;
+    let mirror = Mirror::new(&rig, &[]);
+    let asymmetry = mirror.twins().asymmetry.map_or(0.0, |(_, share)| share);
+    assert!(asymmetry < 1e-6, "the zero pose is taken: {asymmetry}");
+    let image = mirror.apply(clip, MirrorPlane::Rest).expect("a clip");
+    let lateral = rig.work_from_scene.conjugate() * DVec3::X;
+    let middle = rig.rest.transforms()[rig.role("pelvis")[0]].translation;
+    for frame in (0..clip.frame_count()).step_by(7) {
+        let (ours, theirs) = (places(&scene, &image, frame), places(&scene, clip, frame));
+        for (joint, place) in ours.iter().enumerate() {
+            let twin = theirs[mirror.twins().of(joint)];
+            let expected = twin - lateral * (2.0 * (twin - middle).dot(lateral));
+            let error = place.distance(expected);
+            assert!(error < 1e-4, "frame {frame}, joint {joint}: off by {error} m");
+        }
+    }
+    // Where somebody chose the frame, that is measured from.
+    rig.rest_source = RestSource::ClipFrame;
+    let asymmetry = Mirror::new(&rig, &[]).twins().asymmetry.map_or(0.0, |(_, share)| share);
+    assert!(asymmetry > 0.02, "the frame is kept: {asymmetry}");
 }
