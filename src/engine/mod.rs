@@ -5,6 +5,7 @@
 
 mod alignment;
 mod compiled;
+mod characters;
 mod curves;
 mod display;
 mod draw;
@@ -46,6 +47,7 @@ pub use crate::drawing::Manner;
 pub use alignment::AlignmentView;
 pub use compiled::{Compiled, CompiledFacts};
 pub use display::{DisplayOptions, display};
+pub use characters::CharacterView;
 pub use draw::{DrawnCharacter, Scenery, draw_picture, draw_poses, read_scenery, stage_drawing};
 pub use edit::edited_clip;
 pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain, explain_with};
@@ -191,6 +193,10 @@ pub struct Report {
     /// What a search for better parameters found; absent when the spec asks for none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tuning: Option<Tuning>,
+    /// The characters that were moved, where all of a file were asked for; `measures` are then those of the one that it went worst with, and
+    /// `contacts`, `reaches`, `limited` and `alignment` those of the first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub characters: Vec<CharacterView>,
     /// How well the target's rest pose was turned to look like the source's, by joint, parents before children.
     pub alignment: Vec<AlignmentView>,
     /// How many keys outputs have that were asked to hold only what is needed.

@@ -9,6 +9,7 @@ use crate::{
 use super::{
     Counts, Failure, FailureCode, Inputs, Outcome, Report, RigFacts, Rigs, Timings, WarningView,
     alignment::view,
+    characters::{Ensemble, parts, together},
     curves::with_curves,
     edit::edited_clip,
     facts::joint_count,
@@ -35,6 +36,9 @@ pub(super) fn retargeted(work: Work<'_>, inputs: &Inputs<'_>) -> Result<Outcome,
 
     let planning = control.seconds();
     control.enter(Phase::Plan, 0);
+    let parts = parts(&spec, &files, knowledge)?;
+    let asked = (!parts.is_empty()).then(|| spec.clone());
+    let spec = parts.first().map_or(spec, |first| first.spec.clone());
     let Sides { spec, source, target } = files.sides(spec, knowledge, &mut reporter)?;
     let clip = files.choose_clip(&spec, &mut reporter)?;
     let edited = edited_clip(&source, clip, &spec, control, &mut reporter)?;
@@ -52,6 +56,11 @@ pub(super) fn retargeted(work: Work<'_>, inputs: &Inputs<'_>) -> Result<Outcome,
     let measures = (spec.report.detail() != ReportDetail::None)
         .then(|| measure(&mapping, &source, &target, clip, &result, &spec.report, &reaches));
     let measure_seconds = control.seconds() - measuring;
+    let first = (&target, result, stack.driven_joint_count(), measures);
+    let Ensemble { result, driven_joints, measures, views } =
+        together(&parts, (&files, knowledge), first, control, &mut reporter)?;
+    // What was found out about one character is not to be said of all of them.
+    let resolved = asked.unwrap_or(resolved);
 
     let (result, face_fit) =
         with_morphs(result, clip, (&source, &target), &spec.morphs, (limits, control), &mut reporter)?;
@@ -71,7 +80,7 @@ pub(super) fn retargeted(work: Work<'_>, inputs: &Inputs<'_>) -> Result<Outcome,
         frames: result.frame_count(),
         source_joints: joint_count(&files.source.scene),
         target_joints: joint_count(&files.target.scene),
-        driven_joints: stack.driven_joint_count(),
+        driven_joints,
     };
     let rigs =
         Rigs { source: RigFacts::of(&source, files.source.format), target: RigFacts::of(&target, files.target.format) };
@@ -112,6 +121,7 @@ pub(super) fn retargeted(work: Work<'_>, inputs: &Inputs<'_>) -> Result<Outcome,
         reaches,
         limited,
         tuning,
+        characters: views,
         alignment,
         keys,
         face_fit,

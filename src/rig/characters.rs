@@ -5,9 +5,10 @@ use glam::DVec3;
 use crate::model::{ModelPose, Reporter, Scene, Skeleton};
 
 use super::{
-    error::SpecError,
+    error::{SpecError, SpecErrorKind, SpecField},
     lookup::find_joint,
-    recognition::{Hints, Part, Recognition, recognise},
+    recognition::{Hints, Part, Recognition, RigTemplate, recognise},
+    rig::Rig,
     spec::RigSpec,
 };
 
@@ -15,8 +16,32 @@ use super::{
 const SAME_PLACE_SHARE: f64 = 0.02;
 /// Fewer joints are no character.
 const FEWEST_JOINTS: usize = 10;
-/// More characters are not told.
+/// More characters are not looked for.
 const MOST_CHARACTERS: usize = 8;
+/// What a spec says in place of a joint where it means every character of a file.
+pub const ALL_CHARACTERS: &str = "all";
+
+impl Rig<'_> {
+    /// The topmost joints of all characters of the file that the rig is of, the rig's own first; at most eight, and empty where
+    /// the rig is no body. All that hangs from one belongs to its character.
+    #[must_use]
+    pub fn characters(&self, templates: &[RigTemplate]) -> Vec<usize> {
+        let skeleton = self.skeleton();
+        let hints = Hints { templates, ..Hints::of(self.scene) };
+        let own = top_of(skeleton, &self.recognition).filter(|_| self.recognition.is_body());
+        let Some(own) = own else { return Vec::new() };
+        let mut tops = vec![own];
+        tops.extend(others(self.scene, &self.rest, &self.recognition, &hints));
+        let holds_another = |joint: usize, character: usize| {
+            tops.iter().any(|top| *top != character && skeleton.is_ancestor_or_self(joint, *top))
+        };
+        let highest = |character: &usize| {
+            let above = std::iter::successors(Some(*character), |joint| skeleton.parent(*joint));
+            above.take_while(|joint| !holds_another(*joint, *character)).last().unwrap_or(*character)
+        };
+        tops.iter().map(highest).collect()
+    }
+}
 
 /// Whether each joint is outside of the character that the spec names; empty where it names none.
 pub(super) fn outside_of_character(
@@ -27,6 +52,12 @@ pub(super) fn outside_of_character(
     let Some(character) = &spec.character else { return Ok(Vec::new()) };
     match find_joint(skeleton, name, character, &format!("/{name}/character")) {
         Ok(top) => Ok((0..skeleton.len()).map(|joint| !skeleton.is_ancestor_or_self(top, joint)).collect()),
+        Err(_) if character == ALL_CHARACTERS => {
+            let detail = "every character at once is only moved where one clip is retargeted onto a target";
+            let field = SpecField::new(SpecErrorKind::InvalidValue, format!("/{name}/character"), detail);
+            Err(SpecError::from_fields(vec![field])
+                .unwrap_or_else(|| SpecError::new(SpecErrorKind::InvalidValue, detail, "")))
+        }
         Err(field) => SpecError::from_fields(vec![field]).map_or_else(|| Ok(Vec::new()), Err),
     }
 }
@@ -48,7 +79,7 @@ pub(super) fn warn_of_others(
         "several_characters",
         name,
         format!("the file holds {} characters: {} is taken, not {}", others.len() + 1, label(top), others.join(", ")),
-        format!("choose one with {name}.character"),
+        format!("choose one with {name}.character, or \"{ALL_CHARACTERS}\" of them in a retarget"),
     );
 }
 

@@ -36,6 +36,7 @@ pub(crate) mod volumes;
 
 pub use alignment::{AlignedJoint, CanonicalPose, HowAligned, RollCue};
 pub use anatomy::Ride;
+pub use characters::ALL_CHARACTERS;
 pub use error::{SpecError, SpecErrorKind, SpecField};
 pub use findings::{FileFacts, Finding, FindingCode, Severity, examine, examine_clips};
 pub use floor::{floors, standing_floor};

@@ -15,7 +15,9 @@ pub struct RigSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub root: Option<String>,
     /// Which character is meant where the file holds several: a joint or node that all of its joints are below, or its topmost joint.
-    /// Default: the one with the most parts that are known by their names, and the warning `several_characters`.
+    /// Default: the one with the most parts that are known by their names, and the warning `several_characters`. In a retarget, `all`
+    /// moves every character of the target, up to eight: by the one of the source, or with `all` on both sides the first by the first,
+    /// the second by the second and so on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub character: Option<String>,
     /// The joint whose rest height counts as the ground under the pelvis. Default: the floor that the feet stand on.
