@@ -530,3 +530,62 @@ fn feet_are_tilted_as_the_soles_of_the_frame_that_is_measured_from() {
         }
     }
 }
+
+/// Exporters end a hand somewhere, often a hair's breadth above the wrist: that is not where the hand points.
+#[test]
+fn a_stub_at_a_wrist_is_no_direction_of_a_hand() {
+    let walk = samples::walk_scene();
+    let hands = [role(&walk, "left_hand"), role(&walk, "right_hand")];
+    let below =
+        |joint: usize| hands.iter().any(|hand| joint != *hand && walk.skeleton.is_ancestor_or_self(*hand, joint));
+    let model = walk.skeleton.rest_pose().to_model(&walk.skeleton);
+    for (up, what) in [(0.001, "a stub"), (0.1, "a hand that stands up")] {
+        let mut joints: Vec<Joint> = Vec::new();
+        let mut place = vec![None; walk.skeleton.len()];
+        for (index, joint) in walk.skeleton.joints().iter().enumerate().filter(|(index, _)| !below(*index)) {
+            place[index] = Some(joints.len());
+            joints.push(Joint { parent: joint.parent.and_then(|parent| place[parent]), ..joint.clone() });
+        }
+        for hand in hands {
+            let mut end = Joint {
+                name: "End".into(),
+                parent: place[hand],
+                is_joint: false,
+                ..walk.skeleton.joints()[hand].clone()
+            };
+            end.rest.rotation = DQuat::IDENTITY;
+            end.rest.translation = model.transforms()[hand].rotation.conjugate() * DVec3::Y * up;
+            joints.push(end);
+        }
+        let source = Scene {
+            skeleton: Skeleton::new(joints).expect("parents come first"),
+            clips: Vec::new(),
+            skins: Vec::new(),
+            ..walk.clone()
+        };
+        let target = samples::mannequin_scene();
+        let still = vec![JointTracks::default(); source.skeleton.len()];
+        let still = Clip::new("still".into(), vec![0.0], still).expect("a clip");
+        let Resolved { alignment, .. } = resolved(&source, &target, &still, &RetargetSpec::default());
+        let of = |name: &str| alignment.iter().find(|joint| joint.name == name).map(|joint| joint.turned_degrees);
+        let bent = of("left_hand").zip(of("left_forearm")).map_or(0.0, |(hand, forearm)| (hand - forearm).abs());
+        assert!(bent < 30.0, "{what}: the hand is turned by {bent} degrees more than the forearm");
+    }
+}
+
+#[test]
+fn hands_of_an_animation_without_fingers_stay_in_line() {
+    let Some(source) = corpus_file("vrma/idle_loop.vrma") else { return };
+    let Some(target) = corpus_file("mixamo/gltf/Xbot.glb") else { return };
+    let read =
+        |path: &std::path::Path, name: &str| read_scene(&std::fs::read(path).expect("a file of the corpus"), name);
+    let (source, target) = (read(&source, "idle.vrma"), read(&target, "xbot.glb"));
+    let result = retargeted(&source, &target, &source.clips[0], &RetargetSpec::default());
+    let pose = result.local_pose(&target.skeleton, 0).to_model(&target.skeleton);
+    let at = |name: &str| pose.transforms()[role(&target, name)].translation;
+    for side in ["left", "right"] {
+        let [elbow, wrist, knuckle] = ["forearm", "hand", "middle"].map(|part| at(&format!("{side}_{part}")));
+        let bent = (wrist - elbow).angle_between(knuckle - wrist).to_degrees();
+        assert!(bent < 40.0, "the {side} hand is bent by {bent} degrees");
+    }
+}

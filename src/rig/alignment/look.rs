@@ -29,6 +29,11 @@ const NEIGHBORS_DEGREES: f64 = 10.0;
 /// Shoulders are level to this many degrees.
 const SHOULDERS_DEGREES: f64 = 5.0;
 
+/// An End Site nearer to its joint than this share of the bone above says nothing: exporters put one there since a joint must end somewhere.
+const LEAST_END_SHARE: f64 = 0.05;
+/// A hand is bent by no more against its forearm where somebody laid a body out, in degrees.
+const HAND_DEGREES: f64 = 60.0;
+
 /// What tells how a bone is rolled about its own direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RollCue {
@@ -116,7 +121,8 @@ impl Look<'_> {
         match self {
             Self::Rig(rig) => {
                 let joint = *rig.role(role).last()?;
-                let direction = mesh::direction(rig, joint).or_else(|| end_site(rig, joint))?;
+                let of_a_hand = split(role).1 == "hand";
+                let direction = mesh::direction(rig, joint).or_else(|| end_site(rig, joint, of_a_hand))?;
                 Some(rig.work_from_scene * direction)
             }
             Self::Canonical(pose) => pose.direction(role),
@@ -187,13 +193,16 @@ fn at(rig: &Rig<'_>, role: &str) -> Option<DVec3> {
     rig.role(role).first().map(|joint| place(rig, *joint))
 }
 
-fn end_site(rig: &Rig<'_>, joint: usize) -> Option<DVec3> {
+fn end_site(rig: &Rig<'_>, joint: usize, of_a_hand: bool) -> Option<DVec3> {
     let joints = rig.skeleton().joints();
     let mut below = (joint + 1..joints.len()).filter(|other| joints[*other].parent == Some(joint));
     let (Some(only), None) = (below.next(), below.next()) else { return None };
-    let rest = rig.rest.transforms();
-    let bone = rest[only].translation - rest[joint].translation;
-    if joints[only].is_joint { None } else { bone.try_normalize() }
+    let place = |joint: usize| rig.rest.transforms()[joint].translation;
+    let bone = place(only) - place(joint);
+    let above = joints[joint].parent.map_or(DVec3::ZERO, |parent| place(joint) - place(parent));
+    let is_stub = bone.length() < LEAST_END_SHARE * above.length();
+    let is_bent = of_a_hand && bone.angle_between(above).to_degrees() > HAND_DEGREES && !rig.rest_source.is_in_motion();
+    if joints[only].is_joint || is_stub || is_bent { None } else { bone.try_normalize() }
 }
 
 fn second(rig: &Rig<'_>, role: &str) -> Option<Second> {
