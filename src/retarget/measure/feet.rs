@@ -208,9 +208,9 @@ impl Feet {
         let mut tracks = FootSkin::find(*performer, &wanted, leg)?.follow(frames).into_iter();
         let of_point = |point: &FootPoint| if point.bears { tracks.next() } else { None };
         let tracks = self.points.iter().map(of_point).map(Option::unwrap_or_default).collect();
-        let (at_rest, in_clip) = floors(performer.rig, performer.clip)?;
-        let floor = if is_target { at_rest } else { in_clip };
-        Some(Skinned { tracks, floor: floor * performer.rig.unit_metres })
+        // A rig that rests elsewhere than on the floor of its file, in the air or with its pelvis at the origin, is put onto the source's.
+        let (_, in_clip) = floors(performer.rig, performer.clip)?;
+        Some(Skinned { tracks, floor: in_clip * performer.rig.unit_metres })
     }
 
     pub(super) fn measure(&self, performers: &Both<Performer<'_>>, compared: &Compared) -> FeetFindings {

@@ -15,8 +15,10 @@ const FEW_VERTICES: usize = 8;
 const SAME_PLACE: f64 = 1e-5;
 /// A vertex that is farther from the ankle than this many times the middle distance hangs on something else: a cape, a skirt.
 const FAR_OFF: f64 = 4.0;
-/// The same in leg lengths.
-const MOST_FAR: f64 = 1.2;
+/// No vertex so near is one of those, in leg lengths: where many vertices are about the ankle, the middle one is near and toes are far.
+const NEAR: f64 = 0.4;
+/// Any vertex farther than this is one, in leg lengths; blocky feet may be longer than their legs.
+const MOST_FAR: f64 = 3.0;
 /// A sole is at most this share of a leg below the lowest joint of its foot, and at most so far above it.
 const THICKEST: f64 = 0.5;
 const ABOVE_JOINTS: f64 = 0.06;
@@ -101,7 +103,8 @@ fn near(mut points: Vec<SupportPoint>, foot: &Foot<'_, '_>) -> Vec<SupportPoint>
     let mut distances: Vec<f64> = points.iter().map(|point| point.from_end.length()).collect();
     distances.sort_by(f64::total_cmp);
     let Some(middle) = distances.get(distances.len() / 2).copied() else { return points };
-    let most = (FAR_OFF * middle).min(MOST_FAR * foot.length * foot.unit);
+    let leg = foot.length * foot.unit;
+    let most = (FAR_OFF * middle).clamp(NEAR * leg, MOST_FAR * leg);
     points.retain(|point| point.from_end.length() <= most);
     points
 }

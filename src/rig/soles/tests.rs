@@ -151,3 +151,18 @@ fn a_mesh_far_below_the_foot_is_no_sole() {
     let (shape, _) = left_foot(&scene);
     assert!(!shape.is_from_mesh, "it is guessed from the joints");
 }
+
+#[test]
+fn toes_count_where_most_vertices_lie_about_the_ankle() {
+    let about = |index: usize| {
+        let angle = index as f64 * 0.37;
+        DVec3::new(0.03 * angle.cos(), 0.02 * (angle * 1.7).sin(), 0.03 * angle.sin())
+    };
+    let ankle: Vec<DVec3> = (0..600).map(about).collect();
+    let scene = with_shoes(body(true), &ankle);
+    let (shape, leg) = left_foot(&scene);
+    let places = places(&scene, &shape, &leg);
+    for x in [-0.05, 0.05] {
+        assert!(has(&places, [x, -0.1, 0.23]), "the tips of the toes: {places:?}");
+    }
+}

@@ -4,10 +4,14 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3, Vec3};
 
-use super::{Measures, Verdict, clip, close, joint, leg, measured, move_root, turn, value, verdict, walker};
+use super::{Measures, Verdict, clip, close, joint, leg, measure, measured, move_root, turn, value, verdict, walker};
 use crate::{
-    model::{Clip, Influence, JointTracks, Scene, SkinVertices, Track},
-    retarget::spec::{MetricName, ReportDetail},
+    model::{Clip, Influence, JointTracks, Reporter, Scene, Skeleton, SkinVertices, Track},
+    retarget::{
+        resolve::resolve,
+        spec::{MetricName, ReportChoice, ReportDetail, RetargetSpec},
+    },
+    rig::Rig,
 };
 
 /// The walker with shoes: boxes about its feet, `thick` below the floor under the ankles and longer behind and before than the joints
@@ -206,4 +210,27 @@ fn a_limb_that_is_left_at_rest_is_no_pass() {
     assert_eq!(metric.verdict, Verdict::Fail, "an arm is left at rest: {metric:?}");
     assert!(metric.parts.contains_key("right_upper_arm") && metric.parts.contains_key("right_forearm"), "{metric:?}");
     assert_eq!(metric.worst[0].joint, "mixamorig:RightArm", "{metric:?}");
+}
+
+#[test]
+fn a_figure_that_rests_in_the_air_is_looked_at_where_its_clip_stands() {
+    let source = shod(0.0);
+    let still = standing(&source, 20);
+    // The same figure, laid out two meters above the floor; the result stands where the source does.
+    let joints = source.skeleton.joints().iter().cloned().map(|mut joint| {
+        if joint.parent.is_none() {
+            joint.rest.translation += DVec3::Y * 2.0;
+        }
+        joint
+    });
+    let target = Scene { skeleton: Skeleton::new(joints.collect()).expect("parents come first"), ..source.clone() };
+    let spec = RetargetSpec::default();
+    let mut reporter = Reporter::new();
+    let rig = |name, scene| Rig::new(name, scene, None, &spec.source, &mut Reporter::new()).expect("a rig");
+    let (source_rig, target_rig) = (rig("source", &source), rig("target", &target));
+    let mapping = resolve(&spec, &source_rig, &target_rig, &still, &mut reporter).expect("it maps").mapping;
+    let detail = ReportChoice::Detail(ReportDetail::Full);
+    let measures = measure(&mapping, &source_rig, &target_rig, &still, &still, &detail, &[]);
+    let depth = value(&measures, MetricName::FloorPenetration);
+    assert!(depth < 0.1, "it stands on the floor: {depth} cm in it");
 }
