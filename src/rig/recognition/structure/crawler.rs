@@ -262,7 +262,12 @@ fn describe(
     // What leads to a leg is no neck.
     let to_leg = |first: &usize| shape.way(chest, *first).unwrap_or_default();
     let limbs: Vec<usize> = firsts.iter().flat_map(to_leg).chain(firsts.iter().copied()).collect();
-    let trunk = find_animal_trunk(shape, Ends { pelvis, chest, limbs: &limbs }, (forward + 0.3 * up).normalize(), left);
+    let trunk = find_animal_trunk(
+        shape,
+        Ends { pelvis, chest, limbs: &limbs, tips: false },
+        (forward + 0.3 * up).normalize(),
+        left,
+    );
     // A tail begins behind the last joint that carries a leg or the head.
     let carries = |joint: usize| {
         let below = |other: usize| shape.common_ancestor(joint, other) == Some(joint);

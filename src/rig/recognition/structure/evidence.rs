@@ -21,7 +21,7 @@ const FINGERS_SHARE: f64 = 0.4;
 pub(super) fn weigh_upright(shape: &Shape<'_>, body: &Upright) -> f64 {
     let up = body.trunk.normalize_or_zero();
     let limbs = first_joints(&[&body.legs.pair, &body.arms.pair]);
-    let ends = Ends { pelvis: body.pelvis, chest: body.arms.pair.center, limbs: &limbs };
+    let ends = Ends { pelvis: body.pelvis, chest: body.arms.pair.center, limbs: &limbs, tips: body.legs.has_tips() };
     let start = |side: usize| shape.positions[body.arms.pair.ways[side][body.arms.best.upper]];
     let (shoulders, across) = (start(0).midpoint(start(1)), (start(0) - start(1)).normalize_or_zero());
     let height = body.trunk.length();
@@ -53,7 +53,7 @@ pub(super) fn weigh_level(shape: &Shape<'_>, body: &Level) -> f64 {
     let down = body.down.normalize_or_zero();
     let pairs = [&body.hind, &body.front];
     let limbs = first_joints(&pairs);
-    let ends = Ends { pelvis: body.pelvis, chest: body.front.center, limbs: &limbs };
+    let ends = Ends { pelvis: body.pelvis, chest: body.front.center, limbs: &limbs, tips: false };
     let ahead = body.trunk.normalize_or_zero();
     let across = down.cross(ahead).normalize_or_zero();
     let trunk = find_animal_trunk(shape, ends, (ahead - down).normalize_or_zero(), across);

@@ -35,6 +35,13 @@ pub(super) struct Limbs {
     pub second: Option<Segments>,
 }
 
+impl Limbs {
+    /// Whether something lies behind the joint after the end: behind the ball of a foot.
+    pub(super) fn has_tips(&self) -> bool {
+        self.pair.ways[0].len() > self.best.end + 2
+    }
+}
+
 /// A body on four legs.
 #[derive(Clone, Debug)]
 pub(super) struct Level {
@@ -63,6 +70,15 @@ impl Figure {
             Self::Upright(upright) => upright.score,
             Self::Level(level) => level.score,
         }
+    }
+
+    /// The same where less speaks for it.
+    pub(super) fn less_likely(mut self, share: f64) -> Self {
+        match &mut self {
+            Self::Upright(upright) => upright.score *= share,
+            Self::Level(level) => level.score *= share,
+        }
+        self
     }
 }
 

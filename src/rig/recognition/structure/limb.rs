@@ -31,8 +31,15 @@ pub(super) const LEG: Proportions =
 
 /// Spread of the ratio of the segments, as a logarithm.
 const RATIO_SPREAD: f64 = 0.45;
+/// The same of an arm that surely begins at its second joint: cartoons have short upper arms.
+const SURE_RATIO_SPREAD: f64 = 0.75;
 /// How much longer than its chord a segment may be.
 const BEND_SPREAD: f64 = 0.1;
+
+/// A first joint of an arm that is nearer to the middle than this share of how far the next one is, is a collar bone's...
+const NEAR_MIDDLE: f64 = 0.42;
+/// ... and a joint that splits an upper arm only so likely.
+const COLLAR_AS_ARM: f64 = 0.02;
 
 /// The places of three joints in a limb, and how much they look like it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,12 +65,17 @@ pub(super) fn segments(shape: &Shape<'_>, pair: &Pair, proportions: Proportions)
 pub(super) fn all_segments(shape: &Shape<'_>, pair: &Pair, proportions: Proportions) -> Vec<Segments> {
     let sides: [Way<'_>; 2] = [0, 1].map(|side| Way::new(shape, &pair.ways[side]));
     let count = sides[0].joints.len().min(sides[1].joints.len());
+    let aside = |place: usize| sides[0].points[place].distance(sides[1].points[place]);
+    let starts_inside = !proportions.bends && count > 1 && aside(0) < NEAR_MIDDLE * aside(1);
     let mut found: Vec<Segments> = Vec::new();
     for upper in 0..count {
         for lower in upper + 1..count {
             for end in lower + 1..count {
-                let score = sides.iter().map(|side| side.score(upper, lower, end, proportions)).product::<f64>();
-                found.push(Segments { upper, lower, end, score: score.sqrt() });
+                let spread = if starts_inside && upper == 1 { SURE_RATIO_SPREAD } else { RATIO_SPREAD };
+                let score =
+                    sides.iter().map(|side| side.score([upper, lower, end], proportions, spread)).product::<f64>();
+                let collar = if starts_inside && upper == 0 && lower > 1 { COLLAR_AS_ARM } else { 1.0 };
+                found.push(Segments { upper, lower, end, score: score.sqrt() * collar });
             }
         }
     }
@@ -100,7 +112,7 @@ impl<'a> Way<'a> {
         Self { joints, points, gone, fan }
     }
 
-    fn score(&self, upper: usize, lower: usize, end: usize, proportions: Proportions) -> f64 {
+    fn score(&self, [upper, lower, end]: [usize; 3], proportions: Proportions, ratio_spread: f64) -> f64 {
         let chord = |from: usize, to: usize| self.points[from].distance(self.points[to]);
         let way = |from: usize, to: usize| self.gone[to] - self.gone[from];
         let (first, second) = (chord(upper, lower), chord(lower, end));
@@ -109,7 +121,7 @@ impl<'a> Way<'a> {
             return 0.0;
         }
         let bell = |value: f64, spread: f64| (-(value / spread).powi(2)).exp();
-        let ratio = bell((first / second / proportions.upper_over_lower).ln(), RATIO_SPREAD);
+        let ratio = bell((first / second / proportions.upper_over_lower).ln(), ratio_spread);
         let straight =
             bell(way(upper, lower) / first - 1.0, BEND_SPREAD) * bell(way(lower, end) / second - 1.0, BEND_SPREAD);
         let limb = first + second;

@@ -137,12 +137,27 @@ pub(super) fn find_anatomy(parents: &[Option<usize>], positions: &[DVec3], membe
     }
     let whole = figure.map(|figure| describe(&shape, plane.as_ref(), &figure));
     // Limbs that hang from one node above the body are seen only when they are joined to it.
-    whole.or_else(|| {
+    let bridged = || {
         let bridged = shape.bridged()?;
         let figure = find_figure(&bridged)?;
         Some(describe(&bridged, None, &figure))
-    })
+    };
+    // Control joints of an animator's rig lie beside the body and hide it.
+    let alone = || {
+        let core = shape.core(parents)?;
+        let figure = find_figure(&core)?.less_likely(BESIDE_CONTROLS);
+        Some(describe(&core, None, &figure))
+    };
+    let seen = whole.or_else(bridged);
+    if seen.as_ref().is_some_and(Anatomy::stands_alone) {
+        return seen;
+    }
+    let least = seen.as_ref().map_or(0.0, |seen| seen.score);
+    alone().filter(|alone| alone.score > least).or(seen)
 }
+
+/// How likely a body is that is seen only when everything beside it is left out.
+const BESIDE_CONTROLS: f64 = 0.8;
 
 /// Scores between which a body becomes clear; those of upright bodies are higher, since the limbs count less beside the rest.
 const CLEAR: [f64; 2] = [0.05, 0.5];
@@ -180,16 +195,18 @@ fn describe_upright(shape: &Shape<'_>, body: &Upright) -> Anatomy {
     let sides = sides_of(shape, body, up, forward);
     let mut places = Places::default();
     let sure = SUREST.min(0.55 + 0.4 * body.score.sqrt()) * clearness(body.score, CLEAR_UPRIGHT);
+    // Where nothing shows which way the body faces, either side may be the left one.
+    let sure_of_sides = if forward.is_some() { sure } else { sure.min(GUESS) };
     for (side, way) in [Side::Left, Side::Right].into_iter().zip(sides) {
-        describe_leg(shape, &body.legs, way, side, sure, &mut places);
-        describe_arm(shape, &body.arms, way, side, sure, &mut places);
+        describe_leg(shape, &body.legs, way, side, sure_of_sides, &mut places);
+        describe_arm(shape, &body.arms, way, side, sure_of_sides, &mut places);
     }
     let starts = [0, 1].map(|side| body.arms.pair.ways[side][body.arms.best.upper]);
     let shoulders = shape.positions[starts[0]].midpoint(shape.positions[starts[1]]);
     let across = (shape.positions[starts[0]] - shape.positions[starts[1]]).normalize_or_zero();
     let limbs: Vec<usize> =
         [&body.arms, &body.legs].iter().flat_map(|limbs| &limbs.pair.ways).map(|way| way[0]).collect();
-    let ends = Ends { pelvis: body.pelvis, chest: body.arms.pair.center, limbs: &limbs };
+    let ends = Ends { pelvis: body.pelvis, chest: body.arms.pair.center, limbs: &limbs, tips: body.legs.has_tips() };
     let trunk = find_trunk(shape, ends, shoulders, up, across, height);
     // Where a joint with nothing beside it lies above the pelvis, either may be what carries the body.
     let carrier = shape.parent[body.pelvis].filter(|above| shape.children[*above].len() == 1);
@@ -312,7 +329,7 @@ fn describe_level(shape: &Shape<'_>, plane: Option<&Plane>, body: &Level) -> Ana
     let height = body.trunk.length();
     // Necks of animals rise forward.
     let to_head = (up + forward.normalize_or_zero()).normalize_or_zero();
-    let ends = Ends { pelvis: body.pelvis, chest: body.front.center, limbs: &limbs };
+    let ends = Ends { pelvis: body.pelvis, chest: body.front.center, limbs: &limbs, tips: false };
     let trunk = find_animal_trunk(shape, ends, to_head, left);
     if let Some(plane) = plane {
         let legs: Vec<usize> =

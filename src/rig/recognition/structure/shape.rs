@@ -126,6 +126,30 @@ impl<'a> Shape<'a> {
         Some(Self::from_parents(parent, self.positions, order))
     }
 
+    /// The largest of the branches that the skeleton begins with, where it has at least half of all joints and others lie beside it.
+    pub(super) fn core(&self, parents: &[Option<usize>]) -> Option<Shape<'a>> {
+        let mut below = vec![1_usize; self.parent.len()];
+        for joint in self.order.iter().rev() {
+            if let Some(above) = self.parent[*joint] {
+                below[above] += below[*joint];
+            }
+        }
+        let mut tops = self.order.iter().copied().filter(|joint| self.parent[*joint].is_none());
+        let mut top = tops.next().filter(|_| tops.next().is_none())?;
+        while let [only] = self.children[top].as_slice() {
+            top = *only;
+        }
+        let largest = self.children[top].iter().copied().max_by_key(|child| (below[*child], usize::MAX - *child))?;
+        if below[largest] * 2 < self.order.len() {
+            return None;
+        }
+        let mut members = vec![false; self.parent.len()];
+        for joint in &self.order {
+            members[*joint] = *joint == largest || self.parent[*joint].is_some_and(|above| members[above]);
+        }
+        Some(Self::new(parents, self.positions, &members))
+    }
+
     /// Whether a joint lies straight on from the bone that another ends.
     fn goes_on(&self, end: usize, next: usize) -> bool {
         let Some(above) = self.parent[end] else { return false };

@@ -14,7 +14,10 @@ struct Height {
 const NECK: Height = Height { middle: 0.1, spread: 0.12 };
 const HEAD: Height = Height { middle: 0.3, spread: 0.12 };
 /// The top of the head; higher is as well, since heads of cartoons are.
-const TOP: Height = Height { middle: 0.68, spread: 0.1 };
+const TOP: Height = Height { middle: 0.68, spread: 0.2 };
+/// How much likelier a last joint is the top of a head where limbs end in such joints, too; and where they do not.
+const TOPS: f64 = 3.0;
+const NO_TOPS: f64 = 0.2;
 
 /// What that many joints hang from is a head: eyes, ears, jaw, hair.
 const FACE_JOINTS: usize = 3;
@@ -34,6 +37,8 @@ pub(super) struct Ends<'a> {
     pub chest: usize,
     /// The first joints of all limbs, which are no part of the trunk.
     pub limbs: &'a [usize],
+    /// Whether limbs end in joints that only say where their last bones end, as exporters add them.
+    pub tips: bool,
 }
 
 /// The joints on the middle plane.
@@ -67,7 +72,8 @@ pub(super) fn find_trunk(
         if !has_face(next) {
             let (low, high) = (height_of(here), height_of(next));
             // Either this is the head and the next its top, or this belongs to the neck and the next may be the head.
-            let is_head = HEAD.likeness(low) * TOP.likeness(high.min(TOP.middle));
+            let tops = if ends.tips { TOPS } else { NO_TOPS };
+            let is_head = HEAD.likeness(low) * TOP.likeness(high.min(TOP.middle)) * tops;
             let goes_on = NECK.likeness(low) * HEAD.likeness(high);
             let is_leaf = above.len() == head + 2;
             if has_face(here) || (is_leaf && is_head > goes_on) || low > HEAD.middle + 2.0 * HEAD.spread {

@@ -115,7 +115,7 @@ fn stand(shape: &Shape<'_>, plane: &Plane, legs: &Pair, wings: &Pair) -> Option<
     }
     let pelvis = shape.common_ancestor(legs.center, wings.center)?;
     let firsts: Vec<usize> = [legs, wings].iter().flat_map(|pair| &pair.ways).map(|way| way[0]).collect();
-    let ends = Ends { pelvis, chest: wings.center, limbs: &firsts };
+    let ends = Ends { pelvis, chest: wings.center, limbs: &firsts, tips: false };
     let trunk = find_animal_trunk(shape, ends, (forward + up).normalize(), plane.normal);
     let head = trunk.head?;
     let behind = |joint: &usize| (place(*joint) - start(legs)).dot(forward);
