@@ -4,8 +4,8 @@
 //! workers of the service, by tests and by benches alike.
 
 mod alignment;
-mod compiled;
 mod characters;
+mod compiled;
 mod curves;
 mod display;
 mod draw;
@@ -45,9 +45,9 @@ mod work;
 
 pub use crate::drawing::Manner;
 pub use alignment::AlignmentView;
+pub use characters::CharacterView;
 pub use compiled::{Compiled, CompiledFacts};
 pub use display::{DisplayOptions, display};
-pub use characters::CharacterView;
 pub use draw::{DrawnCharacter, Scenery, draw_picture, draw_poses, read_scenery, stage_drawing};
 pub use edit::edited_clip;
 pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain, explain_with};
