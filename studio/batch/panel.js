@@ -64,7 +64,8 @@ function draw() {
       el("button", { type: "button", class: "primary", id: "batch-run", ".disabled": pairs === 0, onclick: () => void attempt(run) }, pairs ? `Retarget ${pairs} pair${pairs === 1 ? "" : "s"}` : "Retarget"),
       el("button", { type: "button", ".disabled": failed === 0, onclick: () => void attempt(retry) }, failed ? `Try ${failed} failed again` : "Try failed again"), archive,
       el("output", {}, batch.id ? `${ended.length} of ${batch.jobs.size} done` : "What was changed in the studio is used for all pairs.")),
-    pairs === 0 ? el("p", { class: "empty" }, "Add clips and characters, or drop them here: every clip goes onto every character.") : grid(),
+    pairs === 0 ? el("p", { class: "empty" }, "Add clips and characters, or drop them here: every clip goes onto every character.") : "",
+    batch.sources.length + batch.targets.length > 0 ? grid() : "",
   );
 }
 

@@ -71,8 +71,9 @@ fn many_clips_go_onto_many_characters() {
     for (index, name) in ["walk_a.glb", "walk_c.glb"].into_iter().enumerate() {
         write(name, named(&walk, &format!("walk {index}")));
     }
+    write("edit.json", b"{}".to_vec());
     let status = Command::new(env!("CARGO_BIN_EXE_retargetd"))
-        .args(["edit", "--input", "walk_a.glb", "--output", "walk_b.bvh"])
+        .args(["edit", "--input", "walk_a.glb", "--config", "edit.json", "--output", "walk_b.bvh"])
         .current_dir(folder.path())
         .status();
     assert!(status.expect("it runs").success(), "a BVH of the walk");
