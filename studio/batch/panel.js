@@ -142,7 +142,7 @@ async function allJobs(id) {
 async function picture(job) {
   const [result] = job.results ?? [];
   if (!result || batch.pictures.has(job.id)) return;
-  const bytes = await getBytes(`/v1/results/${result.id}/preview.webp?size=144&fps=10`);
-  batch.pictures.set(job.id, URL.createObjectURL(new Blob([bytes], { type: "image/webp" })));
+  const bytes = await getBytes(`/v1/results/${result.id}/preview.png?size=144`);
+  batch.pictures.set(job.id, URL.createObjectURL(new Blob([bytes], { type: "image/png" })));
   draw();
 }
