@@ -128,8 +128,8 @@ fn nine_of_ten_roles_of_skinned_bipeds_are_right_without_names() {
     }
     let table = table.join("\n");
     println!("{table}\n{right} of {all}; {sure_right} of {sure} with confidence above 0.8");
-    assert!(right as f64 >= 0.9 * all as f64, "{right} of {all} roles are right:\n{table}");
-    assert!(sure_right as f64 >= 0.9 * sure as f64, "{sure_right} of {sure} sure ones are right:\n{table}");
+    assert!(right as f64 >= 0.94 * all as f64, "{right} of {all} roles are right:\n{table}");
+    assert!(sure_right as f64 >= 0.995 * sure as f64, "{sure_right} of {sure} sure ones are right:\n{table}");
 }
 
 #[test]
