@@ -127,7 +127,7 @@ impl<'a> Shape<'a> {
     }
 
     /// The largest of the branches that the skeleton begins with, where it has at least half of all joints and others lie beside it.
-    pub(super) fn core(&self, parents: &[Option<usize>]) -> Option<Shape<'a>> {
+    pub(super) fn core(&self, parents: &[Option<usize>]) -> Option<Self> {
         let mut below = vec![1_usize; self.parent.len()];
         for joint in self.order.iter().rev() {
             if let Some(above) = self.parent[*joint] {
