@@ -22,7 +22,7 @@
 //! | [`identity`] | who shows a token of an identity provider: its signature, its issuer's keys, what it allows | `store` (its words), `config`, `telemetry` |
 //! | [`http`] | translation only: routes, views, problems | `jobs`, `identity`, `engine` (its words), `report`, `samples`, `config`, `telemetry` |
 //! | [`config`], [`telemetry`] | settings; logs, metrics, traces, clock | nothing |
-//! | [`samples`] | the clip and the character that the demo and the tests use, made by code | `model`, `formats` |
+//! | [`samples`] | the clip, the character and the drawing that the demo and the tests use, made by code | `model`, `formats`, `picture` |
 //! | [`cli`], [`app`] | subcommands; the composition root | everything |
 //!
 //! A test (`tests/it/architecture.rs`) reads every path that begins with `crate::` against this table, and keeps external

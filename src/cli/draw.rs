@@ -9,43 +9,58 @@ use std::{
 use clap::ValueEnum;
 
 use crate::{
-    engine::{self, Failure, FailureCode, Limits, Manner, NamedBytes, PictureFormat, Scenery},
+    engine::{
+        self, DrawRequest, DrawSpec, DrawingFiles, Failure, FailureCode, FileReader, Knowledge, Limits, NamedBytes,
+        Outcome,
+    },
+    formats::Format,
     model::Control,
+    telemetry::monotonic_seconds,
 };
 
 use super::{
     exit::{BAD_USAGE, Exit, say},
-    files::{InputFile, StagedFiles, check_place},
-    outputs::Overwriting,
-    watch::cancel_on_interrupt,
+    files::InputFile,
+    outputs::{Destinations, tell_warnings, write_results},
+    watch::{ProgressWatch, cancel_on_interrupt},
 };
 
 /// Arguments of `retargetd draw`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The config of a scene, as *Animated Drawings* reads it
-    #[arg(long, value_name = "FILE", required_unless_present = "drawing", conflicts_with_all = ["drawing", "motion", "clip"])]
+    /// A scene (MVC) config of *Animated Drawings*, or with --drawing a spec of ours with "task": "draw" (JSON or YAML)
+    #[arg(long, value_name = "FILE", required_unless_present = "drawing")]
     config: Option<PathBuf>,
-    /// A folder with a drawing, which moves with nothing else given: char_cfg.yaml, texture.png and mask.png
-    #[arg(long, value_name = "FOLDER", requires = "motion")]
+    /// The drawing: a folder or a zip archive with char_cfg.yaml, texture.png and mask.png
+    #[arg(long, value_name = "DIR|ZIP", requires = "source")]
     drawing: Option<PathBuf>,
     /// What the drawing does: a file with a clip, of any format that is read
     #[arg(long, value_name = "FILE", requires = "drawing")]
-    motion: Option<PathBuf>,
-    /// The clip of the motion. Default: the first that moves
-    #[arg(long, value_name = "NAME", requires = "motion")]
+    source: Option<PathBuf>,
+    /// The clip of the source. Default: the first that moves
+    #[arg(long, value_name = "NAME", requires = "source")]
     clip: Option<String>,
-    /// Whose numbers come out. Without it, bones do not jump, have the angles that they are to have, and parts change places seldom
-    #[arg(long, value_enum, conflicts_with = "drawing")]
+    /// A motion config of *Animated Drawings*, which says how a BVH source is read
+    #[arg(long, value_name = "FILE", requires = "retarget")]
+    motion: Option<PathBuf>,
+    /// A retarget config of *Animated Drawings*, which says what of the source moves what of the drawing
+    #[arg(long, value_name = "FILE", requires = "source")]
+    retarget: Option<PathBuf>,
+    /// A picture behind everything
+    #[arg(long, value_name = "FILE")]
+    background: Option<PathBuf>,
+    /// Whose numbers come out. Without it, bones do not jump, have the angles that they are to have, and feet stand where they stand
+    #[arg(long, value_enum)]
     compat: Option<Compat>,
-    /// Where the result goes; .npz: the poses as arrays; .gif, .webp, .apng, .mp4: a moving picture. Without it, where the scene says
-    #[arg(long, short, value_name = "FILE")]
-    output: Option<PathBuf>,
     /// An archive with mesh_rest_vertices and mesh_triangles; it is deformed with the first character
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
+    /// Where the result goes; may be given several times. The ending picks the format: .gif, .webp, .png or .apng, .mp4: a moving picture; .zip:
+    /// its frames as PNG; .glb: a textured model on bones; .npz, .json: the poses. Without it, where the scene says
+    #[arg(long, short, value_name = "FILE")]
+    output: Vec<PathBuf>,
     #[command(flatten)]
-    overwriting: Overwriting,
+    destinations: Destinations,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -55,9 +70,6 @@ enum Compat {
     AnimatedDrawings,
 }
 
-/// Codes of what was chosen, in which nothing is wrong.
-const CHOICES: [&str; 3] = ["drawing_motion", "drawing_planes", "drawing_in_place"];
-
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
     match draw(arguments) {
         Ok(()) => ExitCode::SUCCESS,
@@ -65,79 +77,151 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
     }
 }
 
+/// The files of the command line, read.
+struct Given {
+    config: Option<InputFile>,
+    source: Option<InputFile>,
+    motion: Option<InputFile>,
+    retarget: Option<InputFile>,
+    background: Option<InputFile>,
+    mesh: Option<InputFile>,
+    /// Where the drawing is an archive.
+    archive: Option<DrawingFiles>,
+}
+
 fn draw(arguments: &Arguments) -> Result<(), Exit> {
     let limits = Limits::default();
-    let control = Arc::new(Control::new());
+    let control = Arc::new(Control::with_clock(monotonic_seconds));
     cancel_on_interrupt(&control);
-    let mesh = arguments.mesh.as_deref().map(|path| InputFile::read("mesh", path, &limits)).transpose()?;
-    let beside = arguments.config.as_deref().unwrap_or(Path::new("."));
-    let mut read = |file: &str| read_named(file, beside, &limits);
-    let told = |failure: Failure| Exit::from_failure(&failure, "");
-    let scenery = arguments.scenery(&mut read, &limits, &control)?;
-    let output = arguments.place(&scenery)?;
-    check_place(&output)?;
-    let inputs = [arguments.config.as_deref(), arguments.motion.as_deref(), arguments.mesh.as_deref()];
-    arguments.overwriting.check(inputs.into_iter().flatten(), [output.as_path()])?;
-    for (code, text) in &scenery.notes {
-        let kind = if CHOICES.contains(code) { "note" } else { "warning" };
-        say(format_args!("{kind}: {code}: {text}"));
+    let given = arguments.read(&limits, &control)?;
+    let (spec, scene) = arguments.spec(&given)?;
+    let outputs = arguments.places(scene)?;
+    let formats = outputs.iter().map(|path| format_of(path)).collect::<Result<Vec<_>, _>>()?;
+    arguments.destinations.check(&outputs, arguments.inputs())?;
+    let watch = ProgressWatch::start(&control, arguments.destinations.progress);
+    let result = arguments.drawn(&given, (spec, scene), &formats, (&limits, &control));
+    drop(watch);
+    let outcome = result.map_err(|failure| Exit::from_failure(&failure, ""))?;
+    if let Some(report) = &outcome.report.drawing {
+        report.choices.iter().for_each(|choice| say(format_args!("note: {choice}")));
     }
-    let bytes = match kind(&output)? {
-        None => {
-            let mesh = mesh.as_ref().map(|mesh| mesh.as_named().bytes);
-            engine::draw_poses(&scenery, mesh, &control).map_err(told)?
-        }
-        Some(format) => engine::draw_picture(&scenery, &mut read, format, &control).map_err(told)?.0,
-    };
-    StagedFiles::write_one(&output, &bytes)?;
-    say(format_args!("wrote {}", output.display()));
+    tell_warnings(&outcome);
+    write_results(&outcome, &outputs, &formats, arguments.destinations.report(), &control)?;
+    if let Some(report) = &outcome.report.drawing {
+        say(format_args!("verdict: {}: {}", report.verdict.name(), report.verdict_reason));
+    }
+    let names: Vec<String> = outputs.iter().map(|path| path.display().to_string()).collect();
+    let (frames, seconds) = (outcome.report.counts.frames, outcome.report.timings.total_seconds);
+    say(format_args!("wrote {}: {frames} frames, {seconds:.2} s", names.join(", ")));
     Ok(())
 }
 
 impl Arguments {
-    /// What is drawn.
-    fn scenery(
-        &self,
-        read: &mut dyn FnMut(&str) -> Result<Vec<u8>, Failure>,
-        limits: &Limits,
-        control: &Control,
-    ) -> Result<Scenery, Exit> {
-        let told = |failure: Failure| Exit::from_failure(&failure, "");
-        if let (Some(folder), Some(motion)) = (&self.drawing, &self.motion) {
-            let file = InputFile::read("motion", motion, limits)?;
-            let motion = (file.as_named(), self.clip.as_deref());
-            return engine::stage_drawing(&folder.display().to_string(), read, motion, limits, control).map_err(told);
-        }
-        let path = self.config.as_deref().unwrap_or(Path::new(""));
-        let config = InputFile::read("config", path, limits)?;
-        let name = path.display().to_string();
-        let scene = NamedBytes { name: &name, bytes: config.as_named().bytes };
-        let manner = match self.compat {
-            Some(Compat::AnimatedDrawings) => Manner::Original,
-            None => Manner::Steady,
-        };
-        engine::read_scenery(scene, read, manner, control).map_err(told)
+    fn inputs(&self) -> Vec<&Path> {
+        let files = [&self.config, &self.source, &self.motion, &self.retarget, &self.background, &self.mesh];
+        let archive = self.drawing.as_ref().filter(|path| path.is_file());
+        files.into_iter().flatten().chain(archive).map(PathBuf::as_path).collect()
     }
 
-    /// Where the result goes.
-    fn place(&self, scenery: &Scenery) -> Result<PathBuf, Exit> {
-        let said = scenery.spec.controller.output_video_path.as_ref().map(PathBuf::from);
-        self.output.clone().or(said).ok_or_else(|| {
+    fn read(&self, limits: &Limits, control: &Control) -> Result<Given, Exit> {
+        let read = |part: &str, path: &Option<PathBuf>| {
+            path.as_deref().map(|path| InputFile::read(part, path, limits)).transpose()
+        };
+        let archive = match self.drawing.as_deref().filter(|path| !path.is_dir()) {
+            None => None,
+            Some(path) => {
+                let file = InputFile::read("drawing", path, limits)?;
+                let unpacked = DrawingFiles::unpack(file.as_named().bytes, limits, control);
+                let subject = format!("drawing {}", path.display());
+                Some(unpacked.map_err(|failure| {
+                    let failure = failure
+                        .with_hint("name a folder or a zip archive with char_cfg.yaml, texture.png and mask.png");
+                    Exit::from_failure(&failure, &subject)
+                })?)
+            }
+        };
+        Ok(Given {
+            config: read("config", &self.config)?,
+            source: read("source", &self.source)?,
+            motion: read("motion", &self.motion)?,
+            retarget: read("retarget", &self.retarget)?,
+            background: read("background", &self.background)?,
+            mesh: read("mesh", &self.mesh)?,
+            archive,
+        })
+    }
+
+    /// What is wanted; and the place that a scene names, where the config is one.
+    fn spec<'a>(&self, given: &'a Given) -> Result<(DrawSpec, Option<NamedBytes<'a>>), Exit> {
+        let told = |failure: Failure| Exit::from_failure(&failure, "config");
+        let config = given.config.as_ref().map(InputFile::as_named);
+        let is_scene = self.drawing.is_none();
+        let mut spec = engine::read_draw_spec(config.filter(|_| !is_scene)).map_err(told)?;
+        if let Some(Compat::AnimatedDrawings) = self.compat {
+            spec = spec.with_compat();
+        }
+        if let Some(clip) = &self.clip {
+            spec = spec.with_clip(clip);
+        }
+        if self.destinations.strict {
+            spec.strict = true;
+        }
+        Ok((spec, config.filter(|_| is_scene)))
+    }
+
+    /// Where results go.
+    fn places(&self, scene: Option<NamedBytes<'_>>) -> Result<Vec<PathBuf>, Exit> {
+        if !self.output.is_empty() {
+            return Ok(self.output.clone());
+        }
+        let told = |failure: Failure| Exit::from_failure(&failure, "");
+        let said = scene.map(engine::place_of_scene).transpose().map_err(told)?.flatten();
+        said.map(|place| vec![PathBuf::from(place)]).ok_or_else(|| {
             let message = "nothing says where the picture goes".to_owned();
             Exit::new(BAD_USAGE, message, "name the place with --output")
         })
     }
+
+    fn drawn(
+        &self,
+        given: &Given,
+        (spec, scene): (DrawSpec, Option<NamedBytes<'_>>),
+        formats: &[Format],
+        (limits, control): (&Limits, &Control),
+    ) -> Result<Outcome, Failure> {
+        let folder = match (&self.drawing, &given.archive) {
+            (Some(_), Some(archive)) => Some(archive.folder()?),
+            (Some(folder), None) => Some(folder.display().to_string()),
+            (None, _) => None,
+        };
+        let shown = self.config.as_ref().map(|path| path.display().to_string()).unwrap_or_default();
+        let request = DrawRequest {
+            scene: scene.map(|scene| NamedBytes { name: &shown, ..scene }),
+            folder: folder.as_deref(),
+            source: given.source.as_ref().map(InputFile::as_named),
+            motion: given.motion.as_ref().map(InputFile::as_named),
+            retarget: given.retarget.as_ref().map(InputFile::as_named),
+            background: given.background.as_ref().map(InputFile::as_named),
+            mesh: given.mesh.as_ref().map(InputFile::as_named),
+            spec,
+            formats,
+        };
+        let beside = self.config.as_deref().unwrap_or(Path::new("."));
+        let mut read = |file: &str| match &given.archive {
+            Some(archive) => archive.find(file).map(<[u8]>::to_vec).ok_or_else(|| archive.missing(file)),
+            None => read_named(file, beside, limits),
+        };
+        let read: &mut FileReader<'_> = &mut read;
+        engine::draw(&request, read, &Knowledge::default(), limits, control)
+    }
 }
 
-/// The kind of picture that an ending asks for; none for arrays.
-fn kind(output: &Path) -> Result<Option<PictureFormat>, Exit> {
-    let ending = output.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
-    if ending == "npz" {
-        return Ok(None);
-    }
-    PictureFormat::of_ending(&ending, true).filter(|format| format.moves()).map(Some).ok_or_else(|| {
+/// The format that an ending asks for, of those that drawings are written in.
+fn format_of(output: &Path) -> Result<Format, Exit> {
+    let name = output.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    Format::from_file_name(&name).and_then(Format::of_drawing).ok_or_else(|| {
         let message = format!("output {}: drawings are not written in this format", output.display());
-        Exit::new(BAD_USAGE, message, "end the name in .npz, .gif, .webp, .apng or .mp4")
+        Exit::new(BAD_USAGE, message, "end the name in .gif, .webp, .png, .apng, .mp4, .zip, .glb, .npz or .json")
     })
 }
 

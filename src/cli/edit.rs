@@ -48,7 +48,7 @@ fn edit(arguments: &Arguments) -> Result<(), Exit> {
     let config = InputFile::read("config", &arguments.config, &limits)?;
     let control = Arc::new(Control::with_clock(monotonic_seconds));
     cancel_on_interrupt(&control);
-    let watch = ProgressWatch::start(&control, arguments.outputs.progress);
+    let watch = ProgressWatch::start(&control, arguments.outputs.destinations.progress);
     let inputs = EditInputs {
         source: input.as_named(),
         source_rest: rest.as_ref().map(InputFile::as_named),

@@ -20,6 +20,13 @@ pub(super) struct OutputArguments {
     /// Where the result goes; the ending picks the format. May be given several times
     #[arg(long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(super) destinations: Destinations,
+}
+
+/// What goes beside results, and how strictly they are looked at.
+#[derive(Debug, clap::Args)]
+pub(super) struct Destinations {
     /// Where the report goes: as a page to look at where the ending is .html, else as JSON
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -28,9 +35,26 @@ pub(super) struct OutputArguments {
     pub(super) progress: bool,
     /// Write nothing and fail where there is a warning, or where a measure of the report fails; as "strict": true in the config
     #[arg(long)]
-    strict: bool,
+    pub(super) strict: bool,
     #[command(flatten)]
     overwriting: Overwriting,
+}
+
+impl Destinations {
+    /// Finds out before the work whether results have places to go, and would not replace what they must not.
+    pub(super) fn check<'p>(
+        &'p self,
+        outputs: &'p [PathBuf],
+        inputs: impl IntoIterator<Item = &'p Path>,
+    ) -> Result<(), Exit> {
+        check_places(outputs, self.report.as_ref())?;
+        self.overwriting.check(inputs, outputs.iter().chain(&self.report).map(PathBuf::as_path))
+    }
+
+    /// Where the report goes.
+    pub(super) const fn report(&self) -> Option<&PathBuf> {
+        self.report.as_ref()
+    }
 }
 
 /// Which files may be written over.
@@ -75,16 +99,15 @@ impl OutputArguments {
     /// Finds out before the work which formats are wanted, that every file has a place to go, and that no input is written over.
     pub(super) fn check<'p>(&'p self, inputs: impl IntoIterator<Item = &'p Path>) -> Result<WantedFormats, Exit> {
         let formats = WantedFormats::of(&self.output)?;
-        check_places(&self.output, self.report.as_ref())?;
-        self.overwriting.check(inputs, self.output.iter().chain(&self.report).map(PathBuf::as_path))?;
+        self.destinations.check(&self.output, inputs)?;
         Ok(formats)
     }
 
     /// Tells the warnings and puts all results in their places; none where warnings are not wanted.
     pub(super) fn finish(&self, outcome: &Outcome, formats: &WantedFormats, control: &Control) -> Result<(), Exit> {
         tell_warnings(outcome);
-        check_strict(self.strict, outcome)?;
-        write_results(outcome, &self.output, formats, self.report.as_ref(), control)
+        check_strict(self.destinations.strict, outcome)?;
+        write_results(outcome, &self.output, &formats.of_each, self.destinations.report(), control)
     }
 
     /// The result files, as they are told to the user.
@@ -119,12 +142,12 @@ impl WantedFormats {
 pub(super) fn write_results(
     outcome: &Outcome,
     outputs: &[PathBuf],
-    formats: &WantedFormats,
+    formats: &[Format],
     report: Option<&PathBuf>,
     control: &Control,
 ) -> Result<(), Exit> {
     let mut staged = StagedFiles::default();
-    for (path, format) in outputs.iter().zip(&formats.of_each) {
+    for (path, format) in outputs.iter().zip(formats) {
         let output = outcome.outputs.iter().find(|output| output.format == *format).ok_or_else(|| {
             let message = format!("the engine gave no output of the format {}", format.info().name);
             Exit::new(FAILED, message, "this is a bug; please report it")

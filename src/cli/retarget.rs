@@ -39,7 +39,7 @@ fn retarget(arguments: &Arguments) -> Result<(), Exit> {
 
     let control = Arc::new(Control::with_clock(monotonic_seconds));
     cancel_on_interrupt(&control);
-    let watch = ProgressWatch::start(&control, arguments.outputs.progress);
+    let watch = ProgressWatch::start(&control, arguments.outputs.destinations.progress);
     let result = engine::retarget_with(&files.inputs(&formats.distinct), &knowledge, &limits, &control);
     drop(watch);
     let outcome = result.map_err(|failure| files.exit(&failure))?;

@@ -1,4 +1,4 @@
-//! The `samples` subcommand: a clip and a character to try things with, made by code.
+//! The `samples` subcommand: a clip, a character and a drawing to try things with, made by code.
 
 use std::{
     path::{Path, PathBuf},
@@ -34,6 +34,11 @@ fn write(folder: &Path) -> Result<(), Exit> {
     let files = [
         ("walk.glb", samples::walk_clip(), "a walk on a skeleton with Mixamo's joint names, T pose"),
         ("mannequin.glb", samples::mannequin(), "a skinned mannequin with Unreal 5 joint names, A pose"),
+        (
+            "drawing.zip",
+            samples::drawing(),
+            "a drawn child with the joints of Animated Drawings, to move with 'retargetd draw'",
+        ),
     ];
     let mut staged = StagedFiles::default();
     let mut told = String::new();

@@ -18,7 +18,7 @@ use super::{
 /// Weight of a pin against an edge.
 const PIN_WEIGHT: f64 = 1000.0;
 /// Vertices of one mesh.
-const MAX_VERTICES: usize = 20_000;
+pub const MAX_VERTICES: usize = 20_000;
 
 /// How exactly matrices are formed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +37,7 @@ impl Precision {
 }
 
 /// A pin: three vertices and their shares.
-type Pin = [(usize, f64); 3];
+pub(super) type Pin = [(usize, f64); 3];
 
 /// A mesh with pins, ready for frames.
 #[derive(Clone, Debug)]
@@ -164,7 +164,7 @@ pub struct ArapWorkspace {
 }
 
 /// For each vertex those that share a triangle with it, in order.
-fn neighbors(count: usize, triangles: &[[usize; 3]]) -> Vec<Vec<usize>> {
+pub(super) fn neighbors(count: usize, triangles: &[[usize; 3]]) -> Vec<Vec<usize>> {
     let mut neighbors = vec![BTreeSet::new(); count];
     for &[one, two, three] in triangles {
         for (from, to) in [(one, two), (two, three), (three, one)] {
@@ -209,7 +209,7 @@ fn stretch_row(
 }
 
 /// The first triangle that a point lies in, and the shares of its corners.
-fn pin(vertices: &[DVec2], triangles: &[[usize; 3]], point: DVec2, precision: Precision) -> Option<Pin> {
+pub(super) fn pin(vertices: &[DVec2], triangles: &[[usize; 3]], point: DVec2, precision: Precision) -> Option<Pin> {
     let round = |value: f64| precision.round(value);
     let dot = |one: [f64; 2], other: [f64; 2]| round(round(one[0] * other[0]) + round(one[1] * other[1]));
     let away = |to: DVec2, from: DVec2| [round(round(to.x) - round(from.x)), round(round(to.y) - round(from.y))];

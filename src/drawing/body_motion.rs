@@ -88,6 +88,12 @@ impl BodyMotion {
         self.places[frame * self.joints() + joint]
     }
 
+    /// The place of a joint at a frame in the world of [`Self::roots`].
+    #[must_use]
+    pub fn world_place(&self, frame: usize, joint: usize) -> DVec3 {
+        self.roots[frame] + facing_x(self.forwards[frame]).transpose() * self.place(frame, joint)
+    }
+
     /// The first joint of a name.
     #[must_use]
     pub fn joint(&self, name: &str) -> Option<usize> {

@@ -8,7 +8,7 @@ use super::{
 };
 
 /// Joints of one drawing.
-const MAX_JOINTS: usize = 128;
+pub const MAX_JOINTS: usize = 128;
 /// Pixels along one side of a drawing.
 const MAX_SIDE: u32 = 16_384;
 
@@ -49,6 +49,12 @@ impl CharacterSpec {
                 let fix = format!("give the {field} of the texture, 1 to {MAX_SIDE}");
                 return Err(DrawingError::new(field, format!("{side} pixels"), fix));
             }
+        }
+        let pixels = u64::from(spec.height) * u64::from(spec.width);
+        if pixels > super::MAX_TEXTURE_PIXELS as u64 {
+            let detail = format!("{} by {} pixels", spec.width, spec.height);
+            let fix = format!("make the drawing smaller: {} pixels at most", super::MAX_TEXTURE_PIXELS);
+            return Err(DrawingError::new("width, height", detail, fix));
         }
         if spec.skeleton.len() > MAX_JOINTS {
             let detail = format!("{} joints", spec.skeleton.len());

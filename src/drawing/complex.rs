@@ -13,6 +13,11 @@ impl Complex {
         Self(DVec2::new(real, imaginary))
     }
 
+    /// The angle from the real axis, in radians.
+    pub(super) fn angle(self) -> f64 {
+        self.0.y.atan2(self.0.x)
+    }
+
     /// Of length 1 in the same direction; 1 where there is none.
     pub(super) fn unit(self) -> Self {
         Self(self.0.try_normalize().unwrap_or(DVec2::X))

@@ -5,8 +5,6 @@ use glam::DVec2;
 
 use super::projection::angle_degrees;
 
-/// Over so many seconds a bone follows what it is driven by.
-const DAMPED_OVER_SECONDS: f64 = 0.06;
 /// A bone that is seen shorter than this share of its length keeps its angle: it points at the viewer, and on to nowhere.
 const SEEN_FROM: f64 = 0.15;
 /// No bone turns faster, also where its projection turns around at once.
@@ -19,9 +17,9 @@ const NEARER_BY: f64 = 0.05;
 /// Directions of one bone at all frames, as they are seen: the shorter the bone is seen, the less the frame counts. They become those that
 /// are nearest to them while they change little: the minimum of `sum |u[t] - d[t]|^2 + k sum |u[t+1] - u[t]|^2`, found exactly (Whittaker,
 /// "On a New Method of Graduation", 1923, with differences of the first order).
-pub(super) fn damp(directions: &mut [DVec2], frame_time: f64) {
+pub(super) fn damp(directions: &mut [DVec2], frame_time: f64, over_seconds: f64) {
     let count = directions.len();
-    let weight = (DAMPED_OVER_SECONDS / frame_time).powi(2);
+    let weight = (over_seconds / frame_time).powi(2);
     // One row of the tridiagonal system after the other, then back.
     let mut factors = vec![0.0; count];
     for index in 0..count {
@@ -43,17 +41,27 @@ pub(super) fn damp(directions: &mut [DVec2], frame_time: f64) {
 
 /// The angles of one bone at all frames, 0 to 360 degrees, by its damped directions.
 pub(super) fn followed(directions: &[DVec2], frame_time: f64) -> Vec<f64> {
-    let most = FASTEST_DEGREES_PER_SECOND * frame_time;
+    let most = fastest_turn(frame_time);
     let first = directions.iter().find(|direction| direction.length() >= SEEN_FROM).or(directions.first());
     let mut angle = first.map_or(0.0, |direction| angle_degrees(*direction));
     let mut follow = |direction: &DVec2| {
         if direction.length() >= SEEN_FROM {
-            let turn = (angle_degrees(*direction) - angle + 180.0).rem_euclid(360.0) - 180.0;
-            angle = (angle + turn.clamp(-most, most)).rem_euclid(360.0);
+            angle = no_faster(angle, angle_degrees(*direction), most);
         }
         angle
     };
     directions.iter().map(&mut follow).collect()
+}
+
+/// By so many degrees a bone turns from one frame to the next, at most.
+pub(super) fn fastest_turn(frame_time: f64) -> f64 {
+    FASTEST_DEGREES_PER_SECOND * frame_time
+}
+
+/// An angle that is turned to another by so many degrees at most.
+pub(super) fn no_faster(from: f64, to: f64, most: f64) -> f64 {
+    let turn = (to - from + 180.0).rem_euclid(360.0) - 180.0;
+    (from + turn.clamp(-most, most)).rem_euclid(360.0)
 }
 
 /// For each frame the groups from the farthest to the nearest, by their depths at all frames. Two groups change places where one is nearer
@@ -90,12 +98,12 @@ mod tests {
     #[test]
     fn what_does_not_change_stays_and_what_is_short_counts_little() {
         let mut same = [DVec2::new(0.6, 0.8); 9];
-        damp(&mut same, 1.0 / 30.0);
+        damp(&mut same, 1.0 / 30.0, 0.06);
         assert!(same.iter().all(|direction| direction.distance(DVec2::new(0.6, 0.8)) < 1e-12), "{same:?}");
         // For one frame the bone points at the viewer, and a little to the wrong side.
         let mut dip = [DVec2::X; 9];
         dip[4] = DVec2::new(-0.05, 0.0);
-        damp(&mut dip, 1.0 / 30.0);
+        damp(&mut dip, 1.0 / 30.0, 0.06);
         assert!(dip.iter().all(|direction| direction.x > 0.5), "it does not turn around: {dip:?}");
     }
 
@@ -111,8 +119,8 @@ mod tests {
     fn the_damped_directions_are_the_minimum() {
         let given = [DVec2::X, DVec2::Y, -DVec2::X, DVec2::ZERO, DVec2::Y];
         let (frame_time, mut found) = (1.0 / 30.0, given);
-        damp(&mut found, frame_time);
-        let weight = (DAMPED_OVER_SECONDS / frame_time).powi(2);
+        damp(&mut found, frame_time, 0.06);
+        let weight = (0.06 / frame_time).powi(2);
         for (index, direction) in found.iter().enumerate() {
             let mut slope = *direction - given[index];
             for neighbor in [index.checked_sub(1), Some(index + 1)].into_iter().flatten() {

@@ -6,8 +6,6 @@ use glam::DVec2;
 
 use crate::picture::Picture;
 
-/// Squares along the side of the padded drawing.
-const SQUARES: f64 = 48.0;
 /// Parts of a square that the mask needs of it.
 const LEAST_SHARE: f64 = 0.02;
 
@@ -20,10 +18,10 @@ pub(super) struct Lattice {
 }
 
 impl Lattice {
-    /// Covers the pixels of which `is_figure` holds.
-    pub(super) fn new(mask: &Picture, is_figure: impl Fn([u8; 4]) -> bool) -> Self {
+    /// Covers the pixels of which `is_figure` holds with so many squares along the side of the padded drawing.
+    pub(super) fn new(mask: &Picture, squares: f64, is_figure: impl Fn([u8; 4]) -> bool) -> Self {
         let side = mask.width.max(mask.height) as f64;
-        let spacing = side / SQUARES;
+        let spacing = side / squares;
         let mut counts: BTreeMap<(usize, usize), usize> = BTreeMap::new();
         for (index, &pixel) in mask.pixels.iter().enumerate() {
             if is_figure(pixel) {

@@ -89,17 +89,18 @@ impl PlanarRig {
 
     /// Poses the rig so that every driven bone has its angle; what is not driven turns with the bone that it hangs on.
     ///
-    /// `wanted` has an angle for each driven joint.
-    pub(super) fn pose_exactly(&self, wanted: &[Option<f64>], root: DVec2, posed: &mut [DVec2]) {
+    /// `wanted` has an angle and a length, in lengths at rest, for each driven joint.
+    pub(super) fn pose_exactly(&self, wanted: &[Option<(f64, f64)>], root: DVec2, posed: &mut [DVec2]) {
         let mut turns = vec![0.0; self.rest.len()];
         for joint in 0..self.rest.len() {
             let Some(parent) = self.parents[joint] else {
                 posed[joint] = root;
                 continue;
             };
-            turns[joint] = wanted[joint].map_or(turns[parent], |angle| angle - self.rest_degrees[joint]);
+            turns[joint] = wanted[joint].map_or(turns[parent], |(angle, _)| angle - self.rest_degrees[joint]);
             let turn = DVec2::from_angle(turns[joint].to_radians());
-            posed[joint] = posed[parent] + turn.rotate(self.rest[joint] - self.rest[parent]);
+            let way = (self.rest[joint] - self.rest[parent]) * wanted[joint].map_or(1.0, |(_, length)| length);
+            posed[joint] = posed[parent] + turn.rotate(way);
         }
     }
 

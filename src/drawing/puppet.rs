@@ -1,37 +1,76 @@
 //! A drawing that is ready to be seen: its texture on a mesh, its mesh in parts.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use crate::picture::Picture;
 
 use super::{
     Arap, ArapWorkspace, CharacterSpec, DrawingError, Performance, PlanarRig, Precision, RetargetSpec, ViewSection,
-    fill::{self, Corner},
+    bones::{BoneMesh, BoneWorkspace},
+    cutout::{Cutout, cut_out},
+    fill::{self, Blend, Corner},
     lattice::Lattice,
-    parts,
+    overlay, parts,
+    skin::Skin,
     viewpoint::Viewpoint,
 };
 
-/// Gray of a mask from which on a pixel is the figure's.
-const FIGURE_FROM: u8 = 128;
+/// Squares along the side of the padded drawing, for the mesh of the original's deformation.
+const COARSE_SQUARES: f64 = 48.0;
+/// The same for the mesh that bones hold.
+const FINE_SQUARES: f64 = 72.0;
+
+/// How a mesh follows the joints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Deformation {
+    /// Bones hold it: limbs keep their length and their width.
+    Bones,
+    /// As rigid as possible between its joints, as the original does it.
+    Arap,
+}
+
+/// How a drawing is put together and what of it is drawn.
+#[derive(Clone, Debug)]
+pub struct Look {
+    /// How its mesh follows the joints.
+    pub deformation: Deformation,
+    /// Joints whose bones keep what hangs on them as it is.
+    pub rigid: Vec<String>,
+    /// Whether edges are smooth. Without it, a pixel is replaced or left.
+    pub smooth: bool,
+    /// Whether the texture keeps its size where it is drawn smaller.
+    pub keep_texture: bool,
+}
+
+#[derive(Clone, Debug)]
+enum Mesh {
+    Bones(BoneMesh),
+    Arap(Arap),
+}
 
 /// A drawing with texture, mesh and parts.
 #[derive(Clone, Debug)]
 pub struct Puppet {
-    /// The texture; what the mask leaves out has no opacity.
-    texture: Picture,
+    cutout: Cutout,
+    /// For each vertex its place at rest.
+    rest: Vec<DVec2>,
+    triangles: Vec<[usize; 3]>,
     /// For each vertex its place on the texture, in pixels.
     texels: Vec<DVec2>,
-    arap: Arap,
-    /// For each body part group and each of its joints the triangles.
-    parts: Vec<Vec<Vec<[usize; 3]>>>,
+    mesh: Mesh,
+    /// For each body part group and each of its joints the joint and the triangles.
+    parts: Vec<Vec<(usize, Vec<[usize; 3]>)>>,
+    parents: Vec<Option<usize>>,
     viewpoint: Viewpoint,
+    blend: Blend,
+    shown: overlay::Shown,
 }
 
 /// What [`Puppet::draw`] works in.
 #[derive(Clone, Debug)]
 pub struct PuppetWorkspace {
-    arap: ArapWorkspace,
+    arap: Option<ArapWorkspace>,
+    bones: Option<BoneWorkspace>,
     deformed: Vec<DVec2>,
     seen: Vec<Option<DVec2>>,
 }
@@ -47,46 +86,104 @@ impl Puppet {
         rig: &PlanarRig,
         retarget: &RetargetSpec,
         view: &ViewSection,
-        [mut texture, mask]: [Picture; 2],
+        look: &Look,
+        pictures: [Picture; 2],
     ) -> Result<Self, DrawingError> {
-        for (name, picture) in [("texture.png", &texture), ("mask.png", &mask)] {
-            if [picture.width, picture.height] != [spec.width as usize, spec.height as usize] {
-                let detail = format!("{name} has {} by {} pixels", picture.width, picture.height);
-                let fix = format!("the config says {} by {}", spec.width, spec.height);
-                return Err(DrawingError::new("width, height", detail, fix));
-            }
-        }
-        let is_figure = |pixel: [u8; 4]| pixel[0] >= FIGURE_FROM && pixel[3] > 0;
-        for (pixel, &mask) in texture.pixels.iter_mut().zip(&mask.pixels) {
-            if !is_figure(mask) {
-                pixel[3] = 0;
-            }
-        }
-        let mesh = Lattice::new(&mask, is_figure);
-        let arap = Arap::new(&mesh.vertices, &mesh.triangles, &rig.rest, Precision::Double)?;
+        let viewpoint = Viewpoint::new(view);
+        let scale = viewpoint.scale_at(retarget.char_starting_location[2]) / f64::from(spec.padded_side());
+        let squares = match look.deformation {
+            Deformation::Bones => FINE_SQUARES,
+            Deformation::Arap => COARSE_SQUARES,
+        };
+        let (cutout, mesh) =
+            cut_out(spec, pictures, (look.smooth && !look.keep_texture).then_some(scale), |mask, is_figure| {
+                Lattice::new(mask, squares, is_figure)
+            })?;
+        let rigid: Vec<usize> = joints_named(rig, &look.rigid, "drawing.rigid")?;
+        let body = match look.deformation {
+            Deformation::Bones => Mesh::Bones(BoneMesh::new(&mesh.vertices, &mesh.triangles, rig, &rigid)?),
+            Deformation::Arap => Mesh::Arap(Arap::new(&mesh.vertices, &mesh.triangles, &rig.rest, Precision::Double)?),
+        };
         let of_joints = parts::triangles_of_joints(rig, &mesh);
-        let mut parts = Vec::new();
-        for (index, group) in retarget.char_bodypart_groups.iter().enumerate() {
-            let mut part = Vec::new();
-            for name in &group.char_joints {
-                let place = || format!("char_bodypart_groups[{index}].char_joints");
-                let joint =
-                    rig.joint(name).ok_or_else(|| DrawingError::unknown_name(place(), name, &rig.joint_names))?;
-                part.push(of_joints[joint].clone());
-            }
-            parts.push(part);
-        }
+        let groups = groups(rig, retarget, look.smooth)?;
+        let parts = groups
+            .into_iter()
+            .map(|joints| joints.into_iter().map(|joint| (joint, of_joints[joint].clone())).collect())
+            .collect();
         let side = f64::from(spec.padded_side());
-        let texel = |vertex: &DVec2| DVec2::new(vertex.x * side, f64::from(spec.height) - vertex.y * side);
-        let texels = mesh.vertices.iter().map(texel).collect();
-        Ok(Self { texture, texels, arap, parts, viewpoint: Viewpoint::new(view) })
+        let texel = |vertex: &DVec2| {
+            DVec2::new(vertex.x * side, f64::from(spec.height) - vertex.y * side) / cutout.shrunk as f64
+        };
+        Ok(Self {
+            texels: mesh.vertices.iter().map(texel).collect(),
+            rest: mesh.vertices,
+            triangles: mesh.triangles,
+            cutout,
+            mesh: body,
+            parts,
+            parents: rig.parents.clone(),
+            viewpoint,
+            blend: if look.smooth { Blend::Over } else { Blend::Replace },
+            shown: overlay::Shown::of(view),
+        })
     }
 
     /// Memory for [`Self::draw`].
     #[must_use]
     pub fn workspace(&self) -> PuppetWorkspace {
         let count = self.texels.len();
-        PuppetWorkspace { arap: self.arap.workspace(), deformed: vec![DVec2::ZERO; count], seen: vec![None; count] }
+        let (arap, bones) = match &self.mesh {
+            Mesh::Arap(arap) => (Some(arap.workspace()), None),
+            Mesh::Bones(bones) => (None, Some(bones.workspace())),
+        };
+        PuppetWorkspace { arap, bones, deformed: vec![DVec2::ZERO; count], seen: vec![None; count] }
+    }
+
+    /// The mesh at rest.
+    #[must_use]
+    pub fn rest(&self) -> (&[DVec2], &[[usize; 3]]) {
+        (&self.rest, &self.triangles)
+    }
+
+    /// The joints that are drawn in no group by themselves and go with one nearby, where that is how it is drawn.
+    #[must_use]
+    pub fn skin(&self) -> Option<Skin<'_>> {
+        let Mesh::Bones(mesh) = &self.mesh else { return None };
+        let triangles = self.parts.iter().map(|part| part.iter().flat_map(|(_, own)| own.iter().copied()).collect());
+        Some(Skin {
+            mesh,
+            vertices: &self.rest,
+            texels: &self.texels,
+            texture: &self.cutout.texture,
+            parts: triangles.collect(),
+        })
+    }
+
+    /// The mesh as it is at a frame, in the world.
+    pub fn deformed<'a>(
+        &self,
+        performance: &Performance,
+        frame: usize,
+        workspace: &'a mut PuppetWorkspace,
+    ) -> &'a [DVec2] {
+        let frame = frame.min(performance.frames - 1);
+        let (mut joints, root) = performance.joints_about_root(frame);
+        let is_mirrored = performance.is_mirrored[frame];
+        if is_mirrored {
+            joints.iter_mut().for_each(|joint| joint.x = -joint.x);
+        }
+        match (&self.mesh, &mut workspace.arap, &mut workspace.bones) {
+            (Mesh::Arap(mesh), Some(own), _) => mesh.deform(&joints, own, &mut workspace.deformed),
+            (Mesh::Bones(mesh), _, Some(own)) => mesh.deform(&joints, own, &mut workspace.deformed),
+            _ => {}
+        }
+        for vertex in &mut workspace.deformed {
+            if is_mirrored {
+                vertex.x = -vertex.x;
+            }
+            *vertex += root;
+        }
+        &workspace.deformed
     }
 
     /// Draws the puppet as it is at a frame over what is there. After its last frame it holds still.
@@ -98,28 +195,97 @@ impl Puppet {
         picture: &mut Picture,
     ) {
         let frame = frame.min(performance.frames - 1);
-        let (joints, root) = performance.joints_about_root(frame);
-        self.arap.deform(&joints, &mut workspace.arap, &mut workspace.deformed);
+        self.deformed(performance, frame, workspace);
+        let (shift, z) = (performance.seen_shift(frame), performance.start[2]);
+        let see = |place: DVec2| self.viewpoint.seen((place + shift).extend(z));
         for (seen, &vertex) in workspace.seen.iter_mut().zip(&workspace.deformed) {
-            *seen = self.viewpoint.seen((vertex + root).extend(performance.start[2]));
+            *seen = see(vertex);
         }
-        let groups = self.parts.len();
-        for &group in &performance.order[frame * groups..(frame + 1) * groups] {
-            let part = &self.parts[group];
-            let is_near = performance.group_depths[frame * groups + group] > 0.0;
-            for index in 0..part.len() {
-                let joint = if is_near { index } else { part.len() - 1 - index };
-                for &triangle in &part[joint] {
-                    self.draw_triangle(triangle, &workspace.seen, picture);
+        if self.shown.texture {
+            self.draw_parts(performance, frame, &workspace.seen, picture, None);
+        }
+        if self.shown.colors {
+            self.draw_parts(performance, frame, &workspace.seen, picture, Some(()));
+        }
+        if self.shown.mesh {
+            for triangle in self.parts.iter().flatten().flat_map(|(_, triangles)| triangles) {
+                overlay::outline(triangle.map(|corner| workspace.seen[corner]), picture);
+            }
+        }
+        if self.shown.rig {
+            let joints = self.parents.len();
+            let at = |joint: usize| see(performance.joints[frame * joints + joint]);
+            for (joint, parent) in self.parents.iter().enumerate() {
+                let Some(parent) = parent else { continue };
+                if let (Some(from), Some(to)) = (at(*parent), at(joint)) {
+                    overlay::line(from, to, picture);
                 }
             }
         }
     }
 
-    fn draw_triangle(&self, triangle: [usize; 3], seen: &[Option<DVec2>], picture: &mut Picture) {
-        let corner = |vertex: usize| Some(Corner { seen: seen[vertex]?, texel: self.texels[vertex] });
-        if let [Some(one), Some(two), Some(three)] = triangle.map(corner) {
-            fill::triangle(picture, &self.texture, [one, two, three]);
+    /// Draws what moves the drawing, as dots: the joints of the body.
+    pub fn draw_body(&self, places: &[DVec3], size: f64, picture: &mut Picture) {
+        for &place in places {
+            if let Some(seen) = self.viewpoint.seen(place) {
+                overlay::dot(seen, self.viewpoint.scale_at(place.z) * size / 2.0, picture);
+            }
         }
     }
+
+    fn draw_parts(
+        &self,
+        performance: &Performance,
+        frame: usize,
+        seen: &[Option<DVec2>],
+        picture: &mut Picture,
+        flat: Option<()>,
+    ) {
+        let groups = self.parts.len();
+        for &group in &performance.order[frame * groups..(frame + 1) * groups] {
+            let part = &self.parts[group];
+            let is_near = performance.group_depths[frame * groups + group] > 0.0;
+            for index in 0..part.len() {
+                let (joint, triangles) = &part[if is_near { index } else { part.len() - 1 - index }];
+                let color = flat.map(|()| overlay::color_of(*joint));
+                for &triangle in triangles {
+                    let corner = |vertex: usize| Some(Corner { seen: seen[vertex]?, texel: self.texels[vertex] });
+                    let [Some(one), Some(two), Some(three)] = triangle.map(corner) else { continue };
+                    match &color {
+                        None => fill::triangle(picture, &self.cutout.texture, [one, two, three], self.blend),
+                        Some(color) => fill::flat(picture, color, [one, two, three]),
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn joints_named(rig: &PlanarRig, names: &[String], place: &str) -> Result<Vec<usize>, DrawingError> {
+    let find = |name: &String| rig.joint(name).ok_or_else(|| DrawingError::unknown_name(place, name, &rig.joint_names));
+    names.iter().map(find).collect()
+}
+
+/// For each body part group the joints that are drawn with it. Joints that no group names are drawn before all of the group of the nearest
+/// joint above them, where all is to be drawn.
+fn groups(rig: &PlanarRig, retarget: &RetargetSpec, draw_all: bool) -> Result<Vec<Vec<usize>>, DrawingError> {
+    let mut groups = Vec::new();
+    for (index, group) in retarget.char_bodypart_groups.iter().enumerate() {
+        groups.push(joints_named(rig, &group.char_joints, &format!("char_bodypart_groups[{index}].char_joints"))?);
+    }
+    if draw_all {
+        let listed = groups.clone();
+        let group_of = |joint: usize| listed.iter().position(|group: &Vec<usize>| group.contains(&joint));
+        for joint in (0..rig.parents.len()).filter(|joint| group_of(*joint).is_none()) {
+            let mut above = rig.parents[joint];
+            while let Some(at) = above.filter(|at| group_of(*at).is_none()) {
+                above = rig.parents[at];
+            }
+            let group = above.and_then(group_of).unwrap_or(0);
+            if let Some(group) = groups.get_mut(group) {
+                group.insert(0, joint);
+            }
+        }
+    }
+    Ok(groups)
 }

@@ -1,6 +1,6 @@
 //! Which joints of the body turn which bones of the drawing.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::{
     DrawingError, Ordered,
@@ -8,7 +8,7 @@ use super::{
 };
 
 /// How a group of joints comes onto a plane.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ProjectionMethod {
     /// Seen from the front.
@@ -20,7 +20,7 @@ pub enum ProjectionMethod {
 }
 
 /// Joints of the body that come onto one plane.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ProjectionGroup {
     /// The joints.
     pub bvh_joint_names: Vec<String>,
@@ -31,7 +31,7 @@ pub struct ProjectionGroup {
 }
 
 /// Joints of the drawing that are drawn together.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct BodypartGroup {
     /// Joints of the body whose mean depth tells when the group is drawn.
     pub bvh_depth_drivers: Vec<String>,
@@ -40,7 +40,7 @@ pub struct BodypartGroup {
 }
 
 /// What moves the root of the drawing.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RootOffset {
     /// Chains of the body whose lengths are compared.
     pub bvh_joints: Vec<Vec<String>>,
@@ -51,7 +51,7 @@ pub struct RootOffset {
 }
 
 /// How a motion drives a drawing.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RetargetSpec {
     /// Where the root is at the first frame.
     pub char_starting_location: [f64; 3],
@@ -66,7 +66,7 @@ pub struct RetargetSpec {
     /// Relations of the drawing's joints at rest without which a bone is not driven.
     #[serde(default, deserialize_with = "nullable")]
     pub char_runtime_checks: Vec<Vec<String>>,
-    #[serde(flatten)]
+    #[serde(flatten, skip_serializing)]
     not_used: NotUsed,
 }
 
@@ -78,6 +78,17 @@ impl RetargetSpec {
     /// With the place of what is wrong.
     pub fn read(text: &str) -> Result<Self, DrawingError> {
         let spec: Self = yaml::parse(text)?;
+        spec.check()?;
+        Ok(spec)
+    }
+
+    /// Checks what a document says.
+    ///
+    /// # Errors
+    ///
+    /// With the place of what is wrong.
+    pub fn check(&self) -> Result<(), DrawingError> {
+        let spec = self;
         let groups = &spec.bvh_projection_bodypart_groups;
         for (index, group) in groups.iter().enumerate() {
             if groups[..index].iter().any(|other| other.name == group.name) {
@@ -100,7 +111,7 @@ impl RetargetSpec {
             }
         }
         spec.offset_group()?;
-        Ok(spec)
+        Ok(())
     }
 
     /// One that begins at the origin of the scene and checks nothing.

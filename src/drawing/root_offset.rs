@@ -4,12 +4,13 @@ use glam::{DVec2, DVec3};
 
 use super::{BodyMotion, DrawingError, PlanarRig, Plane, RootOffset};
 
-/// The way of the root in the drawing's lengths; zero at the first frame.
+/// The way of the root in the drawing's lengths; zero at the first frame. Where the drawing is mirrored, it goes the other way.
 pub(super) fn way(
     offset: &RootOffset,
     plane: Plane,
     motion: &BodyMotion,
     rig: &PlanarRig,
+    is_mirrored: &[bool],
 ) -> Result<Vec<DVec2>, DrawingError> {
     let scale = scale(offset, motion, rig)?;
     let mut at = DVec2::ZERO;
@@ -21,24 +22,36 @@ pub(super) fn way(
             Plane::Sagittal => forward,
             Plane::Frontal => DVec3::new(-forward.z, forward.y, -forward.x),
         };
-        at += scale * DVec2::new(right.dot(step), step.y);
+        let side = if is_mirrored[frame] { -1.0 } else { 1.0 };
+        at += scale * DVec2::new(side * right.dot(step), step.y);
         ways.push(at);
     }
     Ok(ways)
 }
 
-/// Widest way of a root that is followed, in sides of the drawing's square.
-const MAX_WAY: f64 = 1.0;
+/// Widest way of a root that is seen whole, in sides of the drawing's square.
+const MAX_WAY: f64 = 1.5;
+/// Over so many seconds the camera follows one who goes farther.
+const FOLLOWED_OVER_SECONDS: f64 = 0.5;
 
-/// Keeps a root that goes too far to the sides where it is; says whether it did.
-pub(super) fn stay(ways: &mut [DVec2]) -> bool {
+/// How far to the right the camera is at each frame: it stays where the whole way can be seen, and goes along with one who goes farther,
+/// or always where `stay` says so.
+pub(super) fn pan(ways: &[DVec2], frame_time: f64, stay: Option<bool>) -> Vec<f64> {
     let least = ways.iter().map(|way| way.x).fold(f64::MAX, f64::min);
     let most = ways.iter().map(|way| way.x).fold(f64::MIN, f64::max);
-    let is_far = most - least > MAX_WAY;
-    if is_far {
-        ways.iter_mut().for_each(|way| way.x = 0.0);
+    if !stay.unwrap_or(most - least > MAX_WAY) {
+        return vec![0.0; ways.len()];
     }
-    is_far
+    // A mean over frames before and after, weighted by how near they are.
+    let reach = (FOLLOWED_OVER_SECONDS / frame_time).ceil() as isize;
+    let last = ways.len() as isize - 1;
+    let mean = |frame: isize| {
+        let weight = |away: isize| 1.0 - (away as f64 / (reach + 1) as f64).powi(2);
+        let part = |away: isize| weight(away) * ways[(frame + away).clamp(0, last) as usize].x;
+        let sum: f64 = (-reach..=reach).map(part).sum();
+        sum / (-reach..=reach).map(weight).sum::<f64>()
+    };
+    (0..=last).map(mean).collect()
 }
 
 /// Lengths of the drawing over lengths of the body. The body is measured at its last frame.

@@ -10,8 +10,10 @@ use super::{
 
 /// The vertical field of view of every scene.
 pub(super) const FIELD_OF_VIEW_DEGREES: f64 = 35.0;
+/// Codecs by which an MP4 is meant as it is written here.
+const H264_CODECS: [&str; 5] = ["avc1", "mp4v", "h264", "x264", "avc3"];
 /// Characters in one scene.
-const MAX_CHARACTERS: usize = 16;
+pub const MAX_CHARACTERS: usize = 16;
 /// Pixels along one side of the picture.
 const MAX_SIDE: usize = 4096;
 
@@ -145,13 +147,16 @@ impl Default for ControllerSection {
 }
 
 impl SceneSpec {
-    /// A view of all between two corners, which are in sides of a character's square, from straight ahead.
+    /// A view of all between two corners on the plane at `z`, which are in sides of a character's square, from straight ahead, in a picture
+    /// of that width and height.
     #[must_use]
-    pub fn of_bounds([low, high]: [DVec2; 2]) -> Self {
+    pub fn of_bounds([low, high]: [DVec2; 2], z: f64, window_dimensions: [usize; 2]) -> Self {
         let (middle, size) = ((low + high) / 2.0, high - low);
-        let distance = size.max_element() / 2.0 / (FIELD_OF_VIEW_DEGREES / 2.0).to_radians().tan();
-        let camera_pos = [middle.x, middle.y, distance];
-        let view = ViewSection { camera_pos, camera_fwd: [0.0, 0.0, 1.0], ..ViewSection::default() };
+        let [width, height] = window_dimensions.map(|side| side.max(1) as f64);
+        let half = size.y.max(size.x * height / width) / 2.0;
+        let distance = half / (FIELD_OF_VIEW_DEGREES / 2.0).to_radians().tan();
+        let camera_pos = [middle.x, middle.y, z + distance];
+        let view = ViewSection { camera_pos, camera_fwd: [0.0, 0.0, 1.0], window_dimensions, ..ViewSection::default() };
         let scene = SceneSection {
             add_floor: false,
             add_ad_retarget_bvh: false,
@@ -178,9 +183,12 @@ impl SceneSpec {
             ));
         }
         let size = spec.view.window_dimensions;
-        if size.iter().any(|&side| side == 0 || side > MAX_SIDE) {
+        let is_too_large = size[0].saturating_mul(size[1]) > super::MAX_VIDEO_PIXELS;
+        if is_too_large || size.iter().any(|&side| side == 0 || side > MAX_SIDE) {
             let detail = format!("{} by {} pixels", size[0], size[1]);
-            return Err(DrawingError::new("view.WINDOW_DIMENSIONS", detail, format!("take sides of 1 to {MAX_SIDE}")));
+            let fix =
+                format!("take sides of 1 to {MAX_SIDE}, and {} pixels altogether at most", super::MAX_VIDEO_PIXELS);
+            return Err(DrawingError::new("view.WINDOW_DIMENSIONS", detail, fix));
         }
         if spec.view.clear_color.iter().any(|part| !(0.0..=1.0).contains(part)) {
             return Err(DrawingError::new("view.CLEAR_COLOR", "a part is not within 0 and 1", "give parts of 0 to 1"));
@@ -203,16 +211,17 @@ impl SceneSpec {
         for (index, files) in self.scene.animated_characters.iter().enumerate() {
             fields.extend(files.not_used.keys().map(|field| format!("scene.ANIMATED_CHARACTERS[{index}].{field}")));
         }
-        let flags = [
-            (self.scene.add_floor, "scene.ADD_FLOOR"),
-            (self.scene.add_ad_retarget_bvh, "scene.ADD_AD_RETARGET_BVH"),
-            (!self.view.draw_ad_txtr, "view.DRAW_AD_TXTR"),
-            (self.view.draw_ad_rig, "view.DRAW_AD_RIG"),
-            (self.view.draw_ad_color, "view.DRAW_AD_COLOR"),
-            (self.view.draw_ad_mesh_lines, "view.DRAW_AD_MESH_LINES"),
-            (self.view.use_mesa, "view.USE_MESA"),
-        ];
-        fields.extend(flags.iter().filter(|(is_set, _)| *is_set).map(|(_, field)| (*field).to_owned()));
+        if let Some(codec) = &self.controller.output_video_codec
+            && !H264_CODECS.contains(&codec.to_lowercase().as_str())
+        {
+            fields.push(format!("controller.OUTPUT_VIDEO_CODEC, {codec}: an MP4 is written as H.264"));
+        }
+        if self.view.use_mesa {
+            fields.push("view.USE_MESA".to_owned());
+        }
+        if self.controller.keyboard_timestep != ControllerSection::default().keyboard_timestep {
+            fields.push("controller.KEYBOARD_TIMESTEP".to_owned());
+        }
         fields
     }
 }

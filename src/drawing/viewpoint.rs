@@ -38,4 +38,18 @@ impl Viewpoint {
             on + self.size / 2.0
         })
     }
+
+    /// Pixels of a length of 1 on the plane at `z`, seen from straight ahead.
+    pub(super) fn scale_at(&self, z: f64) -> f64 {
+        let distance = (self.place - DVec3::new(0.0, self.place.y, z)).dot(self.back).abs();
+        self.scale / distance.max(NEAR)
+    }
+
+    /// The place at the height of 0 that is seen at a place of the picture; nothing where that shows the sky.
+    pub(super) fn on_floor(&self, at: DVec2) -> Option<DVec3> {
+        let away = at - self.size / 2.0;
+        let ray = self.right * (away.x / self.scale) - self.up * (away.y / self.scale) - self.back;
+        let distance = -self.place.y / ray.y;
+        (distance.is_finite() && distance > NEAR).then(|| self.place + ray * distance)
+    }
 }

@@ -9,6 +9,7 @@ use crate::{
     engine::{
         Failure, Knowledge, NamedBytes, WarningView,
         facts::joint_count,
+        flat::inspected,
         labels::{ByRole, Labels, OneOrMore},
         load::load,
     },
@@ -190,6 +191,9 @@ pub fn inspect_with(
     limits: &Limits,
     control: &Control,
 ) -> Result<Inspection, Failure> {
+    if let Some(drawing) = inspected(file, limits, control)? {
+        return Ok(drawing);
+    }
     let mut reporter = Reporter::new();
     let loaded = load(file, "source", limits, control, &mut reporter)?;
     let scene = &loaded.scene;

@@ -114,6 +114,10 @@ pub fn check_preset(name: &str, document: Value) -> Result<Value, Failure> {
         let detail = format!("'{name}' is no name of a preset: use up to 64 lower-case letters, digits, '_' and '-'");
         return Err(Failure::new(FailureCode::InvalidValue, detail).in_part("preset"));
     }
+    if crate::drawing::is_draw_document(&document) {
+        crate::drawing::parse_draw_value(document.clone()).map_err(in_preset)?;
+        return Ok(document);
+    }
     let spec = parse_value(document.clone()).map_err(in_preset)?;
     if is_ours(&document) { Ok(document) } else { serde_json::to_value(spec).map_err(|_| unusable(name)) }
 }

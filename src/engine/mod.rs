@@ -10,13 +10,13 @@ mod curves;
 mod display;
 mod draw;
 mod drawn_bones;
-mod drawn_motion;
 mod edit;
 mod explain;
 mod face_fit;
 mod facts;
 mod failure;
 mod files;
+mod flat;
 mod inspect;
 mod keys;
 mod knowledge;
@@ -43,12 +43,15 @@ mod tune;
 mod wanted;
 mod work;
 
-pub use crate::drawing::Manner;
+pub use crate::drawing::{DrawSpec, DrawingLimit, draw_spec_schema, drawing_limits};
 pub use alignment::AlignmentView;
 pub use characters::CharacterView;
 pub use compiled::{Compiled, CompiledFacts};
 pub use display::{DisplayOptions, display};
-pub use draw::{DrawnCharacter, Scenery, draw_picture, draw_poses, read_scenery, stage_drawing};
+pub use draw::{
+    DrawInputs, DrawRequest, DrawingFiles, DrawnCharacterView, DrawnReport, FileReader, draw, place_of_scene,
+    read_draw_spec,
+};
 pub use edit::edited_clip;
 pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, SourceView, explain, explain_with};
 pub use face_fit::FaceFitView;
@@ -75,7 +78,7 @@ pub use tune::{TunedParameter, Tuning};
 
 // The words that callers need to speak with the engine; the service half sees the pure half through this door only.
 pub use crate::{
-    formats::{Format, FormatInfo, FrameArrays, FrameArraysMut, JsonSize, Limits, PoseFrames, sniff},
+    formats::{Format, FormatInfo, FrameArrays, FrameArraysMut, JsonSize, Limits, PoseFrames, pack_files, sniff},
     model::{Control, Phase, Progress},
     picture::{Background, CameraKind, Follow, Layout, PictureFormat, Sheet, SheetSize, SheetWord, Sight, Style, View},
     rig::{FindingCode, PoseChoice, Severity, template_schema},
@@ -208,6 +211,9 @@ pub struct Report {
     /// The measures themselves, by name; absent when the spec asks for none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measures: Option<Measures>,
+    /// What was found of drawings that move, which are measured in another way.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drawing: Option<DrawnReport>,
 }
 
 /// Wall time per phase, in seconds.

@@ -8,7 +8,7 @@ use crate::{
 };
 
 use super::{
-    Failure, FailureCode, Knowledge, NamedBytes, WarningView,
+    Failure, FailureCode, Knowledge, NamedBytes, WarningView, flat,
     load::load,
     shown::{Shown, in_picture},
 };
@@ -41,10 +41,11 @@ pub struct PreviewOptions {
     pub clip: Option<String>,
 }
 
-/// Whether a file of a format can be drawn: what can be read can.
+/// Whether a file of a format can be drawn: what can be read can, and what is a picture already.
 #[must_use]
 pub fn is_drawable(format: &str) -> bool {
-    Format::from_name(format).is_some_and(|format| format.info().reads)
+    Format::from_name(format)
+        .is_some_and(|format| format.info().reads || (format.info().is_picture && format != Format::Mp4))
 }
 
 impl PreviewOptions {
@@ -103,6 +104,9 @@ fn drawn(
 ) -> Result<Preview, Failure> {
     if let Some((field, problem)) = options.view.problem() {
         return Err(Failure::new(FailureCode::InvalidValue, format!("{field}: {problem}")));
+    }
+    if let Some(picture) = flat::picture_of(file, limits, control)?.filter(|_| beside.is_none()) {
+        return flat::shown(&picture, options, control);
     }
     let mut reporter = Reporter::new();
     let loaded = load(file, "source", limits, control, &mut reporter)?;

@@ -6,8 +6,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Serialize;
 
 use crate::{
+    drawing::{is_draw_document, parse_draw_value},
     model::{Clip, Control, JointTracks, Phase, Reporter},
-    retarget::{JointDriver, Mapping, Resolved, RetargetSpec, RotationMode, TranslationMode, joint_drivers, resolve},
+    retarget::{JointDriver, Mapping, Resolved, RetargetSpec, RotationMode, TranslationMode, joint_drivers, parse_document, resolve},
     rig::{RigSpec, Role, RoleFinding},
 };
 
@@ -127,6 +128,9 @@ pub struct SourceShare {
 /// # Errors
 /// When it is no config, names fields that do not exist, or has values that cannot be used.
 pub fn check_config(config: NamedBytes<'_>) -> Result<serde_json::Value, Failure> {
+    if let Some(document) = parse_document(config.bytes).ok().filter(is_draw_document) {
+        return to_json(&parse_draw_value(document).map_err(in_config)?);
+    }
     let spec = read_spec(Some(config))?;
     wanted_outputs(&spec, &[])?;
     to_json(&spec)
@@ -235,7 +239,7 @@ fn add_ops(joints: &mut [DriverView], mapping: &Mapping) {
     }
 }
 
-fn to_json(spec: &RetargetSpec) -> Result<serde_json::Value, Failure> {
+fn to_json(spec: &impl Serialize) -> Result<serde_json::Value, Failure> {
     serde_json::to_value(spec)
         .map_err(|error| Failure::new(FailureCode::Internal, format!("the spec cannot be written: {error}")))
 }

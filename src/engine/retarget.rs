@@ -126,6 +126,7 @@ pub(super) fn retargeted(work: Work<'_>, inputs: &Inputs<'_>) -> Result<Outcome,
         keys,
         face_fit,
         measures,
+        ..Report::default()
     };
     Ok(Outcome { outputs, report, resolved_spec })
 }

@@ -1,4 +1,4 @@
-//! What the engine makes: a retarget, an edit or a pose, each with the files that it reads.
+//! What the engine makes: a retarget, an edit, a pose or a drawing that moves, each with the files that it reads.
 
 use crate::{
     formats::Limits,
@@ -8,8 +8,8 @@ use crate::{
 };
 
 use super::{
-    EditInputs, Failure, Inputs, Knowledge, NamedBytes, Outcome, PoseInputs, edit::edited, files::read_spec,
-    pose::posed, retarget::retargeted, work::Work,
+    DrawInputs, EditInputs, Failure, Inputs, Knowledge, NamedBytes, Outcome, PoseInputs, draw::drawn, edit::edited,
+    files::read_spec, pose::posed, retarget::retargeted, work::Work,
 };
 
 /// What is to be made, and of what.
@@ -21,6 +21,8 @@ pub enum Task<'a> {
     Edit(EditInputs<'a>),
     /// The target in a pose.
     Pose(PoseInputs<'a>),
+    /// A drawing that moves.
+    Draw(DrawInputs<'a>),
 }
 
 /// A task by its name.
@@ -32,13 +34,19 @@ pub enum TaskKind {
     Edit,
     /// [`Task::Pose`].
     Pose,
+    /// [`Task::Draw`].
+    Draw,
 }
 
 /// What a config asks for, by its plain words. One that cannot be read asks for a retarget, which then says what is wrong with it.
 #[must_use]
 pub fn task_of(config: Option<NamedBytes<'_>>) -> TaskKind {
     let document = config.and_then(|config| parse_document(config.bytes).ok()).unwrap_or_default();
-    let asks_for_edit = document.get("task").is_some_and(|task| task == "edit");
+    let asks_for = |name: &str| document.get("task").is_some_and(|task| task == name);
+    if asks_for("draw") {
+        return TaskKind::Draw;
+    }
+    let asks_for_edit = asks_for("edit");
     let has_pose = document.get("pose").is_some_and(|pose| !pose.is_null());
     match (has_pose, asks_for_edit) {
         (true, _) => TaskKind::Pose,
@@ -68,6 +76,7 @@ impl<'a> Task<'a> {
             Self::Retarget(inputs) => inputs.config,
             Self::Edit(inputs) => inputs.config,
             Self::Pose(inputs) => inputs.config,
+            Self::Draw(inputs) => inputs.config,
         }
     }
 }
@@ -77,7 +86,10 @@ impl<'a> Task<'a> {
 /// # Errors
 /// When an input cannot be read, the spec does not fit, there is nothing to work on, or the work is canceled.
 pub fn run(task: &Task<'_>, knowledge: &Knowledge, limits: &Limits, control: &Control) -> Result<Outcome, Failure> {
-    perform(|_| *task, task.config(), knowledge, limits, control)
+    match task {
+        Task::Draw(inputs) => drawn(inputs, knowledge, limits, control),
+        task => perform(|_| *task, task.config(), knowledge, limits, control),
+    }
 }
 
 /// Retargets, or whatever else the config asks for.
@@ -122,6 +134,7 @@ fn perform<'a>(
     let task = task(&spec);
     // The resolved spec says it too: run again, it does the same.
     match &task {
+        Task::Draw(_) => {}
         Task::Retarget(_) => (spec.task, spec.pose) = (SpecTask::Retarget, None),
         Task::Edit(_) => spec.task = SpecTask::Edit,
         Task::Pose(inputs) => {
@@ -134,5 +147,6 @@ fn perform<'a>(
         Task::Retarget(inputs) => retargeted(work, &inputs),
         Task::Edit(inputs) => edited(work, &inputs),
         Task::Pose(inputs) => posed(work, &inputs),
+        Task::Draw(inputs) => drawn(&inputs, knowledge, limits, control),
     }
 }

@@ -78,6 +78,11 @@ pub(super) fn wanted_outputs(spec: &RetargetSpec, formats: &[Format]) -> Result<
         let options = specified.first().cloned().unwrap_or_default();
         formats.iter().map(|format| Wanted { format: *format, options: options.clone() }).collect()
     };
+    if let Some(drawn) = wanted.iter().find(|wanted| wanted.format.info().is_drawn) {
+        let detail = format!("{} is written of moving drawings only", drawn.format.info().name);
+        return Err(Failure::new(FailureCode::UnsupportedFormat, detail)
+            .with_hint("POST /v1/drawings and 'retargetd draw' have drawings move"));
+    }
     match wanted.iter().find(|wanted| !wanted.format.info().writes) {
         Some(unwritable) => Err(unwritable_format(unwritable.format)),
         None => Ok(wanted),
@@ -86,7 +91,10 @@ pub(super) fn wanted_outputs(spec: &RetargetSpec, formats: &[Format]) -> Result<
 
 fn format_named(name: &str, index: usize) -> Result<Format, Failure> {
     Format::from_name(name).ok_or_else(|| {
-        let writable = Format::ALL.into_iter().filter(|format| format.info().writes).map(|format| format.info().name);
+        let writable = Format::ALL
+            .into_iter()
+            .filter(|format| format.info().writes && !format.info().is_drawn)
+            .map(|format| format.info().name);
         let known: Vec<&str> = writable.collect();
         let detail = format!("there is no output format '{name}'; there are {}", known.join(", "));
         let field = SpecField::new(SpecErrorKind::InvalidValue, format!("/output/{index}/format"), detail);
@@ -96,7 +104,10 @@ fn format_named(name: &str, index: usize) -> Result<Format, Failure> {
 }
 
 fn unwritable_format(format: Format) -> Failure {
-    let writable = Format::ALL.into_iter().filter(|format| format.info().writes).map(|format| format.info().name);
+    let writable = Format::ALL
+        .into_iter()
+        .filter(|format| format.info().writes && !format.info().is_drawn)
+        .map(|format| format.info().name);
     Failure::new(FailureCode::UnsupportedFormat, format.info().why_unwritten())
         .with_hint(format!("ask for one of {}", writable.collect::<Vec<_>>().join(", ")))
 }

@@ -183,17 +183,17 @@ fn within(folder: &str, uri: &str) -> Option<String> {
 }
 
 /// A zip archive whose members are paid for before they are read.
-struct Archive<'bytes, 'budget, 'limits> {
+pub(super) struct Archive<'bytes, 'budget, 'limits> {
     zip: ZipArchive<Cursor<&'bytes [u8]>>,
     /// Name as the archive has it, with slashes the right way round.
-    names: Vec<String>,
+    pub(super) names: Vec<String>,
     archive_bytes: u64,
     unpacked_bytes: u64,
     budget: &'budget mut Budget<'limits>,
 }
 
 impl<'bytes, 'budget, 'limits> Archive<'bytes, 'budget, 'limits> {
-    fn open(bytes: &'bytes [u8], budget: &'budget mut Budget<'limits>) -> Result<Self, FormatError> {
+    pub(super) fn open(bytes: &'bytes [u8], budget: &'budget mut Budget<'limits>) -> Result<Self, FormatError> {
         budget.take(Limit::FileBytes, bytes.len() as u64, "file")?;
         if has_more_members_than(MOST_MEMBERS, bytes) {
             let detail = format!("the archive has more than {MOST_MEMBERS} members");
@@ -239,7 +239,7 @@ impl<'bytes, 'budget, 'limits> Archive<'bytes, 'budget, 'limits> {
         }
     }
 
-    fn read(&mut self, path: &str) -> Result<Vec<u8>, FormatError> {
+    pub(super) fn read(&mut self, path: &str) -> Result<Vec<u8>, FormatError> {
         let index = self.index(path).ok_or_else(|| refused(path, "it is not in the archive"))?;
         let member = self.zip.by_index(index).map_err(|error| packed(&error, path))?;
         check_method(&member, path)?;

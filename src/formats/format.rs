@@ -37,6 +37,14 @@ pub enum Format {
     Apng,
     /// A video of the result, where the crate is built with the feature `mp4`; `mp4`.
     Mp4,
+    /// A zip archive with a drawn character: its joints, its texture and its mask.
+    Drawing,
+    /// Each frame of a moving drawing as a PNG, in a zip archive.
+    PngZip,
+    /// What a moving drawing's joints do, in a NumPy archive.
+    Poses2dNpz,
+    /// What a moving drawing's joints do, in JSON.
+    Poses2dJson,
 }
 
 /// What users are told about a format.
@@ -70,6 +78,8 @@ pub struct FormatInfo {
     pub feature: Option<&'static str>,
     /// Whether it is a picture of the result, and not the result itself.
     pub is_picture: bool,
+    /// Whether it is written of moving drawings only.
+    pub is_drawn: bool,
 }
 
 /// Axes and unit of a written file.
@@ -99,10 +109,14 @@ const PLAIN: FormatInfo = FormatInfo {
     has_compression: false,
     feature: None,
     is_picture: false,
+    is_drawn: false,
 };
 
 /// What pictures have in common.
 const PICTURE: FormatInfo = FormatInfo { reads: false, is_picture: true, ..PLAIN };
+
+/// What formats of moving drawings have in common.
+const DRAWN: FormatInfo = FormatInfo { reads: false, is_drawn: true, ..PLAIN };
 
 /// What glTF formats have in common.
 const GLTF: FormatInfo = FormatInfo {
@@ -128,7 +142,7 @@ impl FormatInfo {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 21] = [
         Self::Glb,
         Self::Gltf,
         Self::Vrm,
@@ -146,6 +160,10 @@ impl Format {
         Self::Gif,
         Self::Apng,
         Self::Mp4,
+        Self::Drawing,
+        Self::PngZip,
+        Self::Poses2dNpz,
+        Self::Poses2dJson,
     ];
 
     /// The facts about a format; the only place where they stand.
@@ -279,6 +297,35 @@ impl Format {
                 description: "a video of the result (H.264), without opacity; where the service is built with the feature mp4",
                 ..PICTURE
             },
+            Self::Drawing => FormatInfo {
+                name: "drawing",
+                endings: &["zip"],
+                media_type: "application/zip",
+                writes: false,
+                description: "a drawn character as a target: char_cfg.yaml, texture.png and mask.png in a zip archive",
+                ..PLAIN
+            },
+            Self::PngZip => FormatInfo {
+                name: "png_zip",
+                endings: &["zip"],
+                media_type: "application/zip",
+                description: "of a moving drawing each frame as a PNG",
+                ..DRAWN
+            },
+            Self::Poses2dNpz => FormatInfo {
+                name: "poses2d_npz",
+                endings: &["npz"],
+                media_type: "application/x-npz",
+                description: "of a moving drawing its joints and angles, in a NumPy archive",
+                ..DRAWN
+            },
+            Self::Poses2dJson => FormatInfo {
+                name: "poses2d_json",
+                endings: &["json"],
+                media_type: "application/json",
+                description: "of a moving drawing its joints and angles, in JSON",
+                ..DRAWN
+            },
         }
     }
 
@@ -286,6 +333,22 @@ impl Format {
     #[must_use]
     pub const fn holds_gltf(self) -> bool {
         self.info().has_document
+    }
+
+    /// The format in which a moving drawing is written where this one is asked for by its ending or its media type; nothing where a
+    /// drawing is not written so.
+    #[must_use]
+    pub const fn of_drawing(self) -> Option<Self> {
+        match self {
+            Self::Glb | Self::Webp | Self::Gif | Self::Apng | Self::Mp4 => Some(self),
+            Self::Png => Some(Self::Apng),
+            Self::Zip | Self::Drawing | Self::PngZip => Some(Self::PngZip),
+            Self::PosesNpz | Self::BodyModel | Self::Poses2dNpz => Some(Self::Poses2dNpz),
+            Self::PosesJson | Self::Poses2dJson => Some(Self::Poses2dJson),
+            Self::Gltf | Self::Vrm | Self::Vrma | Self::Fbx | Self::Bvh | Self::JointPositions | Self::PositionsCsv => {
+                None
+            }
+        }
     }
 
     /// The format of that wire name.

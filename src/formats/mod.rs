@@ -36,6 +36,7 @@ mod display;
 mod error;
 mod euler;
 mod fbx;
+mod folder;
 mod format;
 mod gltf;
 mod humanoid;
@@ -57,6 +58,7 @@ pub use bundle::{Unpacked, embed_with, may_point_to_others, open, unpack};
 pub use display::write_display;
 pub use error::{ErrorKind, FormatError};
 pub use euler::EulerOrder;
+pub use folder::{pack_files, unpack_files};
 pub use format::{Format, FormatInfo, Space};
 pub use humanoid::Humanoid;
 pub use json_size::JsonSize;
@@ -118,7 +120,20 @@ pub fn read(
         Format::PositionsCsv => {
             Err(FormatError::unsupported("read", "", "positions in CSV are written, not read", "send pose arrays"))
         }
-        Format::Png | Format::Webp | Format::Gif | Format::Apng | Format::Mp4 => Err(FormatError::unsupported(
+        Format::Drawing => Err(FormatError::unsupported(
+            "read",
+            "",
+            "this is a drawing and no figure in space",
+            "send it as the target of POST /v1/drawings, or as --drawing of 'retargetd draw'",
+        )),
+        Format::Png
+        | Format::Webp
+        | Format::Gif
+        | Format::Apng
+        | Format::Mp4
+        | Format::PngZip
+        | Format::Poses2dNpz
+        | Format::Poses2dJson => Err(FormatError::unsupported(
             "read",
             "",
             "a picture is no animation",
@@ -282,6 +297,10 @@ pub fn write(
         | Format::Gif
         | Format::Apng
         | Format::Mp4
+        | Format::Drawing
+        | Format::PngZip
+        | Format::Poses2dNpz
+        | Format::Poses2dJson
         | Format::BodyModel
         | Format::JointPositions => Err(FormatError::unsupported(
             "write",

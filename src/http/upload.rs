@@ -16,8 +16,12 @@ use super::{
 };
 use crate::{
     config::Settings,
+    engine::pack_files,
     jobs::{ArrivedFiles, AssetRecord, Assets, ConfigDocument, InputRole, NewJob, Principal, Upload},
 };
+
+/// Bytes of a picture of a drawing, which is held in memory while it arrives.
+pub(super) const MOST_PICTURE_BYTES: u64 = 16 << 20;
 
 /// Reads a body that is no multipart.
 pub(super) struct BodyReader<'a> {
@@ -85,6 +89,61 @@ pub(super) async fn read_edit(request: Request<Body>, state: &ApiState) -> Resul
     form.with(&[InputRole::Source])
 }
 
+/// As [`read_job`], for a drawing: its files come as one archive or one by one, and what goes beside it becomes an archive as well.
+pub(super) async fn read_drawing(request: Request<Body>, state: &ApiState) -> Result<Parts, Problem> {
+    let mut form = read_parts_of(request, state, &DRAWING_PARTS).await?;
+    let texts = std::mem::take(&mut form.beside);
+    let (own, beside): (Vec<_>, Vec<_>) = texts.into_iter().partition(|(part, _, _)| OWN_PARTS.contains(part));
+    if !own.is_empty() {
+        if form.files.has(InputRole::Target) {
+            let detail = format!("the part 'drawing' was sent, and '{}' besides", own[0].0);
+            return Err(
+                Problem::new(Code::UnknownPart, detail).with_hint("send the archive, or its three files one by one")
+            );
+        }
+        if let Some(part) = OWN_PARTS.into_iter().find(|part| !own.iter().any(|(own, _, _)| own == part)) {
+            return Err(
+                no_part(part).with_hint("a drawing is 'character', 'texture' and 'mask', or 'drawing' with all three")
+            );
+        }
+        form.add_archive(InputRole::Target, "drawing.zip", own, &state.assets).await?;
+    }
+    if !form.files.has(InputRole::Target) {
+        return Err(no_part("drawing").with_hint("curl sends a file as -F source=@walk.bvh -F drawing=@hero.zip"));
+    }
+    if !form.files.has(InputRole::Source) && !beside.iter().any(|(part, _, _)| *part == "mvc") && form.config.is_none()
+    {
+        return Err(
+            no_part("source").with_hint("send a file with a clip; only a scene that names its motion needs none")
+        );
+    }
+    if !beside.is_empty() {
+        form.add_archive(InputRole::Scene, "scene.zip", beside, &state.assets).await?;
+    }
+    form.with(&[InputRole::Target])
+}
+
+/// The parts of a drawing.
+const DRAWING_PARTS: [&str; 11] = [
+    "source",
+    "drawing",
+    "character",
+    "texture",
+    "mask",
+    "motion",
+    "retarget",
+    "mvc",
+    "background",
+    "config",
+    "preset",
+];
+/// Those that a drawing consists of.
+const OWN_PARTS: [&str; 3] = ["character", "texture", "mask"];
+
+fn no_part(name: &str) -> Problem {
+    Problem::new(Code::MissingPart, format!("the part '{name}' is missing"))
+}
+
 /// A part that has to be sent and was not.
 pub(super) fn missing(role: InputRole) -> Problem {
     Problem::new(Code::MissingPart, format!("the part '{}' is missing", role.name()))
@@ -97,20 +156,34 @@ pub(super) fn missing(role: InputRole) -> Problem {
 /// # Errors
 /// When a part is unknown, sent twice, too large or of no known format.
 pub(super) async fn read_form(request: Request<Body>, state: &ApiState) -> Result<Form, Problem> {
+    read_parts_of(request, state, &Form::NAMES).await
+}
+
+/// As [`read_form`], of the parts with these names.
+async fn read_parts_of(
+    request: Request<Body>,
+    state: &ApiState,
+    names: &'static [&'static str],
+) -> Result<Form, Problem> {
     check_announced(request.headers(), &state.settings)?;
     let (parts, body) = request.into_parts();
     let (body, watch) = BoundedBody::new(body, &state.settings).of_parts();
     let mut request = Request::from_parts(parts, Body::from_stream(body));
     // Ours are the limits; the framework's would end at 2 MB.
     DefaultBodyLimit::disable().apply(&mut request);
-    read_parts(request, state, &watch).await.map_err(|problem| watch.refusal(|| problem))
+    read_parts(request, state, names, &watch).await.map_err(|problem| watch.refusal(|| problem))
 }
 
-async fn read_parts(request: Request<Body>, state: &ApiState, watch: &BodyWatch) -> Result<Form, Problem> {
+async fn read_parts(
+    request: Request<Body>,
+    state: &ApiState,
+    names: &'static [&'static str],
+    watch: &BodyWatch,
+) -> Result<Form, Problem> {
     let mut multipart = Multipart::from_request(request, &()).await.map_err(|error| {
         Problem::new(Code::UnsupportedMediaType, format!("the body must be multipart/form-data: {}", error.body_text()))
     })?;
-    let mut parts = Form::default();
+    let mut parts = Form { names, ..Form::default() };
     while let Some(field) = multipart.next_field().await.map_err(broken)? {
         watch.advance();
         parts.take(field, &state.assets, &state.settings, watch).await?;
@@ -124,6 +197,10 @@ pub(super) struct Form {
     files: ArrivedFiles,
     config: Option<ConfigDocument>,
     preset: Option<String>,
+    /// Parts that become members of archives: the part, the member's name, its content.
+    beside: Vec<(&'static str, String, Vec<u8>)>,
+    /// The names of the parts that are taken.
+    names: &'static [&'static str],
     bytes: u64,
 }
 
@@ -150,15 +227,67 @@ impl Form {
             self.preset = Some(String::from_utf8_lossy(&bytes).trim().to_owned());
             return Ok(());
         }
-        let Some(role) = InputRole::from_name(&name).filter(|role| !self.files.has(*role)) else {
-            return Err(unexpected(&name));
+        let Some(known) = self.names.iter().copied().find(|known| *known == name) else {
+            return Err(unexpected(&name, self.names));
         };
+        let role = if known == "drawing" { Some(InputRole::Target) } else { InputRole::from_name(known) };
+        let Some(role) = role else {
+            return self.take_beside(known, &file_name, &mut field, (settings, watch)).await;
+        };
+        if self.files.has(role) {
+            return Err(unexpected(&name, self.names));
+        }
         let most = settings.max_request_bytes.0;
         let mut upload = assets.begin(&file_name, None).await?;
         self.bytes += receive(&mut field, &mut upload, watch).await?;
         if self.bytes > most {
             return Err(too_large("the request", "request_bytes", most, self.bytes));
         }
+        self.files.add(role, upload.finish(None).await.map_err(|refusal| in_part(refusal.into(), role))?);
+        Ok(())
+    }
+
+    /// A part that becomes a member of an archive: a config, or a picture.
+    async fn take_beside(
+        &mut self,
+        part: &'static str,
+        file_name: &str,
+        field: &mut Field<'_>,
+        (settings, watch): (&Settings, &BodyWatch),
+    ) -> Result<(), Problem> {
+        if matches!(part, "config" | "preset") || self.beside.iter().any(|(other, _, _)| *other == part) {
+            return Err(unexpected(part, self.names));
+        }
+        let is_picture = matches!(part, "texture" | "mask" | "background");
+        let most =
+            if is_picture { MOST_PICTURE_BYTES.min(settings.max_file_bytes.0) } else { settings.max_document_bytes.0 };
+        let limit = if is_picture { "drawing_picture_bytes" } else { "document_bytes" };
+        let bytes = collect_within(field, (limit, most), &format!("the part '{part}'"), watch).await?;
+        let ending = file_name.rsplit_once('.').map_or("png", |(_, ending)| ending).to_ascii_lowercase();
+        let member = match part {
+            "character" => "char_cfg.yaml".to_owned(),
+            // Readers look at the bytes; the name is that which configs know.
+            "texture" | "mask" => format!("{part}.png"),
+            "background" if matches!(ending.as_str(), "jpg" | "jpeg" | "webp") => format!("background.{ending}"),
+            "background" => "background.png".to_owned(),
+            _ => format!("{part}.yaml"),
+        };
+        self.beside.push((part, member, bytes));
+        Ok(())
+    }
+
+    /// Packs members into an archive, which is a file of the job like those that were sent.
+    async fn add_archive(
+        &mut self,
+        role: InputRole,
+        file_name: &str,
+        members: Vec<(&'static str, String, Vec<u8>)>,
+        assets: &Assets,
+    ) -> Result<(), Problem> {
+        let members = members.iter().map(|(_, name, bytes)| (name.as_str(), bytes.as_slice()));
+        let packed = pack_files(members).map_err(|failure| Problem::internal(&failure))?;
+        let mut upload = assets.begin(file_name, None).await?;
+        upload.write(&packed).await?;
         self.files.add(role, upload.finish(None).await.map_err(|refusal| in_part(refusal.into(), role))?);
         Ok(())
     }
@@ -199,14 +328,14 @@ impl Parts {
     }
 }
 
-fn unexpected(name: &str) -> Problem {
+fn unexpected(name: &str, names: &[&str]) -> Problem {
     let shown: String = name.chars().take(64).collect();
-    if Form::NAMES.contains(&name) {
+    if names.contains(&name) {
         return Problem::new(Code::UnknownPart, format!("the part '{shown}' was sent twice"));
     }
-    let known = Form::NAMES.join("', '");
-    let similar = Form::NAMES.into_iter().filter(|known| strsim::jaro_winkler(known, name) > 0.7);
-    let similar: Vec<String> = similar.map(str::to_owned).collect();
+    let known = names.join("', '");
+    let similar = names.iter().filter(|known| strsim::jaro_winkler(known, name) > 0.7);
+    let similar: Vec<String> = similar.map(|known| (*known).to_owned()).collect();
     Problem::new(Code::UnknownPart, format!("there is no part '{shown}'; the parts are '{known}'"))
         .at(format!("/{shown}"), similar)
 }
@@ -249,13 +378,22 @@ async fn collect<E: ArrivalError>(
     what: &str,
     watch: &BodyWatch,
 ) -> Result<Vec<u8>, Problem> {
+    collect_within(chunks, ("document_bytes", most), what, watch).await
+}
+
+async fn collect_within<E: ArrivalError>(
+    chunks: &mut (impl Stream<Item = Result<Bytes, E>> + Unpin),
+    (limit, most): (&'static str, u64),
+    what: &str,
+    watch: &BodyWatch,
+) -> Result<Vec<u8>, Problem> {
     let mut bytes = Vec::new();
     while let Some(chunk) = chunks.next().await {
         let chunk = chunk.map_err(E::problem)?;
         watch.advance();
         let total = bytes.len() as u64 + chunk.len() as u64;
         if total > most {
-            return Err(too_large(what, "document_bytes", most, total));
+            return Err(too_large(what, limit, most, total));
         }
         bytes.extend_from_slice(&chunk);
     }

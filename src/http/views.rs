@@ -130,7 +130,7 @@ pub(super) struct JobView {
     /// `queued`, `running`, `canceling`, `succeeded`, `failed` or `canceled`; the last three never change.
     #[schema(example = "running")]
     state: &'static str,
-    /// `retarget`, `edit` or `pose`.
+    /// `retarget`, `edit`, `pose` or `draw`.
     #[schema(example = "retarget")]
     kind: &'static str,
     /// Its place in the queue, from 1, while it waits. Lists leave it out.

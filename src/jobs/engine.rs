@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     engine::{
-        self, Control, DisplayOptions, EditInputs, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes,
-        Outcome, Output, PoseChoice, PoseInputs, PreviewOptions, Task, Timings,
+        self, Control, DisplayOptions, DrawInputs, EditInputs, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes,
+        Outcome, Output, PoseChoice, PoseInputs, PreviewOptions, Report, Task, Timings,
     },
     store::{JobVerdict, Judgment},
 };
@@ -22,6 +22,8 @@ pub enum Question {
         /// Which.
         to: Option<PoseChoice>,
     },
+    /// The target, a drawing, as the source moves it.
+    Draw,
     /// What the source holds.
     Inspect,
     /// What a retarget would do.
@@ -52,6 +54,8 @@ pub struct Files<'a> {
     pub source_rest: Option<NamedBytes<'a>>,
     /// The target rig in its rest pose.
     pub target_rest: Option<NamedBytes<'a>>,
+    /// What goes beside a drawing.
+    pub scene: Option<NamedBytes<'a>>,
     /// The retarget spec.
     pub config: Option<NamedBytes<'a>>,
 }
@@ -118,14 +122,22 @@ impl TryFrom<Outcome> for Ran {
             resolved_spec: resolved_spec.to_string(),
             timings: report.timings,
             warnings: report.warnings.len() as u64,
-            judgment: report.measures.as_ref().map(|measures| Judgment {
-                verdict: JobVerdict::from_name(measures.verdict.name()).unwrap_or(JobVerdict::NotApplicable),
-                reason: measures.verdict_reason.clone(),
-                coverage: measures.coverage,
-            }),
+            judgment: judgment(&report),
             report: serde_json::to_string(&report).map_err(|error| no_json(&error))?,
         })
     }
+}
+
+/// What a report says of the result as a whole.
+fn judgment(report: &Report) -> Option<Judgment> {
+    let verdict = |name: &str| JobVerdict::from_name(name).unwrap_or(JobVerdict::NotApplicable);
+    if let Some(drawing) = &report.drawing {
+        let (reason, coverage) = (drawing.verdict_reason.clone(), Some(drawing.coverage));
+        return Some(Judgment { verdict: verdict(drawing.verdict.name()), reason, coverage });
+    }
+    let measures = report.measures.as_ref()?;
+    let (reason, coverage) = (measures.verdict_reason.clone(), measures.coverage);
+    Some(Judgment { verdict: verdict(measures.verdict.name()), reason, coverage })
 }
 
 /// What does the work. Handed in, so that tests of the scheduling need no real files.
@@ -197,7 +209,7 @@ impl<'a> Asked<'a> {
 
     /// The task that is asked for; nothing where the question is another one.
     fn task(&self) -> Result<Option<Task<'a>>, Failure> {
-        let Files { source, target, source_rest, target_rest, config } = self.files;
+        let Files { source, target, source_rest, target_rest, scene, config } = self.files;
         let formats = self.formats;
         Ok(Some(match &self.question {
             Question::Retarget => Task::Retarget(self.inputs(self.files.source()?, self.files.target()?)),
@@ -212,6 +224,7 @@ impl<'a> Asked<'a> {
                 let target = self.files.target()?;
                 Task::Pose(PoseInputs { target, target_rest, source, source_rest, to: *to, config, formats })
             }
+            Question::Draw => Task::Draw(DrawInputs { source, drawing: self.files.target()?, scene, config, formats }),
             Question::Inspect
             | Question::Propose
             | Question::Explain { .. }

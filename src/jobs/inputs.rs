@@ -42,6 +42,7 @@ impl InputBytes {
             target: find(InputRole::Target),
             source_rest: find(InputRole::SourceRest),
             target_rest: find(InputRole::TargetRest),
+            scene: find(InputRole::Scene),
             config: config.map(|config| NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() }),
         }
     }
@@ -59,6 +60,7 @@ pub(super) fn question(task: &JobTask) -> Result<Question, Failure> {
     Ok(match task {
         JobTask::Retarget => Question::Retarget,
         JobTask::Edit => Question::Edit,
+        JobTask::Draw => Question::Draw,
         JobTask::Pose { to } => Question::Pose { to: to.as_ref().map(choice).transpose()? },
     })
 }

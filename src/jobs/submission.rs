@@ -176,9 +176,12 @@ struct ConfigFacts {
 }
 
 impl Known {
-    /// What a config asks for, where nothing else says it.
-    pub(super) fn task_of(&self, config: Option<&ConfigDocument>) -> JobTask {
-        JobTask::of_kind(self.facts_of(config).kind)
+    /// What a config asks for, where nothing else says it: of a drawing, that it moves.
+    pub(super) fn task_of(&self, config: Option<&ConfigDocument>, target: Option<&AssetId>) -> JobTask {
+        let task = JobTask::of_kind(self.facts_of(config).kind);
+        let is_drawing =
+            target.and_then(|id| self.asset(id)).is_some_and(|asset| asset.format == Format::Drawing.info().name);
+        if task == JobTask::Retarget && is_drawing { JobTask::Draw } else { task }
     }
 
     fn facts_of(&self, config: Option<&ConfigDocument>) -> ConfigFacts {
@@ -290,6 +293,7 @@ impl Jobs {
 
     /// What a job is that names things which were looked up.
     pub(super) fn resolve_with(&self, known: &Known, owner: &Principal, new: NewJob) -> Result<Wanted, Refusal> {
+        let target = new.inputs.get(&InputRole::Target).cloned();
         let (mut found, mut input_bytes, mut needs) = (BTreeMap::new(), 0, Vec::new());
         for (role, id) in new.inputs {
             let Some(asset) = known.asset(&id) else {
@@ -301,7 +305,7 @@ impl Jobs {
             found.insert(role, JobInput { asset: id, sha256, file_name });
         }
         let (config, preset) = lay_over_preset(known, new.config, new.preset)?;
-        let task = new.task.unwrap_or_else(|| known.task_of(config.as_ref()));
+        let task = new.task.unwrap_or_else(|| known.task_of(config.as_ref(), target.as_ref()));
         check_inputs(&task, &found)?;
         let request = JobRequest {
             task,
@@ -455,6 +459,7 @@ impl ConfigFacts {
                 TaskKind::Retarget => JobKind::Retarget,
                 TaskKind::Edit => JobKind::Edit,
                 TaskKind::Pose => JobKind::Pose,
+                TaskKind::Draw => JobKind::Draw,
             },
             growth: document.map_or(1.0, |document| memory::growth_of_config(&document)),
         }

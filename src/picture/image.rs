@@ -71,7 +71,8 @@ pub(super) fn decode(bytes: &[u8], longest_side: Option<usize>) -> Result<Pixels
         [0x89, b'P', b'N', b'G', ..] => png(bytes, longest_side),
         [0xff, 0xd8, ..] => jpeg(bytes, longest_side),
         [b'R', b'I', b'F', b'F', ..] => webp(bytes, longest_side),
-        _ => Err(PictureError::new("the image is neither PNG, JPEG nor WebP")),
+        [b'G', b'I', b'F', b'8', ..] => gif(bytes, longest_side),
+        _ => Err(PictureError::new("the image is neither PNG, JPEG, WebP nor GIF")),
     }
 }
 
@@ -198,6 +199,25 @@ fn webp(bytes: &[u8], longest_side: Option<usize>) -> Result<Pixels, PictureErro
     let mut buffer = vec![0; size];
     decoder.read_image(&mut buffer).map_err(broken)?;
     Ok(Shrinking::new(width, height, longest_side).rows(&buffer, samples))
+}
+
+/// The first frame of a GIF.
+fn gif(bytes: &[u8], longest_side: Option<usize>) -> Result<Pixels, PictureError> {
+    let mut options = gif::DecodeOptions::new();
+    options.set_color_output(gif::ColorOutput::RGBA);
+    let mut decoder = options.read_info(bytes).map_err(broken)?;
+    let (width, height) = (usize::from(decoder.width()), usize::from(decoder.height()));
+    check_size(width, height, MAX_PIXELS_AT_ONCE)?;
+    let frame =
+        decoder.read_next_frame().map_err(broken)?.ok_or_else(|| PictureError::new("the image has no frame"))?;
+    let (left, top) = (usize::from(frame.left), usize::from(frame.top));
+    let mut buffer = vec![0; width * height * 4];
+    let rows = frame.buffer.chunks_exact(usize::from(frame.width).max(1) * 4);
+    for (row, pixels) in rows.enumerate().take(height.saturating_sub(top)) {
+        let count = (pixels.len() / 4).min(width.saturating_sub(left));
+        buffer[((top + row) * width + left) * 4..][..count * 4].copy_from_slice(&pixels[..count * 4]);
+    }
+    Ok(Shrinking::new(width, height, longest_side).rows(&buffer, 4))
 }
 
 #[cfg(test)]

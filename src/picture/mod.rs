@@ -100,6 +100,24 @@ impl Picture {
         pixel[3] = (f32::from(pixel[3]) + (255.0 - f32::from(pixel[3])) * share + 0.5) as u8;
     }
 
+    /// The picture as a PNG file.
+    ///
+    /// # Errors
+    ///
+    /// Where it cannot be encoded.
+    pub fn to_png(&self) -> Result<Vec<u8>, PictureError> {
+        self.to_still(PictureFormat::Png)
+    }
+
+    /// The picture as a still: WebP where that is asked for, else PNG.
+    ///
+    /// # Errors
+    ///
+    /// Where it cannot be encoded.
+    pub fn to_still(&self, format: PictureFormat) -> Result<Vec<u8>, PictureError> {
+        format.still(self)
+    }
+
     /// Puts another picture over this one; what is outside is left out.
     pub fn paste(&mut self, other: &Self, left: usize, top: usize) {
         for row in 0..other.height.min(self.height.saturating_sub(top)) {

@@ -6,11 +6,13 @@
 
 mod capsules;
 mod document;
+mod drawing;
 mod figure;
 mod gait;
 mod mannequin;
 mod walker;
 
+pub use drawing::drawing;
 pub use gait::{WALK_FPS, WALK_SECONDS, WALK_SPEED};
 
 use crate::model::{Clip, Scene};

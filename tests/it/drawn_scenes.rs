@@ -3,11 +3,8 @@
 use std::{path::Path, process::Command};
 
 use retargetd::{
-    engine::{
-        Failure, FailureCode, Limits, Manner, NamedBytes, PictureFormat, Scenery, draw_picture, draw_poses,
-        read_scenery,
-    },
-    formats::read_numbers,
+    engine::{DrawRequest, DrawSpec, Failure, FailureCode, FileReader, Knowledge, Limits, NamedBytes, Outcome, draw},
+    formats::{Format, read_numbers},
     model::Control,
 };
 
@@ -31,11 +28,12 @@ fn original(path: &str) -> Result<Vec<u8>, Failure> {
         .ok_or_else(|| Failure::new(FailureCode::UnknownName, format!("there is no {path}")))
 }
 
-fn scenery(name: &str) -> Option<Scenery> {
-    let file = format!("examples/config/mvc/{name}.yaml");
-    let bytes = original(&file).ok()?;
-    let scene = NamedBytes { name: &file, bytes: &bytes };
-    Some(read_scenery(scene, &mut original, Manner::Original, &Control::new()).expect("a scene"))
+/// What a scene gives in a format, with the numbers of the original.
+fn drawn(scene: NamedBytes<'_>, format: Format, read: &mut FileReader<'_>) -> Outcome {
+    let formats = [format];
+    let spec = DrawSpec::default().with_compat();
+    let request = DrawRequest { scene: Some(scene), spec, formats: &formats, ..DrawRequest::default() };
+    draw(&request, read, &Knowledge::default(), &Limits::default(), &Control::new()).expect("a scene")
 }
 
 fn numbers(archive: &[u8], name: &str) -> Vec<f64> {
@@ -53,10 +51,12 @@ fn scenes_of_the_original_are_read_as_they_stand() {
         "multiple_characters_example",
         "rokoko_motion_example",
     ] {
-        let Some(scenery) = scenery(name) else { return };
-        let poses = draw_poses(&scenery, None, &Control::new()).expect("poses");
-        let prefix = if scenery.characters.len() > 1 { "c1_" } else { "" };
-        let joints = numbers(&poses, &format!("{prefix}rig_joint_xy"));
+        let file = format!("examples/config/mvc/{name}.yaml");
+        let Ok(bytes) = original(&file) else { return };
+        let outcome = drawn(NamedBytes { name: &file, bytes: &bytes }, Format::Poses2dNpz, &mut original);
+        let count = outcome.report.drawing.expect("a report").characters.len();
+        let prefix = if count > 1 { "c1_" } else { "" };
+        let joints = numbers(&outcome.outputs[0].bytes, &format!("{prefix}rig_joint_xy"));
         assert!(joints.iter().all(|value| value.abs() < 10.0), "{name}");
     }
 }
@@ -182,13 +182,11 @@ fn a_picture_is_the_same_every_time() {
     made_scene(folder.path());
     let mut read = |name: &str| Ok(std::fs::read(folder.path().join(name)).expect("a file"));
     let bytes = read("scene.yaml").expect("a scene");
-    let control = Control::new();
     let scene = NamedBytes { name: "scene.yaml", bytes: &bytes };
-    let scenery = read_scenery(scene, &mut read, Manner::Original, &control).expect("a scene");
-    let (one, frames) = draw_picture(&scenery, &mut read, PictureFormat::Webp, &control).expect("a picture");
-    let (other, _) = draw_picture(&scenery, &mut read, PictureFormat::Webp, &control).expect("a picture");
-    assert_eq!(frames, 3);
-    assert_eq!(one, other);
+    let one = drawn(scene, Format::Webp, &mut read);
+    let other = drawn(scene, Format::Webp, &mut read);
+    assert_eq!(one.report.counts.frames, 3);
+    assert_eq!(one.outputs, other.outputs);
 }
 
 /// A figure as the original's annotation names its joints, made of boxes, 200 pixels wide and high; its left is on the right.
@@ -237,7 +235,7 @@ fn made_drawing(folder: &Path) {
 /// `retargetd draw` of a folder `hero` with a file as its motion.
 fn draw_alone(folder: &Path, motion: &str, output: &str) -> std::process::Output {
     std::process::Command::new(env!("CARGO_BIN_EXE_retargetd"))
-        .args(["draw", "--drawing", "hero", "--motion", motion, "--output", output])
+        .args(["draw", "--drawing", "hero", "--source", motion, "--output", output])
         .current_dir(folder)
         .output()
         .expect("the binary runs")
@@ -260,7 +258,7 @@ fn any_motion_moves_a_drawing_with_nothing_else_given() {
     let output = draw_alone(folder.path(), "walk.glb", "poses.npz");
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{told}");
-    for part in ["note: drawing_motion: walk.glb", "15 joints of a body", "legs from the side"] {
+    for part in ["note: walk.glb", "15 joints of a body", "legs from the side"] {
         assert!(told.contains(part), "{part} in {told}");
     }
     let poses = std::fs::read(folder.path().join("poses.npz")).expect("poses");
@@ -345,5 +343,105 @@ fn real_motions_move_a_drawing_without_jumps() {
             );
         }
         std::fs::remove_file(folder.path().join("poses.npz")).expect("there");
+    }
+}
+
+#[test]
+fn a_drawing_in_an_archive_gives_all_its_outputs_at_once() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("child.zip"), retargetd::samples::drawing()).expect("a drawing");
+    std::fs::write(folder.path().join("walk.glb"), retargetd::samples::walk_clip()).expect("the walk");
+    let outputs = ["walk.gif", "walk.png", "walk.zip", "model.glb", "poses.json", "poses.npz"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_retargetd"));
+    command.args(["draw", "--drawing", "child.zip", "--source", "walk.glb", "--report", "report.json"]);
+    outputs.iter().for_each(|output| drop(command.args(["--output", output])));
+    let output = command.current_dir(folder.path()).output().expect("the binary runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let file = |name: &str| std::fs::read(folder.path().join(name)).expect("a file");
+    let report: serde_json::Value = serde_json::from_slice(&file("report.json")).expect("a report");
+    let measures = &report["drawing"]["characters"][0]["measures"];
+    let value = |name: &str| measures[name]["value"].as_f64().expect("a value");
+    assert!(value("angle_error_degrees") <= 0.01, "{measures}");
+    assert!(value("turned_over_percent") <= 0.05, "{measures}");
+    assert!(value("slip_percent_per_second") <= 1.0, "{measures}");
+    assert!(value("area_change_percent") <= 2.0, "{measures}");
+    assert!(value("length_change_percent") <= 3.0, "{measures}");
+    assert_eq!(report["drawing"]["verdict"], "pass", "{report}");
+    // The resolved spec makes the same again.
+    let spec = &report["resolved_spec"];
+    assert!(spec["retarget"]["char_joint_bvh_joints_mapping"].is_array(), "what was chosen is said: {spec}");
+    std::fs::write(folder.path().join("spec.json"), spec.to_string()).expect("a spec");
+    let again = Command::new(env!("CARGO_BIN_EXE_retargetd"))
+        .args([
+            "draw",
+            "--drawing",
+            "child.zip",
+            "--source",
+            "walk.glb",
+            "--config",
+            "spec.json",
+            "--output",
+            "again.npz",
+        ])
+        .current_dir(folder.path())
+        .output()
+        .expect("the binary runs");
+    assert!(again.status.success(), "{}", String::from_utf8_lossy(&again.stderr));
+    assert_eq!(numbers(&file("again.npz"), "rig_joint_xy"), numbers(&file("poses.npz"), "rig_joint_xy"));
+    // JSON and NPZ hold the same.
+    let poses: serde_json::Value = serde_json::from_slice(&file("poses.json")).expect("poses");
+    let flat = |value: &serde_json::Value| -> Vec<f64> {
+        let mut open = vec![value.clone()];
+        let mut found = Vec::new();
+        while let Some(value) = open.pop() {
+            match value {
+                serde_json::Value::Array(list) => open.extend(list.into_iter().rev()),
+                value => found.push(value.as_f64().expect("a number")),
+            }
+        }
+        found
+    };
+    let (one, other) = (flat(&poses["rig_joint_xy"]), numbers(&file("poses.npz"), "rig_joint_xy"));
+    assert_eq!(one.len(), other.len());
+    assert!(one.iter().zip(&other).all(|(one, other)| (one - other).abs() < 1e-6));
+    follows_the_poses(&file("model.glb"), &poses);
+}
+
+/// The bones of a model begin and end where the joints of the drawing are.
+fn follows_the_poses(model: &[u8], poses: &serde_json::Value) {
+    let document = crate::support::gltf_json(model);
+    assert_eq!(document["extensionsUsed"], serde_json::json!(["KHR_materials_unlit"]));
+    let scene = retargetd::formats::read(
+        model,
+        Format::Glb,
+        &Limits::default(),
+        &Control::new(),
+        &mut retargetd::model::Reporter::new(),
+    );
+    let scene = scene.expect("our reader takes it");
+    let names: Vec<&str> =
+        poses["char_joint_names"].as_array().expect("names").iter().filter_map(|name| name.as_str()).collect();
+    let place = |frame: usize, name: &str| {
+        let joint = names.iter().position(|own| *own == name).expect("a joint");
+        let pair = &poses["rig_joint_xy"][frame][joint];
+        glam::DVec2::new(pair[0].as_f64().expect("x"), pair[1].as_f64().expect("y"))
+    };
+    let clip = &scene.clips[0];
+    // A bone is called as the joint at its end and begins at the one before.
+    let node = |name: &str| scene.skeleton.find(name).expect("a bone");
+    let at = |frame: usize, name: &str| {
+        let model = clip.local_pose(&scene.skeleton, frame).to_model(&scene.skeleton);
+        model.transforms()[node(name)].translation.truncate()
+    };
+    let scale =
+        at(0, "left_hand").distance(at(0, "right_hand")) / place(0, "left_elbow").distance(place(0, "right_elbow"));
+    for frame in 0..clip.frame_count() {
+        for (bone, begin) in [("left_hand", "left_elbow"), ("right_foot", "right_knee"), ("neck", "torso")] {
+            let wanted = (place(frame, begin) - place(frame, "root")) * scale;
+            let root = scene.skeleton.find("drawing_root").expect("a root");
+            let pose = clip.local_pose(&scene.skeleton, frame).to_model(&scene.skeleton);
+            let seen = at(frame, bone) - pose.transforms()[root].translation.truncate();
+            assert!(seen.distance(wanted) < 0.01, "frame {frame}, {bone}: {seen} and {wanted}");
+        }
     }
 }

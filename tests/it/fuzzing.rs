@@ -117,6 +117,12 @@ fn requests() {
 }
 
 #[test]
+fn drawings() {
+    search(Target::Drawing, 60);
+    search(Target::Draw, 40);
+}
+
+#[test]
 fn retargets() {
     search(Target::Engine, 40);
 }

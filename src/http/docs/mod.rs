@@ -56,6 +56,7 @@ pub(super) fn documented_routes() -> OpenApiRouter<ApiState> {
         .merge(resources::displays::routes())
         .merge(resources::comparisons::routes())
         .merge(resources::edits::routes())
+        .merge(resources::drawings::routes())
         .merge(resources::assets::routes())
         .merge(resources::jobs::routes())
         .merge(resources::batches::routes())

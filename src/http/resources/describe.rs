@@ -12,8 +12,8 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 
 use crate::{
     config::Settings,
-    engine::{FindingCode, Format, template_schema},
-    http::{ApiState, Shared, extract, json_text, negotiate::prefers_page},
+    engine::{FindingCode, Format, draw_spec_schema, drawing_limits, template_schema},
+    http::{ApiState, Shared, extract, json_text, negotiate::prefers_page, upload::MOST_PICTURE_BYTES},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -23,6 +23,7 @@ pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
         .routes(routes!(limits))
         .routes(routes!(formats))
         .routes(routes!(spec_schema))
+        .routes(routes!(draw_schema))
         .routes(routes!(rig_schema))
         .routes(routes!(findings))
 }
@@ -51,6 +52,7 @@ struct Links {
     studio: Option<&'static str>,
     openapi: &'static str,
     retarget: &'static str,
+    drawings: &'static str,
     assets: &'static str,
     jobs: &'static str,
     events: &'static str,
@@ -96,6 +98,7 @@ fn where_to_go(has_studio: bool) -> Json<Discovery> {
             studio: has_studio.then_some("/studio/"),
             openapi: "/openapi.json",
             retarget: "/v1/retarget",
+            drawings: "/v1/drawings",
             assets: "/v1/assets",
             jobs: "/v1/jobs",
             events: "/v1/events",
@@ -142,10 +145,12 @@ struct Limit {
     unit: &'static str,
     /// What it bounds.
     bounds: &'static str,
-    /// The flag of `retargetd serve` that changes it.
-    flag: String,
-    /// The environment variable that changes it.
-    variable: String,
+    /// The flag of `retargetd serve` that changes it; absent where nothing does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    flag: Option<String>,
+    /// The environment variable that changes it; absent where nothing does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    variable: Option<String>,
 }
 
 /// The limits.
@@ -163,10 +168,25 @@ async fn limits(State(settings): State<Shared<Settings>>) -> Json<Limits> {
         value: number(limit.value),
         unit: limit.setting.unit.name(),
         bounds: limit.setting.help.trim(),
-        flag: limit.setting.flag(),
-        variable: limit.setting.variable(),
+        flag: Some(limit.setting.flag()),
+        variable: Some(limit.setting.variable()),
     });
-    Json(Limits { limits: views.collect() })
+    let fixed = drawing_limits().into_iter().map(|(name, value, bounds)| (name, value as u64, "count", bounds));
+    let bytes = (
+        "drawing_picture_bytes",
+        MOST_PICTURE_BYTES,
+        "bytes",
+        "Bytes of a picture that is sent by itself as a part of a drawing",
+    );
+    let fixed = fixed.chain([bytes]).map(|(name, value, unit, bounds)| Limit {
+        name,
+        value: value.into(),
+        unit,
+        bounds,
+        flag: None,
+        variable: None,
+    });
+    Json(Limits { limits: views.chain(fixed).collect() })
 }
 
 /// Whole numbers are written without a fraction.
@@ -222,6 +242,13 @@ async fn formats() -> Json<Formats> {
     responses((status = 200, body = Object, description = "a JSON Schema")))]
 async fn spec_schema(State(state): State<ApiState>) -> Response {
     json_text((state.spec_schema)().to_string())
+}
+
+/// Gives the JSON Schema of the spec of drawings that move.
+#[utoipa::path(get, path = "/v1/schemas/draw-spec", tag = "service",
+    responses((status = 200, body = Object, description = "a JSON Schema")))]
+async fn draw_schema() -> Response {
+    json_text(draw_spec_schema().to_string())
 }
 
 /// Gives the JSON Schema of rig templates.

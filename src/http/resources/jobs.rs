@@ -120,7 +120,7 @@ async fn asked(
 struct ListQuery {
     /// Only jobs in this state.
     state: Option<String>,
-    /// Only jobs of this kind: `retarget`, `edit` or `pose`.
+    /// Only jobs of this kind: `retarget`, `edit`, `pose` or `draw`.
     kind: Option<String>,
     /// Only jobs whose report says so of the result: `pass`, `warn`, `fail` or `not_applicable`.
     verdict: Option<String>,

@@ -19,12 +19,14 @@ use crate::{
 pub(in crate::http) struct NewJobBody {
     /// The file with the animation.
     source: InputBody,
-    /// The file with the character that it goes onto. Left out only where the config has `"task": "edit"`.
+    /// The file with the character that it goes onto; a drawing is made to move. Left out only where the config has `"task": "edit"`.
     target: Option<InputBody>,
     /// The source rig in its rest pose, where the source file does not hold it.
     source_rest: Option<InputBody>,
     /// The target rig in its rest pose, where the target file does not hold it.
     target_rest: Option<InputBody>,
+    /// What goes beside a drawing, as a zip archive: `mvc.yaml`, `motion.yaml`, `retarget.yaml`, a picture called `background`.
+    scene: Option<InputBody>,
     /// The retarget spec; `/v1/schemas/retarget-spec` is its schema. Left out, everything is found out.
     #[schema(value_type = Option<Object>)]
     config: Option<serde_json::Map<String, serde_json::Value>>,
@@ -95,7 +97,7 @@ impl NewJobBody {
     /// # Errors
     /// When an id, a format or a label cannot be used.
     pub(in crate::http) fn read(self, settings: &Settings) -> Result<NewJob, Problem> {
-        let inputs = read_inputs([Some(self.source), self.target, self.source_rest, self.target_rest])?;
+        let inputs = read_inputs([Some(self.source), self.target, self.source_rest, self.target_rest, self.scene])?;
         let asks_for_edit = self.config.as_ref().is_some_and(|config| config.get("task") == Some(&"edit".into()));
         if !inputs.contains_key(&InputRole::Target) && !asks_for_edit {
             return Err(no_target());
@@ -123,7 +125,7 @@ fn no_target() -> Problem {
 ///
 /// # Errors
 /// When an id is none.
-pub(super) fn read_inputs(given: [Option<InputBody>; 4]) -> Result<BTreeMap<InputRole, AssetId>, Problem> {
+pub(super) fn read_inputs(given: [Option<InputBody>; 5]) -> Result<BTreeMap<InputRole, AssetId>, Problem> {
     let mut inputs = BTreeMap::new();
     for (role, input) in InputRole::ALL.into_iter().zip(given) {
         if let Some(input) = input {

@@ -165,7 +165,7 @@ impl CheckBody {
             let detail = format!("'{name}' is missing: a config is checked against both files, or by itself");
             return Err(Problem::new(Code::MissingPart, detail).at(format!("/{name}"), Vec::new()));
         }
-        let inputs = read_inputs([self.source, self.target, self.source_rest, self.target_rest])?;
+        let inputs = read_inputs([self.source, self.target, self.source_rest, self.target_rest, None])?;
         Ok((None, NewJob { inputs, config: Some(config), preset: self.preset, ..NewJob::default() }))
     }
 }

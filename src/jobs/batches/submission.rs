@@ -371,7 +371,8 @@ fn as_asked(known: &Known, owner: &Principal, new: &NewJob) -> Result<Wanted, Re
             known.asset(asset).map(|found| (found.sha256.clone(), found.file_name.clone())).unwrap_or_default();
         (*role, JobInput { asset: asset.clone(), sha256, file_name })
     };
-    let task = new.task.clone().unwrap_or_else(|| known.task_of(new.config.as_ref()));
+    let task =
+        new.task.clone().unwrap_or_else(|| known.task_of(new.config.as_ref(), new.inputs.get(&InputRole::Target)));
     check_inputs(&task, &new.inputs)?;
     let request = JobRequest {
         task,

@@ -22,8 +22,8 @@ pub(super) enum Message {
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Request {
     pub(super) question: Question,
-    /// Source, target, their rest poses and the config: what each is called, where it is there.
-    pub(super) names: [Option<String>; 5],
+    /// Source, target, their rest poses, what goes beside a drawing, and the config: what each is called, where it is there.
+    pub(super) names: [Option<String>; 6],
     pub(super) formats: Vec<String>,
     /// The user's own rig templates, as they are written: the process parses them.
     pub(super) rigs: Vec<String>,
@@ -60,8 +60,8 @@ pub(super) enum Reply {
 impl Request {
     /// A question, with the bytes that go with it.
     pub(super) fn new<'a>(asked: &Asked<'a>) -> (Self, Vec<&'a [u8]>) {
-        let Files { source, target, source_rest, target_rest, config } = asked.files;
-        let files = [source, target, source_rest, target_rest, config];
+        let Files { source, target, source_rest, target_rest, scene, config } = asked.files;
+        let files = [source, target, source_rest, target_rest, scene, config];
         let read = asked.knowledge.rigs().iter().filter_map(|rig| serde_json::to_string(rig).ok());
         let request = Self {
             question: asked.question.clone(),
@@ -81,6 +81,7 @@ impl Request {
             let name = self.names.get(place)?.as_deref()?;
             Some(NamedBytes { name, bytes: blobs.next().map_or(&[][..], Vec::as_slice) })
         };
-        Files { source: file(0), target: file(1), source_rest: file(2), target_rest: file(3), config: file(4) }
+        let (source, target, source_rest, target_rest) = (file(0), file(1), file(2), file(3));
+        Files { source, target, source_rest, target_rest, scene: file(4), config: file(5) }
     }
 }

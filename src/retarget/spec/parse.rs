@@ -1,5 +1,6 @@
 //! From the bytes of a config to a [`RetargetSpec`].
 
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::{
@@ -63,13 +64,32 @@ pub fn parse_value(document: Value) -> Result<RetargetSpec, SpecError> {
         let hint = "leave out what does nothing, or run the rest on the result";
         return Err(SpecError { fields: vec![field], ..SpecError::new(SpecErrorKind::InvalidValue, detail, hint) });
     }
-    let schema = spec_schema();
-    if let Some(error) = SpecError::from_fields(unknown_fields(&document, schema)) {
+    parse_checked(&document, spec_schema(), out_of_range)
+}
+
+/// A document of another kind, whose schema says which fields it has and in which ranges their values are.
+///
+/// # Errors
+/// When it is no object, has an unknown field, or a value is of the wrong type or out of range.
+pub fn parse_by_schema<T: DeserializeOwned>(document: Value, schema: &Value) -> Result<T, SpecError> {
+    if !document.is_object() {
+        let detail = format!("the config is {} where an object is expected", kind_of(&document));
+        return Err(SpecError::new(SpecErrorKind::Malformed, detail, "an empty config is {}"));
+    }
+    parse_checked(&document, schema, |_| Vec::new())
+}
+
+fn parse_checked<T: DeserializeOwned>(
+    document: &Value,
+    schema: &Value,
+    further: impl FnOnce(&T) -> Vec<SpecField>,
+) -> Result<T, SpecError> {
+    if let Some(error) = SpecError::from_fields(unknown_fields(document, schema)) {
         return Err(error);
     }
-    let ranges = out_of_ranges(&document, schema);
-    let spec: RetargetSpec = deserialize(&document)?;
-    let mut fields = out_of_range(&spec);
+    let ranges = out_of_ranges(document, schema);
+    let spec: T = deserialize(document)?;
+    let mut fields = further(&spec);
     let told = |range: &SpecField| fields.iter().any(|field| field.pointer == range.pointer);
     let ranges: Vec<SpecField> = ranges.into_iter().filter(|range| !told(range)).collect();
     fields.extend(ranges);

@@ -66,11 +66,13 @@ pub enum JobKind {
     Edit,
     /// Puts a character into a pose.
     Pose,
+    /// Lets a drawing move.
+    Draw,
 }
 
 impl JobKind {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Retarget, Self::Edit, Self::Pose];
+    pub const ALL: [Self; 4] = [Self::Retarget, Self::Edit, Self::Pose, Self::Draw];
 
     /// The name on the wire and in the database.
     #[must_use]
@@ -79,6 +81,7 @@ impl JobKind {
             Self::Retarget => "retarget",
             Self::Edit => "edit",
             Self::Pose => "pose",
+            Self::Draw => "draw",
         }
     }
 
@@ -103,6 +106,8 @@ pub enum JobTask {
         /// The wire name of the pose; nothing where the config names it.
         to: Option<String>,
     },
+    /// Lets a drawing, which is the target, move.
+    Draw,
 }
 
 impl JobTask {
@@ -113,6 +118,7 @@ impl JobTask {
             JobKind::Retarget => Self::Retarget,
             JobKind::Edit => Self::Edit,
             JobKind::Pose => Self::Pose { to: None },
+            JobKind::Draw => Self::Draw,
         }
     }
 
@@ -123,6 +129,7 @@ impl JobTask {
             Self::Retarget => JobKind::Retarget,
             Self::Edit => JobKind::Edit,
             Self::Pose { .. } => JobKind::Pose,
+            Self::Draw => JobKind::Draw,
         }
     }
 
@@ -133,7 +140,7 @@ impl JobTask {
             Self::Retarget => &[InputRole::Source, InputRole::Target],
             Self::Edit => &[InputRole::Source],
             Self::Pose { to: Some(to) } if to == "source" => &[InputRole::Target, InputRole::Source],
-            Self::Pose { .. } => &[InputRole::Target],
+            Self::Pose { .. } | Self::Draw => &[InputRole::Target],
         }
     }
 }
@@ -150,11 +157,13 @@ pub enum InputRole {
     SourceRest,
     /// The target rig in its rest pose.
     TargetRest,
+    /// What goes beside a drawing: configs of *Animated Drawings* and a background, in an archive.
+    Scene,
 }
 
 impl InputRole {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Source, Self::Target, Self::SourceRest, Self::TargetRest];
+    pub const ALL: [Self; 5] = [Self::Source, Self::Target, Self::SourceRest, Self::TargetRest, Self::Scene];
 
     /// The name on the wire.
     #[must_use]
@@ -164,6 +173,7 @@ impl InputRole {
             Self::Target => "target",
             Self::SourceRest => "source_rest",
             Self::TargetRest => "target_rest",
+            Self::Scene => "scene",
         }
     }
 

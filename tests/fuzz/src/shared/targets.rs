@@ -4,8 +4,8 @@ use std::sync::LazyLock;
 
 use retargetd::{
     engine::{
-        self, EditInputs, Failure, FailureCode, Format, Inputs, Limits, NamedBytes, Outcome, PoseChoice, PoseInputs,
-        Task, check_config, check_preset, check_rig, merge_config,
+        self, DrawInputs, EditInputs, Failure, FailureCode, Format, Inputs, Limits, NamedBytes, Outcome, PoseChoice,
+        PoseInputs, Task, check_config, check_preset, check_rig, merge_config,
     },
     formats::{self, ErrorKind},
     model::{Appearance, Control, Paint, Reporter},
@@ -56,10 +56,14 @@ pub(crate) enum Target {
     Proposal,
     /// A file of any format as source and as target of a retarget.
     Engine,
+    /// A drawing, or a scene of drawings, in an archive.
+    Drawing,
+    /// A config of a drawing that moves, which does.
+    Draw,
 }
 
 impl Target {
-    pub(crate) const ALL: [Self; 19] = [
+    pub(crate) const ALL: [Self; 21] = [
         Self::Fbx,
         Self::Glb,
         Self::Gltf,
@@ -79,6 +83,8 @@ impl Target {
         Self::Proposal,
         Self::Engine,
         Self::Image,
+        Self::Drawing,
+        Self::Draw,
     ];
 
     /// Its name on the command line.
@@ -103,6 +109,8 @@ impl Target {
             Self::Proposal => "proposal",
             Self::Engine => "engine",
             Self::Image => "image",
+            Self::Drawing => "drawing",
+            Self::Draw => "draw",
         }
     }
 
@@ -123,6 +131,11 @@ impl Target {
             Self::JointPositions => read(bytes, Format::JointPositions),
             Self::Bvh => read(bytes, Format::Bvh),
             Self::Image => image(bytes),
+            Self::Drawing => {
+                draw(bytes, br#"{"task": "draw", "view": {"size": [40, 40]}}"#);
+                draw(bytes, br#"{"task": "draw", "scene": "mvc.yaml", "compat": "animated_drawings"}"#);
+            }
+            Self::Draw => draw(&DRAWING, bytes),
             Self::Sniff => {
                 judge(engine::inspect(NamedBytes { name: "file", bytes }, &Limits::default(), &Control::new()));
             }
@@ -166,6 +179,7 @@ fn image(bytes: &[u8]) {
 /// The clip and the figure that configs are tried on.
 static CLIP: LazyLock<Vec<u8>> = LazyLock::new(seeds::clip);
 static FIGURE: LazyLock<Vec<u8>> = LazyLock::new(seeds::figure);
+static DRAWING: LazyLock<Vec<u8>> = LazyLock::new(seeds::drawing);
 
 fn read(bytes: &[u8], format: Format) {
     let (limits, control) = (Limits::default(), Control::new());
@@ -208,6 +222,21 @@ fn pose(to: PoseChoice, config: &[u8]) {
         to: Some(to),
         config: Some(file(config)),
         formats: &[],
+    });
+    if let Some(outcome) = judge(engine::run(&task, &engine::Knowledge::default(), &Limits::default(), &Control::new()))
+    {
+        check_outputs(&outcome);
+    }
+}
+
+fn draw(drawing: &[u8], config: &[u8]) {
+    let file = |bytes| NamedBytes { name: "file", bytes };
+    let task = Task::Draw(DrawInputs {
+        source: Some(file(&CLIP)),
+        drawing: file(drawing),
+        scene: None,
+        config: Some(file(config)),
+        formats: &[Format::Poses2dJson, Format::Glb],
     });
     if let Some(outcome) = judge(engine::run(&task, &engine::Knowledge::default(), &Limits::default(), &Control::new()))
     {

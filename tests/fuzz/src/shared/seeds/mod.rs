@@ -2,6 +2,7 @@
 
 mod bvh;
 mod config;
+mod drawings;
 mod fbx;
 mod gltf;
 mod image;
@@ -58,8 +59,12 @@ pub(crate) fn seeds(target: Target) -> Vec<Seed> {
         Target::RigTemplate => config::rig_templates(),
         Target::Edit => config::edits(),
         Target::Pose => config::poses(),
+        Target::Drawing => drawings::all(),
+        Target::Draw => drawings::configs(),
     }
 }
+
+pub(crate) use drawings::small as drawing;
 
 /// The first steps of the sample walk, without fingers.
 pub(crate) fn clip() -> Vec<u8> {
