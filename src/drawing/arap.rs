@@ -18,7 +18,7 @@ use super::{
 /// Weight of a pin against an edge.
 const PIN_WEIGHT: f64 = 1000.0;
 /// Vertices of one mesh.
-pub const MAX_VERTICES: usize = 20_000;
+pub(super) const MAX_VERTICES: usize = 20_000;
 
 /// How exactly matrices are formed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -188,6 +188,15 @@ impl BoneMesh {
         self.bones.iter().map(|bone| BonePose::of(pair(&self.rest_joints, bone), pair(joints, bone))).collect()
     }
 
+    /// Where a vertex is that its bones carry by themselves, as skins do: the mean of where each would take it, by its shares.
+    pub(super) fn carried(&self, vertex: usize, at: DVec2, poses: &[BonePose]) -> DVec2 {
+        let by = |&(bone, share): &Share| {
+            let way = at - self.rest_joints[self.bones[bone].from];
+            (poses[bone].start + poses[bone].carried(way, self.directions[bone])) * share
+        };
+        self.shares[vertex].iter().map(by).sum()
+    }
+
     /// Where the vertices are when the joints are at `joints`.
     pub(super) fn deform(&self, joints: &[DVec2], workspace: &mut BoneWorkspace, vertices: &mut [DVec2]) {
         let poses = self.poses(joints);

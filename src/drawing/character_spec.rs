@@ -8,7 +8,7 @@ use super::{
 };
 
 /// Joints of one drawing.
-pub const MAX_JOINTS: usize = 128;
+pub(super) const MAX_JOINTS: usize = 128;
 /// Pixels along one side of a drawing.
 const MAX_SIDE: u32 = 16_384;
 

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::{Performance, PlanarRig, Puppet, bones::doubled_area, contacts::runs};
 
 /// Frames whose meshes are looked at.
-const MOST_FRAMES: usize = 400;
+const MOST_FRAMES: usize = 150;
 
 /// A value with what is good enough.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -26,17 +26,24 @@ pub struct DrawingMeasures {
     pub angle_error_degrees: Measured,
     /// Largest turn of a driven bone from one frame to the next, degrees a second.
     pub fastest_turn_degrees_per_second: Measured,
-    /// Triangles that are turned over, of all, on average: percent.
-    pub turned_over_percent: Measured,
+    /// Triangles that are turned over, of all, on average: percent. Absent where there is no mask.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub turned_over_percent: Option<Measured>,
     /// The same in the worst frame.
-    pub turned_over_percent_most: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub turned_over_percent_most: Option<f64>,
     /// Changes of the order of drawing, a second and group, of the group that changes most.
     pub order_changes_per_second: Measured,
     /// How far standing feet slip: percent of the drawing's height a second. Absent where no foot stands.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slip_percent_per_second: Option<Measured>,
-    /// How much the area of the drawing changes against rest, on average: percent.
-    pub area_change_percent: Measured,
+    /// How much the area of the drawing changes against rest, on average: percent. Absent where there is no mask.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub area_change_percent: Option<Measured>,
+    /// How far the vertices of a model on bones (`.glb`) are from those of the picture, on average: percent of the drawing's width. Absent where
+    /// the picture is deformed as the original does it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model_error_percent: Option<Measured>,
     /// Largest change of a bone's length against rest, where bones are not foreshortened: percent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length_change_percent: Option<Measured>,
@@ -46,33 +53,41 @@ impl DrawingMeasures {
     /// All values that have a bound, by their names.
     #[must_use]
     pub fn bounded(&self) -> Vec<(&'static str, Measured)> {
-        let all = [
+        let all: [(&'static str, Option<Measured>); 8] = [
             ("angle_error_degrees", Some(self.angle_error_degrees)),
             ("fastest_turn_degrees_per_second", Some(self.fastest_turn_degrees_per_second)),
-            ("turned_over_percent", Some(self.turned_over_percent)),
+            ("turned_over_percent", self.turned_over_percent),
             ("order_changes_per_second", Some(self.order_changes_per_second)),
             ("slip_percent_per_second", self.slip_percent_per_second),
-            ("area_change_percent", Some(self.area_change_percent)),
+            ("area_change_percent", self.area_change_percent),
+            ("model_error_percent", self.model_error_percent),
             ("length_change_percent", self.length_change_percent),
         ];
         all.into_iter().filter_map(|(name, measured)| Some((name, measured?))).collect()
     }
 }
 
-/// Measures what a drawing does.
+/// Measures what a drawing does; of its mesh only where it has one.
 #[must_use]
-pub fn measure(puppet: &Puppet, rig: &PlanarRig, performance: &Performance, foreshortened: bool) -> DrawingMeasures {
+pub fn measure(
+    puppet: Option<&Puppet>,
+    rig: &PlanarRig,
+    performance: &Performance,
+    foreshortened: bool,
+) -> DrawingMeasures {
     let bounded = |value: f64, pass_up_to: f64, fail_above: f64| Measured { value, pass_up_to, fail_above };
-    let (turned_over, most, area) = triangles(puppet, performance);
+    let mesh = puppet.map(|puppet| triangles(puppet, performance));
+    let model = puppet.and_then(|puppet| model_error(puppet, performance));
     let slip = slip(rig, performance).map(|slip| bounded(slip, 1.0, 5.0));
     DrawingMeasures {
         angle_error_degrees: bounded(angle_error(rig, performance), 0.01, 1.0),
         fastest_turn_degrees_per_second: bounded(fastest_turn(performance), 901.0, 2000.0),
-        turned_over_percent: bounded(turned_over, 0.05, 0.5),
-        turned_over_percent_most: most,
+        turned_over_percent: mesh.map(|(mean, _, _)| bounded(mean, 0.05, 0.5)),
+        turned_over_percent_most: mesh.map(|(_, most, _)| most),
         order_changes_per_second: bounded(order_changes(performance), 2.0, 4.0),
         slip_percent_per_second: slip,
-        area_change_percent: bounded(area, 2.0, 10.0),
+        area_change_percent: mesh.map(|(_, _, area)| bounded(area, 2.0, 10.0)),
+        model_error_percent: model.map(|error| bounded(error, 1.0, 4.0)),
         length_change_percent: (!foreshortened).then(|| bounded(length_change(rig, performance), 3.0, 10.0)),
     }
 }
@@ -184,4 +199,27 @@ fn triangles(puppet: &Puppet, performance: &Performance) -> (f64, f64, f64) {
         count += 1.0;
     }
     (sum / count, most, change / count)
+}
+
+/// Percent of the width at rest that a model's vertices are away from those of the picture, on average.
+fn model_error(puppet: &Puppet, performance: &Performance) -> Option<f64> {
+    /// Frames that are looked at.
+    const FRAMES: usize = 60;
+    let skin = puppet.skin()?;
+    let (rest, _) = puppet.rest();
+    let width = rest.iter().map(|place| place.x).fold(f64::MIN, f64::max)
+        - rest.iter().map(|place| place.x).fold(f64::MAX, f64::min);
+    let mut workspace = puppet.workspace();
+    let (mut sum, mut count) = (0.0, 0.0);
+    for frame in (0..performance.frames).step_by(performance.frames.div_ceil(FRAMES)) {
+        let (mut joints, root) = performance.joints_about_root(frame);
+        let side = DVec2::new(if performance.is_mirrored[frame] { -1.0 } else { 1.0 }, 1.0);
+        joints.iter_mut().for_each(|joint| *joint *= side);
+        let placed = skin.placed(&joints);
+        for (model, picture) in placed.iter().zip(puppet.deformed(performance, frame, &mut workspace)) {
+            sum += (*model * side + root).distance(*picture);
+            count += 1.0;
+        }
+    }
+    Some(100.0 * sum / count / width.max(1e-9))
 }

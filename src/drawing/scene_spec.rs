@@ -13,7 +13,7 @@ pub(super) const FIELD_OF_VIEW_DEGREES: f64 = 35.0;
 /// Codecs by which an MP4 is meant as it is written here.
 const H264_CODECS: [&str; 5] = ["avc1", "mp4v", "h264", "x264", "avc3"];
 /// Characters in one scene.
-pub const MAX_CHARACTERS: usize = 16;
+pub(super) const MAX_CHARACTERS: usize = 16;
 /// Pixels along one side of the picture.
 const MAX_SIDE: usize = 4096;
 

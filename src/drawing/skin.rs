@@ -33,6 +33,13 @@ impl Skin<'_> {
         self.mesh.shares()
     }
 
+    /// Where the vertices are when bones carry them to joints that are there.
+    #[must_use]
+    pub fn placed(&self, joints: &[DVec2]) -> Vec<DVec2> {
+        let poses = self.mesh.poses(joints);
+        self.vertices.iter().enumerate().map(|(vertex, &at)| self.mesh.carried(vertex, at, &poses)).collect()
+    }
+
     /// For each bone the angle by which it is turned from rest, when the joints are there.
     #[must_use]
     pub fn turns(&self, joints: &[DVec2]) -> Vec<f64> {

@@ -9,7 +9,7 @@ use crate::{
     engine::{
         Failure, Knowledge, NamedBytes, WarningView,
         facts::joint_count,
-        flat::inspected,
+        flat::joints_of,
         labels::{ByRole, Labels, OneOrMore},
         load::load,
     },
@@ -191,8 +191,8 @@ pub fn inspect_with(
     limits: &Limits,
     control: &Control,
 ) -> Result<Inspection, Failure> {
-    if let Some(drawing) = inspected(file, limits, control)? {
-        return Ok(drawing);
+    if let Some(joints) = joints_of(file, limits, control)? {
+        return Ok(inspect_drawing(joints));
     }
     let mut reporter = Reporter::new();
     let loaded = load(file, "source", limits, control, &mut reporter)?;
@@ -217,6 +217,41 @@ pub fn inspect_with(
         findings: findings.into_iter().map(FindingView::from).collect(),
         warnings: reporter.into_warnings().into_iter().map(WarningView::from).collect(),
     })
+}
+
+/// What a drawing holds: joints that rest as they are drawn.
+fn inspect_drawing(joints: Vec<(String, Option<usize>)>) -> Inspection {
+    let joints: Vec<JointView> =
+        joints.into_iter().enumerate().map(|(node, (name, parent))| JointView { name, node, parent }).collect();
+    let count = joints.len();
+    let rig = RigView {
+        name: "drawing".to_owned(),
+        recognised_as: None,
+        confidence: 1.0,
+        kind: "drawing",
+        rest_pose: "other",
+        measured_pose: "other",
+        rest_source: "nodes",
+        rest_reason: "a drawing rests as it is drawn".to_owned(),
+        forward: None,
+        up: None,
+        height_metres: 0.0,
+        joints,
+        roles: ByRole(Vec::new()),
+        role_details: ByRole(Vec::new()),
+        twist_helpers: Vec::new(),
+        twists: Vec::new(),
+        props: Vec::new(),
+        template: None,
+    };
+    Inspection {
+        format: Format::Drawing.info().name,
+        counts: InspectionCounts { nodes: count, joints: count, skins: 0, clips: 0 },
+        rigs: vec![rig],
+        clips: Vec::new(),
+        findings: Vec::new(),
+        warnings: Vec::new(),
+    }
 }
 
 fn count_joints(scene: &Scene, format: Format) -> usize {

@@ -3,7 +3,10 @@
 use crate::{
     formats::{Format, Limits},
     model::{Clip, Control, Phase, Reporter, Scene},
-    picture::{Cast, FilmError, Layout, PictureFormat, Sheet, SheetSize, Sight, View, render},
+    picture::{
+        Background, Cast, FilmError, Layout, Picture, PictureError, PictureFormat, Reel, Sheet, SheetSize, Sight, View,
+        render,
+    },
     rig::{Rig, RigSpec},
 };
 
@@ -106,7 +109,7 @@ fn drawn(
         return Err(Failure::new(FailureCode::InvalidValue, format!("{field}: {problem}")));
     }
     if let Some(picture) = flat::picture_of(file, limits, control)?.filter(|_| beside.is_none()) {
-        return flat::shown(&picture, options, control);
+        return flat_preview(&picture, options, control);
     }
     let mut reporter = Reporter::new();
     let loaded = load(file, "source", limits, control, &mut reporter)?;
@@ -172,4 +175,70 @@ pub(super) fn check_built(format: PictureFormat) -> Result<(), Failure> {
     let detail = format!("{} is not written by this build, which is without the feature '{feature}'", format.ending());
     let hint = format!("use webp, gif or apng, or build it with --features {feature}");
     Err(Failure::new(FailureCode::UnsupportedFormat, detail).with_hint(hint))
+}
+
+/// A picture in the size and the format that is asked for, in the middle of its background.
+///
+/// # Errors
+/// When it cannot be encoded.
+fn flat_preview(picture: &Picture, options: &PreviewOptions, control: &Control) -> Result<Preview, Failure> {
+    control.enter(Phase::Write, 1);
+    let [width, height] = options.view.size;
+    let background = match options.view.background {
+        Background::Light => [236, 236, 236, 255],
+        Background::Dark => [32, 33, 36, 255],
+        Background::Transparent => [0; 4],
+    };
+    let mut shown = Picture::filled(width, height, background);
+    let scale = (width as f64 / picture.width as f64).min(height as f64 / picture.height as f64);
+    let size = [picture.width, picture.height].map(|side| ((side as f64 * scale) as usize).max(1));
+    let (left, top) = (width.saturating_sub(size[0]) / 2, height.saturating_sub(size[1]) / 2);
+    for row in 0..size[1].min(height) {
+        for column in 0..size[0].min(width) {
+            let color = mean(picture, [column, row], size);
+            let pixel = &mut shown.pixels[(top + row) * width + left + column];
+            let share = u32::from(color[3]);
+            if pixel[3] == 0 {
+                *pixel = color;
+                continue;
+            }
+            for (part, new) in pixel[..3].iter_mut().zip(color) {
+                *part = ((u32::from(new) * share + u32::from(*part) * (255 - share) + 127) / 255) as u8;
+            }
+        }
+    }
+    let format = PictureFormat::of_ending(&options.ending, false).ok_or_else(|| {
+        Failure::new(FailureCode::UnsupportedFormat, format!("'{}' is no picture that can be written", options.ending))
+    })?;
+    check_built(format)?;
+    let failed = |error: PictureError| Failure::new(FailureCode::Internal, error.to_string());
+    let bytes = if format.moves() {
+        let is_transparent = background[3] == 0;
+        let mut reel = Reel::new(format, [width, height], 1.0, 1, is_transparent, |_| shown.clone()).map_err(failed)?;
+        reel.add(std::slice::from_ref(&shown)).map_err(failed)?;
+        reel.finish().map_err(failed)?
+    } else {
+        shown.to_still(format).map_err(failed)?
+    };
+    Ok(Preview { bytes, format, size: [width, height], frames: 1, sights: Vec::new(), warnings: Vec::new() })
+}
+
+/// The mean color of what a pixel of another size covers, by opacity.
+fn mean(picture: &Picture, [column, row]: [usize; 2], size: [usize; 2]) -> [u8; 4] {
+    let range = |at: usize, of: usize, all: usize| {
+        let begin = at * all / of;
+        begin..((at + 1) * all / of).clamp(begin + 1, all.max(begin + 1))
+    };
+    let (mut sums, mut count) = ([0_u64; 4], 0);
+    for row in range(row, size[1], picture.height) {
+        for column in range(column, size[0], picture.width) {
+            let color = picture.pixels[row * picture.width + column];
+            let opacity = u64::from(color[3]);
+            (0..3).for_each(|part| sums[part] += u64::from(color[part]) * opacity);
+            sums[3] += opacity;
+            count += 1;
+        }
+    }
+    let part = |sum: u64| (sum / sums[3].max(1)) as u8;
+    [part(sums[0]), part(sums[1]), part(sums[2]), (sums[3] / count.max(1)) as u8]
 }

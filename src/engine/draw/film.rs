@@ -3,7 +3,7 @@
 use crate::{
     drawing::{Puppet, draw_floor},
     engine::{Failure, FailureCode, NamedBytes},
-    formats::{Limits, pack_files},
+    formats::pack_files,
     model::Control,
     picture::{Picture, PictureError, PictureFormat, Reel, read_picture},
 };
@@ -30,7 +30,6 @@ impl<'a> Shown<'a> {
         scenery: &'a Scenery,
         request: &DrawRequest<'_>,
         read: &mut FileReader<'_>,
-        limits: &Limits,
     ) -> Result<Self, Failure> {
         let frames = scenery.characters.iter().map(|character| character.performance.frames).max().unwrap_or(0);
         let most = crate::drawing::MAX_VIDEO_FRAMES;
@@ -43,7 +42,7 @@ impl<'a> Shown<'a> {
             .iter()
             .map(|character| puppet(character, scenery, false, read))
             .collect::<Result<Vec<_>, _>>()?;
-        let background = background(scenery, request.background, read, limits)?;
+        let background = background(scenery, request.background, read)?;
         Ok(Self { scenery, puppets, background })
     }
 
@@ -132,12 +131,7 @@ fn broken(error: PictureError) -> Failure {
 }
 
 /// What is behind all characters: a color, or a picture stretched over all of it, and a floor.
-fn background(
-    scenery: &Scenery,
-    given: Option<NamedBytes<'_>>,
-    read: &mut FileReader<'_>,
-    limits: &Limits,
-) -> Result<Picture, Failure> {
+fn background(scenery: &Scenery, given: Option<NamedBytes<'_>>, read: &mut FileReader<'_>) -> Result<Picture, Failure> {
     let view = &scenery.view;
     let [width, height] = view.window_dimensions;
     let color = view.clear_color.map(|part| (part * 255.0).round() as u8);
@@ -147,7 +141,6 @@ fn background(
         (Some(file), None) => Some(picture(&read(file)?, file)?),
         (None, None) => None,
     };
-    let _ = limits;
     if let Some(image) = image {
         for (index, pixel) in filled.pixels.iter_mut().enumerate() {
             let (row, column) = (index / width * image.height / height, index % width * image.width / width);

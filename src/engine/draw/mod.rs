@@ -148,9 +148,15 @@ pub fn draw(
     let planned = control.seconds();
     let frames = scenery.characters.iter().map(|character| character.performance.frames).max().unwrap_or(0);
     control.enter(Phase::Retarget, frames as u64);
-    let shown = film::Shown::new(&scenery, request, read, limits)?;
+    let are_poses = |format: &Format| matches!(format, Format::Poses2dNpz | Format::Poses2dJson);
+    let shown = match film::Shown::new(&scenery, request, read) {
+        Ok(shown) => Some(shown),
+        // Poses need no pictures.
+        Err(_) if formats.iter().all(are_poses) => None,
+        Err(failure) => return Err(failure),
+    };
     let placed = control.seconds();
-    let measured = report::measured(&scenery, &shown, request, control)?;
+    let measured = report::measured(&scenery, shown.as_ref(), request, control)?;
     let written = control.seconds();
     control.enter(Phase::Write, formats.len() as u64);
     let stem = file_stem(&scenery.name);
@@ -160,13 +166,10 @@ pub fn draw(
         let bytes = match format {
             Format::Poses2dNpz => arrays::npz(&scenery, request.mesh, control)?,
             Format::Poses2dJson => arrays::json(&scenery, request.mesh, control)?,
-            Format::PngZip => shown.stills(control)?,
             Format::Glb => model::glb(&scenery, read, request.source, control)?,
             format => {
-                let ending = format.info().endings[0];
-                let picture = PictureFormat::of_ending(ending, true).ok_or_else(|| unwritten(format))?;
-                check_built(picture)?;
-                shown.film(picture, control)?
+                let shown = shown.as_ref().ok_or_else(|| unwritten(format))?;
+                pictured(shown, format, control)?
             }
         };
         outputs.push(Output { format, name: format!("{stem}.{}", format.info().endings[0]), bytes });
@@ -198,6 +201,16 @@ pub fn draw(
         ..Report::default()
     };
     Ok(Outcome { outputs, report, resolved_spec })
+}
+
+/// The scene as pictures.
+fn pictured(shown: &film::Shown<'_>, format: Format, control: &Control) -> Result<Vec<u8>, Failure> {
+    if format == Format::PngZip {
+        return shown.stills(control);
+    }
+    let picture = PictureFormat::of_ending(format.info().endings[0], true).ok_or_else(|| unwritten(format))?;
+    check_built(picture)?;
+    shown.film(picture, control)
 }
 
 /// The formats that are made, each once, in the order asked for.
@@ -256,8 +269,8 @@ fn in_order<T: Send>(
     Ok(())
 }
 
-/// The counts of a report.
 impl Scenery {
+    /// The counts of a report.
     fn counts(&self) -> Counts {
         Counts {
             frames: self.characters.iter().map(|character| character.performance.frames).max().unwrap_or(0),

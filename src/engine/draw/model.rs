@@ -124,7 +124,7 @@ impl<'a> Figure<'a> {
         let times: Vec<f32> = (0..frames).map(|frame| (frame as f64 * self.performance.frame_time) as f32).collect();
         let input = document.accessor(&times, "SCALAR", None);
         document.bound(input, &[times[0]], &[times[frames - 1]]);
-        let bones = self.write_bones(document, channels, input);
+        let skin = self.write_bones(document, channels, input);
         let material = self.write_material(document)?;
         let groups = self.skin.parts.len();
         let first: Vec<f32> = self.layers(0);
@@ -132,7 +132,7 @@ impl<'a> Figure<'a> {
         for group in 0..groups {
             let Some(mesh) = self.write_mesh(document, group, material, first[group]) else { continue };
             let node = document.node(json!({
-                "name": format!("{}_part_{group}", self.name), "mesh": mesh, "skin": bones.skin,
+                "name": format!("{}_part_{group}", self.name), "mesh": mesh, "skin": skin,
             }));
             document.roots.push(node);
             let layers: Vec<f32> = of_frames.iter().map(|layers| layers[group]).collect();
@@ -153,7 +153,8 @@ impl<'a> Figure<'a> {
         layers
     }
 
-    fn write_bones(&self, document: &mut Document, channels: &mut Channels, input: usize) -> Bones {
+    /// The bones and what they do. Gives the index of the skin.
+    fn write_bones(&self, document: &mut Document, channels: &mut Channels, input: usize) -> usize {
         let rig = &self.character.rig;
         let frames = self.performance.frames;
         let joints: Vec<Vec<DVec2>> = (0..frames).map(|frame| self.joints(frame)).collect();
@@ -213,7 +214,7 @@ impl<'a> Figure<'a> {
         skin.push(json!({
             "name": self.name, "joints": skin_nodes, "skeleton": root, "inverseBindMatrices": inverse,
         }));
-        Bones { skin: skin.len() - 1 }
+        skin.len() - 1
     }
 
     /// The way of the root, and the mirroring about it.
@@ -313,10 +314,6 @@ impl<'a> Figure<'a> {
         }));
         Ok(materials.len() - 1)
     }
-}
-
-struct Bones {
-    skin: usize,
 }
 
 fn space(place: DVec2) -> [f32; 3] {

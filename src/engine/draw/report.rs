@@ -40,20 +40,21 @@ pub struct DrawnCharacterView {
 /// Measures every character.
 pub(super) fn measured(
     scenery: &Scenery,
-    shown: &Shown<'_>,
+    shown: Option<&Shown<'_>>,
     request: &DrawRequest<'_>,
     control: &Control,
 ) -> Result<DrawnReport, Failure> {
     let mut characters = Vec::new();
     let (mut driven, mut drivable) = (0, 0);
-    for (character, puppet) in scenery.characters.iter().zip(&shown.puppets) {
+    for (index, character) in scenery.characters.iter().enumerate() {
+        let puppet = shown.and_then(|shown| shown.puppets.get(index));
         control.check()?;
         let performance = &character.performance;
         driven += performance.driven.len();
         drivable += character.retarget.char_joint_bvh_joints_mapping.0.len().max(performance.driven.len());
         characters.push(DrawnCharacterView {
             driven_joints: performance.driven.clone(),
-            vertices: puppet.rest().0.len(),
+            vertices: puppet.map_or(0, |puppet| puppet.rest().0.len()),
             measures: measure(puppet, &character.rig, performance, scenery.foreshortens),
         });
     }
@@ -83,7 +84,7 @@ fn judged(characters: &[DrawnCharacterView]) -> (Verdict, String) {
 }
 
 /// Refuses warnings, and measures that fail.
-pub fn check_strict(warnings: &[WarningView], report: &DrawnReport) -> Result<(), Failure> {
+pub(super) fn check_strict(warnings: &[WarningView], report: &DrawnReport) -> Result<(), Failure> {
     check_warnings(warnings, None)?;
     if report.verdict != Verdict::Fail {
         return Ok(());

@@ -18,7 +18,7 @@ use super::{
 
 /// A drawn character, and what it does.
 #[derive(Clone, Debug)]
-pub struct DrawnCharacter {
+pub(super) struct DrawnCharacter {
     pub(super) spec: CharacterSpec,
     pub(super) rig: PlanarRig,
     pub(super) motion: BodyMotion,
@@ -32,7 +32,7 @@ pub struct DrawnCharacter {
 
 /// A scene with everything that it names.
 #[derive(Clone, Debug)]
-pub struct Scenery {
+pub(super) struct Scenery {
     /// What it is called.
     pub(super) name: String,
     pub(super) view: ViewSection,
@@ -42,9 +42,9 @@ pub struct Scenery {
     pub(super) foreshortens: bool,
     pub(super) is_original: bool,
     /// Its characters.
-    pub characters: Vec<DrawnCharacter>,
+    pub(super) characters: Vec<DrawnCharacter>,
     /// What was noticed: a code and a text.
-    pub notes: Vec<(&'static str, String)>,
+    pub(super) notes: Vec<(&'static str, String)>,
     pub(super) source_facts: RigFacts,
     /// Whether the characters come from configs that belong together.
     pub(super) is_scene: bool,
