@@ -251,15 +251,13 @@ impl DrawnView {
     #[must_use]
     pub fn over(&self, scene: &SceneSpec) -> (ViewSection, bool, bool) {
         let has = |layer: DrawnLayer| self.draw.contains(&layer);
-        let mut view = ViewSection {
-            clear_color: color(&self.background).unwrap_or([1.0, 1.0, 1.0, 0.0]),
-            window_dimensions: self.size,
-            draw_ad_txtr: has(DrawnLayer::Texture),
-            draw_ad_rig: has(DrawnLayer::Rig),
-            draw_ad_color: has(DrawnLayer::Colors),
-            draw_ad_mesh_lines: has(DrawnLayer::Mesh),
-            ..scene.view.clone()
-        };
+        let mut view = scene.view.clone();
+        view.clear_color = color(&self.background).unwrap_or([1.0, 1.0, 1.0, 0.0]);
+        view.window_dimensions = self.size;
+        view.draw_ad_txtr = has(DrawnLayer::Texture);
+        view.draw_ad_rig = has(DrawnLayer::Rig);
+        view.draw_ad_color = has(DrawnLayer::Colors);
+        view.draw_ad_mesh_lines = has(DrawnLayer::Mesh);
         if let Some(camera) = self.camera {
             (view.camera_pos, view.camera_fwd) = (camera.position, camera.backward);
         }

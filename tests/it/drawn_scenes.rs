@@ -351,9 +351,12 @@ fn a_drawing_in_an_archive_gives_all_its_outputs_at_once() {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("child.zip"), retargetd::samples::drawing()).expect("a drawing");
     std::fs::write(folder.path().join("walk.glb"), retargetd::samples::walk_clip()).expect("the walk");
+    let wanted = r#"{"task": "draw", "view": {"size": [200, 200]}, "edit": {"range": [0, 1.3]}}"#;
+    std::fs::write(folder.path().join("wanted.json"), wanted).expect("a spec");
     let outputs = ["walk.gif", "walk.png", "walk.zip", "model.glb", "poses.json", "poses.npz"];
     let mut command = Command::new(env!("CARGO_BIN_EXE_retargetd"));
     command.args(["draw", "--drawing", "child.zip", "--source", "walk.glb", "--report", "report.json"]);
+    command.args(["--config", "wanted.json"]);
     outputs.iter().for_each(|output| drop(command.args(["--output", output])));
     let output = command.current_dir(folder.path()).output().expect("the binary runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

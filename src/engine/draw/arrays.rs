@@ -69,12 +69,6 @@ fn arrays(scenery: &Scenery, mesh: Option<NamedBytes<'_>>, control: &Control) ->
 }
 
 impl DrawnCharacter {
-    /// Width and height of the drawing in pixels.
-    #[must_use]
-    pub const fn size(&self) -> [u32; 2] {
-        [self.spec.width, self.spec.height]
-    }
-
     fn arrays(&self, is_original: bool) -> Vec<NamedArray> {
         let Self { rig, motion, retarget, performance, .. } = self;
         let (frames, joints) = (performance.frames, rig.rest.len());

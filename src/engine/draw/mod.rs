@@ -149,12 +149,9 @@ pub fn draw(
     let frames = scenery.characters.iter().map(|character| character.performance.frames).max().unwrap_or(0);
     control.enter(Phase::Retarget, frames as u64);
     let are_poses = |format: &Format| matches!(format, Format::Poses2dNpz | Format::Poses2dJson);
-    let shown = match film::Shown::new(&scenery, request, read) {
-        Ok(shown) => Some(shown),
-        // Poses need no pictures.
-        Err(_) if formats.iter().all(are_poses) => None,
-        Err(failure) => return Err(failure),
-    };
+    // Poses need no pictures, and take no time for a mesh.
+    let needs_pictures = !formats.iter().all(are_poses);
+    let shown = needs_pictures.then(|| film::Shown::new(&scenery, request, read)).transpose()?;
     let placed = control.seconds();
     let measured = report::measured(&scenery, shown.as_ref(), request, control)?;
     let written = control.seconds();
