@@ -112,9 +112,11 @@ impl Performance {
         let roots = root_offset::way(&spec.char_bvh_root_offset, offset_plane, motion, rig, &is_mirrored)?;
         let one_plane = (manner == Manner::Steady).then_some(offset_plane);
         let group_depths = group_depths(motion, spec, &planes, one_plane)?;
-        let order = order(&group_depths, spec.char_bodypart_groups.len(), motion, manner);
         let seen: Vec<(usize, Plane)> =
             planes.of_joints.iter().enumerate().filter_map(|(joint, plane)| Some((joint, (*plane)?))).collect();
+        let far = |frame: usize| seen.iter().map(move |&(joint, _)| motion.place(frame, joint).length());
+        let reach = (0..motion.frames()).flat_map(far).fold(0.0, f64::max);
+        let order = order(&group_depths, spec.char_bodypart_groups.len(), (reach, motion.frame_time), manner);
         let depths = (0..motion.frames())
             .flat_map(|frame| seen.iter().map(move |&(joint, plane)| plane.depth(motion.place(frame, joint))));
         let mut performance = Self {
@@ -322,10 +324,9 @@ fn orientations(motion: &BodyMotion, drives: &[Drive], rules: &Rules) -> (Vec<f6
 }
 
 /// For each frame the groups from the farthest to the nearest.
-fn order(group_depths: &[f64], groups: usize, motion: &BodyMotion, manner: Manner) -> Vec<usize> {
+fn order(group_depths: &[f64], groups: usize, (reach, frame_time): (f64, f64), manner: Manner) -> Vec<usize> {
     if manner == Manner::Steady {
-        let reach = motion.places.iter().map(|place| place.length()).fold(0.0, f64::max);
-        return damping::steady_order(group_depths, groups, reach, motion.frame_time);
+        return damping::steady_order(group_depths, groups, reach, frame_time);
     }
     let mut order = Vec::with_capacity(group_depths.len());
     for depths in group_depths.chunks_exact(groups.max(1)) {

@@ -162,8 +162,11 @@ async fn what_is_wrong_with_a_drawing_is_told_with_its_place() {
         [part("character", "char_cfg.yaml"), part("texture", "texture.png"), part("mask", "mask.png")]
     };
     let character = String::from_utf8(files()[0].1.clone()).expect("text");
-    let bomb = "a: &a [x, x, x, x, x, x, x, x, x]\n".to_owned()
-        + &(0..12).map(|n| format!("{}: &{} [*{}, *{0}2]\n", n, n, n)).collect::<String>();
+    // Each line has the one before nine times.
+    let nine = |name: &str| vec![name; 9].join(", ");
+    let bomb = (1..14).fold(format!("l0: &l0 [{}]\n", nine("x")), |text, line| {
+        format!("{text}l{line}: &l{line} [{}]\n", nine(&format!("*l{}", line - 1)))
+    });
     let many: String = (0..3000).map(|n| format!("- {{loc: [1, 1], name: j{n}, parent: root}}\n")).collect::<String>();
     let cases: [(&str, Vec<u8>, &str); 7] = [
         ("character", character.replace("parent: torso", "parent: tors").into_bytes(), "skeleton"),
