@@ -408,6 +408,11 @@ fn a_drawing_in_an_archive_gives_all_its_outputs_at_once() {
     assert_eq!(one.len(), other.len());
     assert!(one.iter().zip(&other).all(|(one, other)| (one - other).abs() < 1e-6));
     follows_the_poses(&file("model.glb"), &poses);
+    let model = folder.path().join("model.glb");
+    let Some(reports) = crate::support::validate_gltf(&[&model]) else { return };
+    let report = &reports[model.as_path()];
+    assert_eq!(report["errors"], 0, "{report}");
+    assert_eq!(report["warnings"], 0, "{report}");
 }
 
 /// The bones of a model begin and end where the joints of the drawing are.
