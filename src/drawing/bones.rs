@@ -34,7 +34,9 @@ const LOOSE_TO: f64 = 0.6;
 /// Rounds in which turns are fitted to places.
 const ROUNDS: usize = 2;
 /// Rounds in which triangles that turned over are smoothed.
-const RELAXED_ROUNDS: usize = 4;
+const RELAXED_ROUNDS: usize = 16;
+/// From this round on, what is around them is smoothed as well.
+const WIDER_FROM: usize = 3;
 /// A triangle with less of its area than this counts as turned over when it is smoothed.
 const TURNED_OVER_BELOW: f64 = 0.02;
 
@@ -188,6 +190,11 @@ impl BoneMesh {
         self.bones.iter().map(|bone| BonePose::of(pair(&self.rest_joints, bone), pair(joints, bone))).collect()
     }
 
+    /// Whether a vertex is one bone's alone, so that what is around it keeps its shape.
+    pub(super) fn is_firm(&self, vertex: usize) -> bool {
+        self.shares[vertex][0].1 >= FIRM_FROM
+    }
+
     /// Where a vertex is that its bones carry by themselves, as skins do: the mean of where each would take it, by its shares.
     pub(super) fn carried(&self, vertex: usize, at: DVec2, poses: &[BonePose]) -> DVec2 {
         let by = |&(bone, share): &Share| {
@@ -255,13 +262,17 @@ impl BoneMesh {
 
     /// Moves corners of triangles that turned over between their neighbors.
     fn relax(&self, vertices: &mut [DVec2], moved: &mut [DVec2]) {
-        for _ in 0..RELAXED_ROUNDS {
+        for round in 0..RELAXED_ROUNDS {
             let turned_over = self.triangles.iter().zip(&self.areas).filter(|(triangle, area)| {
                 doubled_area(vertices, triangle) * area.signum() < TURNED_OVER_BELOW * area.abs()
             });
             let mut corners: Vec<usize> = turned_over.flat_map(|(triangle, _)| *triangle).collect();
             if corners.is_empty() {
                 return;
+            }
+            if round >= WIDER_FROM {
+                let around: Vec<usize> = corners.iter().flat_map(|&vertex| &self.neighbors[vertex]).copied().collect();
+                corners.extend(around);
             }
             corners.sort_unstable();
             corners.dedup();

@@ -1,8 +1,10 @@
 //! The texture of a drawing without what its mask leaves out, in the size in which it is drawn.
 
+use glam::DVec2;
+
 use crate::picture::Picture;
 
-use super::{CharacterSpec, DrawingError, lattice::Lattice};
+use super::{CharacterSpec, DrawingError, PlanarRig, lattice::Lattice};
 
 /// Gray of a mask from which on a pixel is the figure's.
 const FIGURE_FROM: u8 = 128;
@@ -51,6 +53,27 @@ pub(super) fn cut_out(
         .filter(|scale| *scale < SHRUNK_BELOW && *scale > 0.0)
         .map_or(1, |scale| ((1.0 / scale).round() as usize).clamp(1, 64));
     Ok((Cutout { texture: smaller(texture, shrunk), shrunk }, mesh))
+}
+
+/// How far the figure of a mask goes beyond the joints, in sides of the drawing's square: from each of its pixels to the nearest joint.
+#[must_use]
+pub fn beyond_joints(mask: &Picture, rig: &PlanarRig) -> f64 {
+    /// Rows and columns that are looked at: every so many.
+    const STEP: usize = 4;
+    let side = mask.width.max(mask.height) as f64;
+    let mut most: f64 = 0.0;
+    for row in (0..mask.height).step_by(STEP) {
+        for column in (0..mask.width).step_by(STEP) {
+            let pixel = mask.pixels[row * mask.width + column];
+            if pixel[0] < FIGURE_FROM || pixel[3] == 0 {
+                continue;
+            }
+            let at = DVec2::new(column as f64, mask.height as f64 - row as f64) / side;
+            let nearest = rig.rest.iter().map(|joint| joint.distance_squared(at)).fold(f64::MAX, f64::min);
+            most = most.max(nearest);
+        }
+    }
+    most.sqrt()
 }
 
 /// A picture whose pixels are the mean of squares of so many pixels, by their opacity.

@@ -37,7 +37,7 @@ pub struct DrawingMeasures {
     /// How far standing feet slip: percent of the drawing's height a second. Absent where no foot stands.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slip_percent_per_second: Option<Measured>,
-    /// How much the area of the drawing changes against rest, on average: percent. Absent where there is no mask.
+    /// How much the area of all that is one bone's alone changes against rest, on average: percent. Absent where there is no mask.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub area_change_percent: Option<Measured>,
     /// How far the vertices of a model on bones (`.glb`) are from those of the picture, on average: percent of the drawing's width. Absent where
@@ -173,11 +173,15 @@ fn length_change(rig: &PlanarRig, performance: &Performance) -> f64 {
     most
 }
 
-/// Percent of triangles that are turned over, on average and at most, and by how much the whole area changes on average.
+/// Percent of triangles that are turned over, on average and at most, and by how much the area of the firm ones changes on average.
 fn triangles(puppet: &Puppet, performance: &Performance) -> (f64, f64, f64) {
     let (rest, triangles) = puppet.rest();
     let areas: Vec<f64> = triangles.iter().map(|triangle| doubled_area(rest, triangle)).collect();
-    let whole: f64 = areas.iter().map(|area| area.abs()).sum();
+    let skin = puppet.skin();
+    let is_firm =
+        |triangle: &[usize; 3]| skin.as_ref().is_none_or(|skin| triangle.iter().all(|&vertex| skin.is_firm(vertex)));
+    let firm: Vec<bool> = triangles.iter().map(is_firm).collect();
+    let whole: f64 = areas.iter().zip(&firm).filter(|(_, firm)| **firm).map(|(area, _)| area.abs()).sum();
     let every = performance.frames.div_ceil(MOST_FRAMES);
     let mut workspace = puppet.workspace();
     let (mut sum, mut most, mut change, mut count) = (0.0, 0.0_f64, 0.0, 0.0);
@@ -185,17 +189,19 @@ fn triangles(puppet: &Puppet, performance: &Performance) -> (f64, f64, f64) {
         let side = if performance.is_mirrored[frame] { -1.0 } else { 1.0 };
         let deformed = puppet.deformed(performance, frame, &mut workspace);
         let (mut turned_over, mut now) = (0.0, 0.0);
-        for (triangle, area) in triangles.iter().zip(&areas) {
+        for ((triangle, area), firm) in triangles.iter().zip(&areas).zip(&firm) {
             let after = doubled_area(deformed, triangle) * side;
             if after * area <= 0.0 {
                 turned_over += 1.0;
             }
-            now += after.abs();
+            if *firm {
+                now += after.abs();
+            }
         }
         let share = 100.0 * turned_over / triangles.len() as f64;
         sum += share;
         most = most.max(share);
-        change += 100.0 * (now / whole - 1.0).abs();
+        change += 100.0 * (now / whole.max(1e-12) - 1.0).abs();
         count += 1.0;
     }
     (sum / count, most, change / count)

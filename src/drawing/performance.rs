@@ -152,17 +152,21 @@ impl Performance {
         Ok(performance)
     }
 
-    /// The corners between which the drawing is seen at all frames: its joints, and what of the figure is usually beyond them.
+    /// The corners between which the drawing is seen at all frames: its joints, and what of the figure is beyond them, in sides of its square;
+    /// where that is not known, what usually is.
     #[must_use]
-    pub fn bounds(&self, rig: &PlanarRig) -> [DVec2; 2] {
+    pub fn bounds(&self, rig: &PlanarRig, beyond: Option<f64>) -> [DVec2; 2] {
         /// By this share of the height of the joints at rest, heads, hands and feet go beyond them.
         const BEYOND: f64 = 0.25;
+        /// So much is left free around it, of what goes beyond the joints.
+        const FREE: f64 = 1.1;
         let corners = |places: &[DVec2]| {
             let start = [DVec2::MAX, DVec2::MIN];
             places.iter().fold(start, |[low, high], place| [low.min(*place), high.max(*place)])
         };
         let [low_at_rest, high_at_rest] = corners(&rig.rest);
-        let margin = DVec2::splat((high_at_rest - low_at_rest).max_element() * BEYOND);
+        let usual = (high_at_rest - low_at_rest).max_element() * BEYOND;
+        let margin = DVec2::splat(beyond.map_or(usual, |beyond| beyond * FREE + 0.01));
         let joints = self.joints.len() / self.frames;
         let panned = self.joints.chunks_exact(joints).zip(&self.pan);
         let panned: Vec<DVec2> =

@@ -33,6 +33,12 @@ impl Skin<'_> {
         self.mesh.shares()
     }
 
+    /// Whether a vertex is one bone's alone, so that what is around it keeps its shape.
+    #[must_use]
+    pub fn is_firm(&self, vertex: usize) -> bool {
+        self.mesh.is_firm(vertex)
+    }
+
     /// Where the vertices are when bones carry them to joints that are there.
     #[must_use]
     pub fn placed(&self, joints: &[DVec2]) -> Vec<DVec2> {

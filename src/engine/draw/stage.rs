@@ -3,11 +3,12 @@
 use crate::{
     drawing::{
         BodyMotion, CharacterSpec, DrawSpec, DrawingError, Look, MotionFile, MotionSpec, Performance, PlanarRig, Plane,
-        RetargetSpec, SceneSpec, ViewSection,
+        RetargetSpec, SceneSpec, ViewSection, beyond_joints,
     },
     engine::{Failure, FailureCode, Format, Knowledge, NamedBytes, Output, RigFacts},
     formats::Limits,
     model::{Control, Reporter},
+    picture::read_picture,
 };
 
 use super::{
@@ -200,9 +201,13 @@ fn alone(
         .map_err(|error| refused(error, &retarget_name.unwrap_or(character)))?;
     notes.push(("drawing_planes", planes(&retarget, &performance)));
     notes.extend(performance.notes.iter().cloned());
-    let around = SceneSpec::of_bounds(performance.bounds(&rig), performance.start[2], request.spec.view.size);
-    let (view, has_floor, shows_bodies) = request.spec.view.over(&around);
     let pictures = ["texture.png", "mask.png"].map(beside);
+    // Poses are made without a mask as well.
+    let mask = read(&pictures[1]).ok().and_then(|bytes| read_picture(&bytes).ok());
+    let beyond = mask.map(|mask| beyond_joints(&mask, &rig));
+    let bounds = performance.bounds(&rig, beyond);
+    let around = SceneSpec::of_bounds(bounds, performance.start[2], request.spec.view.size);
+    let (view, has_floor, shows_bodies) = request.spec.view.over(&around);
     let character = DrawnCharacter { pictures, spec: own, rig, motion: body, retarget, performance, body_scale };
     Ok(Scenery {
         name: stem(source.name),
