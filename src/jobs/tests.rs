@@ -28,7 +28,7 @@ impl Engine for Obedient {
         let files = &asked.files;
         let bytes = |file: Option<NamedBytes<'_>>| file.map_or_else(Vec::new, |file| file.bytes.to_vec());
         match &asked.question {
-            Question::Retarget | Question::Edit | Question::Pose { .. } => {}
+            Question::Retarget | Question::Edit | Question::Pose { .. } | Question::Draw => {}
             Question::Inspect => return Ok(Answer::Document(serde_json::json!({"format": "bvh"}))),
             other => panic!("nobody asks for that: {other:?}"),
         }

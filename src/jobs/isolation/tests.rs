@@ -15,6 +15,7 @@ fn a_request_is_the_same_on_the_other_side() {
         target: Some(file("hero.glb", b"")),
         source_rest: None,
         target_rest: Some(file("rest.glb", b"rest")),
+        scene: None,
         config: Some(file("config.yaml", b"align: off")),
     };
     let question = Question::Explain { frame: 3, joint: "Hips".to_owned() };

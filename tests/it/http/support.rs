@@ -42,7 +42,7 @@ impl Engine for Obedient {
         let target = bytes(asked.files.target.or(asked.files.source));
         let config = bytes(asked.files.config);
         match &asked.question {
-            Question::Retarget | Question::Edit | Question::Pose { .. } => {}
+            Question::Retarget | Question::Edit | Question::Pose { .. } | Question::Draw => {}
             Question::Inspect => {
                 let name = asked.files.source.map(|file| file.name);
                 return Ok(Answer::Document(serde_json::json!({"format": "bvh", "name": name})));
