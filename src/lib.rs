@@ -13,7 +13,7 @@
 //! | [`rig`] | what the joints mean: roles, chains, rest pose, alignment | `model` |
 //! | [`retarget`] | the algorithm: the spec, its ops, a plan compiled once, then a loop over frames; and its measures | `model`, `rig`, `picture` (its words) |
 //! | [`editing`] | edits of a clip: time, loops, mirror | `model`, `rig`, `retarget` (the spec) |
-//! | [`drawing`] | drawn characters: their configs, projection onto planes, pose, mesh, deformation | `model`, `rig`, `picture` |
+//! | [`drawing`] | drawn characters: their configs, projection onto planes, pose, mesh, deformation | `model`, `rig`, `retarget` (the spec), `picture` |
 //! | [`engine`] | the one pure function: input bytes and spec to output bytes, warnings and report | all above |
 //! | [`report`] | what the engine found out, as page, text and table | all above |
 //! | [`store`] | durable facts: records and blobs | `config` |

@@ -6,7 +6,10 @@ use std::sync::OnceLock;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::rig::{ClipChoice, EditSpec, RigSpec, SpecError, SpecErrorKind, SpecField, parse_by_schema, parse_document};
+use crate::{
+    retarget::{EditSpec, parse_by_schema, parse_document},
+    rig::{ClipChoice, RigSpec, SpecError, SpecErrorKind, SpecField},
+};
 
 use super::{Deformation, Manner, RetargetSpec, Rules, SceneSpec, ViewSection};
 

@@ -8,7 +8,10 @@ use serde::Serialize;
 use crate::{
     drawing::{is_draw_document, parse_draw_value},
     model::{Clip, Control, JointTracks, Phase, Reporter},
-    retarget::{JointDriver, Mapping, Resolved, RetargetSpec, RotationMode, TranslationMode, joint_drivers, parse_document, resolve},
+    retarget::{
+        JointDriver, Mapping, Resolved, RetargetSpec, RotationMode, TranslationMode, joint_drivers, parse_document,
+        resolve,
+    },
     rig::{RigSpec, Role, RoleFinding},
 };
 

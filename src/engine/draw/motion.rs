@@ -12,7 +12,8 @@ use crate::{
     },
     formats::Limits,
     model::{Clip, Control, Reporter},
-    rig::{RetargetSpec as SpaceSpec, Rig},
+    retarget::RetargetSpec as SpaceSpec,
+    rig::Rig,
 };
 
 /// Pictures of drawings that are made for a second of motion, at most, where nobody asks for more.

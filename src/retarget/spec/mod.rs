@@ -23,7 +23,7 @@ pub use output::{
     CompressionSpec, IncludeSpec, KeyInterpolation, KeyTolerance, KeysSpec, KeysWord, OutputChoice, OutputSpec,
     TargetClipsSpec,
 };
-pub use parse::{is_own_shape, parse_document, parse_spec, parse_value};
+pub use parse::{is_own_shape, parse_by_schema, parse_document, parse_spec, parse_value};
 pub use report::{MetricInfo, MetricName, ReportChoice, ReportDetail, ReportSpec, Threshold};
 pub use tune::{TuneChoice, TuneParameter, TuneSpec};
 
