@@ -81,6 +81,13 @@ pub struct DrawRequest<'a> {
 /// Codes of what was chosen, in which nothing is wrong.
 const CHOICES: [&str; 3] = ["drawing_motion", "drawing_planes", "drawing_followed"];
 
+/// Codes of what may be wrong, with what can be done about it.
+const WARNINGS: [(&str, &str); 3] = [
+    ("drawing_check_failed", "draw the joints where the config expects them, or leave the check out"),
+    ("drawing_field_not_used", "leave the fields out"),
+    ("drawing_joint_unknown", "name joints of the motion in bvh_projection_bodypart_groups"),
+];
+
 /// Reads a spec; without one, everything is found out.
 ///
 /// # Errors
@@ -173,7 +180,8 @@ pub fn draw(
         control.advance(1);
     }
     for (code, text) in scenery.notes.iter().filter(|(code, _)| !CHOICES.contains(code)) {
-        reporter.warn(code, "drawing", text.clone(), "");
+        let hint = WARNINGS.iter().find(|(other, _)| other == code).map_or("", |(_, hint)| hint);
+        reporter.warn(code, "drawing", text.clone(), hint);
     }
     let warnings: Vec<WarningView> = reporter.into_warnings().into_iter().map(WarningView::from).collect();
     if request.spec.strict {
