@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     engine::{
-        self, Control, DisplayOptions, DrawInputs, EditInputs, Failure, FailureCode, Format, Inputs, Knowledge, Limits, NamedBytes,
-        Outcome, Output, PoseChoice, PoseInputs, PreviewOptions, Report, Task, Timings,
+        self, Control, DisplayOptions, DrawInputs, EditInputs, Failure, FailureCode, Format, Inputs, Knowledge, Limits,
+        NamedBytes, Outcome, Output, PoseChoice, PoseInputs, PreviewOptions, Report, Task, Timings,
     },
     store::{JobVerdict, Judgment},
 };

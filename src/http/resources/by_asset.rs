@@ -71,7 +71,7 @@ pub(super) async fn read_edit(request: Request<Body>, state: &ApiState) -> Resul
         return upload::read_edit(request, state).await;
     }
     let JsonBody(body) = JsonBody::<EditBody>::from_request(request, state).await?;
-    let inputs = read_inputs([Some(body.source), None, body.source_rest, None])?;
+    let inputs = read_inputs([Some(body.source), None, body.source_rest, None, None])?;
     let config = body.config.map(config_document);
     Ok(of_assets(NewJob { inputs, config, preset: body.preset, ..NewJob::default() }))
 }
@@ -85,7 +85,7 @@ pub(super) async fn read_pose(request: Request<Body>, state: &ApiState) -> Resul
         return upload::read_pose(request, state).await;
     }
     let JsonBody(body) = JsonBody::<PoseBody>::from_request(request, state).await?;
-    let inputs = read_inputs([body.source, Some(body.target), body.source_rest, body.target_rest])?;
+    let inputs = read_inputs([body.source, Some(body.target), body.source_rest, body.target_rest, None])?;
     Ok(of_assets(NewJob { inputs, ..NewJob::default() }))
 }
 

@@ -86,7 +86,7 @@ pub(in crate::http) struct SuggestionBody {
 impl SuggestionBody {
     /// The files and the config, as a job has them.
     pub(super) fn read(self) -> Result<NewJob, Problem> {
-        let inputs = read_inputs([Some(self.source), Some(self.target), self.source_rest, self.target_rest])?;
+        let inputs = read_inputs([Some(self.source), Some(self.target), self.source_rest, self.target_rest, None])?;
         Ok(NewJob { inputs, config: self.config.map(config_document), preset: self.preset, ..NewJob::default() })
     }
 }
