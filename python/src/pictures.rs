@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use pyo3::{exceptions::PyValueError, prelude::*, pybacked::PyBackedBytes, types::PyBytes};
-use retargetd::engine::{self, Failure, FailureCode, Limits, Manner, NamedBytes, PictureFormat, PreviewOptions};
+use retargetd::engine::{
+    self, DrawRequest, DrawSpec, Failure, FailureCode, Format, Knowledge, Limits, NamedBytes, PreviewOptions,
+};
 
 use crate::work::work;
 
@@ -27,8 +29,8 @@ pub(crate) fn compare<'py>(
     Ok(PyBytes::new(py, &picture.bytes))
 }
 
-/// A drawn character that moves: a scene of *Animated Drawings*, or a folder with a drawing and a motion. `ending` is that of a moving
-/// picture, or `npz` for poses as arrays. Gives the bytes and what was chosen, as pairs of code and text.
+/// A drawn character that moves: a scene of *Animated Drawings*, or a folder with a drawing and a motion. `ending` picks the format, as of
+/// `retargetd draw`. Gives the bytes and what was chosen, as pairs of code and text.
 #[pyfunction]
 #[pyo3(signature = (scene, drawing, motion, clip, ending, original))]
 pub(crate) fn draw<'py>(
@@ -40,39 +42,39 @@ pub(crate) fn draw<'py>(
     ending: &str,
     original: bool,
 ) -> PyResult<(Bound<'py, PyBytes>, Vec<(String, String)>)> {
-    let format = match ending {
-        "npz" => None,
-        ending => Some(
-            PictureFormat::of_ending(ending, true)
-                .filter(|format| format.moves())
-                .ok_or_else(|| PyValueError::new_err("drawings are written as npz, gif, webp, apng or mp4"))?,
-        ),
-    };
+    let format =
+        Format::from_file_name(&format!("drawing.{ending}")).and_then(Format::of_drawing).ok_or_else(|| {
+            PyValueError::new_err("drawings are written as npz, json, gif, webp, png, apng, mp4, zip or glb")
+        })?;
     let beside = scene.clone().unwrap_or_else(|| PathBuf::from("."));
     let (bytes, notes) = work(py, |control| {
         let limits = Limits::default();
         let mut read = |file: &str| read_named(file, &beside, &limits);
-        let scenery = match (&scene, &drawing, &motion) {
-            (None, Some(folder), Some((name, bytes))) => {
-                let motion = (NamedBytes { name, bytes }, clip.as_deref());
-                engine::stage_drawing(&folder.display().to_string(), &mut read, motion, &limits, control)?
-            }
-            (Some(path), None, _) => {
-                let name = path.display().to_string();
-                let bytes = read(&name)?;
-                let manner = if original { Manner::Original } else { Manner::Steady };
-                engine::read_scenery(NamedBytes { name: &name, bytes: &bytes }, &mut read, manner, control)?
-            }
-            _ => {
-                let detail = "give a scene, or a drawing and a motion";
-                return Err(Failure::new(FailureCode::InvalidValue, detail).in_part("config"));
-            }
+        let mut spec = DrawSpec::default();
+        if original {
+            spec = spec.with_compat();
+        }
+        if let Some(clip) = &clip {
+            spec = spec.with_clip(clip);
+        }
+        let formats = [format];
+        let name = scene.as_ref().map(|path| path.display().to_string()).unwrap_or_default();
+        let config = scene.as_ref().map(|_| read(&name)).transpose()?;
+        let folder = drawing.as_ref().map(|folder| folder.display().to_string());
+        let request = DrawRequest {
+            scene: config.as_deref().map(|bytes| NamedBytes { name: &name, bytes }),
+            folder: folder.as_deref(),
+            source: motion.as_ref().map(|(name, bytes)| NamedBytes { name, bytes }),
+            spec,
+            formats: &formats,
+            ..DrawRequest::default()
         };
-        let bytes = match format {
-            None => engine::draw_poses(&scenery, None, control)?,
-            Some(format) => engine::draw_picture(&scenery, &mut read, format, control)?.0,
-        };
-        let notes = scenery.notes.iter().map(|(code, text)| ((*code).to_owned(), text.clone())).collect();
+        let outcome = engine::draw(&request, &mut read, &Knowledge::default(), &limits, control)?;
+        let choices = outcome.report.drawing.map(|report| report.choices).unwrap_or_default();
+        let choices = choices.into_iter().map(|text| ("drawing_choice".to_owned(), text));
+        let warnings = outcome.report.warnings.into_iter().map(|warning| (warning.code.to_owned(), warning.detail));
+        let notes: Vec<(String, String)> = choices.chain(warnings).collect();
+        let bytes = outcome.outputs.into_iter().next().map(|output| output.bytes).unwrap_or_default();
         Ok((bytes, notes))
     })?;
     Ok((PyBytes::new(py, &bytes), notes))
