@@ -194,6 +194,9 @@ impl Core {
             _ => Blobs::at(&BlobPlace::parse(&settings.blobs)?).context("the blob store cannot be used")?,
         };
         let store = Arc::new(Store::new(records, blobs.leaving_free(settings.reserved_disk.0)));
+        if let Err(error) = store.blobs().check_room() {
+            tracing::warn!(%error, "the reserve of the disk is reached: no files are taken until there is room");
+        }
         let keys = Keys::new(store.records().clone(), clock.clone());
         let outbound = Outbound::new(settings, clock.clone());
         let jobs = Jobs::new(Arc::clone(&store), engine, Arc::clone(settings), clock);
@@ -282,6 +285,7 @@ fn server_settings(settings: &Settings) -> ServerSettings {
         min_transfer_rate: settings.min_transfer_rate.0,
         most_header_bytes: usize::try_from(settings.max_header_bytes.0).unwrap_or(usize::MAX),
         header_timeout: settings.header_timeout.0,
+        http2: settings.http2.0,
         close_timeout: settings.grace_period.0 + Duration::from_secs(1),
     }
 }

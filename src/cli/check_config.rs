@@ -12,6 +12,7 @@ use super::{
     exit::{BAD_USAGE, Exit, print, to_json},
     files::InputFile,
     inputs::{InputFiles, RestPaths},
+    manner::speaks_json,
     taught::{PresetChoice, RigPaths},
     watch::cancel_on_interrupt,
 };
@@ -34,9 +35,6 @@ pub(super) struct Arguments {
     preset: PresetChoice,
     #[command(flatten)]
     rigs: RigPaths,
-    /// Print one JSON object instead of text
-    #[arg(long)]
-    json: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
@@ -62,7 +60,7 @@ fn check(arguments: &Arguments) -> Result<(), Exit> {
     cancel_on_interrupt(&control);
     let proposal = engine::propose_with(&files.inputs(&[]), &knowledge, &limits, &control)
         .map_err(|failure| files.exit(&failure))?;
-    print_proposal(&proposal, arguments.json, &format!("config {} fits\n\n", arguments.config.display()))
+    print_proposal(&proposal, &format!("config {} fits\n\n", arguments.config.display()))
 }
 
 fn check_alone(arguments: &Arguments, limits: &Limits) -> Result<(), Exit> {
@@ -72,7 +70,7 @@ fn check_alone(arguments: &Arguments, limits: &Limits) -> Result<(), Exit> {
     let bytes = merged.as_ref().map_or(config.as_named().bytes, String::as_bytes);
     let understood = engine::check_config(NamedBytes { bytes, ..config.as_named() })
         .map_err(|failure| Exit::from_failure(&failure, &format!("config {shown}")))?;
-    if arguments.json {
+    if speaks_json() {
         return print(&to_json(&understood)?);
     }
     print(&format!(
@@ -81,6 +79,6 @@ fn check_alone(arguments: &Arguments, limits: &Limits) -> Result<(), Exit> {
 }
 
 /// On standard output, as text or as one JSON object.
-pub(super) fn print_proposal(proposal: &Proposal, as_json: bool, heading: &str) -> Result<(), Exit> {
-    if as_json { print(&to_json(proposal)?) } else { print(&format!("{heading}{proposal}")) }
+pub(super) fn print_proposal(proposal: &Proposal, heading: &str) -> Result<(), Exit> {
+    if speaks_json() { print(&to_json(proposal)?) } else { print(&format!("{heading}{proposal}")) }
 }

@@ -13,7 +13,11 @@ use serde_json::{Value, json};
 
 use crate::{app, config::Settings, samples};
 
-use super::exit::{self, print};
+use super::{
+    exit::{self, print},
+    manner::{self, is_quiet, speaks_json},
+    verdict::percent,
+};
 
 /// The longest that the job may take; it takes less than a second.
 const MOST_WAIT: Duration = Duration::from_secs(60);
@@ -118,11 +122,19 @@ fn tell_result(report: &Value, files: &[PathBuf], took: Duration) -> anyhow::Res
             ))?;
         }
     }
+    let measures = &report["measures"];
+    if let (Some(verdict), Some(reason)) = (measures["verdict"].as_str(), measures["verdict_reason"].as_str()) {
+        let coverage =
+            measures["coverage"].as_f64().map_or_else(String::new, |share| format!("; coverage {}", percent(share)));
+        tell(&format!("Verdict: {verdict}: {reason}{coverage}."))?;
+    }
     let warnings = report["warnings"].as_array().map_or(0, Vec::len);
     tell(&format!("Warnings: {warnings}. Every measure is in the report. The files:"))?;
     for file in files {
         tell(&format!("  {}", file.display()))?;
     }
+    manner::report(|| json!({"files": files, "verdict": measures["verdict"], "verdict_reason": measures["verdict_reason"], "coverage": measures["coverage"]}))
+        .map_err(|exit| anyhow::anyhow!(exit.message))?;
     tell(
         "The .png shows a frame of it. To see it move: retargetd preview FILE.glb --output FILE.gif, or open the .glb in any glTF viewer.",
     )
@@ -161,6 +173,9 @@ fn save(folder: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<PathBuf> {
 }
 
 fn tell(line: &str) -> anyhow::Result<()> {
+    if is_quiet() || speaks_json() {
+        return Ok(());
+    }
     print(&format!("{line}\n")).map_err(|exit| anyhow::anyhow!(exit.message))
 }
 

@@ -7,6 +7,7 @@ use std::{
 };
 
 use clap::ValueEnum;
+use serde_json::json;
 
 use crate::{
     engine::{
@@ -21,7 +22,9 @@ use crate::{
 use super::{
     exit::{BAD_USAGE, Exit, say},
     files::InputFile,
+    manner::report,
     outputs::{Destinations, tell_warnings, write_results},
+    verdict::Judged,
     watch::{ProgressWatch, cancel_on_interrupt},
 };
 
@@ -107,13 +110,29 @@ fn draw(arguments: &Arguments) -> Result<(), Exit> {
     }
     tell_warnings(&outcome);
     write_results(&outcome, &outputs, &formats, arguments.destinations.report(), &control)?;
-    if let Some(report) = &outcome.report.drawing {
-        say(format_args!("verdict: {}: {}", report.verdict.name(), report.verdict_reason));
+    let judged = outcome.report.drawing.as_ref().map(|report| Judged {
+        verdict: report.verdict.name().to_owned(),
+        reason: report.verdict_reason.clone(),
+        coverage: None,
+    });
+    if let Some(judged) = &judged {
+        judged.tell("");
     }
     let names: Vec<String> = outputs.iter().map(|path| path.display().to_string()).collect();
     let (frames, seconds) = (outcome.report.counts.frames, outcome.report.timings.total_seconds);
     say(format_args!("wrote {}: {frames} frames, {seconds:.2} s", names.join(", ")));
-    Ok(())
+    report(|| {
+        json!({
+            "outputs": outputs,
+            "report": arguments.destinations.report(),
+            "counts": outcome.report.counts,
+            "timings": outcome.report.timings,
+            "warnings": outcome.report.warnings,
+            "verdict": judged.as_ref().map(|judged| &judged.verdict),
+            "verdict_reason": judged.as_ref().map(|judged| &judged.reason),
+        })
+    })?;
+    arguments.destinations.judging.check([("the result", judged.as_ref())])
 }
 
 impl Arguments {

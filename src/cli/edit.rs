@@ -10,7 +10,7 @@ use crate::{
 };
 
 use super::{
-    exit::{Exit, one_line, say},
+    exit::Exit,
     files::InputFile,
     outputs::OutputArguments,
     watch::{ProgressWatch, cancel_on_interrupt},
@@ -68,11 +68,6 @@ fn edit(arguments: &Arguments) -> Result<(), Exit> {
         Exit::from_failure(&failure, &subject)
     })?;
     arguments.outputs.finish(&outcome, &formats, &control)?;
-    if let Some(measures) = &outcome.report.measures {
-        say(format_args!("verdict: {}: {}", measures.verdict.name(), one_line(&measures.verdict_reason)));
-    }
-    let counts = &outcome.report.counts;
-    let seconds = outcome.report.timings.total_seconds;
-    say(format_args!("wrote {}: {} frames, {seconds:.2} s", arguments.outputs.names(), counts.frames));
-    Ok(())
+    let (frames, seconds) = (outcome.report.counts.frames, outcome.report.timings.total_seconds);
+    arguments.outputs.judge(&outcome, &format!("{frames} frames, {seconds:.2} s"))
 }

@@ -6,6 +6,9 @@ use std::{
     process::ExitCode,
 };
 
+use serde_json::{Value, json};
+
+use super::manner::{is_quiet, say_aloud, speaks_json};
 use crate::engine::{Failure, FailureCode};
 
 /// The command line or the environment cannot be used.
@@ -14,6 +17,8 @@ pub(super) const BAD_USAGE: u8 = 2;
 pub(super) const INPUT_REFUSED: u8 = 3;
 /// The work failed for a reason that is not the input's.
 pub(super) const FAILED: u8 = 4;
+/// The results are there, and worse than `--fail-on` allows.
+pub(super) const WORSE: u8 = 5;
 
 /// Why a subcommand ends without its result: what to say, and the exit code.
 #[derive(Debug)]
@@ -23,11 +28,13 @@ pub(super) struct Exit {
     pub(super) hint: String,
     /// One line each: the single things that are wrong.
     pub(super) details: Vec<String>,
+    /// Whether a program that asks has been told already what came of it.
+    pub(super) is_reported: bool,
 }
 
 impl Exit {
     pub(super) fn new(code: u8, message: impl Into<String>, hint: impl Into<String>) -> Self {
-        Self { code, message: message.into(), hint: hint.into(), details: Vec::new() }
+        Self { code, message: message.into(), hint: hint.into(), details: Vec::new(), is_reported: false }
     }
 
     /// A failure of the engine; `subject` names the input that it is about, as the user gave it.
@@ -46,16 +53,25 @@ impl Exit {
         Self { details, ..Self::new(exit_code(failure), message, failure.hint.clone()) }
     }
 
-    /// Says it on standard error and gives the exit code.
+    /// Says it on standard error, in three lines at most, and gives the exit code.
     pub(super) fn tell(&self) -> ExitCode {
-        say(format_args!("error: {}", one_line(&self.message)));
-        for detail in &self.details {
-            say(format_args!("  {}", one_line(detail)));
+        say_aloud(format_args!("error: {}", one_line(&self.message)));
+        if !self.details.is_empty() {
+            say_aloud(format_args!("  {}", one_line(&self.details.join("; "))));
         }
         if !self.hint.is_empty() {
-            say(format_args!("hint: {}", one_line(&self.hint)));
+            say_aloud(format_args!("hint: {}", one_line(&self.hint)));
+        }
+        if speaks_json() && !self.is_reported {
+            // Standard output that is gone has nobody to tell.
+            let _ = to_json(&json!({"error": self.view()})).and_then(|text| print(&text));
         }
         ExitCode::from(self.code)
+    }
+
+    /// The same for programs.
+    pub(super) fn view(&self) -> Value {
+        json!({"exit_code": self.code, "message": self.message, "hint": self.hint, "details": self.details})
     }
 }
 
@@ -67,15 +83,22 @@ fn exit_code(failure: &Failure) -> u8 {
     }
 }
 
-/// One line on standard error. That it is closed is no reason to fail.
+/// One line on standard error, unless it is to be quiet.
 pub(super) fn say(line: impl Display) {
-    let _ = writeln!(io::stderr().lock(), "{line}");
+    if !is_quiet() {
+        say_aloud(line);
+    }
 }
 
 /// Text on standard output. A reader that has gone away (`| head`) ends the work quietly.
 pub(super) fn print(text: &str) -> Result<(), Exit> {
+    print_bytes(text.as_bytes())
+}
+
+/// The same for what is no text.
+pub(super) fn print_bytes(bytes: &[u8]) -> Result<(), Exit> {
     let mut output = io::stdout().lock();
-    match output.write_all(text.as_bytes()).and_then(|()| output.flush()) {
+    match output.write_all(bytes).and_then(|()| output.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(Exit::new(FAILED, format!("standard output cannot be written: {error}"), ""))
         }
@@ -101,7 +124,12 @@ fn quoted(names: &[String]) -> String {
 
 /// Tells the reason on standard error and gives the exit code.
 pub(super) fn refuse(code: u8, reason: &dyn Display) -> ExitCode {
-    say(format_args!("error: {reason}"));
+    let text = reason.to_string();
+    say_aloud(format_args!("error: {text}"));
+    if speaks_json() {
+        // Standard output that is gone has nobody to tell.
+        let _ = to_json(&json!({"error": Exit::new(code, text, "").view()})).and_then(|text| print(&text));
+    }
     ExitCode::from(code)
 }
 

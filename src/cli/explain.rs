@@ -11,6 +11,7 @@ use crate::{
 use super::{
     exit::{Exit, print, to_json},
     inputs::InputPaths,
+    manner::speaks_json,
     watch::cancel_on_interrupt,
 };
 
@@ -25,9 +26,6 @@ pub(super) struct Arguments {
     /// The joint of the target, by name or #<node index>
     #[arg(long, value_name = "NAME")]
     joint: String,
-    /// Print one JSON object instead of text
-    #[arg(long)]
-    json: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
@@ -45,7 +43,7 @@ fn explain(arguments: &Arguments) -> Result<(), Exit> {
     let question = Question { frame: arguments.frame, joint: &arguments.joint };
     let explanation = engine::explain_with(&files.inputs(&[]), &question, &knowledge, &limits, &control)
         .map_err(|failure| files.exit(&failure))?;
-    if arguments.json {
+    if speaks_json() {
         return print(&format!("{}\n", to_json(&explanation)?.trim_end()));
     }
     print(&explanation.to_string())

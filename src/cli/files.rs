@@ -2,8 +2,9 @@
 
 use std::{
     fs::{self, File},
-    io::{self, Read, Write},
+    io::{self, IsTerminal, Read, Write},
     path::{Component, Path, PathBuf},
+    sync::atomic::{AtomicBool, Ordering},
 };
 
 use crate::{
@@ -12,7 +13,10 @@ use crate::{
     model::Control,
 };
 
-use super::exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED};
+use super::{
+    exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED, print_bytes},
+    manner::speaks_json,
+};
 
 /// A file of the command line, read whole.
 pub(super) struct InputFile {
@@ -21,17 +25,49 @@ pub(super) struct InputFile {
     bytes: Vec<u8>,
 }
 
+/// What stands for standard input and standard output.
+const STANDARD: &str = "-";
+
+/// Whether a path stands for standard input or standard output.
+pub(super) fn is_standard(path: &Path) -> bool {
+    path.as_os_str() == STANDARD
+}
+
+/// Standard input can be read once.
+fn standard_input(part: &str, limits: &Limits) -> Result<Vec<u8>, Exit> {
+    static IS_READ: AtomicBool = AtomicBool::new(false);
+    if IS_READ.swap(true, Ordering::Relaxed) {
+        let message = format!("{part} -: standard input is another input already");
+        return Err(Exit::new(BAD_USAGE, message, "one input can come from there; name files for the others"));
+    }
+    let mut bytes = Vec::new();
+    let failed = |error| Exit::new(INPUT_REFUSED, format!("{part} -: standard input cannot be read: {error}"), "");
+    io::stdin().lock().take(limits.file_bytes.saturating_add(1)).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > limits.file_bytes {
+        let message = format!("{part} -: more than {} bytes came from standard input", limits.file_bytes);
+        return Err(Exit::new(INPUT_REFUSED, message, "send only the skeleton and its animation, or split the file"));
+    }
+    Ok(bytes)
+}
+
 impl InputFile {
     /// Reads a file; one that is larger than the limit is refused before it is read.
     pub(super) fn read(part: &str, path: &Path, limits: &Limits) -> Result<Self, Exit> {
+        if is_standard(path) {
+            return Ok(Self { path: path.to_owned(), name: String::new(), bytes: standard_input(part, limits)? });
+        }
         let shown = path.display();
         let refused = |error: io::Error| {
-            let hint = match error.kind() {
-                io::ErrorKind::NotFound => "check the path",
-                io::ErrorKind::PermissionDenied => "check that you may read the file",
-                _ => "",
+            let (what, hint) = match error.kind() {
+                io::ErrorKind::NotFound => {
+                    ("there is no such file".to_owned(), "check the path; relative paths begin in the current folder")
+                }
+                io::ErrorKind::PermissionDenied => {
+                    ("you may not read the file".to_owned(), "ask its owner, or copy it")
+                }
+                _ => (format!("the file cannot be read: {error}"), "check the disk or the network that it is on"),
             };
-            Exit::new(INPUT_REFUSED, format!("{part} {shown}: the file cannot be read: {error}"), hint)
+            Exit::new(INPUT_REFUSED, format!("{part} {shown}: {what}"), hint)
         };
         let too_large = |bytes: u64| {
             let most = limits.file_bytes;
@@ -93,6 +129,15 @@ fn with_neighbours(document: Vec<u8>, path: &Path, limits: &Limits) -> Result<Ve
 
 /// Finds out before the work whether a result has a place to go.
 pub(super) fn check_place(path: &Path) -> Result<(), Exit> {
+    if is_standard(path) {
+        return match io::stdout().is_terminal() || speaks_json() {
+            true => {
+                let message = "output -: standard output is a terminal, or is to have the JSON object";
+                Err(Exit::new(BAD_USAGE, message, "send it to a file or a pipe, without --json"))
+            }
+            false => Ok(()),
+        };
+    }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if !folder.is_dir() {
         let message = format!("output {}: there is no folder {}", path.display(), folder.display());
@@ -109,6 +154,8 @@ pub(super) fn check_place(path: &Path) -> Result<(), Exit> {
 #[derive(Default)]
 pub(super) struct StagedFiles {
     staged: Vec<(PathBuf, PathBuf)>,
+    /// What goes to standard output, when everything else is in its place.
+    standard: Vec<u8>,
 }
 
 impl StagedFiles {
@@ -121,6 +168,10 @@ impl StagedFiles {
 
     /// Writes beside the place, so that the final rename stays within one file system.
     pub(super) fn add(&mut self, path: &Path, bytes: &[u8]) -> Result<(), Exit> {
+        if is_standard(path) {
+            self.standard.extend_from_slice(bytes);
+            return Ok(());
+        }
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         let temporary = path.with_file_name(format!(".{name}.{}.{}.part", std::process::id(), self.staged.len()));
         let failed = |error: &io::Error| {
@@ -139,7 +190,7 @@ impl StagedFiles {
             })?;
             self.staged.remove(0);
         }
-        Ok(())
+        if self.standard.is_empty() { Ok(()) } else { print_bytes(&self.standard) }
     }
 }
 

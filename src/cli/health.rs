@@ -2,7 +2,10 @@
 
 use std::{process::ExitCode, time::Duration};
 
-use super::exit;
+use super::{
+    exit::{self, Exit},
+    manner::report,
+};
 
 /// Arguments of `retargetd health`.
 #[derive(Debug, clap::Args)]
@@ -18,8 +21,8 @@ pub(super) fn run(arguments: Arguments) -> ExitCode {
         Err(error) => return exit::refuse(exit::FAILED, &error),
     };
     match runtime.block_on(ask(arguments.url.trim_end_matches('/'))) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(reason) => exit::refuse(exit::FAILED, &reason),
+        Ok(()) => report(|| serde_json::json!({"ready": true})).map_or_else(|exit| exit.tell(), |()| ExitCode::SUCCESS),
+        Err(reason) => Exit::new(exit::FAILED, reason, "is it running? --url or RETARGETD_URL says where it is").tell(),
     }
 }
 

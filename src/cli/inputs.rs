@@ -16,9 +16,16 @@ use super::{
 /// What every subcommand about a source and a target is given.
 #[derive(Debug, clap::Args)]
 pub(super) struct InputPaths {
-    /// The file with the animation
+    /// The file with the animation; '-' is standard input
     #[arg(long, value_name = "FILE")]
     source: PathBuf,
+    #[command(flatten)]
+    onto: OntoPaths,
+}
+
+/// Everything but the source.
+#[derive(Debug, clap::Args)]
+pub(super) struct OntoPaths {
     /// The file with the character that the animation goes onto
     #[arg(long, value_name = "FILE")]
     target: PathBuf,
@@ -34,16 +41,24 @@ pub(super) struct InputPaths {
 }
 
 impl InputPaths {
-    /// Every file that is read.
-    pub(super) fn paths(&self) -> impl Iterator<Item = &Path> {
+    /// Reads the files, and what is taught beside them.
+    pub(super) fn read(&self, limits: &Limits) -> Result<(InputFiles, Knowledge), Exit> {
+        self.onto.read(&self.source, limits)
+    }
+}
+
+impl OntoPaths {
+    /// Every file that is read, with that source.
+    pub(super) fn paths_with<'p>(&'p self, source: &'p Path) -> impl Iterator<Item = &'p Path> {
         let rests = [self.rests.source_rest.as_ref(), self.rests.target_rest.as_ref(), self.config.as_ref()];
-        [Some(&self.source), Some(&self.target)].into_iter().chain(rests).flatten().map(PathBuf::as_path)
+        let others = [Some(&self.target)].into_iter().chain(rests).flatten().map(PathBuf::as_path);
+        std::iter::once(source).chain(others)
     }
 
     /// Reads the files, and what is taught beside them.
-    pub(super) fn read(&self, limits: &Limits) -> Result<(InputFiles, Knowledge), Exit> {
+    pub(super) fn read(&self, source: &Path, limits: &Limits) -> Result<(InputFiles, Knowledge), Exit> {
         let config = (self.config.as_deref(), &self.preset);
-        let files = InputFiles::read((&self.source, &self.target), &self.rests, config, limits)?;
+        let files = InputFiles::read((source, &self.target), &self.rests, config, limits)?;
         Ok((files, self.rigs.read(limits)?))
     }
 }

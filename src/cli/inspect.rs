@@ -1,12 +1,19 @@
-//! The `inspect` subcommand: what a file holds.
+//! The `inspect` subcommand: what files hold.
 
 use std::{path::PathBuf, process::ExitCode, sync::Arc};
 
-use crate::{engine, formats::Limits, model::Control};
+use serde_json::{Value, json};
+
+use crate::{
+    engine::{self, Inspection},
+    formats::Limits,
+    model::Control,
+};
 
 use super::{
-    exit::{Exit, print, to_json},
+    exit::{Exit, one_line, print, say, to_json},
     files::InputFile,
+    manner::{report, speaks_json},
     taught::RigPaths,
     watch::cancel_on_interrupt,
 };
@@ -14,14 +21,11 @@ use super::{
 /// Arguments of `retargetd inspect`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The file to look at
-    #[arg(value_name = "FILE")]
-    file: PathBuf,
+    /// The files to look at; '-' is standard input
+    #[arg(value_name = "FILE", required = true)]
+    files: Vec<PathBuf>,
     #[command(flatten)]
     rigs: RigPaths,
-    /// Print one JSON object instead of text
-    #[arg(long)]
-    json: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
@@ -33,11 +37,41 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 
 fn inspect(arguments: &Arguments) -> Result<(), Exit> {
     let limits = Limits::default();
-    let file = InputFile::read("file", &arguments.file, &limits)?;
     let knowledge = arguments.rigs.read(&limits)?;
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);
-    let inspection = engine::inspect_with(file.as_named(), &knowledge, &limits, &control)
-        .map_err(|failure| Exit::from_failure(&failure, &format!("file {}", file.path.display())))?;
-    print(&if arguments.json { to_json(&inspection)? } else { format!("{}\n", inspection.to_string().trim_end()) })
+    let look = |path: &PathBuf| {
+        let file = InputFile::read("file", path, &limits)?;
+        engine::inspect_with(file.as_named(), &knowledge, &limits, &control)
+            .map_err(|failure| Exit::from_failure(&failure, &format!("file {}", file.path.display())))
+    };
+    if let [path] = arguments.files.as_slice() {
+        let inspection = look(path)?;
+        return print(&if speaks_json() {
+            to_json(&inspection)?
+        } else {
+            format!("{}\n", inspection.to_string().trim_end())
+        });
+    }
+    inspect_all(&arguments.files, look)
+}
+
+/// Looks at every file; one that cannot be read is told, and the others are looked at.
+fn inspect_all(files: &[PathBuf], look: impl Fn(&PathBuf) -> Result<Inspection, Exit>) -> Result<(), Exit> {
+    let (mut views, mut codes): (Vec<Value>, Vec<u8>) = (Vec::new(), Vec::new());
+    for path in files {
+        match look(path) {
+            Ok(inspection) if speaks_json() => views.push(json!({"file": path, "inspection": inspection})),
+            Ok(inspection) => print(&format!("== {}\n{}\n\n", path.display(), inspection.to_string().trim_end()))?,
+            Err(exit) => {
+                say(format_args!("failed: {}", one_line(&exit.message)));
+                views.push(json!({"file": path, "error": exit.view()}));
+                codes.push(exit.code);
+            }
+        }
+    }
+    report(|| json!({"files": views}))?;
+    let Some(code) = codes.iter().copied().max() else { return Ok(()) };
+    let message = format!("{} of {} files cannot be read", codes.len(), files.len());
+    Err(Exit { is_reported: true, ..Exit::new(code, message, "the lines above say why") })
 }

@@ -2,12 +2,15 @@
 
 use std::{path::PathBuf, process::ExitCode};
 
+use serde_json::json;
+
 use crate::report::JointTable;
 
 use super::{
     exit::{Exit, INPUT_REFUSED, print, say, to_json},
     files::{StagedFiles, check_place},
     inputs::InputPaths,
+    manner::{report, speaks_json},
     suggest::propose,
 };
 
@@ -38,10 +41,12 @@ fn joint_table(arguments: &Arguments) -> Result<(), Exit> {
         let hint = "name joints or roles in a config; 'retargetd suggest' says why nothing belongs together";
         return Err(Exit::new(INPUT_REFUSED, "no joint of the target follows one of the source", hint));
     }
-    let Some(path) = &arguments.output else { return print(&table.to_csv()) };
+    let Some(path) = &arguments.output else {
+        return if speaks_json() { print(&to_json(&table.to_spec())?) } else { print(&table.to_csv()) };
+    };
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     let text = if ending.as_deref() == Some("json") { to_json(&table.to_spec())? } else { table.to_csv() };
     StagedFiles::write_one(path, text.as_bytes())?;
     say(format_args!("wrote {}: {} rows; use it with --config", path.display(), table.len()));
-    Ok(())
+    report(|| json!({"output": path, "rows": table.len()}))
 }

@@ -3,6 +3,7 @@
 use std::{path::PathBuf, process::ExitCode, time::Duration};
 
 use clap::{Args, Subcommand};
+use serde_json::{Value, json};
 
 use crate::{
     app,
@@ -10,7 +11,10 @@ use crate::{
     jobs::{ApiKeyId, ApiKeyRecord, Keys, NewKey, Principal, Refusal, Scope},
 };
 
-use super::exit::{BAD_USAGE, Exit, FAILED, print, say};
+use super::{
+    exit::{BAD_USAGE, Exit, FAILED, print, say},
+    manner::{report, speaks_json},
+};
 
 /// Arguments of `retargetd keys`.
 #[derive(Debug, Args)]
@@ -105,15 +109,26 @@ async fn act(action: Action) -> Result<(), Exit> {
             let (text, key) = place.keys().await?.create(new).await.map_err(failed)?;
             // The key alone goes to standard output, for scripts to keep.
             say(format_args!("made {}; keep the key, it is not told again:", line(&key)));
+            if speaks_json() {
+                return report(|| json!({"key": view(&key), "secret": text.reveal()}));
+            }
             print(&format!("{}\n", text.reveal()))
         }
         Action::List { place } => {
             let keys = place.keys().await?.list().await.map_err(failed)?;
+            if speaks_json() {
+                return report(|| json!({"keys": keys.iter().map(view).collect::<Vec<_>>()}));
+            }
+            if keys.is_empty() {
+                say("there are no keys yet; 'retargetd keys create PRINCIPAL' makes one");
+            }
             print(&keys.iter().map(|key| format!("{}\n", line(key))).collect::<String>())
         }
         Action::Revoke { id, place } => {
             let id = ApiKeyId::parse(&id).map_err(|error| Exit::new(BAD_USAGE, error.to_string(), LIST_HINT))?;
-            place.keys().await?.revoke(&id).await.map_err(failed)
+            place.keys().await?.revoke(&id).await.map_err(failed)?;
+            say(format_args!("revoked {id}: it opens nothing any more"));
+            report(|| json!({"revoked": id.to_string()}))
         }
     }
 }
@@ -135,6 +150,13 @@ fn line(key: &ApiKeyRecord) -> String {
     let end = key.expires_at.map_or_else(|| "no end".to_owned(), |end| format!("until {end}"));
     let used = key.last_used_at.map_or_else(|| "never used".to_owned(), |used| format!("last used {used}"));
     format!("{} {} {scopes} since {} {end}, {used}", key.id, key.principal, key.created_at)
+}
+
+fn view(key: &ApiKeyRecord) -> Value {
+    let time = |time: Option<jiff::Timestamp>| time.map(|time| time.to_string());
+    json!({"id": key.id.to_string(), "principal": key.principal.to_string(),
+        "scopes": key.scopes.iter().map(|scope| scope.name()).collect::<Vec<_>>(), "created_at": key.created_at.to_string(),
+        "expires_at": time(key.expires_at), "last_used_at": time(key.last_used_at)})
 }
 
 fn principal(text: &str) -> Result<Principal, String> {

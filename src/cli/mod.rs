@@ -1,7 +1,9 @@
 //! The subcommands. Each is one file with its arguments and a `run`; none has logic of its own beyond reading files,
 //! calling the engine or the service, and telling the user.
 
+mod batch;
 mod check_config;
+mod clips;
 mod compare;
 mod demo;
 mod draw;
@@ -15,31 +17,43 @@ mod inputs;
 mod inspect;
 mod joint_table;
 mod keys;
+mod manner;
 mod openapi;
 mod outputs;
+mod pages;
 mod pose;
 mod preview;
 mod retarget;
+mod rows;
 mod samples;
 mod serve;
 mod service;
 mod submit;
 mod suggest;
+mod table;
 mod taught;
+mod usage;
+mod verdict;
 mod view;
 mod watch;
 mod worker;
 
 use std::{ffi::OsString, process::ExitCode};
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+
+/// How a command ends, for its help.
+const EXIT_CODES: &str =
+    "Exit codes: 0 done, 2 bad usage, 3 an input was refused, 4 failed, 5 done but worse than --fail-on allows";
 
 /// Moves character animation from any rig to any rig.
 #[derive(Debug, Parser)]
-#[command(name = "retargetd", version, about, propagate_version = true)]
+#[command(name = "retargetd", version, about, propagate_version = true, after_help = EXIT_CODES)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
+    #[command(flatten)]
+    manner: manner::Manner,
 }
 
 #[derive(Debug, Subcommand)]
@@ -47,7 +61,7 @@ enum Command {
     /// Run the HTTP service: API and workers in one process.
     Serve(service::Arguments),
     /// Run jobs that `serve` takes on in other processes, on the same Postgres database and the same file store.
-    Worker(service::Arguments),
+    Worker(service::WorkerArguments),
     /// Retarget one clip onto one character, without a server.
     Retarget(retarget::Arguments),
     /// Have a running service do the work of `retarget`: upload, follow, download.
@@ -58,7 +72,7 @@ enum Command {
     Draw(draw::Arguments),
     /// Say why a joint of the result is turned as it is at one frame.
     Explain(explain::Arguments),
-    /// Say what a file holds: skeleton, clips, recognised rig, roles, rest pose, units, warnings.
+    /// Say what files hold: skeleton, clips, recognised rig, roles, rest pose, units, warnings.
     Inspect(inspect::Arguments),
     /// Show what a file looks like: a still, a sheet of stills or a moving picture.
     Preview(preview::Arguments),
@@ -82,6 +96,10 @@ enum Command {
     Keys(keys::Arguments),
     /// Ask a running service whether it is ready; for container health checks.
     Health(health::Arguments),
+    /// Print a script that completes command lines in a shell
+    Completions(pages::CompletionArguments),
+    /// Print the manual page, or write those of all subcommands
+    Man(pages::ManArguments),
     /// What the service starts to run the engine in; not for people.
     #[command(hide = true)]
     EngineProcess(engine_process::Arguments),
@@ -90,15 +108,31 @@ enum Command {
 /// Parses the command line and runs the subcommand.
 #[must_use]
 pub fn run() -> ExitCode {
-    dispatch(Arguments::parse().command)
+    run_words(std::env::args_os().collect())
 }
 
 /// The same for a command line that is handed in, the program's name first, and with the exit code as a number: for programs that this
 /// library is a part of.
 #[must_use]
 pub fn run_with(command_line: Vec<OsString>) -> u8 {
-    let code = dispatch(Arguments::parse_from(command_line).command);
+    let code = run_words(command_line);
     (0..=u8::MAX).find(|number| ExitCode::from(*number) == code).unwrap_or(exit::FAILED)
+}
+
+fn run_words(command_line: Vec<OsString>) -> ExitCode {
+    let Arguments { command, manner } = match Arguments::try_parse_from(&command_line) {
+        Ok(arguments) => arguments,
+        Err(error) => match usage::refused(&error) {
+            // Asked for in any way, since what follows could not be read.
+            Some(exit) => {
+                manner::Manner::of_words(command_line.into_iter()).set();
+                return exit.tell();
+            }
+            None => error.exit(),
+        },
+    };
+    manner.set();
+    dispatch(command)
 }
 
 fn dispatch(command: Command) -> ExitCode {
@@ -122,6 +156,8 @@ fn dispatch(command: Command) -> ExitCode {
         Command::Openapi(arguments) => openapi::run(&arguments),
         Command::Keys(arguments) => keys::run(arguments),
         Command::Health(arguments) => health::run(arguments),
+        Command::Completions(arguments) => pages::complete(&arguments, Arguments::command()),
+        Command::Man(arguments) => pages::man(&arguments, Arguments::command()),
         Command::EngineProcess(arguments) => engine_process::run(&arguments),
     }
 }

@@ -10,16 +10,22 @@ use crate::{
 };
 
 use super::{
+    clips,
     exit::{BAD_USAGE, Exit, FAILED, one_line, say, to_json},
-    files::{StagedFiles, check_place},
+    files::{StagedFiles, check_place, is_standard},
+    manner::report,
+    verdict::{Judged, Judging},
 };
 
 /// Where results go, and how strictly they are looked at.
 #[derive(Debug, clap::Args)]
 pub(super) struct OutputArguments {
-    /// Where the result goes; the ending picks the format. May be given several times
+    /// Where the result goes; the ending picks the format, and '-' is standard output. May be given several times
     #[arg(long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
+    /// The format of what goes to standard output ('--output -'), by its name or its ending; default glb
+    #[arg(long, value_name = "FORMAT")]
+    format: Option<String>,
     #[command(flatten)]
     pub(super) destinations: Destinations,
 }
@@ -38,6 +44,8 @@ pub(super) struct Destinations {
     pub(super) strict: bool,
     #[command(flatten)]
     overwriting: Overwriting,
+    #[command(flatten)]
+    pub(super) judging: Judging,
 }
 
 impl Destinations {
@@ -98,9 +106,46 @@ impl Overwriting {
 impl OutputArguments {
     /// Finds out before the work which formats are wanted, that every file has a place to go, and that no input is written over.
     pub(super) fn check<'p>(&'p self, inputs: impl IntoIterator<Item = &'p Path>) -> Result<WantedFormats, Exit> {
-        let formats = WantedFormats::of(&self.output)?;
+        let formats = self.formats()?;
         self.destinations.check(&self.output, inputs)?;
         Ok(formats)
+    }
+
+    /// The formats that are asked for.
+    pub(super) fn formats(&self) -> Result<WantedFormats, Exit> {
+        if self.format.is_some() && !self.output.iter().any(|path| is_standard(path)) {
+            let hint = "the ending of each output picks its format; --format is for '--output -'";
+            return Err(Exit::new(BAD_USAGE, "--format says nothing where nothing goes to standard output", hint));
+        }
+        WantedFormats::with(&self.output, self.format.as_deref())
+    }
+
+    /// Every file that is written.
+    pub(super) fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        self.output.iter().chain(&self.destinations.report)
+    }
+
+    /// The same for one clip of a batch.
+    pub(super) fn of_clip(&self, name: &str) -> (Vec<PathBuf>, Option<PathBuf>) {
+        let named = |path: &PathBuf| clips::named(path, name);
+        (self.output.iter().map(named).collect(), self.destinations.report.as_ref().map(named))
+    }
+
+    /// Puts the results of one clip of a batch in their places.
+    pub(super) fn finish_clip(
+        &self,
+        outcome: &Outcome,
+        name: &str,
+        inputs: &[&Path],
+        control: &Control,
+    ) -> Result<(), Exit> {
+        let (outputs, report) = self.of_clip(name);
+        check_places(&outputs, report.as_ref())?;
+        self.destinations
+            .overwriting
+            .check(inputs.iter().copied(), outputs.iter().chain(&report).map(PathBuf::as_path))?;
+        check_strict(self.destinations.strict, outcome)?;
+        write_results(outcome, &outputs, &self.formats()?.of_each, report.as_ref(), control)
     }
 
     /// Tells the warnings and puts all results in their places; none where warnings are not wanted.
@@ -110,10 +155,41 @@ impl OutputArguments {
         write_results(outcome, &self.output, &formats.of_each, self.destinations.report(), control)
     }
 
+    /// Tells the verdict and what was written, and ends the command where the verdict is worse than is asked for.
+    pub(super) fn judge(&self, outcome: &Outcome, wrote: &str) -> Result<(), Exit> {
+        let judged = Judged::of(outcome);
+        if let Some(judged) = &judged {
+            judged.tell("");
+        }
+        say(format_args!("wrote {}: {wrote}", self.names()));
+        report(|| self.view(outcome, judged.as_ref()))?;
+        self.destinations.judging.check([("the result", judged.as_ref())])
+    }
+
+    /// What was done, for programs.
+    fn view(&self, outcome: &Outcome, judged: Option<&Judged>) -> serde_json::Value {
+        let mut view = serde_json::json!({
+            "outputs": self.output,
+            "report": self.destinations.report,
+            "counts": outcome.report.counts,
+            "timings": outcome.report.timings,
+            "warnings": outcome.report.warnings,
+        });
+        if let (Some(judged), Some(members)) = (judged, view.as_object_mut())
+            && let Ok(serde_json::Value::Object(judged)) = serde_json::to_value(judged)
+        {
+            members.extend(judged);
+        }
+        view
+    }
+
     /// The result files, as they are told to the user.
-    pub(super) fn names(&self) -> String {
-        let names: Vec<String> = self.output.iter().map(|path| path.display().to_string()).collect();
-        names.join(", ")
+    fn names(&self) -> String {
+        let name = |path: &PathBuf| match is_standard(path) {
+            true => "to standard output".to_owned(),
+            false => path.display().to_string(),
+        };
+        self.output.iter().map(name).collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -126,7 +202,16 @@ pub(super) struct WantedFormats {
 impl WantedFormats {
     /// By the endings of the files' names.
     pub(super) fn of(outputs: &[PathBuf]) -> Result<Self, Exit> {
-        let of_each = outputs.iter().map(|path| output_format(path)).collect::<Result<Vec<_>, _>>()?;
+        Self::with(outputs, None)
+    }
+
+    /// The same; what goes to standard output has the format of that name.
+    fn with(outputs: &[PathBuf], standard: Option<&str>) -> Result<Self, Exit> {
+        let format = |path: &PathBuf| match is_standard(path) {
+            true => format_called(standard.unwrap_or("glb")),
+            false => output_format(path),
+        };
+        let of_each = outputs.iter().map(format).collect::<Result<Vec<_>, _>>()?;
         // What is asked for twice in the same format is made once.
         let mut distinct: Vec<Format> = Vec::new();
         for format in &of_each {
@@ -169,6 +254,21 @@ pub(super) fn check_strict(strict: bool, outcome: &Outcome) -> Result<(), Exit> 
     }
     engine::check_strict(&outcome.report.warnings, outcome.report.measures.as_ref())
         .map_err(|failure| Exit::from_failure(&failure, ""))
+}
+
+/// The format of that name or ending, where it can be written.
+fn format_called(name: &str) -> Result<Format, Exit> {
+    let format =
+        Format::from_name(name).or_else(|| Format::from_file_name(&format!(".{}", name.trim_start_matches('.'))));
+    format.filter(|format| format.info().writes).ok_or_else(|| {
+        let writable = Format::ALL.iter().map(|format| format.info()).filter(|info| info.writes);
+        let names = writable.map(|info| info.name).collect::<Vec<_>>().join(", ");
+        Exit::new(
+            BAD_USAGE,
+            format!("--format {name}: nothing of that name can be written"),
+            format!("use one of {names}"),
+        )
+    })
 }
 
 /// The format that a file name's ending stands for, where it can be written.

@@ -6,6 +6,8 @@ use std::{
     sync::Arc,
 };
 
+use serde_json::json;
+
 use crate::{
     engine::{self, Knowledge, PoseChoice, PoseInputs, Task},
     formats::Limits,
@@ -16,7 +18,8 @@ use crate::{
 use super::{
     exit::{BAD_USAGE, Exit, FAILED, say},
     files::{InputFile, StagedFiles, check_place},
-    outputs::{check_strict, output_format, tell_warnings},
+    manner::report,
+    outputs::{Overwriting, check_strict, output_format, tell_warnings},
     watch::cancel_on_interrupt,
 };
 
@@ -41,6 +44,8 @@ pub(super) struct Arguments {
     /// Write nothing and fail where there is a warning; as "strict": true in the config
     #[arg(long)]
     strict: bool,
+    #[command(flatten)]
+    overwriting: Overwriting,
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
@@ -53,6 +58,9 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 fn pose(arguments: &Arguments) -> Result<(), Exit> {
     let format = output_format(&arguments.output)?;
     check_place(&arguments.output)?;
+    let inputs = [Some(&arguments.input), arguments.rest.as_ref(), arguments.config.as_ref()];
+    let inputs = inputs.into_iter().flatten().map(PathBuf::as_path).chain([Path::new(&arguments.to)]);
+    arguments.overwriting.check(inputs, [arguments.output.as_path()])?;
     let limits = Limits::default();
     let input = InputFile::read("input", &arguments.input, &limits)?;
     let choices = [("t", PoseChoice::T), ("a", PoseChoice::A), ("rest", PoseChoice::Rest)];
@@ -104,5 +112,5 @@ fn pose(arguments: &Arguments) -> Result<(), Exit> {
         facts.rest_pose,
         facts.rest_pose_from
     ));
-    Ok(())
+    report(|| json!({"output": arguments.output, "counts": counts, "warnings": outcome.report.warnings}))
 }

@@ -1,41 +1,56 @@
-//! The `retarget` subcommand: one clip onto one character, without a server.
+//! The `retarget` subcommand: one clip onto one character, or a folder of clips, without a server.
 
-use std::{process::ExitCode, sync::Arc};
-
-use crate::{
-    engine::{self, Outcome},
-    formats::Limits,
-    model::Control,
-    telemetry::monotonic_seconds,
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+    sync::Arc,
 };
 
+use crate::{engine, formats::Limits, model::Control, telemetry::monotonic_seconds};
+
 use super::{
-    exit::{Exit, one_line, say},
-    inputs::InputPaths,
+    batch,
+    exit::Exit,
+    inputs::OntoPaths,
     outputs::OutputArguments,
+    rows::Ended,
+    verdict::Judged,
     watch::{ProgressWatch, cancel_on_interrupt},
 };
 
 /// Arguments of `retargetd retarget`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
+    /// The file with the animation; '-' is standard input
+    #[arg(long, value_name = "FILE", required_unless_present = "batch")]
+    source: Option<PathBuf>,
+    /// Many files with animations instead of one: a folder, or a text with one path on each line. In the names of outputs, {name} stands for
+    /// the name of each
+    #[arg(long, value_name = "FOLDER", conflicts_with = "source")]
+    batch: Option<PathBuf>,
     #[command(flatten)]
-    inputs: InputPaths,
+    onto: OntoPaths,
     #[command(flatten)]
-    outputs: OutputArguments,
+    pub(super) outputs: OutputArguments,
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
-    match retarget(arguments) {
+    let done = match (&arguments.batch, &arguments.source) {
+        (Some(place), _) => batch::run(arguments, place),
+        (None, Some(source)) => retarget(arguments, source),
+        // The parser asks for one of them.
+        (None, None) => Ok(()),
+    };
+    match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(exit) => exit.tell(),
     }
 }
 
-fn retarget(arguments: &Arguments) -> Result<(), Exit> {
-    let formats = arguments.outputs.check(arguments.inputs.paths())?;
+fn retarget(arguments: &Arguments, source: &Path) -> Result<(), Exit> {
+    let formats = arguments.outputs.check(arguments.onto.paths_with(source))?;
     let limits = Limits::default();
-    let (files, knowledge) = arguments.inputs.read(&limits)?;
+    let (files, knowledge) = arguments.onto.read(source, &limits)?;
 
     let control = Arc::new(Control::with_clock(monotonic_seconds));
     cancel_on_interrupt(&control);
@@ -44,21 +59,20 @@ fn retarget(arguments: &Arguments) -> Result<(), Exit> {
     drop(watch);
     let outcome = result.map_err(|failure| files.exit(&failure))?;
     arguments.outputs.finish(&outcome, &formats, &control)?;
-    tell_success(arguments, &outcome);
-    Ok(())
+    let (counts, seconds) = (&outcome.report.counts, outcome.report.timings.total_seconds);
+    let joints = format!("{} of {} target joints driven", counts.driven_joints, counts.target_joints);
+    arguments.outputs.judge(&outcome, &format!("{} frames, {joints}, {seconds:.2} s", counts.frames))
 }
 
-fn tell_success(arguments: &Arguments, outcome: &Outcome) {
-    let counts = &outcome.report.counts;
-    if let Some(measures) = &outcome.report.measures {
-        say(format_args!("verdict: {}: {}", measures.verdict.name(), one_line(&measures.verdict_reason)));
-    }
-    say(format_args!(
-        "wrote {}: {} frames, {} of {} target joints driven, {:.2} s",
-        arguments.outputs.names(),
-        counts.frames,
-        counts.driven_joints,
-        counts.target_joints,
-        outcome.report.timings.total_seconds,
-    ));
+/// One clip of a batch; its results are called after it.
+pub(super) fn retarget_one(arguments: &Arguments, source: &Path, name: &str) -> Result<Ended, Exit> {
+    let limits = Limits::default();
+    let formats = arguments.outputs.formats()?;
+    let (files, knowledge) = arguments.onto.read(source, &limits)?;
+    let control = Control::with_clock(monotonic_seconds);
+    let outcome = engine::retarget_with(&files.inputs(&formats.distinct), &knowledge, &limits, &control)
+        .map_err(|failure| files.exit(&failure))?;
+    let inputs: Vec<&Path> = arguments.onto.paths_with(source).collect();
+    arguments.outputs.finish_clip(&outcome, name, &inputs, &control)?;
+    Ok(Ended { judged: Judged::of(&outcome), warnings: outcome.report.warnings.len() as u64 })
 }

@@ -5,11 +5,14 @@ use std::{
     process::ExitCode,
 };
 
+use serde_json::json;
+
 use crate::samples;
 
 use super::{
     exit::{Exit, FAILED, print},
     files::StagedFiles,
+    manner::{report, speaks_json},
 };
 
 /// Arguments of `retargetd samples`.
@@ -48,5 +51,9 @@ fn write(folder: &Path) -> Result<(), Exit> {
         told.push_str(&format!("{}: {what}\n", path.display()));
     }
     staged.commit()?;
+    if speaks_json() {
+        let files = ["walk.glb", "mannequin.glb"].map(|name| folder.join(name));
+        return report(|| json!({"files": files}));
+    }
     print(&told)
 }

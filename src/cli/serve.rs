@@ -2,7 +2,10 @@
 
 use std::process::ExitCode;
 
-use super::service::{self, Arguments, Signals};
+use super::{
+    manner::speaks_json,
+    service::{self, Arguments, Signals},
+};
 use crate::{app, config::Settings};
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
@@ -38,6 +41,10 @@ async fn serve(settings: Settings) -> anyhow::Result<()> {
 #[allow(clippy::print_stdout, reason = "this line is the command's output")]
 fn announce(running: &app::Running) {
     let url = running.url();
+    if speaks_json() {
+        println!("{}", serde_json::json!({"url": url, "probes_url": running.probes_url()}));
+        return;
+    }
     println!("retargetd listens on {url} (documentation: {url}/docs)");
     if let Some(url) = running.probes_url() {
         println!("probes on {url}");

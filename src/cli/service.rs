@@ -2,11 +2,11 @@
 
 use std::{collections::BTreeMap, process::ExitCode};
 
-use clap::{Arg, ArgMatches, Command};
+use clap::{Arg, ArgMatches, Command, parser::ValueSource};
 
 use super::exit;
 use crate::{
-    config::{LogFormat, Setting, Settings},
+    config::{LogFormat, Setting, Settings, Unit},
     jobs, telemetry,
 };
 
@@ -26,7 +26,7 @@ impl clap::Args for Arguments {
             let argument = Arg::new(setting.name)
                 .long(setting.name.replace('_', "-"))
                 .env(setting.variable())
-                .value_name(setting.unit.name().to_ascii_uppercase())
+                .value_name(value_name(setting))
                 .help(format!("{} [default: {}]", setting.help.trim(), setting.default));
             command.arg(argument)
         })
@@ -48,6 +48,85 @@ impl clap::FromArgMatches for Arguments {
             given.entry("otlp_endpoint").or_insert_with(|| collector.clone());
         }
         Ok(Self { given })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+/// What stands for the value of a setting in its help.
+fn value_name(setting: &Setting) -> &'static str {
+    match setting.unit {
+        Unit::Count => "NUMBER",
+        Unit::Bytes => "SIZE",
+        Unit::Seconds => "PERIOD",
+        Unit::None if matches!(setting.default, "on" | "off") => "on|off",
+        Unit::None if setting.name.ends_with("listen") => "ADDRESS",
+        Unit::None if matches!(setting.name, "database" | "otlp_endpoint" | "token_issuer") => "URL",
+        Unit::None if setting.name == "data" => "FOLDER",
+        Unit::None => "VALUE",
+    }
+}
+
+/// Settings of requests, which a process without an API has no use for.
+const OF_REQUESTS: [&str; 26] = [
+    "listen",
+    "authentication",
+    "token_issuer",
+    "token_audience",
+    "token_keys",
+    "token_algorithms",
+    "token_principal_claim",
+    "token_scope_claim",
+    "token_scope_prefix",
+    "token_leeway",
+    "token_keys_period",
+    "token_keys_pause",
+    "allowed_hosts",
+    "cors_origins",
+    "default_wait",
+    "max_wait",
+    "max_event_streams",
+    "event_stream_period",
+    "event_heartbeat",
+    "max_page_items",
+    "max_webhooks",
+    "url_input",
+    "url_input_timeout",
+    "max_concurrent_requests",
+    "max_principal_requests",
+    "upload_timeout",
+];
+
+/// Arguments of `retargetd worker`: those of `serve` that do something there. The others are left alone in the environment, which processes
+/// of both kinds may share, and refused on the command line.
+#[derive(Debug)]
+pub(super) struct WorkerArguments(pub(super) Arguments);
+
+impl clap::Args for WorkerArguments {
+    fn augment_args(command: Command) -> Command {
+        let command = Arguments::augment_args(command);
+        OF_REQUESTS.into_iter().fold(command, |command, name| command.mut_arg(name, |argument| argument.hide(true)))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl clap::FromArgMatches for WorkerArguments {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let is_typed = |name: &&str| matches.value_source(name) == Some(ValueSource::CommandLine);
+        if let Some(name) = OF_REQUESTS.into_iter().find(is_typed) {
+            let message = format!(
+                "--{} does nothing in a worker, which takes no requests\n\n  tip: give it to 'retargetd serve'\n",
+                name.replace('_', "-")
+            );
+            return Err(clap::Error::raw(clap::error::ErrorKind::UnknownArgument, message));
+        }
+        Arguments::from_arg_matches(matches).map(Self)
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
@@ -139,6 +218,26 @@ impl Signals {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_only_requests_need_is_a_setting_and_not_a_workers() {
+        use clap::{Args as _, FromArgMatches as _};
+
+        for name in OF_REQUESTS {
+            assert!(Settings::TABLE.iter().any(|setting| setting.name == name), "{name} is a setting");
+        }
+        let read = |words: &[&str]| {
+            let command = WorkerArguments::augment_args(Command::new("worker"));
+            WorkerArguments::from_arg_matches(&command.get_matches_from(words))
+                .map(|_| ())
+                .map_err(|error| error.to_string())
+        };
+        assert!(read(&["worker", "--workers", "2"]).is_ok(), "what it does");
+        assert!(
+            read(&["worker", "--listen", "0.0.0.0:1"]).is_err_and(|error| error.contains("--listen does nothing")),
+            "what it does not"
+        );
+    }
 
     #[test]
     fn a_misspelt_variable_is_an_error_and_a_strange_one_is_not() {

@@ -24,9 +24,6 @@ pub(super) struct Arguments {
     /// Where the suggested config goes, as JSON
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Print one JSON object instead of text
-    #[arg(long)]
-    json: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
@@ -44,7 +41,7 @@ fn suggest(arguments: &Arguments) -> Result<(), Exit> {
     if let Some(path) = &arguments.output {
         StagedFiles::write_one(path, to_json(&proposal.resolved_spec)?.as_bytes())?;
     }
-    print_proposal(&proposal, arguments.json, "")?;
+    print_proposal(&proposal, "")?;
     if let Some(path) = &arguments.output {
         say(format_args!("wrote {}: use it with --config", path.display()));
     }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use clap::ValueEnum;
+use serde_json::json;
 
 use crate::engine::{
     self, Background, CameraKind, Follow, Layout, Preview, Sheet, SheetSize, Style, View, WarningView,
@@ -11,6 +12,7 @@ use crate::engine::{
 use super::{
     exit::{BAD_USAGE, Exit, say},
     files::StagedFiles,
+    manner::report,
 };
 
 /// How pictures are seen.
@@ -150,5 +152,7 @@ pub(super) fn write(output: &Path, preview: &Preview) -> Result<(), Exit> {
     let [width, height] = preview.size;
     let frames = if preview.frames == 1 { "a still".to_owned() } else { format!("{} frames", preview.frames) };
     say(format_args!("wrote {}: {width} by {height} pixels, {frames}", output.display()));
-    Ok(())
+    report(
+        || json!({"output": output, "width": width, "height": height, "frames": preview.frames, "warnings": preview.warnings}),
+    )
 }

@@ -12,6 +12,7 @@ use std::{
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use super::manner::is_quiet;
 use crate::model::{Control, Phase};
 
 const REDRAW: Duration = Duration::from_millis(80);
@@ -41,7 +42,7 @@ impl ProgressWatch {
     pub(super) fn start(control: &Arc<Control>, asked_for: bool) -> Option<Self> {
         #[expect(clippy::disallowed_methods, reason = "a fact about the terminal, not a setting of ours")]
         let is_dumb = std::env::var_os("TERM").is_some_and(|terminal| terminal == "dumb");
-        if !std::io::stderr().is_terminal() || (is_dumb && !asked_for) {
+        if is_quiet() || !std::io::stderr().is_terminal() || (is_dumb && !asked_for) {
             return None;
         }
         let finished = Arc::new(AtomicBool::new(false));
@@ -64,16 +65,18 @@ impl Drop for ProgressWatch {
 
 fn draw(control: &Control, finished: &AtomicBool) {
     let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{msg:>8} {bar:32} {pos}/{len}");
-    if let Ok(style) = style {
-        bar.set_style(style);
-    }
+    let styles = ["{msg:>8} {bar:32} {pos}/{len}", "{msg:>8} {spinner}"].map(ProgressStyle::with_template);
+    let [Ok(counted), Ok(uncounted)] = styles else { return };
     while !finished.load(Ordering::Relaxed) {
         let progress = control.progress();
         if progress.phase != Phase::Waiting {
+            // Reading and writing have one step or none: a bar would be full or empty, and say nothing.
+            bar.set_style(if progress.total > 1 { counted.clone() } else { uncounted.clone() });
             bar.set_message(progress.phase.name());
             bar.set_length(progress.total);
-            bar.set_position(progress.done);
+            // The phase may have changed between the looks at its members.
+            bar.set_position(progress.done.min(progress.total));
+            bar.tick();
         }
         thread::park_timeout(REDRAW);
     }

@@ -4,11 +4,14 @@ use std::process::ExitCode;
 
 use tokio_util::sync::CancellationToken;
 
-use super::service::{self, Arguments, Signals};
+use super::{
+    manner::speaks_json,
+    service::{self, Signals, WorkerArguments},
+};
 use crate::{app, config::Settings};
 
-pub(super) fn run(arguments: &Arguments) -> ExitCode {
-    service::run(arguments, work)
+pub(super) fn run(arguments: &WorkerArguments) -> ExitCode {
+    service::run(&arguments.0, work)
 }
 
 async fn work(settings: Settings) -> anyhow::Result<()> {
@@ -31,7 +34,9 @@ async fn work(settings: Settings) -> anyhow::Result<()> {
 /// Says where probes are answered, on standard output: scripts read the address from it.
 #[allow(clippy::print_stdout, reason = "this line is the command's output")]
 fn announce(probes: Option<std::net::SocketAddr>) {
-    if let Some(address) = probes {
+    if speaks_json() {
+        println!("{}", serde_json::json!({"probes_url": probes.map(|address| format!("http://{address}"))}));
+    } else if let Some(address) = probes {
         println!("retargetd works, probes on http://{address}");
     }
 }

@@ -354,6 +354,8 @@ settings! {
     /// Bytes a second that a caller must send or read at least while the service waits for it, over the time that it may pause
     limit min_transfer_rate: ByteSize = "256" in 0..=1_073_741_824;
 
+    /// Whether HTTP/2 is spoken without TLS with those who begin with it, such as proxies that are told to
+    plain http2: Switch = "off";
     /// How long the service still takes requests after it was told to stop, for load balancers to notice
     plain drain_delay: Period = "0s" in 0..=600;
     /// How long running jobs may go on after the service was told to stop

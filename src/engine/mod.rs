@@ -79,8 +79,9 @@ pub use tune::{TunedParameter, Tuning};
 // The words that callers need to speak with the engine; the service half sees the pure half through this door only.
 pub use crate::{
     formats::{Format, FormatInfo, FrameArrays, FrameArraysMut, JsonSize, Limits, PoseFrames, pack_files, sniff},
-    model::{Control, Phase, Progress},
+    model::{Control, Phase, Progress, no_json},
     picture::{Background, CameraKind, Follow, Layout, PictureFormat, Sheet, SheetSize, SheetWord, Sight, Style, View},
+    retarget::spec_schema,
     rig::{FindingCode, PoseChoice, Severity, template_schema},
 };
 

@@ -75,6 +75,8 @@ fn unknown(bytes: &[u8], file_name: &str) -> FormatError {
         ("the file is empty", "check that the upload or the export was complete")
     } else if bytes.starts_with(b"version https://git-lfs.github.com/spec/") {
         ("this is a Git LFS pointer, not the file itself", "run 'git lfs pull' and send the file that it fetches")
+    } else if bytes.starts_with(b"\x1f\x8b") {
+        ("this is compressed with gzip", "unpack it with 'gunzip' and send what comes out")
     } else if bytes.starts_with(b"\x80") && file_name.to_ascii_lowercase().ends_with(".pkl") {
         (
             "this is a Python pickle, which is never decoded because it can run code",
@@ -89,7 +91,8 @@ fn unknown(bytes: &[u8], file_name: &str) -> FormatError {
     FormatError {
         kind: ErrorKind::UnsupportedFormat,
         phase: "sniff",
-        place: file_name.to_owned(),
+        // Whoever sent it knows which file it is, and says so.
+        place: String::new(),
         detail: detail.into(),
         hint: hint.into(),
     }

@@ -5,8 +5,8 @@
 //! everything else is not there, so that ids tell nothing. Where nobody has to, everybody is the same principal and may do everything.
 
 use axum::{
-    extract::{FromRequestParts, MatchedPath, Request, State},
-    http::{HeaderMap, HeaderValue, Method, StatusCode, header, request::Parts},
+    extract::{FromRequestParts, MatchedPath, Query, Request, State},
+    http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header, request::Parts},
     middleware::Next,
     response::{IntoResponse, Response},
 };
@@ -14,7 +14,7 @@ use axum::{
 use super::{ApiState, code::Code, extract, neighbors, problem::Problem};
 use crate::{
     identity::{Identity, TokenError},
-    jobs::{Keys, Principal, Scope},
+    jobs::{ApiKeyRecord, Keys, Principal, Scope},
     telemetry::Metric,
 };
 
@@ -37,12 +37,20 @@ impl<S: Send + Sync> FromRequestParts<S> for Caller {
 
 /// Where keys are.
 const KEYS: &str = "/v1/keys";
+/// Where tokens for event streams are made.
+const STREAM_TOKENS: &str = "/v1/stream-tokens";
+/// The streams that they open.
+const STREAMS: [&str; 2] = ["/v1/events", "/v1/jobs/{id}/events"];
 
 /// What a route asks for; nothing where everybody may come in: what is the same for all, and holds nothing of anybody.
 #[must_use]
 pub(super) fn needed_scope(method: &Method, route: &str) -> Option<Scope> {
     const OPEN: [&str; 5] =
         ["/v1/formats", "/v1/limits", "/v1/findings", "/v1/schemas/retarget-spec", "/v1/schemas/rig-template"];
+    // Whoever may look may ask for a token to look with.
+    if route == STREAM_TOKENS {
+        return Some(Scope::Read);
+    }
     let is_guarded = route == "/metrics" || route.starts_with("/v1/");
     if !is_guarded || OPEN.contains(&route) {
         return None;
@@ -61,9 +69,11 @@ pub(super) async fn authenticate(
     mut request: Request,
     next: Next,
 ) -> Response {
+    let is_stream = route.as_ref().is_some_and(|route| STREAMS.contains(&route.as_str()));
     let needed = route.and_then(|route| needed_scope(request.method(), route.as_str()));
+    let token = stream_token(request.uri()).filter(|_| is_stream);
     let caller = match (state.settings.asks_who_calls(), needed) {
-        (true, Some(scope)) => match admitted(&state, request.headers(), scope).await {
+        (true, Some(scope)) => match admitted(&state, request.headers(), token.as_deref(), scope).await {
             Ok(caller) => caller,
             Err(denied) => {
                 if denied.has_shown_something() {
@@ -166,7 +176,28 @@ fn admitted_unknown(state: &ApiState, request: &Request) -> Result<Caller, Probl
     Ok(Caller(Principal::anonymous()))
 }
 
-async fn admitted(state: &ApiState, headers: &HeaderMap, scope: Scope) -> Result<Caller, Denied> {
+/// The token in the address of a request.
+fn stream_token(uri: &Uri) -> Option<String> {
+    let Query(given) = Query::<Vec<(String, String)>>::try_from_uri(uri).ok()?;
+    given.into_iter().find(|(name, _)| name == "token").map(|(_, text)| text)
+}
+
+/// The key that a request shows, where it shows one that is good.
+pub(super) async fn shown_key(state: &ApiState, headers: &HeaderMap) -> Result<Option<ApiKeyRecord>, Problem> {
+    if !state.settings.asks_who_calls() {
+        return Ok(None);
+    }
+    let text = shown(state, headers).map(str::trim)?;
+    Ok(state.keys.check(text).await?)
+}
+
+async fn admitted(state: &ApiState, headers: &HeaderMap, token: Option<&str>, scope: Scope) -> Result<Caller, Denied> {
+    if let Some(token) = token {
+        let key = state.keys.check_stream_token(token).await.map_err(Problem::from)?;
+        let key = key
+            .ok_or_else(|| Denied::invalid(unauthenticated(state, "the token in the address has ended, or is none")))?;
+        return allowed(key.principal, &key.scopes, scope, "key", scope.name());
+    }
     let text = shown(state, headers)?;
     if state.tokens.are_taken() && !Keys::is_shaped_like_one(text) {
         let Identity { principal, scopes } = state.tokens.check(text).await.map_err(refused)?;

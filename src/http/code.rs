@@ -41,6 +41,12 @@ macro_rules! codes {
                 match self { $( Self::$variant => $title, )+ }
             }
 
+            /// What can be done, where nothing better is known of the one occurrence.
+            #[must_use]
+            pub const fn hint(self) -> &'static str {
+                self.help()
+            }
+
             /// What it means and what to do.
             #[must_use]
             pub const fn help(self) -> &'static str {
@@ -59,6 +65,8 @@ codes! {
         "A value is of the wrong type or out of its range. `errors` has a pointer to each.";
     UnknownPart = "unknown_part", UNPROCESSABLE_ENTITY, false, "A multipart part does not exist",
         "The parts are `source`, `target`, `source_rest`, `target_rest`, `config` and `preset`, each at most once.";
+    RepeatedPart = "repeated_part", UNPROCESSABLE_ENTITY, false, "A multipart part was sent twice",
+        "Each part is sent once at most. The detail names the one that came again.";
     MissingPart = "missing_part", UNPROCESSABLE_ENTITY, false, "A part is missing",
         "`source` and `target` must both be sent.";
     DigestMismatch = "digest_mismatch", BAD_REQUEST, true, "The bytes are not those that were announced",
@@ -76,7 +84,7 @@ codes! {
     TooManyKeys = "too_many_keys", CONFLICT, false, "The principal has two keys already",
         "One is in use, and one follows it. Revoke one, then make another.";
     NotFound = "not_found", NOT_FOUND, false, "There is nothing here",
-        "Neither a route nor a resource is known by that name. What has expired long ago is not found either.";
+        "Neither a route nor a resource is known by that name. Check it; lists such as `GET /v1/jobs` have what is there. What has expired long ago is not found either.";
     Expired = "expired", GONE, false, "It has expired",
         "It was kept until its `expires_at`. Upload the file or run the job again.";
     MethodNotAllowed = "method_not_allowed", METHOD_NOT_ALLOWED, false, "The method is not allowed here",
@@ -88,11 +96,13 @@ codes! {
     InUse = "in_use", CONFLICT, true, "It is in use",
         "An unfinished job needs the file. Wait for the job or cancel it, then try again.";
     WrongState = "wrong_state", CONFLICT, true, "The state does not allow it",
-        "The job is in a state in which this cannot be done. The detail names the state.";
+        "The job has not ended yet. The detail names its state. `Prefer: wait=20` on `GET /v1/jobs/{id}` waits for its end.";
+    NoResults = "no_results", CONFLICT, false, "The job has ended without results",
+        "It failed or was canceled, so there is no report and no config of it. `GET /v1/jobs/{id}` says why in `problem`; `POST /v1/jobs/{id}/retry` asks for the same again.";
     BodyTooLarge = "body_too_large", PAYLOAD_TOO_LARGE, false, "The body is too large",
         "`limit` names the limit, `maximum` is its value, `actual` what was seen. `GET /v1/limits` lists all limits.";
     RangeNotSatisfiable = "range_not_satisfiable", RANGE_NOT_SATISFIABLE, false, "The range lies outside the file",
-        "`Content-Range` says how many bytes there are.";
+        "`Content-Range` says how many bytes there are. Ask for some of those, or leave `Range` out.";
     UnsupportedMediaType = "unsupported_media_type", UNSUPPORTED_MEDIA_TYPE, false, "The body is of the wrong type",
         "The detail names the content types that the route takes.";
     UnsupportedFormat = "unsupported_format", UNSUPPORTED_MEDIA_TYPE, false, "The file is of no known format",
@@ -110,19 +120,19 @@ codes! {
     UnknownName = "unknown_name", UNPROCESSABLE_ENTITY, false, "A name does not exist",
         "The config names a clip, a chain or a role that does not exist. `errors` has the nearest names.";
     ChainNotConnected = "chain_not_connected", UNPROCESSABLE_ENTITY, false, "A chain is not connected",
-        "The end of a chain must lie below its start.";
+        "The end of a chain must lie below its start. Name two joints of one branch, the upper one first.";
     SkeletonNotFound = "skeleton_not_found", UNPROCESSABLE_ENTITY, false, "The file has no skeleton",
-        "There are no joints to work on.";
+        "There are no joints to work on. Export the file with its skeleton.";
     NoAnimation = "no_animation", UNPROCESSABLE_ENTITY, false, "The source has no animation",
         "Send a source file that has a clip.";
     NothingToMap = "nothing_to_map", UNPROCESSABLE_ENTITY, false, "Source and target have nothing in common",
         "Name the chains of both rigs in the config.";
     StrictWarnings = "strict_warnings", UNPROCESSABLE_ENTITY, false, "There were warnings, and strict was asked for",
-        "`errors` lists the warnings.";
+        "`errors` lists the warnings. Mend what they tell of, or leave `strict` out.";
     StrictMeasures = "strict_measures", UNPROCESSABLE_ENTITY, false, "A measure fails, and strict was asked for",
-        "`errors` lists the measures that fail.";
+        "`errors` lists the measures that fail. The report of the same job without `strict` shows where.";
     UnknownAsset = "unknown_asset", UNPROCESSABLE_ENTITY, false, "An asset does not exist",
-        "The job names an asset that is not there, or no longer.";
+        "The job names an asset that is not there, or no longer. Upload the file again; the same bytes get the same id while they are kept.";
     UnknownPreset = "unknown_preset", UNPROCESSABLE_ENTITY, false, "A preset does not exist",
         "The request names a preset that is not there. `GET /v1/presets` lists them; `errors` has those of like names.";
     BuiltIn = "built_in", CONFLICT, false, "It comes with the program",

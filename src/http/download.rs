@@ -48,6 +48,8 @@ enum Wanted {
     Part(Range<u64>),
     Nothing,
     OutOfRange,
+    /// Nothing, since the caller wants it only if it is another one.
+    Other,
 }
 
 impl File {
@@ -68,7 +70,7 @@ impl File {
 
     /// What the request's method and headers ask for, or where it can be had.
     pub(super) async fn answer(self, method: &Method, headers: &HeaderMap, jobs: &Jobs) -> Result<Response, Problem> {
-        let is_known = wanted(headers, &self.entity_tag(), self.bytes) == Wanted::Nothing;
+        let is_known = matches!(wanted(headers, &self.entity_tag(), self.bytes), Wanted::Nothing | Wanted::Other);
         if *method == Method::GET
             && !is_known
             && let Some(link) = jobs.download_link(&self.sha256, text(&disposition(&self.file_name))).await?
@@ -85,6 +87,11 @@ impl File {
         let (status, range) = match wanted(headers, &self.entity_tag(), self.bytes) {
             Wanted::Nothing => return Ok(self.with_headers(StatusCode::NOT_MODIFIED.into_response())),
             Wanted::OutOfRange => return Ok(self.out_of_range()),
+            Wanted::Other => {
+                let detail = format!("the file's ETag is {}, which 'If-Match' does not name", self.entity_tag());
+                return Err(Problem::new(Code::PreconditionFailed, detail)
+                    .with_hint("leave the header out to have the file as it is"));
+            }
             Wanted::All => (StatusCode::OK, None),
             Wanted::Part(range) => (StatusCode::PARTIAL_CONTENT, Some(range)),
         };
@@ -129,6 +136,10 @@ impl File {
 }
 
 fn wanted(headers: &HeaderMap, entity_tag: &str, bytes: u64) -> Wanted {
+    let required = extract::text(headers, &header::IF_MATCH);
+    if !required.is_empty() && !required.split(',').map(str::trim).any(|tag| tag == "*" || tag == entity_tag) {
+        return Wanted::Other;
+    }
     let known = extract::text(headers, &header::IF_NONE_MATCH);
     let is_known = |tag: &str| tag == "*" || tag.strip_prefix("W/").unwrap_or(tag) == entity_tag;
     if !known.is_empty() && known.split(',').map(str::trim).any(is_known) {
@@ -216,6 +227,12 @@ mod tests {
             headers
         };
         assert_eq!(wanted(&headers("if-none-match", "\"x\", W/\"a\""), "\"a\"", 9), Wanted::Nothing, "known");
+        assert_eq!(wanted(&headers("if-match", "\"x\""), "\"a\"", 9), Wanted::Other, "not the one that is wanted");
+        assert_eq!(
+            wanted(&headers("if-match", "\"x\", \"a\""), "\"a\"", 9),
+            Wanted::Part(0..1),
+            "the one that is wanted"
+        );
         assert_eq!(wanted(&headers("if-range", "\"old\""), "\"a\"", 9), Wanted::All, "another file by now");
         assert_eq!(wanted(&headers("if-range", "\"a\""), "\"a\"", 9), Wanted::Part(0..1), "the same file");
     }

@@ -3,13 +3,23 @@
 use axum::{
     body::Body,
     extract::{FromRequest, FromRequestParts, Path, Query, Request},
-    http::{HeaderMap, header, request::Parts},
+    http::{HeaderMap, Uri, header, request::Parts},
 };
 use serde::de::DeserializeOwned;
 
 pub(super) use super::header_text::text;
-use super::{ApiState, code::Code, json_size, problem::Problem, upload::BodyReader};
-use crate::jobs::{ApiKeyId, AssetId, BatchId, DeliveryId, JobId, JobState, ResultId, WebhookId};
+use super::{
+    ApiState,
+    code::Code,
+    json_size,
+    plain_words::{self, Kind, Misread},
+    problem::Problem,
+    upload::BodyReader,
+};
+use crate::{
+    engine::no_json,
+    jobs::{ApiKeyId, AssetId, BatchId, DeliveryId, JobId, JobState, JobVerdict, ResultId, WebhookId},
+};
 
 /// An id in the path. What is no id names nothing, so it is not found.
 #[derive(Debug)]
@@ -51,10 +61,31 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for QueryOf<T> {
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
         let query = Query::<T>::from_request_parts(parts, state).await;
-        query.map(|Query(query)| Self(query)).map_err(|error| {
-            Problem::new(Code::MalformedRequest, format!("the query cannot be read: {}", error.body_text()))
-        })
+        query.map(|Query(query)| Self(query)).map_err(|error| bad_query(&error.body_text(), &parts.uri))
     }
+}
+
+/// What is wrong with a query: which parameter, what it is, and what it should be.
+fn bad_query(message: &str, uri: &Uri) -> Problem {
+    let text = message.split_once("query string: ").map_or(message, |(_, text)| text);
+    // What a parameter is read as is told behind its name; what is wrong with the query as a whole, without one.
+    let is_name = |name: &&str| name.bytes().all(|byte| byte.is_ascii_lowercase() || byte == b'_');
+    let (name, text) = text.split_once(": ").filter(|(name, _)| is_name(name)).unwrap_or(("", text));
+    let Misread { kind, detail, seen, known } = plain_words::misread(text, "the query");
+    let given = Query::<Vec<(String, String)>>::try_from_uri(uri).map(|Query(given)| given).unwrap_or_default();
+    let value =
+        given.iter().find(|(given, _)| given == name).map(|(_, value)| value.chars().take(64).collect::<String>());
+    let name = if name.is_empty() { &seen } else { name };
+    let detail = match (kind, value) {
+        (Kind::InvalidValue, Some(value)) if !detail.contains(&value) || value.is_empty() => {
+            format!("'{value}' is no '{name}': {detail}")
+        }
+        (Kind::InvalidValue, Some(_)) => format!("'{name}': {detail}"),
+        _ => detail,
+    };
+    Problem::new(Code::MalformedRequest, detail)
+        .with_hint("GET /docs/api has the parameters of every route")
+        .at(format!("?{name}"), plain_words::similar(&seen, &known))
 }
 
 /// The value of a name of a closed set.
@@ -70,6 +101,11 @@ pub(super) fn known<T>(
 /// The state of jobs that a list is asked for.
 pub(super) fn known_job_state(name: Option<&str>) -> Result<Option<JobState>, Problem> {
     known("state", name, JobState::from_name, || JobState::ALL.map(JobState::name).join(", "))
+}
+
+/// The verdict that a list is asked for.
+pub(super) fn known_verdict(name: Option<&str>) -> Result<Option<JobVerdict>, Problem> {
+    known("verdict", name, JobVerdict::from_name, || JobVerdict::ALL.map(JobVerdict::name).join(", "))
 }
 
 /// A parameter of a query that says nothing.
@@ -112,13 +148,15 @@ fn read_from<'de, T: DeserializeOwned>(
     serde_path_to_error::deserialize(deserializer).map_err(|error: serde_path_to_error::Error<serde_json::Error>| {
         let pointer = json_pointer(error.path());
         let inner = error.into_inner();
-        let detail = inner.to_string();
         if !inner.is_data() {
-            return Problem::new(Code::MalformedRequest, format!("the body is no JSON: {detail}"));
+            return Problem::new(Code::MalformedRequest, format!("the body is no JSON: {}", no_json(&inner)))
+                .with_hint("send one JSON object; a file goes as multipart/form-data or application/octet-stream");
         }
-        let code = if detail.starts_with("unknown field") { Code::UnknownField } else { Code::InvalidValue };
-        let similar = if code == Code::UnknownField { similar_names(&detail) } else { Vec::new() };
-        Problem::new(code, detail).at(pointer, similar)
+        let whole = if pointer.is_empty() { "the body" } else { "it" };
+        let Misread { kind, detail, seen, known } = plain_words::misread(&inner.to_string(), whole);
+        let code = if kind == Kind::UnknownField { Code::UnknownField } else { Code::InvalidValue };
+        let problem = Problem::new(code, detail).with_hint("GET /docs/api has the fields of every body");
+        problem.at(pointer, plain_words::similar(&seen, &known))
     })
 }
 
@@ -129,16 +167,6 @@ fn json_pointer(path: &serde_path_to_error::Path) -> String {
         Segment::Map { key } => format!("{pointer}/{}", key.replace('~', "~0").replace('/', "~1")),
         Segment::Enum { .. } | Segment::Unknown => pointer,
     })
-}
-
-/// The names in backticks: the first is the unknown one, the rest are those that exist.
-fn similar_names(detail: &str) -> Vec<String> {
-    let mut names = detail.split('`').skip(1).step_by(2);
-    let Some(seen) = names.next() else { return Vec::new() };
-    let mut ranked: Vec<(f64, &str)> = names.map(|name| (strsim::jaro_winkler(seen, name), name)).collect();
-    ranked.retain(|(score, _)| *score > 0.7);
-    ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
-    ranked.into_iter().take(3).map(|(_, name)| name.to_owned()).collect()
 }
 
 /// Whether the content type is that media type, whatever its parameters.

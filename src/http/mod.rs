@@ -31,6 +31,7 @@ mod neighbors;
 mod pace;
 mod page;
 mod places;
+mod plain_words;
 mod precondition;
 mod prefer;
 mod problem;
@@ -56,7 +57,7 @@ use std::sync::Arc;
 use axum::{
     Router,
     extract::FromRef,
-    http::header,
+    http::{Method, Uri, header},
     response::{IntoResponse, Response},
 };
 use tokio::sync::Semaphore;
@@ -142,12 +143,17 @@ async fn no_place() -> Problem {
     Problem::new(Code::TooBusy, "there are too many connections")
 }
 
-async fn no_route() -> Problem {
-    Problem::new(Code::NotFound, "there is no such route").with_hint("GET / lists where to go, GET /docs explains it")
+async fn no_route(uri: Uri) -> Problem {
+    let hint = match uri.path().split('/').nth(1) {
+        Some("v1" | "docs" | "studio") => "GET / lists where to go, GET /docs explains it",
+        _ => "routes of the API begin with /v1; GET / lists where to go, GET /docs explains it",
+    };
+    Problem::new(Code::NotFound, "there is no such route").with_hint(hint)
 }
 
-async fn no_method() -> Problem {
-    Problem::new(Code::MethodNotAllowed, "the method is not allowed here")
+async fn no_method(method: Method) -> Problem {
+    let shown: String = method.as_str().chars().take(16).collect();
+    Problem::new(Code::MethodNotAllowed, format!("the method {shown} is not allowed here"))
 }
 
 /// A page that holds its own style and nothing else that a browser would fetch or run.

@@ -23,7 +23,8 @@ pub(super) fn wanted_format(accept: &str) -> Result<Option<Format>, Problem> {
     let mut best: Option<(f32, Format)> = None;
     let mut open = 0.0_f32;
     for (media_type, quality) in accept.split(',').map(read_range) {
-        if media_type == "*/*" {
+        // Bytes of whatever kind are what clients ask for that were generated from the OpenAPI document.
+        if media_type == "*/*" || media_type == "application/octet-stream" {
             open = open.max(quality);
         }
         let found = writable().find(|(_, written)| matches(&media_type, written));
@@ -69,6 +70,7 @@ mod tests {
             ("", None),
             ("*/*", None),
             ("application/json, text/plain, */*", None),
+            ("application/octet-stream", None),
             ("model/gltf-binary", Some(Format::Glb)),
             ("application/x-npz", Some(Format::PosesNpz)),
             ("application/json", Some(Format::PosesJson)),

@@ -4,7 +4,7 @@ use base64::{Engine as _, engine::general_purpose::URL_SAFE_NO_PAD};
 use serde::Deserialize;
 use utoipa::IntoParams;
 
-use super::{code::Code, problem::Problem};
+use super::{code::Code, extract::unusable, problem::Problem};
 use crate::jobs::Page;
 
 /// How many entries a page has, unless the caller says otherwise.
@@ -16,16 +16,22 @@ const DEFAULT_ITEMS: usize = 50;
 #[into_params(parameter_in = Query)]
 pub(super) struct PageQuery {
     /// Entries of the page; cut down to the limit `page_items`.
-    #[param(format = Int64, maximum = 4_294_967_295_u32)]
+    #[param(format = Int64, minimum = 1, maximum = 4_294_967_295_u32)]
     pub(super) limit: Option<u32>,
     /// `next_cursor` of the page before.
     pub(super) cursor: Option<String>,
 }
 
 /// The number of entries asked for, cut down to what is allowed.
-pub(super) fn items(asked: Option<u32>, most: u64) -> usize {
+///
+/// # Errors
+/// When none are asked for.
+pub(super) fn items(asked: Option<u32>, most: u64) -> Result<usize, Problem> {
+    if asked == Some(0) {
+        return Err(unusable("limit", "0", "a number from 1"));
+    }
     let most = usize::try_from(most).unwrap_or(usize::MAX);
-    asked.map_or(DEFAULT_ITEMS, |asked| asked as usize).clamp(1, most)
+    Ok(asked.map_or(DEFAULT_ITEMS, |asked| asked as usize).clamp(1, most))
 }
 
 /// The cursor for what comes after a page, where anything does: `name_of` names the last entry of the page.
@@ -68,7 +74,7 @@ mod tests {
         page.has_more = false;
         assert_eq!(next_cursor(&page, filter, |id| (*id).to_owned()), None, "the last page");
         assert!(read_cursor(Some("%%%"), "", text).is_err(), "no cursor");
-        assert_eq!(items(Some(10_000), 100), 100, "cut down");
-        assert_eq!(items(Some(0), 100), 1, "at least one");
+        assert_eq!(items(Some(10_000), 100).ok(), Some(100), "cut down");
+        assert!(items(Some(0), 100).is_err(), "nothing is no page");
     }
 }

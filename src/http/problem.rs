@@ -167,7 +167,7 @@ impl Problem {
             code: self.code.name(),
             detail: self.detail.clone(),
             instance: instance.to_owned(),
-            hint: self.hint.clone(),
+            hint: if self.hint.is_empty() { self.code.hint().to_owned() } else { self.hint.clone() },
             part: self.part.to_string(),
             place: self.place.to_string(),
             errors: self.errors.clone(),
@@ -247,7 +247,11 @@ impl From<Refusal> for Problem {
             Refusal::StorageFull(Full::StoredBytes { most, actual }) => {
                 Self::new(Code::StorageFull, detail).about_limit("stored_bytes", most, actual)
             }
-            Refusal::WrongState { .. } => Self::new(Code::WrongState, detail),
+            Refusal::WrongState { id, state, .. } if state.is_final() => Self::new(Code::NoResults, detail).with_hint(
+                format!("GET /v1/jobs/{id} says in 'problem' why; POST /v1/jobs/{id}/retry asks for the same again"),
+            ),
+            Refusal::WrongState { id, .. } => Self::new(Code::WrongState, detail)
+                .with_hint(format!("GET /v1/jobs/{id} with the header 'Prefer: wait=20' waits for its end")),
             Refusal::Quarantined { .. } => Self::new(Code::Quarantined, detail),
             Refusal::InUse(_) => Self::new(Code::InUse, detail).with_hint("wait for the job, or cancel it"),
             Refusal::BuiltIn { .. } => Self::new(Code::BuiltIn, detail).with_hint("keep yours under another name"),

@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use axum::Router;
-use hyper::server::conn::http1;
+use hyper::server::conn::{http1, http2};
 use hyper_util::{
-    rt::{TokioIo, TokioTimer},
+    rt::{TokioExecutor, TokioIo, TokioTimer},
     server::graceful::GracefulShutdown,
     service::TowerToHyperService,
 };
@@ -34,6 +34,8 @@ pub struct ServerSettings {
     pub most_header_bytes: usize,
     /// How long the headers of a request may take to arrive.
     pub header_timeout: Duration,
+    /// Whether HTTP/2 is spoken with those who begin with it, without TLS.
+    pub http2: bool,
     /// How long answers may take to be sent once the server was told to stop.
     pub close_timeout: Duration,
 }
@@ -99,15 +101,60 @@ impl Server {
             .header_read_timeout(header_timeout)
             .max_header_size(self.settings.most_header_bytes);
         let service = TowerToHyperService::new(router.clone());
-        let stream = ReadBackConnection::new(stream, Pace::new(answer_idle_timeout, min_transfer_rate));
-        let connection = graceful.watch(builder.serve_connection(TokioIo::new(stream), service));
+        let pace = Pace::new(answer_idle_timeout, min_transfer_rate);
+        let (watcher, settings) = (graceful.watcher(), self.settings);
         tokio::spawn(async move {
             let _place = place;
-            if let Err(error) = connection.await {
+            let speaks_http2 = settings.http2 && begins_http2(&stream, header_timeout).await;
+            let stream = TokioIo::new(ReadBackConnection::new(stream, pace));
+            let ended = if speaks_http2 {
+                watcher.watch(http2_builder(&settings).serve_connection(stream, service)).await
+            } else {
+                watcher.watch(builder.serve_connection(stream, service)).await
+            };
+            if let Err(error) = ended {
                 tracing::debug!(%error, "a connection ended early");
             }
         });
     }
+}
+
+/// What HTTP/2 connections may do.
+fn http2_builder(settings: &ServerSettings) -> http2::Builder<TokioExecutor> {
+    /// Requests at a time on one connection; a principal's own limit holds besides.
+    const MOST_STREAMS: u32 = 64;
+    /// Streams that were reset before anybody looked at them; more ends the connection.
+    const MOST_RESETS: usize = 20;
+    /// How often it is asked whether the other side is still there.
+    const ASK: Duration = Duration::from_secs(20);
+    let mut builder = http2::Builder::new(TokioExecutor::new());
+    builder
+        .timer(TokioTimer::new())
+        .max_concurrent_streams(MOST_STREAMS)
+        .max_pending_accept_reset_streams(MOST_RESETS)
+        .max_header_list_size(u32::try_from(settings.most_header_bytes).unwrap_or(u32::MAX))
+        .keep_alive_interval(ASK)
+        .keep_alive_timeout(settings.header_timeout);
+    builder
+}
+
+/// Whether the other side begins with what HTTP/2 begins with, which no request of HTTP/1 does. Nothing is taken from the connection.
+async fn begins_http2(stream: &TcpStream, longest: Duration) -> bool {
+    const BEGIN: &[u8] = b"PRI * HTTP/2.0";
+    const LOOK_AGAIN: Duration = Duration::from_millis(5);
+    let look = async {
+        let mut seen = [0; BEGIN.len()];
+        loop {
+            match stream.peek(&mut seen).await {
+                Ok(0) | Err(_) => return false,
+                Ok(count) if !BEGIN.starts_with(&seen[..count]) => return false,
+                Ok(count) if count == BEGIN.len() => return true,
+                // The rest of it is on its way.
+                Ok(_) => tokio::time::sleep(LOOK_AGAIN).await,
+            }
+        }
+    };
+    tokio::time::timeout(longest, look).await.unwrap_or(false)
 }
 
 /// Says that there is no place, as far as that can be said without waiting.

@@ -181,7 +181,14 @@ async fn read_parts(
     watch: &BodyWatch,
 ) -> Result<Form, Problem> {
     let mut multipart = Multipart::from_request(request, &()).await.map_err(|error| {
-        Problem::new(Code::UnsupportedMediaType, format!("the body must be multipart/form-data: {}", error.body_text()))
+        tracing::debug!(error = error.body_text(), "a form could not be read");
+        Problem::new(
+            Code::UnsupportedMediaType,
+            "the body must be a form of the type multipart/form-data, with its boundary",
+        )
+        .with_hint(
+            "curl sends one as -F source=@walk.bvh -F target=@hero.glb, and sets the header 'Content-Type' by itself",
+        )
     })?;
     let mut parts = Form { names, ..Form::default() };
     while let Some(field) = multipart.next_field().await.map_err(broken)? {
@@ -219,12 +226,15 @@ impl Form {
         if name == "config" && self.config.is_none() {
             let what = "the part 'config'";
             let bytes = collect(&mut field, settings.max_document_bytes.0, what, watch).await?;
-            self.config = Some(config_document(file_name, bytes)?);
+            if !bytes.trim_ascii().is_empty() {
+                self.config = Some(config_document(file_name, bytes)?);
+            }
             return Ok(());
         }
         if name == "preset" && self.preset.is_none() {
             let bytes = collect(&mut field, settings.max_document_bytes.0, "the part 'preset'", watch).await?;
-            self.preset = Some(String::from_utf8_lossy(&bytes).trim().to_owned());
+            let name = String::from_utf8_lossy(&bytes).trim().to_owned();
+            self.preset = Some(name).filter(|name| !name.is_empty());
             return Ok(());
         }
         let Some(known) = self.names.iter().copied().find(|known| *known == name) else {
@@ -239,7 +249,12 @@ impl Form {
         }
         let most = settings.max_request_bytes.0;
         let mut upload = assets.begin(&file_name, None).await?;
-        self.bytes += receive(&mut field, &mut upload, watch).await?;
+        let arrived = receive(&mut field, &mut upload, watch).await?;
+        // Browsers and explorers of APIs send fields that were left empty; an optional one that is empty was not meant.
+        if arrived == 0 && matches!(role, InputRole::SourceRest | InputRole::TargetRest) {
+            return Ok(());
+        }
+        self.bytes += arrived;
         if self.bytes > most {
             return Err(too_large("the request", "request_bytes", most, self.bytes));
         }
@@ -331,7 +346,8 @@ impl Parts {
 fn unexpected(name: &str, names: &[&str]) -> Problem {
     let shown: String = name.chars().take(64).collect();
     if names.contains(&name) {
-        return Problem::new(Code::UnknownPart, format!("the part '{shown}' was sent twice"));
+        return Problem::new(Code::RepeatedPart, format!("the part '{shown}' was sent twice"))
+            .with_hint(format!("send '{shown}' once; a job has one file of each kind, and a batch has many jobs"));
     }
     let known = names.join("', '");
     let similar = names.iter().filter(|known| strsim::jaro_winkler(known, name) > 0.7);

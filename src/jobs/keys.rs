@@ -29,6 +29,10 @@ const NOTED_EVERY: Duration = Duration::from_secs(300);
 pub struct KeyText(String);
 
 impl KeyText {
+    pub(super) const fn of(text: String) -> Self {
+        Self(text)
+    }
+
     /// The key, to be handed to its holder.
     #[must_use]
     pub fn reveal(&self) -> &str {
@@ -65,6 +69,16 @@ impl Keys {
     #[must_use]
     pub const fn new(records: Records, clock: Clock) -> Self {
         Self { records, clock }
+    }
+
+    pub(super) const fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// The key of an id, where there is one that is good.
+    pub(super) async fn good_key(&self, id: &ApiKeyId, now: jiff::Timestamp) -> Result<Option<ApiKeyRecord>, Refusal> {
+        let key = self.records.api_key(id).await?;
+        Ok(key.filter(|key| key.expires_at.is_none_or(|end| end > now)))
     }
 
     /// Makes a key. What it gives first is told to its holder and to nobody else.

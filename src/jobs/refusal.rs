@@ -96,13 +96,13 @@ pub enum Refusal {
     #[error("there is no room for more files: {0}")]
     StorageFull(Full),
     /// The job is in a state that does not allow it.
-    #[error("the job '{id}' is {}, so it cannot be {action}", state.name())]
+    #[error("the job '{id}' is {}, so {action}", state.name())]
     WrongState {
         /// The job.
         id: JobId,
         /// Its state.
         state: JobState,
-        /// What cannot be done: `deleted`, `retried`, `shown`.
+        /// What follows from that.
         action: &'static str,
     },
     /// Processes died under jobs on the same files, again and again.

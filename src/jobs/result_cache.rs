@@ -7,7 +7,7 @@ use std::{sync::OnceLock, time::UNIX_EPOCH};
 
 use serde_json::json;
 
-use super::{JobEvent, Jobs, Refusal, library, running::RunningJob};
+use super::{JobEvent, Jobs, Refusal, library, result_names, running::RunningJob};
 use crate::store::{CachedResults, FinishedJob, JobRecord, JobRequest, JobState, ResultId, ResultRecord};
 
 impl Jobs {
@@ -43,7 +43,10 @@ impl Jobs {
             return Ok(false);
         }
         let (created_at, expires_at) = (self.0.clock.now(), self.0.clock.after(self.0.settings.result_retention.0));
-        let own = |result: &ResultRecord| ResultRecord {
+        // The other job may have been called otherwise.
+        let mut taken = Vec::new();
+        let mut own = |result: &ResultRecord| ResultRecord {
+            file_name: result_names::name_of(&record.request, &result.file_name, &mut taken),
             id: ResultId::new(),
             job_id: record.id.clone(),
             created_at,
@@ -55,7 +58,7 @@ impl Jobs {
             resolved_spec: found.resolved_spec.clone(),
             warnings: found.warnings,
             judgment: found.judgment.clone(),
-            results: found.results.iter().map(own).collect(),
+            results: found.results.iter().map(&mut own).collect(),
             cache_key: self.cache_key(&record.request),
             cached_from: Some(found.job.clone()),
             ..self.ending(JobState::Succeeded, None)
@@ -103,6 +106,7 @@ mod tests {
             labels: [("shot".to_owned(), "012".to_owned())].into(),
             preset: None,
             rigs: Vec::new(),
+            result_name: None,
             skip_cache: false,
             webhook: None,
         }

@@ -291,7 +291,7 @@ impl Jobs {
     pub async fn retry(&self, owner: &Principal, id: &JobId) -> Result<JobSnapshot, Refusal> {
         let record = self.record(owner, id).await?;
         if !record.state.is_final() {
-            return Err(Refusal::WrongState { id: id.clone(), state: record.state, action: "retried" });
+            return Err(Refusal::WrongState { id: id.clone(), state: record.state, action: "it cannot be retried" });
         }
         self.seen(self.submit_again(record).await?.job).await
     }
@@ -304,7 +304,7 @@ impl Jobs {
         let JobRecord { state, .. } = self.record(owner, id).await?;
         match self.0.store.records().remove_job(id).await? {
             Some(digests) => Ok(self.0.store.remove_unnamed(&digests).await?),
-            None => Err(Refusal::WrongState { id: id.clone(), state, action: "deleted" }),
+            None => Err(Refusal::WrongState { id: id.clone(), state, action: "it cannot be deleted" }),
         }
     }
 
@@ -334,7 +334,12 @@ impl Jobs {
             Some(document) => Ok(document),
             None => {
                 let JobRecord { id, state, .. } = self.record(owner, id).await?;
-                Err(Refusal::WrongState { id, state, action: "shown" })
+                let action = if state.is_final() {
+                    "it has no report and no config"
+                } else {
+                    "it has no report and no config yet"
+                };
+                Err(Refusal::WrongState { id, state, action })
             }
         }
     }

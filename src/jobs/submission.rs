@@ -315,6 +315,7 @@ impl Jobs {
             labels: new.labels,
             preset,
             rigs: known.rigs.versions(),
+            result_name: None,
             skip_cache: new.skip_cache,
             webhook: known.webhook(new.webhook)?,
         };

@@ -13,6 +13,7 @@ use super::{
     inputs::{InputBytes, question},
     library, next_state,
     one_shot::{BegunWork, Seat},
+    result_names,
     running::{RunningJob, StopReason},
     thread::{in_place, on_own_thread},
 };
@@ -213,7 +214,7 @@ impl Jobs {
         let Ran { outputs, report, resolved_spec, timings, warnings, judgment } = ran;
         observe(&timings);
         let (created_at, expires_at) = (self.0.clock.now(), self.0.clock.after(self.0.settings.result_retention.0));
-        let (mut results, mut blobs, mut first) = (Vec::new(), Vec::new(), None);
+        let (mut results, mut blobs, mut first, mut names) = (Vec::new(), Vec::new(), None, Vec::new());
         for MadeFile { output: Output { format, name, bytes }, sha256 } in outputs {
             let bytes = Bytes::from(bytes);
             let blob = match self.0.store.blobs().write(bytes.clone(), sha256).await.map_err(Refusal::from) {
@@ -225,7 +226,7 @@ impl Jobs {
                 id: ResultId::new(),
                 job_id: record.id.clone(),
                 format: format.info().name.to_owned(),
-                file_name: name,
+                file_name: result_names::name_of(&record.request, &name, &mut names),
                 sha256: blob.blob().sha256.clone(),
                 bytes: blob.blob().bytes,
                 created_at,

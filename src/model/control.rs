@@ -26,7 +26,8 @@ pub enum Phase {
 }
 
 impl Phase {
-    const ALL: [Self; 6] = [Self::Waiting, Self::Read, Self::Plan, Self::Tune, Self::Retarget, Self::Write];
+    /// All of them, in their order.
+    pub const ALL: [Self; 6] = [Self::Waiting, Self::Read, Self::Plan, Self::Tune, Self::Retarget, Self::Write];
 
     /// The name on the wire.
     #[must_use]

@@ -15,7 +15,7 @@ const PURE: [&str; 10] =
     ["model", "formats", "rig", "retarget", "editing", "picture", "drawing", "engine", "report", "samples"];
 
 /// External crates, and the only modules that may name them. `main` is the binary.
-const FENCES: [(&str, &[&str]); 27] = [
+const FENCES: [(&str, &[&str]); 30] = [
     ("png", &["picture"]),
     ("gif", &["picture"]),
     ("image_webp", &["picture"]),
@@ -37,10 +37,13 @@ const FENCES: [(&str, &[&str]); 27] = [
     ("opentelemetry_otlp", &["telemetry"]),
     ("opentelemetry_sdk", &["telemetry"]),
     ("jsonwebtoken", &["identity"]),
-    ("hmac", &["outbound"]),
+    ("hmac", &["jobs", "outbound"]),
     ("ipnet", &["config", "outbound"]),
     ("rustix", &["jobs", "store"]),
     ("clap", &["cli"]),
+    ("clap_complete", &["cli"]),
+    ("clap_mangen", &["cli"]),
+    ("anstream", &["cli"]),
     ("indicatif", &["cli"]),
     ("mimalloc", &["main"]),
 ];

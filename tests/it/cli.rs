@@ -2,6 +2,7 @@
 
 pub(crate) mod carried_curves;
 mod checks;
+mod habits;
 mod real_ops;
 mod reports;
 mod rest_files;
@@ -130,7 +131,7 @@ mod inputs {
     #[test]
     fn a_missing_file_is_named() {
         let folder = folder();
-        assert!(refused("nowhere.glb", folder.path()).contains("cannot be read"), "says what is wrong");
+        assert!(refused("nowhere.glb", folder.path()).contains("there is no such file"), "says what is wrong");
         std::fs::create_dir(folder.path().join("folder.glb")).expect("a folder");
         assert!(refused("folder.glb", folder.path()).contains("folder"), "says what is wrong");
     }

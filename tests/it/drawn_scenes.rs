@@ -357,7 +357,9 @@ fn a_drawing_in_an_archive_gives_all_its_outputs_at_once() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_retargetd"));
     command.args(["draw", "--drawing", "child.zip", "--source", "walk.glb", "--report", "report.json"]);
     command.args(["--config", "wanted.json"]);
-    outputs.iter().for_each(|output| drop(command.args(["--output", output])));
+    for output in outputs {
+        command.args(["--output", output]);
+    }
     let output = command.current_dir(folder.path()).output().expect("the binary runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let file = |name: &str| std::fs::read(folder.path().join(name)).expect("a file");

@@ -10,13 +10,16 @@ mod remote;
 
 use std::{path::PathBuf, process::ExitCode, sync::Arc};
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use self::remote::Remote;
 use super::{
+    clips,
     exit::{self, Exit, FAILED, one_line, print, say},
     files::StagedFiles,
+    manner::{report, speaks_json},
     outputs::{WantedFormats, check_places, report_bytes},
+    verdict::{Judged, Judging},
     watch::ProgressWatch,
 };
 use crate::{formats::Format, model::Control};
@@ -44,6 +47,8 @@ pub(super) struct Arguments {
     /// Show a progress bar even on a dumb terminal; other terminals show it anyway, pipes never
     #[arg(long)]
     progress: bool,
+    #[command(flatten)]
+    judging: Judging,
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
@@ -69,14 +74,15 @@ async fn submit(arguments: &Arguments) -> Result<(), Exit> {
     let is_batch =
         arguments.asked.batch.is_some() || arguments.resume.as_ref().is_some_and(|id| id.starts_with(batch::PREFIX));
     if is_batch {
-        batch::check_names(arguments)?;
+        clips::check_names(arguments.output.iter().chain(&arguments.report))?;
     }
     let id = match &arguments.resume {
         Some(id) => id.clone(),
         None => unless_interrupted(arguments.asked.submit(&remote, &formats.distinct), None).await?,
     };
     if arguments.detach {
-        return print(&format!("{id}\n"));
+        let member = if is_batch { "batch" } else { "job" };
+        return if speaks_json() { report(|| json!({ member: id })) } else { print(&format!("{id}\n")) };
     }
     if is_batch {
         return unless_interrupted(batch::collect(arguments, &remote, &id, &formats), Some(&id)).await;
@@ -94,7 +100,7 @@ async fn unless_interrupted<T>(work: impl Future<Output = Result<T, Exit>>, job:
 }
 
 async fn collect(arguments: &Arguments, remote: &Remote, id: &str, formats: &WantedFormats) -> Result<(), Exit> {
-    let come_back = |exit: Exit| match exit.hint.is_empty() {
+    let come_back = |exit: Exit| match exit.code == FAILED && exit.hint.is_empty() {
         true => Exit { hint: format!("come back for the job with --resume {id}"), ..exit },
         false => exit,
     };
@@ -116,18 +122,42 @@ async fn collect(arguments: &Arguments, remote: &Remote, id: &str, formats: &Wan
         staged.add(path, &report_bytes(&report, path, &crate::report::Illustration::default())?)?;
     }
     staged.commit()?;
-    tell_verdict(&job, "");
+    tell_warnings(remote, &job, "").await?;
+    let judged = Judged::of_job(&job);
+    if let Some(judged) = &judged {
+        judged.tell("");
+    }
     let names: Vec<String> = arguments.output.iter().map(|path| path.display().to_string()).collect();
-    say(format_args!("wrote {}: job {id}, {} warnings", names.join(", "), job["warnings_count"]));
-    Ok(())
+    say(format_args!("wrote {}: job {id}, {}", names.join(", "), warnings_of(&job)));
+    report(|| {
+        json!({"job": id, "outputs": arguments.output, "report": arguments.report, "verdict": job["verdict"],
+        "verdict_reason": job["verdict_reason"], "coverage": job["coverage"], "warnings_count": job["warnings_count"]})
+    })?;
+    arguments.judging.check([("the result", judged.as_ref())])
 }
 
-/// Says what the report of a job says of its result as a whole.
-fn tell_verdict(job: &Value, of: &str) {
-    if let Some(verdict) = job["verdict"].as_str() {
-        let reason = one_line(job["verdict_reason"].as_str().unwrap_or_default());
-        say(format_args!("verdict{of}: {verdict}: {reason}"));
+/// How many warnings a job has, in words.
+fn warnings_of(job: &Value) -> String {
+    match job["warnings_count"].as_u64().unwrap_or(0) {
+        1 => "1 warning".to_owned(),
+        count => format!("{count} warnings"),
     }
+}
+
+/// Says what the report of a job warns of.
+async fn tell_warnings(remote: &Remote, job: &Value, of: &str) -> Result<(), Exit> {
+    if job["warnings_count"].as_u64().unwrap_or(0) == 0 {
+        return Ok(());
+    }
+    let report = remote.get(&format!("/v1/jobs/{}/report", job["id"].as_str().unwrap_or_default())).await?;
+    for warning in report["warnings"].as_array().into_iter().flatten() {
+        let text = |member: &str| warning[member].as_str().unwrap_or_default();
+        let place = if text("place").is_empty() { String::new() } else { format!("{}: ", text("place")) };
+        let hint = if text("hint").is_empty() { String::new() } else { format!(" ({})", text("hint")) };
+        let told = one_line(&format!("{}: {place}{}{hint}", text("code"), text("detail")));
+        say(format_args!("warning{of}: {told}"));
+    }
+    Ok(())
 }
 
 /// The result of that format. One that the job was not asked for is not there.

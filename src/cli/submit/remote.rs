@@ -1,6 +1,9 @@
 //! Talking to a service over a connection that may break: what fails for a moment is tried again.
 
-use std::time::Duration;
+use std::{
+    sync::atomic::{AtomicBool, Ordering},
+    time::Duration,
+};
 
 use reqwest::{Client, Method, RequestBuilder, Response, StatusCode, Url, header};
 use serde_json::Value;
@@ -9,14 +12,16 @@ use tokio::time::{Instant, sleep};
 
 use crate::{
     cli::{
-        exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED},
+        exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED, one_line, say},
         files::InputFile,
     },
     jobs::hexadecimal,
 };
 
-/// How long a service may be away before it is given up.
+/// How long a service may be away before it is given up, once it has answered.
 const PATIENCE: Duration = Duration::from_secs(120);
+/// How long it may take until it answers for the first time: an address that is wrong stays wrong.
+const FIRST_PATIENCE: Duration = Duration::from_secs(2);
 /// The pauses between tries begin with this and double.
 const FIRST_PAUSE: Duration = Duration::from_millis(250);
 const LONGEST_PAUSE: Duration = Duration::from_secs(15);
@@ -25,6 +30,8 @@ const LONGEST_SILENCE: Duration = Duration::from_secs(60);
 
 /// A service, and who asks.
 pub(super) struct Remote {
+    /// Whether it has answered yet.
+    has_answered: AtomicBool,
     client: Client,
     url: String,
     key: Option<String>,
@@ -38,7 +45,11 @@ pub(super) struct Patience {
 
 impl Patience {
     pub(super) fn new() -> Self {
-        Self { end: Instant::now() + PATIENCE, pause: FIRST_PAUSE }
+        Self::of(PATIENCE)
+    }
+
+    fn of(patience: Duration) -> Self {
+        Self { end: Instant::now() + patience, pause: FIRST_PAUSE }
     }
 
     /// Waits for as long as the service asks for, else longer each time; gives up with that reason when the time is over.
@@ -62,7 +73,8 @@ impl Remote {
             let message = format!("--service {url}: this is no address of a service");
             return Err(Exit::new(BAD_USAGE, message, "an address is like http://127.0.0.1:8080"));
         }
-        Ok(Self { client, url: url.trim_end_matches('/').to_owned(), key })
+        let url = url.trim_end_matches('/').to_owned();
+        Ok(Self { has_answered: AtomicBool::new(false), client, url, key })
     }
 
     /// A request with the caller's key.
@@ -73,6 +85,7 @@ impl Remote {
 
     /// Sends a request that may be sent any number of times, until it is answered for good.
     pub(super) async fn send(&self, request: impl Fn() -> RequestBuilder) -> Result<Response, Exit> {
+        self.greet().await?;
         let mut patience = Patience::new();
         loop {
             match request().send().await {
@@ -89,6 +102,35 @@ impl Remote {
         }
     }
 
+    /// Finds out whether anybody answers at all before anything large is sent: an address that is wrong is told at once.
+    async fn greet(&self) -> Result<(), Exit> {
+        if self.has_answered.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        let mut patience = Patience::of(FIRST_PATIENCE);
+        let mut is_told = false;
+        loop {
+            let left = patience.end.saturating_duration_since(Instant::now()).max(FIRST_PAUSE);
+            let exit = match self.client.get(format!("{}/livez", self.url)).timeout(left).send().await {
+                Ok(_) => {
+                    self.has_answered.store(true, Ordering::Relaxed);
+                    return Ok(());
+                }
+                Err(error) if error.is_timeout() => self.silent(),
+                Err(error) => self.unreachable(&error),
+            };
+            if !std::mem::replace(&mut is_told, true) {
+                say(format_args!("{}; trying again for {} s", one_line(&exit.message), FIRST_PATIENCE.as_secs()));
+            }
+            patience.pause(None, exit).await?;
+        }
+    }
+
+    fn silent(&self) -> Exit {
+        let message = format!("the service at {} does not answer", self.url);
+        Exit::new(FAILED, message, "is it running? --service or RETARGETD_URL says where it is")
+    }
+
     /// Uploads a file; gives its id. The same bytes again give the same id.
     pub(super) async fn upload(&self, part: &str, file: &InputFile) -> Result<String, Exit> {
         use base64::{Engine as _, engine::general_purpose::STANDARD};
@@ -102,9 +144,10 @@ impl Remote {
                 .header("content-digest", &digest)
                 .body(bytes.clone())
         };
-        let about_part = |exit: Exit| {
-            let message = format!("{part} {}: {}", file.path.display(), exit.message);
-            Exit { message, ..exit }
+        // Who may not come in, or meets nobody, does not for any file.
+        let about_part = |exit: Exit| match exit.code {
+            INPUT_REFUSED => Exit { message: format!("{part} {}: {}", file.path.display(), exit.message), ..exit },
+            _ => exit,
         };
         let answer = self.send(request).await.map_err(about_part)?;
         self.text(json_of(answer).await?, "id")
@@ -161,7 +204,7 @@ impl Remote {
     }
 
     pub(super) fn unreachable(&self, error: &reqwest::Error) -> Exit {
-        let cause = std::error::Error::source(error).map_or_else(|| error.to_string(), ToString::to_string);
+        let cause = cause(error);
         let message = format!("the service at {} does not answer: {cause}", self.url);
         Exit::new(FAILED, message, "is it running? --service or RETARGETD_URL says where it is")
     }
@@ -173,6 +216,11 @@ impl Remote {
             Exit::new(FAILED, message, "is this a retargetd service, and of a version that this one knows?")
         })
     }
+}
+
+/// The last of the reasons, which is the one that somebody can do something about.
+fn cause(error: &dyn std::error::Error) -> String {
+    error.source().map_or_else(|| error.to_string(), cause)
 }
 
 /// The SHA-256 of bytes, in hexadecimal.
@@ -217,8 +265,10 @@ pub(super) fn exit_of(problem: &Value, subject: &str) -> Exit {
         Some(400 | 404 | 410 | 413 | 415 | 422) => INPUT_REFUSED,
         _ => FAILED,
     };
-    let subject = [subject, text("part"), text("place")].into_iter().filter(|text| !text.is_empty());
-    let message = format!("{}: {}", subject.collect::<Vec<_>>().join(": "), text("detail"));
+    // The sentence may begin with the place already.
+    let place = Some(text("place")).filter(|place| !text("detail").starts_with(place)).unwrap_or_default();
+    let subject = [subject, text("part"), place].into_iter().filter(|text| !text.is_empty());
+    let message = subject.chain([text("detail")]).collect::<Vec<_>>().join(": ");
     let hint = match problem["status"].as_u64() {
         Some(401) => "put a key into the environment variable RETARGETD_KEY",
         _ => text("hint"),

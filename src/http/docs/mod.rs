@@ -1,10 +1,11 @@
 //! What the service serves of its documentation: the documents, the OpenAPI document made from the routes, and its explorer.
 
+mod contract;
 mod documents;
 mod markdown;
 mod operations;
 
-use std::sync::OnceLock;
+use std::{collections::BTreeMap, sync::OnceLock};
 
 use axum::{
     Router,
@@ -12,7 +13,8 @@ use axum::{
     response::{Html, IntoResponse, Response},
     routing::get,
 };
-use utoipa::{OpenApi, openapi::OpenApi as Document};
+use serde_json::Value;
+use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
@@ -74,11 +76,26 @@ pub(super) fn documented_routes() -> OpenApiRouter<ApiState> {
 
 /// The OpenAPI document of the service.
 #[must_use]
-pub fn openapi_document() -> Document {
+pub fn openapi_document() -> Value {
     let mut document = documented_routes().into_openapi();
     operations::tell_who_may_come_in(&mut document);
     operations::tell_what_leads_where(&mut document);
-    document
+    contract::of(&document)
+}
+
+/// The methods of a documented route, as they are told; nothing where it is none.
+pub(super) fn methods_of(route: &str) -> &'static str {
+    static METHODS: OnceLock<BTreeMap<String, String>> = OnceLock::new();
+    let methods = METHODS.get_or_init(|| {
+        let document = openapi_document();
+        let paths = document["paths"].as_object().into_iter().flatten();
+        let told = |(path, item): (&String, &Value)| {
+            let methods = item.as_object().into_iter().flat_map(|item| item.keys().map(|name| name.to_uppercase()));
+            (path.clone(), methods.collect::<Vec<_>>().join(", "))
+        };
+        paths.map(told).collect()
+    });
+    methods.get(route).map_or("", String::as_str)
 }
 
 /// The documents, the OpenAPI document and its explorer. Everything that the pages need is in the binary.
@@ -144,6 +161,6 @@ fn with_anchors(page: String) -> String {
 
 async fn document() -> Response {
     static TEXT: OnceLock<String> = OnceLock::new();
-    let text = TEXT.get_or_init(|| openapi_document().to_pretty_json().unwrap_or_default());
+    let text = TEXT.get_or_init(|| format!("{:#}", openapi_document()));
     json_text(text.clone())
 }

@@ -1,11 +1,13 @@
 //! What happens around every request: ids, log lines, metrics, spans, headers, lingering, and writing problems.
 
 mod admission;
+mod compress;
 mod cors;
 mod headers;
 mod linger;
 mod observe;
 mod problems;
+mod refused;
 mod request_id;
 mod trace;
 
@@ -35,8 +37,11 @@ pub(super) fn wrap(router: Router<ApiState>, state: &ApiState) -> Router<ApiStat
         .layer(middleware::from_fn_with_state(state.clone(), trace::trace))
         .layer(middleware::from_fn_with_state(state.clone(), auth::authenticate))
         .layer(middleware::from_fn_with_state(state.clone(), admission::bound_concurrency))
+        .layer(middleware::from_fn(refused::refuse_what_nobody_understands))
         .layer(middleware::from_fn_with_state(state.clone(), linger::linger))
         .layer(middleware::from_fn(problems::write_problem))
+        .layer(compress::layer())
+        .layer(middleware::from_fn(compress::weaken_tags))
         .layer(middleware::from_fn(observe::observe))
         .layer(middleware::from_fn(headers::add_security_headers));
     let origins = &state.settings.cors_origins;

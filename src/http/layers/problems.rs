@@ -2,26 +2,28 @@
 
 use axum::{
     Json,
-    extract::Request,
+    extract::{MatchedPath, Request},
     http::{HeaderValue, StatusCode, header},
     middleware::Next,
     response::{IntoResponse, Response},
 };
 
 use super::RequestId;
-use crate::http::{code::Code, problem::Problem};
+use crate::http::{code::Code, docs::methods_of, problem::Problem};
 
 const MEDIA_TYPE: HeaderValue = HeaderValue::from_static("application/problem+json");
 
 pub(super) async fn write_problem(request: Request, next: Next) -> Response {
     let path = request.uri().path().to_owned();
     let request_id = request.extensions().get::<RequestId>().cloned();
+    let route = request.extensions().get::<MatchedPath>().cloned();
     let mut response = next.run(request).await;
     let problem = match response.extensions_mut().remove::<Box<Problem>>() {
         Some(problem) => *problem,
         None if needs_problem(&response) => of_status(response.status()),
         None => return response,
     };
+    let problem = with_methods(problem, route.as_ref());
     let view = problem.view(&path, request_id.as_ref().map_or("", RequestId::as_str));
     let mut written = (problem.code.status(), Json(view)).into_response();
     for (name, value) in response.headers().iter().filter(|(name, _)| is_kept(name)) {
@@ -29,6 +31,15 @@ pub(super) async fn write_problem(request: Request, next: Next) -> Response {
     }
     written.headers_mut().insert(header::CONTENT_TYPE, MEDIA_TYPE);
     written
+}
+
+/// The methods of the route stand in the header `Allow`, which is written behind this layer, and are told to people here.
+fn with_methods(problem: Problem, route: Option<&MatchedPath>) -> Problem {
+    let methods = route.filter(|_| problem.code == Code::MethodNotAllowed).map(|route| methods_of(route.as_str()));
+    match methods {
+        Some(methods) if !methods.is_empty() => problem.with_hint(format!("this route takes {methods}")),
+        _ => problem,
+    }
 }
 
 fn is_kept(name: &header::HeaderName) -> bool {

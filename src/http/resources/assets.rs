@@ -25,12 +25,13 @@ use crate::{
         upload::{BodyReader, clean_name},
         views::{AssetPageView, AssetView},
     },
-    jobs::{AssetId, Assets, Jobs, NewFetch},
+    jobs::{AssetId, AssetRecord, Assets, Jobs, NewFetch},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
     OpenApiRouter::new()
         .routes(routes!(create, list))
+        .routes(routes!(fetch))
         .routes(routes!(show, delete))
         .routes(routes!(content))
         .routes(routes!(skeleton))
@@ -71,12 +72,12 @@ impl NewAssetByUrl {
 
 /// Uploads a file.
 ///
-/// The body is the file itself; or, where the operator allows it, JSON with a URL that the service fetches it from. The same bytes of the same format are kept once: uploading them again gives the asset that
-/// is there, kept for longer.
+/// The body is the file itself. The same bytes of the same format under the same name are kept once: uploading them again gives the asset
+/// that is there, kept for longer. Where the operator allows it, `POST /v1/assets/by-url` fetches a file instead; its JSON is understood
+/// here too.
 #[utoipa::path(post, path = "/v1/assets", operation_id = "upload_asset", tag = "assets", params(CreateQuery,
     ("Content-Digest" = Option<String>, Header, description = "`sha-256=:…:` of the body; checked")),
-    request_body(description = "the file, or where it is", content(
-        (String = "application/octet-stream"), (NewAssetByUrl = "application/json"))),
+    request_body(description = "the file", content = String, content_type = "application/octet-stream"),
     responses((status = 201, body = AssetView, description = "kept", headers(("Location" = String))),
         (status = 200, body = AssetView, description = "these bytes are here already"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
@@ -92,9 +93,32 @@ async fn create(
     } else {
         BodyReader::new(request, &state.settings).asset(&state.assets, &owner, &query.filename).await?
     };
+    Ok(kept(asset, is_new))
+}
+
+/// An asset that was asked to be kept.
+fn kept(asset: AssetRecord, is_new: bool) -> Response {
     let status = if is_new { StatusCode::CREATED } else { StatusCode::OK };
     let location = [(header::LOCATION, ascii(format!("/v1/assets/{}", asset.id)))];
-    Ok((status, location, Json(AssetView::from(asset))).into_response())
+    (status, location, Json(AssetView::from(asset))).into_response()
+}
+
+/// Fetches a file from a URL.
+///
+/// Where the operator allows it (`--url-input on`): under the limits of uploads, from public addresses alone, over up to three redirects.
+#[utoipa::path(post, path = "/v1/assets/by-url", operation_id = "fetch_asset", tag = "assets", params(CreateQuery),
+    request_body(description = "where the file is", content = NewAssetByUrl),
+    responses((status = 201, body = AssetView, description = "kept", headers(("Location" = String))),
+        (status = 200, body = AssetView, description = "these bytes are here already"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn fetch(
+    State(state): State<ApiState>,
+    Caller(owner): Caller,
+    QueryOf(query): QueryOf<CreateQuery>,
+    JsonBody(body): JsonBody<NewAssetByUrl>,
+) -> Result<Response, Problem> {
+    let (asset, is_new) = state.assets.fetch(&owner, body.read(clean_name(&query.filename))?).await?;
+    Ok(kept(asset, is_new))
 }
 
 /// Lists uploaded files, newest first.
@@ -108,7 +132,7 @@ async fn list(
     QueryOf(query): QueryOf<PageQuery>,
 ) -> Result<Json<AssetPageView>, Problem> {
     let before = page::read_cursor(query.cursor.as_deref(), "", |text| AssetId::parse(text).ok())?;
-    let found = assets.list(&owner, before.as_ref(), page::items(query.limit, settings.max_page_items)).await?;
+    let found = assets.list(&owner, before.as_ref(), page::items(query.limit, settings.max_page_items)?).await?;
     let next_cursor = page::next_cursor(&found, "", |asset| asset.id.to_string());
     let items = found.items.into_iter().map(AssetView::from).collect();
     Ok(Json(AssetPageView { items, next_cursor }))

@@ -21,7 +21,7 @@ use crate::{
         auth::Caller,
         caching,
         download::{ascii, disposition},
-        extract::{Id, JsonBody, QueryOf, known_job_state},
+        extract::{Id, JsonBody, QueryOf, known_job_state, known_verdict},
         idempotency::{IdempotencyKey, replayed},
         page::{self, PageQuery},
         prefer::Prefer,
@@ -215,6 +215,17 @@ struct BatchCheckView {
     bad_items: Vec<BadItemView>,
 }
 
+/// What asking for a batch is answered with: generated clients have one type for it, whatever the status.
+#[derive(ToSchema)]
+#[serde(untagged)]
+#[allow(dead_code, reason = "only its schema is used: each answer is written by itself")]
+enum BatchOrCheck {
+    /// The batch.
+    Batch(Box<BatchView>),
+    /// With `validate_only`.
+    Check(BatchCheckView),
+}
+
 /// An item that cannot be run.
 #[derive(Debug, Serialize, ToSchema)]
 #[schema(as = BadItem)]
@@ -258,7 +269,7 @@ fn shown(batch: BatchSnapshot, status: StatusCode) -> Response {
         ("Cache-Control" = Option<String>, Header, description = "`no-cache` to have everything computed although the results are there")),
     request_body(description = "the batch", content = NewBatchBody),
     responses((status = 202, body = BatchView, description = "taken on", headers(("Location" = String), ("Retry-After" = u32))),
-        (status = 200, body = BatchCheckView, description = "with `validate_only`: what could not be run"),
+        (status = 200, body = BatchOrCheck, description = "with `validate_only`: what could not be run"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn create(
     State(state): State<ApiState>,
@@ -303,7 +314,7 @@ async fn list(
 ) -> Result<Json<BatchPageView>, Problem> {
     const WORDS: &str = "batches";
     let before = page::read_cursor(query.cursor.as_deref(), WORDS, |text| BatchId::parse(text).ok())?;
-    let found = jobs.batches(&owner, before.as_ref(), page::items(query.limit, settings.max_page_items)).await?;
+    let found = jobs.batches(&owner, before.as_ref(), page::items(query.limit, settings.max_page_items)?).await?;
     let next_cursor = page::next_cursor(&found, WORDS, |batch| batch.record.id.to_string());
     let items = found.items.into_iter().map(BatchView::from).collect();
     Ok(Json(BatchPageView { items, next_cursor }))
@@ -337,8 +348,10 @@ struct JobsQuery {
     /// Only jobs in this state.
     #[param(example = "failed")]
     state: Option<String>,
+    /// Only jobs whose report says so of the result: `pass`, `warn`, `fail` or `not_applicable`.
+    verdict: Option<String>,
     /// Entries of the page; cut down to the limit `page_items`.
-    #[param(format = Int64, maximum = 4_294_967_295_u32)]
+    #[param(format = Int64, minimum = 1, maximum = 4_294_967_295_u32)]
     limit: Option<u32>,
     /// `next_cursor` of the page before.
     cursor: Option<String>,
@@ -358,11 +371,11 @@ async fn jobs_of(
     Id(id): Id<BatchId>,
     QueryOf(query): QueryOf<JobsQuery>,
 ) -> Result<Json<JobPageView>, Problem> {
-    let state = known_job_state(query.state.as_deref())?;
-    let words = serde_json::json!([id.as_str(), query.state]).to_string();
+    let filter = (known_job_state(query.state.as_deref())?, known_verdict(query.verdict.as_deref())?);
+    let words = serde_json::json!([id.as_str(), query.state, query.verdict]).to_string();
     let after = page::read_cursor(query.cursor.as_deref(), &words, |text| text.parse::<u32>().ok().map(u64::from))?;
-    let most = page::items(query.limit, settings.max_page_items);
-    let found = jobs.batch_jobs(&owner, &id, state, after, most).await?;
+    let most = page::items(query.limit, settings.max_page_items)?;
+    let found = jobs.batch_jobs(&owner, &id, filter, after, most).await?;
     let next_cursor = page::next_cursor(&found, &words, |job| {
         job.record.batch.as_ref().map_or_else(String::new, |place| place.item.to_string())
     });

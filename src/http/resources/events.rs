@@ -3,6 +3,7 @@
 use std::{convert::Infallible, time::Duration};
 
 use axum::{
+    Json,
     extract::State,
     http::{HeaderMap, HeaderName, HeaderValue, StatusCode},
     response::{
@@ -18,17 +19,17 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use crate::{
     http::{
         ApiState,
-        auth::Caller,
+        auth::{Caller, shown_key},
         code::Code,
         extract::{self, Id},
         problem::{Problem, ProblemView},
         views::ProgressView,
     },
-    jobs::{EventRecord, EventStream, Followed, JobId, Principal, Told},
+    jobs::{EventRecord, EventStream, Followed, JobId, Principal, StreamToken, Told},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
-    OpenApiRouter::new().routes(routes!(of_everything)).routes(routes!(of_job))
+    OpenApiRouter::new().routes(routes!(of_everything)).routes(routes!(of_job)).routes(routes!(make_token))
 }
 
 /// How long a caller shall wait before coming again when the connection breaks.
@@ -53,6 +54,12 @@ pub(in crate::http) struct JobEventView {
     /// The state that it came into.
     #[schema(example = "succeeded")]
     state: &'static str,
+    /// The batch that the job was asked for with.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    batch: Option<String>,
+    /// Which item of the batch it is for, from 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    batch_item: Option<u64>,
     /// What the report says of the result: `pass`, `warn`, `fail` or `not_applicable`. Only of a job that has succeeded.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false, example = "pass")]
@@ -61,13 +68,16 @@ pub(in crate::http) struct JobEventView {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     verdict_reason: Option<String>,
+    /// The share of the target's body that is driven, from 0 to 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    coverage: Option<f64>,
     /// Where the job is.
     href: String,
 }
 
 impl From<EventRecord> for JobEventView {
     fn from(event: EventRecord) -> Self {
-        let EventRecord { number, job, state, created_at, judgment } = event;
+        let EventRecord { number, job, state, created_at, batch, judgment } = event;
         Self {
             kind: format!("job.{}", state.name()),
             number,
@@ -75,6 +85,9 @@ impl From<EventRecord> for JobEventView {
             href: format!("/v1/jobs/{job}"),
             job: job.to_string(),
             state: state.name(),
+            batch: batch.as_ref().map(|place| place.batch.to_string()),
+            batch_item: batch.map(|place| place.item),
+            coverage: judgment.as_ref().and_then(|judgment| judgment.coverage),
             verdict: judgment.as_ref().map(|judgment| judgment.verdict.name()),
             verdict_reason: judgment.map(|judgment| judgment.reason),
         }
@@ -115,7 +128,8 @@ struct ServerSentEvent {
 /// `unavailable`) and is to be taken up again. Events are kept for the limit `event_retention`; a principal has as many streams at a
 /// time as the limit `event_streams` allows.
 #[utoipa::path(get, path = "/v1/events", operation_id = "follow_everything", tag = "events",
-    params(("Last-Event-ID" = Option<String>, Header, description = "the `id` of the last event that was heard")),
+    params(("token" = Option<String>, Query, description = "of `POST /v1/stream-tokens`, where no header can be sent"),
+        ("Last-Event-ID" = Option<String>, Header, description = "the `id` of the last event that was heard")),
     responses((status = 200, body = ServerSentEvent, content_type = "text/event-stream", description = "the events, one after another"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn of_everything(
@@ -133,6 +147,7 @@ async fn of_everything(
 /// asks again gets 204, at which browsers stop asking.
 #[utoipa::path(get, path = "/v1/jobs/{id}/events", operation_id = "follow_job", tag = "events",
     params(("id" = String, Path, description = "the job"),
+        ("token" = Option<String>, Query, description = "of `POST /v1/stream-tokens`, where no header can be sent"),
         ("Last-Event-ID" = Option<String>, Header, description = "the `id` of the last event that was heard")),
     responses((status = 200, body = ServerSentEvent, content_type = "text/event-stream", description = "the events, one after another"),
         (status = 204, description = "the job has ended, and the caller knows"),
@@ -144,6 +159,36 @@ async fn of_job(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     answer(&state, &owner, Followed::Job(id), &headers).await
+}
+
+/// What opens an event stream for a minute.
+#[derive(Debug, Serialize, ToSchema)]
+#[schema(as = StreamToken)]
+struct StreamTokenView {
+    /// To be given as `token` in the address of a stream: `/v1/events?token=…`. Streams that it has opened go on when it ends.
+    #[schema(example = "rts_01j9z3k8m0q4r6t8v0x2y4a6c8_1790000000000_…")]
+    token: String,
+    /// When it opens nothing any more.
+    #[schema(format = DateTime)]
+    expires_at: String,
+}
+
+/// Makes a token that opens event streams.
+///
+/// For browsers, whose `EventSource` sends no header: whoever holds the key asks for a token, and the page opens
+/// `/v1/events?token=…` or `/v1/jobs/{id}/events?token=…` with it within a minute. It allows what the key allows of streams, and ends with it.
+/// Where nobody has to show a key, streams open without one.
+#[utoipa::path(post, path = "/v1/stream-tokens", operation_id = "create_stream_token", tag = "events",
+    responses((status = 201, body = StreamTokenView, description = "made"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn make_token(State(state): State<ApiState>, headers: HeaderMap) -> Result<Response, Problem> {
+    let key = shown_key(&state, &headers).await?.ok_or_else(|| {
+        Problem::new(Code::Forbidden, "tokens for event streams are made with a key, and the request has none")
+            .with_hint("where nobody has to show a key, open the stream without a token; send identity tokens in the header 'Authorization'")
+    })?;
+    let StreamToken { text, expires_at } = state.keys.stream_token(&key);
+    let view = StreamTokenView { token: text.reveal().to_owned(), expires_at: expires_at.to_string() };
+    Ok((StatusCode::CREATED, Json(view)).into_response())
 }
 
 async fn answer(

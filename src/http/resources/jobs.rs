@@ -25,7 +25,7 @@ use crate::{
         accepted::accepted,
         auth::Caller,
         caching,
-        extract::{self, Id, JsonBody, QueryOf, known, known_job_state, unusable},
+        extract::{self, Id, JsonBody, QueryOf, known, known_job_state, known_verdict, unusable},
         idempotency::{IdempotencyKey, replayed},
         json_text, negotiate, page, page_text,
         prefer::Prefer,
@@ -33,7 +33,7 @@ use crate::{
         quota, upload,
         views::{JobPageView, JobView},
     },
-    jobs::{JobFilter, JobId, JobKind, JobVerdict, Jobs, NewJob, Pictured, Principal, Submitted},
+    jobs::{JobFilter, JobId, JobKind, Jobs, NewJob, Pictured, Principal, Submitted},
     report::{Illustration, report_page},
 };
 
@@ -58,8 +58,7 @@ pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
     request_body(description = "the job", content(
         (NewJobBody = "application/json"), (super::retarget::RetargetForm = "multipart/form-data"))),
     responses((status = 202, body = JobView, description = "taken on", headers(("Location" = String), ("Retry-After" = u32))),
-        (status = 200, description = "ended within the wait; with `validate_only`, what the job would do", content(
-            (JobView = "application/json"), (ProposalView = "application/json"))),
+        (status = 200, body = EndedOrChecked, description = "ended within the wait; with `validate_only`, what the job would do"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn create(
     State(state): State<ApiState>,
@@ -84,6 +83,17 @@ async fn create(
     response.headers_mut().extend(prefer.applied(longest).into_iter().chain(replayed(is_repeated)));
     response.headers_mut().extend(quota::headers(quota));
     Ok(response)
+}
+
+/// A job that has ended, or what a job would do.
+#[derive(ToSchema)]
+#[serde(untagged)]
+#[allow(dead_code, reason = "only its schema is used: each answer is written by itself")]
+enum EndedOrChecked {
+    /// The job.
+    Job(Box<JobView>),
+    /// With `validate_only`.
+    Proposal(Box<ProposalView>),
 }
 
 /// What is to be done with a job that somebody describes.
@@ -131,7 +141,7 @@ struct ListQuery {
     #[param(example = "2026-11-22T08:00:00Z")]
     since: Option<String>,
     /// Entries of the page; cut down to the limit `page_items`.
-    #[param(format = Int64, maximum = 4_294_967_295_u32)]
+    #[param(format = Int64, minimum = 1, maximum = 4_294_967_295_u32)]
     limit: Option<u32>,
     /// `next_cursor` of the page before.
     cursor: Option<String>,
@@ -149,7 +159,7 @@ async fn list(
 ) -> Result<Json<JobPageView>, Problem> {
     let (filter, words) = (query.filter()?, query.words());
     let before = page::read_cursor(query.cursor.as_deref(), &words, |text| JobId::parse(text).ok())?;
-    let found = jobs.list(&owner, &filter, before.as_ref(), page::items(query.limit, settings.max_page_items)).await?;
+    let found = jobs.list(&owner, &filter, before.as_ref(), page::items(query.limit, settings.max_page_items)?).await?;
     let next_cursor = page::next_cursor(&found, &words, |job| job.record.id.to_string());
     let items = found.items.into_iter().map(JobView::from).collect();
     Ok(Json(JobPageView { items, next_cursor }))
@@ -174,9 +184,7 @@ impl ListQuery {
             kind: known("kind", self.kind.as_deref(), JobKind::from_name, || {
                 JobKind::ALL.map(JobKind::name).join(", ")
             })?,
-            verdict: known("verdict", self.verdict.as_deref(), JobVerdict::from_name, || {
-                JobVerdict::ALL.map(JobVerdict::name).join(", ")
-            })?,
+            verdict: known_verdict(self.verdict.as_deref())?,
             label: label.transpose()?.map(|(name, text)| (name.to_owned(), text.to_owned())),
             since: since.transpose()?,
         })

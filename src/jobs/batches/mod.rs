@@ -65,7 +65,8 @@ impl BatchSnapshot {
             (0, 0, 0) if count(JobState::Canceled) > 0 => JobState::Canceled,
             (0, 0, 0) => JobState::Succeeded,
             (0, 0, _) => JobState::Canceling,
-            (_, 0, 0) if self.ended() == 0 => JobState::Queued,
+            // An item that could not be run has failed without any job having started.
+            (_, 0, 0) if self.ended() == 0 || self.progress.started_at.is_none() => JobState::Queued,
             _ => JobState::Running,
         }
     }
@@ -105,8 +106,8 @@ impl Jobs {
         Ok(Page { items: page.items.into_iter().map(snapshot).collect(), has_more: page.has_more })
     }
 
-    /// Up to `most` jobs of a batch in the order of its items, behind item `after`: the newest of each item, and only those in `state`
-    /// where that is given.
+    /// Up to `most` jobs of a batch in the order of its items, behind item `after`: the newest of each item, and only those in the state
+    /// and with the verdict that are given.
     ///
     /// # Errors
     /// When its owner has no such batch.
@@ -114,12 +115,12 @@ impl Jobs {
         &self,
         owner: &Principal,
         id: &BatchId,
-        state: Option<JobState>,
+        filter: (Option<JobState>, Option<JobVerdict>),
         after: Option<u64>,
         most: usize,
     ) -> Result<Page<JobSnapshot>, Refusal> {
         self.batch(owner, id).await?;
-        self.snapshots(self.0.store.records().batch_jobs(id, state, after, most).await?).await
+        self.snapshots(self.0.store.records().batch_jobs(id, filter, after, most).await?).await
     }
 
     /// The batch when all its jobs have ended, or as it is when `longest` is over or the service is going down.

@@ -17,7 +17,7 @@ use crate::{
     jobs::{
         Asked, Engine, JobQuota, Jobs, NewJob, Refusal, failure, hexadecimal,
         looks::Look,
-        memory, similar_names,
+        memory, result_names, similar_names,
         submission::{Known, Wanted, check_inputs, said_bytes, suspect_digest, text_bytes},
     },
     store::{
@@ -120,7 +120,8 @@ impl Jobs {
             return Err(Refusal::Draining);
         }
         for _ in 0..MOST_TRIES {
-            let items = self.look_up(owner, new.items.clone()).await?;
+            let mut items = self.look_up(owner, new.items.clone()).await?;
+            result_names::tell_apart(items.iter_mut().map(|item| &mut item.wanted.request));
             let bad = items.iter().zip(0..).find_map(|(item, number)| Some((number, item.failure.clone()?)));
             if let Some((item, failure)) = bad.as_ref().filter(|_| new.is_atomic) {
                 return Err(Refusal::BadItem { item: *item, failure: Box::new(failure.clone()) });
@@ -197,9 +198,11 @@ impl Jobs {
             let (numbers, older): (Vec<u64>, Vec<JobId>) =
                 failed.iter().filter_map(|job| Some((job.batch.as_ref()?.item, job.id.clone()))).unzip();
             // Looked up as if they came for the first time: files and presets may be there by now, or no longer.
+            let names: Vec<Option<String>> = failed.iter().map(|job| job.request.result_name.clone()).collect();
             let mut items = self.look_up(owner, failed.into_iter().map(asked_before).collect()).await?;
-            for (item, older) in items.iter_mut().zip(older) {
+            for ((item, older), name) in items.iter_mut().zip(older).zip(names) {
                 item.wanted.retry_of = Some(older);
+                item.wanted.request.result_name = name;
             }
             let jobs = self.records_of(id, numbers.into_iter().zip(items), false);
             let waiting = waiting(&jobs);
@@ -382,6 +385,7 @@ fn as_asked(known: &Known, owner: &Principal, new: &NewJob) -> Result<Wanted, Re
         labels: new.labels.clone(),
         preset: new.preset.clone().map(|name| VersionedName { name, version: 0 }),
         rigs: Vec::new(),
+        result_name: None,
         skip_cache: new.skip_cache,
         webhook: new.webhook.clone(),
     };

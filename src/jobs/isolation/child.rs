@@ -45,6 +45,9 @@ struct Sent {
 /// # Errors
 /// When the process cannot be bounded, or nobody hears its answers.
 pub fn serve(bounds: &Bounds) -> io::Result<()> {
+    // It is started as /proc/self/exe, which lists of processes would show as `exe`. One without a name still works.
+    #[cfg(target_os = "linux")]
+    let _ = rustix::thread::set_name(c"retargetd-work");
     signals::leave_to_parent()?;
     limits::at_start(bounds)?;
     // Before there is another thread: each has its own.

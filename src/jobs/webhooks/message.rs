@@ -55,6 +55,9 @@ fn job_data(record: &JobRecord, results: &[ResultRecord]) -> Value {
             data[name] = time.to_string().into();
         }
     }
+    if let Some(place) = &record.batch {
+        (data["batch"], data["batch_item"]) = (place.batch.to_string().into(), place.item.into());
+    }
     if let Some(before) = &record.retry_of {
         data["retry_of"] = before.to_string().into();
     }

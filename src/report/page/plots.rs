@@ -66,7 +66,9 @@ pub(super) fn all(page: &mut String, measures: &Measures) {
         Plot { name: "slide_speed", title: "Slide of feet while the source's stand", level: None },
     ];
     for plot in plots {
-        let Some(curves) = measures.curves.get(plot.name).filter(|curves| !curves.parts.is_empty()) else { continue };
+        // Where nothing applies there are curves without a single value.
+        let has_values = |curves: &&Curves| curves.parts.values().flatten().any(Option::is_some);
+        let Some(curves) = measures.curves.get(plot.name).filter(has_values) else { continue };
         section(page, plot.title, draw(WIDTH, HEIGHT, |area| plot.draw(area, curves)));
         legend(page, curves.parts.keys());
     }
@@ -148,6 +150,8 @@ fn chart<'a>(
 ) -> Result<Chart<'a>, DrawingAreaErrorKind<std::io::Error>> {
     let mut chart = ChartBuilder::on(area)
         .margin(6)
+        // Half of the last label stands behind the end of the axis.
+        .margin_right(24)
         .x_label_area_size(AXIS - 6)
         .y_label_area_size(60)
         .build_cartesian_2d(across, up)?;
@@ -213,6 +217,7 @@ fn contacts(page: &mut String, measures: &Measures) {
     let svg = draw(WIDTH, height, |area| {
         let mut chart = ChartBuilder::on(area)
             .margin(6)
+            .margin_right(24)
             .x_label_area_size(AXIS - 6)
             .y_label_area_size(60)
             .build_cartesian_2d(span(&[first, last]), 0.0..rows.len() as f64)?;

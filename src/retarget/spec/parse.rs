@@ -10,6 +10,7 @@ use super::{
     joint_table::{is_table, read_table},
     spec_schema,
 };
+use crate::model::no_json;
 use crate::rig::deserialize::kind_of;
 use crate::{
     retarget::ops::{Op, PelvisScale},
@@ -116,7 +117,8 @@ pub fn parse_document(bytes: &[u8]) -> Result<Value, SpecError> {
         return Ok(Value::Object(serde_json::Map::new()));
     }
     if text.starts_with(['{', '[']) {
-        return serde_json::from_str(text).map_err(|error| malformed(format!("the config is not JSON: {error}")));
+        return serde_json::from_str(text)
+            .map_err(|error| malformed(format!("the config is not JSON: {}", no_json(&error))));
     }
     if is_bmap(text) {
         return read_bmap(text);

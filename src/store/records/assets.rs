@@ -31,7 +31,8 @@ pub(super) async fn insert(
     assets: &[AssetRecord],
 ) -> Result<Vec<(AssetRecord, bool)>, StoreError> {
     let query = "INSERT INTO assets (id, sha256, bytes, format, file_name, created_at, expires_at, principal) \
-                 VALUES ($1, $2, $3, $4, $5, $6, $7, $8) ON CONFLICT (principal, sha256, format) DO UPDATE SET expires_at = \
+                 VALUES ($1, $2, $3, $4, $5, $6, $7, $8) ON CONFLICT (principal, sha256, format) DO UPDATE SET \
+                 file_name = CASE WHEN excluded.file_name <> '' THEN excluded.file_name ELSE assets.file_name END, expires_at = \
                  CASE WHEN assets.expires_at > excluded.expires_at THEN assets.expires_at ELSE excluded.expires_at END \
                  RETURNING *";
     // Two callers with the same files wait for one another, and never for each other.

@@ -172,14 +172,15 @@ impl Records {
     pub async fn batch_jobs(
         &self,
         id: &BatchId,
-        state: Option<JobState>,
+        (state, verdict): (Option<JobState>, Option<JobVerdict>),
         after: Option<u64>,
         most: usize,
     ) -> Result<Page<JobRecord>, StoreError> {
-        // A name of a closed list, never what a caller sent.
+        // Names of closed lists, never what a caller sent.
         let in_state = state.map_or_else(String::new, |state| format!("AND state = '{}'", state.name()));
+        let judged = verdict.map_or_else(String::new, |verdict| format!("AND verdict = '{}'", verdict.name()));
         let query = ours(format!(
-            "SELECT {COLUMNS} FROM jobs WHERE batch_id = $1 AND is_superseded = 0 {in_state} \
+            "SELECT {COLUMNS} FROM jobs WHERE batch_id = $1 AND is_superseded = 0 {in_state} {judged} \
              AND batch_item > $2 ORDER BY batch_item LIMIT $3"
         ));
         let query = sqlx::query(query).bind(id.as_str()).bind(after.map_or(-1, signed)).bind(signed(most as u64 + 1));

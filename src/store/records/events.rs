@@ -6,7 +6,10 @@
 use jiff::Timestamp;
 use sqlx::{Row, any::AnyRow};
 
-use super::{JobState, Judgment, Records, count, database::ours, read_id, signed, sweep::STEP, time, verdict};
+use super::{
+    BatchPlace, JobState, Judgment, Records, count, database::ours, jobs::batch_place, read_id, signed, sweep::STEP,
+    time, verdict,
+};
 use crate::store::{JobId, Principal, StoreError};
 
 /// A job came into a state.
@@ -20,6 +23,8 @@ pub struct EventRecord {
     pub state: JobState,
     /// When.
     pub created_at: Timestamp,
+    /// The batch that the job was asked for with, and which item of it, where its record is there.
+    pub batch: Option<BatchPlace>,
     /// What the report says of the result, where the job has succeeded, its result was measured and its record is there.
     pub judgment: Option<Judgment>,
 }
@@ -34,20 +39,23 @@ pub struct EventReach {
 }
 
 /// Events, each with what the report of its job says.
-const SELECTED: &str = "SELECT number, job_id, events.state, events.created_at, verdict, verdict_reason, coverage FROM events \
-                        LEFT JOIN jobs ON jobs.id = job_id AND events.state = 'succeeded'";
+const SELECTED: &str = "SELECT number, job_id, events.state, events.created_at, batch_id, batch_item, verdict, verdict_reason, coverage \
+                        FROM events LEFT JOIN jobs ON jobs.id = job_id";
 
 fn read(row: &AnyRow) -> Result<EventRecord, StoreError> {
     let (number, state): (u64, String) = (count(row, "number")?, row.try_get("state")?);
+    let state = JobState::from_name(&state).ok_or_else(|| StoreError::Unreadable {
+        record: format!("event {number}"),
+        reason: format!("no state is called '{state}'"),
+    })?;
     Ok(EventRecord {
         number,
         job: read_id(row, "job_id", JobId::parse)?,
-        state: JobState::from_name(&state).ok_or_else(|| StoreError::Unreadable {
-            record: format!("event {number}"),
-            reason: format!("no state is called '{state}'"),
-        })?,
+        state,
         created_at: time(row, "created_at")?,
-        judgment: verdict::read(row)?,
+        batch: batch_place(row)?,
+        // The record may be further by now than the event; only the end of a job that succeeded has a verdict.
+        judgment: verdict::read(row)?.filter(|_| state == JobState::Succeeded),
     })
 }
 

@@ -221,7 +221,7 @@ mod shared_text {
 }
 
 /// What was asked for.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct JobRequest {
     /// What is to be done.
     #[serde(default)]
@@ -241,6 +241,9 @@ pub struct JobRequest {
     /// The rig templates of the user's own that it is recognised with.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rigs: Vec<VersionedName>,
+    /// What its results are called, without their endings, where that is not to follow from its files: in a batch, no two are the same.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub result_name: Option<String>,
     /// Whether it is to be run although its results may be there already.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub skip_cache: bool,

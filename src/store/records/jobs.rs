@@ -28,8 +28,6 @@ pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
     let progress: Option<String> = row.try_get("progress")?;
     let key: Option<String> = row.try_get("idempotency_key")?;
     let asked: Option<String> = row.try_get("asked_sha256")?;
-    let batch = optional_id(row, "batch_id", BatchId::parse).map_err(unreadable)?;
-    let item: Option<i64> = row.try_get("batch_item")?;
     let small = |column: &str| Ok::<_, StoreError>(u32::try_from(count(row, column)?).unwrap_or(u32::MAX));
     let mut request: JobRequest = from_json(row.try_get("request")?).map_err(unreadable)?;
     if request.task == JobTask::default() {
@@ -62,10 +60,21 @@ pub(super) fn read(row: &AnyRow) -> Result<JobRecord, StoreError> {
         progress: progress.map(|text| from_json(&text)).transpose().map_err(unreadable)?,
         cache_key: row.try_get("cache_key")?,
         cached_from: optional_id(row, "cached_from", JobId::parse).map_err(unreadable)?,
-        batch: batch.zip(item).map(|(batch, item)| BatchPlace { batch, item: u64::try_from(item).unwrap_or(0) }),
+        batch: batch_place(row)?,
         trace_context: row.try_get("trace_context")?,
         id,
     })
+}
+
+/// The batch of a job, and which item of it the job is for.
+pub(super) fn batch_place(row: &AnyRow) -> Result<Option<BatchPlace>, StoreError> {
+    let (id, item): (Option<String>, Option<i64>) = (row.try_get("batch_id")?, row.try_get("batch_item")?);
+    let unreadable = |id: &str, reason: String| StoreError::Unreadable { record: id.to_owned(), reason };
+    let place = id.zip(item).map(|(id, item)| {
+        let batch = BatchId::parse(&id).map_err(|error| unreadable(&id, error.to_string()))?;
+        Ok(BatchPlace { batch, item: u64::try_from(item).unwrap_or(0) })
+    });
+    place.transpose()
 }
 
 fn optional_id<T>(

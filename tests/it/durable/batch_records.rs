@@ -81,7 +81,7 @@ pub(super) async fn a_batch_is_written_with_all_its_jobs_or_not_at_all(records: 
     assert_eq!(read, batch, "every field");
     assert!(records.batch(&principal("bob"), &batch.id).await.expect("reads").is_none(), "not his");
     assert_eq!(states(records, &batch).await, [(JobState::Queued, 250)], "all of them wait");
-    let page = records.batch_jobs(&batch.id, None, Some(199), 100).await.expect("lists");
+    let page = records.batch_jobs(&batch.id, (None, None), Some(199), 100).await.expect("lists");
     assert!(page.items == jobs[200..] && !page.has_more, "every field of every job, in the order of the items");
     let depth = records.queue_depth().await.expect("counts");
     assert_eq!((depth.jobs, depth.batch_jobs), (0, 250), "counted by themselves");
@@ -173,7 +173,7 @@ pub(super) async fn an_item_that_is_asked_for_again_counts_once(records: &Record
     let progress = records.batch_progress(&[&batch.id]).await.expect("counts").remove(&batch.id).expect("is there");
     assert_eq!(progress.jobs.into_iter().collect::<Vec<_>>(), [(JobState::Queued, 3)], "the newest of each");
     assert_eq!(progress.retried, 1, "and how often");
-    let first = records.batch_jobs(&batch.id, None, None, 1).await.expect("lists").items;
+    let first = records.batch_jobs(&batch.id, (None, None), None, 1).await.expect("lists").items;
     assert_eq!(first[0].id, again.id, "is what is listed");
 }
 

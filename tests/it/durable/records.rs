@@ -54,6 +54,7 @@ pub(super) fn job(input: &AssetRecord, priority: i32) -> JobRecord {
             labels: [("shot".to_owned(), "010 \u{0} ü".to_owned())].into(),
             preset: None,
             rigs: Vec::new(),
+            result_name: None,
             skip_cache: false,
             webhook: None,
         },

@@ -236,7 +236,7 @@ async fn ask_everything(records: &Records, jobs: usize, extent: usize) -> Times 
     times
         .ask("items of a batch", async |n| {
             let id = BatchId::parse(&format!("bat_{:026}", some(n) / 200)).expect("an id");
-            records.batch_jobs(&id, Some(JobState::Failed), None, 100).await.expect("lists");
+            records.batch_jobs(&id, (Some(JobState::Failed), None), None, 100).await.expect("lists");
         })
         .await;
     times

@@ -28,7 +28,7 @@ async fn text_of(request: RequestBuilder, member: &str) -> String {
 
 /// Every operation of the document, as (method, path).
 fn operations() -> Vec<(Method, String)> {
-    let document = serde_json::to_value(openapi_document()).expect("a document");
+    let document = openapi_document();
     let paths = document["paths"].as_object().expect("paths").clone();
     let methods = |(path, item): (String, Value)| {
         let names: Vec<String> = item.as_object().expect("operations").keys().cloned().collect();
@@ -226,4 +226,27 @@ async fn keys_are_made_listed_and_revoked_on_the_command_line() {
     assert_eq!(keys(&["create", "Studio 1"]).0, Some(2), "no such name");
     assert_eq!(keys(&["create", "studio", "--scope", "all"]).0, Some(2), "no such scope");
     assert_eq!(server.terminate(), Some(0), "SIGTERM ends it well");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_stream_opens_with_a_token_in_its_address() {
+    let service = guarded().await;
+    let key = service.key("studio", &[Scope::Read]).await;
+    let made = ask(&service, &key, Method::POST, "/v1/stream-tokens").send().await.expect("an answer");
+    assert_eq!(made.status(), StatusCode::CREATED, "for who may look");
+    let token = read(made).await["token"].as_str().expect("a token").to_owned();
+    let open = async |path: &str| {
+        let request = service.client.get(service.at(path)).timeout(Duration::from_secs(20));
+        request.send().await.expect("an answer")
+    };
+    let stream = open(&format!("/v1/events?token={token}")).await;
+    assert_eq!((stream.status(), header(&stream, "content-type")), (StatusCode::OK, "text/event-stream"), "opens");
+    drop(stream);
+    let job = open(&format!("/v1/jobs/job_00000000000000000000000000/events?token={token}")).await;
+    problem(job, 404, "not_found").await;
+    problem(open("/v1/events?token=rts_nothing").await, 401, "unauthenticated").await;
+    problem(open(&format!("/v1/jobs?token={token}")).await, 401, "unauthenticated").await;
+    let unknown = service.client.post(service.at("/v1/stream-tokens")).send().await.expect("an answer");
+    problem(unknown, 401, "unauthenticated").await;
+    service.stop().await;
 }

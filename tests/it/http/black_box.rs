@@ -49,7 +49,7 @@ async fn every_bad_request_has_its_own_code_and_the_service_goes_on() {
     problem(parts(&[("source", BVH)]).await.expect("an answer"), 422, "missing_part").await;
     let part = problem(parts(&[("source", BVH), ("taget", BVH)]).await.expect("an answer"), 422, "unknown_part").await;
     assert_eq!(part["errors"][0]["did_you_mean"][0], "target", "the nearest name: {part}");
-    problem(parts(&[("source", BVH), ("source", BVH)]).await.expect("an answer"), 422, "unknown_part").await;
+    problem(parts(&[("source", BVH), ("source", BVH)]).await.expect("an answer"), 422, "repeated_part").await;
     let nonsense = problem(parts(&[("source", "nonsense")]).await.expect("an answer"), 415, "unsupported_format").await;
     assert_eq!(nonsense["part"], "source", "which part: {nonsense}");
     let cut = "--b\r\ncontent-disposition: form-data; name=\"source\"; filename=\"a.bvh\"\r\n\r\nHIERARCHY";

@@ -12,23 +12,33 @@ fn committed(name: &str) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{} cannot be read: {error}", path.display()))
 }
 
+/// Compares a document with the committed one, or writes it with `RETARGETD_UPDATE=1`.
+#[expect(clippy::disallowed_methods, reason = "tests have no settings")]
+fn compare(made: &str, name: &str) {
+    if std::env::var_os("RETARGETD_UPDATE").is_some_and(|value| value == "1") {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("openapi").join(name);
+        std::fs::write(path, made).expect("the document can be written");
+    }
+    assert!(
+        made == committed(name),
+        "run 'RETARGETD_UPDATE=1 cargo it http::documents' and look at what changed in openapi/{name}"
+    );
+}
+
 #[test]
 fn the_committed_document_is_what_the_code_makes() {
-    let made = openapi_document().to_pretty_json().expect("JSON");
-    let is_same = made.trim() == committed("openapi.json").trim();
-    assert!(is_same, "run 'cargo run -- openapi > openapi/openapi.json' and look at what changed");
+    compare(&format!("{:#}\n", openapi_document()), "openapi.json");
 }
 
 #[test]
 fn the_committed_problems_are_those_of_the_code() {
-    let is_same = problems_page() == committed("problems.md");
-    assert!(is_same, "run 'cargo run -- openapi --problems > openapi/problems.md' and look at what changed");
+    compare(&problems_page(), "problems.md");
     assert!(Code::ALL.iter().all(|code| problems_page().contains(code.name())), "every code is on the page");
 }
 
 #[test]
 fn every_operation_says_what_it_answers() {
-    let document: Value = serde_json::to_value(openapi_document()).expect("JSON");
+    let document: Value = openapi_document();
     let paths = document["paths"].as_object().expect("paths");
     assert!(paths.len() > 15, "all routes are described");
     for (path, item) in paths {
@@ -41,7 +51,7 @@ fn every_operation_says_what_it_answers() {
 
 #[test]
 fn every_operation_has_a_name_of_its_own_and_links_lead_somewhere() {
-    let document: Value = serde_json::to_value(openapi_document()).expect("JSON");
+    let document: Value = openapi_document();
     let paths = document["paths"].as_object().expect("paths");
     let operations: Vec<&Value> =
         paths.values().flat_map(|item| item.as_object().expect("operations").values()).collect();
@@ -65,7 +75,7 @@ fn every_operation_has_a_name_of_its_own_and_links_lead_somewhere() {
 #[tokio::test(flavor = "multi_thread")]
 async fn every_route_answers_in_a_type_that_it_declares() {
     let service = Service::start(&[]).await;
-    let document: Value = serde_json::to_value(openapi_document()).expect("JSON");
+    let document: Value = openapi_document();
     for (path, item) in document["paths"].as_object().expect("paths") {
         if item.get("get").is_none() {
             continue;

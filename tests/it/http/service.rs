@@ -18,7 +18,11 @@ async fn files_in_file_out() {
     assert!(header(&answer, "job-id").starts_with("job_"), "the job is told");
     assert!(header(&answer, "server-timing").contains("retarget;dur="), "timings are told");
     assert_eq!(header(&answer, "warnings-count"), "0", "warnings are counted");
-    assert_eq!(header(&answer, "content-disposition"), "attachment; filename=\"out.glb\"", "a name to save it under");
+    assert_eq!(
+        header(&answer, "content-disposition"),
+        "attachment; filename=\"source.glb\"",
+        "a name to save it under"
+    );
     assert_eq!(header(&answer, "etag").len(), 66, "the digest in quotes");
     let job = header(&answer, "job-id").to_owned();
     assert_eq!(answer.text().await.expect("a body"), BVH, "the bytes that the engine made");

@@ -83,7 +83,7 @@ impl Jobs {
         let (mut manifest, mut entries) = (Manifest::of(&batch), Vec::new());
         let mut after = None;
         loop {
-            let page = self.0.store.records().batch_jobs(id, None, after, PAGE).await?;
+            let page = self.0.store.records().batch_jobs(id, (None, None), after, PAGE).await?;
             after = page.items.last().and_then(|job| Some(job.batch.as_ref()?.item));
             entries.extend(self.with_results_kept(page.items).await?);
             if !page.has_more {
@@ -128,7 +128,7 @@ impl Jobs {
     /// When its owner has no such batch, or none of its items has such a result yet.
     pub async fn batch_pictured(&self, owner: &Principal, id: &BatchId) -> Result<Pictured, Refusal> {
         self.batch(owner, id).await?;
-        let page = self.0.store.records().batch_jobs(id, Some(JobState::Succeeded), None, PAGE).await?;
+        let page = self.0.store.records().batch_jobs(id, (Some(JobState::Succeeded), None), None, PAGE).await?;
         let results = self.with_results_kept(page.items).await?.into_iter().flat_map(|(_, results)| results);
         let first = results.into_iter().find(|result| engine::is_drawable(&result.format));
         let not_found = || Refusal::NotFound { kind: "result that can be drawn in batch", id: id.to_string() };

@@ -3,7 +3,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::store::{AssetId, InputRole, JobInput, JobRecord};
+use crate::{
+    jobs::result_names::{clean, split},
+    store::{AssetId, InputRole, JobInput, JobRecord},
+};
 
 /// The archive's own members.
 pub(super) const MANIFEST: &str = "manifest.json";
@@ -13,8 +16,6 @@ pub(super) const PAGE: &str = "index.html";
 const PREVIEWS: &str = "previews";
 /// The label that names an item's files.
 const LABEL: &str = "name";
-/// Letters of one part of a name.
-const MOST_LETTERS: usize = 100;
 
 /// The names that have been given.
 pub(super) struct Names {
@@ -76,52 +77,4 @@ fn other_target(job: &JobRecord) -> Option<&JobInput> {
 /// What the file of that role is called; nothing where there is none.
 pub(super) fn file_name_of(job: &JobRecord, role: InputRole) -> &str {
     job.request.inputs.get(&role).map_or("", |input| &input.file_name)
-}
-
-/// The name without its ending, and the ending.
-fn split(file_name: &str) -> (&str, &str) {
-    match file_name.rsplit_once('.') {
-        Some((before, ending)) if !before.is_empty() => (before, ending),
-        _ => (file_name, ""),
-    }
-}
-
-/// One part of a path: without what leads out of a folder, what some system refuses, and what nobody sees.
-fn clean(text: &str) -> String {
-    let keep = |letter: char| match letter {
-        '/' | '\\' | ':' | '*' | '?' | '"' | '<' | '>' | '|' => '_',
-        letter if letter.is_control() => '_',
-        letter => letter,
-    };
-    let text: String = text.chars().map(keep).take(MOST_LETTERS).collect();
-    let text = text.trim_matches(|letter: char| letter == '.' || letter.is_whitespace());
-    let is_device = ["con", "prn", "aux", "nul"].contains(&text.to_lowercase().as_str())
-        || (text.len() == 4 && ["com", "lpt"].iter().any(|name| text.to_lowercase().starts_with(name)));
-    if is_device { format!("_{text}") } else { text.to_owned() }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_part_of_a_path_stays_in_its_folder_and_is_good_everywhere() {
-        let cases = [
-            ("walk", "walk"),
-            ("../../etc/passwd", "_.._etc_passwd"),
-            ("C:\\walk", "C__walk"),
-            (" .hidden. ", "hidden"),
-            ("a\nb\0c", "a_b_c"),
-            ("CON", "_CON"),
-            ("com1", "_com1"),
-            ("command", "command"),
-            ("läuft 走", "läuft 走"),
-            ("..", ""),
-        ];
-        for (text, expected) in cases {
-            assert_eq!(clean(text), expected, "{text:?}");
-        }
-        assert_eq!(clean(&"ä".repeat(300)).chars().count(), MOST_LETTERS, "not too long");
-        assert_eq!((split("a.b.glb"), split(".glb"), split("a")), (("a.b", "glb"), (".glb", ""), ("a", "")), "endings");
-    }
 }
