@@ -88,6 +88,7 @@ _ABOUT_CONFIGS = {
 _ABOUT_FILES = {
     "asset_limit_exceeded",
     "asset_malformed",
+    "figure_not_found",
     "no_animation",
     "nothing_to_map",
     "skeleton_not_found",

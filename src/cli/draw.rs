@@ -34,8 +34,8 @@ pub(super) struct Arguments {
     /// A scene (MVC) config of *Animated Drawings*, or with --drawing a spec of ours with "task": "draw" (JSON or YAML)
     #[arg(long, value_name = "FILE", required_unless_present = "drawing")]
     config: Option<PathBuf>,
-    /// The drawing: a folder or a zip archive with char_cfg.yaml, texture.png and mask.png
-    #[arg(long, value_name = "DIR|ZIP", requires = "source")]
+    /// The drawing: a folder or a zip archive with char_cfg.yaml, texture.png and mask.png; or a picture, which is annotated on the way
+    #[arg(long, value_name = "DIR|ZIP|PICTURE", requires = "source")]
     drawing: Option<PathBuf>,
     /// What the drawing does: a file with a clip, of any format that is read
     #[arg(long, value_name = "FILE", requires = "drawing")]
@@ -88,7 +88,7 @@ struct Given {
     retarget: Option<InputFile>,
     background: Option<InputFile>,
     mesh: Option<InputFile>,
-    /// Where the drawing is an archive.
+    /// Where the drawing is an archive, or a picture alone.
     archive: Option<DrawingFiles>,
 }
 
@@ -150,11 +150,13 @@ impl Arguments {
             None => None,
             Some(path) => {
                 let file = InputFile::read("drawing", path, limits)?;
-                let unpacked = DrawingFiles::unpack(file.as_named().bytes, limits, control);
+                let unpacked = DrawingFiles::read(file.as_named(), limits, control);
                 let subject = format!("drawing {}", path.display());
                 Some(unpacked.map_err(|failure| {
-                    let failure = failure
-                        .with_hint("name a folder or a zip archive with char_cfg.yaml, texture.png and mask.png");
+                    let hint =
+                        "name a folder or a zip archive with char_cfg.yaml, texture.png and mask.png, or a picture";
+                    let is_picture = DrawingFiles::is_picture(file.as_named().bytes);
+                    let failure = if is_picture { failure } else { failure.with_hint(hint) };
                     Exit::from_failure(&failure, &subject)
                 })?)
             }
@@ -222,6 +224,7 @@ impl Arguments {
             retarget: given.retarget.as_ref().map(InputFile::as_named),
             background: given.background.as_ref().map(InputFile::as_named),
             mesh: given.mesh.as_ref().map(InputFile::as_named),
+            annotation: given.archive.as_ref().and_then(DrawingFiles::annotation),
             spec,
             formats,
         };

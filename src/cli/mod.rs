@@ -1,6 +1,7 @@
 //! The subcommands. Each is one file with its arguments and a `run`; none has logic of its own beyond reading files,
 //! calling the engine or the service, and telling the user.
 
+mod annotate;
 mod batch;
 mod check_config;
 mod clips;
@@ -70,6 +71,8 @@ enum Command {
     Edit(edit::Arguments),
     /// Have a drawn character move: a scene of *Animated Drawings*, without its program.
     Draw(draw::Arguments),
+    /// Find mask and joints of the figure in a picture, and write the folder that `draw` reads.
+    Annotate(annotate::Arguments),
     /// Say why a joint of the result is turned as it is at one frame.
     Explain(explain::Arguments),
     /// Say what files hold: skeleton, clips, recognised rig, roles, rest pose, units, warnings.
@@ -143,6 +146,7 @@ fn dispatch(command: Command) -> ExitCode {
         Command::Retarget(arguments) => retarget::run(&arguments),
         Command::Submit(arguments) => submit::run(&arguments),
         Command::Draw(arguments) => draw::run(&arguments),
+        Command::Annotate(arguments) => annotate::run(&arguments),
         Command::Edit(arguments) => edit::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Preview(arguments) => preview::run(&arguments),

@@ -209,6 +209,8 @@ settings! {
     limit max_file_bytes: ByteSize = "256MiB" in 1..=1_099_511_627_776_u64;
     /// Bytes of one multipart request, all its parts together
     limit max_request_bytes: ByteSize = "512MiB" in 1..=4_398_046_511_104_u64;
+    /// Bytes of one picture of a drawing, and of its mask
+    limit max_picture_bytes: ByteSize = "32MiB" in 1_024..=1_073_741_824_u64;
     /// Bytes of a JSON request and of a retarget config
     limit max_document_bytes: ByteSize = "1MiB" in 1_024..=1_073_741_824_u64;
     /// Bytes that decoding one file may allocate

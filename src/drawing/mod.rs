@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `error` | what is wrong with a drawing or a config, where, and how it is put right |
 //! | `yaml` | the text of a config to its typed spec |
+//! | `annotate` | a picture of a figure to its mask and joints |
 //! | `scene_spec` | who is in a picture, from where it is seen, what comes out |
 //! | `character_spec` | the joints of a drawing, in pixels |
 //! | `motion_spec` | which frames of a motion file are shown, and where its body faces |
@@ -38,6 +39,7 @@
 //!
 //! Places of a drawing are in sides of its padded square, x right and y up; angles are in degrees counterclockwise from +Y.
 
+mod annotate;
 mod arap;
 mod body_motion;
 mod bones;
@@ -73,6 +75,7 @@ mod skin;
 mod viewpoint;
 mod yaml;
 
+pub use annotate::{AnnotatedJoint, Annotation, AnnotationError, BodyKind, LONGEST_SIDE, MaskOrigin, annotate};
 pub use arap::{Arap, ArapWorkspace, Precision};
 pub use body_motion::BodyMotion;
 pub use bvh::MotionFile;

@@ -67,6 +67,8 @@ pub enum FailureCode {
     ChainNotConnected,
     /// A file has no joints to work on.
     SkeletonNotFound,
+    /// A picture shows no figure, or none of the kind that is asked for.
+    FigureNotFound,
     /// The source has no animation.
     NoAnimation,
     /// Source and target have nothing in common that could be mapped.
@@ -85,7 +87,7 @@ pub enum FailureCode {
 
 impl FailureCode {
     /// All of them.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::UnsupportedFormat,
         Self::UnsupportedFeature,
         Self::AssetMalformed,
@@ -97,6 +99,7 @@ impl FailureCode {
         Self::UnknownName,
         Self::ChainNotConnected,
         Self::SkeletonNotFound,
+        Self::FigureNotFound,
         Self::NoAnimation,
         Self::NothingToMap,
         Self::StrictWarnings,
@@ -121,6 +124,7 @@ impl FailureCode {
             Self::UnknownName => "unknown_name",
             Self::ChainNotConnected => "chain_not_connected",
             Self::SkeletonNotFound => "skeleton_not_found",
+            Self::FigureNotFound => "figure_not_found",
             Self::NoAnimation => "no_animation",
             Self::NothingToMap => "nothing_to_map",
             Self::StrictWarnings => "strict_warnings",

@@ -4,6 +4,7 @@
 //! workers of the service, by tests and by benches alike.
 
 mod alignment;
+mod annotate;
 mod characters;
 mod compiled;
 mod curves;
@@ -43,8 +44,9 @@ mod tune;
 mod wanted;
 mod work;
 
-pub use crate::drawing::{DrawSpec, DrawingLimit, draw_spec_schema, drawing_limits};
+pub use crate::drawing::{BodyKind, DrawSpec, DrawingLimit, draw_spec_schema, drawing_limits};
 pub use alignment::AlignmentView;
+pub use annotate::{AnnotatedDrawing, AnnotationView, BoxView, DrawnJointView, MaskView, annotate_drawing, body_kind};
 pub use characters::CharacterView;
 pub use compiled::{Compiled, CompiledFacts};
 pub use display::{DisplayOptions, display};

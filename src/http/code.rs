@@ -123,6 +123,8 @@ codes! {
         "The end of a chain must lie below its start. Name two joints of one branch, the upper one first.";
     SkeletonNotFound = "skeleton_not_found", UNPROCESSABLE_ENTITY, false, "The file has no skeleton",
         "There are no joints to work on. Export the file with its skeleton.";
+    FigureNotFound = "figure_not_found", UNPROCESSABLE_ENTITY, false, "The picture shows no figure of the kind",
+        "Nothing that is drawn is large enough and in one piece, or it is another kind of body than the `rig` that was asked for. The detail says what was seen; another `rig` or a `mask` may do.";
     NoAnimation = "no_animation", UNPROCESSABLE_ENTITY, false, "The source has no animation",
         "Send a source file that has a clip.";
     NothingToMap = "nothing_to_map", UNPROCESSABLE_ENTITY, false, "Source and target have nothing in common",
@@ -201,6 +203,7 @@ impl From<FailureCode> for Code {
             FailureCode::UnknownName => Self::UnknownName,
             FailureCode::ChainNotConnected => Self::ChainNotConnected,
             FailureCode::SkeletonNotFound => Self::SkeletonNotFound,
+            FailureCode::FigureNotFound => Self::FigureNotFound,
             FailureCode::NoAnimation => Self::NoAnimation,
             FailureCode::NothingToMap => Self::NothingToMap,
             FailureCode::StrictWarnings => Self::StrictWarnings,

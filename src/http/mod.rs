@@ -30,6 +30,7 @@ mod negotiate;
 mod neighbors;
 mod pace;
 mod page;
+mod picture_form;
 mod places;
 mod plain_words;
 mod precondition;

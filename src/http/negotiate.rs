@@ -49,6 +49,27 @@ pub(super) fn prefers_page(accept: &str) -> bool {
     quality("text/html") > quality("application/json")
 }
 
+/// Whether a caller would rather have a zip archive than JSON; so would who says nothing, or takes anything as gladly.
+///
+/// # Errors
+/// When the caller takes neither.
+pub(super) fn prefers_archive(accept: &str) -> Result<bool, Problem> {
+    let accept = if accept.trim().is_empty() { "*/*" } else { accept };
+    let quality = |wanted: &str| {
+        let fitting = accept.split(',').map(read_range).filter(|(range, _)| range != "*/*" && matches(range, wanted));
+        fitting.map(|(_, quality)| quality).fold(0.0, f32::max)
+    };
+    let anything = accept.split(',').map(read_range).filter(|(range, _)| range == "*/*");
+    let open = anything.map(|(_, quality)| quality).fold(0.0, f32::max);
+    let (archive, document) = (quality("application/zip"), quality("application/json"));
+    match archive.max(document) {
+        best if best > open => Ok(archive >= document),
+        _ if open > 0.0 => Ok(true),
+        _ => Err(Problem::new(Code::NotAcceptable, format!("nothing that can be made fits 'Accept: {accept}'"))
+            .with_hint("ask for application/zip or application/json")),
+    }
+}
+
 fn read_range(range: &str) -> (String, f32) {
     let mut parts = range.split(';').map(str::trim);
     let media_type = parts.next().unwrap_or_default().to_ascii_lowercase();
@@ -82,6 +103,23 @@ mod tests {
         for (accept, format) in cases {
             assert_eq!(wanted_format(accept).expect("acceptable"), format, "{accept}");
         }
+    }
+
+    #[test]
+    fn archives_are_given_unless_json_is_preferred() {
+        let cases = [
+            ("", true),
+            ("*/*", true),
+            ("application/json, text/plain, */*", true),
+            ("application/json", false),
+            ("application/*", true),
+            ("application/zip;q=0.2, application/json", false),
+            ("application/json, */*;q=0.1", false),
+        ];
+        for (accept, is_archive) in cases {
+            assert_eq!(prefers_archive(accept).expect("acceptable"), is_archive, "{accept}");
+        }
+        assert!(prefers_archive("image/png").is_err(), "neither");
     }
 
     #[test]

@@ -165,22 +165,24 @@ async fn read_parts_of(
     state: &ApiState,
     names: &'static [&'static str],
 ) -> Result<Form, Problem> {
-    check_announced(request.headers(), &state.settings)?;
-    let (parts, body) = request.into_parts();
-    let (body, watch) = BoundedBody::new(body, &state.settings).of_parts();
-    let mut request = Request::from_parts(parts, Body::from_stream(body));
-    // Ours are the limits; the framework's would end at 2 MB.
-    DefaultBodyLimit::disable().apply(&mut request);
+    let (request, watch) = bounded(request, &state.settings)?;
     read_parts(request, state, names, &watch).await.map_err(|problem| watch.refusal(|| problem))
 }
 
-async fn read_parts(
-    request: Request<Body>,
-    state: &ApiState,
-    names: &'static [&'static str],
-    watch: &BodyWatch,
-) -> Result<Form, Problem> {
-    let mut multipart = Multipart::from_request(request, &()).await.map_err(|error| {
+/// A multipart request whose body is bounded in bytes and in time, and what knows of its bounds.
+pub(super) fn bounded(request: Request<Body>, settings: &Settings) -> Result<(Request<Body>, BodyWatch), Problem> {
+    check_announced(request.headers(), settings)?;
+    let (parts, body) = request.into_parts();
+    let (body, watch) = BoundedBody::new(body, settings).of_parts();
+    let mut request = Request::from_parts(parts, Body::from_stream(body));
+    // Ours are the limits; the framework's would end at 2 MB.
+    DefaultBodyLimit::disable().apply(&mut request);
+    Ok((request, watch))
+}
+
+/// The parts of a multipart request.
+pub(super) async fn multipart_of(request: Request<Body>) -> Result<Multipart, Problem> {
+    Multipart::from_request(request, &()).await.map_err(|error| {
         tracing::debug!(error = error.body_text(), "a form could not be read");
         Problem::new(
             Code::UnsupportedMediaType,
@@ -189,7 +191,16 @@ async fn read_parts(
         .with_hint(
             "curl sends one as -F source=@walk.bvh -F target=@hero.glb, and sets the header 'Content-Type' by itself",
         )
-    })?;
+    })
+}
+
+async fn read_parts(
+    request: Request<Body>,
+    state: &ApiState,
+    names: &'static [&'static str],
+    watch: &BodyWatch,
+) -> Result<Form, Problem> {
+    let mut multipart = multipart_of(request).await?;
     let mut parts = Form { names, ..Form::default() };
     while let Some(field) = multipart.next_field().await.map_err(broken)? {
         watch.advance();
@@ -433,7 +444,7 @@ impl ArrivalError for axum::extract::multipart::MultipartError {
     }
 }
 
-fn broken(error: axum::extract::multipart::MultipartError) -> Problem {
+pub(super) fn broken(error: axum::extract::multipart::MultipartError) -> Problem {
     Problem::new(Code::MalformedRequest, format!("the multipart body cannot be read: {}", error.body_text()))
 }
 

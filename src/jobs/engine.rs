@@ -41,6 +41,13 @@ pub enum Question {
     Preview(Box<PreviewOptions>),
     /// The source as a plain GLB.
     Display(Box<DisplayOptions>),
+    /// Mask and joints of the figure in the source, a picture; the target is its mask, where one is given.
+    Annotate {
+        /// Name of the kind of body, or `auto`.
+        rig: String,
+        /// Whether the files are wanted, in place of what was found.
+        as_archive: bool,
+    },
 }
 
 /// The files of a question.
@@ -82,6 +89,8 @@ pub enum Answer {
     Ran(Box<Ran>),
     /// To how a file looks: an encoded picture, or a GLB for viewers.
     Picture(Vec<u8>),
+    /// To a drawing whose files are wanted: a zip archive.
+    Archive(Vec<u8>),
     /// To everything else: a JSON object.
     Document(serde_json::Value),
 }
@@ -180,6 +189,7 @@ impl Engine for RetargetEngine {
             Question::Display(options) => {
                 Ok(Answer::Picture(engine::display(files.source()?, options, limits, control)?))
             }
+            Question::Annotate { rig, as_archive } => annotate(files, rig, *as_archive, control),
             Question::CheckConfig => {
                 let config = files.config.ok_or_else(|| missing("config"))?;
                 engine::check_config(config).map(Answer::Document)
@@ -187,6 +197,12 @@ impl Engine for RetargetEngine {
             _ => document(engine::propose_with(&asked.pair()?, knowledge, limits, control)?),
         }
     }
+}
+
+fn annotate(files: &Files<'_>, rig: &str, as_archive: bool, control: &Control) -> Result<Answer, Failure> {
+    let kind = engine::body_kind(rig)?;
+    let drawing = engine::annotate_drawing(files.source()?, files.target, kind, control)?;
+    if as_archive { drawing.archive().map(Answer::Archive) } else { document(drawing.view()) }
 }
 
 impl<'a> Files<'a> {
@@ -230,7 +246,8 @@ impl<'a> Asked<'a> {
             | Question::Explain { .. }
             | Question::CheckConfig
             | Question::Display(_)
-            | Question::Preview(_) => return Ok(None),
+            | Question::Preview(_)
+            | Question::Annotate { .. } => return Ok(None),
         }))
     }
 
@@ -255,7 +272,7 @@ impl Answer {
     pub fn ran(self) -> Result<Ran, Failure> {
         match self {
             Self::Ran(ran) => Ok(*ran),
-            Self::Document(_) | Self::Picture(_) => Err(otherwise("the result of a task")),
+            Self::Document(_) | Self::Picture(_) | Self::Archive(_) => Err(otherwise("the result of a task")),
         }
     }
 
@@ -266,7 +283,7 @@ impl Answer {
     pub fn document(self) -> Result<serde_json::Value, Failure> {
         match self {
             Self::Document(document) => Ok(document),
-            Self::Ran(_) | Self::Picture(_) => Err(otherwise("a document")),
+            Self::Ran(_) | Self::Picture(_) | Self::Archive(_) => Err(otherwise("a document")),
         }
     }
 
@@ -277,7 +294,18 @@ impl Answer {
     pub fn picture(self) -> Result<Vec<u8>, Failure> {
         match self {
             Self::Picture(bytes) => Ok(bytes),
-            Self::Ran(_) | Self::Document(_) => Err(otherwise("a picture")),
+            Self::Ran(_) | Self::Document(_) | Self::Archive(_) => Err(otherwise("a picture")),
+        }
+    }
+
+    /// The archive.
+    ///
+    /// # Errors
+    /// When it is the answer to another question.
+    pub fn archive(self) -> Result<Vec<u8>, Failure> {
+        match self {
+            Self::Archive(bytes) => Ok(bytes),
+            Self::Ran(_) | Self::Document(_) | Self::Picture(_) => Err(otherwise("an archive")),
         }
     }
 }

@@ -100,7 +100,8 @@ pub(super) fn keep(failure: Failure) -> JobFailure {
 
 /// The failure that was kept so.
 pub(super) fn restore(kept: JobFailure) -> Failure {
-    const PARTS: [&str; 7] = ["source", "target", "source_rest", "target_rest", "config", "preset", "rig"];
+    const PARTS: [&str; 9] =
+        ["source", "target", "source_rest", "target_rest", "config", "preset", "rig", "image", "mask"];
     let JobFailure { code, detail, part, place, hint, errors } = kept;
     let code = FailureCode::from_name(&code).unwrap_or(FailureCode::Internal);
     let errors = errors

@@ -11,6 +11,7 @@
 //! Knows nothing of HTTP. The engine is handed in, so that tests can put one of their own in its place.
 
 mod admission;
+mod annotations;
 mod assets;
 mod batches;
 mod changes;
@@ -30,6 +31,7 @@ mod looks;
 mod lost_workers;
 mod memory;
 mod one_shot;
+mod picture_room;
 mod previews;
 mod proposals;
 mod record_room;
@@ -52,6 +54,7 @@ mod webhooks;
 mod worker;
 mod workers;
 
+pub use annotations::NewAnnotation;
 pub use assets::{Assets, ReceivedFile, Upload};
 pub use batches::{ArchiveContents, BadItem, BatchSnapshot, NewBatch, SubmittedBatch};
 pub use engine::{Answer, Asked, Engine, Files, MadeFile, Question, Ran, RetargetEngine};
@@ -64,6 +67,7 @@ pub use isolation::{
 pub use keys::{KeyText, Keys, NewKey};
 pub use library::{Kept, Library, Written};
 pub use one_shot::{ArrivedFiles, Awaited, Awaiting, HandedFile};
+pub use picture_room::ArrivingPicture;
 pub use previews::Pictured;
 pub(crate) use refusal::similar_names;
 pub use refusal::{Full, JobQuota, Refusal};

@@ -3,7 +3,7 @@
 
 use zune_jpeg::zune_core::{bytestream::ZCursor, colorspace::ColorSpace, options::DecoderOptions};
 
-use super::{Picture, PictureFormat, error::PictureError};
+use super::{Picture, PictureFormat, error::PictureError, orientation::Orientation};
 
 /// Pixels of an image that is decoded row by row.
 const MAX_PIXELS: usize = 1 << 28;
@@ -28,6 +28,10 @@ pub(super) struct Pixels {
     pub(super) width: usize,
     pub(super) height: usize,
     pub(super) pixels: Vec<[u8; 4]>,
+    /// Its own width and height.
+    pub(super) whole: [usize; 2],
+    /// What its camera says of how it was held, as of Exif.
+    pub(super) orientation: Orientation,
 }
 
 /// Reads a PNG, a JPEG or a WebP in its own size.
@@ -35,7 +39,7 @@ pub(super) struct Pixels {
 /// # Errors
 /// Where it is none of them, is broken, or has more than 33 million pixels.
 pub fn read_picture(bytes: &[u8]) -> Result<Picture, PictureError> {
-    let Pixels { width, height, pixels } = decode(bytes, None)?;
+    let Pixels { width, height, pixels, .. } = decode(bytes, None)?;
     Ok(Picture { width, height, pixels })
 }
 
@@ -46,7 +50,7 @@ pub fn read_picture(bytes: &[u8]) -> Result<Picture, PictureError> {
 /// Where it cannot be read.
 pub fn plain_image(bytes: Vec<u8>, count: usize) -> Result<Vec<u8>, PictureError> {
     let longest_side = longest_side(count);
-    let Pixels { width, height, pixels } = decode(&bytes, Some(longest_side))?;
+    let Pixels { width, height, pixels, .. } = decode(&bytes, Some(longest_side))?;
     let is_plain = matches!(bytes[..], [0x89, ..] | [0xff, ..]);
     if is_plain && own_size(&bytes) == Some((width, height)) {
         return Ok(bytes);
@@ -63,6 +67,27 @@ fn own_size(bytes: &[u8]) -> Option<(usize, usize)> {
     let mut decoder = zune_jpeg::JpegDecoder::new(ZCursor::new(bytes));
     decoder.decode_headers().ok()?;
     decoder.dimensions()
+}
+
+/// A picture as a person sees it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Upright {
+    /// The pixels, turned as the camera was held, perhaps made smaller.
+    pub picture: Picture,
+    /// Width and height of the picture as it was given, turned.
+    pub size: [usize; 2],
+}
+
+/// Reads a PNG, a JPEG or a WebP and turns it as its camera says that it was held; made smaller by a whole factor until neither side is
+/// longer than that.
+///
+/// # Errors
+/// Where it is none of them, is broken, or is too large.
+pub fn read_upright(bytes: &[u8], longest_side: usize) -> Result<Upright, PictureError> {
+    let Pixels { width, height, pixels, whole: [wide, high], orientation } = decode(bytes, Some(longest_side))?;
+    let picture = orientation.upright(Picture { width, height, pixels });
+    let size = if orientation.is_on_side() { [high, wide] } else { [wide, high] };
+    Ok(Upright { picture, size })
 }
 
 /// Reads an image; where a longest side is given, made smaller by a whole factor until neither side is longer.
@@ -142,7 +167,8 @@ impl Shrinking {
     fn finish(mut self) -> Pixels {
         let (width, height) = (self.width.div_ceil(self.factor), self.height.div_ceil(self.factor));
         self.pixels.resize(width * height, [0, 0, 0, 255]);
-        Pixels { width, height, pixels: self.pixels }
+        let whole = [self.width, self.height];
+        Pixels { width, height, pixels: self.pixels, whole, orientation: Orientation::default() }
     }
 }
 
@@ -167,16 +193,17 @@ fn png(bytes: &[u8], longest_side: Option<usize>) -> Result<Pixels, PictureError
     check_size(width, height, if by_rows { MAX_PIXELS } else { MAX_PIXELS_AT_ONCE })?;
     let samples = reader.output_color_type().0.samples();
     let mut shrinking = Shrinking::new(width, height, longest_side);
+    let orientation = Orientation::of_exif(reader.info().exif_metadata.as_deref());
     if by_rows {
         while let Some(row) = reader.next_row().map_err(broken)? {
             shrinking.row(row.data(), samples);
         }
-        return Ok(shrinking.finish());
+        return Ok(Pixels { orientation, ..shrinking.finish() });
     }
     let size = reader.output_buffer_size().ok_or_else(|| too_large(width, height, MAX_PIXELS_AT_ONCE))?;
     let mut buffer = vec![0; size];
     reader.next_frame(&mut buffer).map_err(broken)?;
-    Ok(shrinking.rows(&buffer, samples))
+    Ok(Pixels { orientation, ..shrinking.rows(&buffer, samples) })
 }
 
 fn jpeg(bytes: &[u8], longest_side: Option<usize>) -> Result<Pixels, PictureError> {
@@ -185,7 +212,9 @@ fn jpeg(bytes: &[u8], longest_side: Option<usize>) -> Result<Pixels, PictureErro
     decoder.decode_headers().map_err(broken)?;
     let (width, height) = decoder.dimensions().ok_or_else(|| PictureError::new("the image has no size"))?;
     check_size(width, height, MAX_PIXELS_AT_ONCE)?;
-    Ok(Shrinking::new(width, height, longest_side).rows(&decoder.decode().map_err(broken)?, 3))
+    let orientation = Orientation::of_exif(decoder.exif().map(Vec::as_slice));
+    let pixels = Shrinking::new(width, height, longest_side).rows(&decoder.decode().map_err(broken)?, 3);
+    Ok(Pixels { orientation, ..pixels })
 }
 
 fn webp(bytes: &[u8], longest_side: Option<usize>) -> Result<Pixels, PictureError> {
@@ -195,10 +224,13 @@ fn webp(bytes: &[u8], longest_side: Option<usize>) -> Result<Pixels, PictureErro
     check_size(width, height, MAX_PIXELS_AT_ONCE)?;
     decoder.set_memory_limit(MAX_PIXELS_AT_ONCE * 8);
     let size = decoder.output_buffer_size().ok_or_else(|| too_large(width, height, MAX_PIXELS_AT_ONCE))?;
+    // A block that cannot be read says nothing.
+    let orientation = Orientation::of_exif(decoder.exif_metadata().ok().flatten().as_deref());
     let samples = if decoder.has_alpha() { 4 } else { 3 };
     let mut buffer = vec![0; size];
     decoder.read_image(&mut buffer).map_err(broken)?;
-    Ok(Shrinking::new(width, height, longest_side).rows(&buffer, samples))
+    let pixels = Shrinking::new(width, height, longest_side).rows(&buffer, samples);
+    Ok(Pixels { orientation, ..pixels })
 }
 
 /// The first frame of a GIF.

@@ -7,6 +7,7 @@
 //! | `figure` | where the vertices of a figure are at a frame, and how light falls on them |
 //! | `capsules` | what a skeleton without a mesh looks like |
 //! | `texture` | PNG and JPEG files to colors |
+//! | `image`, `orientation` | PNG, JPEG and WebP files to pixels, turned as their camera was held |
 //! | `camera` | where the picture is seen from, so that the whole figure is in it |
 //! | `rounding` | what the innermost loops round with |
 //! | `raster` | triangles to samples, nearest in front |
@@ -34,6 +35,7 @@ mod film;
 mod floor;
 mod image;
 mod marks;
+mod orientation;
 mod raster;
 mod reel;
 mod rounding;
@@ -50,11 +52,19 @@ pub use encode::PictureFormat;
 pub use error::PictureError;
 pub use figure::Figure;
 pub use film::{Film, FilmError, render};
-pub use image::{plain_image, read_picture};
+pub use image::{Upright, plain_image, read_picture, read_upright};
 pub use marks::{Grade, Marks, Ring, Strip, Touch};
 pub use reel::Reel;
 pub use scene::Subject;
 pub use view::{Background, CameraKind, Follow, Layout, MAX_SIDE, Sheet, SheetSize, SheetWord, Style, View};
+
+/// A picture as a PNG file.
+///
+/// # Errors
+/// Where it cannot be encoded.
+pub fn write_png(picture: &Picture) -> Result<Vec<u8>, PictureError> {
+    PictureFormat::Png.still(picture)
+}
 
 /// A picture of red, green, blue and opacity, 8 bits each, sRGB, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -18,7 +18,7 @@ pub(super) struct Texture {
 impl Texture {
     /// Reads a PNG, a JPEG or a WebP, and makes it smaller until neither side is longer than that.
     pub(super) fn read(bytes: &[u8], longest_side: usize) -> Result<Self, PictureError> {
-        let Pixels { width, height, pixels } = decode(bytes, Some(longest_side))?;
+        let Pixels { width, height, pixels, .. } = decode(bytes, Some(longest_side))?;
         Ok(Self { width, height, pixels })
     }
 

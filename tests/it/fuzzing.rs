@@ -104,6 +104,11 @@ fn images() {
 }
 
 #[test]
+fn annotations() {
+    search(Target::Annotation, 60);
+}
+
+#[test]
 fn specs() {
     search(Target::Spec, 300);
     search(Target::RigTemplate, 300);

@@ -11,6 +11,7 @@ mod container;
 mod creatures;
 mod displays;
 mod documents;
+mod drawing_annotations;
 mod drawings;
 mod edits;
 mod events;

@@ -7,6 +7,7 @@ mod service_process;
 mod support;
 
 mod alignment;
+mod annotations;
 mod architecture;
 mod bone_maps;
 mod cli;

@@ -1,7 +1,7 @@
 //! The files of a drawing in an archive, found by the names that configs call them by.
 
 use crate::{
-    engine::{Failure, FailureCode},
+    engine::{AnnotationView, Failure, FailureCode, NamedBytes, annotate_drawing},
     formats::{Limits, unpack_files},
     model::Control,
 };
@@ -11,17 +11,46 @@ const ENDINGS: [&str; 7] = ["yaml", "yml", "png", "jpg", "jpeg", "webp", "bvh"];
 /// The file by which the folder of a drawing is known.
 pub(super) const CHARACTER: &str = "char_cfg.yaml";
 
-/// The files of an archive.
+/// The files of a drawing, or of what goes beside it.
 #[derive(Clone, Debug, Default)]
-pub struct DrawingFiles(Vec<(String, Vec<u8>)>);
+pub struct DrawingFiles {
+    files: Vec<(String, Vec<u8>)>,
+    annotation: Option<AnnotationView>,
+}
 
 impl DrawingFiles {
+    /// The files of a drawing: those of an archive, or of a picture alone, which is annotated.
+    ///
+    /// # Errors
+    /// As [`Self::unpack`], and when there is no figure in the picture.
+    pub fn read(file: NamedBytes<'_>, limits: &Limits, control: &Control) -> Result<Self, Failure> {
+        if !Self::is_picture(file.bytes) {
+            return Self::unpack(file.bytes, limits, control);
+        }
+        let drawing = annotate_drawing(file, None, None, control)?;
+        let files = drawing.files()?.into_iter().map(|(name, bytes)| (name.to_owned(), bytes)).collect();
+        Ok(Self { files, annotation: Some(drawing.view()) })
+    }
+
+    /// Whether a file is a picture alone: PNG, JPEG or WebP.
+    #[must_use]
+    pub fn is_picture(bytes: &[u8]) -> bool {
+        let is_webp = bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP");
+        bytes.starts_with(b"\x89PNG") || bytes.starts_with(b"\xff\xd8\xff") || is_webp
+    }
+
+    /// What was found in the picture, where the drawing is one alone.
+    #[must_use]
+    pub const fn annotation(&self) -> Option<&AnnotationView> {
+        self.annotation.as_ref()
+    }
+
     /// Unpacks an archive.
     ///
     /// # Errors
     /// When it is broken, or larger than the limits allow.
     pub fn unpack(bytes: &[u8], limits: &Limits, control: &Control) -> Result<Self, Failure> {
-        Ok(Self(unpack_files(bytes, &ENDINGS, limits, control)?))
+        Ok(Self { files: unpack_files(bytes, &ENDINGS, limits, control)?, annotation: None })
     }
 
     /// The file of a name. A path need not begin where the archive does: the file whose path ends as the name does, for as many folders as
@@ -33,20 +62,22 @@ impl DrawingFiles {
             let own = parts(path);
             wanted.iter().rev().zip(own.iter().rev()).take_while(|(one, other)| one == other).count()
         };
-        let best = self.0.iter().map(|(path, bytes)| (shared(path), bytes)).max_by_key(|(shared, _)| *shared);
+        let best = self.files.iter().map(|(path, bytes)| (shared(path), bytes)).max_by_key(|(shared, _)| *shared);
         best.filter(|(shared, _)| *shared > 0).map(|(_, bytes)| &**bytes)
     }
 
     /// The file of exactly that name, wherever it is, with its path.
     pub(super) fn named(&self, name: &str) -> Option<(&str, &[u8])> {
-        let found = self.0.iter().find(|(path, _)| path.rsplit('/').next() == Some(name));
+        let found = self.files.iter().find(|(path, _)| path.rsplit('/').next() == Some(name));
         found.map(|(path, bytes)| (&**path, &**bytes))
     }
 
     /// The picture that is called the background.
     pub(super) fn background(&self) -> Option<(&str, &[u8])> {
-        let found =
-            self.0.iter().find(|(path, _)| path.rsplit('/').next().is_some_and(|name| name.starts_with("background.")));
+        let found = self
+            .files
+            .iter()
+            .find(|(path, _)| path.rsplit('/').next().is_some_and(|name| name.starts_with("background.")));
         found.map(|(path, bytes)| (&**path, &**bytes))
     }
 
@@ -57,7 +88,7 @@ impl DrawingFiles {
     pub fn folder(&self) -> Result<String, Failure> {
         let is_character = |path: &&String| path.rsplit('/').next() == Some(CHARACTER);
         let mut folders: Vec<String> = self
-            .0
+            .files
             .iter()
             .map(|(path, _)| path)
             .filter(is_character)
@@ -80,7 +111,7 @@ impl DrawingFiles {
     /// What is said where a file is not there.
     #[must_use]
     pub fn missing(&self, name: &str) -> Failure {
-        let has: Vec<&str> = self.0.iter().map(|(path, _)| &**path).take(12).collect();
+        let has: Vec<&str> = self.files.iter().map(|(path, _)| &**path).take(12).collect();
         let has = if has.is_empty() {
             "it has no file that could be meant".to_owned()
         } else {
@@ -102,12 +133,13 @@ mod tests {
     #[test]
     fn files_are_found_by_the_longest_end_of_their_path() {
         let file = |path: &str| (path.to_owned(), path.as_bytes().to_vec());
-        let files = DrawingFiles(vec![file("a/char1/char_cfg.yaml"), file("a/char2/char_cfg.yaml"), file("dab.yaml")]);
+        let of = |files| DrawingFiles { files, annotation: None };
+        let files = of(vec![file("a/char1/char_cfg.yaml"), file("a/char2/char_cfg.yaml"), file("dab.yaml")]);
         let found = |name: &str| files.find(name).map(|bytes| String::from_utf8_lossy(bytes).into_owned());
         assert_eq!(found("examples/characters/char2/char_cfg.yaml").as_deref(), Some("a/char2/char_cfg.yaml"));
         assert_eq!(found("examples/config/motion/dab.yaml").as_deref(), Some("dab.yaml"));
         assert_eq!(found("wave.yaml"), None);
         assert!(files.folder().is_err(), "two drawings");
-        assert_eq!(DrawingFiles(vec![file("x/char_cfg.yaml")]).folder().ok().as_deref(), Some("x"));
+        assert_eq!(of(vec![file("x/char_cfg.yaml")]).folder().ok().as_deref(), Some("x"));
     }
 }

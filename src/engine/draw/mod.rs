@@ -33,8 +33,8 @@ use crate::{
 };
 
 use super::{
-    Counts, Failure, FailureCode, Knowledge, NamedBytes, Outcome, Output, Report, RigFacts, Rigs, Timings, WarningView,
-    files::in_config, outputs::file_stem, preview::check_built,
+    AnnotationView, Counts, Failure, FailureCode, Knowledge, NamedBytes, Outcome, Output, Report, RigFacts, Rigs,
+    Timings, WarningView, files::in_config, outputs::file_stem, preview::check_built,
 };
 
 /// What finds the files that configs name, by the names as they are written.
@@ -72,6 +72,8 @@ pub struct DrawRequest<'a> {
     pub background: Option<NamedBytes<'a>>,
     /// An archive with `mesh_rest_vertices` and `mesh_triangles`, which is deformed with the first character.
     pub mesh: Option<NamedBytes<'a>>,
+    /// What was found in the drawing, where it was annotated on the way.
+    pub annotation: Option<&'a AnnotationView>,
     /// What is wanted.
     pub spec: DrawSpec,
     /// Formats that the caller wants; they win over the spec's `output`.
@@ -79,7 +81,7 @@ pub struct DrawRequest<'a> {
 }
 
 /// Codes of what was chosen, in which nothing is wrong.
-const CHOICES: [&str; 3] = ["drawing_motion", "drawing_planes", "drawing_followed"];
+const CHOICES: [&str; 4] = ["drawing_annotated", "drawing_motion", "drawing_planes", "drawing_followed"];
 
 /// Codes of what may be wrong, with what can be done about it.
 const WARNINGS: [(&str, &str); 3] = [
@@ -105,8 +107,7 @@ pub(super) fn drawn(
 ) -> Result<Outcome, Failure> {
     control.enter(Phase::Read, 0);
     let spec = read_draw_spec(inputs.config)?;
-    let own =
-        DrawingFiles::unpack(inputs.drawing.bytes, limits, control).map_err(|failure| failure.in_part("target"))?;
+    let own = DrawingFiles::read(inputs.drawing, limits, control).map_err(|failure| failure.in_part("target"))?;
     let beside = inputs.scene.map(|scene| DrawingFiles::unpack(scene.bytes, limits, control)).transpose();
     let beside = beside.map_err(|failure| failure.in_part("scene"))?.unwrap_or_default();
     let scene = match &spec.scene {
@@ -122,6 +123,7 @@ pub(super) fn drawn(
         retarget: beside.named("retarget.yaml").map(as_file),
         background: beside.background().map(as_file),
         mesh: None,
+        annotation: own.annotation(),
         spec: spec.clone(),
         formats: inputs.formats,
     };
@@ -151,7 +153,15 @@ pub fn draw(
     control.enter(Phase::Read, 0);
     let formats = wanted(request)?;
     let mut reporter = Reporter::new();
-    let scenery = stage::set(request, read, (knowledge, limits), control, &mut reporter)?;
+    let mut scenery = stage::set(request, read, (knowledge, limits), control, &mut reporter)?;
+    if let Some(annotation) = request.annotation {
+        let sure = annotation.confidence * 100.0;
+        let text = format!(
+            "the drawing was annotated: {}, {sure:.0} % sure; retargetd annotate writes its joints",
+            annotation.rig
+        );
+        scenery.notes.insert(0, ("drawing_annotated", text));
+    }
     let planned = control.seconds();
     let frames = scenery.characters.iter().map(|character| character.performance.frames).max().unwrap_or(0);
     control.enter(Phase::Retarget, frames as u64);
@@ -183,7 +193,8 @@ pub fn draw(
         let hint = WARNINGS.iter().find(|(other, _)| other == code).map_or("", |(_, hint)| hint);
         reporter.warn(code, "drawing", text.clone(), hint);
     }
-    let warnings: Vec<WarningView> = reporter.into_warnings().into_iter().map(WarningView::from).collect();
+    let mut warnings = request.annotation.map_or_else(Vec::new, |annotation| annotation.warnings.clone());
+    warnings.extend(reporter.into_warnings().into_iter().map(WarningView::from));
     if request.spec.strict {
         report::check_strict(&warnings, &measured)?;
     }

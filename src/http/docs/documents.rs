@@ -63,6 +63,7 @@ documents![
     "docs/algorithm/body.md",
     "docs/algorithm/clips.md",
     "docs/algorithm/faces.md",
+    "docs/algorithm/annotation.md",
     "docs/CONTRIBUTING.md",
     "docs/CHANGELOG.md",
     "docs/SECURITY.md",

@@ -36,6 +36,7 @@ use crate::{report::edits_page, samples::walk_scene};
     components(schemas(resources::events::JobEventView)),
     tags(
         (name = "retarget", description = "Files in, file out"),
+        (name = "drawings", description = "Drawn characters"),
         (name = "assets", description = "Uploaded files"),
         (name = "jobs", description = "Retargets that run by themselves"),
         (name = "batches", description = "Jobs that are asked for together"),
@@ -57,6 +58,7 @@ pub(super) fn documented_routes() -> OpenApiRouter<ApiState> {
         .merge(resources::previews::routes())
         .merge(resources::displays::routes())
         .merge(resources::comparisons::routes())
+        .merge(resources::drawing_annotations::routes())
         .merge(resources::edits::routes())
         .merge(resources::drawings::routes())
         .merge(resources::assets::routes())

@@ -6,6 +6,7 @@ mod by_asset;
 pub(super) mod comparisons;
 pub(super) mod describe;
 pub(super) mod displays;
+pub(super) mod drawing_annotations;
 pub(super) mod drawings;
 pub(super) mod edits;
 pub(super) mod events;

@@ -140,6 +140,7 @@ fn answer(received: &Received) -> Sent {
             Sent { reply: Reply::Document, blobs: vec![document.to_string().into_bytes()] }
         }
         Ok(Answer::Picture(bytes)) => Sent { reply: Reply::Picture, blobs: vec![bytes] },
+        Ok(Answer::Archive(bytes)) => Sent { reply: Reply::Archive, blobs: vec![bytes] },
         Err(failed) => Sent::of(Reply::Failed(failure::keep(failed))),
     }
 }

@@ -51,6 +51,8 @@ pub(super) enum Reply {
     Document,
     /// The blob is an encoded picture.
     Picture,
+    /// The blob is a zip archive.
+    Archive,
     /// The engine refuses.
     Failed(JobFailure),
     /// A fault in the engine.

@@ -147,14 +147,15 @@ impl Engine for ProcessEngine {
         let (request, blobs) = Request::new(asked);
         let (reply, blobs) = self.send(request, &blobs, control)?;
         let mut blobs = blobs.into_iter();
+        let mut first = || blobs.next().map_or_else(Vec::new, |blob| blob.bytes);
         let (timings, warnings, judgment, names) = match reply {
             Reply::Ran { timings, warnings, judgment, outputs } => (timings, warnings, judgment, outputs),
             Reply::Document => {
-                let text = blobs.next().map_or_else(Vec::new, |blob| blob.bytes);
-                let document = serde_json::from_slice(&text);
+                let document = serde_json::from_slice(&first());
                 return document.map(Answer::Document).map_err(|error| unexpected(&format!("no JSON: {error}")));
             }
-            Reply::Picture => return Ok(Answer::Picture(blobs.next().map_or_else(Vec::new, |blob| blob.bytes))),
+            Reply::Picture => return Ok(Answer::Picture(first())),
+            Reply::Archive => return Ok(Answer::Archive(first())),
             other => return Err(otherwise(other)),
         };
         let mut text = || String::from_utf8(blobs.next()?.bytes).ok();

@@ -51,6 +51,7 @@ impl Engine for Obedient {
             Question::Explain { joint, .. } => return Ok(Answer::Document(serde_json::json!({"joint": joint}))),
             Question::Preview(options) => return Ok(Answer::Picture(options.ending.clone().into_bytes())),
             Question::Display(_) => return Ok(Answer::Picture(b"glTF".to_vec())),
+            Question::Annotate { rig, .. } => return Ok(Answer::Document(serde_json::json!({"rig": rig}))),
             Question::CheckConfig => {
                 return Ok(Answer::Document(serde_json::json!({"config_bytes": config.len()})));
             }

@@ -40,6 +40,8 @@ pub(crate) enum Target {
     Bvh,
     /// An image, by itself and as a texture.
     Image,
+    /// A picture of a figure, and the mask of one.
+    Annotation,
     /// Finding out what a file is, and all that `inspect` says of it.
     Sniff,
     /// A config of any shape, checked and laid over a preset.
@@ -63,7 +65,7 @@ pub(crate) enum Target {
 }
 
 impl Target {
-    pub(crate) const ALL: [Self; 21] = [
+    pub(crate) const ALL: [Self; 22] = [
         Self::Fbx,
         Self::Glb,
         Self::Gltf,
@@ -85,6 +87,7 @@ impl Target {
         Self::Image,
         Self::Drawing,
         Self::Draw,
+        Self::Annotation,
     ];
 
     /// Its name on the command line.
@@ -111,6 +114,7 @@ impl Target {
             Self::Image => "image",
             Self::Drawing => "drawing",
             Self::Draw => "draw",
+            Self::Annotation => "annotation",
         }
     }
 
@@ -136,6 +140,7 @@ impl Target {
                 draw(bytes, br#"{"task": "draw", "scene": "mvc.yaml", "compat": "animated_drawings"}"#);
             }
             Self::Draw => draw(&DRAWING, bytes),
+            Self::Annotation => annotation(bytes),
             Self::Sniff => {
                 judge(engine::inspect(NamedBytes { name: "file", bytes }, &Limits::default(), &Control::new()));
             }
@@ -174,6 +179,22 @@ fn image(bytes: &[u8]) {
     let paint = Paint { image: Some(0), ..Paint::default() };
     let appearance = Appearance { paints: vec![paint], images: vec![bytes.to_vec()], ..Appearance::default() };
     assert!(picture::Figure::new(appearance).is_ok(), "an image that is broken leaves its surfaces plain");
+}
+
+/// Annotates a picture, and one whose mask it is.
+fn annotation(bytes: &[u8]) {
+    let file = |bytes| NamedBytes { name: "picture", bytes };
+    let figure = seeds::drawn_figure();
+    for (picture, mask) in [(bytes, None), (&*figure, Some(file(bytes)))] {
+        let Some(drawing) = judge(engine::annotate_drawing(file(picture), mask, None, &Control::new())) else {
+            continue;
+        };
+        let view = drawing.view();
+        let is_inside = |loc: [usize; 2]| loc[0] < view.size[0] && loc[1] < view.size[1];
+        assert!(view.skeleton.iter().all(|joint| is_inside(joint.loc)), "joints are in the texture");
+        assert!((0.0..=1.0).contains(&view.confidence), "a confidence that is one");
+        assert!(drawing.archive().is_ok_and(|archive| !archive.is_empty()), "it can be written");
+    }
 }
 
 /// The clip and the figure that configs are tried on.

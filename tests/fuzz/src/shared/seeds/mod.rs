@@ -12,6 +12,7 @@ use retargetd::{
     engine::{self, EditInputs, NamedBytes},
     formats::{self, Compression, Format, Limits, WriteOptions},
     model::{Clip, Control, Joint, JointTracks, Reporter, Scene, Skeleton, Track},
+    picture::{Picture, write_png},
     samples,
 };
 
@@ -49,6 +50,7 @@ pub(crate) fn seeds(target: Target) -> Vec<Seed> {
         Target::JointPositions => numpy::joint_positions(),
         Target::Bvh => [written("walk", Format::Bvh, Compression::None)].into_iter().chain(bvh::dialects()).collect(),
         Target::Image => image::all(),
+        Target::Annotation => vec![("figure".to_owned(), drawn_figure())],
         Target::Sniff => sniffed(),
         Target::Engine => {
             let mut all = vec![("clip".to_owned(), clip()), ("figure".to_owned(), figure())];
@@ -69,6 +71,24 @@ pub(crate) use drawings::small as drawing;
 /// The first steps of the sample walk, without fingers.
 pub(crate) fn clip() -> Vec<u8> {
     written("walk", Format::Glb, Compression::None).1
+}
+
+/// A figure of a few strokes.
+///
+/// # Panics
+/// When it cannot be encoded.
+pub(crate) fn drawn_figure() -> Vec<u8> {
+    let (width, height) = (40, 52);
+    let is_drawn = |column: i32, row: i32| {
+        let head = (column - 20).pow(2) + (row - 10).pow(2);
+        let arm = (6..35).contains(&column) && (20..23).contains(&row);
+        let trunk = (19..22).contains(&column) && (16..34).contains(&row);
+        let leg = (33..50).contains(&row) && ((column - 20).abs() - (row - 33) / 2).abs() < 2;
+        head <= 49 || arm || trunk || leg
+    };
+    let gray = |pixel: i32| if is_drawn(pixel % width, pixel / width) { 30 } else { 230 };
+    let pixels = (0..width * height).map(|pixel| [gray(pixel), gray(pixel), gray(pixel), 255]).collect();
+    write_png(&Picture { width: width as usize, height: height as usize, pixels }).expect("it can be encoded")
 }
 
 /// The sample figure without mesh and fingers.

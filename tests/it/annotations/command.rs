@@ -1,0 +1,43 @@
+//! `retargetd annotate`, by the real binary.
+
+use std::{
+    path::Path,
+    process::{Command, Output},
+};
+
+use super::{png, styles};
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_retargetd")).args(arguments).current_dir(folder).output().expect("it starts")
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn a_picture_becomes_a_folder_that_is_drawn() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let drawn = styles::tiny();
+    std::fs::write(folder.path().join("hero.png"), png(&drawn)).expect("written");
+    let annotated = run(folder.path(), &["annotate", "hero.png", "--output", "hero", "--json"]);
+    assert!(annotated.status.success(), "{}", said(&annotated));
+    let view: serde_json::Value = serde_json::from_slice(&annotated.stdout).expect("JSON");
+    assert_eq!((&view["rig"], view["skeleton"].as_array().map(Vec::len)), (&"humanoid".into(), Some(16)));
+    for name in ["char_cfg.yaml", "texture.png", "mask.png", "joint_overlay.png", "bounding_box.yaml"] {
+        assert!(folder.path().join("hero").join(name).is_file(), "{name}");
+    }
+    std::fs::write(folder.path().join("walk.glb"), retargetd::samples::walk_clip()).expect("written");
+    for (drawing, told) in [("hero", ""), ("hero.png", "the drawing was annotated")] {
+        let drawn = run(folder.path(), &["draw", "--drawing", drawing, "--source", "walk.glb", "--output", "hero.npz"]);
+        assert!(drawn.status.success() && said(&drawn).contains(told), "{drawing}: {}", said(&drawn));
+    }
+    let again = run(folder.path(), &["annotate", "hero.png", "--output", "hero", "--no-clobber"]);
+    assert_eq!(again.status.code(), Some(2), "{}", said(&again));
+    let animal = styles::pig();
+    std::fs::write(folder.path().join("pig.png"), png(&animal)).expect("written");
+    let refused = run(folder.path(), &["annotate", "pig.png", "--output", "pig", "--rig", "humanoid"]);
+    assert_eq!(refused.status.code(), Some(3), "{}", said(&refused));
+    assert!(said(&refused).contains("picture pig.png") && said(&refused).contains("hint: "), "{}", said(&refused));
+    assert!(!folder.path().join("pig").exists(), "nothing is written");
+}
