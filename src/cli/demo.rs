@@ -15,7 +15,7 @@ use crate::{app, config::Settings, samples};
 
 use super::{
     exit::{self, print},
-    manner::{self, is_quiet, speaks_json},
+    manner::{is_quiet, speaks_json},
     verdict::percent,
 };
 
@@ -133,7 +133,7 @@ fn tell_result(report: &Value, files: &[PathBuf], took: Duration) -> anyhow::Res
     for file in files {
         tell(&format!("  {}", file.display()))?;
     }
-    manner::report(|| json!({"files": files, "verdict": measures["verdict"], "verdict_reason": measures["verdict_reason"], "coverage": measures["coverage"]}))
+    exit::report(|| json!({"files": files, "verdict": measures["verdict"], "verdict_reason": measures["verdict_reason"], "coverage": measures["coverage"]}))
         .map_err(|exit| anyhow::anyhow!(exit.message))?;
     tell(
         "The .png shows a frame of it. To see it move: retargetd preview FILE.glb --output FILE.gif, or open the .glb in any glTF viewer.",

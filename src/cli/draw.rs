@@ -20,9 +20,8 @@ use crate::{
 };
 
 use super::{
-    exit::{BAD_USAGE, Exit, say},
+    exit::{BAD_USAGE, Exit, report, say},
     files::InputFile,
-    manner::report,
     outputs::{Destinations, tell_warnings, write_results},
     verdict::Judged,
     watch::{ProgressWatch, cancel_on_interrupt},

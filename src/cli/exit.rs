@@ -106,6 +106,11 @@ pub(super) fn print_bytes(bytes: &[u8]) -> Result<(), Exit> {
     }
 }
 
+/// Tells a program what was done, where one asks; people have been told.
+pub(super) fn report(done: impl FnOnce() -> Value) -> Result<(), Exit> {
+    if speaks_json() { print(&to_json(&done())?) } else { Ok(()) }
+}
+
 /// A document as text, with a line feed at its end.
 pub(super) fn to_json(document: &impl serde::Serialize) -> Result<String, Exit> {
     let text = serde_json::to_string_pretty(document);

@@ -2,10 +2,7 @@
 
 use std::{process::ExitCode, time::Duration};
 
-use super::{
-    exit::{self, Exit},
-    manner::report,
-};
+use super::exit::{self, Exit, report};
 
 /// Arguments of `retargetd health`.
 #[derive(Debug, clap::Args)]

@@ -11,9 +11,9 @@ use crate::{
 };
 
 use super::{
-    exit::{Exit, one_line, print, say, to_json},
+    exit::{Exit, one_line, print, report, say, to_json},
     files::InputFile,
-    manner::{report, speaks_json},
+    manner::speaks_json,
     taught::RigPaths,
     watch::cancel_on_interrupt,
 };

@@ -7,10 +7,10 @@ use serde_json::json;
 use crate::report::JointTable;
 
 use super::{
-    exit::{Exit, INPUT_REFUSED, print, say, to_json},
+    exit::{Exit, INPUT_REFUSED, print, report, say, to_json},
     files::{StagedFiles, check_place},
     inputs::InputPaths,
-    manner::{report, speaks_json},
+    manner::speaks_json,
     suggest::propose,
 };
 

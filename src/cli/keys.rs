@@ -12,8 +12,8 @@ use crate::{
 };
 
 use super::{
-    exit::{BAD_USAGE, Exit, FAILED, print, say},
-    manner::{report, speaks_json},
+    exit::{BAD_USAGE, Exit, FAILED, print, report, say},
+    manner::speaks_json,
 };
 
 /// Arguments of `retargetd keys`.

@@ -7,9 +7,6 @@ use std::{
 };
 
 use clap::builder::styling::{AnsiColor, Style};
-use serde_json::Value;
-
-use super::exit::{Exit, print, to_json};
 
 /// What every command can be told of how to talk.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
@@ -47,11 +44,6 @@ pub(super) fn is_quiet() -> bool {
 /// Whether a program reads what goes to standard output.
 pub(super) fn speaks_json() -> bool {
     SPEAKS_JSON.load(Ordering::Relaxed)
-}
-
-/// Tells a program what was done, where one asks; people have been told.
-pub(super) fn report(done: impl FnOnce() -> Value) -> Result<(), Exit> {
-    if speaks_json() { print(&to_json(&done())?) } else { Ok(()) }
 }
 
 /// The colors of words that say how things are.

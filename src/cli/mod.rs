@@ -143,7 +143,10 @@ fn dispatch(command: Command) -> ExitCode {
         Command::Serve(arguments) => serve::run(&arguments),
         Command::Worker(arguments) => worker::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
-        Command::Retarget(arguments) => retarget::run(&arguments),
+        Command::Retarget(arguments) => match &arguments.batch {
+            Some(place) => batch::run(&arguments, place),
+            None => retarget::run(&arguments),
+        },
         Command::Submit(arguments) => submit::run(&arguments),
         Command::Draw(arguments) => draw::run(&arguments),
         Command::Annotate(arguments) => annotate::run(&arguments),

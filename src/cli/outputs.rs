@@ -11,9 +11,8 @@ use crate::{
 
 use super::{
     clips,
-    exit::{BAD_USAGE, Exit, FAILED, one_line, say, to_json},
+    exit::{BAD_USAGE, Exit, FAILED, one_line, report, say, to_json},
     files::{StagedFiles, check_place, is_standard},
-    manner::report,
     verdict::{Judged, Judging},
 };
 

@@ -7,8 +7,8 @@ use clap_complete::{Shell, generate};
 use serde_json::json;
 
 use super::{
-    exit::{Exit, FAILED, print, say},
-    manner::{report, speaks_json},
+    exit::{Exit, FAILED, print, report, say},
+    manner::speaks_json,
 };
 
 /// Arguments of `retargetd completions`.

@@ -16,9 +16,8 @@ use crate::{
 };
 
 use super::{
-    exit::{BAD_USAGE, Exit, FAILED, say},
+    exit::{BAD_USAGE, Exit, FAILED, report, say},
     files::{InputFile, StagedFiles, check_place},
-    manner::report,
     outputs::{Overwriting, check_strict, output_format, tell_warnings},
     watch::cancel_on_interrupt,
 };

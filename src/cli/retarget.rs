@@ -9,7 +9,6 @@ use std::{
 use crate::{engine, formats::Limits, model::Control, telemetry::monotonic_seconds};
 
 use super::{
-    batch,
     exit::Exit,
     inputs::OntoPaths,
     outputs::OutputArguments,
@@ -27,19 +26,19 @@ pub(super) struct Arguments {
     /// Many files with animations instead of one: a folder, or a text with one path on each line. In the names of outputs, {name} stands for
     /// the name of each
     #[arg(long, value_name = "FOLDER", conflicts_with = "source")]
-    batch: Option<PathBuf>,
+    pub(super) batch: Option<PathBuf>,
     #[command(flatten)]
     onto: OntoPaths,
     #[command(flatten)]
     pub(super) outputs: OutputArguments,
 }
 
+/// One clip; of many, `batch::run` sees to it.
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
-    let done = match (&arguments.batch, &arguments.source) {
-        (Some(place), _) => batch::run(arguments, place),
-        (None, Some(source)) => retarget(arguments, source),
-        // The parser asks for one of them.
-        (None, None) => Ok(()),
+    let done = match &arguments.source {
+        Some(source) => retarget(arguments, source),
+        // The parser asks for it where there is no batch.
+        None => Ok(()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

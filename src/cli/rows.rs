@@ -3,8 +3,8 @@
 use serde_json::{Value, json};
 
 use super::{
-    exit::{Exit, FAILED, INPUT_REFUSED, one_line, print, say},
-    manner::{report, speaks_json},
+    exit::{Exit, FAILED, INPUT_REFUSED, one_line, print, report, say},
+    manner::speaks_json,
     table::table,
     verdict::{Judged, Judging, percent},
 };
@@ -76,12 +76,10 @@ pub(super) fn end(rows: &[Row], judging: Judging, again: &str) -> Result<(), Exi
     let failed: Vec<&Exit> = rows.iter().filter_map(|row| row.ended.as_ref().err()).collect();
     let verdicts = counts(rows);
     let verdicts = ["pass", "warn", "fail"].map(|name| format!("{} {name}", verdicts[name]));
-    say(format_args!(
-        "wrote the results of {} of {} clips: {}",
-        rows.len() - failed.len(),
-        rows.len(),
-        verdicts.join(", ")
-    ));
+    let written = rows.len() - failed.len();
+    if written > 0 {
+        say(format_args!("wrote the results of {written} of {} clips: {}", rows.len(), verdicts.join(", ")));
+    }
     if failed.is_empty() {
         let results = rows.iter().filter_map(|row| Some((row.name.as_str(), row.ended.as_ref().ok()?.judged.as_ref())));
         return judging.check(results);

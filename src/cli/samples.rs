@@ -10,9 +10,9 @@ use serde_json::json;
 use crate::samples;
 
 use super::{
-    exit::{Exit, FAILED, print},
+    exit::{Exit, FAILED, print, report},
     files::StagedFiles,
-    manner::{report, speaks_json},
+    manner::speaks_json,
 };
 
 /// Arguments of `retargetd samples`.

@@ -114,7 +114,9 @@ impl Judging {
             }
             more => format!("{} of {all} results have the verdict {} or worse", more.len(), fail_on.name()),
         };
-        Err(Exit::new(WORSE, message, "the results are written; --report FILE.html shows what is wrong with them"))
+        let hint = "the results are written; --report FILE.html shows what is wrong with them";
+        // What was made has been told before it is judged.
+        Err(Exit { is_reported: true, ..Exit::new(WORSE, message, hint) })
     }
 }
 

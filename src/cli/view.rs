@@ -10,9 +10,8 @@ use crate::engine::{
 };
 
 use super::{
-    exit::{BAD_USAGE, Exit, say},
+    exit::{BAD_USAGE, Exit, report, say},
     files::StagedFiles,
-    manner::report,
 };
 
 /// How pictures are seen.

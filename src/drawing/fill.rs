@@ -125,7 +125,7 @@ fn sample(texture: &Picture, texel: DVec2) -> Option<[u8; 4]> {
             let weight = row_share * column_share * u32::from(color[3]);
             let coarse = weight >> 8;
             sums[3] += weight >> 8;
-            (0..3).for_each(|part| sums[part] += coarse * u32::from(color[part]) >> 8);
+            (0..3).for_each(|part| sums[part] += (coarse * u32::from(color[part])) >> 8);
         }
     }
     let opacity = (sums[3] + 128) >> 8;

@@ -57,12 +57,15 @@ pub(super) fn holds(
     holds
 }
 
+/// The corners of a triangle, each with its share of a place in it.
+type Corners = [(usize, f64); 3];
+
 /// A place, or the place in the mesh that is nearest to it.
-fn inside(vertices: &[DVec2], triangles: &[[usize; 3]], wanted: DVec2) -> Option<([(usize, f64); 3], DVec2)> {
+fn inside(vertices: &[DVec2], triangles: &[[usize; 3]], wanted: DVec2) -> Option<(Corners, DVec2)> {
     if let Some(corners) = pin(vertices, triangles, wanted, Precision::Double) {
         return Some((corners, wanted));
     }
-    let mut best: Option<(f64, [(usize, f64); 3], DVec2)> = None;
+    let mut best: Option<(f64, Corners, DVec2)> = None;
     for &[one, two, three] in triangles {
         for (from, to, other) in [(one, two, three), (two, three, one), (three, one, two)] {
             let along = vertices[to] - vertices[from];

@@ -15,14 +15,14 @@ pub(super) fn way(
     let scale = scale(offset, motion, rig)?;
     let mut at = DVec2::ZERO;
     let mut ways = vec![at];
-    for frame in 1..motion.frames() {
+    for (frame, &is_mirrored) in is_mirrored.iter().enumerate().take(motion.frames()).skip(1) {
         let step = motion.roots[frame] - motion.roots[frame - 1];
         let forward = motion.forwards[frame];
         let right = match plane {
             Plane::Sagittal => forward,
             Plane::Frontal => DVec3::new(-forward.z, forward.y, -forward.x),
         };
-        let side = if is_mirrored[frame] { -1.0 } else { 1.0 };
+        let side = if is_mirrored { -1.0 } else { 1.0 };
         at += scale * DVec2::new(side * right.dot(step), step.y);
         ways.push(at);
     }

@@ -48,7 +48,7 @@ async fn read(request: Request<Body>, jobs: &Jobs, watch: &BodyWatch) -> Result<
         let name = field.name().unwrap_or_default().to_owned();
         match &*name {
             "image" if arrived.image.is_none() => {
-                arrived.image = Some(picture("image", &mut field, jobs, watch).await?)
+                arrived.image = Some(picture("image", &mut field, jobs, watch).await?);
             }
             "mask" if arrived.mask.is_none() => arrived.mask = Some(picture("mask", &mut field, jobs, watch).await?),
             "rig" if arrived.rig.is_none() => arrived.rig = Some(word(&mut field, watch).await?),

@@ -115,7 +115,7 @@ fn pictures() -> [Picture; 2] {
         }
         // Stripes of the shirt.
         let is_on_shirt = FIGURE[12].distance(at) < -PEN - 1.0 && FIGURE[13].distance(at) > PEN;
-        if is_on_shirt && (at[1] as usize / 12) % 2 == 0 {
+        if is_on_shirt && (at[1] as usize / 12).is_multiple_of(2) {
             mix(pixel, [250, 226, 140], 0.3);
         }
     }

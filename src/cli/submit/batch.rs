@@ -38,7 +38,7 @@ pub(super) async fn submit(remote: &Remote, place: &Path, defaults: &Value) -> R
         match remote.upload("source", &file).await {
             Ok(asset) => items.push(json!({"source": {"asset": asset}, "labels": {"name": name}})),
             Err(exit) if exit.code == INPUT_REFUSED => {
-                say(format_args!("warning: left out {}", one_line(&exit.message)))
+                say(format_args!("warning: left out {}", one_line(&exit.message)));
             }
             Err(exit) => return Err(exit),
         }

@@ -15,9 +15,9 @@ use serde_json::{Value, json};
 use self::remote::Remote;
 use super::{
     clips,
-    exit::{self, Exit, FAILED, one_line, print, say},
+    exit::{self, Exit, FAILED, one_line, print, report, say},
     files::StagedFiles,
-    manner::{report, speaks_json},
+    manner::speaks_json,
     outputs::{WantedFormats, check_places, report_bytes},
     verdict::{Judged, Judging},
     watch::ProgressWatch,

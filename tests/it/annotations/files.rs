@@ -46,7 +46,7 @@ fn a_mask_that_is_given_wins() {
     assert_eq!([found.width, found.height], view.size, "as large as the texture");
     let transparent = Picture {
         pixels: mask.pixels.iter().map(|pixel| if pixel[0] > 0 { [0, 0, 0, 255] } else { [0; 4] }).collect(),
-        ..mask.clone()
+        ..mask
     };
     let by_opacity = with_mask(&picture, &transparent).expect("a figure");
     assert_eq!(file(&by_opacity, "mask.png"), file(&drawing, "mask.png"), "opaque counts as white");
@@ -91,7 +91,8 @@ fn masks_that_cannot_be_used_are_refused_with_what_is_wrong() {
 fn hostile_pictures_end_in_a_problem_or_a_drawing() {
     // A chessboard, stripes, a frame, noise: what multiplies components, edges and lines.
     let size = 400;
-    let kinds: [(&str, fn(usize, usize) -> bool); 5] = [
+    type Kind = (&'static str, fn(usize, usize) -> bool);
+    let kinds: [Kind; 5] = [
         ("chessboard", |column, row| (column / 2 + row / 2) % 2 == 0),
         ("stripes", |_, row| row % 5 < 2),
         ("frame", |column, row| column.min(row) < 3 || column.max(row) > 396),

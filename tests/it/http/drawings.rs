@@ -163,7 +163,7 @@ async fn what_is_wrong_with_a_drawing_is_told_with_its_place() {
     };
     let character = String::from_utf8(files()[0].1.clone()).expect("text");
     // Each line has the one before nine times.
-    let nine = |name: &str| vec![name; 9].join(", ");
+    let nine = |name: &str| [name; 9].join(", ");
     let bomb = (1..14).fold(format!("l0: &l0 [{}]\n", nine("x")), |text, line| {
         format!("{text}l{line}: &l{line} [{}]\n", nine(&format!("*l{}", line - 1)))
     });
