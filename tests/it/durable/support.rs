@@ -293,8 +293,12 @@ pub(super) fn worker(flags: &[String], variables: &[(&'static str, String)]) -> 
 
 pub(super) fn of_role(role: &str, flags: &[String], variables: &[(&'static str, String)]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_retargetd"));
+    command.args([role, "--log", "error"]);
+    // A worker listens nowhere.
+    if role == "serve" {
+        command.args(["--listen", "127.0.0.1:0"]);
+    }
     command
-        .args([role, "--listen", "127.0.0.1:0", "--log", "error"])
         .args(flags)
         .envs(variables.iter().map(|(name, value)| (*name, value)));
     command
