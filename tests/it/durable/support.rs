@@ -298,8 +298,6 @@ pub(super) fn of_role(role: &str, flags: &[String], variables: &[(&'static str, 
     if role == "serve" {
         command.args(["--listen", "127.0.0.1:0"]);
     }
-    command
-        .args(flags)
-        .envs(variables.iter().map(|(name, value)| (*name, value)));
+    command.args(flags).envs(variables.iter().map(|(name, value)| (*name, value)));
     command
 }
