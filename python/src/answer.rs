@@ -75,6 +75,7 @@ pub(crate) fn ask(
         target: named(&files.1),
         source_rest: named(&files.2),
         target_rest: named(&files.3),
+        scene: None,
         config: named(&files.4),
     };
     // A config may ask for another task, as on the command line.
@@ -86,7 +87,7 @@ pub(crate) fn ask(
     let asked = Asked { question, files: asked_files, formats: &formats, knowledge: &knowledge, limits: &limits };
     let engine = engine(isolate).map_err(|failure| raised(py, &failure))?;
     match work(py, |control| engine.ask(&asked, control))? {
-        Answer::Picture(bytes) => PyBytes::new(py, &bytes).into_py_any(py),
+        Answer::Picture(bytes) | Answer::Archive(bytes) => PyBytes::new(py, &bytes).into_py_any(py),
         Answer::Document(document) => document.to_string().into_py_any(py),
         Answer::Ran(ran) => {
             let outputs = ran.outputs.into_iter().map(|made| {

@@ -65,7 +65,7 @@ fn masks_that_cannot_be_used_are_refused_with_what_is_wrong() {
     assert!(white.detail.contains("100 % of it are white"), "{white}");
     let dust = Picture {
         pixels: (0..96 * 112).map(|pixel| if pixel % 7 == 0 { [255; 4] } else { [0, 0, 0, 255] }).collect(),
-        ..mask.clone()
+        ..mask
     };
     assert!(
         matches!(
