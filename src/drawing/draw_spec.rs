@@ -19,6 +19,7 @@ use super::{Deformation, Manner, RetargetSpec, Rules, SceneSpec, ViewSection};
 pub struct DrawSpec {
     /// Version of this document's shape; 1.
     #[schemars(range(min = 1, max = 1))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub version: Option<u32>,
     /// Says that this is no retarget of a figure in space.
     pub task: DrawTask,

@@ -41,6 +41,7 @@ use crate::rig::{Align, ClipChoice, MorphsSpec, PoseSpec, RigSpec};
 pub struct RetargetSpec {
     /// Version of this document's shape; 1.
     #[schemars(range(min = 1, max = 1))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub version: Option<u32>,
     /// What is asked for.
     #[serde(skip_serializing_if = "is_default")]

@@ -62,7 +62,7 @@ async fn assets_and_results_have_pictures() {
     let drawn = client.post(format!("{}/v1/jobs", server.url)).header("prefer", "wait=30").json(&drawn).send().await;
     let drawn = document(drawn.expect("an answer")).await;
     assert_eq!(drawn["results"][0]["format"], "gif", "{drawn}");
-    assert!(drawn["results"][0].get("thumbnail").is_none(), "a picture is its own");
+    assert!(drawn["results"][0]["thumbnail"].is_string(), "a moving picture has a small one too");
     assert!(drawn["results"][1]["thumbnail"].is_string(), "the other has one");
     let content = get(&server, drawn["results"][0]["content"].as_str().expect("a link"), "").await;
     assert_eq!(header(&content, "content-type"), "image/gif");
