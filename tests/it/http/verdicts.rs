@@ -123,7 +123,7 @@ async fn a_batch_and_its_archive_can_be_seen() {
     let jobs: Value = read(client().get(format!("{path}/jobs")).send().await.expect("an answer")).await;
     let thumbnails: Vec<bool> =
         jobs["items"].as_array().expect("jobs").iter().map(|job| job["thumbnail"].is_string()).collect();
-    assert_eq!(thumbnails, [false, true, true, false], "of each job that has what can be drawn: {jobs}");
+    assert_eq!(thumbnails, [false, true, true, true], "of each job that has what can be drawn: {jobs}");
 
     let archive = client().get(format!("{path}/archive?previews=true")).send().await.expect("an answer");
     let bytes = archive.bytes().await.expect("bytes");
