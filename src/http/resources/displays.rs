@@ -46,9 +46,9 @@ struct DisplayQuery {
 /// What a file looks like never changes: it may be cached for as long as the file is kept.
 #[utoipa::path(get, path = "/v1/assets/{id}/display", operation_id = "display_asset", tag = "assets",
     params(("id" = String, Path, description = "the asset"), DisplayQuery,
-        ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
+        ("If-None-Match" = Option<String>, Header, description = "`ETag` of the caller's copy")),
     responses((status = 200, content_type = "model/gltf-binary", body = String, description = "the GLB"),
-        (status = 304, description = "the caller has it already"),
+        (status = 304, description = "not modified"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn of_asset(
     State(assets): State<Assets>,
@@ -66,9 +66,9 @@ async fn of_asset(
 /// As `GET /v1/assets/{id}/display`.
 #[utoipa::path(get, path = "/v1/results/{id}/display", operation_id = "display_result", tag = "results",
     params(("id" = String, Path, description = "the result"), DisplayQuery,
-        ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
+        ("If-None-Match" = Option<String>, Header, description = "`ETag` of the caller's copy")),
     responses((status = 200, content_type = "model/gltf-binary", body = String, description = "the GLB"),
-        (status = 304, description = "the caller has it already"),
+        (status = 304, description = "not modified"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn of_result(
     State(jobs): State<Jobs>,

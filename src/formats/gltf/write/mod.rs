@@ -190,7 +190,8 @@ fn merge_extras(json: &mut Map<String, Value>, extras: &Value, reporter: &mut Re
     let asset = json.get_mut("asset").and_then(Value::as_object_mut);
     let place = asset.map(|asset| asset.entry("extras").or_insert_with(|| Value::Object(Map::new())));
     let Some(Value::Object(place)) = place else {
-        let detail = "the document's asset.extras is no object; what the output was made from could not be noted in it";
+        let detail =
+            "the document's asset.extras is not an object; what the output was made from could not be noted in it";
         reporter.warn("extras_not_merged", "/asset/extras", detail, "");
         return;
     };
