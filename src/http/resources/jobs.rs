@@ -247,7 +247,7 @@ struct ReportQuery {
     include: Option<Included>,
 }
 
-/// What can be had beside a report.
+/// What is available besides a report.
 #[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 enum Included {
