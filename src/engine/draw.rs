@@ -159,7 +159,7 @@ impl DrawnCharacter {
             retarget.bvh_projection_bodypart_groups.iter().map(|group| group.name.clone()).collect();
         vec![
             reals("bvh_root_positions", &[frames, 3], space(&motion.roots)),
-            reals("bvh_joint_positions_normalised", &[frames, motion.joints(), 3], space(&motion.places)),
+            reals("bvh_joint_positions_normalized", &[frames, motion.joints(), 3], space(&motion.places)),
             reals("bvh_fwd_vectors", &[frames, 3], space(&motion.forwards)),
             reals(
                 "char_orientations_deg",
@@ -316,7 +316,8 @@ fn numbers(mesh: &[u8], name: &str, width: usize, control: &Control) -> Result<V
 
 fn text<'bytes>(bytes: &'bytes [u8], file: &str) -> Result<&'bytes str, Failure> {
     std::str::from_utf8(bytes).map_err(|_| {
-        Failure::new(FailureCode::MalformedConfig, format!("{file}: the file is no text")).with_hint("save it as UTF-8")
+        Failure::new(FailureCode::MalformedConfig, format!("{file}: the file is not UTF-8 text"))
+            .with_hint("save it as UTF-8")
     })
 }
 

@@ -16,7 +16,7 @@ use super::{
 };
 
 /// Pictures of drawings that are made for a second of motion, at most.
-const MOST_FPS: f64 = 30.0;
+const MAX_FPS: f64 = 30.0;
 
 /// The motion of a file, by the names of [`body_joints`]; and what was chosen, as a sentence.
 ///
@@ -81,12 +81,12 @@ fn joint_of(rig: &Rig<'_>, name: &str) -> Option<usize> {
 /// The frames of a clip that are taken, and the seconds between them: all where they come evenly and not too often, else the nearest ones.
 fn frames(clip: &Clip) -> (Vec<usize>, f64) {
     let times = clip.times_seconds();
-    let fps = clip.uniform_fps().unwrap_or(MOST_FPS);
-    if clip.uniform_fps().is_some() && fps <= MOST_FPS * 1.001 {
+    let fps = clip.uniform_fps().unwrap_or(MAX_FPS);
+    if clip.uniform_fps().is_some() && fps <= MAX_FPS * 1.001 {
         return ((0..times.len()).collect(), 1.0 / fps);
     }
     // A whole share of an even rate takes frames as they are.
-    let fps = if clip.uniform_fps().is_some() { fps / (fps / MOST_FPS).round().max(1.0) } else { MOST_FPS };
+    let fps = if clip.uniform_fps().is_some() { fps / (fps / MAX_FPS).round().max(1.0) } else { MAX_FPS };
     let count = (clip.duration_seconds() * fps).floor() as usize + 1;
     let begin = times.first().copied().unwrap_or(0.0);
     let nearest = |index: usize| {

@@ -11,7 +11,7 @@ use crate::{
 use super::{Failure, FailureCode, files::in_config};
 
 /// What one run gives.
-pub(super) struct Pass {
+pub(super) struct RetargetRun {
     pub(super) mapping: Mapping,
     /// The spec with everything found out filled in.
     pub(super) resolved: RetargetSpec,
@@ -28,7 +28,7 @@ pub(super) struct Pass {
     pub(super) seconds: f64,
 }
 
-impl Pass {
+impl RetargetRun {
     /// Resolves a spec and retargets with it. Whoever counts progress enters the phase; frames are counted here.
     pub(super) fn run(
         spec: &RetargetSpec,
