@@ -10,7 +10,10 @@ use crate::{
     config::{Isolation, Settings},
     http::{self, ApiState, HeavyRequests, Server, ServerSettings, Shares, Turns},
     identity::Tokens,
-    jobs::{Assets, Courier, Engine, Jobs, Keys, Library, ProcessEngine, RetargetEngine, Sweeper, Webhooks, Workers},
+    jobs::{
+        Assets, Engine, Jobs, Keys, Library, ProcessEngine, RetargetEngine, Sweeper, WebhookDispatcher, Webhooks,
+        Workers,
+    },
     outbound::Outbound,
     retarget,
     store::{BlobPlace, Blobs, DataFolder, Records, Store},

@@ -382,7 +382,7 @@ class MirrorSpec(TypedDict, total=False):
 
     mode: MirrorMode
     plane: MirrorPlane
-    centre_axis: Union[MirrorAxis, None]
+    center_axis: Union[MirrorAxis, None]
     pelvis_axis: Union[MirrorAxis, None]
     pairs: list[list[str]]
 

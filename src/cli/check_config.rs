@@ -12,7 +12,7 @@ use super::{
     exit::{BAD_USAGE, Exit, print, to_json},
     files::InputFile,
     inputs::{InputFiles, RestPaths},
-    taught::{PresetChoice, RigPaths},
+    user_knowledge::{PresetChoice, RigPaths},
     watch::cancel_on_interrupt,
 };
 
@@ -25,7 +25,7 @@ pub(super) struct Arguments {
     /// The file with the animation; together with --target, names in the config are checked against both
     #[arg(long, value_name = "FILE", requires = "target")]
     source: Option<PathBuf>,
-    /// The file with the character that the animation goes onto
+    /// The file with the target character
     #[arg(long, value_name = "FILE", requires = "source")]
     target: Option<PathBuf>,
     #[command(flatten)]

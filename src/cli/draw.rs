@@ -26,22 +26,22 @@ pub(super) struct Arguments {
     /// The config of a scene, as *Animated Drawings* reads it
     #[arg(long, value_name = "FILE", required_unless_present = "drawing", conflicts_with_all = ["drawing", "motion", "clip"])]
     config: Option<PathBuf>,
-    /// A folder with a drawing, which moves with nothing else given: char_cfg.yaml, texture.png and mask.png
+    /// A folder with a drawing: char_cfg.yaml, texture.png and mask.png
     #[arg(long, value_name = "FOLDER", requires = "motion")]
     drawing: Option<PathBuf>,
-    /// What the drawing does: a file with a clip, of any format that is read
+    /// The motion: a file with a clip, of any readable format
     #[arg(long, value_name = "FILE", requires = "drawing")]
     motion: Option<PathBuf>,
     /// The clip of the motion. Default: the first that moves
     #[arg(long, value_name = "NAME", requires = "motion")]
     clip: Option<String>,
-    /// Whose numbers come out. Without it, bones do not jump, have the angles that they are to have, and parts change places seldom
+    /// Reproduces the numbers of another program. Without it, bones have no jumps and exact angles, and parts rarely change their order
     #[arg(long, value_enum, conflicts_with = "drawing")]
     compat: Option<Compat>,
-    /// Where the result goes; .npz: the poses as arrays; .gif, .webp, .apng, .mp4: a moving picture. Without it, where the scene says
+    /// Output file; .npz: the poses as arrays; .gif, .webp, .apng, .mp4: a moving picture. Without it, the output of the scene
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// An archive with mesh_rest_vertices and mesh_triangles; it is deformed with the first character
+    /// An archive with mesh_rest_vertices and mesh_triangles, deformed with the first character
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
     #[command(flatten)]
@@ -50,7 +50,7 @@ pub(super) struct Arguments {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Compat {
-    /// Those of the program, with all that it does otherwise than one would
+    /// Those of the original program, including its quirks
     #[value(name = "animated_drawings")]
     AnimatedDrawings,
 }

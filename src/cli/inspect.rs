@@ -7,14 +7,14 @@ use crate::{engine, formats::Limits, model::Control};
 use super::{
     exit::{Exit, print, to_json},
     files::InputFile,
-    taught::RigPaths,
+    user_knowledge::RigPaths,
     watch::cancel_on_interrupt,
 };
 
 /// Arguments of `retargetd inspect`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The file to look at
+    /// The file to inspect
     #[arg(value_name = "FILE")]
     file: PathBuf,
     #[command(flatten)]

@@ -25,7 +25,7 @@ mod serve;
 mod service;
 mod submit;
 mod suggest;
-mod taught;
+mod user_knowledge;
 mod view;
 mod watch;
 mod worker;
@@ -46,43 +46,43 @@ struct Arguments {
 enum Command {
     /// Run the HTTP service: API and workers in one process.
     Serve(service::Arguments),
-    /// Run jobs that `serve` takes on in other processes, on the same Postgres database and the same file store.
+    /// Run jobs of `serve` processes that share the Postgres database and the file store.
     Worker(service::Arguments),
     /// Retarget one clip onto one character, without a server.
     Retarget(retarget::Arguments),
-    /// Have a running service do the work of `retarget`: upload, follow, download.
+    /// Run `retarget` on a running service: upload, follow, download.
     Submit(submit::Arguments),
-    /// Edit one clip of a file: its time, its seams, its sides; without a second rig.
+    /// Edit one clip of a file: timing, loop seams, mirroring; without a second rig.
     Edit(edit::Arguments),
-    /// Have a drawn character move: a scene of *Animated Drawings*, without its program.
+    /// Animate a drawn character: a scene of *Animated Drawings*, without that program.
     Draw(draw::Arguments),
-    /// Say why a joint of the result is turned as it is at one frame.
+    /// Explain the rotation of a result's joint at one frame.
     Explain(explain::Arguments),
-    /// Say what a file holds: skeleton, clips, recognised rig, roles, rest pose, units, warnings.
+    /// Show the contents of a file: skeleton, clips, recognized rig, roles, rest pose, units, warnings.
     Inspect(inspect::Arguments),
-    /// Show what a file looks like: a still, a sheet of stills or a moving picture.
+    /// Render a file: a still, a sheet of stills or a moving picture.
     Preview(preview::Arguments),
-    /// Draw two files at one scale and the same time, beside one another or the first as a ghost over the second
+    /// Render two files at the same scale and time, side by side or the first as a ghost over the second
     Compare(compare::Arguments),
-    /// Say what a retarget of two files would do, and write the config that does it.
+    /// Show what a retarget of two files would do, and write the config for it.
     Suggest(suggest::Arguments),
-    /// Write a table of joint pairs to start from, for a spreadsheet.
+    /// Write a table of joint pairs as a starting point for a spreadsheet.
     JointTable(joint_table::Arguments),
-    /// Check a config, by itself or against two files, without retargeting.
+    /// Check a config, alone or against two files, without retargeting.
     CheckConfig(check_config::Arguments),
     /// Put a character into a T pose, an A pose or the pose of another one, and write it to a file.
     Pose(pose::Arguments),
-    /// Run the main job over HTTP on an empty data folder, with a sample that the binary carries.
+    /// Run a retarget over HTTP on an empty data folder, with the built-in sample.
     Demo(demo::Arguments),
-    /// Write a sample clip and a sample character, to try things with.
+    /// Write a sample clip and a sample character.
     Samples(samples::Arguments),
     /// Print the OpenAPI document.
     Openapi(openapi::Arguments),
-    /// Make, list and revoke the keys with which callers say who they are.
+    /// Create, list and revoke keys that authenticate callers.
     Keys(keys::Arguments),
-    /// Ask a running service whether it is ready; for container health checks.
+    /// Check whether a running service is ready; for container health checks.
     Health(health::Arguments),
-    /// What the service starts to run the engine in; not for people.
+    /// Engine process, started by the service; not for interactive use.
     #[command(hide = true)]
     EngineProcess(engine_process::Arguments),
 }

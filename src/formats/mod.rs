@@ -119,7 +119,7 @@ pub fn read(
         Format::Png | Format::Webp | Format::Gif | Format::Apng | Format::Mp4 => Err(FormatError::unsupported(
             "read",
             "",
-            "a picture is no animation",
+            "a picture is not an animation",
             "send a file that GET /v1/formats lists as read",
         )),
     }

@@ -3,7 +3,7 @@
 use super::{ErrorKind, Format, FormatError, body_model};
 
 /// The end of an archive that is searched for names; a directory of arrays is far smaller.
-const MOST_DIRECTORY_BYTES: usize = 64 << 10;
+const MAX_DIRECTORY_BYTES: usize = 64 << 10;
 
 /// Keys of pose arrays that no glTF document has.
 const POSE_KEYS: [&[u8]; 3] = [b"\"joint_names\"", b"\"rest_translations\"", b"\"rest_rotations\""];
@@ -31,7 +31,7 @@ pub fn sniff(bytes: &[u8], file_name: &str) -> Result<Format, FormatError> {
             return Ok(Format::Zip);
         }
         // The directory at the archive's end names its members in clear.
-        let directory = &bytes[bytes.len().saturating_sub(MOST_DIRECTORY_BYTES)..];
+        let directory = &bytes[bytes.len().saturating_sub(MAX_DIRECTORY_BYTES)..];
         let has = |key: &str| find(directory, format!("{key}.npy").as_bytes()).is_some();
         return Ok(if body_model::is_parameter_archive(has) { Format::BodyModel } else { Format::PosesNpz });
     }

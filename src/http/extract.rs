@@ -36,7 +36,7 @@ impl<T: PathId, S: Send + Sync> FromRequestParts<S> for Id<T> {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
-        let not_found = |text: &str| Problem::new(Code::NotFound, format!("'{text}' is no id of anything here"));
+        let not_found = |text: &str| Problem::new(Code::NotFound, format!("'{text}' is not a valid id"));
         let Path(text) = Path::<String>::from_request_parts(parts, state).await.map_err(|_| not_found("…"))?;
         T::read(&text).map(Self).ok_or_else(|| not_found(&text.chars().take(64).collect::<String>()))
     }
@@ -75,7 +75,7 @@ pub(super) fn known_job_state(name: Option<&str>) -> Result<Option<JobState>, Pr
 /// A parameter of a query that says nothing.
 pub(super) fn unusable(member: &str, seen: &str, expected: &str) -> Problem {
     let shown: String = seen.chars().take(64).collect();
-    Problem::new(Code::MalformedRequest, format!("'{shown}' is no '{member}'; it is {expected}"))
+    Problem::new(Code::MalformedRequest, format!("'{shown}' is not a valid '{member}'; it is {expected}"))
 }
 
 /// A JSON body.
@@ -114,7 +114,7 @@ fn read_from<'de, T: DeserializeOwned>(
         let inner = error.into_inner();
         let detail = inner.to_string();
         if !inner.is_data() {
-            return Problem::new(Code::MalformedRequest, format!("the body is no JSON: {detail}"));
+            return Problem::new(Code::MalformedRequest, format!("the body is not valid JSON: {detail}"));
         }
         let code = if detail.starts_with("unknown field") { Code::UnknownField } else { Code::InvalidValue };
         let similar = if code == Code::UnknownField { similar_names(&detail) } else { Vec::new() };

@@ -221,7 +221,7 @@ fn config_document(file_name: String, bytes: Vec<u8>) -> Result<ConfigDocument, 
         let place = error.utf8_error().valid_up_to();
         Problem::new(
             Code::MalformedConfig,
-            format!("the config is no UTF-8 text; byte {place} is the first that is none"),
+            format!("the config is not UTF-8 text; byte {place} is the first invalid one"),
         )
     })?;
     Ok(ConfigDocument { file_name, text: text.into() })
@@ -297,11 +297,11 @@ fn content_length(headers: &HeaderMap) -> Option<u64> {
 
 /// A file name as it is kept: no folder, no control characters, not endless.
 pub(super) fn clean_name(name: &str) -> String {
-    const MOST_LETTERS: usize = 200;
+    const MAX_LETTERS: usize = 200;
     let last = name.rsplit(['/', '\\']).next().unwrap_or_default();
     let kept: Vec<char> = last.chars().filter(|letter| !letter.is_control()).collect();
     // The ending tells formats apart, so it is the beginning that goes.
-    kept[kept.len().saturating_sub(MOST_LETTERS)..].iter().collect()
+    kept[kept.len().saturating_sub(MAX_LETTERS)..].iter().collect()
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use futures::future::try_join_all;
 use tokio::sync::Semaphore;
 
 use super::{
-    Asked, Engine, Files, Full, Jobs, Question, Refusal,
+    Engine, EngineRequest, Files, Full, Jobs, Question, Refusal,
     inspections::{Found, InspectionKey},
     library::{self, OwnRigs},
     looks::Look,
@@ -213,7 +213,7 @@ impl Assets {
         let work =
             move |(bytes, knowledge): &(Bytes, Knowledge), engine: &dyn Engine, limits: &Limits, control: &Control| {
                 let files = Files { source: Some(NamedBytes { name: &name, bytes }), ..Files::default() };
-                let asked = Asked { question: Question::Inspect, files, formats: &[], knowledge, limits };
+                let asked = EngineRequest { question: Question::Inspect, files, formats: &[], knowledge, limits };
                 engine.ask(&asked, control)?.document()
             };
         self.jobs.look(look, load, work).await

@@ -25,7 +25,7 @@ pub struct SkinPoints {
 }
 
 impl SkinPoints {
-    /// Vertices that a joint moves by a smaller share say more about its neighbours than about the joint.
+    /// Vertices that a joint moves by a smaller share say more about its neighbors than about the joint.
     pub const LEAST_WEIGHT: f32 = 0.3;
 
     /// Sorts points by their joints, keeping their order within a joint. What is not finite, too light, or of no joint among

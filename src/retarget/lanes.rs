@@ -87,7 +87,7 @@ impl QuatLanes {
                 narrow[group + lane] = Quat::from_vec4(column);
             }
         }
-        // Products of continuous tracks are continuous, so neighbours nearly always lie together already.
+        // Products of continuous tracks are continuous, so neighbors nearly always lie together already.
         let mut together = narrow[0].dot(*before) >= 0.0;
         for lane in 1..LANES {
             let dot = |values: &Lane| values[lane] * values[lane - 1];
@@ -226,7 +226,7 @@ impl QuatLanes {
         result
     }
 
-    /// Normalised linear interpolation the short way round: 0 gives `self`, 1 gives `other`.
+    /// Normalized linear interpolation the short way round: 0 gives `self`, 1 gives `other`.
     #[inline(always)]
     pub(super) fn blend(&self, other: &Self, fraction: f64) -> Self {
         let mut result = Self::IDENTITY;

@@ -9,7 +9,7 @@ use super::hexadecimal;
 
 /// The text is no name of a principal.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("'{seen}' is no name of a caller: 1 to {MOST_LETTERS} lower-case letters, digits, '_', '-' and '.'")]
+#[error("'{seen}' is not a caller name: 1 to {MOST_LETTERS} lower-case letters, digits, '_', '-' and '.'")]
 pub struct PrincipalError {
     /// What was seen.
     pub seen: String,

@@ -418,7 +418,7 @@ fn a_foot_that_swings_in_the_frame_that_is_measured_from_stands_flat_when_it_lan
     }
 }
 
-/// Feet are on the floor by their mesh: a character that was modelled above it comes down.
+/// Feet are on the floor by their mesh: a character that was modeled above it comes down.
 #[test]
 fn soles_count_and_not_joints() {
     let Some(path) = corpus_file("mixamo/gltf/Xbot.glb") else { return };

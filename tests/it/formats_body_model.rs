@@ -306,7 +306,7 @@ fn bare_vectors_and_matrices_are_the_pose_that_they_say() {
         }
     }
     let refused = read(&archive(&[("poses", array(&[1, 22, 3, 3], &[2.0; 198]))]), "a.npz").expect_err("no rotations");
-    assert!(refused.detail.contains("no rotation"), "{refused}");
+    assert!(refused.detail.contains("not a rotation"), "{refused}");
 }
 
 #[test]

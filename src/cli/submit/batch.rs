@@ -238,7 +238,7 @@ mod tests {
         assert_eq!(
             names(folder.path()).expect("clips"),
             ["run", "walk", "walk.fbx"],
-            "in order, and what is no clip is left"
+            "in order, and what is not a clip is left"
         );
         let list = folder.path().join("list.txt");
         fs::write(&list, "# two\nrun.glb\n\nother/run.glb\n").expect("a list");

@@ -29,7 +29,7 @@ use crate::{
 };
 
 /// Positions are of 22 joints, or of 24 with one for each hand.
-const MOST_JOINTS_SEEN: u64 = 24;
+const MAX_JOINTS_SEEN: u64 = 24;
 
 /// Whether an archive with these keys holds parameters of a body model and no skeleton of its own.
 pub(super) fn is_parameter_archive(key: impl Fn(&str) -> bool) -> bool {
@@ -80,7 +80,7 @@ pub(super) fn read_array(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut R
         "set `edit.fps` or `edit.speed` in the config where the motion is too slow or too fast",
     );
     // Where every joint is seen, and how it turns.
-    let joints = frames.saturating_mul(MOST_JOINTS_SEEN);
+    let joints = frames.saturating_mul(MAX_JOINTS_SEEN);
     budget.take_array(joints, (size_of::<DVec3>() + size_of::<DQuat>()) as u64, PLACE)?;
     let places = match array.shape.as_slice() {
         [_, features::WIDTH] => features::places(&array),

@@ -235,7 +235,7 @@ fn turns(
     };
     if matrices && let Some(row) = (0..frames * joints).find(|row| !is_rotation(&array.row::<9>(*row))) {
         let detail =
-            format!("the matrix of joint {} at frame {} is no rotation", row % joints.max(1), row / joints.max(1));
+            format!("the matrix of joint {} at frame {} is not a rotation", row % joints.max(1), row / joints.max(1));
         return Err(refused(key, detail));
     }
     budget.take(Limit::FramesPerClip, frames as u64, key)?;

@@ -40,7 +40,7 @@ pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 struct CreateQuery {
-    /// What the file is called; its ending tells `.vrm` from `.glb`.
+    /// Name of the file; its extension distinguishes `.vrm` from `.glb`.
     #[serde(default)]
     filename: String,
 }
@@ -71,14 +71,14 @@ impl NewAssetByUrl {
 
 /// Uploads a file.
 ///
-/// The body is the file itself; or, where the operator allows it, JSON with a URL that the service fetches it from. The same bytes of the same format are kept once: uploading them again gives the asset that
-/// is there, kept for longer.
+/// The body is the file itself or, if the operator allows it, JSON with a URL from which the service fetches it. The
+/// same bytes of the same format are stored once: uploading them again returns the existing asset with a new expiry.
 #[utoipa::path(post, path = "/v1/assets", operation_id = "upload_asset", tag = "assets", params(CreateQuery,
     ("Content-Digest" = Option<String>, Header, description = "`sha-256=:…:` of the body; checked")),
     request_body(description = "the file, or where it is", content(
         (String = "application/octet-stream"), (NewAssetByUrl = "application/json"))),
     responses((status = 201, body = AssetView, description = "kept", headers(("Location" = String))),
-        (status = 200, body = AssetView, description = "these bytes are here already"),
+        (status = 200, body = AssetView, description = "the asset exists already"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn create(
     State(state): State<ApiState>,
@@ -114,7 +114,7 @@ async fn list(
     Ok(Json(AssetPageView { items, next_cursor }))
 }
 
-/// Shows what is known of a file.
+/// Shows a file.
 #[utoipa::path(get, path = "/v1/assets/{id}", operation_id = "show_asset", tag = "assets", params(("id" = String, Path, description = "the asset")),
     responses((status = 200, body = AssetView, description = "the asset"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
@@ -126,9 +126,9 @@ async fn show(
     Ok(Json(assets.get(&owner, &id).await?.into()))
 }
 
-/// Removes a file.
+/// Deletes a file.
 ///
-/// Refused while an unfinished job needs it.
+/// Refused while an unfinished job uses it.
 #[utoipa::path(delete, path = "/v1/assets/{id}", operation_id = "delete_asset", tag = "assets", params(("id" = String, Path, description = "the asset")),
     responses((status = 204, description = "removed"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
@@ -146,7 +146,7 @@ async fn delete(
     ("Range" = Option<String>, Header, description = "one range of bytes")),
     responses((status = 200, content_type = "*/*", body = String, description = "the bytes"),
         (status = 206, content_type = "*/*", body = String, description = "a range of the bytes"),
-        (status = 304, description = "the caller has them already"),
+        (status = 304, description = "not modified"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn content(
     State(assets): State<Assets>,
@@ -212,12 +212,12 @@ fn finding_codes() -> utoipa::openapi::schema::Object {
         .build()
 }
 
-/// Says what a file holds.
+/// Inspects a file.
 ///
-/// Skeletons, clips, the recognised rig, roles with confidence, the kind of rest pose, units, findings (what is wrong, odd or worth
-/// knowing, each with what to do) and warnings. Rig templates of your own take part in the recognition.
+/// Skeletons, clips, the recognized rig, roles with confidence, the kind of rest pose, units, findings (problems and
+/// oddities, each with a fix) and warnings. Your own rig templates take part in the recognition.
 #[utoipa::path(get, path = "/v1/assets/{id}/skeleton", operation_id = "show_skeleton", tag = "assets", params(("id" = String, Path, description = "the asset")),
-    responses((status = 200, body = SkeletonView, description = "what the file holds, as `retargetd inspect --json` prints it"),
+    responses((status = 200, body = SkeletonView, description = "the contents of the file, as `retargetd inspect --json` prints them"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn skeleton(
     State(assets): State<Assets>,

@@ -2,10 +2,10 @@
 
 pub(super) mod assets;
 pub(super) mod batches;
-pub(super) mod describe;
 pub(super) mod edits;
 pub(super) mod events;
 pub(super) mod explanations;
+pub(super) mod info;
 pub(super) mod jobs;
 pub(super) mod keys;
 pub(super) mod library;

@@ -40,13 +40,13 @@ const GRACE: Duration = Duration::from_secs(1);
 
 /// Tells webhooks what happened, from the outbox of the store.
 #[derive(Debug)]
-pub struct Courier {
+pub struct WebhookDispatcher {
     running: TaskTracker,
     stop: CancellationToken,
     task: JoinHandle<()>,
 }
 
-impl Courier {
+impl WebhookDispatcher {
     /// Starts it.
     #[must_use]
     pub fn start(jobs: &Jobs, outbound: Outbound) -> Self {

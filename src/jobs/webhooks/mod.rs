@@ -1,14 +1,14 @@
 //! Webhooks: telling somebody's server that a job has come to its end.
 //!
 //! [`Webhooks`] is what owners ask: make one, look, remove, ping, rotate its secret, look at what it was told and tell it again. What is to
-//! be told is in the outbox of the store since the transaction of the job's end; the [`Courier`] of every process takes it from there. A
+//! be told is in the outbox of the store since the transaction of the job's end; the [`WebhookDispatcher`] of every process takes it from there. A
 //! webhook says nothing that the job itself does not say, so that whoever asks instead misses nothing.
 
 mod courier;
 mod message;
 mod schedule;
 
-pub use courier::Courier;
+pub use courier::WebhookDispatcher;
 
 use std::time::Duration;
 

@@ -5,7 +5,7 @@
 //! dwarfs and giants compare. Each family of metrics is one file; their names, units and thresholds are one table,
 //! [`MetricName`](super::spec::MetricName).
 //!
-//! Feet, knees, the spine and the pelvis are looked at in every frame, the rest of long clips in runs of neighbouring frames, evenly spread, unless a
+//! Feet, knees, the spine and the pelvis are looked at in every frame, the rest of long clips in runs of neighboring frames, evenly spread, unless a
 //! full report is asked for.
 
 mod bends;
@@ -67,9 +67,9 @@ pub use feet::ContactMeasure;
 pub use limbs::LimbDirection;
 pub use metric::{Metric, Verdict, Worst};
 
-/// Frames of a long clip that a summary looks at beside feet and pelvis, and how many neighbours at a time.
+/// Frames of a long clip that a summary looks at beside feet and pelvis, and how many neighbors at a time.
 const FRAMES_LOOKED_AT: usize = 400;
-const NEIGHBOURS: usize = 20;
+const NEIGHBORS: usize = 20;
 const NO_GOALS: &str = "no inverse kinematics ran";
 const NO_LIMBS: &str = "no limb was recognised on both sides";
 
@@ -154,7 +154,7 @@ pub fn measure(
     let elbows = Pops::elbows(&rigs, &mut wanted);
     let collisions = Collisions::find(&rigs, sizes.map(|size| size.leg), &mut wanted);
     let (head, chest) = (Front::head(&rigs, &mut wanted), Front::chest(&rigs, &mut wanted));
-    let frames = if is_full { Frames::all(count) } else { Frames::spread(count, FRAMES_LOOKED_AT, NEIGHBOURS) };
+    let frames = if is_full { Frames::all(count) } else { Frames::spread(count, FRAMES_LOOKED_AT, NEIGHBORS) };
     let spread = compare(&performers, &wanted, frames);
 
     let feet = feet.map_or_else(FeetFindings::none, |feet| feet.measure(&performers, &every));

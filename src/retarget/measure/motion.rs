@@ -78,11 +78,11 @@ impl Wanted {
     }
 }
 
-/// Which frames are looked at: all, or runs of neighbours that are spread evenly.
+/// Which frames are looked at: all, or runs of neighbors that are spread evenly.
 #[derive(Debug)]
 pub(super) struct Frames {
     pub(super) indices: Vec<usize>,
-    /// Which of `indices` are neighbours in the clip.
+    /// Which of `indices` are neighbors in the clip.
     pub(super) runs: Vec<Range<usize>>,
 }
 

@@ -142,7 +142,7 @@ impl<'a> FootSkin<'a> {
         Some(Self { performer, kinematics, parts, leg })
     }
 
-    /// Follows every part over frames that are neighbours.
+    /// Follows every part over frames that are neighbors.
     pub(super) fn follow(&self, frames: &[usize]) -> Vec<PartTrack> {
         let chunks: Vec<Vec<PartTrack>> = frames
             .par_chunks(CHUNK_FRAMES)

@@ -41,7 +41,7 @@ struct Followed {
     size: f64,
 }
 
-/// Both sides over four neighbouring frames.
+/// Both sides over four neighboring frames.
 struct Step {
     frame: usize,
     /// From the first to the last of them.
@@ -117,7 +117,7 @@ impl Smoothness {
 }
 
 impl Followed {
-    /// Every four neighbouring frames. Keys may lie unevenly, so jerk is the third divided difference.
+    /// Every four neighboring frames. Keys may lie unevenly, so jerk is the third divided difference.
     fn steps(&self, compared: &Compared) -> Vec<Step> {
         let mut steps = Vec::with_capacity(compared.len());
         for run in &compared.frames.runs {

@@ -248,7 +248,7 @@ pub struct MirrorSpec {
     /// The own axis of joints of the middle that points sideways: `"x"`, or `{"rotation": "x", "translation": "z"}` where rotations and
     /// translations need different ones; only for `components`. Default: found, joint by joint.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub centre_axis: Option<MirrorAxis>,
+    pub center_axis: Option<MirrorAxis>,
     /// The same for the pelvis and what is above it, where it differs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pelvis_axis: Option<MirrorAxis>,

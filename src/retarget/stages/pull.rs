@@ -106,7 +106,7 @@ impl PullStage {
 
     /// The move after which held legs are as long as they were before their feet were moved, as far as that goes for all of them.
     ///
-    /// Minimises `Σ w (u · x − m)² + x · C · x`, with `u` from the goal to the hip, `m` what the leg is too short by, `w` how much its
+    /// Minimizes `Σ w (u · x − m)² + x · C · x`, with `u` from the goal to the hip, `m` what the leg is too short by, `w` how much its
     /// bones turn when its length changes: a leg that is nearly straight bends by 8 degrees for a hundredth of its length.
     fn balanced(&self, work: &Work<'_>, hips: &[DVec3], frame: usize, already: DVec3) -> DVec3 {
         let up = self.ground.up;

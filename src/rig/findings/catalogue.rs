@@ -180,7 +180,7 @@ findings! {
         "Nothing: the result begins at the first key.";
     TracksConstant = "tracks_constant", Note,
         "Most tracks of a clip hold one value from beginning to end.",
-        "Nothing; optimising the animation when exporting makes the file smaller.";
+        "Nothing; optimizing the animation when exporting makes the file smaller.";
     ScaleAnimated = "scale_animated", Note,
         "A clip changes the scale of joints. Scale is not retargeted.",
         "Bake squash and stretch into other channels, or into morph targets, where it matters.";

@@ -195,7 +195,7 @@ fn shapes_materials_and_images_go_along() {
     let material = primitive.material();
     let surface = material.pbr_metallic_roughness();
     assert_eq!((material.name(), surface.metallic_factor()), (Some("Paint"), 0.0));
-    assert_eq!(surface.base_color_factor(), [1.0; 4], "the image is the colour");
+    assert_eq!(surface.base_color_factor(), [1.0; 4], "the image is the color");
     let image = surface.base_color_texture().expect("on it").texture().source();
     assert_eq!(image.name(), Some("face.png"));
     let gltf::image::Source::View { view, mime_type } = image.source() else { panic!("in the file") };

@@ -234,7 +234,7 @@ fn images_stay_on_their_materials() {
     let material = &file.materials[0];
     let color = &material.fbx.diffuse_color;
     assert_eq!([color.value_vec4.x, color.value_vec4.y, color.value_vec4.z], [0.8, 0.5, 0.25]);
-    let texture = color.texture.as_ref().expect("on its colour");
+    let texture = color.texture.as_ref().expect("on its color");
     assert_eq!(texture.uv_transform.scale.x, 2.0, "as large as it was");
 }
 

@@ -136,7 +136,7 @@ const NO_BODIES: &[&str] = &[
     "bvh/misc/pybvh_rotation_first_root.bvh",
 ];
 
-/// The labelled joints of a file: roles of the trunk and the left side, with the names of their joints.
+/// The labeled joints of a file: roles of the trunk and the left side, with the names of their joints.
 pub(super) fn truth(path: &str) -> Option<Vec<(Role, Vec<String>)>> {
     let (.., prefix, schemes) = BODIES.iter().find(|row| row.0 == path)?;
     let label = |(role, names): &(&str, &str)| {

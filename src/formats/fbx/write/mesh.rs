@@ -1,4 +1,4 @@
-//! The meshes of an FBX target, as its parser gives them: polygons, normals, UVs, colours, skins, shapes.
+//! The meshes of an FBX target, as its parser gives them: polygons, normals, UVs, colors, skins, shapes.
 //!
 //! Vertices are written in the space of their node, whatever pivots and geometric transforms lie between in the original. With `G` from
 //! geometry to node and `B` from geometry to bone at the bind, a cluster's own transform is `B · G⁻¹`.

@@ -23,7 +23,7 @@ pub(in crate::retarget) fn local_polynomial(
 ) -> Vec<DQuat> {
     let smooth = |frame| {
         let near = window(rotations, frame, reach);
-        let value = at_centre(&times[near.clone()], times[frame], degree.min(MOST_DEGREE), |other| {
+        let value = at_center(&times[near.clone()], times[frame], degree.min(MOST_DEGREE), |other| {
             turn_between(rotations[frame], rotations[near.start + other])
         });
         (rotations[frame] * DQuat::from_scaled_axis(value)).normalize()
@@ -52,14 +52,14 @@ fn turn_between(from: DQuat, to: DQuat) -> DVec3 {
     if sine > 0.0 { axis * (2.0 * sine.atan2(turn.w) / sine) } else { DVec3::ZERO }
 }
 
-/// The value at `centre` of the polynomial that meets the values at these times best.
-fn at_centre(times: &[f64], centre: f64, degree: usize, value: impl Fn(usize) -> DVec3) -> DVec3 {
+/// The value at `center` of the polynomial that meets the values at these times best.
+fn at_center(times: &[f64], center: f64, degree: usize, value: impl Fn(usize) -> DVec3) -> DVec3 {
     let terms = (degree + 1).min(times.len());
-    let farthest = times.iter().map(|time| (time - centre).abs()).fold(0.0, f64::max);
+    let farthest = times.iter().map(|time| (time - center).abs()).fold(0.0, f64::max);
     let powers = |time: f64| {
         let mut powers = [1.0; MOST_TERMS];
         for term in 1..MOST_TERMS {
-            powers[term] = powers[term - 1] * (time - centre) / farthest;
+            powers[term] = powers[term - 1] * (time - center) / farthest;
         }
         powers
     };
@@ -134,7 +134,7 @@ mod tests {
         let times: Vec<f64> = (0..7).map(f64::from).collect();
         for (at, wanted) in [-2.0, 3.0, 6.0, 7.0, 6.0, 3.0, -2.0].into_iter().enumerate() {
             let one = |other: usize| if other == at { DVec3::X } else { DVec3::ZERO };
-            let weight = at_centre(&times, 3.0, 2, one).x;
+            let weight = at_center(&times, 3.0, 2, one).x;
             assert!((weight - wanted / 21.0).abs() < 1e-12, "point {at}: {weight}");
         }
     }

@@ -59,7 +59,7 @@ struct Links {
     metrics: &'static str,
 }
 
-/// Says where to go.
+/// Lists the entry points.
 #[utoipa::path(get, path = "/", tag = "service", responses((status = 200, body = Discovery, description = "where to go")))]
 async fn discovery() -> Json<Discovery> {
     Json(Discovery {
@@ -98,8 +98,8 @@ struct Version {
     version: &'static str,
 }
 
-/// Says what runs.
-#[utoipa::path(get, path = "/version", tag = "service", responses((status = 200, body = Version, description = "what runs")))]
+/// Shows the version.
+#[utoipa::path(get, path = "/version", tag = "service", responses((status = 200, body = Version, description = "the version")))]
 async fn version() -> Json<Version> {
     Json(Version { name: env!("CARGO_PKG_NAME"), version: env!("CARGO_PKG_VERSION") })
 }
@@ -192,14 +192,14 @@ async fn formats() -> Json<Formats> {
     Json(Formats { formats: views.collect() })
 }
 
-/// Gives the JSON Schema of the retarget spec.
+/// Returns the JSON Schema of the retarget spec.
 #[utoipa::path(get, path = "/v1/schemas/retarget-spec", tag = "service",
     responses((status = 200, body = Object, description = "a JSON Schema")))]
 async fn spec_schema(State(state): State<ApiState>) -> Response {
     json_text((state.spec_schema)().to_string())
 }
 
-/// Gives the JSON Schema of rig templates.
+/// Returns the JSON Schema of rig templates.
 #[utoipa::path(get, path = "/v1/schemas/rig-template", tag = "service",
     responses((status = 200, body = Object, description = "a JSON Schema")))]
 async fn rig_schema() -> Response {
