@@ -76,7 +76,7 @@ impl Conversion {
     }
 
     /// The rotation and the factor in the precision of tracks.
-    #[expect(clippy::cast_possible_truncation, reason = "tracks hold f32")]
+    // Tracks hold f32.
     pub(super) fn of_tracks(&self) -> (Quat, f32) {
         (self.rotation.as_quat(), self.scale as f32)
     }
