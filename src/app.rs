@@ -229,7 +229,7 @@ impl Core {
         let parts = Parts {
             workers: Workers::start(&self.jobs, settings.workers.0),
             sweeper: Sweeper::start(&self.jobs),
-            courier: Courier::start(&self.jobs, self.outbound),
+            courier: WebhookDispatcher::start(&self.jobs, self.outbound),
             jobs: self.jobs,
             server,
             probes,
@@ -246,7 +246,7 @@ struct Parts {
     jobs: Jobs,
     workers: Workers,
     sweeper: Sweeper,
-    courier: Courier,
+    courier: WebhookDispatcher,
     server: Option<Server>,
     probes: Option<Server>,
 }

@@ -101,7 +101,7 @@ impl Accessor {
     }
 
     /// The elements of a view of their own.
-    pub(super) const fn of_view(view: usize, component_type: Component, count: usize, shape: Shape) -> Self {
+    pub(super) fn of_view(view: usize, component_type: Component, count: usize, shape: Shape) -> Self {
         Self { buffer_view: Some(view), ..Self::new(component_type, count, shape) }
     }
 }
