@@ -16,7 +16,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
-from .errors import Error, Failed, FieldError, class_of
+from .errors import Error, Failed, class_of, fields_of
 
 if TYPE_CHECKING:
     from .files import FileLike
@@ -393,15 +393,7 @@ def _problem_of(refused: urllib.error.HTTPError) -> dict[str, Any]:
 
 def _problem(problem: Mapping[str, Any]) -> Error:
     code = str(problem.get("code", "internal"))
-    fields = tuple(
-        FieldError(
-            str(error.get("pointer", "")),
-            str(error.get("code", "")),
-            str(error.get("detail", "")),
-            tuple(error.get("did_you_mean", ())),
-        )
-        for error in problem.get("errors") or ()
-    )
+    fields = fields_of(problem.get("errors") or ())
     return class_of(code)(
         str(problem.get("detail", code)),
         code=code,

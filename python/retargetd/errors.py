@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
 
 
 class FieldError(NamedTuple):
@@ -106,17 +107,22 @@ def class_of(code: str) -> type[Error]:
     return InputRefused if code in _ABOUT_FILES else Failed
 
 
-def of_failure(code: str, detail: str, part: str, place: str, hint: str, errors: str) -> Error:
-    """The exception of what the engine says; ``errors`` is JSON."""
-    fields = tuple(
+def fields_of(errors: Iterable[Mapping[str, Any]]) -> tuple[FieldError, ...]:
+    """The single things that are wrong, as the engine and the service write them."""
+    return tuple(
         FieldError(
             str(error.get("pointer", "")),
             str(error.get("code", "")),
             str(error.get("detail", "")),
             tuple(error.get("did_you_mean", ())),
         )
-        for error in json.loads(errors)
+        for error in errors
     )
+
+
+def of_failure(code: str, detail: str, part: str, place: str, hint: str, errors: str) -> Error:
+    """The exception of what the engine says; ``errors`` is JSON."""
+    fields = fields_of(json.loads(errors))
     return class_of(code)(detail, code=code, part=part, place=place, hint=hint, errors=fields)
 
 

@@ -273,12 +273,14 @@ fn format_called(name: &str) -> Result<Format, Exit> {
 /// The format that a file name's ending stands for, where it can be written.
 pub(super) fn output_format(path: &Path) -> Result<Format, Exit> {
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let writable: Vec<String> = Format::ALL
-        .iter()
-        .filter(|format| format.info().writes)
-        .flat_map(|format| format.info().endings)
-        .map(|ending| format!(".{ending}"))
-        .collect();
+    let mut writable: Vec<String> = Vec::new();
+    for ending in Format::ALL.iter().filter(|format| format.info().writes).flat_map(|format| format.info().endings) {
+        let ending = format!(".{ending}");
+        // Drawings share endings with figures.
+        if !writable.contains(&ending) {
+            writable.push(ending);
+        }
+    }
     let hint = format!("use one of {}", writable.join(" "));
     match Format::from_file_name(&name) {
         Some(format) if format.info().writes => Ok(format),

@@ -69,7 +69,7 @@ pub use knowledge::{
 pub use labels::{ByRole, OneOrMore};
 pub use layer::laid_over;
 pub use limited::LimitedView;
-pub use preview::{Preview, PreviewOptions, compare, is_drawable, preview};
+pub use preview::{Preview, PreviewOptions, compare, has_figure, is_drawable, preview};
 pub use propose::{
     DriverView, Proposal, ProposalCounts, RoleDoubts, RolePair, SourceShare, check_config, propose, propose_with,
 };

@@ -47,8 +47,14 @@ pub struct PreviewOptions {
 /// Whether a file of a format can be drawn: what can be read can, and what is a picture already.
 #[must_use]
 pub fn is_drawable(format: &str) -> bool {
-    Format::from_name(format)
-        .is_some_and(|format| format.info().reads || (format.info().is_picture && format != Format::Mp4))
+    let is_picture = |format: Format| format.info().is_picture && format != Format::Mp4;
+    has_figure(format) || Format::from_name(format).is_some_and(is_picture)
+}
+
+/// Whether a result of that format has a figure that can be drawn, and is not a picture itself.
+#[must_use]
+pub fn has_figure(format: &str) -> bool {
+    Format::from_name(format).is_some_and(|format| format.info().reads)
 }
 
 impl PreviewOptions {

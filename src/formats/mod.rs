@@ -73,6 +73,14 @@ use crate::model::{
     Clip, Control, MorphMesh, MorphPlace, Reporter, Scene, Stretched, joints_stretched_in, straightened_clip,
 };
 
+/// A glTF document and its buffer as a GLB.
+///
+/// # Errors
+/// When that has more than 4 GiB.
+pub fn glb_file(document: &serde_json::Value, binary: &[u8]) -> Result<Vec<u8>, FormatError> {
+    gltf::contain(document.to_string().as_bytes(), binary.len(), std::iter::once(binary))
+}
+
 /// Whether a file that is written of a target holds the weights of one of its morphs.
 #[must_use]
 pub fn holds_morph(target: &Scene, morph: usize, format: Format, include: Include) -> bool {

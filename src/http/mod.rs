@@ -42,6 +42,7 @@ mod server;
 mod shares;
 mod studio;
 mod turns;
+mod unchanging;
 mod upload;
 mod views;
 

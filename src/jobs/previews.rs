@@ -56,9 +56,6 @@ impl Jobs {
     /// When the file cannot be read or shows nothing, or there is no room to draw it.
     pub async fn preview(&self, file: &Pictured, options: PreviewOptions) -> Result<Bytes, Refusal> {
         let key = file.key(&options);
-        if let Some(picture) = self.0.pictures.find(&key) {
-            return Ok(picture);
-        }
         let [width, height] = options.view.size.map(|side| side as u64);
         let cells = options.view.cells() as u64;
         let memory_bytes = memory::of_job([memory::of_unknown_file(file.bytes)].into_iter(), 1.0)
@@ -73,9 +70,6 @@ impl Jobs {
     /// When the file cannot be read, has no such clip, or there is no room to decode it.
     pub async fn display(&self, file: &Pictured, options: DisplayOptions) -> Result<Bytes, Refusal> {
         let key = file.key(&options);
-        if let Some(display) = self.0.pictures.find(&key) {
-            return Ok(display);
-        }
         let textures = if options.mesh { TEXTURE_BYTES } else { 0 };
         let memory_bytes =
             memory::of_job([memory::of_unknown_file(file.bytes)].into_iter(), 1.0).saturating_add(textures);
@@ -83,7 +77,11 @@ impl Jobs {
         self.drawn(file, key, look, Question::Display(Box::new(options))).await
     }
 
+    /// What is kept under the key, else the engine's answer, which is kept then.
     async fn drawn(&self, file: &Pictured, key: String, look: Look<'_>, question: Question) -> Result<Bytes, Refusal> {
+        if let Some(picture) = self.0.pictures.find(&key) {
+            return Ok(picture);
+        }
         let load = async { Ok(self.0.store.blobs().read(&file.sha256).await?) };
         let name = file.file_name.clone();
         let work = move |bytes: &Bytes, engine: &dyn Engine, limits: &Limits, control: &Control| {

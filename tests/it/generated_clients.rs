@@ -69,7 +69,6 @@ fn travel(folder: &Path, command: &mut Command) {
 }
 
 #[test]
-#[ignore = "falls short: the one-shot takes JSON besides its form, and the journey does not know the names that this gives"]
 fn openapi_python_client_makes_one_that_works() {
     let Some(python) = python_with("openapi_python_client") else {
         return skip("a client of openapi-python-client, because that is not installed");
@@ -115,7 +114,6 @@ fn openapi_generator(folder: &Path, arguments: &[&str]) -> Option<PathBuf> {
 }
 
 #[test]
-#[ignore = "falls short: the one-shot takes JSON besides its form, and the journey does not know the names that this gives"]
 fn openapi_generator_makes_one_in_python_that_works() {
     let folder = folder_with_document();
     let Some(python) = openapi_generator(folder.path(), &["-g", "python", "--package-name", "retargetd_client"]) else {
@@ -188,7 +186,6 @@ fn openapi_typescript_makes_types_that_work() {
 }
 
 #[test]
-#[ignore = "falls short: the one-shot takes JSON besides its form, and the journey does not know the names that this gives"]
 fn hey_api_makes_one_that_works() {
     let Some(modules) = node_modules("hey_api", "@hey-api/openapi-ts") else { return };
     let folder = folder_with_document();

@@ -134,10 +134,11 @@ fn sweep(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn bits(rows: &[&str]) -> Bits {
+    /// A picture of `#` on other characters.
+    pub(in super::super) fn bits(rows: &[&str]) -> Bits {
         let text: Vec<u8> = rows.concat().into_bytes();
         Bits::of(rows[0].len(), rows.len(), |index| text[index] == b'#')
     }

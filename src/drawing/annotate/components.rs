@@ -111,12 +111,8 @@ pub(super) fn without_specks(bits: &Bits, least: usize) -> Bits {
 
 #[cfg(test)]
 mod tests {
+    use super::super::bits::tests::bits;
     use super::*;
-
-    fn bits(rows: &[&str]) -> Bits {
-        let text: Vec<u8> = rows.concat().into_bytes();
-        Bits::of(rows[0].len(), rows.len(), |index| text[index] == b'#')
-    }
 
     #[test]
     fn corners_join_and_the_largest_comes_first() {

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use crate::{
     drawing::{Performance, Skin},
     engine::{Failure, FailureCode, NamedBytes, provenance::engine},
+    formats::glb_file,
     model::Control,
     picture::Picture,
 };
@@ -472,25 +473,7 @@ impl Document {
         for (member, list) in self.lists {
             document[member] = Value::Array(list);
         }
-        let mut text = document.to_string().into_bytes();
-        text.resize(text.len().next_multiple_of(4), b' ');
-        let mut binary = self.binary;
-        binary.resize(binary.len().next_multiple_of(4), 0);
-        let total = 12 + 8 + text.len() + 8 + binary.len();
-        let length = |bytes: usize| {
-            u32::try_from(bytes)
-                .map(u32::to_le_bytes)
-                .map_err(|_| Failure::new(FailureCode::AssetLimitExceeded, "the model has more than 4 GiB"))
-        };
-        let mut file = Vec::with_capacity(total);
-        file.extend_from_slice(b"glTF");
-        file.extend_from_slice(&2_u32.to_le_bytes());
-        file.extend_from_slice(&length(total)?);
-        for (chunk, kind) in [(&text, b"JSON"), (&binary, b"BIN\0")] {
-            file.extend_from_slice(&length(chunk.len())?);
-            file.extend_from_slice(kind);
-            file.extend_from_slice(chunk);
-        }
-        Ok(file)
+        glb_file(&document, &self.binary)
+            .map_err(|_| Failure::new(FailureCode::AssetLimitExceeded, "the model has more than 4 GiB"))
     }
 }

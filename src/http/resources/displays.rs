@@ -1,11 +1,6 @@
 //! Assets and results as plain GLB, for viewers that know nothing else.
 
-use axum::{
-    body::Body,
-    extract::State,
-    http::{HeaderMap, HeaderValue, StatusCode, header},
-    response::{IntoResponse, Response},
-};
+use axum::{extract::State, http::HeaderMap, response::Response};
 use serde::Deserialize;
 use utoipa::IntoParams;
 use utoipa_axum::{router::OpenApiRouter, routes};
@@ -15,9 +10,9 @@ use crate::{
     http::{
         ApiState,
         auth::Caller,
-        download::ascii,
-        extract::{self, Id, QueryOf},
+        extract::{Id, QueryOf},
         problem::{Problem, ProblemView},
+        unchanging::unchanging,
     },
     jobs::{AssetId, Assets, Jobs, Pictured, ResultId},
 };
@@ -83,17 +78,6 @@ async fn of_result(
 
 async fn answer(jobs: &Jobs, file: Pictured, query: DisplayQuery, headers: &HeaderMap) -> Result<Response, Problem> {
     let options = DisplayOptions { clip: query.clip, mesh: query.mesh.unwrap_or(true) };
-    let tag = format!("\"{}\"", file.key(&options));
-    let known = extract::text(headers, &header::IF_NONE_MATCH);
-    let mut response = if known.split(',').any(|known| known.trim().trim_start_matches("W/") == tag) {
-        StatusCode::NOT_MODIFIED.into_response()
-    } else {
-        let mut response = Body::from(jobs.display(&file, options).await?).into_response();
-        response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static("model/gltf-binary"));
-        response
-    };
-    response.headers_mut().insert(header::ETAG, ascii(tag));
-    let immutable = HeaderValue::from_static("private, max-age=31536000, immutable");
-    response.headers_mut().insert(header::CACHE_CONTROL, immutable);
-    Ok(response)
+    let key = file.key(&options);
+    unchanging(headers, &key, "model/gltf-binary", jobs.display(&file, options)).await
 }

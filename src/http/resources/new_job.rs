@@ -77,7 +77,7 @@ pub(in crate::http) struct SuggestionBody {
     /// The target rig in its rest pose, where the target file does not hold it.
     target_rest: Option<InputBody>,
     /// What is known already, as in a retarget spec; the rest is found out.
-    #[schema(value_type = Object)]
+    #[schema(value_type = Option<Object>)]
     config: Option<serde_json::Map<String, serde_json::Value>>,
     /// A preset that the config is laid over.
     preset: Option<String>,

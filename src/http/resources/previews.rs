@@ -1,10 +1,9 @@
 //! What assets and results look like.
 
 use axum::{
-    body::Body,
     extract::{Path, State},
-    http::{HeaderMap, HeaderValue, StatusCode, header},
-    response::{IntoResponse, Response},
+    http::{HeaderMap, HeaderValue, header},
+    response::Response,
 };
 use serde::Deserialize;
 use utoipa::IntoParams;
@@ -16,9 +15,9 @@ use crate::{
         ApiState,
         auth::Caller,
         code::Code,
-        download::ascii,
-        extract::{self, QueryOf, unusable},
+        extract::{QueryOf, unusable},
         problem::{Problem, ProblemView},
+        unchanging::unchanging,
     },
     jobs::{AssetId, Assets, BatchId, Jobs, Pictured, ResultId},
 };
@@ -144,21 +143,9 @@ async fn answer(
     options: PreviewOptions,
     headers: &HeaderMap,
 ) -> Result<Response, Problem> {
-    let tag = format!("\"{}\"", file.key(&options));
+    let key = file.key(&options);
     let media_type = PictureFormat::of_ending(&options.ending, true).map_or("image/png", PictureFormat::media_type);
-    let known = extract::text(headers, &header::IF_NONE_MATCH);
-    let mut response = if known.split(',').any(|known| known.trim().trim_start_matches("W/") == tag) {
-        StatusCode::NOT_MODIFIED.into_response()
-    } else {
-        let picture = jobs.preview(&file, options).await?;
-        let mut response = Body::from(picture).into_response();
-        response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
-        response
-    };
-    response.headers_mut().insert(header::ETAG, ascii(tag));
-    let immutable = HeaderValue::from_static("private, max-age=31536000, immutable");
-    response.headers_mut().insert(header::CACHE_CONTROL, immutable);
-    Ok(response)
+    unchanging(headers, &key, media_type, jobs.preview(&file, options)).await
 }
 
 fn no_id(text: &str) -> Problem {

@@ -16,7 +16,7 @@ use sha2::{Digest, Sha256};
 
 use files::FILES;
 
-use super::{ApiState, Shared, code::Code, download::ascii, extract, problem::Problem};
+use super::{ApiState, Shared, code::Code, download::ascii, extract, precondition, problem::Problem};
 use crate::{
     config::Settings,
     jobs::hexadecimal,
@@ -29,7 +29,7 @@ struct Served {
     media_type: &'static str,
     bytes: Vec<u8>,
     compressed: Vec<u8>,
-    entity_tag: String,
+    sha256: String,
 }
 
 /// The page and what it is made of.
@@ -51,11 +51,11 @@ fn served() -> &'static [Served] {
 }
 
 fn served_file(path: &'static str, bytes: Vec<u8>) -> Served {
-    let entity_tag = format!("\"{}\"", hexadecimal(&Sha256::digest(&bytes)));
+    let sha256 = hexadecimal(&Sha256::digest(&bytes));
     let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
     // A vector takes everything.
     let compressed = encoder.write_all(&bytes).and_then(|()| encoder.finish()).unwrap_or_default();
-    Served { path, media_type: media_type(path), bytes, compressed, entity_tag }
+    Served { path, media_type: media_type(path), bytes, compressed, sha256 }
 }
 
 fn media_type(path: &str) -> &'static str {
@@ -76,8 +76,7 @@ async fn file(State(settings): State<Shared<Settings>>, uri: Uri, headers: Heade
     let Some(file) = served().iter().find(|file| file.path == path) else {
         return Problem::new(Code::NotFound, "the studio has no such file").into_response();
     };
-    let known = extract::text(&headers, &header::IF_NONE_MATCH);
-    let is_known = known.split(',').any(|known| known.trim().trim_start_matches("W/") == file.entity_tag);
+    let is_known = precondition::caller_has(&headers, &file.sha256);
     let takes_gzip = extract::text(&headers, &header::ACCEPT_ENCODING).contains("gzip") && !file.compressed.is_empty();
     let mut response = match (is_known, takes_gzip) {
         (true, _) => StatusCode::NOT_MODIFIED.into_response(),
@@ -86,7 +85,7 @@ async fn file(State(settings): State<Shared<Settings>>, uri: Uri, headers: Heade
     };
     let headers = response.headers_mut();
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(file.media_type));
-    headers.insert(header::ETAG, ascii(file.entity_tag.clone()));
+    headers.insert(header::ETAG, ascii(format!("\"{}\"", file.sha256)));
     headers.insert(header::VARY, HeaderValue::from_static("accept-encoding"));
     // Another version of the service has another page.
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-cache"));

@@ -104,7 +104,6 @@ async fn a_batch_and_its_archive_tell_the_verdicts() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-#[ignore = "results that are pictures have thumbnails now; what the archive holds then is not settled"]
 async fn a_batch_and_its_archive_can_be_seen() {
     let data = tempfile::tempdir().expect("a temporary folder");
     let server = start_service(data.path(), &[]);

@@ -134,7 +134,6 @@ fn files_of_people_are_dropped() {
 }
 
 #[test]
-#[ignore = "falls short: it failed in its first run, the cause is not found"]
 fn files_of_every_format_are_shown_on_both_sides() {
     let files = [
         "bvh/fair1/dab_zup.bvh",

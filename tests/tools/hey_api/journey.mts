@@ -24,8 +24,9 @@ async function upload(path: string): Promise<NewJobInput> {
 const [source, target] = [await upload(sourcePath), await upload(targetPath)];
 console.log("uploaded two files");
 
-// Where a route takes a form or JSON, this generator knows the JSON alone: the one-shot by the ids of uploaded files.
-await save("one_shot.glb", known(await retarget({ body: { source, target }, parseAs: "blob" })) as Blob);
+const file = async (path: string): Promise<File> => new File([await readFile(path)], basename(path));
+const parts = { source: await file(sourcePath), target: await file(targetPath) };
+await save("one_shot.glb", known(await retarget({ body: parts, parseAs: "blob" })) as Blob);
 console.log("retargeted in one request");
 
 const asked = known(await createJob({ body: { source, target, output: ["glb"] }, headers: { Prefer: "wait=20" } }));

@@ -12,7 +12,8 @@ await withStudio(url, async (page) => {
       await page.evaluate(() => { document.getElementById("problem").hidden = true; });
       await drop(page, side, [file]);
       const name = basename(file);
-      const isShown = ({ side, name }) => studio.state[side]?.file_name === name || !document.getElementById("problem").hidden;
+      // A problem may still be that of the file before.
+      const isShown = ({ side, name }) => studio.state[side]?.file_name === name;
       await page.waitForFunction(isShown, { side, name });
       const seen = await page.evaluate((side) => {
         const { figure } = studio.viewer.stage[side];

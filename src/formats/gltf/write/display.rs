@@ -8,7 +8,9 @@ use serde_json::{Map, Value, json};
 use super::{
     FLOAT, Output,
     animation::{self, MorphNode},
-    array, pack,
+    array,
+    meshes::{add_positions, add_vertices},
+    pack,
     skeleton::node,
 };
 use crate::{
@@ -18,8 +20,7 @@ use crate::{
 
 const UNSIGNED_SHORT: u64 = 5123;
 const UNSIGNED_INT: u64 = 5125;
-/// Purposes of buffer views.
-const VERTICES: u64 = 34962;
+/// Purpose of a buffer view.
 const INDICES: u64 = 34963;
 
 /// Joints that move surfaces, and how they were bound.
@@ -132,7 +133,7 @@ fn push_in(object: &mut Value, key: &str, item: Value) {
 
 fn add_mesh(output: &mut Output<'_>, surface: &Surface) -> Result<usize, FormatError> {
     let mut attributes = Map::new();
-    attributes.insert("POSITION".into(), json!(add_places(output, &surface.positions)?));
+    attributes.insert("POSITION".into(), json!(add_positions(output, &surface.positions)?));
     if !surface.normals.is_empty() {
         let normals: Vec<[f32; 3]> =
             surface.normals.iter().map(|normal| normal.normalize_or(Vec3::Y).to_array()).collect();
@@ -166,7 +167,7 @@ fn add_mesh(output: &mut Output<'_>, surface: &Surface) -> Result<usize, FormatE
     for shape in &surface.shapes {
         let mut offsets = vec![Vec3::ZERO; surface.positions.len()];
         shape.offsets.iter().for_each(|(vertex, offset)| offsets[*vertex as usize] = *offset);
-        targets.push(json!({"POSITION": add_places(output, &offsets)?}));
+        targets.push(json!({"POSITION": add_positions(output, &offsets)?}));
     }
     if !targets.is_empty() {
         primitive["targets"] = json!(targets);
@@ -195,27 +196,6 @@ fn largest_four(influences: &[Vec<FourInfluences>], vertex: usize) -> FourInflue
         (four.joints[place], four.shares[place]) = (joint, share / total);
     }
     four
-}
-
-fn add_places(output: &mut Output<'_>, places: &[Vec3]) -> Result<usize, FormatError> {
-    let numbers: &[[f32; 3]] = bytemuck::cast_slice(places);
-    let index = add_vertices(output, numbers, FLOAT, "VEC3")?;
-    let low = places.iter().copied().reduce(Vec3::min).unwrap_or_default();
-    let high = places.iter().copied().reduce(Vec3::max).unwrap_or_default();
-    let accessor = &mut array(&mut output.json, "accessors")?[index];
-    accessor["min"] = json!(low.to_array());
-    accessor["max"] = json!(high.to_array());
-    Ok(index)
-}
-
-fn add_vertices<T: bytemuck::Pod>(
-    output: &mut Output<'_>,
-    values: &[T],
-    component: u64,
-    shape: &str,
-) -> Result<usize, FormatError> {
-    let view = output.add_values(values, Some(VERTICES))?;
-    output.add_accessor(json!({"bufferView": view, "componentType": component, "count": values.len(), "type": shape}))
 }
 
 fn add_skin(output: &mut Output<'_>, joints: &BoundJoints) -> Result<(), FormatError> {

@@ -141,7 +141,8 @@ fn add_mesh(
 }
 
 /// Positions, with the bounds that the specification asks for.
-fn add_positions(output: &mut Output<'_>, positions: &[Vec3]) -> Result<usize, FormatError> {
+/// Places of vertices, with their bounds; there is at least one.
+pub(super) fn add_positions(output: &mut Output<'_>, positions: &[Vec3]) -> Result<usize, FormatError> {
     let numbers: &[[f32; 3]] = bytemuck::cast_slice(positions);
     let index = add_vertices(output, numbers, FLOAT, "VEC3")?;
     bounded(output, index, positions.iter().copied())?;
@@ -181,7 +182,8 @@ fn add_shape(output: &mut Output<'_>, shape: &Shape, count: usize) -> Result<usi
     Ok(index)
 }
 
-fn add_vertices<T: bytemuck::Pod>(
+/// Values of vertices, one for each.
+pub(super) fn add_vertices<T: bytemuck::Pod>(
     output: &mut Output<'_>,
     values: &[T],
     component: u64,

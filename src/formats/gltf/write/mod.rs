@@ -14,6 +14,7 @@ mod streams;
 mod vrma;
 
 pub(in crate::formats) use display::write_display;
+pub(in crate::formats) use pack::contain;
 
 use std::borrow::Cow;
 

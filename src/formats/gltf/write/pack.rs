@@ -21,10 +21,21 @@ const DATA_URI: &str = "data:application/octet-stream;base64,";
 /// A GLB: header, JSON chunk, and a binary chunk where there are bytes.
 pub(super) fn glb(output: Output<'_>) -> Result<Vec<u8>, FormatError> {
     let Output { json, binary, .. } = output;
-    let json = to_text(&json)?;
+    contain(&to_text(&json)?, binary.length(), binary.pieces())
+}
+
+/// A document and its buffer as a GLB.
+///
+/// # Errors
+/// When that has more than 4 GiB.
+pub(in crate::formats) fn contain<'p>(
+    json: &[u8],
+    length: usize,
+    pieces: impl Iterator<Item = &'p [u8]>,
+) -> Result<Vec<u8>, FormatError> {
     let json_length = json.len().next_multiple_of(4);
-    let binary_length = binary.length().next_multiple_of(4);
-    let has_binary = binary.length() > 0;
+    let binary_length = length.next_multiple_of(4);
+    let has_binary = length > 0;
     let total = HEADER_BYTES
         + CHUNK_HEADER_BYTES
         + json_length
@@ -36,12 +47,12 @@ pub(super) fn glb(output: Output<'_>) -> Result<Vec<u8>, FormatError> {
     bytes.extend(word(total)?);
     bytes.extend(word(json_length)?);
     bytes.extend(JSON_CHUNK);
-    bytes.extend(&json);
+    bytes.extend(json);
     bytes.resize(HEADER_BYTES + CHUNK_HEADER_BYTES + json_length, b' ');
     if has_binary {
         bytes.extend(word(binary_length)?);
         bytes.extend(BINARY_CHUNK);
-        binary.pieces().for_each(|piece| bytes.extend_from_slice(piece));
+        pieces.for_each(|piece| bytes.extend_from_slice(piece));
         bytes.resize(total, 0);
     }
     Ok(bytes)

@@ -69,9 +69,16 @@ fn has_files(schema: &Value) -> bool {
     members.into_iter().any(|member| member["contentMediaType"] == BYTES)
 }
 
+/// Routes that answer a form with the file itself. Their JSON is told in words: where a route lists it, some generators send it whatever
+/// they are given, and empty where they are given a form.
+const ONE_SHOTS: [&str; 3] = ["retarget", "edit", "pose"];
+
 /// The body of a request: bytes before forms before JSON, since many generators see the first alone; but a job is asked for in JSON.
 fn order_request(content: &mut Map<String, Value>, id: &str, forms: &Value) {
     let mut before = std::mem::take(content);
+    if ONE_SHOTS.contains(&id) {
+        before.remove(JSON);
+    }
     let is_second = id == "create_job" && before.contains_key(JSON);
     let order = if is_second { [JSON, FORM, BYTES] } else { [BYTES, FORM, JSON] };
     for media_type in order {
@@ -96,8 +103,12 @@ fn order_request(content: &mut Map<String, Value>, id: &str, forms: &Value) {
 fn form_of(schema: &Value, id: &str, forms: &Value) -> Value {
     let name = schema["$ref"].as_str().and_then(|place| place.rsplit('/').next()).unwrap_or_default();
     let mut form = if name.is_empty() { schema.clone() } else { forms[name].clone() };
+    let in_json = match ONE_SHOTS.contains(&id) {
+        true => " JSON with the same members does it too, each file as `{\"asset\": \"ast_…\"}`.",
+        false => "",
+    };
     form["description"] =
-        format!("The parts of `{id}`, in any order. An optional part that is empty counts as absent.").into();
+        format!("The parts of `{id}`, in any order. An optional part that is empty counts as absent.{in_json}").into();
     for (name, member) in form["properties"].as_object_mut().into_iter().flatten() {
         if member["contentMediaType"] == BYTES {
             member["format"] = "binary".into();
@@ -118,7 +129,7 @@ fn example_of(id: &str) -> Option<Value> {
         "create_job" => json!({"source": {"asset": SOURCE}, "target": {"asset": TARGET}, "output": ["glb"]}),
         "create_batch" => json!({"defaults": {"target": {"asset": TARGET}}, "items": [{"source": {"asset": SOURCE}}]}),
         "check_config" => json!({"config": {"align": "auto", "output": {"format": "glb"}}}),
-        "suggest" | "explain" | "retarget" => files,
+        "suggest" | "explain" => files,
         "fetch_asset" => json!({"url": "https://studio.example/clips/walk.bvh"}),
         "create_key" => json!({"principal": "studio", "scopes": ["read", "write"]}),
         "create_webhook" => {

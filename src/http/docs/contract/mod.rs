@@ -37,16 +37,21 @@ fn begin_with_what_is_used_most(document: &mut Value) {
     paths.extend(ordered);
 }
 
+/// Of a type that may be null, only the other types.
+fn leave_out_null_type(schema: &mut Map<String, Value>) {
+    if let Some(Value::Array(types)) = schema.get_mut("type") {
+        types.retain(|kind| kind != "null");
+        if let [only] = types.as_slice() {
+            let only = only.clone();
+            schema.insert("type".to_owned(), only);
+        }
+    }
+}
+
 /// What may be absent is absent and never null, in requests and answers alike.
 fn leave_out_null(value: &mut Value) {
     each_object(value, &mut |schema| {
-        if let Some(Value::Array(types)) = schema.get_mut("type") {
-            types.retain(|kind| kind != "null");
-            if let [only] = types.as_slice() {
-                let only = only.clone();
-                schema.insert("type".to_owned(), only);
-            }
-        }
+        leave_out_null_type(schema);
         for union in ["oneOf", "anyOf"] {
             let Some(Value::Array(variants)) = schema.get_mut(union) else { continue };
             variants.retain(|variant| variant["type"] != "null");

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value, json};
 
-use super::{each_object, schema_of};
+use super::{each_object, leave_out_null_type, schema_of};
 use crate::engine::spec_schema;
 
 /// What the schemas of a config's parts begin with, so that they are told from those of the service.
@@ -164,13 +164,7 @@ fn op(part: &Value) -> Map<String, Value> {
 
 /// Words that are told one by one, each with what it means, are one set of words; a member that may be null is one that may be absent.
 fn merge_words(schema: &mut Map<String, Value>) {
-    if let Some(Value::Array(types)) = schema.get_mut("type") {
-        types.retain(|kind| kind != "null");
-        if let [only] = types.as_slice() {
-            let only = only.clone();
-            schema.insert("type".to_owned(), only);
-        }
-    }
+    leave_out_null_type(schema);
     for union in ["oneOf", "anyOf"] {
         let Some(Value::Array(variants)) = schema.get(union) else { continue };
         let (mut words, mut told) = (Vec::new(), String::new());

@@ -96,7 +96,7 @@ impl Jobs {
             let files: Vec<(String, &ResultRecord)> =
                 results.iter().map(|result| (names.name(job, &result.file_name), result)).collect();
             manifest.add(job, &files);
-            let drawn = files.iter().find(|(_, result)| contents.previews && engine::is_drawable(&result.format));
+            let drawn = files.iter().find(|(_, result)| contents.previews && engine::has_figure(&result.format));
             let preview = drawn.map(|(name, result)| Member {
                 name: names.preview(name),
                 bytes: 0,
