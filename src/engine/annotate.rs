@@ -1,12 +1,10 @@
 //! A picture of a figure to a drawing that can be animated: its files, and what was found out.
 
-use std::io::{Cursor, Write as _};
-
 use serde::Serialize;
-use zip::{CompressionMethod, ZipWriter, result::ZipError, write::SimpleFileOptions};
 
 use crate::{
     drawing::{self, Annotation, AnnotationError, BodyKind, DrawingError, LONGEST_SIDE, MaskOrigin},
+    formats::pack_files,
     model::Control,
     picture::{Picture, PictureError, Upright, read_upright, write_png},
 };
@@ -147,16 +145,9 @@ impl AnnotatedDrawing {
     /// # Errors
     /// Where it cannot be made.
     pub fn archive(&self) -> Result<Vec<u8>, Failure> {
-        let failed = |error: &ZipError| Failure::new(FailureCode::Internal, format!("the archive: {error}"));
-        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-        let options = SimpleFileOptions::default()
-            .compression_method(CompressionMethod::Deflated)
-            .last_modified_time(zip::DateTime::default());
-        for (name, bytes) in self.files()? {
-            zip.start_file(name, options).map_err(|error| failed(&error))?;
-            zip.write_all(&bytes).map_err(|error| failed(&ZipError::Io(error)))?;
-        }
-        Ok(zip.finish().map_err(|error| failed(&error))?.into_inner())
+        let files = self.files()?;
+        pack_files(files.iter().map(|(name, bytes)| (*name, bytes.as_slice())))
+            .map_err(|error| Failure::new(FailureCode::Internal, format!("the archive: {error}")))
     }
 
     /// What was found out.

@@ -28,6 +28,7 @@ mod judgment;
 mod layers;
 mod negotiate;
 mod neighbors;
+mod one_shot;
 mod pace;
 mod page;
 mod picture_form;

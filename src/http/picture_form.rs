@@ -10,7 +10,7 @@ use super::{
     body::BodyWatch,
     code::Code,
     problem::Problem,
-    upload::{bounded, broken, multipart_of},
+    upload::{bounded, broken, multipart_of, unexpected},
 };
 use crate::jobs::{ArrivingPicture, Jobs, NewAnnotation};
 
@@ -52,7 +52,7 @@ async fn read(request: Request<Body>, jobs: &Jobs, watch: &BodyWatch) -> Result<
             }
             "mask" if arrived.mask.is_none() => arrived.mask = Some(picture("mask", &mut field, jobs, watch).await?),
             "rig" if arrived.rig.is_none() => arrived.rig = Some(word(&mut field, watch).await?),
-            _ => return Err(unexpected(&name)),
+            _ => return Err(unexpected(&name, &NAMES)),
         }
     }
     Ok(arrived)
@@ -83,13 +83,4 @@ async fn word(field: &mut Field<'_>, watch: &BodyWatch) -> Result<String, Proble
         }
     }
     Ok(String::from_utf8_lossy(&bytes).trim().to_owned())
-}
-
-fn unexpected(name: &str) -> Problem {
-    let shown: String = name.chars().take(64).collect();
-    if NAMES.contains(&name) {
-        return Problem::new(Code::UnknownPart, format!("the part '{shown}' was sent twice"));
-    }
-    let known = NAMES.join("', '");
-    Problem::new(Code::UnknownPart, format!("there is no part '{shown}'; the parts are '{known}'"))
 }

@@ -354,7 +354,8 @@ impl Parts {
     }
 }
 
-fn unexpected(name: &str, names: &[&str]) -> Problem {
+/// A part that is not one of these, or is there already.
+pub(super) fn unexpected(name: &str, names: &[&str]) -> Problem {
     let shown: String = name.chars().take(64).collect();
     if names.contains(&name) {
         return Problem::new(Code::RepeatedPart, format!("the part '{shown}' was sent twice"))

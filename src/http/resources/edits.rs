@@ -3,7 +3,6 @@
 use axum::{
     body::Body,
     extract::{Request, State},
-    http::header,
     response::Response,
 };
 use utoipa::ToSchema;
@@ -14,9 +13,8 @@ use crate::{
     http::{
         ApiState,
         auth::Caller,
-        caching, extract,
         idempotency::IdempotencyKey,
-        negotiate,
+        one_shot::OneShotHeaders,
         prefer::Prefer,
         problem::{Problem, ProblemView},
         resources::retarget::answer,
@@ -67,16 +65,13 @@ pub(in crate::http) struct EditForm {
 async fn edit(
     State(state): State<ApiState>,
     Caller(owner): Caller,
-    IdempotencyKey(idempotency_key): IdempotencyKey,
+    idempotency_key: IdempotencyKey,
     prefer: Prefer,
     request: Request<Body>,
 ) -> Result<Response, Problem> {
-    state.jobs.check_admission().await?;
-    let skip_cache = caching::is_skipped(request.headers());
-    let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
+    let headers = OneShotHeaders::read(&state, request.headers(), idempotency_key).await?;
     let Parts { files, mut new } = read_edit(request, &state).await?;
     new.task = Some(JobTask::Edit);
-    new.formats.extend(format);
-    (new.idempotency_key, new.skip_cache) = (idempotency_key, skip_cache);
+    headers.apply(&mut new);
     answer(&state, &owner, &prefer, Parts { files, new }).await
 }

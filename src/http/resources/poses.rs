@@ -3,7 +3,6 @@
 use axum::{
     body::Body,
     extract::{Request, State},
-    http::header,
     response::Response,
 };
 use serde::Deserialize;
@@ -15,10 +14,9 @@ use crate::{
     http::{
         ApiState,
         auth::Caller,
-        caching,
-        extract::{self, QueryOf},
+        extract::QueryOf,
         idempotency::IdempotencyKey,
-        negotiate,
+        one_shot::OneShotHeaders,
         prefer::Prefer,
         problem::{Problem, ProblemView},
         resources::retarget::answer,
@@ -103,14 +101,12 @@ impl PoseWord {
 async fn pose(
     State(state): State<ApiState>,
     Caller(owner): Caller,
-    IdempotencyKey(idempotency_key): IdempotencyKey,
+    idempotency_key: IdempotencyKey,
     QueryOf(query): QueryOf<PoseQuery>,
     prefer: Prefer,
     request: Request<Body>,
 ) -> Result<Response, Problem> {
-    state.jobs.check_admission().await?;
-    let skip_cache = caching::is_skipped(request.headers());
-    let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
+    let headers = OneShotHeaders::read(&state, request.headers(), idempotency_key).await?;
     let Parts { files, mut new } = read_pose(request, &state).await?;
     let has_source = files.has(InputRole::Source) || new.inputs.contains_key(&InputRole::Source);
     let to = query.to.unwrap_or(if has_source { PoseWord::Source } else { PoseWord::T });
@@ -118,7 +114,6 @@ async fn pose(
         return Err(upload::missing(InputRole::Source));
     }
     new.task = Some(JobTask::Pose { to: Some(to.name().to_owned()) });
-    new.formats.extend(format);
-    (new.idempotency_key, new.skip_cache) = (idempotency_key, skip_cache);
+    headers.apply(&mut new);
     answer(&state, &owner, &prefer, Parts { files, new }).await
 }

@@ -3,7 +3,7 @@
 use axum::{
     body::Body,
     extract::{Request, State},
-    http::{StatusCode, header},
+    http::StatusCode,
     response::{IntoResponse, Response},
 };
 use serde::{Deserialize, Serialize};
@@ -20,9 +20,9 @@ use crate::{
         caching,
         code::Code,
         download::{File, ascii},
-        extract,
         idempotency::{IdempotencyKey, replayed},
-        judgment, negotiate,
+        judgment,
+        one_shot::OneShotHeaders,
         prefer::Prefer,
         problem::{Problem, ProblemView},
         quota,
@@ -99,16 +99,13 @@ impl Drop for StopUnlessAnswered {
 async fn retarget(
     State(state): State<ApiState>,
     Caller(owner): Caller,
-    IdempotencyKey(idempotency_key): IdempotencyKey,
+    idempotency_key: IdempotencyKey,
     prefer: Prefer,
     request: Request<Body>,
 ) -> Result<Response, Problem> {
-    state.jobs.check_admission().await?;
-    let skip_cache = caching::is_skipped(request.headers());
-    let format = negotiate::wanted_format(extract::text(request.headers(), &header::ACCEPT))?;
+    let headers = OneShotHeaders::read(&state, request.headers(), idempotency_key).await?;
     let Parts { files, mut new } = read_retarget(request, &state).await?;
-    new.formats.extend(format);
-    (new.idempotency_key, new.skip_cache) = (idempotency_key, skip_cache);
+    headers.apply(&mut new);
     answer(&state, &owner, &prefer, Parts { files, new }).await
 }
 
