@@ -70,7 +70,7 @@ fn stack(criterion: &mut Criterion) {
         let source_rig = Rig::new("source", &source, None, &spec.source, &mut reporter).expect("a rig");
         let target_rig = Rig::new("target", &target, None, &spec.target, &mut reporter).expect("a rig");
         let resolved = resolve(&spec, &source_rig, &target_rig, &clip, &mut reporter).expect("it maps");
-        let stack = Stack::new(&source.skeleton, &target.skeleton, &resolved.mapping);
+        let stack = Stack::new(&source.skeleton, &target.skeleton, &resolved.mapping, &resolved.ops);
         for (threads, pool) in [("one_thread", &one_thread), ("two_threads", &two_threads)] {
             group.bench_function(format!("{name}_{threads}"), |bencher| {
                 bencher.iter(|| pool.install(|| black_box(stack.run(&clip, &control).expect("it runs"))));

@@ -69,7 +69,7 @@ fn no_frame_allocates() {
         let count = |times: usize| {
             let clip = repeated(&source.clips[0], times);
             let resolved = resolve(&spec, &source_rig, &target_rig, &clip, &mut Reporter::new()).expect("it maps");
-            let stack = Stack::new(source_rig.skeleton(), target_rig.skeleton(), &resolved.mapping);
+            let stack = Stack::new(source_rig.skeleton(), target_rig.skeleton(), &resolved.mapping, &resolved.ops);
             let control = Control::new();
             let before = COUNT.load(Ordering::Relaxed);
             let result = pool.install(|| stack.run(&clip, &control)).expect("it runs");

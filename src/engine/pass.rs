@@ -3,7 +3,8 @@
 use crate::{
     model::{Clip, Control, Reporter},
     retarget::{
-        ContactTrack, LimbReach, LimitedJoint, Mapping, Resolved, RetargetSpec, RunError, Stack, StackResult, resolve,
+        ContactTrack, LimbReach, LimitedJoint, Mapping, Resolved, ResolvedOps, RetargetSpec, RunError, Stack,
+        StackResult, resolve,
     },
     rig::{AlignedJoint, Rig},
 };
@@ -13,6 +14,7 @@ use super::{Failure, FailureCode, files::in_config};
 /// What one run gives.
 pub(super) struct Pass {
     pub(super) mapping: Mapping,
+    pub(super) ops: ResolvedOps,
     /// The spec with everything found out filled in.
     pub(super) resolved: RetargetSpec,
     pub(super) alignment: Vec<AlignedJoint>,
@@ -38,13 +40,13 @@ impl Pass {
         control: &Control,
         reporter: &mut Reporter,
     ) -> Result<Self, Failure> {
-        let Resolved { mapping, spec: resolved, alignment } =
+        let Resolved { mapping, ops, spec: resolved, alignment } =
             resolve(spec, source, target, clip, reporter).map_err(in_config)?;
         let begin = control.seconds();
-        let stack = Stack::new(source.skeleton(), target.skeleton(), &mapping);
+        let stack = Stack::new(source.skeleton(), target.skeleton(), &mapping, &ops);
         let StackResult { clip: result, contacts, reaches, limited } = stack.run(clip, control).map_err(run_failure)?;
         let seconds = control.seconds() - begin;
-        Ok(Self { mapping, resolved, alignment, stack, result, contacts, reaches, limited, seconds })
+        Ok(Self { mapping, ops, resolved, alignment, stack, result, contacts, reaches, limited, seconds })
     }
 }
 

@@ -9,8 +9,8 @@ use crate::{
     drawing::{is_draw_document, parse_draw_value},
     model::{Clip, Control, JointTracks, Phase, Reporter},
     retarget::{
-        JointDriver, Mapping, Resolved, RetargetSpec, RotationMode, TranslationMode, joint_drivers, parse_document,
-        resolve,
+        JointDriver, Mapping, Resolved, ResolvedOps, RetargetSpec, RotationMode, TranslationMode, joint_drivers,
+        parse_document, resolve,
     },
     rig::{RigSpec, Role, RoleFinding},
 };
@@ -176,7 +176,7 @@ pub fn propose_with(
     };
     let edited = edited_clip(&source, clip, &spec, control, &mut reporter)?;
     let clip = edited.as_ref();
-    let Resolved { mapping, spec: resolved, alignment } =
+    let Resolved { mapping, ops, spec: resolved, alignment } =
         resolve(&spec, &source, &target, clip, &mut reporter).map_err(in_config)?;
     let labels = (Labels::new(source.scene), Labels::new(target.scene));
     let roles = role_pairs(
@@ -207,7 +207,7 @@ pub fn propose_with(
         }
     };
     let mut joints: Vec<DriverView> = drivers.iter().enumerate().map(view).collect();
-    add_ops(&mut joints, &mapping);
+    add_ops(&mut joints, &mapping, &ops);
     let counts = ProposalCounts {
         source_joints: joint_count(source.scene),
         target_joints: joint_count(target.scene),
@@ -229,14 +229,13 @@ pub fn propose_with(
 }
 
 /// Says of each joint which ops behind forward kinematics may change it.
-fn add_ops(joints: &mut [DriverView], mapping: &Mapping) {
-    let pelvis = mapping.pelvis.map(|pelvis| pelvis.target);
-    for op in &mapping.stages.ops {
-        for (joint, name) in mapping.stages.changed_by(op, pelvis) {
+fn add_ops(joints: &mut [DriverView], mapping: &Mapping, ops: &ResolvedOps) {
+    for op in &ops.ops {
+        for joint in op.changed(mapping) {
             if let Some(view) = joints.get_mut(joint)
-                && !view.ops.contains(&name)
+                && !view.ops.contains(&op.name())
             {
-                view.ops.push(name);
+                view.ops.push(op.name());
             }
         }
     }

@@ -48,8 +48,18 @@ pub(super) fn retargeted(work: Work<'_>, inputs: &Inputs<'_>) -> Result<Outcome,
     let (spec, tuning) = subject.settle(spec)?;
     let tune_seconds = control.seconds() - tuning_begin;
     control.enter(Phase::Retarget, clip.frame_count() as u64);
-    let Pass { mapping, resolved, alignment, stack, result, contacts, reaches, limited, seconds: retarget_seconds } =
-        Pass::run(&spec, &source, &target, clip, control, &mut reporter)?;
+    let Pass {
+        mapping,
+        ops,
+        resolved,
+        alignment,
+        stack,
+        result,
+        contacts,
+        reaches,
+        limited,
+        seconds: retarget_seconds,
+    } = Pass::run(&spec, &source, &target, clip, control, &mut reporter)?;
     let plan_seconds = control.seconds() - planning - retarget_seconds - tune_seconds;
 
     let measuring = control.seconds();
@@ -64,7 +74,7 @@ pub(super) fn retargeted(work: Work<'_>, inputs: &Inputs<'_>) -> Result<Outcome,
 
     let (result, face_fit) =
         with_morphs(result, clip, (&source, &target), &spec.morphs, (limits, control), &mut reporter)?;
-    let curves = with_curves(&result, clip, source.scene, target.scene, &mapping.stages.curves)?;
+    let curves = with_curves(&result, clip, source.scene, target.scene, &ops.curves)?;
     let (scene, result) = curves.map_or((None, result), |(scene, result)| (Some(scene), result));
     let target = match &scene {
         Some(scene) => Rig { scene, ..target },

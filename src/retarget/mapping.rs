@@ -1,12 +1,14 @@
 //! What drives what, in indices: the result of resolving a spec against two rigs, and the input of the plan.
 
-use glam::{DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3};
+
+use crate::rig::{Limb, LimbJoints, soles::FootShape};
 
 use crate::model::{LocalPose, ModelPose, Transform, rotation::smoothstep};
 use crate::rig::anatomy::Ride;
 
 use super::{
-    ops::{Carry, resolved::Stages},
+    ops::Carry,
     spec::{RotationMode, TranslationMode},
 };
 
@@ -38,8 +40,80 @@ pub struct Mapping {
     pub shoulders: Vec<ShoulderPair>,
     /// Target pelvis height over source pelvis height, both in target units; what `globally_scaled` multiplies by.
     pub global_scale: f64,
-    /// What is done with the result of forward kinematics.
-    pub stages: Stages,
+    /// How the floor lies; known where an op works behind forward kinematics.
+    pub ground: Ground,
+    /// Limbs that both rigs have, likewise.
+    pub limbs: Vec<LimbPair>,
+}
+
+/// The floor of both sides. Heights are along `up`; everything is in plan space and in the plan's unit.
+#[derive(Clone, Copy, Debug)]
+pub struct Ground {
+    /// Up.
+    pub up: DVec3,
+    /// Where the figure faces at rest.
+    pub front: DVec3,
+    /// Plan units per metre.
+    pub units_per_metre: f64,
+    /// What a displacement of the source becomes on the target: the pelvis scale along up and along the floor.
+    pub travel: DMat3,
+    /// Height of the floor under the source's rest pose.
+    pub source_rest_floor: f64,
+    /// Height of the floor in the source's clip.
+    pub source_floor: f64,
+    /// Height of the floor under the target's rest pose.
+    pub target_rest_floor: f64,
+    /// Height of the floor under the result.
+    pub target_floor: f64,
+}
+
+impl Ground {
+    /// The figure's left, up and front, as columns.
+    #[must_use]
+    pub fn axes(&self) -> DMat3 {
+        DMat3::from_cols(self.up.cross(self.front), self.up, self.front)
+    }
+}
+
+impl Default for Ground {
+    fn default() -> Self {
+        Self {
+            up: DVec3::Y,
+            front: DVec3::Z,
+            units_per_metre: 1.0,
+            travel: DMat3::IDENTITY,
+            source_rest_floor: 0.0,
+            source_floor: 0.0,
+            target_rest_floor: 0.0,
+            target_floor: 0.0,
+        }
+    }
+}
+
+/// A limb that both rigs have. It reaches for goals as one of two bones does: what lies between its start and its middle, and between
+/// its middle and its end, keeps the shape that forward kinematics give it.
+#[derive(Clone, Debug)]
+pub struct LimbPair {
+    /// Which.
+    pub limb: Limb,
+    /// Joints of the source.
+    pub source: LimbJoints,
+    /// Joints of the target.
+    pub target: LimbJoints,
+    /// Whether nothing says how the source's foot is turned: it has no toes, and never turns against the shin in this clip.
+    pub has_stiff_foot: bool,
+    /// The foot of the source; of hands nothing is known.
+    pub source_foot: FootShape,
+    /// The foot of the target.
+    pub target_foot: FootShape,
+}
+
+impl LimbPair {
+    /// Joints of the target that turn when it reaches for a goal; the ball of the foot too where asked for.
+    pub(in crate::retarget) fn turned(&self, with_ball: bool) -> impl Iterator<Item = usize> + use<> {
+        let LimbJoints { start, middle, end, ball, .. } = self.target;
+        [Some(start), Some(middle), Some(end), ball.filter(|_| with_ball)].into_iter().flatten()
+    }
 }
 
 /// The pelvis of both rigs, and where the target's goes.

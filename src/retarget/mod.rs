@@ -15,14 +15,15 @@ mod plan;
 pub(in crate::retarget) mod resolve;
 mod run;
 pub(in crate::retarget) mod spec;
+mod stack;
 mod stages;
 mod workspace;
 
 pub use drivers::{JointDriver, joint_drivers};
 pub use explain::{DriverKind, JointExplanation, explain_joint};
 pub use mapping::{
-    ChainPair, Chord, ChordCorrection, CrotchRule, Drive, FurtherChain, Mapping, PelvisPair, PelvisPosition,
-    ShoulderPair, Spacing, TwistAgainst, TwistPair,
+    ChainPair, Chord, ChordCorrection, CrotchRule, Drive, FurtherChain, Ground, LimbPair, Mapping, PelvisPair,
+    PelvisPosition, ShoulderPair, Spacing, TwistAgainst, TwistPair,
 };
 pub use measure::{ContactMeasure, Curves, LimbDirection, Measures, Metric, SidePair, Verdict, Worst, measure};
 pub use ops::*;
@@ -30,4 +31,5 @@ pub use plan::Plan;
 pub use resolve::{Resolved, resolve};
 pub use run::{RunError, run};
 pub use spec::*;
-pub use stages::{ContactTrack, LimbReach, LimitedJoint, Stack, StackResult};
+pub use stack::Stack;
+pub use stages::{ContactTrack, LimbReach, LimitedJoint, StackResult};

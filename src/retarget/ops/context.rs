@@ -1,11 +1,16 @@
-//! Which joints the ops are about.
+//! What ops are resolved against, and where what they become goes.
 
 use glam::{DQuat, EulerRot};
 
-use super::Scope;
+use super::{
+    Alpha, Scope,
+    resolved::{OpWork, ResolvedOp, ResolvedOps},
+    schedule::{Schedule, schedule},
+};
 use crate::model::{Clip, Reporter};
+use crate::rig::Limb;
 use crate::{
-    retarget::mapping::Mapping,
+    retarget::mapping::{ChainPair, LimbPair, Mapping},
     rig::{
         auto_map::roles_of,
         error::{SpecError, SpecErrorKind, SpecField},
@@ -14,7 +19,9 @@ use crate::{
 };
 
 /// What the ops of this folder are resolved against.
-pub(in crate::retarget) struct Subject<'a> {
+pub(in crate::retarget) struct Context<'a> {
+    /// The op's name on the wire.
+    pub(in crate::retarget) name: &'static str,
     /// The op's place in the spec.
     pub(in crate::retarget) index: usize,
     pub(in crate::retarget) source: &'a Rig<'a>,
@@ -22,11 +29,82 @@ pub(in crate::retarget) struct Subject<'a> {
     /// The clip that is to be moved.
     pub(in crate::retarget) clip: &'a Clip,
     pub(in crate::retarget) mapping: &'a Mapping,
+    pub(in crate::retarget) limbs: &'a [LimbPair],
+    /// The chains of an `fk` op.
+    pub(in crate::retarget) chains: &'a [ChainPair],
     pub(in crate::retarget) reporter: &'a mut Reporter,
     pub(in crate::retarget) fields: &'a mut Vec<SpecField>,
+    /// What `pelvis` and `fk` do behind the plan, which is done before all else.
+    pub(in crate::retarget) front: &'a mut Vec<ResolvedOp>,
+    /// What the ops before this one have become.
+    pub(in crate::retarget) resolved: &'a mut ResolvedOps,
 }
 
-impl Subject<'_> {
+/// Which limbs an op is about when its mask does not say.
+#[derive(Clone, Copy)]
+pub(in crate::retarget) enum Limbs {
+    All,
+    Legs,
+    Arms,
+}
+
+impl Context<'_> {
+    /// Adds what the op becomes.
+    pub(in crate::retarget) fn push(&mut self, scope: &Scope, work: impl OpWork + 'static) {
+        let schedule = self.schedule(scope);
+        self.resolved.ops.push(ResolvedOp::new(self.name, schedule, Vec::new(), work));
+    }
+
+    /// Adds what an op of limbs becomes; `defaults` are its limbs where it has no mask.
+    pub(in crate::retarget) fn push_on_limbs(&mut self, scope: &Scope, defaults: Limbs, work: impl OpWork + 'static) {
+        let schedule = self.schedule(scope);
+        let limbs = self.masked_limbs(scope, defaults);
+        self.resolved.ops.push(ResolvedOp::new(self.name, schedule, limbs, work));
+    }
+
+    /// Adds what `pelvis` or `fk` does behind the plan.
+    pub(in crate::retarget) fn push_front(&mut self, schedule: Schedule, work: impl OpWork + 'static) {
+        self.front.push(ResolvedOp::new(self.name, schedule, Vec::new(), work));
+    }
+
+    /// When an op works, and how much.
+    pub(in crate::retarget) fn schedule(&mut self, scope: &Scope) -> Schedule {
+        self.schedule_of(&scope.alpha, scope.frames)
+    }
+
+    /// When `pelvis` or `fk` is faded behind the plan; nothing where the plan's own alpha says it all.
+    pub(in crate::retarget) fn fade(&mut self, alpha: &Alpha, frames: Option<[usize; 2]>) -> Option<Schedule> {
+        let is_constant = frames.is_none() && alpha.constant().is_some();
+        (!is_constant).then(|| self.schedule_of(alpha, frames))
+    }
+
+    fn schedule_of(&mut self, alpha: &Alpha, frames: Option<[usize; 2]>) -> Schedule {
+        schedule(alpha, frames, &format!("/ops/{}", self.index), self.source.scene, self.clip, self.fields)
+    }
+
+    fn masked_limbs(&mut self, scope: &Scope, defaults: Limbs) -> Vec<usize> {
+        let names =
+            |limb: &Limb| [limb.name()].into_iter().chain(limb.contact_points()).filter(|name| !name.is_empty());
+        let known: Vec<&str> = Limb::all().flat_map(|limb| names(&limb).collect::<Vec<&str>>()).collect();
+        for (position, name) in scope.mask.iter().flatten().enumerate() {
+            if !known.contains(&name.as_str()) {
+                let detail = format!("there is no limb '{name}' to mask");
+                let pointer = format!("/ops/{}/mask/{position}", self.index);
+                let field = SpecField::new(SpecErrorKind::UnknownName, pointer, detail);
+                self.fields.push(field.with_nearest(name, known.iter().copied()));
+            }
+        }
+        let wanted = |pair: &LimbPair| match &scope.mask {
+            None => match defaults {
+                Limbs::All => true,
+                Limbs::Legs => pair.limb.is_leg(),
+                Limbs::Arms => !pair.limb.is_leg(),
+            },
+            Some(masked) => names(&pair.limb).any(|name| masked.iter().any(|masked| masked == name)),
+        };
+        (0..self.limbs.len()).filter(|&index| wanted(&self.limbs[index])).collect()
+    }
+
     pub(in crate::retarget) fn pointer(&self, rest: &str) -> String {
         format!("/ops/{}/{rest}", self.index)
     }

@@ -1,13 +1,17 @@
-//! The steps of a retarget and their parameters, one file per op.
+//! The steps of a retarget, a room each: what a user says of the op (`spec`), what that becomes for two rigs (`resolve`), and the work.
+//!
+//! The table below is the only place that names them all. The enum, the schema, the order of the documentation, the names on the wire
+//! and the seeds of the fuzzer come from it.
 
 pub(in crate::retarget) mod additive_pose;
 pub(in crate::retarget) mod arm_spacing;
-pub(in crate::retarget) mod changes;
 pub(in crate::retarget) mod contacts;
 pub(in crate::retarget) mod context;
 pub(in crate::retarget) mod copy_base_pose;
 pub(in crate::retarget) mod curves;
-pub(in crate::retarget) mod edits;
+pub(in crate::retarget) mod edit;
+pub(in crate::retarget) mod fade;
+pub(in crate::retarget) mod feet;
 pub(in crate::retarget) mod filter;
 pub(in crate::retarget) mod fingers;
 pub(in crate::retarget) mod fk;
@@ -15,6 +19,7 @@ pub(in crate::retarget) mod floor;
 pub(in crate::retarget) mod ik;
 pub(in crate::retarget) mod joints;
 pub(in crate::retarget) mod limits;
+pub(in crate::retarget) mod op_spec;
 pub(in crate::retarget) mod pelvis;
 pub(in crate::retarget) mod pin;
 pub(in crate::retarget) mod plant;
@@ -36,10 +41,6 @@ pub use arm_spacing::ArmSpacingOp;
 pub use contacts::{ContactFloor, ContactFloorRule, ContactsOp};
 pub use copy_base_pose::CopyBasePoseOp;
 pub use curves::{ContactCurve, CurveDrive, CurveRow, CurvesOp, OtherCurves, carried_curves};
-pub use edits::{
-    ChainShape, ChainStretch, CopyDrive, DriveFrom, FingerDrive, GripPair, JointDrive, JointLimit, LimitFrame,
-    PinDrive, PosedEdit, PropDrive, ReachDrive, ReachEnd, RootMotion, SourceScale,
-};
 pub use filter::{FilterKind, FilterOp, filtered};
 pub use fingers::FingersOp;
 pub use fk::{Carry, FkOp};
@@ -52,9 +53,9 @@ pub use pin::{Pin, PinMode, PinOp, PinSide};
 pub use plant::{PlantMode, PlantOp};
 pub use props::{CarriedProp, Grip, GripHand, PropsOp};
 pub use reach::{ReachGoal, ReachOp, ReachPlace};
-pub use resolved::{Ground, LimbPair, StagedKind, StagedOp, Stages};
+pub use resolved::{ResolvedOp, ResolvedOps};
 pub use root_motion::{RootAction, RootAxis, RootMotionOp, RootPlace, RootSource};
-pub use scale_source::ScaleSourceOp;
+pub use scale_source::{ScaleSourceOp, SourceScale};
 pub use schedule::{Schedule, scheduled};
 pub use scope::{Alpha, AlphaCurve, Scope};
 pub use self_contact::SelfContactOp;
@@ -65,95 +66,114 @@ pub use twist::TwistOp;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// One step of the retarget.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "op", rename_all = "snake_case")]
-pub enum Op {
+use context::Context;
+use op_spec::OpSpec;
+
+/// The ops: what each is for, its variant, its spec and its name on the wire, in the order of the documentation.
+macro_rules! registry {
+    ($($(#[$doc:meta])+ $variant:ident($spec:ident) = $name:tt,)+) => {
+        /// One step of the retarget.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(tag = "op")]
+        pub enum Op {
+            $($(#[$doc])+ #[serde(rename = $name)] $variant($spec),)+
+        }
+
+        impl Op {
+            /// The names of all ops on the wire, in the order of the documentation.
+            pub const NAMES: &'static [&'static str] = &[$($name),+];
+
+            /// Its name on the wire.
+            #[must_use]
+            pub const fn name(&self) -> &'static str {
+                match self {
+                    $(Self::$variant(_) => $name,)+
+                }
+            }
+
+            fn spec(&self) -> &dyn OpSpec {
+                match self {
+                    $(Self::$variant(spec) => spec,)+
+                }
+            }
+        }
+    };
+}
+
+registry! {
     /// Moves and turns the pelvis.
-    Pelvis(PelvisOp),
+    Pelvis(PelvisOp) = "pelvis",
     /// Turns the chains by forward kinematics.
-    Fk(FkOp),
+    Fk(FkOp) = "fk",
     /// Finds where feet and hands rest on something in the source.
-    Contacts(ContactsOp),
+    Contacts(ContactsOp) = "contacts",
     /// Sets goals for the ends of limbs and reaches them.
-    Ik(IkOp),
+    Ik(IkOp) = "ik",
     /// Keeps feet where they stand.
-    Plant(PlantOp),
+    Plant(PlantOp) = "plant",
     /// Keeps soles as far above the floor as the source's are.
-    Floor(FloorOp),
+    Floor(FloorOp) = "floor",
     /// Keeps hands that touch the body touching it.
-    SelfContact(SelfContactOp),
+    SelfContact(SelfContactOp) = "self_contact",
     /// Takes noise off rotations.
-    Filter(FilterOp),
+    Filter(FilterOp) = "filter",
     /// Drives joints one by one from a table.
-    Joints(JointsOp),
+    Joints(JointsOp) = "joints",
     /// Lets joints follow another joint.
-    Pin(PinOp),
+    Pin(PinOp) = "pin",
     /// Copies joints of equal names as they are.
-    CopyBasePose(CopyBasePoseOp),
+    CopyBasePose(CopyBasePoseOp) = "copy_base_pose",
     /// Adds a constant change of pose.
-    AdditivePose(AdditivePoseOp),
+    AdditivePose(AdditivePoseOp) = "additive_pose",
     /// Turns arms away from the body or toward it.
-    ArmSpacing(ArmSpacingOp),
+    ArmSpacing(ArmSpacingOp) = "arm_spacing",
     /// Makes chains longer or shorter.
-    StretchChain(StretchChainOp),
+    StretchChain(StretchChainOp) = "stretch_chain",
     /// Shares the twist of limbs out among twist joints.
-    Twist(TwistOp),
+    Twist(TwistOp) = "twist",
     /// Takes back what bends farther than bodies do.
-    Limits(LimitsOp),
+    Limits(LimitsOp) = "limits",
     /// Bends and spreads fingers more or less.
-    Fingers(FingersOp),
+    Fingers(FingersOp) = "fingers",
     /// Gets ends of chains to goals with the help of the body.
-    Reach(ReachOp),
+    Reach(ReachOp) = "reach",
     /// Makes steps longer or shorter.
-    Stride(StrideOp),
+    Stride(StrideOp) = "stride",
     /// Carries custom properties over.
-    Curves(CurvesOp),
+    Curves(CurvesOp) = "curves",
     /// Keeps things in hands.
-    Props(PropsOp),
+    Props(PropsOp) = "props",
     /// Scales the source's motion.
-    ScaleSource(ScaleSourceOp),
+    ScaleSource(ScaleSourceOp) = "scale_source",
     /// Puts the figure's way onto its root joint, or takes it out.
-    RootMotion(RootMotionOp),
+    RootMotion(RootMotionOp) = "root_motion",
 }
 
 impl Op {
     /// How much of it is taken.
     #[must_use]
     pub fn alpha(&self) -> &Alpha {
-        match self {
-            Self::Pelvis(op) => &op.alpha,
-            Self::Fk(op) => &op.alpha,
-            other => other.scope().map_or(&Alpha::ALL, |scope| &scope.alpha),
-        }
+        self.spec().alpha()
     }
 
     /// When and on what it works; nothing for `pelvis` and `fk`, which have fields of their own for that.
     #[must_use]
-    pub const fn scope(&self) -> Option<&Scope> {
-        match self {
-            Self::Pelvis(_) | Self::Fk(_) => None,
-            Self::Contacts(op) => Some(&op.scope),
-            Self::Ik(op) => Some(&op.scope),
-            Self::Plant(op) => Some(&op.scope),
-            Self::Floor(op) => Some(&op.scope),
-            Self::SelfContact(op) => Some(&op.scope),
-            Self::Filter(op) => Some(&op.scope),
-            Self::Joints(op) => Some(&op.scope),
-            Self::Pin(op) => Some(&op.scope),
-            Self::CopyBasePose(op) => Some(&op.scope),
-            Self::AdditivePose(op) => Some(&op.scope),
-            Self::ArmSpacing(op) => Some(&op.scope),
-            Self::StretchChain(op) => Some(&op.scope),
-            Self::Twist(op) => Some(&op.scope),
-            Self::Limits(op) => Some(&op.scope),
-            Self::Fingers(op) => Some(&op.scope),
-            Self::Stride(op) => Some(&op.scope),
-            Self::Reach(op) => Some(&op.scope),
-            Self::Curves(op) => Some(&op.scope),
-            Self::Props(op) => Some(&op.scope),
-            Self::ScaleSource(op) => Some(&op.scope),
-            Self::RootMotion(op) => Some(&op.scope),
-        }
+    pub fn scope(&self) -> Option<&Scope> {
+        self.spec().scope()
+    }
+
+    /// Whether it is enabled and changes poses where it stands among the ops.
+    pub(in crate::retarget) fn changes_poses(&self) -> bool {
+        self.spec().changes_poses() && self.scope().is_some_and(|scope| scope.enabled)
+    }
+
+    /// See [`OpSpec::check`].
+    pub(in crate::retarget) fn check(&self, refuse: &mut dyn FnMut(&str, String)) {
+        self.spec().check(refuse);
+    }
+
+    /// See [`OpSpec::resolve`].
+    pub(in crate::retarget) fn resolve(&self, context: &mut Context<'_>) {
+        self.spec().resolve(context);
     }
 }

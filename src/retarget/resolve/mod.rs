@@ -3,10 +3,12 @@
 pub(in crate::retarget) mod animal_legs;
 pub(in crate::retarget) mod filled_in;
 pub(in crate::retarget) mod helpers;
+pub(in crate::retarget) mod limbs;
 pub(in crate::retarget) mod notes;
+pub(in crate::retarget) mod ops;
 pub(in crate::retarget) mod pairs;
-pub(in crate::retarget) mod stages;
 
+use crate::retarget::ops::resolved::ResolvedOps;
 use glam::DVec3;
 
 use crate::model::{Axes, Clip, Reporter, Transform};
@@ -15,9 +17,10 @@ use crate::retarget::ops::context::nothing_to_map;
 use self::{
     filled_in::filled_in,
     helpers::follow_helpers,
+    limbs::have_driven_leg,
     notes::{check_kinds, report_idle_limbs, report_loose_joints, report_rigs},
+    ops::resolve_ops,
     pairs::find_pairs,
-    stages::{have_driven_leg, resolve_stages},
 };
 use super::ops::{
     curves::resolve::has_properties,
@@ -25,11 +28,10 @@ use super::ops::{
     pelvis::resolve::{resolve_pelvis, resolve_top},
 };
 use super::{
-    mapping::{ChainPair, Mapping},
+    mapping::{ChainPair, Ground, Mapping},
     ops::{
         Carry, ContactsOp, CurvesOp, FkOp, FloorOp, IkOp, Op, PelvisOp, PlantOp,
         fk::{shoulders::find_shoulders, twists::find_twists},
-        resolved::Stages,
     },
     spec::{RetargetSpec, TranslationMode},
 };
@@ -48,6 +50,8 @@ use crate::rig::{
 pub struct Resolved {
     /// What drives what.
     pub mapping: Mapping,
+    /// What is done with the result of forward kinematics.
+    pub ops: ResolvedOps,
     /// The spec with everything found out filled in; resolved again, it gives the same mapping.
     pub spec: RetargetSpec,
     /// How well the target's rest pose was turned to look like the source's, by joint.
@@ -91,7 +95,8 @@ pub fn resolve(
         twists: Vec::new(),
         shoulders: Vec::new(),
         global_scale: 1.0,
-        stages: Stages::default(),
+        ground: Ground::default(),
+        limbs: Vec::new(),
     };
     let mut fields = Vec::new();
     let mut kinematics = Vec::new();
@@ -116,30 +121,42 @@ pub fn resolve(
         keep_slides(&mut mapping.chains, clip);
     }
     order_chains(&mut mapping.chains);
-    mapping.stages = resolve_stages(&ops, &kinematics, [source, target], clip, &mapping, reporter)?;
+    let resolved = resolve_ops(&ops, &kinematics, [source, target], clip, &mut mapping, reporter)?;
     if mapping.pelvis.is_none() && mapping.chains.is_empty() {
         return Err(nothing_to_map(source, target));
     }
     if !carried {
-        // What the parents of chains that are carried along do is part of the chain.
-        mapping.rides = rides(target);
-        for op in &ops {
-            if let Op::Fk(op) = op
-                && op.enabled
-            {
-                if op.twist {
-                    find_twists(source, target, clip, &mut mapping);
-                }
-                mapping.shoulders = find_shoulders(source, target, &mapping, op.shoulder);
-            }
-        }
-        let loose = loose_joints(target, &mapping.driven(), &mapping.rides);
-        report_loose_joints(target, &loose, reporter);
-        mapping.rides.extend(loose);
+        follow_bodies(&ops, source, target, clip, &mut mapping, reporter);
     }
     report_idle_limbs(spec, source, target, &mapping, reporter);
     let spec = filled_in(spec, source, target, &found, &mapping, ops);
-    Ok(Resolved { mapping, spec, alignment })
+    Ok(Resolved { mapping, ops: resolved, spec, alignment })
+}
+
+/// What a body does beside its chains: joints ride what carries them, twists are shared out, clavicles follow their arms.
+fn follow_bodies(
+    ops: &[Op],
+    source: &Rig<'_>,
+    target: &Rig<'_>,
+    clip: &Clip,
+    mapping: &mut Mapping,
+    reporter: &mut Reporter,
+) {
+    // What the parents of chains that are carried along do is part of the chain.
+    mapping.rides = rides(target);
+    for op in ops {
+        if let Op::Fk(op) = op
+            && op.enabled
+        {
+            if op.twist {
+                find_twists(source, target, clip, mapping);
+            }
+            mapping.shoulders = find_shoulders(source, target, mapping, op.shoulder);
+        }
+    }
+    let loose = loose_joints(target, &mapping.driven(), &mapping.rides);
+    report_loose_joints(target, &loose, reporter);
+    mapping.rides.extend(loose);
 }
 
 /// The pairs whose rest poses are to look alike. Four-legged animals stand on both ends of their spine: one that is tipped to

@@ -12,15 +12,12 @@ use super::{
 };
 use crate::model::no_json;
 use crate::rig::deserialize::kind_of;
-use crate::{
-    retarget::ops::{Op, PelvisScale},
-    rig::{
-        PoseEdit, UnitSpec,
-        deserialize::deserialize,
-        error::{SpecError, SpecErrorKind, SpecField},
-        ranges::out_of_ranges,
-        unknown_fields::unknown_fields,
-    },
+use crate::rig::{
+    PoseEdit, UnitSpec,
+    deserialize::deserialize,
+    error::{SpecError, SpecErrorKind, SpecField},
+    ranges::out_of_ranges,
+    unknown_fields::unknown_fields,
 };
 
 /// More ops than this are refused, before time is spent on any of them.
@@ -33,8 +30,6 @@ const MOST_FURTHER_CHAINS: usize = 8;
 const MOST_EVALUATIONS: u32 = 500;
 /// A joint is turned by no more than this at once, in degrees.
 const MOST_EDIT_DEGREES: f64 = 3600.0;
-/// Factors beyond this are refused.
-const MOST_SCALE: f64 = 1e6;
 
 /// Reads a config: our own spec as JSON or YAML, an ikrigretarget config, a joint table, or a bone map of another tool. An empty document is an empty spec.
 ///
@@ -169,15 +164,7 @@ fn out_of_range(spec: &RetargetSpec) -> Vec<SpecField> {
         }
     }
     for (index, op) in spec.ops.iter().flatten().enumerate() {
-        if let Op::Pelvis(op) = op {
-            let scale = if let PelvisScale::Value(value) = op.scale { value } else { 1.0 };
-            let named =
-                [("scale", scale), ("scale_horizontal", op.scale_horizontal), ("scale_vertical", op.scale_vertical)];
-            for (name, value) in named {
-                let holds = value.is_finite() && value.abs() <= MOST_SCALE;
-                require(holds, format!("/ops/{index}/{name}"), format!("{value} is out of range"));
-            }
-        }
+        op.check(&mut |field, detail| require(false, format!("/ops/{index}/{field}"), detail));
         let detail = "keys are [seconds, alpha] in rising order of time, with alpha from 0 to 1; at least one";
         require(op.alpha().is_valid(), format!("/ops/{index}/alpha"), detail.into());
     }

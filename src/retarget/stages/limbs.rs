@@ -1,12 +1,12 @@
 //! What stages know of a limb beforehand.
 
+use crate::retarget::mapping::{Ground, LimbPair};
 use glam::{DQuat, DVec3};
 
 use crate::model::rotation::signed_angle;
 
 use crate::{
     model::Transform,
-    retarget::ops::resolved::{Ground, LimbPair},
     rig::{Limb, LimbJoints},
 };
 

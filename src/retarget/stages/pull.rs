@@ -1,11 +1,10 @@
 //! Moves the pelvis until held feet are within reach. (docs/algorithm/legs.md.)
 
+use super::stage::Stage;
+use crate::retarget::mapping::Ground;
 use glam::{DMat3, DVec3};
 
-use crate::{
-    model::{Canceled, Transform},
-    retarget::ops::resolved::Ground,
-};
+use crate::model::{Canceled, Transform};
 
 use super::{
     posing::{Pose, Posing},
@@ -55,33 +54,6 @@ pub(in crate::retarget) struct PulledLeg {
 }
 
 impl PullStage {
-    pub(in crate::retarget) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
-        let mut moves = std::mem::take(&mut work.pelvis_moves);
-        moves.resize(work.frame_count(), DVec3::ZERO);
-        if self.pulls {
-            let shifts = moves.clone();
-            let hips = self.hips(work)?;
-            self.balance(&mut moves, &hips, work)?;
-            self.pull(&mut moves, &hips, work)?;
-            self.take_along(&moves, &shifts, work)?;
-        }
-        if moves.iter().all(|moved| *moved == DVec3::ZERO) {
-            return Ok(());
-        }
-        let slot = self.posing.slot(self.pelvis);
-        let changed = [Changed { joint: self.pelvis, rotates: false, moves: true }];
-        let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
-            self.posing.fill(pose, &work.target, frame);
-            let parent = self.posing.parent_of(pose, slot);
-            let now = pose.model[slot];
-            let moved = Transform { translation: now.translation + moves[frame], ..now };
-            row[0].translation = parent.relative(&moved).translation.as_vec3();
-        };
-        let rows = work.rows(1, || self.posing.pose(), fill)?;
-        work.write(&changed, &rows);
-        Ok(())
-    }
-
     /// Where the legs begin before the pelvis is moved, frame by frame.
     fn hips(&self, work: &Work<'_>) -> Result<Vec<DVec3>, Canceled> {
         let fill = |pose: &mut Pose, frame: usize, row: &mut [DVec3]| {
@@ -189,6 +161,35 @@ impl PullStage {
             }
         }
         moved
+    }
+}
+
+impl Stage for PullStage {
+    fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        let mut moves = std::mem::take(&mut work.pelvis_moves);
+        moves.resize(work.frame_count(), DVec3::ZERO);
+        if self.pulls {
+            let shifts = moves.clone();
+            let hips = self.hips(work)?;
+            self.balance(&mut moves, &hips, work)?;
+            self.pull(&mut moves, &hips, work)?;
+            self.take_along(&moves, &shifts, work)?;
+        }
+        if moves.iter().all(|moved| *moved == DVec3::ZERO) {
+            return Ok(());
+        }
+        let slot = self.posing.slot(self.pelvis);
+        let changed = [Changed { joint: self.pelvis, rotates: false, moves: true }];
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
+            self.posing.fill(pose, &work.target, frame);
+            let parent = self.posing.parent_of(pose, slot);
+            let now = pose.model[slot];
+            let moved = Transform { translation: now.translation + moves[frame], ..now };
+            row[0].translation = parent.relative(&moved).translation.as_vec3();
+        };
+        let rows = work.rows(1, || self.posing.pose(), fill)?;
+        work.write(&changed, &rows);
+        Ok(())
     }
 }
 

@@ -4,6 +4,7 @@
 //! [`Ride`](crate::rig::Ride)). What moves the pelvis or bends a limb moves its skeleton's children only, so what rides is placed
 //! anew after it.
 
+use super::stage::Stage;
 use crate::{
     model::{Canceled, Skeleton, Transform},
     rig::Ride,
@@ -77,8 +78,10 @@ impl RideStage {
         }
         Some(Self { posing, steps, changed })
     }
+}
 
-    pub(in crate::retarget) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+impl Stage for RideStage {
+    fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
             self.posing.fill(pose, &work.target, frame);
             let mut row = row.iter_mut();

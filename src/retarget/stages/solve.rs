@@ -5,6 +5,7 @@
 //! over time where stages that plant feet set the goals, as far as the foot then misses its goal by a millimeter or two: that is much
 //! for the bend of a leg that is nearly straight, and little elsewhere.
 
+use super::stage::Stage;
 use glam::{DQuat, DVec3};
 
 use crate::model::rotation::signed_angle;
@@ -108,32 +109,6 @@ impl SolvedLimb {
 }
 
 impl SolveStage {
-    pub(in crate::retarget) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
-        let width = self.limbs.len();
-        let bends = self.smooth_bends(work)?;
-        let solve = |pose: &mut Pose, frame: usize, row: &mut [Solved]| {
-            self.posing.fill(pose, &work.target, frame);
-            let goals = &work.goals[frame * self.limb_count..(frame + 1) * self.limb_count];
-            for ((limb, solved), bends) in self.limbs.iter().zip(row).zip(&bends) {
-                let bend = bends.as_ref().map(|bends| bends[frame]);
-                *solved = self.solve(limb, pose, &goals[limb.limb], bend);
-            }
-        };
-        let rows = work.rows(width, || self.posing.pose(), solve)?;
-        work.write_columns(&self.changed, |frame, index| &rows[frame * width + index / 3].changes[index % 3]);
-        let mut residuals = std::mem::take(&mut work.residuals);
-        residuals.resize(work.frame_count() * self.limb_count, f32::NAN);
-        let tell = |(): &mut (), frame: usize, residuals: &mut [f32]| {
-            for (limb, solved) in self.limbs.iter().zip(&rows[frame * width..]) {
-                residuals[limb.limb] = solved.residual;
-            }
-        };
-        work.fill(&mut residuals, self.limb_count, || (), tell)?;
-        work.residuals = residuals;
-        work.goals.clear();
-        Ok(())
-    }
-
     /// What the bends of limbs change by, smooth over time, frame by frame; nothing for limbs that need no smoothing.
     fn smooth_bends(&self, work: &Work<'_>) -> Result<Vec<Option<Vec<f64>>>, Canceled> {
         let width = self.limbs.len();
@@ -191,6 +166,34 @@ impl SolveStage {
         #[expect(clippy::cast_possible_truncation, reason = "a distance for a report")]
         let residual = reach.end.distance(goal.position) as f32;
         Solved { changes, residual }
+    }
+}
+
+impl Stage for SolveStage {
+    fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        let width = self.limbs.len();
+        let bends = self.smooth_bends(work)?;
+        let solve = |pose: &mut Pose, frame: usize, row: &mut [Solved]| {
+            self.posing.fill(pose, &work.target, frame);
+            let goals = &work.goals[frame * self.limb_count..(frame + 1) * self.limb_count];
+            for ((limb, solved), bends) in self.limbs.iter().zip(row).zip(&bends) {
+                let bend = bends.as_ref().map(|bends| bends[frame]);
+                *solved = self.solve(limb, pose, &goals[limb.limb], bend);
+            }
+        };
+        let rows = work.rows(width, || self.posing.pose(), solve)?;
+        work.write_columns(&self.changed, |frame, index| &rows[frame * width + index / 3].changes[index % 3]);
+        let mut residuals = std::mem::take(&mut work.residuals);
+        residuals.resize(work.frame_count() * self.limb_count, f32::NAN);
+        let tell = |(): &mut (), frame: usize, residuals: &mut [f32]| {
+            for (limb, solved) in self.limbs.iter().zip(&rows[frame * width..]) {
+                residuals[limb.limb] = solved.residual;
+            }
+        };
+        work.fill(&mut residuals, self.limb_count, || (), tell)?;
+        work.residuals = residuals;
+        work.goals.clear();
+        Ok(())
     }
 }
 

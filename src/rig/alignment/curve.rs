@@ -5,9 +5,9 @@ use glam::{DQuat, DVec3};
 use super::{
     super::{named_pair::NamedPair, rig::Rig, spec::Align},
     HowAligned,
+    arc::arc,
     look::{Bone, Look, chain},
     rules::{Aim, Rules},
-    turn::arc,
 };
 
 /// Between two rest poses that somebody laid out, necks that differ by less hold the head alike: riggers put the lower joint of a neck

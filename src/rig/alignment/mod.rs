@@ -18,6 +18,7 @@
 //! | `stand` | how a turned body stands on the floor |
 //! | `turn` | the turning itself, parents before children, and what is left over |
 
+mod arc;
 mod canonical;
 mod curve;
 mod face;
@@ -28,9 +29,9 @@ mod sole;
 mod stand;
 mod turn;
 
+pub(crate) use arc::arc;
 pub use canonical::CanonicalPose;
 pub use look::RollCue;
-pub(crate) use turn::arc;
 
 use crate::model::ModelPose;
 

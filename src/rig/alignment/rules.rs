@@ -5,12 +5,11 @@ use glam::{DQuat, DVec3};
 use super::{
     super::{named_pair::NamedPair, rig::Rig, spec::Align},
     HowAligned,
+    arc::arc,
     face::Face,
     look::{Look, RollCue, Second, place},
     sole::RaisedFoot,
-    split,
-    turn::arc,
-    unnumbered,
+    split, unnumbered,
 };
 
 /// Bodies that face this close to one another face the same way, in radians: feet and shoulders are never quite even.

@@ -46,8 +46,8 @@ impl Stage {
         let source = Rig::new("source", &self.source, None, &spec.source, &mut reporter)?;
         let target = Rig::new("target", &self.target, None, &spec.target, &mut reporter)?;
         let clip = &self.source.clips[0];
-        let Resolved { mapping, .. } = resolve(&spec, &source, &target, clip, &mut reporter)?;
-        let stack = Stack::new(source.skeleton(), target.skeleton(), &mapping);
+        let Resolved { mapping, ops, .. } = resolve(&spec, &source, &target, clip, &mut reporter)?;
+        let stack = Stack::new(source.skeleton(), target.skeleton(), &mapping, &ops);
         let result = stack.run(clip, &Control::new()).expect("runs");
         let warnings = reporter.into_warnings().iter().map(|warning| warning.code).collect();
         Ok(Played { clip: result.clip, mapping, warnings })

@@ -111,8 +111,9 @@ fn planted(source: &Animal, clip: &Clip, target: &Animal) -> Clip {
     let mut reporter = Reporter::new();
     let from = Rig::new("source", source.scene(), None, &spec.source, &mut reporter).expect("a rig");
     let to = Rig::new("target", target.scene(), None, &spec.target, &mut reporter).expect("a rig");
-    let mapping = resolve(&spec, &from, &to, clip, &mut reporter).expect("a mapping").mapping;
-    Stack::new(from.skeleton(), to.skeleton(), &mapping).run(clip, &Control::new()).expect("a result").clip
+    let resolved = resolve(&spec, &from, &to, clip, &mut reporter).expect("a mapping");
+    let stack = Stack::new(from.skeleton(), to.skeleton(), &resolved.mapping, &resolved.ops);
+    stack.run(clip, &Control::new()).expect("a result").clip
 }
 
 /// Clips in which animals stand: what is seen of the mesh of the paws is what counts.

@@ -157,9 +157,9 @@ fn all_legs_of_an_animal_are_limbs() {
         let rig = |scene| Rig::new("rig", scene, None, &spec.source, &mut Reporter::new()).expect("a rig");
         let mapping =
             resolve(&spec, &rig(&source), &rig(&target), &clip, &mut Reporter::new()).expect("a mapping").mapping;
-        assert_eq!(mapping.stages.limbs.len(), legs, "{name}");
+        assert_eq!(mapping.limbs.len(), legs, "{name}");
         let last = |joints: &[usize]| joints[joints.len() - 1];
-        for pair in &mapping.stages.limbs {
+        for pair in &mapping.limbs {
             let role = pair.limb.whole_leg().expect("a leg of an animal");
             let leg = &beast.roles[&role];
             assert_eq!(pair.target.start, leg[0], "{name}: {role}");

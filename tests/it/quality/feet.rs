@@ -260,12 +260,12 @@ impl Feet {
         let stack = parse_spec(STACK.as_bytes()).expect("a spec");
         let Resolved { mapping: with_ground, .. } =
             resolve(&stack, &source_rig, &target_rig, clip, &mut reporter).expect("a mapping");
-        let Resolved { mapping, .. } =
+        let Resolved { mapping, ops, .. } =
             resolve(&spec, &source_rig, &target_rig, clip, &mut reporter).expect("a mapping");
-        let stack = Stack::new(source_rig.skeleton(), target_rig.skeleton(), &mapping);
+        let stack = Stack::new(source_rig.skeleton(), target_rig.skeleton(), &mapping, &ops);
         let result = stack.run(clip, &Control::new()).expect("a result").clip;
         let read = |pair| Leg::read(pair, &with_ground, (&source_rig, clip), (&target_rig, &result));
-        let limbs = with_ground.stages.limbs.iter().map(|pair| (pair.limb.is_leg(), read(pair))).collect();
+        let limbs = with_ground.limbs.iter().map(|pair| (pair.limb.is_leg(), read(pair))).collect();
         let detail = ReportChoice::default();
         let mut measures = measure(&mapping, &source_rig, &target_rig, clip, &result, &detail, &[]);
         (limbs, measures.metrics.remove(&MetricName::JerkRatio).expect("every metric"))
@@ -377,7 +377,7 @@ struct Track {
 
 impl Leg {
     fn read(pair: &LimbPair, mapping: &Mapping, source: (&Rig<'_>, &Clip), target: (&Rig<'_>, &Clip)) -> Self {
-        let Ground { source_rest_floor, source_floor, target_rest_floor, target_floor, .. } = mapping.stages.ground;
+        let Ground { source_rest_floor, source_floor, target_rest_floor, target_floor, .. } = mapping.ground;
         let unit = mapping.plan_from_source.scale.x;
         let joints = |joints: &retargetd::rig::LimbJoints| {
             let beyond = joints.ball.into_iter().chain(joints.tip);

@@ -206,7 +206,7 @@ fn contacts(figure: &Figure) -> Vec<(String, Vec<bool>)> {
     let source = Rig::new("source", &figure.scene, None, &spec.source, &mut reporter).expect("a rig");
     let target = Rig::new("target", &figure.scene, None, &spec.target, &mut reporter).expect("a rig");
     let resolved = resolve(&spec, &source, &target, figure.clip(), &mut reporter).expect("a mapping");
-    let stack = Stack::new(source.skeleton(), target.skeleton(), &resolved.mapping);
+    let stack = Stack::new(source.skeleton(), target.skeleton(), &resolved.mapping, &resolved.ops);
     let result = stack.run(figure.clip(), &Control::new()).expect("a result");
     result.contacts.into_iter().map(|track| (track.point, track.touches)).collect()
 }

@@ -135,9 +135,9 @@ fn retarget_onto_itself(scene: &Scene) -> Result<(&Clip, Clip, Mapping), String>
     let source = rig("source", &mut reporter).map_err(|error| error.to_string())?;
     let target = rig("target", &mut reporter).map_err(|error| error.to_string())?;
     let clip = scene.clips.iter().find(|clip| clip.is_animated()).ok_or("no clip")?;
-    let Resolved { mapping, .. } =
+    let Resolved { mapping, ops, .. } =
         resolve(&spec, &source, &target, clip, &mut reporter).map_err(|error| error.to_string())?;
-    let stack = Stack::new(source.skeleton(), target.skeleton(), &mapping);
+    let stack = Stack::new(source.skeleton(), target.skeleton(), &mapping, &ops);
     let result = stack.run(clip, &Control::new()).map_err(|error| error.to_string())?;
     Ok((clip, result.clip, mapping))
 }

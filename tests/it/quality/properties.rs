@@ -38,8 +38,8 @@ pub(crate) fn retargeted(spec: &str, source: &Scene, clip: &Clip, target: &Scene
     let mut reporter = Reporter::new();
     let source = Rig::new("source", source, None, &spec.source, &mut reporter).expect("a source");
     let target = Rig::new("target", target, None, &spec.target, &mut reporter).expect("a target");
-    let Resolved { mapping, .. } = resolve(&spec, &source, &target, clip, &mut reporter).expect("a mapping");
-    let stack = Stack::new(source.skeleton(), target.skeleton(), &mapping);
+    let Resolved { mapping, ops, .. } = resolve(&spec, &source, &target, clip, &mut reporter).expect("a mapping");
+    let stack = Stack::new(source.skeleton(), target.skeleton(), &mapping, &ops);
     stack.run(clip, &Control::new()).expect("a result").clip
 }
 

@@ -173,6 +173,6 @@ fn retargeted(source: &Figure, target: &Figure, spec: &str) -> Clip {
     let from = Rig::new("source", &source.scene, None, &spec.source, &mut reporter).expect("a rig");
     let onto = Rig::new("target", &target.scene, None, &spec.target, &mut reporter).expect("a rig");
     let resolved = resolve(&spec, &from, &onto, source.clip(), &mut reporter).expect("a mapping");
-    let stack = Stack::new(from.skeleton(), onto.skeleton(), &resolved.mapping);
+    let stack = Stack::new(from.skeleton(), onto.skeleton(), &resolved.mapping, &resolved.ops);
     stack.run(source.clip(), &Control::new()).expect("a result").clip
 }

@@ -1,5 +1,6 @@
 //! `additive_pose`: constant turns of joints.
 
+use super::AddedTurn;
 use std::collections::BTreeMap;
 
 use glam::DQuat;
@@ -7,8 +8,7 @@ use glam::DQuat;
 use crate::{
     retarget::ops::{
         AdditivePoseOp,
-        context::{Subject, is_in, turn},
-        edits::PosedEdit,
+        context::{Context, is_in, turn},
     },
     rig::lookup::find_clip,
 };
@@ -16,31 +16,31 @@ use crate::{
 /// Turns of less than this are none, radians.
 const LEAST_TURN: f64 = 1e-6;
 
-pub(in crate::retarget) fn resolve(op: &AdditivePoseOp, subject: &mut Subject<'_>) -> Vec<PosedEdit> {
-    let masked = subject.masked(&op.scope);
+pub(in crate::retarget) fn resolve(op: &AdditivePoseOp, context: &mut Context<'_>) -> Vec<AddedTurn> {
+    let masked = context.masked(&op.scope);
     let mut turns: BTreeMap<usize, DQuat> = BTreeMap::new();
     if let Some(choice) = &op.clip {
-        match find_clip(subject.target.scene, choice, "target", &subject.pointer("clip")) {
-            Err(field) => subject.fields.push(field),
-            Ok(clip) => turns.extend(turns_of_clip(op, clip, subject)),
+        match find_clip(context.target.scene, choice, "target", &context.pointer("clip")) {
+            Err(field) => context.fields.push(field),
+            Ok(clip) => turns.extend(turns_of_clip(op, clip, context)),
         }
     }
     for (name, degrees) in &op.degrees {
-        for joint in subject.joints_named(name, &format!("degrees/{name}")) {
+        for joint in context.joints_named(name, &format!("degrees/{name}")) {
             let before = turns.get(&joint).copied().unwrap_or(DQuat::IDENTITY);
             turns.insert(joint, before * turn(*degrees));
         }
     }
     let edits = turns.into_iter().filter(|(joint, _)| is_in(masked.as_ref(), *joint));
-    edits.map(|(joint, turn)| PosedEdit::Add { joint, turn }).collect()
+    edits.map(|(joint, turn)| AddedTurn { joint, turn }).collect()
 }
 
 /// What turns between the rest pose and a frame of a clip of the target.
-fn turns_of_clip(op: &AdditivePoseOp, clip: usize, subject: &mut Subject<'_>) -> Vec<(usize, DQuat)> {
-    let target = subject.target;
+fn turns_of_clip(op: &AdditivePoseOp, clip: usize, context: &mut Context<'_>) -> Vec<(usize, DQuat)> {
+    let target = context.target;
     let clip = &target.scene.clips[clip];
     if op.frame >= clip.frame_count() {
-        subject.refuse("frame", format!("frame {} is past the clip's {} frames", op.frame, clip.frame_count()));
+        context.refuse("frame", format!("frame {} is past the clip's {} frames", op.frame, clip.frame_count()));
         return Vec::new();
     }
     let pose = clip.local_pose(target.skeleton(), op.frame);

@@ -11,12 +11,28 @@ pub(in crate::retarget) mod spec;
 
 pub use self::spec::{ContactFloor, ContactFloorRule, ContactsOp};
 
+use crate::retarget::mapping::{Ground, LimbPair};
+use crate::retarget::stages::stage::Stage;
+use crate::retarget::{
+    mapping::Mapping,
+    ops::{
+        context::{Context, Limbs},
+        op_spec::OpSpec,
+        resolved::{Ahead, OpWork, ResolvedOp},
+        scope::Scope,
+    },
+    stages::builder::StackBuilder,
+};
+use crate::{
+    retarget::ops::source_curves::contact_spans,
+    rig::error::{SpecErrorKind, SpecField},
+};
+use resolve::take_contacts;
 use std::collections::BTreeMap;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::resolved::{Ground, LimbPair};
 use crate::{
     model::Canceled,
     rig::{FootPoint, Limb},
@@ -82,35 +98,6 @@ impl ContactStage {
         let posing = posing(&joints);
         let points = points.into_iter().map(|(point, joint)| Point { slot: posing.slot(joint), ..point }).collect();
         Self { op: op.clone(), points, posing, ground, scale: leg, frames }
-    }
-
-    pub(in crate::retarget) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
-        let width = self.points.len();
-        let fill = |pose: &mut crate::retarget::stages::posing::Pose, frame: usize, row: &mut [DVec3]| {
-            self.posing.fill(pose, work.source, frame);
-            for (point, place) in self.points.iter().zip(row) {
-                let joint = pose.model[point.slot];
-                *place = joint.translation + joint.rotation * point.sole;
-            }
-        };
-        let rows = work.rows(width, || self.posing.pose(), fill)?;
-        let tracks: Vec<Tracked> = (0..width)
-            .into_par_iter()
-            .map(|index| {
-                let positions = rows.iter().skip(index).step_by(width).copied().collect();
-                Tracked::new(positions, work.times, &self.ground, self.op.smoothing_seconds / 2.0)
-            })
-            .collect();
-        let levels: Vec<f64> = tracks.par_iter().map(|track| self.level(track)).collect();
-        let point = |((point, track), level): ((&Point, Tracked), &f64)| {
-            let touches = self.touches(point, &track, self.agreed(point, *level, &levels), work.times);
-            let Point { name, limb, part, .. } = *point;
-            ContactPoint { name, limb, part, positions: track.soles, touches }
-        };
-        let points: Vec<ContactPoint> = self.points.par_iter().zip(tracks).zip(&levels).map(point).collect();
-        let is_touching = points.iter().any(|point| point.touches.contains(&true));
-        work.contacts = ContactPoints { points, is_touching };
-        Ok(())
     }
 
     /// The height at which a point rests most often, among those at which it is slow.
@@ -216,6 +203,37 @@ impl ContactStage {
     }
 }
 
+impl Stage for ContactStage {
+    fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        let width = self.points.len();
+        let fill = |pose: &mut crate::retarget::stages::posing::Pose, frame: usize, row: &mut [DVec3]| {
+            self.posing.fill(pose, work.source, frame);
+            for (point, place) in self.points.iter().zip(row) {
+                let joint = pose.model[point.slot];
+                *place = joint.translation + joint.rotation * point.sole;
+            }
+        };
+        let rows = work.rows(width, || self.posing.pose(), fill)?;
+        let tracks: Vec<Tracked> = (0..width)
+            .into_par_iter()
+            .map(|index| {
+                let positions = rows.iter().skip(index).step_by(width).copied().collect();
+                Tracked::new(positions, work.times, &self.ground, self.op.smoothing_seconds / 2.0)
+            })
+            .collect();
+        let levels: Vec<f64> = tracks.par_iter().map(|track| self.level(track)).collect();
+        let point = |((point, track), level): ((&Point, Tracked), &f64)| {
+            let touches = self.touches(point, &track, self.agreed(point, *level, &levels), work.times);
+            let Point { name, limb, part, .. } = *point;
+            ContactPoint { name, limb, part, positions: track.soles, touches }
+        };
+        let points: Vec<ContactPoint> = self.points.par_iter().zip(tracks).zip(&levels).map(point).collect();
+        let is_touching = points.iter().any(|point| point.touches.contains(&true));
+        work.contacts = ContactPoints { points, is_touching };
+        Ok(())
+    }
+}
+
 /// The source has points that can be looked at when the mask does not name any: feet.
 fn is_wanted(op: &ContactsOp, limb: Limb, name: &str) -> bool {
     match &op.scope.mask {
@@ -237,5 +255,53 @@ impl Tracked {
         let heights = smooth.iter().map(|place| place.dot(ground.up)).collect();
         let speeds = speeds(&smooth, times);
         Self { soles, heights, speeds }
+    }
+}
+
+impl OpWork for ContactsOp {
+    fn compile(&self, op: &ResolvedOp, _following: &[ResolvedOp], stack: &mut StackBuilder<'_>) {
+        let posing = |joints: &[usize]| stack.source_posing(joints.iter().copied());
+        let (limbs, ground) = (&stack.mapping.limbs, stack.ground());
+        let stage = ContactStage::new(self, op.schedule.frames, limbs, posing, ground, stack.legs().0);
+        stack.push(stage);
+    }
+
+    fn changed(&self, _op: &ResolvedOp, _mapping: &Mapping) -> Vec<usize> {
+        Vec::new()
+    }
+
+    fn prepare_feet(&self, _op: &ResolvedOp, _stack: &mut StackBuilder<'_>) -> Ahead {
+        Ahead::Nothing
+    }
+}
+
+impl OpSpec for ContactsOp {
+    fn scope(&self) -> Option<&Scope> {
+        Some(&self.scope)
+    }
+
+    fn changes_poses(&self) -> bool {
+        false
+    }
+
+    fn resolve(&self, context: &mut Context<'_>) {
+        let pointer = format!("/ops/{}/curves", context.index);
+        let known: Vec<&str> = Limb::all().flat_map(Limb::contact_points).filter(|point| !point.is_empty()).collect();
+        let times = [("set", &self.set), ("add", &self.add), ("remove", &self.remove)];
+        let named = times.into_iter().flat_map(|(field, points)| points.keys().map(move |point| (field, point)));
+        for (field, point) in named.chain(self.curves.keys().map(|point| ("curves", point))) {
+            if !known.contains(&point.as_str()) {
+                let detail = format!("there is no point of contact '{point}'");
+                let pointer = format!("/ops/{}/{field}/{point}", context.index);
+                let field = SpecField::new(SpecErrorKind::UnknownName, pointer, detail);
+                context.fields.push(field.with_nearest(point, known.iter().copied()));
+            }
+        }
+        let mut resolved = self.clone();
+        resolved.set.extend(contact_spans(&self.curves, &pointer, context.source.scene, context.clip, context.fields));
+        take_contacts(&mut resolved, context.limbs, context.source.skeleton(), context.clip);
+        if self.scope.enabled {
+            context.push_on_limbs(&self.scope, Limbs::All, resolved);
+        }
     }
 }

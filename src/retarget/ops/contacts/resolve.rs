@@ -1,8 +1,9 @@
 //! Contacts that come with the source's clip.
 
 use crate::model::{Clip, JointContacts, Skeleton};
+use crate::retarget::mapping::LimbPair;
 
-use crate::retarget::ops::{ContactsOp, resolved::LimbPair};
+use crate::retarget::ops::ContactsOp;
 
 /// Puts what the clip says of contacts into the op, beside what the spec says, which wins. A limb of which the clip says something
 /// touches only when one of its points does by the clip; points of it that the clip does not name are looked for within that.

@@ -8,6 +8,7 @@ pub use self::drive::CurveDrive;
 pub use self::spec::{ContactCurve, CurveRow, CurvesOp, OtherCurves};
 
 use crate::model::{Clip, Morph, Track};
+use crate::retarget::ops::{context::Context, op_spec::OpSpec, scope::Scope};
 
 /// The values of each drive over the frames of a clip, whose own curves are `source`, in the order of the drives.
 #[must_use]
@@ -26,6 +27,25 @@ pub fn carried_curves(clip: &Clip, source: &[Morph], drives: &[CurveDrive]) -> V
         Track::Sampled((0..clip.frame_count()).map(value).collect()).compacted()
     };
     drives.iter().map(values).collect()
+}
+
+impl OpSpec for CurvesOp {
+    fn scope(&self) -> Option<&Scope> {
+        Some(&self.scope)
+    }
+
+    fn changes_poses(&self) -> bool {
+        false
+    }
+
+    fn resolve(&self, context: &mut Context<'_>) {
+        if self.scope.enabled {
+            let schedule = context.schedule(&self.scope);
+            let Context { index, source, clip, .. } = *context;
+            let drives = resolve::curve_drives(self, index, &schedule, source.scene, clip, context.fields);
+            context.resolved.curves.extend(drives);
+        }
+    }
 }
 
 #[cfg(test)]

@@ -8,6 +8,23 @@ mod vector_median;
 
 pub use self::spec::{FilterKind, FilterOp};
 
+use crate::retarget::stages::stage::Stage;
+use crate::retarget::{
+    mapping::Mapping,
+    ops::{
+        context::Context,
+        op_spec::OpSpec,
+        resolved::{OpWork, ResolvedOp},
+        scope::Scope,
+    },
+    stages::builder::StackBuilder,
+};
+use crate::rig::{
+    auto_map::{known_names, roles_of},
+    error::{SpecErrorKind, SpecField},
+    leg_rows::is_whole_leg,
+    rig::Rig,
+};
 use glam::{DQuat, Quat};
 use rayon::prelude::*;
 
@@ -46,10 +63,6 @@ pub(in crate::retarget) struct FilterStage {
 }
 
 impl FilterStage {
-    pub(in crate::retarget) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
-        self.apply(&mut work.target, work.times, work.control)
-    }
-
     fn apply(&self, tracks: &mut [JointTracks], times: &[f64], control: &Control) -> Result<(), Canceled> {
         let filtered: Vec<Option<Vec<Quat>>> = self
             .joints
@@ -87,10 +100,82 @@ impl FilterStage {
     }
 }
 
+impl Stage for FilterStage {
+    fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        self.apply(&mut work.target, work.times, work.control)
+    }
+}
+
 /// The same rotations, each on the hemisphere of the one before.
 fn on_one_hemisphere(mut rotations: Vec<DQuat>) -> Vec<DQuat> {
     join_hemispheres(&mut rotations);
     rotations
+}
+
+/// A `filter` op and the joints that it filters.
+#[derive(Clone, Debug)]
+struct ResolvedFilter {
+    op: FilterOp,
+    joints: Vec<usize>,
+}
+
+impl OpWork for ResolvedFilter {
+    fn compile(&self, op: &ResolvedOp, _following: &[ResolvedOp], stack: &mut StackBuilder<'_>) {
+        stack.close();
+        let (op, schedule, joints) = (self.op.clone(), op.schedule.clone(), self.joints.clone());
+        stack.push(FilterStage { op, schedule, joints });
+    }
+
+    fn changed(&self, _op: &ResolvedOp, _mapping: &Mapping) -> Vec<usize> {
+        self.joints.clone()
+    }
+}
+
+impl OpSpec for FilterOp {
+    fn scope(&self) -> Option<&Scope> {
+        Some(&self.scope)
+    }
+
+    fn resolve(&self, context: &mut Context<'_>) {
+        if self.scope.enabled {
+            let joints = filtered_joints(&self.scope, context.index, context.target, context.mapping, context.fields);
+            context.push(&self.scope, ResolvedFilter { op: self.clone(), joints });
+        }
+    }
+}
+
+/// The driven joints of the masked roles; all but those of the legs where nothing is masked.
+fn filtered_joints(
+    scope: &Scope,
+    index: usize,
+    target: &Rig<'_>,
+    mapping: &Mapping,
+    fields: &mut Vec<SpecField>,
+) -> Vec<usize> {
+    let driven = mapping.driven();
+    let joints_of = |name: &str| -> Vec<usize> {
+        roles_of(name).into_iter().flat_map(|role| target.role(role).iter().copied()).collect()
+    };
+    let Some(mask) = &scope.mask else {
+        let legs: Vec<usize> =
+            ["left_leg", "right_leg", "left_toe", "right_toe"].into_iter().flat_map(joints_of).collect();
+        let of_animals = target.roles.iter().filter(|(role, _)| is_whole_leg(role)).flat_map(|(_, joints)| joints);
+        let legs: Vec<usize> = legs.into_iter().chain(of_animals.copied()).collect();
+        return (0..driven.len()).filter(|joint| driven[*joint] && !legs.contains(joint)).collect();
+    };
+    let mut wanted = Vec::new();
+    for (position, name) in mask.iter().enumerate() {
+        let joints = joints_of(name);
+        if joints.is_empty() {
+            let detail = format!("the target rig has no role '{name}' to mask");
+            let pointer = format!("/ops/{index}/mask/{position}");
+            let known = known_names(target);
+            let field = SpecField::new(SpecErrorKind::UnknownName, pointer, detail);
+            fields.push(field.with_nearest(name, known.iter().map(String::as_str)));
+        }
+        wanted.extend(joints);
+    }
+    (0..driven.len()).filter(|joint| driven[*joint] && wanted.contains(joint)).collect()
 }
 
 #[cfg(test)]

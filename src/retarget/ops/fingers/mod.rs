@@ -5,6 +5,12 @@ pub(in crate::retarget) mod spec;
 
 pub use self::spec::FingersOp;
 
+use crate::retarget::stages::posed::Step;
+use crate::retarget::{
+    mapping::Mapping,
+    ops::{context::Context, edit::Edit, op_spec::OpSpec, scope::Scope},
+    stages::posed::builder::StepBuilder,
+};
 use glam::{DQuat, DVec3};
 
 use crate::model::rotation::twist_angle;
@@ -36,8 +42,8 @@ pub(in crate::retarget) struct FingerAxes {
     pub(in crate::retarget) flexion: DVec3,
 }
 
-impl FingerStep {
-    pub(in crate::retarget) fn apply(&self, figure: &mut Figure<'_>) {
+impl Step for FingerStep {
+    fn apply(&self, figure: &mut Figure<'_>) {
         let local = figure.local(self.slot);
         let change = (self.rest.conjugate() * local.rotation).normalize();
         let changed = match self.axes {
@@ -53,5 +59,52 @@ impl FingerStep {
             }
         };
         figure.set_local(self.slot, Transform { rotation: (self.rest * changed).normalize(), ..local });
+    }
+}
+
+/// How a joint of a finger is bent.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::retarget) struct FingerDrive {
+    /// The joint.
+    pub(in crate::retarget) joint: usize,
+    /// Along its bone, and what it bends about toward the palm, in its own axes; nothing where it is bent as a whole.
+    pub(in crate::retarget) axes: Option<[DVec3; 2]>,
+    /// Factor on the bending.
+    pub(in crate::retarget) curl: f64,
+    /// Factor on the spreading.
+    pub(in crate::retarget) spread: f64,
+    /// Radians of further bending.
+    pub(in crate::retarget) curl_offset: f64,
+}
+
+impl Edit for FingerDrive {
+    type Step = FingerStep;
+
+    fn joints(&self, _mapping: &Mapping) -> Vec<usize> {
+        vec![self.joint]
+    }
+
+    fn step(&self, builder: &mut StepBuilder<'_>) -> FingerStep {
+        FingerStep {
+            slot: builder.change(self.joint, true, false),
+            rest: builder.rest_below_parent(self.joint).rotation,
+            axes: self.axes.map(|[along, flexion]| FingerAxes { along, flexion }),
+            curl: self.curl,
+            spread: self.spread,
+            curl_offset: self.curl_offset,
+        }
+    }
+}
+
+impl OpSpec for FingersOp {
+    fn scope(&self) -> Option<&Scope> {
+        Some(&self.scope)
+    }
+
+    fn resolve(&self, context: &mut Context<'_>) {
+        if self.scope.enabled {
+            let edits = resolve::resolve(self, context);
+            context.push(&self.scope, edits);
+        }
     }
 }

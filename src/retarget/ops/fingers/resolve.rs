@@ -1,12 +1,12 @@
 //! `fingers`: about which axes the joints of fingers bend.
 
+use super::FingerDrive;
 use glam::DVec3;
 
 use crate::{
     retarget::ops::{
         FingersOp,
-        context::{Subject, is_in},
-        edits::{FingerDrive, PosedEdit},
+        context::{Context, is_in},
     },
     rig::rig::Rig,
 };
@@ -14,9 +14,9 @@ use crate::{
 /// Fingers whose first joints lie in the line of the knuckles, from the thumb's side.
 const FINGERS: [&str; 4] = ["index", "middle", "ring", "pinky"];
 
-pub(in crate::retarget) fn resolve(op: &FingersOp, subject: &mut Subject<'_>) -> Vec<PosedEdit> {
-    let masked = subject.masked(&op.scope);
-    let target = subject.target;
+pub(in crate::retarget) fn resolve(op: &FingersOp, context: &mut Context<'_>) -> Vec<FingerDrive> {
+    let masked = context.masked(&op.scope);
+    let target = context.target;
     let mut drives = Vec::new();
     for side in ["left_", "right_"] {
         let hand = target.role(&format!("{side}hand")).first().copied();
@@ -39,15 +39,15 @@ pub(in crate::retarget) fn resolve(op: &FingersOp, subject: &mut Subject<'_>) ->
         }
     }
     if drives.is_empty() {
-        subject.reporter.warn(
+        context.reporter.warn(
             "fingers_not_found",
-            subject.pointer(""),
+            context.pointer(""),
             "fingers found no fingers on the target that the mask names",
             "name the joints in target.roles, as in left_index",
         );
     }
     drives.sort_by_key(|drive| drive.joint);
-    drives.into_iter().map(PosedEdit::Finger).collect()
+    drives
 }
 
 /// The line of the knuckles, so that fingers bend toward the palm about it: from index to pinky on the left, the other way on the

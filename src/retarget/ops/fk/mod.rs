@@ -1,4 +1,4 @@
-//! The `fk` op.
+//! Forward kinematics of chains.
 
 pub(in crate::retarget) mod edits;
 pub(in crate::retarget) mod poles;
@@ -9,3 +9,33 @@ pub(in crate::retarget) mod spec;
 pub(in crate::retarget) mod twists;
 
 pub use self::spec::{Carry, FkOp};
+
+use crate::retarget::ops::{
+    context::Context,
+    fade::Fade,
+    op_spec::OpSpec,
+    schedule::Schedule,
+    scope::{Alpha, Scope},
+};
+
+impl OpSpec for FkOp {
+    fn scope(&self) -> Option<&Scope> {
+        None
+    }
+
+    fn alpha(&self) -> &Alpha {
+        &self.alpha
+    }
+
+    fn resolve(&self, context: &mut Context<'_>) {
+        let schedule = context.fade(&self.alpha, self.frames);
+        let edits = edits::resolve(self, context.chains, context.limbs);
+        if !edits.is_empty() {
+            context.push_front(Schedule::always(), edits);
+        }
+        let joints = context.chains.iter().flat_map(|chain| chain.target.iter().copied()).collect();
+        if let Some(schedule) = schedule.filter(|_| self.enabled) {
+            context.push_front(schedule, Fade(joints));
+        }
+    }
+}

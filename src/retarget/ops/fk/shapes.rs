@@ -1,5 +1,7 @@
 //! A chain that takes the shape, the local rotations or the lengths of the source's. (docs/algorithm/forward-kinematics.md.)
 
+use crate::retarget::stages::posed::Step;
+use crate::retarget::stages::posed::builder::StepBuilder;
 use glam::{DQuat, DVec3};
 
 use crate::{
@@ -58,22 +60,6 @@ pub(in crate::retarget) struct Bone {
 }
 
 impl ShapeStep {
-    pub(in crate::retarget) fn apply(&self, figure: &mut Figure<'_>) {
-        figure.keep(&self.kept);
-        match self.translation {
-            TranslationMode::StretchUniform | TranslationMode::StretchBySegment | TranslationMode::OrientAndScale => {
-                self.stretch(figure);
-            }
-            TranslationMode::None | TranslationMode::GloballyScaled | TranslationMode::Absolute => {}
-        }
-        match self.rotation {
-            RotationMode::MatchChain | RotationMode::MatchScaledChain => self.lay_along(figure),
-            RotationMode::CopyLocal => self.copy_local(figure),
-            _ => {}
-        }
-        figure.turn_back(&self.below);
-    }
-
     /// Turns bones until the joints lie on the source's line.
     fn lay_along(&self, figure: &mut Figure<'_>) {
         let Some(first) = self.links.first() else { return };
@@ -164,6 +150,24 @@ impl ShapeStep {
     }
 }
 
+impl Step for ShapeStep {
+    fn apply(&self, figure: &mut Figure<'_>) {
+        figure.keep(&self.kept);
+        match self.translation {
+            TranslationMode::StretchUniform | TranslationMode::StretchBySegment | TranslationMode::OrientAndScale => {
+                self.stretch(figure);
+            }
+            TranslationMode::None | TranslationMode::GloballyScaled | TranslationMode::Absolute => {}
+        }
+        match self.rotation {
+            RotationMode::MatchChain | RotationMode::MatchScaledChain => self.lay_along(figure),
+            RotationMode::CopyLocal => self.copy_local(figure),
+            _ => {}
+        }
+        figure.turn_back(&self.below);
+    }
+}
+
 /// A place on a line of points.
 #[derive(Clone, Copy, Debug)]
 struct Place {
@@ -210,6 +214,114 @@ fn leaves(from: DVec3, to: DVec3, center: DVec3, radius: f64) -> Option<f64> {
     let (a, b, c) = (way.length_squared(), way.dot(off), off.length_squared() - radius * radius);
     let root = b * b - a * c;
     (a > 0.0 && root >= 0.0).then(|| (root.sqrt() - b) / a)
+}
+
+/// How a chain takes the shape of the source's.
+#[derive(Clone, Debug)]
+pub(in crate::retarget) struct ChainShape {
+    /// Joints of the source, from the body outward.
+    pub(in crate::retarget) source: Vec<usize>,
+    /// Joints of the target.
+    pub(in crate::retarget) target: Vec<usize>,
+    /// The joints that both chains lead to, where they lead to any.
+    pub(in crate::retarget) ends: Option<(usize, usize)>,
+    /// A mode that shapes, else `none`.
+    pub(in crate::retarget) rotation: RotationMode,
+    /// A mode that shapes, else `none`.
+    pub(in crate::retarget) translation: TranslationMode,
+    /// 0 keeps the rest rotations.
+    pub(in crate::retarget) rotation_alpha: f64,
+    /// 0 keeps the rest lengths.
+    pub(in crate::retarget) translation_alpha: f64,
+}
+
+impl ChainShape {
+    pub(in crate::retarget) fn step(&self, builder: &mut StepBuilder<'_>) -> ShapeStep {
+        let stack = builder.stack;
+        let source_joints: Vec<usize> = self.source.iter().copied().chain(self.ends.map(|ends| ends.0)).collect();
+        let target_joints: Vec<usize> = self.target.iter().copied().chain(self.ends.map(|ends| ends.1)).collect();
+        let lengths = |joints: &[usize], rest: &[Transform]| -> Vec<f64> {
+            joints.windows(2).map(|pair| rest[pair[0]].translation.distance(rest[pair[1]].translation)).collect()
+        };
+        let source_lengths = lengths(&source_joints, &stack.source_rest);
+        let target_lengths = lengths(&target_joints, &stack.target_rest);
+        let (source_length, target_length) = (source_lengths.iter().sum::<f64>(), target_lengths.iter().sum::<f64>());
+        let line_scale = match self.rotation {
+            RotationMode::MatchScaledChain if source_length > 0.0 => target_length / source_length,
+            _ => stack.mapping.global_scale,
+        };
+        let (source_shares, target_shares) = (shares(&source_lengths), shares(&target_lengths));
+        let is_one_to_one = source_joints.len() == target_joints.len();
+        let place = |share: f64, position: usize| {
+            if is_one_to_one {
+                return (position, 0.0);
+            }
+            let segment = source_shares.iter().rposition(|start| *start <= share).unwrap_or(0);
+            let segment = segment.min(source_shares.len().saturating_sub(2));
+            let length = source_shares.get(segment + 1).map_or(0.0, |end| end - source_shares[segment]);
+            (segment, if length > 0.0 { ((share - source_shares[segment]) / length).clamp(0.0, 1.0) } else { 0.0 })
+        };
+        let source: Vec<usize> = source_joints.iter().map(|&joint| builder.source(joint)).collect();
+        let turns = self.rotation != RotationMode::None;
+        let moves = self.translation != TranslationMode::None;
+        let mut links = Vec::with_capacity(target_joints.len());
+        for (position, &joint) in target_joints.iter().enumerate() {
+            let is_end = position >= self.target.len();
+            let (segment, share) = place(target_shares[position], position);
+            let bone = (position > 0 && source_joints.len() > 1).then(|| {
+                let middle = f64::midpoint(target_shares[position - 1], target_shares[position]);
+                let (segment, _) = place(middle, position - 1);
+                let [from, to] = [segment, segment + 1].map(|index| stack.source_rest[source_joints[index]]);
+                let parent =
+                    stack.target.parent(joint).map_or(stack.plan_from_target, |parent| stack.target_rest[parent]);
+                Bone {
+                    segment,
+                    source_rest: from.rotation.conjugate() * (to.translation - from.translation),
+                    target_from_source: parent.rotation.conjugate() * from.rotation,
+                }
+            });
+            let slot = builder.change(joint, turns && !is_end, moves && bone.is_some());
+            let rest = builder.rest_below_parent(joint);
+            links.push(Link {
+                slot,
+                turns: turns && !is_end,
+                rest_local: Transform { rotation: rest.rotation, ..stack.mapping.target_hold.transforms()[joint] },
+                follows: (source[segment], source[(segment + 1).min(source.len() - 1)], share),
+                bone,
+            });
+        }
+        let below: Vec<usize> = if turns {
+            let topmost = self.target.iter().flat_map(|&joint| stack.topmost_driven_below(Some(joint)));
+            topmost.filter(|joint| !self.target.contains(joint)).collect()
+        } else {
+            Vec::new()
+        };
+        let below: Vec<usize> = below.into_iter().map(|joint| builder.change(joint, true, false)).collect();
+        ShapeStep {
+            rotation: self.rotation,
+            translation: self.translation,
+            rotation_alpha: self.rotation_alpha,
+            translation_alpha: self.translation_alpha,
+            source,
+            source_lengths,
+            line_scale,
+            end: self.ends.map(|ends| builder.target(ends.1)),
+            kept: links.iter().map(|link| link.slot).chain(below.iter().copied()).collect(),
+            links,
+            below,
+        }
+    }
+}
+
+/// How far along a chain each joint is, from 0 to 1; evenly spread where the chain has no length.
+fn shares(lengths: &[f64]) -> Vec<f64> {
+    let total: f64 = lengths.iter().sum();
+    let mut so_far = 0.0;
+    let after = lengths.iter().map(|length| {
+        so_far += if total > 0.0 { length / total } else { 1.0 / lengths.len() as f64 };
+        so_far
+    });
+    std::iter::once(0.0).chain(after).collect()
 }
 
 #[cfg(test)]

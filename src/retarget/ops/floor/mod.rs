@@ -5,6 +5,7 @@
 //! sole would go through it, toes bend first (`toes`), then the foot tilts less (`tilt`), then it is lifted, which bends the
 //! knee, and the pelvis goes along with the feet that carry it (`lift`), so that straight legs stay straight.
 
+mod compile;
 mod foot;
 mod level;
 mod lift;
@@ -15,12 +16,14 @@ pub(in crate::retarget) mod toes;
 
 pub use self::spec::FloorOp;
 
+use crate::retarget::mapping::Ground;
+use crate::retarget::stages::stage::Stage;
 use glam::{DQuat, DVec3};
 
 use crate::model::rotation::smootherstep;
 use rayon::prelude::*;
 
-use super::{resolved::Ground, schedule::Schedule};
+use super::schedule::Schedule;
 use crate::{
     model::Canceled,
     rig::{FootShape, SupportPoint},
@@ -135,56 +138,6 @@ impl Wanted {
 }
 
 impl FloorStage {
-    pub(in crate::retarget) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
-        let width = self.feet.len();
-        let alphas: Vec<f64> =
-            work.times.iter().enumerate().map(|(frame, time)| self.schedule.alpha_at(frame, *time)).collect();
-        self.flatten(&alphas, work)?;
-        self.find_source_soles(work)?;
-        let rows = self.clearances(work)?;
-        let levels = self.levels(&rows, work);
-        let holds = self.holds(&rows, &levels, work);
-        let wanted = |foot: usize, frame: usize, clearance: &Clearance| {
-            self.wanted(foot, clearance.source, levels[foot][frame], holds[foot][frame])
-        };
-        let wants = |foot: usize, frame: usize, clearance: &Clearance| {
-            let missing = clearance.missing(wanted(foot, frame, clearance).height);
-            self.carries(foot, frame, clearance.source - levels[foot][frame], work).then_some(missing)
-        };
-        let shifts = if self.op.shift_pelvis { self.shifts(&rows, work, wants) } else { vec![0.0; work.frame_count()] };
-        let lifted = |limb: &usize| {
-            let foot = self.feet.iter().position(|foot| foot.limb == *limb);
-            let lift = |frame: usize| {
-                let (shift, alpha) = (shifts[frame] * alphas[frame], alphas[frame]);
-                let Some(foot) = foot else { return Lift { beyond: 0.0, least: f64::NEG_INFINITY } };
-                let clearance = &rows[frame * width + foot];
-                let wanted = wanted(foot, frame, clearance);
-                let metres = (clearance.source - levels[foot][frame]) / self.source_leg;
-                let far = (metres - self.op.falloff_height) / self.op.falloff_distance.max(f64::MIN_POSITIVE);
-                let weight = holds[foot][frame].max(self.op.swing * (1.0 - smootherstep(far)));
-                let least = (wanted.deepest - clearance.target) * alpha;
-                // A foot in the air goes with the pelvis, so that its leg keeps its shape, as long as it stays out of the floor.
-                let free = shift.max(least);
-                let moved = free + (clearance.missing(wanted.height) * alpha - free) * weight;
-                Lift { beyond: moved - shift, least: least - shift }
-            };
-            smoothed_lifts((0..alphas.len()).map(lift).collect(), work.times)
-        };
-        let lifts: Vec<Vec<Lift>> = self.goal_limbs.par_iter().map(lifted).collect();
-        work.change_goals(self.limb_count, |_, frame, goals| {
-            for (&limb, lifts) in self.goal_limbs.iter().zip(&lifts) {
-                let lift = lifts[frame];
-                goals[limb].position += self.ground.up * (shifts[frame] * alphas[frame] + lift.beyond);
-                goals[limb].headroom = (lift.beyond - lift.least).max(0.0);
-            }
-        })?;
-        work.pelvis_moves.resize(work.frame_count(), DVec3::ZERO);
-        for (moved, (shift, alpha)) in work.pelvis_moves.iter_mut().zip(shifts.iter().zip(&alphas)) {
-            *moved += self.ground.up * (shift * alpha);
-        }
-        Ok(())
-    }
-
     /// Whether a foot carries the figure at a frame where the source's is so high above its level.
     fn carries(&self, foot: usize, frame: usize, above: f64, work: &Work<'_>) -> bool {
         let limb = self.feet[foot].limb;
@@ -286,6 +239,58 @@ impl FloorStage {
     }
 }
 
+impl Stage for FloorStage {
+    fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        let width = self.feet.len();
+        let alphas: Vec<f64> =
+            work.times.iter().enumerate().map(|(frame, time)| self.schedule.alpha_at(frame, *time)).collect();
+        self.flatten(&alphas, work)?;
+        self.find_source_soles(work)?;
+        let rows = self.clearances(work)?;
+        let levels = self.levels(&rows, work);
+        let holds = self.holds(&rows, &levels, work);
+        let wanted = |foot: usize, frame: usize, clearance: &Clearance| {
+            self.wanted(foot, clearance.source, levels[foot][frame], holds[foot][frame])
+        };
+        let wants = |foot: usize, frame: usize, clearance: &Clearance| {
+            let missing = clearance.missing(wanted(foot, frame, clearance).height);
+            self.carries(foot, frame, clearance.source - levels[foot][frame], work).then_some(missing)
+        };
+        let shifts = if self.op.shift_pelvis { self.shifts(&rows, work, wants) } else { vec![0.0; work.frame_count()] };
+        let lifted = |limb: &usize| {
+            let foot = self.feet.iter().position(|foot| foot.limb == *limb);
+            let lift = |frame: usize| {
+                let (shift, alpha) = (shifts[frame] * alphas[frame], alphas[frame]);
+                let Some(foot) = foot else { return Lift { beyond: 0.0, least: f64::NEG_INFINITY } };
+                let clearance = &rows[frame * width + foot];
+                let wanted = wanted(foot, frame, clearance);
+                let metres = (clearance.source - levels[foot][frame]) / self.source_leg;
+                let far = (metres - self.op.falloff_height) / self.op.falloff_distance.max(f64::MIN_POSITIVE);
+                let weight = holds[foot][frame].max(self.op.swing * (1.0 - smootherstep(far)));
+                let least = (wanted.deepest - clearance.target) * alpha;
+                // A foot in the air goes with the pelvis, so that its leg keeps its shape, as long as it stays out of the floor.
+                let free = shift.max(least);
+                let moved = free + (clearance.missing(wanted.height) * alpha - free) * weight;
+                Lift { beyond: moved - shift, least: least - shift }
+            };
+            smoothed_lifts((0..alphas.len()).map(lift).collect(), work.times)
+        };
+        let lifts: Vec<Vec<Lift>> = self.goal_limbs.par_iter().map(lifted).collect();
+        work.change_goals(self.limb_count, |_, frame, goals| {
+            for (&limb, lifts) in self.goal_limbs.iter().zip(&lifts) {
+                let lift = lifts[frame];
+                goals[limb].position += self.ground.up * (shifts[frame] * alphas[frame] + lift.beyond);
+                goals[limb].headroom = (lift.beyond - lift.least).max(0.0);
+            }
+        })?;
+        work.pelvis_moves.resize(work.frame_count(), DVec3::ZERO);
+        for (moved, (shift, alpha)) in work.pelvis_moves.iter_mut().zip(shifts.iter().zip(&alphas)) {
+            *moved += self.ground.up * (shift * alpha);
+        }
+        Ok(())
+    }
+}
+
 /// Nothing below `-width`, the value above `width`, with a continuous slope between.
 pub(in crate::retarget) fn soft_above(value: f64, width: f64) -> f64 {
     if value >= width || width <= 0.0 { value.max(0.0) } else { (value + width).max(0.0).powi(2) / (4.0 * width) }
@@ -305,4 +310,14 @@ fn holds(limb: usize, work: &Work<'_>) -> Vec<f64> {
         }
     }
     holds
+}
+
+/// Tilts feet before anything holds them.
+#[derive(Clone, Debug)]
+pub(in crate::retarget) struct TiltStage(pub(in crate::retarget) FloorStage);
+
+impl Stage for TiltStage {
+    fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        self.0.tilt(work)
+    }
 }

@@ -7,15 +7,13 @@
 //! The skin around a joint moves with both bones. Where the outer bone is raised, what lies behind its joint comes down with it, by
 //! its share; the inner bone is then raised by as much more, which leaves less to the outer one. A few such rounds leave little.
 
+use crate::retarget::mapping::Ground;
+use crate::retarget::stages::stage::Stage;
 use std::f64::consts::FRAC_PI_2;
 
 use glam::{DQuat, DVec3};
 
-use crate::{
-    model::Canceled,
-    retarget::ops::{resolved::Ground, schedule::Schedule},
-    rig::TailPoint,
-};
+use crate::{model::Canceled, retarget::ops::schedule::Schedule, rig::TailPoint};
 
 use crate::retarget::stages::{
     posing::{Pose, Posing},
@@ -55,26 +53,6 @@ struct Lifted {
 }
 
 impl TailStage {
-    pub(in crate::retarget) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
-        let width = self.changed.len();
-        let init = || (self.posing.pose(), vec![0.0; width]);
-        let fill = |(pose, higher): &mut (Pose, Vec<f64>), frame: usize, row: &mut [Lifted]| {
-            self.posing.fill(pose, &work.target, frame);
-            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
-            let mut first = 0;
-            for tail in &self.tails {
-                let end = first + tail.joints.len();
-                self.lift(tail, pose, alpha, &mut row[first..end], higher);
-                first = end;
-            }
-        };
-        let rows = work.rows(width, init, fill)?;
-        if rows.iter().any(|lifted| lifted.is_lifted) {
-            work.write_columns(&self.changed, |frame, index| &rows[frame * width + index].change);
-        }
-        Ok(())
-    }
-
     /// Raises a tail of a frame; `row` is what comes out for its joints, and `higher` is scratch for at least as many.
     fn lift(&self, tail: &LiftedTail, pose: &Pose, alpha: f64, row: &mut [Lifted], higher: &mut [f64]) {
         higher.fill(0.0);
@@ -108,6 +86,28 @@ impl TailStage {
                 return;
             }
         }
+    }
+}
+
+impl Stage for TailStage {
+    fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        let width = self.changed.len();
+        let init = || (self.posing.pose(), vec![0.0; width]);
+        let fill = |(pose, higher): &mut (Pose, Vec<f64>), frame: usize, row: &mut [Lifted]| {
+            self.posing.fill(pose, &work.target, frame);
+            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            let mut first = 0;
+            for tail in &self.tails {
+                let end = first + tail.joints.len();
+                self.lift(tail, pose, alpha, &mut row[first..end], higher);
+                first = end;
+            }
+        };
+        let rows = work.rows(width, init, fill)?;
+        if rows.iter().any(|lifted| lifted.is_lifted) {
+            work.write_columns(&self.changed, |frame, index| &rows[frame * width + index].change);
+        }
+        Ok(())
     }
 }
 

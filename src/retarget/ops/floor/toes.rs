@@ -3,11 +3,13 @@
 //! Every support point of the toes that is below the floor, or below the rest of the foot where that is in it, says by how much they
 //! have to bend up; the largest counts.
 
+use crate::retarget::mapping::Ground;
+use crate::retarget::stages::stage::Stage;
 use glam::{DQuat, DVec3};
 
 use crate::{
     model::Canceled,
-    retarget::ops::{resolved::Ground, schedule::Schedule},
+    retarget::ops::schedule::Schedule,
     rig::{FootShape, SupportPoint},
 };
 
@@ -56,7 +58,35 @@ struct Toes {
 }
 
 impl ToeStage {
-    pub(in crate::retarget) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+    /// By how much toes bend up to the floor, or to where the rest of the foot is below it; radians.
+    fn bend(&self, shape: &FootShape, toes: &Toes) -> f64 {
+        let (up, axis) = (self.ground.up, toes.axis);
+        let floor = self.ground.target_floor;
+        let stands = (toes.foot.lowest_of(shape, up, |point| !point.gives_way).wanted - floor).min(0.0);
+        let (ball, turned) = toes.ball;
+        let (of_toes, of_ahead) = (turned.conjugate() * up, turned.conjugate() * up.cross(axis));
+        let beside = axis.dot(up);
+        let base = ball.dot(up) - floor;
+        let (ankle, of_end) = (toes.foot.end.0.dot(up) - floor, toes.foot.end.1.conjugate() * up);
+        let needed = |point: &SupportPoint| {
+            // Turned by θ about the axis the point is `low · cos θ + ahead · sin θ` above the ball, beside what lies along the axis.
+            let along = beside * (turned * point.from_ball).dot(axis);
+            let (low, ahead) = (of_toes.dot(point.from_ball) - along, of_ahead.dot(point.from_ball));
+            // What of the point does not move with the toes stays where it is.
+            let stays = (ankle + of_end.dot(point.from_end) - stands) * (1.0 - point.toes) / point.toes;
+            let missing = soft_above(stands - stays - (base + along + low - point.radius), SOFT_METRES * self.leg);
+            let reach = low.hypot(ahead);
+            if missing <= 0.0 || reach <= 0.0 {
+                return 0.0;
+            }
+            ((low + missing) / reach).clamp(-1.0, 1.0).asin() - low.atan2(ahead)
+        };
+        shape.points.iter().filter(|point| point.gives_way).map(needed).fold(0.0, f64::max).min(MOST_BEND)
+    }
+}
+
+impl Stage for ToeStage {
+    fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let width = self.feet.len();
         let toes = |foot: &ToedFoot, pose: &Pose| {
             let placed = PlacedFoot::posed(foot.slots, pose);
@@ -97,32 +127,6 @@ impl ToeStage {
         let change = |foot: &ToedFoot| Changed { joint: foot.ball, rotates: true, moves: false };
         work.write(&self.feet.iter().map(change).collect::<Vec<_>>(), &rows);
         Ok(())
-    }
-
-    /// By how much toes bend up to the floor, or to where the rest of the foot is below it; radians.
-    fn bend(&self, shape: &FootShape, toes: &Toes) -> f64 {
-        let (up, axis) = (self.ground.up, toes.axis);
-        let floor = self.ground.target_floor;
-        let stands = (toes.foot.lowest_of(shape, up, |point| !point.gives_way).wanted - floor).min(0.0);
-        let (ball, turned) = toes.ball;
-        let (of_toes, of_ahead) = (turned.conjugate() * up, turned.conjugate() * up.cross(axis));
-        let beside = axis.dot(up);
-        let base = ball.dot(up) - floor;
-        let (ankle, of_end) = (toes.foot.end.0.dot(up) - floor, toes.foot.end.1.conjugate() * up);
-        let needed = |point: &SupportPoint| {
-            // Turned by θ about the axis the point is `low · cos θ + ahead · sin θ` above the ball, beside what lies along the axis.
-            let along = beside * (turned * point.from_ball).dot(axis);
-            let (low, ahead) = (of_toes.dot(point.from_ball) - along, of_ahead.dot(point.from_ball));
-            // What of the point does not move with the toes stays where it is.
-            let stays = (ankle + of_end.dot(point.from_end) - stands) * (1.0 - point.toes) / point.toes;
-            let missing = soft_above(stands - stays - (base + along + low - point.radius), SOFT_METRES * self.leg);
-            let reach = low.hypot(ahead);
-            if missing <= 0.0 || reach <= 0.0 {
-                return 0.0;
-            }
-            ((low + missing) / reach).clamp(-1.0, 1.0).asin() - low.atan2(ahead)
-        };
-        shape.points.iter().filter(|point| point.gives_way).map(needed).fold(0.0, f64::max).min(MOST_BEND)
     }
 }
 

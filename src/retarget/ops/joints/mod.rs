@@ -5,6 +5,12 @@ pub(in crate::retarget) mod spec;
 
 pub use self::spec::{JointRow, JointSource, JointSpace, JointsOp};
 
+use crate::retarget::stages::posed::Step;
+use crate::retarget::{
+    mapping::Mapping,
+    ops::{context::Context, edit::Edit, op_spec::OpSpec, scope::Scope},
+    stages::posed::builder::StepBuilder,
+};
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::model::Transform;
@@ -72,22 +78,6 @@ pub(in crate::retarget) struct PositionStep {
 }
 
 impl JointStep {
-    pub(in crate::retarget) fn apply(&self, figure: &mut Figure<'_>) {
-        match self.follows {
-            Follows::Joint { source, rest, rest_local } => {
-                let pose = figure.source;
-                match self.space {
-                    JointSpace::Model => self.follow_in_model(figure, &pose.model[source], &rest),
-                    JointSpace::Local => self.follow_in_local(figure, &pose.local[source], &rest_local),
-                }
-            }
-            Follows::Pair { points: [first, second], bone } => {
-                let [first, second] = [first, second].map(|slot| figure.source.model[slot].translation);
-                self.point_along(figure, first, second, bone);
-            }
-        }
-    }
-
     fn follow_in_model(&self, figure: &mut Figure<'_>, now: &Transform, rest: &Transform) {
         if let Some(gain) = self.rotation_gain {
             let delta = self.change.rotation(now.rotation * rest.rotation.conjugate(), gain);
@@ -126,6 +116,153 @@ impl JointStep {
         }
         if let Some(position) = &self.position {
             figure.move_to(self.slot, position.travel * (first - position.source_floor) + position.offset);
+        }
+    }
+}
+
+impl Step for JointStep {
+    fn apply(&self, figure: &mut Figure<'_>) {
+        match self.follows {
+            Follows::Joint { source, rest, rest_local } => {
+                let pose = figure.source;
+                match self.space {
+                    JointSpace::Model => self.follow_in_model(figure, &pose.model[source], &rest),
+                    JointSpace::Local => self.follow_in_local(figure, &pose.local[source], &rest_local),
+                }
+            }
+            Follows::Pair { points: [first, second], bone } => {
+                let [first, second] = [first, second].map(|slot| figure.source.model[slot].translation);
+                self.point_along(figure, first, second, bone);
+            }
+        }
+    }
+}
+
+/// What a row of a joint table does.
+#[derive(Clone, Debug)]
+pub(in crate::retarget) struct JointDrive {
+    /// What is followed.
+    pub(in crate::retarget) from: DriveFrom,
+    /// The target joint.
+    pub(in crate::retarget) joint: usize,
+    /// In which space changes are measured.
+    pub(in crate::retarget) space: JointSpace,
+    /// Factor on the displacement; nothing where the position does not follow.
+    pub(in crate::retarget) position_gain: Option<f64>,
+    /// Factor on the angle; nothing where the rotation does not follow.
+    pub(in crate::retarget) rotation_gain: Option<f64>,
+    /// Metres.
+    pub(in crate::retarget) position_offset: DVec3,
+    /// About the joint's own axes.
+    pub(in crate::retarget) rotation_offset: DQuat,
+    /// From the source's components of a vector to the target's: each row and each column has one ±1.
+    pub(in crate::retarget) axis_order: DMat3,
+    /// Turns a change before it is applied.
+    pub(in crate::retarget) axis_offset: DQuat,
+}
+
+/// What a row follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::retarget) enum DriveFrom {
+    /// A source joint.
+    Joint(usize),
+    /// The line between two.
+    Pair {
+        /// Where the line begins and ends, joints of the source.
+        points: [usize; 2],
+        /// The target joint that the bone leads to.
+        end: usize,
+    },
+}
+
+impl Edit for JointDrive {
+    type Step = JointStep;
+
+    fn joints(&self, _mapping: &Mapping) -> Vec<usize> {
+        vec![self.joint]
+    }
+
+    fn step(&self, builder: &mut StepBuilder<'_>) -> JointStep {
+        let rest = builder.stack.target_rest[self.joint];
+        let rest_local = builder.rest_below_parent(self.joint);
+        let slot = builder.change(self.joint, self.rotation_gain.is_some(), self.position_gain.is_some());
+        let follows = match self.from {
+            DriveFrom::Joint(joint) => Follows::Joint {
+                source: builder.source(joint),
+                rest: builder.stack.source_rest[joint],
+                rest_local: builder.stack.mapping.source_rest.to_local(builder.stack.source).transforms()[joint],
+            },
+            DriveFrom::Pair { points: [first, second], end } => {
+                let end = builder.stack.target_rest[end].translation;
+                let bone = rest.rotation.conjugate() * (end - rest.translation);
+                Follows::Pair { points: [builder.source(first), builder.source(second)], bone }
+            }
+        };
+        let axes_from_space = match (self.space, self.from) {
+            (JointSpace::Local, DriveFrom::Joint(_)) => DQuat::IDENTITY,
+            _ => DQuat::from_mat3(&builder.stack.ground().axes()).conjugate(),
+        };
+        let change = Mapped { axes_from_space, order: self.axis_order, offset: self.axis_offset };
+        JointStep {
+            slot,
+            space: self.space,
+            follows,
+            rotation_gain: self.rotation_gain,
+            rotation_offset: self.rotation_offset,
+            change,
+            rest,
+            rest_local,
+            position: self.position_gain.map(|gain| self.position(builder, gain)),
+        }
+    }
+}
+
+impl OpSpec for JointsOp {
+    fn scope(&self) -> Option<&Scope> {
+        Some(&self.scope)
+    }
+
+    fn resolve(&self, context: &mut Context<'_>) {
+        if self.scope.enabled {
+            let edits = resolve::resolve(self, context);
+            context.push(&self.scope, edits);
+        }
+    }
+}
+
+impl JointDrive {
+    fn position(&self, builder: &StepBuilder<'_>, gain: f64) -> PositionStep {
+        let ground = builder.stack.ground();
+        let metres = self.position_offset * ground.units_per_metre;
+        let (raised, source_raised) = builder.floors();
+        match (self.from, self.space) {
+            (DriveFrom::Pair { .. }, _) => PositionStep {
+                travel: ground.travel * gain,
+                offset: ground.axes() * metres + ground.up * ground.target_floor,
+                source_floor: ground.up * ground.source_floor,
+            },
+            (DriveFrom::Joint(_), JointSpace::Model) => PositionStep {
+                travel: ground.travel * gain,
+                offset: ground.axes() * metres + raised,
+                source_floor: source_raised,
+            },
+            (DriveFrom::Joint(joint), JointSpace::Local) => {
+                let scale = |rest: &[Transform], parent: Option<usize>, above: f64| {
+                    parent.map_or(DVec3::splat(above), |parent| rest[parent].scale)
+                };
+                let stack = builder.stack;
+                let source =
+                    scale(&stack.source_rest, stack.source.parent(joint), stack.mapping.plan_from_source.scale.x);
+                let target = scale(&stack.target_rest, stack.target.parent(self.joint), 1.0);
+                let unit = Transform { scale: target, ..Transform::IDENTITY };
+                let into_target = |vector: DVec3| unit.relative(&Transform::from_translation(vector)).translation;
+                let factor = into_target(source * stack.mapping.global_scale * gain);
+                PositionStep {
+                    travel: DMat3::from_diagonal(factor),
+                    offset: into_target(metres),
+                    source_floor: DVec3::ZERO,
+                }
+            }
         }
     }
 }

@@ -1,33 +1,33 @@
 //! `joints`: a table in indices.
 
+use super::{DriveFrom, JointDrive};
 use glam::{DMat3, DVec3};
 
 use crate::retarget::ops::{
     JointRow, JointSource, JointsOp,
-    context::{Subject, is_in, turn},
-    edits::{DriveFrom, JointDrive, PosedEdit},
+    context::{Context, is_in, turn},
 };
 
-pub(in crate::retarget) fn resolve(op: &JointsOp, subject: &mut Subject<'_>) -> Vec<PosedEdit> {
-    let masked = subject.masked(&op.scope);
+pub(in crate::retarget) fn resolve(op: &JointsOp, context: &mut Context<'_>) -> Vec<JointDrive> {
+    let masked = context.masked(&op.scope);
     let mut drives: Vec<JointDrive> = Vec::with_capacity(op.rows.len());
     for (index, row) in op.rows.iter().enumerate() {
-        let drive = resolve_row(row, index, subject).filter(|drive| is_in(masked.as_ref(), drive.joint));
+        let drive = resolve_row(row, index, context).filter(|drive| is_in(masked.as_ref(), drive.joint));
         drives.extend(drive);
     }
     // Parents come before children in a skeleton; rows of one joint stay in their order.
     drives.sort_by_key(|drive| drive.joint);
-    drives.into_iter().map(|drive| PosedEdit::Joint(Box::new(drive))).collect()
+    drives
 }
 
-fn resolve_row(row: &JointRow, index: usize, subject: &mut Subject<'_>) -> Option<JointDrive> {
+fn resolve_row(row: &JointRow, index: usize, context: &mut Context<'_>) -> Option<JointDrive> {
     let at = |field: &str| format!("rows/{index}/{field}");
-    let joint = subject.target_joint(&row.target, &at("target"));
+    let joint = context.target_joint(&row.target, &at("target"));
     let from = match &row.source {
-        JointSource::Joint(name) => subject.source_joint(name, &at("source")).map(DriveFrom::Joint),
+        JointSource::Joint(name) => context.source_joint(name, &at("source")).map(DriveFrom::Joint),
         JointSource::Pair([first, second]) => {
-            let points = (subject.source_joint(first, &at("source/0")), subject.source_joint(second, &at("source/1")));
-            let end = joint.and_then(|joint| bone_end(row, joint, &at("points_to"), subject));
+            let points = (context.source_joint(first, &at("source/0")), context.source_joint(second, &at("source/1")));
+            let end = joint.and_then(|joint| bone_end(row, joint, &at("points_to"), context));
             points
                 .0
                 .zip(points.1)
@@ -41,7 +41,7 @@ fn resolve_row(row: &JointRow, index: usize, subject: &mut Subject<'_>) -> Optio
             "'{}' is no order of axes; it names x, y and z once each, with or without signs, as in 'xzy' or '+x-z+y'",
             row.axis_order
         );
-        subject.refuse(&at("axis_order"), detail);
+        context.refuse(&at("axis_order"), detail);
     }
     Some(JointDrive {
         from: from?,
@@ -57,13 +57,13 @@ fn resolve_row(row: &JointRow, index: usize, subject: &mut Subject<'_>) -> Optio
 }
 
 /// The joint that a bone leads to: the one that the row names, else the farthest child.
-fn bone_end(row: &JointRow, joint: usize, place: &str, subject: &mut Subject<'_>) -> Option<usize> {
-    let skeleton = subject.target.skeleton();
-    let position = |joint: usize| subject.target.rest.transforms()[joint].translation;
+fn bone_end(row: &JointRow, joint: usize, place: &str, context: &mut Context<'_>) -> Option<usize> {
+    let skeleton = context.target.skeleton();
+    let position = |joint: usize| context.target.rest.transforms()[joint].translation;
     if let Some(name) = &row.points_to {
-        let end = subject.target_joint(name, place)?;
+        let end = context.target_joint(name, place)?;
         if end == joint || !skeleton.is_ancestor_or_self(joint, end) {
-            subject.refuse(place, format!("'{name}' is not below '{}', so no bone leads to it", row.target));
+            context.refuse(place, format!("'{name}' is not below '{}', so no bone leads to it", row.target));
             return None;
         }
         return Some(end);
@@ -74,7 +74,7 @@ fn bone_end(row: &JointRow, joint: usize, place: &str, subject: &mut Subject<'_>
     if farthest.is_none() {
         let detail =
             format!("'{}' has no joint below it, so it points nowhere; take one source joint for it", row.target);
-        subject.refuse(place, detail);
+        context.refuse(place, detail);
     }
     farthest
 }

@@ -1,12 +1,12 @@
 //! `limits`: how far each joint of the target goes, and about which axes.
 
+use super::{JointLimit, LimitFrame};
 use glam::{DQuat, DVec3};
 
 use crate::{
     retarget::ops::{
         LimitRange, LimitsOp,
-        context::{Subject, is_in},
-        edits::{JointLimit, LimitFrame, PosedEdit},
+        context::{Context, is_in},
     },
     rig::{
         alignment::{CanonicalPose, canonical_rest, split},
@@ -42,10 +42,10 @@ const UNLIMITED: Degrees = [-180.0, 180.0];
 /// Parts that have limits, though none come with the program.
 const OTHERS: [&str; 4] = ["index", "middle", "ring", "pinky"];
 
-pub(in crate::retarget) fn resolve(op: &LimitsOp, subject: &mut Subject<'_>) -> Vec<PosedEdit> {
-    let masked = subject.masked(&op.scope);
-    check_ranges(op, subject);
-    let (source, target, mapping) = (subject.source, subject.target, subject.mapping);
+pub(in crate::retarget) fn resolve(op: &LimitsOp, context: &mut Context<'_>) -> Vec<JointLimit> {
+    let masked = context.masked(&op.scope);
+    check_ranges(op, context);
+    let (source, target, mapping) = (context.source, context.target, context.mapping);
     let target_zero = zero(target, mapping.plan_from_target);
     let source_zero = zero(source, mapping.plan_from_source.rotation);
     let plan_from_work = mapping.plan_from_target * target.work_from_scene.conjugate();
@@ -71,7 +71,7 @@ pub(in crate::retarget) fn resolve(op: &LimitsOp, subject: &mut Subject<'_>) -> 
         }
     }
     edits.sort_by_key(|limit| limit.joint);
-    edits.into_iter().map(|limit| PosedEdit::Limit(Box::new(limit))).collect()
+    edits
 }
 
 /// Bend, side and twist: as the op has them, else as they come with the program, else without a limit.
@@ -86,12 +86,12 @@ fn range(op: &LimitsOp, role: &str, part: &str) -> Option<[Degrees; 3]> {
     Some([merged(bend, usual[0]), merged(side, usual[1]), merged(twist, usual[2])])
 }
 
-fn check_ranges(op: &LimitsOp, subject: &mut Subject<'_>) {
+fn check_ranges(op: &LimitsOp, context: &mut Context<'_>) {
     for (name, range) in &op.ranges {
         let (_, part) = split(name);
         let known: Vec<&str> = RANGES.iter().map(|entry| entry.0).chain(OTHERS).collect();
         if !known.contains(&part) {
-            subject
+            context
                 .refuse(&format!("ranges/{name}"), format!("'{name}' has no limits; these have: {}", known.join(", ")));
         }
         for (field, pair) in [("bend", range.bend), ("side", range.side), ("twist", range.twist)] {
@@ -100,7 +100,7 @@ fn check_ranges(op: &LimitsOp, subject: &mut Subject<'_>) {
             if !(-180.0..=0.0).contains(&least) || !(0.0..=180.0).contains(&most) {
                 let detail =
                     format!("[{least}, {most}] is no range; it goes from -180 to 0 at first and from 0 to 180 at last");
-                subject.refuse(&format!("ranges/{name}/{field}"), detail);
+                context.refuse(&format!("ranges/{name}/{field}"), detail);
             }
         }
     }

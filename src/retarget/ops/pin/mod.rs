@@ -5,6 +5,12 @@ pub(in crate::retarget) mod spec;
 
 pub use self::spec::{Pin, PinMode, PinOp, PinSide};
 
+use crate::retarget::stages::posed::Step;
+use crate::retarget::{
+    mapping::Mapping,
+    ops::{context::Context, edit::Edit, op_spec::OpSpec, scope::Scope},
+    stages::posed::builder::StepBuilder,
+};
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::model::Transform;
@@ -36,7 +42,22 @@ pub(in crate::retarget) struct PinStep {
 }
 
 impl PinStep {
-    pub(in crate::retarget) fn apply(&self, figure: &mut Figure<'_>) {
+    /// The other joint's transform below its parent, below this joint's parent.
+    fn beside(&self, figure: &mut Figure<'_>, side: PinSide) -> (DQuat, DVec3) {
+        let parent = figure.parent(self.slot);
+        let local = match side {
+            PinSide::Target => figure.local(self.to),
+            PinSide::Source => {
+                let local = figure.source.local[self.to];
+                Transform { translation: local.translation * self.local_scale, ..local }
+            }
+        };
+        (parent.rotation * local.rotation, parent.transform_point(local.translation))
+    }
+}
+
+impl Step for PinStep {
+    fn apply(&self, figure: &mut Figure<'_>) {
         let (rotation, position) = match (self.mode, self.side) {
             (PinMode::Local, side) => self.beside(figure, side),
             (PinMode::Global, PinSide::Target) => {
@@ -66,17 +87,85 @@ impl PinStep {
         figure.move_to(self.slot, position);
         figure.put_back(&self.left_behind);
     }
+}
 
-    /// The other joint's transform below its parent, below this joint's parent.
-    fn beside(&self, figure: &mut Figure<'_>, side: PinSide) -> (DQuat, DVec3) {
-        let parent = figure.parent(self.slot);
-        let local = match side {
-            PinSide::Target => figure.local(self.to),
-            PinSide::Source => {
-                let local = figure.source.local[self.to];
-                Transform { translation: local.translation * self.local_scale, ..local }
-            }
+/// What a pin does.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::retarget) struct PinDrive {
+    /// The joint that follows.
+    pub(in crate::retarget) joint: usize,
+    /// The joint that it follows, of that side.
+    pub(in crate::retarget) to: usize,
+    /// Whose it is.
+    pub(in crate::retarget) side: PinSide,
+    /// How.
+    pub(in crate::retarget) mode: PinMode,
+    /// Whether the position follows.
+    pub(in crate::retarget) position: bool,
+    /// Whether the rotation follows.
+    pub(in crate::retarget) rotation: bool,
+    /// Metres along the joint's own axes.
+    pub(in crate::retarget) offset: DVec3,
+    /// About its own axes.
+    pub(in crate::retarget) rotation_offset: DQuat,
+    /// Whether joints below it are carried along.
+    pub(in crate::retarget) carries_children: bool,
+}
+
+impl Edit for PinDrive {
+    type Step = PinStep;
+
+    fn joints(&self, _mapping: &Mapping) -> Vec<usize> {
+        vec![self.joint]
+    }
+
+    fn step(&self, builder: &mut StepBuilder<'_>) -> PinStep {
+        let stack = builder.stack;
+        let ground = stack.ground();
+        let left_behind = if self.carries_children { Vec::new() } else { builder.driven_below(self.joint) };
+        let slot = builder.change(self.joint, self.rotation, self.position);
+        let (to, to_rest) = match self.side {
+            PinSide::Source => (builder.source(self.to), stack.source_rest[self.to]),
+            PinSide::Target => (builder.target(self.to), stack.target_rest[self.to]),
         };
-        (parent.rotation * local.rotation, parent.transform_point(local.translation))
+        let (raised, source_raised) = builder.floors();
+        let rest = match (self.mode, self.side) {
+            // Joints that nothing drives keep the file's own pose, so that is where the offset is taken from.
+            (PinMode::KeepOffset, PinSide::Target) => {
+                let hold = stack.mapping.target_hold.to_model(stack.target);
+                let model = |joint: usize| stack.plan_from_target.then_child(&hold.transforms()[joint]);
+                to_rest.then_child(&model(self.to).relative(&model(self.joint)))
+            }
+            _ => stack.target_rest[self.joint],
+        };
+        PinStep {
+            slot,
+            to,
+            side: self.side,
+            mode: self.mode,
+            position: self.position,
+            rotation: self.rotation,
+            offset: self.offset * ground.units_per_metre,
+            rotation_offset: self.rotation_offset,
+            rest,
+            to_rest,
+            travel: ground.travel,
+            raised: raised - ground.travel * source_raised,
+            local_scale: stack.mapping.plan_from_source.scale.x * stack.mapping.global_scale,
+            left_behind,
+        }
+    }
+}
+
+impl OpSpec for PinOp {
+    fn scope(&self) -> Option<&Scope> {
+        Some(&self.scope)
+    }
+
+    fn resolve(&self, context: &mut Context<'_>) {
+        if self.scope.enabled {
+            let edits = resolve::resolve(self, context);
+            context.push(&self.scope, edits);
+        }
     }
 }

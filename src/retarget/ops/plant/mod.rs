@@ -15,6 +15,19 @@ mod steady;
 
 pub use self::spec::{PlantMode, PlantOp};
 
+use super::feet::{foot_parts, size_ratio};
+use crate::retarget::stages::stage::Stage;
+use crate::retarget::{
+    mapping::Mapping,
+    ops::{
+        context::{Context, Limbs},
+        op_spec::OpSpec,
+        resolved::{Ahead, OpWork, ResolvedOp},
+        scope::Scope,
+    },
+    stages::builder::StackBuilder,
+};
+use crate::{model::Reporter, retarget::mapping::LimbPair, rig::FootPoint};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -30,6 +43,11 @@ use crate::retarget::stages::{
     temporal::{runs, smoothed, speeds},
     work::{Goal, Work},
 };
+
+/// A point of a foot that is slower stands still, for a leg of 1 m.
+const STILL_METRES_PER_SECOND: f64 = 0.05;
+/// How far planted feet swing out beyond their goals between contacts, for a leg of 1 m.
+const SWING_METRES: f64 = 0.03;
 
 /// Share of a contact, at both ends, that does not count for where the foot stands.
 const ENDS: f64 = 0.2;
@@ -92,26 +110,6 @@ impl PlantedFoot {
 }
 
 impl PlantStage {
-    pub(in crate::retarget) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
-        if self.op.mode == PlantMode::Never {
-            return Ok(());
-        }
-        self.level(work);
-        self.steady(work)?;
-        let feet = self.read(work)?;
-        let correct = |foot: &Option<Foot>| foot.as_ref().map(|foot| self.corrections(foot, work.times));
-        let corrections: Vec<Option<Vec<Correction>>> = feet.par_iter().map(correct).collect();
-        work.change_goals(self.limb_count, |work, frame, goals| {
-            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
-            for (foot, corrections) in self.feet.iter().zip(&corrections) {
-                let Some(correction) = corrections.as_ref().map(|corrections| corrections[frame]) else { continue };
-                let goal = &mut goals[foot.limb];
-                goal.position += correction.offset * alpha;
-                goal.hold = goal.hold.max(correction.hold * alpha);
-            }
-        })
-    }
-
     /// Where the points of feet are on both sides; nothing of a foot of which none is known to touch.
     fn read(&self, work: &Work<'_>) -> Result<Vec<Option<Foot>>, Canceled> {
         let fill = |pose: &mut Pose, frame: usize, row: &mut [[DVec3; 3]]| {
@@ -182,6 +180,28 @@ impl PlantStage {
     }
 }
 
+impl Stage for PlantStage {
+    fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        if self.op.mode == PlantMode::Never {
+            return Ok(());
+        }
+        self.level(work);
+        self.steady(work)?;
+        let feet = self.read(work)?;
+        let correct = |foot: &Option<Foot>| foot.as_ref().map(|foot| self.corrections(foot, work.times));
+        let corrections: Vec<Option<Vec<Correction>>> = feet.par_iter().map(correct).collect();
+        work.change_goals(self.limb_count, |work, frame, goals| {
+            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            for (foot, corrections) in self.feet.iter().zip(&corrections) {
+                let Some(correction) = corrections.as_ref().map(|corrections| corrections[frame]) else { continue };
+                let goal = &mut goals[foot.limb];
+                goal.position += correction.offset * alpha;
+                goal.hold = goal.hold.max(correction.hold * alpha);
+            }
+        })
+    }
+}
+
 /// One foot of both sides over the clip. Arrays of three: end, ball and tip.
 struct Foot {
     scale: f64,
@@ -241,6 +261,119 @@ impl Foot {
             _ => (track.positions[frame + 1] - track.positions[frame]) * self.scale,
         };
         wanted - (self.targets[frame + 1][part] - self.targets[frame][part])
+    }
+}
+
+fn plant_stage(stack: &StackBuilder<'_>, op: &PlantOp, resolved: &ResolvedOp) -> PlantStage {
+    let points = |limb: usize| -> [Option<FootPoint>; 3] {
+        let pair = stack.limb(limb);
+        let joint = FootPoint { joint: pair.target.end, offset: DVec3::ZERO };
+        if pair.limb.is_leg() { pair.target_foot.contacts } else { [Some(joint), None, None] }
+    };
+    let joints = resolved.limbs.iter().flat_map(|&limb| points(limb)).flatten().map(|point| point.joint);
+    let balls = resolved.limbs.iter().flat_map(|&limb| {
+        let joints = stack.limb(limb).target;
+        [Some(joints.end), joints.ball]
+    });
+    let posing = stack.target_posing(joints.chain(balls.flatten()));
+    let foot = |&limb: &usize| PlantedFoot {
+        limb,
+        scale: stack.rest(limb).length_ratio,
+        end: posing.slot(stack.limb(limb).target.end),
+        ball: stack.limb(limb).target.ball.map(|ball| posing.slot(ball)),
+        points: points(limb).map(|point| point.map(|point| (posing.slot(point.joint), point.offset))),
+        axes: foot_axes(stack, limb),
+        size_beside_leg: size_beside_leg(stack, limb),
+        still_speed: STILL_METRES_PER_SECOND * stack.legs().0,
+        swing: SWING_METRES * stack.legs().1,
+    };
+    PlantStage {
+        op: op.clone(),
+        schedule: resolved.schedule.clone(),
+        feet: resolved.limbs.iter().map(foot).collect(),
+        up: stack.ground().up,
+        limb_count: stack.limb_count(),
+        leaves_height: false,
+        posing,
+    }
+}
+
+/// How the target's foot lies at rest, where it is not the source's but for its size.
+fn foot_axes(stack: &StackBuilder<'_>, limb: usize) -> Option<FootAxes> {
+    let pair = stack.limb(limb);
+    let (source, target) = (pair.source.sole?, pair.target.sole?);
+    let is_other = size_ratio(stack, limb, &source, &target).is_none();
+    let ball = target.end_to_ball.filter(|_| is_other && !pair.has_stiff_foot)?;
+    let up = -target.down[0]?;
+    let front = (ball - up * ball.dot(up)).try_normalize()?;
+    Some(FootAxes { front, left: up.cross(front) })
+}
+
+/// How large the target's foot is beside its leg, for a source of 1; by the parts that both have.
+fn size_beside_leg(stack: &StackBuilder<'_>, limb: usize) -> f64 {
+    let pair = stack.limb(limb);
+    let sizes = pair.source.sole.zip(pair.target.sole).filter(|_| !pair.has_stiff_foot).map(|(source, target)| {
+        let both =
+            foot_parts(&source).into_iter().zip(foot_parts(&target)).filter_map(|(source, target)| source.zip(target));
+        both.fold((0.0_f64, 0.0_f64), |sizes, parts| (sizes.0.max(parts.0.abs()), sizes.1.max(parts.1.abs())))
+    });
+    let (source, target) = sizes.unwrap_or_default();
+    if source > 0.0 && target > 0.0 { target / source / stack.rest(limb).length_ratio } else { 1.0 }
+}
+
+impl OpWork for PlantOp {
+    fn compile(&self, op: &ResolvedOp, following: &[ResolvedOp], stack: &mut StackBuilder<'_>) {
+        if self.mode == PlantMode::Never {
+            return;
+        }
+        stack.need_goals(&op.limbs);
+        let leaves_height = prepares(following, stack);
+        let stage = PlantStage { leaves_height, ..plant_stage(stack, self, op) };
+        stack.push(stage);
+        stack.moves_feet = true;
+        if self.pull_pelvis {
+            stack.pull = Some((true, self.sideways_cost));
+        }
+    }
+
+    fn changed(&self, op: &ResolvedOp, mapping: &Mapping) -> Vec<usize> {
+        if self.mode == PlantMode::Never {
+            return Vec::new();
+        }
+        op.shifted(mapping, self.pull_pelvis).into_iter().chain(op.limb_joints(mapping, true)).collect()
+    }
+
+    fn prepare_feet(&self, _op: &ResolvedOp, _stack: &mut StackBuilder<'_>) -> Ahead {
+        Ahead::Nothing
+    }
+
+    fn report(&self, _op: &ResolvedOp, before: &[ResolvedOp], _limbs: &[LimbPair], reporter: &mut Reporter) {
+        if !before.iter().any(|op| op.name() == "contacts") {
+            reporter.warn(
+                "plant_without_contacts",
+                "ops",
+                "plant holds feet during contacts, and no contacts op stands before it; nothing is held",
+                "put {\"op\": \"contacts\"} before {\"op\": \"plant\"}",
+            );
+        }
+    }
+}
+
+/// Feet are held as they are tilted: for a `floor` op behind, before anything holds them. Whether there is one.
+fn prepares(following: &[ResolvedOp], stack: &mut StackBuilder<'_>) -> bool {
+    let found = following.iter().map(|op| op.work.prepare_feet(op, stack)).find(|ahead| *ahead != Ahead::Nothing);
+    found == Some(Ahead::Prepared)
+}
+
+impl OpSpec for PlantOp {
+    fn scope(&self) -> Option<&Scope> {
+        Some(&self.scope)
+    }
+
+    fn resolve(&self, context: &mut Context<'_>) {
+        if self.scope.enabled {
+            context.push_on_limbs(&self.scope, Limbs::Legs, self.clone());
+        }
     }
 }
 

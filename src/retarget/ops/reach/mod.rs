@@ -5,6 +5,13 @@ pub(in crate::retarget) mod spec;
 
 pub use self::spec::{ReachGoal, ReachOp, ReachPlace};
 
+use crate::model::{Skeleton, Transform};
+use crate::retarget::stages::posed::Step;
+use crate::retarget::{
+    mapping::Mapping,
+    ops::{context::Context, edit::Edit, op_spec::OpSpec, scope::Scope},
+    stages::posed::builder::StepBuilder,
+};
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::retarget::stages::posed::figure::Figure;
@@ -70,31 +77,6 @@ pub(in crate::retarget) enum GoalPlace {
 }
 
 impl ReachStep {
-    pub(in crate::retarget) fn apply(&self, figure: &mut Figure<'_>) {
-        figure.keep(&self.kept);
-        let mut wanted = [DVec3::ZERO; MOST_GOALS];
-        for (wanted, goal) in wanted.iter_mut().zip(&self.goals) {
-            let place = goal.place(figure);
-            // Only a share of the way is gone, so it is a point on it that is to be reached.
-            let end = figure.model(goal.end).translation;
-            *wanted = end + goal.weight * (place - end);
-        }
-        for _ in 0..self.iterations {
-            let mut left = [DVec3::ZERO; MOST_GOALS];
-            let mut is_near = true;
-            for ((left, wanted), goal) in left.iter_mut().zip(wanted).zip(&self.goals) {
-                *left = goal.mask * (wanted - figure.model(goal.end).translation);
-                is_near &= left.length() < NEAR_ENOUGH * goal.length;
-                *left = left.clamp_length_max(MOST_STEP * goal.length);
-            }
-            if is_near {
-                break;
-            }
-            self.improve(figure, &left);
-        }
-        figure.turn_back(&self.kept);
-    }
-
     /// One round: turns all joints a little so that less is left.
     fn improve(&self, figure: &mut Figure<'_>, left: &[DVec3; MOST_GOALS]) {
         let count = self.goals.len();
@@ -147,6 +129,33 @@ impl ReachStep {
             let now = figure.model(joint.slot).rotation;
             figure.turn_to(joint.slot, DQuat::from_scaled_axis(*turn) * now);
         }
+    }
+}
+
+impl Step for ReachStep {
+    fn apply(&self, figure: &mut Figure<'_>) {
+        figure.keep(&self.kept);
+        let mut wanted = [DVec3::ZERO; MOST_GOALS];
+        for (wanted, goal) in wanted.iter_mut().zip(&self.goals) {
+            let place = goal.place(figure);
+            // Only a share of the way is gone, so it is a point on it that is to be reached.
+            let end = figure.model(goal.end).translation;
+            *wanted = end + goal.weight * (place - end);
+        }
+        for _ in 0..self.iterations {
+            let mut left = [DVec3::ZERO; MOST_GOALS];
+            let mut is_near = true;
+            for ((left, wanted), goal) in left.iter_mut().zip(wanted).zip(&self.goals) {
+                *left = goal.mask * (wanted - figure.model(goal.end).translation);
+                is_near &= left.length() < NEAR_ENOUGH * goal.length;
+                *left = left.clamp_length_max(MOST_STEP * goal.length);
+            }
+            if is_near {
+                break;
+            }
+            self.improve(figure, &left);
+        }
+        figure.turn_back(&self.kept);
     }
 }
 
@@ -214,6 +223,128 @@ impl Equations {
             *value = DVec3::from_slice(&self.right[3 * goal..3 * goal + 3]);
         }
         solution
+    }
+}
+
+/// Ends of chains that get to goals.
+#[derive(Clone, Debug)]
+pub(in crate::retarget) struct ReachDrive {
+    /// The ends.
+    pub(in crate::retarget) ends: Vec<ReachEnd>,
+    /// Joints that may turn, parents first.
+    pub(in crate::retarget) joints: Vec<usize>,
+    /// How stiff each of them is, 0 to 1.
+    pub(in crate::retarget) stiffness: Vec<f64>,
+    /// The pelvis, where it may go along, and how freely.
+    pub(in crate::retarget) pelvis: Option<(usize, f64)>,
+    /// Rounds at most.
+    pub(in crate::retarget) iterations: u32,
+    /// As a share of the chains' lengths.
+    pub(in crate::retarget) damping: f64,
+}
+
+/// One end and what its goal comes from.
+#[derive(Clone, Debug)]
+pub(in crate::retarget) struct ReachEnd {
+    /// Joint of the target.
+    pub(in crate::retarget) end: usize,
+    /// Joint of the source.
+    pub(in crate::retarget) source: usize,
+    /// The first joint that may turn.
+    pub(in crate::retarget) start: usize,
+    /// The source's joint that the goal is seen from; nothing where it is a place in the world.
+    pub(in crate::retarget) source_start: Option<usize>,
+    /// Joints that may turn for it, parents first.
+    pub(in crate::retarget) turning: Vec<usize>,
+    /// Share of the way there, along left, up and front.
+    pub(in crate::retarget) weight: DVec3,
+    /// Metres along left, up and front.
+    pub(in crate::retarget) offset: DVec3,
+}
+
+impl Edit for ReachDrive {
+    type Step = ReachStep;
+
+    fn joints(&self, _mapping: &Mapping) -> Vec<usize> {
+        self.joints.clone()
+    }
+
+    fn step(&self, builder: &mut StepBuilder<'_>) -> ReachStep {
+        let stack = builder.stack;
+        let ground = stack.ground();
+        let axes = ground.axes();
+        let length = |skeleton: &Skeleton, rest: &[Transform], start: usize, end: usize| {
+            let path = skeleton.path(start, end).unwrap_or_default();
+            let place = |joint: usize| rest[joint].translation;
+            path.windows(2).map(|pair| place(pair[0]).distance(place(pair[1]))).sum::<f64>()
+        };
+        let lengths: Vec<f64> =
+            self.ends.iter().map(|end| length(stack.target, &stack.target_rest, end.start, end.end)).collect();
+        let mut goals = Vec::with_capacity(self.ends.len());
+        for (end, &own) in self.ends.iter().zip(&lengths) {
+            let offset = axes * end.offset * ground.units_per_metre;
+            let source = builder.source(end.source);
+            let place = match end.source_start {
+                None => GoalPlace::World {
+                    source,
+                    travel: ground.travel,
+                    offset: offset + ground.up * ground.target_floor - ground.travel * ground.up * ground.source_floor,
+                },
+                Some(start) => {
+                    let of_source = length(stack.source, &stack.source_rest, start, end.source);
+                    GoalPlace::Chain {
+                        source,
+                        source_start: builder.source(start),
+                        start: builder.target(end.start),
+                        scale: if of_source > 0.0 { own / of_source } else { stack.mapping.global_scale },
+                        offset,
+                    }
+                }
+            };
+            let along = |weight: DVec3| axes * DMat3::from_diagonal(weight) * axes.transpose();
+            let counts = end.weight.to_array().map(|weight| if weight > 0.0 { 1.0 } else { 0.0 });
+            goals.push(ReachedGoal {
+                end: builder.target(end.end),
+                place,
+                weight: along(end.weight),
+                mask: along(DVec3::from(counts)),
+                length: own.max(f64::MIN_POSITIVE),
+            });
+        }
+        let mean = (lengths.iter().sum::<f64>() / lengths.len().max(1) as f64).max(f64::MIN_POSITIVE);
+        let joints = self.joints.iter().zip(&self.stiffness).map(|(&joint, stiffness)| {
+            let mut turns_for = [false; MOST_GOALS];
+            for (turns, end) in turns_for.iter_mut().zip(&self.ends) {
+                *turns = end.turning.contains(&joint);
+            }
+            TurnedJoint {
+                slot: builder.change(joint, true, false),
+                mobility: (1.0 - stiffness) / (mean * mean),
+                turns_for,
+            }
+        });
+        let joints: Vec<TurnedJoint> = joints.collect();
+        ReachStep {
+            goals,
+            joints,
+            pelvis: self.pelvis.map(|(pelvis, freedom)| (builder.change(pelvis, false, true), freedom)),
+            kept: self.ends.iter().map(|end| builder.change(end.end, true, false)).collect(),
+            iterations: self.iterations,
+            damping: self.damping * self.damping,
+        }
+    }
+}
+
+impl OpSpec for ReachOp {
+    fn scope(&self) -> Option<&Scope> {
+        Some(&self.scope)
+    }
+
+    fn resolve(&self, context: &mut Context<'_>) {
+        if self.scope.enabled {
+            let edits = resolve::resolve(self, context);
+            context.push(&self.scope, edits);
+        }
     }
 }
 

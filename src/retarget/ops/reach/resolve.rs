@@ -1,13 +1,13 @@
 //! `reach`: the ends, and which joints may turn for them.
 
+use super::{ReachDrive, ReachEnd};
 use std::collections::BTreeMap;
 
 use glam::DVec3;
 
 use crate::retarget::ops::{
     ReachGoal, ReachOp, ReachPlace,
-    context::{Subject, is_in},
-    edits::{PosedEdit, ReachDrive, ReachEnd},
+    context::{Context, is_in},
 };
 
 /// Goals at most: the equations of a frame have three rows for each.
@@ -17,23 +17,23 @@ const MOST_JOINTS: usize = 64;
 /// How stiff the joints of a spine are where nothing else is said: arms do more of the reaching than backs.
 const SPINE_STIFFNESS: f64 = 0.5;
 
-pub(in crate::retarget) fn resolve(op: &ReachOp, subject: &mut Subject<'_>) -> Vec<PosedEdit> {
-    let masked = subject.masked(&op.scope);
+pub(in crate::retarget) fn resolve(op: &ReachOp, context: &mut Context<'_>) -> Vec<ReachDrive> {
+    let masked = context.masked(&op.scope);
     if op.goals.len() > MOST_GOALS {
-        subject.refuse("goals", format!("{} goals; at most {MOST_GOALS} are reached for at once", op.goals.len()));
+        context.refuse("goals", format!("{} goals; at most {MOST_GOALS} are reached for at once", op.goals.len()));
         return Vec::new();
     }
-    let stiffness = stiffness(op, subject);
+    let stiffness = stiffness(op, context);
     let mut ends = Vec::with_capacity(op.goals.len());
     for (index, goal) in op.goals.iter().enumerate() {
-        let end = resolve_goal(goal, index, subject).filter(|end| is_in(masked.as_ref(), end.end));
+        let end = resolve_goal(goal, index, context).filter(|end| is_in(masked.as_ref(), end.end));
         ends.extend(end);
     }
     let mut joints: Vec<usize> = ends.iter().flat_map(|end| end.turning.iter().copied()).collect();
     joints.sort_unstable();
     joints.dedup();
     if joints.len() > MOST_JOINTS {
-        subject
+        context
             .refuse("goals", format!("{} joints would turn; at most {MOST_JOINTS} do, so lower a depth", joints.len()));
         return Vec::new();
     }
@@ -41,54 +41,54 @@ pub(in crate::retarget) fn resolve(op: &ReachOp, subject: &mut Subject<'_>) -> V
         return Vec::new();
     }
     let stiffness = joints.iter().map(|joint| stiffness.get(joint).copied().unwrap_or(0.0)).collect();
-    let pelvis = subject.target.role("pelvis").first().copied().filter(|_| op.pelvis > 0.0);
-    vec![PosedEdit::Reach(Box::new(ReachDrive {
+    let pelvis = context.target.role("pelvis").first().copied().filter(|_| op.pelvis > 0.0);
+    vec![ReachDrive {
         ends,
         joints,
         stiffness,
         pelvis: pelvis.map(|pelvis| (pelvis, op.pelvis)),
         iterations: op.iterations,
         damping: op.damping,
-    }))]
+    }]
 }
 
-fn stiffness(op: &ReachOp, subject: &mut Subject<'_>) -> BTreeMap<usize, f64> {
-    let spine = subject.target.role("spine").iter().map(|&joint| (joint, SPINE_STIFFNESS));
+fn stiffness(op: &ReachOp, context: &mut Context<'_>) -> BTreeMap<usize, f64> {
+    let spine = context.target.role("spine").iter().map(|&joint| (joint, SPINE_STIFFNESS));
     let mut stiffness: BTreeMap<usize, f64> = spine.collect();
     for (name, value) in &op.stiffness {
         if !(0.0..=1.0).contains(value) {
-            subject.refuse(&format!("stiffness/{name}"), format!("{value} is not between 0 and 1"));
+            context.refuse(&format!("stiffness/{name}"), format!("{value} is not between 0 and 1"));
         }
-        for joint in subject.joints_named(name, &format!("stiffness/{name}")) {
+        for joint in context.joints_named(name, &format!("stiffness/{name}")) {
             stiffness.insert(joint, *value);
         }
     }
     stiffness
 }
 
-fn resolve_goal(goal: &ReachGoal, index: usize, subject: &mut Subject<'_>) -> Option<ReachEnd> {
+fn resolve_goal(goal: &ReachGoal, index: usize, context: &mut Context<'_>) -> Option<ReachEnd> {
     let at = |field: &str| format!("goals/{index}/{field}");
     for (axis, weight) in goal.axes.iter().enumerate() {
         if !(0.0..=1.0).contains(weight) {
-            subject.refuse(&at(&format!("axes/{axis}")), format!("{weight} is not between 0 and 1"));
+            context.refuse(&at(&format!("axes/{axis}")), format!("{weight} is not between 0 and 1"));
         }
     }
-    let (source_rig, target_rig) = (subject.source, subject.target);
+    let (source_rig, target_rig) = (context.source, context.target);
     let end = match target_rig.role(&goal.end).last() {
         Some(&end) => end,
-        None => subject.target_joint(&goal.end, &at("end"))?,
+        None => context.target_joint(&goal.end, &at("end"))?,
     };
     let role = target_rig.roles.iter().find(|(_, joints)| joints.contains(&end)).map(|(role, _)| role.clone());
     let source = match &goal.source {
         Some(name) => match source_rig.role(name).last() {
             Some(&joint) => joint,
-            None => subject.source_joint(name, &at("source"))?,
+            None => context.source_joint(name, &at("source"))?,
         },
         None => match role.as_deref().and_then(|role| source_rig.role(role).last()) {
             Some(&joint) => joint,
             None => {
                 let detail = format!("the source has no joint of the role of '{}'; name one in 'source'", goal.end);
-                subject.refuse(&at("source"), detail);
+                context.refuse(&at("source"), detail);
                 return None;
             }
         },
@@ -102,12 +102,12 @@ fn resolve_goal(goal: &ReachGoal, index: usize, subject: &mut Subject<'_>) -> Op
         above = target_rig.skeleton().parent(joint);
     }
     let Some(&start) = turning.last() else {
-        subject.refuse(&at("end"), format!("nothing above '{}' may turn", goal.end));
+        context.refuse(&at("end"), format!("nothing above '{}' may turn", goal.end));
         return None;
     };
     let source_start = match goal.place {
         ReachPlace::World => None,
-        ReachPlace::Chain => Some(source_start(subject, start, source, turning.len())),
+        ReachPlace::Chain => Some(source_start(context, start, source, turning.len())),
     };
     turning.sort_unstable();
     Some(ReachEnd {
@@ -122,13 +122,13 @@ fn resolve_goal(goal: &ReachGoal, index: usize, subject: &mut Subject<'_>) -> Op
 }
 
 /// The source's first joint of a chain: of the same role and place in it as the target's, else as many joints above the end.
-fn source_start(subject: &Subject<'_>, start: usize, source: usize, depth: usize) -> usize {
-    let by_role = subject.target.roles.iter().find_map(|(role, joints)| {
+fn source_start(context: &Context<'_>, start: usize, source: usize, depth: usize) -> usize {
+    let by_role = context.target.roles.iter().find_map(|(role, joints)| {
         let place = joints.iter().position(|&joint| joint == start)?;
-        let sources = subject.source.role(role);
+        let sources = context.source.role(role);
         let found = *sources.get(place.min(sources.len().checked_sub(1)?))?;
-        (found != source && subject.source.skeleton().is_ancestor_or_self(found, source)).then_some(found)
+        (found != source && context.source.skeleton().is_ancestor_or_self(found, source)).then_some(found)
     });
     by_role
-        .unwrap_or_else(|| (0..depth).fold(source, |joint, _| subject.source.skeleton().parent(joint).unwrap_or(joint)))
+        .unwrap_or_else(|| (0..depth).fold(source, |joint, _| context.source.skeleton().parent(joint).unwrap_or(joint)))
 }

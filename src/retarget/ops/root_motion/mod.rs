@@ -5,13 +5,24 @@ pub(in crate::retarget) mod spec;
 
 pub use self::spec::{RootAction, RootAxis, RootMotionOp, RootPlace, RootSource};
 
+use crate::retarget::mapping::Ground;
+use crate::retarget::stages::stage::Stage;
+use crate::retarget::{
+    mapping::Mapping,
+    ops::{
+        context::Context,
+        op_spec::OpSpec,
+        resolved::{OpWork, ResolvedOp},
+        scope::Scope,
+    },
+    stages::builder::StackBuilder,
+};
 use glam::{DQuat, DVec3};
 
-use super::{edits::RootMotion, resolved::Ground, schedule::Schedule};
+use super::schedule::Schedule;
 use crate::model::{Canceled, Transform};
 
 use crate::retarget::stages::{
-    compile::Compiler,
     posing::{Pose, Posing},
     temporal::smoothed,
     work::{Change, Changed, Work},
@@ -46,73 +57,30 @@ struct Way {
 }
 
 impl RootStage {
-    pub(in crate::retarget) fn new(compiler: &Compiler<'_>, motion: &RootMotion, schedule: &Schedule) -> Self {
-        let ground = compiler.ground();
-        let kept = compiler.topmost_driven_below(motion.root);
+    pub(in crate::retarget) fn new(stack: &StackBuilder<'_>, motion: &RootMotion, schedule: &Schedule) -> Self {
+        let ground = stack.ground();
+        let kept = stack.topmost_driven_below(motion.root);
         let root = motion.root.map(|joint| Changed { joint, rotates: true, moves: true });
         let kept = kept.into_iter().filter(|joint| Some(*joint) != motion.root);
         let changed: Vec<Changed> =
             root.into_iter().chain(kept.map(|joint| Changed { joint, rotates: true, moves: true })).collect();
-        let target = compiler.target_posing(changed.iter().map(|changed| changed.joint).chain([motion.pelvis]));
+        let target = stack.target_posing(changed.iter().map(|changed| changed.joint).chain([motion.pelvis]));
         let axes = ground.axes();
-        let hold = compiler.mapping.target_hold.to_model(compiler.target);
-        let rest = |joint: usize| compiler.plan_from_target.then_child(&hold.transforms()[joint]);
+        let hold = stack.mapping.target_hold.to_model(stack.target);
+        let rest = |joint: usize| stack.plan_from_target.then_child(&hold.transforms()[joint]);
         Self {
             schedule: schedule.clone(),
             motion: *motion,
             ground,
-            source: compiler.source_posing(motion.source),
+            source: stack.source_posing(motion.source),
             slots: changed.iter().map(|changed| target.slot(changed.joint)).collect(),
             target,
             changed,
-            way_rest: motion.source.map_or_else(|| rest(motion.pelvis), |joint| compiler.source_rest[joint]),
+            way_rest: motion.source.map_or_else(|| rest(motion.pelvis), |joint| stack.source_rest[joint]),
             root_rest: motion.root.map_or(Transform::IDENTITY, rest),
             along: axes * glam::DMat3::from_diagonal(motion.axes) * axes.transpose(),
             raised: ground.up * (ground.target_floor - ground.target_rest_floor),
         }
-    }
-
-    pub(in crate::retarget) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
-        let ways = self.ways(work)?;
-        let first = ways.first().copied().unwrap_or_default();
-        let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
-            self.target.fill(pose, &work.target, frame);
-            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
-            let (root, kept) = match self.motion.root {
-                Some(_) => row.split_first_mut().map_or((None, &mut [][..]), |(root, kept)| (Some(root), kept)),
-                None => (None, row),
-            };
-            // What the parents of kept joints are moved by, and what they are moved by themselves, in plan space.
-            let mut carried = Transform::IDENTITY;
-            let mut moved = Transform::IDENTITY;
-            if let Some(change) = root {
-                let slot = self.slots[0];
-                let (now, above) = (pose.model[slot], self.target.parent_of(pose, slot));
-                let wanted = self.root(ways[frame], first);
-                let placed = Transform {
-                    rotation: now.rotation.slerp(wanted.rotation, alpha),
-                    translation: now.translation.lerp(wanted.translation, alpha),
-                    ..now
-                };
-                let local = above.relative(&placed);
-                *change =
-                    Change { rotation: local.rotation.normalize().as_quat(), translation: local.translation.as_vec3() };
-                let turn = (placed.rotation * now.rotation.conjugate()).normalize();
-                carried =
-                    Transform { rotation: turn, translation: placed.translation - turn * now.translation, ..carried };
-            } else {
-                moved = self.back(ways[frame], first, alpha);
-            }
-            for (change, &slot) in kept.iter_mut().zip(&self.slots[usize::from(self.motion.root.is_some())..]) {
-                let above = carried.then_child(&self.target.parent_of(pose, slot));
-                let local = above.relative(&moved.then_child(&pose.model[slot]));
-                *change =
-                    Change { rotation: local.rotation.normalize().as_quat(), translation: local.translation.as_vec3() };
-            }
-        };
-        let rows = work.rows(self.changed.len(), || self.target.pose(), fill)?;
-        work.write(&self.changed, &rows);
-        Ok(())
     }
 
     /// Where the root belongs.
@@ -196,6 +164,51 @@ impl RootStage {
     }
 }
 
+impl Stage for RootStage {
+    fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        let ways = self.ways(work)?;
+        let first = ways.first().copied().unwrap_or_default();
+        let fill = |pose: &mut Pose, frame: usize, row: &mut [Change]| {
+            self.target.fill(pose, &work.target, frame);
+            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            let (root, kept) = match self.motion.root {
+                Some(_) => row.split_first_mut().map_or((None, &mut [][..]), |(root, kept)| (Some(root), kept)),
+                None => (None, row),
+            };
+            // What the parents of kept joints are moved by, and what they are moved by themselves, in plan space.
+            let mut carried = Transform::IDENTITY;
+            let mut moved = Transform::IDENTITY;
+            if let Some(change) = root {
+                let slot = self.slots[0];
+                let (now, above) = (pose.model[slot], self.target.parent_of(pose, slot));
+                let wanted = self.root(ways[frame], first);
+                let placed = Transform {
+                    rotation: now.rotation.slerp(wanted.rotation, alpha),
+                    translation: now.translation.lerp(wanted.translation, alpha),
+                    ..now
+                };
+                let local = above.relative(&placed);
+                *change =
+                    Change { rotation: local.rotation.normalize().as_quat(), translation: local.translation.as_vec3() };
+                let turn = (placed.rotation * now.rotation.conjugate()).normalize();
+                carried =
+                    Transform { rotation: turn, translation: placed.translation - turn * now.translation, ..carried };
+            } else {
+                moved = self.back(ways[frame], first, alpha);
+            }
+            for (change, &slot) in kept.iter_mut().zip(&self.slots[usize::from(self.motion.root.is_some())..]) {
+                let above = carried.then_child(&self.target.parent_of(pose, slot));
+                let local = above.relative(&moved.then_child(&pose.model[slot]));
+                *change =
+                    Change { rotation: local.rotation.normalize().as_quat(), translation: local.translation.as_vec3() };
+            }
+        };
+        let rows = work.rows(self.changed.len(), || self.target.pose(), fill)?;
+        work.write(&self.changed, &rows);
+        Ok(())
+    }
+}
+
 /// Smooths what a way deviates from the even one between its ends: else it would lag behind at both.
 fn smooth(ways: &mut [Way], times: &[f64], deviation_seconds: f64) {
     let (Some(first), Some(last)) = (ways.first().copied(), ways.last().copied()) else { return };
@@ -221,5 +234,50 @@ fn unwrap(ways: &mut [Way]) {
         let turns = ((way.heading - before) / std::f64::consts::TAU).round();
         way.heading -= turns * std::f64::consts::TAU;
         before = way.heading;
+    }
+}
+
+/// How the figure's way is moved.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::retarget) struct RootMotion {
+    /// The root joint of the target; nothing where the way is taken out.
+    pub(in crate::retarget) root: Option<usize>,
+    /// The joint whose way it is: the pelvis of the target.
+    pub(in crate::retarget) pelvis: usize,
+    /// The source joint whose way it is instead.
+    pub(in crate::retarget) source: Option<usize>,
+    /// 1 for axes along which it is: left, up, front.
+    pub(in crate::retarget) axes: DVec3,
+    /// Whether the heading is part of it.
+    pub(in crate::retarget) turn: bool,
+    /// Where the root stands.
+    pub(in crate::retarget) place: RootPlace,
+    /// Standard deviation of the smoothing.
+    pub(in crate::retarget) smoothing_seconds: f64,
+}
+
+impl OpWork for RootMotion {
+    fn compile(&self, op: &ResolvedOp, _following: &[ResolvedOp], stack: &mut StackBuilder<'_>) {
+        stack.close();
+        let stage = RootStage::new(stack, self, &op.schedule);
+        stack.push(stage);
+    }
+
+    fn changed(&self, _op: &ResolvedOp, _mapping: &Mapping) -> Vec<usize> {
+        self.root.into_iter().chain([self.pelvis]).collect()
+    }
+}
+
+impl OpSpec for RootMotionOp {
+    fn scope(&self) -> Option<&Scope> {
+        Some(&self.scope)
+    }
+
+    fn resolve(&self, context: &mut Context<'_>) {
+        if self.scope.enabled
+            && let Some(motion) = resolve::resolve(self, context)
+        {
+            context.push(&self.scope, motion);
+        }
     }
 }

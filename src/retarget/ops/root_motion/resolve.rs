@@ -1,22 +1,23 @@
 //! `root_motion`: the roots.
 
+use super::RootMotion;
 use glam::DVec3;
 
 use crate::{
-    retarget::ops::{RootAction, RootAxis, RootMotionOp, RootSource, context::Subject, edits::RootMotion},
+    retarget::ops::{RootAction, RootAxis, RootMotionOp, RootSource, context::Context},
     rig::rig::Rig,
 };
 
-pub(in crate::retarget) fn resolve(op: &RootMotionOp, subject: &mut Subject<'_>) -> Option<RootMotion> {
+pub(in crate::retarget) fn resolve(op: &RootMotionOp, context: &mut Context<'_>) -> Option<RootMotion> {
     if op.action == RootAction::Keep {
         return None;
     }
     if op.scope.mask.is_some() {
-        subject.refuse("mask", "root_motion is about the whole figure and has no mask; leave it out".to_owned());
+        context.refuse("mask", "root_motion is about the whole figure and has no mask; leave it out".to_owned());
         return None;
     }
-    let Some(&pelvis) = subject.target.role("pelvis").first() else {
-        subject.reporter.warn(
+    let Some(&pelvis) = context.target.role("pelvis").first() else {
+        context.reporter.warn(
             "pelvis_not_found",
             "target",
             "no joint of the target was recognised as the pelvis; root_motion is left out",
@@ -25,16 +26,15 @@ pub(in crate::retarget) fn resolve(op: &RootMotionOp, subject: &mut Subject<'_>)
         return None;
     };
     let root = match op.action {
-        RootAction::Extract => Some(target_root(op, pelvis, subject)?),
+        RootAction::Extract => Some(target_root(op, pelvis, context)?),
         RootAction::Remove | RootAction::Keep => None,
     };
     let source = match op.from {
         RootSource::Pelvis => None,
-        RootSource::SourceRoot => Some(source_root(op, subject)?),
+        RootSource::SourceRoot => Some(source_root(op, context)?),
     };
     let has = |axis: RootAxis| if op.axes.contains(&axis) { 1.0 } else { 0.0 };
     Some(RootMotion {
-        action: op.action,
         root,
         pelvis,
         source,
@@ -45,29 +45,29 @@ pub(in crate::retarget) fn resolve(op: &RootMotionOp, subject: &mut Subject<'_>)
     })
 }
 
-fn target_root(op: &RootMotionOp, pelvis: usize, subject: &mut Subject<'_>) -> Option<usize> {
+fn target_root(op: &RootMotionOp, pelvis: usize, context: &mut Context<'_>) -> Option<usize> {
     if let Some(name) = &op.joint {
-        let joint = subject.target_joint(name, "joint")?;
-        if joint == pelvis || !subject.target.skeleton().is_ancestor_or_self(joint, pelvis) {
-            subject.refuse("joint", format!("'{name}' does not carry the pelvis, so it cannot be its root"));
+        let joint = context.target_joint(name, "joint")?;
+        if joint == pelvis || !context.target.skeleton().is_ancestor_or_self(joint, pelvis) {
+            context.refuse("joint", format!("'{name}' does not carry the pelvis, so it cannot be its root"));
             return None;
         }
         return Some(joint);
     }
-    let found = root_of(subject.target);
+    let found = root_of(context.target);
     if found.is_none() {
-        no_root(subject, "target");
+        no_root(context, "target");
     }
     found
 }
 
-fn source_root(op: &RootMotionOp, subject: &mut Subject<'_>) -> Option<usize> {
+fn source_root(op: &RootMotionOp, context: &mut Context<'_>) -> Option<usize> {
     if let Some(name) = &op.source_joint {
-        return subject.source_joint(name, "source_joint");
+        return context.source_joint(name, "source_joint");
     }
-    let found = root_of(subject.source);
+    let found = root_of(context.source);
     if found.is_none() {
-        no_root(subject, "source");
+        no_root(context, "source");
     }
     found
 }
@@ -78,8 +78,8 @@ fn root_of(rig: &Rig<'_>) -> Option<usize> {
     recognised.or_else(|| rig.role("pelvis").first().and_then(|&pelvis| rig.skeleton().parent(pelvis)))
 }
 
-fn no_root(subject: &mut Subject<'_>, side: &'static str) {
-    subject.reporter.warn(
+fn no_root(context: &mut Context<'_>, side: &'static str) {
+    context.reporter.warn(
         "root_not_found",
         side,
         format!("no joint of the {side} carries the pelvis; root_motion is left out"),

@@ -1,7 +1,8 @@
 //! `scale_source`: what the source is scaled by, and about which point.
 
+use super::SourceScale;
 use crate::{
-    retarget::ops::{Alpha, ScaleSourceOp, edits::SourceScale},
+    retarget::ops::{Alpha, ScaleSourceOp},
     rig::{
         error::{SpecErrorKind, SpecField},
         floor::Stance,

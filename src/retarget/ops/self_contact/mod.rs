@@ -11,6 +11,25 @@ pub(in crate::retarget) mod spec;
 
 pub use self::spec::SelfContactOp;
 
+use crate::retarget::stages::stage::Stage;
+use crate::retarget::{
+    mapping::Mapping,
+    ops::{
+        context::{Context, Limbs},
+        op_spec::OpSpec,
+        resolved::{OpWork, ResolvedOp},
+        scope::Scope,
+    },
+    stages::builder::StackBuilder,
+};
+use crate::{
+    retarget::mapping::LimbPair,
+    rig::{
+        BodyPart, HandPair, Limb,
+        rig::Rig,
+        volumes::{body_parts, hand},
+    },
+};
 use glam::DVec3;
 
 use crate::model::rotation::smootherstep;
@@ -26,6 +45,10 @@ use crate::retarget::stages::{
     work::Work,
 };
 
+/// How often hands are led to what they touch, and arms solved.
+const SELF_CONTACT_PASSES: usize = 8;
+/// How often they are brought out of the body after that: what one hand does moves the arm that the other one lies on.
+const SETTLING_PASSES: usize = 2;
 /// Rounds of leading hands to where they should be and smoothing that.
 const ROUNDS: usize = 2;
 /// Rounds of pushing a hand out of all parts, one after the other.
@@ -94,37 +117,6 @@ impl Fixed {
 type Moves = [DVec3; MOST_HANDS];
 
 impl SelfContactStage {
-    pub(in crate::retarget) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
-        let count = work.frame_count();
-        let mut moves = vec![[DVec3::ZERO; MOST_HANDS]; count];
-        let (rounds, smoothing_seconds) = if self.settles { (1, 0.0) } else { (ROUNDS, self.op.smoothing_seconds) };
-        for _ in 0..rounds {
-            let fill = |(source, target): &mut (Pose, Pose), frame: usize, row: &mut [Moves]| {
-                self.source.fill(source, work.source, frame);
-                self.target.fill(target, &work.target, frame);
-                row[0] = self.wanted(source, target, work, frame, &moves[frame]);
-            };
-            let wanted = work.rows(1, || (self.source.pose(), self.target.pose()), fill)?;
-            if wanted.iter().all(|wanted| *wanted == [DVec3::ZERO; MOST_HANDS]) {
-                break;
-            }
-            let smooth = |hand: usize| {
-                let more: Vec<DVec3> = wanted.iter().map(|wanted| wanted[hand]).collect();
-                smoothed(&more, work.times, smoothing_seconds)
-            };
-            let more: Vec<Vec<DVec3>> = (0..self.hands.len()).into_par_iter().map(smooth).collect();
-            for (hand, more) in more.iter().enumerate() {
-                moves.iter_mut().zip(more).for_each(|(moves, more)| moves[hand] += *more);
-            }
-        }
-        work.change_goals(self.limb_count, |work, frame, goals| {
-            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
-            for (hand, moved) in self.hands.iter().zip(&moves[frame]) {
-                goals[hand.limb].position += *moved * alpha;
-            }
-        })
-    }
-
     /// What is still missing when hands have been moved already.
     fn wanted(&self, source: &Pose, target: &Pose, work: &Work<'_>, frame: usize, already: &Moves) -> Moves {
         let mut of_source = [Line::default(); MOST_HANDS];
@@ -210,6 +202,39 @@ impl SelfContactStage {
     }
 }
 
+impl Stage for SelfContactStage {
+    fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        let count = work.frame_count();
+        let mut moves = vec![[DVec3::ZERO; MOST_HANDS]; count];
+        let (rounds, smoothing_seconds) = if self.settles { (1, 0.0) } else { (ROUNDS, self.op.smoothing_seconds) };
+        for _ in 0..rounds {
+            let fill = |(source, target): &mut (Pose, Pose), frame: usize, row: &mut [Moves]| {
+                self.source.fill(source, work.source, frame);
+                self.target.fill(target, &work.target, frame);
+                row[0] = self.wanted(source, target, work, frame, &moves[frame]);
+            };
+            let wanted = work.rows(1, || (self.source.pose(), self.target.pose()), fill)?;
+            if wanted.iter().all(|wanted| *wanted == [DVec3::ZERO; MOST_HANDS]) {
+                break;
+            }
+            let smooth = |hand: usize| {
+                let more: Vec<DVec3> = wanted.iter().map(|wanted| wanted[hand]).collect();
+                smoothed(&more, work.times, smoothing_seconds)
+            };
+            let more: Vec<Vec<DVec3>> = (0..self.hands.len()).into_par_iter().map(smooth).collect();
+            for (hand, more) in more.iter().enumerate() {
+                moves.iter_mut().zip(more).for_each(|(moves, more)| moves[hand] += *more);
+            }
+        }
+        work.change_goals(self.limb_count, |work, frame, goals| {
+            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            for (hand, moved) in self.hands.iter().zip(&moves[frame]) {
+                goals[hand.limb].position += *moved * alpha;
+            }
+        })
+    }
+}
+
 /// A mean of places that a hand should be at, where the nearest part counts most.
 #[derive(Clone, Copy, Debug, Default)]
 struct Led {
@@ -229,4 +254,92 @@ impl Led {
     fn mean(&self) -> DVec3 {
         if self.weights > 0.0 { self.sum / self.weights * self.most } else { DVec3::ZERO }
     }
+}
+
+/// A `self_contact` op, what hands may touch, and the hands.
+#[derive(Clone, Debug)]
+struct ResolvedSelfContact {
+    op: SelfContactOp,
+    parts: Vec<BodyPart>,
+    hands: Vec<HandPair>,
+}
+
+impl OpWork for ResolvedSelfContact {
+    fn compile(&self, op: &ResolvedOp, _following: &[ResolvedOp], stack: &mut StackBuilder<'_>) {
+        // Arms are a part of the body, too: what they touch has moved once they have reached their goals.
+        for pass in 0..SELF_CONTACT_PASSES + SETTLING_PASSES {
+            stack.close();
+            stack.need_goals(&op.limbs);
+            if let Some(stage) = self.stage(op, stack, pass >= SELF_CONTACT_PASSES) {
+                stack.push(stage);
+            }
+        }
+        stack.close();
+    }
+
+    fn changed(&self, op: &ResolvedOp, mapping: &Mapping) -> Vec<usize> {
+        op.limb_joints(mapping, false)
+    }
+}
+
+impl ResolvedSelfContact {
+    /// Nothing where there is no hand, or nothing that it could touch.
+    fn stage(&self, op: &ResolvedOp, stack: &StackBuilder<'_>, settles: bool) -> Option<SelfContactStage> {
+        let pairs: Vec<&HandPair> = self.hands.iter().filter(|hand| op.limbs.contains(&hand.limb)).collect();
+        if pairs.is_empty() || self.parts.is_empty() {
+            return None;
+        }
+        let joints = |capsule: &Capsule| [capsule.start.joint, capsule.end.joint];
+        let of_source = pairs.iter().map(|hand| &hand.source).chain(self.parts.iter().map(|part| &part.source));
+        let of_target = pairs.iter().map(|hand| &hand.target).chain(self.parts.iter().map(|part| &part.target));
+        let source = stack.source_posing(of_source.flat_map(joints));
+        let target = stack.target_posing(of_target.flat_map(joints));
+        let hand = |hand: &&HandPair| Hand {
+            limb: hand.limb,
+            source: Fixed::new(&hand.source, &source),
+            target: Fixed::new(&hand.target, &target),
+        };
+        let own = |arm: Option<Limb>| stack.mapping.limbs.iter().position(|pair| Some(pair.limb) == arm);
+        let part = |part: &BodyPart| Part {
+            own: own(part.arm),
+            source: Fixed::new(&part.source, &source),
+            target: Fixed::new(&part.target, &target),
+        };
+        let (source_leg, target_leg) = stack.legs();
+        Some(SelfContactStage {
+            op: self.op.clone(),
+            schedule: op.schedule.clone(),
+            hands: pairs.iter().map(hand).collect(),
+            parts: self.parts.iter().map(part).collect(),
+            source_leg,
+            leg_ratio: target_leg / source_leg,
+            limb_count: stack.limb_count(),
+            settles,
+            source,
+            target,
+        })
+    }
+}
+
+impl OpSpec for SelfContactOp {
+    fn scope(&self) -> Option<&Scope> {
+        Some(&self.scope)
+    }
+
+    fn resolve(&self, context: &mut Context<'_>) {
+        if self.scope.enabled {
+            let Context { source, target, .. } = *context;
+            let unit = source.unit_metres / target.unit_metres;
+            let hands = find_hands(context.limbs, source, target, unit);
+            let resolved = ResolvedSelfContact { op: self.clone(), parts: body_parts(source, target, unit), hands };
+            context.push_on_limbs(&self.scope, Limbs::Arms, resolved);
+        }
+    }
+}
+
+fn find_hands(limbs: &[LimbPair], source: &Rig<'_>, target: &Rig<'_>, unit: f64) -> Vec<HandPair> {
+    let pair = |(limb, pair): (usize, &LimbPair)| {
+        Some(HandPair { limb, source: hand(source, pair.limb, unit)?, target: hand(target, pair.limb, 1.0)? })
+    };
+    limbs.iter().enumerate().filter_map(pair).collect()
 }

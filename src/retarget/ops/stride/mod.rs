@@ -4,9 +4,22 @@ pub(in crate::retarget) mod spec;
 
 pub use self::spec::{StrideDirection, StrideOp};
 
+use crate::retarget::mapping::Ground;
+use crate::retarget::stages::stage::Stage;
+use crate::retarget::{
+    mapping::Mapping,
+    ops::{
+        context::{Context, Limbs},
+        op_spec::OpSpec,
+        resolved::{Ahead, OpWork, ResolvedOp},
+        scope::Scope,
+    },
+    stages::builder::StackBuilder,
+};
+use crate::rig::Side;
 use glam::{DVec2, DVec3};
 
-use super::{resolved::Ground, schedule::Schedule};
+use super::schedule::Schedule;
 use crate::model::Canceled;
 
 use crate::retarget::stages::{
@@ -56,38 +69,6 @@ struct Stance {
 }
 
 impl StrideStage {
-    pub(in crate::retarget) fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
-        let stances = self.stances(work)?;
-        let toes = self.toes(work)?;
-        let fronts = self.fronts(&stances, work);
-        work.pelvis_moves.resize(work.frame_count(), DVec3::ZERO);
-        let mut gone = DVec3::ZERO;
-        for frame in 0..work.frame_count() {
-            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
-            let front = fronts[frame];
-            let left = self.ground.up.cross(front);
-            if frame > 0 && self.op.moves_pelvis {
-                let between = (front + fronts[frame - 1]).normalize_or(front);
-                let step = stances[frame].pelvis - stances[frame - 1].pelvis;
-                gone += between * (step.dot(between) * (self.op.forward - 1.0) * alpha);
-            }
-            let goals = &mut work.goals[frame * self.limb_count..(frame + 1) * self.limb_count];
-            let toes = &toes[frame * self.limbs.len()..(frame + 1) * self.limbs.len()];
-            for (limb, toe) in self.limbs.iter().zip(toes) {
-                let off = goals[limb.limb].position + *toe - stances[frame].pelvis;
-                let metres = self.op.sideways * limb.side * self.ground.units_per_metre;
-                let along = front * (off.dot(front) * (self.op.forward - 1.0));
-                let across = left * (off.dot(left) * (self.op.splay - 1.0) + metres);
-                goals[limb.limb].position += (along + across) * alpha;
-            }
-            for &limb in &self.goal_limbs {
-                goals[limb].position += gone;
-            }
-            work.pelvis_moves[frame] += gone;
-        }
-        Ok(())
-    }
-
     /// From the ends to the balls of the feet; none for hands.
     fn toes(&self, work: &Work<'_>) -> Result<Vec<DVec3>, Canceled> {
         let fill = |pose: &mut Pose, frame: usize, row: &mut [DVec3]| {
@@ -155,5 +136,112 @@ impl StrideStage {
         let smooth = smoothed(&fronts, work.times, self.op.smoothing_seconds / 2.0);
         let level = |(smooth, own): (DVec3, &DVec3)| axes * smooth.try_normalize().unwrap_or(*own);
         smooth.into_iter().zip(&fronts).map(level).collect()
+    }
+}
+
+impl Stage for StrideStage {
+    fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
+        let stances = self.stances(work)?;
+        let toes = self.toes(work)?;
+        let fronts = self.fronts(&stances, work);
+        work.pelvis_moves.resize(work.frame_count(), DVec3::ZERO);
+        let mut gone = DVec3::ZERO;
+        for frame in 0..work.frame_count() {
+            let alpha = self.schedule.alpha_at(frame, work.times[frame]);
+            let front = fronts[frame];
+            let left = self.ground.up.cross(front);
+            if frame > 0 && self.op.moves_pelvis {
+                let between = (front + fronts[frame - 1]).normalize_or(front);
+                let step = stances[frame].pelvis - stances[frame - 1].pelvis;
+                gone += between * (step.dot(between) * (self.op.forward - 1.0) * alpha);
+            }
+            let goals = &mut work.goals[frame * self.limb_count..(frame + 1) * self.limb_count];
+            let toes = &toes[frame * self.limbs.len()..(frame + 1) * self.limbs.len()];
+            for (limb, toe) in self.limbs.iter().zip(toes) {
+                let off = goals[limb.limb].position + *toe - stances[frame].pelvis;
+                let metres = self.op.sideways * limb.side * self.ground.units_per_metre;
+                let along = front * (off.dot(front) * (self.op.forward - 1.0));
+                let across = left * (off.dot(left) * (self.op.splay - 1.0) + metres);
+                goals[limb.limb].position += (along + across) * alpha;
+            }
+            for &limb in &self.goal_limbs {
+                goals[limb].position += gone;
+            }
+            work.pelvis_moves[frame] += gone;
+        }
+        Ok(())
+    }
+}
+
+impl OpWork for StrideOp {
+    fn compile(&self, op: &ResolvedOp, _following: &[ResolvedOp], stack: &mut StackBuilder<'_>) {
+        let Some(pelvis) = stack.mapping.pelvis else { return };
+        stack.need_goals(&op.limbs);
+        let facing = match self.direction {
+            StrideDirection::Chest => chest(stack).unwrap_or(pelvis.target),
+            StrideDirection::Pelvis | StrideDirection::Goals | StrideDirection::Travel => pelvis.target,
+        };
+        let feet = op.limbs.iter().flat_map(|&limb| {
+            let joints = stack.limb(limb).target;
+            [Some(joints.end), joints.ball].into_iter().flatten()
+        });
+        let target = stack.target_posing(feet.chain([pelvis.target, facing]));
+        let ground = stack.ground();
+        let axes = ground.axes();
+        let place = |limb: usize| {
+            let place = axes.transpose() * stack.target_rest[stack.limb(limb).target.end].translation;
+            DVec2::new(place.x, place.z)
+        };
+        let middle = op.limbs.iter().map(|&limb| place(limb)).sum::<DVec2>() / op.limbs.len().max(1) as f64;
+        let limb = |&limb: &usize| StrideLimb {
+            limb,
+            rest: place(limb) - middle,
+            end: target.slot(stack.limb(limb).target.end),
+            ball: stack.limb(limb).target.ball.map(|ball| target.slot(ball)),
+            side: if stack.limb(limb).limb.side() == Side::Left { 1.0 } else { -1.0 },
+        };
+        let stage = StrideStage {
+            op: self.clone(),
+            schedule: op.schedule.clone(),
+            limbs: op.limbs.iter().map(limb).collect(),
+            goal_limbs: stack.open.iter().map(|(limb, _)| *limb).collect(),
+            limb_count: stack.limb_count(),
+            ground,
+            pelvis: target.slot(pelvis.target),
+            facing: target.slot(facing),
+            front: stack.target_rest[facing].rotation.conjugate() * ground.front,
+            target,
+        };
+        stack.push(stage);
+        if self.moves_pelvis && stack.pull.is_none() {
+            stack.pull = Some((false, 1.0));
+        }
+    }
+
+    fn changed(&self, op: &ResolvedOp, mapping: &Mapping) -> Vec<usize> {
+        mapping.pelvis.map(|pelvis| pelvis.target).into_iter().chain(op.limb_joints(mapping, false)).collect()
+    }
+
+    fn prepare_feet(&self, _op: &ResolvedOp, _stack: &mut StackBuilder<'_>) -> Ahead {
+        Ahead::Nothing
+    }
+}
+
+/// The joint that carries an arm.
+fn chest(stack: &StackBuilder<'_>) -> Option<usize> {
+    let arm = stack.mapping.limbs.iter().find(|pair| !pair.limb.is_leg())?;
+    let spine = stack.mapping.chains.iter().find(|chain| chain.name == "spine");
+    spine.and_then(|chain| chain.target.last().copied()).or_else(|| stack.target.parent(arm.target.start))
+}
+
+impl OpSpec for StrideOp {
+    fn scope(&self) -> Option<&Scope> {
+        Some(&self.scope)
+    }
+
+    fn resolve(&self, context: &mut Context<'_>) {
+        if self.scope.enabled {
+            context.push_on_limbs(&self.scope, Limbs::Legs, self.clone());
+        }
     }
 }

@@ -4,6 +4,21 @@ pub(in crate::retarget) mod spec;
 
 pub use self::spec::TwistOp;
 
+use crate::retarget::stages::posed::Step;
+use crate::retarget::{
+    mapping::Mapping,
+    ops::{
+        context::Context,
+        op_spec::OpSpec,
+        resolved::{OpWork, ResolvedOp},
+        scope::Scope,
+    },
+    stages::builder::StackBuilder,
+};
+use crate::retarget::{
+    mapping::{TwistAgainst, TwistPair},
+    stages::posed::{PosedStage, builder::StepBuilder},
+};
 use glam::{DQuat, DVec3};
 
 use crate::model::rotation::twist_angle;
@@ -37,8 +52,8 @@ pub(in crate::retarget) enum Against {
     End { slot: usize, segment_from_end: DQuat },
 }
 
-impl TwistStep {
-    pub(in crate::retarget) fn apply(&self, figure: &mut Figure<'_>) {
+impl Step for TwistStep {
+    fn apply(&self, figure: &mut Figure<'_>) {
         let segment = figure.model(self.segment).rotation;
         let change = match self.against {
             Against::Carrier { slot, carrier_from_segment } => {
@@ -58,4 +73,64 @@ impl TwistStep {
 fn eased(twist: f64) -> f64 {
     let beyond = (twist.abs() - MOST_TWIST).max(0.0) / (std::f64::consts::PI - MOST_TWIST);
     twist.clamp(-MOST_TWIST, MOST_TWIST) * (1.0 - beyond)
+}
+
+/// A `twist` op: its gain, and the segments and joints that it is about.
+#[derive(Clone, Debug)]
+struct ResolvedTwist {
+    gain: f64,
+    masked: Vec<usize>,
+}
+
+impl OpWork for ResolvedTwist {
+    fn compile(&self, op: &ResolvedOp, _following: &[ResolvedOp], stack: &mut StackBuilder<'_>) {
+        stack.close();
+        // A joint that is its own segment is turned by the source's motion alone.
+        let is_wanted = |pair: &&TwistPair| {
+            pair.segment != pair.joint && (self.masked.contains(&pair.segment) || self.masked.contains(&pair.joint))
+        };
+        let mut pairs: Vec<TwistPair> = stack.mapping.twists.iter().filter(is_wanted).copied().collect();
+        pairs.sort_by_key(|pair| pair.joint);
+        let steps = PosedStage::new(stack, &op.schedule, |builder| {
+            pairs.iter().map(|pair| step(builder, pair, self.gain)).collect::<Vec<TwistStep>>()
+        });
+        stack.push_posed(steps);
+    }
+
+    fn changed(&self, _op: &ResolvedOp, _mapping: &Mapping) -> Vec<usize> {
+        self.masked.clone()
+    }
+}
+
+fn step(builder: &mut StepBuilder<'_>, pair: &TwistPair, gain: f64) -> TwistStep {
+    let against = match pair.against {
+        TwistAgainst::Carrier { joint, carrier_from_segment } => {
+            Against::Carrier { slot: builder.target(joint), carrier_from_segment }
+        }
+        TwistAgainst::End { joint, segment_from_end } => Against::End { slot: builder.target(joint), segment_from_end },
+    };
+    let left_behind = builder.driven_below(pair.joint);
+    TwistStep {
+        slot: builder.change(pair.joint, true, false),
+        segment: builder.target(pair.segment),
+        against,
+        axis: pair.axis,
+        segment_from_joint: pair.segment_from_joint,
+        share: pair.share * gain,
+        left_behind,
+    }
+}
+
+impl OpSpec for TwistOp {
+    fn scope(&self) -> Option<&Scope> {
+        Some(&self.scope)
+    }
+
+    fn resolve(&self, context: &mut Context<'_>) {
+        if self.scope.enabled {
+            let masked = context.masked(&self.scope);
+            let masked = masked.unwrap_or_else(|| (0..context.target.skeleton().len()).collect());
+            context.push(&self.scope, ResolvedTwist { gain: self.gain, masked });
+        }
+    }
 }

@@ -6,7 +6,7 @@
 use glam::{DVec2, DVec3};
 
 use super::{
-    figure::step,
+    bodies::step,
     plane::Plane,
     shape::Shape,
     trunk::{Ends, Trunk, find_animal_trunk},

@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 use super::{
-    figure::{Level, Upright, step},
+    bodies::{Level, Upright, step},
     shape::Shape,
     trunk::{Ends, Trunk, find_animal_trunk, find_trunk},
     twins::Pair,

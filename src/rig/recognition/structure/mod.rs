@@ -6,6 +6,7 @@
 //! further necks ([`appendages`]). A body whose limbs are not all there is not seen: shape alone never invents one.
 
 mod appendages;
+mod bodies;
 mod crawler;
 mod evidence;
 mod face;
@@ -25,9 +26,10 @@ use glam::DVec3;
 pub(super) use self::limb::Segments;
 use self::{
     appendages::{Animal, add_appendages},
+    bodies::{Level, Limbs, Upright},
     crawler::{Crawler, find_crawler},
     face::{Directions, add_face},
-    figure::{Figure, LEAST_EVIDENCE, Level, Limbs, Upright, find_figure},
+    figure::{Figure, LEAST_EVIDENCE, find_figure},
     hand::find_fingers,
     limb::{ARM, LEG, Proportions, all_segments},
     plane::{Plane, find_plane},
@@ -165,7 +167,7 @@ const CLEAR_UPRIGHT: [f64; 2] = [0.15, 0.65];
 
 /// What is left of being sure where little speaks for a body.
 fn clearness(score: f64, [low, high]: [f64; 2]) -> f64 {
-    0.45 + 0.55 * figure::step(score, low, high)
+    0.45 + 0.55 * bodies::step(score, low, high)
 }
 
 fn describe(shape: &Shape<'_>, plane: Option<&Plane>, figure: &Figure) -> Anatomy {

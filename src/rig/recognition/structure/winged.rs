@@ -5,8 +5,8 @@
 use glam::DVec3;
 
 use super::{
+    bodies::{Limbs, step},
     crawler::{Ways, explained, paired_ways},
-    figure::{Limbs, step},
     limb::{LEG, segments},
     plane::Plane,
     shape::Shape,

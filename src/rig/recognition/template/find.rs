@@ -1,8 +1,11 @@
 //! Which template a skeleton follows, and what it says of the joints.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::LazyLock,
+};
 
-use super::{super::names::readable, RigTemplate, builtin};
+use super::{super::names::readable, RigTemplate, builtin::builtin_templates};
 use crate::{
     model::Skeleton,
     rig::{Role, Side},
@@ -38,6 +41,8 @@ pub(in crate::rig::recognition) struct Matcher {
 /// The spellings of one joint, plain; a `*` stands for any text.
 type Spellings = Vec<String>;
 
+static BUILTIN: LazyLock<Vec<Matcher>> = LazyLock::new(|| builtin_templates().iter().map(Matcher::new).collect());
+
 /// The first template that the skeleton follows: the user's own, then built-in ones whose prefix is there, then the others.
 pub(in crate::rig::recognition) fn find(skeleton: &Skeleton, own: &[RigTemplate]) -> Option<TemplateMatch> {
     let names = PlainNames::new(skeleton);
@@ -60,7 +65,7 @@ pub(in crate::rig::recognition) fn find(skeleton: &Skeleton, own: &[RigTemplate]
         let pass = |with_prefix: bool| matchers.iter().find_map(|matcher| fits(matcher, with_prefix, is_own));
         pass(true).or_else(|| pass(false))
     };
-    first(&own, true).or_else(|| first(builtin::matchers(), false))
+    first(&own, true).or_else(|| first(&BUILTIN, false))
 }
 
 impl Matcher {

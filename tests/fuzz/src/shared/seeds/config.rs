@@ -3,37 +3,12 @@
 use retargetd::{
     engine::{self, Inputs, Limits, NamedBytes},
     model::Control,
+    retarget::Op,
 };
 use serde_json::{Value, json};
 
 use super::{Seed, clip, figure};
 
-/// All ops, by name.
-const OPS: [&str; 23] = [
-    "pelvis",
-    "fk",
-    "contacts",
-    "ik",
-    "plant",
-    "floor",
-    "self_contact",
-    "filter",
-    "joints",
-    "pin",
-    "copy_base_pose",
-    "additive_pose",
-    "arm_spacing",
-    "stretch_chain",
-    "twist",
-    "limits",
-    "fingers",
-    "reach",
-    "stride",
-    "curves",
-    "props",
-    "root_motion",
-    "scale_source",
-];
 const BONE_MAP: &str = "pelvis%False%ABSOLUTE%0.0,0.0,0.0%0.0,0.0,0.0%1.0%False%False%\nmixamorig:Hips\nTrue\nFalse\n\n\
     head%False%ABSOLUTE%0.0,0.0,0.0%0.0,0.0,0.0%1.0%False%False%\nmixamorig:Head\nFalse\nFalse\n\n";
 const TABLE: &str = "source;target;source end;position;rotation;position gain;axis order;axis offset z;space\n\
@@ -43,7 +18,7 @@ const YAML: &str = "version: 1\nalign: off\nstrict: false\nsource: {rest: bind, 
 
 pub(super) fn all() -> Vec<Seed> {
     let mut all: Vec<Seed> =
-        OPS.iter().map(|op| seed(op, json!({"ops": [{"op": "pelvis"}, {"op": "fk"}, {"op": op}]}))).collect();
+        Op::NAMES.iter().map(|op| seed(op, json!({"ops": [{"op": "pelvis"}, {"op": "fk"}, {"op": op}]}))).collect();
     all.extend(edits());
     all.extend(poses());
     all.extend([

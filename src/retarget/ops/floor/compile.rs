@@ -1,0 +1,205 @@
+//! What a `floor` op becomes: feet that stand on the floor, toes that bend, tails that rise.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::{
+    FloorFoot, FloorOp, FloorStage, FootSlots, TiltStage,
+    tails::{LiftedTail, TailStage},
+    toes::{ToeStage, ToedFoot},
+};
+use crate::{
+    model::Reporter,
+    retarget::{
+        mapping::{LimbPair, Mapping},
+        ops::{
+            context::{Context, Limbs},
+            feet::{ALIKE, size_ratio},
+            op_spec::OpSpec,
+            resolved::{Ahead, OpWork, ResolvedOp},
+            scope::Scope,
+        },
+        stages::{builder::StackBuilder, posing::Posing, stage::Stage, work::Changed},
+    },
+    rig::{LimbJoints, Tail, tails::find_tails},
+};
+
+/// A `floor` op, and the tails that it keeps above the floor.
+#[derive(Clone, Debug)]
+struct ResolvedFloor {
+    op: FloorOp,
+    tails: Vec<Tail>,
+}
+
+impl OpWork for ResolvedFloor {
+    fn compile(&self, op: &ResolvedOp, _following: &[ResolvedOp], stack: &mut StackBuilder<'_>) {
+        stack.need_goals(&op.limbs);
+        self.tilt(op, stack);
+        stack.is_tilted = false;
+        let stage = floor_stage(stack, &self.op, op);
+        let toes = toe_stage(stack, op).map(|stage| Arc::new(stage) as Arc<dyn Stage>);
+        let tails = tail_stage(stack, self, op).map(|stage| Arc::new(stage) as Arc<dyn Stage>);
+        stack.after_solve = toes.into_iter().chain(tails).collect();
+        stack.push(stage);
+        stack.moves_feet = true;
+        if self.op.shift_pelvis && stack.pull.is_none() {
+            stack.pull = Some((false, 1.0));
+        }
+    }
+
+    fn changed(&self, op: &ResolvedOp, mapping: &Mapping) -> Vec<usize> {
+        let tails = self.tails.iter().flat_map(|tail| &tail.joints).map(|tail| tail.joint);
+        let tails = tails.filter(|_| self.op.scope.mask.is_none());
+        let pelvis = op.shifted(mapping, self.op.shift_pelvis);
+        pelvis.into_iter().chain(op.limb_joints(mapping, true)).chain(tails).collect()
+    }
+
+    fn prepare_feet(&self, op: &ResolvedOp, stack: &mut StackBuilder<'_>) -> Ahead {
+        self.tilt(op, stack);
+        Ahead::Prepared
+    }
+
+    /// Tells that feet are set flat because the source does not say how they are turned.
+    fn report(&self, op: &ResolvedOp, before: &[ResolvedOp], limbs: &[LimbPair], reporter: &mut Reporter) {
+        let sets_flat = |op: &ResolvedOp| op.limbs.iter().any(|limb| limbs[*limb].has_stiff_foot);
+        let is_told = before.iter().any(|op| op.name() == "floor" && sets_flat(op));
+        if sets_flat(op) && !is_told {
+            reporter.warn(
+                "feet_set_flat",
+                "source",
+                "the source has no toes and its feet never turn against the shins, so that nothing says how they are turned; \
+                 feet are set flat while they stand",
+                "send a source whose feet are animated, or leave the floor op out",
+            );
+        }
+    }
+}
+
+impl ResolvedFloor {
+    /// Tilts feet before anything holds them, once.
+    fn tilt(&self, op: &ResolvedOp, stack: &mut StackBuilder<'_>) {
+        if !stack.is_tilted {
+            stack.need_goals(&op.limbs);
+            let stage = floor_stage(stack, &self.op, op);
+            stack.push(TiltStage(stage));
+            stack.is_tilted = true;
+        }
+    }
+}
+
+impl OpSpec for FloorOp {
+    fn scope(&self) -> Option<&Scope> {
+        Some(&self.scope)
+    }
+
+    fn resolve(&self, context: &mut Context<'_>) {
+        if self.scope.enabled {
+            let tails = find_tails(context.target);
+            context.push_on_limbs(&self.scope, Limbs::Legs, ResolvedFloor { op: self.clone(), tails });
+        }
+    }
+}
+
+/// The axis about which the target's toes bend up where the floor is, in the axes of their joint: feet that are the source's
+/// have its toes. Nothing where toes have no length or stand upright at rest.
+fn toes_of(stack: &StackBuilder<'_>, limb: usize) -> Option<DVec3> {
+    let pair = stack.limb(limb);
+    let (source, target) = (pair.source.sole?, pair.target.sole?);
+    pair.target.ball?;
+    if size_ratio(stack, limb, &source, &target).is_some() {
+        return None;
+    }
+    let toes = pair.target_foot.points.iter().filter(|point| point.gives_way).map(|point| point.from_ball);
+    let toes: DVec3 = toes.sum();
+    toes.cross(-target.down[1]?).try_normalize()
+}
+
+fn toe_stage(stack: &StackBuilder<'_>, resolved: &ResolvedOp) -> Option<ToeStage> {
+    let toes = |&limb: &usize| toes_of(stack, limb).map(|raise| (limb, raise));
+    let toes: Vec<(usize, DVec3)> = resolved.limbs.iter().filter_map(toes).collect();
+    let ends = toes.iter().flat_map(|(limb, _)| foot_joints(stack, *limb, true));
+    let target = stack.target_posing(ends);
+    let foot = |&(limb, raise): &(usize, DVec3)| {
+        let joints = stack.limb(limb).target;
+        let slots = foot_slots(&joints, &target);
+        let shape = stack.limb(limb).target_foot.clone();
+        Some(ToedFoot { ball: joints.ball?, slots, shape, raise })
+    };
+    let feet: Vec<ToedFoot> = toes.iter().filter_map(foot).collect();
+    let (schedule, ground, (_, leg)) = (resolved.schedule.clone(), stack.ground(), stack.legs());
+    (!feet.is_empty()).then_some(ToeStage { schedule, feet, target, ground, leg })
+}
+
+/// Shin, ankle and joint of the ball of one side.
+fn foot_joints(stack: &StackBuilder<'_>, limb: usize, of_target: bool) -> impl Iterator<Item = usize> + use<> {
+    let pair = stack.limb(limb);
+    let joints = if of_target { pair.target } else { pair.source };
+    [Some(joints.shin), Some(joints.end), joints.ball].into_iter().flatten()
+}
+
+fn floor_stage(stack: &StackBuilder<'_>, op: &FloorOp, resolved: &ResolvedOp) -> FloorStage {
+    let source = stack.source_posing(resolved.limbs.iter().flat_map(|&limb| foot_joints(stack, limb, false)));
+    let target = stack.target_posing(resolved.limbs.iter().flat_map(|&limb| foot_joints(stack, limb, true)));
+    let up = |limb: usize| {
+        let rest = stack.target_rest[stack.limb(limb).target.end].rotation;
+        rest.conjugate() * stack.ground().up
+    };
+    let foot = |&limb: &usize| {
+        let pair = stack.limb(limb);
+        let (source_sole, target_sole) = (pair.source.sole?, pair.target.sole?);
+        let ratio = size_ratio(stack, limb, &source_sole, &target_sole);
+        let leg_ratio = stack.rest(limb).length_ratio;
+        Some(FloorFoot {
+            limb,
+            source: foot_slots(&pair.source, &source),
+            source_shape: pair.source_foot.clone(),
+            target: foot_slots(&pair.target, &target),
+            target_shape: pair.target_foot.clone(),
+            toes_give_way: toes_of(stack, limb).is_some(),
+            is_same: ratio.is_some_and(|ratio| (ratio - leg_ratio).abs() <= ALIKE * leg_ratio),
+            stands: target_sole.down[0].map(|down| -down),
+            toes_up: target_sole.down[1].map(|down| -down),
+            flat: pair.has_stiff_foot.then(|| up(limb)),
+        })
+    };
+    let (source_leg, target_leg) = stack.legs();
+    FloorStage {
+        op: op.clone(),
+        schedule: resolved.schedule.clone(),
+        feet: resolved.limbs.iter().filter_map(foot).collect(),
+        ground: stack.ground(),
+        source_leg,
+        target_leg,
+        limb_count: stack.limb_count(),
+        goal_limbs: stack.open.iter().map(|(limb, _)| *limb).collect(),
+        source,
+        target,
+    }
+}
+
+/// Nothing where there is no tail, and where the op is about some limbs only.
+fn tail_stage(stack: &StackBuilder<'_>, floor: &ResolvedFloor, op: &ResolvedOp) -> Option<TailStage> {
+    let tails = &floor.tails;
+    let joints: Vec<usize> = tails.iter().flat_map(|tail| &tail.joints).map(|joint| joint.joint).collect();
+    if joints.is_empty() || floor.op.scope.mask.is_some() {
+        return None;
+    }
+    let posing = stack.target_posing(joints.iter().copied());
+    let lifted = |tail: &Tail| LiftedTail {
+        joints: tail.joints.iter().map(|joint| (posing.slot(joint.joint), joint.points.clone())).collect(),
+        sunk: tail.sunk,
+    };
+    Some(TailStage {
+        schedule: op.schedule.clone(),
+        tails: tails.iter().map(lifted).collect(),
+        ground: stack.ground(),
+        changed: joints.iter().map(|&joint| Changed { joint, rotates: true, moves: false }).collect(),
+        posing,
+    })
+}
+
+fn foot_slots(joints: &LimbJoints, posing: &Posing) -> FootSlots {
+    let ball = joints.ball.map(|ball| posing.slot(ball));
+    FootSlots { end: posing.slot(joints.end), ball, shin: posing.slot(joints.shin) }
+}

@@ -1,0 +1,113 @@
+//! A compiled retarget: the plan, and what is done behind forward kinematics.
+//!
+//! A [`Stack`] is compiled once. Its stages hold indices and constants only and run one after the other over the whole clip: in
+//! parallel over frames where a frame depends on itself only, in one go where something is looked at over time. The result does not
+//! depend on the number of threads. Ops that move goals (`ik`, `plant`, `floor`) are solved once, when the last of them in a row is
+//! done.
+
+use std::sync::Arc;
+
+use super::{
+    Plan,
+    mapping::{LimbPair, Mapping},
+    ops::{resolved::ResolvedOps, scale_source::ScaledSource},
+    run::{RunError, run},
+    stages::{
+        builder::StackBuilder,
+        contact_points::ContactPoints,
+        result::{ContactTrack, StackResult, tell},
+        stage::Stage,
+        work::Work,
+    },
+};
+use crate::model::{Clip, Control, JointContacts, Skeleton};
+
+/// A compiled retarget with all its ops: forward kinematics, then stages.
+#[derive(Clone, Debug)]
+pub struct Stack {
+    plan: Plan,
+    source: Option<ScaledSource>,
+    stages: Vec<Arc<dyn Stage>>,
+    limbs: Vec<&'static str>,
+    /// Points of contact and the joints of the target that they are.
+    contact_joints: Vec<(&'static str, usize)>,
+    metres_per_unit: f64,
+}
+
+impl Stack {
+    /// Compiles a mapping and its ops. The skeletons are those that the mapping's indices are about.
+    #[must_use]
+    pub fn new(source: &Skeleton, target: &Skeleton, mapping: &Mapping, ops: &ResolvedOps) -> Self {
+        let faded = ops.ops.iter().flat_map(|op| op.work.faded().iter().copied()).collect();
+        let mut builder = StackBuilder::new(source, target, mapping, faded);
+        for (index, op) in ops.ops.iter().enumerate() {
+            op.work.compile(op, &ops.ops[index + 1..], &mut builder);
+        }
+        builder.close();
+        Self {
+            plan: Plan::new(source, target, mapping),
+            source: ops.source_scale.map(|scale| ScaledSource::new(scale, source)),
+            stages: builder.stages,
+            limbs: mapping.limbs.iter().map(|pair| pair.limb.name()).collect(),
+            contact_joints: mapping.limbs.iter().flat_map(contact_joints).collect(),
+            metres_per_unit: mapping.ground.units_per_metre.recip(),
+        }
+    }
+
+    /// How many target joints forward kinematics drives.
+    #[must_use]
+    pub fn driven_joint_count(&self) -> usize {
+        self.plan.driven_joint_count()
+    }
+
+    /// Retargets a clip; see [`run`] for its shape.
+    ///
+    /// # Errors
+    /// When the work is canceled, or the result does not fit into the numbers of a track.
+    pub fn run(&self, clip: &Clip, control: &Control) -> Result<StackResult, RunError> {
+        let scaled = self.source.as_ref().map(|source| source.apply(clip, control)).transpose()?;
+        let clip = scaled.as_ref().unwrap_or(clip);
+        let result = run(&self.plan, clip, control)?;
+        if self.stages.is_empty() {
+            let (contacts, reaches, limited) = (Vec::new(), Vec::new(), Vec::new());
+            return Ok(StackResult { clip: result, contacts, reaches, limited });
+        }
+        let (name, times, target) = result.into_parts();
+        let mut work = Work {
+            control,
+            times: &times,
+            source: clip.joints(),
+            target,
+            contacts: ContactPoints::default(),
+            goals: Vec::new(),
+            source_soles: Vec::new(),
+            pelvis_moves: Vec::new(),
+            residuals: Vec::new(),
+            limited: Vec::new(),
+        };
+        for stage in &self.stages {
+            control.check()?;
+            stage.run(&mut work)?;
+        }
+        let (contacts, reaches) = tell(&work, &self.limbs, self.metres_per_unit);
+        let (target, limited) = (work.target, work.limited);
+        let touching = self.touching(&contacts);
+        let clip = Clip::new(name, times, target)?.with_contacts(touching)?;
+        Ok(StackResult { clip, contacts, reaches, limited })
+    }
+
+    /// What touches, as joints of the target; points that it does not have are left out.
+    fn touching(&self, contacts: &[ContactTrack]) -> Vec<JointContacts> {
+        let joint = |track: &ContactTrack| {
+            let (_, joint) = self.contact_joints.iter().find(|(point, _)| *point == track.point)?;
+            Some(JointContacts { joint: *joint, touches: track.touches.clone() })
+        };
+        contacts.iter().filter_map(joint).collect()
+    }
+}
+
+/// The points of contact of a limb, and the joints of the target that they are.
+fn contact_joints(pair: &LimbPair) -> Vec<(&'static str, usize)> {
+    let joints = [Some(pair.target.end), pair.target.ball, pair.target.tip];
+    pair.limb.contact_points().into_iter().zip(joints).filter_map(|(point, joint)| Some((point, joint?))).collect()
+}
