@@ -2,6 +2,7 @@
 
 /// A file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Format {
     /// Binary glTF 2.0.
     Glb,
@@ -49,6 +50,7 @@ pub enum Format {
 
 /// What users are told about a format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct FormatInfo {
     /// The name on the wire.
     pub name: &'static str,
@@ -119,7 +121,7 @@ const PICTURE: FormatInfo = FormatInfo { reads: false, is_picture: true, ..PLAIN
 const DRAWN: FormatInfo = FormatInfo { reads: false, is_drawn: true, ..PLAIN };
 
 /// What glTF formats have in common.
-const GLTF: FormatInfo = FormatInfo {
+const GLTF_BASE: FormatInfo = FormatInfo {
     media_type: "model/gltf-binary",
     has_document: true,
     has_skins: true,
@@ -127,6 +129,150 @@ const GLTF: FormatInfo = FormatInfo {
     has_properties: true,
     has_compression: true,
     ..PLAIN
+};
+
+const GLB: FormatInfo = FormatInfo { name: "glb", endings: &["glb"], description: "binary glTF 2.0", ..GLTF_BASE };
+
+const GLTF: FormatInfo = FormatInfo {
+    name: "gltf",
+    endings: &["gltf"],
+    media_type: "model/gltf+json",
+    description: "glTF 2.0 as JSON with embedded buffers",
+    ..GLTF_BASE
+};
+
+const VRM: FormatInfo = FormatInfo {
+    name: "vrm",
+    endings: &["vrm"],
+    description: "VRM 0.x or 1.0 avatar; written as a GLB that keeps the VRM extension",
+    ..GLTF_BASE
+};
+
+const VRMA: FormatInfo = FormatInfo {
+    name: "vrma",
+    endings: &["vrma"],
+    media_type: "model/gltf-binary",
+    description: "VRM animation: the motion of a humanoid, its expressions and its gaze, for any VRM",
+    joints_are_skinned: true,
+    has_compression: true,
+    ..PLAIN
+};
+
+const FBX: FormatInfo = FormatInfo {
+    name: "fbx",
+    endings: &["fbx"],
+    description: "Autodesk FBX, binary or text; written binary: the skeleton, its animation, and the meshes of an FBX target",
+    has_skins: true,
+    ..PLAIN
+};
+
+const BVH: FormatInfo = FormatInfo {
+    name: "bvh",
+    endings: &["bvh"],
+    media_type: "text/plain",
+    description: "Biovision hierarchy",
+    space: Space::OfTarget,
+    ..PLAIN
+};
+
+const POSES_NPZ: FormatInfo = FormatInfo {
+    name: "poses_npz",
+    endings: &["npz"],
+    media_type: "application/x-npz",
+    description: "pose arrays in a NumPy archive",
+    space: Space::SaidByTarget,
+    has_properties: true,
+    ..PLAIN
+};
+
+const POSES_JSON: FormatInfo = FormatInfo {
+    name: "poses_json",
+    endings: &["json"],
+    media_type: "application/json",
+    description: "pose arrays in JSON",
+    space: Space::SaidByTarget,
+    has_properties: true,
+    ..PLAIN
+};
+
+const BODY_MODEL: FormatInfo = FormatInfo {
+    name: "body_model",
+    endings: &["npz"],
+    media_type: "application/x-npz",
+    writes: false,
+    description: "SMPL, SMPL+H or SMPL-X parameters as AMASS and AIST++ keep them; read on the mean body",
+    ..PLAIN
+};
+
+const JOINT_POSITIONS: FormatInfo = FormatInfo {
+    name: "joint_positions",
+    endings: &["npy"],
+    media_type: "application/x-npy",
+    writes: false,
+    description: "positions of SMPL's 22 or 24 joints, or HumanML3D features",
+    ..PLAIN
+};
+
+const ZIP: FormatInfo = FormatInfo {
+    name: "zip",
+    endings: &["zip"],
+    media_type: "application/zip",
+    description: "one model of the formats above with the buffers and images that it points to; written as glTF with its \
+                  buffer in a file of its own",
+    has_skins: false,
+    joints_are_skinned: false,
+    ..GLTF_BASE
+};
+
+const POSITIONS_CSV: FormatInfo = FormatInfo {
+    name: "positions_csv",
+    endings: &["csv"],
+    media_type: "text/csv",
+    reads: false,
+    description: "where every joint is in every frame, as comma-separated text in metres, +Y up and +Z front",
+    ..PLAIN
+};
+
+const PNG: FormatInfo = FormatInfo {
+    name: "png",
+    endings: &["png"],
+    media_type: "image/png",
+    description: "a still picture of the result, or a sheet of several frames",
+    ..PICTURE
+};
+
+const WEBP: FormatInfo = FormatInfo {
+    name: "webp",
+    endings: &["webp"],
+    media_type: "image/webp",
+    description: "a moving picture of the result; a still without loss where the view asks for one",
+    ..PICTURE
+};
+
+const GIF: FormatInfo = FormatInfo {
+    name: "gif",
+    endings: &["gif"],
+    media_type: "image/gif",
+    description: "a moving picture of the result in 255 colors",
+    ..PICTURE
+};
+
+const APNG: FormatInfo = FormatInfo {
+    name: "apng",
+    endings: &["apng"],
+    media_type: "image/apng",
+    description: "a moving picture of the result as PNG, without loss",
+    ..PICTURE
+};
+
+const MP4: FormatInfo = FormatInfo {
+    name: "mp4",
+    endings: &["mp4"],
+    media_type: "video/mp4",
+    writes: cfg!(feature = "mp4"),
+    feature: Some("mp4"),
+    description: "a video of the result (H.264), without opacity; where the service is built with the feature mp4",
+    ..PICTURE
 };
 
 impl FormatInfo {
@@ -139,6 +285,39 @@ impl FormatInfo {
         )
     }
 }
+
+const DRAWING: FormatInfo = FormatInfo {
+    name: "drawing",
+    endings: &["zip"],
+    media_type: "application/zip",
+    writes: false,
+    description: "a drawn character as a target: char_cfg.yaml, texture.png and mask.png in a zip archive",
+    ..PLAIN
+};
+
+const PNG_ZIP: FormatInfo = FormatInfo {
+    name: "png_zip",
+    endings: &["zip"],
+    media_type: "application/zip",
+    description: "of a moving drawing each frame as a PNG",
+    ..DRAWN
+};
+
+const POSES2D_NPZ: FormatInfo = FormatInfo {
+    name: "poses2d_npz",
+    endings: &["npz"],
+    media_type: "application/x-npz",
+    description: "of a moving drawing its joints and angles, in a NumPy archive",
+    ..DRAWN
+};
+
+const POSES2D_JSON: FormatInfo = FormatInfo {
+    name: "poses2d_json",
+    endings: &["json"],
+    media_type: "application/json",
+    description: "of a moving drawing its joints and angles, in JSON",
+    ..DRAWN
+};
 
 impl Format {
     /// All formats.
@@ -170,162 +349,27 @@ impl Format {
     #[must_use]
     pub const fn info(self) -> FormatInfo {
         match self {
-            Self::Glb => FormatInfo { name: "glb", endings: &["glb"], description: "binary glTF 2.0", ..GLTF },
-            Self::Gltf => FormatInfo {
-                name: "gltf",
-                endings: &["gltf"],
-                media_type: "model/gltf+json",
-                description: "glTF 2.0 as JSON with embedded buffers",
-                ..GLTF
-            },
-            Self::Vrm => FormatInfo {
-                name: "vrm",
-                endings: &["vrm"],
-                description: "VRM 0.x or 1.0 avatar; written as a GLB that keeps the VRM extension",
-                ..GLTF
-            },
-            Self::Vrma => FormatInfo {
-                name: "vrma",
-                endings: &["vrma"],
-                media_type: "model/gltf-binary",
-                description: "VRM animation: the motion of a humanoid, its expressions and its gaze, for any VRM",
-                joints_are_skinned: true,
-                has_compression: true,
-                ..PLAIN
-            },
-            Self::Fbx => FormatInfo {
-                name: "fbx",
-                endings: &["fbx"],
-                description: "Autodesk FBX, binary or text; written binary: the skeleton, its animation, and the meshes of an FBX target",
-                has_skins: true,
-                ..PLAIN
-            },
-            Self::Bvh => FormatInfo {
-                name: "bvh",
-                endings: &["bvh"],
-                media_type: "text/plain",
-                description: "Biovision hierarchy",
-                space: Space::OfTarget,
-                ..PLAIN
-            },
-            Self::PosesNpz => FormatInfo {
-                name: "poses_npz",
-                endings: &["npz"],
-                media_type: "application/x-npz",
-                description: "pose arrays in a NumPy archive",
-                space: Space::SaidByTarget,
-                has_properties: true,
-                ..PLAIN
-            },
-            Self::PosesJson => FormatInfo {
-                name: "poses_json",
-                endings: &["json"],
-                media_type: "application/json",
-                description: "pose arrays in JSON",
-                space: Space::SaidByTarget,
-                has_properties: true,
-                ..PLAIN
-            },
-            Self::BodyModel => FormatInfo {
-                name: "body_model",
-                endings: &["npz"],
-                media_type: "application/x-npz",
-                writes: false,
-                description: "SMPL, SMPL+H or SMPL-X parameters as AMASS and AIST++ keep them; read on the mean body",
-                ..PLAIN
-            },
-            Self::JointPositions => FormatInfo {
-                name: "joint_positions",
-                endings: &["npy"],
-                media_type: "application/x-npy",
-                writes: false,
-                description: "positions of SMPL's 22 or 24 joints, or HumanML3D features",
-                ..PLAIN
-            },
-            Self::Zip => FormatInfo {
-                name: "zip",
-                endings: &["zip"],
-                media_type: "application/zip",
-                description: "one model of the formats above with the buffers and images that it points to; written as glTF with its \
-                              buffer in a file of its own",
-                has_skins: false,
-                joints_are_skinned: false,
-                ..GLTF
-            },
-            Self::PositionsCsv => FormatInfo {
-                name: "positions_csv",
-                endings: &["csv"],
-                media_type: "text/csv",
-                reads: false,
-                description: "where every joint is in every frame, as comma-separated text in metres, +Y up and +Z front",
-                ..PLAIN
-            },
-            Self::Png => FormatInfo {
-                name: "png",
-                endings: &["png"],
-                media_type: "image/png",
-                description: "a still picture of the result, or a sheet of several frames",
-                ..PICTURE
-            },
-            Self::Webp => FormatInfo {
-                name: "webp",
-                endings: &["webp"],
-                media_type: "image/webp",
-                description: "a moving picture of the result; a still without loss where the view asks for one",
-                ..PICTURE
-            },
-            Self::Gif => FormatInfo {
-                name: "gif",
-                endings: &["gif"],
-                media_type: "image/gif",
-                description: "a moving picture of the result in 255 colors",
-                ..PICTURE
-            },
-            Self::Apng => FormatInfo {
-                name: "apng",
-                endings: &["apng"],
-                media_type: "image/apng",
-                description: "a moving picture of the result as PNG, without loss",
-                ..PICTURE
-            },
-            Self::Mp4 => FormatInfo {
-                name: "mp4",
-                endings: &["mp4"],
-                media_type: "video/mp4",
-                writes: cfg!(feature = "mp4"),
-                feature: Some("mp4"),
-                description: "a video of the result (H.264), without opacity; where the service is built with the feature mp4",
-                ..PICTURE
-            },
-            Self::Drawing => FormatInfo {
-                name: "drawing",
-                endings: &["zip"],
-                media_type: "application/zip",
-                writes: false,
-                description: "a drawn character as a target: char_cfg.yaml, texture.png and mask.png in a zip archive",
-                ..PLAIN
-            },
-            Self::PngZip => FormatInfo {
-                name: "png_zip",
-                endings: &["zip"],
-                media_type: "application/zip",
-                description: "of a moving drawing each frame as a PNG",
-                ..DRAWN
-            },
-            Self::Poses2dNpz => FormatInfo {
-                name: "poses2d_npz",
-                endings: &["npz"],
-                media_type: "application/x-npz",
-                description: "of a moving drawing its joints and angles, in a NumPy archive",
-                ..DRAWN
-            },
-            Self::Poses2dJson => FormatInfo {
-                name: "poses2d_json",
-                endings: &["json"],
-                media_type: "application/json",
-                description: "of a moving drawing its joints and angles, in JSON",
-                ..DRAWN
-            },
+            Self::Glb => GLB,
+            Self::Gltf => GLTF,
+            Self::Vrm => VRM,
+            Self::Vrma => VRMA,
+            Self::Fbx => FBX,
+            Self::Bvh => BVH,
+            Self::PosesNpz => POSES_NPZ,
+            Self::PosesJson => POSES_JSON,
+            Self::BodyModel => BODY_MODEL,
+            Self::JointPositions => JOINT_POSITIONS,
+            Self::Zip => ZIP,
+            Self::PositionsCsv => POSITIONS_CSV,
+            Self::Png => PNG,
+            Self::Webp => WEBP,
+            Self::Gif => GIF,
+            Self::Apng => APNG,
+            Self::Mp4 => MP4,
+            Self::Drawing => DRAWING,
+            Self::PngZip => PNG_ZIP,
+            Self::Poses2dNpz => POSES2D_NPZ,
+            Self::Poses2dJson => POSES2D_JSON,
         }
     }
 

@@ -105,7 +105,7 @@ fn check_asset(root: &Cursor<'_, '_>) -> Result<(), FormatError> {
             .split_once('.')
             .and_then(|(major, minor)| Some((major.parse::<u32>().ok()?, minor.parse::<u32>().ok()?)));
         let Some((major, minor)) = parsed else {
-            return Err(version.malformed(format!("'{text}' is no version; it must be \"2.0\"")));
+            return Err(version.malformed(format!("'{text}' is not a glTF version; it must be \"2.0\"")));
         };
         let needs_more = version.to_string().ends_with("minVersion") && minor > 0;
         if major != super::container::VERSION || needs_more {
@@ -189,7 +189,7 @@ fn embedded(uri: &Cursor<'_, '_>, budget: &mut Budget<'_>, reporter: &mut Report
         reporter.warn("unexpected_media_type", uri.to_string(), detail, "");
     }
     budget.take(Limit::DecodedBytes, (payload.len() / 4 * 3 + 3) as u64, "data URI")?;
-    from_base64(payload).map_err(|error| uri.malformed(format!("the data URI is no base64: {error}")))
+    from_base64(payload).map_err(|error| uri.malformed(format!("the data URI is not valid base64: {error}")))
 }
 
 /// The media type and the text of a data URI that has its bytes as base64.
@@ -251,11 +251,11 @@ fn read_range(object: &Cursor<'_, '_>, buffer: &Buffer) -> Result<(usize, usize)
 
 /// Text from the file goes into messages; a megabyte of it does not.
 fn shortened(text: &str) -> String {
-    const MOST: usize = 120;
-    if text.chars().nth(MOST).is_none() {
+    const MAX: usize = 120;
+    if text.chars().nth(MAX).is_none() {
         return text.to_owned();
     }
-    text.chars().take(MOST).chain(['…']).collect()
+    text.chars().take(MAX).chain(['…']).collect()
 }
 
 fn strip_prefix_ignoring_case<'a>(text: &'a str, prefix: &str) -> Option<&'a str> {

@@ -23,7 +23,7 @@ pub(in crate::formats) fn parse(text: &[u8], budget: &mut Budget<'_>) -> Result<
         FormatError::malformed(
             PHASE,
             format!("line {} column {}", error.line(), error.column()),
-            format!("the document is no JSON: {error}"),
+            format!("the document is not valid JSON: {error}"),
         )
     })
 }

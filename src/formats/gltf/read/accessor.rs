@@ -1,4 +1,4 @@
-//! Typed arrays: every component type, normalised integers, strides, sparse values, compressed views.
+//! Typed arrays: every component type, normalized integers, strides, sparse values, compressed views.
 
 use std::collections::{BTreeMap, btree_map::Entry};
 
@@ -182,7 +182,7 @@ impl<'d> Accessors<'d> {
         let object = accessors.element(index)?;
 
         let shape = object.require("type")?;
-        let shape = Shape::from_name(shape.text()?).ok_or_else(|| shape.malformed("this is no type of an accessor"))?;
+        let shape = Shape::from_name(shape.text()?).ok_or_else(|| shape.malformed("this is not an accessor type"))?;
         let count = object.require("count")?;
         if count.whole()? == 0 {
             return Err(count.malformed("an accessor must have at least one element"));
@@ -360,7 +360,7 @@ impl<'d> Accessors<'d> {
 fn read_component(object: &Cursor<'_, '_>) -> Result<Component, FormatError> {
     let component = object.require("componentType")?;
     Component::from_code(component.whole()?)
-        .ok_or_else(|| component.malformed(format!("{} is no component type", component.value())))
+        .ok_or_else(|| component.malformed(format!("{} is not a component type", component.value())))
 }
 
 /// Converts elements that have been checked to be there.

@@ -29,8 +29,8 @@ const NOTES: [(&str, &str, &str); 11] = [
     ("key_bounds_missing", "an accessor of key times does not say its bounds, which glTF asks for", ""),
     ("equal_key_times", "two keys have one time; the later one was used", ""),
     ("negative_key_time", "keys lie before the time zero", "move the animation so that it starts at zero"),
-    ("keyframe_rotation_not_unit", "a rotation is not of length 1 and was normalised", "normalise rotations on export"),
-    ("keyframe_rotation_zero", "a rotation is zero; the one before it was held", "normalise rotations on export"),
+    ("keyframe_rotation_not_unit", "a rotation is not of length 1 and was normalized", "normalize rotations on export"),
+    ("keyframe_rotation_zero", "a rotation is zero; the one before it was held", "normalize rotations on export"),
 ];
 
 /// A quaternion whose squared length is this close to one keeps its bits.
@@ -274,7 +274,7 @@ impl Reader<'_, '_, '_> {
                 "LINEAR" => Interpolation::Linear,
                 "STEP" => Interpolation::Step,
                 "CUBICSPLINE" => Interpolation::Cubic,
-                other => return Err(name.malformed(format!("'{other}' is no interpolation"))),
+                other => return Err(name.malformed(format!("'{other}' is not an interpolation"))),
             },
         };
         let keys = self.key_times(&sampler.require("input")?)?;

@@ -308,7 +308,7 @@ fn finite(value: Vec3) -> Vec3 {
 fn four(slots: Vec4, shares: Vec4, joint_count: usize) -> FourInfluences {
     let mut found = FourInfluences::default();
     for (place, (slot, share)) in slots.to_array().into_iter().zip(shares.to_array()).enumerate() {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it was an integer of 16 bits")]
+        // It was an integer of 16 bits.
         let slot = slot as u16;
         if share > 0.0 && share.is_finite() && usize::from(slot) < joint_count {
             (found.joints[place], found.shares[place]) = (slot, share);

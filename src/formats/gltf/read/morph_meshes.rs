@@ -136,7 +136,7 @@ impl MeshReader<'_> {
         let weights: Vec<Vec4> = self.accessors.decode(&weights, count, &attributes, budget)?;
         for (slots, weights) in slots.iter().zip(&weights) {
             for (slot, weight) in slots.to_array().into_iter().zip(weights.to_array()) {
-                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it was an integer")]
+                // It was an integer.
                 if let Some(joint) = joints.get(slot as usize).filter(|_| weight > 0.0) {
                     *weight_of.entry(*joint).or_default() += f64::from(weight);
                 }

@@ -154,7 +154,7 @@ fn read_rotation(value: &Cursor<'_, '_>, reporter: &mut Reporter) -> Result<DQua
         return Ok(DQuat::IDENTITY);
     }
     if (length - 1.0).abs() > UNIT_TOLERANCE {
-        let detail = format!("the rotation has the length {length:.4} instead of 1; it was normalised");
+        let detail = format!("the rotation has the length {length:.4} instead of 1; it was normalized");
         reporter.warn("rotation_not_unit", value.to_string(), detail, "");
     }
     // What is a unit quaternion already keeps its bits, so that reading what was written changes nothing.
@@ -166,7 +166,7 @@ fn read_matrix(value: &Cursor<'_, '_>, reporter: &mut Reporter) -> Result<Transf
     let transform = Transform::from_matrix(&matrix);
     let largest = matrix.to_cols_array().into_iter().fold(1.0_f64, |most, number| most.max(number.abs()));
     if !transform.is_finite() || !transform.to_matrix().abs_diff_eq(matrix, largest * 1e-5) {
-        let detail = "the matrix is no translation, rotation and scale (it shears or flattens); the nearest was taken";
+        let detail = "the matrix cannot be split into translation, rotation and scale (it shears or flattens); the nearest was taken";
         reporter.warn(
             "matrix_sheared",
             value.to_string(),

@@ -18,7 +18,7 @@ use crate::{
 };
 
 /// Sets of four joints per vertex; nothing in the field has more.
-const MOST_SETS: usize = 4;
+const MAX_SETS: usize = 4;
 /// Influences of one set.
 const PER_SET: usize = 4;
 
@@ -172,7 +172,7 @@ impl Collector<'_> {
         let Some(place) = attributes.get("POSITION")? else { return Ok(()) };
         let position = accessors.accessor(&place)?;
         let mut sets: Vec<(Accessor, Accessor)> = Vec::new();
-        for set in 0..MOST_SETS {
+        for set in 0..MAX_SETS {
             let (joints, weights) = (format!("JOINTS_{set}"), format!("WEIGHTS_{set}"));
             let (Some(joints), Some(weights)) = (attributes.get(&joints)?, attributes.get(&weights)?) else { break };
             sets.push((accessors.accessor(&joints)?, accessors.accessor(&weights)?));
@@ -222,14 +222,14 @@ impl Collector<'_> {
                         continue;
                     }
                     count += 1;
-                    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it was an integer")]
+                    // It was an integer.
                     let slot = slot as usize;
                     let (Some(matrix), Some(&joint)) = (joint_from_mesh.get(slot), skin.joints.get(slot)) else {
                         left_out += usize::from(weight >= SkinPoints::LEAST_WEIGHT);
                         continue;
                     };
                     let position = matrix.transform_point3(*position);
-                    #[expect(clippy::cast_possible_truncation, reason = "the limit of nodes is far below")]
+                    // The limit of nodes is far below.
                     influences.push(Influence { joint: joint as u32, weight, position });
                 }
             }

@@ -55,7 +55,7 @@ fn key_times(times: &Value) -> Option<Rc<Vec<f32>>> {
 
 /// Finite numbers, where all elements are some.
 fn numbers(values: &Value) -> Option<Vec<f32>> {
-    #[expect(clippy::cast_possible_truncation, reason = "curves are single precision in every file")]
+    // Curves are single precision in every file.
     let number = |value: &Value| value.as_f64().map(|value| value as f32).filter(|value| value.is_finite());
     values.as_array()?.iter().map(number).collect()
 }

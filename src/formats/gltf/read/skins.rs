@@ -72,7 +72,7 @@ pub(super) fn read(
 /// is wrong with meshes is not looked at here.
 fn influences(document: &Value) -> Vec<usize> {
     const PER_SET: usize = 4;
-    const MOST_SETS: usize = 16;
+    const MAX_SETS: usize = 16;
     let list = |name: &str| document.get(name).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
     let index = |node: &Value, name: &str| node.get(name)?.as_u64().and_then(|index| usize::try_from(index).ok());
     let mut most = vec![0; list("skins").len()];
@@ -80,7 +80,7 @@ fn influences(document: &Value) -> Vec<usize> {
         let (Some(skin), Some(mesh)) = (index(node, "skin"), index(node, "mesh")) else { continue };
         let primitives = list("meshes").get(mesh).and_then(|mesh| mesh.get("primitives")?.as_array());
         for attributes in primitives.into_iter().flatten().filter_map(|primitive| primitive.get("attributes")) {
-            let sets = (0..MOST_SETS).take_while(|set| attributes.get(format!("JOINTS_{set}")).is_some()).count();
+            let sets = (0..MAX_SETS).take_while(|set| attributes.get(format!("JOINTS_{set}")).is_some()).count();
             if let Some(most) = most.get_mut(skin) {
                 *most = (*most).max(sets * PER_SET);
             }

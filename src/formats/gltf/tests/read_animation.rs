@@ -176,7 +176,7 @@ fn rotations_are_repaired_and_said_so() {
     let (scene, warnings) = builder.read().expect("readable");
     assert_eq!(codes(&warnings), ["keyframe_rotation_not_unit", "keyframe_rotation_zero"], "both, once");
     let expected = Track::Constant(Quat::IDENTITY);
-    assert_eq!(scene.clips[0].joints()[0].rotation, expected, "normalised, held, flipped: all the same then");
+    assert_eq!(scene.clips[0].joints()[0].rotation, expected, "normalized, held, flipped: all the same then");
 }
 
 #[test]

@@ -3,32 +3,33 @@
 use std::{borrow::Cow, collections::BTreeMap};
 
 use glam::Quat;
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 
 use super::{
     Output,
     carried::Carried,
+    schema::{
+        Animation, AnimationExtras, AnimationSampler, Channel, ChannelTarget, Interpolation, PropertyCurves, Shape,
+    },
     streams::{Kind, Streams},
+    to_value,
 };
 use crate::{
     formats::{Compression, FormatError},
     model::{Clip, Control, Joint, KeyCurve, MorphPlace, MorphTrack, Reporter, Scene, Track},
 };
 
-const LINEAR: &str = "LINEAR";
-const CUBIC: &str = "CUBICSPLINE";
-
 /// A channel of a node: its name, the shape of its values, and what they are.
 #[derive(Clone, Copy)]
 struct NodePath {
     name: &'static str,
-    shape: &'static str,
+    shape: Shape,
     kind: Kind,
 }
 
-const TRANSLATION: NodePath = NodePath { name: "translation", shape: "VEC3", kind: Kind::Vectors };
-const ROTATION: NodePath = NodePath { name: "rotation", shape: "VEC4", kind: Kind::Rotations };
-const SCALE: NodePath = NodePath { name: "scale", shape: "VEC3", kind: Kind::Vectors };
+const TRANSLATION: NodePath = NodePath { name: "translation", shape: Shape::Vec3, kind: Kind::Vectors };
+const ROTATION: NodePath = NodePath { name: "rotation", shape: Shape::Vec4, kind: Kind::Rotations };
+const SCALE: NodePath = NodePath { name: "scale", shape: Shape::Vec3, kind: Kind::Vectors };
 
 /// Adds the clip's data to the document and returns the animation that refers to it; nothing where the target has no node
 /// that could be animated. `node_of` gives the node of a joint, by its index and itself; `morph_nodes` are those with morph
@@ -90,28 +91,20 @@ pub(super) fn append<'a>(
         reporter.warn("clip_without_channels", clip.name(), detail, "");
         writer.constant(joint.rest.translation.as_vec3(), node_of(0, joint), TRANSLATION)?;
     }
-    let mut animation = Map::new();
-    if !clip.name().is_empty() {
-        animation.insert("name".into(), clip.name().into());
-    }
     let (channels, samplers) = writer.finish()?;
-    animation.insert("channels".into(), Value::Array(channels));
-    animation.insert("samplers".into(), Value::Array(samplers));
-    if let Some(curves) = properties(target, clip) {
-        animation.insert("extras".into(), json!({ "curves": curves }));
-    }
-    Ok(Some(Value::Object(animation)))
+    let extras = properties(target, clip)?.map(|curves| AnimationExtras { curves });
+    to_value(&Animation { name: clip.name(), channels, samplers, extras }).map(Some)
 }
 
 /// Custom properties, which glTF has no channels for: key times and the values of each; nothing where there is none.
-fn properties(target: &Scene, clip: &Clip) -> Option<Value> {
+fn properties<'a>(target: &Scene, clip: &'a Clip) -> Result<Option<PropertyCurves<'a>>, FormatError> {
     let mut values = Map::new();
     for track in clip.morphs() {
         let Some(property) = target.morphs.get(track.morph).filter(|morph| morph.is_property()) else { continue };
         let of_frames: Vec<f32> = (0..clip.frame_count()).map(|frame| track.weights.at(frame, property.rest)).collect();
-        values.insert(property.name.clone(), json!(of_frames));
+        values.insert(property.name.clone(), to_value(&of_frames)?);
     }
-    (!values.is_empty()).then(|| json!({ "times_seconds": clip.times_seconds(), "values": values }))
+    Ok((!values.is_empty()).then(|| PropertyCurves { times_seconds: clip.times_seconds(), values }))
 }
 
 /// A node whose mesh has morph targets.
@@ -170,8 +163,8 @@ struct Writer<'o, 'a> {
     sparse_inputs: BTreeMap<Vec<usize>, usize>,
     constant_input: usize,
     constant_keys: usize,
-    channels: Vec<Value>,
-    samplers: Vec<Value>,
+    channels: Vec<Channel>,
+    samplers: Vec<AnimationSampler>,
 }
 
 impl<'o, 'a> Writer<'o, 'a> {
@@ -213,14 +206,18 @@ impl<'o, 'a> Writer<'o, 'a> {
                 let Some(keys) = keys.filter(|keys| !keys.frames.is_empty()) else {
                     let output = self.streams.add(Cow::Borrowed(values), path.shape, path.kind)?;
                     let input = self.sparse_input((0..values.len()).collect())?;
-                    self.channel(input, output, node, path.name, LINEAR);
+                    self.channel(input, output, node, path.name, Interpolation::Linear);
                     return Ok(());
                 };
                 let (numbers, kind, interpolation) = if keys.is_cubic() {
                     let key = |(value, [before, after]): (&T, &[T; 2])| [*before, *value, *after];
-                    (keys.values.iter().zip(&keys.tangents).flat_map(key).collect(), Kind::Exact, CUBIC)
+                    (
+                        keys.values.iter().zip(&keys.tangents).flat_map(key).collect(),
+                        Kind::Exact,
+                        Interpolation::CubicSpline,
+                    )
                 } else {
-                    (keys.values.clone(), path.kind, LINEAR)
+                    (keys.values.clone(), path.kind, Interpolation::Linear)
                 };
                 let output = self.streams.add(Cow::Owned(numbers), path.shape, kind)?;
                 let input = self.sparse_input(keys.frames.clone())?;
@@ -229,7 +226,7 @@ impl<'o, 'a> Writer<'o, 'a> {
             }
             (Track::Sampled(values), Some(input)) => {
                 let output = self.streams.add(Cow::Borrowed(values), path.shape, path.kind)?;
-                self.channel(input, output, node, path.name, LINEAR);
+                self.channel(input, output, node, path.name, Interpolation::Linear);
                 Ok(())
             }
             // Where there is a sampled track, there is an input for it.
@@ -257,7 +254,7 @@ impl<'o, 'a> Writer<'o, 'a> {
             carried.rounded(joint, values, self.streams.as_read(&wanted).into_iter());
             let input = self.input_of_all_frames()?;
             let output = self.streams.add(Cow::Owned(wanted), ROTATION.shape, ROTATION.kind)?;
-            self.channel(input, output, node, ROTATION.name, LINEAR);
+            self.channel(input, output, node, ROTATION.name, Interpolation::Linear);
             return Ok(());
         };
         if keys.is_cubic() {
@@ -269,7 +266,7 @@ impl<'o, 'a> Writer<'o, 'a> {
         carried.rounded(joint, values, written.into_iter());
         let output = self.streams.add(Cow::Owned(wanted), ROTATION.shape, ROTATION.kind)?;
         let input = self.sparse_input(keys.frames.clone())?;
-        self.channel(input, output, node, ROTATION.name, LINEAR);
+        self.channel(input, output, node, ROTATION.name, Interpolation::Linear);
         Ok(())
     }
 
@@ -294,24 +291,24 @@ impl<'o, 'a> Writer<'o, 'a> {
 
     /// The weights of all morph targets of a node, at all frames.
     fn weights(&mut self, node: usize, weights: Vec<f32>) -> Result<(), FormatError> {
-        let output = self.streams.add(Cow::Owned(weights), "SCALAR", Kind::Scalars)?;
+        let output = self.streams.add(Cow::Owned(weights), Shape::Scalar, Kind::Scalars)?;
         let input = self.input_of_all_frames()?;
-        self.channel(input, output, node, "weights", LINEAR);
+        self.channel(input, output, node, "weights", Interpolation::Linear);
         Ok(())
     }
 
     fn constant<T: bytemuck::Pod>(&mut self, value: T, node: usize, path: NodePath) -> Result<(), FormatError> {
         let output = self.streams.add(Cow::Owned(vec![value; self.constant_keys]), path.shape, path.kind)?;
-        self.channel(self.constant_input, output, node, path.name, LINEAR);
+        self.channel(self.constant_input, output, node, path.name, Interpolation::Linear);
         Ok(())
     }
 
-    fn channel(&mut self, input: usize, output: usize, node: usize, path: &str, interpolation: &str) {
-        self.channels.push(json!({"sampler": self.samplers.len(), "target": {"node": node, "path": path}}));
-        self.samplers.push(json!({"input": input, "interpolation": interpolation, "output": output}));
+    fn channel(&mut self, input: usize, output: usize, node: usize, path: &'static str, interpolation: Interpolation) {
+        self.channels.push(Channel { sampler: self.samplers.len(), target: ChannelTarget { node, path } });
+        self.samplers.push(AnimationSampler { input, interpolation, output });
     }
 
-    fn finish(self) -> Result<(Vec<Value>, Vec<Value>), FormatError> {
+    fn finish(self) -> Result<(Vec<Channel>, Vec<AnimationSampler>), FormatError> {
         self.streams.finish()?;
         Ok((self.channels, self.samplers))
     }

@@ -6,22 +6,19 @@ use glam::{Mat4, Vec2, Vec3};
 use serde_json::{Map, Value, json};
 
 use super::{
-    FLOAT, Output,
+    Output,
     animation::{self, MorphNode},
     array,
     meshes::{add_positions, add_vertices},
     pack,
+    schema::{Accessor, Component, Image, List, Mesh, MorphTarget, Primitive, Shape, Skin, Target},
     skeleton::node,
+    to_value,
 };
 use crate::{
     formats::{Compression, FormatError},
     model::{Appearance, Canceled, Carrier, Clip, Control, FourInfluences, Paint, Reporter, Scene, Surface},
 };
-
-const UNSIGNED_SHORT: u64 = 5123;
-const UNSIGNED_INT: u64 = 5125;
-/// Purpose of a buffer view.
-const INDICES: u64 = 34963;
 
 /// Joints that move surfaces, and how they were bound.
 type BoundJoints = Vec<(usize, Mat4)>;
@@ -43,7 +40,7 @@ pub(in crate::formats) fn write_display(
     let mut json = Map::new();
     json.insert("asset".into(), json!({"version": "2.0", "generator": generator}));
     let mut output = Output::new(json, Compression::None);
-    add_nodes(&mut output.json, scene, extras);
+    add_nodes(&mut output.json, scene, extras)?;
     add_images(&mut output, appearance)?;
     add_materials(&mut output.json, appearance)?;
     let mut skins: Vec<BoundJoints> = Vec::new();
@@ -71,14 +68,15 @@ pub(in crate::formats) fn write_display(
 }
 
 /// The joints, below one node where they are several trees, as skins ask for.
-fn add_nodes(json: &mut Map<String, Value>, scene: &Scene, extras: &Value) {
+fn add_nodes(json: &mut Map<String, Value>, scene: &Scene, extras: &Value) -> Result<(), FormatError> {
     let joints = scene.skeleton.joints();
     let labeled = |(index, (joint, children)): (usize, (_, Vec<usize>))| {
-        let mut node = node(joint, &children);
+        let mut node = to_value(&node(joint, &children))?;
         node["extras"] = json!({"joint": scene.skeleton.label(index)});
-        node
+        Ok(node)
     };
-    let mut nodes: Vec<Value> = joints.iter().zip(scene.skeleton.children()).enumerate().map(labeled).collect();
+    let nodes = joints.iter().zip(scene.skeleton.children()).enumerate().map(labeled);
+    let mut nodes = nodes.collect::<Result<Vec<Value>, FormatError>>()?;
     let mut roots: Vec<usize> = (0..joints.len()).filter(|joint| joints[*joint].parent.is_none()).collect();
     if roots.len() > 1 {
         nodes.push(json!({"name": "scene", "children": roots}));
@@ -90,6 +88,7 @@ fn add_nodes(json: &mut Map<String, Value>, scene: &Scene, extras: &Value) {
         json["scenes"][0]["nodes"] = json!(roots);
         json.insert("nodes".into(), Value::Array(nodes));
     }
+    Ok(())
 }
 
 /// A mesh of its own for a surface, and a node that has it. Gives the node.
@@ -137,44 +136,36 @@ fn add_mesh(output: &mut Output<'_>, surface: &Surface) -> Result<usize, FormatE
     if !surface.normals.is_empty() {
         let normals: Vec<[f32; 3]> =
             surface.normals.iter().map(|normal| normal.normalize_or(Vec3::Y).to_array()).collect();
-        attributes.insert("NORMAL".into(), json!(add_vertices(output, &normals, FLOAT, "VEC3")?));
+        attributes.insert("NORMAL".into(), json!(add_vertices(output, &normals, Component::Float, Shape::Vec3)?));
     }
     if !surface.texture_coordinates.is_empty() {
         let places: Vec<[f32; 2]> = surface.texture_coordinates.iter().map(Vec2::to_array).collect();
-        attributes.insert("TEXCOORD_0".into(), json!(add_vertices(output, &places, FLOAT, "VEC2")?));
+        attributes.insert("TEXCOORD_0".into(), json!(add_vertices(output, &places, Component::Float, Shape::Vec2)?));
     }
     if !surface.colors.is_empty() {
         let colors: Vec<[f32; 4]> = surface.colors.iter().map(glam::Vec4::to_array).collect();
-        attributes.insert("COLOR_0".into(), json!(add_vertices(output, &colors, FLOAT, "VEC4")?));
+        attributes.insert("COLOR_0".into(), json!(add_vertices(output, &colors, Component::Float, Shape::Vec4)?));
     }
     if let Carrier::Skin { influences, .. } = &surface.carrier {
         let largest: Vec<FourInfluences> =
             (0..surface.positions.len()).map(|vertex| largest_four(influences, vertex)).collect();
         let joints: Vec<[u16; 4]> = largest.iter().map(|four| four.joints).collect();
         let shares: Vec<[f32; 4]> = largest.iter().map(|four| four.shares).collect();
-        attributes.insert("JOINTS_0".into(), json!(add_vertices(output, &joints, UNSIGNED_SHORT, "VEC4")?));
-        attributes.insert("WEIGHTS_0".into(), json!(add_vertices(output, &shares, FLOAT, "VEC4")?));
+        attributes
+            .insert("JOINTS_0".into(), json!(add_vertices(output, &joints, Component::UnsignedShort, Shape::Vec4)?));
+        attributes.insert("WEIGHTS_0".into(), json!(add_vertices(output, &shares, Component::Float, Shape::Vec4)?));
     }
-    let view = output.add_values(&surface.indices, Some(INDICES))?;
-    let indices = output.add_accessor(json!({
-        "bufferView": view, "componentType": UNSIGNED_INT, "count": surface.indices.len(), "type": "SCALAR",
-    }))?;
-    let mut primitive = json!({"attributes": attributes, "indices": indices});
-    if let Some(paint) = surface.paint {
-        primitive["material"] = json!(paint);
-    }
+    let view = output.add_values(&surface.indices, Some(Target::Indices))?;
+    let indices = Accessor::of_view(view, Component::UnsignedInt, surface.indices.len(), Shape::Scalar);
+    let indices = output.add_accessor(&indices)?;
     let mut targets = Vec::with_capacity(surface.shapes.len());
     for shape in &surface.shapes {
         let mut offsets = vec![Vec3::ZERO; surface.positions.len()];
         shape.offsets.iter().for_each(|(vertex, offset)| offsets[*vertex as usize] = *offset);
-        targets.push(json!({"POSITION": add_positions(output, &offsets)?}));
+        targets.push(MorphTarget { position: add_positions(output, &offsets)? });
     }
-    if !targets.is_empty() {
-        primitive["targets"] = json!(targets);
-    }
-    let meshes = array(&mut output.json, "meshes")?;
-    meshes.push(json!({"primitives": [primitive]}));
-    Ok(meshes.len() - 1)
+    let primitive = Primitive { attributes: &attributes, indices, material: surface.paint, targets: &targets };
+    output.push(List::Meshes, &Mesh { primitives: vec![primitive], name: "", weights: Vec::new(), extras: None })
 }
 
 /// The four joints with the largest shares of a vertex, each once, with shares that are 1 together.
@@ -208,10 +199,10 @@ fn add_skin(output: &mut Output<'_>, joints: &BoundJoints) -> Result<(), FormatE
     };
     let matrices: Vec<[f32; 16]> = joints.iter().map(columns).collect();
     let view = output.add_values(&matrices, None)?;
-    let accessor = json!({"bufferView": view, "componentType": FLOAT, "count": joints.len(), "type": "MAT4"});
-    let accessor = output.add_accessor(accessor)?;
+    let accessor = Accessor::of_view(view, Component::Float, joints.len(), Shape::Mat4);
+    let inverse_bind_matrices = output.add_accessor(&accessor)?;
     let nodes: Vec<usize> = joints.iter().map(|(joint, _)| *joint).collect();
-    array(&mut output.json, "skins")?.push(json!({"inverseBindMatrices": accessor, "joints": nodes}));
+    output.push(List::Skins, &Skin { name: "", inverse_bind_matrices, joints: &nodes })?;
     Ok(())
 }
 
@@ -219,10 +210,8 @@ fn add_skin(output: &mut Output<'_>, joints: &BoundJoints) -> Result<(), FormatE
 fn add_images<'a>(output: &mut Output<'a>, appearance: &'a Appearance) -> Result<(), FormatError> {
     for image in appearance.images.iter().filter(|image| !image.is_empty()) {
         let media_type = if image.starts_with(&[0xff, 0xd8]) { "image/jpeg" } else { "image/png" };
-        let view = output.add_view(Cow::Borrowed(image), None)?;
-        let images = array(&mut output.json, "images")?;
-        images.push(json!({"mimeType": media_type, "bufferView": view}));
-        let source = images.len() - 1;
+        let buffer_view = output.add_view(Cow::Borrowed(image), None)?;
+        let source = output.push(List::Images, &Image { mime_type: media_type, buffer_view, name: "" })?;
         array(&mut output.json, "textures")?.push(json!({"source": source}));
     }
     Ok(())

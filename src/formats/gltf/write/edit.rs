@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use serde_json::{Map, Value, json};
 
-use super::{Output, animation, array, binary::Binary, images, skeleton::rotation, streams::decoded_buffer};
+use super::{Output, animation, array, binary::Binary, images, skeleton::rotation, streams::decoded_buffer, to_value};
 use crate::{
     formats::{
         Format, FormatError, TargetClips, WriteOptions,
@@ -138,7 +138,9 @@ fn list_buffers(output: &mut Output<'_>, document: &Document, will_have_bytes: b
         buffers.push(merged);
     }
     buffers.extend(without_bytes.into_iter().map(|(object, _)| object));
-    buffers.extend((output.decoded_length > 0).then(|| decoded_buffer(output.decoded_length)));
+    if output.decoded_length > 0 {
+        buffers.push(to_value(&decoded_buffer(output.decoded_length))?);
+    }
     if !buffers.is_empty() {
         *array(&mut output.json, "buffers")? = buffers;
     }
@@ -152,7 +154,7 @@ pub(super) fn pose_nodes(json: &mut Map<String, Value>, target: &Scene, joints: 
         let Some(node) = nodes.get_mut(joint.node).and_then(Value::as_object_mut) else { continue };
         node.shift_remove("matrix");
         node.insert("translation".into(), json!(joint.rest.translation.to_array()));
-        node.insert("rotation".into(), rotation(joint.rest.rotation));
+        node.insert("rotation".into(), json!(rotation(joint.rest.rotation)));
         node.insert("scale".into(), json!(joint.rest.scale.to_array()));
     }
 }
@@ -175,7 +177,7 @@ fn split_animated_matrices(json: &mut Map<String, Value>, target: &Scene, clip: 
     }
 }
 
-/// Moves what refers to animations by index: the `loop-animation` component of Hubs, and pointers to animations. Behaviour
+/// Moves what refers to animations by index: the `loop-animation` component of Hubs, and pointers to animations. Behavior
 /// graphs have them as plain numbers that cannot be told from others.
 fn follow_animations(json: &mut Map<String, Value>, shift: usize, clips: TargetClips, reporter: &mut Reporter) {
     let uses = |name: &str| {
@@ -185,8 +187,8 @@ fn follow_animations(json: &mut Map<String, Value>, shift: usize, clips: TargetC
     let uses_components = uses("MOZ_hubs_components");
     if uses("KHR_interactivity") || (uses_components && clips == TargetClips::Drop) {
         let detail =
-            "the document has behaviours that refer to its animations by number; they may start another one now";
-        reporter.warn("animation_references", "/extensions", detail, "check the behaviours of the output");
+            "the document has behaviors that refer to its animations by number; they may start another one now";
+        reporter.warn("animation_references", "/extensions", detail, "check the behaviors of the output");
     }
     if clips == TargetClips::Drop {
         return;

@@ -6,9 +6,18 @@
 use std::{borrow::Cow, collections::BTreeMap};
 
 use glam::{Vec2, Vec3};
-use serde_json::{Map, Value, json};
+use serde_json::Map;
 
-use super::{FLOAT, Output, animation::MorphNode, array, skins::Skins};
+use super::{
+    Output,
+    animation::MorphNode,
+    array,
+    schema::{
+        self, Accessor, Bounds, Component, List, MeshExtras, MorphTarget, Node, Primitive, Sparse, SparseIndices,
+        SparseValues, Surface, Target, TextureInfo, TextureSampler, Wrap,
+    },
+    skins::Skins,
+};
 use crate::{
     formats::{
         FormatError,
@@ -17,13 +26,6 @@ use crate::{
     model::{Canceled, Control, Scene, Transform},
 };
 
-const UNSIGNED_SHORT: u64 = 5123;
-const UNSIGNED_INT: u64 = 5125;
-/// What a view is for.
-const VERTICES: u64 = 34962;
-const INDICES: u64 = 34963;
-const CLAMP_TO_EDGE: u64 = 33071;
-const REPEAT: u64 = 10497;
 /// Above this share of the vertices, listing those that a shape moves takes more than listing all.
 const SPARSE_SHARE: f64 = 0.5;
 
@@ -64,16 +66,16 @@ fn wear(
     let is_plain_top = of_target.parent.is_none() && of_target.rest == Transform::IDENTITY;
     let nodes = array(&mut output.json, "nodes")?;
     if skin.is_none() || is_plain_top {
-        nodes[joint]["mesh"] = json!(index);
+        nodes[joint]["mesh"] = index.into();
         if let Some(skin) = skin {
-            nodes[joint]["skin"] = json!(skin);
+            nodes[joint]["skin"] = skin.into();
         }
         return Ok(joint);
     }
-    nodes.push(json!({"name": format!("{}_mesh", mesh.name), "mesh": index, "skin": skin}));
-    let node = nodes.len() - 1;
+    let name = format!("{}_mesh", mesh.name);
+    let node = output.push(List::Nodes, &Node { name: &name, mesh: Some(index), skin, ..Node::default() })?;
     if let Some(list) = output.json.get_mut("scenes").and_then(|scenes| scenes[0]["nodes"].as_array_mut()) {
-        list.push(json!(node));
+        list.push(node.into());
     }
     Ok(node)
 }
@@ -87,14 +89,18 @@ fn add_mesh(
     let check = || control.check().map_err(|Canceled| FormatError::from(Canceled));
     check()?;
     let mut attributes = Map::new();
-    attributes.insert("POSITION".into(), json!(add_positions(output, &mesh.positions)?));
+    attributes.insert("POSITION".into(), add_positions(output, &mesh.positions)?.into());
     if !mesh.normals.is_empty() {
         let normals: &[[f32; 3]] = bytemuck::cast_slice(&mesh.normals);
-        attributes.insert("NORMAL".into(), json!(add_vertices(output, normals, FLOAT, "VEC3")?));
+        attributes
+            .insert("NORMAL".into(), add_vertices(output, normals, Component::Float, schema::Shape::Vec3)?.into());
     }
     for (set, uvs) in mesh.uv_sets.iter().enumerate() {
         let uvs: Vec<[f32; 2]> = uvs.iter().map(Vec2::to_array).collect();
-        attributes.insert(format!("TEXCOORD_{set}"), json!(add_vertices(output, &uvs, FLOAT, "VEC2")?));
+        attributes.insert(
+            format!("TEXCOORD_{set}"),
+            add_vertices(output, &uvs, Component::Float, schema::Shape::Vec2)?.into(),
+        );
     }
     if let Some((binding, places)) = mesh.binding.as_ref().zip(places) {
         for (set, fours) in binding.influences.iter().enumerate() {
@@ -103,59 +109,44 @@ fn add_mesh(
                 |four: &FourInfluences| [0, 1, 2, 3].map(|index| place(four.joints[index], four.shares[index]));
             let joints: Vec<[u16; 4]> = fours.iter().map(joints).collect();
             let shares: Vec<[f32; 4]> = fours.iter().map(|four| four.shares).collect();
-            attributes.insert(format!("JOINTS_{set}"), json!(add_vertices(output, &joints, UNSIGNED_SHORT, "VEC4")?));
-            attributes.insert(format!("WEIGHTS_{set}"), json!(add_vertices(output, &shares, FLOAT, "VEC4")?));
+            let joints = add_vertices(output, &joints, Component::UnsignedShort, schema::Shape::Vec4)?;
+            attributes.insert(format!("JOINTS_{set}"), joints.into());
+            let weights = add_vertices(output, &shares, Component::Float, schema::Shape::Vec4)?;
+            attributes.insert(format!("WEIGHTS_{set}"), weights.into());
         }
     }
     let mut targets = Vec::with_capacity(mesh.shapes.len());
     for shape in &mesh.shapes {
         check()?;
-        targets.push(json!({"POSITION": add_shape(output, shape, mesh.positions.len())?}));
+        targets.push(MorphTarget { position: add_shape(output, shape, mesh.positions.len())? });
     }
     let mut primitives = Vec::with_capacity(mesh.parts.len());
     for part in &mesh.parts {
-        let view = output.add_values(&part.indices, Some(INDICES))?;
-        let indices = output.add_accessor(json!({
-            "bufferView": view, "componentType": UNSIGNED_INT, "count": part.indices.len(), "type": "SCALAR",
-        }))?;
-        let mut primitive = json!({"attributes": attributes, "indices": indices});
-        if let Some(material) = part.material {
-            primitive["material"] = json!(material);
-        }
-        if !targets.is_empty() {
-            primitive["targets"] = json!(targets);
-        }
-        primitives.push(primitive);
+        let view = output.add_values(&part.indices, Some(Target::Indices))?;
+        let indices = Accessor::of_view(view, Component::UnsignedInt, part.indices.len(), schema::Shape::Scalar);
+        let indices = output.add_accessor(&indices)?;
+        primitives.push(Primitive { attributes: &attributes, indices, material: part.material, targets: &targets });
     }
-    let mut value = json!({"primitives": primitives});
-    if !mesh.name.is_empty() {
-        value["name"] = json!(mesh.name);
-    }
-    if !mesh.shapes.is_empty() {
-        value["weights"] = json!(mesh.shapes.iter().map(|shape| shape.rest).collect::<Vec<_>>());
-        value["extras"] = json!({"targetNames": mesh.shapes.iter().map(|shape| &*shape.name).collect::<Vec<_>>()});
-    }
-    let meshes = array(&mut output.json, "meshes")?;
-    meshes.push(value);
-    Ok(meshes.len() - 1)
+    let weights = mesh.shapes.iter().map(|shape| shape.rest).collect();
+    let target_names: Vec<&str> = mesh.shapes.iter().map(|shape| &*shape.name).collect();
+    let extras = (!target_names.is_empty()).then_some(MeshExtras { target_names });
+    output.push(List::Meshes, &schema::Mesh { primitives, name: &mesh.name, weights, extras })
 }
 
 /// Positions, with the bounds that the specification asks for.
 /// Places of vertices, with their bounds; there is at least one.
 pub(super) fn add_positions(output: &mut Output<'_>, positions: &[Vec3]) -> Result<usize, FormatError> {
     let numbers: &[[f32; 3]] = bytemuck::cast_slice(positions);
-    let index = add_vertices(output, numbers, FLOAT, "VEC3")?;
-    bounded(output, index, positions.iter().copied())?;
-    Ok(index)
+    let view = output.add_values(numbers, Some(Target::Vertices))?;
+    let bounds = Some(bounds(positions.iter().copied()));
+    let accessor = Accessor::of_view(view, Component::Float, positions.len(), schema::Shape::Vec3);
+    output.add_accessor(&Accessor { bounds, ..accessor })
 }
 
-fn bounded(output: &mut Output<'_>, accessor: usize, positions: impl Iterator<Item = Vec3>) -> Result<(), FormatError> {
+fn bounds(positions: impl Iterator<Item = Vec3>) -> Bounds {
     let begin = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     let (low, high) = positions.fold(begin, |(low, high), place| (low.min(place), high.max(place)));
-    let accessor = &mut array(&mut output.json, "accessors")?[accessor];
-    accessor["min"] = json!(low.to_array());
-    accessor["max"] = json!(high.to_array());
-    Ok(())
+    Bounds { min: low.to_array().to_vec(), max: high.to_array().to_vec() }
 }
 
 /// By how far a shape moves every vertex, or those that it moves.
@@ -165,42 +156,39 @@ fn add_shape(output: &mut Output<'_>, shape: &Shape, count: usize) -> Result<usi
         shape.offsets.iter().for_each(|(vertex, offset)| all[*vertex as usize] = *offset);
         return add_positions(output, &all);
     }
-    let mut accessor = json!({"componentType": FLOAT, "count": count, "type": "VEC3"});
+    let mut sparse = None;
     if !shape.offsets.is_empty() {
         let (vertices, offsets): (Vec<u32>, Vec<Vec3>) = shape.offsets.iter().copied().unzip();
         let indices = output.add_values(&vertices, None)?;
         let values = output.add_values(&offsets, None)?;
-        accessor["sparse"] = json!({
-            "count": vertices.len(),
-            "indices": {"bufferView": indices, "componentType": UNSIGNED_INT},
-            "values": {"bufferView": values},
+        sparse = Some(Sparse {
+            count: vertices.len(),
+            indices: SparseIndices { buffer_view: indices, component_type: Component::UnsignedInt },
+            values: SparseValues { buffer_view: values },
         });
     }
-    let index = output.add_accessor(accessor)?;
     // What is not listed does not move.
-    bounded(output, index, shape.offsets.iter().map(|(_, offset)| *offset).chain([Vec3::ZERO]))?;
-    Ok(index)
+    let bounds = Some(bounds(shape.offsets.iter().map(|(_, offset)| *offset).chain([Vec3::ZERO])));
+    let accessor = Accessor::new(Component::Float, count, schema::Shape::Vec3);
+    output.add_accessor(&Accessor { sparse, bounds, ..accessor })
 }
 
 /// Values of vertices, one for each.
 pub(super) fn add_vertices<T: bytemuck::Pod>(
     output: &mut Output<'_>,
     values: &[T],
-    component: u64,
-    shape: &str,
+    component: Component,
+    shape: schema::Shape,
 ) -> Result<usize, FormatError> {
-    let view = output.add_values(values, Some(VERTICES))?;
-    output.add_accessor(json!({"bufferView": view, "componentType": component, "count": values.len(), "type": shape}))
+    let view = output.add_values(values, Some(Target::Vertices))?;
+    output.add_accessor(&Accessor::of_view(view, component, values.len(), shape))
 }
 
 fn add_images<'a>(output: &mut Output<'a>, images: &[Image<'a>]) -> Result<(), FormatError> {
     for image in images {
         let view = output.add_view(Cow::Borrowed(image.bytes), None)?;
-        let mut value = json!({"mimeType": image.media_type, "bufferView": view});
-        if !image.name.is_empty() {
-            value["name"] = json!(image.name);
-        }
-        array(&mut output.json, "images")?.push(value);
+        let image = schema::Image { mime_type: image.media_type, buffer_view: view, name: image.name };
+        output.push(List::Images, &image)?;
     }
     Ok(())
 }
@@ -216,46 +204,37 @@ fn add_materials(output: &mut Output<'_>, materials: &[Material<'_>]) -> Result<
                     reference(index, texture)
                 })
             });
-        let mut surface = json!({
-            "baseColorFactor": material.base_color,
-            "metallicFactor": material.metallic,
-            "roughnessFactor": material.roughness,
-        });
-        let mut value = Map::new();
-        if !material.name.is_empty() {
-            value.insert("name".into(), material.name.into());
-        }
-        if let Some(base) = base {
-            surface["baseColorTexture"] = base;
-        }
-        value.insert("pbrMetallicRoughness".into(), surface);
-        if let Some(normal) = normal {
-            value.insert("normalTexture".into(), normal);
-        }
-        if let Some(glow) = glow {
-            value.insert("emissiveTexture".into(), glow);
-        }
-        if material.emissive != [0.0; 3] {
-            value.insert("emissiveFactor".into(), json!(material.emissive));
-        }
         let is_see_through = material.base_color[3] < 1.0;
-        if is_see_through || material.is_cut_out {
-            value.insert("alphaMode".into(), if is_see_through { "BLEND" } else { "MASK" }.into());
-        }
-        // Programs that read FBX show both sides.
-        value.insert("doubleSided".into(), true.into());
-        array(&mut output.json, "materials")?.push(Value::Object(value));
+        let alpha_mode =
+            (is_see_through || material.is_cut_out).then_some(if is_see_through { "BLEND" } else { "MASK" });
+        let pbr_metallic_roughness = Surface {
+            base_color_factor: material.base_color,
+            metallic_factor: material.metallic,
+            roughness_factor: material.roughness,
+            base_color_texture: base,
+        };
+        let material = schema::Material {
+            name: material.name,
+            pbr_metallic_roughness,
+            normal_texture: normal,
+            emissive_texture: glow,
+            emissive_factor: (material.emissive != [0.0; 3]).then_some(material.emissive),
+            alpha_mode,
+            // Programs that read FBX show both sides.
+            double_sided: true,
+        };
+        output.push(List::Materials, &material)?;
     }
     let mut in_order: Vec<_> = textures.into_iter().collect();
     in_order.sort_by_key(|(_, index)| *index);
-    for ((image, is_clamped), index) in in_order {
-        let [along_u, along_v] = is_clamped.map(|clamps| if clamps { CLAMP_TO_EDGE } else { REPEAT });
-        array(&mut output.json, "samplers")?.push(json!({"wrapS": along_u, "wrapT": along_v}));
-        array(&mut output.json, "textures")?.push(json!({"source": image, "sampler": index}));
+    for ((source, is_clamped), sampler) in in_order {
+        let [wrap_s, wrap_t] = is_clamped.map(|clamps| if clamps { Wrap::Clamp } else { Wrap::Repeat });
+        output.push(List::Samplers, &TextureSampler { wrap_s, wrap_t })?;
+        output.push(List::Textures, &schema::Texture { source, sampler })?;
     }
     Ok(())
 }
 
-fn reference(index: usize, texture: Texture) -> Value {
-    if texture.uv_set == 0 { json!({"index": index}) } else { json!({"index": index, "texCoord": texture.uv_set}) }
+const fn reference(index: usize, texture: Texture) -> TextureInfo {
+    TextureInfo { index, tex_coord: texture.uv_set }
 }

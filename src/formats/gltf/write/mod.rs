@@ -8,6 +8,7 @@ mod edit;
 mod images;
 mod meshes;
 mod pack;
+mod schema;
 mod skeleton;
 mod skins;
 mod streams;
@@ -16,9 +17,10 @@ mod vrma;
 pub(in crate::formats) use display::write_display;
 pub(in crate::formats) use pack::contain;
 
-use std::borrow::Cow;
+use std::{borrow::Cow, collections::BTreeMap};
 
-use serde_json::{Map, Value, json};
+use serde::Serialize;
+use serde_json::{Map, Value};
 
 use super::document::Document;
 use crate::{
@@ -26,10 +28,8 @@ use crate::{
     model::{Clip, ClipError, Control, Reporter, Scene},
 };
 use binary::Binary;
+use schema::{Accessor, BufferView, List, Target};
 use skeleton::Content;
-
-/// Components of accessors that are floats.
-const FLOAT: u64 = 5126;
 
 /// A document whose buffers are one run of bytes.
 #[derive(Debug)]
@@ -51,27 +51,29 @@ impl<'a> Output<'a> {
     }
 
     /// Adds bytes and a view of them; `purpose` is the view's target, where it has one. Gives the index of the view.
-    fn add_view(&mut self, bytes: Cow<'a, [u8]>, purpose: Option<u64>) -> Result<usize, FormatError> {
-        let length = bytes.len();
-        let mut view = json!({"buffer": 0, "byteOffset": self.binary.push(bytes), "byteLength": length});
-        if let Some(purpose) = purpose {
-            view["target"] = json!(purpose);
-        }
-        let views = array(&mut self.json, "bufferViews")?;
-        views.push(view);
-        Ok(views.len() - 1)
+    fn add_view(&mut self, bytes: Cow<'a, [u8]>, purpose: Option<Target>) -> Result<usize, FormatError> {
+        let byte_length = bytes.len();
+        let byte_offset = self.binary.push(bytes);
+        let view = BufferView { buffer: 0, byte_offset, byte_length, target: purpose, extensions: BTreeMap::new() };
+        self.push(List::BufferViews, &view)
     }
 
     /// Adds values and a view of them, as [`Self::add_view`].
-    fn add_values<T: bytemuck::Pod>(&mut self, values: &[T], purpose: Option<u64>) -> Result<usize, FormatError> {
+    fn add_values<T: bytemuck::Pod>(&mut self, values: &[T], purpose: Option<Target>) -> Result<usize, FormatError> {
         self.add_view(Cow::Owned(bytemuck::cast_slice(values).to_vec()), purpose)
     }
 
     /// Adds an accessor. Gives its index.
-    fn add_accessor(&mut self, accessor: Value) -> Result<usize, FormatError> {
-        let accessors = array(&mut self.json, "accessors")?;
-        accessors.push(accessor);
-        Ok(accessors.len() - 1)
+    fn add_accessor(&mut self, accessor: &Accessor) -> Result<usize, FormatError> {
+        self.push(List::Accessors, accessor)
+    }
+
+    /// Adds an object to a list of the document. Gives its index.
+    fn push(&mut self, list: List, object: &impl Serialize) -> Result<usize, FormatError> {
+        let object = to_value(object)?;
+        let objects = array(&mut self.json, list.name())?;
+        objects.push(object);
+        Ok(objects.len() - 1)
     }
 }
 
@@ -191,7 +193,8 @@ fn merge_extras(json: &mut Map<String, Value>, extras: &Value, reporter: &mut Re
     let asset = json.get_mut("asset").and_then(Value::as_object_mut);
     let place = asset.map(|asset| asset.entry("extras").or_insert_with(|| Value::Object(Map::new())));
     let Some(Value::Object(place)) = place else {
-        let detail = "the document's asset.extras is no object; what the output was made from could not be noted in it";
+        let detail =
+            "the document's asset.extras is not an object; what the output was made from could not be noted in it";
         reporter.warn("extras_not_merged", "/asset/extras", detail, "");
         return;
     };
@@ -203,6 +206,12 @@ fn merge_extras(json: &mut Map<String, Value>, extras: &Value, reporter: &mut Re
             place.insert("retargetd".into(), extras.clone());
         }
     }
+}
+
+/// An object as the document has it.
+fn to_value(object: &impl Serialize) -> Result<Value, FormatError> {
+    serde_json::to_value(object)
+        .map_err(|error| FormatError::malformed("write", "", format!("the document cannot be written: {error}")))
 }
 
 /// The array of that name, made where it is not there.

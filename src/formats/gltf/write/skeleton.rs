@@ -1,9 +1,17 @@
 //! A new document with the skeleton, and meshes where there are some, for targets that did not come from glTF.
 
-use glam::{DQuat, DVec3};
-use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
 
-use super::{Output, animation, meshes, skins, streams::decoded_buffer};
+use glam::{DQuat, DVec3};
+use serde_json::{Map, Value};
+
+use super::{
+    Output, animation, meshes,
+    schema::{Asset, Buffer, DocumentScene, List, Node},
+    skins,
+    streams::decoded_buffer,
+    to_value,
+};
 use crate::{
     formats::{Compression, FormatError, meshes::Meshes},
     model::{Clip, Control, Joint, Reporter, Scene},
@@ -31,7 +39,7 @@ pub(super) fn build<'a>(
 ) -> Result<Output<'a>, FormatError> {
     let mut json = Map::new();
     let generator = concat!("retargetd ", env!("CARGO_PKG_VERSION"));
-    json.insert("asset".into(), json!({"version": "2.0", "generator": generator}));
+    json.insert("asset".into(), to_value(&Asset { version: "2.0", generator })?);
     let mut output = Output::new(json, compression);
     if target.skeleton.is_empty() {
         animation::append(&mut output, target, clip, |index, _| index, &[], control, reporter)?;
@@ -39,10 +47,11 @@ pub(super) fn build<'a>(
     }
     let joints = target.skeleton.joints();
     let roots: Vec<usize> = (0..joints.len()).filter(|joint| joints[*joint].parent.is_none()).collect();
-    let nodes = joints.iter().zip(target.skeleton.children()).map(|(joint, children)| node(joint, &children));
-    output.json.insert("scene".into(), json!(0));
-    output.json.insert("scenes".into(), json!([{"nodes": roots}]));
-    output.json.insert("nodes".into(), Value::Array(nodes.collect()));
+    output.json.insert("scene".into(), 0.into());
+    output.json.insert("scenes".into(), to_value(&[DocumentScene { nodes: &roots }])?);
+    for (joint, children) in joints.iter().zip(target.skeleton.children()) {
+        output.push(List::Nodes, &node(joint, &children))?;
+    }
     let mut morph_nodes = Vec::new();
     match content {
         Content::Nodes => {}
@@ -52,7 +61,7 @@ pub(super) fn build<'a>(
         Content::Meshes(meshes) => {
             let skins = skins::add(&mut output, target, &meshes.meshes, reporter)?;
             if skins.need_common_root {
-                add_common_root(&mut output.json, &roots);
+                add_common_root(&mut output, &roots)?;
             }
             morph_nodes = meshes::add(&mut output, target, meshes, &skins, control)?;
         }
@@ -69,43 +78,35 @@ pub(super) fn build<'a>(
     if !animations.is_empty() {
         output.json.insert("animations".into(), Value::Array(animations));
     }
-    let mut buffers = vec![json!({"byteLength": output.binary.length()})];
+    let mut buffers = vec![Buffer { byte_length: output.binary.length(), extensions: BTreeMap::new() }];
     buffers.extend((output.decoded_length > 0).then(|| decoded_buffer(output.decoded_length)));
-    output.json.insert("buffers".into(), Value::Array(buffers));
+    output.json.insert("buffers".into(), to_value(&buffers)?);
     Ok(output)
 }
 
 /// A unit quaternion whose components are at most 1, which rounding may have made a little larger.
-pub(super) fn rotation(rotation: DQuat) -> Value {
-    json!(rotation.to_array().map(|component| component.clamp(-1.0, 1.0)))
+pub(super) fn rotation(rotation: DQuat) -> [f64; 4] {
+    rotation.to_array().map(|component| component.clamp(-1.0, 1.0))
 }
 
-pub(super) fn node(joint: &Joint, children: &[usize]) -> Value {
-    let mut node = Map::new();
-    if !joint.name.is_empty() {
-        node.insert("name".into(), joint.name.as_str().into());
+pub(super) fn node<'a>(joint: &'a Joint, children: &'a [usize]) -> Node<'a> {
+    let rest = &joint.rest;
+    Node {
+        name: &joint.name,
+        translation: (rest.translation != DVec3::ZERO).then(|| rest.translation.to_array()),
+        rotation: (rest.rotation != DQuat::IDENTITY).then(|| rotation(rest.rotation)),
+        scale: (rest.scale != DVec3::ONE).then(|| rest.scale.to_array()),
+        children,
+        mesh: None,
+        skin: None,
     }
-    if joint.rest.translation != DVec3::ZERO {
-        node.insert("translation".into(), json!(joint.rest.translation.to_array()));
-    }
-    if joint.rest.rotation != DQuat::IDENTITY {
-        node.insert("rotation".into(), rotation(joint.rest.rotation));
-    }
-    if joint.rest.scale != DVec3::ONE {
-        node.insert("scale".into(), json!(joint.rest.scale.to_array()));
-    }
-    if !children.is_empty() {
-        node.insert("children".into(), json!(children));
-    }
-    Value::Object(node)
 }
 
 /// One node above all others, behind them in the list: joints of one skin must have one.
-fn add_common_root(json: &mut Map<String, Value>, roots: &[usize]) {
-    let Some(nodes) = json.get_mut("nodes").and_then(Value::as_array_mut) else { return };
-    nodes.push(json!({"name": "scene", "children": roots}));
-    let root = nodes.len() - 1;
-    json.insert("scenes".into(), json!([{"nodes": [root]}]));
+fn add_common_root(output: &mut Output<'_>, roots: &[usize]) -> Result<(), FormatError> {
+    let root = output.push(List::Nodes, &Node { name: "scene", children: roots, ..Node::default() })?;
+    output.json.insert("scenes".into(), to_value(&[DocumentScene { nodes: &[root] }])?);
+    Ok(())
 }
 
 #[cfg(test)]
@@ -115,6 +116,6 @@ mod tests {
     #[test]
     fn a_rotation_is_within_the_range_of_the_format() {
         let above = DQuat::from_xyzw(0.0, 0.5, 0.0, 1.0 + f64::EPSILON);
-        assert_eq!(rotation(above), json!([0.0, 0.5, 0.0, 1.0]), "rounded up, and taken back");
+        assert_eq!(rotation(above), [0.0, 0.5, 0.0, 1.0], "rounded up, and taken back");
     }
 }

@@ -3,9 +3,11 @@
 use std::collections::BTreeMap;
 
 use glam::DMat4;
-use serde_json::{Map, Value, json};
 
-use super::{FLOAT, Output, array};
+use super::{
+    Output,
+    schema::{self, Accessor, Component, List, Shape},
+};
 use crate::{
     formats::{
         FormatError,
@@ -17,7 +19,7 @@ use crate::{
 /// Bind matrices that differ by less than this share are the same, and so are their skins.
 const SAME: f32 = 2e-6;
 /// How many skins a binding is compared with, the last ones.
-const MOST_COMPARED: usize = 64;
+const MAX_COMPARED: usize = 64;
 /// The identity matrix, as glTF lists it.
 const IDENTITY: [f32; 16] = glam::Mat4::IDENTITY.to_cols_array();
 
@@ -93,7 +95,7 @@ pub(super) fn add(
         let bound: Vec<(usize, [f32; 16])> =
             binding.joints.iter().map(|(joint, matrix)| (*joint, columns(matrix).unwrap_or(IDENTITY))).collect();
         let tree = tree_of[bound[0].0];
-        let looked_at = skins.len().saturating_sub(MOST_COMPARED);
+        let looked_at = skins.len().saturating_sub(MAX_COMPARED);
         let same = skins[looked_at..].iter().position(|skin| skin.tree == tree && skin.agrees(&bound));
         let index = same.map_or(skins.len(), |index| looked_at + index);
         if index == skins.len() {
@@ -145,16 +147,10 @@ fn bind_pose(target: &Scene, has_meshes: bool) -> Vec<DMat4> {
 
 fn write(output: &mut Output<'_>, skin: &Skin) -> Result<(), FormatError> {
     let view = output.add_values(&skin.joint_from_vertex, None)?;
-    let accessor = json!({"bufferView": view, "componentType": FLOAT, "count": skin.joints.len(), "type": "MAT4"});
-    let accessor = output.add_accessor(accessor)?;
-    let mut value = Map::new();
-    if !skin.name.is_empty() {
-        value.insert("name".into(), skin.name.as_str().into());
-    }
-    value.insert("inverseBindMatrices".into(), json!(accessor));
-    value.insert("joints".into(), json!(skin.joints));
-    array(&mut output.json, "skins")?.push(Value::Object(value));
-    Ok(())
+    let accessor = Accessor::of_view(view, Component::Float, skin.joints.len(), Shape::Mat4);
+    let inverse_bind_matrices = output.add_accessor(&accessor)?;
+    let skin = schema::Skin { name: &skin.name, inverse_bind_matrices, joints: &skin.joints };
+    output.push(List::Skins, &skin).map(drop)
 }
 
 /// A matrix as glTF lists it; nothing where it is not finite.

@@ -1,14 +1,15 @@
 //! The arrays of an animation: as floats in one buffer view, with rotations in 16 bits, or each in a compressed view of its own.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, collections::BTreeMap};
 
 use glam::Quat;
-use serde_json::{Value, json};
 
-use super::{FLOAT, Output, array};
+use super::{
+    Output, array,
+    schema::{Accessor, Bounds, Buffer, BufferView, Component, CompressedView, Fallback, List, Shape},
+};
 use crate::formats::{Compression, FormatError, gltf::MESHOPT_EXTENSIONS};
 
-const SHORT: u64 = 5122;
 /// Components of compressed rotations have as many bits as the format allows.
 const ROTATION_BITS: i32 = 16;
 /// Of compressed translations and scales as many as keep a metre to the micrometre.
@@ -50,13 +51,23 @@ impl<'o, 'a> Streams<'o, 'a> {
     pub(super) fn add<T: bytemuck::Pod>(
         &mut self,
         values: Cow<'a, [T]>,
-        shape: &str,
+        shape: Shape,
         kind: Kind,
+    ) -> Result<usize, FormatError> {
+        self.add_bounded(values, shape, kind, None)
+    }
+
+    fn add_bounded<T: bytemuck::Pod>(
+        &mut self,
+        values: Cow<'a, [T]>,
+        shape: Shape,
+        kind: Kind,
+        bounds: Option<Bounds>,
     ) -> Result<usize, FormatError> {
         let count = values.len();
         let is_short = kind == Kind::Rotations && self.output.compression != Compression::None;
-        let mut accessor = if self.output.compression == Compression::Meshopt {
-            json!({"bufferView": self.compressed(bytemuck::cast_slice(&values), count, kind)?})
+        let (view, byte_offset) = if self.output.compression == Compression::Meshopt {
+            (self.compressed(bytemuck::cast_slice(&values), count, kind)?, None)
         } else {
             let bytes = match values {
                 _ if is_short => Cow::Owned(bytemuck::cast_slice(&shorts(bytemuck::cast_slice(&values))).to_vec()),
@@ -64,15 +75,11 @@ impl<'o, 'a> Streams<'o, 'a> {
                 Cow::Owned(values) => Cow::Owned(bytemuck::cast_slice(&values).to_vec()),
             };
             let offset = self.output.binary.push(bytes) - self.view_offset;
-            json!({"bufferView": self.view, "byteOffset": offset})
+            (self.view, Some(offset))
         };
-        accessor["componentType"] = json!(if is_short { SHORT } else { FLOAT });
-        if is_short {
-            accessor["normalized"] = json!(true);
-        }
-        accessor["count"] = json!(count);
-        accessor["type"] = json!(shape);
-        self.output.add_accessor(accessor)
+        let component = if is_short { Component::Short } else { Component::Float };
+        let accessor = Accessor::of_view(view, component, count, shape);
+        self.output.add_accessor(&Accessor { byte_offset, normalized: is_short, bounds, ..accessor })
     }
 
     /// Rotations as a reader will see them.
@@ -96,11 +103,8 @@ impl<'o, 'a> Streams<'o, 'a> {
     /// An array of times, with the bounds that the specification asks for.
     pub(super) fn add_times(&mut self, times: Vec<f32>) -> Result<usize, FormatError> {
         let (first, last) = (times.first().copied().unwrap_or(0.0), times.last().copied().unwrap_or(0.0));
-        let index = self.add(Cow::Owned(times), "SCALAR", Kind::Exact)?;
-        let accessor = &mut array(&mut self.output.json, "accessors")?[index];
-        accessor["min"] = json!([f64::from(first)]);
-        accessor["max"] = json!([f64::from(last)]);
-        Ok(index)
+        let bounds = Bounds { min: vec![first], max: vec![last] };
+        self.add_bounded(Cow::Owned(times), Shape::Scalar, Kind::Exact, Some(bounds))
     }
 
     /// Adds a compressed view and gives its index. What it decodes to has a place in a buffer that is not there.
@@ -126,41 +130,41 @@ impl<'o, 'a> Streams<'o, 'a> {
         let encoded = encoded.map_err(failed)?;
         let (decoded_length, encoded_length) = (count * stride, encoded.len());
         let offset = self.output.binary.push(Cow::Owned(encoded));
-        let mut compressed = json!({
-            "buffer": 0,
-            "byteOffset": offset,
-            "byteLength": encoded_length,
-            "byteStride": stride,
-            "mode": "ATTRIBUTES",
-            "count": count,
-        });
-        if let Some(filter) = filter {
-            compressed["filter"] = json!(filter);
-        }
-        let views = array(&mut self.output.json, "bufferViews")?;
-        views.push(json!({
-            "buffer": self.output.decoded_buffer,
-            "byteOffset": self.output.decoded_length,
-            "byteLength": decoded_length,
-            "extensions": {MESHOPT_EXTENSIONS[0]: compressed},
-        }));
+        let compressed = CompressedView {
+            buffer: 0,
+            byte_offset: offset,
+            byte_length: encoded_length,
+            byte_stride: stride,
+            mode: "ATTRIBUTES",
+            count,
+            filter,
+        };
+        let view = BufferView {
+            buffer: self.output.decoded_buffer,
+            byte_offset: self.output.decoded_length,
+            byte_length: decoded_length,
+            target: None,
+            extensions: BTreeMap::from([(MESHOPT_EXTENSIONS[0], compressed)]),
+        };
         self.output.decoded_length += decoded_length.next_multiple_of(16);
-        Ok(views.len() - 1)
+        self.output.push(List::BufferViews, &view)
     }
 
     /// Adds the view of what is not compressed, now that its length is known.
     pub(super) fn finish(self) -> Result<(), FormatError> {
         if self.output.compression != Compression::Meshopt {
-            array(&mut self.output.json, "bufferViews")?.push(json!({
-                "buffer": 0,
-                "byteOffset": self.view_offset,
-                "byteLength": self.output.binary.length() - self.view_offset,
-            }));
-            return Ok(());
+            let view = BufferView {
+                buffer: 0,
+                byte_offset: self.view_offset,
+                byte_length: self.output.binary.length() - self.view_offset,
+                target: None,
+                extensions: BTreeMap::new(),
+            };
+            return self.output.push(List::BufferViews, &view).map(drop);
         }
         for list in ["extensionsUsed", "extensionsRequired"] {
             let names = array(&mut self.output.json, list)?;
-            if !names.contains(&json!(MESHOPT_EXTENSIONS[0])) {
+            if !names.iter().any(|name| name == MESHOPT_EXTENSIONS[0]) {
                 names.push(MESHOPT_EXTENSIONS[0].into());
             }
         }
@@ -169,15 +173,16 @@ impl<'o, 'a> Streams<'o, 'a> {
 }
 
 /// The buffer that compressed views decode into: only its length is there.
-pub(super) fn decoded_buffer(length: usize) -> Value {
-    json!({"byteLength": length, "extensions": {MESHOPT_EXTENSIONS[0]: {"fallback": true}}})
+pub(super) fn decoded_buffer(length: usize) -> Buffer {
+    let extensions = BTreeMap::from([(MESHOPT_EXTENSIONS[0], Fallback { fallback: true })]);
+    Buffer { byte_length: length, extensions }
 }
 
 fn encode<T>(elements: &[T]) -> Result<Vec<u8>, meshopt::Error> {
     meshopt::encode_vertex_buffer_level(elements, COMPRESSION_LEVEL, Some(CODEC_VERSION))
 }
 
-/// Normalised shorts, as the specification rounds them.
+/// Normalized shorts, as the specification rounds them.
 fn shorts(rotations: &[[f32; 4]]) -> Vec<[i16; 4]> {
     let short = |component: f32| (component * f32::from(i16::MAX)).round().clamp(-32767.0, 32767.0) as i16;
     rotations.iter().map(|rotation| rotation.map(short)).collect()
