@@ -16,6 +16,7 @@
 //! | [`drawing`] | drawn characters: their configs, projection onto planes, pose, mesh, deformation | `model`, `rig`, `retarget` (the spec), `picture` |
 //! | [`engine`] | the one pure function: input bytes and spec to output bytes, warnings and report | all above |
 //! | [`report`] | what the engine found out, as page, text and table | all above |
+//! | [`retargeter`] | the crate for Rust programs: a builder over the engine | all above |
 //! | [`store`] | durable facts: records and blobs | `config` |
 //! | [`outbound`] | talking out: address guard, requests, signatures of webhooks | `config`, `telemetry` |
 //! | [`jobs`] | scheduling: states, admission, queue, workers, webhooks | `engine`, `store`, `outbound`, `config`, `telemetry` |
@@ -37,25 +38,20 @@
 //! Data changes type as it is validated, so what is not validated cannot go on. Per frame there are indices and
 //! constants only: no names, no look-ups, no allocation.
 //!
-//! The whole of it, as a library:
+//! # As a library
 //!
 //! ```
-//! use retargetd::{engine::{self, Control, Inputs, Limits, NamedBytes}, samples};
+//! use retargetd::{Asset, Retargeter, samples};
 //!
 //! let (walk, mannequin) = (samples::walk_clip(), samples::mannequin());
-//! let inputs = Inputs {
-//!     source: NamedBytes { name: "walk.glb", bytes: &walk },
-//!     target: NamedBytes { name: "mannequin.glb", bytes: &mannequin },
-//!     source_rest: None,
-//!     target_rest: None,
-//!     config: None,
-//!     formats: &[],
-//! };
-//! let outcome = engine::retarget(&inputs, &Limits::default(), &Control::new())?;
+//! let outcome = Retargeter::new().retarget(Asset::new("walk.glb", &walk), Asset::new("mannequin.glb", &mannequin))?;
 //! assert_eq!(outcome.report.counts.frames, 121, "as long as the walk");
 //! assert!(outcome.outputs[0].bytes.starts_with(b"glTF"), "the mannequin, walking");
-//! # Ok::<(), engine::Failure>(())
+//! # Ok::<(), retargetd::Error>(())
 //! ```
+//!
+//! [`Retargeter`] takes files, [`Retargeter::scenes`] scenes in memory, and [`RigPair::frames`] single poses. What the root of the crate
+//! names is all that programs need; the modules are for this project and change without notice.
 //!
 //! # Words
 //!
@@ -70,31 +66,69 @@
 //! `docs/architecture.md` has the checklists for an op, a metric, a route and a setting, `formats/mod.rs` the one for a format.
 //! `openapi/` and `docs/reference` are made from the code; the tests that compare them say how to write them anew.
 
+#[cfg_attr(doc, doc(hidden))]
 #[cfg(feature = "service")]
 pub mod app;
+#[cfg_attr(doc, doc(hidden))]
 #[cfg(feature = "service")]
 pub mod cli;
+#[cfg_attr(doc, doc(hidden))]
 #[cfg(feature = "service")]
 pub mod config;
+#[cfg_attr(doc, doc(hidden))]
 pub mod drawing;
+#[cfg_attr(doc, doc(hidden))]
 pub mod editing;
+#[cfg_attr(doc, doc(hidden))]
 pub mod engine;
+#[cfg_attr(doc, doc(hidden))]
 pub mod formats;
+#[cfg_attr(doc, doc(hidden))]
 #[cfg(feature = "service")]
 pub mod http;
+#[cfg_attr(doc, doc(hidden))]
 #[cfg(feature = "service")]
 pub mod identity;
+#[cfg_attr(doc, doc(hidden))]
 #[cfg(feature = "service")]
 pub mod jobs;
+#[cfg_attr(doc, doc(hidden))]
 pub mod model;
+#[cfg_attr(doc, doc(hidden))]
 #[cfg(feature = "service")]
 pub mod outbound;
+#[cfg_attr(doc, doc(hidden))]
 pub mod picture;
+#[cfg_attr(doc, doc(hidden))]
 pub mod report;
+#[cfg_attr(doc, doc(hidden))]
 pub mod retarget;
+#[cfg_attr(doc, doc(hidden))]
+pub mod retargeter;
+#[cfg_attr(doc, doc(hidden))]
 pub mod rig;
 pub mod samples;
+#[cfg_attr(doc, doc(hidden))]
 #[cfg(feature = "service")]
 pub mod store;
+#[cfg_attr(doc, doc(hidden))]
 #[cfg(feature = "service")]
 pub mod telemetry;
+
+// The face of the library: what a program needs, and all that keeps still. The modules are for this project; they change.
+pub use engine::{
+    Control, Counts, DriverView, Failure, FailureCode, FieldError, Format, FormatInfo, Inspection, Knowledge, Limits,
+    Outcome, Output, Phase, Progress, Proposal, Report, Timings, WarningView,
+};
+pub use model::{Axes, Clip, Joint, JointTracks, LocalPose, ModelPose, Scene, Skeleton, Track, Transform, Warning};
+pub use retarget::{
+    ChainMap, ContactTrack, EditSpec, FkOp, Measures, Metric, MetricName, Op, OutputChoice, OutputSpec, PelvisOp,
+    ReportChoice, RetargetSpec, Verdict,
+};
+pub use retargeter::{Asset, Config, Error, FrameRetargeter, Retargeter, RigPair, SceneOutcome};
+pub use rig::{Align, PoseChoice, RigSpec};
+
+/// The examples of the guide are tests too.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/guide/library.md")]
+pub struct Guide;

@@ -4,17 +4,16 @@ use glam::{DVec3, Vec3};
 use serde::Serialize;
 
 use crate::{
-    model::{Clip, Control, Reporter, Scene, Skeleton, Track, Transform},
-    retarget::{Measures, ReportDetail, RetargetSpec, Verdict, measure},
+    model::{Control, Reporter, Scene, Skeleton, Track, Transform},
+    retarget::{Measures, RetargetSpec, Verdict},
     rig::{ALL_CHARACTERS, Rig, RigSpec, SpecErrorKind, SpecField},
 };
 
 use super::{
     Failure, FailureCode,
-    edit::edited_clip,
-    files::{Files, Sides, in_config, one_field},
+    files::{Files, RigPair, in_config, one_field},
     knowledge::Knowledge,
-    pass::Pass,
+    transfer::{MovedJoints, Transfer},
 };
 
 /// One of several characters that were moved.
@@ -40,15 +39,6 @@ pub(super) struct Part {
     pub(super) spec: RetargetSpec,
     /// The topmost joint in the target.
     top: usize,
-}
-
-/// What came of the characters after the first.
-pub(super) struct Ensemble {
-    pub(super) result: Clip,
-    pub(super) driven_joints: usize,
-    /// Of the character that it went worst with.
-    pub(super) measures: Option<Measures>,
-    pub(super) views: Vec<CharacterView>,
 }
 
 /// A spec for each character, where a spec asks for all of them; else nothing.
@@ -132,38 +122,30 @@ fn refused(pointer: &str, detail: impl Into<String>, hint: &str) -> Failure {
     in_config(one_field(SpecField::new(SpecErrorKind::InvalidValue, pointer, detail))).with_hint(hint)
 }
 
-/// Moves the characters after the first, and puts everything together.
+/// Moves the characters after the first, and puts everything together: the clip of all, the number of joints, and the measures of the
+/// character that it went worst with. Gives what is told of each; nothing where there are no parts.
 ///
 /// # Errors
 /// When one of them cannot be moved, or the work is canceled.
 pub(super) fn together(
     parts: &[Part],
     (files, knowledge): (&Files, &Knowledge),
-    first: (&Rig<'_>, Clip, usize, Option<Measures>),
+    (leader, whole): (&Rig<'_>, &mut Transfer<'_>),
     control: &Control,
     reporter: &mut Reporter,
-) -> Result<Ensemble, Failure> {
-    let (leader, result, driven, measures) = first;
-    let Some((first, others)) = parts.split_first() else {
-        return Ok(Ensemble { result, driven_joints: driven, measures, views: Vec::new() });
-    };
+) -> Result<Vec<CharacterView>, Failure> {
+    let Some((first, others)) = parts.split_first() else { return Ok(Vec::new()) };
     let skeleton = &files.target.scene.skeleton;
-    let mut joints = result.joints().to_vec();
-    let mut views = vec![view(first, files, driven, measures.as_ref())];
-    let (mut worst, mut driven_joints) = (measures, driven);
+    let mut joints = whole.clip.joints().to_vec();
+    let mut views = vec![view(first, files, whole)];
     for part in others {
         let mut own = Reporter::new();
-        let Sides { spec, source, target } = files.sides(part.spec.clone(), knowledge, &mut own)?;
+        let RigPair { spec, source, target } = files.sides(part.spec.clone(), knowledge, &mut own)?;
         let clip = files.choose_clip(&spec, &mut Reporter::new())?;
-        let clip = edited_clip(&source, clip, &spec, control, &mut own)?;
-        let pass = Pass::run(&spec, &source, &target, &clip, control, &mut own)?;
-        let measures = (spec.report.detail() != ReportDetail::None)
-            .then(|| measure(&pass.mapping, &source, &target, &clip, &pass.result, &spec.report, &pass.reaches));
+        let moved = MovedJoints::new(spec, (&source, &target), clip, control, &mut own)?.transfer;
         reporter.absorb(&skeleton.label(part.top), own);
-        let driven = pass.stack.driven_joint_count();
-        driven_joints += driven;
-        views.push(view(part, files, driven, measures.as_ref()));
-        for (joint, tracks) in pass.result.joints().iter().enumerate() {
+        views.push(view(part, files, &moved));
+        for (joint, tracks) in moved.clip.joints().iter().enumerate() {
             if skeleton.is_ancestor_or_self(part.top, joint) {
                 joints[joint] = tracks.clone();
             }
@@ -173,11 +155,12 @@ pub(super) fn together(
             let track = &mut joints[part.top].translation;
             *track = moved_aside(track, &target, part.top, apart(leader, &target));
         }
-        worst = worse(worst, measures);
+        whole.driven_joints += moved.driven_joints;
+        whole.measures = worse(whole.measures.take(), moved.measures);
     }
-    let result = result.with_joints(joints);
-    let result = result.map_err(|error| Failure::new(FailureCode::Internal, error.to_string()))?;
-    Ok(Ensemble { result, driven_joints, measures: worst, views })
+    let clip = whole.clip.clone().with_joints(joints);
+    whole.clip = clip.map_err(|error| Failure::new(FailureCode::Internal, error.to_string()))?;
+    Ok(views)
 }
 
 /// From where one figure stands at rest to where another does, level; in the scene's space.
@@ -197,7 +180,8 @@ fn moved_aside(track: &Track<Vec3>, rig: &Rig<'_>, top: usize, shift: DVec3) -> 
     }
 }
 
-fn view(part: &Part, files: &Files, driven_joints: usize, measures: Option<&Measures>) -> CharacterView {
+fn view(part: &Part, files: &Files, moved: &Transfer<'_>) -> CharacterView {
+    let measures = moved.measures.as_ref();
     let label = |scene: &Scene, name: &str| {
         let node = name.strip_prefix('#').and_then(|node| node.parse::<usize>().ok());
         let joint = scene.skeleton.joints().iter().position(|joint| Some(joint.node) == node);
@@ -207,7 +191,7 @@ fn view(part: &Part, files: &Files, driven_joints: usize, measures: Option<&Meas
     CharacterView {
         target: files.target.scene.skeleton.label(part.top),
         source: source.map(|name| label(&files.source.scene, name)),
-        driven_joints,
+        driven_joints: moved.driven_joints,
         verdict: measures.map(|measures| measures.verdict),
         verdict_reason: measures.map_or_else(String::new, |measures| measures.verdict_reason.clone()),
     }

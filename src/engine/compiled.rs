@@ -14,9 +14,9 @@ use crate::{
 use super::{
     Failure, FailureCode, Inputs, Knowledge, RigFacts, Rigs, WarningView,
     edit::edited_clip,
-    files::{Files, Sides, in_config, one_field, read_spec},
-    pass::{Pass, run_failure},
-    tune::Subject,
+    files::{Files, RigPair, in_config, one_field, read_spec},
+    retarget_run::{RetargetRun, run_failure},
+    tune::TuningProblem,
 };
 
 /// A retarget of one pair of rigs with one spec, without its files.
@@ -57,7 +57,7 @@ impl Compiled {
         let spec = read_spec(inputs.config)?;
         let files = Files::load(inputs, false, (limits, control), &mut reporter)?;
         control.enter(Phase::Plan, 0);
-        let Sides { spec, source, target } = files.sides(spec, knowledge, &mut reporter)?;
+        let RigPair { spec, source, target } = files.sides(spec, knowledge, &mut reporter)?;
         let scene = source.scene;
         let still = Clip::new(String::new(), vec![0.0], vec![JointTracks::default(); scene.skeleton.len()]);
         let still = still.map_err(no_poses)?;
@@ -68,9 +68,9 @@ impl Compiled {
         if let Some((pointer, _)) = whole_clip.into_iter().find(|(_, is_asked)| *is_asked) {
             return Err(of_a_whole_clip(pointer));
         }
-        let subject = Subject { source: &source, target: &target, clip, control };
+        let subject = TuningProblem { source: &source, target: &target, clip, control };
         let (spec, _) = subject.settle(spec)?;
-        let pass = Pass::run(&spec, &source, &target, clip, control, &mut reporter)?;
+        let pass = RetargetRun::run(&spec, &source, &target, clip, control, &mut reporter)?;
         let resolved_spec = serde_json::to_value(&pass.resolved)
             .map_err(|error| Failure::new(FailureCode::Internal, format!("the resolved spec: {error}")))?;
         let rigs = Rigs {

@@ -22,21 +22,21 @@ use super::{
     files::{chosen_clip, in_config, in_config_or},
     layer::{laid_over, morph_rests},
     load::load,
-    mixups,
-    outputs::{Written, write_outputs},
+    output_request::output_requests,
+    outputs::{WrittenOutputs, write_outputs},
     pictures::Sights,
     provenance::Provenance,
     strict::check_strict,
-    wanted::wanted_outputs,
-    work::Work,
+    swapped_inputs,
+    task_context::TaskContext,
 };
 
 /// Above this share of the figure's size, a rig whose two halves differ is worth a word.
 const ASYMMETRY_WORTH_A_WORD: f64 = 0.02;
 
 /// Edits one clip of a file. The spec's `source` tells of the rig; `target`, `map` and `ops` have nothing to say here and are warned of.
-pub(super) fn edited(work: Work<'_>, inputs: &EditInputs<'_>) -> Result<Outcome, Failure> {
-    let Work { ref spec, knowledge, limits, control, begin, mut reporter } = work;
+pub(super) fn edited(work: TaskContext<'_>, inputs: &EditInputs<'_>) -> Result<Outcome, Failure> {
+    let TaskContext { ref spec, knowledge, limits, control, begin, mut reporter } = work;
     if inputs.unread_target {
         reporter.warn(
             "field_without_effect",
@@ -46,7 +46,7 @@ pub(super) fn edited(work: Work<'_>, inputs: &EditInputs<'_>) -> Result<Outcome,
         );
     }
     check_says_something(spec, inputs)?;
-    let wanted = wanted_outputs(spec, inputs.formats)?;
+    let wanted = output_requests(spec, inputs.formats)?;
     let loaded = load(inputs.source, "source", limits, control, &mut reporter)?;
     let rest = inputs.source_rest.map(|file| load(file, "source_rest", limits, control, &mut reporter)).transpose()?;
     let read_seconds = control.seconds() - begin;
@@ -57,8 +57,8 @@ pub(super) fn edited(work: Work<'_>, inputs: &EditInputs<'_>) -> Result<Outcome,
     let rest: Option<&Scene> = rest.as_ref().map(|loaded| &loaded.scene);
     let rig = Rig::with_templates("source", &loaded.scene, rest, &spec.source, knowledge.rigs(), &mut reporter)
         .map_err(|error| in_config_or(error, "source"))
-        .map_err(|failure| mixups::explain_rest(failure, "source", &loaded.scene, &loaded.scene, rest))?;
-    let clip = chosen_clip(spec, &loaded.scene, &mut reporter, || mixups::nothing_moves(&loaded.scene))?;
+        .map_err(|failure| swapped_inputs::explain_rest(failure, "source", &loaded.scene, &loaded.scene, rest))?;
+    let clip = chosen_clip(spec, &loaded.scene, &mut reporter, || swapped_inputs::nothing_moves(&loaded.scene))?;
     let plan_seconds = control.seconds() - planning;
 
     let editing = control.seconds();
@@ -72,7 +72,7 @@ pub(super) fn edited(work: Work<'_>, inputs: &EditInputs<'_>) -> Result<Outcome,
     control.enter(Phase::Write, wanted.len() as u64);
     let resolved_spec = serde_json::to_value(RetargetSpec { pose: None, ..spec.clone() })
         .map_err(|error| Failure::new(FailureCode::Internal, format!("the resolved spec: {error}")))?;
-    let Written { outputs, keys } = write_outputs(
+    let WrittenOutputs { outputs, keys } = write_outputs(
         &wanted,
         &rig,
         &edited,
@@ -294,9 +294,9 @@ fn report_asymmetry(rig: &Rig<'_>, mirror: &Mirror<'_>, clip: &Clip, reporter: &
 }
 
 fn first_few(names: &[String]) -> String {
-    const MOST: usize = 8;
-    let shown = names[..names.len().min(MOST)].join(", ");
-    if names.len() > MOST { format!("{shown} and {} more", names.len() - MOST) } else { shown }
+    const MAX: usize = 8;
+    let shown = names[..names.len().min(MAX)].join(", ");
+    if names.len() > MAX { format!("{shown} and {} more", names.len() - MAX) } else { shown }
 }
 
 fn time_failure(error: TimeEditError) -> Failure {

@@ -18,8 +18,8 @@ use crate::{
 use super::{
     Failure, Inputs, Knowledge,
     edit::edited_clip,
-    files::{Files, Sides, in_config, one_field, read_spec},
-    pass::Pass,
+    files::{Files, RigPair, in_config, one_field, read_spec},
+    retarget_run::RetargetRun,
     tune,
 };
 
@@ -153,7 +153,7 @@ pub fn explain_with(
     let spec = read_spec(inputs.config)?;
     let files = Files::load(inputs, false, (limits, control), &mut reporter)?;
     control.enter(Phase::Plan, 0);
-    let Sides { spec, source, target } = files.sides(spec, knowledge, &mut reporter)?;
+    let RigPair { spec, source, target } = files.sides(spec, knowledge, &mut reporter)?;
     let clip = files.choose_clip(&spec, &mut reporter)?;
     let edited = edited_clip(&source, clip, &spec, control, &mut reporter)?;
     let clip = edited.as_ref();
@@ -163,10 +163,10 @@ pub fn explain_with(
         let detail = format!("frame {} is past the clip's {} frames", question.frame, clip.frame_count());
         return Err(asked(SpecField::new(SpecErrorKind::InvalidValue, "/frame", detail)));
     }
-    let subject = tune::Subject { source: &source, target: &target, clip, control };
+    let subject = tune::TuningProblem { source: &source, target: &target, clip, control };
     let (spec, _) = subject.settle(spec)?;
     control.enter(Phase::Retarget, 0);
-    let run = |spec: &RetargetSpec| Pass::run(spec, &source, &target, clip, control, &mut Reporter::new());
+    let run = |spec: &RetargetSpec| RetargetRun::run(spec, &source, &target, clip, control, &mut Reporter::new());
     let pass = run(&spec)?;
     let ops = pass.resolved.ops.clone().unwrap_or_default();
     let (kinematics, later): (Vec<&Op>, Vec<&Op>) = ops.iter().partition(|op| is_kinematics(op));
@@ -174,7 +174,8 @@ pub fn explain_with(
         let ops = kinematics.iter().chain(&later[..count]).map(|op| (*op).clone()).collect();
         RetargetSpec { ops: Some(ops), ..spec.clone() }
     };
-    let pose_of = |pass: &Pass| pass.result.local_pose(target.skeleton(), question.frame).to_model(target.skeleton());
+    let pose_of =
+        |pass: &RetargetRun| pass.result.local_pose(target.skeleton(), question.frame).to_model(target.skeleton());
     let before = if later.is_empty() { None } else { Some(run(&up_to(0))?) };
     let first = before.as_ref().unwrap_or(&pass);
     let turned = pose_of(first);

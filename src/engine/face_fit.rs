@@ -18,7 +18,7 @@ use super::{Failure, files::in_config};
 /// When more of the source's motion than this is not met, a word is due.
 const MUCH_MISSED: f64 = 0.4;
 /// When more than this is not met, names say more than the meshes do.
-const MOST_MISSED: f64 = 0.75;
+const MAX_MISSED: f64 = 0.75;
 /// When corresponding points are farther apart than this share of the face, the faces may not lie over each other.
 const FAR_APART: f64 = 0.05;
 
@@ -92,7 +92,7 @@ pub(super) fn fitted(
     };
     let frames = solved(&fit, clip, source.scene, &source_shapes, control)?;
     let view = view(&fit, &frames, target_shapes.len());
-    if view.missed_share > MOST_MISSED {
+    if view.missed_share > MAX_MISSED {
         let missed = view.missed_share * 100.0;
         impossible(
             "target",
@@ -114,7 +114,7 @@ fn check(spec: &MorphFitSpec) -> Result<(), Failure> {
     if least.is_finite() && most.is_finite() && least <= 0.0 && most >= 0.0 && least < most {
         return Ok(());
     }
-    let detail = format!("[{least}, {most}] are no bounds of weights; the least comes first, and 0 lies within");
+    let detail = format!("[{least}, {most}] are not bounds of weights; the lower bound comes first, and 0 lies within");
     let field = SpecField::new(SpecErrorKind::InvalidValue, "/morphs/fit/bounds", detail);
     SpecError::from_fields(vec![field]).map_or(Ok(()), |error| Err(in_config(error)))
 }

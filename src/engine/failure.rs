@@ -13,6 +13,7 @@ use crate::{
 /// Why the engine did not give a result.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{detail}")]
+#[non_exhaustive]
 pub struct Failure {
     /// Stable.
     pub code: FailureCode,
@@ -30,6 +31,7 @@ pub struct Failure {
 
 /// One thing that is wrong with a document.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct FieldError {
     /// JSON pointer into the document, such as `/source/chains/left_leg/1`.
     pub pointer: String,
@@ -44,6 +46,7 @@ pub struct FieldError {
 
 /// The reasons, each with one code on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum FailureCode {
     /// The bytes are of no format that we read.
     UnsupportedFormat,

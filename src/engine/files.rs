@@ -9,20 +9,20 @@ use crate::{
 
 use super::{
     Failure, Inputs, Knowledge, NamedBytes,
-    load::{Loaded, load},
-    mixups,
+    load::{LoadedFile, load},
+    swapped_inputs,
 };
 
 /// The files of a retarget, read.
 pub(super) struct Files {
-    pub(super) source: Loaded,
-    pub(super) target: Loaded,
-    source_rest: Option<Loaded>,
-    target_rest: Option<Loaded>,
+    pub(super) source: LoadedFile,
+    pub(super) target: LoadedFile,
+    source_rest: Option<LoadedFile>,
+    target_rest: Option<LoadedFile>,
 }
 
 /// Both rigs, and the spec that they were made by.
-pub(super) struct Sides<'a> {
+pub(super) struct RigPair<'a> {
     pub(super) spec: RetargetSpec,
     pub(super) source: Rig<'a>,
     pub(super) target: Rig<'a>,
@@ -31,7 +31,7 @@ pub(super) struct Sides<'a> {
 /// The spec; an empty one where no config was given.
 pub(super) fn read_spec(config: Option<NamedBytes<'_>>) -> Result<RetargetSpec, Failure> {
     let Some(config) = config else { return Ok(RetargetSpec::default()) };
-    parse_spec(config.bytes).map_err(|error| mixups::explain_config(in_config(error), config))
+    parse_spec(config.bytes).map_err(|error| swapped_inputs::explain_config(in_config(error), config))
 }
 
 impl Files {
@@ -62,29 +62,29 @@ impl Files {
         spec: RetargetSpec,
         knowledge: &Knowledge,
         reporter: &mut Reporter,
-    ) -> Result<Sides<'_>, Failure> {
+    ) -> Result<RigPair<'_>, Failure> {
         let templates = knowledge.rigs();
         let (source, target) = (&self.source.scene, &self.target.scene);
         let rests = (scene_of(&self.source_rest), scene_of(&self.target_rest));
-        mixups::swapped_rest("source", source, target, rests.0)?;
-        mixups::swapped_rest("target", target, source, rests.1)?;
+        swapped_inputs::swapped_rest("source", source, target, rests.0)?;
+        swapped_inputs::swapped_rest("target", target, source, rests.1)?;
         let failed = |error, side: &'static str| {
             let failure = in_config_or(error, side);
             let (own, other, rest) =
                 if side == "source" { (source, target, rests.0) } else { (target, source, rests.1) };
-            mixups::explain_rest(failure, side, own, other, rest)
+            swapped_inputs::explain_rest(failure, side, own, other, rest)
         };
         let source = Rig::with_templates("source", source, rests.0, &spec.source, templates, reporter)
             .map_err(|error| failed(error, "source"))?;
         let target = Rig::with_templates("target", target, rests.1, &spec.target, templates, reporter)
             .map_err(|error| failed(error, "target"))?;
-        Ok(Sides { spec, source, target })
+        Ok(RigPair { spec, source, target })
     }
 
     /// The clip that the spec names, else the first in which something moves.
     pub(super) fn choose_clip(&self, spec: &RetargetSpec, reporter: &mut Reporter) -> Result<&Clip, Failure> {
         let scene = &self.source.scene;
-        chosen_clip(spec, scene, reporter, || mixups::no_animation(scene, &self.target.scene))
+        chosen_clip(spec, scene, reporter, || swapped_inputs::no_animation(scene, &self.target.scene))
     }
 }
 
@@ -118,7 +118,7 @@ fn named_clip<'a>(scene: &'a Scene, choice: &ClipChoice) -> Result<&'a Clip, Fai
     Ok(&scene.clips[found])
 }
 
-fn scene_of(loaded: &Option<Loaded>) -> Option<&Scene> {
+fn scene_of(loaded: &Option<LoadedFile>) -> Option<&Scene> {
     loaded.as_ref().map(|loaded| &loaded.scene)
 }
 

@@ -23,6 +23,7 @@ use crate::{
 
 /// What a file holds.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Inspection {
     /// Wire name of the format.
     pub format: &'static str,

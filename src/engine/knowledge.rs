@@ -111,7 +111,8 @@ pub fn built_in_presets() -> Vec<(String, Value)> {
 /// When the name is none, or the document is no config that can be used.
 pub fn check_preset(name: &str, document: Value) -> Result<Value, Failure> {
     if !is_name(name) {
-        let detail = format!("'{name}' is no name of a preset: use up to 64 lower-case letters, digits, '_' and '-'");
+        let detail =
+            format!("'{name}' is not a valid preset name: use up to 64 lower-case letters, digits, '_' and '-'");
         return Err(Failure::new(FailureCode::InvalidValue, detail).in_part("preset"));
     }
     if crate::drawing::is_draw_document(&document) {
@@ -151,7 +152,7 @@ pub fn merge_config(preset: &Value, config: Option<NamedBytes<'_>>) -> Result<St
         return Ok(preset.to_string());
     };
     if !is_ours(&Value::Object(over.clone())) {
-        let detail = "a config of another tool says everything by itself, so no preset can be put under it";
+        let detail = "a config of another tool is complete, so it cannot extend a preset";
         let hint = "leave the preset out, or send a config with fields of the retarget spec";
         return Err(Failure::new(FailureCode::InvalidValue, detail).in_part("config").with_hint(hint));
     }

@@ -5,10 +5,10 @@ use crate::{
     model::{Control, Reporter, Scene},
 };
 
-use super::{Failure, NamedBytes, mixups};
+use super::{Failure, NamedBytes, swapped_inputs};
 
 /// A file that has been read.
-pub(super) struct Loaded {
+pub(super) struct LoadedFile {
     pub(super) scene: Scene,
     pub(super) format: Format,
 }
@@ -20,11 +20,11 @@ pub(super) fn load(
     limits: &Limits,
     control: &Control,
     reporter: &mut Reporter,
-) -> Result<Loaded, Failure> {
+) -> Result<LoadedFile, Failure> {
     let mut own = Reporter::new();
-    let refused = |error| mixups::explain_model(Failure::from(error).in_part(part), file);
+    let refused = |error| swapped_inputs::explain_model(Failure::from(error).in_part(part), file);
     let (format, bytes) = formats::open(file.bytes, file.name, limits, control).map_err(refused)?;
     let scene = formats::read(&bytes, format, limits, control, &mut own).map_err(refused)?;
     reporter.absorb(part, own);
-    Ok(Loaded { scene, format })
+    Ok(LoadedFile { scene, format })
 }

@@ -25,11 +25,9 @@ mod labels;
 mod layer;
 mod limited;
 mod load;
-mod mixups;
 mod morphs;
+mod output_request;
 mod outputs;
-mod pass;
-mod performance;
 mod pictures;
 mod pose;
 mod preview;
@@ -37,12 +35,15 @@ mod propose;
 mod provenance;
 mod rest_file;
 mod retarget;
+mod retarget_run;
 mod shown;
 mod strict;
+mod swapped_inputs;
 mod task;
+mod task_context;
+mod transfer;
 mod tune;
-mod wanted;
-mod work;
+mod vrm_animation;
 
 pub use crate::drawing::{BodyKind, DrawSpec, DrawingLimit, draw_spec_schema, drawing_limits};
 pub use alignment::AlignmentView;
@@ -76,6 +77,7 @@ pub use propose::{
 pub use rest_file::RestFileView;
 pub use strict::check_strict;
 pub use task::{Task, TaskKind, edit, retarget, retarget_with, run, task_of};
+pub use transfer::{Transfer, transfer};
 pub use tune::{TunedParameter, Tuning};
 
 // The words that callers need to speak with the engine; the service half sees the pure half through this door only.
@@ -156,6 +158,7 @@ pub struct PoseInputs<'a> {
 
 /// One file that came out.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Output {
     /// Its format.
     pub format: Format,
@@ -165,8 +168,17 @@ pub struct Output {
     pub bytes: Vec<u8>,
 }
 
+impl Output {
+    /// A file of a format, with its name and content.
+    #[must_use]
+    pub const fn new(format: Format, name: String, bytes: Vec<u8>) -> Self {
+        Self { format, name, bytes }
+    }
+}
+
 /// What came out of a retarget.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Outcome {
     /// At least one file, in the order asked for.
     pub outputs: Vec<Output>,
@@ -176,8 +188,17 @@ pub struct Outcome {
     pub resolved_spec: serde_json::Value,
 }
 
+impl Outcome {
+    /// Files with what was measured and the spec that they were made by.
+    #[must_use]
+    pub const fn new(outputs: Vec<Output>, report: Report, resolved_spec: serde_json::Value) -> Self {
+        Self { outputs, report, resolved_spec }
+    }
+}
+
 /// What was measured, as it goes to users.
 #[derive(Clone, Debug, Default, Serialize)]
+#[non_exhaustive]
 pub struct Report {
     /// Wall time per phase.
     pub timings: Timings,
@@ -221,10 +242,11 @@ pub struct Report {
 
 /// Wall time per phase, in seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Timings {
     /// Decoding the input files.
     pub read_seconds: f64,
-    /// Recognising, aligning, compiling.
+    /// Recognizing, aligning, compiling.
     pub plan_seconds: f64,
     /// Looking for better parameters.
     pub tune_seconds: f64,
@@ -240,6 +262,7 @@ pub struct Timings {
 
 /// How much there was.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
+#[non_exhaustive]
 pub struct Counts {
     /// Frames of the clip.
     pub frames: usize,
@@ -253,6 +276,7 @@ pub struct Counts {
 
 /// What was found out about the two rigs.
 #[derive(Clone, Debug, Default, Serialize)]
+#[non_exhaustive]
 pub struct Rigs {
     /// The source.
     pub source: RigFacts,
@@ -262,6 +286,7 @@ pub struct Rigs {
 
 /// A warning as it goes to users.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct WarningView {
     /// Stable code.
     pub code: &'static str,

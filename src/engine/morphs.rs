@@ -128,15 +128,15 @@ fn moves(weights: &Track<f32>, rest: f32) -> bool {
 
 /// Says which motion of the face goes nowhere.
 fn report_lost(source: &Scene, target: &Scene, mapping: &MorphMapping, spec: &MorphsSpec, reporter: &mut Reporter) {
-    const MOST: usize = 12;
+    const MAX: usize = 12;
     let mut lost: Vec<&str> = mapping.unused.iter().map(|morph| source.morphs[*morph].name.as_str()).collect();
     lost.sort_unstable();
     lost.dedup();
     if lost.is_empty() || !spec.enabled {
         return;
     }
-    let shown = lost[..lost.len().min(MOST)].join(", ");
-    let more = if lost.len() > MOST { format!(" and {} more", lost.len() - MOST) } else { String::new() };
+    let shown = lost[..lost.len().min(MAX)].join(", ");
+    let more = if lost.len() > MAX { format!(" and {} more", lost.len() - MAX) } else { String::new() };
     let (detail, hint) = if target.morphs.is_empty() {
         let detail = format!("the target has no morphs, so the motion of {} of the source is lost", lost.len());
         (detail, "send a target with morph targets or expressions, or set morphs.enabled to false")

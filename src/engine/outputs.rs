@@ -9,26 +9,26 @@ use crate::{
 use super::{
     Failure, Output,
     keys::{KeysView, reduced},
-    performance::performance,
+    output_request::OutputRequest,
     pictures::{Sights, picture},
     provenance::Provenance,
-    wanted::Wanted,
+    vrm_animation::to_vrm_humanoid,
 };
 
 /// The files, and how many keys those have that hold only what is needed.
-pub(super) struct Written {
+pub(super) struct WrittenOutputs {
     pub(super) outputs: Vec<Output>,
     pub(super) keys: Vec<KeysView>,
 }
 
 pub(super) fn write_outputs(
-    wanted: &[Wanted],
+    wanted: &[OutputRequest],
     target: &Rig<'_>,
     result: &Clip,
     (provenance, sights): (&Provenance<'_>, &Sights<'_>),
     control: &Control,
     reporter: &mut Reporter,
-) -> Result<Written, Failure> {
+) -> Result<WrittenOutputs, Failure> {
     let extras = provenance.extras(result, target.skeleton());
     let (mut outputs, mut keys) = (Vec::with_capacity(wanted.len()), Vec::new());
     for output in wanted {
@@ -71,7 +71,7 @@ pub(super) fn write_outputs(
         outputs.push(Output { format: output.format, name, bytes });
         control.advance(1);
     }
-    Ok(Written { outputs, keys })
+    Ok(WrittenOutputs { outputs, keys })
 }
 
 fn encode(
@@ -83,7 +83,7 @@ fn encode(
 ) -> Result<Vec<u8>, Failure> {
     let in_target = |error| Failure::from(error).in_part("target");
     if options.format == Format::Vrma {
-        let (humanoid, clip) = performance(target, clip, control, reporter)?;
+        let (humanoid, clip) = to_vrm_humanoid(target, clip, control, reporter)?;
         return formats::write(&humanoid, &clip, options, control, reporter).map_err(in_target);
     }
     let space = (target.axes, target.unit_metres);

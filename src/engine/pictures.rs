@@ -10,9 +10,9 @@ use crate::{
 
 use super::{
     Failure, FailureCode,
+    output_request::OutputRequest,
     preview::{failed, rig_of},
     shown::Shown,
-    wanted::Wanted,
 };
 
 /// What a picture of a result may show beside the result itself.
@@ -27,7 +27,7 @@ pub(super) struct Sights<'a> {
 
 /// Draws a result as an output asks for.
 pub(super) fn picture(
-    wanted: &Wanted,
+    wanted: &OutputRequest,
     target: &Rig<'_>,
     result: &Clip,
     sights: &Sights<'_>,
@@ -51,7 +51,7 @@ pub(super) fn picture(
 
 /// Draws a character in a pose, which its scene has at rest.
 pub(super) fn posed(
-    wanted: &Wanted,
+    wanted: &OutputRequest,
     scene: &Scene,
     limits: &Limits,
     control: &Control,
@@ -64,7 +64,7 @@ pub(super) fn posed(
     Ok(render(&Cast::alone(&shown.subject()), &view, format, control).map_err(failed)?.bytes)
 }
 
-fn checked_view(wanted: &Wanted) -> Result<View, Failure> {
+fn checked_view(wanted: &OutputRequest) -> Result<View, Failure> {
     let view = wanted.options.view.clone().unwrap_or_default();
     match view.problem() {
         Some((field, problem)) => {
@@ -74,7 +74,7 @@ fn checked_view(wanted: &Wanted) -> Result<View, Failure> {
     }
 }
 
-fn picture_format(wanted: &Wanted, view: &View) -> Result<PictureFormat, Failure> {
+fn picture_format(wanted: &OutputRequest, view: &View) -> Result<PictureFormat, Failure> {
     PictureFormat::of_ending(wanted.format.info().endings[0], !view.is_still())
         .ok_or_else(|| Failure::new(FailureCode::Internal, "a format that is a picture and cannot be drawn"))
 }

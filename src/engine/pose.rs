@@ -17,23 +17,23 @@ use super::{
     alignment::view,
     facts::joint_count,
     files::in_config_or,
-    load::{Loaded, load},
-    mixups::explain_rest,
+    load::{LoadedFile, load},
+    output_request::{OutputRequest, output_requests},
     pictures,
     provenance::engine,
     strict::check_strict,
-    wanted::{Wanted, wanted_outputs},
-    work::Work,
+    swapped_inputs::explain_rest,
+    task_context::TaskContext,
 };
 
 /// Rotations closer than this are the same, as one minus the cosine of half the angle.
 const SAME_ROTATION: f64 = 1e-12;
 
 /// Puts the target into a pose. The source is read only where the pose is taken from it.
-pub(super) fn posed(work: Work<'_>, inputs: &PoseInputs<'_>) -> Result<Outcome, Failure> {
-    let Work { ref spec, knowledge, limits, control, begin, mut reporter } = work;
+pub(super) fn posed(work: TaskContext<'_>, inputs: &PoseInputs<'_>) -> Result<Outcome, Failure> {
+    let TaskContext { ref spec, knowledge, limits, control, begin, mut reporter } = work;
     let choice = spec.pose.unwrap_or_default().to;
-    let wanted = wanted_outputs(spec, inputs.formats)?;
+    let wanted = output_requests(spec, inputs.formats)?;
     let mut read = |file, part| load(file, part, limits, control, &mut reporter);
     let mut target = read(inputs.target, "target")?;
     let target_rest = inputs.target_rest.map(|file| read(file, "target_rest")).transpose()?;
@@ -69,7 +69,7 @@ pub(super) fn posed(work: Work<'_>, inputs: &PoseInputs<'_>) -> Result<Outcome, 
 
     let writing = control.seconds();
     control.enter(Phase::Write, wanted.len() as u64);
-    let posed = Posing::new(&mut target, &pose, choice)?;
+    let posed = PosedCharacter::new(&mut target, &pose, choice)?;
     let mut outputs = Vec::with_capacity(wanted.len());
     for output in &wanted {
         control.check()?;
@@ -116,15 +116,15 @@ fn check_body(target: &Rig<'_>, choice: PoseChoice) -> Result<(), Failure> {
 }
 
 /// What is written: a skeleton whose rest transforms are the pose, and a clip that holds it.
-struct Posing {
+struct PosedCharacter {
     /// Joints that the pose turns or moves.
     joints: Vec<usize>,
     clip: Clip,
 }
 
-impl Posing {
+impl PosedCharacter {
     /// Puts the pose into the scene's skeleton.
-    fn new(target: &mut Loaded, pose: &LocalPose, choice: PoseChoice) -> Result<Self, Failure> {
+    fn new(target: &mut LoadedFile, pose: &LocalPose, choice: PoseChoice) -> Result<Self, Failure> {
         let internal = |error: &dyn std::fmt::Display| {
             Failure::new(FailureCode::Internal, format!("the pose cannot be written: {error}"))
         };
@@ -155,7 +155,7 @@ impl Posing {
     fn write(
         &self,
         scene: &Scene,
-        output: &Wanted,
+        output: &OutputRequest,
         space: (Axes, f64),
         (limits, control): (&Limits, &Control),
         reporter: &mut Reporter,

@@ -123,7 +123,7 @@ fn drawn(
     let clip = chosen(&loaded.scene, options.clip.as_deref())?;
     let format =
         PictureFormat::of_ending(&options.ending, clip.is_some() && !options.view.is_still()).ok_or_else(|| {
-            let detail = format!("'{}' is no picture that can be written", options.ending);
+            let detail = format!("'{}' is not a picture format that can be written", options.ending);
             Failure::new(FailureCode::UnsupportedFormat, detail).with_hint("use png, webp, gif, apng or mp4")
         })?;
     check_built(format)?;

@@ -20,13 +20,14 @@ use super::{
     alignment::{AlignmentView, view as view_alignment},
     edit::edited_clip,
     facts::{RigFacts, joint_count},
-    files::{Files, Sides, in_config, read_spec},
+    files::{Files, RigPair, in_config, read_spec},
     labels::{Labels, OneOrMore},
-    wanted::wanted_outputs,
+    output_request::output_requests,
 };
 
 /// What a retarget would do.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Proposal {
     /// The spec with everything found out filled in: to be edited and sent as the config. Sent as it is, it gives what the
     /// config that was checked gives.
@@ -90,6 +91,7 @@ pub struct RoleDoubts {
 
 /// What drives a joint of the target.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct DriverView {
     /// The joint's name, or `#<node index>`.
     pub joint: String,
@@ -135,7 +137,7 @@ pub fn check_config(config: NamedBytes<'_>) -> Result<serde_json::Value, Failure
         return to_json(&parse_draw_value(document).map_err(in_config)?);
     }
     let spec = read_spec(Some(config))?;
-    wanted_outputs(&spec, &[])?;
+    output_requests(&spec, &[])?;
     to_json(&spec)
 }
 
@@ -160,10 +162,10 @@ pub fn propose_with(
     let mut reporter = Reporter::new();
     control.enter(Phase::Read, 0);
     let spec = read_spec(inputs.config)?;
-    wanted_outputs(&spec, inputs.formats)?;
+    output_requests(&spec, inputs.formats)?;
     let files = Files::load(inputs, false, (limits, control), &mut reporter)?;
     control.enter(Phase::Plan, 0);
-    let Sides { spec, source, target } = files.sides(spec, knowledge, &mut reporter)?;
+    let RigPair { spec, source, target } = files.sides(spec, knowledge, &mut reporter)?;
     let still;
     let clip = match files.choose_clip(&spec, &mut reporter) {
         Ok(clip) => clip,
@@ -389,7 +391,7 @@ fn idle_reason(role: Option<&str>, is_helper: bool, is_joint: bool, spec: &Retar
         Some(role) if is_explicit => format!("it is '{role}', which the config's 'map' and 'ops' leave out"),
         Some(role) => format!("it is '{role}', which the source does not have"),
         None if is_helper => "it carries part of a limb's twist and follows its parent".to_owned(),
-        None if !is_joint => "it is a node that is no joint".to_owned(),
+        None if !is_joint => "it is a node but not a joint".to_owned(),
         None => "it has no role, and no joint of the source has its name".to_owned(),
     }
 }

@@ -9,7 +9,7 @@ use crate::{
 
 use super::{
     DrawInputs, EditInputs, Failure, Inputs, Knowledge, NamedBytes, Outcome, PoseInputs, draw::drawn, edit::edited,
-    files::read_spec, pose::posed, retarget::retargeted, work::Work,
+    files::read_spec, pose::posed, retarget::retargeted, task_context::TaskContext,
 };
 
 /// What is to be made, and of what.
@@ -142,7 +142,7 @@ fn perform<'a>(
             spec.pose = Some(inputs.to.map_or(said, |to| PoseSpec { to }));
         }
     }
-    let work = Work { spec, knowledge, limits, control, begin, reporter: Reporter::new() };
+    let work = TaskContext { spec, knowledge, limits, control, begin, reporter: Reporter::new() };
     match task {
         Task::Retarget(inputs) => retargeted(work, &inputs),
         Task::Edit(inputs) => edited(work, &inputs),

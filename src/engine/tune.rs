@@ -13,7 +13,7 @@ use crate::{
     rig::Rig,
 };
 
-use super::{Failure, pass::Pass};
+use super::{Failure, retarget_run::RetargetRun};
 
 /// Parts of the bounds that the first step is long, and the last.
 const FIRST_STEP: f64 = 0.125;
@@ -21,7 +21,7 @@ const LAST_STEP: f64 = 0.002;
 /// What is found is rounded to this, so that a spec which is written and read again says the same.
 const GRAIN: f64 = 1e4;
 /// A gain of less is none.
-const LEAST_GAIN: f64 = 1e-6;
+const MIN_GAIN: f64 = 1e-6;
 
 /// What a search found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -53,14 +53,14 @@ struct Dimension {
 }
 
 /// What is tuned.
-pub(super) struct Subject<'a> {
+pub(super) struct TuningProblem<'a> {
     pub(super) source: &'a Rig<'a>,
     pub(super) target: &'a Rig<'a>,
     pub(super) clip: &'a Clip,
     pub(super) control: &'a Control,
 }
 
-impl Subject<'_> {
+impl TuningProblem<'_> {
     /// The spec with what tuning finds, where it asks for tuning.
     pub(super) fn settle(&self, spec: RetargetSpec) -> Result<(RetargetSpec, Option<Tuning>), Failure> {
         match spec.tune.as_ref().and_then(TuneChoice::spec) {
@@ -97,14 +97,14 @@ impl Subject<'_> {
 
     fn score(&self, spec: &RetargetSpec, report: &ReportChoice) -> Result<(f64, RetargetSpec), Failure> {
         let Self { source, target, clip, control } = self;
-        let pass = Pass::run(spec, source, target, clip, control, &mut Reporter::new())?;
+        let pass = RetargetRun::run(spec, source, target, clip, control, &mut Reporter::new())?;
         let measures = measure(&pass.mapping, source, target, clip, &pass.result, report, &pass.reaches);
         Ok((measures.score, pass.resolved))
     }
 }
 
 struct Search<'a> {
-    subject: &'a Subject<'a>,
+    subject: &'a TuningProblem<'a>,
     spec: &'a RetargetSpec,
     report: &'a ReportChoice,
     /// Retargets that may still be tried.
@@ -153,7 +153,7 @@ impl Search<'_> {
         write(&mut ops, *parameter, value);
         let spec = RetargetSpec { ops: Some(ops.clone()), ..self.spec.clone() };
         let (score, _) = self.subject.score(&spec, self.report)?;
-        let is_better = score < self.best.0 - LEAST_GAIN;
+        let is_better = score < self.best.0 - MIN_GAIN;
         if is_better {
             self.best = (score, ops);
         }

@@ -6,7 +6,12 @@
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 
-use crate::model::{Canceled, Clip, Control, HumanoidBone, Joint, JointTracks, ModelPose, Skeleton, Track, Transform};
+use crate::model::{
+    Axes, Canceled, Clip, Control, HumanoidBone, Joint, JointTracks, ModelPose, Morph, MorphTrack, Scene, Skeleton,
+    Track, Transform,
+};
+
+use super::FormatError;
 
 const FRAMES_PER_CHECK: usize = 64;
 
@@ -28,12 +33,40 @@ pub struct Humanoid<'a> {
 }
 
 impl Humanoid<'_> {
-    /// The bones as joints that are not turned, and what they do in the clip, in +Y up, +Z front and metres.
+    /// The bones as joints that are not turned, and what they do in the clip, in +Y up, +Z front and metres; with the rotation of what
+    /// looks where the eyes do, and with expressions and their weights.
     ///
     /// # Errors
-    /// When the work is canceled.
-    pub fn written(&self, clip: &Clip, control: &Control) -> Result<(Vec<Joint>, Vec<JointTracks>), Canceled> {
-        Ok((self.joints(), self.tracks(clip, control)?))
+    /// When the work is canceled, or a value is not finite.
+    pub fn animation(
+        &self,
+        clip: &Clip,
+        gaze: Option<Track<Quat>>,
+        (morphs, weights): (Vec<Morph>, Vec<MorphTrack>),
+        control: &Control,
+    ) -> Result<(Scene, Clip), FormatError> {
+        let (mut joints, mut tracks) = (self.joints(), self.tracks(clip, control)?);
+        let gaze_joint = gaze.map(|rotation| {
+            let rest = Transform::IDENTITY;
+            joints.push(Joint { name: "lookAt".into(), parent: None, rest, is_joint: false, node: joints.len() });
+            tracks.push(JointTracks { rotation, ..JointTracks::default() });
+            joints.len() - 1
+        });
+        let unusable = |error: &dyn std::fmt::Display| FormatError::malformed("humanoid", "", error.to_string());
+        let scene = Scene {
+            skeleton: Skeleton::new(joints).map_err(|error| unusable(&error))?,
+            morphs,
+            declared_roles: self.bones.iter().enumerate().map(|(index, bone)| (bone.name.clone(), index)).collect(),
+            declared_convention: Some("vrma"),
+            axes: Some(Axes::Y_UP_Z_FRONT),
+            unit_metres: Some(1.0),
+            gaze_joint,
+            ..Scene::default()
+        };
+        let clip = Clip::new(clip.name().to_owned(), clip.times_seconds().to_vec(), tracks)
+            .and_then(|clip| clip.with_morphs(weights))
+            .map_err(|error| unusable(&error))?;
+        Ok((scene, clip))
     }
 
     fn position(&self, pose: &ModelPose, bone: &HumanoidBone) -> DVec3 {

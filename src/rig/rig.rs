@@ -15,7 +15,7 @@ use super::{
 };
 
 /// One rig: its scene, the pose that is measured from, what its joints mean and how its space lies.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Rig<'a> {
     /// `source` or `target`; the first part of every pointer into the spec.
     pub name: &'static str,

@@ -11,8 +11,19 @@ use std::{
 use code::{Code, code_files};
 
 /// The modules that know no runtime, no file system, no clock and no environment.
-const PURE: [&str; 10] =
-    ["model", "formats", "rig", "retarget", "editing", "picture", "drawing", "engine", "report", "samples"];
+const PURE: [&str; 11] = [
+    "model",
+    "formats",
+    "rig",
+    "retarget",
+    "editing",
+    "picture",
+    "drawing",
+    "engine",
+    "report",
+    "retargeter",
+    "samples",
+];
 
 /// External crates, and the only modules that may name them. `main` is the binary.
 const FENCES: [(&str, &[&str]); 31] = [
@@ -59,6 +70,9 @@ const IMPURE: [&str; 6] = ["std::fs", "std::env", "std::net", "std::process", "s
 const IMPURE_NAMES: [&str; 4] = ["SystemTime", "Instant", "HashMap", "HashSet"];
 
 const MOST_LINES: usize = 600;
+
+/// What a program sees of the library.
+const MAX_PUBLIC_ITEMS: usize = 60;
 
 /// Circles of imports that may stand: types that know one another. A line is struck when its circle has gone, and none is ever added.
 const CIRCLES: [&[&str]; 4] = [
@@ -126,6 +140,26 @@ fn what_is_not_pure_is_behind_the_feature_service() {
     let law = law();
     let service: BTreeSet<&str> = law.keys().map(String::as_str).filter(|module| !PURE.contains(module)).collect();
     assert_eq!(gated, service, "modules behind the feature against those that are not pure");
+}
+
+/// The names of the root of the crate are the library's face; its modules are hidden from its documentation.
+#[test]
+fn the_face_of_the_library_is_small() {
+    let text = std::fs::read_to_string(root().join("src/lib.rs")).expect("the crate docs");
+    let code = Code::new(text, Path::new("lib"));
+    let lines: Vec<&str> = code.raw.lines().collect();
+    let hidden = |at: usize| lines[..at].iter().rev().take(2).any(|line| *line == "#[cfg_attr(doc, doc(hidden))]");
+    let is_open = |at: &usize| lines[*at].starts_with("pub mod ") && !hidden(*at);
+    let open: Vec<&str> = (0..lines.len()).filter(is_open).map(|at| lines[at]).collect();
+    assert_eq!(open, ["pub mod samples;"], "modules that programs may use");
+    let named = PURE.iter().flat_map(|module| code.paths(module)).filter(|place| place.is_handed_on);
+    let names: BTreeSet<String> = named.map(|place| place.text()).collect();
+    assert!(names.contains("retargeter::Retargeter"), "the builder is among them: {names:?}");
+    assert!(names.iter().all(|name| !name.ends_with('*')), "each by its name: {names:?}");
+    let samples = std::fs::read_to_string(root().join("src/samples/mod.rs")).expect("the samples");
+    let functions = samples.lines().filter(|line| line.starts_with("pub fn ")).count();
+    let count = names.len() + open.len() + functions;
+    assert!(count <= MAX_PUBLIC_ITEMS, "{count} public items, at most {MAX_PUBLIC_ITEMS}: {names:?}");
 }
 
 #[test]

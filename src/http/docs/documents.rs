@@ -40,6 +40,7 @@ documents![
     "docs/guide/drawings.md",
     "docs/guide/quality.md",
     "docs/guide/formats.md",
+    "docs/guide/library.md",
     "docs/operate.md",
     "docs/reference/config.md",
     "docs/reference/settings.md",

@@ -41,10 +41,10 @@ use crate::{report::edits_page, samples::walk_scene};
         (name = "jobs", description = "Retargets that run by themselves"),
         (name = "batches", description = "Jobs that are asked for together"),
         (name = "events", description = "What happens, as it happens"),
-        (name = "webhooks", description = "Being told what happened"),
+        (name = "webhooks", description = "Notifications"),
         (name = "results", description = "The files that jobs gave"),
         (name = "rigs", description = "What rigs are and how they belong together"),
-        (name = "keys", description = "Who may come in"),
+        (name = "keys", description = "Access"),
         (name = "service", description = "What the service says of itself"),
     )
 )]

@@ -71,14 +71,11 @@ impl Engine for Obedient {
             std::thread::sleep(Duration::from_millis(1));
         }
         let formats = if asked.formats.is_empty() { &[Format::Glb] } else { asked.formats };
-        let output = |format: &Format| Output {
-            format: *format,
-            name: format!("out.{}", format.info().endings[0]),
-            bytes: target.clone(),
-        };
+        let output =
+            |format: &Format| Output::new(*format, format!("out.{}", format.info().endings[0]), target.clone());
         let outputs = formats.iter().map(output).collect();
         let resolved_spec = serde_json::json!({"version": 1});
-        let outcome = Outcome { outputs, report: Report::default(), resolved_spec };
+        let outcome = Outcome::new(outputs, Report::default(), resolved_spec);
         Ok(Answer::Ran(Box::new(outcome.try_into()?)))
     }
 }

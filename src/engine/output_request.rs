@@ -14,12 +14,12 @@ use super::{
 };
 
 /// One output with every question answered.
-pub(super) struct Wanted {
+pub(super) struct OutputRequest {
     pub(super) format: Format,
     pub(super) options: OutputSpec,
 }
 
-impl Wanted {
+impl OutputRequest {
     /// Whether it is a picture that has the source in it.
     pub(super) fn shows_source(&self) -> bool {
         let layout = self.options.view.as_ref().map_or(Layout::Single, |view| view.layout);
@@ -58,7 +58,7 @@ impl Wanted {
     }
 }
 
-pub(super) fn wanted_outputs(spec: &RetargetSpec, formats: &[Format]) -> Result<Vec<Wanted>, Failure> {
+pub(super) fn output_requests(spec: &RetargetSpec, formats: &[Format]) -> Result<Vec<OutputRequest>, Failure> {
     let specified = match &spec.output {
         None => vec![OutputSpec::default()],
         Some(OutputChoice::One(output)) => vec![output.clone()],
@@ -71,12 +71,12 @@ pub(super) fn wanted_outputs(spec: &RetargetSpec, formats: &[Format]) -> Result<
                 None => Format::Glb,
                 Some(name) => format_named(name, index)?,
             };
-            wanted.push(Wanted { format, options });
+            wanted.push(OutputRequest { format, options });
         }
         wanted
     } else {
         let options = specified.first().cloned().unwrap_or_default();
-        formats.iter().map(|format| Wanted { format: *format, options: options.clone() }).collect()
+        formats.iter().map(|format| OutputRequest { format: *format, options: options.clone() }).collect()
     };
     if let Some(drawn) = wanted.iter().find(|wanted| wanted.format.info().is_drawn) {
         let detail = format!("{} is written of moving drawings only", drawn.format.info().name);

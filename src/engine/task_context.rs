@@ -9,7 +9,7 @@ use crate::{
 use super::Knowledge;
 
 /// What every task is done with.
-pub(super) struct Work<'a> {
+pub(super) struct TaskContext<'a> {
     pub(super) spec: RetargetSpec,
     pub(super) knowledge: &'a Knowledge,
     pub(super) limits: &'a Limits,

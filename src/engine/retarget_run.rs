@@ -12,7 +12,7 @@ use crate::{
 use super::{Failure, FailureCode, files::in_config};
 
 /// What one run gives.
-pub(super) struct Pass {
+pub(super) struct RetargetRun {
     pub(super) mapping: Mapping,
     pub(super) ops: ResolvedOps,
     /// The spec with everything found out filled in.
@@ -30,7 +30,7 @@ pub(super) struct Pass {
     pub(super) seconds: f64,
 }
 
-impl Pass {
+impl RetargetRun {
     /// Resolves a spec and retargets with it. Whoever counts progress enters the phase; frames are counted here.
     pub(super) fn run(
         spec: &RetargetSpec,

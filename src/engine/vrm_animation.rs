@@ -8,10 +8,7 @@ use glam::{DQuat, Quat};
 use crate::{
     editing::{Gaze, is_look, moved_morphs},
     formats::Humanoid,
-    model::{
-        Axes, Clip, Control, HumanoidBone, Joint, JointTracks, Morph, MorphPlace, MorphTrack, Reporter, Scene,
-        Skeleton, Track, Transform, VRM_EXPRESSIONS,
-    },
+    model::{Clip, Control, HumanoidBone, Morph, MorphPlace, MorphTrack, Reporter, Scene, Track, VRM_EXPRESSIONS},
     rig::{Align, MorphsSpec, PoseChoice, Rig, floors, map_morphs, missing_bones, morph_meaning, posed_target},
 };
 
@@ -24,7 +21,7 @@ const BLINK: &str = "blink";
 ///
 /// # Errors
 /// When the rig has no hips; or when the work is canceled.
-pub(super) fn performance(
+pub(super) fn to_vrm_humanoid(
     rig: &Rig<'_>,
     clip: &Clip,
     control: &Control,
@@ -39,29 +36,8 @@ pub(super) fn performance(
     }
     report_missing(&bones, reporter);
     let figure = humanoid(rig, clip, &bones, reporter);
-    let (mut joints, mut tracks) = figure.written(clip, control)?;
-    let gaze_joint = gaze(rig, clip).map(|rotation| {
-        let rest = Transform::IDENTITY;
-        joints.push(Joint { name: "lookAt".into(), parent: None, rest, is_joint: false, node: joints.len() });
-        tracks.push(JointTracks { rotation, ..JointTracks::default() });
-        joints.len() - 1
-    });
-    let (morphs, weights) = expressions(rig.scene, clip, reporter)?;
-    let not_a_clip = |error: &dyn std::fmt::Display| Failure::new(FailureCode::Internal, error.to_string());
-    let scene = Scene {
-        skeleton: Skeleton::new(joints).map_err(|error| not_a_clip(&error))?,
-        morphs,
-        declared_roles: bones.iter().enumerate().map(|(index, bone)| (bone.name.clone(), index)).collect(),
-        declared_convention: Some("vrma"),
-        axes: Some(Axes::Y_UP_Z_FRONT),
-        unit_metres: Some(1.0),
-        gaze_joint,
-        ..Scene::default()
-    };
-    let clip = Clip::new(clip.name().to_owned(), clip.times_seconds().to_vec(), tracks)
-        .and_then(|clip| clip.with_morphs(weights))
-        .map_err(|error| not_a_clip(&error))?;
-    Ok((scene, clip))
+    let expressions = expressions(rig.scene, clip, reporter)?;
+    Ok(figure.animation(clip, gaze(rig, clip), expressions, control)?)
 }
 
 fn report_missing(bones: &[HumanoidBone], reporter: &mut Reporter) {
@@ -159,7 +135,7 @@ fn expressions(scene: &Scene, clip: &Clip, reporter: &mut Reporter) -> Result<(V
 }
 
 fn shortened(names: &[&str]) -> String {
-    const MOST: usize = 12;
-    let more = if names.len() > MOST { format!(" and {} more", names.len() - MOST) } else { String::new() };
-    format!("{}{more}", names[..names.len().min(MOST)].join(", "))
+    const MAX: usize = 12;
+    let more = if names.len() > MAX { format!(" and {} more", names.len() - MAX) } else { String::new() };
+    format!("{}{more}", names[..names.len().min(MAX)].join(", "))
 }

@@ -17,7 +17,7 @@ pub(super) fn explain_config(failure: Failure, config: NamedBytes<'_>) -> Failur
         Ok(Format::Gltf) | Err(_) => failure,
         Ok(format) => {
             let what = format.info().description;
-            let detail = format!("this is no config but a file with joints ({what})");
+            let detail = format!("this is not a config but a file with joints ({what})");
             Failure { detail, ..failure }.with_hint("send it as the source or the target; a config is JSON or YAML")
         }
     }
