@@ -43,11 +43,11 @@ fn stream(clip: &Clip, into: &mut [Vec<Quat>]) {
 fn fk(criterion: &mut Criterion) {
     let skeleton = samples::walk_scene().skeleton;
     let clip = busy_clip(&skeleton, FRAMES);
-    let source = Scene { axes: Some(Default::default()), unit_metres: Some(1.0), skeleton, ..Scene::default() };
+    let source = Scene { axes: Some(Default::default()), unit_meters: Some(1.0), skeleton, ..Scene::default() };
     let target = Scene {
         skeleton: other_proportions(&source.skeleton),
         axes: source.axes,
-        unit_metres: source.unit_metres,
+        unit_meters: source.unit_meters,
         ..Scene::default()
     };
     let mut reporter = Reporter::new();

@@ -56,7 +56,7 @@ fn stack(criterion: &mut Criterion) {
     let target = Scene {
         skeleton: longer_legs(&source.skeleton),
         axes: source.axes,
-        unit_metres: source.unit_metres,
+        unit_meters: source.unit_meters,
         ..Scene::default()
     };
     let mut reporter = Reporter::new();

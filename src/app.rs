@@ -10,7 +10,10 @@ use crate::{
     config::{Isolation, Settings},
     http::{self, ApiState, HeavyRequests, Server, ServerSettings, Shares, Turns},
     identity::Tokens,
-    jobs::{Assets, Courier, Engine, Jobs, Keys, Library, ProcessEngine, RetargetEngine, Sweeper, Webhooks, Workers},
+    jobs::{
+        Assets, Engine, Jobs, Keys, Library, ProcessEngine, RetargetEngine, Sweeper, WebhookDispatcher, Webhooks,
+        Workers,
+    },
     outbound::Outbound,
     retarget,
     store::{BlobPlace, Blobs, DataFolder, Records, Store},
@@ -229,7 +232,7 @@ impl Core {
         let parts = Parts {
             workers: Workers::start(&self.jobs, settings.workers.0),
             sweeper: Sweeper::start(&self.jobs),
-            courier: Courier::start(&self.jobs, self.outbound),
+            courier: WebhookDispatcher::start(&self.jobs, self.outbound),
             jobs: self.jobs,
             server,
             probes,
@@ -246,7 +249,7 @@ struct Parts {
     jobs: Jobs,
     workers: Workers,
     sweeper: Sweeper,
-    courier: Courier,
+    courier: WebhookDispatcher,
     server: Option<Server>,
     probes: Option<Server>,
 }

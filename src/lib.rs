@@ -9,7 +9,7 @@
 //! |---|---|---|
 //! | [`model`] | what a skeleton, pose, clip, scene is; spaces, axes, units, warnings | nothing |
 //! | [`formats`] | bytes to model and back, under budgets | `model` |
-//! | [`picture`] | seeing: camera, skinning, rasteriser, encoders of still and moving pictures | `model` |
+//! | [`picture`] | seeing: camera, skinning, rasterizer, encoders of still and moving pictures | `model` |
 //! | [`rig`] | what the joints mean: roles, chains, rest pose, alignment | `model` |
 //! | [`retarget`] | the algorithm: the spec, its ops, a plan compiled once, then a loop over frames; and its measures | `model`, `rig`, `picture` (its words) |
 //! | [`editing`] | edits of a clip: time, loops, mirror | `model`, `rig`, `retarget` (the spec) |

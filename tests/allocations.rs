@@ -37,7 +37,7 @@ unsafe impl GlobalAlloc for Counting {
 static ALLOCATOR: Counting = Counting;
 
 /// More than this per frame is an allocation in the loop; a chunk of hundreds of frames may take a few.
-const MOST_PER_FRAME: f64 = 0.2;
+const MAX_PER_FRAME: f64 = 0.2;
 
 fn repeated(clip: &Clip, times: usize) -> Clip {
     fn repeat<T: Copy>(track: &Track<T>, times: usize) -> Track<T> {
@@ -78,6 +78,6 @@ fn no_frame_allocates() {
         };
         let (few, many) = (count(4), count(20));
         let per_frame = many.1.saturating_sub(few.1) as f64 / (many.0 - few.0) as f64;
-        assert!(per_frame < MOST_PER_FRAME, "{text}: {per_frame:.3} allocations per frame: {few:?}, {many:?}");
+        assert!(per_frame < MAX_PER_FRAME, "{text}: {per_frame:.3} allocations per frame: {few:?}, {many:?}");
     }
 }

@@ -343,8 +343,8 @@ class JointRow(TypedDict, total=False):
 class KeyTolerance(TypedDict, total=False):
     """How much may be lost where keys are left out."""
 
-    distance_metres: float
-    shell_metres: float
+    distance_meters: float
+    shell_meters: float
     interpolation: KeyInterpolation
 
 
@@ -382,7 +382,7 @@ class MirrorSpec(TypedDict, total=False):
 
     mode: MirrorMode
     plane: MirrorPlane
-    centre_axis: Union[MirrorAxis, None]
+    center_axis: Union[MirrorAxis, None]
     pelvis_axis: Union[MirrorAxis, None]
     pairs: list[list[str]]
 

@@ -117,7 +117,7 @@ def pose(
 
 
 def inspect(file: FileLike, *, rigs: Rigs = None, isolate: bool = False) -> dict[str, Any]:
-    """Says what a file holds: skeletons, clips, the recognised rig, roles, rest pose, units, findings, warnings.
+    """Says what a file holds: skeletons, clips, the recognized rig, roles, rest pose, units, findings, warnings.
 
     >>> import retargetd as rt
     >>> rt.inspect(rt.samples()[1])["rigs"][0]["roles"]["pelvis"]

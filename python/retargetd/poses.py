@@ -61,7 +61,7 @@ class Poses:
     axes: str = "+y+z"
     """Up and front."""
     unit: float = 1.0
-    """Metres per unit of length."""
+    """Meters per unit of length."""
     meta: Mapping[str, object] = field(default_factory=dict)
     """Everything that an archive says beside its arrays."""
 

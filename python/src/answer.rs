@@ -8,7 +8,7 @@ use pyo3::{
 };
 use retargetd::{
     engine::{Format, Knowledge, Limits, TaskKind, task_of},
-    jobs::{Answer, Asked, Files as AskedFiles, Question},
+    jobs::{Answer, EngineRequest, Files as AskedFiles, Question},
 };
 
 use crate::{
@@ -84,12 +84,12 @@ pub(crate) fn ask(
         (Question::Retarget, TaskKind::Pose) => Question::Pose { to: None },
         (question, _) => question,
     };
-    let asked = Asked { question, files: asked_files, formats: &formats, knowledge: &knowledge, limits: &limits };
+    let asked = EngineRequest { question, files: asked_files, formats: &formats, knowledge: &knowledge, limits: &limits };
     let engine = engine(isolate).map_err(|failure| raised(py, &failure))?;
     match work(py, |control| engine.ask(&asked, control))? {
         Answer::Picture(bytes) | Answer::Archive(bytes) => PyBytes::new(py, &bytes).into_py_any(py),
         Answer::Document(document) => document.to_string().into_py_any(py),
-        Answer::Ran(ran) => {
+        Answer::EngineResult(ran) => {
             let outputs = ran.outputs.into_iter().map(|made| {
                 let bytes = PyBytes::new(py, &made.output.bytes).unbind();
                 (made.output.format.info().name.to_owned(), made.output.name, bytes)

@@ -36,7 +36,7 @@ pub(crate) fn read_file<'py>(py: Python<'py>, path: PathBuf, part: &str) -> PyRe
         }
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         if formats::may_point_to_others(&bytes, &name) {
-            return Ok(with_neighbours(&bytes, &path, &limits).map_err(Failure::from));
+            return Ok(with_neighbors(&bytes, &path, &limits).map_err(Failure::from));
         }
         Ok(Ok(bytes))
     })?;
@@ -62,7 +62,7 @@ fn too_large(limits: &Limits) -> Failure {
 }
 
 /// Only what lies beside the file or below its folder is opened.
-fn with_neighbours(document: &[u8], path: &Path, limits: &Limits) -> Result<Vec<u8>, FormatError> {
+fn with_neighbors(document: &[u8], path: &Path, limits: &Limits) -> Result<Vec<u8>, FormatError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     formats::embed_with(document, limits, &Control::new(), |name| {
         let below = Path::new(name);

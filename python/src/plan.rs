@@ -16,7 +16,7 @@ pub(crate) struct Plan {
     compiled: Compiled,
 }
 
-/// How poses of one side lie in arrays: names, parents, rest translations, rotations and scales, axes, metres per unit.
+/// How poses of one side lie in arrays: names, parents, rest translations, rotations and scales, axes, meters per unit.
 type Layout<'py> = (
     Vec<String>,
     Vec<i32>,
@@ -118,7 +118,7 @@ fn layout<'py>(py: Python<'py>, frames: &PoseFrames) -> PyResult<Layout<'py>> {
         rotations.extend(rotation.to_array());
         scales.extend(scale.to_array());
     }
-    let (axes, unit_metres) = frames.space();
+    let (axes, unit_meters) = frames.space();
     let shaped = |values: Vec<f32>, width: usize| values.into_pyarray(py).reshape([frames.joint_count(), width]);
     Ok((
         frames.names().map(str::to_owned).collect(),
@@ -127,6 +127,6 @@ fn layout<'py>(py: Python<'py>, frames: &PoseFrames) -> PyResult<Layout<'py>> {
         shaped(rotations, 4)?,
         shaped(scales, 3)?,
         axes.to_string(),
-        unit_metres,
+        unit_meters,
     ))
 }

@@ -13,7 +13,7 @@ use super::{
     files::InputFile,
     inputs::{InputFiles, RestPaths},
     manner::speaks_json,
-    taught::{PresetChoice, RigPaths},
+    user_knowledge::{PresetChoice, RigPaths},
     watch::cancel_on_interrupt,
 };
 
@@ -26,7 +26,7 @@ pub(super) struct Arguments {
     /// The file with the animation; together with --target, names in the config are checked against both
     #[arg(long, value_name = "FILE", requires = "target")]
     source: Option<PathBuf>,
-    /// The file with the character that the animation goes onto
+    /// The file with the target character
     #[arg(long, value_name = "FILE", requires = "source")]
     target: Option<PathBuf>,
     #[command(flatten)]

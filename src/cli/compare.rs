@@ -19,16 +19,16 @@ use super::{
 /// Arguments of `retargetd compare`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The file on the left: any that can be read
+    /// The file on the left, of any readable format
     #[arg(value_name = "FIRST")]
     first: PathBuf,
     /// The file on the right
     #[arg(value_name = "SECOND")]
     second: PathBuf,
-    /// Where the picture goes; the ending picks the format: .png, .webp, .gif, .apng, .mp4
+    /// Output picture; the extension selects the format: .png, .webp, .gif, .apng, .mp4
     #[arg(long, short, value_name = "FILE")]
     output: PathBuf,
-    /// Show the first as a ghost over the second instead of beside it
+    /// Show the first as a ghost over the second instead of side by side
     #[arg(long)]
     overlay: bool,
     #[command(flatten)]

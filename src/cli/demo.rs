@@ -20,12 +20,12 @@ use super::{
 };
 
 /// The longest that the job may take; it takes less than a second.
-const MOST_WAIT: Duration = Duration::from_secs(60);
+const MAX_WAIT: Duration = Duration::from_secs(60);
 
 /// Arguments of `retargetd demo`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Where the results go [default: a new folder among the system's temporary files]
+    /// Folder of the results [default: a new temporary folder]
     #[arg(long, value_name = "DIR")]
     output: Option<PathBuf>,
 }
@@ -67,10 +67,10 @@ async fn demo(arguments: Arguments) -> anyhow::Result<()> {
 
 /// What a user of the service would do, step by step.
 async fn main_job(url: &str, output: &Path) -> anyhow::Result<()> {
-    let client = Client::builder().timeout(MOST_WAIT).build()?;
+    let client = Client::builder().timeout(MAX_WAIT).build()?;
     let begin = Instant::now();
     let source = upload(&client, url, "walk.glb", samples::walk_clip()).await?;
-    tell("Uploaded the source: a man of 1.80 m with Mixamo's joint names, in a T pose, who walks for four seconds.")?;
+    tell("Uploaded the source: a man of 1.80 m with Mixamo's joint names, in a T pose, walking for four seconds.")?;
     let target = upload(&client, url, "mannequin.glb", samples::mannequin()).await?;
     tell("Uploaded the target: a mannequin of 1.65 m with Unreal 5 joint names and bone axes, in an A pose.")?;
 
@@ -80,7 +80,7 @@ async fn main_job(url: &str, output: &Path) -> anyhow::Result<()> {
     let request = client.post(format!("{url}/v1/jobs")).json(&body).header("prefer", "wait=20");
     let mut job = json_of(request.send().await?).await?;
     while !has_ended(&job) {
-        ensure!(begin.elapsed() < MOST_WAIT, "the job has not ended after {} seconds", MOST_WAIT.as_secs());
+        ensure!(begin.elapsed() < MAX_WAIT, "the job has not ended after {} seconds", MAX_WAIT.as_secs());
         tokio::time::sleep(Duration::from_millis(100)).await;
         job = json_of(client.get(format!("{url}{}", text(&job, "/links/self")?)).send().await?).await?;
     }
@@ -187,9 +187,9 @@ struct TemporaryFolder {
 
 impl TemporaryFolder {
     fn new(purpose: &str) -> anyhow::Result<Self> {
-        const MOST_TRIES: u32 = 100;
+        const MAX_TRIES: u32 = 100;
         let parent = std::env::temp_dir();
-        for attempt in 0..MOST_TRIES {
+        for attempt in 0..MAX_TRIES {
             let path = parent.join(format!("retargetd-demo-{purpose}-{}-{attempt}", std::process::id()));
             match fs::create_dir(&path) {
                 Ok(()) => return Ok(Self { path, is_kept: false }),
@@ -197,7 +197,7 @@ impl TemporaryFolder {
                 Err(error) => return Err(error).with_context(|| format!("{} cannot be made", path.display())),
             }
         }
-        anyhow::bail!("{} holds {MOST_TRIES} folders of this demo already; remove some", parent.display())
+        anyhow::bail!("{} holds {MAX_TRIES} folders of this demo already; remove some", parent.display())
     }
 
     fn keep(mut self) -> PathBuf {

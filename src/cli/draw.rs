@@ -36,7 +36,7 @@ pub(super) struct Arguments {
     /// The drawing: a folder or a zip archive with char_cfg.yaml, texture.png and mask.png; or a picture, which is annotated on the way
     #[arg(long, value_name = "DIR|ZIP|PICTURE", requires = "source")]
     drawing: Option<PathBuf>,
-    /// What the drawing does: a file with a clip, of any format that is read
+    /// The motion: a file with a clip, of any readable format
     #[arg(long, value_name = "FILE", requires = "drawing")]
     source: Option<PathBuf>,
     /// The clip of the source. Default: the first that moves
@@ -67,7 +67,7 @@ pub(super) struct Arguments {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Compat {
-    /// Those of the program, with all that it does otherwise than one would
+    /// Those of the original program, including its quirks
     #[value(name = "animated_drawings")]
     AnimatedDrawings,
 }

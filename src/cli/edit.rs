@@ -22,10 +22,10 @@ pub(super) struct Arguments {
     /// The file with the animation
     #[arg(long, value_name = "FILE")]
     input: PathBuf,
-    /// The rig in its rest pose, where the file does not hold it
+    /// The rig in its rest pose, if the file does not contain it
     #[arg(long, value_name = "FILE")]
     rest: Option<PathBuf>,
-    /// The spec whose "edit" says what is to be done (JSON or YAML)
+    /// The config whose "edit" lists the edits (JSON or YAML)
     #[arg(long, value_name = "FILE")]
     config: PathBuf,
     #[command(flatten)]

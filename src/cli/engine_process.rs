@@ -8,13 +8,13 @@ use crate::jobs::{Bounds, serve_engine_process};
 /// Arguments of `retargetd engine-process`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Memory that it may use
+    /// Memory limit
     #[arg(long, value_name = "BYTES")]
     memory_bytes: u64,
-    /// Bytes of all files that one answer may give
+    /// Bytes of all outputs of one answer
     #[arg(long, value_name = "BYTES")]
     output_bytes: u64,
-    /// How long one request may take
+    /// Timeout of one request
     #[arg(long, value_name = "SECONDS")]
     seconds: u64,
 }

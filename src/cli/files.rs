@@ -94,7 +94,7 @@ impl InputFile {
         }
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         if formats::may_point_to_others(&bytes, &name) {
-            bytes = with_neighbours(bytes, path, limits).map_err(|error| {
+            bytes = with_neighbors(bytes, path, limits).map_err(|error| {
                 Exit::new(INPUT_REFUSED, format!("{part} {shown}: {}: {}", error.place, error.detail), &error.hint)
             })?;
         }
@@ -108,7 +108,7 @@ impl InputFile {
 
 /// A glTF with the buffers and images that lie beside it or below its folder; a file that is not there, or lies elsewhere, is
 /// not opened.
-fn with_neighbours(document: Vec<u8>, path: &Path, limits: &Limits) -> Result<Vec<u8>, FormatError> {
+fn with_neighbors(document: Vec<u8>, path: &Path, limits: &Limits) -> Result<Vec<u8>, FormatError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     formats::embed_with(&document, limits, &Control::new(), |name| {
         let below = Path::new(name);

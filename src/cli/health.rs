@@ -7,7 +7,7 @@ use super::exit::{self, Exit, report};
 /// Arguments of `retargetd health`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Where the service listens.
+    /// Address of the service.
     #[arg(long, env = "RETARGETD_URL", default_value = "http://127.0.0.1:8080")]
     url: String,
 }

@@ -10,7 +10,7 @@ use crate::{
 use super::{
     exit::Exit,
     files::InputFile,
-    taught::{PresetChoice, RigPaths},
+    user_knowledge::{PresetChoice, RigPaths},
 };
 
 /// What every subcommand about a source and a target is given.
@@ -31,7 +31,7 @@ pub(super) struct OntoPaths {
     target: PathBuf,
     #[command(flatten)]
     rests: RestPaths,
-    /// The retarget spec (JSON or YAML) with what is known already; without it, everything is found out
+    /// The retarget config (JSON or YAML) with what is already known; without it, everything is detected
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     #[command(flatten)]
@@ -66,10 +66,10 @@ impl OntoPaths {
 /// Where rest poses are that the files themselves do not hold.
 #[derive(Debug, clap::Args)]
 pub(super) struct RestPaths {
-    /// The source rig in its rest pose, where the source file does not hold it
+    /// The source rig in its rest pose, if the source file does not contain it
     #[arg(long, value_name = "FILE")]
     pub(super) source_rest: Option<PathBuf>,
-    /// The target rig in its rest pose, where the target file does not hold it
+    /// The target rig in its rest pose, if the target file does not contain it
     #[arg(long, value_name = "FILE")]
     pub(super) target_rest: Option<PathBuf>,
 }

@@ -14,7 +14,7 @@ use super::{
     exit::{Exit, one_line, print, report, say, to_json},
     files::InputFile,
     manner::speaks_json,
-    taught::RigPaths,
+    user_knowledge::RigPaths,
     watch::cancel_on_interrupt,
 };
 

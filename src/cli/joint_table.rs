@@ -19,7 +19,7 @@ use super::{
 pub(super) struct Arguments {
     #[command(flatten)]
     inputs: InputPaths,
-    /// Where the table goes: as a config where the ending is .json, else as CSV. Without it, CSV on standard output
+    /// Output file: a config if the extension is .json, else CSV. Without it, CSV on standard output
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
 }

@@ -25,28 +25,28 @@ pub(super) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Make a key, and print it: this once, since it is kept nowhere.
+    /// Create a key and print it, once: only its hash is stored.
     Create {
-        /// Who shall have it; all keys of one principal see the same files, jobs, rigs and presets
+        /// Principal of the key; all keys of a principal see the same files, jobs, rigs and presets
         #[arg(value_name = "PRINCIPAL", value_parser = principal)]
         principal: Principal,
-        /// What it shall allow: read, write, admin; may be given several times
+        /// Scope of the key: read, write or admin; may be repeated
         #[arg(long = "scope", value_name = "SCOPE", value_parser = scope, default_values = ["read", "write"])]
         scopes: Vec<Scope>,
-        /// How long it shall be good, such as 90d; for ever, where nothing is said
+        /// Validity, such as 90d; without it, the key does not expire
         #[arg(long, value_name = "PERIOD", value_parser = period)]
         lifetime: Option<Duration>,
         #[command(flatten)]
         place: Place,
     },
-    /// List all keys, without what is secret.
+    /// List all keys, without their secrets.
     List {
         #[command(flatten)]
         place: Place,
     },
-    /// End a key at once.
+    /// Revoke a key immediately.
     Revoke {
-        /// Its id, as 'list' prints it
+        /// The id of the key, as printed by 'list'
         #[arg(value_name = "KEY")]
         id: String,
         #[command(flatten)]
@@ -57,13 +57,13 @@ enum Action {
 /// Where the keys are: the same as the service is started with.
 #[derive(Debug, Args)]
 struct Place {
-    /// Folder of the service's data
+    /// Data folder of the service
     #[arg(long, value_name = "FOLDER", env = "RETARGETD_DATA", default_value = "retargetd-data")]
     data: PathBuf,
-    /// URL of the Postgres database, where there is one
+    /// URL of the Postgres database, if one is used
     #[arg(long, value_name = "URL", env = "RETARGETD_DATABASE", hide_env_values = true, default_value = "")]
     database: String,
-    /// Make the data folder and its database where there are none yet
+    /// Create the data folder and its database if missing
     #[arg(long)]
     new: bool,
 }
@@ -108,7 +108,7 @@ async fn act(action: Action) -> Result<(), Exit> {
             let new = NewKey { principal, scopes, lifetime };
             let (text, key) = place.keys().await?.create(new).await.map_err(failed)?;
             // The key alone goes to standard output, for scripts to keep.
-            say(format_args!("made {}; keep the key, it is not told again:", line(&key)));
+            say(format_args!("made {}; keep the key, it is not shown again:", line(&key)));
             if speaks_json() {
                 return report(|| json!({"key": view(&key), "secret": text.reveal()}));
             }

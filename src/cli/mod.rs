@@ -32,8 +32,8 @@ mod service;
 mod submit;
 mod suggest;
 mod table;
-mod taught;
 mod usage;
+mod user_knowledge;
 mod verdict;
 mod view;
 mod watch;
@@ -65,39 +65,39 @@ enum Command {
     Worker(service::WorkerArguments),
     /// Retarget one clip onto one character, without a server.
     Retarget(retarget::Arguments),
-    /// Have a running service do the work of `retarget`: upload, follow, download.
+    /// Run `retarget` on a running service: upload, follow, download.
     Submit(submit::Arguments),
-    /// Edit one clip of a file: its time, its seams, its sides; without a second rig.
+    /// Edit one clip of a file: timing, loop seams, mirroring; without a second rig.
     Edit(edit::Arguments),
-    /// Have a drawn character move: a scene of *Animated Drawings*, without its program.
+    /// Animate a drawn character: a scene of *Animated Drawings*, without that program.
     Draw(draw::Arguments),
     /// Find mask and joints of the figure in a picture, and write the folder that `draw` reads.
     Annotate(annotate::Arguments),
     /// Say why a joint of the result is turned as it is at one frame.
     Explain(explain::Arguments),
-    /// Say what files hold: skeleton, clips, recognised rig, roles, rest pose, units, warnings.
+    /// Say what files hold: skeleton, clips, recognized rig, roles, rest pose, units, warnings.
     Inspect(inspect::Arguments),
-    /// Show what a file looks like: a still, a sheet of stills or a moving picture.
+    /// Render a file: a still, a sheet of stills or a moving picture.
     Preview(preview::Arguments),
-    /// Draw two files at one scale and the same time, beside one another or the first as a ghost over the second
+    /// Render two files at the same scale and time, side by side or the first as a ghost over the second
     Compare(compare::Arguments),
-    /// Say what a retarget of two files would do, and write the config that does it.
+    /// Show what a retarget of two files would do, and write the config for it.
     Suggest(suggest::Arguments),
-    /// Write a table of joint pairs to start from, for a spreadsheet.
+    /// Write a table of joint pairs as a starting point for a spreadsheet.
     JointTable(joint_table::Arguments),
-    /// Check a config, by itself or against two files, without retargeting.
+    /// Check a config, alone or against two files, without retargeting.
     CheckConfig(check_config::Arguments),
     /// Put a character into a T pose, an A pose or the pose of another one, and write it to a file.
     Pose(pose::Arguments),
-    /// Run the main job over HTTP on an empty data folder, with a sample that the binary carries.
+    /// Run a retarget over HTTP on an empty data folder, with the built-in sample.
     Demo(demo::Arguments),
-    /// Write a sample clip and a sample character, to try things with.
+    /// Write a sample clip and a sample character.
     Samples(samples::Arguments),
     /// Print the OpenAPI document.
     Openapi(openapi::Arguments),
-    /// Make, list and revoke the keys with which callers say who they are.
+    /// Create, list and revoke keys that authenticate callers.
     Keys(keys::Arguments),
-    /// Ask a running service whether it is ready; for container health checks.
+    /// Check whether a running service is ready; for container health checks.
     Health(health::Arguments),
     /// Print a script that completes command lines in a shell
     Completions(pages::CompletionArguments),

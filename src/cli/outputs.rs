@@ -35,10 +35,10 @@ pub(super) struct Destinations {
     /// Where the report goes: as a page to look at where the ending is .html, else as JSON
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Show a progress bar even on a dumb terminal; other terminals show it anyway, pipes never
+    /// Show a progress bar even on a dumb terminal; other terminals always show it, pipes never
     #[arg(long)]
     pub(super) progress: bool,
-    /// Write nothing and fail where there is a warning, or where a measure of the report fails; as "strict": true in the config
+    /// Fail and write nothing if there is a warning or a failing measure; same as "strict": true in the config
     #[arg(long)]
     pub(super) strict: bool,
     #[command(flatten)]
@@ -67,10 +67,10 @@ impl Destinations {
 /// Which files may be written over.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub(super) struct Overwriting {
-    /// Write over an input too
+    /// Allow overwriting an input file
     #[arg(long, conflicts_with = "no_clobber")]
     force: bool,
-    /// Write over no file that is there already
+    /// Never overwrite an existing file
     #[arg(long)]
     no_clobber: bool,
 }

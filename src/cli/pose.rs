@@ -31,16 +31,16 @@ pub(super) struct Arguments {
     /// The pose: 't', 'a', 'rest' (its own, with the config's edits), or a file whose rest pose it takes
     #[arg(long, value_name = "t|a|rest|FILE", default_value = "t")]
     to: String,
-    /// The character in its rest pose, where its file does not hold it
+    /// The character in its rest pose, if its file does not contain it
     #[arg(long, value_name = "FILE")]
     rest: Option<PathBuf>,
-    /// A retarget spec (JSON or YAML); the character is its target
+    /// A retarget config (JSON or YAML); the character is its target
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Where the result goes; the ending picks the format
+    /// Output file; the extension selects the format
     #[arg(long, value_name = "FILE")]
     output: PathBuf,
-    /// Write nothing and fail where there is a warning; as "strict": true in the config
+    /// Fail and write nothing if there is a warning; same as "strict": true in the config
     #[arg(long)]
     strict: bool,
     #[command(flatten)]

@@ -19,15 +19,15 @@ use super::{
 /// Arguments of `retargetd preview`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The file to look at: any that can be read
+    /// The file to show, of any readable format
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Where the picture goes; the ending picks the format: .png, .webp, .gif, .apng, .mp4
+    /// Output picture; the extension selects the format: .png, .webp, .gif, .apng, .mp4
     #[arg(long, short, value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]
     view: ViewArguments,
-    /// The clip that is shown; default the first that moves
+    /// The clip to show; default the first that moves
     #[arg(long, value_name = "NAME")]
     clip: Option<String>,
     #[command(flatten)]

@@ -18,7 +18,7 @@ use super::{
 /// Arguments of `retargetd samples`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The folder that they go into; made when it is not there
+    /// The folder to write to; created if missing
     #[arg(long, value_name = "DIR", default_value = ".")]
     output: PathBuf,
 }

@@ -24,7 +24,7 @@ async fn serve(settings: Settings) -> anyhow::Result<()> {
             tracing::info!(issuer, "callers may show a token instead");
         }
     } else if is_reachable {
-        tracing::warn!(address = %running.address(), "everybody who can reach this address can use the service: no keys are asked for");
+        tracing::warn!(address = %running.address(), "everyone who can reach this address can use the service: no authentication is required");
     } else {
         tracing::info!("every program on this machine can use the service: no keys are asked for");
     }

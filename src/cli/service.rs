@@ -185,7 +185,7 @@ fn misspelt_variables(names: impl Iterator<Item = String>) -> Option<String> {
         (own != nearest && nearness(nearest) >= NEAR).then(|| format!("\n  {name}: did you mean {PREFIX}{nearest}?"))
     });
     let misspelt: Vec<String> = misspelt.collect();
-    (!misspelt.is_empty()).then(|| format!("there are variables that are no settings:{}", misspelt.concat()))
+    (!misspelt.is_empty()).then(|| format!("there are variables that are not settings:{}", misspelt.concat()))
 }
 
 /// The signals that stop a service.

@@ -21,7 +21,7 @@ use super::{
 pub(super) struct Arguments {
     #[command(flatten)]
     inputs: InputPaths,
-    /// Where the suggested config goes, as JSON
+    /// Output file of the suggested config, as JSON
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
 }

@@ -17,40 +17,40 @@ use super::{
 /// How pictures are seen.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct ViewArguments {
-    /// Width and height in pixels, as 512 or 640x360; of a sheet, those of each cell
+    /// Width and height in pixels, such as 512 or 640x360; for a sheet, of each cell
     #[arg(long, value_name = "PIXELS", default_value = "512", value_parser = size)]
     size: [usize; 2],
-    /// From where the figure is seen
+    /// Camera position
     #[arg(long, value_enum, default_value = "three-quarter")]
     camera: CameraName,
-    /// Whether the camera goes along with the figure
+    /// Whether the camera follows the figure
     #[arg(long, value_enum, default_value = "auto")]
     follow: FollowName,
-    /// Turn the camera around the figure by so many degrees from the first frame to the last
+    /// Degrees by which the camera orbits the figure from the first frame to the last
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
     turn: f64,
-    /// Frames per second of what moves; default 15 for GIF, 30 otherwise
+    /// Frames per second of a moving picture; default 15 for GIF, 30 otherwise
     #[arg(long)]
     fps: Option<f64>,
-    /// Start and end of what is shown, in seconds, as 1.5,3
+    /// Start and end in seconds, such as 1.5,3
     #[arg(long, value_name = "START,END", value_parser = range)]
     range: Option<[f64; 2]>,
-    /// A still at this second of the clip; default the middle
+    /// Time of a still in seconds; default the middle of the clip
     #[arg(long, value_name = "SECONDS")]
     at: Option<f64>,
-    /// A sheet of stills over the whole clip, as 4x3
+    /// A sheet of stills over the whole clip, such as 4x3
     #[arg(long, value_name = "COLUMNSxROWS", value_parser = sheet)]
     sheet: Option<SheetSize>,
-    /// What is behind the figure
+    /// Background
     #[arg(long, value_enum, default_value = "light")]
     background: BackgroundName,
-    /// What of the figure is drawn
+    /// Drawing style
     #[arg(long, value_enum, default_value = "shaded")]
     style: StyleName,
-    /// Write the time on the picture
+    /// Draw the time on the picture
     #[arg(long)]
     labels: bool,
-    /// Draw no floor
+    /// Omit the floor
     #[arg(long)]
     no_floor: bool,
 }

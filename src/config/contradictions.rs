@@ -27,8 +27,7 @@ impl Settings {
             contradicts("token_audience", "", expected, Names::EXAMPLE);
         }
         if self.token_keys == KeyPlace::Discovered && !is_guarded_url(issuer) {
-            let expected =
-                "expected where the issuer's keys are, since it is no https URL where they could be looked up";
+            let expected = "expected where the issuer's keys are, since the issuer is not an https URL at which they could be looked up";
             contradicts("token_keys", "", expected, KeyPlace::EXAMPLE);
         }
         if self.authentication == Authentication::None {

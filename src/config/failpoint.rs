@@ -53,9 +53,9 @@ impl Failpoint {
 
 /// Behaves as a decoder that has gone wild, when `RETARGETD_FAILPOINT` is `engine` and the word says how: it has `abort`, `overflow`,
 /// `eat`, `hoard` or `spin` in it. Nothing of it is in release builds.
-pub fn misbehave(word: &str) {
+pub fn trigger_named(word: &str) {
     #[cfg(debug_assertions)]
-    armed::misbehave(word);
+    armed::trigger_named(word);
     #[cfg(not(debug_assertions))]
     let _ = word;
 }
@@ -77,7 +77,7 @@ mod armed {
         Some((name.to_owned(), AtomicU64::new(count.parse().unwrap_or(1))))
     });
 
-    pub(super) fn misbehave(word: &str) {
+    pub(super) fn trigger_named(word: &str) {
         if ARMED.as_ref().is_none_or(|(name, _)| name != "engine") {
             return;
         }

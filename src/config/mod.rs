@@ -13,7 +13,7 @@ mod settings;
 mod tokens;
 mod value;
 
-pub use failpoint::{Failpoint, misbehave};
+pub use failpoint::{Failpoint, trigger_named};
 pub use memory::MemoryBudget;
 pub use networks::Networks;
 pub use settings::{LimitView, Setting, SettingError, SettingErrors, Settings};

@@ -155,59 +155,59 @@ macro_rules! settings {
 }
 
 settings! {
-    /// Address and port to listen on; port 0 takes any free one
+    /// Address and port to listen on; port 0 picks a free port
     plain listen: SocketAddr = "127.0.0.1:8080";
-    /// Who must show a key or a token: 'keys' for everybody, 'none' for nobody; 'auto' for everybody where 'listen' can be reached from other machines or tokens are taken
+    /// Authentication: 'keys' requires a key or token from every caller, 'none' from no caller; 'auto' requires one if 'listen' is reachable from other machines or tokens are accepted
     plain authentication: Authentication = "auto";
-    /// Identity provider whose tokens (JWT) are taken beside keys, as they name it in 'iss'; without it, no tokens are taken
+    /// Identity provider whose tokens (JWT) are accepted besides keys, as named in their 'iss' claim; if empty, no tokens are accepted
     plain token_issuer: String = "";
-    /// What a token must name in 'aud' to be meant for this service; several with commas between them
+    /// Audiences of this service, comma-separated; a token must name one of them in 'aud'
     plain token_audience: Names = "";
-    /// Where the issuer's public keys (a JWK set) are: an https URL or a file; without it, where '/.well-known/openid-configuration' of the issuer says
+    /// Location of the issuer's public keys (a JWK set): an https URL or a file; if empty, it is looked up in '/.well-known/openid-configuration' of the issuer
     plain token_keys: KeyPlace = "";
-    /// In which ways tokens may be signed, with commas between them; all have a public key
+    /// Accepted signature algorithms of tokens, comma-separated; only public-key algorithms
     plain token_algorithms: TokenAlgorithms = "RS256,PS256,ES256,EdDSA";
-    /// Claim of a token that says who calls
+    /// Token claim that identifies the caller
     plain token_principal_claim: String = "sub";
-    /// Claim of a token that lists what it allows, as a text with spaces or a list; a JSON pointer such as '/realm_access/roles' finds nested ones
+    /// Token claim that lists scopes, as a space-separated string or an array; a JSON pointer such as '/realm_access/roles' selects a nested claim
     plain token_scope_claim: String = "scope";
-    /// What stands before 'read', 'write' and 'admin' in that list
+    /// Prefix of 'read', 'write' and 'admin' in that claim
     plain token_scope_prefix: String = "retargetd:";
-    /// How far the clocks of the issuer and of the service may be apart
+    /// Maximum difference between the clocks of the issuer and of the service
     plain token_leeway: Period = "30s" in 0..=600;
-    /// How often the issuer's keys are fetched anew, so that those it has withdrawn are no longer taken
+    /// Interval at which the issuer's keys are refreshed, so that withdrawn keys are no longer accepted
     plain token_keys_period: Period = "10m" in 0.05..=86_400;
-    /// How long the issuer is left alone after a fetch, whatever keys tokens name
+    /// Minimum time between two fetches of the issuer's keys, even if a token names an unknown key
     plain token_keys_pause: Period = "10s" in 0.05..=3_600;
-    /// Names by which browsers may reach the service where nobody has to show a key, such as 'retarget.lan', with commas between them; addresses and 'localhost' always do
+    /// Host names under which browsers may use the service without authentication, such as 'retarget.lan', comma-separated; IP addresses and 'localhost' are always allowed
     plain allowed_hosts: Names = "";
-    /// Origins whose pages may call the service from a browser, such as 'https://studio.example', with commas between them; without any, none
+    /// Origins whose pages may call the service from a browser (CORS), such as 'https://studio.example', comma-separated; if empty, none
     plain cors_origins: Origins = "";
     /// Whether the page is served with which people see, correct and decide: on or off
     plain studio: Switch = "on";
-    /// Address and port on which probes and metrics are answered besides, without keys, also by a worker; without it, a worker listens nowhere
+    /// Additional address and port for probes and metrics, without authentication; also available in a worker, which listens nowhere if this is empty
     plain probes_listen: Option<SocketAddr> = "";
-    /// Folder for everything that must survive a restart; made when it is not there
+    /// Folder for everything that must survive a restart; created if missing
     plain data: PathBuf = "retargetd-data";
-    /// URL of the Postgres database that processes share; without it, a file in the data folder
+    /// URL of the Postgres database that processes share; if empty, a SQLite file in the data folder
     plain database: Secret = "";
-    /// Where files are kept, as 's3://BUCKET/PREFIX' or 'file:///FOLDER'; without it, in the data folder
+    /// Location of stored files, 's3://BUCKET/PREFIX' or 'file:///FOLDER'; if empty, the data folder
     plain blobs: String = "";
-    /// Connections to the database of one process
+    /// Database connections of one process
     plain database_connections: u64 = "8" in 2..=1_000;
-    /// Jobs that run in this process at the same time, or 'auto' for one per core; with 0, other processes run them. One more may run that is of no batch while jobs of batches run
+    /// Jobs that this process runs concurrently, or 'auto' for one per core; 0 leaves all jobs to other processes. While batch jobs run, one additional job outside of batches may run
     limit workers: Workers = "auto";
-    /// How log lines are written: auto, text or json
+    /// Log format: auto, text or json
     plain log_format: LogFormat = "auto";
-    /// Which log lines are written, as 'level' or 'level,module=level'
+    /// Log filter, 'level' or 'level,module=level'
     plain log: String = "info";
 
-    /// Address of an OpenTelemetry collector that traces are sent to (OTLP over HTTP), such as 'http://127.0.0.1:4318'; without it, what OTEL_EXPORTER_OTLP_ENDPOINT says, else none are made
+    /// OpenTelemetry collector that receives traces (OTLP over HTTP), such as 'http://127.0.0.1:4318'; if empty, the value of OTEL_EXPORTER_OTLP_ENDPOINT, else no traces are made
     plain otlp_endpoint: HttpUrl = "";
 
     /// Bytes of one uploaded file
     limit max_file_bytes: ByteSize = "256MiB" in 1..=1_099_511_627_776_u64;
-    /// Bytes of one multipart request, all its parts together
+    /// Bytes of one multipart request, all parts together
     limit max_request_bytes: ByteSize = "512MiB" in 1..=4_398_046_511_104_u64;
     /// Bytes of one picture of a drawing, and of its mask
     limit max_picture_bytes: ByteSize = "32MiB" in 1_024..=1_073_741_824_u64;
@@ -217,13 +217,13 @@ settings! {
     limit max_decoded_bytes: ByteSize = "512MiB" in 1..=1_099_511_627_776_u64;
     /// Decoded bytes per encoded byte of a compressed part of a file
     limit max_decompression_ratio: u64 = "200" in 1..=1_000_000;
-    /// Values in a JSON request, each number, text, list, object and so on counted by itself
+    /// Values in a JSON request; every number, string, array and object counts
     limit max_json_values: u64 = "100000" in 100..=100_000_000;
-    /// Nesting of a JSON document
+    /// Nesting depth of a JSON document
     limit max_json_depth: u64 = "64" in 1..=512;
     /// Nodes of one file
     limit max_nodes: u64 = "65536" in 1..=100_000_000;
-    /// Joints below one another
+    /// Depth of a joint hierarchy
     limit max_hierarchy_depth: u64 = "512" in 1..=65_536;
     /// Clips of one file
     limit max_clips: u64 = "256" in 1..=1_000_000;
@@ -234,133 +234,133 @@ settings! {
 
     /// Jobs that may wait for a worker
     limit max_queued_jobs: u64 = "256" in 1..=1_000_000;
-    /// Jobs of batches that may wait for a worker, behind those and beside their number; a batch that is larger may wait alone
+    /// Batch jobs that may wait for a worker, after the others and not counted among them; a larger batch may wait if it is the only one
     limit max_queued_batch_jobs: u64 = "10000" in 1..=1_000_000;
     /// Items of one batch
     limit max_batch_items: u64 = "1000" in 1..=100_000;
-    /// Bytes of the items of one batch, where each item has what the defaults, the matrix and its preset give it
+    /// Bytes of all items of one batch, after defaults, matrix and presets are applied
     limit max_batch_bytes: ByteSize = "64MiB" in 1_024..=1_099_511_627_776_u64;
-    /// Bytes of all inputs of the jobs that wait for a worker
+    /// Bytes of all inputs of waiting jobs
     limit max_queued_bytes: ByteSize = "8GiB" in 1..=1_125_899_906_842_624_u64;
-    /// Unfinished jobs that one principal may have, beside what all have together; with 0, only that counts
+    /// Unfinished jobs of one principal; 0 for no limit of its own
     limit max_principal_jobs: u64 = "0" in 0..=1_000_000;
-    /// How long one job may run
+    /// Maximum run time of one job
     limit job_timeout: Period = "120s" in 1..=86_400;
-    /// How often the process may die under a job before the job fails
+    /// Attempts per job if its engine process dies
     limit max_attempts: u64 = "3" in 1..=100;
-    /// How often a job is tried again when files or records could not be reached
+    /// Retries per job if files or records could not be reached
     limit max_retries: u64 = "3" in 0..=100;
-    /// How long jobs on files under which processes died again and again are refused
+    /// Time for which jobs on files that repeatedly crashed engine processes are refused
     limit quarantine_period: Period = "1h" in 0..=31_536_000;
-    /// Memory that running jobs may be thought to need together, or 'auto' for 60 % of what there is
+    /// Total estimated memory of running jobs, or 'auto' for 60 % of the available memory
     limit memory_budget: MemoryBudget = "auto" in 1_048_576..=1_125_899_906_842_624_u64;
-    /// Where the engine reads files and works on them: 'process' for processes of its own, which files may bring down without harm to others; 'thread' for this one; 'inline' for the very task that has claimed the job, for looking into faults: nothing ends a job that takes too long
+    /// Isolation of the engine: 'process' runs jobs in separate processes, so that a crash affects one job only; 'thread' runs them in this process; 'inline' runs them in the task that claimed the job, for debugging: timeouts are not enforced
     plain isolation: Isolation = "process";
-    /// Memory that one engine process may use, or 'auto' for 60 % of what there is
+    /// Memory limit of one engine process, or 'auto' for 60 % of the available memory
     limit process_memory: MemoryBudget = "auto" in 16_777_216..=1_125_899_906_842_624_u64;
-    /// After how many jobs an engine process is replaced by a new one
+    /// Jobs after which an engine process is replaced
     plain max_process_requests: u64 = "500" in 1..=1_000_000;
-    /// How long a job is left to a worker that is not heard of; a worker tells three times in that time that it is there
+    /// Lease of a job; a worker renews it every third of this period
     plain lease_period: Period = "6s" in 0.3..=3_600;
-    /// Bytes of all files that one job may give
+    /// Bytes of all outputs of one job
     limit max_output_bytes: ByteSize = "1GiB" in 1_024..=1_125_899_906_842_624_u64;
-    /// Files that one job may give
+    /// Outputs of one job
     limit max_outputs_per_job: u64 = "8" in 1..=8;
     /// Labels of one job
     limit max_labels: u64 = "16" in 0..=1_000;
-    /// Bytes of one label's name and of its value
+    /// Bytes of a label's name, and of its value
     limit max_label_bytes: ByteSize = "256" in 1..=65_536;
-    /// How long a one-shot request waits for its job unless it says otherwise
+    /// Default time for which a one-shot request waits for its job
     limit default_wait: Period = "30s" in 0..=3_600;
-    /// The longest wait that a request may ask for
+    /// Maximum wait that a request may ask for
     limit max_wait: Period = "30s" in 0..=3_600;
-    /// Event streams that one principal may have open at one process
+    /// Open event streams of one principal per process
     limit max_event_streams: u64 = "64" in 0..=100_000;
-    /// How long one event stream lasts before the caller is asked to come again
+    /// Time after which an event stream is closed and the client has to reconnect
     limit event_stream_period: Period = "1h" in 0.05..=86_400;
-    /// How often an event stream that has nothing to tell shows that it is there
+    /// Interval of heartbeats on idle event streams
     plain event_heartbeat: Period = "15s" in 0.05..=3_600;
     /// Entries of one page of a list
     limit max_page_items: u64 = "100" in 1..=1_000;
 
-    /// Whether a job that computes what another one of the same caller has computed is given those results: on or off
+    /// Reuse of results if the same caller submits an identical job again: on or off
     plain result_cache: Switch = "on";
-    /// How long an uploaded file is kept
+    /// Retention of uploaded files
     limit asset_retention: Period = "7d" in 1..=315_360_000;
-    /// How long a result is kept
+    /// Retention of results
     limit result_retention: Period = "24h" in 1..=315_360_000;
-    /// How long the record of a finished job is kept
+    /// Retention of the records of finished jobs
     limit job_retention: Period = "7d" in 1..=315_360_000;
-    /// How long events are kept, for streams that are taken up again
+    /// Retention of events, for event streams that resume
     limit event_retention: Period = "24h" in 1..=315_360_000;
     /// Bytes of all stored files together
     limit max_stored_bytes: ByteSize = "64GiB" in 1..=1_125_899_906_842_624_u64;
-    /// Bytes of the disk that files leave free, so that records can still be written
+    /// Disk space that stored files leave free, so that records can still be written
     plain reserved_disk: ByteSize = "64MiB" in 0..=1_125_899_906_842_624_u64;
-    /// Rig templates of one's own; as many presets may be kept besides
+    /// Stored rig templates of one principal; the same limit applies to presets
     limit max_stored_documents: u64 = "256" in 0..=10_000;
-    /// Bytes of one's own rig templates together, and as many of presets
+    /// Bytes of all rig templates of one principal; the same limit applies to presets
     limit max_stored_document_bytes: ByteSize = "16MiB" in 1_024..=1_099_511_627_776_u64;
-    /// Versions of rig templates and presets that one principal may have, with those that were replaced or removed and that kept jobs may name
+    /// Versions of rig templates and presets of one principal, including replaced and removed ones that stored jobs may refer to
     limit max_document_versions: u64 = "2000" in 1..=1_000_000;
-    /// Jobs that are kept of one principal, ended ones among them; the oldest ended go first
+    /// Stored jobs of one principal, finished ones included; the oldest finished jobs are removed first
     limit max_principal_records: u64 = "200000" in 1..=1_000_000_000;
     /// Bytes of the records of one principal: configs, reports, rigs and presets
     limit max_principal_record_bytes: ByteSize = "4GiB" in 1_048_576..=1_125_899_906_842_624_u64;
-    /// Jobs that are kept of all principals together; the oldest ended go first
+    /// Stored jobs of all principals; the oldest finished jobs are removed first
     limit max_records: u64 = "2000000" in 1..=1_000_000_000;
     /// Bytes of all records together
     limit max_record_bytes: ByteSize = "16GiB" in 1_048_576..=1_125_899_906_842_624_u64;
-    /// How long a link to the file store is good that a download is sent to, where it is S3; 0s sends the bytes through the service
+    /// Validity of the S3 links that downloads are redirected to; 0s sends the bytes through the service instead
     plain download_link_period: Period = "0s" in 0..=86_400;
-    /// How often what has expired is removed
+    /// Interval at which expired data is removed
     plain sweep_interval: Period = "60s" in 0.05..=86_400;
 
     /// Webhooks of one principal
     limit max_webhooks: u64 = "16" in 0..=1_000;
-    /// How long the receiver of a webhook may take to answer
+    /// Timeout of a webhook delivery
     limit webhook_timeout: Period = "15s" in 0.05..=120;
-    /// After which times a delivery to a webhook that failed is tried again, one after the other, each a fifth shorter or longer by chance
+    /// Delays between retries of a failed webhook delivery, each with a jitter of 20 %
     plain webhook_retries: Periods = "5s,5m,30m,2h,5h,10h,14h,20h";
-    /// How long a webhook may fail before it is disabled
+    /// Time of continuous failure after which a webhook is disabled
     limit webhook_failing_period: Period = "5d" in 0.05..=31_536_000;
-    /// How long deliveries to webhooks are kept that were made or given up
+    /// Retention of completed and abandoned webhook deliveries
     limit delivery_retention: Period = "7d" in 1..=315_360_000;
-    /// Whether files may be given by URL, which the service then fetches: on or off
+    /// Input files by URL, which the service fetches: on or off
     plain url_input: Switch = "off";
-    /// How long fetching one file may take in all
+    /// Timeout of fetching one file
     limit url_input_timeout: Period = "60s" in 0.05..=3_600;
-    /// Networks that may be talked to although they are not public, such as '10.0.0.0/8', with commas between them; plain http goes to these alone
+    /// Non-public networks that outbound requests may reach, such as '10.0.0.0/8', comma-separated; plain http is allowed to these networks only
     plain outbound_allow: Networks = "";
-    /// Networks that are never talked to, whatever 'outbound-allow' says
+    /// Networks that outbound requests never reach; takes precedence over 'outbound-allow'
     plain outbound_deny: Networks = "";
 
-    /// Requests that are worked on at the same time
+    /// Concurrent requests
     limit max_concurrent_requests: u64 = "512" in 1..=100_000;
-    /// Requests of one principal that are worked on at the same time, where callers show who they are
+    /// Concurrent requests of one principal, where callers are authenticated
     limit max_principal_requests: u64 = "128" in 1..=100_000;
-    /// Open connections; a few more are answered on, but only probes
+    /// Open connections; a few more are accepted for probes only
     limit max_connections: u64 = "1024" in 1..=100_000;
-    /// Open connections from one address; behind a proxy, all callers have its address
+    /// Open connections from one address; behind a proxy, all callers share its address
     limit max_peer_connections: u64 = "768" in 1..=100_000;
     /// Bytes of a request's headers
     limit max_header_bytes: ByteSize = "32KiB" in 8_192..=1_048_576;
-    /// How long the headers of a request may take to arrive
+    /// Timeout of receiving the headers of a request
     limit header_timeout: Period = "10s" in 0.05..=600;
-    /// How long an upload may pause
+    /// Maximum pause within an upload
     limit upload_idle_timeout: Period = "30s" in 0.05..=3_600;
-    /// How long an upload may take in all
+    /// Timeout of an upload
     limit upload_timeout: Period = "15m" in 0.05..=86_400;
-    /// How long the reading of an answer may pause
+    /// Maximum pause in reading a response
     limit answer_idle_timeout: Period = "30s" in 0.05..=3_600;
-    /// Bytes a second that a caller must send or read at least while the service waits for it, over the time that it may pause
+    /// Minimum transfer rate in bytes per second while the service waits for a caller, averaged over the maximum pause
     limit min_transfer_rate: ByteSize = "256" in 0..=1_073_741_824;
 
     /// Whether HTTP/2 is spoken without TLS with those who begin with it, such as proxies that are told to
     plain http2: Switch = "off";
     /// How long the service still takes requests after it was told to stop, for load balancers to notice
     plain drain_delay: Period = "0s" in 0..=600;
-    /// How long running jobs may go on after the service was told to stop
+    /// Time for which running jobs may continue after a stop signal
     plain grace_period: Period = "25s" in 0..=3_600;
 }
 

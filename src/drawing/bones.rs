@@ -24,9 +24,9 @@ const SHARE_WEIGHT: f64 = 30.0;
 /// Weight of an edge within a part that is to stay rigid.
 const RIGID_WEIGHT: f64 = 12.0;
 /// Bones that a vertex has a share of, at most: as many as a glTF skin holds for a vertex.
-pub(super) const MOST_SHARES: usize = 4;
+pub(super) const MAX_SHARES: usize = 4;
 /// Smaller shares are left out.
-const LEAST_SHARE: f64 = 0.02;
+const MIN_SHARE: f64 = 0.02;
 /// From this share of one bone on, an edge turns with its bones and with nothing else.
 const FIRM_FROM: f64 = 0.97;
 /// Up to this share it turns as what is around it does.
@@ -347,12 +347,12 @@ fn shares(bones: &[Bone], holds: &[Hold], neighbors: &[Vec<usize>], places: &[us
         factors.solve(&mut solved);
         for (shares, &place) in shares.iter_mut().zip(places) {
             let DVec2 { x, y } = solved[place].0;
-            shares.extend([(pair, x), (pair + 1, y)].into_iter().filter(|(_, share)| *share > LEAST_SHARE));
+            shares.extend([(pair, x), (pair + 1, y)].into_iter().filter(|(_, share)| *share > MIN_SHARE));
         }
     }
     for shares in &mut shares {
         shares.sort_by(|one, other| other.1.total_cmp(&one.1).then(one.0.cmp(&other.0)));
-        shares.truncate(MOST_SHARES);
+        shares.truncate(MAX_SHARES);
         let sum: f64 = shares.iter().map(|(_, share)| share).sum();
         shares.iter_mut().for_each(|(_, share)| *share /= sum.max(1e-12));
         if shares.is_empty() {
@@ -419,7 +419,7 @@ mod tests {
         let mesh = BoneMesh::new(&vertices, &triangles, &rig, &[]).expect("a mesh");
         for shares in mesh.shares() {
             let sum: f64 = shares.iter().map(|(_, share)| share).sum();
-            assert!((sum - 1.0).abs() < 1e-9 && shares.len() <= MOST_SHARES, "{shares:?}");
+            assert!((sum - 1.0).abs() < 1e-9 && shares.len() <= MAX_SHARES, "{shares:?}");
         }
         let turn = DVec2::from_angle(0.5);
         let moved = |place: DVec2| rig.rest[1] + turn.rotate(place - rig.rest[1]);

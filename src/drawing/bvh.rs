@@ -196,7 +196,7 @@ fn read_joint(words: &mut Words<'_>, parent: Option<usize>) -> Result<Joint, Dra
                 "yrotation" => Some(DVec3::Y),
                 "zrotation" => Some(DVec3::Z),
                 "xposition" | "yposition" | "zposition" => None,
-                _ => return Err(words.error(format!("{channel:?} is no channel"))),
+                _ => return Err(words.error(format!("{channel:?} is not a channel"))),
             });
         }
     }

@@ -11,7 +11,7 @@ const SLOW_SHARE: f64 = 0.55;
 /// Of the heights of the lowest foot, the share that is below the ground.
 const GROUND_SHARE: f64 = 0.05;
 /// Shorter contacts are none, and shorter gaps between contacts are none either.
-const LEAST_SECONDS: f64 = 0.1;
+const MIN_SECONDS: f64 = 0.1;
 
 /// For each foot and frame, whether it stands. `leg` is the length of a leg.
 pub(super) fn contacts(motion: &BodyMotion, feet: &[usize], leg: f64) -> Vec<Vec<bool>> {
@@ -22,7 +22,7 @@ pub(super) fn contacts(motion: &BodyMotion, feet: &[usize], leg: f64) -> Vec<Vec
         (0..frames).map(|frame| places.iter().map(|places| places[frame].y).fold(f64::MAX, f64::min)).collect();
     lowest.sort_by(f64::total_cmp);
     let Some(&ground) = lowest.get((frames as f64 * GROUND_SHARE) as usize) else { return Vec::new() };
-    let least = (LEAST_SECONDS / motion.frame_time).round().max(1.0) as usize;
+    let least = (MIN_SECONDS / motion.frame_time).round().max(1.0) as usize;
     let stands = |places: &Vec<DVec3>| -> Vec<bool> {
         let speed = |frame: usize| {
             let (before, after) = (frame.saturating_sub(1), (frame + 1).min(frames - 1));

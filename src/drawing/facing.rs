@@ -7,7 +7,7 @@ const TURNED_FROM_DEGREES: f64 = 100.0;
 /// It has turned back when it faces less than this away.
 const TURNED_BACK_DEGREES: f64 = 80.0;
 /// Turns that last less are none.
-const LEAST_SECONDS: f64 = 0.3;
+const MIN_SECONDS: f64 = 0.3;
 
 /// For each frame whether the drawing is mirrored. One that is seen from the front never is.
 pub(super) fn mirrored(motion: &BodyMotion, plane: Plane) -> Vec<bool> {
@@ -24,7 +24,7 @@ pub(super) fn mirrored(motion: &BodyMotion, plane: Plane) -> Vec<bool> {
             is_turned
         })
         .collect();
-    lasting(&turned, (LEAST_SECONDS / motion.frame_time).round().max(1.0) as usize)
+    lasting(&turned, (MIN_SECONDS / motion.frame_time).round().max(1.0) as usize)
 }
 
 /// The same without runs that are shorter than so many frames.

@@ -7,7 +7,7 @@ use glam::DVec2;
 use crate::picture::Picture;
 
 /// Parts of a square that the mask needs of it.
-const LEAST_SHARE: f64 = 0.02;
+const MIN_SHARE: f64 = 0.02;
 
 /// A mesh at rest.
 #[derive(Clone, Debug)]
@@ -31,7 +31,7 @@ impl Lattice {
         }
         let mut lattice = Self { vertices: vec![], triangles: vec![] };
         let mut corners: BTreeMap<(usize, usize), usize> = BTreeMap::new();
-        let least = (LEAST_SHARE * spacing * spacing).max(1.0) as usize;
+        let least = (MIN_SHARE * spacing * spacing).max(1.0) as usize;
         for (&(row, column), _) in counts.iter().filter(|(_, count)| **count >= least) {
             let mut corner = |row: usize, column: usize| {
                 *corners.entry((row, column)).or_insert_with(|| {

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::{Performance, PlanarRig, Puppet, bones::doubled_area, contacts::runs};
 
 /// Frames whose meshes are looked at.
-const MOST_FRAMES: usize = 150;
+const MAX_FRAMES: usize = 150;
 
 /// A value with what is good enough.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -182,7 +182,7 @@ fn triangles(puppet: &Puppet, performance: &Performance) -> (f64, f64, f64) {
         |triangle: &[usize; 3]| skin.as_ref().is_none_or(|skin| triangle.iter().all(|&vertex| skin.is_firm(vertex)));
     let firm: Vec<bool> = triangles.iter().map(is_firm).collect();
     let whole: f64 = areas.iter().zip(&firm).filter(|(_, firm)| **firm).map(|(area, _)| area.abs()).sum();
-    let every = performance.frames.div_ceil(MOST_FRAMES);
+    let every = performance.frames.div_ceil(MAX_FRAMES);
     let mut workspace = puppet.workspace();
     let (mut sum, mut most, mut change, mut count) = (0.0, 0.0_f64, 0.0, 0.0);
     for frame in (0..performance.frames).step_by(every) {

@@ -107,7 +107,7 @@ impl RetargetSpec {
             if check.len() != 4 || check[0] != "above" {
                 let place = format!("char_runtime_checks[{index}]");
                 let fix = "write [above, target, reference, reference]";
-                return Err(DrawingError::new(place, "this is no check that is known", fix));
+                return Err(DrawingError::new(place, "this is not a known check", fix));
             }
         }
         spec.offset_group()?;

@@ -11,9 +11,9 @@ use crate::model::{Canceled, Clip, Control, Skeleton, Track};
 use super::looping::carrier;
 
 /// The lag is looked for in so many frames at most; what is found is then looked at frame by frame.
-const MOST_FRAMES: usize = 400;
+const MAX_FRAMES: usize = 400;
 /// Shorter lags are no cycles but poses that hardly change. Seconds.
-const LEAST_SECONDS: f64 = 0.2;
+const MIN_SECONDS: f64 = 0.2;
 /// Poses come back where their distance is at most this share of the largest.
 const COMES_BACK: f64 = 0.45;
 /// The shortest lag that comes back this much worse than the best one is taken.
@@ -46,7 +46,7 @@ pub fn find_cycles(
     if frames < 4 || poses.joints.is_empty() || cycles == 0 {
         return Ok(None);
     }
-    let stride = frames.div_ceil(MOST_FRAMES);
+    let stride = frames.div_ceil(MAX_FRAMES);
     let coarse: Vec<usize> = (0..frames).step_by(stride).collect();
     let step = (times[coarse[coarse.len() - 1]] - times[0]) / (coarse.len() - 1) as f64;
     let mut differences = vec![0.0; coarse.len()];
@@ -59,7 +59,7 @@ pub fn find_cycles(
         *difference = pairs.map(|(first, second)| poses.difference(*first, *second)).sum::<f64>() / count;
     }
     let largest = differences.iter().copied().fold(0.0, f64::max);
-    let least = ((LEAST_SECONDS / step).ceil() as usize).max(2);
+    let least = ((MIN_SECONDS / step).ceil() as usize).max(2);
     let is_valley = |lag: usize| differences[lag] <= differences[lag - 1] && differences[lag] <= differences[lag + 1];
     let valleys: Vec<usize> = (least..most.saturating_sub(1))
         .filter(|lag| is_valley(*lag) && differences[*lag] <= COMES_BACK * largest)

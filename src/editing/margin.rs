@@ -11,7 +11,7 @@ use super::{
 };
 
 /// The longest margin, in seconds.
-const MOST_SECONDS: f64 = 60.0;
+const MAX_SECONDS: f64 = 60.0;
 
 /// Two edits in place of one: what is done first, on a range that is wider, and what is cut out of that at the end.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,7 +33,7 @@ impl Margin {
         skeleton: &Skeleton,
         control: &Control,
     ) -> Result<Option<Self>, TimeEditError> {
-        let asked = in_range("margin_seconds", spec.margin_seconds, 0.0, MOST_SECONDS)?;
+        let asked = in_range("margin_seconds", spec.margin_seconds, 0.0, MAX_SECONDS)?;
         if asked == 0.0 {
             return Ok(None);
         }

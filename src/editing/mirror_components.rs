@@ -18,7 +18,7 @@ use super::Mirror;
 
 /// Mirrors a clip by components.
 ///
-/// `centre` is the sideways axis of joints of the middle, `pelvis` that of the pelvis and all above; where they are not given, the axis
+/// `center` is the sideways axis of joints of the middle, `pelvis` that of the pelvis and all above; where they are not given, the axis
 /// that points sideways most at rest is taken, joint by joint. An axis for translations alone is one of the parent's space.
 ///
 /// # Errors
@@ -27,7 +27,7 @@ pub fn mirror_components(
     rig: &Rig<'_>,
     mirror: &Mirror<'_>,
     clip: &Clip,
-    centre: Option<MirrorAxis>,
+    center: Option<MirrorAxis>,
     pelvis: Option<MirrorAxis>,
 ) -> Result<Clip, ClipError> {
     let skeleton = rig.skeleton();
@@ -35,7 +35,7 @@ pub fn mirror_components(
     let pelvis_joint = rig.role("pelvis").first().copied();
     let given = |joint: usize| {
         let is_pelvis = pelvis_joint.is_some_and(|pelvis| skeleton.is_ancestor_or_self(joint, pelvis));
-        if is_pelvis { pelvis.or(centre) } else { centre }
+        if is_pelvis { pelvis.or(center) } else { center }
     };
     let rest = mirror.rest().transforms();
     let axis_of = |joint: usize| {
@@ -46,21 +46,21 @@ pub fn mirror_components(
         let twin = twins.of(joint);
         let (own, other) = (local_rest(rest, skeleton, joint), local_rest(rest, skeleton, twin));
         let tracks = &clip.joints()[twin];
-        let is_centre = twin == joint;
+        let is_center = twin == joint;
         let own_axis = axis_of(joint);
         let turn = |value: Quat| {
             let change = other.0.conjugate() * value.as_dquat();
-            let change = if is_centre { about(change, own_axis) } else { change };
+            let change = if is_center { about(change, own_axis) } else { change };
             (own.0 * change).normalize().as_quat()
         };
         // A translation lies in the parent's axes.
         let parent = skeleton.parent(joint);
-        let is_below_centre = parent.is_none_or(|parent| twins.of(parent) == parent);
+        let is_below_center = parent.is_none_or(|parent| twins.of(parent) == parent);
         let own_translation = given(joint).and_then(MirrorAxis::translation).map(ComponentAxis::vector);
         let parent_axis = own_translation.unwrap_or_else(|| parent.map_or_else(|| mirror.lateral(), axis_of));
         let place = |value: Vec3| {
             let change = value.as_dvec3() - other.1;
-            let change = if is_below_centre { change - parent_axis * (2.0 * change.dot(parent_axis)) } else { -change };
+            let change = if is_below_center { change - parent_axis * (2.0 * change.dot(parent_axis)) } else { -change };
             (own.1 + change).as_vec3()
         };
         JointTracks {

@@ -34,9 +34,9 @@ pub(super) struct Sampling {
 /// Shares below this, and above 1 minus it, are keys.
 const AT_KEY: f64 = 1e-9;
 /// A frame that stands for more than this many keys is an average.
-const MOST_KEYS_PER_FRAME: f64 = 2.0 + 1e-3;
+const MAX_KEYS_PER_FRAME: f64 = 2.0 + 1e-3;
 /// An average takes at most so many samples.
-const MOST_TAPS: f64 = 255.0;
+const MAX_TAPS: f64 = 255.0;
 
 impl Sampling {
     /// `times_seconds` are the clip's keys. `fps` is given where frames are uniform and may have to be averages.
@@ -48,12 +48,12 @@ impl Sampling {
         for (index, moment) in moments.iter().enumerate() {
             let half = fps.map_or(0.0, |_| {
                 let (before, after) = (moments[index.saturating_sub(1)], moments[(index + 1).min(moments.len() - 1)]);
-                // What the frame stands for: half the way to either neighbour, as much of the clip on both sides.
+                // What the frame stands for: half the way to either neighbor, as much of the clip on both sides.
                 let reach = ((after.from - before.from).abs() / 2.0) / 2.0;
                 reach.min(moment.from - first).min(last - moment.from)
             });
-            if step > 0.0 && 2.0 * half > MOST_KEYS_PER_FRAME * step {
-                let count = (2.0 * half / step).ceil().min(MOST_TAPS) as u32 | 1;
+            if step > 0.0 && 2.0 * half > MAX_KEYS_PER_FRAME * step {
+                let count = (2.0 * half / step).ceil().min(MAX_TAPS) as u32 | 1;
                 let middle = f64::from(count - 1) / 2.0;
                 let offset = |sample: u32| (f64::from(sample) - middle) / f64::from(count) * 2.0 * half;
                 taps.extend((0..count).map(|sample| tap(times_seconds, moment.from + offset(sample))));

@@ -113,11 +113,7 @@ impl Schedule {
 
     /// Uniform frames. Frame k is at k / fps; the last shows the end.
     pub(super) fn resample(&mut self, fps: f64) {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "callers keep it below their limit"
-        )]
+        // Callers keep it below their limit.
         let frames = self.frames_at(fps) as usize;
         let slack = SAME_SHARE / fps;
         let last = self.moments[self.moments.len() - 1].from;

@@ -12,9 +12,9 @@ use super::{
 };
 
 /// An edited clip has at most so many frames: a day at 60 fps is five million.
-const MOST_FRAMES: usize = 10_000_000;
+const MAX_FRAMES: usize = 10_000_000;
 /// Frames times animated joints; each takes up to 40 bytes.
-const MOST_VALUES: usize = 400_000_000;
+const MAX_VALUES: usize = 400_000_000;
 
 /// Why there is no edited clip.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -160,7 +160,7 @@ pub(super) fn in_range(field: &str, value: f64, least: f64, most: f64) -> Result
 
 fn check_size(frames: f64, clip: &Clip, field: &str) -> Result<(), EditError> {
     let joints = clip.joints().iter().filter(|joint| joint.rotation.is_animated() || joint.translation.is_animated());
-    let most = (MOST_VALUES / joints.count().max(1)).min(MOST_FRAMES);
+    let most = (MAX_VALUES / joints.count().max(1)).min(MAX_FRAMES);
     if frames <= most as f64 {
         return Ok(());
     }

@@ -112,7 +112,7 @@ fn tops(name: &'static str, scene: &Scene, spec: &RigSpec, knowledge: &Knowledge
         Rig::with_templates(name, scene, None, &open, knowledge.rigs(), &mut Reporter::new()).map_err(in_config)?;
     let tops = rig.characters(knowledge.rigs());
     if tops.is_empty() {
-        let detail = format!("no character was recognised in the {name} file");
+        let detail = format!("no character was recognized in the {name} file");
         return Err(refused(&format!("/{name}/character"), detail, "leave it out, and name chains or roles"));
     }
     Ok(tops)

@@ -85,8 +85,8 @@ impl Compiled {
         };
         Ok(Self {
             stack: pass.stack,
-            source: PoseFrames::of(scene, (source.axes, source.unit_metres)),
-            target: PoseFrames::of(target.scene, (target.axes, target.unit_metres)),
+            source: PoseFrames::of(scene, (source.axes, source.unit_meters)),
+            target: PoseFrames::of(target.scene, (target.axes, target.unit_meters)),
             facts,
         })
     }

@@ -34,7 +34,7 @@ pub struct DisplayOptions {
     pub mesh: bool,
 }
 
-/// A file as a GLB in metres, +Y up and +Z front: decoded meshes, or where there are none capsules along the bones, plain materials,
+/// A file as a GLB in meters, +Y up and +Z front: decoded meshes, or where there are none capsules along the bones, plain materials,
 /// textures of at most 1,024 pixels a side, and one clip. The first nodes are the file's in their order; `extras.joint` is how the API
 /// calls each, and `extras.retargetd` of the scene has what a viewer wants to know.
 ///
@@ -62,7 +62,7 @@ pub fn display(
         }
         None => (scene.skeleton.clone(), clip.cloned()),
     };
-    let unit = rig.map(|rig| rig.unit_metres).or(scene.unit_metres).filter(|unit| *unit > 0.0).unwrap_or(1.0);
+    let unit = rig.map(|rig| rig.unit_meters).or(scene.unit_meters).filter(|unit| *unit > 0.0).unwrap_or(1.0);
     let axes = rig.map(|rig| rig.axes).or(scene.axes).unwrap_or(Axes::Y_UP_Z_FRONT);
     let appearance = if options.mesh {
         appearance(scene, rig, clip, &skeleton, (limits, control), &mut reporter)?
@@ -201,7 +201,7 @@ fn facts(
         "clips": clips,
         "clip": clip.map(Clip::name),
         "key_times_seconds": clip.map(Clip::times_seconds),
-        "floor_metres": floor.map(|floor| floor * unit),
+        "floor_meters": floor.map(|floor| floor * unit),
         "front": front.to_array().map(|part| (part * 1e6).round() / 1e6),
         "roles": roles,
         "triangles": triangles,

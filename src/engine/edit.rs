@@ -251,7 +251,7 @@ fn mirrored(rig: &Rig<'_>, clip: &Clip, spec: &MirrorSpec, reporter: &mut Report
     report_asymmetry(rig, &mirror, clip, reporter);
     let mirrored = match spec.mode {
         MirrorMode::Model => mirror.apply(clip, spec.plane),
-        MirrorMode::Components => mirror_components(rig, &mirror, clip, spec.centre_axis, spec.pelvis_axis),
+        MirrorMode::Components => mirror_components(rig, &mirror, clip, spec.center_axis, spec.pelvis_axis),
     };
     mirrored.map_err(|error| not_a_clip(rig, &error))
 }

@@ -88,12 +88,12 @@ pub struct Contribution {
     pub rotation: [f64; 4],
     /// Its angle.
     pub degrees: f64,
-    /// How far the op moves the joint, metres; only for ops behind forward kinematics.
+    /// How far the op moves the joint, meters; only for ops behind forward kinematics.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub moved_metres: Option<f64>,
+    pub moved_meters: Option<f64>,
 }
 
-/// `result = target_origin + scale ∘ (source − source_origin)`, along right, up and front of the target, in metres; `alpha` goes
+/// `result = target_origin + scale ∘ (source − source_origin)`, along right, up and front of the target, in meters; `alpha` goes
 /// there from the rest position.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PelvisView {
@@ -188,9 +188,9 @@ pub fn explain_with(
     for (count, op) in later.iter().enumerate() {
         let pose = if count + 1 == later.len() { pose_of(&pass) } else { pose_of(&run(&up_to(count + 1))?) };
         let (from, to) = (last.transforms()[joint], pose.transforms()[joint]);
-        let moved = from.translation.distance(to.translation) * target.unit_metres;
+        let moved = from.translation.distance(to.translation) * target.unit_meters;
         let step = contribution(op_name(op), "what this op changes", to.rotation * from.rotation.conjugate());
-        contributions.push(Contribution { moved_metres: Some(moved), ..step });
+        contributions.push(Contribution { moved_meters: Some(moved), ..step });
         last = pose;
     }
     let model = last.transforms()[joint];
@@ -281,7 +281,7 @@ fn kinematic_contributions(
 
 fn contribution(name: String, about: &'static str, rotation: DQuat) -> Contribution {
     let rotation = if rotation.w < 0.0 { -rotation } else { rotation };
-    Contribution { name, about, rotation: rotation.into(), degrees: degrees(rotation), moved_metres: None }
+    Contribution { name, about, rotation: rotation.into(), degrees: degrees(rotation), moved_meters: None }
 }
 
 fn sources(source: &Rig<'_>, explained: &JointExplanation, pose: &ModelPose) -> Vec<SourceView> {
@@ -301,10 +301,10 @@ fn sources(source: &Rig<'_>, explained: &JointExplanation, pose: &ModelPose) -> 
 fn pelvis_position(mapping: &Mapping, target: &Rig<'_>, source_pose: &ModelPose) -> Option<PelvisView> {
     let pelvis = mapping.pelvis?;
     let position = pelvis.position;
-    let in_metres = |point: DVec3| position.ours_from_plan * point * target.unit_metres;
+    let in_meters = |point: DVec3| position.ours_from_plan * point * target.unit_meters;
     let Transform { translation, .. } = mapping.plan_from_source.then_child(&source_pose.transforms()[pelvis.source]);
-    let (source, source_origin) = (in_metres(translation), in_metres(position.source_origin));
-    let target_origin = in_metres(position.target_origin);
+    let (source, source_origin) = (in_meters(translation), in_meters(position.source_origin));
+    let target_origin = in_meters(position.target_origin);
     Some(PelvisView {
         source: source.into(),
         source_origin: source_origin.into(),

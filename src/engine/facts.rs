@@ -11,7 +11,7 @@ use super::rest_file::RestFileView;
 pub struct RigFacts {
     /// Wire name of the file's format.
     pub format: &'static str,
-    /// The convention that the rig was recognised as, where it was.
+    /// The convention that the rig was recognized as, where it was.
     pub recognised_as: Option<String>,
     /// How sure that is, 0 to 1.
     pub confidence: f64,
@@ -26,8 +26,8 @@ pub struct RigFacts {
     pub rest_file: Option<RestFileView>,
     /// Up and front axes.
     pub axes: String,
-    /// Metres per unit of length.
-    pub unit_metres: f64,
+    /// Meters per unit of length.
+    pub unit_meters: f64,
 }
 
 impl RigFacts {
@@ -41,7 +41,7 @@ impl RigFacts {
             rest_pose_reason: side.rest_reason.clone(),
             rest_file: RestFileView::of(side),
             axes: side.axes.to_string(),
-            unit_metres: side.unit_metres,
+            unit_meters: side.unit_meters,
         }
     }
 }

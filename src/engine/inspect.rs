@@ -17,7 +17,7 @@ use crate::{
     model::{Clip, Control, JointTracks, Reporter, Scene, SignedAxis},
     rig::{
         FileFacts, Finding, Hints, Prop, RestPoseKind, RestSource, Rig, RigSpec, RigTemplate, Role, Side as RigSide,
-        TwistHelper, examine, examine_clips, recognise, report_doubts,
+        TwistHelper, examine, examine_clips, recognize, report_doubts,
     },
 };
 
@@ -98,7 +98,7 @@ pub struct RigView {
     /// The axis that is up, such as `+y`.
     pub up: Option<&'static str>,
     /// From the lowest to the highest joint of the body, where the unit is known or could be guessed.
-    pub height_metres: f64,
+    pub height_meters: f64,
     /// All joints, parents before children.
     pub joints: Vec<JointView>,
     /// Joints by role: one name, or names from the body outward.
@@ -111,7 +111,7 @@ pub struct RigView {
     pub twists: Vec<TwistView>,
     /// What the hands hold.
     pub props: Vec<PropView>,
-    /// A rig template by which this rig is recognised for sure, to be looked at, corrected and kept; nothing for what is no body,
+    /// A rig template by which this rig is recognized for sure, to be looked at, corrected and kept; nothing for what is no body,
     /// or has no names.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub template: Option<RigTemplate>,
@@ -236,7 +236,7 @@ fn inspect_drawing(joints: Vec<(String, Option<usize>)>) -> Inspection {
         rest_reason: "a drawing rests as it is drawn".to_owned(),
         forward: None,
         up: None,
-        height_metres: 0.0,
+        height_meters: 0.0,
         joints,
         roles: ByRole(Vec::new()),
         role_details: ByRole(Vec::new()),
@@ -316,7 +316,7 @@ fn inspect_rig(rig: &Rig<'_>, knowledge: &Knowledge) -> RigView {
         rest_reason: rig.rest_reason.clone(),
         forward: recognition.body.map(|body| axis(body.forward)),
         up: recognition.body.map(|body| axis(body.up)),
-        height_metres: height(rig, &in_rig),
+        height_meters: height(rig, &in_rig),
         joints: in_rig.iter().map(|joint| joint_view(scene, &labels, &in_rig, *joint)).collect(),
         roles: ByRole(
             recognition.roles.iter().map(|(role, finding)| (role.to_string(), names(&finding.joints))).collect(),
@@ -341,7 +341,7 @@ fn own_rest_pose(rig: &Rig<'_>, knowledge: &Knowledge) -> RestPoseKind {
     }
     let skeleton = rig.skeleton();
     let hints = Hints { templates: knowledge.rigs(), ..Hints::of(rig.scene) };
-    recognise(skeleton, &skeleton.rest_pose().to_model(skeleton), &hints).rest_pose
+    recognize(skeleton, &skeleton.rest_pose().to_model(skeleton), &hints).rest_pose
 }
 
 /// What the file calls joints, and what has a role all the same; all nodes where it calls none so.
@@ -376,7 +376,7 @@ fn height(rig: &Rig<'_>, in_rig: &BTreeSet<usize>) -> f64 {
     let heights = measured.iter().map(|joint| rig.rest_height(*joint));
     let (low, high) =
         heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), height| (low.min(height), high.max(height)));
-    if low <= high { ((high - low) * rig.unit_metres * 1e3).round() / 1e3 } else { 0.0 }
+    if low <= high { ((high - low) * rig.unit_meters * 1e3).round() / 1e3 } else { 0.0 }
 }
 
 fn inspect_clip(clip: &Clip) -> ClipView {

@@ -27,8 +27,8 @@ pub struct KeysView {
     pub bytes_before: usize,
     /// Bytes of what was written.
     pub bytes_after: usize,
-    /// The most that a point of the mesh moves by it, in millimetres.
-    pub worst_millimetres: f64,
+    /// The most that a point of the mesh moves by it, in millimeters.
+    pub worst_millimeters: f64,
     /// The joint that the point is on.
     pub worst_joint: String,
     /// The frame in which it does.
@@ -56,8 +56,8 @@ pub(super) fn reduced(
         return Ok(None);
     }
     let tolerance = Tolerance {
-        distance: tolerance.distance_metres / rig.unit_metres,
-        shell: tolerance.shell_metres / rig.unit_metres,
+        distance: tolerance.distance_meters / rig.unit_meters,
+        shell: tolerance.shell_meters / rig.unit_meters,
         interpolation: tolerance.interpolation,
     };
     let Reduction { keys, keys_before, bytes_before, worst } = reduce_keys(clip, rig.skeleton(), tolerance, control)?;
@@ -68,7 +68,7 @@ pub(super) fn reduced(
         keys_after: keys.count(),
         bytes_before,
         bytes_after: keys.bytes(),
-        worst_millimetres: distance * rig.unit_metres * 1000.0,
+        worst_millimeters: distance * rig.unit_meters * 1000.0,
         worst_joint: rig.skeleton().label(joint),
         worst_frame: frame,
     };

@@ -86,7 +86,7 @@ fn encode(
         let (humanoid, clip) = to_vrm_humanoid(target, clip, control, reporter)?;
         return formats::write(&humanoid, &clip, options, control, reporter).map_err(in_target);
     }
-    let space = (target.axes, target.unit_metres);
+    let space = (target.axes, target.unit_meters);
     formats::write_in_space(target.scene, None, clip, space, options, control, reporter).map_err(in_target)
 }
 

@@ -64,7 +64,7 @@ pub(super) fn posed(work: TaskContext<'_>, inputs: &PoseInputs<'_>) -> Result<Ou
         (Some(rig), Some(source)) => RigFacts::of(rig, source.format),
         _ => target_facts.clone(),
     };
-    let space = (target_rig.axes, target_rig.unit_metres);
+    let space = (target_rig.axes, target_rig.unit_meters);
     let plan_seconds = control.seconds() - planning;
 
     let writing = control.seconds();
@@ -109,10 +109,10 @@ fn check_body(target: &Rig<'_>, choice: PoseChoice) -> Result<(), Failure> {
     }
     Err(Failure::new(
         FailureCode::NothingToMap,
-        "no arm and no leg of a body was recognised, so there is nothing to pose",
+        "no arm and no leg of a body was recognized, so there is nothing to pose",
     )
     .in_part("target")
-    .with_hint("name the joints in target.roles; 'retargetd inspect FILE' says what was recognised"))
+    .with_hint("name the joints in target.roles; 'retargetd inspect FILE' says what was recognized"))
 }
 
 /// What is written: a skeleton whose rest transforms are the pose, and a clip that holds it.

@@ -214,7 +214,10 @@ fn flat_preview(picture: &Picture, options: &PreviewOptions, control: &Control) 
         }
     }
     let format = PictureFormat::of_ending(&options.ending, false).ok_or_else(|| {
-        Failure::new(FailureCode::UnsupportedFormat, format!("'{}' is no picture that can be written", options.ending))
+        Failure::new(
+            FailureCode::UnsupportedFormat,
+            format!("'{}' is not a picture format that can be written", options.ending),
+        )
     })?;
     check_built(format)?;
     let failed = |error: PictureError| Failure::new(FailureCode::Internal, error.to_string());

@@ -61,9 +61,9 @@ impl<'a> Shown<'a> {
 
     pub(super) fn subject(&self) -> Subject<'_> {
         let (scene, rig) = (self.scene, self.rig);
-        let unit = rig.map(|rig| rig.unit_metres).or(scene.unit_metres).filter(|unit| *unit > 0.0);
+        let unit = rig.map(|rig| rig.unit_meters).or(scene.unit_meters).filter(|unit| *unit > 0.0);
         let work = rig.map(|rig| rig.work_from_scene).or_else(|| scene.axes.map(|axes| axes.ours_from_this()));
-        let metres_from_scene = DMat4::from_scale_rotation_translation(
+        let meters_from_scene = DMat4::from_scale_rotation_translation(
             DVec3::splat(unit.unwrap_or(1.0)),
             work.unwrap_or_default(),
             DVec3::ZERO,
@@ -83,8 +83,8 @@ impl<'a> Shown<'a> {
             rest_weights: scene.morphs.iter().map(|morph| morph.rest).collect(),
             shown_joints: shown_joints.into_iter().collect(),
             root: rig.and_then(|rig| rig.role("pelvis").first().copied()),
-            picture_from_scene: metres_from_scene.as_mat4(),
-            units_per_metre: unit.map(|_| 1.0),
+            picture_from_scene: meters_from_scene.as_mat4(),
+            units_per_meter: unit.map(|_| 1.0),
             floor: floor.map(|floor| (floor * unit.unwrap_or(1.0)) as f32),
         }
     }

@@ -17,7 +17,7 @@ use super::{Failure, FailureCode, files::in_config};
 /// Both eyes' at once, where the others have one for each.
 const BLINK: &str = "blink";
 
-/// The humanoid of a rig and what it does in a clip, in +Y up, +Z front and metres.
+/// The humanoid of a rig and what it does in a clip, in +Y up, +Z front and meters.
 ///
 /// # Errors
 /// When the rig has no hips; or when the work is canceled.
@@ -29,10 +29,10 @@ pub(super) fn to_vrm_humanoid(
 ) -> Result<(Scene, Clip), Failure> {
     let bones = rig.humanoid_bones();
     if bones.first().is_none_or(|bone| bone.parent.is_some()) {
-        let detail = "a VRM animation is one of a humanoid, and no pelvis was recognised";
+        let detail = "a VRM animation is one of a humanoid, and no pelvis was recognized";
         return Err(Failure::new(FailureCode::NothingToMap, detail)
             .in_part("target")
-            .with_hint("name the joints in target.roles; 'retargetd inspect FILE' says what was recognised"));
+            .with_hint("name the joints in target.roles; 'retargetd inspect FILE' says what was recognized"));
     }
     report_missing(&bones, reporter);
     let figure = humanoid(rig, clip, &bones, reporter);
@@ -47,7 +47,7 @@ fn report_missing(bones: &[HumanoidBone], reporter: &mut Reporter) {
             "humanoid_bones_missing",
             "target",
             format!(
-                "bones that every VRM has were not recognised and stand still in the output: {}",
+                "bones that every VRM has were not recognized and stand still in the output: {}",
                 missing.join(", ")
             ),
             "name their joints in target.roles",
@@ -58,16 +58,16 @@ fn report_missing(bones: &[HumanoidBone], reporter: &mut Reporter) {
 /// How the humanoid of a rig stands, in a T pose and in the clip.
 fn humanoid<'a>(rig: &'a Rig<'a>, clip: &Clip, bones: &'a [HumanoidBone], reporter: &mut Reporter) -> Humanoid<'a> {
     let skeleton = rig.skeleton();
-    let (ours_from_scene, unit_metres) = (rig.work_from_scene, rig.unit_metres);
+    let (ours_from_scene, unit_meters) = (rig.work_from_scene, rig.unit_meters);
     // The T pose of a VRM is how its nodes stand, and so is its floor.
     if rig.scene.declared_convention.is_some_and(|convention| convention.starts_with("vrm")) {
         let t_pose = skeleton.rest_pose().to_model(skeleton);
-        return Humanoid { skeleton, bones, t_pose, ours_from_scene, unit_metres, raised_metres: (0.0, 0.0) };
+        return Humanoid { skeleton, bones, t_pose, ours_from_scene, unit_meters, raised_meters: (0.0, 0.0) };
     }
     let posed = posed_target(None, rig, PoseChoice::T, Align::default());
     let t_pose = posed.map_or_else(|| rig.rest.clone(), |posed| posed.pose.to_model(skeleton));
     let (at_rest, in_clip) = floors(rig, clip).unwrap_or_default();
-    let raised = (-at_rest * rig.unit_metres, -in_clip * rig.unit_metres);
+    let raised = (-at_rest * rig.unit_meters, -in_clip * rig.unit_meters);
     if (raised.0 - raised.1).abs() > 0.01 {
         reporter.warn(
                 "floor_guessed",
@@ -80,7 +80,7 @@ fn humanoid<'a>(rig: &'a Rig<'a>, clip: &Clip, bones: &'a [HumanoidBone], report
                 "send a target that stands on its origin at rest",
             );
     }
-    Humanoid { skeleton, bones, t_pose, ours_from_scene, unit_metres, raised_metres: raised }
+    Humanoid { skeleton, bones, t_pose, ours_from_scene, unit_meters, raised_meters: raised }
 }
 
 /// The rotation of what looks where the eyes do, seen from the head.

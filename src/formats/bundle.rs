@@ -9,6 +9,7 @@ use std::{
 };
 
 use base64::{Engine as _, engine::general_purpose::STANDARD};
+use percent_encoding::percent_decode_str;
 use serde_json::Value;
 use zip::ZipArchive;
 
@@ -20,7 +21,7 @@ use crate::model::Control;
 
 const PHASE: &str = "archive";
 /// An export with all its textures has a few hundred members; the directory of one with more is not even built.
-const MOST_MEMBERS: usize = 4096;
+const MAX_MEMBERS: usize = 4096;
 /// Endings of files that a figure can be read from.
 const MODELS: [&str; 6] = ["gltf", "glb", "vrm", "vrma", "fbx", "bvh"];
 
@@ -106,7 +107,7 @@ pub fn embed_with(
                 return Err(FormatError::malformed(
                     PHASE,
                     format!("/buffers/{index}/uri"),
-                    format!("the buffer lies in '{shown}', which is not there"),
+                    format!("the buffer is in '{shown}', which does not exist"),
                 )
                 .with_hint("send the file along, in one zip with the .gltf, or send a .glb"));
             };
@@ -148,23 +149,7 @@ fn is_relative(uri: &str) -> bool {
 
 /// `a%20b` as `a b`. What is no escape stays as it is.
 fn percent_decoded(uri: &str) -> String {
-    let bytes = uri.as_bytes();
-    let mut decoded = Vec::with_capacity(bytes.len());
-    let mut at = 0;
-    while at < bytes.len() {
-        let digits = (bytes[at] == b'%').then(|| uri.get(at + 1..at + 3)).flatten();
-        match digits.and_then(|digits| u8::from_str_radix(digits, 16).ok()) {
-            Some(byte) => {
-                decoded.push(byte);
-                at += 3;
-            }
-            None => {
-                decoded.push(bytes[at]);
-                at += 1;
-            }
-        }
-    }
-    String::from_utf8(decoded).unwrap_or_else(|_| uri.to_owned())
+    percent_decode_str(uri).decode_utf8().map_or_else(|_| uri.to_owned(), Cow::into_owned)
 }
 
 /// The path of a relative URI inside the archive; nothing where it climbs out.
@@ -195,8 +180,8 @@ pub(super) struct Archive<'bytes, 'budget, 'limits> {
 impl<'bytes, 'budget, 'limits> Archive<'bytes, 'budget, 'limits> {
     pub(super) fn open(bytes: &'bytes [u8], budget: &'budget mut Budget<'limits>) -> Result<Self, FormatError> {
         budget.take(Limit::FileBytes, bytes.len() as u64, "file")?;
-        if has_more_members_than(MOST_MEMBERS, bytes) {
-            let detail = format!("the archive has more than {MOST_MEMBERS} members");
+        if has_more_members_than(MAX_MEMBERS, bytes) {
+            let detail = format!("the archive has more than {MAX_MEMBERS} members");
             return Err(refused("archive", detail));
         }
         let zip = ZipArchive::new(Cursor::new(bytes)).map_err(|error| packed(&error, "archive"))?;

@@ -9,8 +9,8 @@ use super::{
 };
 use crate::model::{Appearance, Axes, Carrier, Clip, ClipError, Control, Reporter, Scene};
 
-/// Encodes the nodes of a scene, what can be seen of them and at most one clip as a GLB in +Y up, +Z front and metres. Everything is
-/// decoded: triangles, four joints a vertex, materials of one color and one texture. `axes` and `unit_metres` are those that the scene was
+/// Encodes the nodes of a scene, what can be seen of them and at most one clip as a GLB in +Y up, +Z front and meters. Everything is
+/// decoded: triangles, four joints a vertex, materials of one color and one texture. `axes` and `unit_meters` are those that the scene was
 /// found to have; images are PNG or JPEG, or empty where they are left out.
 ///
 /// # Errors
@@ -19,12 +19,12 @@ pub fn write_display(
     scene: &Scene,
     clip: Option<&Clip>,
     appearance: Appearance,
-    (axes, unit_metres): (Axes, f64),
+    (axes, unit_meters): (Axes, f64),
     extras: &Value,
     control: &Control,
     reporter: &mut Reporter,
 ) -> Result<Vec<u8>, FormatError> {
-    let conversion = Conversion::into_ours(axes, unit_metres);
+    let conversion = Conversion::into_ours(axes, unit_meters);
     if conversion.is_identity() {
         return gltf::write_display(scene, clip, &appearance, extras, control, reporter);
     }

@@ -245,7 +245,7 @@ pub(in crate::formats) fn report_orders(
     orders: impl Iterator<Item = (String, EulerOrder)>,
     reporter: &mut Reporter,
 ) {
-    const MOST: usize = 8;
+    const MAX: usize = 8;
     let others: Vec<String> = orders
         .filter(|(_, order)| *order != usual)
         .map(|(joint, order)| format!("'{joint}' {}", order.name()))
@@ -253,7 +253,7 @@ pub(in crate::formats) fn report_orders(
     if others.is_empty() {
         return;
     }
-    let more = others.len().saturating_sub(MOST);
+    let more = others.len().saturating_sub(MAX);
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
     reporter.warn(
         "rotation_order_chosen",
@@ -261,7 +261,7 @@ pub(in crate::formats) fn report_orders(
         format!(
             "joints that turn through the gimbal of {} have their rotations in other orders: {}{more}",
             usual.name(),
-            others[..others.len().min(MOST)].join(", ")
+            others[..others.len().min(MAX)].join(", ")
         ),
         "set output.rotation_order to have all joints in one order",
     );

@@ -87,7 +87,7 @@ pub struct FormatInfo {
 /// Axes and unit of a written file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Space {
-    /// +Y up, +Z front, metres.
+    /// +Y up, +Z front, meters.
     Ours,
     /// Those of the target.
     OfTarget,
@@ -229,7 +229,7 @@ const POSITIONS_CSV: FormatInfo = FormatInfo {
     endings: &["csv"],
     media_type: "text/csv",
     reads: false,
-    description: "where every joint is in every frame, as comma-separated text in metres, +Y up and +Z front",
+    description: "where every joint is in every frame, as comma-separated text in meters, +Y up and +Z front",
     ..PLAIN
 };
 

@@ -27,13 +27,13 @@ pub struct Humanoid<'a> {
     /// Turns the scene's axes into +Y up and +Z front.
     pub ours_from_scene: DQuat,
     /// Of the scene.
-    pub unit_metres: f64,
-    /// How far the T pose and the clip are raised, in metres, so that the floor is at zero.
-    pub raised_metres: (f64, f64),
+    pub unit_meters: f64,
+    /// How far the T pose and the clip are raised, in meters, so that the floor is at zero.
+    pub raised_meters: (f64, f64),
 }
 
 impl Humanoid<'_> {
-    /// The bones as joints that are not turned, and what they do in the clip, in +Y up, +Z front and metres; with the rotation of what
+    /// The bones as joints that are not turned, and what they do in the clip, in +Y up, +Z front and meters; with the rotation of what
     /// looks where the eyes do, and with expressions and their weights.
     ///
     /// # Errors
@@ -59,7 +59,7 @@ impl Humanoid<'_> {
             declared_roles: self.bones.iter().enumerate().map(|(index, bone)| (bone.name.clone(), index)).collect(),
             declared_convention: Some("vrma"),
             axes: Some(Axes::Y_UP_Z_FRONT),
-            unit_metres: Some(1.0),
+            unit_meters: Some(1.0),
             gaze_joint,
             ..Scene::default()
         };
@@ -70,11 +70,11 @@ impl Humanoid<'_> {
     }
 
     fn position(&self, pose: &ModelPose, bone: &HumanoidBone) -> DVec3 {
-        self.ours_from_scene * pose.transforms()[bone.joint].translation * self.unit_metres
+        self.ours_from_scene * pose.transforms()[bone.joint].translation * self.unit_meters
     }
 
     fn joints(&self) -> Vec<Joint> {
-        let position = |bone: &HumanoidBone| self.position(&self.t_pose, bone) + DVec3::Y * self.raised_metres.0;
+        let position = |bone: &HumanoidBone| self.position(&self.t_pose, bone) + DVec3::Y * self.raised_meters.0;
         let joint = |(node, bone): (usize, &HumanoidBone)| {
             let parent = bone.parent.map_or(DVec3::ZERO, |parent| position(&self.bones[parent]));
             let rest = Transform::from_translation(position(bone) - parent);
@@ -106,7 +106,7 @@ impl Humanoid<'_> {
                 let is_far = turns[index].last().is_some_and(|before: &Quat| before.dot(turn) < 0.0);
                 turns[index].push(if is_far { -turn } else { turn });
             }
-            hips.push((self.position(&pose, &self.bones[0]) + DVec3::Y * self.raised_metres.1).as_vec3());
+            hips.push((self.position(&pose, &self.bones[0]) + DVec3::Y * self.raised_meters.1).as_vec3());
         }
         let rotation = |turns| JointTracks { rotation: Track::Sampled(turns).compacted(), ..JointTracks::default() };
         let mut tracks: Vec<JointTracks> = turns.into_iter().map(rotation).collect();

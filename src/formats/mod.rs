@@ -12,11 +12,11 @@
 //! 1. **Name it.** A variant of [`Format`], its row in [`Format::info`] (wire name, endings, media type, whether it is read and
 //!    written, one line for people, which axes, unit and tracks a file has), and its place in [`Format::ALL`]. `GET /v1/formats`, `Accept`, the endings of `--output`, and the
 //!    table of `docs/reference/formats.md` come from that row. The compiler names every `match` that has to know it; most need one word.
-//! 2. **Recognise it.** Its first bytes in [`sniff`], with a test there; the name of a file only decides between what bytes
+//! 2. **Recognize it.** Its first bytes in [`sniff`], with a test there; the name of a file only decides between what bytes
 //!    cannot tell apart.
 //! 3. **Read it.** `acme/read.rs`: take from the budget before allocating, report every repair and guess with
 //!    [`Reporter::warn`], and fail with a [`FormatError`] that has a place and a hint. Say axes and unit in [`Scene::axes`] and
-//!    [`Scene::unit_metres`], `None` where the file does not know; mark joints as the file does; keep what the writer needs to
+//!    [`Scene::unit_meters`], `None` where the file does not know; mark joints as the file does; keep what the writer needs to
 //!    give the rest of the file back in [`Scene::payload`]. Then a line in [`read()`].
 //! 4. **Write it**, where that is of use: `acme/write.rs` and a line in [`write()`]. What a format cannot hold is a warning, never
 //!    silence. Meshes that other formats are to hold go to them by `meshes.rs` (`written::meshes`). Which axes and unit it wants, its row says.
@@ -100,7 +100,7 @@ pub fn holds_morph(target: &Scene, morph: usize, format: Format, include: Includ
 /// Decodes a file.
 ///
 /// `format` comes from [`sniff`]. Every index in the result is in range and every
-/// number finite; [`Scene::axes`] and [`Scene::unit_metres`] say what space it is in.
+/// number finite; [`Scene::axes`] and [`Scene::unit_meters`] say what space it is in.
 ///
 /// # Errors
 /// When the bytes are not of that format, break its rules, or exceed the budget; or when the work is canceled.
@@ -144,7 +144,7 @@ pub fn read(
         | Format::Poses2dJson => Err(FormatError::unsupported(
             "read",
             "",
-            "a picture is no animation",
+            "a picture is not an animation",
             "send a file that GET /v1/formats lists as read",
         )),
     }

@@ -53,13 +53,13 @@ pub struct PoseFrames {
     /// From the scene's space to that of the arrays; nothing where they are the same.
     arrays_from_scene: Option<Conversion>,
     axes: Axes,
-    unit_metres: f64,
+    unit_meters: f64,
 }
 
 impl PoseFrames {
     /// Those of a scene, with the axes and unit that it was found to have. A scene that says its own is left in them.
     #[must_use]
-    pub fn of(scene: &Scene, (axes, unit_metres): (Axes, f64)) -> Self {
+    pub fn of(scene: &Scene, (axes, unit_meters): (Axes, f64)) -> Self {
         let skeleton = &scene.skeleton;
         let written = joints_to_write(skeleton);
         let joints = written.iter().map(|index| {
@@ -72,14 +72,14 @@ impl PoseFrames {
                 rest: (translation, joint.rest.rotation.as_quat(), scale),
             }
         });
-        let (axes, unit_metres, arrays_from_scene) = match (scene.axes, scene.unit_metres) {
+        let (axes, unit_meters, arrays_from_scene) = match (scene.axes, scene.unit_meters) {
             (Some(axes), unit) => (axes, unit.unwrap_or(1.0), None),
             (None, _) => {
-                let conversion = Conversion::into_ours(axes, unit_metres);
+                let conversion = Conversion::into_ours(axes, unit_meters);
                 (Axes::Y_UP_Z_FRONT, 1.0, (!conversion.is_identity()).then_some(conversion))
             }
         };
-        Self { joints: joints.collect(), skeleton_joints: skeleton.len(), arrays_from_scene, axes, unit_metres }
+        Self { joints: joints.collect(), skeleton_joints: skeleton.len(), arrays_from_scene, axes, unit_meters }
     }
 
     /// How many joints the arrays have.
@@ -103,10 +103,10 @@ impl PoseFrames {
         self.joints.iter().map(|joint| self.out(joint, joint.rest))
     }
 
-    /// Axes and metres per unit of the arrays.
+    /// Axes and meters per unit of the arrays.
     #[must_use]
     pub const fn space(&self) -> (Axes, f64) {
-        (self.axes, self.unit_metres)
+        (self.axes, self.unit_meters)
     }
 
     /// A clip of the skeleton. The arrays have as many frames as there are times, and all joints; what is longer is left out, what is
@@ -214,7 +214,7 @@ mod tests {
         let clip = &scene.clips[0];
         for space in [(Axes::Y_UP_Z_FRONT, 1.0), (Axes::Z_UP_Y_FRONT, 0.01)] {
             // One that does not say what space it is in, as BVH.
-            let silent = Scene { axes: None, unit_metres: None, ..scene.clone() };
+            let silent = Scene { axes: None, unit_meters: None, ..scene.clone() };
             let frames = PoseFrames::of(&silent, space);
             let [translations, rotations, scales] = arrays_of(&frames, clip);
             let given = FrameArrays { translations: Some(&translations), rotations: &rotations, scales: Some(&scales) };

@@ -3,7 +3,7 @@
 use super::{ErrorKind, Format, FormatError, body_model};
 
 /// The end of an archive that is searched for names; a directory of arrays is far smaller.
-const MOST_DIRECTORY_BYTES: usize = 64 << 10;
+const MAX_DIRECTORY_BYTES: usize = 64 << 10;
 
 /// Files that a drawing consists of.
 const DRAWING_FILES: [&[u8]; 3] = [b"char_cfg.yaml", b"texture.png", b"mask.png"];
@@ -31,7 +31,7 @@ pub fn sniff(bytes: &[u8], file_name: &str) -> Result<Format, FormatError> {
     }
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
         // The directory at the archive's end names its members in clear.
-        let directory = &bytes[bytes.len().saturating_sub(MOST_DIRECTORY_BYTES)..];
+        let directory = &bytes[bytes.len().saturating_sub(MAX_DIRECTORY_BYTES)..];
         if !first_member(bytes).is_some_and(|name| name.ends_with(b".npy")) {
             let is_drawing = DRAWING_FILES.into_iter().all(|name| find(directory, name).is_some());
             return Ok(if is_drawing { Format::Drawing } else { Format::Zip });

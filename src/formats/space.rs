@@ -10,7 +10,7 @@ use crate::model::{
     Transform,
 };
 
-/// Encodes as [`write`], or where joints are posed as [`write_posed`], in the axes and unit of the format. `axes` and `unit_metres` are
+/// Encodes as [`write`], or where joints are posed as [`write_posed`], in the axes and unit of the format. `axes` and `unit_meters` are
 /// those that the target was found to have.
 ///
 /// # Errors
@@ -19,7 +19,7 @@ pub fn write_in_space(
     target: &Scene,
     posed: Option<&[usize]>,
     clip: &Clip,
-    (axes, unit_metres): (Axes, f64),
+    (axes, unit_meters): (Axes, f64),
     options: &WriteOptions,
     control: &Control,
     reporter: &mut Reporter,
@@ -28,13 +28,13 @@ pub fn write_in_space(
         Some(posed) => write_posed(scene, posed, clip, options, control, reporter),
         None => write(scene, clip, options, control, reporter),
     };
-    let is_ours = target.axes == Some(Axes::Y_UP_Z_FRONT) && target.unit_metres == Some(1.0);
+    let is_ours = target.axes == Some(Axes::Y_UP_Z_FRONT) && target.unit_meters == Some(1.0);
     let wants_ours = match options.format.info().space {
         Space::Ours => true,
         Space::OfTarget => false,
         Space::SaidByTarget => target.axes.is_none(),
     };
-    let conversion = Conversion::into_ours(axes, unit_metres);
+    let conversion = Conversion::into_ours(axes, unit_meters);
     if is_ours || !wants_ours || conversion.is_identity() {
         return encode(target, clip);
     }
@@ -61,9 +61,9 @@ pub(super) struct Conversion {
 }
 
 impl Conversion {
-    /// From the axes and unit that a side was found to have to +Y up, +Z front and metres.
-    pub(super) fn into_ours(axes: Axes, unit_metres: f64) -> Self {
-        Self { rotation: axes.ours_from_this(), scale: unit_metres }
+    /// From the axes and unit that a side was found to have to +Y up, +Z front and meters.
+    pub(super) fn into_ours(axes: Axes, unit_meters: f64) -> Self {
+        Self { rotation: axes.ours_from_this(), scale: unit_meters }
     }
 
     pub(super) fn is_identity(&self) -> bool {
@@ -94,7 +94,7 @@ impl Conversion {
     }
 }
 
-/// The same scene in +Y up, +Z front and metres, without its clips and payload: what skeleton-only files are written from.
+/// The same scene in +Y up, +Z front and meters, without its clips and payload: what skeleton-only files are written from.
 pub(super) fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
     let convert = |joint: &Joint| {
         let rest = if joint.parent.is_some() { conversion.below(&joint.rest) } else { conversion.root(&joint.rest) };
@@ -113,7 +113,7 @@ pub(super) fn convert_scene(scene: &Scene, conversion: &Conversion) -> Scene {
         declared_roles: scene.declared_roles.clone(),
         declared_convention: scene.declared_convention,
         axes: Some(Axes::Y_UP_Z_FRONT),
-        unit_metres: Some(1.0),
+        unit_meters: Some(1.0),
         look_at: scene.look_at,
         gaze_joint: scene.gaze_joint,
         stretched: None,
@@ -159,7 +159,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn z_up_inches_become_y_up_metres() {
+    fn z_up_inches_become_y_up_meters() {
         let joint = |parent| Joint {
             name: String::new(),
             parent,

@@ -44,7 +44,7 @@ pub(super) fn warn_of_lost_motion(
             reporter.warn(
                 "node_left_out",
                 target.skeleton.label(index),
-                format!("the node is animated but is no joint, so {format} not hold it"),
+                format!("the node is animated but is not a joint, so {format} not hold it"),
                 "write glTF when nodes outside the skeleton matter",
             );
         }

@@ -31,7 +31,7 @@ impl<S: Send + Sync> FromRequestParts<S> for Caller {
             .extensions
             .get::<Self>()
             .cloned()
-            .ok_or_else(|| Problem::internal(&"a request reached a handler as nobody's"))
+            .ok_or_else(|| Problem::internal(&"a request reached a handler without an authenticated caller"))
     }
 }
 
@@ -170,8 +170,13 @@ fn quotable(sentence: &str) -> String {
 fn admitted_unknown(state: &ApiState, request: &Request) -> Result<Caller, Problem> {
     neighbors::check(request.uri(), request.headers(), &state.settings)?;
     if request.uri().path().starts_with(KEYS) {
-        return Err(Problem::new(Code::Forbidden, "nobody has to show a key here, so nobody can make or see any")
-            .with_hint("'retargetd keys create' makes them on the machine of the service; '--authentication keys' asks for them"));
+        return Err(Problem::new(
+            Code::Forbidden,
+            "this service runs without authentication, so there are no keys to create or list",
+        )
+        .with_hint(
+            "'retargetd keys create' makes them on the machine of the service; '--authentication keys' asks for them",
+        ));
     }
     Ok(Caller(Principal::anonymous()))
 }

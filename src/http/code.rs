@@ -69,30 +69,30 @@ codes! {
         "Each part is sent once at most. The detail names the one that came again.";
     MissingPart = "missing_part", UNPROCESSABLE_ENTITY, false, "A part is missing",
         "`source` and `target` must both be sent.";
-    DigestMismatch = "digest_mismatch", BAD_REQUEST, true, "The bytes are not those that were announced",
-        "The digest in `Content-Digest` or `Repr-Digest` is not that of the bytes that arrived. Nothing was kept; send again.";
-    Unauthenticated = "unauthenticated", UNAUTHORIZED, false, "The request does not say who asks",
-        "Send the header `Authorization: Bearer rtk_…` with a key that is good, or with a token where the service takes them. The operator makes keys with `retargetd keys create`.";
+    DigestMismatch = "digest_mismatch", BAD_REQUEST, true, "The digest does not match the bytes",
+        "The digest in `Content-Digest` or `Repr-Digest` differs from that of the received bytes. Nothing was stored; send the request again.";
+    Unauthenticated = "unauthenticated", UNAUTHORIZED, false, "Authentication is required",
+        "Send the header `Authorization: Bearer rtk_…` with a valid key, or with a token if the service accepts tokens. The operator creates keys with `retargetd keys create`.";
     TokenExpired = "token_expired", UNAUTHORIZED, false, "The token has expired",
         "Get a fresh token from the identity provider and send the request again with it.";
-    TokenRefused = "token_refused", UNAUTHORIZED, false, "The token is not good",
-        "The detail says why: its signature, its issuer, its audience, or a claim that is missing. The operator's settings `token_…` say what is asked for.";
+    TokenRefused = "token_refused", UNAUTHORIZED, false, "The token was refused",
+        "The detail says why: its signature, its issuer, its audience, or a missing claim. The operator's settings `token_…` define what is required.";
     Forbidden = "forbidden", FORBIDDEN, false, "The key or token does not allow this",
-        "The detail names the scope that is needed: `read` to look, `write` to upload, run and remove, `admin` for keys.";
-    ForeignPage = "foreign_page", FORBIDDEN, false, "The request comes from a page of somebody else",
-        "Where nobody has to show a key, `Host` must be an address, `localhost` or a name of the setting `allowed_hosts`, and `Origin` the service itself or one of `cors_origins`: else any page on the web could use the service by a browser.";
-    TooManyKeys = "too_many_keys", CONFLICT, false, "The principal has two keys already",
-        "One is in use, and one follows it. Revoke one, then make another.";
+        "The detail names the scope that is needed: `read` to read, `write` to upload, run and delete, `admin` to manage keys.";
+    ForeignPage = "foreign_page", FORBIDDEN, false, "The request comes from a foreign page",
+        "Without authentication, `Host` must be an address, `localhost` or a name in the setting `allowed_hosts`, and `Origin` the service itself or one of `cors_origins`: otherwise any web page could use the service through a browser.";
+    TooManyKeys = "too_many_keys", CONFLICT, false, "The principal already has two keys",
+        "Two keys allow rotation: one in use and its successor. Revoke one, then create another.";
     NotFound = "not_found", NOT_FOUND, false, "There is nothing here",
         "Neither a route nor a resource is known by that name. Check it; lists such as `GET /v1/jobs` have what is there. What has expired long ago is not found either.";
     Expired = "expired", GONE, false, "It has expired",
-        "It was kept until its `expires_at`. Upload the file or run the job again.";
+        "It was available until its `expires_at`. Upload the file or run the job again.";
     MethodNotAllowed = "method_not_allowed", METHOD_NOT_ALLOWED, false, "The method is not allowed here",
         "The `Allow` header lists the methods of this route.";
-    NotAcceptable = "not_acceptable", NOT_ACCEPTABLE, false, "No format fits the Accept header",
+    NotAcceptable = "not_acceptable", NOT_ACCEPTABLE, false, "No format matches the Accept header",
         "`GET /v1/formats` lists the media types that can be written.";
     UploadTooSlow = "upload_too_slow", REQUEST_TIMEOUT, true, "The upload took too long",
-        "The upload paused or took longer than a limit allows. Nothing was kept; send again.";
+        "The upload paused or took longer than a limit allows. Nothing was stored; send it again.";
     InUse = "in_use", CONFLICT, true, "It is in use",
         "An unfinished job needs the file. Wait for the job or cancel it, then try again.";
     WrongState = "wrong_state", CONFLICT, true, "The state does not allow it",
@@ -100,21 +100,21 @@ codes! {
     NoResults = "no_results", CONFLICT, false, "The job has ended without results",
         "It failed or was canceled, so there is no report and no config of it. `GET /v1/jobs/{id}` says why in `problem`; `POST /v1/jobs/{id}/retry` asks for the same again.";
     BodyTooLarge = "body_too_large", PAYLOAD_TOO_LARGE, false, "The body is too large",
-        "`limit` names the limit, `maximum` is its value, `actual` what was seen. `GET /v1/limits` lists all limits.";
+        "`limit` names the limit, `maximum` is its value, `actual` the size found. `GET /v1/limits` lists all limits.";
     RangeNotSatisfiable = "range_not_satisfiable", RANGE_NOT_SATISFIABLE, false, "The range lies outside the file",
         "`Content-Range` says how many bytes there are. Ask for some of those, or leave `Range` out.";
     UnsupportedMediaType = "unsupported_media_type", UNSUPPORTED_MEDIA_TYPE, false, "The body is of the wrong type",
-        "The detail names the content types that the route takes.";
-    UnsupportedFormat = "unsupported_format", UNSUPPORTED_MEDIA_TYPE, false, "The file is of no known format",
-        "The bytes decide, not the name. `GET /v1/formats` lists what is read.";
+        "The detail lists the content types that the route accepts.";
+    UnsupportedFormat = "unsupported_format", UNSUPPORTED_MEDIA_TYPE, false, "The file format is not known",
+        "The content decides, not the name. `GET /v1/formats` lists the readable formats.";
     UnsupportedFeature = "unsupported_feature", UNPROCESSABLE_ENTITY, false, "The file needs a feature that is not supported",
         "The detail names the feature. Export the file without it.";
     AssetMalformed = "asset_malformed", UNPROCESSABLE_ENTITY, false, "The file breaks the rules of its format",
         "`place` says where in the file. Check that the export was complete.";
-    AssetLimitExceeded = "asset_limit_exceeded", UNPROCESSABLE_ENTITY, false, "The file asks for more than a limit allows",
+    AssetLimitExceeded = "asset_limit_exceeded", UNPROCESSABLE_ENTITY, false, "The file exceeds a limit",
         "The detail names the limit. `GET /v1/limits` lists all limits.";
     MalformedConfig = "malformed_config", UNPROCESSABLE_ENTITY, false, "The config cannot be read",
-        "The retarget config is neither JSON nor YAML nor another config that is understood.";
+        "The retarget config is neither JSON nor YAML nor a supported config of another tool.";
     UnknownJoint = "unknown_joint", UNPROCESSABLE_ENTITY, false, "A joint does not exist",
         "The config names a joint that the skeleton does not have. `errors` has the nearest names.";
     UnknownName = "unknown_name", UNPROCESSABLE_ENTITY, false, "A name does not exist",
@@ -136,57 +136,57 @@ codes! {
     UnknownAsset = "unknown_asset", UNPROCESSABLE_ENTITY, false, "An asset does not exist",
         "The job names an asset that is not there, or no longer. Upload the file again; the same bytes get the same id while they are kept.";
     UnknownPreset = "unknown_preset", UNPROCESSABLE_ENTITY, false, "A preset does not exist",
-        "The request names a preset that is not there. `GET /v1/presets` lists them; `errors` has those of like names.";
-    BuiltIn = "built_in", CONFLICT, false, "It comes with the program",
-        "Rigs and presets that come with the program cannot be changed or removed. Keep yours under another name.";
-    PreconditionFailed = "precondition_failed", PRECONDITION_FAILED, false, "It is not as the request takes it for",
-        "`If-Match` or `If-None-Match` does not hold: somebody else has changed it. Get it again, and change that.";
-    TooManyDocuments = "too_many_documents", CONFLICT, false, "There are as many as may be",
-        "`limit` names the limit: `stored_documents`, or `document_versions`, which counts versions that kept jobs may name. Delete rigs or presets that nobody needs, or ask the operator to raise it.";
-    ForbiddenUrl = "forbidden_url", UNPROCESSABLE_ENTITY, false, "The service does not go there",
-        "URLs of callers must be `https` without user and password, and lead to public addresses; the operator can name other networks with `--outbound-allow`.";
-    UrlInputOff = "url_input_off", FORBIDDEN, false, "The service fetches no files",
-        "A JSON body of `POST /v1/assets` names a URL, which the operator has not allowed (`--url-input on`). Send the file itself.";
+        "The request names a preset that does not exist. `GET /v1/presets` lists them; `errors` has similar names.";
+    BuiltIn = "built_in", CONFLICT, false, "It is built in",
+        "Built-in rigs and presets cannot be changed or deleted. Store yours under another name.";
+    PreconditionFailed = "precondition_failed", PRECONDITION_FAILED, false, "A precondition failed",
+        "`If-Match` or `If-None-Match` does not hold: the resource has been changed. Fetch it again and repeat the change.";
+    TooManyDocuments = "too_many_documents", CONFLICT, false, "The maximum number is reached",
+        "`limit` names the limit: `stored_documents`, or `document_versions`, which counts versions that stored jobs may refer to. Delete unused rigs or presets, or ask the operator to raise it.";
+    ForbiddenUrl = "forbidden_url", UNPROCESSABLE_ENTITY, false, "The URL is not allowed",
+        "URLs must be `https` without user and password and resolve to public addresses; the operator can allow other networks with `--outbound-allow`.";
+    UrlInputOff = "url_input_off", FORBIDDEN, false, "Fetching files by URL is off",
+        "A JSON body of `POST /v1/assets` names a URL, which the operator has not enabled (`--url-input on`). Send the file itself.";
     FetchFailed = "fetch_failed", BAD_GATEWAY, true, "The file cannot be fetched",
-        "The place did not answer with a file within `url_input_timeout`, or sent the service on more than three times. The detail says what happened.";
-    TooManyWebhooks = "too_many_webhooks", CONFLICT, false, "There are as many webhooks as may be",
-        "The limit is `webhooks`, for each principal by itself. Delete one that nobody listens to.";
+        "The server did not answer with a file within `url_input_timeout`, or redirected more than three times. The detail says what happened.";
+    TooManyWebhooks = "too_many_webhooks", CONFLICT, false, "The maximum number of webhooks is reached",
+        "The limit is `webhooks`, per principal. Delete an unused one.";
     UnknownWebhook = "unknown_webhook", UNPROCESSABLE_ENTITY, false, "A webhook does not exist",
-        "The job names a webhook that is not there. `GET /v1/webhooks` lists them.";
+        "The job names a webhook that does not exist. `GET /v1/webhooks` lists them.";
     WebhookDisabled = "webhook_disabled", CONFLICT, false, "The webhook is disabled",
-        "Its receiver said that it is gone, or has failed for too long. `POST /v1/webhooks/{id}/ping` enables it again when it is answered.";
-    IdempotencyKeyReused = "idempotency_key_reused", UNPROCESSABLE_ENTITY, false, "The Idempotency-Key came before with something else",
-        "A key stands for one request, whatever becomes of it. Take a new one for another request. The detail names the job from then.";
-    Quarantined = "quarantined", UNPROCESSABLE_ENTITY, true, "These files have brought workers down",
-        "Jobs on the same files have killed the process that ran them several times. The detail says until when they are refused.";
+        "Its receiver answered 410 or has failed for too long. `POST /v1/webhooks/{id}/ping` enables it again if the receiver answers.";
+    IdempotencyKeyReused = "idempotency_key_reused", UNPROCESSABLE_ENTITY, false, "The Idempotency-Key was used for another request",
+        "A key identifies one request, whatever its outcome. Use a new key for another request. The detail names the earlier job.";
+    Quarantined = "quarantined", UNPROCESSABLE_ENTITY, true, "These files have crashed workers",
+        "Jobs on the same files have repeatedly crashed the process that ran them. The detail says until when they are refused.";
     QueueFull = "queue_full", TOO_MANY_REQUESTS, true, "The queue is full",
-        "Wait as long as `Retry-After` says and send again.";
+        "Wait for the time given in `Retry-After`, then send the request again.";
     TooManyRecords = "too_many_records", TOO_MANY_REQUESTS, true, "There is no room for more records",
-        "`limit` names the limit. Ended jobs go first, the oldest of all; what is left has not ended. Wait until jobs have ended, or cancel some.";
-    QuotaReached = "quota_reached", TOO_MANY_REQUESTS, true, "The caller has as many unfinished jobs as may be",
-        "The limit is `principal_jobs`, for each principal by itself. Wait for jobs to end, or cancel some; `GET /v1/usage` counts them.";
+        "`limit` names the limit. Finished jobs are removed first, oldest first; the remaining ones are unfinished. Wait until jobs finish, or cancel some.";
+    QuotaReached = "quota_reached", TOO_MANY_REQUESTS, true, "The maximum number of unfinished jobs is reached",
+        "The limit is `principal_jobs`, per principal. Wait for jobs to finish, or cancel some; `GET /v1/usage` counts them.";
     TooManyStreams = "too_many_streams", TOO_MANY_REQUESTS, true, "Too many event streams are open",
-        "The limit is `event_streams`. One stream of `GET /v1/events` tells of all jobs; close those that nobody reads.";
-    TooBusy = "too_busy", SERVICE_UNAVAILABLE, true, "Too many requests at the same time",
-        "Wait as long as `Retry-After` says and send again.";
+        "The limit is `event_streams`. One stream of `GET /v1/events` has the events of all jobs; close unused streams.";
+    TooBusy = "too_busy", SERVICE_UNAVAILABLE, true, "Too many concurrent requests",
+        "Wait for the time given in `Retry-After`, then send the request again.";
     Draining = "draining", SERVICE_UNAVAILABLE, true, "The service is shutting down",
-        "Send again; another instance or the next start will take it.";
+        "Send the request again; another instance or the restarted service will accept it.";
     Unavailable = "unavailable", SERVICE_UNAVAILABLE, true, "The service is not ready",
-        "Something that the service needs does not answer. The operator finds the reason in the log.";
+        "A dependency of the service does not answer. The log has the reason for the operator.";
     StorageFull = "storage_full", INSUFFICIENT_STORAGE, true, "There is no room for more files",
         "Delete assets or wait until some expire; the operator can raise `stored_bytes`.";
     JobTimeout = "job_timeout", GATEWAY_TIMEOUT, false, "The job took too long",
         "The limit is `job_timeout`. Send fewer frames, or ask the operator to raise it.";
-    WorkerCrashed = "worker_crashed", INTERNAL_SERVER_ERROR, false, "The service went down while working on the job",
-        "It happened several times with this job, so it is not tried again. Report it with the id of the job.";
+    WorkerCrashed = "worker_crashed", INTERNAL_SERVER_ERROR, false, "The worker crashed during the job",
+        "It happened several times with this job, so there are no further attempts. Report it with the job id.";
     Canceled = "canceled", CONFLICT, false, "The job was canceled",
-        "Somebody canceled the job. `POST /v1/jobs/{id}/retry` asks for the same again.";
+        "The job was canceled on request. `POST /v1/jobs/{id}/retry` runs it again.";
     BatchStopped = "batch_stopped", CONFLICT, false, "Another item of the batch failed",
-        "The batch was asked for with `on_error` `stop`, and this item had not started. `POST /v1/batches/{id}/retry-failed` asks for it again.";
-    EngineCrashed = "engine_crashed", INTERNAL_SERVER_ERROR, false, "The files brought the engine down",
-        "The process that worked on these files died, and nothing else did. The detail says how. Report it with the files, if you may.";
-    Internal = "internal", INTERNAL_SERVER_ERROR, true, "A fault in the service",
-        "Report it with the `request_id`, and the id of the job where there is one.";
+        "The batch has `on_error` `stop`, and this item had not started. `POST /v1/batches/{id}/retry-failed` runs it again.";
+    EngineCrashed = "engine_crashed", INTERNAL_SERVER_ERROR, false, "The files crashed the engine",
+        "The process that worked on these files died; nothing else was affected. The detail says how. If possible, report it with the files.";
+    Internal = "internal", INTERNAL_SERVER_ERROR, true, "An error in the service",
+        "Report it with the `request_id` and, if there is one, the job id.";
 }
 
 impl From<FailureCode> for Code {
@@ -236,7 +236,7 @@ impl From<FailureReason> for Code {
 #[must_use]
 pub fn problems_page() -> String {
     let mut page = String::from(
-        "# Problems\n\nEvery answer that is no success is an RFC 9457 problem (`application/problem+json`) with one of these \
+        "# Problems\n\nEvery unsuccessful answer is an RFC 9457 problem (`application/problem+json`) with one of these \
          codes. A code\nnever changes its meaning. Made from `src/http/code.rs`; a test keeps it in step.\n\n\
          | code | status | try again | title | what it means and what to do |\n|---|---|---|---|---|\n",
     );

@@ -25,7 +25,7 @@ fn read(digest: &str) -> Result<String, Problem> {
     let encoded = digest.strip_prefix(':').and_then(|digest| digest.strip_suffix(':'));
     let bytes = encoded.and_then(|encoded| STANDARD.decode(encoded).ok()).filter(|bytes| bytes.len() == 32);
     let bytes = bytes.ok_or_else(|| {
-        Problem::new(Code::MalformedRequest, format!("'sha-256={digest}' is no digest"))
+        Problem::new(Code::MalformedRequest, format!("'sha-256={digest}' is not a digest"))
             .with_hint("the form is sha-256=:<32 bytes in base64>:")
     })?;
     Ok(hexadecimal(&bytes))

@@ -7,12 +7,16 @@ use axum::{
     http::{HeaderMap, HeaderValue, Method, StatusCode, header},
     response::{IntoResponse, Response},
 };
+use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 
 use super::{code::Code, extract, problem::Problem};
 use crate::{
     engine::Format,
     jobs::{AssetRecord, Jobs, ResultRecord},
 };
+
+/// What is written in percent in the extended form of a file name.
+const UNSAFE_IN_NAMES: AsciiSet = NON_ALPHANUMERIC.remove(b'.').remove(b'_').remove(b'-');
 
 /// A file as it goes out.
 #[derive(Clone, Debug)]
@@ -43,7 +47,7 @@ impl From<ResultRecord> for File {
 
 /// What of the file is wanted.
 #[derive(Debug, PartialEq, Eq)]
-enum Wanted {
+enum RangeDecision {
     All,
     Part(Range<u64>),
     Nothing,
@@ -70,7 +74,8 @@ impl File {
 
     /// What the request's method and headers ask for, or where it can be had.
     pub(super) async fn answer(self, method: &Method, headers: &HeaderMap, jobs: &Jobs) -> Result<Response, Problem> {
-        let is_known = matches!(wanted(headers, &self.entity_tag(), self.bytes), Wanted::Nothing | Wanted::Other);
+        let is_known =
+            matches!(wanted(headers, &self.entity_tag(), self.bytes), RangeDecision::Nothing | RangeDecision::Other);
         if *method == Method::GET
             && !is_known
             && let Some(link) = jobs.download_link(&self.sha256, text(&disposition(&self.file_name))).await?
@@ -85,15 +90,15 @@ impl File {
 
     async fn send(self, method: &Method, headers: &HeaderMap, jobs: &Jobs) -> Result<Response, Problem> {
         let (status, range) = match wanted(headers, &self.entity_tag(), self.bytes) {
-            Wanted::Nothing => return Ok(self.with_headers(StatusCode::NOT_MODIFIED.into_response())),
-            Wanted::OutOfRange => return Ok(self.out_of_range()),
-            Wanted::Other => {
+            RangeDecision::Nothing => return Ok(self.with_headers(StatusCode::NOT_MODIFIED.into_response())),
+            RangeDecision::OutOfRange => return Ok(self.out_of_range()),
+            RangeDecision::Other => {
                 let detail = format!("the file's ETag is {}, which 'If-Match' does not name", self.entity_tag());
                 return Err(Problem::new(Code::PreconditionFailed, detail)
                     .with_hint("leave the header out to have the file as it is"));
             }
-            Wanted::All => (StatusCode::OK, None),
-            Wanted::Part(range) => (StatusCode::PARTIAL_CONTENT, Some(range)),
+            RangeDecision::All => (StatusCode::OK, None),
+            RangeDecision::Part(range) => (StatusCode::PARTIAL_CONTENT, Some(range)),
         };
         let length = range.as_ref().map_or(self.bytes, |range| range.end - range.start);
         let body = if *method == Method::HEAD {
@@ -135,35 +140,35 @@ impl File {
     }
 }
 
-fn wanted(headers: &HeaderMap, entity_tag: &str, bytes: u64) -> Wanted {
+fn wanted(headers: &HeaderMap, entity_tag: &str, bytes: u64) -> RangeDecision {
     let required = extract::text(headers, &header::IF_MATCH);
     if !required.is_empty() && !required.split(',').map(str::trim).any(|tag| tag == "*" || tag == entity_tag) {
-        return Wanted::Other;
+        return RangeDecision::Other;
     }
     let known = extract::text(headers, &header::IF_NONE_MATCH);
     let is_known = |tag: &str| tag == "*" || tag.strip_prefix("W/").unwrap_or(tag) == entity_tag;
     if !known.is_empty() && known.split(',').map(str::trim).any(is_known) {
-        return Wanted::Nothing;
+        return RangeDecision::Nothing;
     }
     let condition = extract::text(headers, &header::IF_RANGE);
     if !condition.is_empty() && condition != entity_tag {
-        return Wanted::All;
+        return RangeDecision::All;
     }
     read_range(extract::text(headers, &header::RANGE), bytes)
 }
 
 /// One range of bytes. Several, or another unit, are answered with the whole file, as RFC 9110 allows.
-fn read_range(text: &str, bytes: u64) -> Wanted {
+fn read_range(text: &str, bytes: u64) -> RangeDecision {
     let Some((first, last)) = text.strip_prefix("bytes=").and_then(|range| range.trim().split_once('-')) else {
-        return Wanted::All;
+        return RangeDecision::All;
     };
     let range = match (first.parse::<u64>(), last.parse::<u64>()) {
         (Ok(first), Ok(last)) if first <= last => first..last.saturating_add(1).min(bytes),
         (Ok(first), Err(_)) if last.is_empty() => first..bytes,
         (Err(_), Ok(count)) if first.is_empty() => bytes.saturating_sub(count)..bytes,
-        _ => return Wanted::All,
+        _ => return RangeDecision::All,
     };
-    if range.is_empty() { Wanted::OutOfRange } else { Wanted::Part(range) }
+    if range.is_empty() { RangeDecision::OutOfRange } else { RangeDecision::Part(range) }
 }
 
 /// A download under a name; what is not plain ASCII goes into the extended form (RFC 6266, RFC 8187).
@@ -176,11 +181,7 @@ pub(super) fn disposition(file_name: &str) -> HeaderValue {
     if plain == file_name {
         return ascii(format!("attachment; filename=\"{plain}\""));
     }
-    let is_safe = |byte: &u8| byte.is_ascii_alphanumeric() || b"._-".contains(byte);
-    let encoded: String = file_name
-        .bytes()
-        .map(|byte| if is_safe(&byte) { char::from(byte).to_string() } else { format!("%{byte:02X}") })
-        .collect();
+    let encoded = utf8_percent_encode(file_name, &UNSAFE_IN_NAMES);
     ascii(format!("attachment; filename=\"{plain}\"; filename*=UTF-8''{encoded}"))
 }
 
@@ -201,22 +202,22 @@ mod tests {
     #[test]
     fn ranges_are_cut_to_the_file() {
         let cases = [
-            ("", Wanted::All),
-            ("bytes=0-9", Wanted::Part(0..10)),
-            ("bytes=90-", Wanted::Part(90..100)),
-            ("bytes=-10", Wanted::Part(90..100)),
-            ("bytes=-1000", Wanted::Part(0..100)),
-            ("bytes=0-18446744073709551615", Wanted::Part(0..100)),
-            ("bytes=100-", Wanted::OutOfRange),
-            ("bytes=-0", Wanted::OutOfRange),
-            ("bytes=9-0", Wanted::All),
-            ("bytes=0-1,5-6", Wanted::All),
-            ("joints=0-1", Wanted::All),
+            ("", RangeDecision::All),
+            ("bytes=0-9", RangeDecision::Part(0..10)),
+            ("bytes=90-", RangeDecision::Part(90..100)),
+            ("bytes=-10", RangeDecision::Part(90..100)),
+            ("bytes=-1000", RangeDecision::Part(0..100)),
+            ("bytes=0-18446744073709551615", RangeDecision::Part(0..100)),
+            ("bytes=100-", RangeDecision::OutOfRange),
+            ("bytes=-0", RangeDecision::OutOfRange),
+            ("bytes=9-0", RangeDecision::All),
+            ("bytes=0-1,5-6", RangeDecision::All),
+            ("joints=0-1", RangeDecision::All),
         ];
         for (text, expected) in cases {
             assert_eq!(read_range(text, 100), expected, "{text}");
         }
-        assert_eq!(read_range("bytes=0-", 0), Wanted::OutOfRange, "an empty file has no first byte");
+        assert_eq!(read_range("bytes=0-", 0), RangeDecision::OutOfRange, "an empty file has no first byte");
     }
 
     #[test]
@@ -226,15 +227,19 @@ mod tests {
             headers.insert(name, HeaderValue::from_static(value));
             headers
         };
-        assert_eq!(wanted(&headers("if-none-match", "\"x\", W/\"a\""), "\"a\"", 9), Wanted::Nothing, "known");
-        assert_eq!(wanted(&headers("if-match", "\"x\""), "\"a\"", 9), Wanted::Other, "not the one that is wanted");
+        assert_eq!(wanted(&headers("if-none-match", "\"x\", W/\"a\""), "\"a\"", 9), RangeDecision::Nothing, "known");
+        assert_eq!(
+            wanted(&headers("if-match", "\"x\""), "\"a\"", 9),
+            RangeDecision::Other,
+            "not the one that is wanted"
+        );
         assert_eq!(
             wanted(&headers("if-match", "\"x\", \"a\""), "\"a\"", 9),
-            Wanted::Part(0..1),
+            RangeDecision::Part(0..1),
             "the one that is wanted"
         );
-        assert_eq!(wanted(&headers("if-range", "\"old\""), "\"a\"", 9), Wanted::All, "another file by now");
-        assert_eq!(wanted(&headers("if-range", "\"a\""), "\"a\"", 9), Wanted::Part(0..1), "the same file");
+        assert_eq!(wanted(&headers("if-range", "\"old\""), "\"a\"", 9), RangeDecision::All, "another file by now");
+        assert_eq!(wanted(&headers("if-range", "\"a\""), "\"a\"", 9), RangeDecision::Part(0..1), "the same file");
     }
 
     #[test]

@@ -46,7 +46,7 @@ impl<T: PathId, S: Send + Sync> FromRequestParts<S> for Id<T> {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
-        let not_found = |text: &str| Problem::new(Code::NotFound, format!("'{text}' is no id of anything here"));
+        let not_found = |text: &str| Problem::new(Code::NotFound, format!("'{text}' is not a valid id"));
         let Path(text) = Path::<String>::from_request_parts(parts, state).await.map_err(|_| not_found("…"))?;
         T::read(&text).map(Self).ok_or_else(|| not_found(&text.chars().take(64).collect::<String>()))
     }
@@ -78,7 +78,7 @@ fn bad_query(message: &str, uri: &Uri) -> Problem {
     let name = if name.is_empty() { &seen } else { name };
     let detail = match (kind, value) {
         (Kind::InvalidValue, Some(value)) if !detail.contains(&value) || value.is_empty() => {
-            format!("'{value}' is no '{name}': {detail}")
+            format!("'{value}' is not a valid '{name}': {detail}")
         }
         (Kind::InvalidValue, Some(_)) => format!("'{name}': {detail}"),
         _ => detail,
@@ -111,7 +111,7 @@ pub(super) fn known_verdict(name: Option<&str>) -> Result<Option<JobVerdict>, Pr
 /// A parameter of a query that says nothing.
 pub(super) fn unusable(member: &str, seen: &str, expected: &str) -> Problem {
     let shown: String = seen.chars().take(64).collect();
-    Problem::new(Code::MalformedRequest, format!("'{shown}' is no '{member}'; it is {expected}"))
+    Problem::new(Code::MalformedRequest, format!("'{shown}' is not a valid '{member}'; it is {expected}"))
 }
 
 /// A JSON body.
@@ -149,7 +149,7 @@ fn read_from<'de, T: DeserializeOwned>(
         let pointer = json_pointer(error.path());
         let inner = error.into_inner();
         if !inner.is_data() {
-            return Problem::new(Code::MalformedRequest, format!("the body is no JSON: {}", no_json(&inner)))
+            return Problem::new(Code::MalformedRequest, format!("the body is not JSON: {}", no_json(&inner)))
                 .with_hint("send one JSON object; a file goes as multipart/form-data or application/octet-stream");
         }
         let whole = if pointer.is_empty() { "the body" } else { "it" };

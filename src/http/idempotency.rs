@@ -9,7 +9,7 @@ use super::{code::Code, problem::Problem};
 
 const NAME: HeaderName = HeaderName::from_static("idempotency-key");
 const REPLAYED: HeaderName = HeaderName::from_static("idempotent-replayed");
-const MOST_LETTERS: usize = 255;
+const MAX_LETTERS: usize = 255;
 
 /// The word, where there is one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -27,9 +27,9 @@ impl<S: Send + Sync> FromRequestParts<S> for IdempotencyKey {
 fn read(value: &HeaderValue) -> Result<String, Problem> {
     let text = value.to_str().unwrap_or_default().trim();
     let word = text.strip_prefix('"').and_then(|text| text.strip_suffix('"')).unwrap_or(text);
-    if word.is_empty() || word.len() > MOST_LETTERS || !word.bytes().all(|byte| byte.is_ascii_graphic()) {
+    if word.is_empty() || word.len() > MAX_LETTERS || !word.bytes().all(|byte| byte.is_ascii_graphic()) {
         let detail =
-            format!("the header 'Idempotency-Key' must have 1 to {MOST_LETTERS} letters, digits and signs of ASCII");
+            format!("the header 'Idempotency-Key' must have 1 to {MAX_LETTERS} letters, digits and signs of ASCII");
         return Err(Problem::new(Code::MalformedRequest, detail).with_hint("a UUID for each request does"));
     }
     Ok(word.to_owned())

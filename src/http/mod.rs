@@ -1,7 +1,7 @@
 //! The HTTP door: translation only.
 //!
 //! A request becomes a call to [`crate::jobs`], what comes back becomes a view. Nothing here schedules, stores or
-//! retargets. Every answer that is no success is a problem with a code of [`Code`]; the routes are one resource per file in
+//! retargets. Every unsuccessful answer is a problem with a code of [`Code`]; the routes are one resource per file in
 //! `resources`, what happens around them is in `layers`.
 //!
 //! # How to add a route
@@ -94,7 +94,7 @@ pub struct ApiState {
     pub settings: Shared<Settings>,
     /// The metrics.
     pub metrics: Metrics,
-    /// Gives the JSON Schema of the retarget spec.
+    /// Returns the JSON Schema of the retarget spec.
     #[from_ref(skip)]
     pub spec_schema: fn() -> &'static serde_json::Value,
     /// One permit per request that may be worked on at the same time.

@@ -35,7 +35,7 @@ pub(super) fn wanted_format(accept: &str) -> Result<Option<Format>, Problem> {
     match best {
         Some((quality, format)) if quality > open => Ok(Some(format)),
         _ if open > 0.0 => Ok(None),
-        _ => Err(Problem::new(Code::NotAcceptable, format!("nothing that can be made fits 'Accept: {accept}'"))
+        _ => Err(Problem::new(Code::NotAcceptable, format!("no writable format matches 'Accept: {accept}'"))
             .with_hint("leave the header out for GLB, or ask for one of the media types that GET /v1/formats lists")),
     }
 }

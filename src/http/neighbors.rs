@@ -20,7 +20,7 @@ pub(super) fn check(uri: &Uri, headers: &HeaderMap, settings: &Settings) -> Resu
     for host in hosts.filter(|host| !host.is_empty()) {
         if !is_own(host, &settings.allowed_hosts.0) {
             let shown: String = host.chars().take(64).collect();
-            return Err(Problem::new(Code::ForeignPage, format!("'{shown}' is no name of this service")).with_hint(
+            return Err(Problem::new(Code::ForeignPage, format!("'{shown}' is not a name of this service")).with_hint(
                 "the operator allows names with '--allowed-hosts', or asks for keys with '--authentication keys'",
             ));
         }

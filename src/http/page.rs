@@ -15,10 +15,10 @@ const DEFAULT_ITEMS: usize = 50;
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub(super) struct PageQuery {
-    /// Entries of the page; cut down to the limit `page_items`.
+    /// Entries of the page; capped by the limit `page_items`.
     #[param(format = Int64, minimum = 1, maximum = 4_294_967_295_u32)]
     pub(super) limit: Option<u32>,
-    /// `next_cursor` of the page before.
+    /// `next_cursor` of the previous page.
     pub(super) cursor: Option<String>,
 }
 
@@ -54,7 +54,7 @@ pub(super) fn read_cursor<T>(
     let text = bytes.and_then(|bytes| String::from_utf8(bytes).ok()).unwrap_or_default();
     let id = text.rsplit_once(':').filter(|(made_with, _)| *made_with == filter).and_then(|(_, id)| parse(id));
     id.map(Some).ok_or_else(|| {
-        Problem::new(Code::MalformedRequest, "the cursor is not one of this list")
+        Problem::new(Code::MalformedRequest, "the cursor does not belong to this list")
             .with_hint("take next_cursor from the page before, and leave the filters as they were")
     })
 }

@@ -88,18 +88,18 @@ fn expected_words(text: &str) -> &str {
 /// What the readers of numbers say.
 fn own_words(text: &str) -> &str {
     match text {
-        "invalid digit found in string" | "cannot parse integer from empty string" => "it is no whole number from 0",
+        "invalid digit found in string" | "cannot parse integer from empty string" => "it is not a whole number from 0",
         "number too large to fit in target type" => "the number is too large",
         "number too small to fit in target type" => "the number is too small",
-        "invalid float literal" | "cannot parse float from empty string" => "it is no number",
+        "invalid float literal" | "cannot parse float from empty string" => "it is not a number",
         "provided string was not `true` or `false`" => "it is neither 'true' nor 'false'",
         text => text,
     }
 }
 
 fn shortened(text: &str) -> String {
-    const MOST_LETTERS: usize = 64;
-    text.chars().take(MOST_LETTERS).map(|letter| if letter.is_control() { ' ' } else { letter }).collect()
+    const MAX_LETTERS: usize = 64;
+    text.chars().take(MAX_LETTERS).map(|letter| if letter.is_control() { ' ' } else { letter }).collect()
 }
 
 /// Names that are like the one that was seen, the nearest first.
@@ -134,7 +134,7 @@ mod tests {
             ),
             ("missing field `source`", "the body has no 'source'"),
             ("unknown variant `x`, expected one of `t`, `a`", "'x' is none of 't', 'a'"),
-            ("invalid digit found in string", "it is no whole number from 0"),
+            ("invalid digit found in string", "it is not a whole number from 0"),
         ];
         for (message, expected) in cases {
             assert_eq!(misread(message, "the body").detail, expected, "{message}");

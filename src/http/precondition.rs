@@ -8,7 +8,7 @@ use crate::jobs::Precondition;
 /// What must hold for a change.
 ///
 /// # Errors
-/// When a header is no list of tags, or both are there.
+/// When a header is not a list of entity tags, or both are there.
 pub(super) fn of_change(headers: &HeaderMap) -> Result<Precondition, Problem> {
     let (matching, none_matching) = (joined(headers, &header::IF_MATCH), joined(headers, &header::IF_NONE_MATCH));
     match (matching.as_deref(), none_matching.as_deref()) {
@@ -18,10 +18,10 @@ pub(super) fn of_change(headers: &HeaderMap) -> Result<Precondition, Problem> {
         (None, Some("*")) => Ok(Precondition::Absent),
         (None, Some(_)) => Err(Problem::new(Code::MalformedRequest, "'If-None-Match' of a change can only be '*'")
             .with_hint(
-                "'If-None-Match: *' writes only what is not there yet; 'If-Match: \"…\"' changes only that version",
+                "'If-None-Match: *' writes only if there is nothing yet; 'If-Match: \"…\"' changes only that version",
             )),
         (Some(_), Some(_)) => {
-            Err(Problem::new(Code::MalformedRequest, "'If-Match' and 'If-None-Match' say the opposite of one another"))
+            Err(Problem::new(Code::MalformedRequest, "'If-Match' and 'If-None-Match' contradict each other"))
         }
     }
 }
@@ -47,8 +47,8 @@ fn read_tags(tags: &str) -> Result<Vec<String>, Problem> {
     };
     tags.split(',').map(read).collect::<Option<_>>().ok_or_else(|| {
         let shown: String = tags.chars().take(64).collect();
-        Problem::new(Code::MalformedRequest, format!("'If-Match: {shown}' is no list of tags"))
-            .with_hint("a tag is the ETag of an answer, quotes and all")
+        Problem::new(Code::MalformedRequest, format!("'If-Match: {shown}' is not a list of entity tags"))
+            .with_hint("a tag is the ETag of an answer, including its quotes")
     })
 }
 

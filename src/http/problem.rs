@@ -1,4 +1,4 @@
-//! Problems: what every answer that is no success looks like (RFC 9457).
+//! Problems: what every unsuccessful answer looks like (RFC 9457).
 
 use axum::{
     http::{HeaderValue, header},
@@ -36,7 +36,7 @@ pub(super) struct LimitSeen {
     pub(super) actual: u64,
 }
 
-/// The body of every answer that is no success.
+/// The body of every unsuccessful answer.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 #[schema(as = Problem)]
 pub struct ProblemView {
@@ -254,9 +254,9 @@ impl From<Refusal> for Problem {
                 .with_hint(format!("GET /v1/jobs/{id} with the header 'Prefer: wait=20' waits for its end")),
             Refusal::Quarantined { .. } => Self::new(Code::Quarantined, detail),
             Refusal::InUse(_) => Self::new(Code::InUse, detail).with_hint("wait for the job, or cancel it"),
-            Refusal::BuiltIn { .. } => Self::new(Code::BuiltIn, detail).with_hint("keep yours under another name"),
+            Refusal::BuiltIn { .. } => Self::new(Code::BuiltIn, detail).with_hint("store yours under another name"),
             Refusal::Changed { .. } => {
-                Self::new(Code::PreconditionFailed, detail).with_hint("look at it again, and send its ETag as If-Match")
+                Self::new(Code::PreconditionFailed, detail).with_hint("fetch it again, and send its ETag as If-Match")
             }
             Refusal::TooManyRecords { limit, most, actual } => {
                 Self::new(Code::TooManyRecords, detail).about_limit(limit, most, actual)
@@ -275,8 +275,9 @@ impl From<Refusal> for Problem {
             Refusal::UnknownWebhook { .. } => Self::new(Code::UnknownWebhook, detail)
                 .with_hint("GET /v1/webhooks lists them")
                 .at("/webhook", Vec::new()),
-            Refusal::WebhookDisabled { .. } => Self::new(Code::WebhookDisabled, detail)
-                .with_hint("ping it first: when it answers, it is enabled again"),
+            Refusal::WebhookDisabled { .. } => {
+                Self::new(Code::WebhookDisabled, detail).with_hint("ping it first: if it answers, it is enabled again")
+            }
             Refusal::KeyReused { .. } => Self::new(Code::IdempotencyKeyReused, detail),
             Refusal::UnknownPreset { name, known } => {
                 let similar = similar_names(&name, &known);

@@ -122,16 +122,16 @@ impl Server {
 /// What HTTP/2 connections may do.
 fn http2_builder(settings: &ServerSettings) -> http2::Builder<TokioExecutor> {
     /// Requests at a time on one connection; a principal's own limit holds besides.
-    const MOST_STREAMS: u32 = 64;
+    const MAX_STREAMS: u32 = 64;
     /// Streams that were reset before anybody looked at them; more ends the connection.
-    const MOST_RESETS: usize = 20;
+    const MAX_RESETS: usize = 20;
     /// How often it is asked whether the other side is still there.
     const ASK: Duration = Duration::from_secs(20);
     let mut builder = http2::Builder::new(TokioExecutor::new());
     builder
         .timer(TokioTimer::new())
-        .max_concurrent_streams(MOST_STREAMS)
-        .max_pending_accept_reset_streams(MOST_RESETS)
+        .max_concurrent_streams(MAX_STREAMS)
+        .max_pending_accept_reset_streams(MAX_RESETS)
         .max_header_list_size(u32::try_from(settings.most_header_bytes).unwrap_or(u32::MAX))
         .keep_alive_interval(ASK)
         .keep_alive_timeout(settings.header_timeout);

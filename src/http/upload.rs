@@ -21,7 +21,7 @@ use crate::{
 };
 
 /// Bytes of a picture of a drawing, which is held in memory while it arrives.
-pub(super) const MOST_PICTURE_BYTES: u64 = 16 << 20;
+pub(super) const MAX_PICTURE_BYTES: u64 = 16 << 20;
 
 /// Reads a body that is no multipart.
 pub(super) struct BodyReader<'a> {
@@ -286,7 +286,7 @@ impl Form {
         }
         let is_picture = matches!(part, "texture" | "mask" | "background");
         let most =
-            if is_picture { MOST_PICTURE_BYTES.min(settings.max_file_bytes.0) } else { settings.max_document_bytes.0 };
+            if is_picture { MAX_PICTURE_BYTES.min(settings.max_file_bytes.0) } else { settings.max_document_bytes.0 };
         let limit = if is_picture { "drawing_picture_bytes" } else { "document_bytes" };
         let bytes = collect_within(field, (limit, most), &format!("the part '{part}'"), watch).await?;
         let ending = file_name.rsplit_once('.').map_or("png", |(_, ending)| ending).to_ascii_lowercase();
@@ -378,7 +378,7 @@ fn config_document(file_name: String, bytes: Vec<u8>) -> Result<ConfigDocument, 
         let place = error.utf8_error().valid_up_to();
         Problem::new(
             Code::MalformedConfig,
-            format!("the config is no UTF-8 text; byte {place} is the first that is none"),
+            format!("the config is not UTF-8 text; byte {place} is the first invalid one"),
         )
     })?;
     Ok(ConfigDocument { file_name, text: text.into() })
@@ -463,11 +463,11 @@ fn content_length(headers: &HeaderMap) -> Option<u64> {
 
 /// A file name as it is kept: no folder, no control characters, not endless.
 pub(super) fn clean_name(name: &str) -> String {
-    const MOST_LETTERS: usize = 200;
+    const MAX_LETTERS: usize = 200;
     let last = name.rsplit(['/', '\\']).next().unwrap_or_default();
     let kept: Vec<char> = last.chars().filter(|letter| !letter.is_control()).collect();
     // The ending tells formats apart, so it is the beginning that goes.
-    kept[kept.len().saturating_sub(MOST_LETTERS)..].iter().collect()
+    kept[kept.len().saturating_sub(MAX_LETTERS)..].iter().collect()
 }
 
 #[cfg(test)]

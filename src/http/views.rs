@@ -165,7 +165,7 @@ pub(super) struct JobView {
     /// The preset that its config was laid over.
     #[serde(skip_serializing_if = "Option::is_none")]
     preset: Option<VersionedNameView>,
-    /// The rig templates of the user's own that it is recognised with, in the versions of when it was asked for.
+    /// The rig templates of the user's own that it is recognized with, in the versions of when it was asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     rigs: Vec<VersionedNameView>,
     /// The batch that it was asked for with.

@@ -6,7 +6,7 @@ use std::{io, path::PathBuf};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TokenError {
     /// It has not the shape of a signed token, or is signed in a way that nobody knows.
-    #[error("it is no signed token (JWT) that is understood")]
+    #[error("it is not a signed token (JWT) of a kind that is accepted")]
     Malformed,
     /// It asks for something that must be understood and is not.
     #[error("its header asks for an extension that is not understood")]
@@ -36,7 +36,7 @@ pub enum TokenError {
     #[error("it has no claim '{0}' that can be used")]
     Claim(String),
     /// There is nothing to check it with.
-    #[error("it cannot be checked, since the keys of the issuer are not there")]
+    #[error("it cannot be checked, since the keys of the issuer are not available")]
     Unavailable,
 }
 

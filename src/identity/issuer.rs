@@ -11,7 +11,7 @@ use crate::config::{KeyPlace, Settings, is_guarded_url, is_this_machine};
 /// How long one answer may take.
 const TIMEOUT: Duration = Duration::from_secs(5);
 /// More than any issuer has to say.
-const MOST_BYTES: usize = 1 << 20;
+const MAX_BYTES: usize = 1 << 20;
 
 /// Who signs tokens.
 #[derive(Debug)]
@@ -77,7 +77,7 @@ impl Issuer {
             return Err(unusable(format!("it is of the issuer '{}', and not '{}'", found.issuer, self.name)));
         }
         if !is_guarded_url(&found.jwks_uri) {
-            return Err(unusable(format!("the keys are at '{}', which is no https URL", found.jwks_uri)));
+            return Err(unusable(format!("the keys are at '{}', which is not an https URL", found.jwks_uri)));
         }
         Ok(found.jwks_uri)
     }
@@ -92,7 +92,7 @@ impl Issuer {
         }
         let mut text = Vec::new();
         while let Some(bytes) = answer.chunk().await.map_err(failed)? {
-            if text.len() + bytes.len() > MOST_BYTES {
+            if text.len() + bytes.len() > MAX_BYTES {
                 return Err(unusable("it is larger than 1 MiB"));
             }
             text.extend_from_slice(&bytes);

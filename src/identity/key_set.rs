@@ -29,7 +29,7 @@ impl KeySet {
         struct Set {
             keys: Vec<serde_json::Value>,
         }
-        let set: Set = serde_json::from_slice(text).map_err(|error| format!("it is no JWK set: {error}"))?;
+        let set: Set = serde_json::from_slice(text).map_err(|error| format!("it is not a JWK set: {error}"))?;
         let keys = set.keys.into_iter().filter_map(|key| SigningKey::read(&serde_json::from_value(key).ok()?));
         let keys: Vec<_> = keys.collect();
         if keys.is_empty() {

@@ -2,7 +2,7 @@
 
 use bytes::Bytes;
 
-use super::{Answer, ArrivingPicture, Asked, Engine, Files, Jobs, Question, Refusal, looks::Look, memory};
+use super::{Answer, ArrivingPicture, Engine, EngineRequest, Files, Jobs, Question, Refusal, looks::Look, memory};
 use crate::{
     engine::{Control, Failure, Knowledge, Limits, NamedBytes},
     store::Principal,
@@ -62,7 +62,7 @@ impl Jobs {
             let files = Files { source, target: mask, ..Files::default() };
             let question = Question::Annotate { rig: rig.clone(), as_archive };
             let knowledge = Knowledge::default();
-            read(engine.ask(&Asked { question, files, formats: &[], knowledge: &knowledge, limits }, control)?)
+            read(engine.ask(&EngineRequest { question, files, formats: &[], knowledge: &knowledge, limits }, control)?)
         };
         self.look(look, std::future::ready(Ok(new)), work).await
     }

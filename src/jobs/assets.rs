@@ -7,7 +7,7 @@ use futures::future::try_join_all;
 use tokio::sync::Semaphore;
 
 use super::{
-    Asked, Engine, Files, Full, Jobs, Question, Refusal,
+    Engine, EngineRequest, Files, Full, Jobs, Question, Refusal,
     inspections::{Found, InspectionKey},
     library::{self, OwnRigs},
     looks::Look,
@@ -22,7 +22,7 @@ use crate::{
 };
 
 /// Files that one process fetches at the same time; others wait, as part of the time that they have.
-const MOST_FETCHES: usize = 16;
+const MAX_FETCHES: usize = 16;
 
 /// The uploaded files. Cheap to clone; all clones are the same.
 #[derive(Clone, Debug)]
@@ -53,7 +53,7 @@ impl Assets {
     /// The files that `jobs` work on.
     #[must_use]
     pub fn new(jobs: &Jobs, outbound: Outbound) -> Self {
-        Self { jobs: jobs.clone(), outbound, fetches: Arc::new(Semaphore::new(MOST_FETCHES)) }
+        Self { jobs: jobs.clone(), outbound, fetches: Arc::new(Semaphore::new(MAX_FETCHES)) }
     }
 
     /// Begins to take a file. `announced_bytes` is what the sender said it will be, so that too much is refused early.
@@ -213,7 +213,7 @@ impl Assets {
         let work =
             move |(bytes, knowledge): &(Bytes, Knowledge), engine: &dyn Engine, limits: &Limits, control: &Control| {
                 let files = Files { source: Some(NamedBytes { name: &name, bytes }), ..Files::default() };
-                let asked = Asked { question: Question::Inspect, files, formats: &[], knowledge, limits };
+                let asked = EngineRequest { question: Question::Inspect, files, formats: &[], knowledge, limits };
                 engine.ask(&asked, control)?.document()
             };
         self.jobs.look(look, load, work).await

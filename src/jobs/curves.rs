@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{Asked, Engine, Jobs, Question, Refusal, inputs::InputBytes, library, looks::Look};
+use super::{Engine, EngineRequest, Jobs, Question, Refusal, inputs::InputBytes, library, looks::Look};
 use crate::{
     engine::{Control, Failure, Format},
     store::{ConfigDocument, JobId, JobRecord, JobTask, Principal},
@@ -29,14 +29,14 @@ impl Jobs {
         let report = self.look(look, load, |(bytes, knowledge, request), engine, limits, control| {
             let files = bytes.files(request);
             let formats = &[Format::PosesNpz];
-            let asked = Asked { question: Question::Retarget, files, formats, knowledge, limits };
+            let asked = EngineRequest { question: Question::Retarget, files, formats, knowledge, limits };
             measured(&asked, engine, control)
         });
         Ok(report.await?.pointer_mut("/measures/curves").map_or_else(|| json!({}), Value::take))
     }
 }
 
-fn measured(asked: &Asked<'_>, engine: &dyn Engine, control: &Control) -> Result<Value, Failure> {
+fn measured(asked: &EngineRequest<'_>, engine: &dyn Engine, control: &Control) -> Result<Value, Failure> {
     Ok(serde_json::from_str(&engine.ask(asked, control)?.ran()?.report).unwrap_or_default())
 }
 

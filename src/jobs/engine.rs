@@ -69,7 +69,7 @@ pub struct Files<'a> {
 
 /// A question with everything that its answer depends on.
 #[derive(Clone, Debug)]
-pub struct Asked<'a> {
+pub struct EngineRequest<'a> {
     /// What is asked.
     pub question: Question,
     /// Of what.
@@ -86,7 +86,7 @@ pub struct Asked<'a> {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Answer {
     /// To a task: what it gave.
-    Ran(Box<Ran>),
+    EngineResult(Box<EngineResult>),
     /// To how a file looks: an encoded picture, or a GLB for viewers.
     Picture(Vec<u8>),
     /// To a drawing whose files are wanted: a zip archive.
@@ -97,7 +97,7 @@ pub enum Answer {
 
 /// A file that came out.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct MadeFile {
+pub struct OutputFile {
     /// The file.
     pub output: Output,
     /// The SHA-256 of its bytes in hexadecimal, where it was found on the way.
@@ -106,9 +106,9 @@ pub struct MadeFile {
 
 /// What a retarget gave, as plain data that can come from anywhere.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Ran {
+pub struct EngineResult {
     /// The files.
-    pub outputs: Vec<MadeFile>,
+    pub outputs: Vec<OutputFile>,
     /// What was measured, as JSON.
     pub report: String,
     /// The spec with everything found out filled in, as JSON.
@@ -121,13 +121,13 @@ pub struct Ran {
     pub judgment: Option<Judgment>,
 }
 
-impl TryFrom<Outcome> for Ran {
+impl TryFrom<Outcome> for EngineResult {
     type Error = Failure;
 
     fn try_from(outcome: Outcome) -> Result<Self, Failure> {
         let Outcome { outputs, report, resolved_spec } = outcome;
         Ok(Self {
-            outputs: outputs.into_iter().map(|output| MadeFile { output, sha256: None }).collect(),
+            outputs: outputs.into_iter().map(|output| OutputFile { output, sha256: None }).collect(),
             resolved_spec: resolved_spec.to_string(),
             timings: report.timings,
             warnings: report.warnings.len() as u64,
@@ -160,7 +160,7 @@ pub trait Engine: Send + Sync + 'static {
     ///
     /// # Errors
     /// As the function of [`engine`] that answers that question.
-    fn ask(&self, asked: &Asked<'_>, control: &Control) -> Result<Answer, Failure>;
+    fn ask(&self, asked: &EngineRequest<'_>, control: &Control) -> Result<Answer, Failure>;
 
     /// Lets go of what has not been used for a while; to be called from time to time.
     fn tidy(&self) {}
@@ -171,11 +171,11 @@ pub trait Engine: Send + Sync + 'static {
 pub struct RetargetEngine;
 
 impl Engine for RetargetEngine {
-    fn ask(&self, asked: &Asked<'_>, control: &Control) -> Result<Answer, Failure> {
+    fn ask(&self, asked: &EngineRequest<'_>, control: &Control) -> Result<Answer, Failure> {
         let knowledge = asked.knowledge.parsed()?;
         let (knowledge, limits, files) = (knowledge.as_ref(), asked.limits, &asked.files);
         if let Some(task) = asked.task()? {
-            return Ok(Answer::Ran(Box::new(engine::run(&task, knowledge, limits, control)?.try_into()?)));
+            return Ok(Answer::EngineResult(Box::new(engine::run(&task, knowledge, limits, control)?.try_into()?)));
         }
         match &asked.question {
             Question::Inspect => document(engine::inspect_with(files.source()?, knowledge, limits, control)?),
@@ -215,7 +215,7 @@ impl<'a> Files<'a> {
     }
 }
 
-impl<'a> Asked<'a> {
+impl<'a> EngineRequest<'a> {
     /// A question about a config alone.
     #[must_use]
     pub fn of_config(config: NamedBytes<'a>, knowledge: &'a Knowledge, limits: &'a Limits) -> Self {
@@ -269,9 +269,9 @@ impl Answer {
     ///
     /// # Errors
     /// When it is the answer to another question.
-    pub fn ran(self) -> Result<Ran, Failure> {
+    pub fn ran(self) -> Result<EngineResult, Failure> {
         match self {
-            Self::Ran(ran) => Ok(*ran),
+            Self::EngineResult(ran) => Ok(*ran),
             Self::Document(_) | Self::Picture(_) | Self::Archive(_) => Err(otherwise("the result of a task")),
         }
     }
@@ -283,7 +283,7 @@ impl Answer {
     pub fn document(self) -> Result<serde_json::Value, Failure> {
         match self {
             Self::Document(document) => Ok(document),
-            Self::Ran(_) | Self::Picture(_) | Self::Archive(_) => Err(otherwise("a document")),
+            Self::EngineResult(_) | Self::Picture(_) | Self::Archive(_) => Err(otherwise("a document")),
         }
     }
 
@@ -294,7 +294,7 @@ impl Answer {
     pub fn picture(self) -> Result<Vec<u8>, Failure> {
         match self {
             Self::Picture(bytes) => Ok(bytes),
-            Self::Ran(_) | Self::Document(_) | Self::Archive(_) => Err(otherwise("a picture")),
+            Self::EngineResult(_) | Self::Document(_) | Self::Archive(_) => Err(otherwise("a picture")),
         }
     }
 
@@ -305,7 +305,7 @@ impl Answer {
     pub fn archive(self) -> Result<Vec<u8>, Failure> {
         match self {
             Self::Archive(bytes) => Ok(bytes),
-            Self::Ran(_) | Self::Document(_) | Self::Picture(_) => Err(otherwise("an archive")),
+            Self::EngineResult(_) | Self::Document(_) | Self::Picture(_) => Err(otherwise("an archive")),
         }
     }
 }
@@ -323,5 +323,5 @@ fn document(answer: impl Serialize) -> Result<Answer, Failure> {
 }
 
 fn no_json(error: &serde_json::Error) -> Failure {
-    Failure::new(FailureCode::Internal, format!("the answer is no JSON: {error}"))
+    Failure::new(FailureCode::Internal, format!("the answer is not valid JSON: {error}"))
 }

@@ -11,7 +11,7 @@ use super::{Jobs, Refusal, changes::Change, streams::OpenStream};
 use crate::store::{EventReach, EventRecord, JobId, JobRecord, JobState, Principal, StoredProgress};
 
 /// Read from the store at once.
-const MOST_AT_ONCE: usize = 100;
+const MAX_AT_ONCE: usize = 100;
 /// How often to look, in case a notice of another process was missed.
 const LOOK_AGAIN: Duration = Duration::from_secs(2);
 /// How often to look how far a job is that runs.
@@ -105,7 +105,7 @@ impl Jobs {
         }
         if let Followed::Job(id) = &stream.followed {
             let job = self.record(owner, id).await?;
-            let events = self.0.store.records().job_events_after(id, stream.position, MOST_AT_ONCE).await?;
+            let events = self.0.store.records().job_events_after(id, stream.position, MAX_AT_ONCE).await?;
             if events.is_empty() && job.state.is_final() {
                 if after.is_some() && stream.waiting.is_empty() {
                     return Ok(None);
@@ -174,14 +174,14 @@ impl EventStream {
             if reach.last == self.position {
                 return Ok(());
             }
-            let events = records.events_after(&self.owner, self.position, MOST_AT_ONCE).await?;
+            let events = records.events_after(&self.owner, self.position, MAX_AT_ONCE).await?;
             self.check_gap(reach);
             self.take(events);
             return Ok(());
         };
         // The record first: when it says that the job has ended, the event that says so is there too.
         let job = self.jobs.record(&self.owner, id).await;
-        let events = records.job_events_after(id, self.position, MOST_AT_ONCE).await?;
+        let events = records.job_events_after(id, self.position, MAX_AT_ONCE).await?;
         let has_news = !events.is_empty();
         self.take(events);
         match job {

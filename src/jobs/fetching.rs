@@ -4,7 +4,7 @@
 
 use super::{AssetRecord, Assets, Refusal};
 use crate::{
-    outbound::{FetchError, MOST_REDIRECTS, SendError},
+    outbound::{FetchError, MAX_REDIRECTS, SendError},
     store::Principal,
 };
 
@@ -52,7 +52,7 @@ fn refusal(error: FetchError) -> Refusal {
         FetchError::Send(SendError::Blocked(blocked)) => return Refusal::ForbiddenUrl(blocked),
         FetchError::Send(error) => error.to_string(),
         FetchError::Status(status) => format!("the answer was {status}"),
-        FetchError::TooManyRedirects => format!("it was redirected more than {MOST_REDIRECTS} times, or to no URL"),
+        FetchError::TooManyRedirects => format!("it was redirected more than {MAX_REDIRECTS} times, or to no URL"),
     };
     Refusal::FetchFailed { reason }
 }

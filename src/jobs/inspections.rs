@@ -46,7 +46,7 @@ pub(super) type SharedLook = tokio::sync::Mutex<Option<Failure>>;
 
 impl Inspections {
     /// Enough for a few hundred characters.
-    const MOST_BYTES: usize = 32 << 20;
+    const MAX_BYTES: usize = 32 << 20;
 
     pub(super) fn find(&self, key: &InspectionKey) -> Option<Arc<str>> {
         self.found(key).map(|found| found.document)
@@ -80,7 +80,7 @@ impl Inspections {
         kept.retain(|(other, _)| *other != key);
         kept.push_back((key, found));
         let mut bytes: usize = kept.iter().map(|(_, found)| found.document.len()).sum();
-        while bytes > Self::MOST_BYTES {
+        while bytes > Self::MAX_BYTES {
             let Some((_, oldest)) = kept.pop_front() else { return };
             bytes -= oldest.document.len();
         }
@@ -106,7 +106,7 @@ mod tests {
         assert_eq!(inspections.find(&key("a", "1")).as_deref(), Some("first"), "remembered");
         assert_eq!(inspections.find(&key("a", "2")), None, "the templates have changed");
         assert_eq!(inspections.memory_bytes(&key("a", "1")), Some(5), "with what was found out");
-        inspections.add(key("b", "1"), found(&"x".repeat(Inspections::MOST_BYTES - 10)));
+        inspections.add(key("b", "1"), found(&"x".repeat(Inspections::MAX_BYTES - 10)));
         assert!(inspections.find(&key("a", "1")).is_some(), "there is room for both");
         inspections.add(key("c", "1"), found("more than is left"));
         assert_eq!(inspections.find(&key("a", "1")), None, "the oldest went");

@@ -19,7 +19,7 @@ const PREFIX: &str = "rtk_";
 /// 256 bits: nobody finds a key by trying.
 const SECRET_BYTES: usize = 32;
 /// Keys of one principal that are good at the same time: one that is in use, and the one that follows it.
-const MOST_PER_PRINCIPAL: u64 = 2;
+const MAX_PER_PRINCIPAL: u64 = 2;
 
 /// How often it is noted that a key is in use: each time costs a write.
 const NOTED_EVERY: Duration = Duration::from_secs(300);
@@ -101,8 +101,8 @@ impl Keys {
             expires_at: new.lifetime.map(|lifetime| self.clock.after(lifetime)),
             last_used_at: None,
         };
-        if !self.records.add_api_key(&key, MOST_PER_PRINCIPAL).await? {
-            return Err(Refusal::TooManyKeys { principal: key.principal, most: MOST_PER_PRINCIPAL });
+        if !self.records.add_api_key(&key, MAX_PER_PRINCIPAL).await? {
+            return Err(Refusal::TooManyKeys { principal: key.principal, most: MAX_PER_PRINCIPAL });
         }
         let letters = key.id.as_str().trim_start_matches(ApiKeyId::PREFIX);
         Ok((KeyText(format!("{PREFIX}{letters}_{secret}")), key))

@@ -6,7 +6,7 @@ use super::{FailureReason, JobEvent, Jobs, Refusal, database_clock::Jump, next_s
 use crate::store::{AfterCrash, FinishedJob, JobFailure, JobRecord, JobState};
 
 /// Looked at in one go; more are left for the next.
-const MOST_AT_ONCE: usize = 100;
+const MAX_AT_ONCE: usize = 100;
 
 impl Jobs {
     /// Takes up the jobs that the last process left unfinished, where no other process can have them. To be called once, before
@@ -16,7 +16,7 @@ impl Jobs {
     /// When the store fails.
     pub async fn recover(&self) -> Result<u64, Refusal> {
         if !self.0.store.records().are_shared() {
-            while self.take_from_lost_workers(true).await? == MOST_AT_ONCE {}
+            while self.take_from_lost_workers(true).await? == MAX_AT_ONCE {}
         }
         Ok(self.0.admission.refresh(self.0.store.records()).await?.jobs)
     }
@@ -30,7 +30,7 @@ impl Jobs {
             true => AfterCrash::Leave,
             false => self.after_crash(job, was_alone),
         };
-        let lost = self.0.store.records().take_from_lost_workers(MOST_AT_ONCE, whose_ever, decide).await?;
+        let lost = self.0.store.records().take_from_lost_workers(MAX_AT_ONCE, whose_ever, decide).await?;
         for (job, was_alone) in &lost {
             let crashes = job.crashes + u32::from(*was_alone);
             tracing::warn!(job_id = %job.id, attempt = job.attempt, crashes, was_alone, "a job's worker is gone");

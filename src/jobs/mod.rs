@@ -57,7 +57,7 @@ mod workers;
 pub use annotations::NewAnnotation;
 pub use assets::{Assets, ReceivedFile, Upload};
 pub use batches::{ArchiveContents, BadItem, BatchSnapshot, NewBatch, SubmittedBatch};
-pub use engine::{Answer, Asked, Engine, Files, MadeFile, Question, Ran, RetargetEngine};
+pub use engine::{Answer, Engine, EngineRequest, EngineResult, Files, OutputFile, Question, RetargetEngine};
 pub use events::{EventStream, Followed, Told};
 pub use failure::FailureReason;
 pub use fetching::NewFetch;
@@ -77,7 +77,7 @@ pub use stream_tokens::StreamToken;
 pub use submission::{NewJob, Submitted};
 pub use sweeper::Sweeper;
 pub use usage::Usage;
-pub use webhooks::{Courier, NewWebhook, Webhooks};
+pub use webhooks::{NewWebhook, WebhookDispatcher, Webhooks};
 pub use workers::Workers;
 
 pub(crate) use crate::store::hexadecimal;

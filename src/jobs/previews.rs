@@ -3,7 +3,7 @@
 use bytes::Bytes;
 use sha2::{Digest, Sha256};
 
-use super::{Asked, Engine, Files, Jobs, Question, Refusal, hexadecimal, looks::Look, memory};
+use super::{Engine, EngineRequest, Files, Jobs, Question, Refusal, hexadecimal, looks::Look, memory};
 use crate::{
     engine::{Control, DisplayOptions, Failure, Knowledge, Limits, NamedBytes, PreviewOptions},
     store::{AssetRecord, Principal, ResultRecord},
@@ -101,5 +101,5 @@ fn draw(
 ) -> Result<Vec<u8>, Failure> {
     let knowledge = Knowledge::default();
     let files = Files { source: Some(file), ..Files::default() };
-    engine.ask(&Asked { question, files, formats: &[], knowledge: &knowledge, limits }, control)?.picture()
+    engine.ask(&EngineRequest { question, files, formats: &[], knowledge: &knowledge, limits }, control)?.picture()
 }

@@ -1,8 +1,8 @@
 //! What a retarget would do, without a job: for who maps rigs or edits configs, and waits for the answer.
 
 use super::{
-    Asked, Assets, Engine, NewJob, Question, Refusal, inputs::InputBytes, library, looks::Look, memory,
-    submission::Wanted,
+    Assets, Engine, EngineRequest, NewJob, Question, Refusal, inputs::InputBytes, library, looks::Look, memory,
+    submission::ResolvedJob,
 };
 use crate::{
     engine::{Control, Knowledge, Limits, NamedBytes},
@@ -41,14 +41,14 @@ impl Assets {
         (thread, what): (&'static str, &'static str),
         question: Question,
     ) -> Result<(JobRequest, serde_json::Value), Refusal> {
-        let Wanted { request, memory_bytes, .. } = self.jobs.resolve(owner, new).await?;
+        let ResolvedJob { request, memory_bytes, .. } = self.jobs.resolve(owner, new).await?;
         let look = Look { owner, thread, what, memory_bytes };
         let load = async {
             let bytes = InputBytes::read(&self.jobs.0.store, &request).await?;
             Ok((bytes, library::knowledge(&self.jobs.0.store, owner, &request.rigs).await?, request.clone()))
         };
         let answer = self.jobs.look(look, load, move |(bytes, knowledge, request), engine, limits, control| {
-            let asked = Asked { question, files: bytes.files(request), formats: &[], knowledge, limits };
+            let asked = EngineRequest { question, files: bytes.files(request), formats: &[], knowledge, limits };
             engine.ask(&asked, control)?.document()
         });
         let answer = answer.await?;
@@ -64,7 +64,7 @@ impl Assets {
         let look = Look { owner, thread: "check", what: "reading the config", memory_bytes };
         let work = |config: &ConfigDocument, engine: &dyn Engine, limits: &Limits, control: &Control| {
             let named = NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() };
-            engine.ask(&Asked::of_config(named, &Knowledge::default(), limits), control)?.document()
+            engine.ask(&EngineRequest::of_config(named, &Knowledge::default(), limits), control)?.document()
         };
         self.jobs.look(look, std::future::ready(Ok(config)), work).await
     }

@@ -19,11 +19,11 @@ use crate::{
 /// How long a count stands that is below half of what may be. What this process adds is added to it.
 const STANDS_FOR: Duration = Duration::from_secs(5);
 /// Principals whose counts are remembered.
-const MOST_REMEMBERED: usize = 1000;
+const MAX_REMEMBERED: usize = 1000;
 /// Removed at once.
 const STEP: u64 = 100;
 /// How often, for one request: what it may have to wait for.
-const MOST_STEPS: usize = 10;
+const MAX_STEPS: usize = 10;
 
 /// What was counted last of each principal, and of all (`None`).
 #[derive(Debug, Default)]
@@ -45,7 +45,7 @@ impl RecordRoom {
 
     fn remember(&self, of: Option<&Principal>, counts: RecordCounts) {
         let mut known = self.lock();
-        if known.len() >= MOST_REMEMBERED {
+        if known.len() >= MAX_REMEMBERED {
             known.clear();
         }
         known.insert(of.cloned(), (counts, Instant::now()));
@@ -91,7 +91,7 @@ impl RecordRoom {
             if jobs <= most_jobs && bytes <= most_bytes {
                 return Ok(());
             }
-            let removed = if step < MOST_STEPS { store.remove_oldest_ended(of, STEP).await? } else { 0 };
+            let removed = if step < MAX_STEPS { store.remove_oldest_ended(of, STEP).await? } else { 0 };
             if removed == 0 {
                 Metric::AdmissionRejected.count([("reason", "records".to_owned())], 1);
                 return Err(match jobs > most_jobs {

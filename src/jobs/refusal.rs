@@ -19,7 +19,7 @@ pub struct JobQuota {
 #[derive(Debug, thiserror::Error)]
 pub enum Refusal {
     /// Nothing has that id.
-    #[error("there is no {kind} '{id}'; it may have been deleted, or have expired and been removed")]
+    #[error("there is no {kind} '{id}'; it may have been deleted, or it expired and was removed")]
     NotFound {
         /// What was looked for: `asset`, `job`, `result`.
         kind: &'static str,
@@ -52,8 +52,8 @@ pub enum Refusal {
         /// What there would be.
         actual: u64,
     },
-    /// The caller has as many unfinished jobs as may be, or would have more.
-    #[error("there are {} unfinished jobs of the same caller already", quota.unfinished)]
+    /// The maximum number of unfinished jobs is reached, or would have more.
+    #[error("the caller already has {} unfinished jobs", quota.unfinished)]
     QuotaReached {
         /// How many there may be, and are.
         quota: JobQuota,
@@ -61,7 +61,7 @@ pub enum Refusal {
         asked: u64,
     },
     /// The caller has as many event streams open as may be.
-    #[error("there are {most} event streams open already")]
+    #[error("{most} event streams are already open")]
     TooManyStreams {
         /// How many that is.
         most: u64,
@@ -78,8 +78,8 @@ pub enum Refusal {
         /// What was seen, as far as it is known.
         actual: u64,
     },
-    /// The bytes are not those that were announced.
-    #[error("the bytes have the SHA-256 {actual}, but {announced} was announced")]
+    /// The digest does not match the bytes.
+    #[error("the bytes have the SHA-256 {actual}, but the request announced {announced}")]
     DigestMismatch {
         /// What was announced, in hexadecimal.
         announced: String,
@@ -87,10 +87,10 @@ pub enum Refusal {
         actual: String,
     },
     /// It was nobody's turn for too long.
-    #[error("too much is being looked into at the same time")]
+    #[error("too many files are being inspected at the same time")]
     TooBusy,
     /// The service is going down.
-    #[error("the service is shutting down and takes no new work")]
+    #[error("the service is shutting down and accepts no new work")]
     Draining,
     /// There is no room for what would be stored.
     #[error("there is no room for more files: {0}")]
@@ -106,7 +106,7 @@ pub enum Refusal {
         action: &'static str,
     },
     /// Processes died under jobs on the same files, again and again.
-    #[error("jobs on these files have brought workers down several times, so they are not taken until {until}")]
+    #[error("jobs on these files have crashed workers several times, so they are refused until {until}")]
     Quarantined {
         /// When they are taken again.
         until: jiff::Timestamp,
@@ -115,7 +115,7 @@ pub enum Refusal {
     #[error("the file is an input of the unfinished job '{0}'")]
     InUse(JobId),
     /// It comes with the program and cannot be changed.
-    #[error("the {kind} '{name}' comes with the program and cannot be changed")]
+    #[error("the {kind} '{name}' is built in and cannot be changed")]
     BuiltIn {
         /// `rig` or `preset`.
         kind: &'static str,
@@ -123,7 +123,7 @@ pub enum Refusal {
         name: String,
     },
     /// It is not what the caller takes it for.
-    #[error("the {kind} '{name}' is not as the precondition says: {}", seen(current.as_deref()))]
+    #[error("the {kind} '{name}' does not meet the precondition: {}", seen(current.as_deref()))]
     Changed {
         /// `rig` or `preset`.
         kind: &'static str,
@@ -133,7 +133,7 @@ pub enum Refusal {
         current: Option<String>,
     },
     /// As many as may be are kept already.
-    #[error("no more {kind}s can be kept: the limit '{limit}' is {most}")]
+    #[error("no more {kind}s can be stored: the limit '{limit}' is {most}")]
     TooManyDocuments {
         /// `rig` or `preset`.
         kind: &'static str,
@@ -143,7 +143,7 @@ pub enum Refusal {
         most: u64,
     },
     /// The records of the caller, or of all, have reached a limit, and none has ended that could go.
-    #[error("no more records can be kept: there are {actual}, and the limit '{limit}' is {most}")]
+    #[error("no more records can be stored: there are {actual}, and the limit '{limit}' is {most}")]
     TooManyRecords {
         /// The name of the limit.
         limit: &'static str,
@@ -153,7 +153,7 @@ pub enum Refusal {
         actual: u64,
     },
     /// The principal has as many keys as may be good at the same time.
-    #[error("'{principal}' has {most} keys already")]
+    #[error("'{principal}' already has {most} keys")]
     TooManyKeys {
         /// Who has them.
         principal: Principal,
@@ -161,7 +161,7 @@ pub enum Refusal {
         most: u64,
     },
     /// An idempotency key came before, with something else.
-    #[error("the same 'Idempotency-Key' came before with another request, which the {kind} '{id}' is of")]
+    #[error("the same 'Idempotency-Key' was used for another request, which created the {kind} '{id}'")]
     KeyReused {
         /// `job` or `batch`.
         kind: &'static str,
@@ -188,7 +188,7 @@ pub enum Refusal {
     #[error("the URL cannot be used: {0}")]
     ForbiddenUrl(Blocked),
     /// The operator has not let the service fetch files.
-    #[error("this service fetches no files by URL")]
+    #[error("this service does not fetch files by URL")]
     UrlInputOff,
     /// A file that was to be fetched did not arrive.
     #[error("the file cannot be fetched: {reason}")]
@@ -197,7 +197,7 @@ pub enum Refusal {
         reason: String,
     },
     /// The principal has as many webhooks as may be.
-    #[error("there are {most} webhooks already")]
+    #[error("there are already {most} webhooks")]
     TooManyWebhooks {
         /// How many that is.
         most: u64,
@@ -226,10 +226,10 @@ pub enum Refusal {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Full {
     /// The disk, or what the operator wants to be left of it.
-    #[error("the disk is full, or has no more left than the reserve 'reserved_disk'")]
+    #[error("the disk is full, or only the reserve 'reserved_disk' is left")]
     Disk,
     /// What may be stored of all callers.
-    #[error("with this one there would be {actual} bytes, and the limit 'stored_bytes' is {most}")]
+    #[error("with this file {actual} bytes would be stored, and the limit 'stored_bytes' is {most}")]
     StoredBytes {
         /// The limit.
         most: u64,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::store::{InputRole, JobRequest, JobTask};
 
 /// Letters of one part of a name.
-const MOST_LETTERS: usize = 100;
+const MAX_LETTERS: usize = 100;
 /// The label that names what an item of a batch gives.
 const LABEL: &str = "name";
 
@@ -75,7 +75,7 @@ pub(super) fn clean(text: &str) -> String {
         letter if letter.is_control() => '_',
         letter => letter,
     };
-    let text: String = text.chars().map(keep).take(MOST_LETTERS).collect();
+    let text: String = text.chars().map(keep).take(MAX_LETTERS).collect();
     let text = text.trim_matches(|letter: char| letter == '.' || letter.is_whitespace());
     let is_device = ["con", "prn", "aux", "nul"].contains(&text.to_lowercase().as_str())
         || (text.len() == 4 && ["com", "lpt"].iter().any(|name| text.to_lowercase().starts_with(name)));
@@ -142,7 +142,7 @@ mod tests {
         for (text, expected) in cases {
             assert_eq!(clean(text), expected, "{text:?}");
         }
-        assert_eq!(clean(&"ä".repeat(300)).chars().count(), MOST_LETTERS, "not too long");
+        assert_eq!(clean(&"ä".repeat(300)).chars().count(), MAX_LETTERS, "not too long");
         assert_eq!((split("a.b.glb"), split(".glb"), split("a")), (("a.b", "glb"), (".glb", ""), ("a", "")), "endings");
     }
 }

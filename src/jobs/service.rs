@@ -56,7 +56,7 @@ pub struct JobSnapshot {
 }
 
 /// Counting more jobs before one that waits is worth nobody's while.
-const MOST_POSITION: u64 = 10_000;
+const MAX_POSITION: u64 = 10_000;
 /// How often to look at a job that somebody waits for, in case a notice of another process was missed.
 const LOOK_AT_AWAITED: Duration = Duration::from_secs(2);
 
@@ -174,7 +174,7 @@ impl Jobs {
         let waiting: Vec<&JobRecord> = records.iter().filter(|record| record.state == JobState::Queued).collect();
         let Some(first) = waiting.first() else { return Ok(BTreeMap::new()) };
         let ids: Vec<&JobId> = waiting.iter().map(|record| &record.id).collect();
-        Ok(self.0.store.records().queue_positions(&first.principal, &ids, MOST_POSITION).await?)
+        Ok(self.0.store.records().queue_positions(&first.principal, &ids, MAX_POSITION).await?)
     }
 
     /// What this process knows better than the record is put beside it.

@@ -87,7 +87,7 @@ pub struct Submitted {
 }
 
 /// A job that can be taken on: its files are there.
-pub(super) struct Wanted {
+pub(super) struct ResolvedJob {
     pub(super) owner: Principal,
     pub(super) request: JobRequest,
     pub(super) input_bytes: u64,
@@ -97,7 +97,7 @@ pub(super) struct Wanted {
     pub(super) idempotency: Option<Idempotency>,
 }
 
-impl Wanted {
+impl ResolvedJob {
     /// As it was before, to be asked for again.
     pub(super) fn again(ended: JobRecord) -> Self {
         let JobRecord { id, principal: owner, request, input_bytes, priority, memory_bytes, .. } = ended;
@@ -146,7 +146,7 @@ pub(super) struct Admitted {
 }
 
 /// What jobs of one owner are resolved with, looked up once.
-pub(super) struct Known {
+pub(super) struct SubmissionContext {
     rigs: OwnRigs,
     assets: BTreeMap<AssetId, AssetRecord>,
     /// Those that are not there have the names of those that are.
@@ -175,7 +175,7 @@ struct ConfigFacts {
     growth: f64,
 }
 
-impl Known {
+impl SubmissionContext {
     /// What a config asks for, where nothing else says it: of a drawing, that it moves.
     pub(super) fn task_of(&self, config: Option<&ConfigDocument>, target: Option<&AssetId>) -> JobTask {
         let task = JobTask::of_kind(self.facts_of(config).kind);
@@ -236,7 +236,7 @@ impl Jobs {
         {
             return self.repeated(before, asked).await;
         }
-        self.enqueue(Wanted { idempotency, ..self.resolve(owner, new).await? }).await
+        self.enqueue(ResolvedJob { idempotency, ..self.resolve(owner, new).await? }).await
     }
 
     /// The job that was asked for before with the same key.
@@ -248,13 +248,13 @@ impl Jobs {
         Ok(Submitted { job: before, is_repeated: true, quota })
     }
 
-    pub(super) async fn resolve(&self, owner: &Principal, new: NewJob) -> Result<Wanted, Refusal> {
+    pub(super) async fn resolve(&self, owner: &Principal, new: NewJob) -> Result<ResolvedJob, Refusal> {
         let known = self.known(owner, std::slice::from_ref(&new)).await?;
         self.resolve_with(&known, owner, new)
     }
 
     /// Looks up what these jobs name.
-    pub(super) async fn known(&self, owner: &Principal, jobs: &[NewJob]) -> Result<Known, Refusal> {
+    pub(super) async fn known(&self, owner: &Principal, jobs: &[NewJob]) -> Result<SubmissionContext, Refusal> {
         let ids: BTreeSet<&AssetId> = jobs.iter().flat_map(|job| job.inputs.values()).collect();
         let assets = self.0.store.records().assets_of(owner, &ids.into_iter().collect::<Vec<_>>()).await?;
         self.known_with(owner, jobs, assets).await
@@ -266,7 +266,7 @@ impl Jobs {
         owner: &Principal,
         jobs: &[NewJob],
         assets: BTreeMap<AssetId, AssetRecord>,
-    ) -> Result<Known, Refusal> {
+    ) -> Result<SubmissionContext, Refusal> {
         let names: BTreeSet<&String> = jobs.iter().filter_map(|job| job.preset.as_ref()).collect();
         let mut presets = BTreeMap::new();
         for name in names {
@@ -282,7 +282,7 @@ impl Jobs {
             let found = self.0.store.records().webhook(id).await?;
             webhooks.extend(found.filter(|webhook| webhook.principal == *owner).map(|_| id.clone()));
         }
-        Ok(Known {
+        Ok(SubmissionContext {
             rigs: library::own_rigs(&self.0.store, owner).await?,
             assets,
             presets,
@@ -292,7 +292,12 @@ impl Jobs {
     }
 
     /// What a job is that names things which were looked up.
-    pub(super) fn resolve_with(&self, known: &Known, owner: &Principal, new: NewJob) -> Result<Wanted, Refusal> {
+    pub(super) fn resolve_with(
+        &self,
+        known: &SubmissionContext,
+        owner: &Principal,
+        new: NewJob,
+    ) -> Result<ResolvedJob, Refusal> {
         let target = new.inputs.get(&InputRole::Target).cloned();
         let (mut found, mut input_bytes, mut needs) = (BTreeMap::new(), 0, Vec::new());
         for (role, id) in new.inputs {
@@ -322,7 +327,7 @@ impl Jobs {
         let growth = known.facts_of(request.config.as_ref()).growth + memory::growth_of_formats(request.formats.len());
         let memory_bytes = memory::of_job(needs.into_iter(), growth);
         let (owner, priority) = (owner.clone(), new.priority);
-        Ok(Wanted { owner, request, input_bytes, memory_bytes, priority, retry_of: None, idempotency: None })
+        Ok(ResolvedJob { owner, request, input_bytes, memory_bytes, priority, retry_of: None, idempotency: None })
     }
 
     /// What a file adds to the memory that a job needs: by what was found in it, else by its size.
@@ -342,7 +347,7 @@ impl Jobs {
 
     /// Asks for the same again.
     pub(super) async fn submit_again(&self, ended: JobRecord) -> Result<Submitted, Refusal> {
-        let mut wanted = Wanted::again(ended);
+        let mut wanted = ResolvedJob::again(ended);
         // Who asks again for what is there wants it computed again.
         wanted.request.skip_cache = true;
         self.enqueue(wanted).await
@@ -358,13 +363,13 @@ impl Jobs {
         Ok(quota)
     }
 
-    async fn enqueue(&self, wanted: Wanted) -> Result<Submitted, Refusal> {
+    async fn enqueue(&self, wanted: ResolvedJob) -> Result<Submitted, Refusal> {
         let admitted = self.admit(wanted).await?;
         self.add(admitted, &[]).await
     }
 
     /// Gives a job its record and room in the queue; it is not in the store yet.
-    pub(super) async fn admit(&self, wanted: Wanted) -> Result<Admitted, Refusal> {
+    pub(super) async fn admit(&self, wanted: ResolvedJob) -> Result<Admitted, Refusal> {
         if self.is_draining() {
             return Err(Refusal::Draining);
         }
@@ -434,7 +439,7 @@ fn key_of_job(job: JobRecord) -> Refusal {
 
 /// The config with the preset under it. What comes out is the job's own: it does not change when the preset does.
 fn lay_over_preset(
-    known: &Known,
+    known: &SubmissionContext,
     config: Option<ConfigDocument>,
     preset: Option<String>,
 ) -> Result<(Option<ConfigDocument>, Option<VersionedName>), Refusal> {

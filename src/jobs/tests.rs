@@ -3,8 +3,8 @@
 use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
 use super::{
-    Answer, Asked, AssetId, Assets, ConfigDocument, Engine, InputRole, JobSnapshot, JobState, Jobs, NewJob, Principal,
-    Question, Refusal, Workers,
+    Answer, AssetId, Assets, ConfigDocument, Engine, EngineRequest, InputRole, JobSnapshot, JobState, Jobs, NewJob,
+    Principal, Question, Refusal, Workers,
 };
 use crate::{
     config::Settings,
@@ -24,7 +24,7 @@ fn me() -> Principal {
 struct Obedient;
 
 impl Engine for Obedient {
-    fn ask(&self, asked: &Asked<'_>, control: &Control) -> Result<Answer, Failure> {
+    fn ask(&self, asked: &EngineRequest<'_>, control: &Control) -> Result<Answer, Failure> {
         let files = &asked.files;
         let bytes = |file: Option<NamedBytes<'_>>| file.map_or_else(Vec::new, |file| file.bytes.to_vec());
         match &asked.question {
@@ -44,7 +44,7 @@ impl Engine for Obedient {
         let output = Output { format: Format::Glb, name: "out.glb".to_owned(), bytes: bytes(files.target) };
         let outcome =
             Outcome { outputs: vec![output], report: Report::default(), resolved_spec: serde_json::json!({}) };
-        Ok(Answer::Ran(Box::new(outcome.try_into()?)))
+        Ok(Answer::EngineResult(Box::new(outcome.try_into()?)))
     }
 }
 

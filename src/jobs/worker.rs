@@ -9,7 +9,7 @@ use bytes::Bytes;
 use futures::future::try_join_all;
 
 use super::{
-    Asked, FailureReason, JobEvent, Jobs, MadeFile, Ran, Refusal, failure,
+    EngineRequest, EngineResult, FailureReason, JobEvent, Jobs, OutputFile, Refusal, failure,
     inputs::{InputBytes, question},
     library, next_state,
     one_shot::{BegunWork, Seat},
@@ -31,7 +31,7 @@ use crate::{
 enum Attempt {
     /// Another job has computed the same.
     Known(Box<CachedResults>),
-    Done(Box<Ran>),
+    Done(Box<EngineResult>),
     Failed(JobFailure),
     Stopped,
     Requeued,
@@ -181,7 +181,7 @@ impl Jobs {
             let formats: Vec<Format> = request.formats.iter().filter_map(|name| Format::from_name(name)).collect();
             let (formats, knowledge, limits) = (formats.as_slice(), &knowledge, &inner.limits);
             let question = question(&request.task)?;
-            let asked = Asked { question, files: files.files(&request), formats, knowledge, limits };
+            let asked = EngineRequest { question, files: files.files(&request), formats, knowledge, limits };
             inner.engine.ask(&asked, &control)?.ran()
         };
         let outcome = if is_inline { in_place(work) } else { on_own_thread("retarget", work) };
@@ -195,7 +195,7 @@ impl Jobs {
             Some(StopReason::TimedOut) => Attempt::Failed(self.timed_out()),
             Some(StopReason::LeaseLost) => Attempt::Lost,
             None => {
-                tracing::error!("the engine stopped although nobody had asked it to");
+                tracing::error!("the engine stopped without being asked to");
                 Attempt::Failed(failure::internal())
             }
         }
@@ -210,12 +210,12 @@ impl Jobs {
     }
 
     /// Results first, record last: what the record names is there.
-    async fn succeed(&self, record: &JobRecord, running: &RunningJob, ran: Ran) -> Result<(), Refusal> {
-        let Ran { outputs, report, resolved_spec, timings, warnings, judgment } = ran;
+    async fn succeed(&self, record: &JobRecord, running: &RunningJob, ran: EngineResult) -> Result<(), Refusal> {
+        let EngineResult { outputs, report, resolved_spec, timings, warnings, judgment } = ran;
         observe(&timings);
         let (created_at, expires_at) = (self.0.clock.now(), self.0.clock.after(self.0.settings.result_retention.0));
         let (mut results, mut blobs, mut first, mut names) = (Vec::new(), Vec::new(), None, Vec::new());
-        for MadeFile { output: Output { format, name, bytes }, sha256 } in outputs {
+        for OutputFile { output: Output { format, name, bytes }, sha256 } in outputs {
             let bytes = Bytes::from(bytes);
             let blob = match self.0.store.blobs().write(bytes.clone(), sha256).await.map_err(Refusal::from) {
                 Ok(blob) => blob,
@@ -275,7 +275,7 @@ impl Jobs {
     }
 
     /// Writes the end, whatever unfinished state the job is in by now. A store that does not answer is asked again until the lease
-    /// could have run out; what it may have written without saying so is recognised.
+    /// could have run out; what it may have written without saying so is recognized.
     pub(super) async fn write_end(
         &self,
         record: &JobRecord,

@@ -33,7 +33,7 @@ pub struct JointContacts {
 /// The three channels of one joint, local.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointTracks {
-    /// Metres, in the parent's space.
+    /// Meters, in the parent's space.
     pub translation: Track<Vec3>,
     /// Unit quaternions, each on the same hemisphere as the one before.
     pub rotation: Track<Quat>,

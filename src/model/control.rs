@@ -10,12 +10,13 @@ pub struct Canceled;
 /// What a job is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
+#[non_exhaustive]
 pub enum Phase {
     /// Not begun.
     Waiting,
     /// Decoding the input files.
     Read,
-    /// Recognising rigs, aligning rest poses, compiling the plan.
+    /// Recognizing rigs, aligning rest poses, compiling the plan.
     Plan,
     /// Looking for better parameters; counted in frames of as many retargets as are allowed.
     Tune,
@@ -51,6 +52,7 @@ impl Phase {
 
 /// A reading of how far the work is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Progress {
     /// What it is doing.
     pub phase: Phase,

@@ -2,7 +2,7 @@
 //!
 //! Pure data and geometry. Knows no file format, no rig convention and no algorithm.
 //!
-//! Conventions, everywhere below: right-handed, +Y up, +Z front, metres, seconds, radians; quaternions `x y z w`,
+//! Conventions, everywhere below: right-handed, +Y up, +Z front, meters, seconds, radians; quaternions `x y z w`,
 //! Hamilton product, active rotations; `a * b` applies `b` first. `parent_from_child` names read by adjacency.
 
 mod appearance;

@@ -39,8 +39,8 @@ pub struct Scene {
     /// The axes that everything here is in. glTF and FBX arrive in ours; pose arrays stay in the axes that they declare; `None`
     /// where the file does not say (BVH).
     pub axes: Option<Axes>,
-    /// Metres per unit of length of everything here: 1 for glTF and FBX; `None` where the file does not say (BVH).
-    pub unit_metres: Option<f64>,
+    /// Meters per unit of length of everything here: 1 for glTF and FBX; `None` where the file does not say (BVH).
+    pub unit_meters: Option<f64>,
     /// What lies between the joints here and the nodes of the file, where the file stretches its skeleton; the clips and the
     /// rest transforms of the scene are those of joints that keep their length.
     pub stretched: Option<Stretched>,

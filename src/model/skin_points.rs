@@ -9,7 +9,7 @@ pub struct SkinPoint {
     /// `model_from_joint.transform_point(position)` as far as this joint is concerned. In the unit of the scene divided by the
     /// joint's scale in model space, like every child of that joint.
     pub position: Vec3,
-    /// The share of the vertex that the joint moves, from [`SkinPoints::LEAST_WEIGHT`] to 1.
+    /// The share of the vertex that the joint moves, from [`SkinPoints::MIN_WEIGHT`] to 1.
     pub weight: f32,
 }
 
@@ -25,15 +25,15 @@ pub struct SkinPoints {
 }
 
 impl SkinPoints {
-    /// Vertices that a joint moves by a smaller share say more about its neighbours than about the joint.
-    pub const LEAST_WEIGHT: f32 = 0.3;
+    /// Vertices that a joint moves by a smaller share say more about its neighbors than about the joint.
+    pub const MIN_WEIGHT: f32 = 0.3;
 
     /// Sorts points by their joints, keeping their order within a joint. What is not finite, too light, or of no joint among
     /// the first `joint_count` is left out.
     #[must_use]
     pub fn new(joint_count: usize, entries: &[(u32, SkinPoint)]) -> Self {
         let is_kept = |joint: u32, point: &SkinPoint| {
-            (joint as usize) < joint_count && point.weight >= Self::LEAST_WEIGHT && point.position.is_finite()
+            (joint as usize) < joint_count && point.weight >= Self::MIN_WEIGHT && point.position.is_finite()
         };
         let mut begins = vec![0_u32; joint_count + 1];
         for (joint, point) in entries.iter().take(u32::MAX as usize) {

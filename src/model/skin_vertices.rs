@@ -106,7 +106,7 @@ impl SkinVertices {
     #[must_use]
     pub fn points(&self, joint_count: usize) -> SkinPoints {
         let skinned = (0..self.skinned).flat_map(|vertex| self.of(vertex));
-        let heavy = skinned.filter(|one| one.weight >= SkinPoints::LEAST_WEIGHT);
+        let heavy = skinned.filter(|one| one.weight >= SkinPoints::MIN_WEIGHT);
         let entries = heavy.map(|one| (one.joint, SkinPoint { position: one.position, weight: one.weight }));
         SkinPoints::new(joint_count, &entries.collect::<Vec<_>>())
     }

@@ -300,10 +300,10 @@ fn nearest_transform(matrix: &DMat4, usual: Transform) -> Transform {
 /// The rotation nearest to a matrix of positive volume: the orthogonal factor of its polar decomposition, by Newton's iteration
 /// (Higham 1986). One that is flat has none; the identity stands for it.
 fn nearest_rotation(matrix: &DMat3) -> DQuat {
-    const MOST_STEPS: usize = 40;
+    const MAX_STEPS: usize = 40;
     let size = matrix.determinant().abs().cbrt();
     let mut rotation = *matrix * size.recip();
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let next = (rotation + rotation.inverse().transpose()) * 0.5;
         let step = next - rotation;
         rotation = next;

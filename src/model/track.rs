@@ -70,7 +70,7 @@ impl<T: Copy> Track<T> {
 
 impl Track<Quat> {
     /// The same rotations, each from the second on written on the hemisphere of the one before: q and −q are one rotation, but
-    /// players interpolate the short way only between neighbours that lie together.
+    /// players interpolate the short way only between neighbors that lie together.
     #[must_use]
     pub fn on_one_hemisphere(mut self) -> Self {
         if let Self::Sampled(values) = &mut self {

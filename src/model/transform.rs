@@ -8,7 +8,7 @@ use glam::{DMat4, DQuat, DVec3};
 /// becomes shear. A matrix product would give shear there; for uniform scales the two agree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transform {
-    /// Metres, in the parent's space.
+    /// Meters, in the parent's space.
     pub translation: DVec3,
     /// Unit quaternion.
     pub rotation: DQuat,

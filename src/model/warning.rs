@@ -29,7 +29,7 @@ impl fmt::Display for Warning {
     }
 }
 
-/// Collects warnings. One code is kept at most [`Reporter::MOST_PER_CODE`] times; the rest are counted.
+/// Collects warnings. One code is kept at most [`Reporter::MAX_PER_CODE`] times; the rest are counted.
 #[derive(Debug, Default)]
 pub struct Reporter {
     warnings: Vec<Warning>,
@@ -38,7 +38,7 @@ pub struct Reporter {
 
 impl Reporter {
     /// A hostile file could cause millions of the same warning; nobody reads past a few.
-    pub const MOST_PER_CODE: usize = 20;
+    pub const MAX_PER_CODE: usize = 20;
 
     /// A reporter with nothing in it.
     #[must_use]
@@ -54,7 +54,7 @@ impl Reporter {
         detail: impl Into<String>,
         hint: impl Into<String>,
     ) {
-        if self.warnings.iter().filter(|warning| warning.code == code).count() < Self::MOST_PER_CODE {
+        if self.warnings.iter().filter(|warning| warning.code == code).count() < Self::MAX_PER_CODE {
             let warning = Warning { code, place: place.into(), detail: detail.into(), hint: hint.into() };
             self.warnings.push(warning);
         } else if let Some(entry) = self.left_out.iter_mut().find(|entry| entry.0 == code) {

@@ -6,7 +6,7 @@ use reqwest::{Response, Url, header};
 use super::{Outbound, SendError, client::send_error};
 
 /// How often a place may send the service on, each time to one that is checked as the first.
-pub const MOST_REDIRECTS: usize = 3;
+pub const MAX_REDIRECTS: usize = 3;
 
 /// Why there is no file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -43,13 +43,13 @@ impl Download {
 }
 
 impl Outbound {
-    /// Begins to fetch a file, over at most [`MOST_REDIRECTS`] redirects. How long this takes is for the caller to bound.
+    /// Begins to fetch a file, over at most [`MAX_REDIRECTS`] redirects. How long this takes is for the caller to bound.
     ///
     /// # Errors
     /// When there is none, or the way leads where the service does not go.
     pub async fn fetch(&self, url: &str) -> Result<Download, FetchError> {
         let mut url = self.checked(url)?;
-        for _ in 0..=MOST_REDIRECTS {
+        for _ in 0..=MAX_REDIRECTS {
             let response = self.client(&url)?.get(url.clone()).send().await.map_err(|error| send_error(&error))?;
             let status = response.status();
             if status.is_success() {
@@ -69,7 +69,7 @@ impl Outbound {
 /// The last piece of a path, which is of ASCII without control characters. The ending tells formats apart, so of a long one it is the
 /// beginning that goes.
 fn file_name(url: &Url) -> String {
-    const MOST_LETTERS: usize = 200;
+    const MAX_LETTERS: usize = 200;
     let last = url.path_segments().and_then(|mut pieces| pieces.next_back()).unwrap_or_default();
-    last.get(last.len().saturating_sub(MOST_LETTERS)..).unwrap_or_default().to_owned()
+    last.get(last.len().saturating_sub(MAX_LETTERS)..).unwrap_or_default().to_owned()
 }

@@ -17,13 +17,13 @@ use crate::{
 };
 
 /// The longest URL that is taken, in bytes.
-const MOST_URL_BYTES: usize = 2048;
+const MAX_URL_BYTES: usize = 2048;
 
 /// Why the service does not talk to a place. What its callers are told; which address it was is for the log alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Blocked {
     /// It is no URL, or a very long one.
-    #[error("it is no URL of at most {MOST_URL_BYTES} bytes with a host")]
+    #[error("it is not a URL of at most {MAX_URL_BYTES} bytes with a host")]
     NoUrl,
     /// Neither `https` nor, where it may be, `http`.
     #[error("its scheme must be https; plain http goes to networks alone that the operator names (--outbound-allow)")]
@@ -75,7 +75,7 @@ impl Guard {
     }
 
     fn judge_url(&self, text: &str) -> Result<Url, Blocked> {
-        let url = Url::parse(text).ok().filter(|_| text.len() <= MOST_URL_BYTES).ok_or(Blocked::NoUrl)?;
+        let url = Url::parse(text).ok().filter(|_| text.len() <= MAX_URL_BYTES).ok_or(Blocked::NoUrl)?;
         let reach = match url.scheme() {
             "https" => Reach::Public,
             "http" if !self.allowed.0.is_empty() => Reach::Allowed,
@@ -181,7 +181,7 @@ mod tests {
         {
             assert_eq!(guard.check(url).err(), Some(Blocked::Credentials), "{url}");
         }
-        let long = format!("https://studio.example/{}", "a".repeat(MOST_URL_BYTES));
+        let long = format!("https://studio.example/{}", "a".repeat(MAX_URL_BYTES));
         for url in ["", "studio.example", "https://", "https:///hook", "//studio.example", long.as_str()] {
             let is_another = guard.check(url).is_ok_and(|url| url.host_str() == Some("hook"));
             assert!(is_another || guard.check(url).is_err(), "{url:?}");

@@ -15,6 +15,6 @@ mod retry_after;
 mod signature;
 
 pub use client::{Answer, Outbound, SendError};
-pub use download::{Download, FetchError, MOST_REDIRECTS};
+pub use download::{Download, FetchError, MAX_REDIRECTS};
 pub use guard::Blocked;
 pub use signature::{WebhookSecretError, new_secret, signatures};

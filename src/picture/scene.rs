@@ -44,7 +44,7 @@ pub struct Subject<'a> {
     /// From the space of its scene to that of the picture: +Y up, +Z front.
     pub picture_from_scene: Mat4,
     /// Units of its scene that are a meter, where that is known.
-    pub units_per_metre: Option<f32>,
+    pub units_per_meter: Option<f32>,
     /// The height of its floor in the space of the picture; nothing where the lowest point that it shows is the floor.
     pub floor: Option<f32>,
 }

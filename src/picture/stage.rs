@@ -199,13 +199,13 @@ impl<'a> Stage<'a> {
         let has_floor = self.view.floor && !matches!(self.view.style, Style::Depth | Style::Silhouette);
         let middle = actor.roots[index].with_y(actor.level);
         let is_main = std::ptr::eq(actor, &raw const self.main);
-        let metre = actor.subject.units_per_metre.unwrap_or(actor.height / 1.7);
+        let meter = actor.subject.units_per_meter.unwrap_or(actor.height / 1.7);
         let shot = Shot {
             camera: self.cameras[index].moved(actor.place(index)),
             style: self.view.style,
             background: self.view.background,
             floor: has_floor.then_some((actor.level, middle, actor.height, self.step)),
-            sunk_below: (is_main && self.marks.is_some()).then_some(actor.level - SUNK_METRES * metre),
+            sunk_below: (is_main && self.marks.is_some()).then_some(actor.level - SUNK_METRES * meter),
         };
         studio.shoot(actor.subject, seconds, &shot)
     }
@@ -233,7 +233,7 @@ impl<'a> Stage<'a> {
 
 /// Half a meter for people; for what is far smaller or larger, a tenth or ten times as much.
 fn grid_step(subject: &Subject<'_>, height: f32) -> f32 {
-    let Some(units) = subject.units_per_metre else { return height / 3.5 };
+    let Some(units) = subject.units_per_meter else { return height / 3.5 };
     let mut step = 0.5 * units;
     while step > height {
         step *= 0.1;

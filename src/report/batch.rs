@@ -3,6 +3,7 @@
 
 use std::fmt::Write;
 
+use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 use serde_json::Value;
 
 use super::page::{Escaped, STYLE};
@@ -94,16 +95,8 @@ fn text(value: &Value, member: &str) -> String {
 
 /// A path inside the archive as an address relative to the page: whatever a browser would read otherwise is written in percent.
 fn address(path: &str) -> String {
-    let mut address = String::from("./");
-    for byte in path.bytes() {
-        match byte {
-            b'/' | b'-' | b'_' | b'.' | b'~' | b'0'..=b'9' | b'a'..=b'z' | b'A'..=b'Z' => address.push(byte as char),
-            other => {
-                let _ = write!(address, "%{other:02X}");
-            }
-        }
-    }
-    address
+    const UNSAFE: AsciiSet = NON_ALPHANUMERIC.remove(b'/').remove(b'-').remove(b'_').remove(b'.').remove(b'~');
+    format!("./{}", utf8_percent_encode(path, &UNSAFE))
 }
 
 #[cfg(test)]

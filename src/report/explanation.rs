@@ -23,10 +23,10 @@ impl fmt::Display for Explanation {
             )?;
         }
         writeln!(formatter)?;
-        for Contribution { name, about, rotation: [x, y, z, w], degrees, moved_metres } in &self.contributions {
+        for Contribution { name, about, rotation: [x, y, z, w], degrees, moved_meters } in &self.contributions {
             write!(formatter, "  {name:<16}{degrees:>8.3}°  [{x:+.6} {y:+.6} {z:+.6} {w:+.6}]  {about}")?;
-            match moved_metres {
-                Some(metres) => writeln!(formatter, ", moves it by {:.2} cm", metres * 100.0)?,
+            match moved_meters {
+                Some(meters) => writeln!(formatter, ", moves it by {:.2} cm", meters * 100.0)?,
                 None => writeln!(formatter)?,
             }
         }
@@ -42,7 +42,7 @@ impl fmt::Display for Explanation {
 fn write_position(formatter: &mut fmt::Formatter<'_>, position: &PelvisView) -> fmt::Result {
     let text = |[x, y, z]: [f64; 3]| format!("[{x:+.4} {y:+.4} {z:+.4}]");
     let PelvisView { source, source_origin, scale, target_origin, alpha, result } = position;
-    writeln!(formatter, "\n  position, metres along right, up and front:")?;
+    writeln!(formatter, "\n  position, meters along right, up and front:")?;
     writeln!(
         formatter,
         "  {} = {} + {} * ({} - {}), alpha {alpha}",

@@ -64,7 +64,7 @@ fn write_rig(formatter: &mut fmt::Formatter<'_>, rig: &RigView) -> fmt::Result {
     if let (Some(up), Some(forward)) = (rig.up, rig.forward) {
         write!(facts, ", up {up}, facing {forward}")?;
     }
-    writeln!(formatter, "{facts}, {:.2} m high", rig.height_metres)?;
+    writeln!(formatter, "{facts}, {:.2} m high", rig.height_meters)?;
     for (role, joints) in &rig.roles.0 {
         let confidence = rig.role_details.get(role).map_or(1.0, |details| details.confidence);
         let doubt = if confidence < SURE { format!(" ({:.0} % sure)", confidence * 100.0) } else { String::new() };

@@ -175,7 +175,7 @@ fn sampled(sample: Sample, rotation: impl Fn(usize) -> DQuat) -> DQuat {
     }
 }
 
-/// Normalised linear, the short way.
+/// Normalized linear, the short way.
 fn blended(first: DQuat, second: DQuat, fraction: f64) -> DQuat {
     let sign = if first.dot(second) < 0.0 { -1.0 } else { 1.0 };
     (first * (1.0 - fraction) + second * (fraction * sign)).normalize()

@@ -12,7 +12,7 @@ pub(super) const LANES: usize = 16;
 const GROUP: usize = 4;
 
 /// Twists up to here are shared as they are: 150 degrees, more than any joint of a body has.
-const MOST_TWIST_RADIANS: f64 = 150.0 / 180.0 * std::f64::consts::PI;
+const MAX_TWIST_RADIANS: f64 = 150.0 / 180.0 * std::f64::consts::PI;
 
 /// One number per frame.
 pub(super) type Lane = [f64; LANES];
@@ -87,7 +87,7 @@ impl QuatLanes {
                 narrow[group + lane] = Quat::from_vec4(column);
             }
         }
-        // Products of continuous tracks are continuous, so neighbours nearly always lie together already.
+        // Products of continuous tracks are continuous, so neighbors nearly always lie together already.
         let mut together = narrow[0].dot(*before) >= 0.0;
         for lane in 1..LANES {
             let dot = |values: &Lane| values[lane] * values[lane - 1];
@@ -226,7 +226,7 @@ impl QuatLanes {
         result
     }
 
-    /// Normalised linear interpolation the short way round: 0 gives `self`, 1 gives `other`.
+    /// Normalized linear interpolation the short way round: 0 gives `self`, 1 gives `other`.
     #[inline(always)]
     pub(super) fn blend(&self, other: &Self, fraction: f64) -> Self {
         let mut result = Self::IDENTITY;
@@ -264,7 +264,7 @@ impl QuatLanes {
     /// A share of the twist about a unit axis, per lane: the turn about it that is left when everything else is taken away.
     ///
     /// Twists are told apart up to half a turn only, so one that comes near it would pop to the other side; beyond
-    /// [`MOST_TWIST_RADIANS`] the share shrinks, down to nothing at half a turn, where both sides meet.
+    /// [`MAX_TWIST_RADIANS`] the share shrinks, down to nothing at half a turn, where both sides meet.
     #[inline(never)]
     pub(super) fn twist_share(&self, axis: DVec3, share: f64) -> Self {
         let mut result = *self;
@@ -272,8 +272,8 @@ impl QuatLanes {
             let along = DVec3::new(self.x[lane], self.y[lane], self.z[lane]).dot(axis);
             let (along, w) = if self.w[lane] < 0.0 { (-along, -self.w[lane]) } else { (along, self.w[lane]) };
             let twist = 2.0 * along.atan2(w);
-            let beyond = (twist.abs() - MOST_TWIST_RADIANS).max(0.0) / (std::f64::consts::PI - MOST_TWIST_RADIANS);
-            let limited = twist.clamp(-MOST_TWIST_RADIANS, MOST_TWIST_RADIANS) * (1.0 - beyond);
+            let beyond = (twist.abs() - MAX_TWIST_RADIANS).max(0.0) / (std::f64::consts::PI - MAX_TWIST_RADIANS);
+            let limited = twist.clamp(-MAX_TWIST_RADIANS, MAX_TWIST_RADIANS) * (1.0 - beyond);
             result.set(lane, DQuat::from_axis_angle(axis, limited * share));
         }
         result

@@ -53,8 +53,8 @@ pub struct Ground {
     pub up: DVec3,
     /// Where the figure faces at rest.
     pub front: DVec3,
-    /// Plan units per metre.
-    pub units_per_metre: f64,
+    /// Plan units per meter.
+    pub units_per_meter: f64,
     /// What a displacement of the source becomes on the target: the pelvis scale along up and along the floor.
     pub travel: DMat3,
     /// Height of the floor under the source's rest pose.
@@ -80,7 +80,7 @@ impl Default for Ground {
         Self {
             up: DVec3::Y,
             front: DVec3::Z,
-            units_per_metre: 1.0,
+            units_per_meter: 1.0,
             travel: DMat3::IDENTITY,
             source_rest_floor: 0.0,
             source_floor: 0.0,

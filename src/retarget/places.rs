@@ -37,7 +37,7 @@ impl Place {
         }
     }
 
-    /// The transform at this place of a chain: linear in translation and scale, normalised linear the short way in rotation.
+    /// The transform at this place of a chain: linear in translation and scale, normalized linear the short way in rotation.
     pub(super) fn of(self, chain: &[usize], pose: &[Transform]) -> Transform {
         match self {
             Self::At(position) => pose[chain[position]],
@@ -124,7 +124,7 @@ fn place_at(param: f64, params: &[f64]) -> Place {
     Place::Between(position, fraction)
 }
 
-/// Normalised arc length of each joint along a chain at rest: 0 to 1; a single joint is at 1. A chain without length is
+/// Normalized arc length of each joint along a chain at rest: 0 to 1; a single joint is at 1. A chain without length is
 /// spread evenly.
 fn arc_lengths(chain: &[usize], rest: &[Transform]) -> Vec<f64> {
     let position = |joint: usize| -> DVec3 { rest[joint].translation };

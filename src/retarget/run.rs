@@ -96,7 +96,7 @@ fn split_into_chunks(results: &mut [ResultTracks], frames: usize) -> Vec<Chunk<'
     chunks
 }
 
-/// q and −q are the same rotation; players interpolate the short way only when neighbours lie on one hemisphere. Within a chunk
+/// q and −q are the same rotation; players interpolate the short way only when neighbors lie on one hemisphere. Within a chunk
 /// they do already; a chunk that begins on the other one is turned over as a whole.
 fn join_hemispheres(rotations: &mut [Quat]) {
     let mut before = Quat::IDENTITY;

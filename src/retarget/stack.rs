@@ -31,7 +31,7 @@ pub struct Stack {
     limbs: Vec<&'static str>,
     /// Points of contact and the joints of the target that they are.
     contact_joints: Vec<(&'static str, usize)>,
-    metres_per_unit: f64,
+    meters_per_unit: f64,
 }
 
 impl Stack {
@@ -50,7 +50,7 @@ impl Stack {
             stages: builder.stages,
             limbs: mapping.limbs.iter().map(|pair| pair.limb.name()).collect(),
             contact_joints: mapping.limbs.iter().flat_map(contact_joints).collect(),
-            metres_per_unit: mapping.ground.units_per_metre.recip(),
+            meters_per_unit: mapping.ground.units_per_meter.recip(),
         }
     }
 
@@ -89,7 +89,7 @@ impl Stack {
             control.check()?;
             stage.run(&mut work)?;
         }
-        let (contacts, reaches) = tell(&work, &self.limbs, self.metres_per_unit);
+        let (contacts, reaches) = tell(&work, &self.limbs, self.meters_per_unit);
         let (target, limited) = (work.target, work.limited);
         let touching = self.touching(&contacts);
         let clip = Clip::new(name, times, target)?.with_contacts(touching)?;

@@ -10,7 +10,7 @@ use super::{
     characters::{outside_of_character, warn_of_others},
     error::{SpecError, SpecErrorKind, SpecField},
     lookup::find_joint,
-    recognition::{Hints, Recognition, RigTemplate, recognise},
+    recognition::{Hints, Recognition, RigTemplate, recognize},
     rest::Rest,
     rig::Rig,
     spec::{RigSpec, UnitSpec},
@@ -34,15 +34,15 @@ impl<'a> Rig<'a> {
         let rest = rest_local.to_model(skeleton);
         let excluded = outside_of_character(name, skeleton, spec)?;
         let hints = Hints { templates, excluded: &excluded, ..Hints::of(scene) };
-        let recognition = recognise(skeleton, &rest, &hints);
+        let recognition = recognize(skeleton, &rest, &hints);
         if spec.character.is_none() {
             warn_of_others(name, scene, &rest, &recognition, &hints, reporter);
         }
         let roles = find_roles(name, skeleton, &recognition, spec)?;
         let (work_from_scene, axes) = find_axes(name, scene, &recognition, spec, reporter);
-        let unit_metres = match spec.unit {
-            Some(UnitSpec::Metres(metres)) => metres,
-            _ => scene.unit_metres.unwrap_or_else(|| guess_unit(name, skeleton, &rest, &roles, reporter)),
+        let unit_meters = match spec.unit {
+            Some(UnitSpec::Meters(meters)) => meters,
+            _ => scene.unit_meters.unwrap_or_else(|| guess_unit(name, skeleton, &rest, &roles, reporter)),
         };
         let mut rig = Self {
             name,
@@ -59,7 +59,7 @@ impl<'a> Rig<'a> {
             roles,
             work_from_scene,
             axes,
-            unit_metres,
+            unit_meters,
         };
         rig.name_alignment(spec)?;
         Ok(rig)
@@ -98,11 +98,11 @@ fn find_roles(
     let mut roles: BTreeMap<String, Vec<usize>> =
         recognition.roles.iter().map(|(role, finding)| (role.to_string(), finding.joints.clone())).collect();
     let mut fields = Vec::new();
-    let recognised: Vec<String> = roles.keys().cloned().collect();
+    let recognized: Vec<String> = roles.keys().cloned().collect();
     let unknown = |role: &str, pointer: String| {
         let field = SpecField::new(SpecErrorKind::UnknownName, pointer, format!("there is no role '{role}'"));
         let is_known = role.parse::<super::Role>().is_ok();
-        (!is_known).then(|| field.with_nearest(role, recognised.iter().map(String::as_str)))
+        (!is_known).then(|| field.with_nearest(role, recognized.iter().map(String::as_str)))
     };
     for (role, alternatives) in &spec.role_names {
         if let Some(field) = unknown(role, format!("/{name}/role_names/{role}")) {
@@ -166,7 +166,7 @@ fn find_axes(
             reporter.warn(
                 "axes_guessed",
                 name,
-                format!("the file does not say its axes and no body was recognised; {declared} is taken"),
+                format!("the file does not say its axes and no body was recognized; {declared} is taken"),
                 format!("set {name}.axes in the config"),
             );
         }
@@ -209,7 +209,7 @@ pub(super) fn axes_of_body(scene: &Scene, recognition: &Recognition) -> (DQuat, 
     find_axes("", scene, recognition, &RigSpec::default(), &mut Reporter::new())
 }
 
-/// Metres per unit from how tall a figure is: people are between 0.5 and 3 metres. A root above the pelvis may be anywhere.
+/// Meters per unit from how tall a figure is: people are between 0.5 and 3 meters. A root above the pelvis may be anywhere.
 fn guess_unit(
     name: &'static str,
     skeleton: &Skeleton,
@@ -218,12 +218,12 @@ fn guess_unit(
     reporter: &mut Reporter,
 ) -> f64 {
     const CANDIDATES: [(f64, &str); 6] = [
-        (1.0, "metres"),
-        (0.01, "centimetres"),
+        (1.0, "meters"),
+        (0.01, "centimeters"),
         (0.0254, "inches"),
-        (0.1, "decimetres"),
+        (0.1, "decimeters"),
         (0.056_444, "CMU units"),
-        (0.001, "millimetres"),
+        (0.001, "millimeters"),
     ];
     let pelvis = roles.get("pelvis").and_then(|joints| joints.first());
     let is_body = |joint: &usize| pelvis.is_none_or(|pelvis| skeleton.is_ancestor_or_self(*pelvis, *joint));
@@ -234,13 +234,13 @@ fn guess_unit(
         high = high.max(position);
     }
     let size = (high - low).max_element();
-    let plausible = |metres: &&(f64, &str)| (0.9..2.6).contains(&(size * metres.0));
-    let (metres, unit) = CANDIDATES.iter().find(plausible).copied().unwrap_or((1.0, "metres"));
+    let plausible = |meters: &&(f64, &str)| (0.9..2.6).contains(&(size * meters.0));
+    let (meters, unit) = CANDIDATES.iter().find(plausible).copied().unwrap_or((1.0, "meters"));
     reporter.warn(
         "unit_guessed",
         name,
         format!("the file does not say its unit; from a size of {size:.4} units it is taken to be {unit}"),
         format!("set {name}.unit in the config if this is wrong"),
     );
-    metres
+    meters
 }

@@ -150,7 +150,7 @@ pub(crate) fn by_name(source: &Rig<'_>, target: &Rig<'_>, taken: &[NamedPair]) -
     pairs
 }
 
-/// Joint by joint by equal names, for two skeletons that no body was recognised in: what a studio calls a crane it calls so in
+/// Joint by joint by equal names, for two skeletons that no body was recognized in: what a studio calls a crane it calls so in
 /// every file. Nothing where fewer than half of the smaller skeleton's joints have a twin, which is chance.
 pub(crate) fn by_name_alone(source: &Rig<'_>, target: &Rig<'_>) -> Vec<NamedPair> {
     let (source_joints, target_joints) = (countable(source), countable(target));

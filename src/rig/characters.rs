@@ -7,7 +7,7 @@ use crate::model::{ModelPose, Reporter, Scene, Skeleton};
 use super::{
     error::{SpecError, SpecErrorKind, SpecField},
     lookup::find_joint,
-    recognition::{Hints, Part, Recognition, RigTemplate, recognise},
+    recognition::{Hints, Part, Recognition, RigTemplate, recognize},
     rig::Rig,
     spec::RigSpec,
 };
@@ -17,7 +17,7 @@ const SAME_PLACE_SHARE: f64 = 0.02;
 /// Fewer joints are no character.
 const FEWEST_JOINTS: usize = 10;
 /// More characters are not looked for.
-const MOST_CHARACTERS: usize = 8;
+const MAX_CHARACTERS: usize = 8;
 /// What a spec says in place of a joint where it means every character of a file.
 pub const ALL_CHARACTERS: &str = "all";
 
@@ -94,10 +94,10 @@ fn others(scene: &Scene, rest: &ModelPose, taken: &Recognition, hints: &Hints<'_
             *excluded |= skeleton.is_ancestor_or_self(top, joint);
         }
         let left = excluded.iter().filter(|excluded| !**excluded).count();
-        if left < FEWEST_JOINTS || found.len() + 1 >= MOST_CHARACTERS {
+        if left < FEWEST_JOINTS || found.len() + 1 >= MAX_CHARACTERS {
             break;
         }
-        let next = recognise(skeleton, rest, &Hints { excluded: &excluded, ..*hints });
+        let next = recognize(skeleton, rest, &Hints { excluded: &excluded, ..*hints });
         let is_other = next.is_body() && !next.by_shape && seen.iter().all(|before| !lie_together(before, &next, rest));
         if is_other {
             found.extend(top_of(skeleton, &next));

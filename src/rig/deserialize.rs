@@ -24,7 +24,7 @@ pub(crate) fn deserialize<T: DeserializeOwned>(document: &Value) -> Result<T, Sp
 /// which the error is gone, or another.
 fn narrowed<T: DeserializeOwned>(document: &Value, pointer: String, detail: &str) -> String {
     /// No object of a config has more fields; more are no reason to read the document so often.
-    const MOST_FIELDS: usize = 64;
+    const MAX_FIELDS: usize = 64;
     let Some(fields) = document.pointer(&pointer).and_then(Value::as_object) else { return pointer };
     // Without its tag an object is wrong in another way, which says nothing of the tag.
     let is_other = |other: &str| other != detail && !other.starts_with("missing field");
@@ -35,7 +35,7 @@ fn narrowed<T: DeserializeOwned>(document: &Value, pointer: String, detail: &str
             && serde_path_to_error::deserialize::<_, T>(&without)
                 .map_or_else(|error| is_other(&error.into_inner().to_string()), |_| true)
     };
-    let blamed = fields.keys().take(MOST_FIELDS).filter(|_| fields.len() <= MOST_FIELDS).find(is_blamed);
+    let blamed = fields.keys().take(MAX_FIELDS).filter(|_| fields.len() <= MAX_FIELDS).find(is_blamed);
     blamed.map_or_else(|| pointer.clone(), |name| format!("{pointer}/{}", name.replace('~', "~0").replace('/', "~1")))
 }
 

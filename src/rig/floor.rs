@@ -45,7 +45,7 @@ impl Stance {
         let stands = lowest.abs() <= STANDS_ON_ORIGIN * (pelvis_height - lowest);
         let mesh = mesh_sole(side, &side.rest, &supports, pelvis_height);
         let bottom = mesh.unwrap_or(if stands { lowest.min(0.0) } else { lowest });
-        // Soles are on the floor of the file, but for what the modeller left between them.
+        // Soles are on the floor of the file, but for what the modeler left between them.
         let is_meant = stands && mesh.is_some_and(|sole| sole.abs() <= SOLE_ON_ORIGIN * (pelvis_height - lowest));
         let floor = if is_meant { 0.0 } else { bottom };
         let (legs, ankle) = standing_legs(side, pelvis, bottom).unzip();

@@ -11,7 +11,7 @@ use super::{leg_rows::is_whole_leg, rig::Rig};
 /// is left out than an elbow.
 const GAP: f64 = 0.06;
 /// What has more joints is no leg.
-const MOST_JOINTS: usize = 64;
+const MAX_JOINTS: usize = 64;
 
 /// The joints of two legs that belong together, from the body outward: all of the shorter leg, and as many of the longer one.
 pub(super) fn corresponding(
@@ -21,7 +21,7 @@ pub(super) fn corresponding(
     target_leg: &[usize],
 ) -> (Vec<usize>, Vec<usize>) {
     let both = (source_leg.to_vec(), target_leg.to_vec());
-    let is_leg = |leg: &[usize]| (1..=MOST_JOINTS).contains(&leg.len());
+    let is_leg = |leg: &[usize]| (1..=MAX_JOINTS).contains(&leg.len());
     if source_leg.len() == target_leg.len() || !is_leg(source_leg) || !is_leg(target_leg) {
         return both;
     }

@@ -48,7 +48,7 @@ pub use morphs::{MorphDrive, MorphMapping, MorphTerm, map_morphs, morph_meaning}
 pub use posing::{Posed, posed_target};
 pub use recognition::{
     BodyFrame, Hints, Part, Prop, Recognition, RestPoseKind, RigKind, RigTemplate, Role, RoleError, RoleFinding, Side,
-    TwistHelper, body_frame, builtin_templates, parse_template, recognise, report_doubts, rest_pose_kind,
+    TwistHelper, body_frame, builtin_templates, parse_template, recognize, report_doubts, rest_pose_kind,
     template_schema,
 };
 pub use rest::{OrientationFrom, RestFit, RestSource};

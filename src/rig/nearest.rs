@@ -3,9 +3,9 @@
 /// How many are offered.
 const MOST: usize = 3;
 /// Below this likeness (0 to 1) a name is not offered.
-const LEAST_LIKENESS: f64 = 0.6;
+const MIN_LIKENESS: f64 = 0.6;
 /// Nor one that is less alike than the best by more than this.
-const MOST_BEHIND: f64 = 0.2;
+const MAX_BEHIND: f64 = 0.2;
 
 /// The known names that look most like `name`, best first; ties in the order given.
 pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<String> {
@@ -20,12 +20,12 @@ pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) 
     let mut scored: Vec<(f64, &str)> = known
         .into_iter()
         .map(|candidate| (likeness(candidate), candidate))
-        .filter(|(score, _)| *score >= LEAST_LIKENESS)
+        .filter(|(score, _)| *score >= MIN_LIKENESS)
         .collect();
     scored.sort_by(|first, second| second.0.total_cmp(&first.0));
     scored.dedup_by(|first, second| first.1 == second.1);
     // What is much less alike than the best is no answer beside it.
-    let worst = scored.first().map_or(0.0, |(best, _)| best - MOST_BEHIND);
+    let worst = scored.first().map_or(0.0, |(best, _)| best - MAX_BEHIND);
     scored.retain(|(score, _)| *score >= worst);
     scored.into_iter().take(MOST).map(|(_, candidate)| candidate.to_owned()).collect()
 }

@@ -6,17 +6,17 @@ use serde_json::Value;
 
 use super::{
     error::{SpecErrorKind, SpecField},
-    unknown_fields::{MOST_TOLD, walk},
+    unknown_fields::{MAX_TOLD, walk},
 };
 
-/// The numbers of `document` that are below the schema's minimum or above its maximum for them; the first [`MOST_TOLD`].
+/// The numbers of `document` that are below the schema's minimum or above its maximum for them; the first [`MAX_TOLD`].
 pub(crate) fn out_of_ranges(document: &Value, schema: &Value) -> Vec<SpecField> {
     let mut found = Vec::new();
     walk(document, schema, |pointer, value, node| {
         if let (Some(number), Some((least, most))) = (value.as_f64(), range(node)) {
             let above = least.is_none_or(|least| number >= least);
             let below = most.is_none_or(|most| number <= most);
-            if !(above && below) && found.len() < MOST_TOLD {
+            if !(above && below) && found.len() < MAX_TOLD {
                 let bound = |bound: Option<f64>| bound.map_or("any number".to_owned(), |bound| bound.to_string());
                 let detail = format!("{number} is not between {} and {}", bound(least), bound(most));
                 found.push(SpecField::new(SpecErrorKind::InvalidValue, pointer, detail));

@@ -45,8 +45,8 @@ pub struct Rig<'a> {
     pub work_from_scene: DQuat,
     /// The axes that this came from, nearest signed ones.
     pub axes: Axes,
-    /// Metres per unit of the scene.
-    pub unit_metres: f64,
+    /// Meters per unit of the scene.
+    pub unit_meters: f64,
 }
 
 impl<'a> Rig<'a> {

@@ -7,17 +7,17 @@ use serde_json::{Map, Value};
 use super::error::{SpecErrorKind, SpecField};
 
 /// So many things that are wrong are told at once; nobody reads more, and a document could hold any number.
-pub(crate) const MOST_TOLD: usize = 100;
+pub(crate) const MAX_TOLD: usize = 100;
 
 /// The fields of `document` that `schema` does not have, and the tags (such as `op`) that no variant has, with the nearest names; the
-/// first [`MOST_TOLD`] of each.
+/// first [`MAX_TOLD`] of each.
 pub(crate) fn unknown_fields(document: &Value, schema: &Value) -> Vec<SpecField> {
     let (mut tags, mut found) = (Vec::new(), Vec::new());
     let enter = |pointer: &str, value: &Value, union: &Value| {
         let (Some(tag), Value::Object(fields)) = (Tag::of(union, schema), value) else { return true };
         let wrong = tag.wrong(fields, pointer);
         let is_right = wrong.is_none();
-        tags.extend(wrong.filter(|_| tags.len() < MOST_TOLD));
+        tags.extend(wrong.filter(|_| tags.len() < MAX_TOLD));
         is_right
     };
     walk_into(document, schema, enter, |pointer, value, node| {
@@ -27,7 +27,7 @@ pub(crate) fn unknown_fields(document: &Value, schema: &Value) -> Vec<SpecField>
             return;
         }
         let unknown = fields.keys().filter(|name| !properties.iter().any(|(known, _)| known == *name));
-        for name in unknown.take(MOST_TOLD - found.len()) {
+        for name in unknown.take(MAX_TOLD - found.len()) {
             let names = properties.iter().map(|(known, _)| *known);
             let at = format!("{pointer}/{}", escape(name));
             let detail = format!("there is no field '{name}' here");

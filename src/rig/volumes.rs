@@ -12,7 +12,7 @@ const FEW_POINTS: usize = 12;
 /// Share of the points about a bone that lie within the radius.
 const WITHIN: f64 = 0.6;
 /// A mesh that says a part is thinner or thicker than usual by more than this factor is clothes, or belongs to something else.
-const MOST_UNUSUAL: f64 = 2.5;
+const MAX_UNUSUAL: f64 = 2.5;
 
 /// A part of the body on both sides.
 #[derive(Clone, Debug)]
@@ -142,7 +142,7 @@ impl<'a, 'b> Body<'a, 'b> {
     fn capsule(&self, start: (usize, DVec3), end: (usize, DVec3), thickness: f64, joints: &[usize]) -> Capsule {
         let usual = thickness * self.leg;
         let radius = self.thickness(start.1, end.1, joints).unwrap_or(usual);
-        let radius = radius.clamp(usual / MOST_UNUSUAL, usual * MOST_UNUSUAL);
+        let radius = radius.clamp(usual / MAX_UNUSUAL, usual * MAX_UNUSUAL);
         Capsule { start: self.anchor(start.0, start.1), end: self.anchor(end.0, end.1), radius: radius * self.unit }
     }
 

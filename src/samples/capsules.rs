@@ -15,7 +15,7 @@ pub(super) struct Shape {
     /// Where it begins if not at the joint; then all of it moves with the joint, and nothing of it with the parent.
     pub(super) start: Option<DVec3>,
     pub(super) end: DVec3,
-    /// Radii to the side and to the front, metres.
+    /// Radii to the side and to the front, meters.
     pub(super) from_radii: DVec2,
     pub(super) to_radii: DVec2,
     /// Twist joints along the bone that share its weights, from its start to its end.
@@ -91,7 +91,7 @@ fn add(mesh: &mut Mesh, figure: &Figure, shape: &Shape) {
 }
 
 struct Ring {
-    /// Metres from the start, along the bone.
+    /// Meters from the start, along the bone.
     along: f64,
     radii: DVec2,
     /// The parts of the normal away from the axis and along it.
@@ -103,7 +103,7 @@ fn rings(shape: &Shape, length: f64) -> Vec<Ring> {
     let mut rings = Vec::new();
     let quarter = std::f64::consts::FRAC_PI_2;
     let cap = |radii: DVec2, at: f64, angle: f64| {
-        // The cap of a short bone is flat, or it would stick out of its neighbours.
+        // The cap of a short bone is flat, or it would stick out of its neighbors.
         let height = radii.min_element().min(length * 0.6);
         Ring {
             along: at + height * angle.sin(),
@@ -132,8 +132,8 @@ fn weights(joint: u8, parent: u8, helpers: &[u8], part: f64) -> ([u8; 4], [u8; 4
     let of_parent = if parent == joint { 0.0 } else { (0.4 * (1.0 - part / 0.15)).clamp(0.0, 0.4) };
     let mut shares = vec![(joint, 1.0 - of_parent), (parent, of_parent)];
     for (place, helper) in helpers.iter().enumerate() {
-        let centre = (place + 1) as f64 / (helpers.len() + 1) as f64;
-        let share = (0.6 * (1.0 - (part - centre).abs() * (helpers.len() + 1) as f64)).max(0.0);
+        let center = (place + 1) as f64 / (helpers.len() + 1) as f64;
+        let share = (0.6 * (1.0 - (part - center).abs() * (helpers.len() + 1) as f64)).max(0.0);
         shares[0].1 -= share * shares[0].1;
         shares.push((*helper, share));
     }

@@ -13,9 +13,9 @@ use super::figure::{Figure, y_along_toward};
 
 /// Frames per second of the walk.
 pub const WALK_FPS: u32 = 30;
-/// Length of the walk; a whole number of cycles, so it loops but for the distance travelled.
+/// Length of the walk; a whole number of cycles, so it loops but for the distance traveled.
 pub const WALK_SECONDS: u32 = 4;
-/// Metres per second forward.
+/// Meters per second forward.
 pub const WALK_SPEED: f64 = 1.2;
 
 const CYCLE_SECONDS: f64 = 1.0;

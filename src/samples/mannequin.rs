@@ -34,7 +34,7 @@ fn wrist() -> DVec3 {
     elbow() + dvec3(arm_direction().x, arm_direction().y, 0.08).normalize() * LOWER_ARM_LENGTH
 }
 
-/// The mannequin in its rest pose, metres.
+/// The mannequin in its rest pose, meters.
 pub(super) fn figure() -> Figure {
     let mut rows = Vec::new();
     let mut add = |name: &'static str, parent: &'static str, position: DVec3, end: DVec3| {

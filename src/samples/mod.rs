@@ -27,7 +27,7 @@ pub fn walk_scene() -> Scene {
         skeleton,
         clips: vec![clip],
         axes: Some(crate::model::Axes::Y_UP_Z_FRONT),
-        unit_metres: Some(1.0),
+        unit_meters: Some(1.0),
         ..Scene::default()
     }
 }
@@ -46,7 +46,7 @@ pub fn mannequin_scene() -> Scene {
     Scene {
         skeleton: mannequin::figure().skeleton(),
         axes: Some(crate::model::Axes::Y_UP_Z_FRONT),
-        unit_metres: Some(1.0),
+        unit_meters: Some(1.0),
         ..Scene::default()
     }
 }

@@ -4,7 +4,7 @@ use glam::{DVec3, dvec3};
 
 use super::figure::{BoneAxes, Figure, Row, Sides};
 
-/// The walker in its rest pose, metres.
+/// The walker in its rest pose, meters.
 pub(super) fn figure() -> Figure {
     let mut rows = Vec::new();
     let mut add = |name: &'static str, parent: &'static str, position: DVec3, end: DVec3| {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// The text is no id of that kind.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("'{seen}' is no id of this kind; one looks like {prefix}01j9…, 26 letters and digits after the prefix")]
+#[error("'{seen}' is not an id of this kind; one looks like {prefix}01j9…, 26 letters and digits after the prefix")]
 pub struct IdError {
     /// What was seen.
     pub seen: String,

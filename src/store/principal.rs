@@ -9,13 +9,13 @@ use super::hexadecimal;
 
 /// The text is no name of a principal.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("'{seen}' is no name of a caller: 1 to {MOST_LETTERS} lower-case letters, digits, '_', '-' and '.'")]
+#[error("'{seen}' is not a caller name: 1 to {MAX_LETTERS} lower-case letters, digits, '_', '-' and '.'")]
 pub struct PrincipalError {
     /// What was seen.
     pub seen: String,
 }
 
-const MOST_LETTERS: usize = 64;
+const MAX_LETTERS: usize = 64;
 /// What the names of those begin with who show tokens: no name of a key's holder has a colon.
 const OF_TOKEN: &str = "token:";
 /// What stands for a subject that cannot be a name. No subject that can has a colon.
@@ -69,10 +69,10 @@ impl Principal {
     /// When the text is none.
     pub fn parse(text: &str) -> Result<Self, PrincipalError> {
         let is_known = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || b"_-.".contains(&byte);
-        if !text.is_empty() && text.len() <= MOST_LETTERS && text.bytes().all(is_known) {
+        if !text.is_empty() && text.len() <= MAX_LETTERS && text.bytes().all(is_known) {
             return Ok(Self(text.to_owned()));
         }
-        Err(PrincipalError { seen: text.chars().take(MOST_LETTERS).collect() })
+        Err(PrincipalError { seen: text.chars().take(MAX_LETTERS).collect() })
     }
 
     /// The name.
@@ -85,7 +85,7 @@ impl Principal {
 /// Whether a subject can be a name as it is.
 fn is_plain(subject: &str) -> bool {
     let is_known = |byte: u8| byte.is_ascii_alphanumeric() || b"_-.@|+".contains(&byte);
-    !subject.is_empty() && subject.len() <= MOST_LETTERS - OF_TOKEN.len() && subject.bytes().all(is_known)
+    !subject.is_empty() && subject.len() <= MAX_LETTERS - OF_TOKEN.len() && subject.bytes().all(is_known)
 }
 
 impl fmt::Display for Principal {
@@ -119,7 +119,7 @@ mod tests {
         let different: std::collections::BTreeSet<&Principal> = names.iter().collect();
         assert_eq!(different.len(), subjects.len(), "no two are the same: {names:?}");
         for name in &names {
-            assert!(name.as_str().len() <= MOST_LETTERS, "{name} is short");
+            assert!(name.as_str().len() <= MAX_LETTERS, "{name} is short");
             assert!(Principal::parse(name.as_str()).is_err(), "{name} is no key's holder");
             assert_eq!(Principal::restore(name.as_str()).as_ref(), Ok(name), "is read as it was written");
         }

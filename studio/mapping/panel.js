@@ -185,7 +185,7 @@ function explain(place) {
  */
 function explanation(joint, frame, found) {
   const follows = (found.sources ?? []).map((/** @type {any} */ source) => `${source.joint} (${Math.round(source.share * 100)} %)`);
-  const matters = (found.contributions ?? []).filter((/** @type {any} */ step) => step.degrees > 0.05 || (step.moved_metres ?? 0) > 5e-4);
-  const steps = matters.map((/** @type {any} */ { name, about, degrees, moved_metres: moved }) => el("li", {}, el("b", {}, words(name)), ` turns it by ${short(degrees)}°`, moved > 5e-4 ? ` and moves it by ${short(moved * 100)} cm` : "", `: ${about}`));
+  const matters = (found.contributions ?? []).filter((/** @type {any} */ step) => step.degrees > 0.05 || (step.moved_meters ?? 0) > 5e-4);
+  const steps = matters.map((/** @type {any} */ { name, about, degrees, moved_meters: moved }) => el("li", {}, el("b", {}, words(name)), ` turns it by ${short(degrees)}°`, moved > 5e-4 ? ` and moves it by ${short(moved * 100)} cm` : "", `: ${about}`));
   return el("div", {}, el("p", {}, `${joint} at frame ${frame}${follows.length ? ` follows ${follows.join(", ")}` : ""}. From its rest pose:`), el("ol", {}, ...steps));
 }

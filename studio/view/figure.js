@@ -11,7 +11,7 @@ import { clipOf } from "./motion.js";
 /**
  * What the service tells of the file, in `extras.retargetd` of its scene.
  * @typedef {{clips: {name: string, frames: number, seconds: number, fps: number|null, moves: boolean}[], clip: string|null,
- *   key_times_seconds: number[]|null, floor_metres: number|null, front: [number, number, number], roles: Record<string, number[]>,
+ *   key_times_seconds: number[]|null, floor_meters: number|null, front: [number, number, number], roles: Record<string, number[]>,
  *   triangles: number}} Facts
  */
 
@@ -72,7 +72,7 @@ export class Figure {
     this.root.updateMatrixWorld(true);
     this.box = this.measured();
     this.height = Math.max(this.box.max.y - this.box.min.y, 1e-3);
-    this.floor = this.facts.floor_metres ?? this.box.min.y;
+    this.floor = this.facts.floor_meters ?? this.box.min.y;
     const pelvis = this.joint("pelvis")?.getWorldPosition(new Vector3()).y ?? 0;
     /** What figures are compared by: how high they carry the body, else how high they are. */
     this.stature = pelvis - this.box.min.y > this.height * 0.2 ? (pelvis - this.box.min.y) * 2 : this.height;

@@ -98,7 +98,7 @@ fn rolled(scene: &Scene, from: usize, to: usize, degrees: f64) -> Scene {
     Scene {
         skeleton: Skeleton::new(joints.collect()).expect("a skeleton"),
         axes: scene.axes,
-        unit_metres: scene.unit_metres,
+        unit_meters: scene.unit_meters,
         ..Scene::default()
     }
 }
@@ -359,7 +359,7 @@ fn a_body_without_any_pose_gets_a_t_pose() {
     let scene = Scene {
         skeleton: Skeleton::new(joints.collect()).expect("a skeleton"),
         clips: vec![clip],
-        unit_metres: Some(1.0),
+        unit_meters: Some(1.0),
         ..Scene::default()
     };
     let mut reporter = Reporter::new();
@@ -418,7 +418,7 @@ fn a_foot_that_swings_in_the_frame_that_is_measured_from_stands_flat_when_it_lan
     }
 }
 
-/// Feet are on the floor by their mesh: a character that was modelled above it comes down.
+/// Feet are on the floor by their mesh: a character that was modeled above it comes down.
 #[test]
 fn soles_count_and_not_joints() {
     let Some(path) = corpus_file("mixamo/gltf/Xbot.glb") else { return };

@@ -83,7 +83,7 @@ fn check_all(pair: &Pair, frames: &[usize]) {
                 let at = model.transforms()[joint].translation;
                 let off = DVec3::from_array(position.result).distance(at);
                 assert!(
-                    off < 1e-5 || explanation.contributions.iter().any(|step| step.moved_metres.is_some()),
+                    off < 1e-5 || explanation.contributions.iter().any(|step| step.moved_meters.is_some()),
                     "{off}"
                 );
             }

@@ -25,7 +25,7 @@ fn real(name: &str) -> Option<(Scene, Vec<&'static str>)> {
     Some(read(&bytes, name).unwrap_or_else(|error| panic!("{name}: {error}")))
 }
 
-/// Where the joints are in a frame; metres.
+/// Where the joints are in a frame; meters.
 fn places(scene: &Scene, frame: usize) -> Vec<DVec3> {
     let pose = scene.clips[0].local_pose(&scene.skeleton, frame).to_model(&scene.skeleton);
     pose.transforms().iter().map(|joint| joint.translation).collect()
@@ -71,7 +71,7 @@ fn features_and_positions_of_one_clip_are_one_motion() {
 }
 
 #[test]
-fn positions_are_met_to_the_millimetre() {
+fn positions_are_met_to_the_millimeter() {
     for name in ["humanml3d_012314_joints22.npy", "aistpp_gBR_d04_joints22_20fps_yup.npy"] {
         let Some((scene, _)) = real(name) else { return };
         let bytes = std::fs::read(corpus_file(&format!("smpl/{name}")).expect("it is there")).expect("a file");
@@ -119,7 +119,7 @@ fn three_layouts_of_one_dance_are_one_dance() {
             };
             let apart = travel(scene, pose.transforms()[0].translation)
                 .distance(travel(&smpl, poses[0].transforms()[0].translation));
-            assert!(apart < 0.001, "frame {frame}: the pelvis is {apart} metres elsewhere");
+            assert!(apart < 0.001, "frame {frame}: the pelvis is {apart} meters elsewhere");
         }
     }
 }
@@ -188,7 +188,7 @@ numpy.save('x_pickled.npy', numpy.array([{'a': 1}, None], dtype=object))
         if name.starts_with("m_") {
             assert_eq!(scene.clips[0].uniform_fps().map(f64::round), Some(30.0), "{name}: {codes:?}");
         }
-        // Half precision has a millimetre at two metres.
+        // Half precision has a millimeter at two meters.
         let most = if name.contains("f2") { 3e-3 } else { 1e-3 };
         for frame in 0..3 {
             // Positions say nothing of where the model's origin is.
@@ -306,7 +306,7 @@ fn bare_vectors_and_matrices_are_the_pose_that_they_say() {
         }
     }
     let refused = read(&archive(&[("poses", array(&[1, 22, 3, 3], &[2.0; 198]))]), "a.npz").expect_err("no rotations");
-    assert!(refused.detail.contains("no rotation"), "{refused}");
+    assert!(refused.detail.contains("not a rotation"), "{refused}");
 }
 
 #[test]

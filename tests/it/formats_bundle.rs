@@ -109,7 +109,7 @@ fn archives_that_are_no_model_say_what_they_are() {
 }
 
 #[test]
-fn a_document_finds_its_neighbours_on_the_command_line() {
+fn a_document_finds_its_neighbors_on_the_command_line() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (document, buffer) = in_pieces("data/body.bin");
     let at = |name: &str| folder.path().join(name);

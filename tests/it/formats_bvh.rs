@@ -75,7 +75,7 @@ fn a_small_file_by_hand() {
         scene.skeleton.joints().iter().map(|joint| (joint.name.as_str(), joint.parent, joint.is_joint)).collect();
     let expected = [("Hips", None, true), ("Spine", Some(0), true), ("Spine_end", Some(1), false)];
     assert_eq!(names, expected, "the End Site is a node but no joint");
-    assert_eq!((scene.axes, scene.unit_metres), (None, None), "a BVH does not say");
+    assert_eq!((scene.axes, scene.unit_meters), (None, None), "a BVH does not say");
     assert_eq!(scene.skeleton.joints()[0].rest.translation, DVec3::new(1.0, 2.0, 3.0), "the offset is the rest");
     let clip = &scene.clips[0];
     assert_eq!(clip.times_seconds(), [0.0, 0.04], "frame k at k times the frame time");

@@ -222,7 +222,7 @@ fn the_corpus_reads_as_described() {
         let found = scene.skeleton.joints().iter().filter(|joint| joint.is_joint).count();
         let longest = scene.clips.iter().map(Clip::frame_count).max().unwrap_or(0);
         assert_eq!((found, scene.clips.len(), longest), (joints, clips, frames), "{path}: joints, clips, frames");
-        assert_eq!((scene.axes, scene.unit_metres), (Some(Axes::Y_UP_Z_FRONT), Some(1.0)), "{path}: our space");
+        assert_eq!((scene.axes, scene.unit_meters), (Some(Axes::Y_UP_Z_FRONT), Some(1.0)), "{path}: our space");
         for clip in &scene.clips {
             assert_eq!(clip.times_seconds()[0], 0.0, "{path}: '{}' begins at 0", clip.name());
         }
@@ -230,7 +230,7 @@ fn the_corpus_reads_as_described() {
 }
 
 #[test]
-fn heights_come_out_in_metres() {
+fn heights_come_out_in_meters() {
     for (path, joint, height) in [
         ("mixamo/fbx/walking_noskin.fbx", "mixamorig:Head", 1.5),
         ("mixamo/fbx/samba_dancing_skin.fbx", "mixamorig:Head", 1.5),
@@ -287,7 +287,7 @@ fn hostile_files_end_in_a_scene_or_a_reason() {
         ("fbx/array_length_4GiB_deflate.fbx", ErrorKind::Malformed),
         ("fbx/version_99999.fbx", ErrorKind::UnsupportedFeature),
         ("git_lfs_pointer.fbx", ErrorKind::UnsupportedFormat),
-        ("mislabelled/glb_named.fbx", ErrorKind::UnsupportedFormat),
+        ("mislabeled/glb_named.fbx", ErrorKind::UnsupportedFormat),
         ("truncated/walk_50pct.fbx", ErrorKind::Malformed),
         ("ufbx-synthetic/synthetic_node_cycle_fail_7700_ascii.fbx", ErrorKind::Malformed),
         ("ufbx-synthetic/synthetic_node_depth_fail_7500_ascii.fbx", ErrorKind::Malformed),

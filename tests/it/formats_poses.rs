@@ -65,7 +65,7 @@ fn the_smallest_document_is_read() {
     assert_eq!(scene.skeleton.joints()[1].parent, Some(0), "parents");
     assert!(scene.skeleton.joints().iter().all(|joint| joint.is_joint), "all are joints");
     assert_eq!(scene.skeleton.joints()[0].rest.rotation, DQuat::IDENTITY, "no rest rotations: identity");
-    assert_eq!((scene.axes, scene.unit_metres), (Some(Axes::Y_UP_Z_FRONT), Some(1.0)), "the defaults");
+    assert_eq!((scene.axes, scene.unit_meters), (Some(Axes::Y_UP_Z_FRONT), Some(1.0)), "the defaults");
     let clip = &scene.clips[0];
     assert_eq!(clip.times_seconds(), [0.0, 0.5, 1.0], "key times");
     assert_eq!(clip.joints()[0].translation.at(2, Vec3::ZERO), Vec3::new(0.0, 1.0, 0.2), "a sample");
@@ -143,7 +143,7 @@ fn key_times_come_from_the_frame_rate() {
         assert_eq!(scene.clips[0].times_seconds(), [0.0, 0.5, 1.0], "frame k at k / fps");
         assert_eq!(scene.clips[0].name(), "Jump", "the name");
         assert_eq!(scene.axes, "+z-y".parse().ok(), "declared, not converted");
-        assert_eq!(scene.unit_metres, Some(0.01), "declared, not converted");
+        assert_eq!(scene.unit_meters, Some(0.01), "declared, not converted");
     }
 }
 
@@ -163,14 +163,14 @@ fn a_file_without_frames_is_a_skeleton() {
 fn both_codecs_give_back_what_they_were_given() {
     let mut scene = samples::walk_scene();
     scene.axes = Some(Axes::Z_UP_Y_FRONT);
-    scene.unit_metres = Some(0.01);
+    scene.unit_meters = Some(0.01);
     let clip = &scene.clips[0];
     for format in CODECS {
         let bytes = write(&scene, clip, format, Some(serde_json::json!({"version": "1"})));
         assert_eq!(bytes, write(&scene, clip, format, Some(serde_json::json!({"version": "1"}))), "the same bytes");
         let (back, warnings) = read(&bytes, format).expect("our own file");
         assert_eq!(warnings, Vec::<&str>::new(), "{format:?}: nothing to warn of");
-        assert_eq!((back.axes, back.unit_metres), (scene.axes, scene.unit_metres), "{format:?}: space");
+        assert_eq!((back.axes, back.unit_meters), (scene.axes, scene.unit_meters), "{format:?}: space");
         assert_eq!(back.clips[0].name(), clip.name(), "{format:?}: name");
         for frame in [0, 37, 120] {
             let (expected, actual) =

@@ -17,7 +17,7 @@ use shared::{Random, Target, change_bytes, mutate, seeds};
 /// At so many lengths each seed is cut.
 const CUTS: usize = 40;
 /// Changes that one input gets, at most.
-const MOST_CHANGES: usize = 4;
+const MAX_CHANGES: usize = 4;
 
 /// Gives the seeds of a target to it, whole, cut and changed, as many changed inputs as that.
 ///
@@ -37,7 +37,7 @@ fn search(target: Target, changed: usize) {
         let mut random = Random::new(number as u64);
         let (name, bytes) = &seeds[number % seeds.len()];
         let mut input = bytes.clone();
-        for _ in 0..=random.below(MOST_CHANGES) {
+        for _ in 0..=random.below(MAX_CHANGES) {
             let other = others[random.below(others.len())];
             input = mutate(&input, &mut random, &mut |part, random| change_bytes(part, other, random));
         }

@@ -24,8 +24,8 @@ use serde_json::Value;
 use crate::quality::figure::read_scene;
 
 /// How far joints may be from where they should be, as a share of the figure's size.
-const MOST_OF_SIZE: f64 = 1e-4;
-const MOST_DEGREES: f64 = 0.01;
+const MAX_OF_SIZE: f64 = 1e-4;
+const MAX_DEGREES: f64 = 0.01;
 
 /// How far joints are from where they should be.
 #[derive(Clone, Copy, Debug, Default)]
@@ -94,9 +94,9 @@ impl Written {
     }
 
     /// Compares with what a reader saw, which calls joints by `name_of` (nothing for those that it does not have) in units of
-    /// `unit_metres`. Rotations are compared as they are, or as they changed since the clip's beginning, for readers that have
+    /// `unit_meters`. Rotations are compared as they are, or as they changed since the clip's beginning, for readers that have
     /// their own axes of joints.
-    fn apart(&self, seen: &Value, unit_metres: f64, axes: Axes, name_of: impl Fn(usize) -> Option<String>) -> Apart {
+    fn apart(&self, seen: &Value, unit_meters: f64, axes: Axes, name_of: impl Fn(usize) -> Option<String>) -> Apart {
         assert_eq!(seen["error"], Value::Null, "it can be read");
         let mut apart = Apart::default();
         let times: Vec<f64> = seen["times"].as_array().expect("times").iter().filter_map(Value::as_f64).collect();
@@ -115,7 +115,7 @@ impl Written {
                     .filter_map(Value::as_f64)
                     .collect();
                 let (ours, theirs) = (&pose.transforms()[*joint], numbers);
-                let position = DVec3::from_slice(&theirs) * unit_metres;
+                let position = DVec3::from_slice(&theirs) * unit_meters;
                 let rotation = DQuat::from_slice(&theirs[3..]).normalize();
                 apart.size = apart.size.max(ours.translation.distance(position) / size);
                 let (ours, theirs) = match axes {

@@ -13,9 +13,9 @@ use std::{
 };
 
 /// No file may take longer.
-const MOST_SECONDS: u64 = 10;
+const MAX_SECONDS: u64 = 10;
 /// Address space that a process gets, in the unit of `ulimit -v`.
-const MOST_KIBIBYTES: u32 = 1024 * 1024;
+const MAX_KIBIBYTES: u32 = 1024 * 1024;
 /// Exit codes that `inspect` may have: done, input refused.
 pub(crate) const DONE: i32 = 0;
 pub(crate) const REFUSED: i32 = 3;
@@ -30,7 +30,7 @@ pub(crate) struct Inspection {
 impl Inspection {
     /// What is wrong with it, when `wanted` is the exit code that it must have.
     pub(crate) fn problem(&self, wanted: Option<i32>) -> Option<String> {
-        let Some(status) = self.status else { return Some(format!("still busy after {MOST_SECONDS} s")) };
+        let Some(status) = self.status else { return Some(format!("still busy after {MAX_SECONDS} s")) };
         let Some(code) = status.code() else { return Some(format!("ended by a signal: {status}: {}", self.error)) };
         if self.error.contains("panicked") {
             return Some(format!("panics: {}", self.error));
@@ -52,14 +52,14 @@ pub(crate) fn inspect(file: &Path) -> Inspection {
     let (output, error) = (folder.path().join("output"), folder.path().join("error"));
     let create = |path: &Path| Stdio::from(File::create(path).expect("a file in the temporary folder"));
     let mut child = Command::new("sh")
-        .args(["-c", &format!("ulimit -v {MOST_KIBIBYTES}; exec \"$@\""), "sh"])
+        .args(["-c", &format!("ulimit -v {MAX_KIBIBYTES}; exec \"$@\""), "sh"])
         .args([env!("CARGO_BIN_EXE_retargetd").as_ref(), "inspect".as_ref(), "--json".as_ref(), file.as_os_str()])
         .stdin(Stdio::null())
         .stdout(create(&output))
         .stderr(create(&error))
         .spawn()
         .expect("the shell starts");
-    let deadline = Instant::now() + Duration::from_secs(MOST_SECONDS);
+    let deadline = Instant::now() + Duration::from_secs(MAX_SECONDS);
     let status = loop {
         let status = child.try_wait().expect("the child can be waited for");
         if status.is_some() || Instant::now() > deadline {

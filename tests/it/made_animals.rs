@@ -38,7 +38,7 @@ impl Random {
     }
 }
 
-/// An animal in metres, +Y up, facing +Z.
+/// An animal in meters, +Y up, facing +Z.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Beast {
     parents: Vec<Option<usize>>,
@@ -112,10 +112,10 @@ impl Beast {
         Skeleton::new(joints).expect("parents come first")
     }
 
-    /// The same as a file would have it, in metres.
+    /// The same as a file would have it, in meters.
     pub(crate) fn scene(&self, turn: DQuat, scale: f64, random: &mut Random) -> Scene {
         let skeleton = self.skeleton(turn, scale, random);
-        Scene { skeleton, axes: Some(Axes::default()), unit_metres: Some(1.0), ..Scene::default() }
+        Scene { skeleton, axes: Some(Axes::default()), unit_meters: Some(1.0), ..Scene::default() }
     }
 }
 

@@ -188,7 +188,7 @@ class RETARGETD_OT_pick(bpy.types.Operator):
 class RETARGETD_OT_save_rig(bpy.types.Operator):
     bl_idname = "retargetd.save_rig"
     bl_label = "Save as rig template"
-    bl_description = "The service keeps the mapping of the target, and recognises such rigs by it from now on"
+    bl_description = "The service keeps the mapping of the target, and recognizes such rigs by it from now on"
 
     name: bpy.props.StringProperty(name="Name", default="my_rig")
 

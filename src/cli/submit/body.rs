@@ -20,29 +20,29 @@ pub(super) const ASKING: [&str; 9] =
     ["batch", "source", "target", "source_rest", "target_rest", "config", "preset", "priority", "labels"];
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Asked {
+pub(super) struct SubmissionArguments {
     /// The file with the animation
     #[arg(long, value_name = "FILE", required_unless_present_any = ["resume", "batch"])]
     source: Option<PathBuf>,
-    /// Many files with animations instead of one: a folder, or a text with one path on each line. In the names of outputs, {name} stands for
+    /// Many animation files instead of one: a folder, or a text file with one path per line. In output names, {name} stands for
     /// the name of each
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["source"])]
     pub(super) batch: Option<PathBuf>,
-    /// The file with the character that the animation goes onto; not needed where the config has "task": "edit"
+    /// The file with the target character; not needed if the config has "task": "edit"
     #[arg(long, value_name = "FILE")]
     target: Option<PathBuf>,
     #[command(flatten)]
     rests: RestPaths,
-    /// The retarget spec (JSON or YAML), or a config of another tool; without it, everything is found out
+    /// The retarget config (JSON or YAML), or a config of another tool; without it, everything is detected
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// A preset that the service keeps under that name, for the config to be laid over
+    /// A preset stored in the service, which the config extends
     #[arg(long, value_name = "NAME")]
     preset: Option<String>,
-    /// Among your waiting jobs, the greater goes first: from -100 to 100
+    /// Priority among your waiting jobs, from -100 to 100; higher runs first
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true)]
     priority: Option<i32>,
-    /// A word of your own about the job. May be given several times
+    /// A label of the job. May be repeated
     #[arg(long = "label", value_name = "NAME=TEXT", value_parser = label)]
     labels: Vec<(String, String)>,
 }
@@ -52,7 +52,7 @@ fn label(text: &str) -> Result<(String, String), String> {
     Ok((name.to_owned(), value.to_owned()))
 }
 
-impl Asked {
+impl SubmissionArguments {
     /// Uploads the files and asks for the job, or for the batch; gives its id.
     pub(super) async fn submit(&self, remote: &Remote, formats: &[Format]) -> Result<String, Exit> {
         // Everything is read before anything is sent.
@@ -102,7 +102,7 @@ impl Asked {
         let own = engine::merge_config(&Value::Object(Map::new()), Some(file.as_named())).ok();
         let own = own.and_then(|text| serde_json::from_str(&text).ok());
         if own.is_none() && self.preset.is_some() {
-            let message = format!("{subject}: a config of another tool says everything by itself");
+            let message = format!("{subject}: a config of another tool is complete");
             return Err(Exit::new(BAD_USAGE, message, "leave --preset out"));
         }
         Ok(Some(own.unwrap_or(checked)))

@@ -27,24 +27,24 @@ use crate::{formats::Format, model::Control};
 /// Arguments of `retargetd submit`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Where the service is. A key is read from the environment variable RETARGETD_KEY
+    /// URL of the service. The key is read from the environment variable RETARGETD_KEY
     #[arg(long, value_name = "URL", env = "RETARGETD_URL", default_value = "http://127.0.0.1:8080")]
     service: String,
     #[command(flatten)]
-    asked: body::Asked,
-    /// Where a result goes; the ending picks the format. May be given several times. With --batch, {name} stands for the name of each clip
+    asked: body::SubmissionArguments,
+    /// Output file; the extension selects the format. May be repeated. With --batch, {name} stands for the name of each clip
     #[arg(long, value_name = "FILE", required_unless_present = "detach")]
     output: Vec<PathBuf>,
-    /// Where the report goes: as a page to look at where the ending is .html, else as JSON
+    /// Report file: an HTML page if the extension is .html, else JSON
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Print the id of the job or batch and do not wait for it; --resume comes back for the results
+    /// Print the id of the job or batch and do not wait; --resume fetches the results later
     #[arg(long, conflicts_with_all = ["resume", "report"])]
     detach: bool,
-    /// Come back for a job or a batch that was asked for before, instead of asking for one
+    /// Fetch the results of an earlier job or batch instead of starting one
     #[arg(long, value_name = "JOB", conflicts_with_all = body::ASKING)]
     resume: Option<String>,
-    /// Show a progress bar even on a dumb terminal; other terminals show it anyway, pipes never
+    /// Show a progress bar even on a dumb terminal; other terminals always show it, pipes never
     #[arg(long)]
     progress: bool,
     #[command(flatten)]
@@ -65,10 +65,7 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 async fn submit(arguments: &Arguments) -> Result<(), Exit> {
     let formats = WantedFormats::of(&arguments.output)?;
     check_places(&arguments.output, arguments.report.as_ref())?;
-    #[expect(
-        clippy::disallowed_methods,
-        reason = "a key on the command line could be read by everybody on the machine"
-    )]
+    #[expect(clippy::disallowed_methods, reason = "a key on the command line could be read by everyone on the machine")]
     let key = std::env::var("RETARGETD_KEY").ok();
     let remote = Remote::new(&arguments.service, key)?;
     let is_batch =

@@ -70,7 +70,7 @@ impl Remote {
         let client = client.map_err(|error| Exit::new(FAILED, format!("no connection can be made: {error}"), ""))?;
         let parsed = Url::parse(url).ok().filter(|url| matches!(url.scheme(), "http" | "https") && url.has_host());
         if parsed.is_none() {
-            let message = format!("--service {url}: this is no address of a service");
+            let message = format!("--service {url}: this is not the address of a service");
             return Err(Exit::new(BAD_USAGE, message, "an address is like http://127.0.0.1:8080"));
         }
         let url = url.trim_end_matches('/').to_owned();

@@ -11,12 +11,12 @@ use super::{
 use crate::model::Reporter;
 
 /// How far a leg stands out at least, as a share of the longer side.
-const LEAST_LEG: f64 = 0.055;
+const MIN_LEG: f64 = 0.055;
 
 /// Fits an animal with four legs, seen from the side.
 pub(super) fn fit(shape: &Shape) -> Result<Fit, NoFit> {
     let side = shape.width().max(shape.height());
-    let is_leg = |&tip: &usize| stands(shape, &shape.tips[tip]) && shape.tips[tip].stands_out > LEAST_LEG * side;
+    let is_leg = |&tip: &usize| stands(shape, &shape.tips[tip]) && shape.tips[tip].stands_out > MIN_LEG * side;
     let mut legs: Vec<usize> = (0..shape.tips.len()).filter(is_leg).collect();
     legs.sort_by(|one, other| shape.tips[*other].stands_out.total_cmp(&shape.tips[*one].stands_out));
     legs.truncate(4);

@@ -12,14 +12,14 @@ const HEAD_BESIDE: f64 = 1.2;
 /// Half of the width of a head, as a share of the height, from which on more does not make it more of a head.
 const WIDE_HEAD: f64 = 0.11;
 /// The narrowest head, as a share of the height, and of half of the width of the trunk.
-const LEAST_HEAD: f64 = 0.03;
-const LEAST_HEAD_OF_TRUNK: f64 = 0.28;
+const MIN_HEAD: f64 = 0.03;
+const MIN_HEAD_OF_TRUNK: f64 = 0.28;
 /// How near to the middle of the head the way of what hangs on it leads, in half widths of the head.
 const HAIR: f64 = 0.65;
 /// How far hands and feet stand out at least, as a share of the height.
-const LEAST_LIMB: f64 = 0.075;
+const MIN_LIMB: f64 = 0.075;
 /// How sure a figure has to be to be one.
-pub(super) const LEAST_SURE: f64 = 0.5;
+pub(super) const MIN_SURE: f64 = 0.5;
 
 /// What has been found of a figure.
 pub(super) struct Found<'a> {
@@ -69,7 +69,7 @@ fn feet(shape: &Shape) -> Option<[usize; 2]> {
             let [first, second] = [one, other].map(|tip| &shape.tips[tip].way[..]);
             let own = |way: &[usize], other: &[usize]| shape.length(&way[..shape.own(way, &[other])]) / height;
             let apart = own(first, second).min(own(second, first));
-            if apart < LEAST_LIMB || low(one).min(low(other)) < center {
+            if apart < MIN_LIMB || low(one).min(low(other)) < center {
                 continue;
             }
             let score = 0.75 * (low(one) + low(other)) + 2.0 * apart.min(0.3) - (low(one) - low(other)).abs();
@@ -101,8 +101,8 @@ fn head_tip(shape: &Shape, feet: Option<[usize; 2]>, axis: f64) -> Option<usize>
     let can_be = |&tip: &usize| {
         let (middle, half_width) = head_of(shape, tip, feet);
         let is_above = middle.y < shape.place(shape.center).y && tip_place(shape, tip).y < middle.y + half_width;
-        let is_wide = half_width > LEAST_HEAD * height && half_width > LEAST_HEAD_OF_TRUNK * trunk;
-        !is_foot(feet, tip) && is_above && is_wide && shape.tips[tip].stands_out > LEAST_LIMB * height
+        let is_wide = half_width > MIN_HEAD * height && half_width > MIN_HEAD_OF_TRUNK * trunk;
+        !is_foot(feet, tip) && is_above && is_wide && shape.tips[tip].stands_out > MIN_LIMB * height
     };
     (0..shape.tips.len()).filter(can_be).min_by(|one, other| cost(one).total_cmp(&cost(other)))
 }
@@ -166,7 +166,7 @@ impl Found<'_> {
             // What hangs on the head is hair or an ear, unless everything does.
             let is_hair =
                 head_tip.is_some() && way.iter().any(|&pixel| shape.place(pixel).distance(head.0) < HAIR * head.1);
-            let is_seen = shape.tips[tip].stands_out > LEAST_LIMB * height;
+            let is_seen = shape.tips[tip].stands_out > MIN_LIMB * height;
             is_seen && !is_hair && !is_foot(*feet, tip) && Some(tip) != *head_tip && score(tip) > 0.12
         };
         [false, true].map(|is_left| {

@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::{
-    human::{Found, LEAST_SURE},
+    human::{Found, MIN_SURE},
     joints::{CORRECT, Fit, Joint, NoFit},
     limb::Limb,
     shape::Shape,
@@ -36,7 +36,7 @@ impl Found<'_> {
         let legs = self.legs(hips, &mut notes);
         let mut arms = self.arms(hips, &mut notes);
         let sure = self.whole_sure();
-        if sure < LEAST_SURE {
+        if sure < MIN_SURE {
             return Err(NoFit::new("what stands out of it is not placed like head, arms and legs"));
         }
         let root = (hips[0] + hips[1]) / 2.0;

@@ -5,7 +5,7 @@ use super::bits::Bits;
 /// Part of a picture's width that a line of the paper covers.
 const COVERED: f64 = 0.6;
 /// Lines from which on paper counts as lined.
-const LEAST_LINES: usize = 4;
+const MIN_LINES: usize = 4;
 /// Part of the other side that they are spread over.
 const SPREAD: f64 = 0.35;
 /// Slopes that are tried to both sides: up to three degrees.
@@ -16,10 +16,10 @@ const NEAR: i64 = 3;
 
 /// Takes lines of the paper out of strokes. Gives how many there were.
 pub(super) fn take_lines(strokes: &mut Bits) -> usize {
-    let across = take_across(strokes, LEAST_LINES, COVERED);
+    let across = take_across(strokes, MIN_LINES, COVERED);
     let mut turned = turned(strokes);
     // Paper that is lined may have a margin: a single line from top to bottom.
-    let (least, covered) = if across > 0 { (1, 0.85) } else { (LEAST_LINES, COVERED) };
+    let (least, covered) = if across > 0 { (1, 0.85) } else { (MIN_LINES, COVERED) };
     let down = take_across(&mut turned, least, covered);
     if down > 0 {
         *strokes = self::turned(&turned);

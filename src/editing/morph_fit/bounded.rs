@@ -2,7 +2,7 @@
 
 /// Changes of a weight by less are none.
 const SETTLED: f64 = 1e-7;
-const MOST_SWEEPS: usize = 500;
+const MAX_SWEEPS: usize = 500;
 
 /// The `x` within the bounds for which `½ xᵀ·matrix·x − right·x` is least.
 ///
@@ -11,7 +11,7 @@ const MOST_SWEEPS: usize = 500;
 pub(super) fn least_within(matrix: &[f64], right: &[f64], bounds: [f64; 2]) -> Vec<f64> {
     let count = right.len();
     let mut x = vec![0.0_f64.clamp(bounds[0], bounds[1]); count];
-    for _ in 0..MOST_SWEEPS {
+    for _ in 0..MAX_SWEEPS {
         let mut largest_change: f64 = 0.0;
         for index in 0..count {
             let row = &matrix[index * count..(index + 1) * count];

@@ -14,8 +14,8 @@ use super::{
 };
 
 /// A GIF shows at most so many pictures a second.
-const MOST_FPS_OF_GIF: f64 = 50.0;
-const MOST_FPS: f64 = 1000.0;
+const MAX_FPS_OF_GIF: f64 = 50.0;
+const MAX_FPS: f64 = 1000.0;
 
 /// A scene that is ready to be seen.
 pub(super) struct Shown<'a> {
@@ -76,7 +76,7 @@ impl<'a> Shown<'a> {
 
     /// The moving picture.
     pub(super) fn film(&self, format: PictureFormat, control: &Control) -> Result<Vec<u8>, Failure> {
-        let (fps, count) = self.pace(if format == PictureFormat::Gif { MOST_FPS_OF_GIF } else { MOST_FPS });
+        let (fps, count) = self.pace(if format == PictureFormat::Gif { MAX_FPS_OF_GIF } else { MAX_FPS });
         let is_transparent = self.background.pixels.iter().any(|pixel| pixel[3] < 255);
         let size = [self.background.width, self.background.height];
         let shoot = |index: usize| self.at(index as f64 / fps);
@@ -89,7 +89,7 @@ impl<'a> Shown<'a> {
 
     /// Every frame as a PNG, in one archive.
     pub(super) fn stills(&self, control: &Control) -> Result<Vec<u8>, Failure> {
-        let (fps, count) = self.pace(MOST_FPS);
+        let (fps, count) = self.pace(MAX_FPS);
         let mut files: Vec<Vec<u8>> = Vec::with_capacity(count);
         let make = |index: usize| self.at(index as f64 / fps).to_png();
         in_order((count, self.background.pixels.len()), control, make, |stills| {

@@ -17,7 +17,7 @@ use crate::{
 };
 
 /// Pictures of drawings that are made for a second of motion, at most, where nobody asks for more.
-const MOST_FPS: f64 = 30.0;
+const MAX_FPS: f64 = 30.0;
 
 /// Which joints of a rig are looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,7 +93,7 @@ pub(super) fn drawn_motion(
     for frame in frames {
         control.check()?;
         let model = clip.local_pose(rig.skeleton(), frame).to_model(rig.skeleton());
-        let place = |joint: usize| rig.work_from_scene * model.transforms()[joint].translation * rig.unit_metres;
+        let place = |joint: usize| rig.work_from_scene * model.transforms()[joint].translation * rig.unit_meters;
         places.push(joints.iter().map(|(_, joint)| place(*joint)).collect::<Vec<DVec3>>());
     }
     let names = joints.iter().map(|(name, _)| name.clone()).collect();
@@ -131,12 +131,12 @@ fn joint_of(rig: &Rig<'_>, name: &str) -> Option<usize> {
 /// asked for; else the nearest ones.
 fn frames(clip: &Clip, as_asked: bool) -> (Vec<usize>, f64) {
     let times = clip.times_seconds();
-    let fps = clip.uniform_fps().unwrap_or(MOST_FPS);
-    if clip.uniform_fps().is_some() && (as_asked || fps <= MOST_FPS * 1.001) {
+    let fps = clip.uniform_fps().unwrap_or(MAX_FPS);
+    if clip.uniform_fps().is_some() && (as_asked || fps <= MAX_FPS * 1.001) {
         return ((0..times.len()).collect(), 1.0 / fps);
     }
     // A whole share of an even rate takes frames as they are.
-    let fps = if clip.uniform_fps().is_some() { fps / (fps / MOST_FPS).round().max(1.0) } else { MOST_FPS };
+    let fps = if clip.uniform_fps().is_some() { fps / (fps / MAX_FPS).round().max(1.0) } else { MAX_FPS };
     let count = (clip.duration_seconds() * fps).floor() as usize + 1;
     let begin = times.first().copied().unwrap_or(0.0);
     let nearest = |index: usize| {

@@ -282,7 +282,8 @@ fn stem(name: &str) -> String {
 
 pub(super) fn text<'bytes>(bytes: &'bytes [u8], file: &str) -> Result<&'bytes str, Failure> {
     std::str::from_utf8(bytes).map_err(|_| {
-        Failure::new(FailureCode::MalformedConfig, format!("{file}: the file is no text")).with_hint("save it as UTF-8")
+        Failure::new(FailureCode::MalformedConfig, format!("{file}: the file is not text"))
+            .with_hint("save it as UTF-8")
     })
 }
 

@@ -14,7 +14,7 @@ pub(super) const FRAMES_PER_SECOND: f64 = 20.0;
 const JOINTS: usize = 22;
 const FIRST_PLACE: usize = 4;
 
-/// Where the joints are, frame by frame; metres, Y up.
+/// Where the joints are, frame by frame; meters, Y up.
 pub(super) fn places(features: &NumberArray) -> Vec<Vec<DVec3>> {
     let frames = features.shape[0];
     let value = |frame: usize, column: usize| features.value(frame * WIDTH + column);

@@ -11,7 +11,7 @@
 //! | `.npy` | F×22×3 or F×24×3 joint positions, or F×263 features as HumanML3D has them; vectors 3J, F×3J, F×(3J + 3) with the place at the
 //!            end, F×322 (Motion-X), or matrices F×J×3×3 and J×3×3, of a body model |
 //!
-//! The scene is in metres with Y up and Z to the front, whichever axis of the file was up. Pickled arrays are refused.
+//! The scene is in meters with Y up and Z to the front, whichever axis of the file was up. Pickled arrays are refused.
 
 mod features;
 mod parameters;
@@ -29,7 +29,7 @@ use crate::{
 };
 
 /// Positions are of 22 joints, or of 24 with one for each hand.
-const MOST_JOINTS_SEEN: u64 = 24;
+const MAX_JOINTS_SEEN: u64 = 24;
 
 /// Whether an archive with these keys holds parameters of a body model and no skeleton of its own.
 pub(super) fn is_parameter_archive(key: impl Fn(&str) -> bool) -> bool {
@@ -80,7 +80,7 @@ pub(super) fn read_array(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut R
         "set `edit.fps` or `edit.speed` in the config where the motion is too slow or too fast",
     );
     // Where every joint is seen, and how it turns.
-    let joints = frames.saturating_mul(MOST_JOINTS_SEEN);
+    let joints = frames.saturating_mul(MAX_JOINTS_SEEN);
     budget.take_array(joints, (size_of::<DVec3>() + size_of::<DQuat>()) as u64, PLACE)?;
     let places = match array.shape.as_slice() {
         [_, features::WIDTH] => features::places(&array),
@@ -105,7 +105,7 @@ struct Capture {
     skeleton: crate::model::Skeleton,
     /// `parent_from_joint`, joint by joint.
     rotations: Vec<Vec<DQuat>>,
-    /// Where the pelvis is; metres.
+    /// Where the pelvis is; meters.
     pelvis: Vec<DVec3>,
     frames_per_second: f64,
 }
@@ -138,7 +138,7 @@ impl Capture {
             skeleton: self.skeleton,
             clips: vec![clip],
             axes: Some(Axes::default()),
-            unit_metres: Some(1.0),
+            unit_meters: Some(1.0),
             ..Scene::default()
         })
     }

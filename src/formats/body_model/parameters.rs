@@ -235,7 +235,7 @@ fn turns(
     };
     if matrices && let Some(row) = (0..frames * joints).find(|row| !is_rotation(&array.row::<9>(*row))) {
         let detail =
-            format!("the matrix of joint {} at frame {} is no rotation", row % joints.max(1), row / joints.max(1));
+            format!("the matrix of joint {} at frame {} is not a rotation", row % joints.max(1), row / joints.max(1));
         return Err(refused(key, detail));
     }
     budget.take(Limit::FramesPerClip, frames as u64, key)?;
@@ -256,7 +256,7 @@ fn is_rotation(rows: &[f64; 9]) -> bool {
     product.to_cols_array().into_iter().all(|value| value.abs() < SLACK) && matrix.determinant() > 0.0
 }
 
-/// Where the model's origin is; metres, in the axes of the file.
+/// Where the model's origin is; meters, in the axes of the file.
 fn places(
     arrays: &BTreeMap<String, NumberArray>,
     frames: usize,

@@ -19,7 +19,7 @@ use super::{
     skeleton::{self, Body},
 };
 
-/// Bones that are shorter than this have no direction; metres.
+/// Bones that are shorter than this have no direction; meters.
 const SHORTEST: f64 = 1e-6;
 /// The bend at which a hinge begins to tell the roll, more than the mean body's at rest, and at which it tells all of it: sine of
 /// the angle.

@@ -1,6 +1,6 @@
 //! The mean bodies: joints of SMPL, SMPL+H and SMPL-X in the zero pose, a T pose.
 //!
-//! Places are those of the neutral models with all shape parameters zero, rounded to a tenth of a millimetre, as they stand
+//! Places are those of the neutral models with all shape parameters zero, rounded to a tenth of a millimeter, as they stand
 //! in many published skeleton descriptions made from them. The hands are those of SMPL-X's left hand and its mirror image.
 //! Jaw and eyes stand about where a face has them: no child tells their place, only their rotation is of use.
 
@@ -33,7 +33,7 @@ impl Body {
         }
     }
 
-    /// Its joints in the order of its parameters: name, parent, and place in the parent's space; metres, +X to the left, +Y up,
+    /// Its joints in the order of its parameters: name, parent, and place in the parent's space; meters, +X to the left, +Y up,
     /// +Z to the front. The pelvis stands where the model's origin has it.
     pub(super) fn joints(self) -> Vec<(String, Option<usize>, DVec3)> {
         let places = if self == Self::SmplX { &SMPL_X_PLACES } else { &SMPL_PLACES };

@@ -88,7 +88,7 @@ fn a_hinge_tells_the_roll_without_a_jump() {
 
 #[test]
 fn features_walk_where_they_turn() {
-    // One metre a frame to the front, a quarter turn after the first: +Z, then what the turn made of it.
+    // One meter a frame to the front, a quarter turn after the first: +Z, then what the turn made of it.
     let mut values = vec![0.0; 3 * features::WIDTH];
     for frame in 0..3 {
         values[frame * features::WIDTH + 2] = 1.0;

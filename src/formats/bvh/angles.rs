@@ -9,7 +9,7 @@ const QUARTER_TURN_REST: f64 = 6.077_100_506_506_192e-11;
 /// Numbers far below it, added to it, become whole ones in its lowest bits.
 const ROUNDING: f64 = 6_755_399_441_055_744.0;
 /// Beyond as many quarter turns, taking them off loses digits.
-const MOST_QUARTER_TURNS: f64 = 1e5;
+const MAX_QUARTER_TURNS: f64 = 1e5;
 /// Taylor coefficients 1/3!, 1/5!, …: on an eighth of a turn what is left out is below a double's precision.
 const SINE: [f64; 8] = [
     -1.0 / 6.0,
@@ -36,7 +36,7 @@ const COSINE: [f64; 8] = [
 /// Sine and cosine of an angle, within 4e-16. Made of additions and multiplications alone, so that every machine gives the same.
 pub(super) fn sin_cos(radians: f64) -> (f64, f64) {
     let quarters = radians * FRAC_2_PI;
-    if quarters.is_nan() || quarters.abs() > MOST_QUARTER_TURNS {
+    if quarters.is_nan() || quarters.abs() > MAX_QUARTER_TURNS {
         return radians.sin_cos();
     }
     let rounded = quarters + ROUNDING;
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn every_eighth_of_a_turn_and_its_neighbours() {
+    fn every_eighth_of_a_turn_and_its_neighbors() {
         for eighths in -40..=40 {
             let radians = f64::from(eighths) * std::f64::consts::FRAC_PI_4;
             for near in [radians.next_down(), radians, radians.next_up()] {

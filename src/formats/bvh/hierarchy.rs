@@ -245,7 +245,7 @@ fn warn_of_repeated_names(hierarchy: &Hierarchy, reporter: &mut Reporter) {
         reporter.warn(
             "names_repeated",
             name,
-            format!("{count} joints have this name; they are told apart by their node index"),
+            format!("{count} joints have this name; they are distinguished by their node index"),
             "rename the joints so that a mapping can name them",
         );
     }

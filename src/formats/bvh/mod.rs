@@ -36,5 +36,5 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
             .map_err(|error| FormatError::malformed("motion", "MOTION", error.to_string()))
     };
     let clips = motion.map(clip).transpose()?.into_iter().collect();
-    Ok(Scene { skeleton, clips, axes: None, unit_metres: None, payload: Payload::default(), ..Scene::default() })
+    Ok(Scene { skeleton, clips, axes: None, unit_meters: None, payload: Payload::default(), ..Scene::default() })
 }

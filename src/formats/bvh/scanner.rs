@@ -31,7 +31,7 @@ const POWERS_OF_TEN: [f64; 23] = [
 /// Whole numbers below this are exact as a double.
 const LARGEST_EXACT: u64 = 1 << 53;
 /// As many digits always fit into 64 bits.
-const MOST_DIGITS: usize = 19;
+const MAX_DIGITS: usize = 19;
 
 impl<'a> Scanner<'a> {
     /// Starts at the first byte after a byte order mark.
@@ -123,7 +123,7 @@ impl<'a> Scanner<'a> {
     /// The error for a word where a number should be.
     pub(super) fn not_a_number(&self, what: &str, word: &[u8]) -> FormatError {
         let shown = show(word);
-        let error = self.malformed(format!("{what} is '{shown}', which is no finite number"));
+        let error = self.malformed(format!("{what} is '{shown}', which is not a finite number"));
         let is_comma =
             word.contains(&b',') && word.iter().all(|byte| byte.is_ascii_digit() || b"+-.,eE".contains(byte));
         if is_comma { error.with_hint("write decimal points, not decimal commas") } else { error }
@@ -160,7 +160,7 @@ impl<'a> Scanner<'a> {
         }
         let ends_here = text.get(at).is_none_or(u8::is_ascii_whitespace);
         self.at = start + at;
-        let is_exact = (1..=MOST_DIGITS).contains(&digits) && mantissa < LARGEST_EXACT;
+        let is_exact = (1..=MAX_DIGITS).contains(&digits) && mantissa < LARGEST_EXACT;
         if is_exact && ends_here {
             let magnitude = mantissa as f64 / POWERS_OF_TEN[decimals];
             return Value::Number(magnitude.copysign(if is_negative { -1.0 } else { 1.0 }));
@@ -182,9 +182,9 @@ impl<'a> Scanner<'a> {
 }
 
 /// Appends the decimal digits that a text begins with to a number, and counts them. The number has overflown where they are more
-/// than [`MOST_DIGITS`].
+/// than [`MAX_DIGITS`].
 ///
-/// Eight at a time: all bytes are told from digits at once, those behind the last digit are shifted out, and neighbours are put
+/// Eight at a time: all bytes are told from digits at once, those behind the last digit are shifted out, and neighbors are put
 /// together to pairs, pairs to fours and fours to the eight by multiplications whose parts do not meet.
 #[inline]
 fn digits(text: &[u8], mut number: u64) -> (u64, usize) {
@@ -226,10 +226,10 @@ fn digits(text: &[u8], mut number: u64) -> (u64, usize) {
 
 /// A word of the file as an error shows it: short, and without control characters.
 pub(super) fn show(word: &[u8]) -> String {
-    const MOST_CHARACTERS: usize = 40;
+    const MAX_CHARACTERS: usize = 40;
     let text = String::from_utf8_lossy(word);
-    let mut shown: String = text.chars().take(MOST_CHARACTERS).filter(|character| !character.is_control()).collect();
-    if text.chars().count() > MOST_CHARACTERS {
+    let mut shown: String = text.chars().take(MAX_CHARACTERS).filter(|character| !character.is_control()).collect();
+    if text.chars().count() > MAX_CHARACTERS {
         shown.push('…');
     }
     shown

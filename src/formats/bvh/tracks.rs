@@ -11,7 +11,7 @@ use crate::model::{JointTracks, Track, rotation::near};
 /// Half a degree: a quaternion turns by twice its angle.
 const HALF_RADIANS: f64 = std::f64::consts::PI / 360.0;
 /// Positions that are less than this share of the offsets are none of their own.
-const LEAST_POSITIONS: f64 = 0.05;
+const MIN_POSITIONS: f64 = 0.05;
 /// Rows that all joints take their numbers from before the next ones: few enough to stay in the processor's cache meanwhile.
 const ROWS_PER_BLOCK: usize = 32;
 
@@ -130,5 +130,5 @@ pub(super) fn positions_count_from_offsets(hierarchy: &Hierarchy, values: &[f64]
         }
         begin += channels.len();
     }
-    joints > 2 && positions < LEAST_POSITIONS * offsets
+    joints > 2 && positions < MIN_POSITIONS * offsets
 }

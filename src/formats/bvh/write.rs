@@ -33,7 +33,7 @@ use super::{
 const USUAL_ORDER: EulerOrder = EulerOrder::ZXY;
 /// A millionth of a degree: over the longest chains, still far below a millionth of the size.
 const ANGLE_DECIMALS: usize = 6;
-const MOST_FPS: f64 = 120.0;
+const MAX_FPS: f64 = 120.0;
 /// The rate of a clip of one frame, which has none.
 const SINGLE_FRAME_FPS: f64 = 30.0;
 const FRAMES_PER_CHECK: usize = 64;
@@ -253,7 +253,7 @@ impl Timing {
         // Key times come with rounding; a rate that is nearly whole is meant to be.
         let whole = densest.round();
         let densest = if (densest - whole).abs() < 1e-3 * whole { whole } else { densest };
-        let fps = densest.min(MOST_FPS);
+        let fps = densest.min(MAX_FPS);
         let intervals = (duration * fps).round().max(1.0);
         let most = Limits::default().frames_per_clip;
         if intervals >= most as f64 {

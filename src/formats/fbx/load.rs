@@ -13,7 +13,7 @@ use crate::{
 /// How a binary file begins.
 const BINARY_MAGIC: &[u8] = b"Kaydara FBX Binary";
 /// One heap block for every so many bytes of file would be absurd; a file that asks for more is hostile.
-const MOST_ALLOCATIONS: usize = 2_000_000;
+const MAX_ALLOCATIONS: usize = 2_000_000;
 
 /// Parses a file under the budget.
 ///
@@ -34,7 +34,7 @@ pub(super) fn load(
     // Half for what the parser keeps, half for what it throws away, so that both together respect the limit.
     let memory_limit = usize::try_from(budget.limits().decoded_bytes / 2).unwrap_or(usize::MAX).max(1);
     let allocator =
-        || ufbx::AllocatorOpts { memory_limit, allocation_limit: MOST_ALLOCATIONS, ..ufbx::AllocatorOpts::default() };
+        || ufbx::AllocatorOpts { memory_limit, allocation_limit: MAX_ALLOCATIONS, ..ufbx::AllocatorOpts::default() };
     let options = |ignore_embedded: bool, ignore_geometry: bool| ufbx::LoadOpts {
         temp_allocator: allocator(),
         result_allocator: allocator(),
@@ -50,7 +50,7 @@ pub(super) fn load(
         target_unit_meters: 1.0,
         // Of a left-handed file, the same scene: what is left stays left. Any axis would do, for geometry is mirrored with the joints.
         handedness_conversion_axis: ufbx::MirrorAxis::X,
-        // The other ways of converting units leave a factor of 0.01 on the top nodes and centimetres below them.
+        // The other ways of converting units leave a factor of 0.01 on the top nodes and centimeters below them.
         space_conversion: ufbx::SpaceConversion::ModifyGeometry,
         // A joint turns about its pivot, so that is where it has to be; the rest ends up in geometry, which we do not read.
         pivot_handling: ufbx::PivotHandling::AdjustToPivot,

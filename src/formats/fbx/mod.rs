@@ -1,6 +1,6 @@
 //! FBX, binary and text, through the `ufbx` parser.
 //!
-//! What comes out is +Y up, +Z front and metres, whatever the header says; a header that is wrong about the size is
+//! What comes out is +Y up, +Z front and meters, whatever the header says; a header that is wrong about the size is
 //! believed here and judged by those who know what the joints mean. Pivots, pre- and post-rotations and rotation orders
 //! are resolved into plain translation, rotation and scale; scale inheritance becomes the component-wise composition of
 //! [`Transform`](crate::model::Transform) without any helper node. Of geometry only the vertices of skinned meshes are looked
@@ -52,7 +52,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>, reporter: &mut Reporte
         declared_convention: (!declared_roles.is_empty()).then_some("humanik"),
         declared_roles,
         axes: Some(Axes::Y_UP_Z_FRONT),
-        unit_metres: Some(1.0),
+        unit_meters: Some(1.0),
         look_at: None,
         gaze_joint: None,
         stretched: None,

@@ -66,7 +66,7 @@ fn collect(
             let (Some(position), Some(total)) = (mesh.vertices.as_ref().get(vertex), totals.get(vertex)) else {
                 continue;
             };
-            #[expect(clippy::cast_possible_truncation, reason = "a share from 0 to 1")]
+            // A share from 0 to 1.
             let weight = (weight / total) as f32;
             sorted[next[vertex]] =
                 Influence { joint, weight, position: transform(&cluster.geometry_to_bone, position) };

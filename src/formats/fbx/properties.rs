@@ -133,7 +133,7 @@ impl Properties {
                 Place::Node(..) => MorphPlace::Property,
                 Place::Shape(_) => MorphPlace::Weight,
             };
-            #[expect(clippy::cast_possible_truncation, reason = "curves are single precision in every file")]
+            // Curves are single precision in every file.
             let rest = if own.is_finite() { own as f32 } else { 0.0 };
             Morph { name: name.clone(), rest, place: kind }
         };
@@ -157,7 +157,7 @@ impl Properties {
             budget.take_array(times_seconds.len() as u64, size_of::<f32>() as u64, name)?;
             let (element, (property, unit)) = (place.element(file), place.property());
             let value = |time: &f64| ufbx::evaluate_prop(&stack.anim, element, property, *time).value_vec4.x * unit;
-            #[expect(clippy::cast_possible_truncation, reason = "curves are single precision in every file")]
+            // Curves are single precision in every file.
             let weights: Vec<f32> = times_seconds.iter().map(|time| value(time) as f32).collect();
             if let Some(bad) = weights.iter().position(|weight| !weight.is_finite()) {
                 let detail = format!("'{name}' is not finite at {} s", times_seconds[bad]);

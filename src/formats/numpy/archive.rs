@@ -12,7 +12,7 @@ use crate::formats::{
 use super::{NumberArray, invalid, npy};
 
 /// An archive of any layout has some twenty members; the directory of one with more is not even built.
-const MOST_MEMBERS: usize = 1024;
+const MAX_MEMBERS: usize = 1024;
 
 /// Reads the members of one archive. No member is ever written anywhere.
 pub(in crate::formats) struct Archive<'bytes, 'budget, 'limits> {
@@ -28,8 +28,8 @@ impl<'bytes, 'budget, 'limits> Archive<'bytes, 'budget, 'limits> {
         bytes: &'bytes [u8],
         budget: &'budget mut Budget<'limits>,
     ) -> Result<Self, FormatError> {
-        if has_more_members_than(MOST_MEMBERS, bytes) {
-            return Err(invalid("archive", format!("the archive has more than {MOST_MEMBERS} members")));
+        if has_more_members_than(MAX_MEMBERS, bytes) {
+            return Err(invalid("archive", format!("the archive has more than {MAX_MEMBERS} members")));
         }
         let zip = ZipArchive::new(Cursor::new(bytes)).map_err(|error| zip_error(&error, "archive"))?;
         let key = |name: &[u8]| {

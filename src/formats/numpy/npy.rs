@@ -7,8 +7,8 @@ use crate::formats::FormatError;
 use super::{NumberArray, Values, invalid};
 
 /// A header longer than this describes no array of plain numbers or strings.
-const MOST_HEADER_BYTES: u32 = 16 << 10;
-const MOST_DIMENSIONS: usize = 8;
+const MAX_HEADER_BYTES: u32 = 16 << 10;
+const MAX_DIMENSIONS: usize = 8;
 
 /// What the header says: element type, order, shape.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -87,10 +87,10 @@ pub(in crate::formats) fn read_header(reader: &mut impl Read, key: &str) -> Resu
         }
         version => return Err(unsupported(key, format!("version {version} of the NumPy array format"))),
     };
-    if length > MOST_HEADER_BYTES {
+    if length > MAX_HEADER_BYTES {
         return Err(invalid(
             key,
-            format!("the array header is {length} bytes long; at most {MOST_HEADER_BYTES} make sense"),
+            format!("the array header is {length} bytes long; at most {MAX_HEADER_BYTES} make sense"),
         ));
     }
     let mut text = vec![0; length as usize];
@@ -298,7 +298,7 @@ fn lengths(tuple: &str) -> Option<Vec<usize>> {
     // Python 2 wrote long integers with a trailing L.
     let lengths: Option<Vec<usize>> =
         tuple.split(',').map(|length| length.trim().trim_end_matches('L').parse().ok()).collect();
-    lengths.filter(|lengths| lengths.len() <= MOST_DIMENSIONS)
+    lengths.filter(|lengths| lengths.len() <= MAX_DIMENSIONS)
 }
 
 fn element_of(description: &str, key: &str) -> Result<(Element, bool), FormatError> {

@@ -124,7 +124,7 @@ impl<'de> Deserialize<'de> for MetaValue {
             }
 
             fn visit_str<E: de::Error>(self, text: &str) -> Result<Meta, E> {
-                serde_json::from_str(text).map_err(|error| E::custom(format!("'meta' is no valid JSON: {error}")))
+                serde_json::from_str(text).map_err(|error| E::custom(format!("'meta' is not valid JSON: {error}")))
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Meta, A::Error> {

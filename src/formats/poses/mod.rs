@@ -9,7 +9,7 @@
 //! | `translations`, `rotations`, `scales` | F×J×3, F×J×4, F×J×3 | local; an absent channel stays at rest |
 //! | `contacts`, `contact_joints` | F×C bool, C | where contacts are known: when those joints rest on something |
 //! | `morph_names`, `morph_weights` | M, F×M | the weights of morph targets and expressions; without a mesh that they move |
-//! | `meta` | JSON string | `name`, `fps`, `axes` (up and front, default `+y+z`), `unit` in metres (default 1) |
+//! | `meta` | JSON string | `name`, `fps`, `axes` (up and front, default `+y+z`), `unit` in meters (default 1) |
 //!
 //! Both codecs decode into the same [`arrays::Arrays`]; [`read`] is the only place that knows what the arrays mean. Nothing
 //! is converted: the scene stays in the axes and the unit that `meta` declares.

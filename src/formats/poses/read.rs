@@ -30,7 +30,7 @@ pub(super) fn scene(
 ) -> Result<Scene, FormatError> {
     let meta = std::mem::take(&mut arrays.meta);
     let axes = axes(&meta)?;
-    let unit_metres = unit_metres(&meta)?;
+    let unit_meters = unit_meters(&meta)?;
     warn_of_ignored(&arrays.ignored, reporter);
     let skeleton = skeleton(&mut arrays, budget, reporter)?;
     let morphs = morphs(&mut arrays, budget)?;
@@ -40,7 +40,7 @@ pub(super) fn scene(
         morphs,
         clips: clip.into_iter().collect(),
         axes: Some(axes),
-        unit_metres: Some(unit_metres),
+        unit_meters: Some(unit_meters),
         ..Scene::default()
     })
 }
@@ -52,12 +52,12 @@ fn axes(meta: &Meta) -> Result<Axes, FormatError> {
         .map_err(|error| invalid("meta.axes", error.to_string()))
 }
 
-fn unit_metres(meta: &Meta) -> Result<f64, FormatError> {
+fn unit_meters(meta: &Meta) -> Result<f64, FormatError> {
     let unit = meta.unit.unwrap_or(1.0);
     if unit.is_finite() && unit > 0.0 {
         return Ok(unit);
     }
-    Err(invalid("meta.unit", format!("{unit} is no length in metres; it must be more than zero")))
+    Err(invalid("meta.unit", format!("{unit} is not a length in meters; it must be greater than zero")))
 }
 
 fn warn_of_ignored(ignored: &[String], reporter: &mut Reporter) {
@@ -257,7 +257,7 @@ fn key_times(times: Option<&NumberArray>, frames: usize, fps: Option<f64>) -> Re
     if let Some(fps) = fps
         && !(fps.is_finite() && fps > 0.0)
     {
-        return Err(invalid("meta.fps", format!("{fps} is no frame rate; it must be more than zero")));
+        return Err(invalid("meta.fps", format!("{fps} is not a frame rate; it must be greater than zero")));
     }
     let Some(times) = times else {
         return match fps {
@@ -334,7 +334,7 @@ impl LengthCheck {
         let length = rotation.length();
         if length < SHORTEST {
             let place = self.place(array, row);
-            return Err(invalid(place, "the quaternion is zero, which is no rotation")
+            return Err(invalid(place, "the quaternion is zero, which is not a rotation")
                 .with_hint("write no rotation as 0 0 0 1 (x y z w)"));
         }
         let error = (length - 1.0).abs();
@@ -362,7 +362,7 @@ impl LengthCheck {
                 "quaternion_not_unit",
                 self.first,
                 format!(
-                    "{} quaternions are not of length one (the worst has {:.6}); they were normalised",
+                    "{} quaternions are not of length one (the worst has {:.6}); they were normalized",
                     self.off, self.worst
                 ),
                 "write unit quaternions, in the order x y z w",

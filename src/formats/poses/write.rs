@@ -100,7 +100,7 @@ impl<'a> Poses<'a> {
             name: clip.name(),
             fps: clip.uniform_fps().map(tidy_rate),
             axes: target.axes.unwrap_or_default().to_string(),
-            unit: target.unit_metres.unwrap_or(1.0),
+            unit: target.unit_meters.unwrap_or(1.0),
             retargetd: options.extras.as_ref(),
         };
         let meta = serde_json::to_string(&meta)

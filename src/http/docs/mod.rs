@@ -72,7 +72,7 @@ pub(super) fn documented_routes() -> OpenApiRouter<ApiState> {
         .merge(resources::webhooks::routes())
         .merge(resources::keys::routes())
         .merge(resources::usage::routes())
-        .merge(resources::describe::routes())
+        .merge(resources::info::routes())
         .merge(resources::probes::routes())
 }
 

@@ -9,9 +9,9 @@ use axum::{
 use tower_http::compression::{CompressionLayer, predicate::Predicate};
 
 /// What is smaller goes into one packet anyway.
-const LEAST_BYTES: u64 = 1 << 10;
+const MIN_BYTES: u64 = 1 << 10;
 /// What is larger would take the processor longer than the network.
-const MOST_BYTES: u64 = 32 << 20;
+const MAX_BYTES: u64 = 32 << 20;
 
 /// The layer.
 pub(super) fn layer() -> CompressionLayer<Pays> {
@@ -31,7 +31,7 @@ impl Predicate for Pays {
         let bytes = response.body().size_hint().exact();
         // A part of a file is a part of it as it is kept.
         let is_whole = response.status() != StatusCode::PARTIAL_CONTENT;
-        is_text && !is_stream && is_whole && bytes.is_some_and(|bytes| (LEAST_BYTES..=MOST_BYTES).contains(&bytes))
+        is_text && !is_stream && is_whole && bytes.is_some_and(|bytes| (MIN_BYTES..=MAX_BYTES).contains(&bytes))
     }
 }
 

@@ -10,7 +10,7 @@ use axum::{
 
 use super::{
     RequestId,
-    trace::{Asked, Came, TraceId, standard_method},
+    trace::{Came, TraceId, TracedRequest, standard_method},
 };
 use crate::{
     http::auth::Caller,
@@ -46,7 +46,7 @@ pub(super) async fn observe(mut request: Request, next: Next) -> Response {
     let principal = response.extensions().get::<Caller>().map_or("", |caller| caller.0.as_str());
     let trace_id = response.extensions().get::<TraceId>().cloned().unwrap_or_else(|| {
         // Refused before it was known who asks.
-        let asked = Asked { method, route: &route, came: began, request_id: &request_id };
+        let asked = TracedRequest { method, route: &route, came: began, request_id: &request_id };
         let span = asked.span(None);
         let trace_id = span.context().as_ref().map_or_else(String::new, TraceContext::trace_id);
         asked.answered(span, status);

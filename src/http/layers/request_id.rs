@@ -20,10 +20,10 @@ impl RequestId {
 const NAME: HeaderName = HeaderName::from_static("x-request-id");
 
 pub(super) async fn identify(mut request: Request, next: Next) -> Response {
-    const MOST_LETTERS: usize = 128;
+    const MAX_LETTERS: usize = 128;
     let given = request.headers().get(NAME).filter(|value| {
         let is_plain = value.as_bytes().iter().all(u8::is_ascii_graphic);
-        !value.is_empty() && value.len() <= MOST_LETTERS && is_plain
+        !value.is_empty() && value.len() <= MAX_LETTERS && is_plain
     });
     let id = given.cloned().unwrap_or_else(|| super::super::download::ascii(uuid::Uuid::now_v7().to_string()));
     request.extensions_mut().insert(RequestId(id.clone()));

@@ -28,14 +28,14 @@ pub(super) struct Came(pub(super) Instant);
 pub(super) struct TraceId(pub(super) String);
 
 /// A request, as its span tells it.
-pub(super) struct Asked<'a> {
+pub(super) struct TracedRequest<'a> {
     pub(super) method: &'static str,
     pub(super) route: &'a str,
     pub(super) came: Instant,
     pub(super) request_id: &'a str,
 }
 
-impl Asked<'_> {
+impl TracedRequest<'_> {
     /// Probes come every few seconds, and tell nobody anything.
     pub(super) fn span(&self, parent: Option<&TraceContext>) -> Span {
         let is_traced = self.route.starts_with("/v1/");
@@ -60,7 +60,7 @@ pub(super) async fn trace(State(state): State<ApiState>, request: Request, next:
     let came = extensions.get::<Came>().map_or_else(Instant::now, |came| came.0);
     let is_known = extensions.get::<Caller>().is_some_and(|caller| caller.0 != Principal::anonymous());
     let method = standard_method(request.method().as_str());
-    let asked = Asked { method, route: &route, came, request_id: &request_id };
+    let asked = TracedRequest { method, route: &route, came, request_id: &request_id };
     let asked_by = TraceContext::from_headers(
         extract::text(request.headers(), &TRACE_PARENT),
         extract::text(request.headers(), &TRACE_STATE),

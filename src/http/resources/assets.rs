@@ -41,7 +41,7 @@ pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 struct CreateQuery {
-    /// What the file is called; its ending tells `.vrm` from `.glb`.
+    /// Name of the file; its extension distinguishes `.vrm` from `.glb`.
     #[serde(default)]
     filename: String,
 }
@@ -79,7 +79,7 @@ impl NewAssetByUrl {
     ("Content-Digest" = Option<String>, Header, description = "`sha-256=:…:` of the body; checked")),
     request_body(description = "the file", content = String, content_type = "application/octet-stream"),
     responses((status = 201, body = AssetView, description = "kept", headers(("Location" = String))),
-        (status = 200, body = AssetView, description = "these bytes are here already"),
+        (status = 200, body = AssetView, description = "the asset exists already"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn create(
     State(state): State<ApiState>,
@@ -138,7 +138,7 @@ async fn list(
     Ok(Json(AssetPageView { items, next_cursor }))
 }
 
-/// Shows what is known of a file.
+/// Shows a file.
 #[utoipa::path(get, path = "/v1/assets/{id}", operation_id = "show_asset", tag = "assets", params(("id" = String, Path, description = "the asset")),
     responses((status = 200, body = AssetView, description = "the asset"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
@@ -150,9 +150,9 @@ async fn show(
     Ok(Json(assets.get(&owner, &id).await?.into()))
 }
 
-/// Removes a file.
+/// Deletes a file.
 ///
-/// Refused while an unfinished job needs it.
+/// Refused while an unfinished job uses it.
 #[utoipa::path(delete, path = "/v1/assets/{id}", operation_id = "delete_asset", tag = "assets", params(("id" = String, Path, description = "the asset")),
     responses((status = 204, description = "removed"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
@@ -170,7 +170,7 @@ async fn delete(
     ("Range" = Option<String>, Header, description = "one range of bytes")),
     responses((status = 200, content_type = "*/*", body = String, description = "the bytes"),
         (status = 206, content_type = "*/*", body = String, description = "a range of the bytes"),
-        (status = 304, description = "the caller has them already"),
+        (status = 304, description = "not modified"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn content(
     State(assets): State<Assets>,
@@ -195,7 +195,7 @@ struct SkeletonView {
     #[schema(value_type = Object)]
     counts: serde_json::Value,
     /// The largest body: `name`, `recognised_as`, `confidence`, `kind`, `rest_pose`, `rest_source`, `forward`, `up`,
-    /// `height_metres`, `joints`, `roles`, `role_details` (confidence, alternatives and reasons of each role), `twist_helpers`,
+    /// `height_meters`, `joints`, `roles`, `role_details` (confidence, alternatives and reasons of each role), `twist_helpers`,
     /// `twists` (the same with segment and place), `props`.
     /// Empty where there is no skeleton.
     #[schema(value_type = Vec<Object>)]
@@ -236,12 +236,12 @@ fn finding_codes() -> utoipa::openapi::schema::Object {
         .build()
 }
 
-/// Says what a file holds.
+/// Inspects a file.
 ///
-/// Skeletons, clips, the recognised rig, roles with confidence, the kind of rest pose, units, findings (what is wrong, odd or worth
-/// knowing, each with what to do) and warnings. Rig templates of your own take part in the recognition.
+/// Skeletons, clips, the recognized rig, roles with confidence, the kind of rest pose, units, findings (problems and
+/// oddities, each with a fix) and warnings. Your own rig templates take part in the recognition.
 #[utoipa::path(get, path = "/v1/assets/{id}/skeleton", operation_id = "show_skeleton", tag = "assets", params(("id" = String, Path, description = "the asset")),
-    responses((status = 200, body = SkeletonView, description = "what the file holds, as `retargetd inspect --json` prints it"),
+    responses((status = 200, body = SkeletonView, description = "the contents of the file, as `retargetd inspect --json` prints them"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn skeleton(
     State(assets): State<Assets>,

@@ -258,17 +258,17 @@ fn shown(batch: BatchSnapshot, status: StatusCode) -> Response {
     response
 }
 
-/// Asks for many jobs at once.
+/// Submits a batch of jobs.
 ///
-/// All are taken on or none: when this is answered, every one survives a restart of the service. A body that cannot be read is refused as a
-/// whole, with a pointer to everything that is wrong. An item that can be read and not be run (its asset or preset is not there, its config
-/// cannot be used) is a job that has failed, with its problem, and the others run; with `atomic`, it is answered with that problem and
-/// nothing is asked for. Jobs of batches wait behind those that are asked for one by one.
+/// All are accepted or none: once answered, all of them survive a restart of the service. A body that cannot be read
+/// is refused as a whole, with a pointer to every error. An item that cannot be run (its asset or preset does not
+/// exist, its config cannot be used) becomes a failed job with its problem, and the others run; with `atomic`, the
+/// answer is that problem and no job is submitted. Batch jobs wait behind jobs that are submitted individually.
 #[utoipa::path(post, path = "/v1/batches", operation_id = "create_batch", tag = "batches",
-    params(("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same batch"),
-        ("Cache-Control" = Option<String>, Header, description = "`no-cache` to have everything computed although the results are there")),
+    params(("Idempotency-Key" = Option<String>, Header, description = "a unique key of this request, chosen by the client: a repeated request with the same key returns the same batch"),
+        ("Cache-Control" = Option<String>, Header, description = "`no-cache` to compute everything even if results are cached")),
     request_body(description = "the batch", content = NewBatchBody),
-    responses((status = 202, body = BatchView, description = "taken on", headers(("Location" = String), ("Retry-After" = u32))),
+    responses((status = 202, body = BatchView, description = "accepted", headers(("Location" = String), ("Retry-After" = u32))),
         (status = 200, body = BatchOrCheck, description = "with `validate_only`: what could not be run"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn create(
@@ -322,10 +322,10 @@ async fn list(
 
 /// Shows a batch.
 ///
-/// With `Prefer: wait=N` the answer comes when all its jobs have ended, or after N seconds.
+/// With `Prefer: wait=N` the answer comes when all its jobs have finished, or after N seconds.
 #[utoipa::path(get, path = "/v1/batches/{id}", operation_id = "show_batch", tag = "batches", params(("id" = String, Path, description = "the batch"),
     ("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds for its end")),
-    responses((status = 200, body = BatchView, description = "the batch; `Retry-After` while it has not ended"),
+    responses((status = 200, body = BatchView, description = "the batch; `Retry-After` while it is unfinished"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn show(
     State(jobs): State<Jobs>,
@@ -350,16 +350,16 @@ struct JobsQuery {
     state: Option<String>,
     /// Only jobs whose report says so of the result: `pass`, `warn`, `fail` or `not_applicable`.
     verdict: Option<String>,
-    /// Entries of the page; cut down to the limit `page_items`.
+    /// Entries of the page; capped by the limit `page_items`.
     #[param(format = Int64, minimum = 1, maximum = 4_294_967_295_u32)]
     limit: Option<u32>,
-    /// `next_cursor` of the page before.
+    /// `next_cursor` of the previous page.
     cursor: Option<String>,
 }
 
 /// Lists the jobs of a batch, in the order of its items.
 ///
-/// Of an item that was asked for again, the newest job.
+/// For a retried item, the newest job.
 #[utoipa::path(get, path = "/v1/batches/{id}/jobs", operation_id = "list_batch_jobs", tag = "batches",
     params(("id" = String, Path, description = "the batch"), JobsQuery),
     responses((status = 200, body = JobPageView, description = "a page"),
@@ -382,9 +382,10 @@ async fn jobs_of(
     Ok(Json(JobPageView { items: found.items.into_iter().map(JobView::from).collect(), next_cursor }))
 }
 
-/// Stops a batch.
+/// Cancels a batch.
 ///
-/// What waits ends at once, what runs is told to stop, what has ended stays as it is. May be called any number of times, whatever the load.
+/// Waiting jobs end immediately, running jobs are asked to stop, finished jobs stay as they are. May be repeated,
+/// whatever the load.
 #[utoipa::path(post, path = "/v1/batches/{id}/cancel", operation_id = "cancel_batch", tag = "batches", params(("id" = String, Path, description = "the batch")),
     responses((status = 200, body = BatchView, description = "the batch as it is now"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
@@ -392,10 +393,10 @@ async fn cancel(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<Batc
     Ok(shown(jobs.cancel_batch(&owner, &id).await?, StatusCode::OK))
 }
 
-/// Asks again for what failed.
+/// Retries the failed items of a batch.
 ///
-/// Every item whose newest job failed, or did not start since another one failed, gets a new job (`retry_of` names the old one). The others
-/// are left as they are. Without any, nothing changes.
+/// Every item whose newest job failed, or did not start because another one failed, gets a new job (`retry_of` names
+/// the old one). The others stay as they are.
 #[utoipa::path(post, path = "/v1/batches/{id}/retry-failed", operation_id = "retry_failed_of_batch", tag = "batches",
     params(("id" = String, Path, description = "the batch")),
     responses((status = 202, body = BatchView, description = "the batch, with the new jobs", headers(("Location" = String))),
@@ -422,11 +423,12 @@ struct ArchiveQuery {
 
 /// Downloads the results of a batch as one zip archive.
 ///
-/// All that are there now, whatever became of the other items: `manifest.json` comes first and says of every item its state, its files and
-/// its problem; `index.html` comes last and shows the same to people, with verdicts. Files are called after their source, in a folder after
-/// their target where there are several, or as the item's label `name` says, and are stored as they are. The archive is made while it is
-/// sent; one that breaks off has no directory at its end. With `previews=true` it has a moving picture of each item that can be drawn, which
-/// takes about a tenth of a second for each.
+/// All results that are available now, whatever the state of the other items: `manifest.json` comes first and lists
+/// state, files and problem of every item; `index.html` comes last and shows the same in a browser, with verdicts.
+/// Files are named after their source, in a folder per target if there are several, or by the item's label `name`,
+/// and are stored uncompressed. The archive is streamed; an interrupted one has no central directory. With
+/// `previews=true` it has a moving picture of each item that can be drawn, which takes about a tenth of a second for
+/// each.
 #[utoipa::path(get, path = "/v1/batches/{id}/archive", operation_id = "download_batch", tag = "batches",
     params(("id" = String, Path, description = "the batch"), ArchiveQuery),
     responses((status = 200, content_type = "application/zip", body = String, description = "the archive"),

@@ -37,13 +37,13 @@ struct DisplayQuery {
 /// In meters, +Y up and +Z front, for viewers that know nothing of other formats, compression and extensions: decoded triangles, or capsules
 /// along the bones where there is no mesh; four joints a vertex; materials of one color and one PNG or JPEG of at most 1,024 pixels a side; one
 /// clip. The first nodes are those of the file in its order, and `extras.joint` of each is the name by which the API calls it.
-/// `extras.retargetd` of the scene has `clips`, `clip`, `key_times_seconds`, `floor_metres`, `front`, `roles` (nodes by role) and `triangles`.
+/// `extras.retargetd` of the scene has `clips`, `clip`, `key_times_seconds`, `floor_meters`, `front`, `roles` (nodes by role) and `triangles`.
 /// What a file looks like never changes: it may be cached for as long as the file is kept.
 #[utoipa::path(get, path = "/v1/assets/{id}/display", operation_id = "display_asset", tag = "assets",
     params(("id" = String, Path, description = "the asset"), DisplayQuery,
-        ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
+        ("If-None-Match" = Option<String>, Header, description = "`ETag` of the caller's copy")),
     responses((status = 200, content_type = "model/gltf-binary", body = String, description = "the GLB"),
-        (status = 304, description = "the caller has it already"),
+        (status = 304, description = "not modified"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn of_asset(
     State(assets): State<Assets>,
@@ -61,9 +61,9 @@ async fn of_asset(
 /// As `GET /v1/assets/{id}/display`.
 #[utoipa::path(get, path = "/v1/results/{id}/display", operation_id = "display_result", tag = "results",
     params(("id" = String, Path, description = "the result"), DisplayQuery,
-        ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
+        ("If-None-Match" = Option<String>, Header, description = "`ETag` of the caller's copy")),
     responses((status = 200, content_type = "model/gltf-binary", body = String, description = "the GLB"),
-        (status = 304, description = "the caller has it already"),
+        (status = 304, description = "not modified"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn of_result(
     State(jobs): State<Jobs>,

@@ -74,7 +74,7 @@ pub(in crate::http) struct DrawingForm {
 /// which goes on.
 #[utoipa::path(post, path = "/v1/drawings", tag = "retarget",
     params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds"),
-        ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
+        ("Idempotency-Key" = Option<String>, Header, description = "a unique key of this request, chosen by the client: a repeated request with the same key returns the same job"),
         ("Cache-Control" = Option<String>, Header, description = "`no-cache` to have it computed although the results are there"),
         ("Accept" = Option<String>, Header, description = "the media type of the format wanted")),
     request_body(content = DrawingForm, content_type = "multipart/form-data"),

@@ -45,22 +45,23 @@ pub(in crate::http) struct EditForm {
     preset: Option<String>,
 }
 
-/// Edits the clip of a file and gives the file back: its time, its seams, its sides.
+/// Edits the clip of a file (timing, loop seams, mirroring) and returns the file.
 ///
-/// The format is that of `Accept`, else of the config's `output.format`, else GLB. A glTF or VRM keeps all that it has; the edited
-/// clip is its first animation. The same as a job of `POST /v1/jobs`: `"task": "edit"` in the config.
+/// The format is that of `Accept`, else of the config's `output.format`, else GLB. A glTF or VRM keeps everything
+/// else; the edited clip is its first animation. The same as a job of `POST /v1/jobs`: `"task": "edit"` in the
+/// config.
 #[utoipa::path(post, path = "/v1/edits", tag = "retarget",
     params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds"),
-        ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
-        ("Cache-Control" = Option<String>, Header, description = "`no-cache` to have it computed although the results are there"),
-        ("Accept" = Option<String>, Header, description = "the media type of the format wanted")),
+        ("Idempotency-Key" = Option<String>, Header, description = "a unique key of this request, chosen by the client: a repeated request with the same key returns the same job"),
+        ("Cache-Control" = Option<String>, Header, description = "`no-cache` to compute it even if results are cached"),
+        ("Accept" = Option<String>, Header, description = "media type of the requested format")),
     request_body(description = "the file, or the id of an uploaded one", content(
         (EditForm = "multipart/form-data"), (EditBody = "application/json"))),
     responses((status = 200, description = "the file", content((String = "model/gltf-binary"), (String = "model/gltf+json"),
             (String = "text/plain"), (String = "application/x-npz"), (Object = "application/json")),
             headers(("Job-Id" = String), ("ETag" = String), ("Server-Timing" = String), ("Warnings-Count" = u64),
                 ("Content-Disposition" = String))),
-        (status = 202, body = JobView, description = "not ended within the wait", headers(("Location" = String), ("Retry-After" = u32))),
+        (status = 202, body = JobView, description = "not finished within the wait", headers(("Location" = String), ("Retry-After" = u32))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn edit(
     State(state): State<ApiState>,

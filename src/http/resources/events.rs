@@ -122,15 +122,15 @@ struct ServerSentEvent {
 
 /// Follows all jobs of the caller.
 ///
-/// A stream of server-sent events, from now on or behind `Last-Event-ID`: `job.queued`, `job.running`, `job.canceling`, `job.succeeded`,
-/// `job.failed` and `job.canceled`, each once and in order, with a `JobEvent` as data. `reset` says that events are gone which the caller
-/// has not heard of, so that the jobs are to be listed. `bye` says that the stream ends (`shutting_down`, `time_is_over`,
-/// `unavailable`) and is to be taken up again. Events are kept for the limit `event_retention`; a principal has as many streams at a
-/// time as the limit `event_streams` allows.
+/// A stream of server-sent events, from now on or behind `Last-Event-ID`: `job.queued`, `job.running`,
+/// `job.canceling`, `job.succeeded`, `job.failed` and `job.canceled`, each once and in order, with a `JobEvent` as
+/// data. `reset` says that missed events are no longer available, so the client has to list the jobs. `bye` says that
+/// the stream ends (`shutting_down`, `time_is_over`, `unavailable`) and the client has to reconnect. Events are kept
+/// for the period of the limit `event_retention`; the limit `event_streams` bounds the open streams of a principal.
 #[utoipa::path(get, path = "/v1/events", operation_id = "follow_everything", tag = "events",
     params(("token" = Option<String>, Query, description = "of `POST /v1/stream-tokens`, where no header can be sent"),
-        ("Last-Event-ID" = Option<String>, Header, description = "the `id` of the last event that was heard")),
-    responses((status = 200, body = ServerSentEvent, content_type = "text/event-stream", description = "the events, one after another"),
+        ("Last-Event-ID" = Option<String>, Header, description = "the `id` of the last received event")),
+    responses((status = 200, body = ServerSentEvent, content_type = "text/event-stream", description = "the event stream"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn of_everything(
     State(state): State<ApiState>,
@@ -142,15 +142,15 @@ async fn of_everything(
 
 /// Follows a job to its end.
 ///
-/// The same events as of `GET /v1/events`, those of this job alone, from its first or behind `Last-Event-ID`, and between them
-/// `job.progress` (without an `id`) with `phase`, `done` and `total`. The stream ends with the job. Who has heard of the end and
-/// asks again gets 204, at which browsers stop asking.
+/// The same events as of `GET /v1/events`, those of this job alone, from its first or behind `Last-Event-ID`, and
+/// between them `job.progress` (without an `id`) with `phase`, `done` and `total`. The stream ends with the job. A
+/// client that has received the end and reconnects gets 204, at which browsers stop reconnecting.
 #[utoipa::path(get, path = "/v1/jobs/{id}/events", operation_id = "follow_job", tag = "events",
     params(("id" = String, Path, description = "the job"),
         ("token" = Option<String>, Query, description = "of `POST /v1/stream-tokens`, where no header can be sent"),
-        ("Last-Event-ID" = Option<String>, Header, description = "the `id` of the last event that was heard")),
-    responses((status = 200, body = ServerSentEvent, content_type = "text/event-stream", description = "the events, one after another"),
-        (status = 204, description = "the job has ended, and the caller knows"),
+        ("Last-Event-ID" = Option<String>, Header, description = "the `id` of the last received event")),
+    responses((status = 200, body = ServerSentEvent, content_type = "text/event-stream", description = "the event stream"),
+        (status = 204, description = "the job has finished, and the client has received its end"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn of_job(
     State(state): State<ApiState>,
@@ -175,16 +175,16 @@ struct StreamTokenView {
 
 /// Makes a token that opens event streams.
 ///
-/// For browsers, whose `EventSource` sends no header: whoever holds the key asks for a token, and the page opens
+/// For browsers, whose `EventSource` sends no header: the holder of a key requests a token, and the page opens
 /// `/v1/events?token=…` or `/v1/jobs/{id}/events?token=…` with it within a minute. It allows what the key allows of streams, and ends with it.
-/// Where nobody has to show a key, streams open without one.
+/// Where no key is required, streams open without one.
 #[utoipa::path(post, path = "/v1/stream-tokens", operation_id = "create_stream_token", tag = "events",
     responses((status = 201, body = StreamTokenView, description = "made"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn make_token(State(state): State<ApiState>, headers: HeaderMap) -> Result<Response, Problem> {
     let key = shown_key(&state, &headers).await?.ok_or_else(|| {
         Problem::new(Code::Forbidden, "tokens for event streams are made with a key, and the request has none")
-            .with_hint("where nobody has to show a key, open the stream without a token; send identity tokens in the header 'Authorization'")
+            .with_hint("where no key is required, open the stream without a token; send identity tokens in the header 'Authorization'")
     })?;
     let StreamToken { text, expires_at } = state.keys.stream_token(&key);
     let view = StreamTokenView { token: text.reveal().to_owned(), expires_at: expires_at.to_string() };

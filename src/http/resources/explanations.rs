@@ -35,10 +35,10 @@ struct Question {
 
 /// Explains a joint at a frame.
 ///
-/// The answer has what the joint follows (`sources` with shares) and its `contributions` from the target's rest pose to the result:
-/// rotations in model space, each turning what the ones before it gave, so that their product is the joint's rotation in what a
-/// retarget of the same files and config gives. Either JSON that names uploaded files, or the same multipart form as
-/// `POST /v1/retarget`.
+/// The answer has the joints that it follows (`sources` with weights) and its `contributions` from the target's rest
+/// pose to the result: rotations in model space, each applied to the product of the previous ones, so that the
+/// product of all is the joint's rotation in a retarget of the same files and config. Either JSON that names uploaded
+/// files, or the same multipart form as `POST /v1/retarget`.
 #[utoipa::path(post, path = "/v1/explanations", tag = "retarget", params(Question),
     request_body(description = "two files", content(
         (SuggestionBody = "application/json"), (RetargetForm = "multipart/form-data"))),

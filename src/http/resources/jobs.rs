@@ -47,18 +47,18 @@ pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
         .routes(routes!(config))
 }
 
-/// Asks for a retarget.
+/// Submits a job.
 ///
-/// Either JSON that names uploaded files, or the same multipart form as `POST /v1/retarget`. When this is answered, the job
-/// survives a restart of the service. Where each principal has a quota of unfinished jobs, `RateLimit` says what is left of it.
+/// Either JSON that names uploaded files, or the same multipart form as `POST /v1/retarget`. Once answered, the job
+/// survives a restart of the service. If principals have a quota of unfinished jobs, `RateLimit` has the remainder.
 #[utoipa::path(post, path = "/v1/jobs", operation_id = "create_job", tag = "jobs",
     params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds for its end"),
-        ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
-        ("Cache-Control" = Option<String>, Header, description = "`no-cache` to have it computed although the results are there")),
+        ("Idempotency-Key" = Option<String>, Header, description = "a unique key of this request, chosen by the client: a repeated request with the same key returns the same job"),
+        ("Cache-Control" = Option<String>, Header, description = "`no-cache` to compute it even if results are cached")),
     request_body(description = "the job", content(
         (NewJobBody = "application/json"), (super::retarget::RetargetForm = "multipart/form-data"))),
-    responses((status = 202, body = JobView, description = "taken on", headers(("Location" = String), ("Retry-After" = u32))),
-        (status = 200, body = EndedOrChecked, description = "ended within the wait; with `validate_only`, what the job would do"),
+    responses((status = 202, body = JobView, description = "accepted", headers(("Location" = String), ("Retry-After" = u32))),
+        (status = 200, body = EndedOrChecked, description = "finished within the wait; with `validate_only`, what the job would do"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn create(
     State(state): State<ApiState>,
@@ -69,8 +69,8 @@ async fn create(
 ) -> Result<Response, Problem> {
     let ApiState { jobs, settings, .. } = &state;
     let new = match asked(request, &state, &owner, idempotency_key).await? {
-        Asked::Run(new) => new,
-        Asked::Validate(new) => return Ok(Json(validate(&state.assets, &owner, new).await?).into_response()),
+        Submission::Run(new) => new,
+        Submission::Validate(new) => return Ok(Json(validate(&state.assets, &owner, new).await?).into_response()),
     };
     let Submitted { job: submitted, is_repeated, quota } = jobs.submit(&owner, new).await?;
     let longest = settings.max_wait.0;
@@ -97,7 +97,7 @@ enum EndedOrChecked {
 }
 
 /// What is to be done with a job that somebody describes.
-enum Asked {
+enum Submission {
     Run(NewJob),
     Validate(NewJob),
 }
@@ -108,7 +108,7 @@ async fn asked(
     state: &ApiState,
     owner: &Principal,
     idempotency_key: Option<String>,
-) -> Result<Asked, Problem> {
+) -> Result<Submission, Problem> {
     let has_files = extract::is_media_type(request.headers(), "multipart/form-data");
     let skip_cache = caching::is_skipped(request.headers());
     // What was asked for before is answered also when nothing new is taken.
@@ -117,11 +117,15 @@ async fn asked(
     }
     if has_files {
         let new = upload::read_job(request, state).await?.keep(&state.assets, owner).await?;
-        return Ok(Asked::Run(NewJob { idempotency_key, skip_cache, ..new }));
+        return Ok(Submission::Run(NewJob { idempotency_key, skip_cache, ..new }));
     }
     let JsonBody(body) = JsonBody::<NewJobBody>::from_request(request, state).await?;
     let (validate_only, new) = (body.validate_only, body.read(&state.settings)?);
-    Ok(if validate_only { Asked::Validate(new) } else { Asked::Run(NewJob { idempotency_key, skip_cache, ..new }) })
+    Ok(if validate_only {
+        Submission::Validate(new)
+    } else {
+        Submission::Run(NewJob { idempotency_key, skip_cache, ..new })
+    })
 }
 
 #[derive(Debug, Deserialize, IntoParams)]
@@ -132,18 +136,18 @@ struct ListQuery {
     state: Option<String>,
     /// Only jobs of this kind: `retarget`, `edit`, `pose` or `draw`.
     kind: Option<String>,
-    /// Only jobs whose report says so of the result: `pass`, `warn`, `fail` or `not_applicable`.
+    /// Only jobs with this verdict: `pass`, `warn`, `fail` or `not_applicable`.
     verdict: Option<String>,
     /// Only jobs with this label, as `name=text`.
     #[param(example = "shot=012")]
     label: Option<String>,
-    /// Only jobs that were asked for at this time (RFC 3339) or later.
+    /// Only jobs that were submitted at this time (RFC 3339) or later.
     #[param(example = "2026-11-22T08:00:00Z")]
     since: Option<String>,
-    /// Entries of the page; cut down to the limit `page_items`.
+    /// Entries of the page; capped by the limit `page_items`.
     #[param(format = Int64, minimum = 1, maximum = 4_294_967_295_u32)]
     limit: Option<u32>,
-    /// `next_cursor` of the page before.
+    /// `next_cursor` of the previous page.
     cursor: Option<String>,
 }
 
@@ -193,10 +197,10 @@ impl ListQuery {
 
 /// Shows a job.
 ///
-/// With `Prefer: wait=N` the answer comes when the job has ended, or after N seconds.
+/// With `Prefer: wait=N` the answer comes when the job has finished, or after N seconds.
 #[utoipa::path(get, path = "/v1/jobs/{id}", operation_id = "show_job", tag = "jobs", params(("id" = String, Path, description = "the job"),
     ("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds for its end")),
-    responses((status = 200, body = JobView, description = "the job; `Retry-After` while it has not ended"),
+    responses((status = 200, body = JobView, description = "the job; `Retry-After` while it is unfinished"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn show(
     State(jobs): State<Jobs>,
@@ -212,9 +216,9 @@ async fn show(
     Ok(response)
 }
 
-/// Stops a job.
+/// Cancels a job.
 ///
-/// May be called any number of times, whatever the load. A job that has ended stays as it is.
+/// May be repeated, whatever the load. A finished job stays as it is.
 #[utoipa::path(post, path = "/v1/jobs/{id}/cancel", operation_id = "cancel_job", tag = "jobs", params(("id" = String, Path, description = "the job")),
     responses((status = 200, body = JobView, description = "the job as it is now"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
@@ -222,7 +226,7 @@ async fn cancel(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<JobI
     Ok(accepted(jobs.cancel(&owner, &id).await?, StatusCode::OK))
 }
 
-/// Asks for the same again, as a new job.
+/// Repeats a job as a new job.
 #[utoipa::path(post, path = "/v1/jobs/{id}/retry", operation_id = "retry_job", tag = "jobs", params(("id" = String, Path, description = "the job")),
     responses((status = 202, body = JobView, description = "the new job", headers(("Location" = String))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
@@ -230,9 +234,9 @@ async fn retry(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<JobId
     Ok(accepted(jobs.retry(&owner, &id).await?, StatusCode::ACCEPTED))
 }
 
-/// Removes a job and its results.
+/// Deletes a job and its results.
 ///
-/// Refused while it has not ended.
+/// Refused while it is unfinished.
 #[utoipa::path(delete, path = "/v1/jobs/{id}", operation_id = "delete_job", tag = "jobs", params(("id" = String, Path, description = "the job")),
     responses((status = 204, description = "removed"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
@@ -251,7 +255,7 @@ struct ReportQuery {
     include: Option<Included>,
 }
 
-/// What can be had beside a report.
+/// What is available beside a report.
 #[derive(Clone, Copy, Debug, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 enum Included {
@@ -259,11 +263,11 @@ enum Included {
     Curves,
 }
 
-/// Shows what was measured.
+/// Shows the report.
 ///
-/// As JSON, or as a page with plots for who accepts `text/html` more gladly, as browsers do. The curves of `measures.curves` have at most 120
-/// values; with `include=curves` those of the JSON have one for every frame, and there are those of `limb_twist` and `end_orientation`: that
-/// takes about as long as the job did.
+/// As JSON, or as a page with plots for clients that prefer `text/html`, such as browsers. The curves of
+/// `measures.curves` have at most 120 values; with `include=curves` those of the JSON have one for every frame, and
+/// there are those of `limb_twist` and `end_orientation`: that takes about as long as the job did.
 #[utoipa::path(get, path = "/v1/jobs/{id}/report", operation_id = "show_report", tag = "jobs", params(("id" = String, Path, description = "the job"), ReportQuery,
     ("Accept" = Option<String>, Header, description = "`text/html` for a page")),
     responses((status = 200, description = "timings, counts, warnings and measures",
@@ -316,7 +320,7 @@ async fn illustration(jobs: &Jobs, owner: &Principal, id: &JobId) -> Illustratio
 
 /// Shows the resolved spec.
 ///
-/// Everything that was found out is filled in; run again, it gives the same result.
+/// Everything that was detected is filled in; run again, it gives the same result.
 #[utoipa::path(get, path = "/v1/jobs/{id}/config", operation_id = "show_config", tag = "jobs", params(("id" = String, Path, description = "the job")),
     responses((status = 200, body = Object, description = "the resolved spec"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]

@@ -110,7 +110,10 @@ impl NewKeyBody {
         let scope = |(place, name): (usize, &String)| {
             Scope::from_name(name).ok_or_else(|| {
                 let shown: String = name.chars().take(64).collect();
-                invalid(format!("'{shown}' is no scope; they are read, write, admin"), format!("/scopes/{place}"))
+                invalid(
+                    format!("'{shown}' is not a scope; the scopes are read, write and admin"),
+                    format!("/scopes/{place}"),
+                )
             })
         };
         let scopes: Vec<Scope> = self.scopes.iter().enumerate().map(scope).collect::<Result<_, _>>()?;
@@ -123,12 +126,12 @@ impl NewKeyBody {
     }
 }
 
-/// Makes a key.
+/// Creates a key.
 ///
-/// A principal has two keys at most that are good at the same time: the one in use, and the one that follows it. To rotate, make the
-/// second, hand it out, and revoke the first.
+/// A principal has at most two valid keys: the one in use and its successor. To rotate, create the second, distribute
+/// it, and revoke the first.
 #[utoipa::path(post, path = "/v1/keys", operation_id = "create_key", tag = "keys", request_body = NewKeyBody,
-    responses((status = 201, body = CreatedKeyView, description = "made; the secret is told this once", headers(("Location" = String))),
+    responses((status = 201, body = CreatedKeyView, description = "created; the secret is shown only once", headers(("Location" = String))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn create(State(state): State<ApiState>, request: Request<Body>) -> Result<Response, Problem> {
     let JsonBody(body) = JsonBody::<NewKeyBody>::from_request(request, &state).await?;
@@ -146,11 +149,11 @@ async fn list(State(keys): State<Keys>) -> Result<Json<KeyListView>, Problem> {
     Ok(Json(KeyListView { items: keys.list().await?.into_iter().map(KeyView::from).collect() }))
 }
 
-/// Ends a key at once.
+/// Revokes a key.
 ///
-/// What belongs to its principal stays.
+/// Takes effect immediately. The data of its principal stays.
 #[utoipa::path(delete, path = "/v1/keys/{id}", operation_id = "revoke_key", tag = "keys", params(("id" = String, Path, description = "the key, by its id")),
-    responses((status = 204, description = "it opens nothing any more"),
+    responses((status = 204, description = "revoked"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn revoke(State(keys): State<Keys>, Id(id): Id<ApiKeyId>) -> Result<StatusCode, Problem> {
     keys.revoke(&id).await?;

@@ -75,7 +75,7 @@ struct NamedDocumentListView {
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 struct VersionQuery {
-    /// An earlier version. Kept for as long as a job may name it.
+    /// An earlier version. Kept while a job may refer to it.
     version: Option<u64>,
 }
 
@@ -165,9 +165,9 @@ fn answer(kept: Kept, status: StatusCode) -> Response {
     response
 }
 
-/// Lists the rigs that are recognised by name.
+/// Lists the rig templates.
 ///
-/// Those that come with the program first; they can be read, not changed.
+/// Built-in ones first; they can be read, not changed.
 #[utoipa::path(get, path = "/v1/rigs", tag = "rigs",
     responses((status = 200, body = NamedDocumentListView, description = "all of them"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
@@ -178,11 +178,11 @@ async fn list_rigs(
     list(&library, &owner, DocumentKind::Rig).await
 }
 
-/// Gives a rig template, as it can be sent back.
+/// Returns a rig template, in the form of a `PUT`.
 #[utoipa::path(get, path = "/v1/rigs/{name}", tag = "rigs", params(("name" = String, Path, description = "what it is called"),
-    VersionQuery, ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
+    VersionQuery, ("If-None-Match" = Option<String>, Header, description = "`ETag` of the caller's copy")),
     responses((status = 200, body = Object, description = "the document", headers(("ETag" = String), ("Document-Version" = u64))),
-        (status = 304, description = "the caller has it already"),
+        (status = 304, description = "not modified"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn show_rig(
     State(library): State<Library>,
@@ -194,18 +194,19 @@ async fn show_rig(
     show(&library, &owner, (DocumentKind::Rig, &name), query.version, &headers).await
 }
 
-/// Teaches a rig.
+/// Stores a rig template.
 ///
-/// The body is a rig template: which joints a rig is made of and what they mean; `GET /v1/schemas/rig-template` is its JSON Schema,
-/// `GET /v1/rigs/{name}` of a built-in one an example. From then on it takes part in every recognition, before the built-in ones:
-/// of jobs, of `GET /v1/assets/{id}/skeleton` and of mapping suggestions. Jobs that were asked for before keep what they had.
+/// The body is a rig template: the joints of a rig and their roles; `GET /v1/schemas/rig-template` is its JSON
+/// Schema, `GET /v1/rigs/{name}` of a built-in one an example. From then on it takes part in every recognition,
+/// before the built-in ones: in jobs, `GET /v1/assets/{id}/skeleton` and mapping suggestions. Earlier jobs are not
+/// affected.
 ///
-/// `{"asset": "…"}` instead of a template learns one from an uploaded character: the names of its joints, with the roles that they
-/// have been recognised as. The answer is the template, to be looked at and corrected.
+/// `{"asset": "…"}` instead of a template derives one from an uploaded character: the names of its joints with their
+/// recognized roles. The answer is the template, to be reviewed and corrected.
 #[utoipa::path(put, path = "/v1/rigs/{name}", tag = "rigs",
     params(("name" = String, Path, description = "up to 64 lower-case letters, digits, `_` and `-`"),
         ("If-Match" = Option<String>, Header, description = "change only the version with this `ETag`"),
-        ("If-None-Match" = Option<String>, Header, description = "`*`: only when there is none of that name")),
+        ("If-None-Match" = Option<String>, Header, description = "`*`: only if there is none of that name")),
     request_body(content = Object, content_type = "application/json", description = "the document"),
     responses((status = 201, body = Object, description = "kept", headers(("Location" = String), ("ETag" = String), ("Document-Version" = u64))),
         (status = 200, body = Object, description = "a new version, or the same as before", headers(("ETag" = String), ("Document-Version" = u64))),
@@ -230,24 +231,23 @@ async fn learned(
     asset: &serde_json::Value,
     name: &str,
 ) -> Result<serde_json::Value, Problem> {
-    let wrong = |detail: String| {
-        Problem::new(Code::InvalidValue, detail).with_hint("upload a character whose joints have names")
-    };
+    let wrong =
+        |detail: String| Problem::new(Code::InvalidValue, detail).with_hint("upload a character with named joints");
     let id = asset.as_str().and_then(|id| AssetId::parse(id).ok());
-    let id = id.ok_or_else(|| wrong(format!("{asset} is no id of an asset")))?;
+    let id = id.ok_or_else(|| wrong(format!("{asset} is not the id of an asset")))?;
     let inspection: serde_json::Value = serde_json::from_str(&state.assets.inspect(owner, &id).await?)
         .map_err(|error| Problem::new(Code::Internal, error.to_string()))?;
     let mut template = inspection.pointer("/rigs/0/template").cloned().unwrap_or_default();
     let Some(members) = template.as_object_mut() else {
-        return Err(wrong(format!("the file of {id} holds no body whose joints can be told by their names")));
+        return Err(wrong(format!("the file of {id} has no body whose joints can be distinguished by name")));
     };
     members.insert("name".to_owned(), name.into());
     Ok(template)
 }
 
-/// Removes a rig template.
+/// Deletes a rig template.
 ///
-/// Jobs that were asked for with it keep it.
+/// Jobs that were submitted with it keep it.
 #[utoipa::path(delete, path = "/v1/rigs/{name}", tag = "rigs", params(("name" = String, Path, description = "what it is called"),
     ("If-Match" = Option<String>, Header, description = "remove only the version with this `ETag`")),
     responses((status = 204, description = "removed"),
@@ -263,7 +263,7 @@ async fn delete_rig(
 
 /// Lists the presets.
 ///
-/// Those that come with the program first; they can be read, not changed.
+/// Built-in ones first; they can be read, not changed.
 #[utoipa::path(get, path = "/v1/presets", tag = "rigs",
     responses((status = 200, body = NamedDocumentListView, description = "all of them"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
@@ -274,11 +274,11 @@ async fn list_presets(
     list(&library, &owner, DocumentKind::Preset).await
 }
 
-/// Gives a preset, as it can be sent back.
+/// Returns a preset, in the form of a `PUT`.
 #[utoipa::path(get, path = "/v1/presets/{name}", tag = "rigs", params(("name" = String, Path, description = "what it is called"),
-    VersionQuery, ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
+    VersionQuery, ("If-None-Match" = Option<String>, Header, description = "`ETag` of the caller's copy")),
     responses((status = 200, body = Object, description = "the document", headers(("ETag" = String), ("Document-Version" = u64))),
-        (status = 304, description = "the caller has it already"),
+        (status = 304, description = "not modified"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn show_preset(
     State(library): State<Library>,
@@ -290,15 +290,15 @@ async fn show_preset(
     show(&library, &owner, (DocumentKind::Preset, &name), query.version, &headers).await
 }
 
-/// Keeps a preset.
+/// Stores a preset.
 ///
-/// The body is a retarget spec, or part of one. Jobs that name it in `preset` have their config laid over it: objects are merged
-/// member by member, everything else (lists too) is taken from the config where it says something, and `null` takes a member of
-/// the preset away (RFC 7396). A config of another tool becomes a spec of ours.
+/// The body is a retarget spec, or part of one. The config of a job that names it in `preset` extends it: objects are
+/// merged member by member, any other value (lists too) of the config replaces that of the preset, and `null` removes
+/// a member (RFC 7396). A config of another tool is converted to a retarget spec.
 #[utoipa::path(put, path = "/v1/presets/{name}", tag = "rigs",
     params(("name" = String, Path, description = "up to 64 lower-case letters, digits, `_` and `-`"),
         ("If-Match" = Option<String>, Header, description = "change only the version with this `ETag`"),
-        ("If-None-Match" = Option<String>, Header, description = "`*`: only when there is none of that name")),
+        ("If-None-Match" = Option<String>, Header, description = "`*`: only if there is none of that name")),
     request_body(content = Object, content_type = "application/json", description = "the document"),
     responses((status = 201, body = Object, description = "kept", headers(("Location" = String), ("ETag" = String), ("Document-Version" = u64))),
         (status = 200, body = Object, description = "a new version, or the same as before", headers(("ETag" = String), ("Document-Version" = u64))),
@@ -313,9 +313,9 @@ async fn put_preset(
     keep(&state.library, &owner, (DocumentKind::Preset, &name), &document, &precondition).await
 }
 
-/// Removes a preset.
+/// Deletes a preset.
 ///
-/// Jobs that were asked for with it keep it.
+/// Jobs that were submitted with it keep it.
 #[utoipa::path(delete, path = "/v1/presets/{name}", tag = "rigs", params(("name" = String, Path, description = "what it is called"),
     ("If-Match" = Option<String>, Header, description = "remove only the version with this `ETag`")),
     responses((status = 204, description = "removed"),

@@ -18,7 +18,7 @@ use crate::{
 };
 
 /// How many things that are wrong with items are told at once.
-const MOST_ERRORS: usize = 100;
+const MAX_ERRORS: usize = 100;
 
 /// Asks for jobs together: `items`, or all pairs of a `matrix`.
 #[derive(Debug, Deserialize, ToSchema)]
@@ -241,7 +241,7 @@ fn all(items: impl Iterator<Item = Result<NewJob, Problem>>) -> Result<Vec<NewJo
                 let problem = problem.below(&format!("/items/{number}"));
                 match &mut bad {
                     None => bad = Some(problem),
-                    Some(bad) if bad.errors.len() < MOST_ERRORS => bad.errors.extend(problem.errors),
+                    Some(bad) if bad.errors.len() < MAX_ERRORS => bad.errors.extend(problem.errors),
                     Some(_) => {}
                 }
             }

@@ -166,7 +166,7 @@ fn read_formats(names: &[String], most: u64) -> Result<Vec<Format>, Problem> {
             let detail = match format {
                 _ if seen_before => format!("'{shown}' is asked for twice"),
                 Some(format) if format.info().feature.is_some() => format.info().why_unwritten(),
-                _ => format!("'{shown}' is no format that can be written"),
+                _ => format!("'{shown}' is not a format that can be written"),
             };
             Problem::new(Code::InvalidValue, detail).at(format!("/output/{place}"), similar_formats(name))
         })

@@ -53,13 +53,13 @@ pub(in crate::http) struct PoseForm {
 struct PoseQuery {
     /// The pose: `t`, `a`, `rest` or `source`. Default: `source` where that part was sent, else `t`.
     #[param(inline)]
-    to: Option<PoseWord>,
+    to: Option<PoseName>,
 }
 
 /// A pose by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
-enum PoseWord {
+enum PoseName {
     /// Arms horizontal.
     T,
     /// Arms 45° below the horizontal.
@@ -70,7 +70,7 @@ enum PoseWord {
     Source,
 }
 
-impl PoseWord {
+impl PoseName {
     const fn name(self) -> &'static str {
         match self {
             Self::T => "t",
@@ -81,22 +81,23 @@ impl PoseWord {
     }
 }
 
-/// Puts a character into a T pose, an A pose or another character's rest pose, and gives the file back.
+/// Puts a character into a T pose, an A pose or another character's rest pose, and returns the file.
 ///
-/// The format is that of `Accept`, else GLB. A glTF or VRM keeps all that it has but its animations: its nodes stand in the pose,
-/// and one animation holds it. The same with edits, roles and axes of your own: `POST /v1/retarget` with `pose` in the config.
+/// The format is that of `Accept`, else GLB. A glTF or VRM keeps everything but its animations: its nodes have the
+/// pose, and one animation holds it. The same with edits, roles and axes of your own: `POST /v1/retarget` with `pose`
+/// in the config.
 #[utoipa::path(post, path = "/v1/poses", tag = "retarget",
     params(PoseQuery, ("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds"),
-        ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
-        ("Cache-Control" = Option<String>, Header, description = "`no-cache` to have it computed although the results are there"),
-        ("Accept" = Option<String>, Header, description = "the media type of the format wanted")),
+        ("Idempotency-Key" = Option<String>, Header, description = "a unique key of this request, chosen by the client: a repeated request with the same key returns the same job"),
+        ("Cache-Control" = Option<String>, Header, description = "`no-cache` to compute it even if results are cached"),
+        ("Accept" = Option<String>, Header, description = "media type of the requested format")),
     request_body(description = "the files, or the ids of uploaded ones", content(
         (PoseForm = "multipart/form-data"), (PoseBody = "application/json"))),
     responses((status = 200, description = "the file", content((String = "model/gltf-binary"), (String = "model/gltf+json"),
             (String = "text/plain"), (String = "application/x-npz"), (Object = "application/json")),
             headers(("Job-Id" = String), ("ETag" = String), ("Server-Timing" = String), ("Warnings-Count" = u64),
                 ("Content-Disposition" = String))),
-        (status = 202, body = JobView, description = "not ended within the wait", headers(("Location" = String), ("Retry-After" = u32))),
+        (status = 202, body = JobView, description = "not finished within the wait", headers(("Location" = String), ("Retry-After" = u32))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn pose(
     State(state): State<ApiState>,
@@ -109,8 +110,8 @@ async fn pose(
     let headers = OneShotHeaders::read(&state, request.headers(), idempotency_key).await?;
     let Parts { files, mut new } = read_pose(request, &state).await?;
     let has_source = files.has(InputRole::Source) || new.inputs.contains_key(&InputRole::Source);
-    let to = query.to.unwrap_or(if has_source { PoseWord::Source } else { PoseWord::T });
-    if to == PoseWord::Source && !has_source {
+    let to = query.to.unwrap_or(if has_source { PoseName::Source } else { PoseName::T });
+    if to == PoseName::Source && !has_source {
         return Err(upload::missing(InputRole::Source));
     }
     new.task = Some(JobTask::Pose { to: Some(to.name().to_owned()) });

@@ -31,26 +31,26 @@ pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 struct PreviewQuery {
-    /// Width and height in pixels, as `512` or `640x360`, 16 to 1920; of a sheet, those of each cell. Default 512.
+    /// Width and height in pixels, such as `512` or `640x360`, 16 to 1920; for a sheet, of each cell. Default 512.
     #[param(example = "256")]
     size: Option<String>,
-    /// `front`, `three_quarter` (default), `side`, `back`, `top`, or `orbit`, which goes once around.
+    /// `front`, `three_quarter` (default), `side`, `back`, `top`, or `orbit`, which circles the figure once.
     #[param(value_type = Option<String>)]
     camera: Option<CameraKind>,
-    /// `auto` (default), `figure`, or `hold`, which sees the whole path.
+    /// `auto` (default), `figure`, or `hold`, which frames the whole path.
     #[param(value_type = Option<String>)]
     follow: Option<Follow>,
-    /// How far the camera turns around the figure from the first frame to the last, in degrees.
+    /// Degrees by which the camera orbits the figure from the first frame to the last.
     turn: Option<f64>,
-    /// Frames per second of what moves, 1 to 60. Default 15 for GIF, 30 otherwise.
+    /// Frames per second of a moving picture, 1 to 60. Default 15 for GIF, 30 otherwise.
     fps: Option<f64>,
-    /// Where the part of the clip begins that is shown, in seconds.
+    /// Start of the shown part of the clip, in seconds.
     start: Option<f64>,
-    /// Where it ends.
+    /// Its end, in seconds.
     end: Option<f64>,
-    /// A still at this second of the clip. Default: the middle.
+    /// Time of a still in seconds. Default: the middle of the clip.
     at: Option<f64>,
-    /// A sheet of stills over the whole clip, as `4x3`.
+    /// A sheet of stills over the whole clip, such as `4x3`.
     sheet: Option<String>,
     /// `light` (default), `dark` or `transparent`.
     #[param(value_type = Option<String>)]
@@ -58,25 +58,26 @@ struct PreviewQuery {
     /// `shaded` (default), `skeleton`, `both`, `depth` or `silhouette`.
     #[param(value_type = Option<String>)]
     style: Option<Style>,
-    /// The clip that is shown. Default: the first that moves.
+    /// The clip to show. Default: the first that moves.
     clip: Option<String>,
-    /// Whether the time is written on the picture.
+    /// Whether the time is drawn on the picture.
     #[serde(default)]
     labels: bool,
     /// Whether the floor is drawn. Default true.
     floor: Option<bool>,
 }
 
-/// Draws what a file looks like.
+/// Renders a file.
 ///
-/// The mesh, or where there is none a body of capsules along the bones; in its clip, or where it has none at rest. `png` is a still;
-/// `gif`, `apng` and `mp4` move (`mp4` where the service was built with that feature); `webp` moves where the file does and neither `at` nor `sheet` is given. The picture of a file never changes: it
-/// may be cached for as long as the file is kept.
+/// Shows the mesh or, without one, capsules along the bones; in its clip or, without one, at rest. `png` is a still;
+/// `gif`, `apng` and `mp4` move (`mp4` where the service was built with that feature); `webp` moves where the file
+/// does and neither `at` nor `sheet` is given. The picture of a file never changes: it may be cached for as long as
+/// the file is kept.
 #[utoipa::path(get, path = "/v1/assets/{id}/preview.{ending}", operation_id = "preview_asset", tag = "assets",
     params(("id" = String, Path, description = "the asset"), ("ending" = String, Path, description = "`png`, `webp`, `gif`, `apng` or `mp4`", example = "png"), PreviewQuery,
-        ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
+        ("If-None-Match" = Option<String>, Header, description = "`ETag` of the caller's copy")),
     responses((status = 200, content_type = "image/*", body = String, description = "the picture"),
-        (status = 304, description = "the caller has it already"),
+        (status = 304, description = "not modified"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn of_asset(
     State(assets): State<Assets>,
@@ -91,14 +92,14 @@ async fn of_asset(
     answer(&jobs, assets.get(&owner, &id).await?.into(), options, &headers).await
 }
 
-/// Draws what a result looks like.
+/// Renders a result.
 ///
 /// As `GET /v1/assets/{id}/preview.{ending}`.
 #[utoipa::path(get, path = "/v1/results/{id}/preview.{ending}", operation_id = "preview_result", tag = "results",
     params(("id" = String, Path, description = "the result"), ("ending" = String, Path, description = "`png`, `webp`, `gif`, `apng` or `mp4`", example = "png"), PreviewQuery,
-        ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
+        ("If-None-Match" = Option<String>, Header, description = "`ETag` of the caller's copy")),
     responses((status = 200, content_type = "image/*", body = String, description = "the picture"),
-        (status = 304, description = "the caller has it already"),
+        (status = 304, description = "not modified"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn of_result(
     State(jobs): State<Jobs>,
@@ -113,15 +114,15 @@ async fn of_result(
     answer(&jobs, Pictured::of_result(owner, result), options, &headers).await
 }
 
-/// Draws what a batch gives.
+/// Renders the first result of a batch.
 ///
-/// The first result of its items that can be drawn, as `GET /v1/results/{id}/preview.{ending}` does. Another one may be the first when more
-/// items have ended, so it is not cached for long.
+/// The first result of its items that can be drawn, as `GET /v1/results/{id}/preview.{ending}` does. The first result
+/// may change while items finish, so it is cached only briefly.
 #[utoipa::path(get, path = "/v1/batches/{id}/preview.{ending}", operation_id = "preview_batch", tag = "batches",
     params(("id" = String, Path, description = "the batch"), ("ending" = String, Path, description = "`png`, `webp`, `gif`, `apng` or `mp4`", example = "png"), PreviewQuery,
-        ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
+        ("If-None-Match" = Option<String>, Header, description = "`ETag` of the caller's copy")),
     responses((status = 200, content_type = "image/*", body = String, description = "the picture"),
-        (status = 304, description = "the caller has it already"),
+        (status = 304, description = "not modified"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn of_batch(
     State(jobs): State<Jobs>,
@@ -150,7 +151,7 @@ async fn answer(
 
 fn no_id(text: &str) -> Problem {
     let shown: String = text.chars().take(64).collect();
-    Problem::new(Code::NotFound, format!("'{shown}' is no id of anything here"))
+    Problem::new(Code::NotFound, format!("'{shown}' is not a valid id"))
 }
 
 impl PreviewQuery {

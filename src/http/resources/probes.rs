@@ -49,18 +49,19 @@ struct Status {
     status: &'static str,
 }
 
-/// Says that the process can answer.
+/// Checks that the process responds.
 ///
-/// Says nothing of load: a busy service is alive.
+/// Independent of load: a busy service is alive.
 #[utoipa::path(get, path = "/livez", tag = "service", responses((status = 200, body = Status, description = "alive")))]
 async fn live() -> Json<Status> {
     Json(Status { status: "ok" })
 }
 
-/// Says whether to send work here.
+/// Checks whether the service accepts work.
 ///
-/// Not while shutting down, not when the store does not answer or its disk has only its reserve left, and not before tokens can be checked where they are taken. A full
-/// queue is no reason: it is said to whoever asks for more.
+/// Not ready while shutting down, if the store does not answer or its disk has only its reserve left, or, if tokens
+/// are accepted, until they can be verified. A full queue does not count: it is reported to requests that submit
+/// work.
 #[utoipa::path(get, path = "/readyz", tag = "service",
     responses((status = 200, body = Status, description = "ready"),
         (status = 503, body = ProblemView, content_type = "application/problem+json", description = "not ready")))]
@@ -76,12 +77,12 @@ async fn ready(State(jobs): State<Jobs>, State(tokens): State<Tokens>) -> Result
         }
     })?;
     if !tokens.can_be_checked() {
-        return Err(Problem::new(Code::Unavailable, "the keys of the token issuer are not there yet"));
+        return Err(Problem::new(Code::Unavailable, "the keys of the token issuer have not been fetched yet"));
     }
     Ok(Json(Status { status: "ok" }))
 }
 
-/// Gives the metrics, as Prometheus reads them.
+/// Returns metrics in the Prometheus format.
 #[utoipa::path(get, path = "/metrics", tag = "service",
     responses((status = 200, body = String, content_type = "text/plain", description = "the metrics"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]

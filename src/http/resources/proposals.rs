@@ -89,11 +89,11 @@ enum ConfigCheckView {
     Alone(CheckedConfig),
 }
 
-/// Proposes a mapping between two rigs.
+/// Suggests a mapping between two rigs.
 ///
-/// Nothing is retargeted. The answer has the whole spec, how sure each role is on both sides with reasons and alternatives, and
-/// for each joint of the target what would drive it, or why nothing does. Either JSON that names uploaded files, or the same
-/// multipart form as `POST /v1/retarget`.
+/// Nothing is retargeted. The answer has the full spec, the confidence of each role on both sides with reasons and
+/// alternatives, and for each joint of the target what would drive it, or why nothing does. Either JSON that names
+/// uploaded files, or the same multipart form as `POST /v1/retarget`.
 #[utoipa::path(post, path = "/v1/mapping-suggestions", tag = "rigs",
     request_body(description = "two files", content(
         (SuggestionBody = "application/json"), (RetargetForm = "multipart/form-data"))),
@@ -119,13 +119,13 @@ pub(super) async fn read_files(request: Request<Body>, state: &ApiState, owner: 
 
 /// Checks a config.
 ///
-/// With two files, every name in the config is checked against them and the answer is the same as that of
-/// `POST /v1/mapping-suggestions`; without, the answer is the config as it is understood. A config that cannot be used is
-/// answered with the problem that a job with it would fail with; `errors` has all that is wrong, with pointers.
+/// With two files, every name in the config is checked against them and the answer is the same as that of `POST
+/// /v1/mapping-suggestions`; without files, the answer is the parsed config. For a config that cannot be used the
+/// answer is the problem that a job with it would fail with; `errors` lists all errors, with pointers.
 #[utoipa::path(post, path = "/v1/config-checks", operation_id = "check_config", tag = "rigs",
     request_body(description = "a config, and perhaps two files", content(
         (CheckBody = "application/json"), (RetargetForm = "multipart/form-data"))),
-    responses((status = 200, body = ConfigCheckView, description = "it can be used"),
+    responses((status = 200, body = ConfigCheckView, description = "the config is valid"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn check(
     State(state): State<ApiState>,
@@ -162,7 +162,7 @@ impl CheckBody {
             (_, None) => Some("target"),
         };
         if let Some(name) = missing {
-            let detail = format!("'{name}' is missing: a config is checked against both files, or by itself");
+            let detail = format!("'{name}' is missing: a config is checked against both files, or alone");
             return Err(Problem::new(Code::MissingPart, detail).at(format!("/{name}"), Vec::new()));
         }
         let inputs = read_inputs([self.source, self.target, self.source_rest, self.target_rest, None])?;
@@ -188,7 +188,7 @@ pub(super) async fn validate(assets: &Assets, owner: &Principal, new: NewJob) ->
 async fn propose(assets: &Assets, owner: &Principal, new: NewJob) -> Result<ProposalView, Problem> {
     let (request, proposal) = assets.propose(owner, new).await?;
     let serde_json::Value::Object(mut proposal) = proposal else {
-        return Err(Problem::internal(&"a proposal is no object"));
+        return Err(Problem::internal(&"a proposal is not an object"));
     };
     let resolved_spec = proposal.remove("resolved_spec").unwrap_or_default();
     Ok(ProposalView { inputs: inputs_view(&request), resolved_spec, proposal })

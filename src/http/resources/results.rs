@@ -24,7 +24,7 @@ pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
     OpenApiRouter::new().routes(routes!(show)).routes(routes!(content))
 }
 
-/// Shows what is known of a result.
+/// Shows a result.
 #[utoipa::path(get, path = "/v1/results/{id}", operation_id = "show_result", tag = "results", params(("id" = String, Path, description = "the result")),
     responses((status = 200, body = ResultView, description = "the result"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
@@ -38,13 +38,13 @@ async fn show(
 
 /// Downloads a result.
 ///
-/// It never changes: `ETag` is its digest, and it may be cached for as long as it is kept.
+/// Immutable: `ETag` is its digest, and it may be cached until it expires.
 #[utoipa::path(get, path = "/v1/results/{id}/content", operation_id = "download_result", tag = "results", params(("id" = String, Path, description = "the result"),
     ("Range" = Option<String>, Header, description = "one range of bytes"),
-    ("If-None-Match" = Option<String>, Header, description = "the `ETag` that the caller has")),
+    ("If-None-Match" = Option<String>, Header, description = "`ETag` of the caller's copy")),
     responses((status = 200, content_type = "*/*", body = String, description = "the bytes, under the media type of the format"),
         (status = 206, content_type = "*/*", body = String, description = "a range of the bytes"),
-        (status = 304, description = "the caller has them already"),
+        (status = 304, description = "not modified"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn content(
     State(jobs): State<Jobs>,

@@ -79,22 +79,22 @@ impl Drop for StopUnlessAnswered {
     }
 }
 
-/// Retargets files and gives the file back.
+/// Retargets files and returns the result.
 ///
-/// The format is that of `Accept`, else of the config's `output.format`, else GLB. When it takes longer than the wait, the
-/// answer is 202 with the job, which goes on.
+/// The format is that of `Accept`, else of the config's `output.format`, else GLB. If it takes longer than the wait,
+/// the answer is 202 with the job, which continues.
 #[utoipa::path(post, path = "/v1/retarget", tag = "retarget",
     params(("Prefer" = Option<String>, Header, description = "`wait=N` to wait up to N seconds"),
-        ("Idempotency-Key" = Option<String>, Header, description = "a word of your own for this request: asking again with it gives the same job"),
-        ("Cache-Control" = Option<String>, Header, description = "`no-cache` to have it computed although the results are there"),
-        ("Accept" = Option<String>, Header, description = "the media type of the format wanted")),
+        ("Idempotency-Key" = Option<String>, Header, description = "a unique key of this request, chosen by the client: a repeated request with the same key returns the same job"),
+        ("Cache-Control" = Option<String>, Header, description = "`no-cache` to compute it even if results are cached"),
+        ("Accept" = Option<String>, Header, description = "media type of the requested format")),
     request_body(description = "the files, or the ids of uploaded ones", content(
         (RetargetForm = "multipart/form-data"), (SuggestionBody = "application/json"))),
     responses((status = 200, description = "the file", content((String = "model/gltf-binary"), (String = "model/gltf+json"),
             (String = "text/plain"), (String = "application/x-npz"), (Object = "application/json")),
             headers(("Job-Id" = String), ("ETag" = String), ("Server-Timing" = String), ("Warnings-Count" = u64), ("Cache-Status" = String),
                 ("Content-Disposition" = String))),
-        (status = 202, body = JobView, description = "not ended within the wait", headers(("Location" = String), ("Retry-After" = u32))),
+        (status = 202, body = JobView, description = "not finished within the wait", headers(("Location" = String), ("Retry-After" = u32))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn retarget(
     State(state): State<ApiState>,

@@ -60,7 +60,7 @@ struct QuotaView {
     maximum: u64,
 }
 
-/// Says what the caller has.
+/// Shows the usage of the caller.
 #[utoipa::path(get, path = "/v1/usage", operation_id = "show_usage", tag = "service",
     responses((status = 200, body = UsageView, description = "jobs, files and streams of the caller"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]

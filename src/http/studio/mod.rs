@@ -134,10 +134,10 @@ mod tests {
 
     #[test]
     fn everything_together_is_small() {
-        const MOST_BYTES: usize = 350 << 10;
+        const MAX_BYTES: usize = 350 << 10;
         let of_page = served().iter().filter(|file| !file.path.starts_with("sample/"));
         let bytes: usize = of_page.map(|file| file.compressed.len()).sum();
-        assert!(bytes <= MOST_BYTES, "{bytes} bytes compressed");
+        assert!(bytes <= MAX_BYTES, "{bytes} bytes compressed");
     }
 
     #[test]

@@ -15,10 +15,10 @@ use crate::{
     config::Failpoint,
     engine::{Control, Failure, FailureCode, Knowledge, Limits, NamedBytes},
     jobs::{
-        Asked, Engine, JobQuota, Jobs, NewJob, Refusal, failure, hexadecimal,
+        Engine, EngineRequest, JobQuota, Jobs, NewJob, Refusal, failure, hexadecimal,
         looks::Look,
         memory, result_names, similar_names,
-        submission::{Known, Wanted, check_inputs, said_bytes, suspect_digest, text_bytes},
+        submission::{ResolvedJob, SubmissionContext, check_inputs, said_bytes, suspect_digest, text_bytes},
     },
     store::{
         AddedAgain, AddedBatch, AssetId, BatchId, BatchPlace, BatchRecord, ConfigDocument, Idempotency, InputRole,
@@ -29,7 +29,7 @@ use crate::{
 };
 
 /// How often a batch is put together again whose files go while it is written.
-const MOST_TRIES: usize = 3;
+const MAX_TRIES: usize = 3;
 
 /// What somebody wants done together.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -86,7 +86,7 @@ pub struct BadItem {
 
 /// An item as it was looked up. What cannot be run is kept as it was asked for.
 struct Item {
-    wanted: Wanted,
+    wanted: ResolvedJob,
     failure: Option<JobFailure>,
 }
 
@@ -119,7 +119,7 @@ impl Jobs {
         if self.is_draining() {
             return Err(Refusal::Draining);
         }
-        for _ in 0..MOST_TRIES {
+        for _ in 0..MAX_TRIES {
             let mut items = self.look_up(owner, new.items.clone()).await?;
             result_names::tell_apart(items.iter_mut().map(|item| &mut item.wanted.request));
             let bad = items.iter().zip(0..).find_map(|(item, number)| Some((number, item.failure.clone()?)));
@@ -186,7 +186,7 @@ impl Jobs {
     /// # Errors
     /// When its owner has no such batch, or new jobs would not be taken.
     pub async fn retry_failed(&self, owner: &Principal, id: &BatchId) -> Result<(BatchSnapshot, u64), Refusal> {
-        for _ in 0..MOST_TRIES {
+        for _ in 0..MAX_TRIES {
             self.batch(owner, id).await?;
             if self.is_draining() {
                 return Err(Refusal::Draining);
@@ -327,7 +327,7 @@ fn check_all(
     for (text, config) in configs {
         control.check().map_err(|_| Failure::new(FailureCode::Canceled, "canceled"))?;
         let named = NamedBytes { name: &config.file_name, bytes: config.text.as_bytes() };
-        if let Err(failure) = engine.ask(&Asked::of_config(named, &Knowledge::default(), limits), control) {
+        if let Err(failure) = engine.ask(&EngineRequest::of_config(named, &Knowledge::default(), limits), control) {
             refused.insert(Arc::clone(text), failure);
         }
     }
@@ -368,7 +368,7 @@ fn asked_before(job: JobRecord) -> NewJob {
 }
 
 /// A job as it was asked for, with what is known of its files.
-fn as_asked(known: &Known, owner: &Principal, new: &NewJob) -> Result<Wanted, Refusal> {
+fn as_asked(known: &SubmissionContext, owner: &Principal, new: &NewJob) -> Result<ResolvedJob, Refusal> {
     let input = |(role, asset): (&InputRole, &AssetId)| {
         let (sha256, file_name) =
             known.asset(asset).map(|found| (found.sha256.clone(), found.file_name.clone())).unwrap_or_default();
@@ -389,7 +389,7 @@ fn as_asked(known: &Known, owner: &Principal, new: &NewJob) -> Result<Wanted, Re
         skip_cache: new.skip_cache,
         webhook: new.webhook.clone(),
     };
-    Ok(Wanted {
+    Ok(ResolvedJob {
         owner: owner.clone(),
         request,
         input_bytes: 0,

@@ -18,9 +18,9 @@ use super::{
     threads::Threads,
 };
 use crate::{
-    config::misbehave,
+    config::trigger_named,
     engine::{Control, Failure, FailureCode, Format, Knowledge, Output},
-    jobs::{Answer, Asked, Engine, MadeFile, Ran, RetargetEngine, failure, running::progress_of},
+    jobs::{Answer, Engine, EngineRequest, EngineResult, OutputFile, RetargetEngine, failure, running::progress_of},
     telemetry::monotonic_seconds,
 };
 
@@ -104,7 +104,7 @@ fn unbuffered_output() -> io::Result<impl io::Write> {
 }
 
 /// Reads what the parent says. When the parent is gone, whatever is being worked on is for nobody.
-#[expect(clippy::disallowed_methods, reason = "work that nobody wants may not listen, and holds no files")]
+#[expect(clippy::disallowed_methods, reason = "an unwanted engine process must not listen or hold files")]
 fn receive(sender: &mpsc::SyncSender<Received>) {
     let mut input = io::stdin().lock();
     let current: Mutex<Arc<Control>> = Mutex::default();
@@ -125,9 +125,9 @@ fn receive(sender: &mpsc::SyncSender<Received>) {
 
 fn answer(received: &Received) -> Sent {
     let Received { request, blobs, control } = received;
-    misbehave(request.names.first().and_then(Option::as_deref).unwrap_or_default());
+    trigger_named(request.names.first().and_then(Option::as_deref).unwrap_or_default());
     let formats: Vec<Format> = request.formats.iter().filter_map(|name| Format::from_name(name)).collect();
-    let asked = Asked {
+    let asked = EngineRequest {
         question: request.question.clone(),
         files: request.files(blobs),
         formats: &formats,
@@ -135,7 +135,7 @@ fn answer(received: &Received) -> Sent {
         limits: &request.limits,
     };
     match RetargetEngine.ask(&asked, control) {
-        Ok(Answer::Ran(ran)) => Sent::ran(*ran),
+        Ok(Answer::EngineResult(ran)) => Sent::ran(*ran),
         Ok(Answer::Document(document)) => {
             Sent { reply: Reply::Document, blobs: vec![document.to_string().into_bytes()] }
         }
@@ -165,13 +165,13 @@ impl Sent {
         Self::of(Reply::Failed(failure::keep(too_much_output(bytes, most))))
     }
 
-    fn ran(ran: Ran) -> Self {
-        let Ran { outputs, report, resolved_spec, timings, warnings, judgment } = ran;
+    fn ran(ran: EngineResult) -> Self {
+        let EngineResult { outputs, report, resolved_spec, timings, warnings, judgment } = ran;
         let parts =
-            |MadeFile { output: Output { format, name, bytes }, .. }| ((format.info().name.to_owned(), name), bytes);
+            |OutputFile { output: Output { format, name, bytes }, .. }| ((format.info().name.to_owned(), name), bytes);
         let (names, files): (Vec<_>, Vec<_>) = outputs.into_iter().map(parts).unzip();
         let texts = [report.into_bytes(), resolved_spec.into_bytes()];
         let blobs = texts.into_iter().chain(files).collect();
-        Self { reply: Reply::Ran { timings, warnings, judgment, outputs: names }, blobs }
+        Self { reply: Reply::EngineResult { timings, warnings, judgment, outputs: names }, blobs }
     }
 }

@@ -11,8 +11,8 @@ use sha2::{Digest, Sha256};
 
 use crate::store::hexadecimal;
 
-const MOST_HEADER_BYTES: u32 = 64 << 20;
-const MOST_BLOBS: u32 = 64;
+const MAX_HEADER_BYTES: u32 = 64 << 20;
+const MAX_BLOBS: u32 = 64;
 /// Bytes that are waited for at once.
 const STEP_BYTES: usize = 1 << 20;
 /// And where they are digested meanwhile.
@@ -85,7 +85,7 @@ fn read_message<T: DeserializeOwned, R: Read, B>(
     let mut count = [0; 4];
     input.read_exact(&mut count)?;
     let (length, count) = (u32::from_le_bytes(length), u32::from_le_bytes(count));
-    if length > MOST_HEADER_BYTES || count > MOST_BLOBS {
+    if length > MAX_HEADER_BYTES || count > MAX_BLOBS {
         return Err(io::Error::new(io::ErrorKind::InvalidData, "a message is larger than any may be"));
     }
     let mut lengths = Vec::new();

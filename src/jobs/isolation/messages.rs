@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::sandbox::Sandbox;
 use crate::{
     engine::{Limits, NamedBytes, Timings},
-    jobs::{Asked, Files, Question},
+    jobs::{EngineRequest, Files, Question},
     store::{JobFailure, Judgment, StoredProgress},
 };
 
@@ -40,7 +40,7 @@ pub(super) enum Reply {
     /// It is that far.
     Progress(StoredProgress),
     /// A retarget is done. The blobs are the report and the resolved spec, as JSON, and the outputs.
-    Ran {
+    EngineResult {
         timings: Timings,
         warnings: u64,
         judgment: Option<Judgment>,
@@ -61,7 +61,7 @@ pub(super) enum Reply {
 
 impl Request {
     /// A question, with the bytes that go with it.
-    pub(super) fn new<'a>(asked: &Asked<'a>) -> (Self, Vec<&'a [u8]>) {
+    pub(super) fn new<'a>(asked: &EngineRequest<'a>) -> (Self, Vec<&'a [u8]>) {
         let Files { source, target, source_rest, target_rest, scene, config } = asked.files;
         let files = [source, target, source_rest, target_rest, scene, config];
         let read = asked.knowledge.rigs().iter().filter_map(|rig| serde_json::to_string(rig).ok());

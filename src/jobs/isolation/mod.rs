@@ -36,7 +36,7 @@ use self::{
     process::{EngineProcess, Lost},
     threads::AtWork,
 };
-use super::{Answer, Asked, Engine, MadeFile, Ran, failure};
+use super::{Answer, Engine, EngineRequest, EngineResult, OutputFile, failure};
 use crate::{
     config::{MemoryBudget, Settings},
     engine::{Control, Failure, FailureCode, Format, Output},
@@ -77,11 +77,11 @@ impl ProcessEngine {
     /// As [`Self::new`].
     pub fn within(bounds: Bounds, most_idle: usize) -> io::Result<Self> {
         /// Memory that a process has taken once is its own again after so many.
-        const MOST_REQUESTS: u64 = 200;
+        const MAX_REQUESTS: u64 = 200;
         Ok(Self {
             program: Program::own()?,
             bounds,
-            most_requests: MOST_REQUESTS,
+            most_requests: MAX_REQUESTS,
             idle: Idle::new(most_idle),
             at_work: AtWork::default(),
             memory_watch: MemoryWatch::new(bounds.memory_bytes, MemoryBudget::of_all_processes()),
@@ -143,13 +143,13 @@ impl Engine for ProcessEngine {
         true
     }
 
-    fn ask(&self, asked: &Asked<'_>, control: &Control) -> Result<Answer, Failure> {
+    fn ask(&self, asked: &EngineRequest<'_>, control: &Control) -> Result<Answer, Failure> {
         let (request, blobs) = Request::new(asked);
         let (reply, blobs) = self.send(request, &blobs, control)?;
         let mut blobs = blobs.into_iter();
         let mut first = || blobs.next().map_or_else(Vec::new, |blob| blob.bytes);
         let (timings, warnings, judgment, names) = match reply {
-            Reply::Ran { timings, warnings, judgment, outputs } => (timings, warnings, judgment, outputs),
+            Reply::EngineResult { timings, warnings, judgment, outputs } => (timings, warnings, judgment, outputs),
             Reply::Document => {
                 let document = serde_json::from_slice(&first());
                 return document.map(Answer::Document).map_err(|error| unexpected(&format!("no JSON: {error}")));
@@ -162,10 +162,10 @@ impl Engine for ProcessEngine {
         let (report, resolved_spec) = text().zip(text()).ok_or_else(|| unexpected("no report"))?;
         let outputs = names.into_iter().zip(blobs).map(|((format, name), Digested { bytes, sha256 })| {
             let format = Format::from_name(&format).ok_or_else(|| unexpected("an output of no known format"))?;
-            Ok(MadeFile { output: Output { format, name, bytes }, sha256: Some(sha256) })
+            Ok(OutputFile { output: Output { format, name, bytes }, sha256: Some(sha256) })
         });
         let outputs = outputs.collect::<Result<_, Failure>>()?;
-        Ok(Answer::Ran(Box::new(Ran { outputs, report, resolved_spec, timings, warnings, judgment })))
+        Ok(Answer::EngineResult(Box::new(EngineResult { outputs, report, resolved_spec, timings, warnings, judgment })))
     }
 
     fn tidy(&self) {

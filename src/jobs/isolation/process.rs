@@ -31,9 +31,9 @@ const LONG: Duration = Duration::from_millis(500);
 /// How long a process that was told to stop may take to do so. Well-behaved engines look every few milliseconds.
 const STOP: Duration = Duration::from_secs(1);
 /// Answers that wait to be heard: more than one only while progress is told faster than it is looked at.
-const MOST_UNHEARD: usize = 16;
+const MAX_UNHEARD: usize = 16;
 /// What is kept of what a process says before it dies.
-const MOST_LAST_WORDS: usize = 4096;
+const MAX_LAST_WORDS: usize = 4096;
 
 /// Why there is no answer.
 #[derive(Debug)]
@@ -84,7 +84,7 @@ impl EngineProcess {
         };
         hold_more(&input);
         hold_more(&output);
-        let (sender, answers) = mpsc::sync_channel(MOST_UNHEARD);
+        let (sender, answers) = mpsc::sync_channel(MAX_UNHEARD);
         let last_words = Arc::new(Mutex::new(Vec::new()));
         let (words, most) = (Arc::clone(&last_words), bounds.output_bytes);
         thread::Builder::new().name("engine-answers".to_owned()).spawn(move || hear(output, &sender, most))?;
@@ -254,7 +254,7 @@ fn keep_last_words(mut errors: ChildStderr, words: &Mutex<Vec<u8>>) {
     while let Ok(count @ 1..) = errors.read(&mut buffer) {
         let mut words = words.lock().unwrap_or_else(PoisonError::into_inner);
         words.extend_from_slice(&buffer[..count]);
-        let surplus = words.len().saturating_sub(MOST_LAST_WORDS);
+        let surplus = words.len().saturating_sub(MAX_LAST_WORDS);
         words.drain(..surplus);
     }
 }

@@ -3,7 +3,7 @@
 use super::{frames, messages::*};
 use crate::{
     engine::{Failure, FailureCode, FieldError, Format, Knowledge, Limits, NamedBytes},
-    jobs::{Asked, Files, Question, failure},
+    jobs::{EngineRequest, Files, Question, failure},
 };
 
 #[test]
@@ -21,7 +21,8 @@ fn a_request_is_the_same_on_the_other_side() {
     let question = Question::Explain { frame: 3, joint: "Hips".to_owned() };
     let limits = Limits { nodes: 7, ..Limits::default() };
     let knowledge = Knowledge::default();
-    let asked = Asked { question: question.clone(), files, formats: &formats, knowledge: &knowledge, limits: &limits };
+    let asked =
+        EngineRequest { question: question.clone(), files, formats: &formats, knowledge: &knowledge, limits: &limits };
     let (request, blobs) = Request::new(&asked);
     let mut pipe = Vec::new();
     frames::write(&mut pipe, &request, &blobs).expect("a vector takes all");

@@ -31,7 +31,7 @@ pub struct HandedFile {
 }
 
 /// How long the end of a job whose file is handed over is waited for: it takes milliseconds, where the store answers.
-const MOST_UNSETTLED: Duration = Duration::from_secs(2);
+const MAX_UNSETTLED: Duration = Duration::from_secs(2);
 
 /// Jobs whose file somebody waits for, and jobs whose end is not written yet although somebody has it.
 #[derive(Debug, Default)]
@@ -113,7 +113,7 @@ impl Handovers {
             _ => return,
         };
         // It closes without ever saying anything.
-        let _ = tokio::time::timeout(MOST_UNSETTLED, given.changed()).await;
+        let _ = tokio::time::timeout(MAX_UNSETTLED, given.changed()).await;
     }
 }
 

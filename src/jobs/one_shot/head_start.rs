@@ -17,7 +17,7 @@ use tokio::sync::{OwnedSemaphorePermit, oneshot};
 
 use crate::{
     engine::{Control, Failure},
-    jobs::Ran,
+    jobs::EngineResult,
     store::JobId,
 };
 
@@ -36,7 +36,7 @@ pub(in crate::jobs) struct BegunWork {
     /// Since when.
     pub(in crate::jobs) at: Instant,
     /// What will come of it; `None` when the engine panicked.
-    pub(in crate::jobs) outcome: oneshot::Receiver<Option<Result<Ran, Failure>>>,
+    pub(in crate::jobs) outcome: oneshot::Receiver<Option<Result<EngineResult, Failure>>>,
 }
 
 /// The work of this process that no worker has taken over yet, by job.

@@ -25,9 +25,9 @@ use crate::{
 };
 
 /// Deliveries that one process makes at the same time.
-const MOST_AT_ONCE: usize = 32;
+const MAX_AT_ONCE: usize = 32;
 /// And those of them to one webhook.
-const MOST_TO_ONE: usize = 4;
+const MAX_TO_ONE: usize = 4;
 /// How often to look into an outbox that was empty. Jobs that end here come with a word.
 const LOOK_AGAIN: Duration = Duration::from_secs(2);
 /// How long to leave a store alone that has failed, and an outbox that others are emptying.
@@ -40,13 +40,13 @@ const GRACE: Duration = Duration::from_secs(1);
 
 /// Tells webhooks what happened, from the outbox of the store.
 #[derive(Debug)]
-pub struct Courier {
+pub struct WebhookDispatcher {
     running: TaskTracker,
     stop: CancellationToken,
     task: JoinHandle<()>,
 }
 
-impl Courier {
+impl WebhookDispatcher {
     /// Starts it.
     #[must_use]
     pub fn start(jobs: &Jobs, outbound: Outbound) -> Self {
@@ -87,7 +87,7 @@ enum Claimed {
 
 impl Round {
     async fn run(self, running: TaskTracker, stop: CancellationToken) {
-        let slots = Arc::new(Semaphore::new(MOST_AT_ONCE));
+        let slots = Arc::new(Semaphore::new(MAX_AT_ONCE));
         while let Some(Ok(slot)) = stop.run_until_cancelled(Arc::clone(&slots).acquire_owned()).await {
             let Some((delivery, webhook)) = stop.run_until_cancelled(self.next()).await else { return };
             let (round, hold) = (self.clone(), Hold::new(&self.in_hand, &webhook));
@@ -240,7 +240,7 @@ fn lock(in_hand: &InHand) -> MutexGuard<'_, BTreeMap<WebhookId, (Principal, usiz
 
 /// The webhooks that have as many deliveries on their way as may be.
 fn busy(in_hand: &InHand) -> Vec<WebhookId> {
-    lock(in_hand).iter().filter(|(_, (_, count))| *count >= MOST_TO_ONE).map(|(id, _)| id.clone()).collect()
+    lock(in_hand).iter().filter(|(_, (_, count))| *count >= MAX_TO_ONE).map(|(id, _)| id.clone()).collect()
 }
 
 /// The principals that have as many deliveries on their way as there is room for others': so there always is some.
@@ -249,7 +249,7 @@ fn full_owners(in_hand: &InHand) -> Vec<Principal> {
     for (owner, count) in lock(in_hand).values() {
         *of_owners.entry(owner.clone()).or_default() += count;
     }
-    let room = MOST_AT_ONCE.saturating_sub(of_owners.values().sum());
+    let room = MAX_AT_ONCE.saturating_sub(of_owners.values().sum());
     of_owners.into_iter().filter(|(_, count)| *count >= room).map(|(owner, _)| owner).collect()
 }
 

@@ -1,14 +1,14 @@
 //! Webhooks: telling somebody's server that a job has come to its end.
 //!
 //! [`Webhooks`] is what owners ask: make one, look, remove, ping, rotate its secret, look at what it was told and tell it again. What is to
-//! be told is in the outbox of the store since the transaction of the job's end; the [`Courier`] of every process takes it from there. A
+//! be told is in the outbox of the store since the transaction of the job's end; the [`WebhookDispatcher`] of every process takes it from there. A
 //! webhook says nothing that the job itself does not say, so that whoever asks instead misses nothing.
 
 mod courier;
 mod message;
 mod schedule;
 
-pub use courier::Courier;
+pub use courier::WebhookDispatcher;
 
 use std::time::Duration;
 
@@ -23,7 +23,7 @@ use crate::{
 /// How long the secret from before a rotation signs along.
 const OLD_SECRET_PERIOD: Duration = Duration::from_hours(24);
 /// Pings that wait to be sent to one webhook, and those sent that are remembered.
-const MOST_PINGS: u64 = 100;
+const MAX_PINGS: u64 = 100;
 
 /// A webhook that is to be made.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -123,8 +123,8 @@ impl Webhooks {
     /// When its owner has none of that id.
     pub async fn ping(&self, owner: &Principal, id: &WebhookId) -> Result<DeliveryRecord, Refusal> {
         let webhook = self.get(owner, id).await?;
-        let ping = self.jobs.0.store.records().add_ping(owner, &webhook.id, MOST_PINGS).await?;
-        let ping = ping.ok_or(Refusal::TooManyRecords { limit: "pings", most: MOST_PINGS, actual: MOST_PINGS + 1 })?;
+        let ping = self.jobs.0.store.records().add_ping(owner, &webhook.id, MAX_PINGS).await?;
+        let ping = ping.ok_or(Refusal::TooManyRecords { limit: "pings", most: MAX_PINGS, actual: MAX_PINGS + 1 })?;
         self.jobs.0.outbox.notify_one();
         Ok(ping)
     }

@@ -70,8 +70,8 @@ fn after(rig: &Rig<'_>, clip: &Clip, spec: &RetargetSpec, reporter: &mut Reporte
     };
     let Some(tolerance) = keys else { return Ok(edited.into_owned()) };
     let tolerance = Tolerance {
-        distance: tolerance.distance_metres,
-        shell: tolerance.shell_metres,
+        distance: tolerance.distance_meters,
+        shell: tolerance.shell_meters,
         interpolation: tolerance.interpolation,
     };
     let reduction = reduce_keys(&edited, rig.skeleton(), tolerance, &control)?;

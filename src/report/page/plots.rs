@@ -21,7 +21,7 @@ const HEIGHT: u32 = 260;
 const ROW: u32 = 26;
 const AXIS: u32 = 44;
 /// More points than a screen has columns only make the page heavy.
-const MOST_POINTS: usize = 960;
+const MAX_POINTS: usize = 960;
 const LABEL: (&str, u32) = ("sans-serif", 13);
 
 /// Told apart by people who see colors differently, and readable on white and on black.
@@ -171,10 +171,10 @@ fn chart<'a>(
 
 /// Stretches without a gap, thinned to what a screen can show. A single value is a short dash.
 fn runs(times: &[f64], values: &[Option<f64>]) -> Vec<Vec<(f64, f64)>> {
-    let step = values.len().div_ceil(MOST_POINTS).max(1);
+    let step = values.len().div_ceil(MAX_POINTS).max(1);
     let mut found: Vec<Vec<(f64, f64)>> = vec![Vec::new()];
     for (times, values) in times.chunks(step).zip(values.chunks(step)) {
-        // What is farthest from zero stands for its neighbours, so that no peak is lost.
+        // What is farthest from zero stands for its neighbors, so that no peak is lost.
         let largest = values.iter().flatten().copied().max_by(|first, second| first.abs().total_cmp(&second.abs()));
         match (largest, found.last_mut()) {
             (Some(value), Some(run)) => run.push((times[0], value)),
@@ -183,8 +183,7 @@ fn runs(times: &[f64], values: &[Option<f64>]) -> Vec<Vec<(f64, f64)>> {
         }
     }
     found.retain(|run| !run.is_empty());
-    let dash =
-        (times.last().copied().unwrap_or(0.0) - times.first().copied().unwrap_or(0.0)) / MOST_POINTS as f64 * 3.0;
+    let dash = (times.last().copied().unwrap_or(0.0) - times.first().copied().unwrap_or(0.0)) / MAX_POINTS as f64 * 3.0;
     for run in found.iter_mut().filter(|run| run.len() == 1) {
         let (time, value) = run[0];
         run.push((time + dash, value));
@@ -278,7 +277,7 @@ mod tests {
         let mut many = vec![Some(0.0); 10_000];
         many[7777] = Some(-5.0);
         let thinned = runs(&long, &many);
-        assert!(thinned[0].len() <= MOST_POINTS, "{} points", thinned[0].len());
+        assert!(thinned[0].len() <= MAX_POINTS, "{} points", thinned[0].len());
         assert!(thinned[0].iter().any(|point| point.1 < -4.0), "the peak is there");
     }
 

@@ -4,7 +4,7 @@ use super::text::{Escaped, number, spaced, verdict};
 use crate::retarget::{Measures, Metric, MetricName, Verdict};
 
 /// Contacts of the list.
-const MOST_CONTACTS: usize = 12;
+const MAX_CONTACTS: usize = 12;
 
 /// What is worst comes first.
 pub(super) fn metrics(page: &mut String, measures: &Measures) {
@@ -75,7 +75,7 @@ pub(super) fn contacts(page: &mut String, measures: &Measures) {
     page.push_str("<div class=\"wide\"><table>\n<thead><tr><th>foot</th><th class=\"number\">frames</th>");
     page.push_str("<th class=\"number\">slide</th><th class=\"number\">source's slide</th>");
     page.push_str("<th class=\"number\">height over the floor</th></tr></thead>\n<tbody>\n");
-    for contact in contacts.into_iter().take(MOST_CONTACTS) {
+    for contact in contacts.into_iter().take(MAX_CONTACTS) {
         page.push_str(&format!(
             "<tr><th scope=\"row\">{} {}</th><td class=\"number\">{} to {}</td><td class=\"number\">{} cm</td>\
              <td class=\"number\">{} cm</td><td class=\"number\">{} cm</td></tr>\n",

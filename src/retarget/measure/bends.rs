@@ -24,7 +24,7 @@ const STRAIGHT: f64 = 10.0;
 const BENT: f64 = 15.0;
 /// How clearly a limb must bend to one side over a clip for the other side to be backwards.
 const HINGED: f64 = 0.5;
-const NO_BENDS: &str = "no knee and no elbow was recognised on both sides";
+const NO_BENDS: &str = "no knee and no elbow was recognized on both sides";
 
 /// What is looked at.
 pub(super) struct Bends(Vec<Bend>);

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::motion::Both;
 use crate::rig::{Rig, standing_floor};
 
-/// Lengths of one rig at rest, in metres.
+/// Lengths of one rig at rest, in meters.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Size {
     /// Hip to ankle along the bones; nothing without legs.
@@ -24,14 +24,14 @@ impl Size {
         Self {
             leg,
             body: leg.zip(trunk).map(|(leg, trunk)| leg + trunk),
-            floor: standing_floor(rig).map(|floor| floor * rig.unit_metres),
+            floor: standing_floor(rig).map(|floor| floor * rig.unit_meters),
         }
     }
 }
 
-/// Where a joint is at rest, in metres.
+/// Where a joint is at rest, in meters.
 fn position(rig: &Rig<'_>, joint: usize) -> DVec3 {
-    rig.rest.transforms()[joint].translation * rig.unit_metres
+    rig.rest.transforms()[joint].translation * rig.unit_meters
 }
 
 fn leg_length(rig: &Rig<'_>) -> Option<f64> {
@@ -52,7 +52,7 @@ fn leg_length(rig: &Rig<'_>) -> Option<f64> {
     (!legs.is_empty()).then(|| legs.iter().sum::<f64>() / legs.len() as f64)
 }
 
-/// The bones from a joint to one below it at rest, in metres; the way between them where that is not below.
+/// The bones from a joint to one below it at rest, in meters; the way between them where that is not below.
 pub(super) fn bones_length(rig: &Rig<'_>, from: usize, to: usize) -> f64 {
     let path = rig.skeleton().path(from, to).unwrap_or_else(|| vec![from, to]);
     path.windows(2).map(|pair| position(rig, pair[0]).distance(position(rig, pair[1]))).sum()

@@ -10,7 +10,7 @@ use crate::rig::{Rig, body_capsules};
 
 const ARMS: [&str; 4] = ["left_forearm", "left_hand", "right_forearm", "right_hand"];
 const TRUNK: [&str; 4] = ["hips", "waist", "chest", "head"];
-const NO_ARMS: &str = "no arms and trunk were recognised on both sides";
+const NO_ARMS: &str = "no arms and trunk were recognized on both sides";
 const CENTIMETRES: f64 = 100.0;
 
 /// What is looked at.
@@ -26,12 +26,12 @@ struct Capsule {
     joint: usize,
     /// Slots of where its line begins and ends.
     ends: [usize; 2],
-    /// Metres.
+    /// Meters.
     radius: Both<f64>,
 }
 
 impl Collisions {
-    /// `legs` are leg lengths in metres.
+    /// `legs` are leg lengths in meters.
     pub(super) fn find(rigs: &Both<&Rig<'_>>, legs: Both<Option<f64>>, wanted: &mut Wanted) -> Option<Self> {
         let legs = Both { source: legs.source?, target: legs.target? };
         let capsules = rigs.map(|rig| body_capsules(rig));
@@ -45,8 +45,8 @@ impl Collisions {
             };
             let ends = [end(source.start, target.start), end(source.end, target.end)];
             let radius = Both {
-                source: source.radius * rigs.source.unit_metres,
-                target: target.radius * rigs.target.unit_metres,
+                source: source.radius * rigs.source.unit_meters,
+                target: target.radius * rigs.target.unit_meters,
             };
             Some(Capsule { name, joint: target.start.joint, ends, radius })
         };
@@ -55,7 +55,7 @@ impl Collisions {
         (!arms.is_empty() && !trunk.is_empty()).then_some(Self { arms, trunk, legs })
     }
 
-    /// How much deeper arms are in the trunk than the source's are at the same frame, in centimetres at 1 m leg length.
+    /// How much deeper arms are in the trunk than the source's are at the same frame, in centimeters at 1 m leg length.
     pub(super) fn measure(collisions: Option<&Self>, compared: &Compared) -> Finding {
         let collisions = collisions.ok_or(NO_ARMS)?;
         let mut series = Vec::new();
@@ -83,7 +83,7 @@ fn anchor(rig: &Rig<'_>, anchor: crate::rig::Anchor) -> Anchor {
     Anchor { joint: anchor.joint, offset: anchor.offset / scale }
 }
 
-/// How far two capsules are in one another, metres; negative where they are apart.
+/// How far two capsules are in one another, meters; negative where they are apart.
 fn depth(first: &Capsule, second: &Capsule, motion: &Motion, frame: usize, radius: fn(&Both<f64>) -> f64) -> f64 {
     let [first_line, second_line] = [first, second].map(|part| part.ends.map(|end| motion.position(frame, end)));
     radius(&first.radius) + radius(&second.radius) - distance(first_line, second_line)

@@ -14,20 +14,20 @@ const HEIGHT_OFF: f64 = 0.05;
 const SPEED_ON: f64 = 0.15;
 const SPEED_OFF: f64 = 0.3;
 /// Frames that a contact lasts at least, and frames of a gap that is closed.
-const LEAST_FRAMES: usize = 3;
-const MOST_GAP: usize = 2;
+const MIN_FRAMES: usize = 3;
+const MAX_GAP: usize = 2;
 /// Speeds are taken over about this long, so that the noise of fast captures does not count.
 const SPEED_SECONDS: f64 = 1.0 / 30.0;
 /// How far above the lowest heights of the clip the floor is looked for, and the height of the window, in leg lengths.
 const FLOOR_RANGE: f64 = 0.15;
 const FLOOR_WINDOW: f64 = 0.02;
 /// More heights than this say no more about the floor.
-const MOST_HEIGHTS: usize = 1024;
+const MAX_HEIGHTS: usize = 1024;
 
 /// When one point stands.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Standing {
-    /// Height of the floor under this point, metres.
+    /// Height of the floor under this point, meters.
     pub(super) level: f64,
     /// Whether it stands, per frame.
     pub(super) stands: Vec<bool>,
@@ -35,7 +35,7 @@ pub(super) struct Standing {
     pub(super) is_still: Vec<bool>,
 }
 
-/// Finds when a point stands. Positions are in metres, +Y up, one per time; `leg` is the leg length in metres, above 0.
+/// Finds when a point stands. Positions are in meters, +Y up, one per time; `leg` is the leg length in meters, above 0.
 pub(super) fn find_standing(positions: &[DVec3], times_seconds: &[f64], leg: f64) -> Standing {
     let speeds = speeds(positions, times_seconds, leg);
     let level = floor_level(positions, &speeds, leg);
@@ -82,7 +82,7 @@ fn speeds(positions: &[DVec3], times_seconds: &[f64], leg: f64) -> Vec<f64> {
 
 /// The height at which slow frames are most often, among the lowest; the lowest height where nothing is slow.
 fn floor_level(positions: &[DVec3], speeds: &[f64], leg: f64) -> f64 {
-    let step = positions.len().div_ceil(MOST_HEIGHTS).max(1);
+    let step = positions.len().div_ceil(MAX_HEIGHTS).max(1);
     let mut all: Vec<f64> = positions.iter().step_by(step).map(|position| position.y).collect();
     let lowest = percentile(&mut all, 0.02);
     let slow = positions.iter().zip(speeds).step_by(step).filter(|(_, speed)| **speed < SPEED_ON);
@@ -106,7 +106,7 @@ fn close_gaps(stands: &mut [bool]) {
     let found = intervals(stands);
     for pair in found.windows(2) {
         let (end, begin) = (pair[0].1, pair[1].0);
-        if begin - end - 1 <= MOST_GAP {
+        if begin - end - 1 <= MAX_GAP {
             stands[end..begin].fill(true);
         }
     }
@@ -117,7 +117,7 @@ fn drop_short(stands: &mut [bool]) {
     for (first, last) in intervals(stands) {
         // A contact that the clip's end cuts short may have been longer.
         let is_cut = first == 0 || last + 1 == count;
-        if last - first + 1 < LEAST_FRAMES && !is_cut {
+        if last - first + 1 < MIN_FRAMES && !is_cut {
             stands[first..=last].fill(false);
         }
     }

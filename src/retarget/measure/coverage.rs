@@ -113,7 +113,7 @@ impl Sides<'_> {
         Some((is_driven && !is_left, target.first().copied()))
     }
 
-    /// The share of the moving joints of the source that drive nothing, for rigs of which nothing is recognised.
+    /// The share of the moving joints of the source that drive nothing, for rigs of which nothing is recognized.
     fn undriven_joints(&self) -> Option<f64> {
         let moving: Vec<usize> =
             (0..self.drives.len()).filter(|&joint| range_degrees(&self.source, joint) > MOVES).collect();

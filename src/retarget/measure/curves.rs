@@ -10,7 +10,7 @@ use super::{
 };
 
 /// Values of a curve in a summary.
-const MOST_VALUES: usize = 120;
+const MAX_VALUES: usize = 120;
 
 /// Curves of one kind, one per limb, over common times.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -32,7 +32,7 @@ pub(super) enum Keep {
 
 impl Curves {
     pub(super) fn new(unit: &str, series: &[Series], compared: &Compared, keep: Keep, all: bool) -> Self {
-        let stretches = stretches(compared.len(), if all { usize::MAX } else { MOST_VALUES });
+        let stretches = stretches(compared.len(), if all { usize::MAX } else { MAX_VALUES });
         let values = |series: &Series| {
             let value = |stretch: &Range<usize>| {
                 let finite = series.values[stretch.clone()].iter().copied().filter(|value| value.is_finite());

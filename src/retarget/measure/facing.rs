@@ -10,7 +10,7 @@ use super::{
 };
 use crate::rig::Rig;
 
-const NOT_FOUND: &str = "it was not recognised on both sides";
+const NOT_FOUND: &str = "it was not recognized on both sides";
 
 /// A part of the body with a front.
 pub(super) struct Front {

@@ -21,9 +21,9 @@ use crate::rig::{Rig, Role, floors};
 
 /// A sole further below its joint than this share of the leg is none: the rest pose stands on something else. Cartoon figures have
 /// ankles at a third of their legs.
-const MOST_SOLE: f64 = 0.5;
+const MAX_SOLE: f64 = 0.5;
 /// Contacts that are told of; of more, those that slide most.
-const MOST_CONTACTS: usize = 200;
+const MAX_CONTACTS: usize = 200;
 const CENTIMETRES: f64 = 100.0;
 
 /// One contact of the source, and what the target does in it.
@@ -41,11 +41,11 @@ pub struct ContactMeasure {
     pub start_seconds: f64,
     /// Time of the last.
     pub end_seconds: f64,
-    /// How far the target's foot travels over the floor in it, centimetres at 1 m leg length.
+    /// How far the target's foot travels over the floor in it, centimeters at 1 m leg length.
     pub slide_cm: f64,
     /// How far the source's does.
     pub source_slide_cm: f64,
-    /// Mean height of the target's sole over the floor in it, centimetres at 1 m leg length; negative is below.
+    /// Mean height of the target's sole over the floor in it, centimeters at 1 m leg length; negative is below.
     pub height_cm: f64,
 }
 
@@ -54,7 +54,7 @@ pub(super) struct Feet {
     points: Vec<FootPoint>,
     sizes: Both<Size>,
     legs: Both<f64>,
-    /// How high each point's joint is over the floor at rest, metres; nothing where the rig does not stand at rest.
+    /// How high each point's joint is over the floor at rest, meters; nothing where the rig does not stand at rest.
     ankles: Vec<Both<Option<f64>>>,
 }
 
@@ -74,7 +74,7 @@ struct FootPoint {
 pub(super) struct Skinned {
     /// One per point; toe tips have none, as their vertices are the ball's.
     tracks: Vec<PartTrack>,
-    /// Height of the floor, metres.
+    /// Height of the floor, meters.
     floor: f64,
 }
 
@@ -86,13 +86,13 @@ pub(super) struct FeetFindings {
     pub(super) disagreement: Finding,
     pub(super) contacts: Vec<ContactMeasure>,
     pub(super) contacts_left_out: usize,
-    /// Height of every foot's lowest point over the floor, centimetres at 1 m leg length.
+    /// Height of every foot's lowest point over the floor, centimeters at 1 m leg length.
     pub(super) heights: Vec<Series>,
-    /// How fast a foot slides while the source's stands, centimetres per second at 1 m leg length.
+    /// How fast a foot slides while the source's stands, centimeters per second at 1 m leg length.
     pub(super) slide_speeds: Vec<Series>,
 }
 
-const NO_LEGS: &str = "no legs were recognised on both sides";
+const NO_LEGS: &str = "no legs were recognized on both sides";
 const NO_CONTACT: &str = "no foot of the source stands in this clip";
 
 impl FeetFindings {
@@ -123,7 +123,7 @@ struct Traced<'a> {
 }
 
 impl Traced<'_> {
-    /// Height over the floor, metres, of the lowest vertex or of the point; infinite where others speak for it.
+    /// Height over the floor, meters, of the lowest vertex or of the point; infinite where others speak for it.
     fn height(&self, is_target: bool, frame: usize) -> f64 {
         let (skin, positions, level) = if is_target {
             (self.skin.target, &self.positions.target, self.levels.target)
@@ -136,7 +136,7 @@ impl Traced<'_> {
         }
     }
 
-    /// How far what stands moves over the floor until the next frame, metres.
+    /// How far what stands moves over the floor until the next frame, meters.
     fn step(&self, is_target: bool, frame: usize) -> f64 {
         let (skin, positions) = if is_target {
             (self.skin.target, &self.positions.target)
@@ -180,7 +180,7 @@ impl Feet {
         }
         let over_floor = |point: &FootPoint| {
             let height = |rig: &Rig<'_>, joint: usize, size: &Size| {
-                size.floor.map(|floor| rig.rest_height(joint) * rig.unit_metres - floor)
+                size.floor.map(|floor| rig.rest_height(joint) * rig.unit_meters - floor)
             };
             Both {
                 source: height(rigs.source, point.joints.source, &sizes.source),
@@ -210,7 +210,7 @@ impl Feet {
         let tracks = self.points.iter().map(of_point).map(Option::unwrap_or_default).collect();
         // A rig that rests elsewhere than on the floor of its file, in the air or with its pelvis at the origin, is put onto the source's.
         let (_, in_clip) = floors(performer.rig, performer.clip)?;
-        Some(Skinned { tracks, floor: in_clip * performer.rig.unit_metres })
+        Some(Skinned { tracks, floor: in_clip * performer.rig.unit_meters })
     }
 
     pub(super) fn measure(&self, performers: &Both<Performer<'_>>, compared: &Compared) -> FeetFindings {
@@ -224,10 +224,10 @@ impl Feet {
         let bearing: Vec<&Traced<'_>> = traced.iter().filter(|traced| traced.point.bears).collect();
         let (mut contacts, slide_speeds) = self.contacts(&bearing, compared);
         let slide = slide_finding(&contacts, &bearing);
-        let contacts_left_out = contacts.len().saturating_sub(MOST_CONTACTS);
+        let contacts_left_out = contacts.len().saturating_sub(MAX_CONTACTS);
         if contacts_left_out > 0 {
             contacts.sort_by(|first, second| second.slide_cm.total_cmp(&first.slide_cm));
-            contacts.truncate(MOST_CONTACTS);
+            contacts.truncate(MAX_CONTACTS);
         }
         contacts.sort_by_key(|contact| (contact.first_frame, contact.part.clone(), contact.point.clone()));
         let heights = self.lowest(&traced, true);
@@ -315,7 +315,7 @@ impl Feet {
         (contacts, speeds)
     }
 
-    /// The lowest point of every foot over the floor, in centimetres at 1 m leg length.
+    /// The lowest point of every foot over the floor, in centimeters at 1 m leg length.
     fn lowest<'t>(&self, traced: impl IntoIterator<Item = &'t Traced<'t>>, is_target: bool) -> Vec<Series> {
         let leg = if is_target { self.legs.target } else { self.legs.source };
         let mut feet: Vec<Series> = Vec::new();
@@ -361,7 +361,7 @@ impl Feet {
         Ok(Reading { absolute_value: Some(deepest), ..reading.with_source(percentile(&mut source, 0.99)) })
     }
 
-    /// How far the source's ankles and balls are above the heights at which they stand at rest, in centimetres at 1 m leg length: the
+    /// How far the source's ankles and balls are above the heights at which they stand at rest, in centimeters at 1 m leg length: the
     /// lower of the two per foot.
     fn joint_heights(&self, traced: &[Traced<'_>], compared: &Compared) -> Vec<Vec<f64>> {
         let mut feet: Vec<(&str, Vec<f64>)> = Vec::new();
@@ -465,8 +465,8 @@ impl FootPoint {
 fn sole(rig: &Rig<'_>, joint: usize, size: &Size) -> Anchor {
     let rest = rig.rest.transforms()[joint];
     let (Some(floor), Some(leg)) = (size.floor, size.leg) else { return Anchor::at(joint) };
-    let drop = rig.rest_height(joint) - floor / rig.unit_metres;
-    if drop.abs() * rig.unit_metres > MOST_SOLE * leg {
+    let drop = rig.rest_height(joint) - floor / rig.unit_meters;
+    if drop.abs() * rig.unit_meters > MAX_SOLE * leg {
         return Anchor::at(joint);
     }
     let below = rest.rotation.conjugate() * (rig.up() * -drop);

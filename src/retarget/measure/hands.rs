@@ -21,7 +21,7 @@ const PAIRS: [(&str, &str); 5] = [
 const KNUCKLES: [&str; 2] = ["middle", "index"];
 /// A gap is small below this share of the body's length.
 const SMALL: f64 = 0.15;
-const NO_HANDS: &str = "no hands were recognised on both sides";
+const NO_HANDS: &str = "no hands were recognized on both sides";
 const FAR_APART: &str = "no hand of the source comes near the other, the head or a shoulder";
 
 /// What is looked at.

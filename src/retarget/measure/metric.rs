@@ -11,9 +11,9 @@ use crate::{
 };
 
 /// Places that are told of each metric.
-const MOST_WORST: usize = 5;
+const MAX_WORST: usize = 5;
 /// A value of zero where none is allowed counts as this in the score's divisor.
-const LEAST_FAILURE: f64 = 1.0;
+const MIN_FAILURE: f64 = 1.0;
 
 /// How good a value is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -170,7 +170,7 @@ pub(super) fn judge(
             let mut worst = reading.worst;
             worst.retain(|place| place.3 > 0.0);
             worst.sort_by(|first, second| second.3.total_cmp(&first.3).then(first.0.cmp(&second.0)));
-            worst.truncate(MOST_WORST);
+            worst.truncate(MAX_WORST);
             let worst = worst.into_iter().map(|(frame, joint, part, value)| Worst {
                 frame,
                 time_seconds: times_seconds.get(frame).copied().unwrap_or_default(),
@@ -266,7 +266,7 @@ pub(super) fn score(metrics: &BTreeMap<MetricName, Metric>) -> f64 {
         let Some(value) = metric.value else { continue };
         let best = if *name == MetricName::JerkRatio { 1.0 } else { 0.0 };
         let forgiven = metric.source_value.unwrap_or(0.0).max(best);
-        let whole = (metric.fail_above - best).max(if metric.fail_above > 0.0 { 1e-9 } else { LEAST_FAILURE });
+        let whole = (metric.fail_above - best).max(if metric.fail_above > 0.0 { 1e-9 } else { MIN_FAILURE });
         let weight = name.info().weight;
         let failures = (value - forgiven).max(0.0) / whole;
         sum += weight * if failures > 1.0 { 1.0 + failures.ln() } else { failures };

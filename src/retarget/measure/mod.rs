@@ -5,7 +5,7 @@
 //! dwarfs and giants compare. Each family of metrics is one file; their names, units and thresholds are one table,
 //! [`MetricName`](super::spec::MetricName).
 //!
-//! Feet, knees, the spine and the pelvis are looked at in every frame, the rest of long clips in runs of neighbouring frames, evenly spread, unless a
+//! Feet, knees, the spine and the pelvis are looked at in every frame, the rest of long clips in runs of neighboring frames, evenly spread, unless a
 //! full report is asked for.
 
 mod bends;
@@ -67,11 +67,11 @@ pub use feet::ContactMeasure;
 pub use limbs::LimbDirection;
 pub use metric::{Metric, Verdict, Worst};
 
-/// Frames of a long clip that a summary looks at beside feet and pelvis, and how many neighbours at a time.
+/// Frames of a long clip that a summary looks at beside feet and pelvis, and how many neighbors at a time.
 const FRAMES_LOOKED_AT: usize = 400;
-const NEIGHBOURS: usize = 20;
+const NEIGHBORS: usize = 20;
 const NO_GOALS: &str = "no inverse kinematics ran";
-const NO_LIMBS: &str = "no limb was recognised on both sides";
+const NO_LIMBS: &str = "no limb was recognized on both sides";
 
 /// What was measured.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -100,8 +100,8 @@ pub struct Measures {
     pub bone_length_drift: f64,
     /// Target pelvis height over source pelvis height.
     pub pelvis_scale: f64,
-    /// Hip to ankle at rest, metres.
-    pub leg_length_metres: SidePair,
+    /// Hip to ankle at rest, meters.
+    pub leg_length_meters: SidePair,
     /// How many frames were looked at; feet, pelvis and keys are looked at in every frame.
     pub frames_measured: usize,
     /// Values over time, by name: `limb_direction`, `sole_height`, `slide_speed`; of a full report also `limb_twist` and
@@ -155,7 +155,7 @@ pub fn measure(
     let elbows = Pops::elbows(&rigs, &mut wanted);
     let collisions = Collisions::find(&rigs, sizes.map(|size| size.leg), &mut wanted);
     let (head, chest) = (Front::head(&rigs, &mut wanted), Front::chest(&rigs, &mut wanted));
-    let frames = if is_full { Frames::all(count) } else { Frames::spread(count, FRAMES_LOOKED_AT, NEIGHBOURS) };
+    let frames = if is_full { Frames::all(count) } else { Frames::spread(count, FRAMES_LOOKED_AT, NEIGHBORS) };
     let spread = compare(&performers, &wanted, frames);
 
     let feet = feet.map_or_else(FeetFindings::none, |feet| feet.measure(&performers, &every));
@@ -223,7 +223,7 @@ pub fn measure(
         limb_direction_p95_degrees,
         bone_length_drift: drift_value,
         pelvis_scale: mapping.global_scale,
-        leg_length_metres: SidePair { source: sizes.source.leg, target: sizes.target.leg },
+        leg_length_meters: SidePair { source: sizes.source.leg, target: sizes.target.leg },
         frames_measured: spread.len(),
         curves,
     }
@@ -231,13 +231,13 @@ pub fn measure(
 
 fn reach_residual(reaches: &[LimbReach], target: &Rig<'_>, size: &Size) -> Finding {
     let mut reading = Reading::default();
-    for LimbReach { limb, residual_max_metres, worst_frame, .. } in reaches {
+    for LimbReach { limb, residual_max_meters, worst_frame, .. } in reaches {
         let end = limb.replace("_leg", "_foot").replace("_arm", "_hand");
         let Some(&joint) = target.role(&end).last() else { continue };
-        let centimetres = residual_max_metres / size.leg.unwrap_or(1.0) * 100.0;
-        reading.value = reading.value.max(centimetres);
-        reading.parts.insert(limb.clone(), centimetres);
-        reading.worst.push((*worst_frame, joint, limb.clone(), centimetres));
+        let centimeters = residual_max_meters / size.leg.unwrap_or(1.0) * 100.0;
+        reading.value = reading.value.max(centimeters);
+        reading.parts.insert(limb.clone(), centimeters);
+        reading.worst.push((*worst_frame, joint, limb.clone(), centimeters));
     }
     if reading.parts.is_empty() { Err(NO_GOALS) } else { Ok(reading) }
 }

@@ -1,7 +1,7 @@
 //! Where the points that metrics look at are, on both sides: forward kinematics of its own, so that nothing is taken over from
 //! how the result was made.
 //!
-//! Everything comes out in metres, +Y up, +Z front, whatever the files' axes and units.
+//! Everything comes out in meters, +Y up, +Z front, whatever the files' axes and units.
 
 use std::ops::Range;
 
@@ -78,11 +78,11 @@ impl Wanted {
     }
 }
 
-/// Which frames are looked at: all, or runs of neighbours that are spread evenly.
+/// Which frames are looked at: all, or runs of neighbors that are spread evenly.
 #[derive(Debug)]
 pub(super) struct Frames {
     pub(super) indices: Vec<usize>,
-    /// Which of `indices` are neighbours in the clip.
+    /// Which of `indices` are neighbors in the clip.
     pub(super) runs: Vec<Range<usize>>,
 }
 
@@ -119,7 +119,7 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    /// Where a point is, in metres, +Y up. `frame` counts the frames that were looked at.
+    /// Where a point is, in meters, +Y up. `frame` counts the frames that were looked at.
     pub(super) fn position(&self, frame: usize, point: usize) -> DVec3 {
         self.positions[frame * self.points + point].as_dvec3()
     }
@@ -274,7 +274,7 @@ impl<'a> Kinematics<'a> {
         for (index, &frame) in frames.iter().enumerate() {
             self.pose(frame, &mut model);
             for (result, (joint, offset)) in positions[index * points..].iter_mut().zip(&self.points) {
-                *result = (work * model[*joint].transform_point(*offset) * rig.unit_metres).as_vec3();
+                *result = (work * model[*joint].transform_point(*offset) * rig.unit_meters).as_vec3();
             }
             for (result, (joint, rest)) in rotations[index * turns..].iter_mut().zip(&self.turns) {
                 *result = (work * model[*joint].rotation * *rest * work.conjugate()).as_quat();

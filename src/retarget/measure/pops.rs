@@ -19,7 +19,7 @@ const ELBOWS: [(&str, [&str; 3]); 2] = [
 ];
 /// What the source does within this many frames of one excuses the target there.
 const NEAR: usize = 2;
-const NONE: &str = "no such joint was recognised on both sides";
+const NONE: &str = "no such joint was recognized on both sides";
 const TOO_SHORT: &str = "the clip has fewer than three frames";
 
 /// The bends that are looked at.

@@ -2,7 +2,7 @@
 //!
 //! Linear blend skinning with all influences. A foot's vertices are those that its joints move by at least half. The lowest of them
 //! is found exactly, without skinning all: vertices that lie together make clusters, and a cluster that cannot reach below what was
-//! found is passed over. Everything comes out in metres.
+//! found is passed over. Everything comes out in meters.
 
 use std::ops::Range;
 
@@ -81,9 +81,9 @@ pub(super) struct FootSkin<'a> {
 /// One part of a foot over the clip.
 #[derive(Debug, Default)]
 pub(super) struct PartTrack {
-    /// Height of the lowest vertex per frame, metres; empty where the part has no vertices.
+    /// Height of the lowest vertex per frame, meters; empty where the part has no vertices.
     pub(super) heights: Vec<f32>,
-    /// How far what touches the floor moves over it until the next frame, metres.
+    /// How far what touches the floor moves over it until the next frame, meters.
     pub(super) steps: Vec<DVec2>,
 }
 
@@ -107,7 +107,7 @@ pub(super) struct Half {
 }
 
 impl<'a> FootSkin<'a> {
-    /// Nothing where a foot has no vertices, so that both feet are measured alike. `leg` is the leg in metres.
+    /// Nothing where a foot has no vertices, so that both feet are measured alike. `leg` is the leg in meters.
     pub(super) fn find(performer: Performer<'a>, wanted: &[WantedPart], leg: f64) -> Option<Self> {
         let skin = &*performer.rig.scene.skin_vertices;
         if skin.is_empty() || wanted.is_empty() {
@@ -133,7 +133,7 @@ impl<'a> FootSkin<'a> {
                 place: one.position.as_dvec3() * f64::from(one.weight),
             };
             let shares = |vertex: usize| skin.of(vertex).iter().map(share).collect::<Vec<Share>>();
-            let place = |vertex: usize| skin.place(vertex, &performer.rig.rest) * performer.rig.unit_metres;
+            let place = |vertex: usize| skin.place(vertex, &performer.rig.rest) * performer.rig.unit_meters;
             let sole = sole(performer.rig, skin, vertices, leg);
             let vertices = vertices.iter().map(|&vertex| (shares(vertex), place(vertex))).collect();
             Part { sole: sole.into_iter().map(shares).collect(), ..Part::of(vertices, CELL * leg) }
@@ -142,7 +142,7 @@ impl<'a> FootSkin<'a> {
         Some(Self { performer, kinematics, parts, leg })
     }
 
-    /// Follows every part over frames that are neighbours.
+    /// Follows every part over frames that are neighbors.
     pub(super) fn follow(&self, frames: &[usize]) -> Vec<PartTrack> {
         let chunks: Vec<Vec<PartTrack>> = frames
             .par_chunks(CHUNK_FRAMES)
@@ -162,7 +162,7 @@ impl<'a> FootSkin<'a> {
     /// `next` is the frame after the chunk, which its last step leads to.
     fn follow_chunk(&self, frames: &[usize], next: Option<usize>) -> Vec<PartTrack> {
         let rig = self.performer.rig;
-        let (unit, up) = (rig.unit_metres, rig.up());
+        let (unit, up) = (rig.unit_meters, rig.up());
         let mut model = vec![Transform::IDENTITY; self.kinematics.len()];
         let mut rows = vec![Row::default(); self.kinematics.len()];
         let mut turns = vec![DMat3::IDENTITY; self.kinematics.len()];
@@ -181,7 +181,7 @@ impl<'a> FootSkin<'a> {
                 if track.heights.len() < frames.len() && !part.clusters.is_empty() {
                     let height;
                     (height, *first) = part.lowest(&rows, *first);
-                    #[expect(clippy::cast_possible_truncation, reason = "metres")]
+                    #[expect(clippy::cast_possible_truncation, reason = "meters")]
                     track.heights.push((height * unit) as f32);
                 }
                 now.push(part.places(&model, &turns).map(|place| rig.work_from_scene * place * unit).collect());
@@ -340,7 +340,7 @@ impl Half {
 
 /// The lowest vertices at rest, evenly thinned out.
 fn sole(rig: &Rig<'_>, skin: &SkinVertices, vertices: &[usize], leg: f64) -> Vec<usize> {
-    let height = |vertex: usize| skin.place(vertex, &rig.rest).dot(rig.up()) * rig.unit_metres;
+    let height = |vertex: usize| skin.place(vertex, &rig.rest).dot(rig.up()) * rig.unit_meters;
     let heights: Vec<f64> = vertices.iter().map(|&vertex| height(vertex)).collect();
     let most = heights.iter().copied().fold(f64::INFINITY, f64::min) + SOLE * leg;
     let low: Vec<usize> =

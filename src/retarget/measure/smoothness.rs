@@ -20,8 +20,8 @@ const FOLLOWED: [(&str, Option<&str>); 6] = [
     ("left_foot", Some("left_thigh")),
     ("right_foot", Some("right_thigh")),
 ];
-/// What moves more slowly than this, in metres per second, stands: its jerk is noise.
-const LEAST_SPEED: f64 = 0.02;
+/// What moves more slowly than this, in meters per second, stands: its jerk is noise.
+const MIN_SPEED: f64 = 0.02;
 /// Share of the source's roughest frames that is left out.
 const ROUGHEST: f64 = 0.02;
 const NOTHING_MOVES: &str = "no pelvis, hand, foot or head moves, or the clip has fewer than four frames";
@@ -41,7 +41,7 @@ struct Followed {
     size: f64,
 }
 
-/// Both sides over four neighbouring frames.
+/// Both sides over four neighboring frames.
 struct Step {
     frame: usize,
     /// From the first to the last of them.
@@ -101,7 +101,7 @@ impl Smoothness {
             steps.truncate(steps.len() - left_out.min(steps.len().saturating_sub(1)));
             let source = Pace::mean(&steps, |step| step.source);
             let target = Pace::mean(&steps, |step| step.target);
-            if source.speed < LEAST_SPEED || target.speed < LEAST_SPEED || source.jerk <= 0.0 {
+            if source.speed < MIN_SPEED || target.speed < MIN_SPEED || source.jerk <= 0.0 {
                 continue;
             }
             let pace = target.speed.max(source.speed * followed.size);
@@ -117,7 +117,7 @@ impl Smoothness {
 }
 
 impl Followed {
-    /// Every four neighbouring frames. Keys may lie unevenly, so jerk is the third divided difference.
+    /// Every four neighboring frames. Keys may lie unevenly, so jerk is the third divided difference.
     fn steps(&self, compared: &Compared) -> Vec<Step> {
         let mut steps = Vec::with_capacity(compared.len());
         for run in &compared.frames.runs {

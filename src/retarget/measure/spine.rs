@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{model::rotation::degrees, rig::Rig};
 
-const NO_SPINE: &str = "no spine was recognised on both sides";
+const NO_SPINE: &str = "no spine was recognized on both sides";
 
 /// The line from the pelvis to the head on both sides.
 pub(super) struct Spine {

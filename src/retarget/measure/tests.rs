@@ -102,13 +102,13 @@ fn a_clip_against_itself_is_perfect() {
 }
 
 #[test]
-fn a_foot_that_slides_three_centimetres_says_so() {
+fn a_foot_that_slides_three_centimeters_says_so() {
     let scene = walker();
     let by = 0.03 * leg(&scene);
     let standing = clip(&scene.skeleton, 31, |_, _| {});
     let sliding = clip(&scene.skeleton, 31, |frame, pose| move_root(pose, DVec3::X * (by * frame as f64 / 30.0)));
     let measures = measured(&scene, &standing, &sliding, ReportDetail::Summary);
-    close(value(&measures, MetricName::FootSlide), 3.0, 1e-3, "centimetres at 1 m leg length");
+    close(value(&measures, MetricName::FootSlide), 3.0, 1e-3, "centimeters at 1 m leg length");
     assert_eq!(verdict(&measures, MetricName::FootSlide), Verdict::Fail, "beyond 2 cm");
     assert_eq!(measures.contacts.len(), 4, "heel and ball of both feet: {:?}", measures.contacts);
     for contact in &measures.contacts {
@@ -123,8 +123,8 @@ fn a_foot_that_slides_three_centimetres_says_so() {
 fn depth_and_height_over_the_floor_are_told() {
     let scene = walker();
     let standing = clip(&scene.skeleton, 20, |_, _| {});
-    let off = |centimetres: f64| {
-        let by = DVec3::Y * (centimetres / 100.0 * leg(&scene));
+    let off = |centimeters: f64| {
+        let by = DVec3::Y * (centimeters / 100.0 * leg(&scene));
         let moved = clip(&scene.skeleton, 20, |_, pose| move_root(pose, by));
         measured(&scene, &standing, &moved, ReportDetail::Summary)
     };

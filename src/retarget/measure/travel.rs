@@ -12,8 +12,8 @@ use crate::rig::Rig;
 
 /// Sway is faster than this.
 const SWAY_SECONDS: f64 = 1.0;
-const NO_PELVIS: &str = "no pelvis was recognised on both sides";
-const NO_HIPS: &str = "no thighs were recognised on both sides";
+const NO_PELVIS: &str = "no pelvis was recognized on both sides";
+const NO_HIPS: &str = "no thighs were recognized on both sides";
 const STANDS: &str = "the source's pelvis does not move";
 
 /// What is looked at.
@@ -40,7 +40,7 @@ impl Travel {
         Self { pelvis, thighs, leg: sizes.target.leg }
     }
 
-    /// Where the target's pelvis is beside the source's path when that is scaled to fit best, level and upright ways apart; metres.
+    /// Where the target's pelvis is beside the source's path when that is scaled to fit best, level and upright ways apart; meters.
     fn beside(&self, compared: &Compared) -> Result<Vec<DVec3>, &'static str> {
         let pelvis = self.pelvis.ok_or(NO_PELVIS)?;
         let [source, target] = [false, true].map(|is_target| {

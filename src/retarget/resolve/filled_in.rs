@@ -47,7 +47,7 @@ pub(in crate::retarget) fn filled_in(
         filled.target.root = Some(target.skeleton().label(tops.target));
         for op in filled.ops.iter_mut().flatten() {
             if let Op::Pelvis(op) = op {
-                let factor = tops.size_ratio * target.unit_metres / source.unit_metres;
+                let factor = tops.size_ratio * target.unit_meters / source.unit_meters;
                 op.origin = ScaleOrigin::Origin;
                 if matches!(op.scale, PelvisScale::Rule(rule) if rule != PelvisScaleRule::None) {
                     op.scale = PelvisScale::Value(factor);
@@ -85,7 +85,7 @@ fn filled_in_side(spec: &RigSpec, side: &Rig<'_>) -> RigSpec {
         roles: roles.collect(),
         // Only what an axis pair can say exactly; a body that stands askew is found again from the file.
         axes: (axes_are_exact(side)).then(|| side.axes.to_string()).or_else(|| spec.axes.clone()),
-        unit: Some(UnitSpec::Metres(side.unit_metres)),
+        unit: Some(UnitSpec::Meters(side.unit_meters)),
         ..spec.clone()
     }
 }

@@ -44,7 +44,7 @@ pub(in crate::retarget) fn have_driven_leg(
 
 /// A limb of which both rigs have start, middle and end.
 fn find_limb(limb: Limb, source: &Rig<'_>, target: &Rig<'_>) -> Option<LimbPair> {
-    let unit = source.unit_metres / target.unit_metres;
+    let unit = source.unit_meters / target.unit_meters;
     let [of_source, of_target] = match limb.roles() {
         Some(roles) => [by_roles(roles, source)?, by_roles(roles, target)?],
         None => animal_leg(limb, source, target)?,
@@ -113,7 +113,7 @@ fn down_as_if_standing(
 /// Finds the soles of both sides. Of what is turned by nothing but the shins, nobody knows how it lies; and feet of one body are
 /// looked at in one way.
 fn shape_feet(limbs: &mut [LimbPair], source: &Rig<'_>, target: &Rig<'_>) {
-    let unit = source.unit_metres / target.unit_metres;
+    let unit = source.unit_meters / target.unit_meters;
     let is_leg = |pair: &&mut LimbPair| pair.limb.is_leg();
     let stands = |sole: Option<Sole>| sole.is_some_and(|sole| sole.down[0].is_some());
     let known = |pair: &LimbPair| [!pair.has_stiff_foot && stands(pair.source.sole), stands(pair.target.sole)];

@@ -81,7 +81,7 @@ pub fn resolve(
     let plan_from_source = Transform {
         translation: DVec3::ZERO,
         rotation: (ours_from_plan.conjugate() * source.work_from_scene).normalize(),
-        scale: DVec3::splat(source.unit_metres / target.unit_metres),
+        scale: DVec3::splat(source.unit_meters / target.unit_meters),
     };
     let mut mapping = Mapping {
         source_rest: source.rest.clone(),

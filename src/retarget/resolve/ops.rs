@@ -105,7 +105,7 @@ fn ground(source: &Rig<'_>, target: &Rig<'_>, clip: &Clip, mapping: &Mapping) ->
     Ground {
         up,
         front,
-        units_per_metre: target.unit_metres.recip(),
+        units_per_meter: target.unit_meters.recip(),
         travel,
         source_rest_floor,
         source_floor,

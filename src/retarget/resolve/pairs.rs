@@ -102,7 +102,7 @@ fn find_tops(source: &Rig<'_>, target: &Rig<'_>, pairs: &[NamedPair]) -> Option<
     let (ours, theirs) = below.fold((0.0, 0.0), |(ours, theirs), pair| {
         (ours + length(target, pair.target[0]), theirs + length(source, pair.source[0]))
     });
-    let size_ratio = if ours > 0.0 && theirs > 0.0 { ours / theirs } else { source.unit_metres / target.unit_metres };
+    let size_ratio = if ours > 0.0 && theirs > 0.0 { ours / theirs } else { source.unit_meters / target.unit_meters };
     Some(Tops { source: top.source[0], target: top.target[0], size_ratio })
 }
 

@@ -49,7 +49,7 @@ pub struct EditSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.01, max = 1000.0))]
     pub fps: Option<f64>,
-    /// How values between keys are found, for `fps` and the ends of `range`. The curves of an FBX that are no straight lines are
+    /// How values between keys are found, for `fps` and the ends of `range`. The curves of an FBX that are not straight lines are
     /// evaluated as they are.
     pub interpolation: InterpolationSpec,
     /// Time of the first frame. Default: 0 where any edit of time is asked for, else as in the file. −1000000 to 1000000.
@@ -249,7 +249,7 @@ pub struct MirrorSpec {
     /// The own axis of joints of the middle that points sideways: `"x"`, or `{"rotation": "x", "translation": "z"}` where rotations and
     /// translations need different ones; only for `components`. Default: found, joint by joint.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub centre_axis: Option<MirrorAxis>,
+    pub center_axis: Option<MirrorAxis>,
     /// The same for the pelvis and what is above it, where it differs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pelvis_axis: Option<MirrorAxis>,

@@ -41,7 +41,7 @@ pub enum RotationMode {
     Auto,
     /// The chain stays at rest relative to its parent.
     None,
-    /// At equal normalised arc length along the rest chains, between the two nearest source joints.
+    /// At equal normalized arc length along the rest chains, between the two nearest source joints.
     Interpolated,
     /// Joint k follows joint k from the chain's start; surplus target joints keep their rest.
     OneToOne,

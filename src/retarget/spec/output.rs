@@ -130,12 +130,12 @@ pub enum KeysWord {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct KeyTolerance {
-    /// The most that a point of the mesh may move; where a joint is known to touch something, a quarter of it. Metres, 0.000001 to 1.
+    /// The most that a point of the mesh may move; where a joint is known to touch something, a quarter of it. Meters, 0.000001 to 1.
     #[schemars(range(min = 0.000_001, max = 1.0))]
-    pub distance_metres: f64,
-    /// How far from a joint its mesh reaches. Metres, 0 to 10.
+    pub distance_meters: f64,
+    /// How far from a joint its mesh reaches. Meters, 0 to 10.
     #[schemars(range(min = 0.0, max = 10.0))]
-    pub shell_metres: f64,
+    pub shell_meters: f64,
     /// What may lie between keys.
     pub interpolation: KeyInterpolation,
 }
@@ -155,7 +155,7 @@ pub enum KeyInterpolation {
 
 impl Default for KeyTolerance {
     fn default() -> Self {
-        Self { distance_metres: 0.0005, shell_metres: 0.1, interpolation: KeyInterpolation::Auto }
+        Self { distance_meters: 0.0005, shell_meters: 0.1, interpolation: KeyInterpolation::Auto }
     }
 }
 

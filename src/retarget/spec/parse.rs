@@ -21,15 +21,15 @@ use crate::rig::{
 };
 
 /// More ops than this are refused, before time is spent on any of them.
-const MOST_OPS: usize = 256;
+const MAX_OPS: usize = 256;
 /// More outputs than this are refused.
-const MOST_OUTPUTS: usize = 8;
+const MAX_OUTPUTS: usize = 8;
 /// A chain that follows the mean of more is refused.
-const MOST_FURTHER_CHAINS: usize = 8;
+const MAX_FURTHER_CHAINS: usize = 8;
 /// A search with more retargets than this is refused.
-const MOST_EVALUATIONS: u32 = 500;
+const MAX_EVALUATIONS: u32 = 500;
 /// A joint is turned by no more than this at once, in degrees.
-const MOST_EDIT_DEGREES: f64 = 3600.0;
+const MAX_EDIT_DEGREES: f64 = 3600.0;
 
 /// Reads a config: our own spec as JSON or YAML, an ikrigretarget config, a joint table, or a bone map of another tool. An empty document is an empty spec.
 ///
@@ -54,8 +54,8 @@ pub fn parse_value(document: Value) -> Result<RetargetSpec, SpecError> {
         return Err(SpecError::new(SpecErrorKind::Malformed, detail, "an empty config is {}"));
     }
     let ops = document.get("ops").and_then(Value::as_array).map_or(0, Vec::len);
-    if ops > MOST_OPS {
-        let detail = format!("{ops} ops are too many; at most {MOST_OPS} are taken");
+    if ops > MAX_OPS {
+        let detail = format!("{ops} ops are too many; at most {MAX_OPS} are taken");
         let field = SpecField::new(SpecErrorKind::InvalidValue, "/ops", detail.as_str());
         let hint = "leave out what does nothing, or run the rest on the result";
         return Err(SpecError { fields: vec![field], ..SpecError::new(SpecErrorKind::InvalidValue, detail, hint) });
@@ -140,18 +140,18 @@ fn out_of_range(spec: &RetargetSpec) -> Vec<SpecField> {
     require(version == 1, "/version".into(), format!("version {version} is not known; this is version 1"));
     for (index, entry) in spec.map.iter().flatten().enumerate() {
         let count = entry.also.len();
-        let detail = format!("{count} further chains are too many; at most {MOST_FURTHER_CHAINS} are taken");
-        require(count <= MOST_FURTHER_CHAINS, format!("/map/{index}/also"), detail);
+        let detail = format!("{count} further chains are too many; at most {MAX_FURTHER_CHAINS} are taken");
+        require(count <= MAX_FURTHER_CHAINS, format!("/map/{index}/also"), detail);
     }
     for (side, rig) in [("source", &spec.source), ("target", &spec.target)] {
-        if let Some(UnitSpec::Metres(metres)) = rig.unit {
-            let detail = format!("a unit of {metres} metres is out of range; it is above 0 and finite");
-            require(metres.is_finite() && metres > 0.0, format!("/{side}/unit"), detail);
+        if let Some(UnitSpec::Meters(meters)) = rig.unit {
+            let detail = format!("a unit of {meters} meters is out of range; it is above 0 and finite");
+            require(meters.is_finite() && meters > 0.0, format!("/{side}/unit"), detail);
         }
         for (index, edit) in rig.pose.iter().enumerate() {
             if let PoseEdit::Rotate(edit) = edit {
                 for (axis, degrees) in edit.degrees.iter().enumerate() {
-                    let holds = degrees.is_finite() && degrees.abs() <= MOST_EDIT_DEGREES;
+                    let holds = degrees.is_finite() && degrees.abs() <= MAX_EDIT_DEGREES;
                     let pointer = format!("/{side}/pose/{index}/degrees/{axis}");
                     require(holds, pointer, format!("{degrees}° is not between -3600 and 3600"));
                 }
@@ -177,8 +177,8 @@ fn out_of_range(spec: &RetargetSpec) -> Vec<SpecField> {
     }
     if let Some(tune) = spec.tune.as_ref().and_then(TuneChoice::spec) {
         let most = tune.max_evaluations;
-        let detail = format!("{most} evaluations; between 1 and {MOST_EVALUATIONS} are allowed");
-        require((1..=MOST_EVALUATIONS).contains(&most), "/tune/max_evaluations".into(), detail);
+        let detail = format!("{most} evaluations; between 1 and {MAX_EVALUATIONS} are allowed");
+        require((1..=MAX_EVALUATIONS).contains(&most), "/tune/max_evaluations".into(), detail);
         for (parameter, [low, high]) in tune.bounds.iter().flatten() {
             let sane = low < high && low.abs() <= 10.0 && high.abs() <= 10.0;
             let detail = format!(
@@ -189,8 +189,8 @@ fn out_of_range(spec: &RetargetSpec) -> Vec<SpecField> {
     }
     if let Some(OutputChoice::Many(outputs)) = &spec.output {
         let count = outputs.len();
-        let detail = format!("{count} outputs; between 1 and {MOST_OUTPUTS} are allowed");
-        require((1..=MOST_OUTPUTS).contains(&count), "/output".into(), detail);
+        let detail = format!("{count} outputs; between 1 and {MAX_OUTPUTS} are allowed");
+        require((1..=MAX_OUTPUTS).contains(&count), "/output".into(), detail);
     }
     fields
 }

@@ -118,7 +118,7 @@ pub enum MetricName {
     /// Local rotations that change by more than 20° from one frame to the next where the source's do not change half
     /// as much.
     RotationJumps,
-    /// Neighbouring keys of a rotation that lie on opposite hemispheres, so that players go the long way round.
+    /// Neighboring keys of a rotation that lie on opposite hemispheres, so that players go the long way round.
     QuaternionContinuity,
     /// How far elbows, knees, wrists or the neck are bent beyond what a body can do; largest.
     JointLimits,
@@ -311,7 +311,7 @@ const METRICS: [MetricInfo; 26] = [
         absolute_warn_above: None,
         forgives_source: false,
         weight: 1.0,
-        about: "neighbouring keys of a rotation that lie on opposite hemispheres, so that players go the long way round",
+        about: "neighboring keys of a rotation that lie on opposite hemispheres, so that players go the long way round",
     },
     MetricInfo {
         metric: MetricName::JointLimits,

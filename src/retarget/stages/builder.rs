@@ -120,13 +120,13 @@ impl<'a> StackBuilder<'a> {
         LimbRest::new(self.limb(limb), &self.source_rest, &self.target_rest, &self.ground())
     }
 
-    /// Mean length of the legs of source and target in plan units; of a figure without legs, a metre.
+    /// Mean length of the legs of source and target in plan units; of a figure without legs, a meter.
     pub(in crate::retarget) fn legs(&self) -> (f64, f64) {
         let legs = (0..self.limb_count()).filter(|&limb| self.limb(limb).limb.is_leg());
         let lengths: Vec<(f64, f64)> =
             legs.map(|limb| (self.rest(limb).length, self.rest(limb).length_ratio)).collect();
         let mean = |values: Vec<f64>| match values.len() {
-            0 => self.ground().units_per_metre,
+            0 => self.ground().units_per_meter,
             count => values.iter().sum::<f64>() / count as f64,
         };
         let source = lengths.iter().map(|(target, ratio)| target / ratio).collect();

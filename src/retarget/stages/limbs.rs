@@ -16,7 +16,7 @@ use super::{
 };
 
 /// A limb that is bent by less than this at rest does not say about which axis it bends; sine.
-const LEAST_REST_BEND: f64 = 0.17;
+const MIN_REST_BEND: f64 = 0.17;
 
 /// Slots of a limb in a posing.
 #[derive(Clone, Copy, Debug)]
@@ -80,7 +80,7 @@ impl LimbRest {
 fn hinge(limb: Limb, [start, middle, end]: [DVec3; 3], ground: &Ground) -> DVec3 {
     let (upper, lower) = ((middle - start).normalize_or_zero(), (end - middle).normalize_or_zero());
     let normal = upper.cross(lower);
-    if normal.length() > LEAST_REST_BEND {
+    if normal.length() > MIN_REST_BEND {
         return normal.normalize();
     }
     let toward = if limb.is_leg() { -ground.front } else { ground.front };
@@ -93,7 +93,7 @@ fn pole_angle(source: [DVec3; 3], target: [DVec3; 3]) -> f64 {
         let line = (end - start).try_normalize()?;
         let bent = middle - start;
         let off = bent - line * bent.dot(line);
-        (off.length() > LEAST_REST_BEND / 2.0 * bent.length()).then_some((line, off))
+        (off.length() > MIN_REST_BEND / 2.0 * bent.length()).then_some((line, off))
     };
     let (Some((source_line, source_pole)), Some((line, target_pole))) = (pole(source), pole(target)) else {
         return 0.0;

@@ -21,14 +21,14 @@ const BALANCE_SECONDS: f64 = 0.06;
 /// How dear it is to move the pelvis at all, beside turning the bones of a leg that is bent by a right angle.
 const STIFFNESS: f64 = 0.1;
 /// Keeps straight legs from weighing more than anything.
-const LEAST_BENT: f64 = 0.03;
+const MIN_BENT: f64 = 0.03;
 /// Rounds of smoothing.
 const SMOOTH_ROUNDS: usize = 4;
 /// Share of a leg by which a foot may miss its place before the pelvis gives way: legs that are nearly straight bend by degrees for a
-/// pelvis that is lower by millimetres.
+/// pelvis that is lower by millimeters.
 const LEFT_TO_THE_LEG: f64 = 0.01;
 /// Feet that are held by less than this do not pull.
-const LEAST_HOLD: f64 = 0.5;
+const MIN_HOLD: f64 = 0.5;
 
 /// Moves the pelvis.
 #[derive(Clone, Debug)]
@@ -78,7 +78,7 @@ impl PullStage {
 
     /// The move after which held legs are as long as they were before their feet were moved, as far as that goes for all of them.
     ///
-    /// Minimises `Σ w (u · x − m)² + x · C · x`, with `u` from the goal to the hip, `m` what the leg is too short by, `w` how much its
+    /// Minimizes `Σ w (u · x − m)² + x · C · x`, with `u` from the goal to the hip, `m` what the leg is too short by, `w` how much its
     /// bones turn when its length changes: a leg that is nearly straight bends by 8 degrees for a hundredth of its length.
     fn balanced(&self, work: &Work<'_>, hips: &[DVec3], frame: usize, already: DVec3) -> DVec3 {
         let up = self.ground.up;
@@ -90,7 +90,7 @@ impl PullStage {
             let from_goal = *hip + already - goal.position;
             let Some(away) = from_goal.try_normalize() else { continue };
             let bent = 1.0 - (goal.span / goal.length).clamp(0.0, 1.0).powi(2);
-            let weight = goal.hold / (bent + LEAST_BENT);
+            let weight = goal.hold / (bent + MIN_BENT);
             matrix += outer(away, away) * weight;
             vector += away * (weight * (goal.span - from_goal.length()));
         }
@@ -141,7 +141,7 @@ impl PullStage {
             let mut is_reached = true;
             for (leg, hip) in self.legs.iter().zip(&hips[frame * self.legs.len()..]) {
                 let goal = &work.goals[frame * self.limb_count + leg.limb];
-                if goal.hold < LEAST_HOLD {
+                if goal.hold < MIN_HOLD {
                     continue;
                 }
                 let reach = goal.length * (goal.extension.max(leg.firm) + LEFT_TO_THE_LEG);

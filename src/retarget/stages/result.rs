@@ -42,11 +42,11 @@ pub struct ContactTrack {
 pub struct LimbReach {
     /// The limb.
     pub limb: String,
-    /// Largest distance left between goal and end, metres of the target.
-    pub residual_max_metres: f64,
+    /// Largest distance left between goal and end, meters of the target.
+    pub residual_max_meters: f64,
     /// Mean of it.
-    pub residual_mean_metres: f64,
-    /// Frames with more than a millimetre left.
+    pub residual_mean_meters: f64,
+    /// Frames with more than a millimeter left.
     pub frames_out_of_reach: usize,
     /// The frame with the largest.
     pub worst_frame: usize,
@@ -59,7 +59,7 @@ const OUT_OF_REACH_METRES: f64 = 1e-3;
 pub(in crate::retarget) fn tell(
     work: &Work<'_>,
     limbs: &[&str],
-    metres_per_unit: f64,
+    meters_per_unit: f64,
 ) -> (Vec<ContactTrack>, Vec<LimbReach>) {
     let times = work.times;
     let mut contacts = BTreeMap::new();
@@ -74,7 +74,7 @@ pub(in crate::retarget) fn tell(
             .iter()
             .skip(index)
             .step_by(limbs.len())
-            .map(|residual| f64::from(*residual) * metres_per_unit)
+            .map(|residual| f64::from(*residual) * meters_per_unit)
             .collect();
         if residuals.iter().any(|residual| residual.is_nan()) {
             return None;
@@ -82,8 +82,8 @@ pub(in crate::retarget) fn tell(
         let worst = residuals.iter().enumerate().max_by(|first, second| first.1.total_cmp(second.1))?;
         Some(LimbReach {
             limb: (*limb).to_owned(),
-            residual_max_metres: *worst.1,
-            residual_mean_metres: residuals.iter().sum::<f64>() / residuals.len() as f64,
+            residual_max_meters: *worst.1,
+            residual_mean_meters: residuals.iter().sum::<f64>() / residuals.len() as f64,
             frames_out_of_reach: residuals.iter().filter(|residual| **residual > OUT_OF_REACH_METRES).count(),
             worst_frame: worst.0,
         })

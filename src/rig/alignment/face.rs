@@ -21,7 +21,7 @@ const EYES_OUT: f64 = 0.15;
 /// Eyes that are seen higher or lower than this from the middle of the head are not where eyes are, or the head hangs.
 const EYES_HIGH_DEGREES: f64 = 60.0;
 /// Cosine between the line of the eyes and the line of the hips, at least: a head is turned by less than this at rest.
-const LEAST_ACROSS: f64 = 0.5;
+const MIN_ACROSS: f64 = 0.5;
 /// Eyes in a mesh tell how a face looks to this many degrees.
 const EYES_DEGREES: f64 = 15.0;
 /// Eyes alone tell how a head is turned and tilted to this many degrees.
@@ -59,7 +59,7 @@ impl Face {
         let eyes = eye("left_eye").zip(eye("right_eye"));
         let left = eyes.and_then(|(left, right)| (left - right).try_normalize());
         // Eyes whose line is none across the head were mistaken for eyes.
-        let left = left.filter(|left| left.dot(ahead.left) > LEAST_ACROSS);
+        let left = left.filter(|left| left.dot(ahead.left) > MIN_ACROSS);
         let eyes = eyes.filter(|_| left.is_some());
         let left = left.unwrap_or(ahead.left);
         let level = left.cross(DVec3::Y).try_normalize()?;

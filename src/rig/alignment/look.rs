@@ -8,7 +8,7 @@ use glam::{DQuat, DVec3};
 use super::{super::rig::Rig, canonical::CanonicalPose, face::Face, mesh, split};
 
 /// A straighter elbow or knee has no plane, in degrees.
-const LEAST_BEND_DEGREES: f64 = 3.0;
+const MIN_BEND_DEGREES: f64 = 3.0;
 /// Joints are placed so well that their line is known to this many degrees.
 const PLACEMENT_DEGREES: f64 = 3.0;
 /// Elbows of the two sides that differ by more from mirror images are an accident of the pose, in degrees.
@@ -30,7 +30,7 @@ const NEIGHBORS_DEGREES: f64 = 10.0;
 const SHOULDERS_DEGREES: f64 = 5.0;
 
 /// An End Site nearer to its joint than this share of the bone above says nothing: exporters put one there since a joint must end somewhere.
-const LEAST_END_SHARE: f64 = 0.05;
+const MIN_END_SHARE: f64 = 0.05;
 /// A hand is bent by no more against its forearm where somebody laid a body out, in degrees.
 const HAND_DEGREES: f64 = 60.0;
 
@@ -200,7 +200,7 @@ fn end_site(rig: &Rig<'_>, joint: usize, of_a_hand: bool) -> Option<DVec3> {
     let place = |joint: usize| rig.rest.transforms()[joint].translation;
     let bone = place(only) - place(joint);
     let above = joints[joint].parent.map_or(DVec3::ZERO, |parent| place(joint) - place(parent));
-    let is_stub = bone.length() < LEAST_END_SHARE * above.length();
+    let is_stub = bone.length() < MIN_END_SHARE * above.length();
     let is_bent = of_a_hand && bone.angle_between(above).to_degrees() > HAND_DEGREES && !rig.rest_source.is_in_motion();
     if joints[only].is_joint || is_stub || is_bent { None } else { bone.try_normalize() }
 }
@@ -228,7 +228,7 @@ const LEG: [&str; 3] = ["thigh", "shin", "foot"];
 /// The axis of an elbow or knee, by the right hand, where it is bent enough for one.
 fn bend(rig: &Rig<'_>, side: &str, limb: [&str; 3]) -> Option<Second> {
     let (axis, degrees) = hinge(rig, side, limb)?;
-    if degrees < LEAST_BEND_DEGREES {
+    if degrees < MIN_BEND_DEGREES {
         return None;
     }
     // A body in motion bends its two elbows as it likes; a rest pose that bends one of them is badly placed.

@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::{
-    super::{Hints, RestPoseKind, Rig, RigKind, Role, RoleFinding, leg_rows::is_whole_leg, recognise},
+    super::{Hints, RestPoseKind, Rig, RigKind, Role, RoleFinding, leg_rows::is_whole_leg, recognize},
     Finding, FindingCode, places,
 };
 use crate::model::{LocalPose, ModelPose, Skeleton};
 
-/// People and their caricatures are between these heights, in metres.
+/// People and their caricatures are between these heights, in meters.
 const PLAUSIBLE_METRES: std::ops::RangeInclusive<f64> = 0.3..=4.0;
 /// Feet this far from the floor, as a share of the figure's height, do not stand on it. An ankle is at 5 %.
 const OFF_FLOOR_SHARE: f64 = 0.12;
@@ -48,15 +48,15 @@ fn examine_size(rig: &Rig<'_>, found: &mut Vec<Finding>) {
     if !size.is_finite() || size <= 0.0 {
         return;
     }
-    let metres = size * rig.unit_metres;
+    let meters = size * rig.unit_meters;
     let whole = |code, detail: String| Finding { code, place: String::new(), detail };
-    match rig.scene.unit_metres {
+    match rig.scene.unit_meters {
         None => {
-            let detail = format!("{size:.3} units high, taken for {metres:.2} m");
+            let detail = format!("{size:.3} units high, taken for {meters:.2} m");
             found.push(whole(FindingCode::UnitUnknown, detail));
         }
-        Some(_) if rig.recognition.kind == RigKind::Biped && !PLAUSIBLE_METRES.contains(&metres) => {
-            let detail = format!("{} high{}", length(metres), likely_unit(metres));
+        Some(_) if rig.recognition.kind == RigKind::Biped && !PLAUSIBLE_METRES.contains(&meters) => {
+            let detail = format!("{} high{}", length(meters), likely_unit(meters));
             found.push(whole(FindingCode::SizeImplausible, detail));
         }
         Some(_) => {}
@@ -72,13 +72,13 @@ fn examine_size(rig: &Rig<'_>, found: &mut Vec<Finding>) {
         && height.abs() > size * OFF_FLOOR_SHARE
     {
         let side = if height > 0.0 { "above" } else { "below" };
-        let detail = format!("{} {side} the file's floor", length(height.abs() * rig.unit_metres));
+        let detail = format!("{} {side} the file's floor", length(height.abs() * rig.unit_meters));
         found.push(Finding { code: FindingCode::FeetOffFloor, place: places::label(rig, foot), detail });
     }
 }
 
 /// Which unit was probably meant, where one makes a person of the figure.
-fn likely_unit(metres: f64) -> String {
+fn likely_unit(meters: f64) -> String {
     const FACTORS: [(f64, &str); 6] = [
         (0.01, "a hundredth"),
         (100.0, "a hundred times"),
@@ -87,12 +87,12 @@ fn likely_unit(metres: f64) -> String {
         (0.001, "a thousandth"),
         (1000.0, "a thousand times"),
     ];
-    let fits = FACTORS.iter().find(|(factor, _)| (0.9..2.3).contains(&(metres * factor)));
-    fits.map_or_else(String::new, |(factor, words)| format!("; {words} of it would be {:.2} m", metres * factor))
+    let fits = FACTORS.iter().find(|(factor, _)| (0.9..2.3).contains(&(meters * factor)));
+    fits.map_or_else(String::new, |(factor, words)| format!("; {words} of it would be {:.2} m", meters * factor))
 }
 
-fn length(metres: f64) -> String {
-    if metres < 0.1 { format!("{:.1} cm", metres * 100.0) } else { format!("{metres:.2} m") }
+fn length(meters: f64) -> String {
+    if meters < 0.1 { format!("{:.1} cm", meters * 100.0) } else { format!("{meters:.2} m") }
 }
 
 /// The top of another tree that is a body by itself.
@@ -114,7 +114,7 @@ fn second_body(rig: &Rig<'_>) -> Option<usize> {
     }
     let (rest, order) = without(skeleton, &left, &rig.rest_local)?;
     let pose: ModelPose = rest.rest_pose().to_model(&rest);
-    let other = recognise(&rest, &pose, &Hints::default());
+    let other = recognize(&rest, &pose, &Hints::default());
     let first = other.roles.values().flat_map(|finding| finding.joints.first()).min()?;
     let is_body = other.is_body() && has_extent(&other.roles, &pose);
     (is_body && !is_layer(rig, &other.roles, &pose)).then(|| order[*first])

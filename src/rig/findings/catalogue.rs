@@ -83,7 +83,7 @@ findings! {
         "A scale that differs by axis lies above turned joints, or a node's matrix shears. No rotation and scale can say that.",
         "Apply the scales of the armature and its joints before exporting.";
     JointNamesMissing = "joint_names_missing", Warning,
-        "Joints have no names, so nothing can be recognised by name and configs must say `#<node index>`.",
+        "Joints have no names, so nothing can be recognized by name and configs must say `#<node index>`.",
         "Export with names. Without, check the roles below and give wrong ones in `roles`.";
     JointNamesRepeated = "joint_names_repeated", Warning,
         "Several joints have one name; configs, rest uploads and pose arrays cannot tell them apart by it.",
@@ -180,7 +180,7 @@ findings! {
         "Nothing: the result begins at the first key.";
     TracksConstant = "tracks_constant", Note,
         "Most tracks of a clip hold one value from beginning to end.",
-        "Nothing; optimising the animation when exporting makes the file smaller.";
+        "Nothing; optimizing the animation when exporting makes the file smaller.";
     ScaleAnimated = "scale_animated", Note,
         "A clip changes the scale of joints. Scale is not retargeted.",
         "Bake squash and stretch into other channels, or into morph targets, where it matters.";

@@ -181,7 +181,7 @@ const ILLNESSES: &[Illness] = &[
     (FindingCode::SizeImplausible, samples::walk_scene, |scene| {
         with_joints(scene, |joints| joints.iter_mut().for_each(|joint| joint.rest.translation *= 100.0));
     }),
-    (FindingCode::UnitUnknown, samples::walk_scene, |scene| scene.unit_metres = None),
+    (FindingCode::UnitUnknown, samples::walk_scene, |scene| scene.unit_meters = None),
     (FindingCode::FeetOffFloor, samples::walk_scene, |scene| {
         with_joints(scene, |joints| joints[0].rest.translation.y += 0.9);
     }),

@@ -18,7 +18,7 @@ use super::{
 use crate::model::{ModelPose, Skeleton};
 
 /// Two sides times a few senses are a body; a hostile file could offer every joint as a candidate for one part.
-const MOST_CANDIDATES: usize = 64;
+const MAX_CANDIDATES: usize = 64;
 
 /// An unexplained word on so large a share of the joints is a prefix, such as a character's name.
 const PREFIX_SHARE: f64 = 0.3;
@@ -114,7 +114,7 @@ impl<'a> Body<'a> {
         let mut found: Vec<usize> =
             (0..self.skeleton.len()).filter(|joint| fits(joint) && !self.names[*joint].is_twist).collect();
         found.sort_by_key(|joint| (self.depth[*joint], *joint));
-        found.truncate(MOST_CANDIDATES);
+        found.truncate(MAX_CANDIDATES);
         found
     }
 

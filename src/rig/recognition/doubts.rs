@@ -22,7 +22,7 @@ const UNMAPPED: [Part; 7] = [
 pub fn report_doubts(skeleton: &Skeleton, recognition: &Recognition, reporter: &mut Reporter, place: &str) {
     if !recognition.is_body() {
         reporter.warn(
-            "rig_not_recognised",
+            "rig_not_recognized",
             place,
             "neither the joints' names nor their shape make up a body",
             "give the roles or chains in the config, or name the joints by a known convention",

@@ -11,7 +11,7 @@ use std::{
 /// Parts that have to be named in a language before its words count.
 const FEWEST_PARTS: usize = 4;
 /// A part is written in up to this many words.
-const MOST_WORDS: usize = 3;
+const MAX_WORDS: usize = 3;
 
 /// Words of one language, with what they are in the words of the lexicon.
 type Words = &'static [(&'static str, &'static str)];
@@ -447,7 +447,7 @@ impl Language {
         let mut translated = Vec::new();
         let mut place = 0;
         while place < words.len() {
-            let known = (1..=MOST_WORDS.min(words.len() - place)).rev().find_map(|count| {
+            let known = (1..=MAX_WORDS.min(words.len() - place)).rev().find_map(|count| {
                 let english = self.english(&words[place..place + count].concat())?;
                 Some((count, english))
             });
@@ -484,7 +484,7 @@ impl Language {
 /// What one to three words of a name in a row are together.
 fn readings(words: &[String]) -> impl Iterator<Item = String> + '_ {
     (0..words.len()).flat_map(move |place| {
-        let most = MOST_WORDS.min(words.len() - place);
+        let most = MAX_WORDS.min(words.len() - place);
         (1..=most).map(move |count| words[place..place + count].concat())
     })
 }

@@ -1,7 +1,7 @@
 //! The words that joints are named with, as data.
 //!
 //! Words only: how a name is cut into words is the business of [`super::names`], which joint of several gets a role that of
-//! [`super::recognise`].
+//! [`super::recognize`].
 
 use super::Part;
 

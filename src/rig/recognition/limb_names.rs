@@ -57,7 +57,7 @@ const BEFORE_FINGERS: f64 = 0.2;
 /// How much a poor shape counts against a limb: an exponent.
 const GEOMETRY_POWER: f64 = 1.5;
 /// Longer limbs are not looked at to their ends.
-const MOST_JOINTS: usize = 14;
+const MAX_JOINTS: usize = 14;
 /// How much a limb that lacks a segment looks like a limb.
 const INCOMPLETE: f64 = 0.01;
 /// Joints that are nearer to one another than this share of the limb's length lie in one place.
@@ -88,7 +88,7 @@ pub(super) fn weigh_limb(body: &Body<'_>, limb: &SeenLimb, side: Side, named: &F
         return None;
     }
     let senses: Vec<Option<Sense>> =
-        limb.joints.iter().take(MOST_JOINTS).map(|joint| sense_of(body, *joint, side)).collect();
+        limb.joints.iter().take(MAX_JOINTS).map(|joint| sense_of(body, *joint, side)).collect();
     let named_count = senses.iter().flatten().filter(|sense| is_of_limb(**sense, limb.is_leg)).count();
     let mut weighed: Vec<([Option<usize>; 3], Naming, f64)> = Vec::new();
     let mut weigh = |segments: [Option<usize>; 3], geometry: f64| {
@@ -101,7 +101,7 @@ pub(super) fn weigh_limb(body: &Body<'_>, limb: &SeenLimb, side: Side, named: &F
         weigh([Some(seen.upper), Some(seen.lower), Some(seen.end)], seen.score);
     }
     if named_count >= FEWEST_NAMED {
-        let count = limb.joints.len().min(MOST_JOINTS);
+        let count = limb.joints.len().min(MAX_JOINTS);
         for first in 0..count {
             for second in first + 1..count {
                 let (one, other) = (Some(first), Some(second));

@@ -1,6 +1,6 @@
 //! How a joint's name is cut into words, and what the words say.
 //!
-//! Looks at one name at a time. Which joint of several gets a role is decided in [`super::recognise`], with the hierarchy.
+//! Looks at one name at a time. Which joint of several gets a role is decided in [`super::recognize`], with the hierarchy.
 
 use std::{collections::BTreeSet, sync::LazyLock};
 

@@ -96,7 +96,7 @@ pub struct Role {
 }
 
 /// No body has more parts of one kind on a side.
-const MOST_ALIKE: u8 = 99;
+const MAX_ALIKE: u8 = 99;
 
 /// Why text is no role.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -296,7 +296,7 @@ impl FromStr for Role {
         let (name, number) = numbered.unwrap_or((name, 1));
         let may_be = |part: &Part| part.may_be_on(side) && (number == 1 || part.may_repeat());
         Part::from_name(name)
-            .filter(|part| may_be(part) && (1..=MOST_ALIKE).contains(&number))
+            .filter(|part| may_be(part) && (1..=MAX_ALIKE).contains(&number))
             .map(|part| Self { side, part, number })
             // There is one way to write a role: no `neck_1`, no `left_leg_01`, no leg without a number.
             .filter(|role| role.to_string() == text)

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use crate::model::{Clip, LocalPose, Scene};
 
-use super::super::recognition::{Hints, Recognition, RestPoseKind, RigKind, RigTemplate, lean, recognise};
+use super::super::recognition::{Hints, Recognition, RestPoseKind, RigKind, RigTemplate, lean, recognize};
 
 /// Frames that are tried, evenly spread over a clip. A capture that holds no body in any of them holds none.
 const FRAMES_TRIED: usize = 12;
@@ -30,7 +30,7 @@ pub(super) enum Stand {
 
 /// How far a pose of a scene's skeleton is a body.
 pub(super) fn stand(scene: &Scene, pose: &LocalPose, templates: &[RigTemplate]) -> Stand {
-    let recognition = recognised(scene, pose, templates);
+    let recognition = recognized(scene, pose, templates);
     match (&recognition.body, recognition.rest_pose) {
         (None, _) => Stand::No,
         (Some(_), RestPoseKind::Other) => Stand::Stands,
@@ -41,19 +41,19 @@ pub(super) fn stand(scene: &Scene, pose: &LocalPose, templates: &[RigTemplate]) 
 
 /// Whether the joints are those of a body with limbs, in whatever pose.
 pub(super) fn is_biped(scene: &Scene, pose: &LocalPose, templates: &[RigTemplate]) -> bool {
-    recognised(scene, pose, templates).kind == RigKind::Biped
+    recognized(scene, pose, templates).kind == RigKind::Biped
 }
 
 /// How far the body of a pose leans against an axis that is up, in radians; nothing where it is no body.
 pub(super) fn lean_of(scene: &Scene, pose: &LocalPose, vertical: DVec3, templates: &[RigTemplate]) -> Option<f64> {
     let model = pose.to_model(&scene.skeleton);
-    let recognition = recognise(&scene.skeleton, &model, &Hints { templates, ..Hints::of(scene) });
+    let recognition = recognize(&scene.skeleton, &model, &Hints { templates, ..Hints::of(scene) });
     lean(&recognition.roles, &model, vertical)
 }
 
-fn recognised(scene: &Scene, pose: &LocalPose, templates: &[RigTemplate]) -> Recognition {
+fn recognized(scene: &Scene, pose: &LocalPose, templates: &[RigTemplate]) -> Recognition {
     let model = pose.to_model(&scene.skeleton);
-    recognise(&scene.skeleton, &model, &Hints { templates, ..Hints::of(scene) })
+    recognize(&scene.skeleton, &model, &Hints { templates, ..Hints::of(scene) })
 }
 
 /// The first frame of the first clip in which a body stands: clip, and frame. Instead of a pose that stands, only a first frame that

@@ -18,7 +18,7 @@ const FAR_OFF: f64 = 4.0;
 /// No vertex so near is one of those, in leg lengths: where many vertices are about the ankle, the middle one is near and toes are far.
 const NEAR: f64 = 0.4;
 /// Any vertex farther than this is one, in leg lengths; blocky feet may be longer than their legs.
-const MOST_FAR: f64 = 3.0;
+const MAX_FAR: f64 = 3.0;
 /// A sole is at most this share of a leg below the lowest joint of its foot, and at most so far above it.
 const THICKEST: f64 = 0.5;
 const ABOVE_JOINTS: f64 = 0.06;
@@ -104,7 +104,7 @@ fn near(mut points: Vec<SupportPoint>, foot: &Foot<'_, '_>) -> Vec<SupportPoint>
     distances.sort_by(f64::total_cmp);
     let Some(middle) = distances.get(distances.len() / 2).copied() else { return points };
     let leg = foot.length * foot.unit;
-    let most = (FAR_OFF * middle).clamp(NEAR * leg, MOST_FAR * leg);
+    let most = (FAR_OFF * middle).clamp(NEAR * leg, MAX_FAR * leg);
     points.retain(|point| point.from_end.length() <= most);
     points
 }

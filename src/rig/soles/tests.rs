@@ -43,7 +43,7 @@ fn body(has_toes: bool) -> Scene {
         Joint { name, parent, rest, is_joint: true, node }
     };
     let joints = joints.into_iter().enumerate().map(joint).collect();
-    Scene { skeleton: Skeleton::new(joints).expect("a skeleton"), unit_metres: Some(1.0), ..Scene::default() }
+    Scene { skeleton: Skeleton::new(joints).expect("a skeleton"), unit_meters: Some(1.0), ..Scene::default() }
 }
 
 /// Adds a shoe: a box about each ankle, with the part before the ball on the toes; and something else where it is wanted.

@@ -11,7 +11,7 @@ use super::{ClipChoice, PoseEdit};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RigSpec {
-    /// The joint that carries the body (the pelvis). Default: recognised.
+    /// The joint that carries the body (the pelvis). Default: recognized.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub root: Option<String>,
     /// Which character is meant where the file holds several: a joint or node that all of its joints are below, or its topmost joint.
@@ -40,7 +40,7 @@ pub struct RigSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(regex(pattern = r"^(auto|[+-][xyz][+-][xyz])$"))]
     pub axes: Option<String>,
-    /// Metres per unit of length of the file. Default `auto`: what the file says, else a guess from the size of the body.
+    /// Meters per unit of length of the file. Default `auto`: what the file says, else a guess from the size of the body.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<UnitSpec>,
     /// Chains by name: first and last joint, the last below the first.
@@ -51,7 +51,7 @@ pub struct RigSpec {
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub roles: BTreeMap<String, OneOrMany>,
     /// Names that the joints of a role may have: for each joint from the body outward a list, of which the first that the rig has is
-    /// taken, capitals or not. What the rig has none of stays as recognised, so the same names do for many rigs. `roles` wins.
+    /// taken, capitals or not. What the rig has none of stays as recognized, so the same names do for many rigs. `roles` wins.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub role_names: BTreeMap<String, Vec<Vec<String>>>,
     /// What the helper joints of an Unreal target do where `ops` does not say it: `ik_foot_l`, `ik_foot_r`, `ik_hand_gun`, `ik_hand_l`
@@ -94,10 +94,10 @@ impl OneOrMany {
 
 /// A unit of length.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "expected metres per unit as a number, or \"auto\"")]
+#[serde(untagged, expecting = "expected meters per unit as a number, or \"auto\"")]
 pub enum UnitSpec {
-    /// Metres per unit; above 0.
-    Metres(f64),
+    /// Meters per unit; above 0.
+    Meters(f64),
     /// `auto`.
     Auto(AutoWord),
 }

@@ -62,7 +62,7 @@ impl Blobs {
         /// So that hashing a large file does not hold a thread of the runtime for long.
         const PIECE_BYTES: usize = 1 << 20;
         let mut digest = known_sha256.map_or_else(Digesting::default, Digesting::Known);
-        if bytes.len() > MOST_WHOLE_BYTES {
+        if bytes.len() > MAX_WHOLE_BYTES {
             let mut writer = self.begin_with(digest)?;
             for piece in bytes.chunks(PIECE_BYTES) {
                 writer.write(piece).await?;
@@ -141,7 +141,7 @@ impl Digesting {
 
 /// Blobs up to this size are kept in memory until they are whole, where there is room: that costs one visit to the store instead of one for each
 /// part, and whoever needs the bytes at once need not read them again.
-const MOST_WHOLE_BYTES: usize = 16 << 20;
+const MAX_WHOLE_BYTES: usize = 16 << 20;
 
 impl BlobWriter {
     /// Adds bytes.
@@ -172,7 +172,7 @@ impl BlobWriter {
 
     /// Makes room for another part. Gives whether there was memory for it.
     fn grow(&mut self) -> bool {
-        if self.room() + self.blobs.part_bytes > MOST_WHOLE_BYTES {
+        if self.room() + self.blobs.part_bytes > MAX_WHOLE_BYTES {
             return false;
         }
         let Ok(part) = Arc::clone(&self.blobs.more_parts).try_acquire_owned() else { return false };

@@ -238,7 +238,7 @@ pub struct JobRequest {
     /// The preset that is in the config already.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preset: Option<VersionedName>,
-    /// The rig templates of the user's own that it is recognised with.
+    /// The rig templates of the user's own that it is recognized with.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rigs: Vec<VersionedName>,
     /// What its results are called, without their endings, where that is not to follow from its files: in a batch, no two are the same.

@@ -28,7 +28,7 @@ const TURN_RETENTION: SignedDuration = SignedDuration::from_hours(24);
 /// Pages of the file that are given back at once.
 const PAGES: &str = "PRAGMA incremental_vacuum(256)";
 /// How often one sweep does so: 16 MiB.
-const MOST_PAGE_STEPS: usize = 16;
+const MAX_PAGE_STEPS: usize = 16;
 
 impl Records {
     /// Removes some of the records that have expired by `now`. Gives how many, and the digests that they had; where that is none, nothing is
@@ -54,7 +54,7 @@ impl Records {
             self.execute(sqlx::query(query).bind(before.as_millisecond())).await?;
         }
         if self.dialect == Dialect::Sqlite {
-            for _ in 0..MOST_PAGE_STEPS {
+            for _ in 0..MAX_PAGE_STEPS {
                 self.give_pages_back(PAGES).await?;
             }
         }

@@ -11,7 +11,7 @@ use super::code::Code;
 type Module = Vec<String>;
 
 /// Handing on that is followed.
-const MOST_HOPS: usize = 8;
+const MAX_HOPS: usize = 8;
 
 /// What a file names, from the crate's root.
 struct Named {
@@ -66,7 +66,7 @@ fn names(code: &Code, modules: &BTreeSet<&Module>) -> Vec<Named> {
 /// The file that a name is from.
 fn origin(path: &Module, modules: &BTreeSet<&Module>, named: &BTreeMap<&Module, Vec<Named>>) -> Module {
     let mut path = path.clone();
-    for _ in 0..MOST_HOPS {
+    for _ in 0..MAX_HOPS {
         let depth = (0..=path.len()).rev().find(|depth| modules.contains(&path[..*depth].to_vec())).unwrap_or(0);
         let (module, rest) = path.split_at(depth);
         let (module, rest) = (module.to_vec(), rest.to_vec());

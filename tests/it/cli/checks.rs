@@ -119,7 +119,7 @@ fn inputs_in_each_others_place_are_told() {
     let config = ask(&["--source", "config.json", "--target", "mannequin.glb"]);
     assert!(config.contains("error: source config.json") && config.contains("this is a retarget config"), "{config}");
     let model = ask(&[&FILES[..], &["--config", "mannequin.glb"]].concat());
-    assert!(model.contains("error: config mannequin.glb: this is no config but a file with joints"), "{model}");
+    assert!(model.contains("error: config mannequin.glb: this is not a config but a file with joints"), "{model}");
     let rests = ask(&[&FILES[..], &["--source-rest", "mannequin.glb", "--target-rest", "walk.glb"]].concat());
     assert!(rests.contains("error: source_rest mannequin.glb"), "{rests}");
     assert!(rests.contains("are source_rest and target_rest swapped?"), "{rests}");

@@ -20,9 +20,9 @@ use super::{
 use crate::support::Extent;
 
 /// What the queue may take from a job.
-const MOST_PER_JOB: Duration = Duration::from_millis(2);
+const MAX_PER_JOB: Duration = Duration::from_millis(2);
 /// How much dearer a long queue may be than an empty one, and the first jobs of it than the last: what measurements differ by anyway.
-const MOST_GROWTH: f64 = 1.5;
+const MAX_GROWTH: f64 = 1.5;
 /// As many as a few processes have connections for.
 const TAKERS: usize = 8;
 
@@ -138,11 +138,11 @@ async fn a_long_queue_costs_no_more_than_a_short_one(records: &Records, name: &s
     assert_eq!(records.queue_depth().await.expect("counts").batch_jobs, 0, "and none waits");
 
     let (alone_each, behind_each) = (alone.total() / rounds as u32, behind.total() / rounds as u32);
-    let is_steady = first_rate < last_rate * MOST_GROWTH && last_rate < first_rate * MOST_GROWTH;
+    let is_steady = first_rate < last_rate * MAX_GROWTH && last_rate < first_rate * MAX_GROWTH;
     extent.all_hold(&[
-        (alone_each < MOST_PER_JOB, format!("{name}, nothing waits: {} per job", alone.each(rounds))),
+        (alone_each < MAX_PER_JOB, format!("{name}, nothing waits: {} per job", alone.each(rounds))),
         (
-            behind_each.as_secs_f64() < alone_each.as_secs_f64() * MOST_GROWTH,
+            behind_each.as_secs_f64() < alone_each.as_secs_f64() * MAX_GROWTH,
             format!("{name}, {depth} jobs wait: {} per job", behind.each(rounds)),
         ),
         (

@@ -20,7 +20,7 @@ use crate::support::Extent;
 /// What a query of a caller may take at p99.
 const MOST: Duration = Duration::from_millis(50);
 /// What one step of a sweep may.
-const MOST_OF_SWEEP: Duration = Duration::from_millis(100);
+const MAX_OF_SWEEP: Duration = Duration::from_millis(100);
 const CALLERS: usize = 1000;
 
 /// Rows as the service would have left them, without asking it for each: of a thousand callers, a fifth as many files as jobs, jobs in batches of
@@ -316,7 +316,7 @@ async fn measure(what: &str, records: &Records) {
         format!("{what}: the sweeper's count of what is stored: {:.0} ms", milliseconds(&began.elapsed())),
     )];
     for (number, (name, median, p99)) in times.of.iter().enumerate() {
-        let most = if number < queries { MOST } else { MOST_OF_SWEEP };
+        let most = if number < queries { MOST } else { MAX_OF_SWEEP };
         let (median, in_all) = (milliseconds(median), milliseconds(p99));
         figures.push((*p99 <= most, format!("{what}: {name}: median {median:.2} ms, p99 {in_all:.2} ms")));
     }

@@ -162,7 +162,7 @@ fn spinning_clips_have_no_jump_above_their_own() {
         let outcome = edited(&path, "{}", Format::Fbx);
         no_jump_above(&format!("{name} as FBX"), &steps_of_fbx(&outcome.outputs[0].bytes), &own, &turns_of(&scene));
         let fbx = scene_of(&outcome);
-        let off = apart(&scene_in_metres(&path), &fbx);
+        let off = apart(&scene_in_meters(&path), &fbx);
         assert!(off < 0.02, "{name}: {off} degrees off in an FBX");
         no_flip(name, &fbx.clips[0]);
     }
@@ -214,7 +214,7 @@ fn whatever_turns_through_the_gimbal_goes_on_as_it_went() {
 }
 
 /// As a GLB of it has it: the axes and unit of every other output.
-fn scene_in_metres(path: &std::path::Path) -> Scene {
+fn scene_in_meters(path: &std::path::Path) -> Scene {
     scene_of(&edited(path, "{}", Format::Glb))
 }
 

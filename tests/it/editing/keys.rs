@@ -19,7 +19,7 @@ use super::{edited, real_clips};
 const TOLERANCE_METRES: f64 = 0.0005;
 const SHELL_METRES: f64 = 0.1;
 
-/// The most that points on the shells of all joints differ between two clips of the same frames, in metres.
+/// The most that points on the shells of all joints differ between two clips of the same frames, in meters.
 fn worst(scene: &Scene, ours: &Clip, theirs: &Clip, unit: f64) -> f64 {
     assert_eq!(ours.frame_count(), theirs.frame_count(), "frames");
     let points = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z];
@@ -87,10 +87,10 @@ fn what_is_left_gives_the_motion_back() {
 }
 
 #[test]
-fn real_clips_lose_less_than_half_a_millimetre() {
+fn real_clips_lose_less_than_half_a_millimeter() {
     for (name, scene) in real_clips() {
         let spec = RetargetSpec::default();
-        let unit = Rig::new("source", &scene, None, &spec.source, &mut Reporter::new()).expect("a rig").unit_metres;
+        let unit = Rig::new("source", &scene, None, &spec.source, &mut Reporter::new()).expect("a rig").unit_meters;
         let clip = scene.clips.iter().find(|clip| clip.is_animated()).expect("a clip");
         let reduction = reduced(&scene, clip, unit);
         let (before, after) = (reduction.keys_before, reduction.keys.count());
@@ -182,7 +182,7 @@ fn without_tolerance_every_key_that_matters_is_kept() {
 fn an_output_tells_how_many_keys_it_needs() {
     let walk = samples::walk_clip();
     let config =
-        br#"{"output": [{"format": "glb", "keys": "needed"}, {"format": "bvh", "keys": {"shell_metres": 0.2}}]}"#;
+        br#"{"output": [{"format": "glb", "keys": "needed"}, {"format": "bvh", "keys": {"shell_meters": 0.2}}]}"#;
     let inputs = EditInputs {
         source: NamedBytes { name: "walk.glb", bytes: &walk },
         source_rest: None,
@@ -193,7 +193,7 @@ fn an_output_tells_how_many_keys_it_needs() {
     let outcome = engine::edit(&inputs, &Limits::default(), &Control::new()).expect("an outcome");
     let [keys] = &outcome.report.keys[..] else { panic!("one output has fewer keys: {:?}", outcome.report.keys) };
     assert_eq!(keys.format, "glb", "the one that can");
-    assert!(keys.keys_after * 2 < keys.keys_before && keys.worst_millimetres <= 0.5, "{keys:?}");
+    assert!(keys.keys_after * 2 < keys.keys_before && keys.worst_millimeters <= 0.5, "{keys:?}");
     let codes: Vec<&str> = outcome.report.warnings.iter().map(|warning| warning.code).collect();
     assert!(codes.contains(&"keys_all_written"), "and the one that cannot says so: {codes:?}");
 }

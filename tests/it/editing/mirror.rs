@@ -53,7 +53,7 @@ fn with_axes(scene: &Scene, turns: &[DQuat]) -> Scene {
         clips: clips.collect(),
         skeleton: Skeleton::new(joints.collect()).expect("a skeleton"),
         axes: scene.axes,
-        unit_metres: scene.unit_metres,
+        unit_meters: scene.unit_meters,
         ..Scene::default()
     }
 }
@@ -264,7 +264,7 @@ fn what_hands_carry_changes_hands() {
     for (name, hand, side) in
         [("sword_l", hand("mixamorig:LeftHand"), 1.0), ("sword_r", hand("mixamorig:RightHand"), -1.0)]
     {
-        // Half a metre ahead of the hand, in the model's axes; the one on the right is swung about.
+        // Half a meter ahead of the hand, in the model's axes; the one on the right is swung about.
         let from_hand = rest.transforms()[hand].rotation.conjugate();
         let place = DVec3::new(0.1 * side, 0.0, 0.5);
         let rest = Transform { translation: from_hand * place, rotation: from_hand, scale: DVec3::ONE };
@@ -284,7 +284,7 @@ fn what_hands_carry_changes_hands() {
     let clip = Clip::new("fight".into(), plain.clips[0].times_seconds().to_vec(), tracks).expect("a clip");
     let skeleton = Skeleton::new(joints).expect("a skeleton");
     let scene =
-        Scene { skeleton, clips: vec![clip], axes: plain.axes, unit_metres: plain.unit_metres, ..Scene::default() };
+        Scene { skeleton, clips: vec![clip], axes: plain.axes, unit_meters: plain.unit_meters, ..Scene::default() };
     let image = mirrored(&scene, &scene.clips[0], MirrorPlane::Rest);
     let [left, right] = ["sword_l", "sword_r"].map(|name| scene.skeleton.find(name).expect("a sword"));
     for frame in (0..frames).step_by(9) {
@@ -315,7 +315,7 @@ fn a_given_table_says_who_changes_sides() {
     let skeleton = Skeleton::new(joints).expect("a skeleton");
     let (lantern, rope) = (skeleton.find("lantern").expect("it"), skeleton.find("rope").expect("it"));
     let scene =
-        Scene { skeleton, clips: vec![clip], axes: plain.axes, unit_metres: plain.unit_metres, ..Scene::default() };
+        Scene { skeleton, clips: vec![clip], axes: plain.axes, unit_meters: plain.unit_meters, ..Scene::default() };
     let rig = rig(&scene);
     let turned = |pairs: &[(usize, usize)]| {
         let image = Mirror::new(&rig, pairs).apply(&scene.clips[0], MirrorPlane::Rest).expect("a clip");

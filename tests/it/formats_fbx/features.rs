@@ -1,4 +1,4 @@
-//! What FBX can say, each by itself: small documents, and where everything is by hand. Lengths are the centimetres of the files.
+//! What FBX can say, each by itself: small documents, and where everything is by hand. Lengths are the centimeters of the files.
 
 use glam::{DMat4, DQuat, DVec3};
 use retargetd::model::{Clip, Scene, Track, Transform};
@@ -31,8 +31,8 @@ fn places(scene: &Scene, at: Option<(&Clip, f64)>) -> Vec<Transform> {
             clip.local_pose(&scene.skeleton, frame)
         }
     };
-    let centimetres = |place: &Transform| Transform { translation: place.translation * 100.0, ..*place };
-    local.to_model(&scene.skeleton).transforms().iter().map(centimetres).collect()
+    let centimeters = |place: &Transform| Transform { translation: place.translation * 100.0, ..*place };
+    local.to_model(&scene.skeleton).transforms().iter().map(centimeters).collect()
 }
 
 /// How far the first node of the first clip is along X.

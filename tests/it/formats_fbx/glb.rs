@@ -122,7 +122,7 @@ fn a_square_is_where_it_was_bound_and_goes_with_its_joints() {
     }
     let uvs: Vec<[f32; 2]> = reader.read_tex_coords(0).expect("UVs").into_f32().collect();
     for (position, uv) in positions.iter().zip(uvs) {
-        // In metres, twice as large and beside, where the node that wears it is; and V goes down.
+        // In meters, twice as large and beside, where the node that wears it is; and V goes down.
         let square = (position * 100.0 - Vec3::X * 10.0) / 2.0;
         assert!((square.x - uv[0]).abs() < 1e-5 && (square.y - 1.0 + uv[1]).abs() < 1e-5, "{square} has {uv:?}");
     }
@@ -195,7 +195,7 @@ fn shapes_materials_and_images_go_along() {
     let material = primitive.material();
     let surface = material.pbr_metallic_roughness();
     assert_eq!((material.name(), surface.metallic_factor()), (Some("Paint"), 0.0));
-    assert_eq!(surface.base_color_factor(), [1.0; 4], "the image is the colour");
+    assert_eq!(surface.base_color_factor(), [1.0; 4], "the image is the color");
     let image = surface.base_color_texture().expect("on it").texture().source();
     assert_eq!(image.name(), Some("face.png"));
     let gltf::image::Source::View { view, mime_type } = image.source() else { panic!("in the file") };

@@ -50,7 +50,7 @@ fn places(scene: &Scene, local: &LocalPose) -> (Vec<DVec3>, Vec<DVec3>, Vec<DQua
     (joints, points, turns)
 }
 
-/// Where the parser has the nodes of a file before it converts anything, taken along the axes that the file names, in metres.
+/// Where the parser has the nodes of a file before it converts anything, taken along the axes that the file names, in meters.
 fn as_the_file_says(bytes: &[u8]) -> Vec<DVec3> {
     let file = ufbx::load_memory(bytes, ufbx::LoadOpts::default()).expect("the parser reads it");
     let axes = file.settings.axes;
@@ -145,12 +145,12 @@ fn every_left_handed_pair_of_axes_is_the_same_scene() {
             .moved(&[turn]);
         let scene = read(&document.text()).expect("it is read");
         let what = format!("up {up:?}, front {front:?}");
-        let centimetres = |place: &DVec3| *place * 100.0;
+        let centimeters = |place: &DVec3| *place * 100.0;
         // A quarter turn about up, as the numbers of the file have it: from its side to its front, which is the left hand's way.
         for (frame, spine) in [(None, [6.0, 2.0, 3.0]), (Some(scene.clips[0].frame_count() - 1), [1.0, 2.0, 8.0])] {
             let pose = frame
                 .map_or_else(|| scene.skeleton.rest_pose(), |frame| scene.clips[0].local_pose(&scene.skeleton, frame));
-            let joints: Vec<DVec3> = places(&scene, &pose).0.iter().map(centimetres).collect();
+            let joints: Vec<DVec3> = places(&scene, &pose).0.iter().map(centimeters).collect();
             assert_close(&joints[..2], [DVec3::new(1.0, 2.0, 3.0), DVec3::from_array(spine)], &what);
         }
         let points = places(&scene, &scene.skeleton.rest_pose()).1;

@@ -2,7 +2,7 @@
 
 use super::records::{self, Record, Value};
 
-/// Centimetres, +Y up, +Z front, 30 frames per second.
+/// Centimeters, +Y up, +Z front, 30 frames per second.
 const USUAL_SETTINGS: [(&str, i32); 7] = [
     ("UpAxis", 1),
     ("UpAxisSign", 1),

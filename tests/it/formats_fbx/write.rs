@@ -25,7 +25,7 @@ fn write(scene: &Scene, clip: &Clip) -> (Vec<u8>, Vec<&'static str>) {
     (bytes, reporter.into_warnings().iter().map(|warning| warning.code).collect())
 }
 
-/// The largest distance, in metres, and angle, in degrees, between joints of the same name over all frames.
+/// The largest distance, in meters, and angle, in degrees, between joints of the same name over all frames.
 fn apart(one: &Scene, clip: &Clip, other: &Scene) -> (f64, f64) {
     let pairs: Vec<(usize, usize)> = (0..one.skeleton.len())
         .filter(|joint| one.skeleton.joints()[*joint].is_joint)
@@ -85,7 +85,7 @@ fn turning_on_and_on_makes_no_jump() {
     };
     let times = (0..90).map(|frame| f64::from(frame) / 30.0).collect();
     let clip = Clip::new("a \"b\" é".to_owned(), times, vec![tracks, JointTracks::default()]).expect("a clip");
-    let scene = Scene { skeleton, axes: Some(Axes::default()), unit_metres: Some(1.0), ..Scene::default() };
+    let scene = Scene { skeleton, axes: Some(Axes::default()), unit_meters: Some(1.0), ..Scene::default() };
     let back = read(&write(&scene, &clip).0, Format::Fbx);
     let (farthest, widest) = apart(&scene, &clip, &back);
     assert!(farthest < 1e-4 && widest < 0.01, "{farthest} m and {widest} degrees apart");
@@ -234,7 +234,7 @@ fn images_stay_on_their_materials() {
     let material = &file.materials[0];
     let color = &material.fbx.diffuse_color;
     assert_eq!([color.value_vec4.x, color.value_vec4.y, color.value_vec4.z], [0.8, 0.5, 0.25]);
-    let texture = color.texture.as_ref().expect("on its colour");
+    let texture = color.texture.as_ref().expect("on its color");
     assert_eq!(texture.uv_transform.scale.x, 2.0, "as large as it was");
 }
 

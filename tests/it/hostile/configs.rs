@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use retargetd::engine::{NamedBytes, check_config};
 
 /// The service's default for documents.
-const MOST_BYTES: usize = 1 << 20;
+const MAX_BYTES: usize = 1 << 20;
 /// Debug builds on a busy machine are slow; what grows with the square of the input takes minutes.
 const PATIENCE: Duration = Duration::from_secs(10);
 
@@ -19,7 +19,7 @@ fn references() -> String {
 }
 
 fn filled(head: &str, piece: &str, tail: &str) -> String {
-    head.to_owned() + &piece.repeat((MOST_BYTES - head.len() - tail.len()) / piece.len()) + tail
+    head.to_owned() + &piece.repeat((MAX_BYTES - head.len() - tail.len()) / piece.len()) + tail
 }
 
 #[test]

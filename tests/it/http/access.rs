@@ -1,4 +1,4 @@
-//! Who may come in, and that callers see nothing of one another.
+//! Access, and that callers see nothing of one another.
 
 use std::{process::Command, time::Duration};
 

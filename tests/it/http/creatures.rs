@@ -36,7 +36,7 @@ fn template(beast: &Beast, kind: &str) -> Value {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn animals_of_ones_own_are_recognised_by_their_templates() {
+async fn animals_of_ones_own_are_recognized_by_their_templates() {
     let data = tempfile::tempdir().expect("a temporary folder");
     let server = start_service(data.path(), &[]);
     let client = Client::builder().no_proxy().build().expect("a client");

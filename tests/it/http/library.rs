@@ -73,9 +73,9 @@ async fn documents_have_versions_and_tags() {
 #[tokio::test(flavor = "multi_thread")]
 async fn what_cannot_be_used_is_refused() {
     let service = Service::start(&[("max_stored_documents", "1")]).await;
-    let wrong = json!({"kind": "biped", "roles": {"left_knee": ["a"]}, "colour": "red"});
+    let wrong = json!({"kind": "biped", "roles": {"left_knee": ["a"]}, "color": "red"});
     let wrong = problem(put(&service, "/v1/rigs/mine", &wrong, NOTHING).await, 422, "unknown_field").await;
-    assert_eq!(wrong["errors"][0]["pointer"], "/colour", "where: {wrong}");
+    assert_eq!(wrong["errors"][0]["pointer"], "/color", "where: {wrong}");
     let wrong = json!({"kind": "biped", "roles": {"left_shinn": ["a"]}});
     let wrong = problem(put(&service, "/v1/rigs/mine", &wrong, NOTHING).await, 422, "unknown_name").await;
     assert_eq!(wrong["errors"][0]["did_you_mean"][0], "left_shin", "the nearest: {wrong}");
@@ -147,7 +147,7 @@ fn foreign() -> Vec<u8> {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_rig_of_ones_own_is_recognised_from_then_on() {
+async fn a_rig_of_ones_own_is_recognized_from_then_on() {
     let data = tempfile::tempdir().expect("a temporary folder");
     let server = start_service(data.path(), &[]);
     let client = reqwest::Client::builder().no_proxy().build().expect("a client");

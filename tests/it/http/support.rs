@@ -7,7 +7,7 @@ use retargetd::{
     app::{self, Running},
     config::Settings,
     engine::{Control, Failure, FailureCode, Format, NamedBytes, Outcome, Output, Report},
-    jobs::{Answer, Asked, Engine, KeyText, NewKey, Principal, Question, Scope},
+    jobs::{Answer, Engine, EngineRequest, KeyText, NewKey, Principal, Question, Scope},
     telemetry::Clock,
 };
 use serde_json::Value;
@@ -37,7 +37,7 @@ pub(crate) struct Obedient;
 pub(crate) const NAP: Duration = Duration::from_millis(100);
 
 impl Engine for Obedient {
-    fn ask(&self, asked: &Asked<'_>, control: &Control) -> Result<Answer, Failure> {
+    fn ask(&self, asked: &EngineRequest<'_>, control: &Control) -> Result<Answer, Failure> {
         let bytes = |file: Option<NamedBytes<'_>>| file.map_or_else(Vec::new, |file| file.bytes.to_vec());
         let target = bytes(asked.files.target.or(asked.files.source));
         let config = bytes(asked.files.config);
@@ -76,7 +76,7 @@ impl Engine for Obedient {
         let outputs = formats.iter().map(output).collect();
         let resolved_spec = serde_json::json!({"version": 1});
         let outcome = Outcome::new(outputs, Report::default(), resolved_spec);
-        Ok(Answer::Ran(Box::new(outcome.try_into()?)))
+        Ok(Answer::EngineResult(Box::new(outcome.try_into()?)))
     }
 }
 

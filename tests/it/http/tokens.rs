@@ -134,8 +134,13 @@ async fn every_other_token_is_refused_with_its_reason() {
             "token_refused",
             "shared secret",
         ),
-        ("no signature", format!("{}.{}.", part(&json!({"alg": "none"})), part(&good)), "token_refused", "no signed"),
-        ("NONE", format!("{}.{}.", part(&json!({"alg": "NONE"})), part(&good)), "token_refused", "no signed"),
+        (
+            "no signature",
+            format!("{}.{}.", part(&json!({"alg": "none"})), part(&good)),
+            "token_refused",
+            "not a signed",
+        ),
+        ("NONE", format!("{}.{}.", part(&json!({"alg": "NONE"})), part(&good)), "token_refused", "not a signed"),
         ("an empty signature", format!("{head}.{}.", part(&good)), "token_refused", "signature"),
         ("other claims under it", format!("{head}.{}.{signature}", part(&forged)), "token_refused", "signature"),
         (
@@ -144,8 +149,8 @@ async fn every_other_token_is_refused_with_its_reason() {
             "token_refused",
             "extension",
         ),
-        ("no token", "sesame".to_owned(), "token_refused", "no signed"),
-        ("too many parts", format!("{signed}.{signature}"), "token_refused", "no signed"),
+        ("no token", "sesame".to_owned(), "token_refused", "not a signed"),
+        ("too many parts", format!("{signed}.{signature}"), "token_refused", "not a signed"),
     ];
     for (name, token, code, reason) in cases {
         let answer = ask(&service, &token, Method::GET, "/v1/jobs").await;

@@ -5,7 +5,7 @@ use std::fs;
 use retargetd::{engine::Format, samples};
 use serde_json::{Value, json};
 
-use super::{Axes, MOST_DEGREES, MOST_OF_SIZE, Written, retargeted, three};
+use super::{Axes, MAX_DEGREES, MAX_OF_SIZE, Written, retargeted, three};
 use crate::{
     formats_gltf::same_document::assert_same_document,
     support::{corpus_file, files_below, gltf_json, validate_gltf},
@@ -35,7 +35,7 @@ fn compressed_meshes_go_through_with_their_skins() {
         let joint = &ours.scene.skeleton.joints()[joint];
         joint.is_joint.then(|| joint.name.clone())
     });
-    assert!(apart.size < MOST_OF_SIZE && apart.degrees < MOST_DEGREES, "{apart:?}");
+    assert!(apart.size < MAX_OF_SIZE && apart.degrees < MAX_DEGREES, "{apart:?}");
 }
 
 /// A document in pieces whose mesh is compressed, as an archive.

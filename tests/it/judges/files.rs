@@ -5,7 +5,7 @@ use std::fs;
 use retargetd::engine::Format;
 use serde_json::Value;
 
-use super::{Apart, Axes, MOST_DEGREES, MOST_OF_SIZE, Written, assimp, blender, retargeted, three};
+use super::{Apart, Axes, MAX_DEGREES, MAX_OF_SIZE, Written, assimp, blender, retargeted, three};
 use crate::support::corpus_file;
 
 const SOURCE: &str = "mixamo/fbx/walking_noskin.fbx";
@@ -40,22 +40,22 @@ fn files() -> Option<Files> {
 }
 
 /// Joints of the first written clip that a reader has, compared.
-fn compare(ours: &Written, seen: &Value, unit_metres: f64, axes: Axes) -> Apart {
-    ours.apart(seen, unit_metres, axes, |joint| {
+fn compare(ours: &Written, seen: &Value, unit_meters: f64, axes: Axes) -> Apart {
+    ours.apart(seen, unit_meters, axes, |joint| {
         let joint = &ours.scene.skeleton.joints()[joint];
         (joint.is_joint && !seen["joints"][&joint.name].is_null()).then(|| joint.name.clone())
     })
 }
 
-fn judge(files: &Files, answers: &[Value], centimetres: f64, axes_of: impl Fn(Format) -> Axes) {
+fn judge(files: &Files, answers: &[Value], centimeters: f64, axes_of: impl Fn(Format) -> Axes) {
     for (index, seen) in answers.iter().enumerate() {
         let (name, ours) = &files.written[index / FORMATS.len()];
         let format = FORMATS[index % FORMATS.len()];
-        let unit = if format == Format::Fbx { centimetres } else { 1.0 };
+        let unit = if format == Format::Fbx { centimeters } else { 1.0 };
         let apart = compare(ours, seen, unit, axes_of(format));
         let joints = ours.scene.skeleton.joints().iter().filter(|joint| joint.is_joint).count();
         assert!(apart.joints * 10 >= joints * 9, "{name} as {format:?}: {apart:?} of {joints}");
-        assert!(apart.size < MOST_OF_SIZE && apart.degrees < MOST_DEGREES, "{name} as {format:?}: {apart:?}");
+        assert!(apart.size < MAX_OF_SIZE && apart.degrees < MAX_DEGREES, "{name} as {format:?}: {apart:?}");
     }
 }
 

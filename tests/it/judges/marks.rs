@@ -15,11 +15,11 @@ use crate::quality::figure::{position, read_scene, world};
 const SIZE: usize = 400;
 
 /// The sample walk on the sample character, moved up by that much: the report, the file, and pictures at a time with and without marks.
-fn moved(up_metres: f64, at_seconds: f64) -> (retargetd::engine::Outcome, [Vec<[u8; 4]>; 2]) {
+fn moved(up_meters: f64, at_seconds: f64) -> (retargetd::engine::Outcome, [Vec<[u8; 4]>; 2]) {
     let (walk, mannequin) = (samples::walk_clip(), samples::mannequin());
     let run = |marks: bool| {
         let config = json!({
-            "ops": [{"op": "pelvis", "offset": [0.0, up_metres, 0.0]}, {"op": "fk"}],
+            "ops": [{"op": "pelvis", "offset": [0.0, up_meters, 0.0]}, {"op": "fk"}],
             "output": {"view": {"size": [SIZE, SIZE], "at_seconds": at_seconds, "marks": marks, "follow": "hold", "camera": "side"}},
         });
         let formats = [Format::Glb, Format::Png];

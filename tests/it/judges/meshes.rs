@@ -5,7 +5,7 @@ use std::{fs, path::Path, process::Command};
 use retargetd::engine::Format;
 use serde_json::Value;
 
-use super::{MOST_OF_SIZE, answers, retargeted};
+use super::{MAX_OF_SIZE, answers, retargeted};
 use crate::support::{corpus_file, three_script, validate_gltf};
 
 const SOURCE: &str = "mixamo/fbx/walking_noskin.fbx";
@@ -61,6 +61,6 @@ fn characters_are_the_same_as_fbx_and_as_glb() {
     for (seen, target) in seen.iter().zip(TARGETS) {
         assert_eq!(seen["error"], Value::Null, "{target}");
         assert!(seen["vertices"][1].as_u64() > Some(500), "{target}: {seen}");
-        assert!(seen["apart"].as_f64().is_some_and(|apart| apart < MOST_OF_SIZE), "{target}: {seen}");
+        assert!(seen["apart"].as_f64().is_some_and(|apart| apart < MAX_OF_SIZE), "{target}: {seen}");
     }
 }

@@ -5,7 +5,7 @@ use std::fs;
 use retargetd::engine::Format;
 use serde_json::Value;
 
-use super::{Axes, MOST_DEGREES, MOST_OF_SIZE, Written, angle, retargeted, three};
+use super::{Axes, MAX_DEGREES, MAX_OF_SIZE, Written, angle, retargeted, three};
 use crate::{
     formats_gltf::assert_nothing_new_is_wrong,
     support::{corpus_file, gltf_json},
@@ -20,7 +20,7 @@ fn pair() -> Option<(Vec<u8>, Vec<u8>)> {
     Some((fs::read(corpus_file(SOURCE)?).expect("a file"), fs::read(corpus_file(TARGET)?).expect("a file")))
 }
 
-/// The largest distance in metres and angle in degrees between the joints of two files.
+/// The largest distance in meters and angle in degrees between the joints of two files.
 fn apart(one: &Written, other: &Written) -> (f64, f64) {
     let (skeleton, mut farthest, mut widest) = (&one.scene.skeleton, 0.0_f64, 0.0_f64);
     for frame in 0..one.clip.frame_count() {
@@ -53,7 +53,7 @@ fn small_files_move_as_large_ones_do() {
         let (back, bytes, file) = written(&small, &format!("{compression}.glb"));
         let (farthest, widest) = apart(&plain, &back);
         assert!(
-            farthest < MOST_OF_SIZE * plain.size() && widest < MOST_DEGREES,
+            farthest < MAX_OF_SIZE * plain.size() && widest < MAX_DEGREES,
             "{compression}: {farthest} m, {widest} degrees"
         );
         let size = bytes.len() as f64 / large.len() as f64;
@@ -63,7 +63,7 @@ fn small_files_move_as_large_ones_do() {
         let whole = format!(r#"{{"output": {{"format": "gltf", "compression": "{compression}"}}}}"#);
         let (back, _, file) = written(&whole, &format!("{compression}.gltf"));
         let (farthest, widest) = apart(&plain, &back);
-        let is_close = farthest < MOST_OF_SIZE * plain.size() && widest < MOST_DEGREES;
+        let is_close = farthest < MAX_OF_SIZE * plain.size() && widest < MAX_DEGREES;
         assert!(is_close, "{compression}, in the whole document: {farthest} m, {widest} degrees");
         files.push(file);
     }
@@ -80,7 +80,7 @@ fn small_files_move_as_large_ones_do() {
             let joint = &plain.scene.skeleton.joints()[joint];
             joint.is_joint.then(|| joint.name.clone())
         });
-        assert!(apart.size < MOST_OF_SIZE && apart.degrees < MOST_DEGREES, "{}: {apart:?}", seen["file"]);
+        assert!(apart.size < MAX_OF_SIZE && apart.degrees < MAX_DEGREES, "{}: {apart:?}", seen["file"]);
     }
 }
 

@@ -270,7 +270,7 @@ fn changes(values: &[f64]) -> Vec<f64> {
     values.windows(3).map(|three| (three[2] - 2.0 * three[1] + three[0]).abs()).collect()
 }
 
-/// What the judge finds, in centimetres at 1 m leg length and degrees.
+/// What the judge finds, in centimeters at 1 m leg length and degrees.
 #[derive(Debug)]
 struct Found {
     depth_p99: f64,

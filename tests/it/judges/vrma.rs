@@ -4,7 +4,7 @@ use std::fs;
 
 use retargetd::engine::Format;
 
-use super::{Axes, MOST_DEGREES, MOST_OF_SIZE, Written, blender, retargeted, three};
+use super::{Axes, MAX_DEGREES, MAX_OF_SIZE, Written, blender, retargeted, three};
 use crate::{
     morphs::speaking,
     support::{corpus_file, validate_gltf},
@@ -49,7 +49,7 @@ fn avatars_play_what_was_made_for_them() {
             (!role.ends_with("Eye")).then(|| scene.skeleton.joints()[joint].name.clone())
         });
         assert!(apart.joints > 15, "{avatar}: {apart:?}");
-        assert!(apart.size < MOST_OF_SIZE && apart.degrees < MOST_DEGREES, "{avatar}: {apart:?}");
+        assert!(apart.size < MAX_OF_SIZE && apart.degrees < MAX_DEGREES, "{avatar}: {apart:?}");
     }
 }
 
@@ -84,7 +84,7 @@ impl Animations {
                 is_bone.then(|| ours.scene.skeleton.joints()[joint].name.clone())
             });
             assert!(apart.joints > 15, "{apart:?}");
-            assert!(apart.size < MOST_OF_SIZE && apart.degrees < MOST_DEGREES, "{apart:?}");
+            assert!(apart.size < MAX_OF_SIZE && apart.degrees < MAX_DEGREES, "{apart:?}");
         }
     }
 }

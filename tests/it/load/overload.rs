@@ -11,7 +11,7 @@ use tokio::{task::JoinSet, time::MissedTickBehavior};
 use super::support::{Answers, Pressed, Pressure};
 
 /// What the service may use, with all that it is sent.
-const MOST_MEMORY_MEBIBYTES: u64 = 512;
+const MAX_MEMORY_MEBIBYTES: u64 = 512;
 
 /// How many jobs a second come to their end while there is always one to begin with, and never many.
 async fn capacity(service: &Arc<Pressed>, lasts: Duration) -> f64 {
@@ -91,7 +91,7 @@ async fn what_is_too_much_is_refused_at_once_and_the_rest_is_done() {
     assert_eq!(answers.count(202) as u64, taken, "what was acknowledged is what was taken");
     assert_eq!(books.finished.get("succeeded"), Some(&books.submitted), "all of it is done: {books:?}");
     let memory = service.process.most_memory_mebibytes();
-    assert!(memory < MOST_MEMORY_MEBIBYTES, "{memory} MiB");
+    assert!(memory < MAX_MEMORY_MEBIBYTES, "{memory} MiB");
 
     let (refused, alive) = (answers.p99(429), probes.p99(200));
     let (asked, share) = (answers.count(202) + answers.count(429), goodput / capacity);
@@ -104,5 +104,5 @@ async fn what_is_too_much_is_refused_at_once_and_the_rest_is_done() {
         share >= 0.9,
         &format!("capacity {capacity:.1} jobs a second, goodput {goodput:.1} ({:.0} %)", share * 1e2),
     );
-    pressure.holds(memory < MOST_MEMORY_MEBIBYTES, &format!("most memory {memory} MiB"));
+    pressure.holds(memory < MAX_MEMORY_MEBIBYTES, &format!("most memory {memory} MiB"));
 }

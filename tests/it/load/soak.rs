@@ -11,8 +11,8 @@ use tokio::task::JoinSet;
 use super::support::{Pressed, Pressure};
 
 /// How much memory may grow between the second quarter and the last: what allocators and caches do by themselves.
-const MOST_GROWTH: f64 = 1.1;
-const MOST_GROWTH_MEBIBYTES: f64 = 16.0;
+const MAX_GROWTH: f64 = 1.1;
+const MAX_GROWTH_MEBIBYTES: f64 = 16.0;
 
 /// One caller's day: a file of one's own, a job that runs, one that is canceled, results, lists, mistakes, and tidying up.
 async fn visit(service: &Pressed, number: u64) {
@@ -97,7 +97,7 @@ async fn a_long_time_changes_nothing() {
     let (before, after) = (mean(early.iter().map(|at| at.0)), mean(late.iter().map(|at| at.0)));
     let most_files = |part: &[(f64, u64)]| part.iter().map(|at| at.1).max().unwrap_or_default();
     let figure = format!("{visits} visits; memory {before:.0} MiB, later {after:.0} MiB");
-    pressure.holds(after < (before * MOST_GROWTH).max(before + MOST_GROWTH_MEBIBYTES), &figure);
+    pressure.holds(after < (before * MAX_GROWTH).max(before + MAX_GROWTH_MEBIBYTES), &figure);
     let figure = format!("open files {}, later {}", most_files(early), most_files(late));
     pressure.holds(most_files(late) <= most_files(early) + 8, &figure);
 }

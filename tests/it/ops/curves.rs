@@ -35,7 +35,7 @@ fn feet_are_planted_where_baked_speeds_are_low() {
     let toe = walk.source_joint("mixamorig:LeftToeBase");
     let places: Vec<DVec3> = (0..121).map(|frame| walk.source_pose(frame).transforms()[toe].translation).collect();
     let times = walk.source.clips[0].times_seconds().to_vec();
-    // Centimetres per second, as engines bake them.
+    // Centimeters per second, as engines bake them.
     let speed = |frame: usize| {
         let (before, after) = (frame.saturating_sub(1), (frame + 1).min(120));
         (places[after].distance(places[before]) / (times[after] - times[before]) * 100.0) as f32

@@ -45,7 +45,7 @@ fn feet_are_set_farther_apart() {
             (stage.place(played, frame, "mixamorig:LeftFoot") - stage.place(played, frame, "mixamorig:RightFoot")).x
         };
         let widened = apart(&wide) - apart(&plain);
-        assert!((widened - 0.1).abs() < 0.01, "five centimetres on each side: {widened}");
+        assert!((widened - 0.1).abs() < 0.01, "five centimeters on each side: {widened}");
         let ratio = apart(&splayed) / apart(&plain);
         assert!((1.2..1.8).contains(&ratio), "half as far again: {ratio}");
     }

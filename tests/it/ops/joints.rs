@@ -22,7 +22,7 @@ fn arm(turn: DQuat, hand: Vec3) -> Scene {
         skeleton: Skeleton::new(joints).expect("a skeleton"),
         clips: vec![Clip::new("turn".to_owned(), vec![0.0], tracks).expect("a clip")],
         axes: Some(Axes::Y_UP_Z_FRONT),
-        unit_metres: Some(1.0),
+        unit_meters: Some(1.0),
         ..Scene::default()
     }
 }

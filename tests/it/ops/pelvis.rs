@@ -70,7 +70,7 @@ fn scale_rules_compare_what_they_say() {
     let (legs, height) = (target_leg / source_leg, scale("height"));
     assert!((scale("legs") - DVec3::splat(legs)).length() < 1e-6, "{} where {legs} is wanted", scale("legs"));
     assert!((scale("limbs") - DVec3::new(legs, height.y, legs)).length() < 1e-6, "{}", scale("limbs"));
-    assert_eq!(scale("none"), DVec3::ONE, "metres stay metres");
+    assert_eq!(scale("none"), DVec3::ONE, "meters stay meters");
     // The walker is 1.80 m tall and the mannequin 1.65 m; their highest joints are a little apart in the head.
     assert!((scale("stature").y - 1.65 / 1.80).abs() < 0.12, "{}", scale("stature"));
     assert!((scale("stature").y - height.y).abs() > 1e-3, "not the height of the pelvis");

@@ -105,8 +105,8 @@ fn what_is_no_body_is_mapped_by_its_names() {
             let (from, to) = (joint(&source, name), joint(&target, name));
             let degrees = degrees_between(rotation(&one, from), rotation(&other, to));
             assert!(degrees < 0.01, "{name} is {degrees}° off");
-            let metres = (position(&one, from) * 2.0).distance(position(&other, to));
-            assert!(metres < 1e-4, "{name} of a crane twice as large is {metres} m off at frame {frame}");
+            let meters = (position(&one, from) * 2.0).distance(position(&other, to));
+            assert!(meters < 1e-4, "{name} of a crane twice as large is {meters} m off at frame {frame}");
         }
     }
     let again = retargeted(&result.1.spec, &source, &clip, &target).expect("the resolved spec");
@@ -145,7 +145,7 @@ const FOX_BONES: [[&str; 4]; 12] = [
 ];
 
 /// How much lower a paw may come than it should, in heights of the pelvis.
-const MOST_OFF_THE_GROUND: f64 = 0.08;
+const MAX_OFF_THE_GROUND: f64 = 0.08;
 
 #[test]
 fn a_fox_moves_another_fox() {
@@ -195,7 +195,7 @@ fn assert_bones_agree(
     };
     for (from, to) in [(paws[0], paws[2]), (paws[1], paws[3])] {
         let (wanted, found) = (lowest(source, clip, from), lowest(target, &result, to));
-        if (found - wanted).abs() > MOST_OFF_THE_GROUND {
+        if (found - wanted).abs() > MAX_OFF_THE_GROUND {
             problems.push(format!("{to} comes {:.3} of the height lower than it should", wanted - found));
         }
     }

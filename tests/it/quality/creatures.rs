@@ -36,7 +36,7 @@ fn walk(beast: &Beast, scene: &Scene) -> Clip {
 }
 
 fn place(scene: &Scene, clip: &Clip, joint: usize, frame: usize) -> DVec3 {
-    position(&world(&scene.skeleton, Some((clip, frame))), joint) * scene.unit_metres.unwrap_or(1.0)
+    position(&world(&scene.skeleton, Some((clip, frame))), joint) * scene.unit_meters.unwrap_or(1.0)
 }
 
 /// The same animal with other names, joint axes, unit, size in the file and way of facing.
@@ -46,7 +46,7 @@ fn an_animal_moves_itself_in_another_space_as_it_is() {
         let source = beast.scene(DQuat::IDENTITY, 1.0, &mut Random(1));
         let turn = DQuat::from_rotation_x(PI / 2.0) * DQuat::from_rotation_y(PI / 2.0);
         let mut target = beast.scene(turn, 100.0, &mut Random(2));
-        target.unit_metres = Some(0.01);
+        target.unit_meters = Some(0.01);
         target.axes = None;
         let clip = walk(&beast, &source);
         let (result, ..) = retargeted(&RetargetSpec::default(), &source, &clip, &target)
@@ -70,7 +70,7 @@ fn an_animal_moves_itself_in_another_space_as_it_is() {
     }
 }
 
-/// How far the last joint of a role goes in a clip, in metres.
+/// How far the last joint of a role goes in a clip, in meters.
 fn travel(beast: &Beast, scene: &Scene, clip: &Clip, role: &str) -> f64 {
     let joints = &beast.roles[&role.parse().expect("a role")];
     let last = joints[joints.len() - 1];

@@ -28,16 +28,16 @@ const CLIPS: [(&str, Option<&str>); 10] = [
 ];
 const LEGS: [(f64, bool); 6] = [(0.6, true), (0.8, true), (1.25, true), (1.6, true), (0.6, false), (1.6, false)];
 
-/// At a leg of one metre.
-const MOST_SLIDE: f64 = 0.005;
-const MOST_PENETRATION: f64 = 0.005;
-const MOST_JERK: f64 = 1.15;
+/// At a leg of one meter.
+const MAX_SLIDE: f64 = 0.005;
+const MAX_PENETRATION: f64 = 0.005;
+const MAX_JERK: f64 = 1.15;
 /// Longer or shorter limbs alone make nothing rougher.
-const MOST_JERK_OF_ROTATIONS: f64 = 0.01;
+const MAX_JERK_OF_ROTATIONS: f64 = 0.01;
 /// Share of a leg by which a heel may be off its height above the ball while a foot stands flat.
-const MOST_TILT: f64 = 0.02;
+const MAX_TILT: f64 = 0.02;
 /// Share of a leg by which a clip may change on its own rig.
-const MOST_CHANGE: f64 = 1e-4;
+const MAX_CHANGE: f64 = 1e-4;
 /// Share by which measures may be off: joints are looked at here, and the soles below them are what is held.
 const SLACK: f64 = 0.05;
 /// Leg lengths by which a slide may be, too: what touches for a few frames by the thresholds here does not by those of `contacts`, so
@@ -48,7 +48,7 @@ const LITTLE_SLIDE: f64 = 0.0027;
 /// foot. The worst is a foot of which nobody knows how thick it is, half as large beside its leg: 0.0119, and 0.023 without planting.
 const LITTLE_SLIDE_OF_OTHER_FEET: f64 = 0.0125;
 /// Leg lengths above its height at rest from which a joint is in the air, however slow it is: a heel above a foot on tiptoe.
-const MOST_RAISED: f64 = 0.08;
+const MAX_RAISED: f64 = 0.08;
 
 const FK_ONLY: &str = r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#;
 /// What is done when nobody says.
@@ -74,7 +74,7 @@ fn a_clip_onto_its_own_rig_comes_back_through_all_ops() {
             for (source, target) in pairs.into_iter().chain(points) {
                 let worst =
                     source.iter().zip(target).map(|(source, target)| source.distance(*target)).fold(0.0, f64::max);
-                assert!(worst < MOST_CHANGE, "{file}: a leg is moved by {worst:.2e} of its length");
+                assert!(worst < MAX_CHANGE, "{file}: a leg is moved by {worst:.2e} of its length");
             }
         }
     }
@@ -104,8 +104,8 @@ fn feet_that_nothing_is_known_of_stand_flat() {
         percentile(tilts.collect(), 0.95)
     };
     let (plain, stack) = (tilted(FK_ONLY), tilted(STACK));
-    assert!(plain > 2.0 * MOST_TILT, "rotations alone stand on tiptoe: {plain}");
-    assert!(stack < MOST_TILT, "feet stand flat: {stack}, and {plain} without");
+    assert!(plain > 2.0 * MAX_TILT, "rotations alone stand on tiptoe: {plain}");
+    assert!(stack < MAX_TILT, "feet stand flat: {stack}, and {plain} without");
 }
 
 fn clip_of<'a>(scene: &'a Scene, name: Option<&str>) -> &'a Clip {
@@ -125,7 +125,7 @@ pub(crate) fn problems() -> Vec<String> {
             let target = Scene {
                 skeleton: with_legs(&scene, legs, with_feet),
                 axes: scene.axes,
-                unit_metres: scene.unit_metres,
+                unit_meters: scene.unit_meters,
                 ..Scene::default()
             };
             let feet_beside_legs = if with_feet { 1.0 } else { legs.recip() };
@@ -293,7 +293,7 @@ impl Feet {
                     let source = leg.source.path(point, first, last);
                     slides.push(target);
                     source_slides.push(source);
-                    let over = target - source.max(MOST_SLIDE);
+                    let over = target - source.max(MAX_SLIDE);
                     if over > worst.0 {
                         worst = (over, target, source);
                     }
@@ -334,20 +334,20 @@ impl Feet {
         let mut problems = Vec::new();
         let (own, slide) = (self.source_slide * 100.0, self.slide * 100.0);
         let little = if has_same_feet { LITTLE_SLIDE } else { LITTLE_SLIDE_OF_OTHER_FEET };
-        if self.slide > MOST_SLIDE.max(self.source_slide + little.max(self.source_slide * SLACK)) {
+        if self.slide > MAX_SLIDE.max(self.source_slide + little.max(self.source_slide * SLACK)) {
             problems.push(format!("slides by {slide:.2} cm, the source by {own:.2}"));
         }
         if self.mean_slide > without.mean_slide.max(self.source_mean_slide) * (1.0 + SLACK) {
             problems
                 .push(format!("slides more than without IK and than the source, by {:.2} cm", self.mean_slide * 100.0));
         }
-        if self.penetration > MOST_PENETRATION {
+        if self.penetration > MAX_PENETRATION {
             problems.push(format!("sinks by {:.2} cm", self.penetration * 100.0));
         }
-        if self.jerk() > MOST_JERK {
+        if self.jerk() > MAX_JERK {
             problems.push(format!("jerks {:?} times as much, and {:.2} without IK", self.jerk.parts, without.jerk()));
         }
-        if (without.jerk() - 1.0).abs() > MOST_JERK_OF_ROTATIONS {
+        if (without.jerk() - 1.0).abs() > MAX_JERK_OF_ROTATIONS {
             problems.push(format!("rotations alone jerk {:?} times as much", without.jerk.parts));
         }
         if self.flips > 0 {
@@ -451,7 +451,7 @@ impl Track {
     /// Whether a point that is slow is in the air.
     fn is_raised(&self, point: usize, first: usize, last: usize) -> bool {
         let (places, rest) = &self.points[point];
-        places[first..=last].iter().all(|place| place.y - rest > MOST_RAISED)
+        places[first..=last].iter().all(|place| place.y - rest > MAX_RAISED)
     }
 
     /// Way along the floor.

@@ -24,12 +24,12 @@ const HELD_WALKS: [&str; 4] = [
     "humanik-unity/viverse_walk.glb",
 ];
 
-const LEAST_F1: f64 = 0.95;
-const MOST_SECONDS: f64 = 0.05;
+const MIN_F1: f64 = 0.95;
+const MAX_SECONDS: f64 = 0.05;
 /// A stride is at least this long, in legs, from before the pelvis to behind it.
-const LEAST_SWING: f64 = 0.25;
+const MIN_SWING: f64 = 0.25;
 /// Slower than this, in legs a second, nobody walks.
-const LEAST_SPEED: f64 = 0.3;
+const MIN_SPEED: f64 = 0.3;
 /// Over so many seconds the pelvis is averaged for the direction of the walk, and feet for their extremes.
 const DIRECTION_SECONDS: f64 = 0.3;
 const FOOT_SECONDS: f64 = 0.02;
@@ -52,7 +52,7 @@ fn judge(walks: &[&str]) {
         let Some(path) = corpus_file(file) else { return };
         let Some(found) = Found::of(&Figure::read(&path)) else { continue };
         judged += 1;
-        if found.f1 < LEAST_F1 || found.begin.abs() > MOST_SECONDS || found.end.abs() > MOST_SECONDS {
+        if found.f1 < MIN_F1 || found.begin.abs() > MAX_SECONDS || found.end.abs() > MAX_SECONDS {
             problems.push(format!("{file}: {found:?}"));
         }
     }
@@ -132,15 +132,15 @@ impl Steps {
             let along: Vec<DVec3> = along.map(|(place, (way, _))| DVec3::X * place.dot(*way)).collect();
             smooth(&along, times, FOOT_SECONDS).iter().map(|place| place.x).collect()
         };
-        let strikes = peaks(&ahead(foot), LEAST_SWING * leg);
+        let strikes = peaks(&ahead(foot), MIN_SWING * leg);
         let behind: Vec<f64> = ahead(toe).iter().map(|place| -place).collect();
-        let leaves = peaks(&behind, LEAST_SWING * leg);
+        let leaves = peaks(&behind, MIN_SWING * leg);
         let mut events: Vec<(usize, bool)> = strikes.iter().map(|frame| (*frame, true)).collect();
         events.extend(leaves.iter().map(|frame| (*frame, false)));
         events.sort_unstable();
         let (begin, end) = (events.first()?.0, events.last()?.0);
         let is_known =
-            (0..times.len()).map(|frame| (begin..=end).contains(&frame) && travel[frame].1 > LEAST_SPEED * leg);
+            (0..times.len()).map(|frame| (begin..=end).contains(&frame) && travel[frame].1 > MIN_SPEED * leg);
         let is_known: Vec<bool> = is_known.collect();
         let mut stands = vec![false; times.len()];
         for pair in events.windows(2).filter(|pair| pair[0].1) {

@@ -57,8 +57,8 @@ fn turned(scene: &Scene, head: usize, rest: impl Fn(DQuat, DQuat) -> DQuat) -> S
         joint
     });
     let skeleton = Skeleton::new(joints.collect()).expect("a skeleton");
-    let (axes, unit_metres, skin_points) = (scene.axes, scene.unit_metres, scene.skin_points.clone());
-    Scene { skeleton, axes, unit_metres, skin_points, ..Scene::default() }
+    let (axes, unit_meters, skin_points) = (scene.axes, scene.unit_meters, scene.skin_points.clone());
+    Scene { skeleton, axes, unit_meters, skin_points, ..Scene::default() }
 }
 
 /// How far a face is turned in the result from one that looks straight ahead, when the source turns its head by `nod` in the model:

@@ -17,8 +17,8 @@ use crate::support::corpus_file;
 
 /// Forward kinematics alone: what comes out of a frame depends on that frame only.
 const PLAIN: &[u8] = br#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#;
-const MOST_DEGREES: f64 = 0.01;
-const MOST_METRES: f64 = 1e-4;
+const MAX_DEGREES: f64 = 0.01;
+const MAX_METRES: f64 = 1e-4;
 
 /// A scene in another guise, and how to see through it.
 struct Guise {
@@ -26,13 +26,13 @@ struct Guise {
     /// Per joint: the rotation between its old and its new own axes.
     own_axes: Vec<DQuat>,
     scene_from_ours: DQuat,
-    units_per_metre: f64,
+    units_per_meter: f64,
 }
 
 impl Guise {
     fn plain(scene: Scene) -> Self {
         let own_axes = vec![DQuat::IDENTITY; scene.skeleton.len()];
-        Self { scene, own_axes, scene_from_ours: DQuat::IDENTITY, units_per_metre: 1.0 }
+        Self { scene, own_axes, scene_from_ours: DQuat::IDENTITY, units_per_meter: 1.0 }
     }
 
     /// Every joint's own axes are turned at random; where joints are does not change.
@@ -58,10 +58,10 @@ impl Guise {
     }
 
     /// All lengths are multiplied, and the file says so.
-    fn in_units(mut self, units_per_metre: f64) -> Self {
-        self.change(|_, translation| translation * units_per_metre, |_, _, rotation| rotation);
-        self.scene.unit_metres = Some(units_per_metre.recip());
-        self.units_per_metre = units_per_metre;
+    fn in_units(mut self, units_per_meter: f64) -> Self {
+        self.change(|_, translation| translation * units_per_meter, |_, _, rotation| rotation);
+        self.scene.unit_meters = Some(units_per_meter.recip());
+        self.units_per_meter = units_per_meter;
         self
     }
 
@@ -101,11 +101,11 @@ impl Guise {
         self.scene.clips = clips;
     }
 
-    /// Position in metres and rotation of every joint, as if the scene wore no guise.
+    /// Position in meters and rotation of every joint, as if the scene wore no guise.
     fn seen_through(&self, world: &[DMat4]) -> Vec<(DVec3, DQuat)> {
         let ours_from_scene = self.scene_from_ours.conjugate();
         let joint = |joint: usize| {
-            let place = ours_from_scene * position(world, joint) / self.units_per_metre;
+            let place = ours_from_scene * position(world, joint) / self.units_per_meter;
             (place, ours_from_scene * rotation(world, joint) * self.own_axes[joint].conjugate())
         };
         (0..world.len()).map(joint).collect()
@@ -152,13 +152,13 @@ fn motion_as(spec: &RetargetSpec, source: &Guise, target: &Guise) -> Vec<Vec<(DV
 
 fn assert_same_motion(ours: &[Vec<(DVec3, DQuat)>], plain: &[Vec<(DVec3, DQuat)>], what: &str) {
     assert_eq!(ours.len(), plain.len(), "{what}: frames");
-    let (mut metres, mut degrees) = (0.0_f64, 0.0_f64);
+    let (mut meters, mut degrees) = (0.0_f64, 0.0_f64);
     for (ours, plain) in ours.iter().flatten().zip(plain.iter().flatten()) {
-        metres = metres.max(ours.0.distance(plain.0));
+        meters = meters.max(ours.0.distance(plain.0));
         degrees = degrees.max(degrees_between(ours.1, plain.1));
     }
-    assert!(metres < MOST_METRES, "{what}: places differ by {metres} m");
-    assert!(degrees < MOST_DEGREES, "{what}: rotations differ by {degrees}°");
+    assert!(meters < MAX_METRES, "{what}: places differ by {meters} m");
+    assert!(degrees < MAX_DEGREES, "{what}: rotations differ by {degrees}°");
 }
 
 fn walk() -> Guise {
@@ -190,11 +190,11 @@ fn joint_axes_do_not_matter() {
 #[test]
 fn units_and_size_do_not_matter() {
     let plain = motion(&walk(), &mannequin());
-    for units_per_metre in [100.0, 39.370_078_74, 0.01] {
-        let ours = motion(&walk().in_units(units_per_metre), &mannequin());
-        assert_same_motion(&ours, &plain, &format!("source at {units_per_metre} units a metre"));
-        let ours = motion(&walk(), &mannequin().in_units(units_per_metre));
-        assert_same_motion(&ours, &plain, &format!("target at {units_per_metre} units a metre"));
+    for units_per_meter in [100.0, 39.370_078_74, 0.01] {
+        let ours = motion(&walk().in_units(units_per_meter), &mannequin());
+        assert_same_motion(&ours, &plain, &format!("source at {units_per_meter} units a meter"));
+        let ours = motion(&walk(), &mannequin().in_units(units_per_meter));
+        assert_same_motion(&ours, &plain, &format!("target at {units_per_meter} units a meter"));
     }
     for factor in [0.1, 3.0, 100.0] {
         let ours = motion(&walk().grown(factor), &mannequin());
@@ -252,7 +252,7 @@ fn real_files_in_another_guise_move_the_same() {
         ("other joint axes", walk().with_other_joint_axes(21), figure().with_other_joint_axes(22)),
         ("an actor three times as large", walk().grown(3.0), figure()),
         ("Z up", walk(), figure().turned(turn, Some(axes))),
-        ("centimetres", walk(), figure().in_units(100.0)),
+        ("centimeters", walk(), figure().in_units(100.0)),
     ] {
         assert_same_motion(&motion(&source, &target), &plain, what);
     }
@@ -275,7 +275,7 @@ fn limbs_in_pieces_and_twists_do_not_depend_on_axes_units_and_facing() {
     let about = DQuat::from_rotation_y(std::f64::consts::PI);
     for (what, target) in [
         ("other joint axes", in_pieces().with_other_joint_axes(11)),
-        ("centimetres", in_pieces().in_units(100.0)),
+        ("centimeters", in_pieces().in_units(100.0)),
         ("Z up", in_pieces().turned(turn, Some(axes))),
         ("facing back", in_pieces().turned(about, None)),
         ("all of it", in_pieces().with_other_joint_axes(12).turned(turn, None).in_units(39.370_078_74)),
@@ -312,10 +312,10 @@ fn assert_cuts_agree(source: &Scene, clip: &Clip, target: &Scene, what: &str) {
             let whole = world(&target.skeleton, Some((&whole, frame)));
             let part = world(&target.skeleton, Some((&part, frame - from)));
             for joint in 0..whole.len() {
-                let metres = position(&whole, joint).distance(position(&part, joint));
-                assert!(metres < MOST_METRES, "{what}: frame {frame} of {from}..{to}: {metres} m");
+                let meters = position(&whole, joint).distance(position(&part, joint));
+                assert!(meters < MAX_METRES, "{what}: frame {frame} of {from}..{to}: {meters} m");
                 let degrees = degrees_between(rotation(&whole, joint), rotation(&part, joint));
-                assert!(degrees < MOST_DEGREES, "{what}: frame {frame} of {from}..{to}: {degrees}°");
+                assert!(degrees < MAX_DEGREES, "{what}: frame {frame} of {from}..{to}: {degrees}°");
             }
         }
     }

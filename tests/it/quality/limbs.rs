@@ -13,8 +13,8 @@ use super::{
     made_rigs::{MadeRig, clip_of, retargeted, roles_of},
 };
 
-const MOST_DEGREES: f64 = 0.01;
-const MOST_METRES: f64 = 1e-4;
+const MAX_DEGREES: f64 = 0.01;
+const MAX_METRES: f64 = 1e-4;
 
 fn joint(scene: &Scene, name: &str) -> usize {
     scene.skeleton.find(name).unwrap_or_else(|| panic!("a joint named {name}"))
@@ -31,10 +31,10 @@ fn assert_same_motion(first: (&Scene, &Clip), second: (&Scene, &Clip), what: &st
         let other = world(&second.0.skeleton, Some((second.1, frame)));
         for (index, made) in first.0.skeleton.joints().iter().enumerate() {
             let twin = joint(second.0, &made.name);
-            let metres = position(&one, index).distance(position(&other, twin));
+            let meters = position(&one, index).distance(position(&other, twin));
             let degrees = degrees_between(rotation(&one, index), rotation(&other, twin));
-            assert!(metres < MOST_METRES, "{what}: {} is {metres} m off at frame {frame}", made.name);
-            assert!(degrees < MOST_DEGREES, "{what}: {} is {degrees}° off at frame {frame}", made.name);
+            assert!(meters < MAX_METRES, "{what}: {} is {meters} m off at frame {frame}", made.name);
+            assert!(degrees < MAX_DEGREES, "{what}: {} is {degrees}° off at frame {frame}", made.name);
         }
     }
 }
@@ -161,7 +161,7 @@ fn twist_is_left_alone_when_it_is_not_wanted() {
             .expect("a spec");
     let result = retargeted(&spec, &source, &clip, &target).expect("a mapping").0;
     let found = twist(&target, &result, 270, "lowerarm_twist_01_l", "lowerarm_l", along);
-    assert!(found.abs() < MOST_DEGREES, "the helper rides the forearm: {found}°");
+    assert!(found.abs() < MAX_DEGREES, "the helper rides the forearm: {found}°");
 }
 
 /// The mannequin with its left forearm and upper arm in two pieces each.

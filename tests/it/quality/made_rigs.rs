@@ -82,7 +82,7 @@ impl MadeRig {
         };
         let joints = placed.iter().enumerate().map(joint).collect();
         let axes = Some(retargetd::model::Axes::default());
-        Scene { skeleton: Skeleton::new(joints).expect("a skeleton"), axes, unit_metres: Some(1.0), ..Scene::default() }
+        Scene { skeleton: Skeleton::new(joints).expect("a skeleton"), axes, unit_meters: Some(1.0), ..Scene::default() }
     }
 }
 

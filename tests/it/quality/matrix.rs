@@ -16,7 +16,7 @@ use self::{
 
 /// Share of the pairs that must be within all limits, of all pairs of the corpus. Those of clips in which the figure kneels or
 /// crouches are beyond them where the target's legs are of other proportions: these pairs are without the ops behind FK.
-const LEAST_SHARE: f64 = 0.95;
+const MIN_SHARE: f64 = 0.95;
 /// One in so many pairs runs with the tests. A prime, so that every source and every target gets its turn.
 const ONE_IN: usize = 23;
 
@@ -26,7 +26,7 @@ fn a_sample_of_all_pairs() {
     let rows = run(&loaded, |index| index % ONE_IN == 0, "");
     let share = table::share_within(&rows);
     assert!(
-        share >= LEAST_SHARE,
+        share >= MIN_SHARE,
         "{:.1} % of the pairs are within the limits:\n{}",
         share * 100.0,
         table::summary(&rows)
@@ -42,7 +42,7 @@ fn every_pair() {
     let rows = run(&loaded, |_| true, &wanted);
     table::write(&rows);
     let share = table::share_within(&rows);
-    assert!(share >= LEAST_SHARE, "{:.1} % of the pairs are within the limits", share * 100.0);
+    assert!(share >= MIN_SHARE, "{:.1} % of the pairs are within the limits", share * 100.0);
 }
 
 fn run(loaded: &Loaded, is_wanted: impl Fn(usize) -> bool, part: &str) -> Vec<Row> {

@@ -12,11 +12,11 @@ use super::figure::{degrees_between, frames_of, position, rotations, world};
 use crate::support::{corpus_file, files_below};
 
 const PLAIN: &[u8] = br#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#;
-const MOST_DEGREES: f64 = 0.01;
+const MAX_DEGREES: f64 = 0.01;
 /// At a height of [`MAN_METRES`].
-const MOST_METRES: f64 = 1e-4;
+const MAX_METRES: f64 = 1e-4;
 /// Chains whose bones move in the clip still lead where the source's lead, which turns them a little.
-const MOST_BENT_DEGREES: f64 = 10.0;
+const MAX_BENT_DEGREES: f64 = 10.0;
 const MAN_METRES: f64 = 1.7;
 const FRAMES_LOOKED_AT: usize = 60;
 
@@ -70,7 +70,7 @@ struct Comparison {
     degrees: f64,
     worst_turned: String,
     /// At the height of a man.
-    metres: f64,
+    meters: f64,
     worst_placed: String,
     /// Joints whose bone changes its length or direction in the clip, and all below them: these ride along at rest length.
     moving_bones: usize,
@@ -90,7 +90,7 @@ impl Comparison {
         let mut comparison = Self {
             degrees: 0.0,
             worst_turned: String::new(),
-            metres: 0.0,
+            meters: 0.0,
             worst_placed: String::new(),
             bent_degrees: 0.0,
             moving_bones: (0..skeleton.len()).filter(|&joint| driven[joint] && !placed[joint]).count(),
@@ -106,9 +106,9 @@ impl Comparison {
                     comparison.degrees = degrees;
                     comparison.worst_turned = format!("{} at frame {frame}", skeleton.label(joint));
                 }
-                let metres = position(&before, joint).distance(position(&after, joint)) / size * MAN_METRES;
-                if placed[joint] && metres > comparison.metres {
-                    comparison.metres = metres;
+                let meters = position(&before, joint).distance(position(&after, joint)) / size * MAN_METRES;
+                if placed[joint] && meters > comparison.meters {
+                    comparison.meters = meters;
                     comparison.worst_placed = format!("{} at frame {frame}", skeleton.label(joint));
                 }
             }
@@ -117,10 +117,10 @@ impl Comparison {
     }
 
     fn problem(&self) -> Option<String> {
-        let is_good = self.degrees < MOST_DEGREES && self.metres < MOST_METRES && self.bent_degrees < MOST_BENT_DEGREES;
-        let Self { degrees, worst_turned, metres, worst_placed, moving_bones, bent_degrees } = self;
+        let is_good = self.degrees < MAX_DEGREES && self.meters < MAX_METRES && self.bent_degrees < MAX_BENT_DEGREES;
+        let Self { degrees, worst_turned, meters, worst_placed, moving_bones, bent_degrees } = self;
         (!is_good).then(|| {
-            format!("{degrees:.4}° ({worst_turned}), {metres:.6} m ({worst_placed}); {moving_bones} on moving bones, {bent_degrees:.4}°")
+            format!("{degrees:.4}° ({worst_turned}), {meters:.6} m ({worst_placed}); {moving_bones} on moving bones, {bent_degrees:.4}°")
         })
     }
 }

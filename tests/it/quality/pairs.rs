@@ -87,24 +87,24 @@ const LIMBS: [(&str, &str); 10] = [
 ];
 
 /// 95th percentile of a limb's direction error, between two T poses and between others.
-const MOST_DEGREES_T_ONTO_T: f64 = 1.0;
-const MOST_DEGREES: f64 = 5.0;
+const MAX_DEGREES_T_ONTO_T: f64 = 1.0;
+const MAX_DEGREES: f64 = 5.0;
 /// How much the angle between the two necks may change over a clip.
 const MAX_NECK_DEGREES: f64 = 5.0;
 /// The same of legs whose feet are planted, from the strike of the heel until the toes leave, and of those of [`LARGE_FEET`].
-const MOST_DEGREES_OF_PLANTED_LEGS: f64 = 8.5;
-const MOST_DEGREES_WITH_LARGE_FEET: f64 = 24.0;
+const MAX_DEGREES_OF_PLANTED_LEGS: f64 = 8.5;
+const MAX_DEGREES_WITH_LARGE_FEET: f64 = 24.0;
 /// How far ankles may be off the floor, as a share of the leg: where the source's file knows its floor, and where it does not
 /// (captures with the pelvis at the origin, whose feet hover by the thickness of shoes and markers).
-const MOST_OFF_THE_FLOOR: f64 = 0.05;
-const MOST_OFF_AN_UNKNOWN_FLOOR: f64 = 0.07;
+const MAX_OFF_THE_FLOOR: f64 = 0.05;
+const MAX_OFF_AN_UNKNOWN_FLOOR: f64 = 0.07;
 /// How far toes may go through it: feet are kept as they are turned, and longer ones reach lower when they roll.
-const MOST_BELOW_THE_FLOOR: f64 = 0.08;
+const MAX_BELOW_THE_FLOOR: f64 = 0.08;
 /// Characters with feet as long as their shins. Rotations alone drive those through the floor.
 const LARGE_FEET: [&str; 1] = ["gdquest_sophia.glb"];
 /// Share of its way that a walker goes where it faces.
-const LEAST_FORWARD: f64 = 0.8;
-const MOST_LENGTH_CHANGE: f64 = 1e-4;
+const MIN_FORWARD: f64 = 0.8;
+const MAX_LENGTH_CHANGE: f64 = 1e-4;
 const FRAMES_LOOKED_AT: usize = 150;
 
 /// What is asked for.
@@ -230,7 +230,7 @@ impl<'a> Pair<'a> {
 
     fn limbs(&self) -> Vec<String> {
         let both_t = self.source.rest_kind() == "T" && self.target.rest_kind() == "T";
-        let most = if both_t { MOST_DEGREES_T_ONTO_T } else { MOST_DEGREES };
+        let most = if both_t { MAX_DEGREES_T_ONTO_T } else { MAX_DEGREES };
         let clip = self.source.clip();
         let frames = frames_of(clip, FRAMES_LOOKED_AT);
         let poses: Vec<_> = frames
@@ -269,8 +269,8 @@ impl<'a> Pair<'a> {
 
     fn most_degrees_of_planted_legs(&self) -> f64 {
         match LARGE_FEET.contains(&self.target.file_name.as_str()) {
-            true => MOST_DEGREES_WITH_LARGE_FEET,
-            false => MOST_DEGREES_OF_PLANTED_LEGS,
+            true => MAX_DEGREES_WITH_LARGE_FEET,
+            false => MAX_DEGREES_OF_PLANTED_LEGS,
         }
     }
 
@@ -296,7 +296,7 @@ impl<'a> Pair<'a> {
             }
         }
         let problem = || format!("the bone to {} changes its length by {:.5}", skeleton.label(worst.1), worst.0);
-        if worst.0 > MOST_LENGTH_CHANGE { vec![problem()] } else { Vec::new() }
+        if worst.0 > MAX_LENGTH_CHANGE { vec![problem()] } else { Vec::new() }
     }
 
     fn leg(&self, world: &[DMat4]) -> Option<f64> {
@@ -326,12 +326,12 @@ impl<'a> Pair<'a> {
             return problems;
         }
         let ankles_off = off(&ankles);
-        let most = if self.source.scene.axes.is_some() { MOST_OFF_THE_FLOOR } else { MOST_OFF_AN_UNKNOWN_FLOOR };
+        let most = if self.source.scene.axes.is_some() { MAX_OFF_THE_FLOOR } else { MAX_OFF_AN_UNKNOWN_FLOOR };
         if ankles_off.abs() > most {
             problems.push(format!("the ankles are {:+.1} % of the leg off the floor", ankles_off * 100.0));
         }
         let toes_off = if toes.is_empty() { 0.0 } else { off(&toes) };
-        if toes_off < -MOST_BELOW_THE_FLOOR {
+        if toes_off < -MAX_BELOW_THE_FLOOR {
             problems.push(format!("the toes are {:+.1} % of the leg below the floor", toes_off * 100.0));
         }
         problems
@@ -357,7 +357,7 @@ impl<'a> Pair<'a> {
             return Some(format!("the walker goes {way:.2} m only, with a leg of {leg:.2} m"));
         }
         let share = forward / way;
-        (share < LEAST_FORWARD).then(|| format!("the walker goes {:.0} % of its way forward", share * 100.0))
+        (share < MIN_FORWARD).then(|| format!("the walker goes {:.0} % of its way forward", share * 100.0))
     }
 
     /// The target's own document is all there.

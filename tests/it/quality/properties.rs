@@ -15,14 +15,14 @@ const PLAIN: &str = r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#;
 const DEFAULT: &str = "{}";
 
 /// In legs: what may differ when a clip has half the frames, in 95 of 100 values and at worst.
-const MOST_BY_FRAME_RATE: f64 = 0.02;
+const MAX_BY_FRAME_RATE: f64 = 0.02;
 const WORST_BY_FRAME_RATE: f64 = 0.05;
 /// The same of a clip that is cut, farther from the cut than this.
 const FELT_SECONDS: f64 = 1.0;
-const MOST_BY_CUT: f64 = 0.02;
+const MAX_BY_CUT: f64 = 0.02;
 const WORST_BY_CUT: f64 = 0.05;
 /// As a share of the height.
-const MOST_BY_MIRROR: f64 = 1e-4;
+const MAX_BY_MIRROR: f64 = 1e-4;
 
 /// Clips onto characters of another family.
 const PAIRS: [(&str, &str); 5] = [
@@ -149,7 +149,7 @@ fn half_the_frames_give_half_the_result() {
         let half = retargeted(DEFAULT, &source.scene, &chosen(clip, |frame| frame % 2 == 0), &target.scene);
         let frames = (0..half.frame_count()).step_by(3).map(|frame| ((2 * frame, frame), true));
         let (most, worst) = spread(distances(&target, frames, &whole, &half));
-        assert!(most < MOST_BY_FRAME_RATE && worst < WORST_BY_FRAME_RATE, "{pair:?}: {most} (95 %), {worst} at worst");
+        assert!(most < MAX_BY_FRAME_RATE && worst < WORST_BY_FRAME_RATE, "{pair:?}: {most} (95 %), {worst} at worst");
     }
 }
 
@@ -177,7 +177,7 @@ fn a_cut_changes_only_what_is_near_it() {
             }
             let (most, worst) = spread(distances);
             assert!(
-                most < MOST_BY_CUT && worst < WORST_BY_CUT,
+                most < MAX_BY_CUT && worst < WORST_BY_CUT,
                 "{pair:?} {from}..{to}: {most} (95 %), {worst} at worst"
             );
         }
@@ -214,7 +214,7 @@ fn a_mirror_commutes() {
             }
         }
         let height = position(&world(&plain.skeleton, None), target.roles["head"]).length();
-        assert!(worst < MOST_BY_MIRROR * height, "{pair:?}: {worst} at a height of {height}");
+        assert!(worst < MAX_BY_MIRROR * height, "{pair:?}: {worst} at a height of {height}");
     }
     assert!(compared > 2, "pairs whose joints say which side they are on: {compared}");
 }
@@ -225,7 +225,7 @@ fn bare(scene: &Scene) -> Scene {
         skeleton: scene.skeleton.clone(),
         clips: scene.clips.clone(),
         axes: scene.axes,
-        unit_metres: scene.unit_metres,
+        unit_meters: scene.unit_meters,
         ..Scene::default()
     }
 }
@@ -273,7 +273,7 @@ fn mirrored(scene: &Scene) -> Option<Scene> {
         Clip::new(clip.name().into(), clip.times_seconds().to_vec(), tracks.collect()).expect("a valid clip")
     });
     let clips = clips.collect();
-    has_sides.then(|| Scene { skeleton, clips, axes: scene.axes, unit_metres: scene.unit_metres, ..Scene::default() })
+    has_sides.then(|| Scene { skeleton, clips, axes: scene.axes, unit_meters: scene.unit_meters, ..Scene::default() })
 }
 
 fn mapped<T: Copy>(track: &Track<T>, change: impl Fn(T) -> T) -> Track<T> {

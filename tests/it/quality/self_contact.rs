@@ -17,11 +17,11 @@ const TOUCHING: &str = r#"{"ops": [{"op": "pelvis"}, {"op": "fk"}, {"op": "self_
 const FRAMES: usize = 90;
 /// Share of the height within which surfaces touch.
 const TOUCH: f64 = 0.02;
-const LEAST_RECALL: f64 = 0.9;
+const MIN_RECALL: f64 = 0.9;
 /// Share of the height by which a hand may be deeper in the body than the source's: not at all, but for the noise of the measure. Radii
 /// that are found from the points of a skin are that precise, 0.4 mm of a man: hands on heads are 0.0002 deeper by the measure here
 /// however often they are brought out.
-const MOST_DEEPER: f64 = 2.5e-4;
+const MAX_DEEPER: f64 = 2.5e-4;
 
 /// Names of the joints of a body.
 struct Names {
@@ -315,10 +315,10 @@ fn hands_touch_what_they_touched() {
             if all < 30 {
                 problems.push(format!("{contact:?}: the clip has {all} contacts only"));
             }
-            if with < LEAST_RECALL {
+            if with < MIN_RECALL {
                 problems.push(format!("{contact:?} onto {name}: {:.0} % of {all} contacts", with * 100.0));
             }
-            if deeper > MOST_DEEPER {
+            if deeper > MAX_DEEPER {
                 problems.push(format!("{contact:?} onto {name}: hands sink by {:.2} % of the height", deeper * 100.0));
             }
         }

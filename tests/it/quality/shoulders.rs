@@ -12,7 +12,7 @@ use super::{
     made_rigs::{MadeRig, clip_of, retargeted},
 };
 
-const MOST_DEGREES: f64 = 0.05;
+const MAX_DEGREES: f64 = 0.05;
 
 fn joint(scene: &Scene, name: &str) -> usize {
     scene.skeleton.find(name).unwrap_or_else(|| panic!("a joint named {name}"))
@@ -49,7 +49,7 @@ fn a_raised_arm_lifts_a_shoulder_that_the_source_does_not_have() {
         let (one, other) =
             (world(&source.skeleton, Some((&clip, frame))), world(&target.skeleton, Some((&result, frame))));
         let off = arm(&source, &one).angle_between(arm(&target, &other)).to_degrees();
-        assert!(off < MOST_DEGREES, "the arm points as it should but for {off}°");
+        assert!(off < MAX_DEGREES, "the arm points as it should but for {off}°");
         let lift = degrees_between(rest, rotation(&other, clavicle));
         let wanted = 0.3 * frame as f64;
         assert!((lift - wanted).abs() < 0.2, "the shoulder is lifted by {lift}° instead of {wanted}° at frame {frame}");
@@ -59,7 +59,7 @@ fn a_raised_arm_lifts_a_shoulder_that_the_source_does_not_have() {
             .expect("a spec");
     let still = retargeted(&spec, &source, &clip, &target).expect("a mapping").0;
     let lift = degrees_between(rest, rotation(&world(&target.skeleton, Some((&still, 90))), clavicle));
-    assert!(lift < MOST_DEGREES, "nobody asked for it: {lift}°");
+    assert!(lift < MAX_DEGREES, "nobody asked for it: {lift}°");
 }
 
 #[test]
@@ -71,6 +71,6 @@ fn what_a_clavicle_does_to_an_arm_is_not_lost_on_a_target_without() {
         let (one, other) =
             (world(&source.skeleton, Some((&clip, frame))), world(&target.skeleton, Some((&result, frame))));
         let off = arm(&source, &one).angle_between(arm(&target, &other)).to_degrees();
-        assert!(off < MOST_DEGREES, "the arm is {off}° off at frame {frame}");
+        assert!(off < MAX_DEGREES, "the arm is {off}° off at frame {frame}");
     }
 }

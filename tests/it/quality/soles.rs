@@ -11,7 +11,7 @@ use retargetd::{
 use super::figure::{Figure, frames_of, percentile, position, world};
 use crate::support::corpus_file;
 
-/// What may go on in centimetres at a leg of 1 m, and in degrees: 99 % of the depths of the lowest vertex, and the 95th percentile of
+/// What may go on in centimeters at a leg of 1 m, and in degrees: 99 % of the depths of the lowest vertex, and the 95th percentile of
 /// what knees change by against rotations alone.
 struct Bounds {
     depth: f64,
@@ -87,7 +87,7 @@ fn judge(clips: &[&str], targets: &[(&str, Bounds)]) {
 
 /// What a result looks like.
 struct Seen {
-    /// 99 % of frames are no deeper, in centimetres at a leg of 1 m.
+    /// 99 % of frames are no deeper, in centimeters at a leg of 1 m.
     depth: f64,
     /// Both knees, frame by frame, in degrees.
     knees: Vec<f64>,

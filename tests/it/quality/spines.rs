@@ -13,7 +13,7 @@ use super::{
     made_rigs::{MadeRig, clip_of, retargeted},
 };
 
-/// The mannequin with so many spine joints, spaced evenly along a curve whose middle is `bow` metres in front of the straight line
+/// The mannequin with so many spine joints, spaced evenly along a curve whose middle is `bow` meters in front of the straight line
 /// from its lowest spine joint to its neck.
 fn spined(joints: usize, bow: f64) -> Scene {
     let mut rig = MadeRig::of(&samples::mannequin_scene());

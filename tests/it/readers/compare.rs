@@ -9,8 +9,8 @@ use retargetd::model::Clip;
 use super::{Ours, Seen};
 
 /// As a share of the figure's size.
-const MOST_APART: f64 = 1e-4;
-const MOST_SECONDS_APART: f64 = 1e-3;
+const MAX_APART: f64 = 1e-4;
+const MAX_SECONDS_APART: f64 = 1e-3;
 
 /// What can differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -106,7 +106,7 @@ fn compare_clips(ours: &Ours, seen: &Seen, reader: &Reader<'_>, size: f64, found
         };
         let times = clip.times_seconds();
         let (here, there) = (times[times.len() - 1] - times[0], theirs.end - theirs.begin);
-        if (here - there).abs() > MOST_SECONDS_APART {
+        if (here - there).abs() > MAX_SECONDS_APART {
             found.entry(Aspect::Seconds).or_insert(format!("'{}': {here} s, {there} s there", clip.name()));
         }
         let frames = &ours.frames[index];
@@ -166,7 +166,7 @@ fn farthest(places: &[DVec3], theirs: &[[f64; 3]], size: f64, reader: &Reader<'_
         let Some(joint) = joint else { continue };
         let apart = places[*joint].distance(DVec3::from_array(*place)) / size;
         // Single precision far from the origin is not better.
-        let least = MOST_APART.max(places[*joint].length() / size * 1e-6);
+        let least = MAX_APART.max(places[*joint].length() / size * 1e-6);
         // No number is nowhere.
         let apart = if apart.is_nan() { f64::INFINITY } else { apart };
         if apart > least && worst.is_none_or(|(most, _)| apart > most) {

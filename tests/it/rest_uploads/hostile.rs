@@ -104,7 +104,7 @@ pub(super) fn dog() -> Scene {
     Scene {
         skeleton: Skeleton::new(joints).expect("a skeleton"),
         axes: Some(retargetd::model::Axes::Y_UP_Z_FRONT),
-        unit_metres: Some(1.0),
+        unit_meters: Some(1.0),
         ..Scene::default()
     }
 }

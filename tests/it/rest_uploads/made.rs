@@ -37,7 +37,7 @@ const fn hiding(name: &'static str, make: fn(Variant) -> Variant) -> Difference 
 /// All ways, alone and in company.
 const DIFFERENCES: [Difference; 24] = [
     difference("as it is", |body| body),
-    difference("in centimetres", |body| body.scaled(100.0, Some(0.01))),
+    difference("in centimeters", |body| body.scaled(100.0, Some(0.01))),
     difference("in inches, unit not said", |body| body.scaled(39.37, None)),
     difference("twice as tall", |body| body.scaled(2.0, Some(1.0))),
     difference("Z up, as declared", |body| body.turned(DQuat::from_rotation_x(FRAC_PI_2), Some(z_up()))),
@@ -72,7 +72,7 @@ const DIFFERENCES: [Difference; 24] = [
     hiding("with the axes of the model", Variant::without_axes),
     hiding("with random axes", |body| body.with_random_axes(11)),
     hiding("with bones rolled by 90°", |body| body.with_rolls(DVec3::X, 90.0).with_rolls(DVec3::Y, 90.0)),
-    hiding("with random axes, Z up, in centimetres and another order", |body| {
+    hiding("with random axes, Z up, in centimeters and another order", |body| {
         body.with_random_axes(3).turned(DQuat::from_rotation_x(FRAC_PI_2), None).scaled(100.0, None).shuffled(5)
     }),
     hiding("with the axes of the model, a namespace and more joints", |body| {

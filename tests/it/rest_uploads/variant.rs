@@ -20,7 +20,7 @@ pub(super) struct Variant {
     /// Parents before children.
     joints: Vec<Made>,
     axes: Option<Axes>,
-    unit_metres: Option<f64>,
+    unit_meters: Option<f64>,
 }
 
 /// Numbers that look random and are the same in every run, from 0 to 1.
@@ -41,7 +41,7 @@ impl Variant {
             is_joint: joint.is_joint,
         };
         let joints = scene.skeleton.joints().iter().zip(pose.transforms()).map(made).collect();
-        Self { joints, axes: scene.axes, unit_metres: scene.unit_metres }
+        Self { joints, axes: scene.axes, unit_meters: scene.unit_meters }
     }
 
     /// Every joint with axes of its own, any that there are.
@@ -76,9 +76,9 @@ impl Variant {
         self
     }
 
-    pub(super) fn scaled(mut self, factor: f64, unit_metres: Option<f64>) -> Self {
+    pub(super) fn scaled(mut self, factor: f64, unit_meters: Option<f64>) -> Self {
         self.joints.iter_mut().for_each(|joint| joint.model.translation *= factor);
-        self.unit_metres = unit_metres;
+        self.unit_meters = unit_meters;
         self
     }
 
@@ -199,7 +199,7 @@ impl Variant {
         Scene {
             skeleton: Skeleton::new(joints).expect("a skeleton"),
             axes: self.axes,
-            unit_metres: self.unit_metres,
+            unit_meters: self.unit_meters,
             ..Scene::default()
         }
     }

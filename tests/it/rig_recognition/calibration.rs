@@ -1,14 +1,14 @@
-//! How many roles are right, and how far the confidence that they are given with can be trusted: on the labelled rigs as they are,
+//! How many roles are right, and how far the confidence that they are given with can be trusted: on the labeled rigs as they are,
 //! without names, with names that mislead, in other languages, in other shapes, and with joints that are missing.
 
 use std::collections::BTreeMap;
 
-use retargetd::rig::{Hints, Part, RigKind, Role, Side, recognise};
+use retargetd::rig::{Hints, Part, RigKind, Role, Side, recognize};
 
 use super::{
     spoken::LANGUAGES,
     stripped::samples,
-    varied::{ARM, COUNTED, LEG, Labelled, labelled},
+    varied::{ARM, COUNTED, LEG, Labeled, labeled},
 };
 use crate::made_animals::Random;
 
@@ -34,9 +34,9 @@ struct Table {
 }
 
 impl Table {
-    fn add(&mut self, kind: &'static str, rig: &Labelled) {
+    fn add(&mut self, kind: &'static str, rig: &Labeled) {
         let (skeleton, rest) = rig.skeleton();
-        let seen = recognise(&skeleton, &rest, &Hints::default());
+        let seen = recognize(&skeleton, &rest, &Hints::default());
         let tally = self.rows.entry((kind, rig.is_held)).or_default();
         tally.rigs += 1;
         tally.no_body += usize::from(seen.kind != RigKind::Biped);
@@ -74,7 +74,7 @@ impl Table {
         }
     }
 
-    fn add_all(&mut self, rig: &Labelled, seeds: u64) {
+    fn add_all(&mut self, rig: &Labeled, seeds: u64) {
         let random = |seed: u64| Random(if rig.is_held { HELD_SEEDS + seed } else { seed });
         self.add("as they are", rig);
         self.add("stripped", &rig.clone().without_names());
@@ -155,10 +155,10 @@ impl Table {
 }
 
 #[test]
-#[ignore = "the long form: every labelled rig in every change; prints the table"]
+#[ignore = "the long form: every labeled rig in every change; prints the table"]
 #[expect(clippy::print_stdout, reason = "the table is for people, who ask for it")]
 fn long_form() {
-    let rigs = labelled(&samples());
+    let rigs = labeled(&samples());
     let mut table = Table::default();
     for rig in &rigs {
         table.add_all(rig, 3);
@@ -171,10 +171,10 @@ fn long_form() {
     println!("{}", table.lines());
 }
 
-/// The short form: what must hold on every labelled rig as it is, and on those without names and with shifted names.
+/// The short form: what must hold on every labeled rig as it is, and on those without names and with shifted names.
 #[test]
 fn what_is_sure_is_right() {
-    let rigs = labelled(&samples());
+    let rigs = labeled(&samples());
     let mut table = Table::default();
     for rig in &rigs {
         table.add("as they are", rig);

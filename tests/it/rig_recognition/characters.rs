@@ -11,7 +11,7 @@ use retargetd::{
 };
 use serde_json::json;
 
-/// The mannequin, and `count` more of them two metres apart, each below a node of its own; names as exporters repeat them.
+/// The mannequin, and `count` more of them two meters apart, each below a node of its own; names as exporters repeat them.
 fn crowd(count: usize) -> Scene {
     let mannequin = samples::mannequin_scene();
     let alone = mannequin.skeleton.joints();
@@ -153,7 +153,7 @@ fn all_characters_of_a_target_are_moved() {
         })
     };
     let [one, other] = place(30);
-    assert!((other - one - 2.0).abs() < 0.01, "they stay two metres apart: {one}, {other}");
+    assert!((other - one - 2.0).abs() < 0.01, "they stay two meters apart: {one}, {other}");
 
     std::fs::rename(folder.path().join("out.json"), folder.path().join("two.json")).expect("a source of two");
     let both = json!({"source": {"character": "all"}, "target": {"character": "all"}});

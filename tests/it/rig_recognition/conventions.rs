@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use retargetd::{
     model::{Joint, Skeleton, Transform},
-    rig::{Hints, Part, Recognition, RigKind, Role, Side, recognise},
+    rig::{Hints, Part, Recognition, RigKind, Role, Side, recognize},
 };
 
 /// Part, parent, and place relative to it on the left.
@@ -27,7 +27,7 @@ const FIGURE: [Bone; 13] = [
     (Part::Toe, Some(11), [0.0, -0.06, 0.14]),
 ];
 
-/// What it is recognised as (empty: nothing), the words for left and right, and the names in the figure's order.
+/// What it is recognized as (empty: nothing), the words for left and right, and the names in the figure's order.
 type Convention = (&'static str, &'static str, [&'static str; 2], &'static str);
 
 /// Names that say everything.
@@ -183,10 +183,10 @@ fn figure(words: [&str; 2], names: &str) -> (Skeleton, BTreeMap<(usize, Side), u
     (Skeleton::new(joints).expect("parents come first"), joint_of)
 }
 
-fn recognised(convention: &Convention) -> (Recognition, Vec<String>) {
+fn recognized(convention: &Convention) -> (Recognition, Vec<String>) {
     let (what, _, words, names) = *convention;
     let (skeleton, joint_of) = figure(words, names);
-    let recognition = recognise(&skeleton, &skeleton.rest_pose().to_model(&skeleton), &Hints::default());
+    let recognition = recognize(&skeleton, &skeleton.rest_pose().to_model(&skeleton), &Hints::default());
     assert_eq!(recognition.kind, RigKind::Biped, "{what}");
     let mut wrong = Vec::new();
     for ((bone, side), joint) in joint_of {
@@ -201,7 +201,7 @@ fn recognised(convention: &Convention) -> (Recognition, Vec<String>) {
 #[test]
 fn clear_names_are_understood_and_sure() {
     for convention in CLEAR {
-        let (recognition, wrong) = recognised(convention);
+        let (recognition, wrong) = recognized(convention);
         assert!(wrong.is_empty(), "{}", wrong.join("\n"));
         assert_eq!(recognition.recognised_as.as_deref().unwrap_or_default(), convention.1, "{}", convention.0);
         for (role, finding) in &recognition.roles {
@@ -213,7 +213,7 @@ fn clear_names_are_understood_and_sure() {
 #[test]
 fn what_names_leave_open_the_shape_decides() {
     for convention in OPEN {
-        let (recognition, wrong) = recognised(convention);
+        let (recognition, wrong) = recognized(convention);
         assert!(wrong.is_empty(), "{}", wrong.join("\n"));
         let by_shape = recognition.roles.values().filter(|finding| finding.confidence < 0.9).count();
         assert!(by_shape > 0, "{}: one witness is not as sure as two", convention.0);

@@ -97,7 +97,7 @@ fn every_rig_has_its_kind_its_limbs_and_its_sides() {
 #[test]
 #[expect(clippy::print_stdout, reason = "the figures are for people, where they ask for them")]
 fn sure_roles_are_right() {
-    // By tenths of confidence: how many labelled roles, and how many of them right.
+    // By tenths of confidence: how many labeled roles, and how many of them right.
     let mut tenths: BTreeMap<u32, (usize, usize)> = BTreeMap::new();
     let (mut rigs, mut whole, mut wrong) = (0, 0, Vec::new());
     for Sample { path, scene } in &samples() {
@@ -127,7 +127,7 @@ fn sure_roles_are_right() {
     let (all, right) = tenths.values().fold((0, 0), |sum, entry| (sum.0 + entry.0, sum.1 + entry.1));
     let (sure, sure_right) = tenths.get(&9).copied().unwrap_or_default();
     println!(
-        "{right} of {all} labelled roles right, {whole} of {rigs} rigs entirely; by tenths of confidence {tenths:?}"
+        "{right} of {all} labeled roles right, {whole} of {rigs} rigs entirely; by tenths of confidence {tenths:?}"
     );
     assert!(right as f64 >= 0.98 * all as f64, "{right} of {all} roles:\n{}", wrong.join("\n"));
     assert!(whole as f64 >= 0.9 * f64::from(rigs), "{whole} of {rigs} rigs:\n{}", wrong.join("\n"));

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::{DQuat, EulerRot};
-use retargetd::rig::{Hints, Part, Recognition, RigKind, Role, recognise};
+use retargetd::rig::{Hints, Part, Recognition, RigKind, Role, recognize};
 
 use crate::made_animals::{Beast, Random, ant, bird, dragon, hydra, spider};
 
@@ -28,7 +28,7 @@ const LOOKED_AT: [Part; 15] = [
 
 fn seen(beast: &Beast, turn: DQuat, scale: f64, seed: u64) -> Recognition {
     let skeleton = beast.skeleton(turn, scale, &mut Random(seed));
-    recognise(&skeleton, &skeleton.rest_pose().to_model(&skeleton), &Hints::default())
+    recognize(&skeleton, &skeleton.rest_pose().to_model(&skeleton), &Hints::default())
 }
 
 #[test]
@@ -46,7 +46,7 @@ fn animals_are_seen_in_any_space_and_unit() {
         let odd = DQuat::from_axis_angle(random.direction(), 2.0);
         let spaces = [
             ("as it is", DQuat::IDENTITY, 1.0),
-            ("Z up, centimetres", DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2), 100.0),
+            ("Z up, centimeters", DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2), 100.0),
             ("facing back", DQuat::from_rotation_y(std::f64::consts::PI), 0.01),
             ("facing aside, inches", DQuat::from_rotation_y(1.2), 39.37),
             ("leaning", odd, 1.0),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use retargetd::{
     model::{Joint, Skeleton, Transform},
-    rig::{Hints, Part, Recognition, RigKind, Role, Side, parse_template, recognise},
+    rig::{Hints, Part, Recognition, RigKind, Role, Side, parse_template, recognize},
 };
 
 /// A joint of a small figure: part name without a side, whether it has sides, parent, and place relative to it on the left.
@@ -50,8 +50,8 @@ fn figure(name: impl Fn(&str, Side) -> String) -> Skeleton {
     Skeleton::new(joints).expect("parents come first")
 }
 
-fn recognised(skeleton: &Skeleton) -> Recognition {
-    recognise(skeleton, &skeleton.rest_pose().to_model(skeleton), &Hints::default())
+fn recognized(skeleton: &Skeleton) -> Recognition {
+    recognize(skeleton, &skeleton.rest_pose().to_model(skeleton), &Hints::default())
 }
 
 #[test]
@@ -88,7 +88,7 @@ fn sides_are_read_in_every_spelling_under_every_prefix() {
                 Side::Center => format!("{prefix}{part}"),
                 side => format!("{prefix}{}", sided(part, side == Side::Left)),
             });
-            let recognition = recognised(&skeleton);
+            let recognition = recognized(&skeleton);
             let context = format!("'{prefix}' with {spelling}");
             assert_eq!(recognition.kind, RigKind::Biped, "{context}");
             assert_eq!(recognition.roles.len(), 4 + 16, "{context}: every joint but none twice");
@@ -110,7 +110,7 @@ fn feet_overrule_sides_that_are_named_the_wrong_way_round() {
         Side::Left => format!("{part}_R"),
         Side::Right => format!("{part}_L"),
     });
-    let recognition = recognised(&skeleton);
+    let recognition = recognized(&skeleton);
     let hand = &recognition.roles[&Role::new(Side::Left, Part::Hand)];
     assert_eq!(skeleton.joints()[hand.joints[0]].name, "Hand_R", "the hand on the left");
     assert!(recognition.sides_swapped, "said for all");
@@ -130,7 +130,7 @@ fn declared_roles_win_over_names() {
     // Nonsense on purpose, and a joint that does not exist.
     let declared = [("hips".to_owned(), index("Hips")), ("head".to_owned(), index("Neck")), ("jaw".to_owned(), 999)];
     let rest = skeleton.rest_pose().to_model(&skeleton);
-    let recognition = recognise(
+    let recognition = recognize(
         &skeleton,
         &rest,
         &Hints { declared: &declared, convention: Some("vrm"), templates: &[], ..Hints::default() },
@@ -154,7 +154,7 @@ fn odd_skeletons_are_no_body_and_no_trouble() {
         Skeleton::new(names.iter().enumerate().map(joint).collect()).expect("no parents")
     };
     for names in [&[][..], &["", "", ""], &["Hips"], &["LeftArm", "LeftArm", "LeftArm"], &["左", "\u{0}", "ﬀ_L"]] {
-        let recognition = recognised(&flat(names));
+        let recognition = recognized(&flat(names));
         assert_eq!(recognition.kind, RigKind::Other, "{names:?}");
         assert!(recognition.body.is_none(), "{names:?}");
     }
@@ -168,7 +168,7 @@ fn odd_skeletons_are_no_body_and_no_trouble() {
         node,
     };
     let skeleton = Skeleton::new((0..count).map(joint).collect()).expect("parents come first");
-    assert_eq!(recognised(&skeleton).kind, RigKind::Other, "an arm is no body");
+    assert_eq!(recognized(&skeleton).kind, RigKind::Other, "an arm is no body");
 }
 
 #[test]
@@ -191,7 +191,7 @@ fn the_largest_of_two_bodies_is_taken() {
     });
     joints.extend(shifted);
     let skeleton = Skeleton::new(joints).expect("parents come first");
-    let recognition = recognised(&skeleton);
+    let recognition = recognized(&skeleton);
     assert_eq!(recognition.kind, RigKind::Biped, "the whole one");
     let inside = recognition.roles.values().flat_map(|finding| &finding.joints).all(|joint| *joint >= kept);
     assert!(inside, "no joint of the other");
@@ -211,11 +211,11 @@ fn joints_without_meaning_are_seen_by_their_shape() {
     ];
     for (what, naming) in namings {
         let skeleton = figure(naming);
-        let recognition = recognised(&skeleton);
+        let recognition = recognized(&skeleton);
         assert_eq!(recognition.kind, RigKind::Biped, "{what}");
         assert!(recognition.by_shape, "{what}: said, so that users look at it");
         let named = figure(|part, side| format!("{side:?}{part}").replace("Center", ""));
-        let expected = recognised(&named);
+        let expected = recognized(&named);
         for (role, finding) in &expected.roles {
             let seen = &recognition.roles[role];
             assert_eq!(seen.joints, finding.joints, "{what}: {role}");
@@ -237,8 +237,8 @@ fn names_that_contradict_the_shape_are_doubted() {
         part => part.to_owned(),
     };
     let skeleton = figure(|part, side| format!("{side:?}{}", lie(part)).replace("Center", ""));
-    let recognition = recognised(&skeleton);
-    let truth = recognised(&figure(|part, side| format!("{side:?}{part}").replace("Center", "")));
+    let recognition = recognized(&skeleton);
+    let truth = recognized(&figure(|part, side| format!("{side:?}{part}").replace("Center", "")));
     for (role, finding) in &recognition.roles {
         let is_right = truth.roles[role].joints == finding.joints;
         assert!(is_right || finding.confidence < 0.9, "{role} is wrong and sure of it: {finding:?}");
@@ -272,7 +272,7 @@ fn a_template_of_the_users_names_what_no_lexicon_knows() {
     let templates = [parse_template(document).expect("a template")];
     let skeleton = figure(code);
     let rest = skeleton.rest_pose().to_model(&skeleton);
-    let recognition = recognise(&skeleton, &rest, &Hints { templates: &templates, ..Hints::default() });
+    let recognition = recognize(&skeleton, &rest, &Hints { templates: &templates, ..Hints::default() });
     assert_eq!(recognition.recognised_as.as_deref(), Some("house_rig"), "by its own name");
     assert!(!recognition.by_shape, "the template says what the names mean");
     assert_eq!(recognition.roles.len(), 4 + 16, "every joint");
@@ -298,7 +298,7 @@ fn helpers_props_and_wings_are_told() {
     hang("Wing1_L", "Chest", [0.05, 0.05, -0.1]);
     hang("Wing2_L", "Wing1_L", [0.3, 0.2, -0.1]);
     let skeleton = Skeleton::new(joints).expect("parents come first");
-    let recognition = recognised(&skeleton);
+    let recognition = recognized(&skeleton);
     let name = |joint: usize| skeleton.joints()[joint].name.as_str();
     let twists: Vec<(&str, String, f64)> = recognition
         .twists

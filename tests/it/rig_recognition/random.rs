@@ -3,7 +3,7 @@
 use glam::DVec3;
 use retargetd::{
     model::{Joint, Skeleton, Transform},
-    rig::{Hints, RigKind, recognise},
+    rig::{Hints, RigKind, recognize},
 };
 
 use crate::made_animals::Random;
@@ -13,11 +13,11 @@ const TREES: u64 = 600;
 /// body. Among many pairs there are more that happen to lie like arms and legs.
 const KINDS: [((usize, usize), f64); 2] = [((2, 5), 0.02), ((4, 9), 0.03)];
 /// Share of all trees that may be taken for a body.
-const MOST_BODIES: f64 = 0.02;
+const MAX_BODIES: f64 = 0.02;
 /// Where the seeds begin that thresholds were looked for with, and of those that are held.
 const SEEDS: [u64; 2] = [0, 1_000_000];
 /// Share of the trees that may be taken for a body of any kind with a confidence of a half or more.
-const MOST_SURE: f64 = 0.01;
+const MAX_SURE: f64 = 0.01;
 
 /// A trunk in the middle plane, and pairs of branches that are mirrored at it.
 fn tree(seed: u64, pairs: (usize, usize)) -> Skeleton {
@@ -54,7 +54,7 @@ fn few_random_trees_are_taken_for_bodies() {
         let bodies: usize = KINDS.into_iter().map(|(pairs, most)| bodies_of(first, pairs, most)).sum();
         let trees = TREES * KINDS.len() as u64;
         println!("{bodies} bodies of {trees} from seed {first}");
-        assert!(bodies as f64 <= MOST_BODIES * trees as f64, "{bodies} of {trees} trees from seed {first} are bodies");
+        assert!(bodies as f64 <= MAX_BODIES * trees as f64, "{bodies} of {trees} trees from seed {first} are bodies");
     }
 }
 
@@ -65,7 +65,7 @@ fn bodies_of(first: u64, pairs: (usize, usize), most_taken: f64) -> usize {
     let mut confidences = Vec::new();
     for seed in first..first + TREES {
         let skeleton = tree(seed, pairs);
-        let recognition = recognise(&skeleton, &skeleton.rest_pose().to_model(&skeleton), &Hints::default());
+        let recognition = recognize(&skeleton, &skeleton.rest_pose().to_model(&skeleton), &Hints::default());
         match recognition.kind {
             RigKind::Biped => bipeds += 1,
             RigKind::Quadruped => quadrupeds += 1,
@@ -83,6 +83,6 @@ fn bodies_of(first: u64, pairs: (usize, usize), most_taken: f64) -> usize {
     let share = |count: usize| count as f64 / TREES as f64;
     assert!(share(bipeds) <= most_taken, "{bipeds} of {TREES} trees are bipeds");
     assert!(share(quadrupeds + crawlers) <= most_taken, "{quadrupeds} and {crawlers} of {TREES} are other bodies");
-    assert!(share(sure) <= MOST_SURE, "{sure} of {TREES} trees are bodies for sure: {confidences:?}");
+    assert!(share(sure) <= MAX_SURE, "{sure} of {TREES} trees are bodies for sure: {confidences:?}");
     bipeds + quadrupeds + crawlers
 }

@@ -12,7 +12,7 @@ use retargetd::{
 use super::schemes::{self as s, Scheme};
 use crate::support::corpus_file;
 
-/// A body, what it is recognised as (empty: none), how its rest pose holds the arms, a prefix of its joints' names, and the
+/// A body, what it is recognized as (empty: none), how its rest pose holds the arms, a prefix of its joints' names, and the
 /// schemes that they follow.
 type Row = (&'static str, &'static str, &'static str, &'static str, &'static [Scheme]);
 
@@ -136,7 +136,7 @@ const NO_BODIES: &[&str] = &[
     "bvh/misc/pybvh_rotation_first_root.bvh",
 ];
 
-/// The labelled joints of a file: roles of the trunk and the left side, with the names of their joints.
+/// The labeled joints of a file: roles of the trunk and the left side, with the names of their joints.
 pub(super) fn truth(path: &str) -> Option<Vec<(Role, Vec<String>)>> {
     let (.., prefix, schemes) = BODIES.iter().find(|row| row.0 == path)?;
     let label = |(role, names): &(&str, &str)| {
@@ -163,7 +163,7 @@ fn joints_of(rig: &RigView, role: &str) -> String {
 }
 
 #[test]
-fn bodies_of_the_corpus_are_recognised() {
+fn bodies_of_the_corpus_are_recognized() {
     let (mut checked, mut wrong) = (0, Vec::new());
     for (path, recognised_as, rest_pose, prefix, schemes) in BODIES {
         let Some(inspection) = inspected(path) else { continue };

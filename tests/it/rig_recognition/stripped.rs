@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 use retargetd::{
     formats::{self, Limits},
     model::{Control, Joint, ModelPose, Reporter, Scene, Skeleton, Transform},
-    rig::{Hints, Part, Recognition, Rig, RigKind, RigSpec, Role, RoleFinding, Side, recognise},
+    rig::{Hints, Part, Recognition, Rig, RigKind, RigSpec, Role, RoleFinding, Side, recognize},
 };
 
 use crate::support::{corpus_file, files_below};
@@ -82,7 +82,7 @@ fn positions(pose: &ModelPose) -> Vec<DVec3> {
 /// What is seen of a skeleton without names.
 fn seen(skeleton: &Skeleton, positions: &[DVec3]) -> Recognition {
     let (skeleton, rest) = stripped(skeleton, positions);
-    recognise(&skeleton, &rest, &Hints::default())
+    recognize(&skeleton, &rest, &Hints::default())
 }
 
 fn joints(recognition: &Recognition) -> BTreeMap<Role, Vec<usize>> {
@@ -138,7 +138,7 @@ fn shape_does_not_depend_on_axes_unit_or_place() {
     let changes: [(&str, DQuat, f64); 4] = [
         ("Z up", DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2), 1.0),
         ("facing back", DQuat::from_rotation_y(std::f64::consts::PI), 1.0),
-        ("centimetres", DQuat::IDENTITY, 100.0),
+        ("centimeters", DQuat::IDENTITY, 100.0),
         ("leaning, in inches", turn, 39.37),
     ];
     let files = ["unreal/makehuman_game_engine_tpose.glb", "unreal/ue4_names_apose.glb", "decentraland/walk.glb"];

@@ -1,4 +1,4 @@
-//! Labelled rigs, changed by rule and by chance, with the truth about them changed along.
+//! Labeled rigs, changed by rule and by chance, with the truth about them changed along.
 
 use std::collections::BTreeMap;
 
@@ -72,7 +72,7 @@ pub(super) struct Bone {
 
 /// A rig of which the core roles are known.
 #[derive(Clone, Debug)]
-pub(super) struct Labelled {
+pub(super) struct Labeled {
     pub(super) path: String,
     pub(super) is_held: bool,
     pub(super) bones: Vec<Bone>,
@@ -80,9 +80,9 @@ pub(super) struct Labelled {
     pub(super) forward: DVec3,
 }
 
-/// The bipeds among the labelled files that rest in a pose. What is no label is taken over from the names, where they agree with
+/// The bipeds among the labeled files that rest in a pose. What is no label is taken over from the names, where they agree with
 /// all labels.
-pub(super) fn labelled(samples: &[Sample]) -> Vec<Labelled> {
+pub(super) fn labeled(samples: &[Sample]) -> Vec<Labeled> {
     let mut found = Vec::new();
     for Sample { path, scene } in samples {
         let Some(labels) = truth(path) else { continue };
@@ -103,7 +103,7 @@ pub(super) fn labelled(samples: &[Sample]) -> Vec<Labelled> {
             is_joint: joint.is_joint,
         };
         let counted = rig.recognition.roles.iter().filter(|(role, _)| COUNTED.contains(&role.part));
-        found.push(Labelled {
+        found.push(Labeled {
             path: path.clone(),
             is_held: HELD.iter().any(|part| path.contains(part)),
             bones: scene.skeleton.joints().iter().enumerate().map(bone).collect(),
@@ -114,7 +114,7 @@ pub(super) fn labelled(samples: &[Sample]) -> Vec<Labelled> {
     found
 }
 
-impl Labelled {
+impl Labeled {
     pub(super) fn skeleton(&self) -> (Skeleton, ModelPose) {
         let joint = |(index, bone): (usize, &Bone)| {
             let above = bone.parent.map_or(DVec3::ZERO, |parent| self.bones[parent].place);

@@ -2,7 +2,7 @@
 
 Reads glTF, FBX and BVH files with Blender's importers and prints one JSON line for each, as tests/tools/three_reader does:
     {"file", "clip", "seconds", "times": [...], "joints": {"<name>": [[x, y, z, qx, qy, qz, qw], ... one per time]}}
-with the world transforms of all bones at five times of the first clip, +Y up, in metres (BVH: in the units of the file); of all objects
+with the world transforms of all bones at five times of the first clip, +Y up, in meters (BVH: in the units of the file); of all objects
 where a file has no skeleton, as VRM animations have none.
 Bones have Blender's own axes, so only how their rotations change says something.
 

@@ -1,7 +1,7 @@
 """python whole.py <REQUESTS
 
 Reads whole files with Blender's importers. Each line of standard input asks for one, and each line of standard output answers
-one, as tests/tools/three_reader/whole.mjs does, but for the names of clips. Nodes are objects and bones. Positions are +Y up, in metres (BVH: in the units of
+one, as tests/tools/three_reader/whole.mjs does, but for the names of clips. Nodes are objects and bones. Positions are +Y up, in meters (BVH: in the units of
 the file); there are none at rest, since Blender's bones rest where they were bound.
 
 A file that cannot be read has "error" instead. Needs the module bpy (from PyPI); without it the exit code is 2.

@@ -43,7 +43,7 @@ async function play(clip, avatar) {
   const motion = VRMA.createVRMAnimationClip(animation, vrm);
   const expressions = {};
   const seen = () => {
-    // Without physics, so that only the animation moves joints; and the raw bones follow the normalised ones.
+    // Without physics, so that only the animation moves joints; and the raw bones follow the normalized ones.
     vrm.humanoid.update();
     for (const { expressionName } of vrm.expressionManager?.expressions ?? []) {
       (expressions[expressionName] ??= []).push(vrm.expressionManager.getValue(expressionName));

@@ -15,7 +15,7 @@ use super::{
 };
 
 /// More joints at one vertex than most programs know; what the others weigh next to these is not seen.
-const MOST_INFLUENCES: usize = 8;
+const MAX_INFLUENCES: usize = 8;
 
 /// The world in which a mesh was bound, from its geometry; nothing where it is bound to no joint.
 pub(super) fn space(document: &FbxDocument, skin: &ufbx::SkinDeformer) -> Option<DMat4> {
@@ -72,10 +72,10 @@ pub(super) fn binding(
         &entries[begin..end]
     };
     let most = vertices.iter().map(|vertex| of_vertex(*vertex).len()).max().unwrap_or(0);
-    if most > MOST_INFLUENCES {
+    if most > MAX_INFLUENCES {
         work.lost.note("the weights of all but the heaviest 8 joints at a vertex", &node.element.name);
     }
-    let sets = most.clamp(1, MOST_INFLUENCES).div_ceil(4);
+    let sets = most.clamp(1, MAX_INFLUENCES).div_ceil(4);
     work.take(vertices.len(), sets * size_of::<FourInfluences>())?;
     let mut loose = None;
     if vertices.iter().any(|vertex| of_vertex(*vertex).is_empty()) {
@@ -85,8 +85,8 @@ pub(super) fn binding(
     }
     let mut influences = vec![Vec::with_capacity(vertices.len()); sets];
     for vertex in vertices {
-        let found = &of_vertex(*vertex)[..of_vertex(*vertex).len().min(MOST_INFLUENCES)];
-        let mut fours = [FourInfluences::default(); MOST_INFLUENCES / 4];
+        let found = &of_vertex(*vertex)[..of_vertex(*vertex).len().min(MAX_INFLUENCES)];
+        let mut fours = [FourInfluences::default(); MAX_INFLUENCES / 4];
         if found.is_empty() {
             fours[0] = FourInfluences { joints: [loose.unwrap_or(0), 0, 0, 0], shares: [1.0, 0.0, 0.0, 0.0] };
         }

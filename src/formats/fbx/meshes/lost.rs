@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::model::Reporter;
 
 /// How many names a warning has.
-const MOST_NAMES: usize = 6;
+const MAX_NAMES: usize = 6;
 
 #[derive(Default)]
 pub(super) struct Lost {
@@ -69,7 +69,7 @@ impl Lost {
 }
 
 fn names(names: &BTreeSet<String>) -> String {
-    let first: Vec<&str> = names.iter().take(MOST_NAMES).map(String::as_str).collect();
+    let first: Vec<&str> = names.iter().take(MAX_NAMES).map(String::as_str).collect();
     let more = names.len() - first.len();
     let others = if more > 0 { format!(" and {more} more") } else { String::new() };
     format!("{}{others}", first.join(", "))

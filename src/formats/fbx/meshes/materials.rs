@@ -1,6 +1,6 @@
 //! Materials as plain ones of metal and roughness, and the images that the file itself holds.
 //!
-//! Colours count as linear, as Blender takes them. A texture stands for the colour that it lies on. A material that shows nothing is
+//! Colors count as linear, as Blender takes them. A texture stands for the color that it lies on. A material that shows nothing is
 //! taken for one that shows everything, as exporters fill transparency in both ways.
 
 use std::collections::BTreeMap;

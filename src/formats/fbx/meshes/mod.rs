@@ -27,7 +27,7 @@ use lost::Lost;
 use materials::Materials;
 
 /// What all meshes together may take, in bytes. A file that was read under a limit can say the same thing many times over.
-const MOST_BYTES: u64 = 1 << 30;
+const MAX_BYTES: u64 = 1 << 30;
 
 /// The meshes of a target that came from FBX; nothing where it has none, or they would be too large, which is reported.
 ///
@@ -55,7 +55,7 @@ pub(in crate::formats) fn meshes<'a>(
         target,
         rest: target.skeleton.rest_pose().to_model(&target.skeleton),
         morph_of_shape: (0..target.morphs.len()).filter_map(morph).collect(),
-        left: MOST_BYTES,
+        left: MAX_BYTES,
         lost: Lost::default(),
     };
     let mut materials = Materials::default();
@@ -88,7 +88,7 @@ pub(in crate::formats) fn meshes<'a>(
                 reporter.warn(
                     "fbx_meshes_too_large",
                     "",
-                    format!("the meshes take more than {} MiB as triangles, so they were left out", MOST_BYTES >> 20),
+                    format!("the meshes take more than {} MiB as triangles, so they were left out", MAX_BYTES >> 20),
                     "ask for fbx, or load the animation onto the character in the program that has it",
                 );
                 return Ok(None);

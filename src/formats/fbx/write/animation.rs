@@ -118,7 +118,7 @@ impl Animation {
             control.check()?;
             let tracks = &clip.joints()[node.joint];
             if let Some(values) = keys(&tracks.translation) {
-                let values = values.iter().map(|value| value.as_dvec3() * figure.centimetres);
+                let values = values.iter().map(|value| value.as_dvec3() * figure.centimeters);
                 self.add((layer_id, node.id), Channel::Translation, &times, columns(values));
             }
             if let Some(values) = keys(&tracks.rotation) {

@@ -14,8 +14,8 @@ const FIRST_ATTRIBUTE_ID: i64 = 1 << 30;
 pub(super) struct Figure<'a> {
     pub(super) skeleton: &'a Skeleton,
     pub(super) nodes: Vec<LimbNode>,
-    /// Centimetres per unit of the scene.
-    pub(super) centimetres: f64,
+    /// Centimeters per unit of the scene.
+    pub(super) centimeters: f64,
 }
 
 /// A node of the file.
@@ -47,7 +47,7 @@ pub(super) const fn node_id(joint: usize) -> i64 {
 }
 
 impl<'a> Figure<'a> {
-    pub(super) fn new(skeleton: &'a Skeleton, joints: &[usize], centimetres: f64) -> Self {
+    pub(super) fn new(skeleton: &'a Skeleton, joints: &[usize], centimeters: f64) -> Self {
         let nodes = joints.iter().map(|joint| {
             let joint = *joint;
             LimbNode {
@@ -60,7 +60,7 @@ impl<'a> Figure<'a> {
                 order: USUAL_ORDER,
             }
         });
-        Self { skeleton, nodes: nodes.collect(), centimetres }
+        Self { skeleton, nodes: nodes.collect(), centimeters }
     }
 
     /// What a node is called; nobody can tell nameless ones apart.

@@ -1,7 +1,7 @@
-//! The materials of an FBX target: colours, and the textures on them with the images that the file itself holds.
+//! The materials of an FBX target: colors, and the textures on them with the images that the file itself holds.
 //!
 //! All are written as the plain material that every reader of FBX knows. Of a material that is made otherwise, what has a place in that
-//! one goes there: base colour, normals, glow.
+//! one goes there: base color, normals, glow.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -125,12 +125,12 @@ impl Materials {
 
     /// Says which textures are not what they were.
     pub(super) fn report(&self, reporter: &mut Reporter) {
-        const MOST: usize = 12;
+        const MAX: usize = 12;
         if self.left_out.is_empty() {
             return;
         }
-        let names: Vec<&str> = self.left_out.iter().take(MOST).map(String::as_str).collect();
-        let more = if self.left_out.len() > MOST { ", and others" } else { "" };
+        let names: Vec<&str> = self.left_out.iter().take(MAX).map(String::as_str).collect();
+        let more = if self.left_out.len() > MAX { ", and others" } else { "" };
         reporter.warn(
             "fbx_textures_left_out",
             "Objects",
@@ -151,7 +151,7 @@ impl Materials {
     }
 }
 
-/// Colours and numbers of a plain material.
+/// Colors and numbers of a plain material.
 fn values(maps: &ufbx::MaterialFbxMaps) -> impl Iterator<Item = Record> {
     let color = |name: &str, map: &ufbx::MaterialMap| {
         let color = [map.value_vec4.x, map.value_vec4.y, map.value_vec4.z];

@@ -1,4 +1,4 @@
-//! The meshes of an FBX target, as its parser gives them: polygons, normals, UVs, colours, skins, shapes.
+//! The meshes of an FBX target, as its parser gives them: polygons, normals, UVs, colors, skins, shapes.
 //!
 //! Vertices are written in the space of their node, whatever pivots and geometric transforms lie between in the original. With `G` from
 //! geometry to node and `B` from geometry to bone at the bind, a cluster's own transform is `B · G⁻¹`.
@@ -31,7 +31,7 @@ pub(super) struct Meshes {
     pub(super) connections: Vec<Record>,
     /// Joints that are the nodes of meshes.
     pub(super) nodes: Vec<usize>,
-    /// `model_from_joint` in the bind pose, of the nodes of meshes and of the joints that they are bound to, in centimetres.
+    /// `model_from_joint` in the bind pose, of the nodes of meshes and of the joints that they are bound to, in centimeters.
     pub(super) bind: BTreeMap<usize, DMat4>,
     /// Blend shapes by their index in the file, and the ids of what they are here: one for each mesh that they are on.
     pub(super) shapes: BTreeMap<usize, Vec<i64>>,
@@ -47,7 +47,7 @@ impl Meshes {
     pub(super) fn new(
         document: &FbxDocument,
         skeleton: &Skeleton,
-        centimetres: f64,
+        centimeters: f64,
         node_id: impl Fn(usize) -> i64,
         control: &Control,
     ) -> Result<Self, Canceled> {
@@ -57,7 +57,7 @@ impl Meshes {
             let node = document.nodes.node(&document.file, joint);
             let Some(mesh) = node.mesh.as_ref().filter(|mesh| !mesh.faces.is_empty()) else { continue };
             let instance =
-                Instance { node, mesh, joint, node_from_geometry: matrix(&node.geometry_to_node), centimetres };
+                Instance { node, mesh, joint, node_from_geometry: matrix(&node.geometry_to_node), centimeters };
             meshes.nodes.push(joint);
             let geometry = meshes.add_geometry(&instance);
             meshes.connections.push(connection(geometry, node_id(joint)));
@@ -173,20 +173,20 @@ struct Instance<'a> {
     mesh: &'a ufbx::Mesh,
     joint: usize,
     node_from_geometry: DMat4,
-    centimetres: f64,
+    centimeters: f64,
 }
 
 impl Instance<'_> {
-    /// A matrix between two spaces of the scene's unit, for spaces of centimetres.
+    /// A matrix between two spaces of the scene's unit, for spaces of centimeters.
     fn scaled(&self, matrix: DMat4) -> DMat4 {
         let mut matrix = matrix;
-        matrix.w_axis = (matrix.w_axis.truncate() * self.centimetres).extend(1.0);
+        matrix.w_axis = (matrix.w_axis.truncate() * self.centimeters).extend(1.0);
         matrix
     }
 
     fn positions(&self) -> Vec<f64> {
         let place =
-            |position: &ufbx::Vec3| self.node_from_geometry.transform_point3(vector(position)) * self.centimetres;
+            |position: &ufbx::Vec3| self.node_from_geometry.transform_point3(vector(position)) * self.centimeters;
         self.mesh.vertices.iter().flat_map(|position| place(position).to_array()).collect()
     }
 
@@ -270,7 +270,7 @@ impl Instance<'_> {
 
     fn shape(&self, id: i64, shape: &ufbx::BlendShape) -> Record {
         let turn = DMat3::from_mat4(self.node_from_geometry);
-        let offset = |offset: &ufbx::Vec3| (turn * vector(offset) * self.centimetres).to_array();
+        let offset = |offset: &ufbx::Vec3| (turn * vector(offset) * self.centimeters).to_array();
         let vertices: Vec<i32> = shape.offset_vertices.iter().map(|vertex| *vertex as i32).collect();
         let offsets: Vec<f64> = shape.position_offsets.iter().flat_map(offset).collect();
         let normal_turn = normal_turn(&self.node_from_geometry);

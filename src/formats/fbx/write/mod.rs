@@ -3,7 +3,7 @@
 //!
 //! Joints are limb nodes with their rest rotation as pre-rotation, so that zero angles are the rest pose and the angles of a clip
 //! stay small; curves have one linear key per frame, as Euler angles X, Y, Z that go on where the frame before was (see
-//! [`crate::formats::euler`]). Lengths are centimetres, which every reader takes for granted. Without
+//! [`crate::formats::euler`]). Lengths are centimeters, which every reader takes for granted. Without
 //! meshes, only joints and what is above them are written.
 
 mod animation;
@@ -57,13 +57,13 @@ pub(in crate::formats) fn write(
             "send the target as FBX, load the file onto the character in the program that has it, or ask for glb",
         );
     }
-    let centimetres = target.unit_metres.unwrap_or(1.0) * 100.0;
+    let centimeters = target.unit_meters.unwrap_or(1.0) * 100.0;
     let meshes = match document {
-        Some(document) => Meshes::new(document, skeleton, centimetres, figure::node_id, control)?,
+        Some(document) => Meshes::new(document, skeleton, centimeters, figure::node_id, control)?,
         None => Meshes::default(),
     };
     meshes.materials.report(reporter);
-    let mut figure = figure::Figure::new(skeleton, &joints, centimetres);
+    let mut figure = figure::Figure::new(skeleton, &joints, centimeters);
     for node in &mut figure.nodes {
         control.check()?;
         node.order = options.rotation_order.unwrap_or_else(|| node.steadiest_order(clip));

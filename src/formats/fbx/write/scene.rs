@@ -39,7 +39,7 @@ impl Figure<'_> {
                 property("RotationOrder", "enum", "", "", [node.rotation_order().into()]),
                 property("InheritType", "enum", "", "", [INHERIT_AS_MATRICES.into()]),
                 vector("PreRotation", "Vector3D", "", pre_rotation),
-                vector("Lcl Translation", "Lcl Translation", "A", joint.rest.translation * self.centimetres),
+                vector("Lcl Translation", "Lcl Translation", "A", joint.rest.translation * self.centimeters),
                 vector("Lcl Rotation", "Lcl Rotation", "A", DVec3::ZERO),
                 vector("Lcl Scaling", "Lcl Scaling", "A", joint.rest.scale),
             ])])
@@ -62,7 +62,7 @@ impl Figure<'_> {
         let mut model_from_joint: Vec<DMat4> = Vec::with_capacity(self.skeleton.len());
         for joint in self.skeleton.joints() {
             let rest = &joint.rest;
-            let translation = rest.translation * self.centimetres;
+            let translation = rest.translation * self.centimeters;
             let local = DMat4::from_scale_rotation_translation(rest.scale, rest.rotation, translation);
             model_from_joint.push(joint.parent.map_or(local, |parent| model_from_joint[parent] * local));
         }

@@ -78,7 +78,7 @@ pub(in crate::formats) fn read(
         declared_roles,
         declared_convention,
         axes: Some(Axes::Y_UP_Z_FRONT),
-        unit_metres: Some(1.0),
+        unit_meters: Some(1.0),
         look_at: morphs.look_at,
         gaze_joint: morphs.gaze_joint,
         stretched: None,

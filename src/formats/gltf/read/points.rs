@@ -225,7 +225,7 @@ impl Collector<'_> {
                     // It was an integer.
                     let slot = slot as usize;
                     let (Some(matrix), Some(&joint)) = (joint_from_mesh.get(slot), skin.joints.get(slot)) else {
-                        left_out += usize::from(weight >= SkinPoints::LEAST_WEIGHT);
+                        left_out += usize::from(weight >= SkinPoints::MIN_WEIGHT);
                         continue;
                     };
                     let position = matrix.transform_point3(*position);

@@ -19,7 +19,7 @@ fn parents_come_before_children_whatever_the_order_of_the_file() {
     let listed: Vec<_> = joints.iter().map(|joint| (joint.name.as_str(), joint.parent, joint.node)).collect();
     let expected = [("c", None, 3), ("b", Some(0), 1), ("a", Some(1), 0), ("", Some(0), 2)];
     assert_eq!(listed, expected, "depth first, with the nodes of the file");
-    assert_eq!((scene.axes, scene.unit_metres), (Some(Axes::Y_UP_Z_FRONT), Some(1.0)), "as glTF says");
+    assert_eq!((scene.axes, scene.unit_meters), (Some(Axes::Y_UP_Z_FRONT), Some(1.0)), "as glTF says");
 }
 
 #[test]

@@ -82,7 +82,7 @@ impl<'a> Output<'a> {
 /// A target that came from glTF keeps everything that it had, with all buffers merged into one; accessors of animations
 /// that are dropped stay in place without use. Any other target, and [`Include::SkeletonAndAnimation`], give a new
 /// document with nodes, one skin per tree of joints, and the animation; and of a target that came from FBX its meshes as triangles,
-/// with plain materials. The target must be in +Y up, +Z front and metres.
+/// with plain materials. The target must be in +Y up, +Z front and meters.
 ///
 /// # Errors
 /// When the clip is not of the target's skeleton, when a VRM is asked for and the target is none, when the output would be

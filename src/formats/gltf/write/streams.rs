@@ -12,7 +12,7 @@ use crate::formats::{Compression, FormatError, gltf::MESHOPT_EXTENSIONS};
 
 /// Components of compressed rotations have as many bits as the format allows.
 const ROTATION_BITS: i32 = 16;
-/// Of compressed translations and scales as many as keep a metre to the micrometre.
+/// Of compressed translations and scales as many as keep a meter to the micrometer.
 const MANTISSA_BITS: i32 = 20;
 /// The best that is decoded as fast as the rest.
 const COMPRESSION_LEVEL: i32 = 2;

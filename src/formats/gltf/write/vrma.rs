@@ -25,7 +25,7 @@ pub(super) fn write(
             "write",
             "",
             "a VRM animation is written of what a humanoid does, and this is none, or only a pose",
-            "retarget or edit a clip of a body whose joints are recognised, or ask for .glb",
+            "retarget or edit a clip of a body whose joints are recognized, or ask for .glb",
         ));
     }
     let malformed = |error: &dyn std::fmt::Display| FormatError::malformed("write", "", error.to_string());

@@ -38,12 +38,12 @@ pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
         .routes(routes!(redeliver))
 }
 
-/// Makes a webhook.
+/// Creates a webhook.
 ///
-/// It is told of the ends of jobs by `POST`s that are signed by the Standard Webhooks scheme, at least once each; `webhook-id` tells what
-/// came before. Everything that it is told, `GET /v1/jobs/{id}` says too.
+/// It receives a `POST` when a job finishes, signed by the Standard Webhooks scheme, at least once each; `webhook-id`
+/// identifies repetitions. Everything that it receives is also in `GET /v1/jobs/{id}`.
 #[utoipa::path(post, path = "/v1/webhooks", operation_id = "create_webhook", tag = "webhooks", request_body = NewWebhookBody,
-    responses((status = 201, body = WebhookWithSecretView, description = "made; the secret is told this once", headers(("Location" = String))),
+    responses((status = 201, body = WebhookWithSecretView, description = "created; the secret is shown only once", headers(("Location" = String))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn create(
     State(state): State<ApiState>,
@@ -76,9 +76,9 @@ async fn show(
     Ok(Json(webhooks.get(&owner, &id).await?.into()))
 }
 
-/// Removes a webhook.
+/// Deletes a webhook.
 ///
-/// What it has not heard yet, it never hears.
+/// Pending deliveries are dropped.
 #[utoipa::path(delete, path = "/v1/webhooks/{id}", operation_id = "delete_webhook", tag = "webhooks", params(("id" = String, Path, description = "the webhook")),
     responses((status = 204, description = "removed"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
@@ -93,9 +93,9 @@ async fn delete(
 
 /// Sends a webhook a `ping`.
 ///
-/// Once: who pings wants to know now. A webhook that was disabled and answers is enabled again.
+/// Without retries. A disabled webhook that answers is enabled again.
 #[utoipa::path(post, path = "/v1/webhooks/{id}/ping", operation_id = "ping_webhook", tag = "webhooks", params(("id" = String, Path, description = "the webhook")),
-    responses((status = 202, body = DeliveryView, description = "on its way; the delivery tells how it went", headers(("Location" = String))),
+    responses((status = 202, body = DeliveryView, description = "accepted; the delivery has the outcome", headers(("Location" = String))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn ping(
     State(webhooks): State<Webhooks>,
@@ -105,12 +105,12 @@ async fn ping(
     Ok(on_its_way(webhooks.ping(&owner, &id).await?))
 }
 
-/// Gives a webhook another secret.
+/// Rotates the secret of a webhook.
 ///
-/// The one before signs along for a day, so that the receiver can be changed over in between.
+/// The previous secret also signs for a day, so that the receiver can be switched over.
 #[utoipa::path(post, path = "/v1/webhooks/{id}/secret-rotations", operation_id = "rotate_webhook_secret", tag = "webhooks",
     params(("id" = String, Path, description = "the webhook")),
-    responses((status = 200, body = WebhookWithSecretView, description = "the new secret, told this once"),
+    responses((status = 200, body = WebhookWithSecretView, description = "the new secret, shown only once"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn rotate_secret(
     State(webhooks): State<Webhooks>,
@@ -126,16 +126,16 @@ async fn rotate_secret(
 struct DeliveriesQuery {
     /// Only deliveries in this state: `pending`, `delivered` or `failed`.
     state: Option<String>,
-    /// Entries of the page; cut down to the limit `page_items`.
+    /// Entries of the page; capped by the limit `page_items`.
     #[param(format = Int64, minimum = 1, maximum = 4_294_967_295_u32)]
     limit: Option<u32>,
-    /// `next_cursor` of the page before.
+    /// `next_cursor` of the previous page.
     cursor: Option<String>,
 }
 
-/// Lists what a webhook is told, newest first.
+/// Lists the deliveries of a webhook, newest first.
 ///
-/// Kept for as long as the limit `delivery_retention` says after it was delivered or given up.
+/// Kept for the period of the limit `delivery_retention` after they were completed or abandoned.
 #[utoipa::path(get, path = "/v1/webhooks/{id}/deliveries", operation_id = "list_deliveries", tag = "webhooks",
     params(("id" = String, Path, description = "the webhook"), DeliveriesQuery),
     responses((status = 200, body = DeliveryPageView, description = "a page"),
@@ -159,7 +159,7 @@ async fn deliveries(
     Ok(Json(DeliveryPageView { items, next_cursor }))
 }
 
-/// Shows how a delivery went.
+/// Shows a delivery.
 #[utoipa::path(get, path = "/v1/deliveries/{id}", operation_id = "show_delivery", tag = "webhooks", params(("id" = String, Path, description = "the delivery")),
     responses((status = 200, body = DeliveryView, description = "the delivery"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
@@ -171,11 +171,11 @@ async fn delivery(
     Ok(Json(webhooks.delivery(&owner, &id).await?.into()))
 }
 
-/// Tells a webhook once more.
+/// Repeats a delivery.
 ///
-/// At once, whatever became of the delivery, under the same `webhook-id`, with all retries before it again.
+/// Immediately, whatever the state of the delivery, under the same `webhook-id` and with the full retry schedule.
 #[utoipa::path(post, path = "/v1/deliveries/{id}/redeliver", operation_id = "redeliver", tag = "webhooks", params(("id" = String, Path, description = "the delivery")),
-    responses((status = 202, body = DeliveryView, description = "on its way", headers(("Location" = String))),
+    responses((status = 202, body = DeliveryView, description = "accepted", headers(("Location" = String))),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
 async fn redeliver(
     State(webhooks): State<Webhooks>,

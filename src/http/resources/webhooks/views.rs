@@ -29,7 +29,7 @@ pub(super) struct NewWebhookBody {
     description: String,
 }
 
-const MOST_DESCRIPTION_BYTES: usize = 256;
+const MAX_DESCRIPTION_BYTES: usize = 256;
 
 /// A webhook, without its secret.
 #[derive(Debug, Serialize, ToSchema)]
@@ -202,15 +202,15 @@ impl NewWebhookBody {
             EVENTS.iter().find(|(known, _)| known == name).map(|(_, state)| *state).ok_or_else(|| {
                 let shown: String = name.chars().take(64).collect();
                 let all = EVENTS.map(|(name, _)| name).join(", ");
-                invalid(format!("'{shown}' is no event; they are {all}"), format!("/events/{place}"))
+                invalid(format!("'{shown}' is not an event; the events are {all}"), format!("/events/{place}"))
             })
         };
         let events = match &self.events {
             Some(names) => names.iter().enumerate().map(event).collect::<Result<_, _>>()?,
             None => EVENTS.map(|(_, state)| state).to_vec(),
         };
-        if self.description.len() > MOST_DESCRIPTION_BYTES {
-            let detail = format!("a description has at most {MOST_DESCRIPTION_BYTES} bytes");
+        if self.description.len() > MAX_DESCRIPTION_BYTES {
+            let detail = format!("a description has at most {MAX_DESCRIPTION_BYTES} bytes");
             return Err(invalid(detail, "/description".to_owned()));
         }
         Ok(NewWebhook { url: self.url, events, description: self.description })

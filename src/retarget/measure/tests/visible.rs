@@ -93,7 +93,7 @@ fn a_mesh_that_slides_says_how_far() {
     let by = 0.03 * leg(&scene);
     let sliding = clip(&scene.skeleton, 31, |frame, pose| move_root(pose, DVec3::X * (by * frame as f64 / 30.0)));
     let measures = measured(&scene, &standing(&scene, 31), &sliding, ReportDetail::Summary);
-    close(value(&measures, MetricName::FootSlide), 3.0, 0.01, "centimetres at 1 m leg length");
+    close(value(&measures, MetricName::FootSlide), 3.0, 0.01, "centimeters at 1 m leg length");
     close(value(&measures, MetricName::FloorFloat), 0.0, 0.01, "it stays on the floor");
 }
 
@@ -151,11 +151,11 @@ fn a_knee_that_springs_is_named() {
 fn a_pelvis_that_sways_to_and_fro_is_told() {
     let scene = walker();
     let walk = &scene.clips[0];
-    let swaying = |centimetres: f64| {
+    let swaying = |centimeters: f64| {
         clip(&scene.skeleton, walk.frame_count(), |frame, pose| {
             *pose = walk.local_pose(&scene.skeleton, frame);
             let phase = walk.times_seconds()[frame] * std::f64::consts::TAU * 2.0;
-            move_root(pose, DVec3::X * (centimetres / 100.0 * leg(&scene) * phase.sin()));
+            move_root(pose, DVec3::X * (centimeters / 100.0 * leg(&scene) * phase.sin()));
         })
     };
     let sway = |result: &Clip| value(&measured(&scene, walk, result, ReportDetail::Full), MetricName::PelvisSway);

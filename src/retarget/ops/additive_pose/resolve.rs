@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Turns of less than this are none, radians.
-const LEAST_TURN: f64 = 1e-6;
+const MIN_TURN: f64 = 1e-6;
 
 pub(in crate::retarget) fn resolve(op: &AdditivePoseOp, context: &mut Context<'_>) -> Vec<AddedTurn> {
     let masked = context.masked(&op.scope);
@@ -48,5 +48,5 @@ fn turns_of_clip(op: &AdditivePoseOp, clip: usize, context: &mut Context<'_>) ->
         (rest.rotation.conjugate() * now.rotation).normalize()
     };
     let changes = target.rest_local.transforms().iter().zip(pose.transforms()).map(change).enumerate();
-    changes.filter(|(_, turn)| turn.angle_between(DQuat::IDENTITY) > LEAST_TURN).collect()
+    changes.filter(|(_, turn)| turn.angle_between(DQuat::IDENTITY) > MIN_TURN).collect()
 }

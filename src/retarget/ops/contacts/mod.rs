@@ -59,7 +59,7 @@ pub(in crate::retarget) struct ContactStage {
     points: Vec<Point>,
     posing: Posing,
     ground: Ground,
-    /// Plan units of a metre at a leg of 1 m: thresholds are multiplied by this.
+    /// Plan units of a meter at a leg of 1 m: thresholds are multiplied by this.
     scale: f64,
     frames: [usize; 2],
 }
@@ -164,7 +164,7 @@ impl ContactStage {
         let level = match op.floor {
             ContactFloor::Rule(ContactFloorRule::Adaptive) => Some(level),
             ContactFloor::Rule(ContactFloorRule::Any) => None,
-            ContactFloor::Height(metres) => Some(metres * self.ground.units_per_metre),
+            ContactFloor::Height(meters) => Some(meters * self.ground.units_per_meter),
         };
         let is_below = |frame: usize, height: f64, speed: f64| {
             let low = level.is_none_or(|level| track.heights[frame] - level < height * self.scale);

@@ -27,19 +27,19 @@ pub struct ContactsOp {
     pub scope: Scope,
     /// Whether contacts are looked for. Otherwise there are only those that come with the clip, and those of `set`, `curves` and `add`.
     pub detect: bool,
-    /// Metres above its resting level below which a point may begin to touch, at a leg of 1 m. 0 to 1.
+    /// Meters above its resting level below which a point may begin to touch, at a leg of 1 m. 0 to 1.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub height_on: f64,
-    /// Metres above which a touching point lets go. 0 to 1.
+    /// Meters above which a touching point lets go. 0 to 1.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub height_off: f64,
-    /// Metres per second below which a point may begin to touch, at a leg of 1 m. 0 to 10.
+    /// Meters per second below which a point may begin to touch, at a leg of 1 m. 0 to 10.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub speed_on: f64,
-    /// Metres per second above which a touching point lets go. 0 to 10.
+    /// Meters per second above which a touching point lets go. 0 to 10.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub speed_off: f64,
-    /// Metres per second below which a point that comes to rest has landed: heels strike the floor faster than toes leave it. 0 to
+    /// Meters per second below which a point that comes to rest has landed: heels strike the floor faster than toes leave it. 0 to
     /// 10.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub speed_land: f64,
@@ -93,9 +93,9 @@ impl Default for ContactsOp {
 
 /// Above what the heights of contact points are measured.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "expected \"adaptive\", \"any\" or a height in metres")]
+#[serde(untagged, expecting = "expected \"adaptive\", \"any\" or a height in meters")]
 pub enum ContactFloor {
-    /// A floor at this height in the source, in metres along its up axis.
+    /// A floor at this height in the source, in meters along its up axis.
     Height(f64),
     /// A rule.
     Rule(ContactFloorRule),

@@ -64,7 +64,7 @@ pub struct CurveRow {
 }
 
 /// When a point touches by a curve of the source's clip: while its value is within both bounds. The speed of a foot, baked into a
-/// curve, is such a one (`below: 15` where it is in centimetres per second), and so is a switch that is 1 while a foot is locked
+/// curve, is such a one (`below: 15` where it is in centimeters per second), and so is a switch that is 1 while a foot is locked
 /// (`above: 0.5`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -16,7 +16,7 @@ use super::on_one_hemisphere;
 const EVEN_SHARE: f64 = 1e-3;
 /// A grid has this many steps in a period of the cutoff at least, and at most so many frames for each frame of the clip.
 const STEPS_PER_PERIOD: f64 = 10.0;
-const MOST_GRID_FACTOR: f64 = 16.0;
+const MAX_GRID_FACTOR: f64 = 16.0;
 /// Periods of the cutoff after which nothing of the beginning is left.
 const SETTLED_PERIODS: f64 = 3.0;
 
@@ -34,7 +34,7 @@ pub(in crate::retarget) fn butterworth(rotations: &[DQuat], times: &[f64], cutof
     let mut gaps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     gaps.sort_by(f64::total_cmp);
     let fine = gaps[gaps.len() / 2].min(1.0 / (STEPS_PER_PERIOD * cutoff_hertz));
-    let intervals = (duration / fine).ceil().min(count as f64 * MOST_GRID_FACTOR).max(2.0);
+    let intervals = (duration / fine).ceil().min(count as f64 * MAX_GRID_FACTOR).max(2.0);
     let grid: Vec<f64> = (0..=intervals as usize).map(|index| times[0] + duration * index as f64 / intervals).collect();
     let even = both_ways(&on_one_hemisphere(at_times(rotations, times, &grid)), duration / intervals, cutoff_hertz);
     at_times(&even, &grid, times)

@@ -9,10 +9,10 @@ use std::ops::Range;
 use glam::{DQuat, DVec3};
 
 /// Highest degree of a polynomial; the spec allows no higher.
-const MOST_DEGREE: usize = 5;
-const MOST_TERMS: usize = MOST_DEGREE + 1;
+const MAX_DEGREE: usize = 5;
+const MAX_TERMS: usize = MAX_DEGREE + 1;
 /// Beyond so much turning from the frame, in radians, a turn and the rest of the circle look the same.
-const MOST_TURN: f64 = 4.5;
+const MAX_TURN: f64 = 4.5;
 
 /// Rotations are unit, and each on the hemisphere of the one before. `reach` frames to each side are looked at.
 pub(in crate::retarget) fn local_polynomial(
@@ -23,7 +23,7 @@ pub(in crate::retarget) fn local_polynomial(
 ) -> Vec<DQuat> {
     let smooth = |frame| {
         let near = window(rotations, frame, reach);
-        let value = at_centre(&times[near.clone()], times[frame], degree.min(MOST_DEGREE), |other| {
+        let value = at_center(&times[near.clone()], times[frame], degree.min(MAX_DEGREE), |other| {
             turn_between(rotations[frame], rotations[near.start + other])
         });
         (rotations[frame] * DQuat::from_scaled_axis(value)).normalize()
@@ -37,7 +37,7 @@ fn window(rotations: &[DQuat], frame: usize, reach: usize) -> Range<usize> {
     let wanted = frame - reach..frame + reach + 1;
     let is_near = |other: &usize| {
         let path = if *other < frame { &rotations[*other..=frame] } else { &rotations[frame..=*other] };
-        path.windows(2).map(|pair| pair[0].angle_between(pair[1])).sum::<f64>() < MOST_TURN
+        path.windows(2).map(|pair| pair[0].angle_between(pair[1])).sum::<f64>() < MAX_TURN
     };
     let before = (wanted.start..frame).rev().take_while(is_near).last().unwrap_or(frame);
     let after = (frame + 1..wanted.end).take_while(is_near).last().unwrap_or(frame);
@@ -52,14 +52,14 @@ fn turn_between(from: DQuat, to: DQuat) -> DVec3 {
     if sine > 0.0 { axis * (2.0 * sine.atan2(turn.w) / sine) } else { DVec3::ZERO }
 }
 
-/// The value at `centre` of the polynomial that meets the values at these times best.
-fn at_centre(times: &[f64], centre: f64, degree: usize, value: impl Fn(usize) -> DVec3) -> DVec3 {
+/// The value at `center` of the polynomial that meets the values at these times best.
+fn at_center(times: &[f64], center: f64, degree: usize, value: impl Fn(usize) -> DVec3) -> DVec3 {
     let terms = (degree + 1).min(times.len());
-    let farthest = times.iter().map(|time| (time - centre).abs()).fold(0.0, f64::max);
+    let farthest = times.iter().map(|time| (time - center).abs()).fold(0.0, f64::max);
     let powers = |time: f64| {
-        let mut powers = [1.0; MOST_TERMS];
-        for term in 1..MOST_TERMS {
-            powers[term] = powers[term - 1] * (time - centre) / farthest;
+        let mut powers = [1.0; MAX_TERMS];
+        for term in 1..MAX_TERMS {
+            powers[term] = powers[term - 1] * (time - center) / farthest;
         }
         powers
     };
@@ -67,7 +67,7 @@ fn at_centre(times: &[f64], centre: f64, degree: usize, value: impl Fn(usize) ->
         return DVec3::ZERO;
     }
     // Least squares: (XᵀX) u = e₀ gives the weights X u with which the values make the constant term.
-    let mut matrix = [[0.0; MOST_TERMS]; MOST_TERMS];
+    let mut matrix = [[0.0; MAX_TERMS]; MAX_TERMS];
     for time in times {
         let powers = powers(*time);
         for row in 0..terms {
@@ -83,8 +83,8 @@ fn at_centre(times: &[f64], centre: f64, degree: usize, value: impl Fn(usize) ->
 }
 
 /// `u` of `matrix · u = (1, 0, …)`, for a symmetric positive definite matrix; nothing where times are so near each other that it is none.
-fn first_unit_solved(mut matrix: [[f64; MOST_TERMS]; MOST_TERMS], terms: usize) -> Option<[f64; MOST_TERMS]> {
-    let mut right = [0.0; MOST_TERMS];
+fn first_unit_solved(mut matrix: [[f64; MAX_TERMS]; MAX_TERMS], terms: usize) -> Option<[f64; MAX_TERMS]> {
+    let mut right = [0.0; MAX_TERMS];
     right[0] = 1.0;
     for pivot in 0..terms {
         if matrix[pivot][pivot] < 1e-12 {
@@ -134,7 +134,7 @@ mod tests {
         let times: Vec<f64> = (0..7).map(f64::from).collect();
         for (at, wanted) in [-2.0, 3.0, 6.0, 7.0, 6.0, 3.0, -2.0].into_iter().enumerate() {
             let one = |other: usize| if other == at { DVec3::X } else { DVec3::ZERO };
-            let weight = at_centre(&times, 3.0, 2, one).x;
+            let weight = at_center(&times, 3.0, 2, one).x;
             assert!((weight - wanted / 21.0).abs() < 1e-12, "point {at}: {weight}");
         }
     }

@@ -14,7 +14,7 @@ use crate::retarget::{
 };
 
 /// The largest level, for a leg of 1 m.
-const MOST_METRES: f64 = 0.04;
+const MAX_METRES: f64 = 0.04;
 /// One of so many frames in which nothing touches is lower than the floor.
 const LOW_SHARE: usize = 4;
 /// Standard deviation of the smoothing from one contact to the next.
@@ -23,7 +23,7 @@ const SMOOTHING_SECONDS: f64 = 0.1;
 impl FloorStage {
     /// The largest level that is taken off, in units of the source.
     pub(in crate::retarget) fn most_level(&self) -> f64 {
-        if self.op.adaptive { MOST_METRES * self.source_leg } else { 0.0 }
+        if self.op.adaptive { MAX_METRES * self.source_leg } else { 0.0 }
     }
 
     /// The level under every foot, frame by frame, in units of the source.

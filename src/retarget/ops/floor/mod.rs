@@ -63,7 +63,7 @@ pub(in crate::retarget) struct FloorStage {
     pub(in crate::retarget) source: Posing,
     pub(in crate::retarget) target: Posing,
     pub(in crate::retarget) ground: Ground,
-    /// Plan units of a metre at a leg of 1 m, on either side.
+    /// Plan units of a meter at a leg of 1 m, on either side.
     pub(in crate::retarget) source_leg: f64,
     pub(in crate::retarget) target_leg: f64,
     pub(in crate::retarget) limb_count: usize,
@@ -200,7 +200,7 @@ impl FloorStage {
             return Wanted { height: (scale * source).max(deepest), deepest };
         }
         let above = source - level;
-        let [width, begin] = [STANDS_FADE_METRES, STANDS_METRES].map(|metres| metres * self.source_leg);
+        let [width, begin] = [STANDS_FADE_METRES, STANDS_METRES].map(|meters| meters * self.source_leg);
         let standing = soft_above(above - begin, width);
         let deepest = (source + self.most_level()).min(0.0) * self.target_leg / self.source_leg;
         let height = scale * (above.max(0.0) + (standing - above.max(0.0)) * hold);
@@ -264,8 +264,8 @@ impl Stage for FloorStage {
                 let Some(foot) = foot else { return Lift { beyond: 0.0, least: f64::NEG_INFINITY } };
                 let clearance = &rows[frame * width + foot];
                 let wanted = wanted(foot, frame, clearance);
-                let metres = (clearance.source - levels[foot][frame]) / self.source_leg;
-                let far = (metres - self.op.falloff_height) / self.op.falloff_distance.max(f64::MIN_POSITIVE);
+                let meters = (clearance.source - levels[foot][frame]) / self.source_leg;
+                let far = (meters - self.op.falloff_height) / self.op.falloff_distance.max(f64::MIN_POSITIVE);
                 let weight = holds[foot][frame].max(self.op.swing * (1.0 - smootherstep(far)));
                 let least = (wanted.deepest - clearance.target) * alpha;
                 // A foot in the air goes with the pelvis, so that its leg keeps its shape, as long as it stays out of the floor.

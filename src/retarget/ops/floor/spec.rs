@@ -25,10 +25,10 @@ pub struct FloorOp {
     /// less above it.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub swing: f64,
-    /// Metres of the source up to which `swing` counts fully, at a leg of 1 m. 0 to 10.
+    /// Meters of the source up to which `swing` counts fully, at a leg of 1 m. 0 to 10.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub falloff_height: f64,
-    /// Metres over which it ceases to count. 0 to 10.
+    /// Meters over which it ceases to count. 0 to 10.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub falloff_distance: f64,
     /// Whether soles of the source that hover or sink in a contact by up to 4 cm, at a leg of 1 m, are taken to stand on the floor in

@@ -20,7 +20,7 @@ use crate::retarget::stages::{
 };
 
 /// How far toes bend up at most, in radians.
-const MOST_BEND: f64 = 1.2;
+const MAX_BEND: f64 = 1.2;
 /// Width over which toes begin to give way, for a leg of 1 m: keeps them from snapping.
 const SOFT_METRES: f64 = 0.01;
 
@@ -34,7 +34,7 @@ pub(in crate::retarget) struct ToeStage {
     pub(in crate::retarget) feet: Vec<ToedFoot>,
     pub(in crate::retarget) target: Posing,
     pub(in crate::retarget) ground: Ground,
-    /// Plan units of a metre at a leg of 1 m.
+    /// Plan units of a meter at a leg of 1 m.
     pub(in crate::retarget) leg: f64,
 }
 
@@ -81,7 +81,7 @@ impl ToeStage {
             }
             ((low + missing) / reach).clamp(-1.0, 1.0).asin() - low.atan2(ahead)
         };
-        shape.points.iter().filter(|point| point.gives_way).map(needed).fold(0.0, f64::max).min(MOST_BEND)
+        shape.points.iter().filter(|point| point.gives_way).map(needed).fold(0.0, f64::max).min(MAX_BEND)
     }
 }
 
@@ -137,7 +137,7 @@ fn eased(bends: Vec<f64>, times: &[f64]) -> Vec<f64> {
         return bends;
     }
     let mut eased = smooth_above(&bends, &bends, times, EASE_SECONDS);
-    eased.iter_mut().for_each(|bend| *bend = bend.min(MOST_BEND));
+    eased.iter_mut().for_each(|bend| *bend = bend.min(MAX_BEND));
     eased
 }
 
@@ -216,7 +216,7 @@ mod tests {
             |height: f64| bend(&shape(TIP, 0.02), DVec3::Y * height, DQuat::from_rotation_x(0.5)).to_axis_angle().1;
         let steps: Vec<f64> = (0..200).map(|step| angle(0.12 - f64::from(step) * 0.001)).collect();
         let largest = steps.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
-        assert!(largest < 0.03, "a millimetre turns them by {largest} at most");
+        assert!(largest < 0.03, "a millimeter turns them by {largest} at most");
         // Toes that curl under the foot pass the vertical while the foot turns about itself.
         let curled = |step: u32| {
             let turn =

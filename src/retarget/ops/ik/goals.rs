@@ -95,7 +95,7 @@ impl GoalStage {
         let axes = DMat3::from_cols(up.cross(self.ground.front), up, self.ground.front);
         let toward_source = axes.transpose() * (source_end - position);
         position += axes * (toward_source * DVec3::from(op.blend_to_source_weights) * op.blend_to_source);
-        position += axes * DVec3::from(op.offset) * self.ground.units_per_metre;
+        position += axes * DVec3::from(op.offset) * self.ground.units_per_meter;
 
         let now = target.model[limb.target.end].rotation;
         let mut rotation = now;
@@ -106,7 +106,7 @@ impl GoalStage {
         if let Some(offset) = self.rotation_offset {
             rotation *= offset;
         }
-        position += rotation * DVec3::from(op.local_offset) * self.ground.units_per_metre;
+        position += rotation * DVec3::from(op.local_offset) * self.ground.units_per_meter;
 
         let position = end.lerp(position, alpha);
         let lengths = source_middle.distance(source_start) + source_end.distance(source_middle);

@@ -21,7 +21,7 @@ pub struct IkOp {
     pub scope: Scope,
     /// Where goals come from.
     pub goal: IkGoal,
-    /// Share of the way from the goal to where the source's end is, in metres of the source. 0 to 1.
+    /// Share of the way from the goal to where the source's end is, in meters of the source. 0 to 1.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub blend_to_source: f64,
     /// `blend_to_source` on each axis: right, up, front.
@@ -29,9 +29,9 @@ pub struct IkOp {
     /// Share of the source's own rotation (instead of the one that forward kinematics gave). 0 to 1.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub blend_to_source_rotation: f64,
-    /// Metres that goals are moved right, up and front, as the figure faces at rest.
+    /// Meters that goals are moved right, up and front, as the figure faces at rest.
     pub offset: [f64; 3],
-    /// Metres that goals are moved along the end joint's own axes.
+    /// Meters that goals are moved along the end joint's own axes.
     pub local_offset: [f64; 3],
     /// Degrees that the end is turned about its own axes, X then Y then Z.
     pub rotation_offset: [f64; 3],

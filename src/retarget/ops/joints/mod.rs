@@ -151,7 +151,7 @@ pub(in crate::retarget) struct JointDrive {
     pub(in crate::retarget) position_gain: Option<f64>,
     /// Factor on the angle; nothing where the rotation does not follow.
     pub(in crate::retarget) rotation_gain: Option<f64>,
-    /// Metres.
+    /// Meters.
     pub(in crate::retarget) position_offset: DVec3,
     /// About the joint's own axes.
     pub(in crate::retarget) rotation_offset: DQuat,
@@ -233,17 +233,17 @@ impl OpSpec for JointsOp {
 impl JointDrive {
     fn position(&self, builder: &StepBuilder<'_>, gain: f64) -> PositionStep {
         let ground = builder.stack.ground();
-        let metres = self.position_offset * ground.units_per_metre;
+        let meters = self.position_offset * ground.units_per_meter;
         let (raised, source_raised) = builder.floors();
         match (self.from, self.space) {
             (DriveFrom::Pair { .. }, _) => PositionStep {
                 travel: ground.travel * gain,
-                offset: ground.axes() * metres + ground.up * ground.target_floor,
+                offset: ground.axes() * meters + ground.up * ground.target_floor,
                 source_floor: ground.up * ground.source_floor,
             },
             (DriveFrom::Joint(_), JointSpace::Model) => PositionStep {
                 travel: ground.travel * gain,
-                offset: ground.axes() * metres + raised,
+                offset: ground.axes() * meters + raised,
                 source_floor: source_raised,
             },
             (DriveFrom::Joint(joint), JointSpace::Local) => {
@@ -259,7 +259,7 @@ impl JointDrive {
                 let factor = into_target(source * stack.mapping.global_scale * gain);
                 PositionStep {
                     travel: DMat3::from_diagonal(factor),
-                    offset: into_target(metres),
+                    offset: into_target(meters),
                     source_floor: DVec3::ZERO,
                 }
             }

@@ -48,7 +48,7 @@ pub struct JointRow {
     #[serde(default = "one")]
     #[schemars(range(min = -100.0, max = 100.0))]
     pub rotation_gain: f64,
-    /// Metres that are added to the position: left, up and front in `model` space, along the parent's axes in `local` space.
+    /// Meters that are added to the position: left, up and front in `model` space, along the parent's axes in `local` space.
     #[serde(default)]
     pub position_offset: [f64; 3],
     /// Degrees that the joint is turned further about its own axes, X then Y then Z.

@@ -34,9 +34,9 @@ use crate::model::Transform;
 use crate::retarget::stages::posed::figure::Figure;
 
 /// Angles by which a joint is turned back that count as limited, degrees; less is rounding.
-const LEAST_LIMITED_DEGREES: f64 = 0.05;
+const MIN_LIMITED_DEGREES: f64 = 0.05;
 /// The least width over which angles beyond a limit are compressed, as a share of the limit.
-const LEAST_WIDTH: f64 = 0.05;
+const MIN_WIDTH: f64 = 0.05;
 
 /// One joint.
 #[derive(Clone, Copy, Debug)]
@@ -114,7 +114,7 @@ fn limited(share: f64, allowed: f64, begin: f64) -> f64 {
     if share <= begin {
         return share;
     }
-    let width = (1.0 - begin).max(LEAST_WIDTH);
+    let width = (1.0 - begin).max(MIN_WIDTH);
     begin + width * ((share - begin) / width).tanh()
 }
 
@@ -210,7 +210,7 @@ impl LimitStage {
                 degrees_between(before.at(frame, rest), after)
             });
             let turned: Vec<f64> = turned.collect();
-            let frames = turned.iter().filter(|degrees| **degrees > LEAST_LIMITED_DEGREES).count();
+            let frames = turned.iter().filter(|degrees| **degrees > MIN_LIMITED_DEGREES).count();
             let (worst_frame, worst_degrees) =
                 turned.into_iter().enumerate().max_by(|first, second| first.1.total_cmp(&second.1))?;
             (frames > 0).then_some(LimitedJoint { joint, frames, worst_degrees, worst_frame })

@@ -14,7 +14,7 @@ use crate::retarget::ops::{
 };
 
 /// Factors beyond this are refused.
-const MOST_SCALE: f64 = 1e6;
+const MAX_SCALE: f64 = 1e6;
 
 impl OpSpec for PelvisOp {
     fn scope(&self) -> Option<&Scope> {
@@ -30,7 +30,7 @@ impl OpSpec for PelvisOp {
         let named =
             [("scale", scale), ("scale_horizontal", self.scale_horizontal), ("scale_vertical", self.scale_vertical)];
         for (name, value) in named {
-            if !(value.is_finite() && value.abs() <= MOST_SCALE) {
+            if !(value.is_finite() && value.abs() <= MAX_SCALE) {
                 refuse(name, format!("{value} is out of range"));
             }
         }

@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3, EulerRot};
 
 use crate::model::{Clip, Reporter};
 
-use super::sizes::{LEAST_HEIGHT, Sizes};
+use super::sizes::{MIN_HEIGHT, Sizes};
 use crate::{
     retarget::{
         mapping::{Mapping, PelvisPair, PelvisPosition},
@@ -45,7 +45,7 @@ pub(in crate::retarget) fn resolve_pelvis(
             reporter.warn(
                 "pelvis_not_found",
                 side,
-                format!("no joint of the {side} was recognised as the pelvis; the pelvis op is left out"),
+                format!("no joint of the {side} was recognized as the pelvis; the pelvis op is left out"),
                 format!("name the joint in {side}.root"),
             );
         }
@@ -65,7 +65,7 @@ pub(in crate::retarget) fn resolve_pelvis(
         (source_floor, is_joint) = (found.height, found.is_joint);
     }
     let (source_value, target_value) = Height::comparable(&source_height, &target_height);
-    let ratio = target_value / if source_value < LEAST_HEIGHT { 1.0 } else { source_value };
+    let ratio = target_value / if source_value < MIN_HEIGHT { 1.0 } else { source_value };
     let source_sole = if is_joint { source_height.guessed_sole * unit } else { 0.0 };
     mapping.global_scale = match op.scale {
         // What is no body has no height to compare.
@@ -110,7 +110,7 @@ pub(in crate::retarget) fn resolve_pelvis(
         translation_alpha: alpha * op.translation_alpha,
         position: blended(
             op,
-            target.unit_metres,
+            target.unit_meters,
             PelvisPosition {
                 scale: DVec3::new(op.scale_horizontal, op.scale_vertical, op.scale_horizontal) * scale,
                 ..plain
@@ -119,7 +119,7 @@ pub(in crate::retarget) fn resolve_pelvis(
         plain,
         turn: turn.normalize(),
         local_turn: DQuat::from_euler(EulerRot::XYZ, x, y, z),
-        local_offset: DVec3::from(op.local_offset) / target.unit_metres,
+        local_offset: DVec3::from(op.local_offset) / target.unit_meters,
         crotch,
         affects_goals: [op.affect_ik_horizontal, op.affect_ik_vertical],
     });
@@ -128,11 +128,11 @@ pub(in crate::retarget) fn resolve_pelvis(
 
 /// The same position with the op's offset, and blended with the source's own. Both are affine in the source's position, so the blend
 /// is one of scales and of origins.
-fn blended(op: &PelvisOp, unit_metres: f64, position: PelvisPosition) -> PelvisPosition {
+fn blended(op: &PelvisOp, unit_meters: f64, position: PelvisPosition) -> PelvisPosition {
     let turn = position.ours_from_plan;
     let share = DVec3::from(op.blend_to_source_weights) * op.blend_to_source;
     let toward_source = turn * (position.source_origin - position.target_origin);
-    let moved = toward_source * share + DVec3::from(op.offset) / unit_metres;
+    let moved = toward_source * share + DVec3::from(op.offset) / unit_meters;
     PelvisPosition {
         scale: position.scale + (DVec3::ONE - position.scale) * share,
         target_origin: position.target_origin + turn.conjugate() * moved,

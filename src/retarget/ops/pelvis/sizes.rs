@@ -13,9 +13,9 @@ use crate::{
 };
 
 /// ikrigretarget's guard: a source height below this counts as one.
-pub(in crate::retarget) const LEAST_HEIGHT: f64 = 1e-4;
+pub(in crate::retarget) const MIN_HEIGHT: f64 = 1e-4;
 /// A crotch is at least this share of the pelvis' height above the floor.
-const LEAST_CROTCH: f64 = 0.1;
+const MIN_CROTCH: f64 = 0.1;
 
 /// What scale rules compare.
 pub(in crate::retarget) struct Sizes<'a> {
@@ -54,7 +54,7 @@ impl Sizes<'_> {
             PelvisScaleRule::Legs => DVec3::splat(legs(reporter)),
             PelvisScaleRule::Stature => {
                 let (source, target) = (stature(self.source, self.floors[0]), stature(self.target, self.floors[1]));
-                DVec3::splat(if source > LEAST_HEIGHT { target / (source * self.unit) } else { height })
+                DVec3::splat(if source > MIN_HEIGHT { target / (source * self.unit) } else { height })
             }
             PelvisScaleRule::Limbs => {
                 let legs = legs(reporter);
@@ -74,14 +74,14 @@ impl Sizes<'_> {
         up: DVec3,
     ) -> CrotchRule {
         let below = |given: Option<f64>, side: &Rig<'_>, height: f64| {
-            given.map_or_else(|| crotch_below(side, height), |metres| metres / side.unit_metres)
+            given.map_or_else(|| crotch_below(side, height), |meters| meters / side.unit_meters)
         };
         let [source_height, target_height] = heights;
         let source_below = below(op.source_crotch, self.source, source_height) * self.unit;
         let target_below = below(op.target_crotch, self.target, target_height);
         let source_height = source_height * self.unit;
-        let source_crotch = (source_height - source_below).max(LEAST_CROTCH * source_height).max(f64::MIN_POSITIVE);
-        let target_crotch = (target_height - target_below).max(LEAST_CROTCH * target_height);
+        let source_crotch = (source_height - source_below).max(MIN_CROTCH * source_height).max(f64::MIN_POSITIVE);
+        let target_crotch = (target_height - target_below).max(MIN_CROTCH * target_height);
         CrotchRule {
             up,
             source_floor,

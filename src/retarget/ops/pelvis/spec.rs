@@ -7,7 +7,7 @@ use crate::retarget::ops::Alpha;
 
 /// Moves and turns the pelvis.
 ///
-/// Rotation: `G_T = turn_offset · Δ_S · G_T^R · local_turn_offset`. Position: `floor_T + scale · (position_S − floor_S)`, in metres,
+/// Rotation: `G_T = turn_offset · Δ_S · G_T^R · local_turn_offset`. Position: `floor_T + scale · (position_S − floor_S)`, in meters,
 /// +Y up; then the floor constraint, then the offsets.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -38,14 +38,14 @@ pub struct PelvisOp {
     pub scale_horizontal: f64,
     /// Extra factor on vertical travel, after `scale`.
     pub scale_vertical: f64,
-    /// Metres that the pelvis is moved left, up and front, as the figure faces at rest.
+    /// Meters that the pelvis is moved left, up and front, as the figure faces at rest.
     pub offset: [f64; 3],
-    /// Share of the way from there to where the source's pelvis is, in metres of the source. 0 to 1.
+    /// Share of the way from there to where the source's pelvis is, in meters of the source. 0 to 1.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub blend_to_source: f64,
     /// `blend_to_source` on each axis: left, up, front. 0 to 1.
     pub blend_to_source_weights: [f64; 3],
-    /// Metres that the pelvis is moved along its own axes.
+    /// Meters that the pelvis is moved along its own axes.
     pub local_offset: [f64; 3],
     /// Degrees that the pelvis is turned about the figure's left, up and front, in this order. Chains that are measured in the model
     /// keep pointing as the source's do.
@@ -56,10 +56,10 @@ pub struct PelvisOp {
     /// sits on the ground when the source does: `c_T = c_S · c_T^R / c_S^R` above the floors. 0 to 1.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub floor_constraint: f64,
-    /// Metres of the source that its crotch is below its pelvis joint. Default: half as far below the hips as they are apart.
+    /// Meters of the source that its crotch is below its pelvis joint. Default: half as far below the hips as they are apart.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source_crotch: Option<f64>,
-    /// Metres of the target that its crotch is below its pelvis joint. Default: as for the source.
+    /// Meters of the target that its crotch is below its pelvis joint. Default: as for the source.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_crotch: Option<f64>,
     /// The height of the crotch, as a share of that at rest, at which the floor constraint has faded out; 0 never fades it. 0 to 10.
@@ -108,7 +108,7 @@ impl Default for PelvisOp {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected a number, \"height\", \"legs\", \"stature\", \"limbs\" or \"none\"")]
 pub enum PelvisScale {
-    /// A fixed factor, target over source, in metres per metre.
+    /// A fixed factor, target over source, in meters per meter.
     Value(f64),
     /// A rule.
     Rule(PelvisScaleRule),
@@ -132,7 +132,7 @@ pub enum PelvisScaleRule {
     Stature,
     /// Each direction by the limbs that make it: up and down as `height`, along the floor as `legs`, so that steps fit the legs.
     Limbs,
-    /// Metres stay metres.
+    /// Meters stay meters.
     None,
 }
 

@@ -104,7 +104,7 @@ pub(in crate::retarget) struct PinDrive {
     pub(in crate::retarget) position: bool,
     /// Whether the rotation follows.
     pub(in crate::retarget) rotation: bool,
-    /// Metres along the joint's own axes.
+    /// Meters along the joint's own axes.
     pub(in crate::retarget) offset: DVec3,
     /// About its own axes.
     pub(in crate::retarget) rotation_offset: DQuat,
@@ -145,7 +145,7 @@ impl Edit for PinDrive {
             mode: self.mode,
             position: self.position,
             rotation: self.rotation,
-            offset: self.offset * ground.units_per_metre,
+            offset: self.offset * ground.units_per_meter,
             rotation_offset: self.rotation_offset,
             rest,
             to_rest,

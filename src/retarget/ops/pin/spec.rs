@@ -38,7 +38,7 @@ pub struct Pin {
     /// Whether the rotation follows. Default: yes.
     #[serde(default = "yes")]
     pub rotation: bool,
-    /// Metres that the joint is moved along the axes that it then has.
+    /// Meters that the joint is moved along the axes that it then has.
     #[serde(default)]
     pub offset: [f64; 3],
     /// Degrees that it is turned further about its own axes, X then Y then Z.

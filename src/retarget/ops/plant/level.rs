@@ -15,7 +15,7 @@ const LITTLE_ROLL: f64 = 0.052;
 /// Radians beyond that over which more and more of it is taken off.
 const ROLL_FADE: f64 = 0.087;
 /// In fewer frames nobody can tell how a foot stands.
-const LEAST_FRAMES: usize = 3;
+const MIN_FRAMES: usize = 3;
 
 /// How a foot lies at rest, in the axes of its end; unit vectors.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +37,7 @@ impl PlantStage {
             let roll =
                 |frame: usize| (work.goals[goal(frame)].rotation * axes.left).dot(self.up).clamp(-1.0, 1.0).asin();
             let mut rolls: Vec<f64> = stands.map(roll).collect();
-            let Some(rolled) = median(&mut rolls).filter(|_| rolls.len() >= LEAST_FRAMES) else { continue };
+            let Some(rolled) = median(&mut rolls).filter(|_| rolls.len() >= MIN_FRAMES) else { continue };
             let share = smootherstep((rolled.abs() - LITTLE_ROLL) / ROLL_FADE);
             if share == 0.0 {
                 continue;

@@ -90,7 +90,7 @@ pub(in crate::retarget) struct GripPair {
     pub(in crate::retarget) follows: usize,
     /// Factor on the distance between them, in plan units.
     pub(in crate::retarget) scale: f64,
-    /// Metres between the source's hands up to which the other follows fully, at an arm of 1 m.
+    /// Meters between the source's hands up to which the other follows fully, at an arm of 1 m.
     pub(in crate::retarget) within: f64,
 }
 

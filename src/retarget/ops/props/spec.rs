@@ -47,7 +47,7 @@ pub struct Grip {
     /// The hand that leads. Default: `right_hand`.
     #[serde(default)]
     pub dominant: GripHand,
-    /// Metres between the source's hands, at an arm of 1 m, up to which the other hand follows fully; it follows less and less up to
+    /// Meters between the source's hands, at an arm of 1 m, up to which the other hand follows fully; it follows less and less up to
     /// twice as much. 0 to 10. Default: 0.8.
     #[serde(default = "within")]
     #[schemars(range(min = 0.0, max = 10.0))]

@@ -17,15 +17,15 @@ use glam::{DMat3, DQuat, DVec3};
 use crate::retarget::stages::posed::figure::Figure;
 
 /// Ends at most; more are refused.
-pub(in crate::retarget) const MOST_GOALS: usize = 8;
+pub(in crate::retarget) const MAX_GOALS: usize = 8;
 /// Joints that may turn at most; more are refused.
-pub(in crate::retarget) const MOST_JOINTS: usize = 64;
+pub(in crate::retarget) const MAX_JOINTS: usize = 64;
 /// Rows of the equations: three for each goal.
-const ROWS: usize = 3 * MOST_GOALS;
+const ROWS: usize = 3 * MAX_GOALS;
 /// Radians that a joint turns in a round at most.
-const MOST_TURN: f64 = 0.4;
+const MAX_TURN: f64 = 0.4;
 /// What is gone of the way to a goal in a round at most, as a share of its chain's length: goals out of reach do not tear.
-const MOST_STEP: f64 = 0.15;
+const MAX_STEP: f64 = 0.15;
 /// What is left of a goal, as a share of its chain's length, that no further round is made for.
 const NEAR_ENOUGH: f64 = 1e-5;
 
@@ -51,7 +51,7 @@ pub(in crate::retarget) struct TurnedJoint {
     /// How freely, over the square of a length, so that turning and moving compare.
     pub(in crate::retarget) mobility: f64,
     /// Whether it turns for each of the goals.
-    pub(in crate::retarget) turns_for: [bool; MOST_GOALS],
+    pub(in crate::retarget) turns_for: [bool; MAX_GOALS],
 }
 
 /// An end and its goal.
@@ -78,9 +78,9 @@ pub(in crate::retarget) enum GoalPlace {
 
 impl ReachStep {
     /// One round: turns all joints a little so that less is left.
-    fn improve(&self, figure: &mut Figure<'_>, left: &[DVec3; MOST_GOALS]) {
+    fn improve(&self, figure: &mut Figure<'_>, left: &[DVec3; MAX_GOALS]) {
         let count = self.goals.len();
-        let mut ends = [DVec3::ZERO; MOST_GOALS];
+        let mut ends = [DVec3::ZERO; MAX_GOALS];
         for (end, goal) in ends.iter_mut().zip(&self.goals) {
             *end = figure.model(goal.end).translation;
         }
@@ -113,12 +113,12 @@ impl ReachStep {
             figure.move_to(slot, at + moved);
         }
         // All turns are found before any joint turns, so that each is about where its joint was.
-        let mut turns = [DVec3::ZERO; MOST_JOINTS];
+        let mut turns = [DVec3::ZERO; MAX_JOINTS];
         for (turn, joint) in turns.iter_mut().zip(&self.joints) {
             let at = figure.model(joint.slot).translation;
             let pulled =
                 (0..count).filter(|&goal| joint.turns_for[goal]).map(|goal| (ends[goal] - at).cross(pulls[goal]));
-            *turn = (pulled.sum::<DVec3>() * joint.mobility).clamp_length_max(MOST_TURN);
+            *turn = (pulled.sum::<DVec3>() * joint.mobility).clamp_length_max(MAX_TURN);
         }
         if let Some((slot, freedom)) = self.pelvis {
             let at = figure.model(slot).translation;
@@ -135,7 +135,7 @@ impl ReachStep {
 impl Step for ReachStep {
     fn apply(&self, figure: &mut Figure<'_>) {
         figure.keep(&self.kept);
-        let mut wanted = [DVec3::ZERO; MOST_GOALS];
+        let mut wanted = [DVec3::ZERO; MAX_GOALS];
         for (wanted, goal) in wanted.iter_mut().zip(&self.goals) {
             let place = goal.place(figure);
             // Only a share of the way is gone, so it is a point on it that is to be reached.
@@ -143,12 +143,12 @@ impl Step for ReachStep {
             *wanted = end + goal.weight * (place - end);
         }
         for _ in 0..self.iterations {
-            let mut left = [DVec3::ZERO; MOST_GOALS];
+            let mut left = [DVec3::ZERO; MAX_GOALS];
             let mut is_near = true;
             for ((left, wanted), goal) in left.iter_mut().zip(wanted).zip(&self.goals) {
                 *left = goal.mask * (wanted - figure.model(goal.end).translation);
                 is_near &= left.length() < NEAR_ENOUGH * goal.length;
-                *left = left.clamp_length_max(MOST_STEP * goal.length);
+                *left = left.clamp_length_max(MAX_STEP * goal.length);
             }
             if is_near {
                 break;
@@ -197,7 +197,7 @@ impl Equations {
     }
 
     /// By Cholesky's decomposition; the damping on the diagonal keeps the matrix positive.
-    fn solve(mut self) -> [DVec3; MOST_GOALS] {
+    fn solve(mut self) -> [DVec3; MAX_GOALS] {
         let size = self.size;
         for row in 0..size {
             for column in 0..=row {
@@ -218,7 +218,7 @@ impl Equations {
             let sum: f64 = (row + 1..size).map(|k| self.matrix[k][row] * self.right[k]).sum();
             self.right[row] = (self.right[row] - sum) / self.matrix[row][row];
         }
-        let mut solution = [DVec3::ZERO; MOST_GOALS];
+        let mut solution = [DVec3::ZERO; MAX_GOALS];
         for (goal, value) in solution.iter_mut().enumerate().take(size / 3) {
             *value = DVec3::from_slice(&self.right[3 * goal..3 * goal + 3]);
         }
@@ -258,7 +258,7 @@ pub(in crate::retarget) struct ReachEnd {
     pub(in crate::retarget) turning: Vec<usize>,
     /// Share of the way there, along left, up and front.
     pub(in crate::retarget) weight: DVec3,
-    /// Metres along left, up and front.
+    /// Meters along left, up and front.
     pub(in crate::retarget) offset: DVec3,
 }
 
@@ -282,7 +282,7 @@ impl Edit for ReachDrive {
             self.ends.iter().map(|end| length(stack.target, &stack.target_rest, end.start, end.end)).collect();
         let mut goals = Vec::with_capacity(self.ends.len());
         for (end, &own) in self.ends.iter().zip(&lengths) {
-            let offset = axes * end.offset * ground.units_per_metre;
+            let offset = axes * end.offset * ground.units_per_meter;
             let source = builder.source(end.source);
             let place = match end.source_start {
                 None => GoalPlace::World {
@@ -313,7 +313,7 @@ impl Edit for ReachDrive {
         }
         let mean = (lengths.iter().sum::<f64>() / lengths.len().max(1) as f64).max(f64::MIN_POSITIVE);
         let joints = self.joints.iter().zip(&self.stiffness).map(|(&joint, stiffness)| {
-            let mut turns_for = [false; MOST_GOALS];
+            let mut turns_for = [false; MAX_GOALS];
             for (turns, end) in turns_for.iter_mut().zip(&self.ends) {
                 *turns = end.turning.contains(&joint);
             }

@@ -11,16 +11,16 @@ use crate::retarget::ops::{
 };
 
 /// Goals at most: the equations of a frame have three rows for each.
-const MOST_GOALS: usize = 8;
+const MAX_GOALS: usize = 8;
 /// Joints that may turn at most.
-const MOST_JOINTS: usize = 64;
+const MAX_JOINTS: usize = 64;
 /// How stiff the joints of a spine are where nothing else is said: arms do more of the reaching than backs.
 const SPINE_STIFFNESS: f64 = 0.5;
 
 pub(in crate::retarget) fn resolve(op: &ReachOp, context: &mut Context<'_>) -> Vec<ReachDrive> {
     let masked = context.masked(&op.scope);
-    if op.goals.len() > MOST_GOALS {
-        context.refuse("goals", format!("{} goals; at most {MOST_GOALS} are reached for at once", op.goals.len()));
+    if op.goals.len() > MAX_GOALS {
+        context.refuse("goals", format!("{} goals; at most {MAX_GOALS} are reached for at once", op.goals.len()));
         return Vec::new();
     }
     let stiffness = stiffness(op, context);
@@ -32,9 +32,9 @@ pub(in crate::retarget) fn resolve(op: &ReachOp, context: &mut Context<'_>) -> V
     let mut joints: Vec<usize> = ends.iter().flat_map(|end| end.turning.iter().copied()).collect();
     joints.sort_unstable();
     joints.dedup();
-    if joints.len() > MOST_JOINTS {
+    if joints.len() > MAX_JOINTS {
         context
-            .refuse("goals", format!("{} joints would turn; at most {MOST_JOINTS} do, so lower a depth", joints.len()));
+            .refuse("goals", format!("{} joints would turn; at most {MAX_JOINTS} do, so lower a depth", joints.len()));
         return Vec::new();
     }
     if ends.is_empty() {

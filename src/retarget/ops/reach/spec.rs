@@ -74,7 +74,7 @@ pub struct ReachGoal {
     /// Factors along left, up and front: 0 lets the end be where it is along that axis. 0 to 1. Default: all 1.
     #[serde(default = "all")]
     pub axes: [f64; 3],
-    /// Metres that the goal is moved to the left, up and to the front.
+    /// Meters that the goal is moved to the left, up and to the front.
     #[serde(default)]
     pub offset: [f64; 3],
 }

@@ -20,7 +20,7 @@ pub(in crate::retarget) fn resolve(op: &RootMotionOp, context: &mut Context<'_>)
         context.reporter.warn(
             "pelvis_not_found",
             "target",
-            "no joint of the target was recognised as the pelvis; root_motion is left out",
+            "no joint of the target was recognized as the pelvis; root_motion is left out",
             "name the joint in target.root",
         );
         return None;
@@ -72,10 +72,10 @@ fn source_root(op: &RootMotionOp, context: &mut Context<'_>) -> Option<usize> {
     found
 }
 
-/// The joint that was recognised as the root; else the one that carries the pelvis.
+/// The joint that was recognized as the root; else the one that carries the pelvis.
 fn root_of(rig: &Rig<'_>) -> Option<usize> {
-    let recognised = rig.role("root").last().copied();
-    recognised.or_else(|| rig.role("pelvis").first().and_then(|&pelvis| rig.skeleton().parent(pelvis)))
+    let recognized = rig.role("root").last().copied();
+    recognized.or_else(|| rig.role("pelvis").first().and_then(|&pelvis| rig.skeleton().parent(pelvis)))
 }
 
 fn no_root(context: &mut Context<'_>, side: &'static str) {

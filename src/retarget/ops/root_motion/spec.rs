@@ -19,12 +19,12 @@ pub struct RootMotionOp {
     pub scope: Scope,
     /// What is done with the way.
     pub action: RootAction,
-    /// The root joint of the target. Default: the one that was recognised, else the parent of the pelvis.
+    /// The root joint of the target. Default: the one that was recognized, else the parent of the pelvis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub joint: Option<String>,
     /// Where the way comes from.
     pub from: RootSource,
-    /// The root joint of the source, for `source_root`. Default: the one that was recognised, else the parent of the pelvis.
+    /// The root joint of the source, for `source_root`. Default: the one that was recognized, else the parent of the pelvis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source_joint: Option<String>,
     /// Along which axes.

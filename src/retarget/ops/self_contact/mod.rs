@@ -54,7 +54,7 @@ const ROUNDS: usize = 2;
 /// Rounds of pushing a hand out of all parts, one after the other.
 const PUSHES: usize = 3;
 /// The arms of a body.
-const MOST_HANDS: usize = 2;
+const MAX_HANDS: usize = 2;
 
 /// Leads hands.
 #[derive(Clone, Debug)]
@@ -114,23 +114,23 @@ impl Fixed {
 }
 
 /// What hands are to be moved by at a frame.
-type Moves = [DVec3; MOST_HANDS];
+type Moves = [DVec3; MAX_HANDS];
 
 impl SelfContactStage {
     /// What is still missing when hands have been moved already.
     fn wanted(&self, source: &Pose, target: &Pose, work: &Work<'_>, frame: usize, already: &Moves) -> Moves {
-        let mut of_source = [Line::default(); MOST_HANDS];
-        let mut of_target = [Line::default(); MOST_HANDS];
+        let mut of_source = [Line::default(); MAX_HANDS];
+        let mut of_target = [Line::default(); MAX_HANDS];
         for (index, hand) in self.hands.iter().enumerate() {
             let goal = &work.goals[frame * self.limb_count + hand.limb];
             of_source[index] = hand.source.line(source);
             let palm = goal.position + goal.rotation * hand.target.start.1 + already[index];
             of_target[index] = Line { start: palm, end: palm, radius: hand.target.radius };
         }
-        let mut led = [Led::default(); MOST_HANDS];
-        let mut moves = [DVec3::ZERO; MOST_HANDS];
+        let mut led = [Led::default(); MAX_HANDS];
+        let mut moves = [DVec3::ZERO; MAX_HANDS];
         let hands = self.hands.len();
-        if hands == MOST_HANDS {
+        if hands == MAX_HANDS {
             let gap = between(&of_source[1], of_source[0].start, of_source[0].radius);
             let apart = of_target[0].start - of_target[1].start;
             let wanted = gap.away
@@ -205,7 +205,7 @@ impl SelfContactStage {
 impl Stage for SelfContactStage {
     fn run(&self, work: &mut Work<'_>) -> Result<(), Canceled> {
         let count = work.frame_count();
-        let mut moves = vec![[DVec3::ZERO; MOST_HANDS]; count];
+        let mut moves = vec![[DVec3::ZERO; MAX_HANDS]; count];
         let (rounds, smoothing_seconds) = if self.settles { (1, 0.0) } else { (ROUNDS, self.op.smoothing_seconds) };
         for _ in 0..rounds {
             let fill = |(source, target): &mut (Pose, Pose), frame: usize, row: &mut [Moves]| {
@@ -214,7 +214,7 @@ impl Stage for SelfContactStage {
                 row[0] = self.wanted(source, target, work, frame, &moves[frame]);
             };
             let wanted = work.rows(1, || (self.source.pose(), self.target.pose()), fill)?;
-            if wanted.iter().all(|wanted| *wanted == [DVec3::ZERO; MOST_HANDS]) {
+            if wanted.iter().all(|wanted| *wanted == [DVec3::ZERO; MAX_HANDS]) {
                 break;
             }
             let smooth = |hand: usize| {
@@ -329,7 +329,7 @@ impl OpSpec for SelfContactOp {
     fn resolve(&self, context: &mut Context<'_>) {
         if self.scope.enabled {
             let Context { source, target, .. } = *context;
-            let unit = source.unit_metres / target.unit_metres;
+            let unit = source.unit_meters / target.unit_meters;
             let hands = find_hands(context.limbs, source, target, unit);
             let resolved = ResolvedSelfContact { op: self.clone(), parts: body_parts(source, target, unit), hands };
             context.push_on_limbs(&self.scope, Limbs::Arms, resolved);

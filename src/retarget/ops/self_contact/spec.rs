@@ -19,7 +19,7 @@ pub struct SelfContactOp {
     /// When and on which limbs it works.
     #[serde(flatten)]
     pub scope: Scope,
-    /// Metres between the surfaces within which a hand begins to follow, at a leg of 1 m. 0 to 1.
+    /// Meters between the surfaces within which a hand begins to follow, at a leg of 1 m. 0 to 1.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub reach: f64,
     /// Whether hands keep touching what the source's touch.

@@ -28,8 +28,8 @@ use crate::retarget::stages::{
     work::Work,
 };
 
-/// A pelvis that travels by less than this in a second, in metres, faces where it faced before.
-const LEAST_SPEED_METRES: f64 = 0.1;
+/// A pelvis that travels by less than this in a second, in meters, faces where it faced before.
+const MIN_SPEED_METRES: f64 = 0.1;
 
 /// Spreads the goals of some limbs.
 #[derive(Clone, Debug)]
@@ -119,7 +119,7 @@ impl StrideStage {
         let mut fronts: Vec<DVec3> =
             stances.iter().map(|stance| DVec3::new(stance.front.x, 0.0, stance.front.y)).collect();
         if self.op.direction == StrideDirection::Travel {
-            let least = LEAST_SPEED_METRES * self.ground.units_per_metre;
+            let least = MIN_SPEED_METRES * self.ground.units_per_meter;
             for (frame, front) in fronts.iter_mut().enumerate() {
                 let (before, after) = (frame.saturating_sub(1), (frame + 1).min(stances.len() - 1));
                 let way = axes.transpose() * (stances[after].pelvis - stances[before].pelvis);
@@ -159,9 +159,9 @@ impl Stage for StrideStage {
             let toes = &toes[frame * self.limbs.len()..(frame + 1) * self.limbs.len()];
             for (limb, toe) in self.limbs.iter().zip(toes) {
                 let off = goals[limb.limb].position + *toe - stances[frame].pelvis;
-                let metres = self.op.sideways * limb.side * self.ground.units_per_metre;
+                let meters = self.op.sideways * limb.side * self.ground.units_per_meter;
                 let along = front * (off.dot(front) * (self.op.forward - 1.0));
-                let across = left * (off.dot(left) * (self.op.splay - 1.0) + metres);
+                let across = left * (off.dot(left) * (self.op.splay - 1.0) + meters);
                 goals[limb.limb].position += (along + across) * alpha;
             }
             for &limb in &self.goal_limbs {

@@ -21,7 +21,7 @@ pub struct StrideOp {
     /// Factor on the length of steps. 0 to 10.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub forward: f64,
-    /// Metres that each goal is moved away from the middle. −10 to 10.
+    /// Meters that each goal is moved away from the middle. −10 to 10.
     #[schemars(range(min = -10.0, max = 10.0))]
     pub sideways: f64,
     /// Factor on the distance of goals from the middle. 0 to 10.

@@ -27,7 +27,7 @@ use crate::retarget::stages::posed::figure::Figure;
 
 /// Twists up to here are shared as they are, radians; beyond, the share shrinks down to nothing at half a turn, where both
 /// directions meet.
-const MOST_TWIST: f64 = 150.0 / 180.0 * std::f64::consts::PI;
+const MAX_TWIST: f64 = 150.0 / 180.0 * std::f64::consts::PI;
 
 /// One joint beside its limb's bone.
 #[derive(Clone, Debug)]
@@ -71,8 +71,8 @@ impl Step for TwistStep {
 }
 
 fn eased(twist: f64) -> f64 {
-    let beyond = (twist.abs() - MOST_TWIST).max(0.0) / (std::f64::consts::PI - MOST_TWIST);
-    twist.clamp(-MOST_TWIST, MOST_TWIST) * (1.0 - beyond)
+    let beyond = (twist.abs() - MAX_TWIST).max(0.0) / (std::f64::consts::PI - MAX_TWIST);
+    twist.clamp(-MAX_TWIST, MAX_TWIST) * (1.0 - beyond)
 }
 
 /// A `twist` op: its gain, and the segments and joints that it is about.

@@ -6,7 +6,7 @@ use super::pairs::{Pair, spec};
 use crate::rig::error::{SpecError, SpecErrorKind, SpecField};
 
 /// A record's first line has at least so many percent signs: after the bone, a switch, the space, two offsets and a factor.
-const LEAST_SETTINGS: usize = 5;
+const MIN_SETTINGS: usize = 5;
 /// What stands for a bone that is not there.
 const NOBODY: &str = "None";
 
@@ -16,7 +16,7 @@ pub(in crate::retarget) fn is_bmap(text: &str) -> bool {
 }
 
 fn is_head(line: &str) -> bool {
-    line.matches('%').count() >= LEAST_SETTINGS && line.split('%').nth(1).is_some_and(|word| truth(word).is_some())
+    line.matches('%').count() >= MIN_SETTINGS && line.split('%').nth(1).is_some_and(|word| truth(word).is_some())
 }
 
 fn truth(word: &str) -> Option<bool> {

@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use crate::rig::error::{SpecError, SpecErrorKind, SpecField};
 
 /// More pairs than this are refused.
-const MOST_PAIRS: usize = 10_000;
+const MAX_PAIRS: usize = 10_000;
 
 /// One bone that follows another.
 pub(in crate::retarget) struct Pair {
@@ -26,8 +26,8 @@ pub(in crate::retarget) struct Pair {
 /// # Errors
 /// When there is no pair, or two follow onto one bone.
 pub(in crate::retarget) fn spec(pairs: &[Pair]) -> Result<Value, SpecError> {
-    if pairs.is_empty() || pairs.len() > MOST_PAIRS {
-        let detail = format!("the bone map has {} pairs of bones; between 1 and {MOST_PAIRS} are read", pairs.len());
+    if pairs.is_empty() || pairs.len() > MAX_PAIRS {
+        let detail = format!("the bone map has {} pairs of bones; between 1 and {MAX_PAIRS} are read", pairs.len());
         return Err(SpecError::new(SpecErrorKind::Malformed, detail, "export it again with its bones assigned"));
     }
     let mut fields = Vec::new();

@@ -9,7 +9,7 @@
 //! | `source_end` | a second joint of the source: the target points as the line from `source` to it |
 //! | `position`, `rotation` | whether they follow: yes, no, true, false, 1, 0, x |
 //! | `position_gain`, `rotation_gain` | a factor |
-//! | `position_offset_x`, `_y`, `_z` | metres |
+//! | `position_offset_x`, `_y`, `_z` | meters |
 //! | `rotation_offset_x`, `_y`, `_z` | degrees |
 //! | `axis_order` | the source's axes as the target's: `xzy`, `+x-z+y` |
 //! | `axis_offset_x`, `_y`, `_z` | degrees |

@@ -9,11 +9,11 @@ use super::{
 use crate::rig::error::{SpecError, SpecErrorKind, SpecField};
 
 /// A table may have so many columns; there are not half as many names for them.
-const MOST_COLUMNS: usize = 64;
+const MAX_COLUMNS: usize = 64;
 /// A table may have so many rows.
-const MOST_ROWS: usize = 10_000;
+const MAX_ROWS: usize = 10_000;
 /// So many errors are told at once.
-const MOST_ERRORS: usize = 50;
+const MAX_ERRORS: usize = 50;
 
 /// Whether a text is a joint table: its header has a column for the source and one for the target.
 pub(in crate::retarget) fn is_table(text: &str) -> bool {
@@ -37,12 +37,12 @@ pub(in crate::retarget) fn read_table(text: &str) -> Result<Value, SpecError> {
     let (head, rows) = lines.split_first().ok_or_else(|| {
         SpecError::new(SpecErrorKind::Malformed, "the joint table is empty", "its first line names the columns")
     })?;
-    if rows.len() > MOST_ROWS {
-        let detail = format!("the joint table has {} rows, and at most {MOST_ROWS} are read", rows.len());
+    if rows.len() > MAX_ROWS {
+        let detail = format!("the joint table has {} rows, and at most {MAX_ROWS} are read", rows.len());
         return Err(SpecError::new(SpecErrorKind::Malformed, detail, "leave out joints that are not driven"));
     }
-    if head.cells.len() > MOST_COLUMNS {
-        let detail = format!("the joint table has {} columns, and at most {MOST_COLUMNS} are read", head.cells.len());
+    if head.cells.len() > MAX_COLUMNS {
+        let detail = format!("the joint table has {} columns, and at most {MAX_COLUMNS} are read", head.cells.len());
         return Err(SpecError::new(SpecErrorKind::Malformed, detail, "leave out columns without a name"));
     }
     let columns = read_header(head, &mut fields);
@@ -50,7 +50,7 @@ pub(in crate::retarget) fn read_table(text: &str) -> Result<Value, SpecError> {
     for row in rows {
         table.push(read_row(row, &columns, separator, &mut fields));
     }
-    fields.truncate(MOST_ERRORS);
+    fields.truncate(MAX_ERRORS);
     match SpecError::from_fields(fields) {
         Some(error) => Err(error),
         None => Ok(json!({ "ops": [hold(), { "op": "joints", "rows": table }] })),
@@ -91,7 +91,7 @@ fn read_row(
 ) -> Map<String, Value> {
     let mut members = Map::new();
     let mut wrong = |index: usize, name: &str, detail: String| {
-        if fields.len() >= MOST_ERRORS {
+        if fields.len() >= MAX_ERRORS {
             return;
         }
         let detail = format!("line {}, column {} ({name}): {detail}", row.number, index + 1);

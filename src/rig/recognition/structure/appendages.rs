@@ -18,7 +18,7 @@ const FEWEST_WING_JOINTS: usize = 3;
 /// What points forward more than this is a pincer or a neck: a cosine.
 const FORWARD_COSINE: f64 = 0.6;
 /// The end of a wing is at least this share of a leg's length above the ground.
-const LEAST_HEIGHT: f64 = 0.2;
+const MIN_HEIGHT: f64 = 0.2;
 /// A neck beside the middle one is at least this share of it.
 const SHORTEST_NECK: f64 = 0.6;
 /// What that many joints hang from is a head.
@@ -97,7 +97,7 @@ fn is_wing(shape: &Shape<'_>, animal: &Animal<'_>, pair: &Ways, from: usize, gro
     hangs_from_trunk
         && way.len() >= FEWEST_WING_JOINTS
         && pair.length >= SHORTEST_WING * animal.leg_length
-        && end >= LEAST_HEIGHT * animal.leg_length
+        && end >= MIN_HEIGHT * animal.leg_length
         && direction(shape, pair).dot(animal.forward) < FORWARD_COSINE
 }
 

@@ -15,7 +15,7 @@ use super::{
 /// Fewer pairs of legs are no crawler.
 const FEWEST_PAIRS: usize = 3;
 /// More pairs than this are not counted as legs.
-const MOST_PAIRS: usize = 64;
+const MAX_PAIRS: usize = 64;
 /// Feet are within this share of the longest limb of the ground.
 const ON_GROUND: f64 = 0.04;
 /// A leg has at least this share of the length of the longest.
@@ -23,13 +23,13 @@ const SHORTEST_LEG: f64 = 0.35;
 /// A leg has at least so many joints.
 const FEWEST_JOINTS: usize = 3;
 /// A leg rises from its foot at least this share of its length.
-const LEAST_RISE: f64 = 0.12;
+const MIN_RISE: f64 = 0.12;
 /// Two ends that share more of their way than this share of it belong to one limb: toes of a foot, fingers of a wing.
 const ONE_LIMB_SHARE: f64 = 0.35;
 /// Feet of two pairs are at least this far from one another, as a share of the body's span, to show how the ground lies.
-const LEAST_BASE: f64 = 0.02;
+const MIN_BASE: f64 = 0.02;
 /// Evidence that is weaker does not say which end is the front.
-const LEAST_FACING: f64 = 0.4;
+const MIN_FACING: f64 = 0.4;
 
 /// A body on six and more legs.
 #[derive(Clone, Debug)]
@@ -83,7 +83,7 @@ pub(super) fn paired_ways(shape: &Shape<'_>, plane: &Plane) -> Vec<Ways> {
         }
     }
     found.sort_by(|one, other| other.length.total_cmp(&one.length));
-    found.truncate(2 * MOST_PAIRS);
+    found.truncate(2 * MAX_PAIRS);
     found
 }
 
@@ -118,7 +118,7 @@ fn find_ground(shape: &Shape<'_>, plane: &Plane, pairs: &[Ways]) -> Option<(DVec
     for (index, one) in ends.iter().enumerate() {
         for other in ends.iter().skip(index + 1) {
             let line = *other - *one;
-            if line.length() < LEAST_BASE * shape.span {
+            if line.length() < MIN_BASE * shape.span {
                 continue;
             }
             for up in [line.perp().normalize(), -line.perp().normalize()] {
@@ -152,7 +152,7 @@ fn legs_of(shape: &Shape<'_>, pairs: &[Ways], standing: &[usize], height: impl F
         let is_toe =
             legs.iter().any(|leg| shared(shape, &pairs[*leg].ways[0], &pair.ways[0]) > ONE_LIMB_SHARE * pair.length);
         let is_long = pair.length >= SHORTEST_LEG * longest && pair.ways[0].len() >= FEWEST_JOINTS;
-        if is_long && !is_toe && top >= LEAST_RISE * pair.length && legs.len() < MOST_PAIRS {
+        if is_long && !is_toe && top >= MIN_RISE * pair.length && legs.len() < MAX_PAIRS {
             legs.push(*candidate);
         }
     }
@@ -216,7 +216,7 @@ fn find_forward(shape: &Shape<'_>, plane: &Plane, legs: &[Ways], axis: DVec3, up
         evidence += 0.5 * step(middle - along(*top), 0.02 * leg_length, 0.1 * leg_length);
         evidence -= 0.5 * step(along(*top) - middle, 0.02 * leg_length, 0.1 * leg_length);
     }
-    if evidence.abs() >= LEAST_FACING {
+    if evidence.abs() >= MIN_FACING {
         return (axis * evidence.signum(), true);
     }
     // Without anything that says so: as if the body faced the front of our space.

@@ -10,7 +10,7 @@ use crate::rig::{Part, Role, Side};
 /// Joints of a face are at most so many bones away from the head.
 const DEEPEST: usize = 2;
 /// A head with more joints than this is a face that only names explain.
-const MOST_JOINTS: usize = 24;
+const MAX_JOINTS: usize = 24;
 /// Twins lie this alike: a share of their distance from the head.
 const ALIKE: f64 = 0.08;
 /// Eyes are this much more ahead of the head joint than aside of it, at least.
@@ -42,7 +42,7 @@ pub(super) fn add_face(shape: &Shape<'_>, head: usize, directions: Directions, s
         DVec3::new(offset.dot(directions.left), offset.dot(directions.up), offset.dot(directions.forward))
     };
     let below = below(shape, head);
-    if below.len() > MOST_JOINTS {
+    if below.len() > MAX_JOINTS {
         return;
     }
     let features: Vec<Feature> = below.into_iter().map(|joint| Feature { joint, place: place(joint) }).collect();

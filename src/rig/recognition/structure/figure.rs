@@ -11,9 +11,9 @@ use super::{
 };
 
 /// Less likely figures are none.
-const LEAST_SCORE: f64 = 0.06;
+const MIN_SCORE: f64 = 0.06;
 /// Nor are those that nothing beside their limbs speaks for. What is hardly more is no body by itself, but a witness for names.
-pub(super) const LEAST_EVIDENCE: f64 = 0.06;
+pub(super) const MIN_EVIDENCE: f64 = 0.06;
 
 /// What pairs of limbs make up.
 #[derive(Clone, Debug)]
@@ -63,11 +63,11 @@ fn find_upright(shape: &Shape<'_>, pairs: &[Pair]) -> Option<Upright> {
     let mut best: Option<Upright> = None;
     for leg in &legs {
         for arm in arms.iter().filter(|arm| arm.pair.ways[0][0] != leg.pair.ways[0][0]) {
-            let Some(mut upright) = stand(shape, leg, arm, pairs).filter(|upright| upright.score > LEAST_SCORE) else {
+            let Some(mut upright) = stand(shape, leg, arm, pairs).filter(|upright| upright.score > MIN_SCORE) else {
                 continue;
             };
             upright.score = weigh_upright(shape, &upright);
-            if upright.score > best.as_ref().map_or(LEAST_EVIDENCE, |best| best.score) {
+            if upright.score > best.as_ref().map_or(MIN_EVIDENCE, |best| best.score) {
                 best = Some(upright);
             }
         }
@@ -125,7 +125,7 @@ fn find_level(shape: &Shape<'_>, pairs: &[Pair]) -> Option<Level> {
     let mut best: Option<Level> = None;
     for hind in pairs {
         for front in pairs.iter().filter(|front| front.ways[0][0] != hind.ways[0][0]) {
-            let Some(mut level) = stand_on_four(shape, hind, front).filter(|level| level.score > LEAST_SCORE) else {
+            let Some(mut level) = stand_on_four(shape, hind, front).filter(|level| level.score > MIN_SCORE) else {
                 continue;
             };
             level.score = weigh_level(shape, &level);
@@ -136,7 +136,7 @@ fn find_level(shape: &Shape<'_>, pairs: &[Pair]) -> Option<Level> {
             let tall = (ends(shape, hind) - starts(shape, hind)).dot(level.down);
             let stands = |pair: &Pair| (ends(shape, pair).dot(level.down) - ground).abs() < 0.2 * tall;
             if others.filter(|pair| stands(pair)).count() == 0
-                && level.score > best.as_ref().map_or(LEAST_EVIDENCE, |best| best.score)
+                && level.score > best.as_ref().map_or(MIN_EVIDENCE, |best| best.score)
             {
                 best = Some(level);
             }

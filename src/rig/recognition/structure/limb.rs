@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{shape::Shape, twins::Pair};
 
 /// Longer ways are cut off: fingers of many joints.
-const MOST_JOINTS: usize = 14;
+const MAX_JOINTS: usize = 14;
 
 /// What limbs of a kind look like.
 #[derive(Clone, Copy, Debug)]
@@ -95,7 +95,7 @@ struct Way<'a> {
 
 impl<'a> Way<'a> {
     fn new(shape: &Shape<'_>, way: &'a [usize]) -> Self {
-        let joints = &way[..way.len().min(MOST_JOINTS)];
+        let joints = &way[..way.len().min(MAX_JOINTS)];
         let points: Vec<DVec3> = joints.iter().map(|joint| shape.positions[*joint]).collect();
         let mut gone = vec![0.0; points.len()];
         for index in 1..points.len() {

@@ -29,7 +29,7 @@ use self::{
     bodies::{Level, Limbs, Upright},
     crawler::{Crawler, find_crawler},
     face::{Directions, add_face},
-    figure::{Figure, LEAST_EVIDENCE, find_figure},
+    figure::{Figure, MIN_EVIDENCE, find_figure},
     hand::find_fingers,
     limb::{ARM, LEG, Proportions, all_segments},
     plane::{Plane, find_plane},
@@ -111,7 +111,7 @@ impl Anatomy {
 }
 
 /// A foot or knee that is out of line by less than this share of the leg does not say where front is.
-const LEAST_FORWARD: f64 = 0.02;
+const MIN_FORWARD: f64 = 0.02;
 /// What is less like a body needs names beside it. Few random trees of mirrored branches come as near.
 const STANDS_ALONE: f64 = 0.26;
 /// The surest that shape alone is.
@@ -127,14 +127,14 @@ pub(super) fn find_anatomy(parents: &[Option<usize>], positions: &[DVec3], membe
     }
     let plane = find_plane(&shape);
     let crawler = plane.as_ref().and_then(|plane| find_crawler(&shape, plane));
-    let crawler = crawler.filter(|crawler| crawler.score > LEAST_EVIDENCE);
+    let crawler = crawler.filter(|crawler| crawler.score > MIN_EVIDENCE);
     let figure = find_figure(&shape);
     let score = figure.as_ref().map_or(0.0, Figure::score);
     if let Some((crawler, plane)) = crawler.filter(|crawler| crawler.score >= score).zip(plane.as_ref()) {
         return Some(describe_crawler(&shape, plane, &crawler));
     }
     let winged = plane.as_ref().and_then(|plane| find_winged(&shape, plane));
-    if let Some(winged) = winged.filter(|winged| winged.score > score.max(LEAST_EVIDENCE)) {
+    if let Some(winged) = winged.filter(|winged| winged.score > score.max(MIN_EVIDENCE)) {
         return Some(describe_winged(&shape, &winged));
     }
     let whole = figure.map(|figure| describe(&shape, plane.as_ref(), &figure));
@@ -267,7 +267,7 @@ fn forward_of_legs(shape: &Shape<'_>, legs: &Limbs, up: DVec3) -> Option<DVec3> 
         let off = knee - hip;
         knees += level(off - off.dot(leg) * leg);
     }
-    [feet, knees].into_iter().find(|step| step.length() > LEAST_FORWARD * length).and_then(DVec3::try_normalize)
+    [feet, knees].into_iter().find(|step| step.length() > MIN_FORWARD * length).and_then(DVec3::try_normalize)
 }
 
 /// Which of the two ways of each pair is the left one, and which the right.

@@ -10,15 +10,15 @@ use super::shape::Shape;
 /// Joints closer than this share of the body's span to where they are looked for are there.
 const NEAR_SHARE: f64 = 0.012;
 /// The ends of a pair are at least this far apart, as a share of the body's span.
-const LEAST_APART: f64 = 0.03;
+const MIN_APART: f64 = 0.03;
 /// A plane mirrors at least this share of all bones, by length.
-const LEAST_MIRRORED: f64 = 0.8;
+const MIN_MIRRORED: f64 = 0.8;
 /// Planes are tried between so many ends of chains at most, the farthest out first.
-const MOST_ENDS: usize = 40;
+const MAX_ENDS: usize = 40;
 /// So many of the likeliest planes are looked at joint by joint.
-const MOST_TRIED: usize = 4;
+const MAX_TRIED: usize = 4;
 /// Larger skeletons are not looked at joint by joint.
-const MOST_JOINTS: usize = 1500;
+const MAX_JOINTS: usize = 1500;
 
 /// The plane between left and right.
 #[derive(Clone, Debug)]
@@ -59,7 +59,7 @@ impl Plane {
 
 /// The plane that mirrors most of the skeleton; nothing where none mirrors nearly all of it.
 pub(super) fn find_plane(shape: &Shape<'_>) -> Option<Plane> {
-    if shape.order.len() > MOST_JOINTS || shape.span <= 0.0 {
+    if shape.order.len() > MAX_JOINTS || shape.span <= 0.0 {
         return None;
     }
     let near = NEAR_SHARE * shape.span;
@@ -67,7 +67,7 @@ pub(super) fn find_plane(shape: &Shape<'_>) -> Option<Plane> {
     let mut tried: Vec<(usize, Plane)> = Vec::new();
     for (index, one) in ends.iter().enumerate() {
         for other in ends.iter().skip(index + 1) {
-            if one.distance(*other) < LEAST_APART * shape.span {
+            if one.distance(*other) < MIN_APART * shape.span {
                 continue;
             }
             let plane = Plane::between(*one, *other, near);
@@ -80,10 +80,10 @@ pub(super) fn find_plane(shape: &Shape<'_>) -> Option<Plane> {
     }
     // Stable: among equals the pair that is farthest out.
     tried.sort_by_key(|(count, _)| std::cmp::Reverse(*count));
-    tried.truncate(MOST_TRIED);
+    tried.truncate(MAX_TRIED);
     let whole = tried.into_iter().map(|(_, plane)| with_twins(shape, plane));
     let best = whole.reduce(|best, plane| if plane.share > best.share { plane } else { best })?;
-    (best.share >= LEAST_MIRRORED).then_some(best)
+    (best.share >= MIN_MIRRORED).then_some(best)
 }
 
 /// Where chains end, the farthest from the middle first.
@@ -96,7 +96,7 @@ fn ends(shape: &Shape<'_>) -> Vec<DVec3> {
         .collect();
     let middle = ends.iter().sum::<DVec3>() / ends.len().max(1) as f64;
     ends.sort_by(|one, other| other.distance(middle).total_cmp(&one.distance(middle)));
-    ends.truncate(MOST_ENDS);
+    ends.truncate(MAX_ENDS);
     ends
 }
 

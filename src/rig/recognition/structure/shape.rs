@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 /// Joints with more children than this are no part of a body that we know; the longest ones are kept.
-const MOST_CHILDREN: usize = 32;
+const MAX_CHILDREN: usize = 32;
 
 /// A piece of a skeleton is joined to another over gaps no longer than this share of the body.
 const LONGEST_GAP: f64 = 0.25;
@@ -16,9 +16,9 @@ const STRAIGHT_ON: f64 = 0.7;
 /// Pieces are alike when their lengths differ by no more than this share.
 const ALIKE_SHARE: f64 = 0.03;
 /// More pieces than this are no body in parts.
-const MOST_PIECES: usize = 64;
+const MAX_PIECES: usize = 64;
 /// Larger skeletons are not put together from pieces.
-const MOST_JOINTS: usize = 2000;
+const MAX_JOINTS: usize = 2000;
 
 /// The joints that count, with their lengths. Knows no names.
 #[derive(Debug)]
@@ -58,7 +58,7 @@ impl<'a> Shape<'a> {
         let is_hub = |joint: usize| self.parent[joint].is_none() && self.children[joint].len() > 2;
         let is_top = |joint: usize| self.parent[joint].is_none_or(is_hub);
         let tops: Vec<usize> = self.order.iter().copied().filter(|joint| is_top(*joint) && !is_hub(*joint)).collect();
-        if tops.len() < 2 || tops.len() > MOST_PIECES || self.order.len() > MOST_JOINTS {
+        if tops.len() < 2 || tops.len() > MAX_PIECES || self.order.len() > MAX_JOINTS {
             return None;
         }
         let mut piece: Vec<Option<usize>> = vec![None; self.parent.len()];
@@ -179,7 +179,7 @@ impl<'a> Shape<'a> {
         let way = |joint: &usize| reach[*joint] + length[*joint];
         for below in &mut children {
             below.sort_by(|first, second| way(second).total_cmp(&way(first)).then(first.cmp(second)));
-            below.truncate(MOST_CHILDREN);
+            below.truncate(MAX_CHILDREN);
         }
         let span = if order.is_empty() { 0.0 } else { (high - low).max_element() };
         Self { positions, order, parent, children, length, reach, depth, span }

@@ -7,15 +7,15 @@ use super::shape::Shape;
 /// A limb has at least this share of the body's span.
 const SHORTEST_LIMB: f64 = 0.14;
 /// The ends of a pair are at least this far apart, as a share of the body's span.
-const LEAST_APART: f64 = 0.04;
+const MIN_APART: f64 = 0.04;
 /// Bones of a pair differ by no more than this share of the limb.
-const MOST_DIFFERENCE: f64 = 0.06;
+const MAX_DIFFERENCE: f64 = 0.06;
 /// Longer ways are no limbs.
 const LONGEST_WAY: usize = 20;
 /// More joints than this that limbs could hang from are no body.
-const MOST_CENTERS: usize = 256;
+const MAX_CENTERS: usize = 256;
 /// More pairs than this are no body that we know.
-const MOST_PAIRS: usize = 24;
+const MAX_PAIRS: usize = 24;
 
 /// Two limbs that mirror one another.
 #[derive(Clone, Debug)]
@@ -50,7 +50,7 @@ pub(super) fn find_pairs(shape: &Shape<'_>) -> Vec<Pair> {
             .filter(|limb| shape.reach[*limb] + shape.length[*limb] >= SHORTEST_LIMB * shape.span)
             .collect();
         centers += usize::from(limbs.len() > 1);
-        if centers > MOST_CENTERS {
+        if centers > MAX_CENTERS {
             break;
         }
         let best = |limb: usize| {
@@ -68,7 +68,7 @@ pub(super) fn find_pairs(shape: &Shape<'_>) -> Vec<Pair> {
         }
     }
     pairs.sort_by(|first, second| second.0.total_cmp(&first.0));
-    pairs.truncate(MOST_PAIRS);
+    pairs.truncate(MAX_PAIRS);
     pairs.into_iter().map(|(_, pair)| pair).collect()
 }
 
@@ -91,7 +91,7 @@ fn compare(shape: &Shape<'_>, first: usize, second: usize) -> Option<(f64, [Vec<
         let bone = (shape.length[next] - shape.length[twin]).abs();
         if gone < 0.7 * whole {
             difference += bone;
-        } else if bone > MOST_DIFFERENCE * whole {
+        } else if bone > MAX_DIFFERENCE * whole {
             break;
         }
         ways[0].push(next);
@@ -104,5 +104,5 @@ fn compare(shape: &Shape<'_>, first: usize, second: usize) -> Option<(f64, [Vec<
     let share = difference / whole;
     // A weapon in one hand makes a limb longer, but not by much.
     let reaches = (shape.reach[first] - shape.reach[second]).abs() <= 0.5 * whole && ways[0].len() > 1;
-    (reaches && share <= MOST_DIFFERENCE && apart >= LEAST_APART * shape.span).then_some((share, ways))
+    (reaches && share <= MAX_DIFFERENCE && apart >= MIN_APART * shape.span).then_some((share, ways))
 }

@@ -27,7 +27,7 @@ const BELOW_FEET: f64 = 0.15;
 /// Limbs shorter than this share of the longest are none.
 const SHORTEST_LIMB: f64 = 0.15;
 /// More limbs than this are no bird.
-const MOST_LIMBS: usize = 24;
+const MAX_LIMBS: usize = 24;
 
 /// A body on two legs, with wings.
 #[derive(Clone, Debug)]
@@ -72,7 +72,7 @@ fn limbs(shape: &Shape<'_>, plane: &Plane) -> Vec<Pair> {
             limbs.push(Pair { center, ways });
         }
     }
-    limbs.truncate(MOST_LIMBS);
+    limbs.truncate(MAX_LIMBS);
     limbs
 }
 

@@ -11,7 +11,7 @@ use crate::rig::{
 };
 
 /// More roles or joints than this are no rig.
-const MOST_ENTRIES: usize = 1000;
+const MAX_ENTRIES: usize = 1000;
 /// No joint's name that anybody types is longer.
 const LONGEST_NAME: usize = 128;
 /// The longest name of a template.
@@ -65,7 +65,7 @@ fn wrong_fields(template: &RigTemplate) -> Vec<SpecField> {
         + template.expected.len()
         + template.required.len()
         + template.excluded.len();
-    require(entries <= MOST_ENTRIES, "/roles", &|| format!("{entries} joints; at most {MOST_ENTRIES} are allowed"));
+    require(entries <= MAX_ENTRIES, "/roles", &|| format!("{entries} joints; at most {MAX_ENTRIES} are allowed"));
     let words: Vec<&String> = template.sides.iter().flatten().flatten().collect();
     let has_both = template.sides.as_ref().is_none_or(|[left, right]| !left.is_empty() && !right.is_empty());
     require(has_both && words.iter().all(|word| !word.is_empty()), "/sides", &|| {

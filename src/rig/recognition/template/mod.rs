@@ -1,6 +1,6 @@
 //! Rigs that have a name: which joints they are made of, and what those joints mean.
 //!
-//! Templates are data. The built-in ones are in `builtin.json`; users add their own in the same shape. A rig is recognised
+//! Templates are data. The built-in ones are in `builtin.json`; users add their own in the same shape. A rig is recognized
 //! by a template when enough of the joints that it expects are there; then the template says what their names mean, before
 //! the lexicon does.
 

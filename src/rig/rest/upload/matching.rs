@@ -12,7 +12,7 @@ use super::{
 };
 
 /// Names are believed while no larger share of them contradicts the roles of their joints.
-const MOST_CONFLICTS: f64 = 0.3;
+const MAX_CONFLICTS: f64 = 0.3;
 /// Lengths of bones that hang alike differ by no more than this share.
 const LENGTH_TOLERANCE: f64 = 0.2;
 
@@ -186,7 +186,7 @@ impl Trust {
         }
         if mirrored > agree {
             Self::Mirrored
-        } else if (conflict + mirrored) as f64 > MOST_CONFLICTS * (agree + mirrored + conflict) as f64 {
+        } else if (conflict + mirrored) as f64 > MAX_CONFLICTS * (agree + mirrored + conflict) as f64 {
             Self::WithRoles
         } else {
             Self::Full

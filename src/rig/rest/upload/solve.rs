@@ -19,7 +19,7 @@ const PRIOR_SHARE: f64 = 1e-5;
 /// An elbow or knee that is straighter has no plane, in degrees.
 const STRAIGHT_DEGREES: f64 = 5.0;
 /// An elbow or knee whose plane turned by more is bent the other way, in degrees.
-const MOST_ROLL_DEGREES: f64 = 100.0;
+const MAX_ROLL_DEGREES: f64 = 100.0;
 
 /// By joint, how far it is turned from the rig's rest pose, in the rig's model space.
 pub(super) type Turns = Vec<Option<DQuat>>;
@@ -104,7 +104,7 @@ fn rolled(limbs: &Limbs, upper: &Limb, pointed: DQuat) -> DQuat {
     let own = pointed * upper.own.cross(lower.own).normalize();
     let wanted = upper.wanted.cross(lower.wanted).normalize();
     let angle = own.cross(wanted).dot(along).atan2(own.dot(wanted));
-    if angle.abs().to_degrees() > MOST_ROLL_DEGREES {
+    if angle.abs().to_degrees() > MAX_ROLL_DEGREES {
         return pointed;
     }
     DQuat::from_axis_angle(along, angle) * pointed

@@ -23,7 +23,7 @@ pub(super) fn scene(scene: &Scene) {
     assert!(scene.bind_pose.iter().flatten().all(|bind| bind.is_finite()), "a finite bind pose");
     assert!(scene.declared_roles.iter().all(|(_, joint)| *joint < joints), "roles of joints that are there");
     assert!(scene.gaze_joint.is_none_or(|joint| joint < joints), "a gaze of a joint that is there");
-    assert!(scene.unit_metres.is_none_or(|unit| unit.is_finite() && unit > 0.0), "a unit that is one");
+    assert!(scene.unit_meters.is_none_or(|unit| unit.is_finite() && unit > 0.0), "a unit that is one");
     assert!(scene.morphs.iter().all(|morph| morph.rest.is_finite()), "finite weights at rest");
     // What meshes hold is looked at later than the rest; it may be as broken.
     if let Ok(meshes) = formats::morph_meshes(scene, &Limits::default(), &Control::new()) {

@@ -5,8 +5,8 @@ use std::io::{Cursor, Read, Write};
 use zip::{CompressionMethod, ZipArchive, ZipWriter, write::SimpleFileOptions};
 
 /// More members or bytes than these are not taken apart.
-const MOST_PARTS: usize = 64;
-const MOST_PART_BYTES: u64 = 1 << 20;
+const MAX_PARTS: usize = 64;
+const MAX_PART_BYTES: u64 = 1 << 20;
 const NUMPY_PRELUDE_BYTES: usize = 10;
 
 /// A file that holds parts.
@@ -74,7 +74,7 @@ fn chunks(bytes: &[u8]) -> Option<Vec<Part>> {
         let (chunk, after) = after.split_at(length.min(after.len()));
         parts.push(Part { name: header[4..].iter().map(|byte| char::from(*byte)).collect(), bytes: chunk.to_vec() });
         rest = after;
-        if parts.len() == MOST_PARTS {
+        if parts.len() == MAX_PARTS {
             break;
         }
     }
@@ -100,7 +100,7 @@ pub(super) fn glb(parts: &[Part]) -> Vec<u8> {
 
 fn members(bytes: &[u8]) -> Option<Vec<Part>> {
     let mut zip = ZipArchive::new(Cursor::new(bytes)).ok()?;
-    if zip.len() > MOST_PARTS {
+    if zip.len() > MAX_PARTS {
         return None;
     }
     let mut parts = Vec::with_capacity(zip.len());
@@ -108,7 +108,7 @@ fn members(bytes: &[u8]) -> Option<Vec<Part>> {
         let member = zip.by_index(index).ok()?;
         let name = member.name().ok()?.into_owned();
         let mut bytes = Vec::new();
-        member.take(MOST_PART_BYTES).read_to_end(&mut bytes).ok()?;
+        member.take(MAX_PART_BYTES).read_to_end(&mut bytes).ok()?;
         parts.push(Part { name, bytes });
     }
     Some(parts)

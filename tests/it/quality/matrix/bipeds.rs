@@ -26,7 +26,7 @@ const NO_BIPEDS: [(&str, &str); 8] = [
 /// Endings of files that hold a skeleton that is read.
 const ENDINGS: [&str; 6] = ["bvh", "fbx", "glb", "gltf", "vrm", "vrma"];
 /// Frames that a clip is thinned to, spread evenly.
-const MOST_FRAMES: usize = 40;
+const MAX_FRAMES: usize = 40;
 
 /// All scenes, so that rigs can borrow them.
 pub(super) struct Loaded {
@@ -88,7 +88,7 @@ impl<'a> Biped<'a> {
 }
 
 fn thinned(clip: &Clip) -> Clip {
-    let frames = frames_of(clip, MOST_FRAMES);
+    let frames = frames_of(clip, MAX_FRAMES);
     let times = frames.iter().map(|&frame| clip.times_seconds()[frame]).collect();
     let mut joints = clip.joints().to_vec();
     for tracks in &mut joints {

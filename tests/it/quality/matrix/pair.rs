@@ -35,12 +35,12 @@ const SEGMENTS: [(&str, &str); 9] = [
 ];
 
 /// What is allowed.
-pub(super) const MOST_DIRECTION_DEGREES: f64 = 5.0;
-pub(super) const MOST_TWIST_DEGREES: f64 = 10.0;
+pub(super) const MAX_DIRECTION_DEGREES: f64 = 5.0;
+pub(super) const MAX_TWIST_DEGREES: f64 = 10.0;
 /// A joint of the trunk that is bent further than this beyond all bends of the source's trunk shows as a kink.
 pub(super) const MAX_KINK_DEGREES: f64 = 20.0;
-pub(super) const MOST_LENGTH_DRIFT: f64 = 1e-3;
-pub(super) const MOST_OFF_THE_GROUND: f64 = 0.10;
+pub(super) const MAX_LENGTH_DRIFT: f64 = 1e-3;
+pub(super) const MAX_OFF_THE_GROUND: f64 = 0.10;
 /// Feet closer to the origin than this share of the pelvis height stand on it.
 const STANDS_ON_ORIGIN: f64 = 0.15;
 
@@ -75,12 +75,12 @@ impl Measured {
     pub(super) fn excesses(&self) -> Vec<String> {
         let limbs = LIMBS.iter().map(|limb| limb.0).zip(self.directions);
         let mut checks: Vec<(&str, Option<f64>, f64)> =
-            limbs.map(|(limb, degrees)| (limb, degrees, MOST_DIRECTION_DEGREES)).collect();
-        checks.push(("hands", self.hands, MOST_TWIST_DEGREES));
-        checks.push(("feet", self.feet, MOST_TWIST_DEGREES));
+            limbs.map(|(limb, degrees)| (limb, degrees, MAX_DIRECTION_DEGREES)).collect();
+        checks.push(("hands", self.hands, MAX_TWIST_DEGREES));
+        checks.push(("feet", self.feet, MAX_TWIST_DEGREES));
         checks.push(("kink", self.kink.map(|degrees| degrees.max(0.0)), MAX_KINK_DEGREES));
-        checks.push(("length", Some(self.length_drift), MOST_LENGTH_DRIFT));
-        checks.push(("ground", self.ground, MOST_OFF_THE_GROUND));
+        checks.push(("length", Some(self.length_drift), MAX_LENGTH_DRIFT));
+        checks.push(("ground", self.ground, MAX_OFF_THE_GROUND));
         let is_beyond = |value: f64, most: f64| value.is_nan() || value.abs() > most;
         let beyond = |check: &&(&str, Option<f64>, f64)| check.1.is_some_and(|value| is_beyond(value, check.2));
         let mut excesses: Vec<String> = checks.iter().filter(beyond).map(|check| check.0.to_owned()).collect();

@@ -24,7 +24,7 @@ const WHOLE: [u64; 16] = [
 /// Bits of single-precision numbers at which arithmetic goes wrong.
 const SINGLE: [f32; 10] =
     [0.0, -0.0, 1.0, f32::MIN_POSITIVE, 1e-40, f32::MAX, f32::MIN, f32::INFINITY, f32::NAN, 16_777_216.0];
-const MOST_REPEATED_BYTES: usize = 4096;
+const MAX_REPEATED_BYTES: usize = 4096;
 
 /// The input with one change; `other` is another one, of which pieces may be taken over.
 pub(crate) fn change_bytes(input: &[u8], other: &[u8], random: &mut Random) -> Vec<u8> {
@@ -50,7 +50,7 @@ pub(crate) fn change_bytes(input: &[u8], other: &[u8], random: &mut Random) -> V
         6 => {
             let end = at + random.below(changed.len() - at + 1);
             let piece = changed[at..end].repeat(1 + random.below(8));
-            let piece = &piece[..piece.len().min(MOST_REPEATED_BYTES)];
+            let piece = &piece[..piece.len().min(MAX_REPEATED_BYTES)];
             changed.splice(at..at, piece.iter().copied());
         }
         7 => {

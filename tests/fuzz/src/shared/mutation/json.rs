@@ -5,13 +5,13 @@ use serde_json::{Value, json};
 use super::Random;
 
 /// A document that grows beyond this is left as it is.
-const MOST_VALUES: usize = 20_000;
+const MAX_VALUES: usize = 20_000;
 
 /// The document with one value changed; nothing where the bytes are none.
 pub(super) fn mutate(input: &[u8], random: &mut Random) -> Option<Vec<u8>> {
     let mut document: Value = serde_json::from_slice(input).ok()?;
     let places = places(&document);
-    if places.len() > MOST_VALUES {
+    if places.len() > MAX_VALUES {
         return None;
     }
     let other = document.pointer(random.one_of(&places)?)?.clone();
@@ -31,7 +31,7 @@ pub(super) fn mutate(input: &[u8], random: &mut Random) -> Option<Vec<u8>> {
 fn places(document: &Value) -> Vec<String> {
     let mut found = vec![String::new()];
     let mut at = 0;
-    while let Some(place) = found.get(at).filter(|_| found.len() <= MOST_VALUES).cloned() {
+    while let Some(place) = found.get(at).filter(|_| found.len() <= MAX_VALUES).cloned() {
         at += 1;
         match document.pointer(&place) {
             Some(Value::Array(values)) => found.extend((0..values.len()).map(|index| format!("{place}/{index}"))),

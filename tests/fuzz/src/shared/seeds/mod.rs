@@ -99,7 +99,7 @@ pub(crate) fn figure() -> Vec<u8> {
 /// The clip as an animation of a humanoid.
 ///
 /// # Panics
-/// When the sample is not recognised.
+/// When the sample is not recognized.
 fn humanoid_clip() -> Vec<u8> {
     let clip = clip();
     let source = NamedBytes { name: "clip.glb", bytes: &clip };
@@ -183,7 +183,7 @@ fn without_fingers(scene: Scene) -> Scene {
         let times = clip.times_seconds().iter().take(FRAMES).copied().collect();
         Clip::new(clip.name().to_owned(), times, tracks.collect()).expect("a clip that is only shorter")
     });
-    Scene { skeleton, clips: clips.collect(), axes: scene.axes, unit_metres: scene.unit_metres, ..Scene::default() }
+    Scene { skeleton, clips: clips.collect(), axes: scene.axes, unit_meters: scene.unit_meters, ..Scene::default() }
 }
 
 fn begun<T: Copy>(track: &Track<T>) -> Track<T> {

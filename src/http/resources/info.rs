@@ -13,7 +13,7 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use crate::{
     config::Settings,
     engine::{FindingCode, Format, draw_spec_schema, drawing_limits, template_schema},
-    http::{ApiState, Shared, extract, json_text, negotiate::prefers_page, upload::MOST_PICTURE_BYTES},
+    http::{ApiState, Shared, extract, json_text, negotiate::prefers_page, upload::MAX_PICTURE_BYTES},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
@@ -76,7 +76,7 @@ struct Links {
     metrics: &'static str,
 }
 
-/// Says where to go.
+/// Lists the entry points.
 ///
 /// Leads who accepts `text/html` more gladly than JSON, as browsers do, to the page for people.
 #[utoipa::path(get, path = "/", tag = "service",
@@ -140,8 +140,8 @@ struct Version {
     version: &'static str,
 }
 
-/// Says what runs.
-#[utoipa::path(get, path = "/version", tag = "service", responses((status = 200, body = Version, description = "what runs")))]
+/// Shows the version.
+#[utoipa::path(get, path = "/version", tag = "service", responses((status = 200, body = Version, description = "the version")))]
 async fn version() -> Json<Version> {
     Json(Version { name: env!("CARGO_PKG_NAME"), version: env!("CARGO_PKG_VERSION") })
 }
@@ -188,7 +188,7 @@ async fn limits(State(settings): State<Shared<Settings>>) -> Json<Limits> {
     let fixed = drawing_limits().into_iter().map(|(name, value, bounds)| (name, value as u64, "count", bounds));
     let bytes = (
         "drawing_picture_bytes",
-        MOST_PICTURE_BYTES,
+        MAX_PICTURE_BYTES,
         "bytes",
         "Bytes of a picture that is sent by itself as a part of a drawing",
     );
@@ -251,7 +251,7 @@ async fn formats() -> Json<Formats> {
     Json(Formats { formats: views.collect() })
 }
 
-/// Gives the JSON Schema of the retarget spec.
+/// Returns the JSON Schema of the retarget spec.
 #[utoipa::path(get, path = "/v1/schemas/retarget-spec", tag = "service",
     responses((status = 200, body = Object, description = "a JSON Schema")))]
 async fn spec_schema(State(state): State<ApiState>) -> Response {

@@ -106,7 +106,7 @@ const PARTS_OF_CRAWLER: [Part; 3] = [Part::Root, Part::Leg, Part::Wing];
 /// Pure and deterministic. Where the file holds several skeletons, the one with the most known parts is looked at, of those that a
 /// viewer shows.
 #[must_use]
-pub fn recognise(skeleton: &Skeleton, rest: &ModelPose, hints: &Hints<'_>) -> Recognition {
+pub fn recognize(skeleton: &Skeleton, rest: &ModelPose, hints: &Hints<'_>) -> Recognition {
     let mut declared = declared_roles(skeleton, hints.declared);
     let is_excluded = |joint: &usize| hints.excluded.get(*joint).copied().unwrap_or(false);
     declared.retain(|_, joints| !joints.iter().any(is_excluded));

@@ -15,7 +15,7 @@ use super::{
 /// Rig templates of one's own.
 #[derive(Debug, clap::Args)]
 pub(super) struct RigPaths {
-    /// A rig template of your own (JSON or YAML), tried before the built-in ones. May be given several times
+    /// A rig template of your own (JSON or YAML), tried before the built-in ones. May be repeated
     #[arg(long = "rig", value_name = "FILE")]
     rigs: Vec<PathBuf>,
 }
@@ -40,7 +40,7 @@ impl RigPaths {
 /// A preset under the config.
 #[derive(Debug, clap::Args)]
 pub(super) struct PresetChoice {
-    /// A preset that the config is laid over: a built-in one by its name, or a file
+    /// A preset that the config extends: the name of a built-in one, or a file
     #[arg(long, value_name = "NAME|FILE")]
     preset: Option<String>,
 }
@@ -77,6 +77,6 @@ impl PresetChoice {
 }
 
 fn not_text(part: &str, path: &Path) -> Exit {
-    let message = format!("{part} {}: this is no text", path.display());
+    let message = format!("{part} {}: the file is not UTF-8 text", path.display());
     Exit::new(INPUT_REFUSED, message, "send JSON or YAML")
 }
