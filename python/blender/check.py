@@ -177,7 +177,7 @@ def characters(count):
     if not corpus.is_dir():
         print(f"skipped: {corpus} is not there")
         return []
-    folders = ("mixamo", "cc0-stylized", "unreal", "readyplayerme", "creatures", "bvh", "cmu-rig", "rigify-blender", "misc-rigs")
+    folders = ("mixamo", "cc0-stylised", "unreal", "readyplayerme", "creatures", "bvh", "cmu-rig", "rigify-blender", "misc-rigs")
     found = [path for folder in folders for path in sorted((corpus / folder).rglob("*")) if path.suffix in kinds and path.stat().st_size < 4 << 20]
     return found[:: max(1, len(found) // (3 * count))]
 

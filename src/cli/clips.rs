@@ -21,8 +21,16 @@ pub(super) struct Clip {
 /// The clips of a folder, by name, or of a list: a text with one path on each line, from the folder of the list.
 pub(super) fn clips(place: &Path) -> Result<Vec<Clip>, Exit> {
     let shown = place.display();
-    let failed =
-        |error: std::io::Error| Exit::new(INPUT_REFUSED, format!("batch {shown}: it cannot be read: {error}"), "");
+    let failed = |error: std::io::Error| {
+        let (what, hint) = match error.kind() {
+            std::io::ErrorKind::NotFound => ("there is no such folder or list".to_owned(), "check the path"),
+            std::io::ErrorKind::InvalidData => {
+                ("this is not text".to_owned(), "send a folder, or a text with one path on each line")
+            }
+            _ => (format!("it cannot be read: {error}"), "check the permissions of the folder and of what is in it"),
+        };
+        Exit::new(INPUT_REFUSED, format!("batch {shown}: {what}"), hint)
+    };
     let is_folder = place.is_dir();
     let mut paths = Vec::new();
     if is_folder {

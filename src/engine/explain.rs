@@ -161,7 +161,8 @@ pub fn explain_with(
     let joint = target.joint(question.joint, "/joint").map_err(asked)?;
     if question.frame >= clip.frame_count() {
         let detail = format!("frame {} is past the clip's {} frames", question.frame, clip.frame_count());
-        return Err(asked(SpecField::new(SpecErrorKind::InvalidValue, "/frame", detail)));
+        let hint = format!("frames are from 0 to {}", clip.frame_count() - 1);
+        return Err(asked(SpecField::new(SpecErrorKind::InvalidValue, "/frame", detail)).with_hint(hint));
     }
     let subject = tune::TuningProblem { source: &source, target: &target, clip, control };
     let (spec, _) = subject.settle(spec)?;

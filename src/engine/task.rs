@@ -142,7 +142,12 @@ fn perform<'a>(
             spec.pose = Some(inputs.to.map_or(said, |to| PoseSpec { to }));
         }
     }
-    let work = TaskContext { spec, knowledge, limits, control, begin, reporter: Reporter::new() };
+    let mut reporter = Reporter::new();
+    if config.is_some_and(|config| config.bytes.trim_ascii().is_empty()) {
+        let detail = "the config is empty; everything is found out, as without a config";
+        reporter.warn("empty_config", "", detail, "check that the file was written, or send {} where it is meant");
+    }
+    let work = TaskContext { spec, knowledge, limits, control, begin, reporter };
     match task {
         Task::Retarget(inputs) => retargeted(work, &inputs),
         Task::Edit(inputs) => edited(work, &inputs),

@@ -40,7 +40,7 @@ const KEYS: &str = "/v1/keys";
 /// Where tokens for event streams are made.
 const STREAM_TOKENS: &str = "/v1/stream-tokens";
 /// The streams that they open.
-const STREAMS: [&str; 2] = ["/v1/events", "/v1/jobs/{id}/events"];
+const STREAMS: [&str; 3] = ["/v1/events", "/v1/jobs/{id}/events", "/v1/batches/{id}/events"];
 
 /// What a route asks for; nothing where everybody may come in: what is the same for all, and holds nothing of anybody.
 #[must_use]

@@ -17,7 +17,7 @@ use super::{
     upload::BodyReader,
 };
 use crate::{
-    engine::no_json,
+    engine::{nearest, no_json},
     jobs::{ApiKeyId, AssetId, BatchId, DeliveryId, JobId, JobState, JobVerdict, ResultId, WebhookId},
 };
 
@@ -59,10 +59,22 @@ pub(super) struct QueryOf<T>(pub(super) T);
 impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for QueryOf<T> {
     type Rejection = Problem;
 
-    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
-        let query = Query::<T>::from_request_parts(parts, state).await;
-        query.map(|Query(query)| Self(query)).map_err(|error| bad_query(&error.body_text(), &parts.uri))
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Problem> {
+        let uri = without_empty(&parts.uri).unwrap_or_else(|| parts.uri.clone());
+        let query = Query::<T>::try_from_uri(&uri);
+        query.map(|Query(query)| Self(query)).map_err(|error| bad_query(&error.body_text(), &uri))
     }
+}
+
+/// The same without parameters that have no value: forms and clients send those that were left out so. Nothing where there is none.
+fn without_empty(uri: &Uri) -> Option<Uri> {
+    let query = uri.query()?;
+    let has_value = |pair: &&str| pair.split_once('=').is_some_and(|(_, value)| !value.is_empty());
+    let kept: Vec<&str> = query.split('&').filter(has_value).collect();
+    if kept.len() == query.split('&').count() {
+        return None;
+    }
+    Uri::try_from(format!("{}?{}", uri.path(), kept.join("&"))).ok()
 }
 
 /// What is wrong with a query: which parameter, what it is, and what it should be.
@@ -85,7 +97,7 @@ fn bad_query(message: &str, uri: &Uri) -> Problem {
     };
     Problem::new(Code::MalformedRequest, detail)
         .with_hint("GET /docs/api has the parameters of every route")
-        .at(format!("?{name}"), plain_words::similar(&seen, &known))
+        .at(format!("?{name}"), nearest(&seen, known.iter().map(String::as_str)))
 }
 
 /// The value of a name of a closed set.
@@ -156,7 +168,7 @@ fn read_from<'de, T: DeserializeOwned>(
         let Misread { kind, detail, seen, known } = plain_words::misread(&inner.to_string(), whole);
         let code = if kind == Kind::UnknownField { Code::UnknownField } else { Code::InvalidValue };
         let problem = Problem::new(code, detail).with_hint("GET /docs/api has the fields of every body");
-        problem.at(pointer, plain_words::similar(&seen, &known))
+        problem.at(pointer, nearest(&seen, known.iter().map(String::as_str)))
     })
 }
 

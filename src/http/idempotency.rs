@@ -19,7 +19,9 @@ impl<S: Send + Sync> FromRequestParts<S> for IdempotencyKey {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Problem> {
-        parts.headers.get(NAME).map(read).transpose().map(Self)
+        // What clients send without a value is what they left out.
+        let given = parts.headers.get(NAME).filter(|value| !value.is_empty());
+        given.map(read).transpose().map(Self)
     }
 }
 

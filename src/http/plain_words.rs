@@ -102,17 +102,10 @@ fn shortened(text: &str) -> String {
     text.chars().take(MAX_LETTERS).map(|letter| if letter.is_control() { ' ' } else { letter }).collect()
 }
 
-/// Names that are like the one that was seen, the nearest first.
-pub(super) fn similar(seen: &str, known: &[String]) -> Vec<String> {
-    let mut ranked: Vec<(f64, &String)> = known.iter().map(|name| (strsim::jaro_winkler(seen, name), name)).collect();
-    ranked.retain(|(score, _)| *score > 0.7);
-    ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
-    ranked.into_iter().take(3).map(|(_, name)| name.clone()).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::nearest;
 
     #[test]
     fn libraries_are_told_in_our_words() {
@@ -141,7 +134,7 @@ mod tests {
         }
         let unknown = misread("unknown field `sorce`, expected one of `source`, `target`", "the body");
         assert_eq!(
-            (unknown.kind, similar(&unknown.seen, &unknown.known)),
+            (unknown.kind, nearest(&unknown.seen, unknown.known.iter().map(String::as_str))),
             (Kind::UnknownField, vec!["source".to_owned()]),
             "and what is like it"
         );

@@ -36,7 +36,9 @@ pub(super) fn caller_has(headers: &HeaderMap, sha256: &str) -> bool {
 fn joined(headers: &HeaderMap, name: &header::HeaderName) -> Option<String> {
     let values: Vec<&str> =
         headers.get_all(name).iter().map(|value| value.to_str().unwrap_or_default().trim()).collect();
-    (!values.is_empty()).then(|| values.join(","))
+    // What clients send without a value is what they left out.
+    let values = values.join(",");
+    (!values.is_empty()).then_some(values)
 }
 
 /// A weak tag never matches, as the RFC has it; it stays in the list as a text that no digest is.
@@ -66,6 +68,7 @@ mod tests {
     fn headers_become_preconditions() {
         let of = |pairs: &[_]| of_change(&headers(pairs)).map_err(|problem| problem.code);
         assert_eq!(of(&[]), Ok(Precondition::Always), "nothing");
+        assert_eq!(of(&[(header::IF_MATCH, "")]), Ok(Precondition::Always), "left empty");
         assert_eq!(of(&[(header::IF_MATCH, "*")]), Ok(Precondition::Exists), "any");
         assert_eq!(of(&[(header::IF_NONE_MATCH, "*")]), Ok(Precondition::Absent), "none");
         let two = Precondition::Is(vec!["a".to_owned(), String::new()]);

@@ -9,8 +9,8 @@ use utoipa::ToSchema;
 
 use super::code::Code;
 use crate::{
-    engine::{Failure, FieldError},
-    jobs::{FailureReason, Full, JobFailure, Refusal, StoredFieldError, similar_names},
+    engine::{Failure, FieldError, nearest},
+    jobs::{FailureReason, Full, JobFailure, Refusal, StoredFieldError},
 };
 
 /// How long to wait before trying again, in seconds, where nothing better is known.
@@ -280,7 +280,7 @@ impl From<Refusal> for Problem {
             }
             Refusal::KeyReused { .. } => Self::new(Code::IdempotencyKeyReused, detail),
             Refusal::UnknownPreset { name, known } => {
-                let similar = similar_names(&name, &known);
+                let similar = nearest(&name, known.iter().map(String::as_str));
                 Self::new(Code::UnknownPreset, detail).with_hint("GET /v1/presets lists them").at("/preset", similar)
             }
             Refusal::Engine(failure) => failure.into(),

@@ -8,7 +8,7 @@ use std::{collections::VecDeque, time::Duration};
 use tokio::{sync::broadcast, time::Instant};
 
 use super::{Jobs, Refusal, changes::Change, streams::OpenStream};
-use crate::store::{EventReach, EventRecord, JobId, JobRecord, JobState, Principal, StoredProgress};
+use crate::store::{BatchId, EventReach, EventRecord, JobId, JobRecord, JobState, Principal, StoredProgress};
 
 /// Read from the store at once.
 const MAX_AT_ONCE: usize = 100;
@@ -43,8 +43,19 @@ pub enum Told {
 pub enum Followed {
     /// Those of one job, to its end.
     Job(JobId),
+    /// Those of the jobs of one batch, until all have ended.
+    Batch(BatchId),
     /// Those of all jobs of the caller.
     Everything,
+}
+
+impl Followed {
+    fn has(&self, event: &EventRecord) -> bool {
+        match self {
+            Self::Job(_) | Self::Everything => true,
+            Self::Batch(id) => event.batch.as_ref().is_some_and(|place| place.batch == *id),
+        }
+    }
 }
 
 /// Tells what happens to the jobs of one principal.
@@ -61,15 +72,17 @@ pub struct EventStream {
     changes: broadcast::Receiver<Change>,
     ends_at: Instant,
     has_ended: bool,
+    /// Whether the last look came to the newest event.
+    has_read_all: bool,
     _open: OpenStream,
 }
 
 impl Jobs {
-    /// Follows events behind number `after`. Without a number, those of a job begin with its first, and those of everything with the next.
-    /// `None` when nothing will come any more: the job has ended, and the caller knows.
+    /// Follows events behind number `after`. Without a number, those of a job or batch begin with its first, and those of everything with the
+    /// next. `None` when nothing will come any more: the job or batch has ended, and the caller knows.
     ///
     /// # Errors
-    /// When the caller has no such job or too many streams, or the service is going down.
+    /// When the caller has no such job or batch, or too many streams, or the service is going down.
     pub async fn follow(
         &self,
         owner: &Principal,
@@ -92,12 +105,16 @@ impl Jobs {
             changes,
             ends_at: Instant::now() + self.0.settings.event_stream_period.0,
             has_ended: false,
+            has_read_all: false,
             _open: open,
             followed,
         };
         stream.position = match (&stream.followed, after) {
             (_, Some(after)) => after,
             (Followed::Job(_), None) => 0,
+            (Followed::Batch(id), None) => {
+                self.0.store.records().first_event_of_batch(id).await?.map_or(reach.removed, |first| first - 1)
+            }
             (Followed::Everything, None) => reach.last,
         };
         if after.is_some() {
@@ -111,6 +128,15 @@ impl Jobs {
                     return Ok(None);
                 }
                 stream.end_with_reset();
+            }
+        }
+        if let Followed::Batch(id) = &stream.followed {
+            let has_ended = self.batch(owner, id).await?.state().is_final();
+            if has_ended && after.is_some() && stream.waiting.is_empty() {
+                stream.look().await?;
+                if stream.waiting.is_empty() {
+                    return Ok(None);
+                }
             }
         }
         Ok(Some(stream))
@@ -169,15 +195,20 @@ impl EventStream {
 
     async fn look(&mut self) -> Result<(), Refusal> {
         let records = self.jobs.0.store.records();
-        let Followed::Job(id) = &self.followed else {
-            let reach = records.event_reach(&self.owner).await?;
-            if reach.last == self.position {
+        let id = match &self.followed {
+            Followed::Job(id) => id,
+            Followed::Everything => return self.look_at_all().await,
+            Followed::Batch(id) => {
+                // The batch first: when it says that all jobs have ended, the events that say so are there too.
+                let has_ended = match self.jobs.batch(&self.owner, id).await {
+                    Ok(batch) => batch.state().is_final(),
+                    Err(Refusal::NotFound { .. }) => true,
+                    Err(refusal) => return Err(refusal),
+                };
+                self.look_at_all().await?;
+                self.has_ended |= has_ended && self.has_read_all;
                 return Ok(());
             }
-            let events = records.events_after(&self.owner, self.position, MAX_AT_ONCE).await?;
-            self.check_gap(reach);
-            self.take(events);
-            return Ok(());
         };
         // The record first: when it says that the job has ended, the event that says so is there too.
         let job = self.jobs.record(&self.owner, id).await;
@@ -194,12 +225,34 @@ impl EventStream {
         Ok(())
     }
 
+    /// Reads on among the events of the caller, to the next that are followed or to the end.
+    async fn look_at_all(&mut self) -> Result<(), Refusal> {
+        self.has_read_all = false;
+        loop {
+            let records = self.jobs.0.store.records();
+            let reach = records.event_reach(&self.owner).await?;
+            if reach.last == self.position {
+                self.has_read_all = true;
+                return Ok(());
+            }
+            let events = records.events_after(&self.owner, self.position, MAX_AT_ONCE).await?;
+            self.check_gap(reach);
+            self.has_read_all = events.len() < MAX_AT_ONCE;
+            self.take(events);
+            if self.has_read_all || !self.waiting.is_empty() {
+                return Ok(());
+            }
+        }
+    }
+
     fn take(&mut self, events: Vec<EventRecord>) {
         let position = self.position;
         for event in events.into_iter().filter(|event| event.number > position) {
             self.position = event.number;
             self.has_ended |= matches!(self.followed, Followed::Job(_)) && event.state.is_final();
-            self.waiting.push_back(Told::Happened(event));
+            if self.followed.has(&event) {
+                self.waiting.push_back(Told::Happened(event));
+            }
         }
     }
 
@@ -216,12 +269,12 @@ impl EventStream {
     async fn wait(&mut self) {
         let look_again = match self.followed {
             Followed::Job(_) => LOOK_AT_PROGRESS,
-            Followed::Everything => LOOK_AGAIN,
+            Followed::Batch(_) | Followed::Everything => LOOK_AGAIN,
         };
         let (followed, jobs, changes) = (&self.followed, &self.jobs, &mut self.changes);
         let concerns = |change: &Change| match followed {
             Followed::Job(own) => change.concerns(own),
-            Followed::Everything => true,
+            Followed::Batch(_) | Followed::Everything => true,
         };
         let changed = async {
             // Falling behind may have hidden a change, so it counts as one.
@@ -229,7 +282,7 @@ impl EventStream {
         };
         let look = self.ends_at.min(Instant::now() + look_again);
         let has_changed = tokio::time::timeout_at(look, changed).await.is_ok();
-        if has_changed && *followed == Followed::Everything && !jobs.is_draining() {
+        if has_changed && !matches!(followed, Followed::Job(_)) && !jobs.is_draining() {
             tokio::time::sleep(GATHER).await;
         }
     }

@@ -69,7 +69,6 @@ pub use library::{Kept, Library, Written};
 pub use one_shot::{ArrivedFiles, Awaited, Awaiting, HandedFile};
 pub use picture_room::ArrivingPicture;
 pub use previews::Pictured;
-pub(crate) use refusal::similar_names;
 pub use refusal::{Full, JobQuota, Refusal};
 pub use service::{JobSnapshot, Jobs};
 pub use state::{JobEvent, next_state};

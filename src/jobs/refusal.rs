@@ -238,11 +238,6 @@ pub enum Full {
     },
 }
 
-/// Names that look like the one that was given.
-pub(crate) fn similar_names(name: &str, known: &[String]) -> Vec<String> {
-    known.iter().filter(|known| strsim::jaro_winkler(known, name) > 0.7).cloned().collect()
-}
-
 fn seen(current: Option<&str>) -> String {
     current.map_or_else(|| "there is none".to_owned(), |current| format!("its ETag is \"{current}\""))
 }

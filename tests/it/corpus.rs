@@ -39,7 +39,7 @@ const OTHER_REASONS: [(&str, FailureCode); 12] = [
     ("hostile/animated-drawings/", FailureCode::UnsupportedFormat),
     ("hostile/empty/", FailureCode::UnsupportedFormat),
     ("hostile/gltf-validator/buffer/valid.bin", FailureCode::UnsupportedFormat),
-    ("hostile/mislabeled/", FailureCode::UnsupportedFormat),
+    ("hostile/mislabelled/", FailureCode::UnsupportedFormat),
     ("hostile/bvh/frames_one_billion_declared.bvh", FailureCode::AssetLimitExceeded),
     ("hostile/gltf/json_deep_nesting.gltf", FailureCode::AssetLimitExceeded),
     ("hostile/npz/header_shape_huge.npy", FailureCode::AssetLimitExceeded),

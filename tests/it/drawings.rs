@@ -221,7 +221,7 @@ fn the_numbers_are_those_of_animated_drawings() {
     let theirs = npz::read(&std::fs::read(dump).expect("an archive"));
     let bounds = [
         ("bvh_root_positions", 1e-5),
-        ("bvh_joint_positions_normalized", 1e-5),
+        ("bvh_joint_positions_normalised", 1e-5),
         ("bvh_fwd_vectors", 1e-5),
         ("bvh_joint_depths", 1e-5),
         ("char_orientations_deg", 1e-3),

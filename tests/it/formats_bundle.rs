@@ -81,9 +81,9 @@ fn archives_that_are_no_model_say_what_they_are() {
     let two = refused(&[("a.fbx", b""), ("b/c.GLB", b"")]);
     assert!(two.contains("2 models") && two.contains("'b/c.GLB'"), "names both: {two}");
     let alone = refused(&[("hero.gltf", &document)]);
-    assert!(alone.contains("/buffers/0/uri") && alone.contains("'body.bin', which is not there"), "{alone}");
+    assert!(alone.contains("/buffers/0/uri") && alone.contains("'body.bin', which does not exist"), "{alone}");
     let (climbing, _) = in_pieces("../../etc/passwd");
-    assert!(refused(&[("hero.gltf", &climbing)]).contains("which is not there"), "nothing outside is looked for");
+    assert!(refused(&[("hero.gltf", &climbing)]).contains("which does not exist"), "nothing outside is looked for");
     let (elsewhere, _) = in_pieces("https://example.com/body.bin");
     let kept = unpack(&archive(&[("hero.gltf", &elsewhere)])).expect("left to the reader");
     let error = formats::read(&kept.bytes, Format::Gltf, &Limits::default(), &Control::new(), &mut Default::default());
@@ -120,7 +120,7 @@ fn a_document_finds_its_neighbors_on_the_command_line() {
         (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
     };
     let (code, error) = inspect(&at("hero.gltf"));
-    assert!(code == Some(3) && error.contains("'data/body.bin', which is not there"), "{code:?} {error}");
+    assert!(code == Some(3) && error.contains("'data/body.bin', which does not exist"), "{code:?} {error}");
     std::fs::write(at("data/body.bin"), &buffer).expect("written");
     assert_eq!(inspect(&at("hero.gltf")).0, Some(0), "with its buffer it is whole");
     std::fs::write(at("below.bin"), &buffer).expect("written");

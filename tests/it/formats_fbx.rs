@@ -287,7 +287,7 @@ fn hostile_files_end_in_a_scene_or_a_reason() {
         ("fbx/array_length_4GiB_deflate.fbx", ErrorKind::Malformed),
         ("fbx/version_99999.fbx", ErrorKind::UnsupportedFeature),
         ("git_lfs_pointer.fbx", ErrorKind::UnsupportedFormat),
-        ("mislabeled/glb_named.fbx", ErrorKind::UnsupportedFormat),
+        ("mislabelled/glb_named.fbx", ErrorKind::UnsupportedFormat),
         ("truncated/walk_50pct.fbx", ErrorKind::Malformed),
         ("ufbx-synthetic/synthetic_node_cycle_fail_7700_ascii.fbx", ErrorKind::Malformed),
         ("ufbx-synthetic/synthetic_node_depth_fail_7500_ascii.fbx", ErrorKind::Malformed),

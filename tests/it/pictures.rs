@@ -393,7 +393,7 @@ fn every_body_of_the_corpus_gives_a_picture() {
         "vrm1",
         "readyplayerme",
         "creatures",
-        "cc0-stylized",
+        "cc0-stylised",
         "character-creator",
         "poser-daz",
         "rigify-blender",

@@ -83,7 +83,7 @@ impl DrawnCharacter {
             retarget.bvh_projection_bodypart_groups.iter().map(|group| group.name.clone()).collect();
         let mut arrays = vec![
             reals("bvh_root_positions", &[frames, 3], space(&motion.roots)),
-            reals("bvh_joint_positions_normalized", &[frames, motion.joints(), 3], space(&motion.places)),
+            reals("bvh_joint_positions_normalised", &[frames, motion.joints(), 3], space(&motion.places)),
             reals("bvh_fwd_vectors", &[frames, 3], space(&motion.forwards)),
             reals(
                 "char_orientations_deg",

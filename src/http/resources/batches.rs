@@ -139,6 +139,8 @@ struct BatchLinks {
     own: String,
     /// Its jobs.
     jobs: String,
+    /// What happens to its jobs, as server-sent events.
+    events: String,
     /// Its results, as one zip archive.
     archive: String,
     /// To stop it.
@@ -184,6 +186,7 @@ impl From<BatchSnapshot> for BatchView {
             thumbnail: link(count(JobState::Succeeded) > 0, "preview.png?size=256"),
             links: BatchLinks {
                 jobs: format!("{own}/jobs"),
+                events: format!("{own}/events"),
                 archive: format!("{own}/archive"),
                 cancel: link(!state.is_final(), "cancel"),
                 retry_failed: link(count(JobState::Failed) > 0, "retry-failed"),
@@ -393,12 +396,21 @@ async fn cancel(State(jobs): State<Jobs>, Caller(owner): Caller, Id(id): Id<Batc
     Ok(shown(jobs.cancel_batch(&owner, &id).await?, StatusCode::OK))
 }
 
+/// Which items are tried again.
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+struct RetryQuery {
+    /// Whether items that were canceled are tried again, too.
+    canceled: Option<bool>,
+}
+
 /// Retries the failed items of a batch.
 ///
 /// Every item whose newest job failed, or did not start because another one failed, gets a new job (`retry_of` names
-/// the old one). The others stay as they are.
+/// the old one). With `canceled=true`, items that were canceled get one too. The others stay as they are.
 #[utoipa::path(post, path = "/v1/batches/{id}/retry-failed", operation_id = "retry_failed_of_batch", tag = "batches",
-    params(("id" = String, Path, description = "the batch")),
+    params(("id" = String, Path, description = "the batch"), RetryQuery),
     responses((status = 202, body = BatchView, description = "the batch, with the new jobs", headers(("Location" = String))),
         (status = 200, body = BatchView, description = "the batch; nothing in it had failed"),
         (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
@@ -406,8 +418,9 @@ async fn retry_failed(
     State(jobs): State<Jobs>,
     Caller(owner): Caller,
     Id(id): Id<BatchId>,
+    QueryOf(query): QueryOf<RetryQuery>,
 ) -> Result<Response, Problem> {
-    let (batch, count) = jobs.retry_failed(&owner, &id).await?;
+    let (batch, count) = jobs.retry_failed(&owner, &id, query.canceled.unwrap_or(false)).await?;
     Ok(shown(batch, if count > 0 { StatusCode::ACCEPTED } else { StatusCode::OK }))
 }
 

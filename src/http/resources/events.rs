@@ -1,6 +1,6 @@
-//! `/v1/events` and `/v1/jobs/{id}/events`: what happens, as server-sent events.
+//! `/v1/events`, `/v1/jobs/{id}/events` and `/v1/batches/{id}/events`: what happens, as server-sent events.
 
-use std::{convert::Infallible, time::Duration};
+use std::{collections::BTreeMap, convert::Infallible, time::Duration};
 
 use axum::{
     Json,
@@ -25,11 +25,15 @@ use crate::{
         problem::{Problem, ProblemView},
         views::ProgressView,
     },
-    jobs::{EventRecord, EventStream, Followed, JobId, Principal, StreamToken, Told},
+    jobs::{BatchId, EventRecord, EventStream, Followed, JobId, Principal, StreamToken, Told},
 };
 
 pub(in crate::http) fn routes() -> OpenApiRouter<ApiState> {
-    OpenApiRouter::new().routes(routes!(of_everything)).routes(routes!(of_job)).routes(routes!(make_token))
+    OpenApiRouter::new()
+        .routes(routes!(of_everything))
+        .routes(routes!(of_job))
+        .routes(routes!(of_batch))
+        .routes(routes!(make_token))
 }
 
 /// How long a caller shall wait before coming again when the connection breaks.
@@ -60,6 +64,9 @@ pub(in crate::http) struct JobEventView {
     /// Which item of the batch it is for, from 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     batch_item: Option<u64>,
+    /// The labels of the job, while its record is there.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    labels: BTreeMap<String, String>,
     /// What the report says of the result: `pass`, `warn`, `fail` or `not_applicable`. Only of a job that has succeeded.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false, example = "pass")]
@@ -77,7 +84,7 @@ pub(in crate::http) struct JobEventView {
 
 impl From<EventRecord> for JobEventView {
     fn from(event: EventRecord) -> Self {
-        let EventRecord { number, job, state, created_at, batch, judgment } = event;
+        let EventRecord { number, job, state, created_at, batch, labels, judgment } = event;
         Self {
             kind: format!("job.{}", state.name()),
             number,
@@ -87,6 +94,7 @@ impl From<EventRecord> for JobEventView {
             state: state.name(),
             batch: batch.as_ref().map(|place| place.batch.to_string()),
             batch_item: batch.map(|place| place.item),
+            labels,
             coverage: judgment.as_ref().and_then(|judgment| judgment.coverage),
             verdict: judgment.as_ref().map(|judgment| judgment.verdict.name()),
             verdict_reason: judgment.map(|judgment| judgment.reason),
@@ -159,6 +167,26 @@ async fn of_job(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     answer(&state, &owner, Followed::Job(id), &headers).await
+}
+
+/// Follows the jobs of a batch until all have ended.
+///
+/// The same events as of `GET /v1/events`, those of this batch alone, from its first or behind `Last-Event-ID`; `batch_item` and `labels`
+/// say which item an event is about. The stream ends when every item has ended. A client that has received the end and reconnects gets 204.
+#[utoipa::path(get, path = "/v1/batches/{id}/events", operation_id = "follow_batch", tag = "events",
+    params(("id" = String, Path, description = "the batch"),
+        ("token" = Option<String>, Query, description = "of `POST /v1/stream-tokens`, where no header can be sent"),
+        ("Last-Event-ID" = Option<String>, Header, description = "the `id` of the last received event")),
+    responses((status = 200, body = ServerSentEvent, content_type = "text/event-stream", description = "the event stream"),
+        (status = 204, description = "all jobs have finished, and the client has received their end"),
+        (status = "default", body = ProblemView, content_type = "application/problem+json", description = "a problem")))]
+async fn of_batch(
+    State(state): State<ApiState>,
+    Caller(owner): Caller,
+    Id(id): Id<BatchId>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    answer(&state, &owner, Followed::Batch(id), &headers).await
 }
 
 /// What opens an event stream for a minute.

@@ -7,7 +7,7 @@ use utoipa::ToSchema;
 
 use crate::{
     config::Settings,
-    engine::Format,
+    engine::{Format, nearest},
     http::{code::Code, problem::Problem},
     jobs::{AssetId, ConfigDocument, InputRole, NewJob, WebhookId},
 };
@@ -175,9 +175,8 @@ fn read_formats(names: &[String], most: u64) -> Result<Vec<Format>, Problem> {
 }
 
 fn similar_formats(name: &str) -> Vec<String> {
-    let writable = Format::ALL.into_iter().map(Format::info).filter(|info| info.writes);
-    let similar = writable.filter(|info| info.name != name && strsim::jaro_winkler(info.name, name) > 0.6);
-    similar.map(|info| info.name.to_owned()).collect()
+    let writable = Format::ALL.into_iter().map(Format::info).filter(|info| info.writes && info.name != name);
+    nearest(name, writable.map(|info| info.name))
 }
 
 pub(super) fn check_labels(

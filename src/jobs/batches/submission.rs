@@ -13,11 +13,11 @@ use super::{
 };
 use crate::{
     config::Failpoint,
-    engine::{Control, Failure, FailureCode, Knowledge, Limits, NamedBytes},
+    engine::{Control, Failure, FailureCode, Knowledge, Limits, NamedBytes, nearest},
     jobs::{
         Engine, EngineRequest, JobQuota, Jobs, NewJob, Refusal, failure, hexadecimal,
         looks::Look,
-        memory, result_names, similar_names,
+        memory, result_names,
         submission::{ResolvedJob, SubmissionContext, check_inputs, said_bytes, suspect_digest, text_bytes},
     },
     store::{
@@ -181,17 +181,23 @@ impl Jobs {
         }
     }
 
-    /// Asks again for the items of a batch that failed, or did not start since another one failed. Gives the batch, and how many they were.
+    /// Asks again for the items of a batch that failed, or did not start since another one failed, and where `with_canceled` for those that
+    /// were canceled. Gives the batch, and how many they were.
     ///
     /// # Errors
     /// When its owner has no such batch, or new jobs would not be taken.
-    pub async fn retry_failed(&self, owner: &Principal, id: &BatchId) -> Result<(BatchSnapshot, u64), Refusal> {
+    pub async fn retry_failed(
+        &self,
+        owner: &Principal,
+        id: &BatchId,
+        with_canceled: bool,
+    ) -> Result<(BatchSnapshot, u64), Refusal> {
         for _ in 0..MAX_TRIES {
             self.batch(owner, id).await?;
             if self.is_draining() {
                 return Err(Refusal::Draining);
             }
-            let failed = self.0.store.records().failed_batch_jobs(id).await?;
+            let failed = self.0.store.records().failed_batch_jobs(id, with_canceled).await?;
             if failed.is_empty() {
                 break;
             }
@@ -410,9 +416,12 @@ fn failure_of(refusal: Refusal) -> Result<JobFailure, Refusal> {
         Refusal::UnknownInput { role, .. } => {
             (FailureReason::UnknownAsset, "upload the file and name the id that it is given", role.name(), Vec::new())
         }
-        Refusal::UnknownPreset { name, known } => {
-            (FailureReason::UnknownPreset, "GET /v1/presets lists them", "preset", similar_names(&name, &known))
-        }
+        Refusal::UnknownPreset { name, known } => (
+            FailureReason::UnknownPreset,
+            "GET /v1/presets lists them",
+            "preset",
+            nearest(&name, known.iter().map(String::as_str)),
+        ),
         Refusal::UnknownWebhook { .. } => {
             (FailureReason::UnknownWebhook, "GET /v1/webhooks lists them", "webhook", Vec::new())
         }

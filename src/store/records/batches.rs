@@ -187,15 +187,17 @@ impl Records {
         Ok(Page::cut(self.all(query).await?.iter().map(read_job).collect::<Result<_, _>>()?, most))
     }
 
-    /// The items of a batch that failed, or that did not start since another one failed: the newest job of each.
+    /// The items of a batch that failed, or that did not start since another one failed, and where `with_canceled` those that were canceled:
+    /// the newest job of each.
     ///
     /// # Errors
     /// When the database fails.
-    pub async fn failed_batch_jobs(&self, id: &BatchId) -> Result<Vec<JobRecord>, StoreError> {
+    pub async fn failed_batch_jobs(&self, id: &BatchId, with_canceled: bool) -> Result<Vec<JobRecord>, StoreError> {
         // What was canceled on request has no failure.
+        let canceled = if with_canceled { "" } else { " AND failure IS NOT NULL" };
         let query = ours(format!(
             "SELECT {COLUMNS} FROM jobs WHERE batch_id = $1 AND is_superseded = 0 \
-             AND (state = 'failed' OR (state = 'canceled' AND failure IS NOT NULL)) ORDER BY batch_item"
+             AND (state = 'failed' OR (state = 'canceled'{canceled})) ORDER BY batch_item"
         ));
         self.all(sqlx::query(query).bind(id.as_str())).await?.iter().map(read_job).collect()
     }

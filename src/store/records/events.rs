@@ -3,14 +3,20 @@
 //! The triggers of the layout write them, each in the transaction of the change that it tells of. Numbers are each principal's own, from 1
 //! and without gaps, so who knows the last one that was seen can ask for what came after it, in any process.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use jiff::Timestamp;
 use sqlx::{Row, any::AnyRow};
 
 use super::{
-    BatchPlace, JobState, Judgment, Records, count, database::ours, jobs::batch_place, read_id, signed, sweep::STEP,
+    BatchPlace, JobState, Judgment, Records, count,
+    database::{ours, places},
+    jobs::batch_place,
+    read_id, signed,
+    sweep::STEP,
     time, verdict,
 };
-use crate::store::{JobId, Principal, StoreError};
+use crate::store::{BatchId, JobId, Principal, StoreError};
 
 /// A job came into a state.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +31,8 @@ pub struct EventRecord {
     pub created_at: Timestamp,
     /// The batch that the job was asked for with, and which item of it, where its record is there.
     pub batch: Option<BatchPlace>,
+    /// What the caller noted at the job, where its record is there.
+    pub labels: BTreeMap<String, String>,
     /// What the report says of the result, where the job has succeeded, its result was measured and its record is there.
     pub judgment: Option<Judgment>,
 }
@@ -54,6 +62,7 @@ fn read(row: &AnyRow) -> Result<EventRecord, StoreError> {
         state,
         created_at: time(row, "created_at")?,
         batch: batch_place(row)?,
+        labels: BTreeMap::new(),
         // The record may be further by now than the event; only the end of a job that succeeded has a verdict.
         judgment: verdict::read(row)?.filter(|_| state == JobState::Succeeded),
     })
@@ -82,7 +91,20 @@ impl Records {
     ) -> Result<Vec<EventRecord>, StoreError> {
         let query = ours(format!("{SELECTED} WHERE events.principal = $1 AND number > $2 ORDER BY number LIMIT $3"));
         let query = sqlx::query(query).bind(owner.as_str()).bind(signed(number)).bind(signed(most as u64));
-        self.all(query).await?.iter().map(read).collect()
+        self.with_labels(self.all(query).await?.iter().map(read).collect::<Result<_, _>>()?).await
+    }
+
+    /// The number of the first event of a batch that is kept; nothing where none is.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn first_event_of_batch(&self, batch: &BatchId) -> Result<Option<u64>, StoreError> {
+        // All jobs of a batch were asked for in one transaction, the first item first.
+        let query = "SELECT MIN(number) AS number FROM events WHERE job_id IN \
+                     (SELECT id FROM jobs WHERE batch_id = $1 AND batch_item = (SELECT MIN(batch_item) FROM jobs WHERE batch_id = $1))";
+        let Some(row) = self.optional(sqlx::query(query).bind(batch.as_str())).await? else { return Ok(None) };
+        let number: Option<i64> = row.try_get("number")?;
+        Ok(number.map(i64::unsigned_abs))
     }
 
     /// The same for one job, whoever owns it.
@@ -97,7 +119,26 @@ impl Records {
     ) -> Result<Vec<EventRecord>, StoreError> {
         let query = ours(format!("{SELECTED} WHERE job_id = $1 AND number > $2 ORDER BY number LIMIT $3"));
         let query = sqlx::query(query).bind(job.as_str()).bind(signed(number)).bind(signed(most as u64));
-        self.all(query).await?.iter().map(read).collect()
+        self.with_labels(self.all(query).await?.iter().map(read).collect::<Result<_, _>>()?).await
+    }
+
+    async fn with_labels(&self, mut events: Vec<EventRecord>) -> Result<Vec<EventRecord>, StoreError> {
+        let jobs: BTreeSet<&str> = events.iter().map(|event| event.job.as_str()).collect();
+        if jobs.is_empty() {
+            return Ok(events);
+        }
+        let query =
+            ours(format!("SELECT job_id, name, value FROM job_labels WHERE job_id IN ({})", places(1, jobs.len())));
+        let query = jobs.into_iter().fold(sqlx::query(query), |query, job| query.bind(job.to_owned()));
+        let mut labels: BTreeMap<String, BTreeMap<String, String>> = BTreeMap::new();
+        for row in self.all(query).await? {
+            let of_job = labels.entry(row.try_get("job_id")?).or_default();
+            of_job.insert(row.try_get("name")?, row.try_get("value")?);
+        }
+        for event in &mut events {
+            event.labels = labels.get(event.job.as_str()).cloned().unwrap_or_default();
+        }
+        Ok(events)
     }
 
     /// Removes the events that are that old, of everybody, some at a time, and remembers how far that went. Gives how many there were.

@@ -36,6 +36,23 @@ fn a_config_is_checked_by_itself() {
 }
 
 #[test]
+fn an_empty_config_is_told() {
+    let folder = folder();
+    write(&folder, "empty.json", "");
+    write(&folder, "meant.json", "{}");
+    let retarget = |config| {
+        let made =
+            with_files(&["retarget"], &["--config", config, "--output", "out.glb", "--report", "r.json"], &folder);
+        assert_eq!(code(&made), Some(0), "{}", error(&made));
+        let report: Value =
+            serde_json::from_slice(&std::fs::read(folder.path().join("r.json")).expect("a report")).expect("JSON");
+        report["warnings"].as_array().expect("warnings").iter().any(|warning| warning["code"] == "empty_config")
+    };
+    assert!(retarget("empty.json"), "zero bytes are no config that somebody wrote");
+    assert!(!retarget("meant.json"), "an empty object is one");
+}
+
+#[test]
 fn a_config_is_checked_against_two_files() {
     let folder = folder();
     let cases = [

@@ -144,7 +144,7 @@ pub(super) async fn a_failure_stops_what_waits_in_its_transaction(records: &Reco
     );
     let expected = [(JobState::Succeeded, 1), (JobState::Failed, 1), (JobState::Canceled, 2)];
     assert_eq!(states(records, &batch).await, expected, "each has its end");
-    let again = records.failed_batch_jobs(&batch.id).await.expect("lists");
+    let again = records.failed_batch_jobs(&batch.id, false).await.expect("lists");
     let codes: Vec<&str> = again.iter().filter_map(|job| Some(job.failure.as_ref()?.code.as_str())).collect();
     assert_eq!(codes, ["no_animation", "batch_stopped", "batch_stopped"], "what can be asked for again");
 

@@ -110,7 +110,7 @@ async fn look_at_everything(records: Records) {
     records.batches(&ann, Some(&batch.id), 10).await.expect("lists");
     records.batch_progress(&[&batch.id]).await.expect("counts");
     records.batch_jobs(&batch.id, (Some(JobState::Queued), None), Some(1), 10).await.expect("lists");
-    records.failed_batch_jobs(&batch.id).await.expect("lists");
+    records.failed_batch_jobs(&batch.id, false).await.expect("lists");
     records.stop_batch(&batch.id, &end(JobState::Canceled, Vec::new())).await.expect("stops");
     records.end_left_waiting(&batch.id, &end(JobState::Canceled, Vec::new())).await.expect("ends");
     records.remove_job(&jobs[0].id).await.expect("removes");

@@ -217,6 +217,9 @@ async fn a_batch_is_canceled_half_way() {
     assert_eq!((batch["state"].as_str(), counts(&batch)), (Some("canceled"), [1, 0, 3]), "{batch}");
     assert_eq!(read(cancel(&service, &id).await).await["state"], "canceled", "any number of times");
     assert_eq!(retry_failed(&service, &id).await.status(), StatusCode::OK, "what was canceled has not failed");
+    let again = post(&service, &format!("/v1/batches/{id}/retry-failed?canceled=true")).await;
+    assert!(read(again).await["retried"].as_u64() > Some(0), "but it can be asked for again");
+    cancel(&service, &id).await;
     service.stop().await;
 }
 

@@ -155,3 +155,35 @@ async fn callers_hear_nothing_of_one_another() {
     assert_ne!(jobs[0], jobs[1], "each hears of their own");
     service.stop().await;
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_batch_is_followed_to_the_end_of_its_last_job() {
+    let service = Service::start(&[]).await;
+    let asset = service.upload(BVH).await;
+    ended_job(&service, "another").await;
+    let item = |word: &str| json!({"source": {"asset": asset}, "target": {"asset": asset}, "config": {"name": word}, "labels": {"shot": word}});
+    let body = json!({"items": [item("nothing"), item("refuse")]});
+    let batch =
+        taken(service.client.post(service.at("/v1/batches")).json(&body).send().await.expect("an answer")).await;
+    let path = format!("/v1/batches/{batch}/events");
+    let heard = follow(&service, &path, None).await.rest().await;
+    let mut ends: Vec<(u64, &str, &str)> = Vec::new();
+    for heard in &heard {
+        assert_eq!(heard.data["batch"], batch.as_str(), "of no other job: {}", heard.data);
+        let item = heard.data["batch_item"].as_u64().expect("an item");
+        if ["job.succeeded", "job.failed"].contains(&heard.event.as_str()) {
+            ends.push((item, heard.event.as_str(), heard.data["labels"]["shot"].as_str().expect("its label")));
+        }
+    }
+    ends.sort_unstable();
+    assert_eq!(ends, [(0, "job.succeeded", "nothing"), (1, "job.failed", "refuse")], "both, with their labels");
+    assert_eq!(names(&heard[..2]), ["job.queued", "job.queued"], "from its first");
+
+    let last = &heard[heard.len() - 1].id;
+    let known = service.client.get(service.at(&path)).header("last-event-id", last).send().await.expect("an answer");
+    assert_eq!(known.status().as_u16(), 204, "who knows the end need not come again");
+    let again = follow(&service, &path, Some(&heard[2].id)).await.rest().await;
+    assert_eq!(again, heard[3..], "the same from where somebody left off");
+    problem(service.get("/v1/batches/bat_00000000000000000000000000/events").await, 404, "not_found").await;
+    service.stop().await;
+}

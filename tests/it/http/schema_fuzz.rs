@@ -13,8 +13,8 @@ const PACE: [&str; 8] =
     ["--default-wait", "2s", "--max-wait", "2s", "--event-stream-period", "200ms", "--outbound-deny", "0.0.0.0/0,::/0"];
 
 /// What is not held against the service. A document cannot say which files exist and of which formats they are, so that what fits it may
-/// still be refused. And what may be left out is taken as left out where it is null, which the document does not advertise: many languages
-/// write what is not there so.
+/// still be refused; the hooks check instead that it is not refused for its form. And what may be left out is taken as left out where it is
+/// null, which the document does not advertise: many languages write what is not there so.
 const LEFT_OUT: &str = "positive_data_acceptance,negative_data_rejection";
 
 /// Runs the tester, with these flags besides.

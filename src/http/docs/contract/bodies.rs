@@ -107,6 +107,7 @@ fn form_of(schema: &Value, id: &str, forms: &Value) -> Value {
         true => " JSON with the same members does it too, each file as `{\"asset\": \"ast_…\"}`.",
         false => "",
     };
+    form["additionalProperties"] = false.into();
     form["description"] =
         format!("The parts of `{id}`, in any order. An optional part that is empty counts as absent.{in_json}").into();
     for (name, member) in form["properties"].as_object_mut().into_iter().flatten() {

@@ -19,6 +19,7 @@ pub(super) fn of(document: &Document) -> Value {
     leave_unions_bare(&mut document);
     close_objects(&mut document);
     bodies::tell_bytes_and_order(&mut document);
+    tell_forms_of_parameters(&mut document);
     begin_with_what_is_used_most(&mut document);
     document["servers"] = json!([
         {"url": "/", "description": "The service that this document is from"},
@@ -35,6 +36,38 @@ fn begin_with_what_is_used_most(document: &mut Value) {
     let mut ordered: Vec<(String, Value)> = std::mem::take(paths).into_iter().collect();
     ordered.sort_by_key(|(path, _)| rank(path));
     paths.extend(ordered);
+}
+
+/// What a parameter looks like, wherever it is sent.
+fn tell_forms_of_parameters(document: &mut Value) {
+    const TAGS: &str = r#"^(\*|(W/)?"[^"]*"(, *(W/)?"[^"]*")*)$"#;
+    for operation in operations(document) {
+        let changes = operation.get("requestBody").is_some();
+        let parameters = operation.get_mut("parameters").and_then(Value::as_array_mut);
+        for parameter in parameters.into_iter().flatten() {
+            let form = match parameter["name"].as_str() {
+                Some("Idempotency-Key") => json!({"pattern": "^[!-~]{1,253}$"}),
+                Some("Last-Event-ID") => json!({"pattern": "^[0-9]{1,15}$"}),
+                // Of a change, only that there is nothing yet.
+                Some("If-None-Match") if changes => json!({"pattern": r"^\*$"}),
+                Some("If-Match" | "If-None-Match") => json!({"pattern": TAGS}),
+                Some("camera") => json!({"enum": ["front", "three_quarter", "side", "back", "top", "orbit"]}),
+                Some("follow") => json!({"enum": ["auto", "figure", "hold"]}),
+                Some("background") => json!({"enum": ["light", "dark", "transparent"]}),
+                Some("style") => json!({"enum": ["shaded", "skeleton", "both", "depth", "silhouette"]}),
+                Some("fps") => json!({"minimum": 1, "maximum": 60}),
+                Some("size") => json!({"pattern": "^[1-9][0-9]{1,3}(x[1-9][0-9]{1,3})?$"}),
+                Some("sheet") => json!({"pattern": "^[1-9][0-9]?x[1-9][0-9]?$"}),
+                Some("since") => json!({"format": "date-time"}),
+                Some("label") => json!({"pattern": "^[^=]+="}),
+                Some("joint") => json!({"minLength": 1}),
+                _ => continue,
+            };
+            if let (Value::Object(schema), Value::Object(form)) = (&mut parameter["schema"], form) {
+                schema.extend(form);
+            }
+        }
+    }
 }
 
 /// Of a type that may be null, only the other types.
