@@ -82,12 +82,14 @@ pub(super) fn find_fingers(body: &Body<'_>, side: Side, findings: &mut Findings)
 fn bones_between(body: &Body<'_>, palm: Option<usize>, fingers: &[(Part, Vec<usize>)]) -> Vec<(Part, usize)> {
     let Some(palm) = palm else { return Vec::new() };
     let parent = |joint: usize| body.skeleton.parent(joint);
-    let carries_one = |joint: usize| body.skeleton.joints().iter().filter(|below| below.parent == Some(joint)).count() == 1;
+    let carries_one =
+        |joint: usize| body.skeleton.joints().iter().filter(|below| below.parent == Some(joint)).count() == 1;
     let between = |(part, joints): &(Part, Vec<usize>)| {
         let above = parent(*joints.first()?).filter(|above| parent(*above) == Some(palm))?;
         (body.names[above].sense.is_none() && carries_one(above)).then_some((*part, above))
     };
-    let found: Vec<(Part, usize)> = fingers.iter().filter(|finger| finger.0 != Part::Thumb).filter_map(between).collect();
+    let found: Vec<(Part, usize)> =
+        fingers.iter().filter(|finger| finger.0 != Part::Thumb).filter_map(between).collect();
     if found.len() > 1 { found } else { Vec::new() }
 }
 

@@ -110,8 +110,7 @@ pub(super) fn mirrored(place: DVec3, side: Side) -> DVec3 {
 
 /// The same without any name.
 pub(super) fn nameless(skeleton: &Skeleton) -> Skeleton {
-    let joint =
-        |(index, joint): (usize, &Joint)| Joint { name: format!("joint_{index}"), ..joint.clone() };
+    let joint = |(index, joint): (usize, &Joint)| Joint { name: format!("joint_{index}"), ..joint.clone() };
     Skeleton::new(skeleton.joints().iter().enumerate().map(joint).collect()).expect("names do not matter")
 }
 
@@ -120,11 +119,7 @@ pub(super) fn seen(skeleton: &Skeleton) -> Recognition {
 }
 
 /// The finger joints and bones of the palm of the left hand that are expected, by role.
-fn expected(
-    chains: &[Chain],
-    parts: &[Part],
-    left: &BTreeMap<(usize, usize), usize>,
-) -> BTreeMap<Role, Vec<usize>> {
+fn expected(chains: &[Chain], parts: &[Part], left: &BTreeMap<(usize, usize), usize>) -> BTreeMap<Role, Vec<usize>> {
     let mut expected = BTreeMap::new();
     for (chain, part) in chains.iter().zip(parts) {
         let all: Vec<usize> = (0..chain.places().len()).map(|place| left[&(chain.finger, place)]).collect();
@@ -176,8 +171,7 @@ fn bones_of_the_palm_on_one_spot_are_no_phalanges() {
 
 #[test]
 fn joints_that_say_nothing_between_the_hand_and_named_fingers_are_bones_of_the_palm() {
-    let chains: Vec<Chain> =
-        (0..5).map(|finger| Chain { finger, from_wrist: finger > 0, has_tip: false }).collect();
+    let chains: Vec<Chain> = (0..5).map(|finger| Chain { finger, from_wrist: finger > 0, has_tip: false }).collect();
     let (skeleton, left) = figure(&chains, |finger, place| match (finger, place) {
         (1.., 0) => format!("b{finger}"),
         (0, place) => format!("thumb{}", place + 1),

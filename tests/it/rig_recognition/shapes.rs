@@ -62,9 +62,8 @@ fn assert_limbs(recognition: &Recognition, places: &BTreeMap<(String, Side), usi
 
 #[test]
 fn what_one_hand_holds_does_not_make_the_arms_unlike() {
-    let helper = |above: &'static str, x: f64| {
-        Side::BOTH.map(|side| ("twist", above, side, DVec3::new(x, 1.45, -0.005)))
-    };
+    let helper =
+        |above: &'static str, x: f64| Side::BOTH.map(|side| ("twist", above, side, DVec3::new(x, 1.45, -0.005)));
     let mut more: Vec<More<'_>> = helper("upper_arm", 0.34).into_iter().chain(helper("forearm", 0.6)).collect();
     more.push(("weapon", "hand", Side::Right, DVec3::new(0.72, 1.45, 0.04)));
     more.push(("blade", "weapon", Side::Right, DVec3::new(0.72, 1.45, 0.5)));

@@ -73,8 +73,8 @@ pub(super) fn find_fingers(shape: &Shape<'_>, hand: usize) -> Vec<(Part, Vec<usi
     let whole = |(part, finger): (Part, usize)| {
         let joints = &fingers[finger];
         // A bone of the palm comes first where the way to it is shorter than itself.
-        let begins_low =
-            joints.len() > PHALANGES && shape.positions[joints[0]].distance(shape.positions[hand]) < shape.length[joints[1]];
+        let begins_low = joints.len() > PHALANGES
+            && shape.positions[joints[0]].distance(shape.positions[hand]) < shape.length[joints[1]];
         let in_palm = finger != thumb && (begins_low || on_spot[finger]);
         // Four chains, all alike, may be four fingers of which one carries the thumb: then nothing says which is which.
         let is_plain = fingers.len() == 5 || is_shorter(thumb) || on_spot[finger];

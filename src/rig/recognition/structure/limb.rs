@@ -180,7 +180,8 @@ impl<'a> Way<'a> {
 
     /// The angle between the bones before and behind a joint; none where one of them has no length.
     fn turn_at(&self, joint: usize) -> f64 {
-        let (before, behind) = (self.points[joint] - self.points[joint - 1], self.points[joint + 1] - self.points[joint]);
+        let (before, behind) =
+            (self.points[joint] - self.points[joint - 1], self.points[joint + 1] - self.points[joint]);
         match (before.try_normalize(), behind.try_normalize()) {
             (Some(before), Some(behind)) => before.dot(behind).clamp(-1.0, 1.0).acos(),
             _ => 0.0,
