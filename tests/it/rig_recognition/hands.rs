@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use retargetd::{
     model::{Joint, Reporter, Skeleton, Transform},
-    rig::{Hints, Part, Recognition, Rig, RigSpec, Role, Side, recognise},
+    rig::{Hints, Part, Recognition, Rig, RigSpec, Role, Side, recognize},
 };
 
 use super::stripped::samples;
@@ -115,7 +115,7 @@ pub(super) fn nameless(skeleton: &Skeleton) -> Skeleton {
 }
 
 pub(super) fn seen(skeleton: &Skeleton) -> Recognition {
-    recognise(skeleton, &skeleton.rest_pose().to_model(skeleton), &Hints::default())
+    recognize(skeleton, &skeleton.rest_pose().to_model(skeleton), &Hints::default())
 }
 
 /// The finger joints and bones of the palm of the left hand that are expected, by role.
