@@ -140,7 +140,9 @@ fn foot_joints(stack: &StackBuilder<'_>, limb: usize, of_target: bool) -> impl I
 
 fn floor_stage(stack: &StackBuilder<'_>, op: &FloorOp, resolved: &ResolvedOp) -> FloorStage {
     let source = stack.source_posing(resolved.limbs.iter().flat_map(|&limb| foot_joints(stack, limb, false)));
-    let target = stack.target_posing(resolved.limbs.iter().flat_map(|&limb| foot_joints(stack, limb, true)));
+    let leg = |limb: usize| stack.limb(limb).target.joints();
+    let target = resolved.limbs.iter().flat_map(|&limb| foot_joints(stack, limb, true).chain(leg(limb)));
+    let target = stack.target_posing(target);
     let up = |limb: usize| {
         let rest = stack.target_rest[stack.limb(limb).target.end].rotation;
         rest.conjugate() * stack.ground().up
@@ -156,6 +158,7 @@ fn floor_stage(stack: &StackBuilder<'_>, op: &FloorOp, resolved: &ResolvedOp) ->
             source_shape: pair.source_foot.clone(),
             target: foot_slots(&pair.target, &target),
             target_shape: pair.target_foot.clone(),
+            leg: leg(limb).map(|joint| target.slot(joint)),
             toes_give_way: toes_of(stack, limb).is_some(),
             is_same: ratio.is_some_and(|ratio| (ratio - leg_ratio).abs() <= ALIKE * leg_ratio),
             stands: target_sole.down[0].map(|down| -down),

@@ -4,9 +4,9 @@
 //! the source's sole is above its floor while it stands counts as standing, contact by contact, as long as that is a few
 //! centimeters; what is more is a step.
 
-use super::{Clearance, FloorFoot, FloorStage};
+use super::{CARRIES_METRES, Clearance, FloorFoot, FloorStage};
 use crate::retarget::{
-    stages::contact_points::Part,
+    stages::contact_points::{ContactPoints, Part},
     stages::{
         temporal::{median, runs, smoothed},
         work::Work,
@@ -15,6 +15,8 @@ use crate::retarget::{
 
 /// The largest level, for a leg of 1 m.
 const MAX_METRES: f64 = 0.04;
+/// Feet that touch in less than one of so many frames in which one is low touch too seldom to say when they stand.
+const SELDOM: usize = 4;
 /// One of so many frames in which nothing touches is lower than the floor.
 const LOW_SHARE: usize = 4;
 /// Standard deviation of the smoothing from one contact to the next.
@@ -26,10 +28,35 @@ impl FloorStage {
         if self.op.adaptive { MAX_METRES * self.source_leg } else { 0.0 }
     }
 
+    /// The contacts, where they say when feet stand. Of feet that are low far more often than they touch, as in walks on the spot in
+    /// which a toe rests for a moment, they do not.
+    pub(in crate::retarget) fn standing<'w>(
+        &self,
+        rows: &[Clearance],
+        work: &'w Work<'_>,
+    ) -> Option<&'w ContactPoints> {
+        let contacts = Some(&work.contacts).filter(|contacts| contacts.is_anything_touching())?;
+        let most = self.lowest_level(rows) + CARRIES_METRES * self.source_leg;
+        let (mut low, mut touching) = (0_usize, 0_usize);
+        for (frame, row) in rows.chunks_exact(self.feet.len().max(1)).enumerate() {
+            low += usize::from(row.iter().any(|foot| foot.source < most));
+            touching += usize::from(self.feet.iter().any(|foot| contacts.touches(foot.limb, frame)));
+        }
+        (touching * SELDOM >= low).then_some(contacts)
+    }
+
     /// The level under every foot, frame by frame, in units of the source.
-    pub(in crate::retarget) fn levels(&self, rows: &[Clearance], work: &Work<'_>) -> Vec<Vec<f64>> {
-        let of_feet: Vec<Vec<Known>> =
-            self.feet.iter().enumerate().map(|(index, foot)| self.known(index, foot, rows, work)).collect();
+    pub(in crate::retarget) fn levels(
+        &self,
+        rows: &[Clearance],
+        standing: Option<&ContactPoints>,
+        work: &Work<'_>,
+    ) -> Vec<Vec<f64>> {
+        let known = |(index, foot): (usize, &FloorFoot)| match standing {
+            Some(_) => self.known(index, foot, rows, work),
+            None => Vec::new(),
+        };
+        let of_feet: Vec<Vec<Known>> = self.feet.iter().enumerate().map(known).collect();
         let mut levels: Vec<f64> = of_feet.iter().flatten().map(|known| known.level).collect();
         let all = median(&mut levels);
         let all = all.unwrap_or_else(|| self.lowest_level(rows));

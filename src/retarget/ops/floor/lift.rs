@@ -1,5 +1,7 @@
 //! How feet and pelvis are moved up and down, smoothly over time.
 
+use glam::DVec2;
+
 use super::{Clearance, FloorStage};
 use crate::retarget::stages::{
     temporal::{smoothed, smoothed_above},
@@ -58,8 +60,9 @@ pub(in crate::retarget) fn smooth_above(
 }
 
 impl FloorStage {
-    /// How far the pelvis goes up or down with the feet that carry it: the mean of what they need; `wants` says that of a foot
-    /// at a frame where it carries. Smooth over time, and straight from one contact to the next.
+    /// How far the pelvis goes up or down with the feet that carry it: the mean of what they need; `wants` says what a foot needs at a
+    /// frame where it carries. Straight from one contact to the next, and smooth over time: frames in which two feet carry count
+    /// twice in that, since two knees bend for what is left.
     pub(in crate::retarget) fn shifts(
         &self,
         rows: &[Clearance],
@@ -67,22 +70,22 @@ impl FloorStage {
         wants: impl Fn(usize, usize, &Clearance) -> Option<f64>,
     ) -> Vec<f64> {
         let width = self.feet.len().max(1);
-        let mut known: Vec<(usize, f64)> = Vec::new();
+        let mut known: Vec<(usize, DVec2)> = Vec::new();
         for (frame, row) in rows.chunks_exact(width).enumerate() {
             let lifts = row.iter().enumerate().filter_map(|(foot, clearance)| wants(foot, frame, clearance));
-            let (sum, count) = lifts.fold((0.0, 0.0), |(sum, count), lift| (sum + lift, count + 1.0));
-            if count > 0.0 {
-                known.push((frame, sum / count));
+            let sum: DVec2 = lifts.map(|lift| DVec2::new(lift, 1.0)).sum();
+            if sum.y > 0.0 {
+                known.push((frame, sum));
             }
         }
         straight(&known, work.times)
     }
 }
 
-/// From one known value to the next, then smooth.
-fn straight(known: &[(usize, f64)], times: &[f64]) -> Vec<f64> {
+/// From one known value to the next, then smooth. Values come as sums of several, with their number.
+fn straight(known: &[(usize, DVec2)], times: &[f64]) -> Vec<f64> {
     let (Some(first), Some(last)) = (known.first(), known.last()) else { return vec![0.0; times.len()] };
-    let mut shifts = Vec::with_capacity(times.len());
+    let mut sums = Vec::with_capacity(times.len());
     let mut next = 0;
     for frame in 0..times.len() {
         while next < known.len() && known[next].0 < frame {
@@ -92,7 +95,8 @@ fn straight(known: &[(usize, f64)], times: &[f64]) -> Vec<f64> {
         let before = next.checked_sub(1).map_or(first, |before| &known[before]);
         let span = times[after.0] - times[before.0];
         let share = if span > 0.0 { ((times[frame] - times[before.0]) / span).clamp(0.0, 1.0) } else { 1.0 };
-        shifts.push(before.1 + (after.1 - before.1) * share);
+        sums.push(before.1.lerp(after.1, share));
     }
-    smoothed(&shifts, times, SHIFT_SECONDS)
+    let smooth = smoothed(&sums, times, SHIFT_SECONDS);
+    smooth.into_iter().map(|sum| sum.x / sum.y).collect()
 }

@@ -7,6 +7,7 @@
 
 mod compile;
 mod foot;
+mod knee;
 mod level;
 mod lift;
 pub(in crate::retarget) mod spec;
@@ -30,10 +31,12 @@ use crate::{
 };
 
 pub(in crate::retarget) use self::foot::{FootSlots, PlacedFoot};
+use self::knee::bend_per_move;
 pub(in crate::retarget) use self::lift::smooth_above;
 use self::lift::{Lift, smoothed_lifts};
 use super::plant::either;
 use crate::retarget::stages::{
+    contact_points::ContactPoints,
     posing::{Pose, Posing},
     temporal::runs,
     two_bone::arc,
@@ -79,6 +82,8 @@ pub(in crate::retarget) struct FloorFoot {
     pub(in crate::retarget) source_shape: FootShape,
     pub(in crate::retarget) target: FootSlots,
     pub(in crate::retarget) target_shape: FootShape,
+    /// Slots of hip, knee and ankle of the target.
+    pub(in crate::retarget) leg: [usize; 3],
     /// Whether leg and foot of the target are the source's but for their size. Such a foot stands as the source's stands, even where
     /// that hovers by the measure of its rest pose.
     pub(in crate::retarget) is_same: bool,
@@ -112,6 +117,8 @@ pub(in crate::retarget) struct Clearance {
     flat: f64,
     /// Whether it is nearly flat there.
     is_level: bool,
+    /// Radians by which the target's knee bends for each plan unit that its foot is moved up.
+    bend: f64,
 }
 
 impl Clearance {
@@ -139,12 +146,10 @@ impl Wanted {
 
 impl FloorStage {
     /// Whether a foot carries the figure at a frame where the source's is so high above its level.
-    fn carries(&self, foot: usize, frame: usize, above: f64, work: &Work<'_>) -> bool {
-        let limb = self.feet[foot].limb;
-        if work.contacts.is_anything_touching() {
-            work.contacts.touches(limb, frame)
-        } else {
-            above < CARRIES_METRES * self.source_leg
+    fn carries(&self, foot: usize, frame: usize, above: f64, contacts: Option<&ContactPoints>) -> bool {
+        match contacts {
+            Some(contacts) => contacts.touches(self.feet[foot].limb, frame),
+            None => above < CARRIES_METRES * self.source_leg,
         }
     }
 
@@ -165,6 +170,7 @@ impl FloorStage {
                     with_toes: lowest.all - self.ground.target_floor,
                     flat: depth.unwrap_or(lowest.wanted) - self.ground.target_floor,
                     is_level,
+                    bend: bend_per_move(foot.leg.map(|slot| pose.model[slot].translation), goal.position),
                 };
             }
         };
@@ -208,15 +214,20 @@ impl FloorStage {
     }
 
     /// How much the floor counts for every foot, frame by frame: while it touches, or while it is low where nothing touches at all.
-    fn holds(&self, rows: &[Clearance], levels: &[Vec<f64>], work: &Work<'_>) -> Vec<Vec<f64>> {
-        let is_touching = work.contacts.is_anything_touching();
+    fn holds(
+        &self,
+        rows: &[Clearance],
+        levels: &[Vec<f64>],
+        standing: Option<&ContactPoints>,
+        work: &Work<'_>,
+    ) -> Vec<Vec<f64>> {
         let low = |index: usize, frame: usize| {
             let above = rows[frame * self.feet.len() + index].source - levels[index][frame];
             1.0 - smootherstep((above / self.source_leg - LOW_METRES) / LOW_FADE_METRES)
         };
-        let of_foot = |(index, foot): (usize, &FloorFoot)| match is_touching {
-            true => holds(foot.limb, work),
-            false => (0..work.frame_count()).map(|frame| low(index, frame)).collect(),
+        let of_foot = |(index, foot): (usize, &FloorFoot)| match standing {
+            Some(_) => holds(foot.limb, work),
+            None => (0..work.frame_count()).map(|frame| low(index, frame)).collect(),
         };
         self.feet.par_iter().enumerate().map(of_foot).collect()
     }
@@ -247,14 +258,16 @@ impl Stage for FloorStage {
         self.flatten(&alphas, work)?;
         self.find_source_soles(work)?;
         let rows = self.clearances(work)?;
-        let levels = self.levels(&rows, work);
-        let holds = self.holds(&rows, &levels, work);
+        let standing = self.standing(&rows, work);
+        let levels = self.levels(&rows, standing, work);
+        let holds = self.holds(&rows, &levels, standing, work);
         let wanted = |foot: usize, frame: usize, clearance: &Clearance| {
             self.wanted(foot, clearance.source, levels[foot][frame], holds[foot][frame])
         };
+        let is_touching = standing.is_some();
         let wants = |foot: usize, frame: usize, clearance: &Clearance| {
-            let missing = clearance.missing(wanted(foot, frame, clearance).height);
-            self.carries(foot, frame, clearance.source - levels[foot][frame], work).then_some(missing)
+            let missing = clearance.limited(clearance.missing(wanted(foot, frame, clearance).height), is_touching);
+            self.carries(foot, frame, clearance.source - levels[foot][frame], standing).then_some(missing)
         };
         let shifts = if self.op.shift_pelvis { self.shifts(&rows, work, wants) } else { vec![0.0; work.frame_count()] };
         let lifted = |limb: &usize| {
@@ -270,7 +283,8 @@ impl Stage for FloorStage {
                 let least = (wanted.deepest - clearance.target) * alpha;
                 // A foot in the air goes with the pelvis, so that its leg keeps its shape, as long as it stays out of the floor.
                 let free = shift.max(least);
-                let moved = free + (clearance.missing(wanted.height) * alpha - free) * weight;
+                let missing = clearance.limited(clearance.missing(wanted.height), is_touching);
+                let moved = free + (missing * alpha - free) * weight;
                 Lift { beyond: moved - shift, least: least - shift }
             };
             smoothed_lifts((0..alphas.len()).map(lift).collect(), work.times)

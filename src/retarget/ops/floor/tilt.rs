@@ -54,20 +54,22 @@ impl FloorStage {
     fn turns(&self, work: &Work<'_>) -> Result<Vec<Vec<f64>>, Canceled> {
         let width = self.feet.len();
         let rows = self.clearances(work)?;
-        let levels = self.levels(&rows, work);
-        let holds = self.holds(&rows, &levels, work);
+        let standing = self.standing(&rows, work);
+        let levels = self.levels(&rows, standing, work);
+        let holds = self.holds(&rows, &levels, standing, work);
         let wanted = |foot: usize, frame: usize| {
             self.wanted(foot, rows[frame * width + foot].source, levels[foot][frame], holds[foot][frame])
         };
         // Where a foot stands on its whole sole, what it is off by is lifted; only what it is off by beside that is tilt.
         let has_flat =
             (0..work.frame_count()).any(|frame| self.feet.iter().any(|foot| is_flat(foot.limb, frame, work)));
+        let is_touching = standing.is_some();
         let wants = |foot: usize, frame: usize, clearance: &Clearance| {
             let stands = is_flat(self.feet[foot].limb, frame, work)
                 || (!has_flat
                     && clearance.is_level
-                    && self.carries(foot, frame, clearance.source - levels[foot][frame], work));
-            stands.then(|| wanted(foot, frame).height - clearance.flat)
+                    && self.carries(foot, frame, clearance.source - levels[foot][frame], standing));
+            stands.then(|| clearance.limited(wanted(foot, frame).height - clearance.flat, is_touching))
         };
         let shifts = self.shifts(&rows, work, wants);
         let fill = |pose: &mut Pose, frame: usize, row: &mut [f64]| {

@@ -3,13 +3,13 @@
 use glam::DVec3;
 
 use super::shape::Shape;
-use crate::rig::Part;
+use crate::rig::{
+    Part,
+    recognition::fingers::{PHALANGES, Start, spots},
+};
 
 /// A finger has at least this many joints; fewer are a palm or a marker.
 const FEWEST_JOINTS: usize = 2;
-/// Joints of a whole finger; one more is its tip.
-const PHALANGES: usize = 3;
-
 /// How much it speaks for a thumb that it alone has fewer joints than all others.
 const FEWER_JOINTS: f64 = 0.5;
 
@@ -31,13 +31,18 @@ pub(super) fn find_fingers(shape: &Shape<'_>, hand: usize) -> Vec<(Part, Vec<usi
     if !(3..=5).contains(&fingers.len()) {
         return Vec::new();
     }
-    let base = |finger: usize| shape.positions[fingers[finger][0]] - shape.positions[hand];
+    let starts: Vec<Start> = fingers.iter().map(|joints| Start::of(shape.positions, joints)).collect();
+    let on_spot: Vec<bool> =
+        spots(&starts).into_iter().zip(&fingers).map(|(is_on, joints)| is_on && joints.len() >= PHALANGES).collect();
+    // What begins on one spot with others shows from its next joint on where it lies in the hand.
+    let visible = |finger: usize| &fingers[finger][usize::from(on_spot[finger])..];
+    let base = |finger: usize| shape.positions[visible(finger)[0]] - shape.positions[hand];
     let along = |finger: usize| {
-        let joints = &fingers[finger];
+        let joints = visible(finger);
         (shape.positions[joints[joints.len() - 1]] - shape.positions[joints[0]]).normalize_or_zero()
     };
     // The knuckles lie in a row, and the thumb at one end of it: the one that starts nearer to the wrist and points away.
-    let middle = |finger: usize| base(finger) + 0.3 * shape.reach[fingers[finger][0]] * along(finger);
+    let middle = |finger: usize| base(finger) + 0.3 * shape.reach[visible(finger)[0]] * along(finger);
     let all = 0..fingers.len();
     let pairs = all.clone().flat_map(|one| (one + 1..fingers.len()).map(move |other| (one, other)));
     let apart = |pair: &(usize, usize)| middle(pair.0).distance(middle(pair.1));
@@ -68,9 +73,11 @@ pub(super) fn find_fingers(shape: &Shape<'_>, hand: usize) -> Vec<(Part, Vec<usi
     let whole = |(part, finger): (Part, usize)| {
         let joints = &fingers[finger];
         // A bone of the palm comes first where the way to it is shorter than itself.
-        let in_palm = finger != thumb && joints.len() > PHALANGES && base(finger).length() < shape.length[joints[1]];
+        let begins_low = joints.len() > PHALANGES
+            && shape.positions[joints[0]].distance(shape.positions[hand]) < shape.length[joints[1]];
+        let in_palm = finger != thumb && (begins_low || on_spot[finger]);
         // Four chains, all alike, may be four fingers of which one carries the thumb: then nothing says which is which.
-        let is_plain = fingers.len() == 5 || is_shorter(thumb);
+        let is_plain = fingers.len() == 5 || is_shorter(thumb) || on_spot[finger];
         let metacarpal = part.metacarpal().filter(|_| in_palm && is_plain).map(|part| (part, vec![joints[0]]));
         let phalanges = joints.iter().copied().skip(usize::from(in_palm)).take(PHALANGES).collect();
         metacarpal.into_iter().chain([(part, phalanges)])

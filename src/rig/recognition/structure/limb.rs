@@ -22,12 +22,30 @@ pub(super) struct Proportions {
     splits: f64,
     /// How likely a limb is that nothing lies before: few arms come without a clavicle.
     bare: f64,
+    /// Whether it rests stretched, so that what bends much is its end.
+    rests_straight: bool,
 }
 
-pub(super) const ARM: Proportions =
-    Proportions { upper_over_lower: 1.04, before: 0.5, after: 0.75, bends: false, splits: 0.23, bare: 0.7 };
-pub(super) const LEG: Proportions =
-    Proportions { upper_over_lower: 1.0, before: 0.2, after: 0.5, bends: true, splits: 0.3, bare: 1.0 };
+pub(super) const ARM: Proportions = Proportions {
+    upper_over_lower: 1.04,
+    before: 0.5,
+    after: 0.75,
+    bends: false,
+    splits: 0.23,
+    bare: 0.7,
+    rests_straight: false,
+};
+pub(super) const LEG: Proportions = Proportions {
+    upper_over_lower: 1.0,
+    before: 0.2,
+    after: 0.5,
+    bends: true,
+    splits: 0.3,
+    bare: 1.0,
+    rests_straight: true,
+};
+/// Birds stand with their knees bent.
+pub(super) const BIRD_LEG: Proportions = Proportions { rests_straight: false, ..LEG };
 
 /// Spread of the ratio of the segments, as a logarithm.
 const RATIO_SPREAD: f64 = 0.45;
@@ -35,6 +53,13 @@ const RATIO_SPREAD: f64 = 0.45;
 const SURE_RATIO_SPREAD: f64 = 0.75;
 /// How much longer than its chord a segment may be.
 const BEND_SPREAD: f64 = 0.1;
+
+/// A joint that splits a shin where it bends by this angle is hardly one but the ankle: 26°.
+const KINK: f64 = 0.45;
+/// Knees rest bent by no more than this angle...
+const RESTING_KNEE: f64 = 0.35;
+/// ... and so much beyond it is more likely an ankle.
+const KNEE_SPREAD: f64 = 0.5;
 
 /// A first joint of an arm that is nearer to the middle than this share of how far the next one is, is a collar bone's...
 const NEAR_MIDDLE: f64 = 0.42;
@@ -142,7 +167,25 @@ impl<'a> Way<'a> {
         let inner = inner.chain((lower + 1..end).map(|joint| way(lower, joint) / way(lower, end)));
         let extra =
             inner.map(|share| if (share - 0.5).abs() <= proportions.splits { 0.97 } else { 0.6 }).product::<f64>();
-        ratio * straight * before * bare * after * coverage * hand * extra
+        let in_shin = if proportions.rests_straight { lower + 1..end } else { end..end };
+        let kinks = in_shin.map(|joint| bell(self.turn_at(joint), KINK)).product::<f64>();
+        let knee = if proportions.rests_straight {
+            let [thigh, shin] = [(upper, lower), (lower, end)].map(|(from, to)| self.points[to] - self.points[from]);
+            bell((thigh.angle_between(shin) - RESTING_KNEE).max(0.0), KNEE_SPREAD)
+        } else {
+            1.0
+        };
+        ratio * straight * before * bare * after * coverage * hand * extra * kinks * knee
+    }
+
+    /// The angle between the bones before and behind a joint; none where one of them has no length.
+    fn turn_at(&self, joint: usize) -> f64 {
+        let (before, behind) =
+            (self.points[joint] - self.points[joint - 1], self.points[joint + 1] - self.points[joint]);
+        match (before.try_normalize(), behind.try_normalize()) {
+            (Some(before), Some(behind)) => before.dot(behind).clamp(-1.0, 1.0).acos(),
+            _ => 0.0,
+        }
     }
 
     /// A foot bends off from the shin; what goes straight on is none.

@@ -112,6 +112,9 @@ impl Anatomy {
 
 /// A foot or knee that is out of line by less than this share of the leg does not say where front is.
 const MIN_FORWARD: f64 = 0.02;
+/// Knees say surely where front is only when they bend by this share of the legs: many figures rest with knees that are a little
+/// overstretched.
+const SURE_KNEES: f64 = 0.06;
 /// What is less like a body needs names beside it. Few random trees of mirrored branches come as near.
 const STANDS_ALONE: f64 = 0.26;
 /// The surest that shape alone is.
@@ -193,12 +196,12 @@ impl Places {
 fn describe_upright(shape: &Shape<'_>, body: &Upright) -> Anatomy {
     let up = upright(body.trunk.normalize_or_zero());
     let height = body.trunk.length();
-    let forward = forward_of_legs(shape, &body.legs, up);
+    let (forward, facing_known) = forward_of_legs(shape, &body.legs, up);
     let sides = sides_of(shape, body, up, forward);
     let mut places = Places::default();
     let sure = SUREST.min(0.55 + 0.4 * body.score.sqrt()) * clearness(body.score, CLEAR_UPRIGHT);
     // Where nothing shows which way the body faces, either side may be the left one.
-    let sure_of_sides = if forward.is_some() { sure } else { sure.min(GUESS) };
+    let sure_of_sides = if facing_known { sure } else { sure.min(GUESS) };
     for (side, way) in [Side::Left, Side::Right].into_iter().zip(sides) {
         describe_leg(shape, &body.legs, way, side, sure_of_sides, &mut places);
         describe_arm(shape, &body.arms, way, side, sure_of_sides, &mut places);
@@ -223,7 +226,7 @@ fn describe_upright(shape: &Shape<'_>, body: &Upright) -> Anatomy {
     }
     let limbs = seen_limbs(shape, body, sides);
     let (kind, score) = (RigKind::Biped, body.score);
-    Anatomy { kind, places: places.0, score, limbs, facing_known: forward.is_some() }
+    Anatomy { kind, places: places.0, score, limbs, facing_known }
 }
 
 /// Arms and legs with every way of seeing them; `sides` says which of the two ways is the left one.
@@ -248,8 +251,8 @@ fn seen_limbs(shape: &Shape<'_>, body: &Upright, sides: [usize; 2]) -> Vec<SeenL
     seen
 }
 
-/// Where front is: where the feet point, else where the knees do.
-fn forward_of_legs(shape: &Shape<'_>, legs: &Limbs, up: DVec3) -> Option<DVec3> {
+/// Where front is: where the feet point, else where the knees do; and whether that is more than a guess.
+fn forward_of_legs(shape: &Shape<'_>, legs: &Limbs, up: DVec3) -> (Option<DVec3>, bool) {
     let position = |side: usize, place: usize| shape.positions[legs.pair.ways[side][place]];
     let across = {
         let between = position(0, legs.best.upper) - position(1, legs.best.upper);
@@ -267,7 +270,9 @@ fn forward_of_legs(shape: &Shape<'_>, legs: &Limbs, up: DVec3) -> Option<DVec3> 
         let off = knee - hip;
         knees += level(off - off.dot(leg) * leg);
     }
-    [feet, knees].into_iter().find(|step| step.length() > MIN_FORWARD * length).and_then(DVec3::try_normalize)
+    let shows = |step: DVec3, least: f64| step.length() > least * length;
+    let step = [feet, knees].into_iter().find(|step| shows(*step, MIN_FORWARD));
+    (step.and_then(DVec3::try_normalize), shows(feet, MIN_FORWARD) || shows(knees, SURE_KNEES))
 }
 
 /// Which of the two ways of each pair is the left one, and which the right.

@@ -10,6 +10,8 @@ const SHORTEST_LIMB: f64 = 0.14;
 const MIN_APART: f64 = 0.04;
 /// Bones of a pair differ by no more than this share of the limb.
 const MAX_DIFFERENCE: f64 = 0.06;
+/// How much what hangs from a bone counts at most when bones are compared, as a share of the bone.
+const MAX_BY_REACH: f64 = 0.5;
 /// Longer ways are no limbs.
 const LONGEST_WAY: usize = 20;
 /// More joints than this that limbs could hang from are no body.
@@ -82,8 +84,10 @@ fn compare(shape: &Shape<'_>, first: usize, second: usize) -> Option<(f64, [Vec<
     let mut gone = 0.0;
     while ways[0].len() < LONGEST_WAY {
         let Some(next) = shape.children[here].first().copied() else { break };
+        // Something in one hand makes all above it reach farther, so that says less than the bone itself.
         let unlike = |other: &usize| {
-            (shape.length[*other] - shape.length[next]).abs() + 0.5 * (shape.reach[*other] - shape.reach[next]).abs()
+            let reach = (shape.reach[*other] - shape.reach[next]).abs();
+            (shape.length[*other] - shape.length[next]).abs() + 0.5 * reach.min(MAX_BY_REACH * shape.length[next])
         };
         let by_likeness = |one: &&usize, other: &&usize| unlike(one).total_cmp(&unlike(other));
         let Some(twin) = shape.children[there].iter().min_by(by_likeness).copied() else { break };

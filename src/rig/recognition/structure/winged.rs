@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::{
     bodies::{Limbs, step},
     crawler::{Ways, explained, paired_ways},
-    limb::{LEG, segments},
+    limb::{BIRD_LEG, segments},
     plane::Plane,
     shape::Shape,
     trunk::{Ends, Trunk, find_animal_trunk},
@@ -93,7 +93,7 @@ fn stand(shape: &Shape<'_>, plane: &Plane, legs: &Pair, wings: &Pair) -> Option<
     let length = |pair: &Pair| pair.ways[0].iter().skip(1).map(|joint| shape.length[*joint]).sum::<f64>();
     let way = |pair: &Pair| pair.ways[0].last().map_or(DVec3::ZERO, |end| shape.positions[*end]);
     let (leg_length, wing_length) = (length(legs), length(wings));
-    let limb = segments(shape, legs, LEG);
+    let limb = segments(shape, legs, BIRD_LEG);
     let best = *limb.first()?;
     // Toes point ahead; the ankle's way from the hip says better where down is.
     let up = (start(legs) - place(legs.ways[0][best.end])).try_normalize()?;
