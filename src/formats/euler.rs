@@ -346,18 +346,24 @@ mod tests {
             DQuat::from_rotation_x(PI / 2.0) * DQuat::from_scaled_axis(DVec3::new(angle.cos(), 0.0, angle.sin()) * 0.05)
         };
         let mut choice = OrderChoice::new(EulerOrder::ZXY);
-        (0..200).for_each(|frame| choice.look(spin(frame)));
+        (0..200).for_each(|frame| {
+            choice.look(spin(frame));
+        });
         assert!(choice.is_in_doubt(), "it is all about the gimbal");
         (0..200).for_each(|frame| choice.try_all(spin(frame)));
         let step = |order: EulerOrder| largest_step(order, (0..200).map(spin));
         let (best, usual) = (step(choice.best()), step(EulerOrder::ZXY));
         assert!(best < 0.02 && usual > 0.1, "{:?}: {best} a frame, ZXY {usual}", choice.best());
         let mut calm = OrderChoice::new(EulerOrder::ZXY);
-        (0..200).for_each(|frame| calm.look(DQuat::from_rotation_z(f64::from(frame) * 0.4)));
+        (0..200).for_each(|frame| {
+            calm.look(DQuat::from_rotation_z(f64::from(frame) * 0.4));
+        });
         assert!(!calm.is_in_doubt() && calm.best() == EulerOrder::ZXY, "what is fine stays as it is");
         let mut fast = OrderChoice::new(EulerOrder::ZXY);
         let turn = |frame: i32| DQuat::from_rotation_z(f64::from(frame));
-        (0..200).for_each(|frame| fast.look(turn(frame)));
+        (0..200).for_each(|frame| {
+            fast.look(turn(frame));
+        });
         assert!(fast.is_in_doubt(), "a radian a frame may be less in another order");
         (0..200).for_each(|frame| fast.try_all(turn(frame)));
         assert_eq!(fast.best(), EulerOrder::ZXY, "and is not");

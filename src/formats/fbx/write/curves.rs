@@ -154,13 +154,11 @@ impl LimbNode {
     }
 
     /// The order whose angles are steadiest, and the angles of local rotations in it.
-    fn in_steadiest_order(
-        &self,
-        rotations: impl ExactSizeIterator<Item = DQuat> + Clone,
-    ) -> (EulerOrder, Columns<3>) {
+    fn in_steadiest_order(&self, rotations: impl ExactSizeIterator<Item = DQuat> + Clone) -> (EulerOrder, Columns<3>) {
         let mut choice = OrderChoice::new(USUAL_ORDER);
         let turned = || rotations.clone().map(|rotation| self.after_pre_rotation(rotation));
-        let as_usual = Columns::of_vectors(turned().map(|rotation| degrees(USUAL_ORDER.by_axis(choice.look(rotation)))));
+        let as_usual =
+            Columns::of_vectors(turned().map(|rotation| degrees(USUAL_ORDER.by_axis(choice.look(rotation)))));
         if choice.is_in_doubt() {
             turned().for_each(|rotation| choice.try_all(rotation));
         }
