@@ -8,12 +8,21 @@ use glam::{DQuat, DVec3, Vec3};
 
 use crate::model::{JointTracks, Track, Transform};
 
-use super::posing::{PosedJoint, unit};
-
 /// Frames whose poses are found at once; divides what one thread takes at a time.
 pub(super) const FRAMES: usize = 8;
 
+/// Squares of lengths that are this near to one are brought to it by a Newton step, which leaves less than rounding does.
+const NEARLY_UNIT: f64 = 1e-6;
+
 type Lane = [f64; FRAMES];
+
+/// A joint that is looked at.
+#[derive(Clone, Debug)]
+pub(super) struct PosedJoint {
+    pub(super) joint: usize,
+    pub(super) parent: Option<usize>,
+    pub(super) rest: Transform,
+}
 
 /// A transform of each frame.
 #[derive(Clone, Copy, Debug)]
@@ -169,4 +178,10 @@ fn set_vector(lanes: &mut [Lane; 3], track: &Track<Vec3>, rest: DVec3, first: us
 #[inline(always)]
 fn set<const N: usize>(lanes: &mut [Lane; N], lane: usize, values: [f64; N]) {
     lanes.iter_mut().zip(values).for_each(|(lanes, value)| lanes[lane] = value);
+}
+
+/// A rotation at unit length. What a track holds is that but for the rounding of its numbers.
+pub(super) fn unit(rotation: DQuat) -> DQuat {
+    let square = rotation.length_squared();
+    if (square - 1.0).abs() < NEARLY_UNIT { rotation * (1.5 - 0.5 * square) } else { rotation.normalize() }
 }

@@ -1,12 +1,9 @@
 //! Where a few joints of a skeleton are at one frame.
 
-use glam::{DQuat, Quat, Vec3};
+use glam::{Quat, Vec3};
 
-use super::ahead::{Ahead, FRAMES};
+use super::ahead::{Ahead, FRAMES, PosedJoint, unit};
 use crate::model::{JointTracks, Skeleton, Transform};
-
-/// Squares of lengths that are this near to one are brought to it by a Newton step, which leaves less than rounding does.
-const NEARLY_UNIT: f64 = 1e-6;
 
 /// The joints that a stage looks at, with everything above them, parents first.
 #[derive(Clone, Debug)]
@@ -15,13 +12,6 @@ pub(in crate::retarget) struct Posing {
     slots: Vec<Option<usize>>,
     /// `plan_from_scene`: what the roots hang below.
     above: Transform,
-}
-
-#[derive(Clone, Debug)]
-pub(super) struct PosedJoint {
-    pub(super) joint: usize,
-    pub(super) parent: Option<usize>,
-    pub(super) rest: Transform,
 }
 
 /// The transforms of a [`Posing`]'s joints at one frame, by slot. Filled again and again without allocation, always from the same
@@ -139,15 +129,9 @@ impl Posing {
     }
 }
 
-/// A rotation at unit length. What a track holds is that but for the rounding of its numbers.
-pub(super) fn unit(rotation: DQuat) -> DQuat {
-    let square = rotation.length_squared();
-    if (square - 1.0).abs() < NEARLY_UNIT { rotation * (1.5 - 0.5 * square) } else { rotation.normalize() }
-}
-
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
+    use glam::{DQuat, DVec3};
 
     use super::*;
     use crate::{model::Track, samples};

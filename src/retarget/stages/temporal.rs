@@ -21,10 +21,13 @@ where
 {
     under_bell(values, times, deviation_seconds, |bell, frame, near| {
         let (mut sum, mut weights) = (T::default(), 0.0);
-        for other in near {
-            let weight = bell.weight(times, frame, other);
-            sum = sum + values[other] * weight;
+        let mut add = |value: T, weight: f64| {
+            sum = sum + value * weight;
             weights += weight;
+        };
+        match bell.weights(frame, &near) {
+            Some(weights) => values[near].iter().zip(weights).for_each(|(value, weight)| add(*value, *weight)),
+            None => near.for_each(|other| add(values[other], bell.at(times[other] - times[frame]))),
         }
         sum / weights
     })
@@ -64,9 +67,10 @@ pub(in crate::retarget) fn smoothed_rotations(values: &[DQuat], times: &[f64], d
     under_bell(values, times, deviation_seconds, |bell, frame, near| {
         let own = values[frame];
         let mut sum = DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0);
-        for other in near {
-            let weight = bell.weight(times, frame, other);
-            sum += values[other] * if own.dot(values[other]) < 0.0 { -weight } else { weight };
+        let mut add = |value: DQuat, weight: f64| sum += value * if own.dot(value) < 0.0 { -weight } else { weight };
+        match bell.weights(frame, &near) {
+            Some(weights) => values[near].iter().zip(weights).for_each(|(value, weight)| add(*value, *weight)),
+            None => near.for_each(|other| add(values[other], bell.at(times[other] - times[frame]))),
         }
         if sum.length_squared() > 0.0 { sum.normalize() } else { own }
     })
@@ -76,7 +80,8 @@ pub(in crate::retarget) fn smoothed_rotations(values: &[DQuat], times: &[f64], d
 /// ends by itself, so rounding of the times decides nothing, and it costs a few products.
 struct Bell {
     reach_seconds: f64,
-    /// Weights by how many frames are between, where those are evenly spaced: as far as the bell reaches, and a little beyond.
+    /// Weights by how many frames are between, where those are evenly spaced: as far as the bell reaches, and a little beyond. From
+    /// those of frames before to those of frames behind.
     by_frames: Vec<f64>,
 }
 
@@ -85,7 +90,8 @@ impl Bell {
         let mut bell = Self { reach_seconds: Self::reach_seconds(deviation_seconds), by_frames: Vec::new() };
         if let Some(step_seconds) = even_step(times) {
             let reached = (bell.reach_seconds / step_seconds).min(times.len() as f64) as usize + 2;
-            bell.by_frames = (0..=reached).map(|frames| bell.at(frames as f64 * step_seconds)).collect();
+            let weight = |frames: usize| bell.at(frames as f64 * step_seconds);
+            bell.by_frames = (1..=reached).rev().chain(0..=reached).map(weight).collect();
         }
         bell
     }
@@ -100,12 +106,10 @@ impl Bell {
         square * square
     }
 
-    /// How much another frame counts at a frame.
-    fn weight(&self, times: &[f64], frame: usize, other: usize) -> f64 {
-        match self.by_frames.get(frame.abs_diff(other)) {
-            Some(weight) => *weight,
-            None => self.at(times[other] - times[frame]),
-        }
+    /// How much frames near a frame count there, where frames are evenly spaced.
+    fn weights(&self, frame: usize, near: &Range<usize>) -> Option<&[f64]> {
+        let own = self.by_frames.len() / 2;
+        self.by_frames.get((own + near.start).checked_sub(frame)?..(own + near.end).checked_sub(frame)?)
     }
 }
 
