@@ -8,10 +8,10 @@ use super::super::lanes::LANES;
 pub(super) const BLOCK: usize = 8 * LANES;
 
 /// Squares of lengths differ from one by less than this where quaternions are unit ones but for the rounding of single precision.
-pub(super) const LEAST_SQUARE: f32 = 1.0 - 1e-6;
-pub(super) const MOST_SQUARE: f32 = 1.0 + 1e-6;
+pub(super) const MIN_SQUARE: f32 = 1.0 - 1e-6;
+pub(super) const MAX_SQUARE: f32 = 1.0 + 1e-6;
 /// Unit quaternions of which no component differs by more from frame to frame lie on one hemisphere: (4 · 0.7²) < 2.
-pub(super) const LARGEST_STEP: f32 = 0.7;
+pub(super) const MAX_STEP: f32 = 0.7;
 
 /// The map as its diagonals: component i of the result is the sum over k of `diagonals[k][i]` times component `i ^ k`.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +48,7 @@ pub(super) fn are_tidy(before: Quat, samples: &[Quat]) -> bool {
         previous = *sample;
         let [x, y, z, w] = sample.to_array().map(|value| value * value);
         let square = (x + y) + (z + w);
-        (LEAST_SQUARE..=MOST_SQUARE).contains(&square) && step.iter().all(|value| value.abs() <= LARGEST_STEP)
+        (MIN_SQUARE..=MAX_SQUARE).contains(&square) && step.iter().all(|value| value.abs() <= MAX_STEP)
     })
 }
 

@@ -70,7 +70,7 @@ mod x86_64 {
 
     use glam::{Quat, Vec4};
 
-    use super::super::map::{self, LARGEST_STEP, LEAST_SQUARE, MOST_SQUARE, RotationMap, map_each};
+    use super::super::map::{self, MAX_SQUARE, MAX_STEP, MIN_SQUARE, RotationMap, map_each};
 
     #[target_feature(enable = "avx2")]
     pub(super) fn are_tidy(before: Quat, samples: &[Quat]) -> bool {
@@ -93,9 +93,9 @@ mod x86_64 {
             least = _mm256_min_ps(squares, least);
         }
         let has = |mask: __m256| _mm256_movemask_ps(mask) != 0;
-        !has(_mm256_cmp_ps::<_CMP_NLT_UQ>(step, _mm256_set1_ps(LARGEST_STEP)))
-            && !has(_mm256_cmp_ps::<_CMP_NLT_UQ>(most, _mm256_set1_ps(MOST_SQUARE)))
-            && !has(_mm256_cmp_ps::<_CMP_NGT_UQ>(least, _mm256_set1_ps(LEAST_SQUARE)))
+        !has(_mm256_cmp_ps::<_CMP_NLT_UQ>(step, _mm256_set1_ps(MAX_STEP)))
+            && !has(_mm256_cmp_ps::<_CMP_NLT_UQ>(most, _mm256_set1_ps(MAX_SQUARE)))
+            && !has(_mm256_cmp_ps::<_CMP_NGT_UQ>(least, _mm256_set1_ps(MIN_SQUARE)))
             && map::are_tidy(previous, rest)
     }
 
