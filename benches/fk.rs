@@ -19,6 +19,8 @@ use std::hint::black_box;
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 const FRAMES: usize = 3600;
+/// Twenty minutes at 30 frames per second: 37 MB of rotations.
+const LONG_FRAMES: usize = 36_000;
 
 /// The same skeleton a tenth larger, with other proportions of the arms.
 fn other_proportions(skeleton: &Skeleton) -> Skeleton {
@@ -40,9 +42,15 @@ fn stream(clip: &Clip, into: &mut [Vec<Quat>]) {
     }
 }
 
+/// One clip that is in the processor's caches, and one that is not.
 fn fk(criterion: &mut Criterion) {
+    of_clip(criterion, "fk", FRAMES);
+    of_clip(criterion, "fk_long", LONG_FRAMES);
+}
+
+fn of_clip(criterion: &mut Criterion, name: &str, frames: usize) {
     let skeleton = samples::walk_scene().skeleton;
-    let clip = busy_clip(&skeleton, FRAMES);
+    let clip = busy_clip(&skeleton, frames);
     let source = Scene { axes: Some(Default::default()), unit_meters: Some(1.0), skeleton, ..Scene::default() };
     let target = Scene {
         skeleton: other_proportions(&source.skeleton),
@@ -61,15 +69,15 @@ fn fk(criterion: &mut Criterion) {
     let two_threads = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("a pool");
     let control = Control::new();
 
-    let mut group = criterion.benchmark_group("fk");
-    group.throughput(Throughput::Elements((driven * FRAMES) as u64));
+    let mut group = criterion.benchmark_group(name);
+    group.throughput(Throughput::Elements((driven * frames) as u64));
     group.bench_function("one_thread", |bencher| {
         bencher.iter(|| one_thread.install(|| black_box(run(&plan, &clip, &control).expect("it runs"))));
     });
     group.bench_function("two_threads", |bencher| {
         bencher.iter(|| two_threads.install(|| black_box(run(&plan, &clip, &control).expect("it runs"))));
     });
-    let mut copies = vec![vec![Quat::IDENTITY; FRAMES]; driven];
+    let mut copies = vec![vec![Quat::IDENTITY; frames]; driven];
     group.bench_function("memory_baseline", |bencher| {
         bencher.iter(|| {
             stream(&clip, &mut copies);

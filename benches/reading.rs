@@ -86,7 +86,14 @@ fn reading(criterion: &mut Criterion) {
             black_box(ufbx::bake_anim(&scene, &scene.anim_stacks[0].anim, ufbx::BakeOpts::default()).expect("baked"))
         });
     });
+    fbx_group.bench_function("write", |bencher| bencher.iter(|| black_box(write(&scene, &clip, Format::Fbx))));
     fbx_group.finish();
+
+    let npz = write(&scene, &clip, Format::PosesNpz);
+    let mut npz_group = group(criterion, "npz", &npz);
+    npz_group.bench_function("write", |bencher| bencher.iter(|| black_box(write(&scene, &clip, Format::PosesNpz))));
+    npz_group.bench_function("copy", |bencher| bencher.iter(|| black_box(npz.clone())));
+    npz_group.finish();
 
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
     let mut bvh_group = group(criterion, "bvh", &bvh);

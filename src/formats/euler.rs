@@ -177,11 +177,12 @@ impl Tried {
         Self { track: EulerTrack::new(order), largest_step: 0.0 }
     }
 
-    fn next(&mut self, rotation: DQuat) {
+    fn next(&mut self, rotation: DQuat) -> [f64; 3] {
         let before = self.track.angles;
         let angles = self.track.next(rotation);
         let steps = before.map(|before| angles.iter().zip(before).map(|(angle, before)| (angle - before).abs()));
         self.largest_step = steps.into_iter().flatten().fold(self.largest_step, f64::max);
+        angles
     }
 }
 
@@ -207,13 +208,13 @@ impl OrderChoice {
         }
     }
 
-    /// Looks at the next frame.
-    pub(in crate::formats) fn look(&mut self, rotation: DQuat) {
+    /// Looks at the next frame. Gives its angles in the usual order, as an [`EulerTrack`] of that order would.
+    pub(in crate::formats) fn look(&mut self, rotation: DQuat) -> [f64; 3] {
         self.exposure = self.exposure.max(self.as_usual.track.order.exposure(rotation));
-        self.as_usual.next(rotation);
         let turn = self.before.map_or(0.0, |before| before.angle_between(rotation));
         self.largest_turn = self.largest_turn.max(turn);
         self.before = Some(rotation);
+        self.as_usual.next(rotation)
     }
 
     /// Whether another order may do better than the usual one for the frames that were looked at.
@@ -224,7 +225,9 @@ impl OrderChoice {
 
     /// Tries all orders on the next frame.
     pub(in crate::formats) fn try_all(&mut self, rotation: DQuat) {
-        self.tried.iter_mut().for_each(|tried| tried.next(rotation));
+        for tried in &mut self.tried {
+            tried.next(rotation);
+        }
     }
 
     /// The order to write; the usual one where none was tried.
@@ -343,18 +346,24 @@ mod tests {
             DQuat::from_rotation_x(PI / 2.0) * DQuat::from_scaled_axis(DVec3::new(angle.cos(), 0.0, angle.sin()) * 0.05)
         };
         let mut choice = OrderChoice::new(EulerOrder::ZXY);
-        (0..200).for_each(|frame| choice.look(spin(frame)));
+        (0..200).for_each(|frame| {
+            choice.look(spin(frame));
+        });
         assert!(choice.is_in_doubt(), "it is all about the gimbal");
         (0..200).for_each(|frame| choice.try_all(spin(frame)));
         let step = |order: EulerOrder| largest_step(order, (0..200).map(spin));
         let (best, usual) = (step(choice.best()), step(EulerOrder::ZXY));
         assert!(best < 0.02 && usual > 0.1, "{:?}: {best} a frame, ZXY {usual}", choice.best());
         let mut calm = OrderChoice::new(EulerOrder::ZXY);
-        (0..200).for_each(|frame| calm.look(DQuat::from_rotation_z(f64::from(frame) * 0.4)));
+        (0..200).for_each(|frame| {
+            calm.look(DQuat::from_rotation_z(f64::from(frame) * 0.4));
+        });
         assert!(!calm.is_in_doubt() && calm.best() == EulerOrder::ZXY, "what is fine stays as it is");
         let mut fast = OrderChoice::new(EulerOrder::ZXY);
         let turn = |frame: i32| DQuat::from_rotation_z(f64::from(frame));
-        (0..200).for_each(|frame| fast.look(turn(frame)));
+        (0..200).for_each(|frame| {
+            fast.look(turn(frame));
+        });
         assert!(fast.is_in_doubt(), "a radian a frame may be less in another order");
         (0..200).for_each(|frame| fast.try_all(turn(frame)));
         assert_eq!(fast.best(), EulerOrder::ZXY, "and is not");

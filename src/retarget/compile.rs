@@ -89,11 +89,8 @@ impl<'a> Compiler<'a> {
             drivers[joint] = Driver::Shoulder(shoulder);
         }
         let needs = self.target_needs(&drivers, carries);
-        let (mut target_steps, slots) = self.lay_out_target(drivers, &needs);
+        let (target_steps, slots) = self.lay_out_target(drivers, &needs);
         let outputs = self.outputs(&target_steps, &slots, carries);
-        for (index, output) in outputs.iter().enumerate() {
-            target_steps[output.slot].output = Some(index);
-        }
         Plan {
             source_steps: self.source_steps,
             target_steps,
@@ -451,7 +448,7 @@ impl<'a> Compiler<'a> {
                 }
                 (_, _, Some(needs)) => {
                     slots[joint] = Some(steps.len());
-                    steps.push(TargetStep { parent, hold, needs, driver, ride, output: None });
+                    steps.push(TargetStep { parent, hold, needs, driver, ride });
                     Parent::Slot(steps.len() - 1)
                 }
                 // Nothing below it is driven, so nobody asks for it as a parent.

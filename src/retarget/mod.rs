@@ -4,6 +4,7 @@
 
 mod chord;
 mod compile;
+mod direct;
 mod drivers;
 mod explain;
 mod lanes;

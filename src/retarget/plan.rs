@@ -75,8 +75,6 @@ pub(super) struct TargetStep {
     pub(super) driver: Driver,
     /// What places the joint, where it is not its parent.
     pub(super) ride: Option<RideStep>,
-    /// Index into the plan's outputs, where the joint gets tracks.
-    pub(super) output: Option<usize>,
 }
 
 /// A joint that an earlier step of the target places; without a driver of its own it turns with it, too.

@@ -8,10 +8,11 @@ use crate::model::{JointTracks, Track, Transform};
 
 use super::{
     chord::chord_turns,
+    direct::Active,
     lanes::{LANES, QuatLanes, VecLanes},
     plan::{
-        CarryStep, ChordStep, Driver, ModelDriver, Needs, Parent, PelvisDriver, PelvisFurther, Plan, RideStep, Sample,
-        ShoulderDriver, SourceStep, TargetStep, Translation, TwistDriver, TwistEnd, TwistSegment, mean_share,
+        CarryStep, ChordStep, Driver, ModelDriver, Needs, Output, Parent, PelvisDriver, PelvisFurther, Plan, RideStep,
+        Sample, ShoulderDriver, SourceStep, TargetStep, Translation, TwistDriver, TwistEnd, TwistSegment, mean_share,
     },
 };
 
@@ -22,7 +23,7 @@ const LINE: usize = 64 / size_of::<Quat>();
 pub(super) struct Chunk<'a> {
     pub(super) first_frame: usize,
     pub(super) frames: usize,
-    /// One entry per output of the plan.
+    /// One entry per output that the loop fills.
     pub(super) tracks: Vec<ChunkTracks<'a>>,
 }
 
@@ -119,35 +120,40 @@ impl Workspace {
     ///
     /// The same code is compiled twice on x86-64, once for processors with 256-bit vectors. Both do the same operations in the
     /// same order, without fused multiply-add, so they give the same bits.
-    pub(super) fn run(&mut self, plan: &Plan, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
+    pub(super) fn run(&mut self, plan: &Plan, active: &Active, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
         #[cfg(target_arch = "x86_64")]
         if std::arch::is_x86_feature_detected!("avx2") {
             #[expect(unsafe_code, reason = "calling a function of a target feature that was detected one line above")]
             // SAFETY: the processor has the feature that the function is compiled for.
             unsafe {
-                self.run_with_wide_vectors(plan, tracks, chunk);
+                self.run_with_wide_vectors(plan, active, tracks, chunk);
             }
             return;
         }
-        self.run_frames(plan, tracks, chunk);
+        self.run_frames(plan, active, tracks, chunk);
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn run_with_wide_vectors(&mut self, plan: &Plan, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
-        self.run_frames(plan, tracks, chunk);
+    fn run_with_wide_vectors(&mut self, plan: &Plan, active: &Active, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
+        self.run_frames(plan, active, tracks, chunk);
     }
 
     #[inline(always)]
-    fn run_frames(&mut self, plan: &Plan, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
+    fn run_frames(&mut self, plan: &Plan, active: &Active, tracks: &[JointTracks], chunk: &mut Chunk<'_>) {
         for first in (0..chunk.frames).step_by(LANES) {
             let frame = chunk.first_frame + first;
             let span = Span { frame, in_chunk: first, count: LANES.min(chunk.frames - first) };
-            for (slot, step) in plan.source_steps.iter().enumerate() {
+            for &slot in &active.source {
+                let step = &plan.source_steps[slot];
                 self.accumulate(slot, step, &tracks[step.joint], span);
             }
-            for (slot, step) in plan.target_steps.iter().enumerate() {
-                self.compute(plan, slot, step, &mut chunk.tracks, span);
+            for &(slot, output) in &active.target {
+                let step = &plan.target_steps[slot];
+                self.compute(slot, step);
+                if let Some(index) = output {
+                    self.store(plan, slot, step, &active.outputs[index], &mut chunk.tracks[index], span);
+                }
             }
         }
     }
@@ -183,7 +189,7 @@ impl Workspace {
     }
 
     #[inline(always)]
-    fn compute(&mut self, plan: &Plan, slot: usize, step: &TargetStep, tracks: &mut [ChunkTracks<'_>], span: Span) {
+    fn compute(&mut self, slot: usize, step: &TargetStep) {
         match &step.driver {
             Driver::Hold => self.hold(slot, step),
             Driver::Model(driver) => self.follow(slot, step, driver),
@@ -203,9 +209,6 @@ impl Workspace {
                     scale: scale.plus(&VecLanes::splat(driver.scale_offset)),
                 };
             }
-        }
-        if let Some(output) = step.output {
-            self.store(plan, slot, step, output, &mut tracks[output], span);
         }
     }
 
@@ -463,7 +466,7 @@ impl Workspace {
         plan: &Plan,
         slot: usize,
         step: &TargetStep,
-        output: usize,
+        output: &Output,
         tracks: &mut ChunkTracks<'_>,
         span: Span,
     ) {
@@ -478,7 +481,6 @@ impl Workspace {
         let rotations = &mut tracks.rotations[range.clone()];
         self.local.store(rotations, &mut tracks.before);
         tracks.is_finite &= is_near || rotations.iter().all(|rotation| rotation.is_finite());
-        let output = &plan.outputs[output];
         if output.translation {
             let joint = Frame { rotation: self.target[slot], place: self.target_places[slot] };
             let local = self.target_parent(step.parent).relative(&joint).place;

@@ -34,12 +34,9 @@ const COSINE: [f64; 8] = [
 ];
 
 /// Sine and cosine of an angle, within 4e-16. Made of additions and multiplications alone, so that every machine gives the same.
-pub(super) fn sin_cos(radians: f64) -> (f64, f64) {
-    let quarters = radians * FRAC_2_PI;
-    if quarters.is_nan() || quarters.abs() > MAX_QUARTER_TURNS {
-        return radians.sin_cos();
-    }
-    let rounded = quarters + ROUNDING;
+#[inline(always)]
+fn sin_cos(radians: f64) -> (f64, f64) {
+    let rounded = radians * FRAC_2_PI + ROUNDING;
     let quarters = rounded - ROUNDING;
     let rest = (radians - quarters * QUARTER_TURN) - quarters * QUARTER_TURN_REST;
     // Pairs of terms, and pairs of those: a machine works on all at once that do not wait for one another.
@@ -49,12 +46,31 @@ pub(super) fn sin_cos(radians: f64) -> (f64, f64) {
     let fours = |terms: &[f64], index: usize| pair(terms, index) + pair(terms, index + 2) * fourth;
     let sine = rest + rest * square * (fours(&SINE, 0) + fours(&SINE, 4) * eighth);
     let cosine = 1.0 + square * (fours(&COSINE, 0) + fours(&COSINE, 4) * eighth);
-    match rounded.to_bits() & 3 {
-        0 => (sine, cosine),
-        1 => (cosine, -sine),
-        2 => (-sine, -cosine),
-        _ => (-cosine, sine),
+    // The quarter turns that were taken off come back as an exchange and as signs, without a jump.
+    let quarter = rounded.to_bits();
+    let is_odd = quarter & 1 == 1;
+    let (first, second) = if is_odd { (cosine, sine) } else { (sine, cosine) };
+    let signed = |value: f64, is_negative: u64| f64::from_bits(value.to_bits() ^ ((is_negative & 1) << 63));
+    (signed(first, quarter >> 1), signed(second, (quarter >> 1) ^ quarter))
+}
+
+/// Sines and cosines of angles.
+pub(super) fn sines_and_cosines<const N: usize>(radians: &[f64; N]) -> ([f64; N], [f64; N]) {
+    let (mut sines, mut cosines) = ([0.0; N], [0.0; N]);
+    let quarters = radians.iter().fold(0.0_f64, |most, radians| most.max(radians.abs())) * FRAC_2_PI;
+    if quarters > MAX_QUARTER_TURNS || radians.iter().any(|radians| radians.is_nan()) {
+        for index in 0..N {
+            (sines[index], cosines[index]) = radians[index].sin_cos();
+            if (radians[index] * FRAC_2_PI).abs() <= MAX_QUARTER_TURNS {
+                (sines[index], cosines[index]) = sin_cos(radians[index]);
+            }
+        }
+        return (sines, cosines);
     }
+    for index in 0..N {
+        (sines[index], cosines[index]) = sin_cos(radians[index]);
+    }
+    (sines, cosines)
 }
 
 #[cfg(test)]
@@ -64,7 +80,13 @@ mod tests {
     use super::*;
 
     fn assert_is_that_of_the_standard_library(radians: f64) {
-        let (ours, theirs) = (sin_cos(radians), radians.sin_cos());
+        // Each result is that of its own angle, whatever the others are.
+        let (sines, cosines) = sines_and_cosines(&[radians, 0.5, 1e9]);
+        let alone = sines_and_cosines(&[radians]);
+        let ours = (sines[0], cosines[0]);
+        let bits = |(sine, cosine): (f64, f64)| [sine.to_bits(), cosine.to_bits()];
+        assert_eq!(bits(ours), bits((alone.0[0], alone.1[0])), "{radians}");
+        let theirs = radians.sin_cos();
         let near = |one: f64, other: f64| (one - other).abs() < 4e-16;
         assert!(near(ours.0, theirs.0) && near(ours.1, theirs.1), "{radians}: {ours:?} and {theirs:?}");
     }
@@ -77,8 +99,8 @@ mod tests {
                 assert_is_that_of_the_standard_library(near);
             }
         }
-        assert_eq!(sin_cos(0.0), (0.0, 1.0), "exactly");
-        assert!(sin_cos(f64::NAN).0.is_nan(), "no number");
+        assert_eq!(sines_and_cosines(&[0.0]), ([0.0], [1.0]), "exactly");
+        assert!(sines_and_cosines(&[f64::NAN]).0[0].is_nan(), "no number");
     }
 
     proptest! {

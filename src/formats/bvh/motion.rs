@@ -10,7 +10,7 @@ use crate::{
 use super::{
     hierarchy::Hierarchy,
     scanner::{Scanner, Value},
-    tracks::{positions_count_from_offsets, tracks},
+    tracks::{GrowingTracks, ROWS_PER_BLOCK, positions_count_from_offsets},
 };
 
 /// Anything larger is no length or angle, and would become infinite as an f32.
@@ -48,9 +48,9 @@ pub(super) fn read(
     }
     let header = header(scanner)?;
     budget.check(Limit::FramesPerClip, header.frames, "Frames")?;
-    let values = values(scanner, hierarchy, &header, budget, reporter)?;
-    let frames = values.len().checked_div(hierarchy.channel_count).unwrap_or(0);
-    if frames == 0 {
+    let rows = rows(scanner, hierarchy, &header, budget, reporter)?;
+    let frames = rows.count;
+    let Some(tracks) = rows.tracks.filter(|_| frames > 0) else {
         reporter.warn(
             "no_frames",
             scanner.place(),
@@ -58,7 +58,7 @@ pub(super) fn read(
             "export the animation as well if there is one",
         );
         return Ok(None);
-    }
+    };
     if frames as u64 != header.frames {
         reporter.warn(
             "row_count_differs",
@@ -72,8 +72,7 @@ pub(super) fn read(
     budget.take_array(hierarchy.joints.len() as u64, size_of::<JointTracks>() as u64, "MOTION")?;
     budget.take_array(samples, (size_of::<Quat>() + size_of::<Vec3>()) as u64, "MOTION")?;
     let times_seconds: Vec<f64> = (0..frames).map(|frame| frame as f64 * header.frame_time_seconds).collect();
-    let from_offsets = positions_count_from_offsets(hierarchy, &values);
-    if from_offsets {
+    if rows.from_offsets {
         reporter.warn(
             "positions_from_offsets",
             "MOTION",
@@ -81,7 +80,7 @@ pub(super) fn read(
             "export the positions of joints below the root as they are, or not at all",
         );
     }
-    Ok(Some(Motion { times_seconds, tracks: tracks(hierarchy, &values, frames, from_offsets) }))
+    Ok(Some(Motion { times_seconds, tracks: tracks.finish() }))
 }
 
 struct Header {
@@ -133,63 +132,113 @@ fn frame_time(scanner: &mut Scanner<'_>) -> Result<f64, FormatError> {
     Ok(seconds)
 }
 
-/// All values of all complete rows. The number of declared frames decides nothing but whether rows that do not agree with
-/// the lines of the file are meant so.
-fn values(
+/// All complete rows of a file, as the tracks of its joints.
+struct MotionRows<'h> {
+    count: usize,
+    /// Nothing without a complete row.
+    tracks: Option<GrowingTracks<'h>>,
+    /// Whether positions below the root are counted from the offsets.
+    from_offsets: bool,
+}
+
+/// Values that wait until they are a block of rows. Only a block is kept as text has it, so that a long file is not held twice.
+struct Block<'h> {
+    hierarchy: &'h Hierarchy,
+    values: Vec<f64>,
+    /// How many values came in all.
+    count: usize,
+    full: usize,
+    /// For how many frames there is room from the beginning.
+    frames: usize,
+    rows: MotionRows<'h>,
+}
+
+impl<'h> Block<'h> {
+    fn new(hierarchy: &'h Hierarchy, frames: usize) -> Self {
+        let full = hierarchy.channel_count.max(1) * ROWS_PER_BLOCK;
+        let rows = MotionRows { count: 0, tracks: None, from_offsets: false };
+        Self { hierarchy, values: Vec::with_capacity(full), count: 0, full, frames, rows }
+    }
+
+    #[inline]
+    fn push(&mut self, value: f64) {
+        self.values.push(value);
+        self.count += 1;
+        if self.values.len() == self.full {
+            self.flush();
+        }
+    }
+
+    /// Hands complete rows on.
+    fn flush(&mut self) {
+        let rows = self.values.len().checked_div(self.hierarchy.channel_count).unwrap_or(0);
+        if rows > 0 {
+            let tracks = self.rows.tracks.get_or_insert_with(|| {
+                self.rows.from_offsets = positions_count_from_offsets(self.hierarchy, &self.values);
+                GrowingTracks::new(self.hierarchy, self.frames, self.rows.from_offsets)
+            });
+            tracks.add(&self.values[..rows * self.hierarchy.channel_count]);
+            self.rows.count += rows;
+        }
+        self.values.clear();
+    }
+}
+
+/// All complete rows. The number of declared frames decides nothing but whether rows that do not agree with the lines of the file are
+/// meant so.
+fn rows<'h>(
     scanner: &mut Scanner<'_>,
-    hierarchy: &Hierarchy,
+    hierarchy: &'h Hierarchy,
     header: &Header,
     budget: &mut Budget<'_>,
     reporter: &mut Reporter,
-) -> Result<Vec<f64>, FormatError> {
+) -> Result<MotionRows<'h>, FormatError> {
     let channels = hierarchy.channel_count;
-    let mut values: Vec<f64> = Vec::new();
-    let mut rows = Rows { channels, broken: None, line_begin: 0 };
+    let mut lines = Lines { channels, broken: None, line_begin: 0 };
     let mut paid = 0;
     // No value is shorter than two bytes with what separates it, so that the file itself bounds what is reserved.
     let declared = usize::try_from(header.frames).unwrap_or(usize::MAX).saturating_mul(channels);
     let expected = declared.min(scanner.remaining() / 2 + 1);
     budget.check(Limit::DecodedBytes, (expected as u64).saturating_mul(size_of::<f64>() as u64), "MOTION")?;
-    values.reserve(expected);
+    let mut block = Block::new(hierarchy, expected.checked_div(channels).unwrap_or(0));
     loop {
-        if values.len() == paid {
+        if block.count == paid {
             let more = VALUES_PER_CHECK.min(scanner.remaining() / 2 + 1);
             budget.take_array(more as u64, size_of::<f64>() as u64, "MOTION")?;
             budget.check_canceled()?;
-            if let Some(row) = values.len().checked_div(channels) {
+            if let Some(row) = block.count.checked_div(channels) {
                 budget.check(Limit::FramesPerClip, row as u64, "MOTION")?;
+                let samples = (row as u64).saturating_mul(hierarchy.joints.len() as u64);
+                budget.check(Limit::Samples, samples, "MOTION")?;
             }
-            values.reserve(more);
             paid += more;
         }
         let line = scanner.line();
         match scanner.next_value() {
-            Value::Number(number) if number.abs() < LARGEST => values.push(number),
-            Value::Number(number) => return Err(bad_value(scanner, hierarchy, values.len(), &number.to_string())),
+            Value::Number(number) if number.abs() < LARGEST => block.push(number),
+            Value::Number(number) => return Err(bad_value(scanner, hierarchy, block.count, &number.to_string())),
             Value::NotANumber(word) => {
-                let what = value_name(hierarchy, values.len());
+                let what = value_name(hierarchy, block.count);
                 return Err(scanner.not_a_number(&what, word));
             }
-            Value::LineEnd => rows.end_line(values.len(), line),
+            Value::LineEnd => lines.end_line(block.count, line),
             Value::End => {
-                rows.end_line(values.len(), line);
+                lines.end_line(block.count, line);
                 break;
             }
         }
     }
-    if channels == 0 {
-        if values.is_empty() {
-            return Ok(values);
-        }
+    if channels == 0 && block.count > 0 {
         return Err(scanner.malformed("MOTION has numbers, but no joint has channels"));
     }
-    rows.judge(&mut values, header.frames, reporter)?;
-    budget.check(Limit::FramesPerClip, (values.len() / channels) as u64, "MOTION")?;
-    Ok(values)
+    lines.judge(block.count, header.frames, reporter)?;
+    block.flush();
+    budget.check(Limit::FramesPerClip, block.rows.count as u64, "MOTION")?;
+    Ok(block.rows)
 }
 
 /// Whether lines and rows agree.
-struct Rows {
+struct Lines {
     channels: usize,
     /// The first line that does not end where a row ends.
     broken: Option<BrokenLine>,
@@ -204,7 +253,7 @@ struct BrokenLine {
     end: usize,
 }
 
-impl Rows {
+impl Lines {
     fn end_line(&mut self, values: usize, line: usize) {
         if self.broken.is_none() && self.channels > 0 && !values.is_multiple_of(self.channels) {
             let row = self.line_begin / self.channels;
@@ -214,11 +263,11 @@ impl Rows {
     }
 
     /// Rows may run over line ends where the count is right as a whole; a file may be cut off in its last row.
-    fn judge(&self, values: &mut Vec<f64>, declared: u64, reporter: &mut Reporter) -> Result<(), FormatError> {
+    fn judge(&self, values: usize, declared: u64, reporter: &mut Reporter) -> Result<(), FormatError> {
         let Some(broken) = &self.broken else { return Ok(()) };
         let place = format!("line {}", broken.line);
-        let rows = values.len() / self.channels;
-        if values.len().is_multiple_of(self.channels) && rows as u64 == declared {
+        let rows = values / self.channels;
+        if values.is_multiple_of(self.channels) && rows as u64 == declared {
             reporter.warn(
                 "rows_wrapped",
                 place,
@@ -227,7 +276,7 @@ impl Rows {
             );
             return Ok(());
         }
-        if broken.end == values.len() && rows > 0 {
+        if broken.end == values && rows > 0 {
             reporter.warn(
                 "last_row_incomplete",
                 place,
@@ -237,7 +286,6 @@ impl Rows {
                 ),
                 "check that the upload or the export was complete",
             );
-            values.truncate(rows * self.channels);
             return Ok(());
         }
         let detail = format!(

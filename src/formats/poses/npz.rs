@@ -2,7 +2,7 @@
 
 use std::io::{Cursor, Write};
 
-use zip::{CompressionMethod, ZipWriter, result::ZipError, write::SimpleFileOptions};
+use zip::{CompressionMethod, ZipArchive, ZipWriter, result::ZipError, write::SimpleFileOptions};
 
 use crate::{
     formats::{
@@ -17,6 +17,11 @@ use super::{
     arrays::{Arrays, NAME_KEYS, NUMBER_KEYS, invalid},
     write::{Channel, Poses},
 };
+
+/// Of what is deflated, nearly all repeats from row to row; a higher level takes many times as long and gains a few percent.
+const DEFLATE_LEVEL: i64 = 1;
+/// Bytes that are handed to an archive at a time.
+const BLOCK_BYTES: usize = 1 << 16;
 
 /// Decodes the members that the layout knows, and only them.
 pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>) -> Result<Arrays, FormatError> {
@@ -47,8 +52,16 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget<'_>) -> Result<Arrays, Form
 
 /// Encodes as an archive that is the same for the same poses: fixed times, fixed order.
 pub(super) fn write(poses: &Poses<'_>, control: &Control) -> Result<Vec<u8>, FormatError> {
-    let mut archive = Archive { zip: ZipWriter::new(Cursor::new(Vec::new())) };
     let (frames, joints) = (poses.times().len(), poses.joint_count());
+    // Deflating is nearly all of what an archive costs, so the two channels are deflated at once.
+    let deflated = |channel| {
+        let mut archive = Archive::new();
+        archive.add_channel(poses, channel, Packing::Deflated, control)?;
+        archive.finish()
+    };
+    let (translations, scales) = rayon::join(|| deflated(Channel::Translation), || deflated(Channel::Scale));
+    let (translations, scales) = (translations?, scales?);
+    let mut archive = Archive::new();
     archive.add("joint_names", &npy::unicode_array(&poses.joint_names(), &[joints]), Packing::Deflated)?;
     let parents = array("<i4", &[joints], poses.parents().flat_map(i32::to_le_bytes));
     archive.add("parents", &parents, Packing::Deflated)?;
@@ -59,22 +72,11 @@ pub(super) fn write(poses: &Poses<'_>, control: &Control) -> Result<Vec<u8>, For
     }
     let times = array("<f4", &[frames], poses.times().iter().flat_map(|time| (*time as f32).to_le_bytes()));
     archive.add("times", &times, Packing::Deflated)?;
-    for channel in Channel::ALL {
-        let width = channel.width();
-        let mut member = Vec::with_capacity(128 + frames * joints * width * size_of::<f32>());
-        npy::write_header(&mut member, "<f4", &[frames, joints, width]);
-        for frame in 0..frames {
-            control.check()?;
-            for joint in 0..joints {
-                let values = poses.value(channel, joint, frame);
-                member.extend(values.flat_map(f32::to_le_bytes));
-            }
-        }
-        // The other two mostly repeat and all but vanish; rotations of captured motion hardly shrink. Stored, they also keep a
-        // still clip's archive far from the ratio that readers, ours among them, take for an attack.
-        let packing = if channel == Channel::Rotation { Packing::Stored } else { Packing::Deflated };
-        archive.add(channel.key(), &member, packing)?;
-    }
+    archive.add_members_of(&translations, Channel::Translation.key())?;
+    // The other two mostly repeat and all but vanish; rotations of captured motion hardly shrink. Stored, they also keep a
+    // still clip's archive far from the ratio that readers, ours among them, take for an attack.
+    archive.add_channel(poses, Channel::Rotation, Packing::Stored, control)?;
+    archive.add_members_of(&scales, Channel::Scale.key())?;
     let (names, tracks) = poses.contacts();
     if !names.is_empty() {
         archive.add("contact_joints", &npy::unicode_array(&names, &[names.len()]), Packing::Deflated)?;
@@ -90,8 +92,7 @@ pub(super) fn write(poses: &Poses<'_>, control: &Control) -> Result<Vec<u8>, For
         archive.add("morph_weights", &member, Packing::Deflated)?;
     }
     archive.add("meta", &npy::unicode_array(&[poses.meta()], &[]), Packing::Deflated)?;
-    let bytes = archive.zip.finish().map_err(|error| zip_error(&error, "archive"))?;
-    Ok(bytes.into_inner())
+    archive.finish()
 }
 
 fn array(description: &str, shape: &[usize], bytes: impl Iterator<Item = u8>) -> Vec<u8> {
@@ -112,16 +113,70 @@ struct Archive {
 }
 
 impl Archive {
+    fn new() -> Self {
+        Self { zip: ZipWriter::new(Cursor::new(Vec::new())) }
+    }
+
+    fn finish(self) -> Result<Vec<u8>, FormatError> {
+        let bytes = self.zip.finish().map_err(|error| zip_error(&error, "archive"))?;
+        Ok(bytes.into_inner())
+    }
+
     fn add(&mut self, key: &str, member: &[u8], packing: Packing) -> Result<(), FormatError> {
-        let method = match packing {
-            Packing::Stored => CompressionMethod::Stored,
-            Packing::Deflated => CompressionMethod::Deflated,
+        self.begin(key, member.len(), packing)?;
+        self.append(key, member)
+    }
+
+    /// The values of a channel, block by block.
+    fn add_channel(
+        &mut self,
+        poses: &Poses<'_>,
+        channel: Channel,
+        packing: Packing,
+        control: &Control,
+    ) -> Result<(), FormatError> {
+        let (frames, joints, width) = (poses.times().len(), poses.joint_count(), channel.width());
+        let row_bytes = joints * width * size_of::<f32>();
+        let mut block = Vec::with_capacity(BLOCK_BYTES + row_bytes);
+        npy::write_header(&mut block, "<f4", &[frames, joints, width]);
+        self.begin(channel.key(), block.len() + frames * row_bytes, packing)?;
+        for frame in 0..frames {
+            control.check()?;
+            for joint in 0..joints {
+                poses.value(channel, joint, frame).for_each(|value| block.extend_from_slice(&value.to_le_bytes()));
+            }
+            if block.len() >= BLOCK_BYTES {
+                self.append(channel.key(), &block)?;
+                block.clear();
+            }
+        }
+        self.append(channel.key(), &block)
+    }
+
+    /// Members of another archive, as they lie in it.
+    fn add_members_of(&mut self, archive: &[u8], key: &str) -> Result<(), FormatError> {
+        let mut members = ZipArchive::new(Cursor::new(archive)).map_err(|error| zip_error(&error, key))?;
+        for index in 0..members.len() {
+            let member = members.by_index_raw(index).map_err(|error| zip_error(&error, key))?;
+            self.zip.raw_copy_file(member).map_err(|error| zip_error(&error, key))?;
+        }
+        Ok(())
+    }
+
+    fn begin(&mut self, key: &str, bytes: usize, packing: Packing) -> Result<(), FormatError> {
+        let (method, level) = match packing {
+            Packing::Stored => (CompressionMethod::Stored, None),
+            Packing::Deflated => (CompressionMethod::Deflated, Some(DEFLATE_LEVEL)),
         };
         let options = SimpleFileOptions::default()
             .compression_method(method)
+            .compression_level(level)
             .last_modified_time(zip::DateTime::default())
-            .large_file(u32::try_from(member.len()).is_err());
-        self.zip.start_file(format!("{key}.npy"), options).map_err(|error| zip_error(&error, key))?;
-        self.zip.write_all(member).map_err(|error| zip_error(&ZipError::Io(error), key))
+            .large_file(u32::try_from(bytes).is_err());
+        self.zip.start_file(format!("{key}.npy"), options).map_err(|error| zip_error(&error, key))
+    }
+
+    fn append(&mut self, key: &str, bytes: &[u8]) -> Result<(), FormatError> {
+        self.zip.write_all(bytes).map_err(|error| zip_error(&ZipError::Io(error), key))
     }
 }

@@ -1,5 +1,6 @@
 //! What the ops behind forward kinematics have in common: the state that they hand on, poses, limbs that reach for goals.
 
+mod ahead;
 pub(in crate::retarget) mod builder;
 pub(in crate::retarget) mod contact_points;
 pub(in crate::retarget) mod limbs;

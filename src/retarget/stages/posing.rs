@@ -1,11 +1,9 @@
 //! Where a few joints of a skeleton are at one frame.
 
-use glam::{DQuat, Quat, Vec3};
+use glam::{Quat, Vec3};
 
+use super::ahead::{Ahead, FRAMES, PosedJoint, unit};
 use crate::model::{JointTracks, Skeleton, Transform};
-
-/// Squares of lengths that are this near to one are brought to it by a Newton step, which leaves less than rounding does.
-const NEARLY_UNIT: f64 = 1e-6;
 
 /// The joints that a stage looks at, with everything above them, parents first.
 #[derive(Clone, Debug)]
@@ -16,20 +14,15 @@ pub(in crate::retarget) struct Posing {
     above: Transform,
 }
 
-#[derive(Clone, Debug)]
-struct PosedJoint {
-    joint: usize,
-    parent: Option<usize>,
-    rest: Transform,
-}
-
-/// The transforms of a [`Posing`]'s joints at one frame, by slot. Filled again and again without allocation.
+/// The transforms of a [`Posing`]'s joints at one frame, by slot. Filled again and again without allocation, always from the same
+/// tracks: those of further frames are found ahead.
 #[derive(Clone, Debug)]
 pub(in crate::retarget) struct Pose {
     /// `parent_from_joint`.
     pub(in crate::retarget) local: Vec<Transform>,
     /// `plan_from_joint`.
     pub(in crate::retarget) model: Vec<Transform>,
+    ahead: Ahead,
 }
 
 impl Posing {
@@ -78,11 +71,35 @@ impl Posing {
     /// A pose to be filled.
     pub(in crate::retarget) fn pose(&self) -> Pose {
         let identity = vec![Transform::IDENTITY; self.joints.len()];
-        Pose { local: identity.clone(), model: identity }
+        Pose { local: identity.clone(), model: identity, ahead: Ahead::new(&self.joints) }
     }
 
-    /// Fills a pose from the tracks of all joints of the skeleton.
+    /// Fills a pose from the tracks of all joints of the skeleton at a frame. The tracks are the same for as long as
+    /// the pose is used.
     pub(in crate::retarget) fn fill(&self, pose: &mut Pose, tracks: &[JointTracks], frame: usize) {
+        let Pose { local, model, ahead } = pose;
+        if ahead.take(frame, local, model) {
+            return;
+        }
+        if frame.is_multiple_of(FRAMES) && self.has_frames(tracks, frame + FRAMES) {
+            ahead.find(&self.joints, &self.above, tracks, frame);
+            ahead.take(frame, local, model);
+            return;
+        }
+        self.fill_one(pose, tracks, frame);
+    }
+
+    /// Whether there are so many frames.
+    fn has_frames(&self, tracks: &[JointTracks], frames: usize) -> bool {
+        let has = |count: Option<usize>| count.is_none_or(|count| count >= frames);
+        self.joints.iter().map(|posed| &tracks[posed.joint]).all(|tracks| {
+            has(tracks.translation.sample_count())
+                && has(tracks.rotation.sample_count())
+                && has(tracks.scale.sample_count())
+        })
+    }
+
+    fn fill_one(&self, pose: &mut Pose, tracks: &[JointTracks], frame: usize) {
         for (slot, posed) in self.joints.iter().enumerate() {
             let tracks = &tracks[posed.joint];
             let mut local = posed.rest;
@@ -112,8 +129,36 @@ impl Posing {
     }
 }
 
-/// A rotation at unit length. What a track holds is that but for the rounding of its numbers.
-fn unit(rotation: DQuat) -> DQuat {
-    let square = rotation.length_squared();
-    if (square - 1.0).abs() < NEARLY_UNIT { rotation * (1.5 - 0.5 * square) } else { rotation.normalize() }
+#[cfg(test)]
+mod tests {
+    use glam::{DQuat, DVec3};
+
+    use super::*;
+    use crate::{model::Track, samples};
+
+    #[test]
+    fn poses_that_are_found_ahead_have_the_bits_of_single_ones() {
+        let scene = samples::walk_scene();
+        let mut tracks = scene.clips[0].joints().to_vec();
+        let frames = scene.clips[0].frame_count();
+        tracks[3].scale =
+            Track::Sampled((0..frames).map(|frame| Vec3::new(1.0, 1.0 + frame as f32 * 0.01, 0.9)).collect());
+        tracks[5].rotation = Track::Constant(Quat::from_xyzw(0.1, 0.2, 0.3, 0.927));
+        let above = Transform {
+            translation: DVec3::new(0.1, 2.0, -3.0),
+            rotation: DQuat::from_rotation_y(0.4),
+            scale: DVec3::new(0.5, 1.0, 2.0),
+        };
+        let posing = Posing::new(&scene.skeleton, above, 0..scene.skeleton.len());
+        let (mut ahead, mut single) = (posing.pose(), posing.pose());
+        // Onward, again, back, and past the last whole run.
+        for frame in (0..frames).chain([0, 0, 1, 17, 16, 18, 17, frames - 1]) {
+            posing.fill(&mut ahead, &tracks, frame);
+            posing.fill_one(&mut single, &tracks, frame);
+            assert_eq!((&ahead.local, &ahead.model), (&single.local, &single.model), "frame {frame}");
+            // Whoever gets a pose may change it.
+            ahead.model[0].translation.x += 1.0;
+            ahead.local[2].scale.x += 1.0;
+        }
+    }
 }

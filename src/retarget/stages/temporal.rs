@@ -1,6 +1,9 @@
 //! Helpers that look along the time of a clip.
 
-use std::ops::{Add, Div, Mul, Range};
+use std::{
+    collections::VecDeque,
+    ops::{Add, Div, Mul, Range},
+};
 
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
@@ -18,10 +21,13 @@ where
 {
     under_bell(values, times, deviation_seconds, |bell, frame, near| {
         let (mut sum, mut weights) = (T::default(), 0.0);
-        for other in near {
-            let weight = bell.weight(times[other] - times[frame]);
-            sum = sum + values[other] * weight;
+        let mut add = |value: T, weight: f64| {
+            sum = sum + value * weight;
             weights += weight;
+        };
+        match bell.weights(frame, &near) {
+            Some(weights) => values[near].iter().zip(weights).for_each(|(value, weight)| add(*value, *weight)),
+            None => near.for_each(|other| add(values[other], bell.at(times[other] - times[frame]))),
         }
         sum / weights
     })
@@ -29,10 +35,31 @@ where
 
 /// What is nowhere below the values and as smooth as under that bell: the largest value near each frame, smoothed.
 pub(in crate::retarget) fn smoothed_above(values: &[f64], times: &[f64], deviation_seconds: f64) -> Vec<f64> {
-    let largest = under_bell(values, times, deviation_seconds, |_, frame, near| {
-        values[near].iter().copied().fold(values[frame], f64::max)
-    });
+    if deviation_seconds <= 0.0 {
+        return values.to_vec();
+    }
+    let largest = largest_near(values, times, Bell::reach_seconds(deviation_seconds));
     smoothed(&largest, times, deviation_seconds)
+}
+
+/// The largest value within a time of each frame. Of the frames that are near, only those are kept in mind of which none behind has
+/// a larger value: the first one of them has the largest.
+fn largest_near(values: &[f64], times: &[f64], reach_seconds: f64) -> Vec<f64> {
+    let (mut candidates, mut after) = (VecDeque::<usize>::new(), 0);
+    let largest = (0..values.len()).map(|frame| {
+        while after < values.len() && times[after] <= times[frame] + reach_seconds {
+            while candidates.back().is_some_and(|last| values[*last] <= values[after]) {
+                candidates.pop_back();
+            }
+            candidates.push_back(after);
+            after += 1;
+        }
+        while candidates.front().is_some_and(|first| times[*first] < times[frame] - reach_seconds) {
+            candidates.pop_front();
+        }
+        candidates.front().map_or(values[frame], |first| values[*first])
+    });
+    largest.collect()
 }
 
 /// The same of rotations.
@@ -40,9 +67,10 @@ pub(in crate::retarget) fn smoothed_rotations(values: &[DQuat], times: &[f64], d
     under_bell(values, times, deviation_seconds, |bell, frame, near| {
         let own = values[frame];
         let mut sum = DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0);
-        for other in near {
-            let weight = bell.weight(times[other] - times[frame]);
-            sum += values[other] * if own.dot(values[other]) < 0.0 { -weight } else { weight };
+        let mut add = |value: DQuat, weight: f64| sum += value * if own.dot(value) < 0.0 { -weight } else { weight };
+        match bell.weights(frame, &near) {
+            Some(weights) => values[near].iter().zip(weights).for_each(|(value, weight)| add(*value, *weight)),
+            None => near.for_each(|other| add(values[other], bell.at(times[other] - times[frame]))),
         }
         if sum.length_squared() > 0.0 { sum.normalize() } else { own }
     })
@@ -52,14 +80,46 @@ pub(in crate::retarget) fn smoothed_rotations(values: &[DQuat], times: &[f64], d
 /// ends by itself, so rounding of the times decides nothing, and it costs a few products.
 struct Bell {
     reach_seconds: f64,
+    /// Weights by how many frames are between, where those are evenly spaced: as far as the bell reaches, and a little beyond. From
+    /// those of frames before to those of frames behind.
+    by_frames: Vec<f64>,
 }
 
 impl Bell {
-    fn weight(&self, seconds: f64) -> f64 {
+    fn new(times: &[f64], deviation_seconds: f64) -> Self {
+        let mut bell = Self { reach_seconds: Self::reach_seconds(deviation_seconds), by_frames: Vec::new() };
+        if let Some(step_seconds) = even_step(times) {
+            let reached = (bell.reach_seconds / step_seconds).min(times.len() as f64) as usize + 2;
+            let weight = |frames: usize| bell.at(frames as f64 * step_seconds);
+            bell.by_frames = (1..=reached).rev().chain(0..=reached).map(weight).collect();
+        }
+        bell
+    }
+
+    fn reach_seconds(deviation_seconds: f64) -> f64 {
+        REACH_DEVIATIONS * deviation_seconds
+    }
+
+    fn at(&self, seconds: f64) -> f64 {
         let share = seconds / self.reach_seconds;
         let square = (1.0 - share * share).max(0.0).powi(2);
         square * square
     }
+
+    /// How much frames near a frame count there, where frames are evenly spaced.
+    fn weights(&self, frame: usize, near: &Range<usize>) -> Option<&[f64]> {
+        let own = self.by_frames.len() / 2;
+        self.by_frames.get((own + near.start).checked_sub(frame)?..(own + near.end).checked_sub(frame)?)
+    }
+}
+
+/// The time between frames, where it is the same between all of them but for the rounding of times to single precision.
+fn even_step(times: &[f64]) -> Option<f64> {
+    let (first, last) = (*times.first()?, *times.last()?);
+    let step = (last - first) / (times.len() - 1).max(1) as f64;
+    let slack = (step * 1e-3).min(last.abs().max(first.abs()) * f64::from(f32::EPSILON) + step * 1e-9);
+    let is_even = |(frame, time): (usize, &f64)| (first + frame as f64 * step - time).abs() <= slack;
+    (step > 0.0 && times.iter().enumerate().all(is_even)).then_some(step)
 }
 
 /// Calls `mean` for every frame with the frames that the bell reaches from there; copies the values where nothing is smoothed. In
@@ -74,7 +134,7 @@ fn under_bell<T: Copy + Send + Sync>(
     if deviation_seconds <= 0.0 {
         return result;
     }
-    let bell = Bell { reach_seconds: REACH_DEVIATIONS * deviation_seconds };
+    let bell = Bell::new(times, deviation_seconds);
     result.par_chunks_mut(CHUNK_FRAMES).enumerate().for_each(|(chunk, result)| {
         let begin = chunk * CHUNK_FRAMES;
         let mut first = times.partition_point(|time| *time < times[begin] - bell.reach_seconds);
@@ -154,6 +214,41 @@ mod tests {
         };
         assert!(jolt(&above) < jolt(&values) / 5.0, "{} of {}", jolt(&above), jolt(&values));
         assert_eq!(smoothed_above(&values, &times, 0.0), values, "nothing is smoothed");
+    }
+
+    #[test]
+    fn weights_by_frames_are_those_by_time() {
+        let values: Vec<f64> = (0..200).map(|frame| f64::from(frame * 37 % 101)).collect();
+        let even: Vec<f64> = (0..200).map(|frame| f64::from((frame as f32) / 30.0)).collect();
+        assert!(even_step(&even).is_some(), "but for rounding");
+        let mut uneven = even.clone();
+        uneven[0] -= 0.01;
+        assert!(even_step(&uneven).is_none() && even_step(&[2.0]).is_none(), "no step");
+        for deviation in [0.001, 0.03, 0.2, 100.0] {
+            let bell = Bell { reach_seconds: Bell::reach_seconds(deviation), by_frames: Vec::new() };
+            let found = smoothed(&values, &even, deviation);
+            for (frame, found) in found.iter().enumerate() {
+                let weights: Vec<f64> = even.iter().map(|time| bell.at(time - even[frame])).collect();
+                let sum: f64 = values.iter().zip(&weights).map(|(value, weight)| value * weight).sum();
+                let expected = sum / weights.iter().sum::<f64>();
+                assert!((found - expected).abs() < 2e-3, "{deviation}, frame {frame}: {found} and {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_largest_near_is_that_of_all_that_are_near() {
+        let times: Vec<f64> = (0..300).map(|frame| f64::from(frame) * 0.02 + f64::from(frame % 3) * 0.004).collect();
+        let values: Vec<f64> = (0..300).map(|frame: i32| f64::from(frame * 7919 % 31) - 15.0).collect();
+        for reach in [0.0, 0.019, 0.1, 9.0] {
+            let largest = largest_near(&values, &times, reach);
+            for (frame, largest) in largest.iter().enumerate() {
+                let near = (0..300)
+                    .filter(|other| times[*other] <= times[frame] + reach && times[*other] >= times[frame] - reach);
+                let expected = near.map(|other| values[other]).fold(f64::NEG_INFINITY, f64::max);
+                assert_eq!((*largest).to_bits(), expected.to_bits(), "{reach}, frame {frame}");
+            }
+        }
     }
 
     #[test]

@@ -1,19 +1,16 @@
 //! The take: stack, layer, curve nodes and curves, and how they hang together.
 
-use glam::{DQuat, DVec3};
+use std::sync::Arc;
 
 use crate::{
-    formats::{
-        FormatError,
-        euler::{EulerOrder, EulerTrack, OrderChoice},
-    },
+    formats::FormatError,
     model::{Clip, Control, Track},
 };
 
 use super::{
-    super::properties::SHAPE_WEIGHT,
-    binary::{Property, Record},
-    figure::{Figure, LimbNode, USUAL_ORDER, degrees},
+    binary::{Array, Packer, Property, Record},
+    curves::{Curve, Curves, NodeCurves},
+    figure::Figure,
     records::{connection, connection_to_property, property},
 };
 
@@ -34,44 +31,6 @@ pub(super) struct Animation {
     pub(super) curve_nodes: i32,
     pub(super) curves: i32,
     pub(super) stacks: i32,
-}
-
-/// What has keys, as FBX calls it.
-#[derive(Clone, Copy)]
-enum Channel {
-    Translation,
-    Rotation,
-    Scaling,
-    /// The weight of a blend shape.
-    Weight,
-}
-
-impl Channel {
-    const fn node_name(self) -> &'static str {
-        match self {
-            Self::Translation => "T\0\u{1}AnimCurveNode",
-            Self::Rotation => "R\0\u{1}AnimCurveNode",
-            Self::Scaling => "S\0\u{1}AnimCurveNode",
-            Self::Weight => "DeformPercent\0\u{1}AnimCurveNode",
-        }
-    }
-
-    const fn property(self) -> &'static str {
-        match self {
-            Self::Translation => "Lcl Translation",
-            Self::Rotation => "Lcl Rotation",
-            Self::Scaling => "Lcl Scaling",
-            Self::Weight => SHAPE_WEIGHT,
-        }
-    }
-
-    /// One curve each.
-    const fn axes(self) -> &'static [&'static str] {
-        match self {
-            Self::Translation | Self::Rotation | Self::Scaling => &["d|X", "d|Y", "d|Z"],
-            Self::Weight => &["d|DeformPercent"],
-        }
-    }
 }
 
 const FIRST_STACK_ID: i64 = 1;
@@ -103,70 +62,50 @@ impl Animation {
         &mut self,
         figure: &Figure<'_>,
         clip: &Clip,
+        curves: Vec<NodeCurves>,
         shapes: &[(&Track<f32>, i64)],
         control: &Control,
     ) -> Result<(), FormatError> {
-        let times = ticks(clip);
+        let ticks = ticks(clip);
         let (stack_id, layer_id) = match self.stacks {
             0 => (FIRST_STACK_ID, FIRST_LAYER_ID),
             index => (FURTHER_STACKS_ID + 2 * i64::from(index), FURTHER_STACKS_ID + 2 * i64::from(index) + 1),
         };
         self.stacks += 1;
-        self.objects.extend([stack(stack_id, stack_name(clip), times[0], times[times.len() - 1]), layer(layer_id)]);
+        self.objects.extend([stack(stack_id, stack_name(clip), ticks[0], ticks[ticks.len() - 1]), layer(layer_id)]);
         self.connections.push(connection(layer_id, stack_id));
-        for node in &figure.nodes {
+        let mut packer = Packer::default();
+        let times = KeyTimes::new(&ticks, &mut packer);
+        for (node, curves) in figure.nodes.iter().zip(curves) {
             control.check()?;
-            let tracks = &clip.joints()[node.joint];
-            if let Some(values) = keys(&tracks.translation) {
-                let values = values.iter().map(|value| value.as_dvec3() * figure.centimeters);
-                self.add((layer_id, node.id), Channel::Translation, &times, columns(values));
-            }
-            if let Some(values) = keys(&tracks.rotation) {
-                let mut track = EulerTrack::new(node.order);
-                let angles = values.iter().map(|rotation| {
-                    let angles = track.next(node.after_pre_rotation(rotation.as_dquat()));
-                    degrees(node.order.by_axis(angles))
-                });
-                self.add((layer_id, node.id), Channel::Rotation, &times, columns(angles));
-            }
-            if let Some(values) = keys(&tracks.scale) {
-                let values = values.iter().map(|value| value.as_dvec3());
-                self.add((layer_id, node.id), Channel::Scaling, &times, columns(values));
-            }
+            curves.channels.into_iter().for_each(|curves| self.add((layer_id, node.id), &times, curves));
         }
         for (weights, shape) in shapes {
             control.check()?;
-            if let Some(weights) = keys(weights) {
-                let percent = weights.iter().map(|weight| f64::from(*weight) * 100.0);
-                self.add((layer_id, *shape), Channel::Weight, &times, [percent.collect()]);
+            if let Some(curves) = Curves::of_weights(weights, &mut packer) {
+                self.add((layer_id, *shape), &times, curves);
             }
         }
         Ok(())
     }
 
     /// Adds the curves of one channel of an object: a key per frame, or one for all frames.
-    fn add<const N: usize>(
-        &mut self,
-        (layer, object): (i64, i64),
-        channel: Channel,
-        times: &[i64],
-        columns: [Vec<f64>; N],
-    ) {
+    fn add(&mut self, (layer, object): (i64, i64), times: &KeyTimes, curves: Curves) {
+        let Curves { channel, keys, axes } = curves;
         let node_id = self.next_id();
         self.curve_nodes += 1;
-        let axes = || channel.axes().iter().zip(&columns);
+        let axes = || channel.axes().iter().zip(&axes);
         let defaults = Record::new("Properties70")
-            .holding(axes().map(|(axis, values)| property(axis, "Number", "", "A", [values[0].into()])));
+            .holding(axes().map(|(axis, curve)| property(axis, "Number", "", "A", [curve.first.into()])));
         self.objects.push(
             Record::new("AnimationCurveNode").with(node_id).with(channel.node_name()).with("").holding([defaults]),
         );
         self.connections.push(connection(node_id, layer));
         self.connections.push(connection_to_property(node_id, object, channel.property()));
-        for (axis, values) in axes() {
+        for (axis, axis_curve) in axes() {
             let curve_id = self.next_id();
             self.curves += 1;
-            let values: Vec<f32> = values.iter().map(|value| *value as f32).collect();
-            self.objects.push(curve(curve_id, &times[..values.len()], values));
+            self.objects.push(curve(curve_id, times, keys, axis_curve));
             self.connections.push(connection_to_property(curve_id, node_id, axis));
         }
     }
@@ -176,40 +115,22 @@ impl Animation {
     }
 }
 
-/// Vectors by their axes.
-fn columns(vectors: impl Iterator<Item = DVec3>) -> [Vec<f64>; 3] {
-    let mut columns = [const { Vec::new() }; 3];
-    for vector in vectors {
-        columns.iter_mut().zip(vector.to_array()).for_each(|(column, value)| column.push(value));
-    }
-    columns
+/// Key times as they lie in the file, of all curves of a clip.
+struct KeyTimes {
+    of_all: Arc<Array>,
+    of_first: Arc<Array>,
+    /// What linear keys have to say of their tangents.
+    no_data: Arc<Array>,
 }
 
-/// The values of a channel that is animated: one per frame, or one that holds.
-fn keys<T>(track: &Track<T>) -> Option<&[T]> {
-    match track {
-        Track::Rest => None,
-        Track::Constant(value) => Some(std::slice::from_ref(value)),
-        Track::Sampled(values) => Some(values),
-    }
-}
-
-impl LimbNode {
-    /// What the node's own three angles have to give for a local rotation.
-    fn after_pre_rotation(&self, rotation: DQuat) -> DQuat {
-        (self.pre_rotation.inverse() * rotation).normalize()
+impl KeyTimes {
+    fn new(ticks: &[i64], packer: &mut Packer) -> Self {
+        Self { of_all: packer.longs(ticks), of_first: packer.longs(&ticks[..1]), no_data: packer.singles(&[0.0; 4]) }
     }
 
-    /// The order whose angles are steadiest for a clip.
-    pub(super) fn steadiest_order(&self, clip: &Clip) -> EulerOrder {
-        let Track::Sampled(rotations) = &clip.joints()[self.joint].rotation else { return USUAL_ORDER };
-        let mut choice = OrderChoice::new(USUAL_ORDER);
-        let rotations = || rotations.iter().map(|rotation| self.after_pre_rotation(rotation.as_dquat()));
-        rotations().for_each(|rotation| choice.look(rotation));
-        if choice.is_in_doubt() {
-            rotations().for_each(|rotation| choice.try_all(rotation));
-        }
-        choice.best()
+    /// Of as many keys: one, or one per frame.
+    fn of(&self, keys: usize) -> Arc<Array> {
+        Arc::clone(if keys == 1 { &self.of_first } else { &self.of_all })
     }
 }
 
@@ -245,18 +166,16 @@ fn layer(id: i64) -> Record {
         .holding([Record::new("Properties70").holding([weight])])
 }
 
-fn curve(id: i64, times: &[i64], values: Vec<f32>) -> Record {
-    let keys = i32::try_from(times.len()).unwrap_or(i32::MAX);
-    let default = f64::from(values[0]);
+fn curve(id: i64, times: &KeyTimes, keys: usize, curve: &Curve) -> Record {
     Record::new("AnimationCurve")
         .with(id)
         .with("\0\u{1}AnimCurve")
         .with("")
-        .field("Default", default)
+        .field("Default", f64::from(curve.first as f32))
         .field("KeyVer", KEY_VERSION)
-        .field("KeyTime", Property::Longs(times.to_vec()))
-        .field("KeyValueFloat", Property::Singles(values))
+        .field("KeyTime", times.of(keys))
+        .field("KeyValueFloat", Arc::clone(&curve.values))
         .field("KeyAttrFlags", Property::Wholes(vec![LINEAR]))
-        .field("KeyAttrDataFloat", Property::Singles(vec![0.0; 4]))
-        .field("KeyAttrRefCount", Property::Wholes(vec![keys]))
+        .field("KeyAttrDataFloat", Arc::clone(&times.no_data))
+        .field("KeyAttrRefCount", Property::Wholes(vec![i32::try_from(keys).unwrap_or(i32::MAX)]))
 }

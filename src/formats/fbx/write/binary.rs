@@ -4,9 +4,10 @@
 //! of the Blender developers on the binary format, 2013, are the usual reference): little-endian records of end offset, property
 //! count, property bytes and name; nested records end with thirteen zero bytes; a footer with two fixed signatures.
 
-use std::io::Write as _;
+use std::{io::Write as _, sync::Arc};
 
 use flate2::{Compression, write::ZlibEncoder};
+use rayon::prelude::*;
 
 pub(super) const VERSION: u32 = 7400;
 /// Both belong to one another: readers by Autodesk check the id against the time.
@@ -21,8 +22,9 @@ const FOOTER_MAGIC: [u8; 16] =
     [0xf8, 0x5a, 0x8c, 0x6a, 0xde, 0xf5, 0xd9, 0x7e, 0xec, 0xe9, 0x0c, 0xe3, 0x75, 0x8f, 0x29, 0x0b];
 /// The end of a list of nested records.
 const NULL_RECORD: [u8; 13] = [0; 13];
-/// Arrays below this size are not worth compressing.
-const COMPRESSED_FROM_BYTES: usize = 128;
+/// Arrays below this size are not worth compressing: making the compressor ready takes longer than the rest, and files of skins have
+/// thousands of matrices.
+const COMPRESSED_FROM_BYTES: usize = 1024;
 
 /// A record: its name, its properties, and the records within it.
 #[derive(Debug)]
@@ -41,9 +43,78 @@ pub(super) enum Property {
     Text(String),
     Bytes(Vec<u8>),
     Wholes(Vec<i32>),
-    Longs(Vec<i64>),
-    Singles(Vec<f32>),
     Numbers(Vec<f64>),
+    /// As it lies in the file already; several records may have the same one.
+    Array(Arc<Array>),
+}
+
+/// An array as it lies in a file.
+#[derive(Debug)]
+pub(super) struct Array {
+    tag: u8,
+    count: usize,
+    is_deflated: bool,
+    bytes: Vec<u8>,
+}
+
+/// What arrays are made with. Its compressor is used again for each: a new one touches 300 KB of memory.
+pub(super) struct Packer(ZlibEncoder<Vec<u8>>);
+
+impl Default for Packer {
+    fn default() -> Self {
+        Self(ZlibEncoder::new(Vec::new(), Compression::fast()))
+    }
+}
+
+impl Packer {
+    pub(super) fn wholes(&mut self, values: &[i32]) -> Arc<Array> {
+        self.array(b'i', values, i32::to_le_bytes)
+    }
+
+    pub(super) fn longs(&mut self, values: &[i64]) -> Arc<Array> {
+        self.array(b'l', values, i64::to_le_bytes)
+    }
+
+    pub(super) fn singles(&mut self, values: &[f32]) -> Arc<Array> {
+        self.array(b'f', values, f32::to_le_bytes)
+    }
+
+    pub(super) fn numbers(&mut self, values: &[f64]) -> Arc<Array> {
+        self.array(b'd', values, f64::to_le_bytes)
+    }
+
+    fn array<T: Copy, const N: usize>(&mut self, tag: u8, values: &[T], bytes_of: fn(T) -> [u8; N]) -> Arc<Array> {
+        let mut plain = vec![0; values.len() * N];
+        for (bytes, value) in plain.as_chunks_mut::<N>().0.iter_mut().zip(values) {
+            *bytes = bytes_of(*value);
+        }
+        let deflated = if plain.len() >= COMPRESSED_FROM_BYTES { self.deflated(&plain) } else { None };
+        let is_deflated = deflated.is_some();
+        Arc::new(Array { tag, count: values.len(), is_deflated, bytes: deflated.unwrap_or(plain) })
+    }
+
+    /// Writing to memory does not fail; if it did, the array would be stored as it is.
+    fn deflated(&mut self, plain: &[u8]) -> Option<Vec<u8>> {
+        let written = self.0.write_all(plain);
+        let bytes = self.0.reset(Vec::new());
+        written.and(bytes).ok()
+    }
+
+    /// Turns an array of numbers into what lies in the file.
+    fn pack(&mut self, property: &mut Property) {
+        let array = match property {
+            Property::Wholes(values) => self.wholes(values),
+            Property::Numbers(values) => self.numbers(values),
+            _ => return,
+        };
+        *property = Property::Array(array);
+    }
+}
+
+impl From<Arc<Array>> for Property {
+    fn from(array: Arc<Array>) -> Self {
+        Self::Array(array)
+    }
 }
 
 impl From<i32> for Property {
@@ -98,6 +169,13 @@ impl Record {
         self
     }
 
+    /// All arrays of numbers in it that are not packed yet.
+    fn collect_arrays<'a>(&'a mut self, arrays: &mut Vec<&'a mut Property>) {
+        let is_array = |property: &&mut Property| matches!(property, Property::Wholes(_) | Property::Numbers(_));
+        arrays.extend(self.properties.iter_mut().filter(is_array));
+        self.records.iter_mut().for_each(|record| record.collect_arrays(arrays));
+    }
+
     /// Appends the record; offsets count from the start of `out`.
     fn write(&self, out: &mut Vec<u8>) -> Option<()> {
         let start = out.len();
@@ -133,16 +211,9 @@ impl Property {
             Self::Number(value) => tagged(out, b'D', &value.to_le_bytes()),
             Self::Text(text) => sized(out, b'S', text.as_bytes())?,
             Self::Bytes(bytes) => sized(out, b'R', bytes)?,
-            Self::Wholes(values) => {
-                array(out, b'i', values.len(), values.iter().flat_map(|value| value.to_le_bytes()))?;
-            }
-            Self::Longs(values) => array(out, b'l', values.len(), values.iter().flat_map(|value| value.to_le_bytes()))?,
-            Self::Singles(values) => {
-                array(out, b'f', values.len(), values.iter().flat_map(|value| value.to_le_bytes()))?;
-            }
-            Self::Numbers(values) => {
-                array(out, b'd', values.len(), values.iter().flat_map(|value| value.to_le_bytes()))?;
-            }
+            Self::Array(array) => array.write(out)?,
+            Self::Wholes(values) => Packer::default().wholes(values).write(out)?,
+            Self::Numbers(values) => Packer::default().numbers(values).write(out)?,
         }
         Some(())
     }
@@ -160,30 +231,25 @@ fn sized(out: &mut Vec<u8>, tag: u8, bytes: &[u8]) -> Option<()> {
     Some(())
 }
 
-fn array(out: &mut Vec<u8>, tag: u8, count: usize, bytes: impl Iterator<Item = u8>) -> Option<()> {
-    let plain: Vec<u8> = bytes.collect();
-    let is_packed = plain.len() >= COMPRESSED_FROM_BYTES;
-    let packed = if is_packed {
-        let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());
-        // Writing to memory does not fail.
-        encoder.write_all(&plain).ok()?;
-        encoder.finish().ok()?
-    } else {
-        plain
-    };
-    out.push(tag);
-    out.extend_from_slice(&u32::try_from(count).ok()?.to_le_bytes());
-    out.extend_from_slice(&u32::from(is_packed).to_le_bytes());
-    out.extend_from_slice(&u32::try_from(packed.len()).ok()?.to_le_bytes());
-    out.extend_from_slice(&packed);
-    Some(())
+impl Array {
+    fn write(&self, out: &mut Vec<u8>) -> Option<()> {
+        out.push(self.tag);
+        out.extend_from_slice(&u32::try_from(self.count).ok()?.to_le_bytes());
+        out.extend_from_slice(&u32::from(self.is_deflated).to_le_bytes());
+        out.extend_from_slice(&u32::try_from(self.bytes.len()).ok()?.to_le_bytes());
+        out.extend_from_slice(&self.bytes);
+        Some(())
+    }
 }
 
 /// A whole file; nothing where it would be larger than its 32-bit offsets can say.
-pub(super) fn file(records: &[Record]) -> Option<Vec<u8>> {
+pub(super) fn file(mut records: Vec<Record>) -> Option<Vec<u8>> {
+    let mut arrays = Vec::new();
+    records.iter_mut().for_each(|record| record.collect_arrays(&mut arrays));
+    arrays.into_par_iter().for_each_init(Packer::default, |packer, array| packer.pack(array));
     let mut out = MAGIC.to_vec();
     out.extend_from_slice(&VERSION.to_le_bytes());
-    for record in records {
+    for record in &records {
         record.write(&mut out)?;
     }
     out.extend_from_slice(&NULL_RECORD);
@@ -195,4 +261,40 @@ pub(super) fn file(records: &[Record]) -> Option<Vec<u8>> {
     out.extend_from_slice(&[0; 120]);
     out.extend_from_slice(&FOOTER_MAGIC);
     Some(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_compressor_that_is_used_again_gives_the_bytes_of_a_new_one() {
+        let noise = |seed: u32| move |index: u32| (index.wrapping_mul(2_654_435_761).wrapping_add(seed) >> 9) as f32;
+        let arrays: Vec<Vec<f32>> = vec![
+            (0..40_000).map(noise(7)).collect(),
+            vec![1.5; 3_000],
+            (0..31).map(noise(1)).collect(),
+            (0..500).map(noise(3)).collect(),
+            (0..40_000).map(noise(7)).collect(),
+        ];
+        let mut packer = Packer::default();
+        for values in &arrays {
+            let (again, new) = (packer.singles(values), Packer::default().singles(values));
+            assert_eq!(
+                (again.is_deflated, &again.bytes),
+                (values.len() * 4 >= COMPRESSED_FROM_BYTES, &new.bytes),
+                "{} values",
+                values.len()
+            );
+            let mut plain = Vec::new();
+            if again.is_deflated {
+                let mut decoder = flate2::write::ZlibDecoder::new(&mut plain);
+                decoder.write_all(&again.bytes).expect("it inflates");
+                decoder.finish().expect("whole");
+            } else {
+                plain.clone_from(&again.bytes);
+            }
+            assert!(plain.chunks(4).eq(values.iter().map(|value| value.to_le_bytes())), "the same numbers");
+        }
+    }
 }

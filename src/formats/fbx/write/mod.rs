@@ -8,6 +8,7 @@
 
 mod animation;
 mod binary;
+mod curves;
 mod figure;
 mod materials;
 mod mesh;
@@ -64,21 +65,26 @@ pub(in crate::formats) fn write(
     };
     meshes.materials.report(reporter);
     let mut figure = figure::Figure::new(skeleton, &joints, centimeters);
-    for node in &mut figure.nodes {
-        control.check()?;
-        node.order = options.rotation_order.unwrap_or_else(|| node.steadiest_order(clip));
+    if let Some(order) = options.rotation_order {
+        figure.nodes.iter_mut().for_each(|node| node.order = order);
+    }
+    let curves = curves::of_nodes(&figure, clip, options.rotation_order.is_none(), control)?;
+    for (node, curves) in figure.nodes.iter_mut().zip(&curves) {
+        node.order = curves.order;
     }
     if options.rotation_order.is_none() {
         let by_name = figure.nodes.iter().map(|node| (figure.name(node), node.order));
         report_orders(figure::USUAL_ORDER, "Objects", by_name, reporter);
     }
     let mut animation = animation::Animation::new(clip);
-    for clip in std::iter::once(clip).chain(written::kept_clips(target, options)) {
-        let shapes = document.map_or_else(Vec::new, |document| shapes(document, clip, &meshes));
-        animation.add_stack(&figure, clip, &shapes, control)?;
+    let shapes = |clip| document.map_or_else(Vec::new, |document| shapes(document, clip, &meshes));
+    animation.add_stack(&figure, clip, curves, &shapes(clip), control)?;
+    for clip in written::kept_clips(target, options) {
+        let curves = curves::of_nodes(&figure, clip, false, control)?;
+        animation.add_stack(&figure, clip, curves, &shapes(clip), control)?;
     }
     let records = scene::records(&figure, animation, meshes, target.axes.unwrap_or_default());
-    binary::file(&records).ok_or_else(|| {
+    binary::file(records).ok_or_else(|| {
         FormatError::unsupported(
             "write",
             "Objects",
