@@ -3,6 +3,7 @@
 //! The figure is a tube that bends, made here. What drawing a frame takes is `still` without `png_alone`.
 
 #![allow(missing_docs, reason = "criterion's macros make undocumented items")]
+#![allow(clippy::print_stderr, reason = "the sizes of the files are figures, too")]
 
 use std::{hint::black_box, time::Duration};
 
