@@ -33,10 +33,12 @@ impl Start {
     }
 }
 
-/// For each finger but the thumb, whether it begins where another one begins.
+/// For each finger, whether it begins where at least half of the others do: two bones of a palm may begin near one another by chance.
 pub(super) fn spots(starts: &[Start]) -> Vec<bool> {
+    let enough = (starts.len() / 2).max(1);
     let meets = |one: usize, other: usize| one != other && starts[one].is_at(starts[other].place);
-    (0..starts.len()).map(|one| (0..starts.len()).any(|other| meets(one, other))).collect()
+    let met = |one: usize| (0..starts.len()).filter(|other| meets(one, *other)).count();
+    (0..starts.len()).map(|one| met(one) >= enough).collect()
 }
 
 /// Finds the fingers of one side, by name, else by number (3ds Max Biped, MakeHuman).
