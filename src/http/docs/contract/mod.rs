@@ -61,6 +61,7 @@ fn tell_forms_of_parameters(document: &mut Value) {
                 Some("since") => json!({"format": "date-time"}),
                 Some("label") => json!({"pattern": "^[^=]+="}),
                 Some("joint") => json!({"minLength": 1}),
+                Some("frame") => json!({"maximum": u32::MAX}),
                 _ => continue,
             };
             if let (Value::Object(schema), Value::Object(form)) = (&mut parameter["schema"], form) {
