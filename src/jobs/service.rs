@@ -163,7 +163,7 @@ impl Jobs {
             _ => Vec::new(),
         };
         let position = match record.state {
-            JobState::Queued => self.queue_positions(std::slice::from_ref(&record)).await?.remove(&record.id),
+            JobState::Queued => Some(self.0.store.records().queue_position(&record, MAX_POSITION).await?),
             _ => None,
         };
         Ok(self.snapshot(record, results, position))

@@ -118,6 +118,10 @@ pub(super) async fn jobs_of_batches_wait_behind_single_ones_and_callers_take_tur
     let places = records.queue_positions(&single.principal, &ids, 2).await.expect("counts");
     assert_eq!(places[&batched[0].id], 2, "behind the single one");
     assert_eq!((places[&single.id], places[&batched[1].id]), (1, 3), "counted no further than asked for");
+    for job in [&batched[0], &batched[1], &single] {
+        let place = records.queue_position(job, 2).await.expect("counts");
+        assert_eq!(place, places[&job.id], "one by itself has the place that it has among others");
+    }
     let mut order: Vec<JobId> = Vec::new();
     while let Some(job) = claim(records, Lane::Batch).await {
         order.push(job.id);

@@ -91,6 +91,7 @@ async fn look_at_everything(records: Records) {
     records.unfinished_jobs(&ann).await.expect("counts");
     records.queue_depth().await.expect("counts");
     records.oldest_queued().await.expect("looks");
+    records.queue_position(&job, 100).await.expect("counts");
     records.queue_positions(&ann, &[&job.id], 100).await.expect("counts");
     records.all_record_counts().await.expect("counts");
     records.cached_results(&ann, "a key", Timestamp::UNIX_EPOCH).await.expect("looks");
