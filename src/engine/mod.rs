@@ -46,6 +46,7 @@ mod tune;
 mod vrm_animation;
 
 pub use crate::drawing::{BodyKind, DrawSpec, DrawingLimit, draw_spec_schema, drawing_limits};
+#[allow(unused_imports, reason = "the service half asks for it, and the engine alone has no need of it")]
 pub(crate) use crate::rig::nearest::nearest;
 pub use alignment::AlignmentView;
 pub use annotate::{AnnotatedDrawing, AnnotationView, BoxView, DrawnJointView, MaskView, annotate_drawing, body_kind};
