@@ -72,8 +72,6 @@ pub struct EventStream {
     changes: broadcast::Receiver<Change>,
     ends_at: Instant,
     has_ended: bool,
-    /// Whether the last look came to the newest event.
-    has_read_all: bool,
     _open: OpenStream,
 }
 
@@ -105,7 +103,6 @@ impl Jobs {
             changes,
             ends_at: Instant::now() + self.0.settings.event_stream_period.0,
             has_ended: false,
-            has_read_all: false,
             _open: open,
             followed,
         };
@@ -131,10 +128,10 @@ impl Jobs {
             }
         }
         if let Followed::Batch(id) = &stream.followed {
-            let has_ended = self.batch(owner, id).await?.state().is_final();
-            if has_ended && after.is_some() && stream.waiting.is_empty() {
+            self.batch(owner, id).await?;
+            if after.is_some() {
                 stream.look().await?;
-                if stream.waiting.is_empty() {
+                if stream.has_ended && stream.waiting.is_empty() {
                     return Ok(None);
                 }
             }
@@ -197,7 +194,7 @@ impl EventStream {
         let records = self.jobs.0.store.records();
         let id = match &self.followed {
             Followed::Job(id) => id,
-            Followed::Everything => return self.look_at_all().await,
+            Followed::Everything => return self.look_at_all().await.map(|_| ()),
             Followed::Batch(id) => {
                 // The batch first: when it says that all jobs have ended, the events that say so are there too.
                 let has_ended = match self.jobs.batch(&self.owner, id).await {
@@ -205,8 +202,8 @@ impl EventStream {
                     Err(Refusal::NotFound { .. }) => true,
                     Err(refusal) => return Err(refusal),
                 };
-                self.look_at_all().await?;
-                self.has_ended |= has_ended && self.has_read_all;
+                let has_read_all = self.look_at_all().await?;
+                self.has_ended |= has_ended && has_read_all;
                 return Ok(());
             }
         };
@@ -225,22 +222,20 @@ impl EventStream {
         Ok(())
     }
 
-    /// Reads on among the events of the caller, to the next that are followed or to the end.
-    async fn look_at_all(&mut self) -> Result<(), Refusal> {
-        self.has_read_all = false;
+    /// Reads on among the events of the caller, to the next that are followed or to the newest. Gives whether it came to the newest.
+    async fn look_at_all(&mut self) -> Result<bool, Refusal> {
         loop {
             let records = self.jobs.0.store.records();
             let reach = records.event_reach(&self.owner).await?;
             if reach.last == self.position {
-                self.has_read_all = true;
-                return Ok(());
+                return Ok(true);
             }
             let events = records.events_after(&self.owner, self.position, MAX_AT_ONCE).await?;
             self.check_gap(reach);
-            self.has_read_all = events.len() < MAX_AT_ONCE;
+            let has_read_all = events.len() < MAX_AT_ONCE;
             self.take(events);
-            if self.has_read_all || !self.waiting.is_empty() {
-                return Ok(());
+            if has_read_all || !self.waiting.is_empty() {
+                return Ok(has_read_all);
             }
         }
     }

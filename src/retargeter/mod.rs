@@ -95,14 +95,7 @@ impl Retargeter {
     /// When a file cannot be read, the config does not fit, nothing can be mapped, or the work is canceled.
     pub fn retarget(&self, source: Asset<'_>, target: Asset<'_>) -> Result<Outcome, Error> {
         let text = self.config_text()?;
-        self.run(Task::Retarget(Inputs {
-            source: source.file,
-            target: target.file,
-            source_rest: source.rest,
-            target_rest: target.rest,
-            config: text.as_ref().map(Config::file),
-            formats: &self.formats,
-        }))
+        self.run(Task::Retarget(self.inputs(source, target, text.as_ref())))
     }
 
     /// Edits the source's clip as the `edit` of the config says, on its own rig.
@@ -160,14 +153,7 @@ impl Retargeter {
     /// As [`Self::retarget`].
     pub fn suggest(&self, source: Asset<'_>, target: Asset<'_>) -> Result<Proposal, Error> {
         let text = self.config_text()?;
-        let inputs = Inputs {
-            source: source.file,
-            target: target.file,
-            source_rest: source.rest,
-            target_rest: target.rest,
-            config: text.as_ref().map(Config::file),
-            formats: &self.formats,
-        };
+        let inputs = self.inputs(source, target, text.as_ref());
         Ok(engine::propose_with(&inputs, &self.knowledge, &self.limits, &self.control)?)
     }
 
@@ -211,6 +197,17 @@ impl Retargeter {
     /// When a scene has no joints, or the config does not fit one of them.
     pub fn scenes<'a>(&self, source: &'a Scene, target: &'a Scene) -> Result<RigPair<'a>, Error> {
         RigPair::new(self, source, target)
+    }
+
+    fn inputs<'a>(&'a self, source: Asset<'a>, target: Asset<'a>, config: Option<&'a Config>) -> Inputs<'a> {
+        Inputs {
+            source: source.file,
+            target: target.file,
+            source_rest: source.rest,
+            target_rest: target.rest,
+            config: config.map(Config::file),
+            formats: &self.formats,
+        }
     }
 
     fn run(&self, task: Task<'_>) -> Result<Outcome, Error> {

@@ -172,8 +172,11 @@ impl Op {
         self.spec().check(refuse);
     }
 
-    /// See [`OpSpec::resolve`].
+    /// Hands what it becomes for two rigs to the context; nothing where it is not enabled.
     pub(in crate::retarget) fn resolve(&self, context: &mut Context<'_>) {
-        self.spec().resolve(context);
+        self.spec().check_names(context);
+        if self.scope().is_none_or(|scope| scope.enabled) {
+            self.spec().resolve(context);
+        }
     }
 }

@@ -20,6 +20,9 @@ pub(in crate::retarget) trait OpSpec {
     /// Calls `refuse` with each field that is out of range, and why; ranges of the schema are checked already.
     fn check(&self, _refuse: &mut dyn FnMut(&str, String)) {}
 
-    /// Hands what it becomes for two rigs to the context; nothing where it is not enabled.
+    /// Tells of names that mean nothing, also where it is not enabled.
+    fn check_names(&self, _context: &mut Context<'_>) {}
+
+    /// Hands what it becomes for two rigs to the context. Called where its scope is enabled.
     fn resolve(&self, context: &mut Context<'_>);
 }

@@ -62,6 +62,13 @@ pub(super) fn give_configs_their_schema(document: &mut Value) {
     }
 }
 
+/// The words of a part of the config that is one of a closed set, as the schema of a parameter.
+pub(super) fn words_of(part: &str) -> Value {
+    let mut schema = spec_schema()["$defs"][part].clone();
+    each_object(&mut schema, &mut merge_words);
+    json!({"enum": schema["enum"]})
+}
+
 /// The members of that name of a schema, also where it is put together of several.
 fn members_called<'s>(schema: &'s mut Value, name: &str) -> Vec<&'s mut Value> {
     let Some(schema) = schema.as_object_mut() else { return Vec::new() };

@@ -65,9 +65,7 @@ impl OpSpec for ArmSpacingOp {
     }
 
     fn resolve(&self, context: &mut Context<'_>) {
-        if self.scope.enabled {
-            let edits = resolve::resolve(self, context);
-            context.push(&self.scope, edits);
-        }
+        let edits = resolve::resolve(self, context);
+        context.push(&self.scope, edits);
     }
 }

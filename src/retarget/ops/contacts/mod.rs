@@ -284,8 +284,7 @@ impl OpSpec for ContactsOp {
         false
     }
 
-    fn resolve(&self, context: &mut Context<'_>) {
-        let pointer = format!("/ops/{}/curves", context.index);
+    fn check_names(&self, context: &mut Context<'_>) {
         let known: Vec<&str> = Limb::all().flat_map(Limb::contact_points).filter(|point| !point.is_empty()).collect();
         let times = [("set", &self.set), ("add", &self.add), ("remove", &self.remove)];
         let named = times.into_iter().flat_map(|(field, points)| points.keys().map(move |point| (field, point)));
@@ -297,11 +296,13 @@ impl OpSpec for ContactsOp {
                 context.fields.push(field.with_nearest(point, known.iter().copied()));
             }
         }
+    }
+
+    fn resolve(&self, context: &mut Context<'_>) {
+        let pointer = format!("/ops/{}/curves", context.index);
         let mut resolved = self.clone();
         resolved.set.extend(contact_spans(&self.curves, &pointer, context.source.scene, context.clip, context.fields));
         take_contacts(&mut resolved, context.limbs, context.source.skeleton(), context.clip);
-        if self.scope.enabled {
-            context.push_on_limbs(&self.scope, Limbs::All, resolved);
-        }
+        context.push_on_limbs(&self.scope, Limbs::All, resolved);
     }
 }

@@ -72,9 +72,7 @@ impl OpSpec for CopyBasePoseOp {
     }
 
     fn resolve(&self, context: &mut Context<'_>) {
-        if self.scope.enabled {
-            let edits = resolve::resolve(self, context);
-            context.push(&self.scope, edits);
-        }
+        let edits = resolve::resolve(self, context);
+        context.push(&self.scope, edits);
     }
 }

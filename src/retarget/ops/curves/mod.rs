@@ -39,12 +39,10 @@ impl OpSpec for CurvesOp {
     }
 
     fn resolve(&self, context: &mut Context<'_>) {
-        if self.scope.enabled {
-            let schedule = context.schedule(&self.scope);
-            let Context { index, source, clip, .. } = *context;
-            let drives = resolve::curve_drives(self, index, &schedule, source.scene, clip, context.fields);
-            context.resolved.curves.extend(drives);
-        }
+        let schedule = context.schedule(&self.scope);
+        let Context { index, source, clip, .. } = *context;
+        let drives = resolve::curve_drives(self, index, &schedule, source.scene, clip, context.fields);
+        context.resolved.curves.extend(drives);
     }
 }
 

@@ -137,10 +137,8 @@ impl OpSpec for FilterOp {
     }
 
     fn resolve(&self, context: &mut Context<'_>) {
-        if self.scope.enabled {
-            let joints = filtered_joints(&self.scope, context.index, context.target, context.mapping, context.fields);
-            context.push(&self.scope, ResolvedFilter { op: self.clone(), joints });
-        }
+        let joints = filtered_joints(&self.scope, context.index, context.target, context.mapping, context.fields);
+        context.push(&self.scope, ResolvedFilter { op: self.clone(), joints });
     }
 }
 

@@ -102,9 +102,7 @@ impl OpSpec for FingersOp {
     }
 
     fn resolve(&self, context: &mut Context<'_>) {
-        if self.scope.enabled {
-            let edits = resolve::resolve(self, context);
-            context.push(&self.scope, edits);
-        }
+        let edits = resolve::resolve(self, context);
+        context.push(&self.scope, edits);
     }
 }

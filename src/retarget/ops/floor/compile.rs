@@ -94,10 +94,8 @@ impl OpSpec for FloorOp {
     }
 
     fn resolve(&self, context: &mut Context<'_>) {
-        if self.scope.enabled {
-            let tails = find_tails(context.target);
-            context.push_on_limbs(&self.scope, Limbs::Legs, ResolvedFloor { op: self.clone(), tails });
-        }
+        let tails = find_tails(context.target);
+        context.push_on_limbs(&self.scope, Limbs::Legs, ResolvedFloor { op: self.clone(), tails });
     }
 }
 

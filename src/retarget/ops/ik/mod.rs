@@ -36,8 +36,6 @@ impl OpSpec for IkOp {
     }
 
     fn resolve(&self, context: &mut Context<'_>) {
-        if self.scope.enabled {
-            context.push_on_limbs(&self.scope, Limbs::Legs, self.clone());
-        }
+        context.push_on_limbs(&self.scope, Limbs::Legs, self.clone());
     }
 }

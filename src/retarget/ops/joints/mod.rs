@@ -223,10 +223,8 @@ impl OpSpec for JointsOp {
     }
 
     fn resolve(&self, context: &mut Context<'_>) {
-        if self.scope.enabled {
-            let edits = resolve::resolve(self, context);
-            context.push(&self.scope, edits);
-        }
+        let edits = resolve::resolve(self, context);
+        context.push(&self.scope, edits);
     }
 }
 

@@ -38,20 +38,12 @@ const MIN_LIMITED_DEGREES: f64 = 0.05;
 /// The least width over which angles beyond a limit are compressed, as a share of the limit.
 const MIN_WIDTH: f64 = 0.05;
 
-/// One joint.
+/// One joint: its limit, and the slots of it and of the source's joint.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::retarget) struct LimitStep {
-    pub(in crate::retarget) slot: usize,
-    /// The source joint whose excess is allowed.
-    pub(in crate::retarget) source: Option<usize>,
-    pub(in crate::retarget) zero: LimitFrame,
-    pub(in crate::retarget) source_zero: LimitFrame,
-    /// Along the bone, the axis about which it bends, and the one across.
-    pub(in crate::retarget) axes: [DVec3; 3],
-    pub(in crate::retarget) bend: [f64; 2],
-    pub(in crate::retarget) side: [f64; 2],
-    pub(in crate::retarget) twist: [f64; 2],
-    pub(in crate::retarget) begin: f64,
+struct LimitStep {
+    slot: usize,
+    source: Option<usize>,
+    limit: JointLimit,
 }
 
 /// How a joint is turned from the T pose: about the bone last, and in which direction its bone is swung, in radians.
@@ -61,7 +53,7 @@ struct Turned {
     swing: DVec2,
 }
 
-impl LimitStep {
+impl JointLimit {
     fn turned(&self, zero: &LimitFrame, local: DQuat) -> Turned {
         let change = zero.parent * local * zero.local.conjugate() * zero.parent.conjugate();
         let [along, bend, across] = self.axes;
@@ -79,26 +71,27 @@ impl LimitStep {
 
 impl Step for LimitStep {
     fn apply(&self, figure: &mut Figure<'_>) {
-        let local = figure.local(self.slot);
-        let turned = self.turned(&self.zero, local.rotation);
-        let allowed = self.source.map(|slot| self.turned(&self.source_zero, figure.source.local[slot].rotation));
-        let swing_share = self.swing_share(turned.swing);
-        let allowed_swing = allowed.map_or(0.0, |allowed| self.swing_share(allowed.swing));
-        let twist_share = share(turned.twist, self.twist);
-        let allowed_twist = allowed.map_or(0.0, |allowed| share(allowed.twist, self.twist));
+        let Self { slot, source, limit } = self;
+        let local = figure.local(*slot);
+        let turned = limit.turned(&limit.zero, local.rotation);
+        let allowed = source.map(|slot| limit.turned(&limit.source_zero, figure.source.local[slot].rotation));
+        let swing_share = limit.swing_share(turned.swing);
+        let allowed_swing = allowed.map_or(0.0, |allowed| limit.swing_share(allowed.swing));
+        let twist_share = share(turned.twist, limit.twist);
+        let allowed_twist = allowed.map_or(0.0, |allowed| share(allowed.twist, limit.twist));
         let (new_swing, new_twist) =
-            (limited(swing_share, allowed_swing, self.begin), limited(twist_share, allowed_twist, self.begin));
+            (limited(swing_share, allowed_swing, limit.begin), limited(twist_share, allowed_twist, limit.begin));
         if new_swing >= swing_share && new_twist >= twist_share {
             return;
         }
         let factor = |new: f64, old: f64| if old > 0.0 { new / old } else { 1.0 };
         let swing = turned.swing * factor(new_swing, swing_share);
         let twist = turned.twist * factor(new_twist, twist_share);
-        let [along, bend, across] = self.axes;
+        let [along, bend, across] = limit.axes;
         let change = DQuat::from_scaled_axis(bend * swing.x + across * swing.y) * DQuat::from_axis_angle(along, twist);
-        let parent = self.zero.parent;
-        let rotation = parent.conjugate() * change * parent * self.zero.local;
-        figure.set_local(self.slot, Transform { rotation: rotation.normalize(), ..local });
+        let parent = limit.zero.parent;
+        let rotation = parent.conjugate() * change * parent * limit.zero.local;
+        figure.set_local(*slot, Transform { rotation: rotation.normalize(), ..local });
     }
 }
 
@@ -155,13 +148,7 @@ impl JointLimit {
         LimitStep {
             slot: builder.change(self.joint, true, false),
             source: self.source.map(|joint| builder.source(joint)),
-            zero: self.zero,
-            source_zero: self.source_zero,
-            axes: self.axes,
-            bend: self.bend,
-            side: self.side,
-            twist: self.twist,
-            begin: self.begin,
+            limit: *self,
         }
     }
 }
@@ -230,10 +217,8 @@ impl OpSpec for LimitsOp {
     }
 
     fn resolve(&self, context: &mut Context<'_>) {
-        if self.scope.enabled {
-            let limits = resolve::resolve(self, context);
-            context.push(&self.scope, Limits(limits));
-        }
+        let limits = resolve::resolve(self, context);
+        context.push(&self.scope, Limits(limits));
     }
 }
 

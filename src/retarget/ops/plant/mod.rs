@@ -371,9 +371,7 @@ impl OpSpec for PlantOp {
     }
 
     fn resolve(&self, context: &mut Context<'_>) {
-        if self.scope.enabled {
-            context.push_on_limbs(&self.scope, Limbs::Legs, self.clone());
-        }
+        context.push_on_limbs(&self.scope, Limbs::Legs, self.clone());
     }
 }
 

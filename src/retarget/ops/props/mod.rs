@@ -16,9 +16,6 @@ impl OpSpec for PropsOp {
     }
 
     fn resolve(&self, context: &mut Context<'_>) {
-        if !self.scope.enabled {
-            return;
-        }
         let grips = resolve::grips(self, context);
         let props = resolve::resolve(self, context);
         let schedule = context.schedule(&self.scope);

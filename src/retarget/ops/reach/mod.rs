@@ -341,10 +341,8 @@ impl OpSpec for ReachOp {
     }
 
     fn resolve(&self, context: &mut Context<'_>) {
-        if self.scope.enabled {
-            let edits = resolve::resolve(self, context);
-            context.push(&self.scope, edits);
-        }
+        let edits = resolve::resolve(self, context);
+        context.push(&self.scope, edits);
     }
 }
 

@@ -274,9 +274,7 @@ impl OpSpec for RootMotionOp {
     }
 
     fn resolve(&self, context: &mut Context<'_>) {
-        if self.scope.enabled
-            && let Some(motion) = resolve::resolve(self, context)
-        {
+        if let Some(motion) = resolve::resolve(self, context) {
             context.push(&self.scope, motion);
         }
     }

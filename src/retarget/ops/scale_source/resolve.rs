@@ -18,9 +18,6 @@ pub(in crate::retarget) fn resolve(
     before: Option<SourceScale>,
     fields: &mut Vec<SpecField>,
 ) -> Option<SourceScale> {
-    if !op.scope.enabled {
-        return before;
-    }
     let mut refuse = |place: &str, detail: &str| {
         fields.push(SpecField::new(SpecErrorKind::InvalidValue, format!("/ops/{index}/{place}"), detail));
     };

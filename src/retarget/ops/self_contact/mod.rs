@@ -327,13 +327,11 @@ impl OpSpec for SelfContactOp {
     }
 
     fn resolve(&self, context: &mut Context<'_>) {
-        if self.scope.enabled {
-            let Context { source, target, .. } = *context;
-            let unit = source.unit_meters / target.unit_meters;
-            let hands = find_hands(context.limbs, source, target, unit);
-            let resolved = ResolvedSelfContact { op: self.clone(), parts: body_parts(source, target, unit), hands };
-            context.push_on_limbs(&self.scope, Limbs::Arms, resolved);
-        }
+        let Context { source, target, .. } = *context;
+        let unit = source.unit_meters / target.unit_meters;
+        let hands = find_hands(context.limbs, source, target, unit);
+        let resolved = ResolvedSelfContact { op: self.clone(), parts: body_parts(source, target, unit), hands };
+        context.push_on_limbs(&self.scope, Limbs::Arms, resolved);
     }
 }
 

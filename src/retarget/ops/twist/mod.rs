@@ -127,10 +127,8 @@ impl OpSpec for TwistOp {
     }
 
     fn resolve(&self, context: &mut Context<'_>) {
-        if self.scope.enabled {
-            let masked = context.masked(&self.scope);
-            let masked = masked.unwrap_or_else(|| (0..context.target.skeleton().len()).collect());
-            context.push(&self.scope, ResolvedTwist { gain: self.gain, masked });
-        }
+        let masked = context.masked(&self.scope);
+        let masked = masked.unwrap_or_else(|| (0..context.target.skeleton().len()).collect());
+        context.push(&self.scope, ResolvedTwist { gain: self.gain, masked });
     }
 }
