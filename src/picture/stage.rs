@@ -20,7 +20,7 @@ const FITTED_VERTICES: usize = 4000;
 /// A figure that travels farther than this, in its heights, is followed.
 const FOLLOWED: f32 = 1.2;
 /// What is farther below the floor than this, in meters, is marked.
-const SUNK_METRES: f32 = 0.005;
+const SUNK_METERS: f32 = 0.005;
 
 /// A figure, and where it goes.
 struct Actor<'a> {
@@ -205,7 +205,7 @@ impl<'a> Stage<'a> {
             style: self.view.style,
             background: self.view.background,
             floor: has_floor.then_some((actor.level, middle, actor.height, self.step)),
-            sunk_below: (is_main && self.marks.is_some()).then_some(actor.level - SUNK_METRES * meter),
+            sunk_below: (is_main && self.marks.is_some()).then_some(actor.level - SUNK_METERS * meter),
         };
         studio.shoot(actor.subject, seconds, &shot)
     }

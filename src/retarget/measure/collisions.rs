@@ -11,7 +11,7 @@ use crate::rig::{Rig, body_capsules};
 const ARMS: [&str; 4] = ["left_forearm", "left_hand", "right_forearm", "right_hand"];
 const TRUNK: [&str; 4] = ["hips", "waist", "chest", "head"];
 const NO_ARMS: &str = "no arms and trunk were recognized on both sides";
-const CENTIMETRES: f64 = 100.0;
+const CENTIMETERS: f64 = 100.0;
 
 /// What is looked at.
 pub(super) struct Collisions {
@@ -66,7 +66,7 @@ impl Collisions {
                         depth(arm, part, &compared.source, frame, |radius| radius.source) / collisions.legs.source;
                     let own =
                         depth(arm, part, &compared.target, frame, |radius| radius.target) / collisions.legs.target;
-                    (own - of_source.max(0.0)).max(0.0) * CENTIMETRES
+                    (own - of_source.max(0.0)).max(0.0) * CENTIMETERS
                 };
                 collisions.trunk.iter().map(beyond).fold(0.0, f64::max)
             };

@@ -24,7 +24,7 @@ use crate::rig::{Rig, Role, floors};
 const MAX_SOLE: f64 = 0.5;
 /// Contacts that are told of; of more, those that slide most.
 const MAX_CONTACTS: usize = 200;
-const CENTIMETRES: f64 = 100.0;
+const CENTIMETERS: f64 = 100.0;
 
 /// One contact of the source, and what the target does in it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -285,9 +285,9 @@ impl Feet {
             for (first, last) in intervals(&traced.standing.source.stands) {
                 let (mut slide, mut source_slide, mut steps) = (0.0, 0.0, 0_usize);
                 for frame in (first..last).filter(|frame| still[*frame] && still[frame + 1]) {
-                    let own = traced.step(true, frame) / self.legs.target * CENTIMETRES;
+                    let own = traced.step(true, frame) / self.legs.target * CENTIMETERS;
                     slide += own;
-                    source_slide += traced.step(false, frame) / self.legs.source * CENTIMETRES;
+                    source_slide += traced.step(false, frame) / self.legs.source * CENTIMETERS;
                     steps += 1;
                     let seconds = compared.times_seconds[frame + 1] - compared.times_seconds[frame];
                     speed[frame] = own / seconds.max(1e-9);
@@ -306,7 +306,7 @@ impl Feet {
                     end_seconds: rounded(compared.times_seconds[last]),
                     slide_cm: rounded(slide),
                     source_slide_cm: rounded(source_slide),
-                    height_cm: rounded(height / self.legs.target * CENTIMETRES),
+                    height_cm: rounded(height / self.legs.target * CENTIMETERS),
                 });
             }
             let part = format!("{} {}", traced.point.part, traced.point.name);
@@ -321,7 +321,7 @@ impl Feet {
         let mut feet: Vec<Series> = Vec::new();
         for traced in traced {
             let heights =
-                (0..traced.positions.target.len()).map(|frame| traced.height(is_target, frame) / leg * CENTIMETRES);
+                (0..traced.positions.target.len()).map(|frame| traced.height(is_target, frame) / leg * CENTIMETERS);
             match feet.iter_mut().find(|foot| foot.part == traced.point.part) {
                 Some(foot) => {
                     foot.values.iter_mut().zip(heights).for_each(|(lowest, height)| *lowest = lowest.min(height));
@@ -371,7 +371,7 @@ impl Feet {
                 Some((height, floor)) => compared.source.position(frame, traced.point.joint_slot).y - floor - height,
                 None => traced.height(false, frame),
             };
-            let heights = (0..compared.len()).map(|frame| over(frame) / self.legs.source * CENTIMETRES);
+            let heights = (0..compared.len()).map(|frame| over(frame) / self.legs.source * CENTIMETERS);
             match feet.iter_mut().find(|(part, _)| *part == traced.point.part) {
                 Some((_, lowest)) => lowest.iter_mut().zip(heights).for_each(|(low, height)| *low = low.min(height)),
                 None => feet.push((&traced.point.part, heights.collect())),
@@ -404,7 +404,7 @@ impl Feet {
     fn points_off(&self, traced: &Traced<'_>, compared: &Compared) -> (Vec<f64>, Vec<f64>) {
         let off = |is_target: bool, leg: f64| {
             let height = |frame: usize| match traced.standing.source.is_still[frame] {
-                true => (traced.height(is_target, frame) / leg * CENTIMETRES).max(0.0),
+                true => (traced.height(is_target, frame) / leg * CENTIMETERS).max(0.0),
                 false => f64::NAN,
             };
             (0..compared.len()).map(height).collect()
@@ -424,7 +424,7 @@ impl Feet {
             let index = foot(&of_source, &traced.point.part);
             let (source, target) = (&of_source[index].values, &of_target[index].values);
             let stands = |frame: &usize| {
-                traced.standing.source.is_still[*frame] && source[*frame] - floor <= HEIGHT_ON * CENTIMETRES
+                traced.standing.source.is_still[*frame] && source[*frame] - floor <= HEIGHT_ON * CENTIMETERS
             };
             let heights = |values: &[f64], floor: f64| {
                 let height = |frame: usize| if stands(&frame) { (values[frame] - floor).max(0.0) } else { f64::NAN };

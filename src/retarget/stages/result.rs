@@ -53,7 +53,7 @@ pub struct LimbReach {
 }
 
 /// More than this counts as out of reach.
-const OUT_OF_REACH_METRES: f64 = 1e-3;
+const OUT_OF_REACH_METERS: f64 = 1e-3;
 
 /// `limbs` are the names of the mapping's limbs.
 pub(in crate::retarget) fn tell(
@@ -84,7 +84,7 @@ pub(in crate::retarget) fn tell(
             limb: (*limb).to_owned(),
             residual_max_meters: *worst.1,
             residual_mean_meters: residuals.iter().sum::<f64>() / residuals.len() as f64,
-            frames_out_of_reach: residuals.iter().filter(|residual| **residual > OUT_OF_REACH_METRES).count(),
+            frames_out_of_reach: residuals.iter().filter(|residual| **residual > OUT_OF_REACH_METERS).count(),
             worst_frame: worst.0,
         })
     };

@@ -11,7 +11,7 @@ use super::{
 use crate::model::{LocalPose, ModelPose, Skeleton};
 
 /// People and their caricatures are between these heights, in meters.
-const PLAUSIBLE_METRES: std::ops::RangeInclusive<f64> = 0.3..=4.0;
+const PLAUSIBLE_METERS: std::ops::RangeInclusive<f64> = 0.3..=4.0;
 /// Feet this far from the floor, as a share of the figure's height, do not stand on it. An ankle is at 5 %.
 const OFF_FLOOR_SHARE: f64 = 0.12;
 /// What is left beside a body is looked at when it has at least this many joints.
@@ -55,7 +55,7 @@ fn examine_size(rig: &Rig<'_>, found: &mut Vec<Finding>) {
             let detail = format!("{size:.3} units high, taken for {meters:.2} m");
             found.push(whole(FindingCode::UnitUnknown, detail));
         }
-        Some(_) if rig.recognition.kind == RigKind::Biped && !PLAUSIBLE_METRES.contains(&meters) => {
+        Some(_) if rig.recognition.kind == RigKind::Biped && !PLAUSIBLE_METERS.contains(&meters) => {
             let detail = format!("{} high{}", length(meters), likely_unit(meters));
             found.push(whole(FindingCode::SizeImplausible, detail));
         }

@@ -16,8 +16,8 @@ use serde_json::json;
 
 use super::{edited, real_clips};
 
-const TOLERANCE_METRES: f64 = 0.0005;
-const SHELL_METRES: f64 = 0.1;
+const TOLERANCE_METERS: f64 = 0.0005;
+const SHELL_METERS: f64 = 0.1;
 
 /// The most that points on the shells of all joints differ between two clips of the same frames, in meters.
 fn worst(scene: &Scene, ours: &Clip, theirs: &Clip, unit: f64) -> f64 {
@@ -29,7 +29,7 @@ fn worst(scene: &Scene, ours: &Clip, theirs: &Clip, unit: f64) -> f64 {
         let (ours, theirs) = (pose(ours, frame), pose(theirs, frame));
         for (one, other) in ours.transforms().iter().zip(theirs.transforms()) {
             for point in points {
-                let at = point * (SHELL_METRES / unit);
+                let at = point * (SHELL_METERS / unit);
                 let place = |of: &Transform| of.translation + of.rotation * at;
                 worst = worst.max(place(one).distance(place(other)) * unit);
             }
@@ -40,8 +40,8 @@ fn worst(scene: &Scene, ours: &Clip, theirs: &Clip, unit: f64) -> f64 {
 
 fn reduced(scene: &Scene, clip: &Clip, unit: f64) -> Reduction {
     let tolerance = Tolerance {
-        distance: TOLERANCE_METRES / unit,
-        shell: SHELL_METRES / unit,
+        distance: TOLERANCE_METERS / unit,
+        shell: SHELL_METERS / unit,
         interpolation: KeyInterpolation::Auto,
     };
     reduce_keys(clip, &scene.skeleton, tolerance, &Control::new()).expect("not canceled")
@@ -82,7 +82,7 @@ fn what_is_left_gives_the_motion_back() {
     assert!(after * 2 < reduction.keys_before, "{after} of {} keys are left", reduction.keys_before);
     let back = through_a_file(&scene, clip, &reduction);
     let worst = worst(&scene, &back, clip, 1.0);
-    assert!(worst <= TOLERANCE_METRES + 1e-5, "points move by {worst} m");
+    assert!(worst <= TOLERANCE_METERS + 1e-5, "points move by {worst} m");
     assert!(worst <= reduction.worst.0 + 1e-5, "no more than was said: {worst} m, {} m", reduction.worst.0);
 }
 
@@ -94,12 +94,12 @@ fn real_clips_lose_less_than_half_a_millimeter() {
         let clip = scene.clips.iter().find(|clip| clip.is_animated()).expect("a clip");
         let reduction = reduced(&scene, clip, unit);
         let (before, after) = (reduction.keys_before, reduction.keys.count());
-        assert!(reduction.worst.0 * unit <= TOLERANCE_METRES, "{name}: {:?}", reduction.worst);
+        assert!(reduction.worst.0 * unit <= TOLERANCE_METERS, "{name}: {:?}", reduction.worst);
         assert!(after * 5 < before * 2, "{name}: {after} of {before} keys are left");
         assert!(reduction.keys.bytes() < reduction.bytes_before, "{name}: and fewer bytes");
         if clip.uniform_fps().is_some() && name.ends_with("noskin.fbx") {
             let worst = worst(&scene, &through_a_file(&scene, clip, &reduction), clip, unit);
-            assert!(worst <= TOLERANCE_METRES + 2e-5, "{name}: points of the file move by {worst} m");
+            assert!(worst <= TOLERANCE_METERS + 2e-5, "{name}: points of the file move by {worst} m");
         }
     }
 }
@@ -163,7 +163,7 @@ fn what_touches_the_ground_keeps_to_its_place() {
         let frames = (0..touches.len()).filter(|frame| touches[*frame] == wanted);
         frames.map(off).fold(0.0, f64::max)
     };
-    assert!(worst(true) <= TOLERANCE_METRES / 4.0 + 1e-6, "touching, the foot moves by {} m", worst(true));
+    assert!(worst(true) <= TOLERANCE_METERS / 4.0 + 1e-6, "touching, the foot moves by {} m", worst(true));
     assert!(worst(false) > worst(true), "in the air it may move more: {} m", worst(false));
     let more = reduction.keys.count() as f64 / reduced(&scene, clip, 1.0).keys.count() as f64;
     assert!((1.0..1.6).contains(&more), "it takes {more} times the keys");

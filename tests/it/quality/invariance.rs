@@ -18,7 +18,7 @@ use crate::support::corpus_file;
 /// Forward kinematics alone: what comes out of a frame depends on that frame only.
 const PLAIN: &[u8] = br#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#;
 const MAX_DEGREES: f64 = 0.01;
-const MAX_METRES: f64 = 1e-4;
+const MAX_METERS: f64 = 1e-4;
 
 /// A scene in another guise, and how to see through it.
 struct Guise {
@@ -157,7 +157,7 @@ fn assert_same_motion(ours: &[Vec<(DVec3, DQuat)>], plain: &[Vec<(DVec3, DQuat)>
         meters = meters.max(ours.0.distance(plain.0));
         degrees = degrees.max(degrees_between(ours.1, plain.1));
     }
-    assert!(meters < MAX_METRES, "{what}: places differ by {meters} m");
+    assert!(meters < MAX_METERS, "{what}: places differ by {meters} m");
     assert!(degrees < MAX_DEGREES, "{what}: rotations differ by {degrees}°");
 }
 
@@ -313,7 +313,7 @@ fn assert_cuts_agree(source: &Scene, clip: &Clip, target: &Scene, what: &str) {
             let part = world(&target.skeleton, Some((&part, frame - from)));
             for joint in 0..whole.len() {
                 let meters = position(&whole, joint).distance(position(&part, joint));
-                assert!(meters < MAX_METRES, "{what}: frame {frame} of {from}..{to}: {meters} m");
+                assert!(meters < MAX_METERS, "{what}: frame {frame} of {from}..{to}: {meters} m");
                 let degrees = degrees_between(rotation(&whole, joint), rotation(&part, joint));
                 assert!(degrees < MAX_DEGREES, "{what}: frame {frame} of {from}..{to}: {degrees}°");
             }

@@ -14,7 +14,7 @@ use super::{
 };
 
 const MAX_DEGREES: f64 = 0.01;
-const MAX_METRES: f64 = 1e-4;
+const MAX_METERS: f64 = 1e-4;
 
 fn joint(scene: &Scene, name: &str) -> usize {
     scene.skeleton.find(name).unwrap_or_else(|| panic!("a joint named {name}"))
@@ -33,7 +33,7 @@ fn assert_same_motion(first: (&Scene, &Clip), second: (&Scene, &Clip), what: &st
             let twin = joint(second.0, &made.name);
             let meters = position(&one, index).distance(position(&other, twin));
             let degrees = degrees_between(rotation(&one, index), rotation(&other, twin));
-            assert!(meters < MAX_METRES, "{what}: {} is {meters} m off at frame {frame}", made.name);
+            assert!(meters < MAX_METERS, "{what}: {} is {meters} m off at frame {frame}", made.name);
             assert!(degrees < MAX_DEGREES, "{what}: {} is {degrees}° off at frame {frame}", made.name);
         }
     }

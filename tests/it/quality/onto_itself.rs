@@ -13,11 +13,11 @@ use crate::support::{corpus_file, files_below};
 
 const PLAIN: &[u8] = br#"{"ops": [{"op": "pelvis"}, {"op": "fk"}]}"#;
 const MAX_DEGREES: f64 = 0.01;
-/// At a height of [`MAN_METRES`].
-const MAX_METRES: f64 = 1e-4;
+/// At a height of [`MAN_METERS`].
+const MAX_METERS: f64 = 1e-4;
 /// Chains whose bones move in the clip still lead where the source's lead, which turns them a little.
 const MAX_BENT_DEGREES: f64 = 10.0;
-const MAN_METRES: f64 = 1.7;
+const MAN_METERS: f64 = 1.7;
 const FRAMES_LOOKED_AT: usize = 60;
 
 /// Files with an animation in which no body is found by names, so that there is nothing to retarget.
@@ -106,7 +106,7 @@ impl Comparison {
                     comparison.degrees = degrees;
                     comparison.worst_turned = format!("{} at frame {frame}", skeleton.label(joint));
                 }
-                let meters = position(&before, joint).distance(position(&after, joint)) / size * MAN_METRES;
+                let meters = position(&before, joint).distance(position(&after, joint)) / size * MAN_METERS;
                 if placed[joint] && meters > comparison.meters {
                     comparison.meters = meters;
                     comparison.worst_placed = format!("{} at frame {frame}", skeleton.label(joint));
@@ -117,7 +117,7 @@ impl Comparison {
     }
 
     fn problem(&self) -> Option<String> {
-        let is_good = self.degrees < MAX_DEGREES && self.meters < MAX_METRES && self.bent_degrees < MAX_BENT_DEGREES;
+        let is_good = self.degrees < MAX_DEGREES && self.meters < MAX_METERS && self.bent_degrees < MAX_BENT_DEGREES;
         let Self { degrees, worst_turned, meters, worst_placed, moving_bones, bent_degrees } = self;
         (!is_good).then(|| {
             format!("{degrees:.4}° ({worst_turned}), {meters:.6} m ({worst_placed}); {moving_bones} on moving bones, {bent_degrees:.4}°")

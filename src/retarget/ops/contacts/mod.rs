@@ -46,11 +46,11 @@ use crate::retarget::stages::{
 };
 
 /// Width of a bin of the histogram of heights, for a leg of 1 m.
-const BIN_METRES: f64 = 0.005;
+const BIN_METERS: f64 = 0.005;
 /// Resting levels are looked for within this height above the lowest slow one.
-const LEVEL_REACH_METRES: f64 = 0.1;
+const LEVEL_REACH_METERS: f64 = 0.1;
 /// Two feet whose levels differ by more than this do not both rest on the floor; the lower one does.
-const LEVEL_AGREEMENT_METRES: f64 = 0.05;
+const LEVEL_AGREEMENT_METERS: f64 = 0.05;
 
 /// Finds contacts.
 #[derive(Clone, Debug)]
@@ -115,12 +115,12 @@ impl ContactStage {
         }
         heights.sort_by(f64::total_cmp);
         let lowest = heights[heights.len() / 50];
-        let bin = BIN_METRES * self.scale;
+        let bin = BIN_METERS * self.scale;
         if bin <= 0.0 {
             return lowest;
         }
         let mut counts = BTreeMap::new();
-        for height in heights.iter().filter(|height| **height - lowest < LEVEL_REACH_METRES * self.scale) {
+        for height in heights.iter().filter(|height| **height - lowest < LEVEL_REACH_METERS * self.scale) {
             #[expect(clippy::cast_possible_truncation, reason = "at most twenty bins above the lowest, few below")]
             let index = ((height - lowest) / bin).round() as i64;
             *counts.entry(index).or_insert(0_usize) += 1;
@@ -137,7 +137,7 @@ impl ContactStage {
     fn agreed(&self, point: &Point, level: f64, levels: &[f64]) -> f64 {
         let twins = self.points.iter().zip(levels).filter(|(other, _)| other.part == point.part);
         let lowest = twins.map(|(_, level)| *level).fold(level, f64::min);
-        if level - lowest > LEVEL_AGREEMENT_METRES * self.scale { lowest } else { level }
+        if level - lowest > LEVEL_AGREEMENT_METERS * self.scale { lowest } else { level }
     }
 
     fn touches(&self, point: &Point, track: &Tracked, level: f64, times: &[f64]) -> Vec<bool> {

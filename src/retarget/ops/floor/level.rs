@@ -4,7 +4,7 @@
 //! the source's sole is above its floor while it stands counts as standing, contact by contact, as long as that is a few
 //! centimeters; what is more is a step.
 
-use super::{CARRIES_METRES, Clearance, FloorFoot, FloorStage};
+use super::{CARRIES_METERS, Clearance, FloorFoot, FloorStage};
 use crate::retarget::{
     stages::contact_points::{ContactPoints, Part},
     stages::{
@@ -14,7 +14,7 @@ use crate::retarget::{
 };
 
 /// The largest level, for a leg of 1 m.
-const MAX_METRES: f64 = 0.04;
+const MAX_METERS: f64 = 0.04;
 /// Feet that touch in less than one of so many frames in which one is low touch too seldom to say when they stand.
 const SELDOM: usize = 4;
 /// One of so many frames in which nothing touches is lower than the floor.
@@ -25,7 +25,7 @@ const SMOOTHING_SECONDS: f64 = 0.1;
 impl FloorStage {
     /// The largest level that is taken off, in units of the source.
     pub(in crate::retarget) fn most_level(&self) -> f64 {
-        if self.op.adaptive { MAX_METRES * self.source_leg } else { 0.0 }
+        if self.op.adaptive { MAX_METERS * self.source_leg } else { 0.0 }
     }
 
     /// The contacts, where they say when feet stand. Of feet that are low far more often than they touch, as in walks on the spot in
@@ -36,7 +36,7 @@ impl FloorStage {
         work: &'w Work<'_>,
     ) -> Option<&'w ContactPoints> {
         let contacts = Some(&work.contacts).filter(|contacts| contacts.is_anything_touching())?;
-        let most = self.lowest_level(rows) + CARRIES_METRES * self.source_leg;
+        let most = self.lowest_level(rows) + CARRIES_METERS * self.source_leg;
         let (mut low, mut touching) = (0_usize, 0_usize);
         for (frame, row) in rows.chunks_exact(self.feet.len().max(1)).enumerate() {
             low += usize::from(row.iter().any(|foot| foot.source < most));

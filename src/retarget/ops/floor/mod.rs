@@ -47,15 +47,15 @@ use crate::retarget::stages::{
 const HOLD_SECONDS: f64 = 0.12;
 /// While a foot stands, so much above the level of its contact counts as standing on it, for a leg of 1 m: it is what soles that are
 /// guessed or measured differ by as a foot rolls. And over how much that ceases.
-const STANDS_METRES: f64 = 0.012;
-const STANDS_FADE_METRES: f64 = 0.006;
+const STANDS_METERS: f64 = 0.012;
+const STANDS_FADE_METERS: f64 = 0.006;
 /// In clips in which nothing touches, as walks on the spot, feet that are no higher carry, for a leg of 1 m.
-const CARRIES_METRES: f64 = 0.015;
+const CARRIES_METERS: f64 = 0.015;
 /// In those clips, feet that are tilted by less stand on their whole soles; in others contacts of heel and ball say so.
 const LEVEL_RADIANS: f64 = 0.2;
 /// From there on the floor ceases to count for them, over so many meters.
-const LOW_METRES: f64 = 0.01;
-const LOW_FADE_METRES: f64 = 0.03;
+const LOW_METERS: f64 = 0.01;
+const LOW_FADE_METERS: f64 = 0.03;
 
 /// Puts soles onto the floor.
 #[derive(Clone, Debug)]
@@ -149,7 +149,7 @@ impl FloorStage {
     fn carries(&self, foot: usize, frame: usize, above: f64, contacts: Option<&ContactPoints>) -> bool {
         match contacts {
             Some(contacts) => contacts.touches(self.feet[foot].limb, frame),
-            None => above < CARRIES_METRES * self.source_leg,
+            None => above < CARRIES_METERS * self.source_leg,
         }
     }
 
@@ -206,7 +206,7 @@ impl FloorStage {
             return Wanted { height: (scale * source).max(deepest), deepest };
         }
         let above = source - level;
-        let [width, begin] = [STANDS_FADE_METRES, STANDS_METRES].map(|meters| meters * self.source_leg);
+        let [width, begin] = [STANDS_FADE_METERS, STANDS_METERS].map(|meters| meters * self.source_leg);
         let standing = soft_above(above - begin, width);
         let deepest = (source + self.most_level()).min(0.0) * self.target_leg / self.source_leg;
         let height = scale * (above.max(0.0) + (standing - above.max(0.0)) * hold);
@@ -223,7 +223,7 @@ impl FloorStage {
     ) -> Vec<Vec<f64>> {
         let low = |index: usize, frame: usize| {
             let above = rows[frame * self.feet.len() + index].source - levels[index][frame];
-            1.0 - smootherstep((above / self.source_leg - LOW_METRES) / LOW_FADE_METRES)
+            1.0 - smootherstep((above / self.source_leg - LOW_METERS) / LOW_FADE_METERS)
         };
         let of_foot = |(index, foot): (usize, &FloorFoot)| match standing {
             Some(_) => holds(foot.limb, work),

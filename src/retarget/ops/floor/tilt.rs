@@ -27,11 +27,11 @@ const STANDS_FADE: f64 = 0.6;
 /// A foot is tilted more by at most this, in radians, when the points that it is to stand on are at least so far before its ankle, for
 /// a leg of 1 m.
 const MAX_MORE: f64 = 0.25;
-const BEFORE_METRES: f64 = 0.06;
+const BEFORE_METERS: f64 = 0.06;
 /// Feet that are tilted less than this, in radians, stand flat: nothing says about which axis they would be tilted more.
 const SURE_TILT: f64 = 0.25;
 /// A foot that is in the floor by less than this is not turned, for a leg of 1 m.
-const LITTLE_METRES: f64 = 1e-4;
+const LITTLE_METERS: f64 = 1e-4;
 
 impl FloorStage {
     /// Turns the goals of feet.
@@ -80,7 +80,7 @@ impl FloorStage {
                 } else {
                     wanted(foot, frame).deepest - lowest
                 };
-                off > LITTLE_METRES * self.target_leg
+                off > LITTLE_METERS * self.target_leg
             };
             if !(0..width).any(is_off) {
                 return;
@@ -118,7 +118,7 @@ impl FloorStage {
             return least * stands;
         }
         let before = placed.farthest_before(shape, up.cross(tilted.axis)) / self.target_leg;
-        let most = MAX_MORE * smootherstep(tilted.angle / SURE_TILT) * smootherstep(before / BEFORE_METRES - 1.0);
+        let most = MAX_MORE * smootherstep(tilted.angle / SURE_TILT) * smootherstep(before / BEFORE_METERS - 1.0);
         // Toes that stand already keep a foot from being turned down to the floor.
         let of_all = |point: &SupportPoint| if foot.carries(point) { f64::INFINITY } else { 0.0 };
         let held = placed.turn_to(shape, up, &tilted, wanted.height, -most, of_all);

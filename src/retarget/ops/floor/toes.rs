@@ -22,7 +22,7 @@ use crate::retarget::stages::{
 /// How far toes bend up at most, in radians.
 const MAX_BEND: f64 = 1.2;
 /// Width over which toes begin to give way, for a leg of 1 m: keeps them from snapping.
-const SOFT_METRES: f64 = 0.01;
+const SOFT_METERS: f64 = 0.01;
 
 /// Standard deviation of the smoothing of how far toes are bent.
 const EASE_SECONDS: f64 = 0.05;
@@ -74,7 +74,7 @@ impl ToeStage {
             let (low, ahead) = (of_toes.dot(point.from_ball) - along, of_ahead.dot(point.from_ball));
             // What of the point does not move with the toes stays where it is.
             let stays = (ankle + of_end.dot(point.from_end) - stands) * (1.0 - point.toes) / point.toes;
-            let missing = soft_above(stands - stays - (base + along + low - point.radius), SOFT_METRES * self.leg);
+            let missing = soft_above(stands - stays - (base + along + low - point.radius), SOFT_METERS * self.leg);
             let reach = low.hypot(ahead);
             if missing <= 0.0 || reach <= 0.0 {
                 return 0.0;

@@ -45,9 +45,9 @@ use crate::retarget::stages::{
 };
 
 /// A point of a foot that is slower stands still, for a leg of 1 m.
-const STILL_METRES_PER_SECOND: f64 = 0.05;
+const STILL_METERS_PER_SECOND: f64 = 0.05;
 /// How far planted feet swing out beyond their goals between contacts, for a leg of 1 m.
-const SWING_METRES: f64 = 0.03;
+const SWING_METERS: f64 = 0.03;
 
 /// Share of a contact, at both ends, that does not count for where the foot stands.
 const ENDS: f64 = 0.2;
@@ -284,8 +284,8 @@ fn plant_stage(stack: &StackBuilder<'_>, op: &PlantOp, resolved: &ResolvedOp) ->
         points: points(limb).map(|point| point.map(|point| (posing.slot(point.joint), point.offset))),
         axes: foot_axes(stack, limb),
         size_beside_leg: size_beside_leg(stack, limb),
-        still_speed: STILL_METRES_PER_SECOND * stack.legs().0,
-        swing: SWING_METRES * stack.legs().1,
+        still_speed: STILL_METERS_PER_SECOND * stack.legs().0,
+        swing: SWING_METERS * stack.legs().1,
     };
     PlantStage {
         op: op.clone(),

@@ -29,7 +29,7 @@ use crate::retarget::stages::{
 };
 
 /// A pelvis that travels by less than this in a second, in meters, faces where it faced before.
-const MIN_SPEED_METRES: f64 = 0.1;
+const MIN_SPEED_METERS: f64 = 0.1;
 
 /// Spreads the goals of some limbs.
 #[derive(Clone, Debug)]
@@ -119,7 +119,7 @@ impl StrideStage {
         let mut fronts: Vec<DVec3> =
             stances.iter().map(|stance| DVec3::new(stance.front.x, 0.0, stance.front.y)).collect();
         if self.op.direction == StrideDirection::Travel {
-            let least = MIN_SPEED_METRES * self.ground.units_per_meter;
+            let least = MIN_SPEED_METERS * self.ground.units_per_meter;
             for (frame, front) in fronts.iter_mut().enumerate() {
                 let (before, after) = (frame.saturating_sub(1), (frame + 1).min(stances.len() - 1));
                 let way = axes.transpose() * (stances[after].pelvis - stances[before].pelvis);
