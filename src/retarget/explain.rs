@@ -5,7 +5,10 @@
 use glam::DQuat;
 
 use super::mapping::Mapping;
-use super::plan::{CarriedDriver, CarryStep, Driver, Parent, Plan, Sample, TwistSegment, mean_share};
+use super::plan::{
+    CarriedDriver, CarryStep, Driver, ModelDriver, Parent, PelvisDriver, Plan, Sample, TwistDriver, TwistSegment,
+    mean_share,
+};
 use crate::model::{Clip, ModelPose, Skeleton};
 
 /// How forward kinematics finds the rotation of one target joint at one frame. Rotations are in the target scene's space.
@@ -58,98 +61,129 @@ pub fn explain_joint(
     turned: &ModelPose,
 ) -> Option<JointExplanation> {
     let output = plan.outputs.iter().find(|output| output.joint == joint)?;
-    let step = &plan.target_steps[output.slot];
-    let pose = clip.local_pose(source, frame).to_model(source);
-    let plan_from_source = mapping.plan_from_source.rotation;
-    let source_rotation = |slot: usize| plan_from_source * pose.transforms()[plan.source_steps[slot].joint].rotation;
-    let aligned_rest = mapping.plan_from_target * mapping.target_rest.transforms()[joint].rotation;
-    let sources_of = |sample: Sample, joint_of: &dyn Fn(usize) -> usize| match sample {
-        Sample::At(slot) => vec![(joint_of(slot), 1.0)],
-        Sample::Between { first, second, fraction, .. } => {
-            vec![(joint_of(first), 1.0 - fraction), (joint_of(second), fraction)]
-        }
+    let at = Explained {
+        plan,
+        mapping,
+        pose: clip.local_pose(source, frame).to_model(source),
+        aligned_rest: mapping.plan_from_target * mapping.target_rest.transforms()[joint].rotation,
     };
-    let of_plan = |slot: usize| plan.source_steps[slot].joint;
-    let explanation = match &step.driver {
+    let explanation = match &plan.target_steps[output.slot].driver {
         Driver::Hold => return None,
-        Driver::Pelvis(driver) => JointExplanation {
-            kind: DriverKind::Pelvis,
-            sources: vec![(of_plan(driver.source_slot), 1.0)],
-            aligned_rest,
-            delta: source_rotation(driver.source_slot) * driver.rotation * aligned_rest.conjugate(),
+        Driver::Pelvis(driver) => at.pelvis(driver),
+        Driver::Model(driver) => at.model(driver),
+        Driver::Twist(driver) => at.twist(driver),
+        Driver::Shoulder(driver) => at.further(DriverKind::Shoulder, at.sources(driver.sample), DQuat::IDENTITY),
+        Driver::Carried(driver) => at.carried(driver, target, turned)?,
+    };
+    Some(explanation.in_target(mapping.plan_from_target))
+}
+
+/// One joint at one frame, in plan space.
+struct Explained<'a> {
+    plan: &'a Plan,
+    mapping: &'a Mapping,
+    /// Of the source, in its scene's space.
+    pose: ModelPose,
+    aligned_rest: DQuat,
+}
+
+impl Explained<'_> {
+    fn joint(&self, slot: usize) -> usize {
+        self.plan.source_steps[slot].joint
+    }
+
+    fn rotation(&self, slot: usize) -> DQuat {
+        self.mapping.plan_from_source.rotation * self.pose.transforms()[self.joint(slot)].rotation
+    }
+
+    fn sources(&self, sample: Sample) -> Vec<(usize, f64)> {
+        shares(sample, |slot| self.joint(slot))
+    }
+
+    /// A joint that takes over a rotation of the source: the samples' with the driver's constant.
+    fn follows(&self, kind: DriverKind, sources: Vec<(usize, f64)>, rotation: DQuat, alpha: f64) -> JointExplanation {
+        JointExplanation {
+            kind,
+            sources,
+            aligned_rest: self.aligned_rest,
+            delta: rotation * self.aligned_rest.conjugate(),
             carry: None,
             turns_further: false,
-            alpha: driver.rotation_alpha,
-        },
-        Driver::Model(driver) => {
-            let mut sources = sources_of(driver.sample, &of_plan);
-            let mut rotation = sampled(driver.sample, source_rotation) * driver.rotation;
-            for (taken, (sample, constant)) in driver.also.iter().enumerate() {
-                let other = sampled(*sample, source_rotation) * *constant;
-                rotation = blended(rotation, other, mean_share(taken));
-                sources.extend(sources_of(*sample, &of_plan));
-            }
-            let count = driver.also.len() as f64 + 1.0;
-            sources.iter_mut().for_each(|(_, weight)| *weight /= count);
-            JointExplanation {
-                kind: DriverKind::Model,
-                sources,
-                aligned_rest,
-                delta: rotation * aligned_rest.conjugate(),
-                carry: None,
-                turns_further: driver.chord.is_some(),
-                alpha: driver.rotation_alpha,
-            }
+            alpha,
         }
-        Driver::Twist(driver) => {
-            let (sources, delta) = match driver.segment {
-                TwistSegment::Slot(_) => (Vec::new(), DQuat::IDENTITY),
-                TwistSegment::Source(sample, rotation) => {
-                    let turned = sampled(sample, source_rotation) * rotation;
-                    (sources_of(sample, &of_plan), turned * aligned_rest.conjugate())
-                }
-            };
-            JointExplanation {
-                kind: DriverKind::Twist,
-                sources,
-                aligned_rest,
-                delta,
-                carry: None,
-                turns_further: true,
-                alpha: 1.0,
-            }
-        }
-        Driver::Shoulder(driver) => JointExplanation {
-            kind: DriverKind::Shoulder,
-            sources: sources_of(driver.sample, &of_plan),
-            aligned_rest,
-            delta: DQuat::IDENTITY,
+    }
+
+    /// A joint whose rotation is decided by more than what it samples.
+    fn further(&self, kind: DriverKind, sources: Vec<(usize, f64)>, delta: DQuat) -> JointExplanation {
+        JointExplanation {
+            kind,
+            sources,
+            aligned_rest: self.aligned_rest,
+            delta,
             carry: None,
             turns_further: true,
             alpha: 1.0,
-        },
-        Driver::Carried(driver) => {
-            let (begin, first) = carry_step(plan, driver)?;
-            let above = match begin.joints[0].0 {
-                Parent::Slot(slot) => source_rotation(slot),
-                Parent::Constant(above) => above.rotation,
-            };
-            let parent = target.parent(first).map_or(DQuat::IDENTITY, |parent| turned.transforms()[parent].rotation);
-            let carry = mapping.plan_from_target * parent * begin.parent_from_carried.rotation * above.conjugate();
-            let slot_of = |carried: usize| begin.joints[carried - begin.first_slot].1;
-            let sampled = sampled(driver.sample, |carried| source_rotation(slot_of(carried)));
-            JointExplanation {
-                kind: DriverKind::Carried,
-                sources: sources_of(driver.sample, &|carried| of_plan(slot_of(carried))),
-                aligned_rest,
-                delta: sampled * driver.rotation * aligned_rest.conjugate(),
-                carry: Some(carry),
-                turns_further: false,
-                alpha: driver.rotation_alpha,
-            }
         }
-    };
-    Some(explanation.in_target(mapping.plan_from_target))
+    }
+
+    fn pelvis(&self, driver: &PelvisDriver) -> JointExplanation {
+        let sources = vec![(self.joint(driver.source_slot), 1.0)];
+        let rotation = self.rotation(driver.source_slot) * driver.rotation;
+        self.follows(DriverKind::Pelvis, sources, rotation, driver.rotation_alpha)
+    }
+
+    fn model(&self, driver: &ModelDriver) -> JointExplanation {
+        let mut sources = self.sources(driver.sample);
+        let mut rotation = sampled(driver.sample, |slot| self.rotation(slot)) * driver.rotation;
+        for (taken, (sample, constant)) in driver.also.iter().enumerate() {
+            let other = sampled(*sample, |slot| self.rotation(slot)) * *constant;
+            rotation = blended(rotation, other, mean_share(taken));
+            sources.extend(self.sources(*sample));
+        }
+        let count = driver.also.len() as f64 + 1.0;
+        sources.iter_mut().for_each(|(_, weight)| *weight /= count);
+        JointExplanation {
+            turns_further: driver.chord.is_some(),
+            ..self.follows(DriverKind::Model, sources, rotation, driver.rotation_alpha)
+        }
+    }
+
+    fn twist(&self, driver: &TwistDriver) -> JointExplanation {
+        let (sources, delta) = match driver.segment {
+            TwistSegment::Slot(_) => (Vec::new(), DQuat::IDENTITY),
+            TwistSegment::Source(sample, rotation) => {
+                let turned = sampled(sample, |slot| self.rotation(slot)) * rotation;
+                (self.sources(sample), turned * self.aligned_rest.conjugate())
+            }
+        };
+        self.further(DriverKind::Twist, sources, delta)
+    }
+
+    /// Nothing for a chain that nothing carries.
+    fn carried(&self, driver: &CarriedDriver, target: &Skeleton, turned: &ModelPose) -> Option<JointExplanation> {
+        let (begin, first) = carry_step(self.plan, driver)?;
+        let above = match begin.joints[0].0 {
+            Parent::Slot(slot) => self.rotation(slot),
+            Parent::Constant(above) => above.rotation,
+        };
+        let parent = target.parent(first).map_or(DQuat::IDENTITY, |parent| turned.transforms()[parent].rotation);
+        let carry = self.mapping.plan_from_target * parent * begin.parent_from_carried.rotation * above.conjugate();
+        let slot_of = |carried: usize| begin.joints[carried - begin.first_slot].1;
+        let rotation = sampled(driver.sample, |carried| self.rotation(slot_of(carried))) * driver.rotation;
+        let sources = shares(driver.sample, |carried| self.joint(slot_of(carried)));
+        let explanation = self.follows(DriverKind::Carried, sources, rotation, driver.rotation_alpha);
+        Some(JointExplanation { carry: Some(carry), ..explanation })
+    }
+}
+
+/// The joints of a sample and their shares.
+fn shares(sample: Sample, joint: impl Fn(usize) -> usize) -> Vec<(usize, f64)> {
+    match sample {
+        Sample::At(slot) => vec![(joint(slot), 1.0)],
+        Sample::Between { first, second, fraction, .. } => {
+            vec![(joint(first), 1.0 - fraction), (joint(second), fraction)]
+        }
+    }
 }
 
 impl JointExplanation {

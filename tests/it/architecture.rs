@@ -72,6 +72,8 @@ const IMPURE_NAMES: [&str; 4] = ["SystemTime", "Instant", "HashMap", "HashSet"];
 
 const MAX_LINES: usize = 600;
 
+const MAX_LINES_OF_FUNCTION: usize = 80;
+
 /// What a program sees of the library.
 const MAX_PUBLIC_ITEMS: usize = 60;
 
@@ -272,6 +274,28 @@ fn every_file_says_what_it_is_for_and_is_short() {
         }
     }
     none(&broken, "files");
+}
+
+#[test]
+fn functions_are_short() {
+    let functions = |code: &Code| -> Vec<(String, usize, usize)> {
+        code.functions().into_iter().map(|(name, line, lines)| (name.to_owned(), line, lines)).collect()
+    };
+    let example = "fn a(x: [u8; 2]) {\n    if x { }\n}\ntrait B {\n    fn c();\n    fn d() {}\n}\n";
+    let found = functions(&Code::new(example.to_owned(), Path::new("example")));
+    assert_eq!(found, [("a".to_owned(), 1, 3), ("d".to_owned(), 6, 1)], "what is counted");
+    let mut broken = Vec::new();
+    for (path, code) in sources() {
+        for (name, line, lines) in functions(&code) {
+            if lines > MAX_LINES_OF_FUNCTION {
+                broken.push(format!(
+                    "{}:{line}: {name} has {lines} lines; at most {MAX_LINES_OF_FUNCTION}",
+                    path.display()
+                ));
+            }
+        }
+    }
+    none(&broken, "functions");
 }
 
 #[test]

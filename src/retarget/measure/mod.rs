@@ -45,9 +45,9 @@ use self::{
     facing::Front,
     feet::{Feet, FeetFindings},
     hands::{Hands, hand_gap},
-    limbs::{Limbs, directions, percentile_finding},
+    limbs::{LimbSeries, Limbs, directions, percentile_finding},
     metric::{Finding, Reading, Series, judge, overall, rounded, score, verdict_reason},
-    motion::{Both, Frames, Performer, Wanted, compare},
+    motion::{Both, Compared, Frames, Performer, Wanted, compare},
     pops::Pops,
     rest::rest_residual,
     smoothness::Smoothness,
@@ -140,93 +140,146 @@ pub fn measure(
         source: Performer { rig: source, rest: &mapping.source_rest, clip: source_clip },
         target: Performer { rig: target, rest: &mapping.target_rest, clip: result },
     };
+    let spread = if is_full { Frames::all(count) } else { Frames::spread(count, FRAMES_LOOKED_AT, NEIGHBORS) };
+    let every = OfEveryFrame::measure(&performers, sizes, Frames::all(count));
+    let spread = OfSpreadFrames::measure(&performers, &sizes, mapping, spread);
 
-    let mut wanted = Wanted::default();
-    let feet = Feet::find(&rigs, sizes, &mut wanted);
-    let travel = Travel::find(&rigs, &sizes, &mut wanted);
-    let knees = Pops::knees(&rigs, &mut wanted);
-    let spine = Spine::find(&performers, &mut wanted);
-    let every = compare(&performers, &wanted, Frames::all(count));
-    let mut wanted = Wanted::default();
-    let limbs = Limbs::find(&rigs, mapping, &mut wanted);
-    let bends = Bends::find(&rigs, &mut wanted);
-    let smoothness = Smoothness::find(&rigs, &sizes, &mut wanted);
-    let hands = Hands::find(&rigs, &sizes, &mut wanted);
-    let elbows = Pops::elbows(&rigs, &mut wanted);
-    let collisions = Collisions::find(&rigs, sizes.map(|size| size.leg), &mut wanted);
-    let (head, chest) = (Front::head(&rigs, &mut wanted), Front::chest(&rigs, &mut wanted));
-    let frames = if is_full { Frames::all(count) } else { Frames::spread(count, FRAMES_LOOKED_AT, NEIGHBORS) };
-    let spread = compare(&performers, &wanted, frames);
-
-    let feet = feet.map_or_else(FeetFindings::none, |feet| feet.measure(&performers, &every));
-    let limbs = limbs.series(&spread);
-    let (flips, limits) = bends.measure(&spread);
+    let looked_at = &spread.compared.frames.indices;
     let (continuity, jumps) = rotation_steps(mapping, source.skeleton(), source_clip, result);
-    let looked_at = &spread.frames.indices;
     let drift = bone_length_drift(mapping, target.skeleton(), result, looked_at);
-    let worst_limb = |series: &[Series]| Reading::of_worst_part(series, looked_at, 0.95).ok_or(NO_LIMBS);
-    let limb_directions = directions(&limbs.directions, looked_at);
-    let mut curves = BTreeMap::from([
-        ("limb_direction".to_owned(), Curves::new("degrees", &limbs.directions, &spread, Keep::Largest, is_full)),
-        ("sole_height".to_owned(), Curves::new("cm", &feet.heights, &every, Keep::Smallest, is_full)),
-        ("slide_speed".to_owned(), Curves::new("cm/s", &feet.slide_speeds, &every, Keep::Largest, is_full)),
-    ]);
-    if is_full {
-        let each = |series: &[Series]| Curves::new("degrees", series, &spread, Keep::Largest, true);
-        curves.insert("limb_twist".to_owned(), each(&limbs.twists));
-        curves.insert("end_orientation".to_owned(), each(&limbs.wholes));
-    }
     let value = |finding: &Finding| finding.as_ref().map_or(0.0, |reading| rounded(reading.value));
-    let all_directions = percentile_finding(&limbs.directions, looked_at, NO_LIMBS);
+    let all_directions = percentile_finding(&spread.limbs.directions, looked_at, NO_LIMBS);
     let (limb_direction_p95_degrees, drift_value) = (value(&all_directions), value(&drift));
-    let findings = [
-        (MetricName::FootSlide, feet.slide),
-        (MetricName::FloorPenetration, feet.penetration),
-        (MetricName::FloorFloat, feet.float),
-        (MetricName::ContactDisagreement, feet.disagreement),
-        (MetricName::LimbDirection, worst_limb(&limbs.directions)),
-        (MetricName::LimbTwist, percentile_finding(&limbs.twists, looked_at, NO_LIMBS)),
-        (MetricName::EndOrientation, percentile_finding(&limbs.wholes, looked_at, NO_LIMBS)),
-        (MetricName::JerkRatio, smoothness.jerk_ratio(&spread)),
-        (MetricName::BendFlips, flips),
+    let limb_directions = directions(&spread.limbs.directions, looked_at);
+    let curves = curves(&every, &spread, is_full);
+    let (contacts, contacts_left_out) = (every.contacts, every.contacts_left_out);
+    let frames_measured = spread.compared.len();
+    let of_tracks = [
         (MetricName::RotationJumps, jumps),
         (MetricName::QuaternionContinuity, continuity),
-        (MetricName::JointLimits, limits),
         (MetricName::BoneLengthDrift, drift),
-        (MetricName::PelvisPath, travel.path(&every)),
-        (MetricName::Facing, travel.facing(&every)),
-        (MetricName::HandGap, hand_gap(hands.as_ref(), &spread)),
         (MetricName::ReachResidual, reach_residual(reaches, target, &sizes.target)),
         (MetricName::UndrivenBody, undriven_body(mapping, &performers)),
-        (MetricName::SpineKink, Spine::kink(spine.as_ref(), &every)),
-        (MetricName::KneePop, knees.measure(&every)),
-        (MetricName::ElbowPop, elbows.measure(&spread)),
-        (MetricName::PelvisSway, travel.sway(&every)),
-        (MetricName::SelfPenetration, Collisions::measure(collisions.as_ref(), &spread)),
-        (MetricName::HeadFacing, Front::measure(head.as_ref(), &spread)),
-        (MetricName::ChestFacing, Front::measure(chest.as_ref(), &spread)),
         (MetricName::RestResidual, rest_residual(&rigs)),
     ];
     let judged = |(name, finding): (MetricName, Finding)| {
         (name, judge(name, finding, choice, target.skeleton(), result.times_seconds()))
     };
-    let metrics: BTreeMap<MetricName, Metric> = findings.into_iter().map(judged).collect();
+    let metrics: BTreeMap<MetricName, Metric> =
+        every.findings.into_iter().chain(spread.findings).chain(of_tracks).map(judged).collect();
     Measures {
         verdict: overall(&metrics),
         verdict_reason: verdict_reason(&metrics),
         coverage: metrics[&MetricName::UndrivenBody].value.map(|undriven| rounded(1.0 - undriven)),
         score: score(&metrics),
         metrics,
-        contacts: feet.contacts,
-        contacts_left_out: feet.contacts_left_out,
+        contacts,
+        contacts_left_out,
         limb_directions,
         limb_direction_p95_degrees,
         bone_length_drift: drift_value,
         pelvis_scale: mapping.global_scale,
         leg_length_meters: SidePair { source: sizes.source.leg, target: sizes.target.leg },
-        frames_measured: spread.len(),
+        frames_measured,
         curves,
     }
+}
+
+/// What is looked at in every frame.
+struct OfEveryFrame {
+    compared: Compared,
+    findings: Vec<(MetricName, Finding)>,
+    contacts: Vec<ContactMeasure>,
+    contacts_left_out: usize,
+    sole_heights: Vec<Series>,
+    slide_speeds: Vec<Series>,
+}
+
+impl OfEveryFrame {
+    fn measure(performers: &Both<Performer<'_>>, sizes: Both<Size>, frames: Frames) -> Self {
+        let rigs = performers.map(|performer| performer.rig);
+        let mut wanted = Wanted::default();
+        let feet = Feet::find(&rigs, sizes, &mut wanted);
+        let travel = Travel::find(&rigs, &sizes, &mut wanted);
+        let knees = Pops::knees(&rigs, &mut wanted);
+        let spine = Spine::find(performers, &mut wanted);
+        let compared = compare(performers, &wanted, frames);
+        let feet = feet.map_or_else(FeetFindings::none, |feet| feet.measure(performers, &compared));
+        let findings = vec![
+            (MetricName::FootSlide, feet.slide),
+            (MetricName::FloorPenetration, feet.penetration),
+            (MetricName::FloorFloat, feet.float),
+            (MetricName::ContactDisagreement, feet.disagreement),
+            (MetricName::PelvisPath, travel.path(&compared)),
+            (MetricName::Facing, travel.facing(&compared)),
+            (MetricName::SpineKink, Spine::kink(spine.as_ref(), &compared)),
+            (MetricName::KneePop, knees.measure(&compared)),
+            (MetricName::PelvisSway, travel.sway(&compared)),
+        ];
+        Self {
+            compared,
+            findings,
+            contacts: feet.contacts,
+            contacts_left_out: feet.contacts_left_out,
+            sole_heights: feet.heights,
+            slide_speeds: feet.slide_speeds,
+        }
+    }
+}
+
+/// What is looked at in runs of frames.
+struct OfSpreadFrames {
+    compared: Compared,
+    findings: Vec<(MetricName, Finding)>,
+    limbs: LimbSeries,
+}
+
+impl OfSpreadFrames {
+    fn measure(performers: &Both<Performer<'_>>, sizes: &Both<Size>, mapping: &Mapping, frames: Frames) -> Self {
+        let rigs = performers.map(|performer| performer.rig);
+        let mut wanted = Wanted::default();
+        let limbs = Limbs::find(&rigs, mapping, &mut wanted);
+        let bends = Bends::find(&rigs, &mut wanted);
+        let smoothness = Smoothness::find(&rigs, sizes, &mut wanted);
+        let hands = Hands::find(&rigs, sizes, &mut wanted);
+        let elbows = Pops::elbows(&rigs, &mut wanted);
+        let collisions = Collisions::find(&rigs, sizes.map(|size| size.leg), &mut wanted);
+        let (head, chest) = (Front::head(&rigs, &mut wanted), Front::chest(&rigs, &mut wanted));
+        let compared = compare(performers, &wanted, frames);
+
+        let looked_at = &compared.frames.indices;
+        let limbs = limbs.series(&compared);
+        let (flips, limits) = bends.measure(&compared);
+        let worst_limb = Reading::of_worst_part(&limbs.directions, looked_at, 0.95).ok_or(NO_LIMBS);
+        let findings = vec![
+            (MetricName::LimbDirection, worst_limb),
+            (MetricName::LimbTwist, percentile_finding(&limbs.twists, looked_at, NO_LIMBS)),
+            (MetricName::EndOrientation, percentile_finding(&limbs.wholes, looked_at, NO_LIMBS)),
+            (MetricName::JerkRatio, smoothness.jerk_ratio(&compared)),
+            (MetricName::BendFlips, flips),
+            (MetricName::JointLimits, limits),
+            (MetricName::HandGap, hand_gap(hands.as_ref(), &compared)),
+            (MetricName::ElbowPop, elbows.measure(&compared)),
+            (MetricName::SelfPenetration, Collisions::measure(collisions.as_ref(), &compared)),
+            (MetricName::HeadFacing, Front::measure(head.as_ref(), &compared)),
+            (MetricName::ChestFacing, Front::measure(chest.as_ref(), &compared)),
+        ];
+        Self { compared, findings, limbs }
+    }
+}
+
+fn curves(every: &OfEveryFrame, spread: &OfSpreadFrames, is_full: bool) -> BTreeMap<String, Curves> {
+    let of_limbs = |series: &[Series]| Curves::new("degrees", series, &spread.compared, Keep::Largest, is_full);
+    let mut curves = BTreeMap::from([
+        ("limb_direction".to_owned(), of_limbs(&spread.limbs.directions)),
+        ("sole_height".to_owned(), Curves::new("cm", &every.sole_heights, &every.compared, Keep::Smallest, is_full)),
+        ("slide_speed".to_owned(), Curves::new("cm/s", &every.slide_speeds, &every.compared, Keep::Largest, is_full)),
+    ]);
+    if is_full {
+        curves.insert("limb_twist".to_owned(), of_limbs(&spread.limbs.twists));
+        curves.insert("end_orientation".to_owned(), of_limbs(&spread.limbs.wholes));
+    }
+    curves
 }
 
 fn reach_residual(reaches: &[LimbReach], target: &Rig<'_>, size: &Size) -> Finding {

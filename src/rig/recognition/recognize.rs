@@ -148,14 +148,20 @@ fn attempt(
     understand(&body, rest, declared, template, anatomy)
 }
 
-/// What names and shape together say. Without a shape, names stand alone.
-fn understand(
+/// What names say alone.
+struct ByName {
+    findings: Findings,
+    kind: RigKind,
+    /// Whether four legs are named as such.
+    four_named: bool,
+}
+
+fn found_by_name(
     body: &Body<'_>,
     rest: &ModelPose,
     declared: &BTreeMap<Role, Vec<usize>>,
     template: Option<&TemplateMatch>,
-    anatomy: Option<Anatomy>,
-) -> Recognition {
+) -> ByName {
     let mut findings = Findings::new(declared.clone());
     let of_several = template.iter().flat_map(|template| &template.roles).filter(|(role, _)| role.is_one_of_several());
     for (role, joints) in of_several {
@@ -177,6 +183,18 @@ fn understand(
     for side in Side::BOTH {
         find_fingers(body, side, &mut findings);
     }
+    ByName { findings, kind, four_named }
+}
+
+/// What names and shape together say. Without a shape, names stand alone.
+fn understand(
+    body: &Body<'_>,
+    rest: &ModelPose,
+    declared: &BTreeMap<Role, Vec<usize>>,
+    template: Option<&TemplateMatch>,
+    anatomy: Option<Anatomy>,
+) -> Recognition {
+    let ByName { mut findings, mut kind, four_named } = found_by_name(body, rest, declared, template);
     if four_named && anatomy.as_ref().is_some_and(|anatomy| anatomy.is_crawler() && anatomy.stands_alone()) {
         // Front and hind legs with others between them.
         quadruped::forget_legs(&mut findings);

@@ -112,6 +112,26 @@ impl Code {
         starts.filter(|start| supers(*start) >= self.module.len().max(1)).map(|start| self.line(start)).collect()
     }
 
+    /// Every function that has a body: its name, the line that it begins on, and how many lines it has.
+    pub(super) fn functions(&self) -> Vec<(&str, usize, usize)> {
+        let starts = self.word_starts("fn").into_iter();
+        starts
+            .filter_map(|start| {
+                let text = &self.bare[start..];
+                let name =
+                    text[2..].trim_start().split(|letter: char| !letter.is_alphanumeric() && letter != '_').next();
+                let body = body_of_function(text)?;
+                let mut depth = 0;
+                let end = text[body..].char_indices().find_map(|(at, letter)| {
+                    depth += i32::from(letter == '{') - i32::from(letter == '}');
+                    (depth == 0).then_some(body + at)
+                })?;
+                let name = name.filter(|name| !name.is_empty())?;
+                Some((name, self.line(start), text[..end].matches('\n').count() + 1))
+            })
+            .collect()
+    }
+
     fn word_starts(&self, word: &str) -> Vec<usize> {
         let is_word = |byte: Option<&u8>| byte.is_some_and(|byte| byte.is_ascii_alphanumeric() || *byte == b'_');
         let bytes = self.bare.as_bytes();
@@ -127,6 +147,21 @@ impl Code {
     fn line(&self, offset: usize) -> usize {
         self.bare[..offset].matches('\n').count() + 1
     }
+}
+
+/// Where the braces begin behind a signature; none for one that ends in a semicolon. `[u8; 4]` has one of its own.
+fn body_of_function(text: &str) -> Option<usize> {
+    let mut depth = 0;
+    for (at, letter) in text.char_indices() {
+        match letter {
+            '(' | '[' => depth += 1,
+            ')' | ']' => depth -= 1,
+            '{' if depth == 0 => return Some(at),
+            ';' if depth == 0 => return None,
+            _ => {}
+        }
+    }
+    None
 }
 
 /// Whether `pub`, or `pub` with where, is the last of a text.

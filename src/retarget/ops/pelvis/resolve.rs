@@ -38,25 +38,11 @@ pub(in crate::retarget) fn resolve_pelvis(
     mapping: &mut Mapping,
     reporter: &mut Reporter,
 ) -> Result<(), SpecError> {
-    let joints = (source.role("pelvis").first().copied(), target.role("pelvis").first().copied());
-    let (Some(source_pelvis), Some(target_pelvis)) = joints else {
-        if op.enabled {
-            let side = if joints.0.is_none() { "source" } else { "target" };
-            reporter.warn(
-                "pelvis_not_found",
-                side,
-                format!("no joint of the {side} was recognized as the pelvis; the pelvis op is left out"),
-                format!("name the joint in {side}.root"),
-            );
-        }
-        return Ok(());
-    };
+    let Some((source_pelvis, target_pelvis)) = pelvis_joints(op, source, target, reporter) else { return Ok(()) };
     let source_height = Height::measure(source, &spec.source, op.source_height, source_pelvis)?;
     let mut target_height = Height::measure(target, &spec.target, op.target_height, target_pelvis)?;
     if op.target_height == HeightRule::AboveFloor && source.stands_on_four() && target.stands_on_four() {
-        // Animals stand on bent legs, which the alignment has bent as the source's are.
-        let aligned = mapping.target_rest.transforms()[target_pelvis].translation.dot(target.up());
-        target_height.value += aligned - target.rest_height(target_pelvis);
+        target_height.value += lifted_by_alignment(target, target_pelvis, mapping);
     }
     let unit = mapping.plan_from_source.scale.x;
     let (mut source_floor, mut is_joint) = (source_height.floor, false);
@@ -99,10 +85,7 @@ pub(in crate::retarget) fn resolve_pelvis(
         sizes.crotch(op, heights, floor, scale.y, mapping.plan_from_target * target.up())
     });
     let alpha = constant_alpha(&op.alpha, op.frames);
-    let [left, up, front] = op.turn_offset.map(f64::to_radians);
-    let [x, y, z] = op.local_turn_offset.map(f64::to_radians);
-    let turn =
-        plain.ours_from_plan.conjugate() * DQuat::from_euler(EulerRot::XYZ, left, up, front) * plain.ours_from_plan;
+    let turn = plain.ours_from_plan.conjugate() * degrees_xyz(op.turn_offset) * plain.ours_from_plan;
     mapping.pelvis = Some(PelvisPair {
         source: source_pelvis,
         target: target_pelvis,
@@ -118,12 +101,37 @@ pub(in crate::retarget) fn resolve_pelvis(
         ),
         plain,
         turn: turn.normalize(),
-        local_turn: DQuat::from_euler(EulerRot::XYZ, x, y, z),
+        local_turn: degrees_xyz(op.local_turn_offset),
         local_offset: DVec3::from(op.local_offset) / target.unit_meters,
         crotch,
         affects_goals: [op.affect_ik_horizontal, op.affect_ik_vertical],
     });
     Ok(())
+}
+
+/// The pelvis of both rigs; where one has none, the op is left out and says so.
+fn pelvis_joints(op: &PelvisOp, source: &Rig<'_>, target: &Rig<'_>, reporter: &mut Reporter) -> Option<(usize, usize)> {
+    let (of_source, of_target) = (source.role("pelvis").first(), target.role("pelvis").first());
+    if op.enabled && (of_source.is_none() || of_target.is_none()) {
+        let side = if of_source.is_none() { "source" } else { "target" };
+        reporter.warn(
+            "pelvis_not_found",
+            side,
+            format!("no joint of the {side} was recognized as the pelvis; the pelvis op is left out"),
+            format!("name the joint in {side}.root"),
+        );
+    }
+    of_source.copied().zip(of_target.copied())
+}
+
+/// Animals stand on bent legs, which the alignment has bent as the source's are.
+fn lifted_by_alignment(target: &Rig<'_>, pelvis: usize, mapping: &Mapping) -> f64 {
+    mapping.target_rest.transforms()[pelvis].translation.dot(target.up()) - target.rest_height(pelvis)
+}
+
+fn degrees_xyz(degrees: [f64; 3]) -> DQuat {
+    let [x, y, z] = degrees.map(f64::to_radians);
+    DQuat::from_euler(EulerRot::XYZ, x, y, z)
 }
 
 /// The same position with the op's offset, and blended with the source's own. Both are affine in the source's position, so the blend
