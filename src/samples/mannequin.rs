@@ -178,7 +178,6 @@ pub(super) fn shapes() -> Vec<Shape> {
     both("thigh_l", KNEE, round(0.083), round(0.054), &["thigh_twist_01_l", "thigh_twist_02_l"]);
     both("calf_l", ANKLE, round(0.054), round(0.036), &["calf_twist_02_l", "calf_twist_01_l"]);
     both("foot_l", BALL, dvec2(0.036, 0.042), dvec2(0.042, 0.016), &[]);
-    both("ball_l", TOE, dvec2(0.042, 0.022), dvec2(0.034, 0.017), &[]);
     for finger in &FINGERS {
         let thickness = if finger.names.len() == 3 { 0.011 } else { 0.0095 };
         for (segment, name) in finger.names.iter().enumerate() {
@@ -188,17 +187,15 @@ pub(super) fn shapes() -> Vec<Shape> {
         }
     }
     // The sole, from the heel to the ball: without it there is nothing behind the ankle to land on. Below the joint of the ball only
-    // the toes touch the floor, which stay where they are when the heel lifts.
-    for (side, name) in [(1.0, "foot_l"), (-1.0, "foot_r")] {
+    // the toes touch the floor, and nothing of them moves with the foot: they stay where they are when the heel lifts.
+    for (side, foot, toes) in [(1.0, "foot_l", "ball_l"), (-1.0, "foot_r", "ball_r")] {
         let mirror = dvec3(side, 1.0, 1.0);
-        shapes.push(Shape {
-            joint: name.to_owned(),
-            start: Some(HEEL * mirror),
-            end: BALL * mirror,
-            from_radii: dvec2(0.033, 0.032),
-            to_radii: dvec2(0.042, 0.016),
-            helpers: Vec::new(),
-        });
+        let mut add = |joint: &str, start: DVec3, end: DVec3, from_radii: DVec2, to_radii: DVec2| {
+            let (start, end) = (Some(start * mirror), end * mirror);
+            shapes.push(Shape { joint: joint.to_owned(), start, end, from_radii, to_radii, helpers: Vec::new() });
+        };
+        add(foot, HEEL, BALL, dvec2(0.033, 0.032), dvec2(0.042, 0.016));
+        add(toes, BALL, TOE, dvec2(0.042, 0.022), dvec2(0.034, 0.017));
     }
     shapes
 }
