@@ -385,7 +385,7 @@ impl Reader<'_, '_, '_> {
 
     fn track(&mut self, curve: Option<Curve<Vec3>>, times: &[f32], place: &str) -> Result<Track<Vec3>, FormatError> {
         let Some(curve) = curve else { return Ok(Track::Rest) };
-        self.budget.take_array(times.len() as u64, size_of::<Vec3>() as u64, place)?;
+        self.budget.take(Limit::DecodedBytes, curve.bytes_at(times), place)?;
         Ok(Track::Sampled(curve.sampled(times)).compacted())
     }
 
@@ -397,9 +397,9 @@ impl Reader<'_, '_, '_> {
         place: &str,
     ) -> Result<Vec<MorphTrack>, FormatError> {
         let first = self.morphs.of_joint.get(&joint).map_or(0, |(first, _)| *first);
-        let bytes = (times.len() as u64).saturating_mul(curves.len() as u64);
-        self.budget.take(Limit::Samples, bytes, place)?;
-        self.budget.take_array(bytes, size_of::<f32>() as u64, place)?;
+        self.budget.take(Limit::Samples, (times.len() as u64).saturating_mul(curves.len() as u64), place)?;
+        let bytes: u64 = curves.iter().map(|curve| curve.bytes_at(times)).sum();
+        self.budget.take(Limit::DecodedBytes, bytes, place)?;
         let track = |(index, curve): (usize, Curve<f32>)| MorphTrack {
             morph: first + index,
             weights: Track::Sampled(curve.sampled(times)).compacted(),
@@ -414,7 +414,7 @@ impl Reader<'_, '_, '_> {
         place: &str,
     ) -> Result<Track<Quat>, FormatError> {
         let Some(curve) = curve else { return Ok(Track::Rest) };
-        self.budget.take_array(times.len() as u64, size_of::<Quat>() as u64, place)?;
+        self.budget.take(Limit::DecodedBytes, curve.bytes_at(times), place)?;
         let mut rotations = curve.sampled(times);
         let mut previous = None;
         for rotation in &mut rotations {

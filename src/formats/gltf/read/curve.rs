@@ -161,13 +161,24 @@ impl<T: Value> Curve<T> {
         at(1).is_about(at(4)) && at(2).is_zero() && at(3).is_zero()
     }
 
+    /// Whether [`Curve::sampled`] moves its values, and takes no memory.
+    fn moves_at(&self, times: &[f32]) -> bool {
+        self.interpolation != Interpolation::Cubic && *times == **self.times
+    }
+
+    /// How many bytes [`Curve::sampled`] takes beside those of the curve.
+    pub(super) fn bytes_at(&self, times: &[f32]) -> u64 {
+        if self.moves_at(times) { 0 } else { (times.len() as u64).saturating_mul(size_of::<T>() as u64) }
+    }
+
     /// The values at `times`, which rise. Before the first key and after the last, their values hold. Moves the values where
     /// the times are the curve's own.
     pub(super) fn sampled(self, times: &[f32]) -> Vec<T> {
-        let has_own_times = *times == **self.times;
+        if self.moves_at(times) {
+            return self.values;
+        }
         match self.interpolation {
-            Interpolation::Step | Interpolation::Linear if has_own_times => self.values,
-            Interpolation::Cubic if has_own_times => self.values.chunks_exact(3).map(|key| key[1]).collect(),
+            Interpolation::Cubic if *times == **self.times => self.values.chunks_exact(3).map(|key| key[1]).collect(),
             _ => {
                 let mut key = 0;
                 times.iter().map(|time| self.at(*time, &mut key)).collect()

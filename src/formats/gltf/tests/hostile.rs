@@ -147,3 +147,20 @@ fn canceled_work_stops() {
         formats::read(&whole().bytes(), Format::Gltf, &Limits::default(), &control, &mut Reporter::new()).map(|_| ());
     assert_eq!(result.map_err(|error| error.kind), Err(ErrorKind::Canceled), "no scene");
 }
+
+#[test]
+fn what_is_moved_is_paid_for_once() {
+    const KEYS: u16 = 50_000;
+    let mut builder = Builder::new();
+    let times: Vec<f32> = (0..KEYS).map(|key| f32::from(key) / 60.0).collect();
+    let input = builder.floats(&times, "SCALAR");
+    let turns: Vec<f32> = (0..KEYS).flat_map(|key| [0.0, f32::from(key % 7) * 0.01, 0.0, 1.0]).collect();
+    let output = builder.floats(&turns, "VEC4");
+    builder.animation(0, "rotation", json!({"input": input, "output": output}));
+    let (text, binary, keys) = (builder.bytes().len(), builder.binary.len(), usize::from(KEYS));
+    // The document, its buffer, the decoded keys, and the times of the clip.
+    let needed = (text + binary + keys * (16 + 4) + keys * 4) as u64;
+    let limits = Limits { decoded_bytes: needed + 100_000, ..Limits::default() };
+    let read = formats::read(&builder.bytes(), Format::Gltf, &limits, &Control::new(), &mut Reporter::new());
+    assert_eq!(read.map(|scene| scene.clips[0].frame_count()), Ok(keys), "no second copy of the rotations is charged");
+}
