@@ -159,30 +159,30 @@ pub fn is_look(meaning: &str) -> bool {
 /// How an eye turns below the joint above it, which is the head or moves with it.
 struct InHead {
     local_rest: DQuat,
-    /// `work_from_parent` at rest, and `work_from_eye`.
-    work_from_parent: DQuat,
-    work_from_eye: DQuat,
+    /// `canonical_from_parent` at rest, and `canonical_from_eye`.
+    canonical_from_parent: DQuat,
+    canonical_from_eye: DQuat,
 }
 
 impl InHead {
     fn new(rig: &Rig<'_>, eye: usize) -> Self {
-        let rest = |joint: usize| rig.work_from_scene * rig.rest.transforms()[joint].rotation;
+        let rest = |joint: usize| rig.canonical_from_scene * rig.rest.transforms()[joint].rotation;
         let parent = rig.skeleton().parent(eye);
-        let work_from_parent = parent.map_or(rig.work_from_scene, rest);
-        let work_from_eye = rest(eye);
-        Self { local_rest: rig.skeleton().joints()[eye].rest.rotation, work_from_parent, work_from_eye }
+        let canonical_from_parent = parent.map_or(rig.canonical_from_scene, rest);
+        let canonical_from_eye = rest(eye);
+        Self { local_rest: rig.skeleton().joints()[eye].rest.rotation, canonical_from_parent, canonical_from_eye }
     }
 
     fn look(&self, track: &Track<Quat>, frame: usize) -> Look {
         let local = track.at(frame, self.local_rest.as_quat()).as_dquat();
         // With P and E at rest, a local rotation L turns what looks ahead by P · L · E⁻¹.
-        let ahead = (self.work_from_parent * local * self.work_from_eye.conjugate()) * DVec3::Z;
+        let ahead = (self.canonical_from_parent * local * self.canonical_from_eye.conjugate()) * DVec3::Z;
         Look::along(ahead)
     }
 
     fn turned(&self, look: Look) -> DQuat {
         let turn = DQuat::from_rotation_y(look.yaw) * DQuat::from_rotation_x(-look.pitch);
-        (self.work_from_parent.conjugate() * turn * self.work_from_eye).normalize()
+        (self.canonical_from_parent.conjugate() * turn * self.canonical_from_eye).normalize()
     }
 }
 

@@ -69,7 +69,7 @@ impl<'a> Mirror<'a> {
 
     /// About one pose of the rig.
     fn about(rig: &'a Rig<'a>, rest: Cow<'a, ModelPose>, pairs: &[(usize, usize)]) -> Self {
-        let lateral = (rig.work_from_scene.conjugate() * DVec3::X).normalize();
+        let lateral = (rig.canonical_from_scene.conjugate() * DVec3::X).normalize();
         let pelvis = rig.role("pelvis").first().copied();
         let middle = pelvis.map_or(DVec3::ZERO, |pelvis| rest.transforms()[pelvis].translation);
         let mut mirror = Self {

@@ -25,7 +25,7 @@ pub(super) fn zero_pose(rig: &Rig<'_>) -> Option<ModelPose> {
     });
     let pelvis = *rig.role("pelvis").first()?;
     let zero = zero.to_model(skeleton);
-    let (from, to) = (across(rig, &zero)?, (rig.work_from_scene.conjugate() * DVec3::X).normalize());
+    let (from, to) = (across(rig, &zero)?, (rig.canonical_from_scene.conjugate() * DVec3::X).normalize());
     let turn = DQuat::from_axis_angle(rig.up(), from.cross(to).dot(rig.up()).atan2(from.dot(to)));
     let turned = turn * zero.transforms()[pelvis].translation;
     let placed = Transform {

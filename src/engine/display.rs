@@ -196,7 +196,8 @@ fn facts(
     });
     let roles = rig.map(|rig| rig.roles.clone()).unwrap_or_default();
     // The front of the figure, in the space that is written.
-    let front = rig.map_or(DVec3::Z, |rig| axes.ours_from_this() * (rig.work_from_scene.inverse() * DVec3::Z));
+    let front =
+        rig.map_or(DVec3::Z, |rig| axes.canonical_from_this() * (rig.canonical_from_scene.inverse() * DVec3::Z));
     json!({
         "clips": clips,
         "clip": clip.map(Clip::name),

@@ -302,7 +302,7 @@ fn sources(source: &Rig<'_>, explained: &JointExplanation, pose: &ModelPose) -> 
 fn pelvis_position(mapping: &Mapping, target: &Rig<'_>, source_pose: &ModelPose) -> Option<PelvisView> {
     let pelvis = mapping.pelvis?;
     let position = pelvis.position;
-    let in_meters = |point: DVec3| position.ours_from_plan * point * target.unit_meters;
+    let in_meters = |point: DVec3| position.canonical_from_plan * point * target.unit_meters;
     let Transform { translation, .. } = mapping.plan_from_source.then_child(&source_pose.transforms()[pelvis.source]);
     let (source, source_origin) = (in_meters(translation), in_meters(position.source_origin));
     let target_origin = in_meters(position.target_origin);

@@ -79,8 +79,12 @@ pub(super) fn fitted(
     let target_shapes = shapes_by_name(target.scene, target_meshes, is_taken);
     let rule = FitRule { bounds: spec.bounds, regularization: spec.regularization };
     let (source_places, target_places) = (landmarks(source), landmarks(target));
-    let side =
-        |meshes, shapes, rig: &Rig<'_>, landmarks| FitSide { meshes, shapes, landmarks, turn: rig.work_from_scene };
+    let side = |meshes, shapes, rig: &Rig<'_>, landmarks| FitSide {
+        meshes,
+        shapes,
+        landmarks,
+        turn: rig.canonical_from_scene,
+    };
     let fit = MorphFit::new(
         side(source_meshes, &source_shapes, source, &source_places),
         side(target_meshes, &target_shapes, target, &target_places),

@@ -62,7 +62,8 @@ impl<'a> Shown<'a> {
     pub(super) fn subject(&self) -> Subject<'_> {
         let (scene, rig) = (self.scene, self.rig);
         let unit = rig.map(|rig| rig.unit_meters).or(scene.unit_meters).filter(|unit| *unit > 0.0);
-        let work = rig.map(|rig| rig.work_from_scene).or_else(|| scene.axes.map(|axes| axes.ours_from_this()));
+        let work =
+            rig.map(|rig| rig.canonical_from_scene).or_else(|| scene.axes.map(|axes| axes.canonical_from_this()));
         let meters_from_scene = DMat4::from_scale_rotation_translation(
             DVec3::splat(unit.unwrap_or(1.0)),
             work.unwrap_or_default(),

@@ -58,11 +58,11 @@ fn report_missing(bones: &[HumanoidBone], reporter: &mut Reporter) {
 /// How the humanoid of a rig stands, in a T pose and in the clip.
 fn humanoid<'a>(rig: &'a Rig<'a>, clip: &Clip, bones: &'a [HumanoidBone], reporter: &mut Reporter) -> Humanoid<'a> {
     let skeleton = rig.skeleton();
-    let (ours_from_scene, unit_meters) = (rig.work_from_scene, rig.unit_meters);
+    let (canonical_from_scene, unit_meters) = (rig.canonical_from_scene, rig.unit_meters);
     // The T pose of a VRM is how its nodes stand, and so is its floor.
     if rig.scene.declared_convention.is_some_and(|convention| convention.starts_with("vrm")) {
         let t_pose = skeleton.rest_pose().to_model(skeleton);
-        return Humanoid { skeleton, bones, t_pose, ours_from_scene, unit_meters, raised_meters: (0.0, 0.0) };
+        return Humanoid { skeleton, bones, t_pose, canonical_from_scene, unit_meters, raised_meters: (0.0, 0.0) };
     }
     let posed = posed_target(None, rig, PoseChoice::T, Align::default());
     let t_pose = posed.map_or_else(|| rig.rest.clone(), |posed| posed.pose.to_model(skeleton));
@@ -80,7 +80,7 @@ fn humanoid<'a>(rig: &'a Rig<'a>, clip: &Clip, bones: &'a [HumanoidBone], report
                 "send a target that stands on its origin at rest",
             );
     }
-    Humanoid { skeleton, bones, t_pose, ours_from_scene, unit_meters, raised_meters: raised }
+    Humanoid { skeleton, bones, t_pose, canonical_from_scene, unit_meters, raised_meters: raised }
 }
 
 /// The rotation of what looks where the eyes do, seen from the head.

@@ -88,10 +88,10 @@ pub struct FormatInfo {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Space {
     /// +Y up, +Z front, meters.
-    Ours,
+    Canonical,
     /// Those of the target.
     OfTarget,
-    /// Those of the target where its file says which they are, else [`Space::Ours`].
+    /// Those of the target where its file says which they are, else [`Space::Canonical`].
     SaidByTarget,
 }
 
@@ -103,7 +103,7 @@ const PLAIN: FormatInfo = FormatInfo {
     reads: true,
     writes: true,
     description: "",
-    space: Space::Ours,
+    space: Space::Canonical,
     has_document: false,
     has_skins: false,
     joints_are_skinned: false,

@@ -25,7 +25,7 @@ pub struct Humanoid<'a> {
     /// The T pose, in model space of the scene.
     pub t_pose: ModelPose,
     /// Turns the scene's axes into +Y up and +Z front.
-    pub ours_from_scene: DQuat,
+    pub canonical_from_scene: DQuat,
     /// Of the scene.
     pub unit_meters: f64,
     /// How far the T pose and the clip are raised, in meters, so that the floor is at zero.
@@ -70,7 +70,7 @@ impl Humanoid<'_> {
     }
 
     fn position(&self, pose: &ModelPose, bone: &HumanoidBone) -> DVec3 {
-        self.ours_from_scene * pose.transforms()[bone.joint].translation * self.unit_meters
+        self.canonical_from_scene * pose.transforms()[bone.joint].translation * self.unit_meters
     }
 
     fn joints(&self) -> Vec<Joint> {
@@ -85,7 +85,7 @@ impl Humanoid<'_> {
 
     fn tracks(&self, clip: &Clip, control: &Control) -> Result<Vec<JointTracks>, Canceled> {
         let frames = clip.frame_count();
-        let (skeleton, work) = (self.skeleton, self.ours_from_scene);
+        let (skeleton, work) = (self.skeleton, self.canonical_from_scene);
         let undo: Vec<DQuat> = self
             .bones
             .iter()

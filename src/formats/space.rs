@@ -30,7 +30,7 @@ pub fn write_in_space(
     };
     let is_ours = target.axes == Some(Axes::Y_UP_Z_FRONT) && target.unit_meters == Some(1.0);
     let wants_ours = match options.format.info().space {
-        Space::Ours => true,
+        Space::Canonical => true,
         Space::OfTarget => false,
         Space::SaidByTarget => target.axes.is_none(),
     };
@@ -63,7 +63,7 @@ pub(super) struct Conversion {
 impl Conversion {
     /// From the axes and unit that a side was found to have to +Y up, +Z front and meters.
     pub(super) fn into_ours(axes: Axes, unit_meters: f64) -> Self {
-        Self { rotation: axes.ours_from_this(), scale: unit_meters }
+        Self { rotation: axes.canonical_from_this(), scale: unit_meters }
     }
 
     pub(super) fn is_identity(&self) -> bool {

@@ -1,4 +1,4 @@
-//! Up and front axes of a file, and the rotation into ours.
+//! Up and front axes of a file, and the rotation into the canonical ones.
 
 use std::{fmt, str::FromStr};
 
@@ -105,11 +105,11 @@ impl Axes {
 
     /// The rotation that takes this space to +Y up, +Z front.
     #[must_use]
-    pub fn ours_from_this(self) -> DQuat {
+    pub fn canonical_from_this(self) -> DQuat {
         let up = self.up.direction();
         let front = self.front.direction();
-        let this_from_ours = DMat3::from_cols(up.cross(front), up, front);
-        DQuat::from_mat3(&this_from_ours).conjugate()
+        let this_from_canonical = DMat3::from_cols(up.cross(front), up, front);
+        DQuat::from_mat3(&this_from_canonical).conjugate()
     }
 }
 
@@ -147,7 +147,7 @@ mod tests {
         for (up, _) in SignedAxis::ALL {
             for (front, _) in SignedAxis::ALL {
                 let Some(axes) = Axes::new(up, front) else { continue };
-                let rotation = axes.ours_from_this();
+                let rotation = axes.canonical_from_this();
                 assert!((rotation * up.direction() - DVec3::Y).length() < 1e-12, "{axes}: up");
                 assert!((rotation * front.direction() - DVec3::Z).length() < 1e-12, "{axes}: front");
                 assert_eq!(axes.to_string().parse(), Ok(axes), "text and back");

@@ -36,7 +36,7 @@ pub struct Scene {
     pub declared_roles: Vec<(String, usize)>,
     /// The name of the convention that `declared_roles` follows, such as `vrm`.
     pub declared_convention: Option<&'static str>,
-    /// The axes that everything here is in. glTF and FBX arrive in ours; pose arrays stay in the axes that they declare; `None`
+    /// The axes that everything here is in. glTF and FBX arrive in the canonical ones; pose arrays stay in the axes that they declare; `None`
     /// where the file does not say (BVH).
     pub axes: Option<Axes>,
     /// Meters per unit of length of everything here: 1 for glTF and FBX; `None` where the file does not say (BVH).

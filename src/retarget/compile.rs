@@ -156,7 +156,7 @@ impl<'a> Compiler<'a> {
 
     fn compile_pelvis(&self, pair: &PelvisPair) -> PelvisDriver {
         let rest = self.target_rest[pair.target];
-        let turn = DMat3::from_quat(pair.position.ours_from_plan);
+        let turn = DMat3::from_quat(pair.position.canonical_from_plan);
         let matrix = turn.transpose() * DMat3::from_diagonal(pair.position.scale) * turn;
         let mut rotation = self.source_rest[pair.source].rotation.conjugate() * rest.rotation;
         if pair.local_turn != DQuat::IDENTITY {

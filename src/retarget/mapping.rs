@@ -177,12 +177,12 @@ pub struct CrotchRule {
     pub faded_at: Option<f64>,
 }
 
-/// `target = target_origin + turn⁻¹ · (scale ∘ (turn · (source − source_origin)))`, with `turn` = `ours_from_plan`, all in plan
+/// `target = target_origin + turn⁻¹ · (scale ∘ (turn · (source − source_origin)))`, with `turn` = `canonical_from_plan`, all in plan
 /// space.
 #[derive(Clone, Copy, Debug)]
 pub struct PelvisPosition {
     /// The rotation into +Y up, +Z front.
-    pub ours_from_plan: DQuat,
+    pub canonical_from_plan: DQuat,
     /// Factors along right, up and front.
     pub scale: DVec3,
     /// The point of the source that is scaled about.

@@ -39,7 +39,7 @@ impl<'a> Rig<'a> {
             warn_of_others(name, scene, &rest, &recognition, &hints, reporter);
         }
         let roles = find_roles(name, skeleton, &recognition, spec)?;
-        let (work_from_scene, axes) = find_axes(name, scene, &recognition, spec, reporter);
+        let (canonical_from_scene, axes) = find_axes(name, scene, &recognition, spec, reporter);
         let unit_meters = match spec.unit {
             Some(UnitSpec::Meters(meters)) => meters,
             _ => scene.unit_meters.unwrap_or_else(|| guess_unit(name, skeleton, &rest, &roles, reporter)),
@@ -57,7 +57,7 @@ impl<'a> Rig<'a> {
             points_at: BTreeMap::new(),
             recognition,
             roles,
-            work_from_scene,
+            canonical_from_scene,
             axes,
             unit_meters,
         };
@@ -158,7 +158,7 @@ fn find_axes(
     reporter: &mut Reporter,
 ) -> (DQuat, Axes) {
     if let Some(axes) = spec.axes.as_deref().and_then(|axes| axes.parse::<Axes>().ok()) {
-        return (axes.ours_from_this(), axes);
+        return (axes.canonical_from_this(), axes);
     }
     let declared = scene.axes.unwrap_or_default();
     let Some(body) = &recognition.body else {
@@ -170,7 +170,7 @@ fn find_axes(
                 format!("set {name}.axes in the config"),
             );
         }
-        return (declared.ours_from_this(), declared);
+        return (declared.canonical_from_this(), declared);
     };
     let declared_up = scene.axes.map(|axes| axes.up().direction());
     let up = match declared_up {
@@ -196,12 +196,12 @@ fn find_axes(
     } else {
         front
     };
-    let scene_from_work = glam::DMat3::from_cols(up.cross(front), up, front);
+    let scene_from_canonical = glam::DMat3::from_cols(up.cross(front), up, front);
     let axes = Axes::new(SignedAxis::nearest(up), nearest).unwrap_or(declared);
-    let work_from_scene = DQuat::from_mat3(&scene_from_work).conjugate().normalize();
+    let canonical_from_scene = DQuat::from_mat3(&scene_from_canonical).conjugate().normalize();
     // Where the axes say it exactly, to the last bit what the resolved spec says when it is run again.
-    let is_exact = axes.ours_from_this().dot(work_from_scene).abs() > 1.0 - 1e-12;
-    (if is_exact { axes.ours_from_this() } else { work_from_scene }, axes)
+    let is_exact = axes.canonical_from_this().dot(canonical_from_scene).abs() > 1.0 - 1e-12;
+    (if is_exact { axes.canonical_from_this() } else { canonical_from_scene }, axes)
 }
 
 /// The rotation to +Y up, +Z front of a file by its body, quietly.

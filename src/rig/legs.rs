@@ -40,7 +40,7 @@ pub(super) fn corresponding(
 /// Where the joints of a leg are: in front of its last joint and above the floor, in heights of the pelvis. Nothing for an
 /// animal without a height.
 fn places(rig: &Rig<'_>, leg: &[usize]) -> Option<Vec<DVec2>> {
-    let place = |joint: usize| rig.work_from_scene * rig.rest.transforms()[joint].translation;
+    let place = |joint: usize| rig.canonical_from_scene * rig.rest.transforms()[joint].translation;
     let legs = rig.roles.iter().filter(|(role, _)| is_whole_leg(role));
     let floor = legs.flat_map(|(_, joints)| joints).map(|&joint| place(joint).y).fold(f64::INFINITY, f64::min);
     let height = place(*rig.role("pelvis").first()?).y - floor;

@@ -42,7 +42,7 @@ pub struct Rig<'a> {
     /// Joints of each role, recognition and the spec's overrides together.
     pub roles: BTreeMap<String, Vec<usize>>,
     /// Turns the scene to +Y up, +Z front.
-    pub work_from_scene: DQuat,
+    pub canonical_from_scene: DQuat,
     /// The axes that this came from, nearest signed ones.
     pub axes: Axes,
     /// Meters per unit of the scene.
@@ -59,7 +59,7 @@ impl<'a> Rig<'a> {
     /// Up, in the scene's space.
     #[must_use]
     pub fn up(&self) -> DVec3 {
-        self.work_from_scene.conjugate() * DVec3::Y
+        self.canonical_from_scene.conjugate() * DVec3::Y
     }
 
     /// Height of a joint at rest, in the scene's unit.

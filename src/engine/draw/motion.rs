@@ -93,7 +93,7 @@ pub(super) fn drawn_motion(
     for frame in frames {
         control.check()?;
         let model = clip.local_pose(rig.skeleton(), frame).to_model(rig.skeleton());
-        let place = |joint: usize| rig.work_from_scene * model.transforms()[joint].translation * rig.unit_meters;
+        let place = |joint: usize| rig.canonical_from_scene * model.transforms()[joint].translation * rig.unit_meters;
         places.push(joints.iter().map(|(_, joint)| place(*joint)).collect::<Vec<DVec3>>());
     }
     let names = joints.iter().map(|(name, _)| name.clone()).collect();

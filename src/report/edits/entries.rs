@@ -159,7 +159,7 @@ impl Shown {
         let value = |frame: usize| {
             let pose = clip.local_pose(rig.skeleton(), frame).to_model(rig.skeleton());
             let place = |joint: Option<usize>| {
-                joint.map_or(glam::DVec3::ZERO, |joint| rig.work_from_scene * pose.transforms()[joint].translation)
+                joint.map_or(glam::DVec3::ZERO, |joint| rig.canonical_from_scene * pose.transforms()[joint].translation)
             };
             match self {
                 Self::Height => place(left).y,

@@ -268,7 +268,7 @@ impl<'a> Kinematics<'a> {
 
     fn fill(&self, frames: &[usize], positions: &mut [Vec3], rotations: &mut [Quat]) {
         let rig = self.performer.rig;
-        let work = rig.work_from_scene;
+        let work = rig.canonical_from_scene;
         let (points, turns) = (self.points.len(), self.turns.len());
         let mut model = vec![Transform::IDENTITY; self.joints.len()];
         for (index, &frame) in frames.iter().enumerate() {

@@ -184,7 +184,7 @@ impl<'a> FootSkin<'a> {
                     #[expect(clippy::cast_possible_truncation, reason = "meters")]
                     track.heights.push((height * unit) as f32);
                 }
-                now.push(part.places(&model, &turns).map(|place| rig.work_from_scene * place * unit).collect());
+                now.push(part.places(&model, &turns).map(|place| rig.canonical_from_scene * place * unit).collect());
             }
             for ((track, before), now) in tracks.iter_mut().zip(&before).zip(&now) {
                 track.steps.extend(step(before, now, TOUCH * self.leg));

@@ -28,7 +28,7 @@ impl Spine {
     pub(super) fn find(performers: &Both<Performer<'_>>, wanted: &mut Wanted) -> Option<Self> {
         let mut side = |performer: &Performer<'_>, is_target: bool| {
             let links = line(performer.rig).into_iter().map(|(role, joint)| {
-                let to_work = performer.rig.work_from_scene;
+                let to_work = performer.rig.canonical_from_scene;
                 let [measured, own] =
                     [performer.rest, &performer.rig.rest].map(|pose| pose.transforms()[joint].rotation);
                 let aligned = to_work * measured * own.conjugate() * to_work.conjugate();

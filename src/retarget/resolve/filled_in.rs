@@ -91,5 +91,5 @@ fn filled_in_side(spec: &RigSpec, side: &Rig<'_>) -> RigSpec {
 }
 
 fn axes_are_exact(side: &Rig<'_>) -> bool {
-    side.axes.ours_from_this().dot(side.work_from_scene).abs() > 1.0 - 1e-12
+    side.axes.canonical_from_this().dot(side.canonical_from_scene).abs() > 1.0 - 1e-12
 }

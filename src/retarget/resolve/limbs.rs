@@ -103,7 +103,7 @@ fn down_as_if_standing(
     let (stands, bone) = (standing.end_to_ball?, raised.end_to_ball?.try_normalize()?);
     let angle = stands.angle_between(standing.down[0]?);
     let turned = |joint: usize| rig.rest.transforms()[joint].rotation;
-    let left = turned(end).conjugate() * (rig.work_from_scene.conjugate() * DVec3::X);
+    let left = turned(end).conjugate() * (rig.canonical_from_scene.conjugate() * DVec3::X);
     let left = (left - bone * left.dot(bone)).try_normalize()?;
     let down = DQuat::from_axis_angle(left, angle) * bone;
     let of_toes = ball.map(|ball| turned(ball).conjugate() * (turned(end) * down));

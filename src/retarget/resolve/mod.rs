@@ -77,10 +77,11 @@ pub fn resolve(
     let Alignment { rest: aligned, joints: alignment } =
         align(source, target, &alignable(pairs, source, target), spec.align);
     let carried = is_carried(&ops);
-    let ours_from_plan = if carried { Axes::Z_UP_Y_FRONT.ours_from_this() } else { target.work_from_scene };
+    let canonical_from_plan =
+        if carried { Axes::Z_UP_Y_FRONT.canonical_from_this() } else { target.canonical_from_scene };
     let plan_from_source = Transform {
         translation: DVec3::ZERO,
-        rotation: (ours_from_plan.conjugate() * source.work_from_scene).normalize(),
+        rotation: (canonical_from_plan.conjugate() * source.canonical_from_scene).normalize(),
         scale: DVec3::splat(source.unit_meters / target.unit_meters),
     };
     let mut mapping = Mapping {
@@ -88,7 +89,7 @@ pub fn resolve(
         target_hold: if carried { target.rest_local.clone() } else { target.skeleton().rest_pose() },
         target_rest: aligned,
         plan_from_source,
-        plan_from_target: (ours_from_plan.conjugate() * target.work_from_scene).normalize(),
+        plan_from_target: (canonical_from_plan.conjugate() * target.canonical_from_scene).normalize(),
         pelvis: None,
         chains: Vec::new(),
         rides: Vec::new(),

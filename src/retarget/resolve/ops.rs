@@ -79,7 +79,7 @@ fn report_order(ops: &[Op], reporter: &mut Reporter) {
 }
 fn ground(source: &Rig<'_>, target: &Rig<'_>, clip: &Clip, mapping: &Mapping) -> Ground {
     let up = mapping.plan_from_target * target.up();
-    let front = mapping.plan_from_target * (target.work_from_scene.conjugate() * DVec3::Z);
+    let front = mapping.plan_from_target * (target.canonical_from_scene.conjugate() * DVec3::Z);
     let unit = mapping.plan_from_source.scale.x;
     let stance = |side: &Rig<'_>| side.role("pelvis").first().map(|&pelvis| (pelvis, Stance::of(side, pelvis)));
     let (mut source_rest_floor, mut source_floor) = (0.0, 0.0);
@@ -93,7 +93,7 @@ fn ground(source: &Rig<'_>, target: &Rig<'_>, clip: &Clip, mapping: &Mapping) ->
         Some(pelvis) => {
             // The floor does not sink with a pelvis that is offset.
             let travel = |scale: DVec3| {
-                let turn = DMat3::from_quat(pelvis.plain.ours_from_plan);
+                let turn = DMat3::from_quat(pelvis.plain.canonical_from_plan);
                 turn.transpose() * DMat3::from_diagonal(scale) * turn
             };
             let away = up * (source_floor - pelvis.plain.source_sole) - pelvis.plain.source_origin;

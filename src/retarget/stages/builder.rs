@@ -159,7 +159,7 @@ impl<'a> StackBuilder<'a> {
         let target_joints = limbs.iter().flat_map(|limb| self.limb(*limb).target.joints());
         let target = self.target_posing(target_joints.chain(shifted.map(|pelvis| pelvis.target)));
         let shift = shifted.map(|pelvis| {
-            let turn = DMat3::from_quat(pelvis.plain.ours_from_plan);
+            let turn = DMat3::from_quat(pelvis.plain.canonical_from_plan);
             let matrix = turn.transpose() * DMat3::from_diagonal(pelvis.plain.scale) * turn;
             PelvisShift {
                 source: source.slot(pelvis.source),

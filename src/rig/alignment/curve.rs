@@ -106,7 +106,7 @@ impl Rules<'_> {
     }
 }
 
-/// The bones of two spines or necks, in working space; neither is empty.
+/// The bones of two spines or necks, in canonical space; neither is empty.
 struct Curves {
     own: Vec<Bone>,
     wanted: Vec<Bone>,

@@ -27,7 +27,7 @@ const EYES_DEGREES: f64 = 15.0;
 /// Eyes alone tell how a head is turned and tilted to this many degrees.
 const EYES_ALONE_DEGREES: f64 = 10.0;
 
-/// How a head is held, in working space.
+/// How a head is held, in canonical space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Face {
     /// Unit vector to the character's left.
@@ -75,13 +75,13 @@ impl Face {
     }
 }
 
-/// The mesh that a head and all below it move, at rest and in working space.
+/// The mesh that a head and all below it move, at rest and in canonical space.
 fn points(rig: &Rig<'_>, head: usize) -> Vec<DVec3> {
     let below = (head..rig.skeleton().len()).filter(|joint| rig.skeleton().is_ancestor_or_self(head, *joint));
     let points = below.flat_map(|joint| {
         let transform = &rig.rest.transforms()[joint];
         let points = rig.scene.skin_points.of(joint);
-        points.iter().map(|point| rig.work_from_scene * transform.transform_point(point.position.as_dvec3()))
+        points.iter().map(|point| rig.canonical_from_scene * transform.transform_point(point.position.as_dvec3()))
     });
     points.collect()
 }

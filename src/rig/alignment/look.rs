@@ -1,6 +1,6 @@
 //! How a body holds itself: where each of its parts points, and how it is rolled about that.
 //!
-//! Everything is told in working space, +Y up, +Z front, so the character's left is +X, and two bodies can be compared whatever
+//! Everything is told in canonical space, +Y up, +Z front, so the character's left is +X, and two bodies can be compared whatever
 //! the axes and units of their files.
 
 use glam::{DQuat, DVec3};
@@ -87,7 +87,7 @@ pub(super) struct Second {
     pub(super) uncertainty_degrees: f64,
 }
 
-/// A bone of a chain, in working space.
+/// A bone of a chain, in canonical space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bone {
     /// The share of the chain's length at which it begins.
@@ -123,7 +123,7 @@ impl Look<'_> {
                 let joint = *rig.role(role).last()?;
                 let of_a_hand = split(role).1 == "hand";
                 let direction = mesh::direction(rig, joint).or_else(|| end_site(rig, joint, of_a_hand))?;
-                Some(rig.work_from_scene * direction)
+                Some(rig.canonical_from_scene * direction)
             }
             Self::Canonical(pose) => pose.direction(role),
         }
@@ -184,9 +184,9 @@ pub(super) fn chain(rig: &Rig<'_>, joints: &[usize]) -> Vec<Bone> {
         .collect()
 }
 
-/// Where a joint is, in working space.
+/// Where a joint is, in canonical space.
 pub(super) fn place(rig: &Rig<'_>, joint: usize) -> DVec3 {
-    rig.work_from_scene * rig.rest.transforms()[joint].translation
+    rig.canonical_from_scene * rig.rest.transforms()[joint].translation
 }
 
 fn at(rig: &Rig<'_>, role: &str) -> Option<DVec3> {
@@ -313,7 +313,7 @@ fn palm(rig: &Rig<'_>, side: &str, role: &str) -> Option<Second> {
     };
     let flat = || {
         let flat = mesh::flat(rig, *rig.role(role).last()?)?;
-        let (axis, uncertainty_degrees) = (rig.work_from_scene * flat.axis, flat.uncertainty_degrees);
+        let (axis, uncertainty_degrees) = (rig.canonical_from_scene * flat.axis, flat.uncertainty_degrees);
         Some(Second { axis, cue: RollCue::Mesh, uncertainty_degrees })
     };
     knuckles.or_else(thumb).or_else(flat)

@@ -152,7 +152,7 @@ pub(super) struct Rules<'a> {
 
 impl Rules<'_> {
     pub(super) fn scene(&self, work: DVec3) -> DVec3 {
-        self.target.work_from_scene.conjugate() * work
+        self.target.canonical_from_scene.conjugate() * work
     }
 
     pub(super) fn wish(&mut self, joint: usize, name: &str, aim: Aim, roll: Option<Roll>) {
@@ -226,7 +226,7 @@ impl Rules<'_> {
             .directions(pair, role, ends)
             .and_then(|(own, wanted)| Some((own, level(flat(own_raised, own))?, level(flat(source_raised, wanted))?)));
         let raise = |raised: Option<RaisedFoot>| {
-            let scene = self.target.work_from_scene.conjugate();
+            let scene = self.target.canonical_from_scene.conjugate();
             raised.map_or(DQuat::IDENTITY, |raised| scene * raised.rest_from_flat * scene.conjugate())
         };
         let aim = match levels {
@@ -304,7 +304,7 @@ impl Rules<'_> {
         let Some((own, wanted)) = self.own.face().zip(self.source.face()).filter(is_known) else {
             return self.wish(joint, role, Aim::Turn(self.body_turn), None);
         };
-        let scene = self.target.work_from_scene;
+        let scene = self.target.canonical_from_scene;
         let whole = scene.conjugate() * wanted.frame() * own.frame().conjugate() * scene;
         let uncertainty_degrees = own.uncertainty_degrees.max(wanted.uncertainty_degrees);
         let roll = Roll {
@@ -325,7 +325,7 @@ impl Rules<'_> {
     }
 }
 
-/// Where the spec says that a joint points, in working space.
+/// Where the spec says that a joint points, in canonical space.
 fn pointed_at(rig: &Rig<'_>, joint: usize) -> Option<DVec3> {
     let end = rig.points_at.get(&joint)?;
     (place(rig, *end) - place(rig, joint)).try_normalize()

@@ -16,7 +16,7 @@ const ONE_IN_LOWEST: usize = 10;
 /// Feet are flat to this many degrees.
 const FLAT_DEGREES: f64 = 5.0;
 
-/// A foot that does not lie flat at rest, in working space.
+/// A foot that does not lie flat at rest, in canonical space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RaisedFoot {
     /// From how it is turned where it lies flat to how it is turned at rest.
@@ -25,7 +25,7 @@ pub(super) struct RaisedFoot {
     pub(super) along: DVec3,
 }
 
-/// One foot at one moment, in working space.
+/// One foot at one moment, in canonical space.
 struct Foot {
     /// Of ankle and toe joint together.
     height: f64,
@@ -73,8 +73,8 @@ fn flat(rig: &Rig<'_>, side: &str) -> Option<Foot> {
 fn foot(rig: &Rig<'_>, pose: &ModelPose, side: &str) -> Option<Foot> {
     let joint = |part: &str| Some(pose.transforms()[*rig.role(&format!("{side}{part}")).first()?]);
     let (ankle, toe) = (joint("foot")?, joint("toe")?);
-    let place = |place: DVec3| rig.work_from_scene * place;
+    let place = |place: DVec3| rig.canonical_from_scene * place;
     let along = (place(toe.translation) - place(ankle.translation)).try_normalize()?;
     let height = place(toe.translation).y + place(ankle.translation).y;
-    Some(Foot { height, along, turned: (rig.work_from_scene * ankle.rotation).normalize() })
+    Some(Foot { height, along, turned: (rig.canonical_from_scene * ankle.rotation).normalize() })
 }

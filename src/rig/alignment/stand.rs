@@ -44,7 +44,7 @@ pub(super) fn slope(rig: &Rig<'_>, pose: &ModelPose) -> Option<(usize, DQuat)> {
     let (left, right) = (*rig.role("left_front_leg").first()?, *rig.role("right_front_leg").first()?);
     let shoulders = (place(left) + place(right)) / 2.0 - place(trunk);
     let up = rig.up();
-    let axis = rig.work_from_scene.conjugate() * DVec3::X;
+    let axis = rig.canonical_from_scene.conjugate() * DVec3::X;
     let ahead = shoulders.dot(axis.cross(up));
     let length = ahead.hypot(shoulders.dot(up));
     let sine = (shoulders.dot(up) + rise) / length;

@@ -69,7 +69,7 @@ fn rotate(rig: &Rig<'_>, edit: &RotateEdit, joint: usize, pose: &mut LocalPose) 
             let model = pose.to_model(rig.skeleton());
             let parent =
                 rig.skeleton().parent(joint).map_or(DQuat::IDENTITY, |above| model.transforms()[above].rotation);
-            let in_scene = rig.work_from_scene.conjugate() * turn * rig.work_from_scene;
+            let in_scene = rig.canonical_from_scene.conjugate() * turn * rig.canonical_from_scene;
             parent.conjugate() * in_scene * parent * local
         }
     };

@@ -93,7 +93,7 @@ impl<'a, 'b> Foot<'a, 'b> {
         let length = place(leg.start).distance(place(leg.middle)) + place(leg.middle).distance(place(leg.end));
         // A foot that is in the air at rest stands along the up of its own.
         let up = side.rest.transforms()[leg.end].rotation * -down;
-        let facing = side.work_from_scene.conjugate() * DVec3::Z;
+        let facing = side.canonical_from_scene.conjugate() * DVec3::Z;
         let ahead = |to: DVec3| {
             let along = to - place(leg.end);
             let along = along - up * along.dot(up);

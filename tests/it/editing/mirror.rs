@@ -371,7 +371,7 @@ fn captures_mirror_about_a_symmetric_zero_pose() {
     let asymmetry = mirror.twins().asymmetry.map_or(0.0, |(_, share)| share);
     assert!(asymmetry < 1e-6, "the zero pose is taken: {asymmetry}");
     let image = mirror.apply(clip, MirrorPlane::Rest).expect("a clip");
-    let lateral = rig.work_from_scene.conjugate() * DVec3::X;
+    let lateral = rig.canonical_from_scene.conjugate() * DVec3::X;
     let middle = rig.rest.transforms()[rig.role("pelvis")[0]].translation;
     for frame in (0..clip.frame_count()).step_by(7) {
         let (ours, theirs) = (places(&scene, &image, frame), places(&scene, clip, frame));

@@ -398,20 +398,22 @@ impl Track {
         let mut tracks = vec![Vec::new(); joints.len()];
         let lowest = joints[2..].iter().map(|&joint| rig.rest_height(joint)).fold(f64::INFINITY, f64::min);
         let down = |joint: usize| {
-            let rest = rig.work_from_scene * rig.rest.transforms()[joint].rotation;
+            let rest = rig.canonical_from_scene * rig.rest.transforms()[joint].rotation;
             rest.conjugate() * DVec3::NEG_Y * (rig.rest_height(joint) - lowest)
         };
         let mut soles = vec![Vec::new(); joints.len() - 2];
         for frame in 0..clip.frame_count() {
             let pose = clip.local_pose(rig.skeleton(), frame).to_model(rig.skeleton());
             for (track, &joint) in tracks.iter_mut().zip(joints) {
-                let place = rig.work_from_scene * pose.transforms()[joint].translation;
+                let place = rig.canonical_from_scene * pose.transforms()[joint].translation;
                 track.push((place - DVec3::Y * floor) / leg);
             }
             for (sole, &joint) in soles.iter_mut().zip(&joints[2..]) {
                 let placed = pose.transforms()[joint];
-                let turned = rig.work_from_scene * placed.rotation;
-                sole.push((rig.work_from_scene * placed.translation + turned * down(joint) - DVec3::Y * floor) / leg);
+                let turned = rig.canonical_from_scene * placed.rotation;
+                sole.push(
+                    (rig.canonical_from_scene * placed.translation + turned * down(joint) - DVec3::Y * floor) / leg,
+                );
             }
         }
         let mut points = tracks.split_off(2);

@@ -25,14 +25,14 @@ struct Guise {
     scene: Scene,
     /// Per joint: the rotation between its old and its new own axes.
     own_axes: Vec<DQuat>,
-    scene_from_ours: DQuat,
+    scene_from_canonical: DQuat,
     units_per_meter: f64,
 }
 
 impl Guise {
     fn plain(scene: Scene) -> Self {
         let own_axes = vec![DQuat::IDENTITY; scene.skeleton.len()];
-        Self { scene, own_axes, scene_from_ours: DQuat::IDENTITY, units_per_meter: 1.0 }
+        Self { scene, own_axes, scene_from_canonical: DQuat::IDENTITY, units_per_meter: 1.0 }
     }
 
     /// Every joint's own axes are turned at random; where joints are does not change.
@@ -49,11 +49,11 @@ impl Guise {
     }
 
     /// The whole scene is turned; the file says which axes it has, or leaves it to be found out.
-    fn turned(mut self, scene_from_ours: DQuat, axes: Option<Axes>) -> Self {
-        let turn = |parent: Option<usize>| if parent.is_none() { scene_from_ours } else { DQuat::IDENTITY };
+    fn turned(mut self, scene_from_canonical: DQuat, axes: Option<Axes>) -> Self {
+        let turn = |parent: Option<usize>| if parent.is_none() { scene_from_canonical } else { DQuat::IDENTITY };
         self.change(|parent, translation| turn(parent) * translation, |_, parent, rotation| turn(parent) * rotation);
         self.scene.axes = axes;
-        self.scene_from_ours = scene_from_ours;
+        self.scene_from_canonical = scene_from_canonical;
         self
     }
 
@@ -103,10 +103,10 @@ impl Guise {
 
     /// Position in meters and rotation of every joint, as if the scene wore no guise.
     fn seen_through(&self, world: &[DMat4]) -> Vec<(DVec3, DQuat)> {
-        let ours_from_scene = self.scene_from_ours.conjugate();
+        let canonical_from_scene = self.scene_from_canonical.conjugate();
         let joint = |joint: usize| {
-            let place = ours_from_scene * position(world, joint) / self.units_per_meter;
-            (place, ours_from_scene * rotation(world, joint) * self.own_axes[joint].conjugate())
+            let place = canonical_from_scene * position(world, joint) / self.units_per_meter;
+            (place, canonical_from_scene * rotation(world, joint) * self.own_axes[joint].conjugate())
         };
         (0..world.len()).map(joint).collect()
     }

@@ -179,8 +179,8 @@ struct Pair<'a> {
     /// The result's scene: the target's nodes with the new clip first.
     scene: retargetd::model::Scene,
     /// Turn both sides to +Y up, +Z front.
-    ours_from_source: DQuat,
-    ours_from_target: DQuat,
+    canonical_from_source: DQuat,
+    canonical_from_target: DQuat,
 }
 
 impl<'a> Pair<'a> {
@@ -197,15 +197,15 @@ impl<'a> Pair<'a> {
         let Outcome { mut outputs, report, .. } =
             retarget(&inputs, &Limits::default(), &Control::new()).map_err(|failure| format!("{failure:?}"))?;
         let glb = outputs.swap_remove(0).bytes;
-        let turn = |axes: &str| axes.parse::<Axes>().expect("axes").ours_from_this();
+        let turn = |axes: &str| axes.parse::<Axes>().expect("axes").canonical_from_this();
         Ok(Self {
             source,
             target,
             steps,
             scene: read_scene(&glb, "result.glb"),
             glb,
-            ours_from_source: turn(&report.rigs.source.axes),
-            ours_from_target: turn(&report.rigs.target.axes),
+            canonical_from_source: turn(&report.rigs.source.axes),
+            canonical_from_target: turn(&report.rigs.target.axes),
         })
     }
 
@@ -246,8 +246,8 @@ impl<'a> Pair<'a> {
                 continue;
             };
             let angle = |(source, target): &(Vec<DMat4>, Vec<DMat4>)| {
-                let wanted = self.ours_from_source * (position(source, to) - position(source, from));
-                let found = self.ours_from_target * (position(target, end_joint) - position(target, start_joint));
+                let wanted = self.canonical_from_source * (position(source, to) - position(source, from));
+                let found = self.canonical_from_target * (position(target, end_joint) - position(target, start_joint));
                 wanted.angle_between(found).to_degrees()
             };
             let is_leg = start.ends_with("thigh") || start.ends_with("shin");

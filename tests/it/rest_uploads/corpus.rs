@@ -163,7 +163,7 @@ fn an_a_pose_takes_the_t_pose_of_another_file() {
             for (from, to) in [("upper_arm", "forearm"), ("forearm", "hand"), ("thigh", "shin"), ("shin", "foot")] {
                 let bone = |rig: &Rig<'_>| {
                     let place = |part: &str| rig.rest.transforms()[rig.role(&format!("{side}{part}"))[0]].translation;
-                    rig.work_from_scene * (place(to) - place(from))
+                    rig.canonical_from_scene * (place(to) - place(from))
                 };
                 let degrees = bone(&rig).angle_between(bone(&wanted)).to_degrees();
                 if degrees > 2.0 {

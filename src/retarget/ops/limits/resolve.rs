@@ -48,7 +48,7 @@ pub(in crate::retarget) fn resolve(op: &LimitsOp, context: &mut Context<'_>) -> 
     let (source, target, mapping) = (context.source, context.target, context.mapping);
     let target_zero = zero(target, mapping.plan_from_target);
     let source_zero = zero(source, mapping.plan_from_source.rotation);
-    let plan_from_work = mapping.plan_from_target * target.work_from_scene.conjugate();
+    let plan_from_canonical = mapping.plan_from_target * target.canonical_from_scene.conjugate();
     let mut edits = Vec::new();
     for (role, joints) in &target.roles {
         let (side, part) = split(role);
@@ -62,7 +62,7 @@ pub(in crate::retarget) fn resolve(op: &LimitsOp, context: &mut Context<'_>) -> 
                 source: follows,
                 zero: target_zero[joint],
                 source_zero: follows.map(|source| source_zero[source]).unwrap_or_default(),
-                axes: axes(side, part).map(|axis| plan_from_work * axis),
+                axes: axes(side, part).map(|axis| plan_from_canonical * axis),
                 bend: radians(bend),
                 side: radians(across),
                 twist: radians(twist),

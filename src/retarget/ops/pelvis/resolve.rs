@@ -73,7 +73,7 @@ pub(in crate::retarget) fn resolve_pelvis(
         }
     };
     let plain = PelvisPosition {
-        ours_from_plan: (target.work_from_scene * mapping.plan_from_target.conjugate()).normalize(),
+        canonical_from_plan: (target.canonical_from_scene * mapping.plan_from_target.conjugate()).normalize(),
         scale,
         source_origin,
         target_origin,
@@ -85,7 +85,7 @@ pub(in crate::retarget) fn resolve_pelvis(
         sizes.crotch(op, heights, floor, scale.y, mapping.plan_from_target * target.up())
     });
     let alpha = constant_alpha(&op.alpha, op.frames);
-    let turn = plain.ours_from_plan.conjugate() * degrees_xyz(op.turn_offset) * plain.ours_from_plan;
+    let turn = plain.canonical_from_plan.conjugate() * degrees_xyz(op.turn_offset) * plain.canonical_from_plan;
     mapping.pelvis = Some(PelvisPair {
         source: source_pelvis,
         target: target_pelvis,
@@ -137,7 +137,7 @@ fn degrees_xyz(degrees: [f64; 3]) -> DQuat {
 /// The same position with the op's offset, and blended with the source's own. Both are affine in the source's position, so the blend
 /// is one of scales and of origins.
 fn blended(op: &PelvisOp, unit_meters: f64, position: PelvisPosition) -> PelvisPosition {
-    let turn = position.ours_from_plan;
+    let turn = position.canonical_from_plan;
     let share = DVec3::from(op.blend_to_source_weights) * op.blend_to_source;
     let toward_source = turn * (position.source_origin - position.target_origin);
     let moved = toward_source * share + DVec3::from(op.offset) / unit_meters;
@@ -161,7 +161,7 @@ pub(in crate::retarget) fn resolve_top(op: &PelvisOp, tops: &Tops, mapping: &mut
         PelvisScale::Value(value) => value,
     };
     let position = PelvisPosition {
-        ours_from_plan: DQuat::IDENTITY,
+        canonical_from_plan: DQuat::IDENTITY,
         scale: DVec3::splat(scale),
         source_origin: DVec3::ZERO,
         target_origin: DVec3::ZERO,

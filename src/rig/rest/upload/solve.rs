@@ -63,7 +63,7 @@ fn turned(rig: &Rig<'_>, limbs: &Limbs, joint: usize, carried: DQuat, known: Opt
         }
     }
     let Some(main) = of_pose.iter().max_by(|one, other| one.weight.total_cmp(&other.weight)) else { return prior };
-    let pole = rig.work_from_scene.conjugate() * DVec3::Z;
+    let pole = rig.canonical_from_scene.conjugate() * DVec3::Z;
     let pointed = arc(prior * main.own.normalize(), main.wanted.normalize(), pole) * prior;
     if is_fan(&of_pose) {
         let direction = |limb: &&Limb| Direction {

@@ -68,11 +68,11 @@ fn by_bodies(rig: &Rig<'_>, rest: &Rig<'_>, matching: &Matching) -> DQuat {
     let body = body_by_our_roles(rig, rest, matching).or(rest.recognition.body);
     let Some((own, theirs)) = rig.recognition.body.zip(body) else { return without_bodies(rig, rest, matching) };
     let recognition = Recognition { body: Some(theirs), ..Recognition::default() };
-    let (work_from_rest, axes) = axes_of_body(rest.scene, &recognition);
-    let turn = rig.work_from_scene.conjugate() * work_from_rest;
-    let is_along_axes = |work_from_scene: DQuat, along: DQuat| work_from_scene.dot(along).abs() > 1.0 - 1e-9;
-    if is_along_axes(rig.work_from_scene, rig.axes.ours_from_this())
-        && is_along_axes(work_from_rest, axes.ours_from_this())
+    let (canonical_from_rest, axes) = axes_of_body(rest.scene, &recognition);
+    let turn = rig.canonical_from_scene.conjugate() * canonical_from_rest;
+    let is_along_axes = |canonical_from_scene: DQuat, along: DQuat| canonical_from_scene.dot(along).abs() > 1.0 - 1e-9;
+    if is_along_axes(rig.canonical_from_scene, rig.axes.canonical_from_this())
+        && is_along_axes(canonical_from_rest, axes.canonical_from_this())
     {
         return settled(turn);
     }
@@ -112,7 +112,7 @@ fn by_pelvis(rig: &Rig<'_>, rest: &Rig<'_>, matching: &Matching) -> Option<Space
         .scene
         .axes
         .zip(rest.scene.axes)
-        .map(|(own, theirs)| (own.ours_from_this().conjugate() * theirs.ours_from_this()).normalize());
+        .map(|(own, theirs)| (own.canonical_from_this().conjugate() * theirs.canonical_from_this()).normalize());
     let up = rig.up();
     let quarters =
         |turn: DQuat| (0..4).map(move |quarter| DQuat::from_axis_angle(up, f64::from(quarter) * FRAC_PI_2) * turn);
@@ -140,7 +140,7 @@ fn is_twisted(rest: &Rig<'_>, matching: &Matching, rig: &Rig<'_>) -> bool {
         Some(matching.anchors[joint]?.place(&rest.rest))
     };
     let across = |part: &str| {
-        let way = rest.work_from_scene * (place(&format!("left_{part}"))? - place(&format!("right_{part}"))?);
+        let way = rest.canonical_from_scene * (place(&format!("left_{part}"))? - place(&format!("right_{part}"))?);
         way.with_y(0.0).try_normalize()
     };
     let lines = across("thigh").zip(across("upper_arm"));
@@ -180,7 +180,7 @@ fn body_by_our_roles(rig: &Rig<'_>, rest: &Rig<'_>, matching: &Matching) -> Opti
 }
 
 fn without_bodies(rig: &Rig<'_>, rest: &Rig<'_>, matching: &Matching) -> DQuat {
-    let declared = settled(rig.work_from_scene.conjugate() * rest.work_from_scene);
+    let declared = settled(rig.canonical_from_scene.conjugate() * rest.canonical_from_scene);
     if rig.scene.axes.is_some() && rest.scene.axes.is_some() {
         return declared;
     }
