@@ -1,5 +1,10 @@
 //! Many pictures: stills, sheets of stills, and what moves.
 
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::{Mutex, PoisonError},
+};
+
 use rayon::prelude::*;
 
 use crate::model::{Canceled, Control};
@@ -19,6 +24,10 @@ use super::{
 const MAX_FRAMES: usize = 1800;
 /// Pixels of all frames of one moving picture.
 const MAX_PIXELS: usize = 1_000_000_000;
+/// Pixels of frames that are kept until it is their turn.
+const MAX_PIXELS_KEPT: usize = 1 << 21;
+/// Frames that one thread draws while those before are encoded.
+const FRAMES_AT_ONCE: usize = 2;
 /// Milliseconds for which a moving picture of a figure that does not move is shown.
 const STILL_SECONDS: f64 = 2.0;
 
@@ -74,10 +83,11 @@ pub fn render(cast: &Cast<'_>, view: &View, format: PictureFormat, control: &Con
         );
         return Err(PictureError::new(detail).into());
     }
+    let studios = Studios::new(view.size);
     let draw = |indices: Vec<usize>| -> Result<Vec<Picture>, Canceled> {
         let shoot =
-            |studio: &mut Studio, index: usize| control.check().map(|()| stage.picture(studio, times[index], index));
-        indices.into_par_iter().map_init(|| Studio::new(view.size), shoot).collect()
+            |index: usize| control.check().map(|()| studios.lend(|studio| stage.picture(studio, times[index], index)));
+        indices.into_par_iter().with_max_len(1).map(shoot).collect()
     };
     if !format.moves() {
         let picture = sheet(draw((0..times.len()).collect())?, view.sheet);
@@ -86,22 +96,50 @@ pub fn render(cast: &Cast<'_>, view: &View, format: PictureFormat, control: &Con
     }
     let fps = fps(view, format);
     let mut motion = Motion::new(format, size, fps, times.len(), view.background == Background::Transparent)?;
-    // The palette of a GIF comes from a few frames of all of it.
+    // The palette of a GIF comes from a few frames of all of it. Where they are not too large, they are drawn once only.
+    let mut learned: BTreeMap<usize, Picture> = BTreeMap::new();
     if motion.wants_palette() {
-        motion.learn(&draw(frames_learned_from(times.len()))?);
+        let indices: BTreeSet<usize> = frames_learned_from(times.len()).into_iter().collect();
+        let pictures = draw(indices.iter().copied().collect())?;
+        motion.learn(&pictures);
+        if pictures.len() * size[0] * size[1] <= MAX_PIXELS_KEPT {
+            learned = indices.into_iter().zip(pictures).collect();
+        }
     }
-    let chunk = 4 * rayon::current_num_threads().max(1);
+    let chunk = FRAMES_AT_ONCE * rayon::current_num_threads().max(1);
     let mut drawn: Vec<Picture> = Vec::new();
     for begin in (0..times.len()).step_by(chunk) {
         control.check()?;
+        let indices = begin..(begin + chunk).min(times.len());
+        let missing: Vec<usize> = indices.clone().filter(|index| !learned.contains_key(index)).collect();
         // What is drawn is encoded while the next is.
-        let (encoded, next) =
-            rayon::join(|| motion.add(&drawn), || draw((begin..(begin + chunk).min(times.len())).collect()));
+        let (encoded, next) = rayon::join(|| motion.add(&drawn), || draw(missing));
         encoded?;
-        drawn = next?;
+        let mut next = next?.into_iter();
+        drawn = indices.filter_map(|index| learned.remove(&index).or_else(|| next.next())).collect();
     }
     motion.add(&drawn)?;
     Ok(Film { bytes: motion.finish()?, size, frames: times.len(), sights: stage.sights() })
+}
+
+/// What pictures are made with, which is large: there are as many as are drawn at the same time.
+struct Studios {
+    size: [usize; 2],
+    free: Mutex<Vec<Studio>>,
+}
+
+impl Studios {
+    const fn new(size: [usize; 2]) -> Self {
+        Self { size, free: Mutex::new(Vec::new()) }
+    }
+
+    fn lend<T>(&self, work: impl FnOnce(&mut Studio) -> T) -> T {
+        let free = self.free.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let mut studio = free.unwrap_or_else(|| Studio::new(self.size));
+        let made = work(&mut studio);
+        self.free.lock().unwrap_or_else(PoisonError::into_inner).push(studio);
+        made
+    }
 }
 
 /// Whether there is something to be seen of all that the view asks for.

@@ -1,5 +1,7 @@
 //! One picture of one frame: the figure, the light on it, the floor below it, and what is behind.
 
+use std::ops::Range;
+
 use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
 
 use crate::model::{Clip, Skeleton, Transform};
@@ -18,6 +20,8 @@ const AMBIENT: f32 = 0.36;
 /// Light from above the left shoulder of the viewer, and a weaker one from the right.
 const KEY: f32 = 0.5;
 const FILL: f32 = 0.14;
+/// The share of light that is lost where a surface turns out of sight.
+const RIM: f32 = 0.35;
 
 /// What is below the floor, linear.
 const SUNK: Vec3 = Vec3::new(1.0, 0.05, 0.04);
@@ -119,6 +123,9 @@ fn between(times: &[f64], seconds: f64) -> (usize, usize, f64) {
 pub(super) struct Studio {
     raster: Raster,
     posed: Posed,
+    corners: Vec<Corner>,
+    /// Triangles of a surface that are drawn when all others of it are.
+    later: Vec<[u32; 3]>,
     size: [usize; 2],
 }
 
@@ -135,7 +142,7 @@ pub(super) struct Shot {
 
 impl Studio {
     pub(super) fn new(size: [usize; 2]) -> Self {
-        Self { raster: Raster::new(size), posed: Posed::default(), size }
+        Self { raster: Raster::new(size), posed: Posed::default(), corners: Vec::new(), later: Vec::new(), size }
     }
 
     /// One picture of a subject at a time of its clip.
@@ -157,8 +164,8 @@ impl Studio {
         if matches!(shot.style, Style::Skeleton | Style::Both) {
             if shot.style == Style::Both {
                 // Bones shine through: they are nearer than all of the mesh, and the mesh is dimmed.
-                self.raster.nearness.fill(0.0);
-                self.raster.colors.iter_mut().filter(|color| color[3] > 0).for_each(|color| color[3] = 110);
+                self.raster.forget_depths();
+                self.raster.dim(110);
             }
             subject.bones.pose(&joints, &weights, &mut self.posed);
             self.draw(subject.bones, &camera, Style::Shaded, shot.sunk_below);
@@ -171,41 +178,63 @@ impl Studio {
         let up = back.cross(right);
         let key = (back * 0.55 + up * 0.7 - right * 0.45).normalize();
         let fill = (back * 0.5 + up * 0.1 + right * 0.85).normalize();
-        let (far, span) = self.depths(camera);
+        let (far, span) = if style == Style::Depth { self.depths(camera) } else { (0.0, 1.0) };
         let mut drawn = figure.drawn();
         drawn.sort_by_key(|surface| surface.opacity < 1.0);
-        let mut corners: Vec<Corner> = Vec::new();
         for surface in drawn {
+            let texture = surface.texture.filter(|_| !matches!(style, Style::Depth | Style::Silhouette));
             let brush = Brush {
-                texture: surface.texture.filter(|_| !matches!(style, Style::Depth | Style::Silhouette)),
+                texture,
                 cut_out_below: surface.cut_out_below,
                 opacity: if style == Style::Silhouette { 1.0 } else { surface.opacity },
+                is_encoded: texture.is_none() && style != Style::Depth,
             };
             let count = surface.indices.iter().max().map_or(0, |most| *most as usize + 1);
-            corners.clear();
-            corners.extend((0..count).map(|vertex| {
+            self.corners.clear();
+            for vertex in 0..count {
                 let place = self.posed.positions[surface.first + vertex];
                 let normal = self.posed.normals[surface.first + vertex].normalize_or_zero();
                 let seen = camera.see(place);
-                // Both sides of a triangle are lit as the one that is seen.
-                let normal = if normal.dot(camera.eye - place) < 0.0 { -normal } else { normal };
-                let light = AMBIENT + KEY * normal.dot(key).max(0.0) + FILL * normal.dot(fill).max(0.0);
+                let toward = (camera.eye - place).normalize_or_zero();
                 let color = match style {
                     Style::Silhouette => Vec4::ONE,
                     Style::Depth => Vec3::splat(((far - seen.z) / span).clamp(0.03, 1.0)).extend(1.0),
-                    _ if sunk_below.is_some_and(|level| place.y < level) => (SUNK * light.max(0.6)).extend(1.0),
                     _ => {
-                        let own = surface.colors.get(vertex).copied().unwrap_or(Vec4::ONE) * surface.base_color;
-                        (own.truncate() * light).extend(own.w)
+                        // Both sides of a triangle are lit as the one that is seen.
+                        let facing = normal.dot(toward);
+                        let normal = if facing < 0.0 { -normal } else { normal };
+                        let light = AMBIENT + KEY * normal.dot(key).max(0.0) + FILL * normal.dot(fill).max(0.0);
+                        if sunk_below.is_some_and(|level| place.y < level) {
+                            (SUNK * light.max(0.6)).extend(1.0)
+                        } else {
+                            let own = surface.colors.get(vertex).copied().unwrap_or(Vec4::ONE) * surface.base_color;
+                            (own.truncate() * (light * rim(facing.abs()))).extend(own.w)
+                        }
                     }
                 };
+                let color =
+                    if brush.is_encoded { self.raster.encoded(color.truncate()).extend(color.w) } else { color };
                 let texture_coordinate = surface.texture_coordinates.get(vertex).copied().unwrap_or(Vec2::ZERO);
-                Corner { seen, texture_coordinate, color }
-            }));
-            for triangle in surface.indices.chunks_exact(3) {
-                let triangle = [0, 1, 2].map(|corner: usize| corners[triangle[corner] as usize]);
-                self.raster.triangle(camera, &triangle, &brush);
+                self.corners.push(Corner::new(camera, seen, texture_coordinate, color));
             }
+            self.triangles(camera, surface.indices, &brush);
+        }
+    }
+
+    /// Draws triangles between the corners: those that face the camera first, since they hide most of the others, which then need no color.
+    fn triangles(&mut self, camera: &Camera, indices: &[u32], brush: &Brush<'_>) {
+        self.later.clear();
+        let is_opaque = brush.opacity >= 1.0;
+        for triangle in indices.as_chunks::<3>().0 {
+            let corners = triangle.map(|corner| &self.corners[corner as usize]);
+            if is_opaque && Corner::is_turned_away(corners) {
+                self.later.push(*triangle);
+            } else {
+                self.raster.triangle(camera, corners, brush);
+            }
+        }
+        for triangle in &self.later {
+            self.raster.triangle(camera, triangle.map(|corner| &self.corners[corner as usize]), brush);
         }
     }
 
@@ -227,36 +256,67 @@ impl Studio {
             (_, Background::Dark) => [38.0, 41.0, 46.0, 255.0],
         };
         let nothing = base.map(|part| (part + 0.5) as u8);
+        let [left, top, right, bottom] = self.raster.touched_pixels();
         let mut pixels = Vec::with_capacity(width * height);
         for row in 0..height {
-            for column in 0..width {
-                let mut sum = [0.0_f32; 4];
-                for sample in 0..SAMPLES * SAMPLES {
-                    let at =
-                        (row * SAMPLES + sample / SAMPLES) * self.raster.width + column * SAMPLES + sample % SAMPLES;
-                    let [red, green, blue, there] = self.raster.colors[at].map(f32::from);
-                    let share = there / 255.0;
-                    sum = [sum[0] + red * share, sum[1] + green * share, sum[2] + blue * share, sum[3] + share];
+            pixels.resize((row + 1) * width, nothing);
+            let drawn = if (top..bottom).contains(&row) { left..right } else { 0..0 };
+            let strip = floor.and_then(|floor| floor.strip(&shot.camera, row, width, is_dark));
+            let floored = strip.as_ref().map_or(0..0, |strip| strip.columns.clone());
+            let line = &mut pixels[row * width..];
+            for column in hull(&drawn, &floored) {
+                let samples = if drawn.contains(&column) { self.raster.samples(column, row) } else { NO_SAMPLES };
+                let opacity: u32 = samples.iter().map(|sample| u32::from(sample[3])).sum();
+                let sum = |part: usize| samples.iter().map(|sample| u32::from(sample[part])).sum::<u32>();
+                if opacity == 255 * NO_SAMPLES.len() as u32 {
+                    let mean =
+                        |part: usize| ((sum(part) + NO_SAMPLES.len() as u32 / 2) / NO_SAMPLES.len() as u32) as u8;
+                    line[column] = [mean(0), mean(1), mean(2), 255];
+                    continue;
                 }
-                let there = sum[3] / (SAMPLES * SAMPLES) as f32;
-                let seen = floor
-                    .filter(|_| there < 1.0)
-                    .and_then(|floor| floor.seen_at(&shot.camera, column as f32 + 0.5, row as f32 + 0.5, is_dark));
-                if there == 0.0 && seen.is_none() {
-                    pixels.push(nothing);
+                let seen = strip.as_ref().and_then(|strip| strip.seen_at(column));
+                if opacity == 0 && seen.is_none_or(|(_, opacity)| opacity <= 0.0) {
                     continue;
                 }
                 let under = seen.map_or(base, |(gray, opacity)| over([gray * 255.0; 3], opacity, base));
-                let color = if sum[3] > 0.0 { [sum[0], sum[1], sum[2]].map(|part| part / sum[3]) } else { [0.0; 3] };
-                pixels.push(over(color, there, under).map(|part| (part + 0.5) as u8));
+                let color = if opacity > 0 { shared(&samples, opacity) } else { [0.0; 3] };
+                let there = opacity as f32 / (255 * NO_SAMPLES.len()) as f32;
+                line[column] = over(color, there, under).map(|part| (part + 0.5) as u8);
             }
         }
         Picture { width, height, pixels }
     }
 }
 
+const NO_SAMPLES: [[u8; 4]; SAMPLES * SAMPLES] = [[0; 4]; SAMPLES * SAMPLES];
+
+/// The mean color of samples by their opacities, which are so much together.
+fn shared(samples: &[[u8; 4]], opacity: u32) -> [f32; 3] {
+    let sum = |part: usize| samples.iter().map(|sample| u32::from(sample[part]) * u32::from(sample[3])).sum::<u32>();
+    [0, 1, 2].map(|part| sum(part) as f32 / opacity as f32)
+}
+
+/// The smallest range that holds two others.
+fn hull(one: &Range<usize>, other: &Range<usize>) -> Range<usize> {
+    match (one.is_empty(), other.is_empty()) {
+        (true, _) => other.clone(),
+        (_, true) => one.clone(),
+        _ => one.start.min(other.start)..one.end.max(other.end),
+    }
+}
+
+/// The share of light that is left where a surface is seen at an angle, by the cosine of that to its normal: what is as bright as the background
+/// has an outline.
+fn rim(facing: f32) -> f32 {
+    1.0 - RIM * (1.0 - facing.min(1.0)).powi(2)
+}
+
 /// A color of some opacity over another; the opacity of the latter and of the result is 0 to 255.
 fn over(color: [f32; 3], opacity: f32, under: [f32; 4]) -> [f32; 4] {
+    if under[3] >= 255.0 {
+        let mix = |part: usize| under[part] + (color[part] - under[part]) * opacity;
+        return [mix(0), mix(1), mix(2), 255.0];
+    }
     let behind = under[3] / 255.0 * (1.0 - opacity);
     let together = opacity + behind;
     if together <= 0.0 {

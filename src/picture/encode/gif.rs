@@ -5,7 +5,10 @@ use std::sync::OnceLock;
 use rayon::prelude::*;
 
 use super::super::{Picture, error::PictureError};
-use super::refused;
+use super::{
+    lzw::{self, Distances},
+    refused,
+};
 
 /// Colors are told apart by this many bits of red, green and blue each.
 const BITS: u32 = 5;
@@ -13,8 +16,12 @@ const BUCKETS: usize = 1 << (3 * BITS);
 /// Colors of the palette; one more is nothing.
 const COLORS: usize = 255;
 const NOTHING: u8 = 255;
-/// Colors that differ by no more are shown as one where a pixel has the other already: gray by 5 of 255.
-const NEAR: i32 = 250;
+/// Colors that differ by no more are shown as one where a pixel has the other already: gray by 8 of 255.
+const NEAR: i32 = 640;
+/// Colors that differ by no more are shown as one where that makes the file smaller: gray by 8 of 255.
+const NEAR_BESIDE: i32 = 640;
+/// Pixels that the palette is taken from.
+const LEARNED: usize = 1 << 20;
 
 /// Frames of one moving picture.
 pub(in crate::picture) struct Writer {
@@ -24,6 +31,7 @@ pub(in crate::picture) struct Writer {
     palette: Vec<[u8; 3]>,
     /// The color of the palette that is nearest to each bucket, of those that have been asked for.
     nearest: Vec<OnceLock<u8>>,
+    distances: Distances,
     frame: usize,
     /// What the last frame shows, in colors of the palette.
     before: Option<Vec<u8>>,
@@ -31,13 +39,14 @@ pub(in crate::picture) struct Writer {
 }
 
 impl Writer {
-    pub(super) const fn new(size: [usize; 2], fps: f64, is_transparent: bool) -> Self {
+    pub(super) fn new(size: [usize; 2], fps: f64, is_transparent: bool) -> Self {
         Self {
             size,
             fps,
             is_transparent,
             palette: Vec::new(),
             nearest: Vec::new(),
+            distances: Distances::new(|_, _| None),
             frame: 0,
             before: None,
             encoder: None,
@@ -46,38 +55,37 @@ impl Writer {
 
     /// The palette: by median cut over the colors of some frames.
     pub(super) fn learn(&mut self, pictures: &[Picture]) {
-        let mut counts = vec![0_u32; BUCKETS];
-        let mut sums = vec![[0_u64; 3]; BUCKETS];
-        for pixel in pictures.iter().flat_map(|picture| &picture.pixels).filter(|pixel| pixel[3] >= 128) {
-            let bucket = bucket(*pixel);
-            counts[bucket] += 1;
-            (0..3).for_each(|part| sums[bucket][part] += u64::from(pixel[part]));
+        let mut sums = vec![[0_u32; 4]; BUCKETS];
+        let pixels: usize = pictures.iter().map(|picture| picture.pixels.len()).sum();
+        // Not of every second column, as it would be with even steps.
+        let step = pixels.div_ceil(LEARNED) | 1;
+        for picture in pictures {
+            for pixel in picture.pixels.iter().step_by(step).filter(|pixel| pixel[3] >= 128) {
+                let sum = &mut sums[bucket(*pixel)];
+                (0..3).for_each(|part| sum[part] += u32::from(pixel[part]));
+                sum[3] += 1;
+            }
         }
-        let colors: Vec<(usize, u32)> = counts
-            .iter()
-            .enumerate()
-            .filter(|(_, count)| **count > 0)
-            .map(|(bucket, count)| (bucket, *count))
-            .collect();
-        self.palette = median_cut(colors).iter().map(|part| mean(part, &sums, &counts)).collect();
+        let colors: Counted =
+            sums.iter().enumerate().filter(|(_, sum)| sum[3] > 0).map(|(bucket, sum)| (bucket, sum[3])).collect();
+        self.palette = median_cut(colors).iter().map(|part| mean(part, &sums)).collect();
         self.palette.resize(COLORS, [0; 3]);
         self.nearest = (0..BUCKETS).map(|_| OnceLock::new()).collect();
+        self.distances = Distances::new(|one, other| {
+            let [one, other] = [one, other].map(|color| self.palette.get(usize::from(color)));
+            u16::try_from(distance(*one?, *other?)).ok().filter(|distance| *distance < Distances::TOO_FAR)
+        });
     }
 
-    /// Adds frames: each knows the one before it, so all are packed at the same time.
+    /// Adds frames: their colors are looked up at the same time, and each is packed when it is known what the one before it shows.
     pub(super) fn add(&mut self, pictures: &[Picture]) -> Result<(), PictureError> {
-        let mut shown: Vec<Vec<u8>> = pictures.par_iter().map(|picture| self.in_palette(picture)).collect();
-        if !self.is_transparent {
-            self.keep_what_hardly_changes(&mut shown);
+        let shown: Vec<Vec<u8>> = pictures.par_iter().map(|picture| self.in_palette(picture)).collect();
+        let mut frames = Vec::with_capacity(shown.len());
+        for (index, shown) in shown.into_iter().enumerate() {
+            let (frame, shown) = self.packed(self.frame + index, shown);
+            frames.push(frame);
+            self.before = Some(shown).filter(|_| !self.is_transparent);
         }
-        let before = |index: usize| match index.checked_sub(1) {
-            Some(before) => shown.get(before),
-            None => self.before.as_ref(),
-        };
-        let frames: Vec<::gif::Frame<'_>> = (0..shown.len())
-            .into_par_iter()
-            .map(|index| self.packed(self.frame + index, before(index).map(Vec::as_slice), &shown[index]))
-            .collect();
         if self.encoder.is_none() {
             let mut palette = self.palette.as_flattened().to_vec();
             palette.extend_from_slice(&[0; 3]);
@@ -90,7 +98,6 @@ impl Writer {
             frames.iter().try_for_each(|frame| encoder.write_lzw_pre_encoded_frame(frame)).map_err(refused)?;
         }
         self.frame += pictures.len();
-        self.before = shown.into_iter().next_back().or_else(|| self.before.take());
         Ok(())
     }
 
@@ -100,48 +107,43 @@ impl Writer {
         picture.pixels.iter().map(color).collect()
     }
 
-    /// Pixels whose color is nearly that which they have already keep it, as what stays takes next to nothing. They never drift: each is
-    /// compared with what is to be shown, not with what was.
-    fn keep_what_hardly_changes(&self, shown: &mut [Vec<u8>]) {
-        let is_near =
-            |one: u8, other: u8| match (self.palette.get(usize::from(one)), self.palette.get(usize::from(other))) {
-                (Some(one), Some(other)) => distance(*one, *other) <= NEAR,
-                _ => false,
-            };
-        let near: Vec<bool> = (0..=u16::MAX).map(|pair| is_near((pair >> 8) as u8, pair as u8)).collect();
-        for index in 0..shown.len() {
-            let (done, rest) = shown.split_at_mut(index);
-            let Some(before) = done.last().or(self.before.as_ref()) else { continue };
-            for (now, before) in rest[0].iter_mut().zip(before) {
-                if near[usize::from(*now) << 8 | usize::from(*before)] {
-                    *now = *before;
-                }
-            }
-        }
-    }
-
-    /// A frame of what differs from the one before.
-    fn packed(&self, number: usize, before: Option<&[u8]>, shown: &[u8]) -> ::gif::Frame<'static> {
-        let before = before.filter(|_| !self.is_transparent);
+    /// A frame of what differs from the one before, and all that is shown then. A pixel whose color is nearly that which it has already may stay,
+    /// as what stays takes next to nothing; others may become a color that is nearly theirs. They never drift: each is compared with what is to be
+    /// shown, not with what was.
+    fn packed(&self, number: usize, wanted: Vec<u8>) -> (::gif::Frame<'static>, Vec<u8>) {
         let [width, height] = self.size;
+        let before = self.before.as_deref();
+        let stays = |at: usize| match before {
+            Some(before) => i32::from(self.distances.between(wanted[at], before[at])) <= NEAR,
+            None => wanted[at] == NOTHING,
+        };
         let [left, top, right, bottom] = match before {
-            Some(before) => changed(before, shown, width).unwrap_or([0, 0, 1, 1]),
+            Some(_) => moved(width, height, stays).unwrap_or([0, 0, 1, 1]),
             None => [0, 0, width, height],
         };
-        let mut indices = Vec::with_capacity((right - left) * (bottom - top));
-        for row in top..bottom {
-            let at = row * width + left..row * width + right;
-            match before {
-                Some(before) => {
-                    let pairs = shown[at.clone()].iter().zip(&before[at]);
-                    indices.extend(pairs.map(|(now, before)| if now == before { NOTHING } else { *now }));
-                }
-                None => indices.extend_from_slice(&shown[at]),
+        let places = (top..bottom).flat_map(|row| row * width + left..row * width + right);
+        let (mut pixels, mut may_stay) = (Vec::new(), Vec::new());
+        for at in places.clone() {
+            let stays = stays(at);
+            pixels.push(if stays { NOTHING } else { wanted[at] });
+            may_stay.push(stays.then_some(wanted[at]));
+        }
+        // In place of what may stay, its new color or one that is near it will do as well.
+        let buffer = lzw::pack(&mut pixels, |at, own, color| match (color == own, may_stay[at]) {
+            (true, _) => 0,
+            (false, Some(NOTHING)) => Distances::TOO_FAR,
+            (false, stays) => {
+                let distance = self.distances.between(stays.unwrap_or(own), color);
+                if i32::from(distance) <= NEAR_BESIDE { distance + 1 } else { Distances::TOO_FAR }
             }
+        });
+        let mut shown = before.map_or_else(|| vec![NOTHING; width * height], <[u8]>::to_vec);
+        for (at, color) in places.zip(pixels).filter(|(_, color)| *color != NOTHING) {
+            shown[at] = color;
         }
         // In hundredths of a second; those of all frames add up to the exact length.
         let begins = |frame: usize| (frame as f64 * 100.0 / self.fps).round() as u64;
-        let mut frame = ::gif::Frame {
+        let frame = ::gif::Frame {
             delay: u16::try_from(begins(number + 1) - begins(number)).unwrap_or(u16::MAX),
             dispose: if self.is_transparent { ::gif::DisposalMethod::Background } else { ::gif::DisposalMethod::Keep },
             transparent: Some(NOTHING),
@@ -149,17 +151,29 @@ impl Writer {
             top: top as u16,
             width: (right - left) as u16,
             height: (bottom - top) as u16,
-            buffer: indices.into(),
+            buffer: buffer.into(),
             ..::gif::Frame::default()
         };
-        frame.make_lzw_pre_encoded();
-        frame
+        (frame, shown)
     }
 
     pub(super) fn finish(self) -> Result<Vec<u8>, PictureError> {
         let encoder = self.encoder.ok_or_else(|| PictureError::new("there are no frames"))?;
         encoder.into_inner().map_err(refused)
     }
+}
+
+/// The smallest rectangle outside of which all pixels stay as they are: left, top, right and bottom; nothing where all do.
+fn moved(width: usize, height: usize, stays: impl Fn(usize) -> bool) -> Option<[usize; 4]> {
+    let mut found: Option<[usize; 4]> = None;
+    for row in 0..height {
+        let moves = |column: &usize| !stays(row * width + column);
+        let Some(first) = (0..width).find(moves) else { continue };
+        let last = (first..width).rfind(moves).unwrap_or(first) + 1;
+        let [left, top, right, _] = found.unwrap_or([first, row, last, row]);
+        found = Some([left.min(first), top, right.max(last), row + 1]);
+    }
+    found
 }
 
 /// The smallest rectangle in which two pictures differ: left, top, right and bottom; nothing where they are the same.
@@ -197,23 +211,19 @@ type Counted = Vec<(usize, u32)>;
 
 /// Buckets in as many groups as there are colors, halved where they are widest and fullest.
 fn median_cut(colors: Counted) -> Vec<Counted> {
-    let mut groups = vec![colors];
-    groups.retain(|group| !group.is_empty());
+    let worth = |group: Counted| {
+        let count: u64 = group.iter().map(|(_, count)| u64::from(*count)).sum();
+        let (_, width) = widest(&group);
+        // Colors of buckets beside one another may as well be one: bands of them are packed better than finer ones.
+        let width = if width <= 1 << (8 - BITS) { 0 } else { u64::from(width) };
+        (width * width * count.isqrt().max(1), group)
+    };
+    let mut groups = vec![worth(colors)];
+    groups.retain(|(_, group)| !group.is_empty());
     while groups.len() < COLORS {
-        let worth = |group: &Counted| {
-            let count: u64 = group.iter().map(|(_, count)| u64::from(*count)).sum();
-            let (_, width) = widest(group);
-            u64::from(width) * u64::from(width) * count.isqrt().max(1)
-        };
-        let Some((index, most)) =
-            groups.iter().enumerate().map(|(index, group)| (index, worth(group))).max_by_key(|(_, most)| *most)
-        else {
-            break;
-        };
-        if most == 0 {
-            break;
-        }
-        let mut group = groups.swap_remove(index);
+        let most = groups.iter().enumerate().max_by_key(|(_, (worth, _))| *worth);
+        let Some((index, _)) = most.filter(|(_, (worth, _))| *worth > 0) else { break };
+        let (_, mut group) = groups.swap_remove(index);
         let (part, _) = widest(&group);
         group.sort_by_key(|(bucket, _)| (middle(*bucket)[part], *bucket));
         let half: u64 = group.iter().map(|(_, count)| u64::from(*count)).sum::<u64>() / 2;
@@ -224,9 +234,9 @@ fn median_cut(colors: Counted) -> Vec<Counted> {
         });
         let at = at.unwrap_or(1).clamp(1, group.len() - 1);
         let rest = group.split_off(at);
-        groups.extend([group, rest]);
+        groups.extend([worth(group), worth(rest)]);
     }
-    groups
+    groups.into_iter().map(|(_, group)| group).collect()
 }
 
 /// The part of a color in which a group is widest, and how wide.
@@ -238,12 +248,9 @@ fn widest(group: &Counted) -> (usize, u8) {
     [(1, width(1)), (0, width(0)), (2, width(2))].into_iter().max_by_key(|(_, width)| *width).unwrap_or((1, 0))
 }
 
-fn mean(group: &Counted, sums: &[[u64; 3]], counts: &[u32]) -> [u8; 3] {
-    let count: u64 = group.iter().map(|(bucket, _)| u64::from(counts[*bucket])).sum();
-    [0, 1, 2].map(|part: usize| {
-        let sum: u64 = group.iter().map(|(bucket, _)| sums[*bucket][part]).sum();
-        (sum / count.max(1)) as u8
-    })
+fn mean(group: &Counted, sums: &[[u32; 4]]) -> [u8; 3] {
+    let sum = |part: usize| group.iter().map(|(bucket, _)| u64::from(sums[*bucket][part])).sum::<u64>();
+    [0, 1, 2].map(|part| (sum(part) / sum(3).max(1)) as u8)
 }
 
 /// How different two colors look: the weighted sum of the squares of what their parts differ by.
@@ -267,9 +274,13 @@ mod tests {
             (0..12).map(|frame| Picture::filled(4, 4, [100, 100, 100 + 8 * frame, 255])).collect();
         let mut writer = Writer::new([4, 4], 10.0, false);
         writer.learn(&frames);
-        let mut shown: Vec<Vec<u8>> = frames.iter().map(|frame| writer.in_palette(frame)).collect();
-        let wanted = shown.clone();
-        writer.keep_what_hardly_changes(&mut shown);
+        let wanted: Vec<Vec<u8>> = frames.iter().map(|frame| writer.in_palette(frame)).collect();
+        let mut shown = Vec::new();
+        for (number, wanted) in wanted.iter().enumerate() {
+            let (_, now) = writer.packed(number, wanted.clone());
+            writer.before = Some(now.clone());
+            shown.push(now);
+        }
         let color = |index: u8| writer.palette[usize::from(index)];
         for (shown, wanted) in shown.iter().zip(&wanted) {
             assert!(distance(color(shown[0]), color(wanted[0])) <= NEAR);

@@ -2,6 +2,7 @@
 
 mod apng;
 mod gif;
+mod lzw;
 #[cfg(feature = "mp4")]
 mod mp4;
 mod webp;
