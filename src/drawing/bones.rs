@@ -15,6 +15,7 @@ use super::{
     dissection,
     factors::{Factors, Hermitian},
     holds::{Bone, Hold, holds},
+    untangle::{Untangling, UntanglingWorkspace},
 };
 
 /// Weight of a place that a bone holds, against an edge.
@@ -33,12 +34,6 @@ const FIRM_FROM: f64 = 0.97;
 const LOOSE_TO: f64 = 0.6;
 /// Rounds in which turns are fitted to places.
 const ROUNDS: usize = 2;
-/// Rounds in which triangles that turned over are smoothed.
-const RELAXED_ROUNDS: usize = 16;
-/// From this round on, what is around them is smoothed as well.
-const WIDER_FROM: usize = 3;
-/// A triangle with less of its area than this counts as turned over when it is smoothed.
-const TURNED_OVER_BELOW: f64 = 0.02;
 
 /// The share of a bone in a vertex.
 pub(super) type Share = (usize, f64);
@@ -53,10 +48,7 @@ pub(super) struct BoneMesh {
     directions: Vec<DVec2>,
     /// For each vertex the bones that it hangs on, with shares that add up to 1.
     shares: Vec<Vec<Share>>,
-    triangles: Vec<[usize; 3]>,
-    /// Twice the area of each triangle at rest.
-    areas: Vec<f64>,
-    neighbors: Vec<Vec<usize>>,
+    untangling: Untangling,
     edges: Vec<Edge>,
     holds: Vec<Hold>,
     factors: Factors<f64>,
@@ -80,7 +72,7 @@ pub(super) struct BoneWorkspace {
     unknowns: Vec<Complex>,
     turns: Vec<Complex>,
     fits: Vec<Complex>,
-    moved: Vec<DVec2>,
+    untangling: UntanglingWorkspace,
 }
 
 /// Where a bone is: what its vertices turn by, how much it is longer than at rest, and where it begins.
@@ -145,7 +137,6 @@ impl BoneMesh {
             .collect();
         let held: Vec<Vec<(usize, f64)>> = holds.iter().map(|hold| weighted(hold, HOLD_WEIGHT)).collect();
         let factors = Factors::new(&Hermitian::of_rows(&[&rows, &held], &places, false));
-        let areas = triangles.iter().map(|triangle| doubled_area(vertices, triangle)).collect();
         let rest_joints = rig.rest.clone();
         let direction = |bone: &Bone| (rig.rest[bone.joint] - rig.rest[bone.from]).normalize_or_zero();
         Ok(Self {
@@ -153,9 +144,7 @@ impl BoneMesh {
             bones,
             rest_joints,
             shares,
-            triangles: triangles.to_vec(),
-            areas,
-            neighbors,
+            untangling: Untangling::new(vertices, triangles),
             edges,
             holds,
             factors,
@@ -170,7 +159,7 @@ impl BoneMesh {
             unknowns: vec![Complex::default(); count],
             turns: vec![Complex::default(); self.edges.len()],
             fits: vec![Complex::default(); count],
-            moved: vec![DVec2::ZERO; count],
+            untangling: UntanglingWorkspace::default(),
         }
     }
 
@@ -239,7 +228,7 @@ impl BoneMesh {
                 *vertex = unknowns[place].0;
             }
         }
-        self.relax(vertices, &mut workspace.moved);
+        self.untangling.untangle(vertices, &mut workspace.untangling);
     }
 
     /// Turns edges that no bone holds firmly as what is around them has turned.
@@ -259,36 +248,6 @@ impl BoneMesh {
             *turn = Complex(wanted.0 * edge.firmness + fitted.0 * (1.0 - edge.firmness)).unit();
         }
     }
-
-    /// Moves corners of triangles that turned over between their neighbors.
-    fn relax(&self, vertices: &mut [DVec2], moved: &mut [DVec2]) {
-        for round in 0..RELAXED_ROUNDS {
-            let turned_over = self.triangles.iter().zip(&self.areas).filter(|(triangle, area)| {
-                doubled_area(vertices, triangle) * area.signum() < TURNED_OVER_BELOW * area.abs()
-            });
-            let mut corners: Vec<usize> = turned_over.flat_map(|(triangle, _)| *triangle).collect();
-            if corners.is_empty() {
-                return;
-            }
-            if round >= WIDER_FROM {
-                let around: Vec<usize> = corners.iter().flat_map(|&vertex| &self.neighbors[vertex]).copied().collect();
-                corners.extend(around);
-            }
-            corners.sort_unstable();
-            corners.dedup();
-            for &vertex in &corners {
-                let around = &self.neighbors[vertex];
-                let sum: DVec2 = around.iter().map(|&other| vertices[other]).sum();
-                moved[vertex] = sum / around.len().max(1) as f64;
-            }
-            corners.iter().for_each(|&vertex| vertices[vertex] = moved[vertex]);
-        }
-    }
-}
-
-/// Twice the area of a triangle, negative where it goes around clockwise.
-pub(super) fn doubled_area(vertices: &[DVec2], &[one, two, three]: &[usize; 3]) -> f64 {
-    (vertices[two] - vertices[one]).perp_dot(vertices[three] - vertices[one])
 }
 
 /// The turn between those of several bones, by their shares.
@@ -365,7 +324,7 @@ fn shares(bones: &[Bone], holds: &[Hold], neighbors: &[Vec<usize>], places: &[us
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drawing::{CharacterSpec, PlanarRig};
+    use crate::drawing::{CharacterSpec, PlanarRig, untangle::doubled_area};
 
     /// A bar of 4 by 1, with a joint in its middle and one at each end.
     fn bar() -> (Vec<DVec2>, Vec<[usize; 3]>, PlanarRig) {

@@ -3,7 +3,7 @@
 use glam::DVec2;
 use serde::Serialize;
 
-use super::{Performance, PlanarRig, Puppet, bones::doubled_area, contacts::runs};
+use super::{Performance, PlanarRig, Puppet, contacts::runs, untangle::doubled_area};
 
 /// Frames whose meshes are looked at.
 const MAX_FRAMES: usize = 150;

@@ -19,6 +19,7 @@
 //! | `facing` | whether a drawing that is seen from the side faces left |
 //! | `arap` | the mesh of the drawing, deformed by its joints as the original does it |
 //! | `bones`, `holds` | the same mesh held by its bones, and where they hold it |
+//! | `untangle` | triangles of a deformed mesh that turned over are turned back |
 //! | `skin` | a drawing as a skin on bones, for formats that hold those |
 //! | `complex`, `factors`, `dissection` | the linear algebra of that: numbers, sparse factors, an order that keeps them sparse |
 //! | `lattice` | a mask to a mesh |
@@ -72,6 +73,7 @@ mod retarget_spec;
 mod root_offset;
 mod scene_spec;
 mod skin;
+mod untangle;
 mod viewpoint;
 mod yaml;
 
