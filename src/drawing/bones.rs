@@ -49,7 +49,12 @@ pub(super) struct BoneMesh {
     /// For each vertex the bones that it hangs on, with shares that add up to 1.
     shares: Vec<Vec<Share>>,
     untangling: Untangling,
+    /// Firm edges first.
     edges: Vec<Edge>,
+    /// How many of them are firm.
+    firm: usize,
+    /// The edges at the ends of those that are not, which they are fitted to.
+    fitted: Vec<usize>,
     holds: Vec<Hold>,
     factors: Factors<f64>,
     /// For each vertex its place in the factors.
@@ -70,7 +75,11 @@ struct Edge {
 #[derive(Clone, Debug)]
 pub(super) struct BoneWorkspace {
     unknowns: Vec<Complex>,
+    /// What firm edges and holds ask for: the same in all rounds.
+    asked: Vec<Complex>,
     turns: Vec<Complex>,
+    /// What bones turn the edges by that are not firm.
+    wanted: Vec<Complex>,
     fits: Vec<Complex>,
     untangling: UntanglingWorkspace,
 }
@@ -127,10 +136,15 @@ impl BoneMesh {
         let mut shares = shares(&bones, &holds, &neighbors, &places);
         let rigid: Vec<usize> = (0..bones.len()).filter(|bone| rigid.contains(&bones[*bone].joint)).collect();
         shares.iter_mut().for_each(|shares| keep_rigid(shares, &rigid));
-        let edges: Vec<Edge> = (0..vertices.len())
+        let mut edges: Vec<Edge> = (0..vertices.len())
             .flat_map(|one| neighbors[one].iter().filter(move |&&other| one < other).map(move |&other| [one, other]))
             .map(|ends| edge(ends, vertices, &shares, &rigid))
             .collect();
+        edges.sort_by_key(|edge| edge.firmness < 1.0);
+        let firm = edges.partition_point(|edge| edge.firmness >= 1.0);
+        let mut is_fitted = vec![false; vertices.len()];
+        edges[firm..].iter().flat_map(|edge| edge.ends).for_each(|end| is_fitted[end] = true);
+        let fitted = (0..edges.len()).filter(|&edge| edges[edge].ends.iter().any(|&end| is_fitted[end])).collect();
         let rows: Vec<Vec<(usize, f64)>> = edges
             .iter()
             .map(|edge| vec![(edge.ends[0], -edge.weight.sqrt()), (edge.ends[1], edge.weight.sqrt())])
@@ -146,6 +160,8 @@ impl BoneMesh {
             shares,
             untangling: Untangling::new(vertices, triangles),
             edges,
+            firm,
+            fitted,
             holds,
             factors,
             places,
@@ -157,7 +173,9 @@ impl BoneMesh {
         let count = self.places.len();
         BoneWorkspace {
             unknowns: vec![Complex::default(); count],
+            asked: vec![Complex::default(); count],
             turns: vec![Complex::default(); self.edges.len()],
+            wanted: vec![Complex::default(); self.edges.len() - self.firm],
             fits: vec![Complex::default(); count],
             untangling: UntanglingWorkspace::default(),
         }
@@ -199,29 +217,16 @@ impl BoneMesh {
         for (turn, edge) in workspace.turns.iter_mut().zip(&self.edges) {
             *turn = blended(&edge.shares, &poses);
         }
+        workspace.wanted.copy_from_slice(&workspace.turns[self.firm..]);
+        self.ask(&poses, workspace);
         for round in 0..=ROUNDS {
             if round > 0 {
-                self.fit(vertices, &poses, workspace);
+                self.fit(vertices, workspace);
             }
-            let BoneWorkspace { unknowns, turns, .. } = workspace;
-            unknowns.fill(Complex::default());
-            for (edge, &turn) in self.edges.iter().zip(turns.iter()) {
-                let mut way = edge.rest.0;
-                for &(bone, share) in &edge.shares {
-                    let longer = poses[bone].stretch - 1.0;
-                    way += self.directions[bone] * (self.directions[bone].dot(edge.rest.0) * longer * share);
-                }
-                let way = (turn * Complex(way)).scaled(edge.weight);
-                unknowns[self.places[edge.ends[0]]] -= way;
-                unknowns[self.places[edge.ends[1]]] += way;
-            }
-            for hold in &self.holds {
-                let pose = &poses[hold.bone];
-                let way = hold.at - self.rest_joints[self.bones[hold.bone].from];
-                let target = Complex(pose.start + pose.carried(way, self.directions[hold.bone]));
-                for &(vertex, share) in &hold.corners {
-                    unknowns[self.places[vertex]] += target.scaled(HOLD_WEIGHT * HOLD_WEIGHT * share);
-                }
+            let BoneWorkspace { unknowns, turns, asked, .. } = workspace;
+            unknowns.copy_from_slice(asked);
+            for (edge, &turn) in self.edges.iter().zip(turns.iter()).skip(self.firm) {
+                self.pull(edge, turn, &poses, unknowns);
             }
             self.factors.solve(unknowns);
             for (vertex, &place) in vertices.iter_mut().zip(&self.places) {
@@ -231,20 +236,51 @@ impl BoneMesh {
         self.untangling.untangle(vertices, &mut workspace.untangling);
     }
 
+    /// Sums up what holds and firm edges ask for.
+    fn ask(&self, poses: &[BonePose], workspace: &mut BoneWorkspace) {
+        let BoneWorkspace { turns, asked, .. } = workspace;
+        asked.fill(Complex::default());
+        for (edge, &turn) in self.edges.iter().zip(turns.iter()).take(self.firm) {
+            self.pull(edge, turn, poses, asked);
+        }
+        for hold in &self.holds {
+            let pose = &poses[hold.bone];
+            let way = hold.at - self.rest_joints[self.bones[hold.bone].from];
+            let target = Complex(pose.start + pose.carried(way, self.directions[hold.bone]));
+            for &(vertex, share) in &hold.corners {
+                asked[self.places[vertex]] += target.scaled(HOLD_WEIGHT * HOLD_WEIGHT * share);
+            }
+        }
+    }
+
+    /// Has an edge ask for the way between its ends that it had at rest, turned and stretched.
+    fn pull(&self, edge: &Edge, turn: Complex, poses: &[BonePose], unknowns: &mut [Complex]) {
+        let mut way = edge.rest.0;
+        for &(bone, share) in &edge.shares {
+            let longer = poses[bone].stretch - 1.0;
+            if longer.abs() > 1e-12 {
+                way += self.directions[bone] * (self.directions[bone].dot(edge.rest.0) * longer * share);
+            }
+        }
+        let way = (turn * Complex(way)).scaled(edge.weight);
+        unknowns[self.places[edge.ends[0]]] -= way;
+        unknowns[self.places[edge.ends[1]]] += way;
+    }
+
     /// Turns edges that no bone holds firmly as what is around them has turned.
-    fn fit(&self, vertices: &[DVec2], poses: &[BonePose], workspace: &mut BoneWorkspace) {
-        let BoneWorkspace { turns, fits, .. } = workspace;
+    fn fit(&self, vertices: &[DVec2], workspace: &mut BoneWorkspace) {
+        let BoneWorkspace { turns, fits, wanted, .. } = workspace;
         fits.fill(Complex::default());
-        for edge in &self.edges {
+        for edge in self.fitted.iter().map(|&edge| &self.edges[edge]) {
             let [one, other] = edge.ends;
             let fit = edge.rest.conjugate() * Complex(vertices[other] - vertices[one]);
             fits[one] += fit;
             fits[other] += fit;
         }
-        for (turn, edge) in turns.iter_mut().zip(&self.edges).filter(|(_, edge)| edge.firmness < 1.0) {
+        let loose = turns.iter_mut().zip(&self.edges).skip(self.firm);
+        for ((turn, edge), wanted) in loose.zip(wanted.iter()) {
             let [one, other] = edge.ends;
             let fitted = Complex(fits[one].0 + fits[other].0).unit();
-            let wanted = blended(&edge.shares, poses);
             *turn = Complex(wanted.0 * edge.firmness + fitted.0 * (1.0 - edge.firmness)).unit();
         }
     }

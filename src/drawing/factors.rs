@@ -109,14 +109,16 @@ impl<E: Entry> Factors<E> {
     pub(super) fn solve(&self, unknowns: &mut [Complex]) {
         for column in 0..unknowns.len() {
             let value = unknowns[column];
-            for place in self.starts[column]..self.starts[column + 1] {
-                unknowns[self.rows[place]] -= self.lower[place].times(value);
+            let entries = self.starts[column]..self.starts[column + 1];
+            for (lower, &row) in self.lower[entries.clone()].iter().zip(&self.rows[entries]) {
+                unknowns[row] -= lower.times(value);
             }
         }
         for column in (0..unknowns.len()).rev() {
             let mut value = unknowns[column].scaled(self.inverse[column]);
-            for place in self.starts[column]..self.starts[column + 1] {
-                value -= self.lower[place].conjugate().times(unknowns[self.rows[place]]);
+            let entries = self.starts[column]..self.starts[column + 1];
+            for (lower, &row) in self.lower[entries.clone()].iter().zip(&self.rows[entries]) {
+                value -= lower.conjugate().times(unknowns[row]);
             }
             unknowns[column] = value;
         }

@@ -1,9 +1,10 @@
 //! How good a moving drawing is, by what is seen of it.
 
 use glam::DVec2;
+use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{Performance, PlanarRig, Puppet, contacts::runs, untangle::doubled_area};
+use super::{Performance, PlanarRig, Puppet, PuppetWorkspace, contacts::runs, untangle::doubled_area};
 
 /// Frames whose meshes are looked at.
 const MAX_FRAMES: usize = 150;
@@ -182,12 +183,11 @@ fn triangles(puppet: &Puppet, performance: &Performance) -> (f64, f64, f64) {
         |triangle: &[usize; 3]| skin.as_ref().is_none_or(|skin| triangle.iter().all(|&vertex| skin.is_firm(vertex)));
     let firm: Vec<bool> = triangles.iter().map(is_firm).collect();
     let whole: f64 = areas.iter().zip(&firm).filter(|(_, firm)| **firm).map(|(area, _)| area.abs()).sum();
-    let every = performance.frames.div_ceil(MAX_FRAMES);
-    let mut workspace = puppet.workspace();
-    let (mut sum, mut most, mut change, mut count) = (0.0, 0.0_f64, 0.0, 0.0);
-    for frame in (0..performance.frames).step_by(every) {
+    let looked_at: Vec<usize> =
+        (0..performance.frames).step_by(performance.frames.div_ceil(MAX_FRAMES).max(1)).collect();
+    let look = |workspace: &mut PuppetWorkspace, &frame: &usize| {
         let side = if performance.is_mirrored[frame] { -1.0 } else { 1.0 };
-        let deformed = puppet.deformed(performance, frame, &mut workspace);
+        let deformed = puppet.deformed(performance, frame, workspace);
         let (mut turned_over, mut now) = (0.0, 0.0);
         for ((triangle, area), firm) in triangles.iter().zip(&areas).zip(&firm) {
             let after = doubled_area(deformed, triangle) * side;
@@ -198,13 +198,13 @@ fn triangles(puppet: &Puppet, performance: &Performance) -> (f64, f64, f64) {
                 now += after.abs();
             }
         }
-        let share = 100.0 * turned_over / triangles.len() as f64;
-        sum += share;
-        most = most.max(share);
-        change += 100.0 * (now / whole.max(1e-12) - 1.0).abs();
-        count += 1.0;
-    }
-    (sum / count, most, change / count)
+        (100.0 * turned_over / triangles.len() as f64, 100.0 * (now / whole.max(1e-12) - 1.0).abs())
+    };
+    let seen: Vec<(f64, f64)> = looked_at.par_iter().map_init(|| puppet.workspace(), look).collect();
+    let count = seen.len() as f64;
+    let mean = |value: fn(&(f64, f64)) -> f64| seen.iter().map(value).sum::<f64>() / count;
+    let most = seen.iter().map(|(share, _)| *share).fold(0.0, f64::max);
+    (mean(|(share, _)| *share), most, mean(|(_, change)| *change))
 }
 
 /// Percent of the width at rest that a model's vertices are away from those of the picture, on average.
@@ -215,17 +215,16 @@ fn model_error(puppet: &Puppet, performance: &Performance) -> Option<f64> {
     let (rest, _) = puppet.rest();
     let width = rest.iter().map(|place| place.x).fold(f64::MIN, f64::max)
         - rest.iter().map(|place| place.x).fold(f64::MAX, f64::min);
-    let mut workspace = puppet.workspace();
-    let (mut sum, mut count) = (0.0, 0.0);
-    for frame in (0..performance.frames).step_by(performance.frames.div_ceil(FRAMES)) {
+    let looked_at: Vec<usize> = (0..performance.frames).step_by(performance.frames.div_ceil(FRAMES).max(1)).collect();
+    let look = |workspace: &mut PuppetWorkspace, &frame: &usize| {
         let (mut joints, root) = performance.joints_about_root(frame);
         let side = DVec2::new(if performance.is_mirrored[frame] { -1.0 } else { 1.0 }, 1.0);
         joints.iter_mut().for_each(|joint| *joint *= side);
         let placed = skin.placed(&joints);
-        for (model, picture) in placed.iter().zip(puppet.deformed(performance, frame, &mut workspace)) {
-            sum += (*model * side + root).distance(*picture);
-            count += 1.0;
-        }
-    }
-    Some(100.0 * sum / count / width.max(1e-9))
+        let deformed = puppet.deformed(performance, frame, workspace);
+        let off = |(model, picture): (&DVec2, &DVec2)| (*model * side + root).distance(*picture);
+        placed.iter().zip(deformed).map(off).sum::<f64>() / placed.len() as f64
+    };
+    let errors: Vec<f64> = looked_at.par_iter().map_init(|| puppet.workspace(), look).collect();
+    Some(100.0 * errors.iter().sum::<f64>() / errors.len() as f64 / width.max(1e-9))
 }

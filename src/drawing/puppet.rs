@@ -17,8 +17,10 @@ use super::{
 
 /// Squares along the side of the padded drawing, for the mesh of the original's deformation.
 const COARSE_SQUARES: f64 = 48.0;
-/// The same for the mesh that bones hold.
-const FINE_SQUARES: f64 = 72.0;
+/// The same for the mesh that bones hold, at least and at most: thin limbs get a finer mesh than a figure that fills the picture.
+const FINE_SQUARES: [f64; 2] = [48.0, 72.0];
+/// Squares on the figure where those bounds allow it.
+const SQUARES_OF_FIGURE: f64 = 900.0;
 
 /// How a mesh follows the joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,13 +93,17 @@ impl Puppet {
     ) -> Result<Self, DrawingError> {
         let viewpoint = Viewpoint::new(view);
         let scale = viewpoint.scale_at(retarget.char_starting_location[2]) / f64::from(spec.padded_side());
-        let squares = match look.deformation {
-            Deformation::Bones => FINE_SQUARES,
+        let squares = |mask: &Picture, is_figure: &dyn Fn([u8; 4]) -> bool| match look.deformation {
+            Deformation::Bones => {
+                let pixels = mask.pixels.iter().filter(|pixel| is_figure(**pixel)).count().max(1) as f64;
+                let side = mask.width.max(mask.height) as f64;
+                ((SQUARES_OF_FIGURE / pixels).sqrt() * side).clamp(FINE_SQUARES[0], FINE_SQUARES[1])
+            }
             Deformation::Arap => COARSE_SQUARES,
         };
         let (cutout, mesh) =
             cut_out(spec, pictures, (look.smooth && !look.keep_texture).then_some(scale), |mask, is_figure| {
-                Lattice::new(mask, squares, is_figure)
+                Lattice::new(mask, squares(mask, is_figure), is_figure)
             })?;
         let rigid: Vec<usize> = joints_named(rig, &look.rigid, "drawing.rigid")?;
         let body = match look.deformation {

@@ -1,5 +1,7 @@
 //! Pictures that others made, to a moving picture.
 
+use rayon::prelude::*;
+
 use super::{
     Picture, PictureError, PictureFormat,
     encode::{Motion, frames_learned_from},
@@ -26,11 +28,11 @@ impl Reel {
         fps: f64,
         frames: usize,
         is_transparent: bool,
-        picture: impl Fn(usize) -> Picture,
+        picture: impl Fn(usize) -> Picture + Sync + Send,
     ) -> Result<Self, PictureError> {
         let mut motion = Motion::new(format, size, fps, frames, is_transparent)?;
         if motion.wants_palette() && frames > 0 {
-            let pictures: Vec<Picture> = frames_learned_from(frames).into_iter().map(picture).collect();
+            let pictures: Vec<Picture> = frames_learned_from(frames).into_par_iter().map(picture).collect();
             motion.learn(&pictures);
         }
         Ok(Self(motion))

@@ -145,6 +145,40 @@ fn a_made_scene_moves_and_is_seen() {
     assert_eq!(delays, [10, 10, 10]);
 }
 
+/// A photograph that was taken with its camera on its side stands upright behind a scene.
+#[test]
+fn a_background_is_turned_as_its_camera_was_held() {
+    let folder = tempfile::tempdir().expect("a folder");
+    made_scene(folder.path());
+    // Lying, the photograph is white on its left; its camera says that this is up: Exif orientation 6.
+    let mut photograph = Vec::new();
+    let mut encoder = png::Encoder::new(&mut photograph, 40, 20);
+    encoder.set_color(png::ColorType::Rgb);
+    let mut writer = encoder.write_header().expect("a header");
+    let exif = b"MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0";
+    writer.write_chunk(png::chunk::eXIf, exif).expect("a chunk");
+    let pixels: Vec<u8> =
+        (0..40 * 20).flat_map(|index| if index % 40 < 20 { [255; 3] } else { [20, 120, 20] }).collect();
+    writer.write_image_data(&pixels).expect("pixels");
+    writer.finish().expect("written");
+    std::fs::write(folder.path().join("photograph.png"), photograph).expect("a picture");
+    let scene = std::fs::read_to_string(folder.path().join("scene.yaml")).expect("a scene");
+    let scene = scene.replace("view: {", "view: {BACKGROUND_IMAGE: photograph.png, ");
+    std::fs::write(folder.path().join("scene.yaml"), scene).expect("a scene");
+    let output = run(folder.path(), "scene.gif");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let gif = std::fs::read(folder.path().join("scene.gif")).expect("a GIF");
+    let mut options = gif::DecodeOptions::new();
+    options.set_color_output(gif::ColorOutput::RGBA);
+    let mut reader = options.read_info(&gif[..]).expect("a GIF");
+    let frame = reader.read_next_frame().expect("a frame").expect("one");
+    let at = |column: usize, row: usize| &frame.buffer[(row * 80 + column) * 4..][..3];
+    for column in [2, 77] {
+        assert!(at(column, 2).iter().all(|part| *part > 240), "white above: {:?}", at(column, 2));
+        assert!(at(column, 57)[0] < 60, "green below: {:?}", at(column, 57));
+    }
+}
+
 #[test]
 fn what_is_wrong_is_told_with_its_place() {
     for (file, from, to, told) in [

@@ -1,15 +1,17 @@
 //! What drawn characters look like: moving pictures, and single frames.
 
 use crate::{
-    drawing::{Puppet, draw_floor},
-    engine::{Failure, FailureCode, NamedBytes},
+    drawing::{Puppet, PuppetWorkspace},
+    engine::{Failure, FailureCode},
     formats::pack_files,
     model::Control,
     picture::{Picture, PictureError, PictureFormat, Reel, read_picture},
 };
 
 use super::{
-    DrawRequest, FileReader, in_order,
+    DrawRequest, FileReader,
+    background::background,
+    in_order,
     stage::{DrawnCharacter, Scenery, refused},
 };
 
@@ -55,12 +57,17 @@ impl<'a> Shown<'a> {
         (fps, ((longest as f64 * seconds * fps).round() as usize).max(1))
     }
 
+    /// Memory for [`Self::at`].
+    fn workspaces(&self) -> Vec<PuppetWorkspace> {
+        self.puppets.iter().map(Puppet::workspace).collect()
+    }
+
     /// The picture of a moment.
-    fn at(&self, seconds: f64) -> Picture {
+    fn at(&self, seconds: f64, workspaces: &mut [PuppetWorkspace]) -> Picture {
         let mut picture = self.background.clone();
-        for (puppet, character) in self.puppets.iter().zip(&self.scenery.characters) {
+        for ((puppet, character), workspace) in self.puppets.iter().zip(&self.scenery.characters).zip(workspaces) {
             let frame = (seconds / character.performance.frame_time).round() as usize;
-            puppet.draw(&character.performance, frame, &mut puppet.workspace(), &mut picture);
+            puppet.draw(&character.performance, frame, workspace, &mut picture);
             if self.scenery.shows_bodies {
                 // Bodies begin anew where drawings hold still.
                 let frame = frame % character.motion.frames();
@@ -79,11 +86,17 @@ impl<'a> Shown<'a> {
         let (fps, count) = self.pace(if format == PictureFormat::Gif { MAX_FPS_OF_GIF } else { MAX_FPS });
         let is_transparent = self.background.pixels.iter().any(|pixel| pixel[3] < 255);
         let size = [self.background.width, self.background.height];
-        let shoot = |index: usize| self.at(index as f64 / fps);
-        let mut reel = Reel::new(format, size, fps, count, is_transparent, shoot).map_err(broken)?;
-        in_order((count, self.background.pixels.len()), control, shoot, |pictures| {
-            reel.add(&pictures).map_err(broken)
-        })?;
+        let alone = |index: usize| self.at(index as f64 / fps, &mut self.workspaces());
+        let mut reel = Reel::new(format, size, fps, count, is_transparent, alone).map_err(broken)?;
+        let shoot = |workspaces: &mut Vec<PuppetWorkspace>, index: usize| self.at(index as f64 / fps, workspaces);
+        let pixels = self.background.pixels.len();
+        in_order(
+            (count, pixels),
+            control,
+            || self.workspaces(),
+            shoot,
+            |pictures| reel.add(&pictures).map_err(broken),
+        )?;
         reel.finish().map_err(broken)
     }
 
@@ -91,13 +104,20 @@ impl<'a> Shown<'a> {
     pub(super) fn stills(&self, control: &Control) -> Result<Vec<u8>, Failure> {
         let (fps, count) = self.pace(MAX_FPS);
         let mut files: Vec<Vec<u8>> = Vec::with_capacity(count);
-        let make = |index: usize| self.at(index as f64 / fps).to_png();
-        in_order((count, self.background.pixels.len()), control, make, |stills| {
-            for still in stills {
-                files.push(still.map_err(broken)?);
-            }
-            Ok(())
-        })?;
+        let make =
+            |workspaces: &mut Vec<PuppetWorkspace>, index: usize| self.at(index as f64 / fps, workspaces).to_png();
+        in_order(
+            (count, self.background.pixels.len()),
+            control,
+            || self.workspaces(),
+            make,
+            |stills| {
+                for still in stills {
+                    files.push(still.map_err(broken)?);
+                }
+                Ok(())
+            },
+        )?;
         let names: Vec<String> = (0..count).map(|index| format!("frame_{index:05}.png")).collect();
         let members = names.iter().map(String::as_str).zip(files.iter().map(Vec::as_slice));
         Ok(pack_files(members)?)
@@ -115,8 +135,10 @@ pub(super) fn puppet(
     let pictures = [picture(&read(texture)?, texture)?, picture(&read(mask)?, mask)?];
     let mut look = scenery.look.clone();
     look.keep_texture = keep_texture;
-    Puppet::new(&character.spec, &character.rig, &character.retarget, &scenery.view, &look, pictures)
-        .map_err(|error| refused(error, texture))
+    Puppet::new(&character.spec, &character.rig, &character.retarget, &scenery.view, &look, pictures).map_err(|error| {
+        let file = if error.place == "mask" { mask } else { texture };
+        refused(error, file)
+    })
 }
 
 fn picture(bytes: &[u8], file: &str) -> Result<Picture, Failure> {
@@ -128,27 +150,4 @@ fn picture(bytes: &[u8], file: &str) -> Result<Picture, Failure> {
 
 fn broken(error: PictureError) -> Failure {
     Failure::new(FailureCode::UnsupportedFeature, error.to_string())
-}
-
-/// What is behind all characters: a color, or a picture stretched over all of it, and a floor.
-fn background(scenery: &Scenery, given: Option<NamedBytes<'_>>, read: &mut FileReader<'_>) -> Result<Picture, Failure> {
-    let view = &scenery.view;
-    let [width, height] = view.window_dimensions;
-    let color = view.clear_color.map(|part| (part * 255.0).round() as u8);
-    let mut filled = Picture::filled(width, height, color);
-    let image = match (&view.background_image, given) {
-        (_, Some(file)) => Some(picture(file.bytes, file.name)?),
-        (Some(file), None) => Some(picture(&read(file)?, file)?),
-        (None, None) => None,
-    };
-    if let Some(image) = image {
-        for (index, pixel) in filled.pixels.iter_mut().enumerate() {
-            let (row, column) = (index / width * image.height / height, index % width * image.width / width);
-            *pixel = image.pixels[row * image.width + column];
-        }
-    }
-    if scenery.has_floor {
-        draw_floor(view, &mut filled);
-    }
-    Ok(filled)
 }

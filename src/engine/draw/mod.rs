@@ -6,11 +6,13 @@
 //! | `motion` | a clip of any rig as the motion of a body |
 //! | `stage` | configs, pictures and motions to characters that move |
 //! | `arrays` | what they do, as arrays |
+//! | `background` | what is behind them |
 //! | `film` | what they look like, as moving pictures |
 //! | `model` | a character as a textured model on bones |
 //! | `report` | how good it is |
 
 mod arrays;
+mod background;
 mod files;
 mod film;
 mod model;
@@ -268,21 +270,30 @@ fn writable() -> String {
     formats.map(|format| format.info().name).collect::<Vec<_>>().join(", ")
 }
 
-/// Makes pictures of frames of so many pixels, some at a time, and hands them on in their order.
-fn in_order<T: Send>(
+/// Makes pictures of frames of so many pixels, some at a time, and hands them on in their order. While some are taken, the next are made.
+fn in_order<W, T: Send>(
     (frames, pixels): (usize, usize),
     control: &Control,
-    make: impl Fn(usize) -> T + Sync,
-    mut take: impl FnMut(Vec<T>) -> Result<(), Failure>,
+    workspace: impl Fn() -> W + Sync + Send,
+    make: impl Fn(&mut W, usize) -> T + Sync + Send,
+    mut take: impl FnMut(Vec<T>) -> Result<(), Failure> + Send,
 ) -> Result<(), Failure> {
-    /// Pixels that are held at a time: 32 MB.
-    const PIXELS_AT_A_TIME: usize = 8 << 20;
+    /// Pixels that are made at a time: 16 MB. As many are held that are being taken.
+    const PIXELS_AT_A_TIME: usize = 4 << 20;
     let at_a_time = (PIXELS_AT_A_TIME / pixels.max(1)).clamp(2, 32);
+    let mut ready = Vec::new();
     for begin in (0..frames).step_by(at_a_time) {
         control.check()?;
-        take((begin..(begin + at_a_time).min(frames)).into_par_iter().map(&make).collect())?;
+        let numbers = begin..(begin + at_a_time).min(frames);
+        let before = std::mem::take(&mut ready);
+        let (taken, made) = rayon::join(
+            || if before.is_empty() { Ok(()) } else { take(before) },
+            || numbers.into_par_iter().map_init(&workspace, &make).collect(),
+        );
+        taken?;
+        ready = made;
     }
-    Ok(())
+    if ready.is_empty() { Ok(()) } else { take(ready) }
 }
 
 impl Scenery {

@@ -80,12 +80,19 @@ impl Writer {
     /// Adds frames: their colors are looked up at the same time, and each is packed when it is known what the one before it shows.
     pub(super) fn add(&mut self, pictures: &[Picture]) -> Result<(), PictureError> {
         let shown: Vec<Vec<u8>> = pictures.par_iter().map(|picture| self.in_palette(picture)).collect();
-        let mut frames = Vec::with_capacity(shown.len());
-        for (index, shown) in shown.into_iter().enumerate() {
-            let (frame, shown) = self.packed(self.frame + index, shown);
-            frames.push(frame);
-            self.before = Some(shown).filter(|_| !self.is_transparent);
-        }
+        let frames: Vec<::gif::Frame<'_>> = if self.is_transparent {
+            // None of them knows the one before it.
+            let numbered = shown.into_par_iter().enumerate();
+            numbered.map(|(index, shown)| self.packed(self.frame + index, shown).0).collect()
+        } else {
+            let mut frames = Vec::with_capacity(shown.len());
+            for (index, shown) in shown.into_iter().enumerate() {
+                let (frame, shown) = self.packed(self.frame + index, shown);
+                frames.push(frame);
+                self.before = Some(shown);
+            }
+            frames
+        };
         if self.encoder.is_none() {
             let mut palette = self.palette.as_flattened().to_vec();
             palette.extend_from_slice(&[0; 3]);
@@ -119,6 +126,8 @@ impl Writer {
         };
         let [left, top, right, bottom] = match before {
             Some(_) => moved(width, height, stays).unwrap_or([0, 0, 1, 1]),
+            // Around the figure there is nothing, as there is everywhere when the frame before is taken away.
+            None if self.is_transparent => moved(width, height, stays).unwrap_or([0, 0, 1, 1]),
             None => [0, 0, width, height],
         };
         let places = (top..bottom).flat_map(|row| row * width + left..row * width + right);

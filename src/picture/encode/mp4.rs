@@ -17,6 +17,10 @@ use rayon::prelude::*;
 use super::super::{Picture, error::PictureError};
 use super::refused;
 
+/// The brightness of white.
+const WHITE: u8 = 235;
+/// The difference of what has no color.
+const COLORLESS: u8 = 128;
 /// Seconds from one frame that can be jumped to, to the next.
 const SECONDS_BETWEEN_KEYS: f64 = 2.0;
 
@@ -87,31 +91,43 @@ const fn even(side: usize) -> usize {
 impl Planes {
     fn of(picture: &Picture) -> Self {
         let size = [even(picture.width), even(picture.height)];
+        // Where nothing is drawn, it is white.
         let mut planes = Self {
             size,
-            brightness: vec![0; size[0] * size[1]],
-            blue: vec![0; size[0] * size[1] / 4],
-            red: vec![0; size[0] * size[1] / 4],
+            brightness: vec![WHITE; size[0] * size[1]],
+            blue: vec![COLORLESS; size[0] * size[1] / 4],
+            red: vec![COLORLESS; size[0] * size[1] / 4],
         };
-        let color = |column: usize, row: usize| {
-            let [column, row] = [column.min(picture.width - 1), row.min(picture.height - 1)];
-            let [red, green, blue, opacity] = picture.pixels[row * picture.width + column].map(i32::from);
-            [red, green, blue].map(|part| (part * opacity + 255 * (255 - opacity) + 127) / 255)
-        };
+        let row_of = |row: usize| &picture.pixels[row.min(picture.height - 1) * picture.width..][..picture.width];
         for row in (0..size[1]).step_by(2) {
+            let [top, low] = [row_of(row), row_of(row + 1)];
             for column in (0..size[0]).step_by(2) {
-                let mut sum = [0; 3];
-                for (right, down) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-                    let color = color(column + right, row + down);
-                    planes.brightness[(row + down) * size[0] + column + right] = brightness(color);
-                    sum = std::array::from_fn(|part| sum[part] + color[part]);
+                let next = (column + 1).min(picture.width - 1);
+                let four = [top[column], top[next], low[column], low[next]];
+                if four.iter().all(|pixel| pixel[3] == 0) {
+                    continue;
                 }
+                let colors = four.map(over_white);
+                let at = row * size[0] + column;
+                for (place, color) in [at, at + 1, at + size[0], at + size[0] + 1].into_iter().zip(colors) {
+                    planes.brightness[place] = brightness(color);
+                }
+                let sum = [0, 1, 2].map(|part: usize| colors.iter().map(|color| color[part]).sum());
                 let place = row / 2 * (size[0] / 2) + column / 2;
                 [planes.blue[place], planes.red[place]] = differences(sum);
             }
         }
         planes
     }
+}
+
+/// A color over white.
+fn over_white([red, green, blue, opacity]: [u8; 4]) -> [i32; 3] {
+    let (color, opacity) = ([red, green, blue].map(i32::from), i32::from(opacity));
+    if opacity == 255 {
+        return color;
+    }
+    color.map(|part| (part * opacity + 255 * (255 - opacity) + 127) / 255)
 }
 
 /// Y' of a color, 16 to 235, in whole 65,536ths.
