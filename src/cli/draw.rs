@@ -14,7 +14,7 @@ use crate::{
         self, DrawRequest, DrawSpec, DrawingFiles, Failure, FailureCode, FileReader, Knowledge, Limits, NamedBytes,
         Outcome,
     },
-    formats::Format,
+    formats::{Format, is_picture},
     model::Control,
     telemetry::monotonic_seconds,
 };
@@ -154,8 +154,7 @@ impl Arguments {
                 Some(unpacked.map_err(|failure| {
                     let hint =
                         "name a folder or a zip archive with char_cfg.yaml, texture.png and mask.png, or a picture";
-                    let is_picture = DrawingFiles::is_picture(file.as_named().bytes);
-                    let failure = if is_picture { failure } else { failure.with_hint(hint) };
+                    let failure = if is_picture(file.as_named().bytes) { failure } else { failure.with_hint(hint) };
                     Exit::from_failure(&failure, &subject)
                 })?)
             }

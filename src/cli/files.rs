@@ -101,6 +101,12 @@ impl InputFile {
         Ok(Self { path: path.to_owned(), name, bytes })
     }
 
+    /// A file that was made of those in a folder.
+    pub(super) fn made(folder: &Path, bytes: Vec<u8>) -> Self {
+        let name = folder.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        Self { path: folder.to_owned(), name, bytes }
+    }
+
     pub(super) fn as_named(&self) -> NamedBytes<'_> {
         NamedBytes { name: &self.name, bytes: &self.bytes }
     }

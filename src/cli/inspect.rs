@@ -1,27 +1,34 @@
 //! The `inspect` subcommand: what files hold.
 
-use std::{path::PathBuf, process::ExitCode, sync::Arc};
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+    sync::Arc,
+};
 
 use serde_json::{Value, json};
 
 use crate::{
-    engine::{self, Inspection},
-    formats::Limits,
+    engine::{self, Failure, Inspection},
+    formats::{Limits, pack_files},
     model::Control,
 };
 
 use super::{
-    exit::{Exit, one_line, print, report, say, to_json},
+    exit::{Exit, INPUT_REFUSED, one_line, print, report, say, to_json},
     files::InputFile,
     manner::speaks_json,
     user_knowledge::RigPaths,
     watch::cancel_on_interrupt,
 };
 
+/// The file by which the folder of a drawing is known.
+const CHARACTER: &str = "char_cfg.yaml";
+
 /// Arguments of `retargetd inspect`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The files to look at; '-' is standard input
+    /// The files to look at, or the folder of a drawing; '-' is standard input
     #[arg(value_name = "FILE", required = true)]
     files: Vec<PathBuf>,
     #[command(flatten)]
@@ -41,7 +48,7 @@ fn inspect(arguments: &Arguments) -> Result<(), Exit> {
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);
     let look = |path: &PathBuf| {
-        let file = InputFile::read("file", path, &limits)?;
+        let file = if path.is_dir() { drawing_in(path, &limits)? } else { InputFile::read("file", path, &limits)? };
         engine::inspect_with(file.as_named(), &knowledge, &limits, &control)
             .map_err(|failure| Exit::from_failure(&failure, &format!("file {}", file.path.display())))
     };
@@ -54,6 +61,20 @@ fn inspect(arguments: &Arguments) -> Result<(), Exit> {
         });
     }
     inspect_all(&arguments.files, look)
+}
+
+/// The files of a drawing in a folder, as the archive that they could come in.
+fn drawing_in(folder: &Path, limits: &Limits) -> Result<InputFile, Exit> {
+    if !folder.join(CHARACTER).is_file() {
+        let message = format!("file {}: this is a folder without {CHARACTER}", folder.display());
+        return Err(Exit::new(INPUT_REFUSED, message, "name a file, or the folder of a drawing"));
+    }
+    let read = |name: &str| InputFile::read("file", &folder.join(name), limits);
+    let files = [CHARACTER, "texture.png", "mask.png"].map(|name| read(name).map(|file| (name, file)));
+    let files = files.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let members = files.iter().map(|(name, file)| (*name, file.as_named().bytes));
+    let failed = |error| Exit::from_failure(&Failure::from(error), &format!("file {}", folder.display()));
+    Ok(InputFile::made(folder, pack_files(members).map_err(failed)?))
 }
 
 /// Looks at every file; one that cannot be read is told, and the others are looked at.

@@ -9,6 +9,8 @@ use super::{
 
 /// Joints of one drawing.
 pub(super) const MAX_JOINTS: usize = 128;
+/// Bytes of the name of a joint.
+const MAX_NAME: usize = 200;
 /// Pixels along one side of a drawing.
 const MAX_SIDE: u32 = 16_384;
 
@@ -76,6 +78,10 @@ impl CharacterSpec {
         if !(0.0..f64::from(self.width)).contains(&x) || !(0.0..f64::from(self.height)).contains(&y) {
             let detail = format!("{x}, {y} is outside the {} by {} pixels of the drawing", self.width, self.height);
             return Err(DrawingError::new(place("loc"), detail, "move the joint into the drawing"));
+        }
+        if joint.name.is_empty() || joint.name.len() > MAX_NAME {
+            let detail = format!("a name of {} bytes", joint.name.len());
+            return Err(DrawingError::new(place("name"), detail, format!("give a name of 1 to {MAX_NAME} bytes")));
         }
         if self.skeleton[..index].iter().any(|other| other.name == joint.name) {
             let detail = format!("two joints are named {:?}", joint.name);

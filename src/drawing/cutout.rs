@@ -38,7 +38,6 @@ pub(super) fn cut_out(
             return Err(DrawingError::new("width, height", detail, fix));
         }
     }
-    let is_figure = |pixel: [u8; 4]| pixel[0] >= FIGURE_FROM && pixel[3] > 0;
     for (pixel, &mask) in texture.pixels.iter_mut().zip(&mask.pixels) {
         if !is_figure(mask) {
             pixel[3] = 0;
@@ -47,12 +46,54 @@ pub(super) fn cut_out(
     let mesh = mesh(&mask, &is_figure);
     if mesh.triangles.is_empty() {
         let fix = "paint the figure white in the mask, and all else black";
-        return Err(DrawingError::new("mask.png", "nothing in the mask is the figure's", fix));
+        return Err(DrawingError::new("mask", "nothing in the mask is the figure's", fix));
     }
     let shrunk = scale
         .filter(|scale| *scale < SHRUNK_BELOW && *scale > 0.0)
         .map_or(1, |scale| ((1.0 / scale).round() as usize).clamp(1, 64));
     Ok((Cutout { texture: smaller(texture, shrunk), shrunk }, mesh))
+}
+
+fn is_figure(pixel: [u8; 4]) -> bool {
+    pixel[0] >= FIGURE_FROM && pixel[3] > 0
+}
+
+/// How many pixels of a mask are the figure's, and how many parts there are that do not touch one another.
+#[must_use]
+pub fn mask_parts(mask: &Picture) -> (usize, usize) {
+    let mut is_left: Vec<bool> = mask.pixels.iter().map(|&pixel| is_figure(pixel)).collect();
+    let pixels = is_left.iter().filter(|left| **left).count();
+    let mut parts = 0;
+    let mut open = Vec::new();
+    for start in 0..is_left.len() {
+        if !std::mem::take(&mut is_left[start]) {
+            continue;
+        }
+        parts += 1;
+        open.push(start);
+        while let Some(at) = open.pop() {
+            let (row, column) = (at / mask.width, at % mask.width);
+            for row in row.saturating_sub(1)..(row + 2).min(mask.height) {
+                for column in column.saturating_sub(1)..(column + 2).min(mask.width) {
+                    let next = row * mask.width + column;
+                    if std::mem::take(&mut is_left[next]) {
+                        open.push(next);
+                    }
+                }
+            }
+        }
+    }
+    (pixels, parts)
+}
+
+/// The joints that no pixel of the mask lies under.
+#[must_use]
+pub fn joints_outside(mask: &Picture, spec: &CharacterSpec) -> Vec<String> {
+    let is_in = |[x, y]: [f64; 2]| {
+        let (column, row) = (x as usize, y as usize);
+        column < mask.width && row < mask.height && is_figure(mask.pixels[row * mask.width + column])
+    };
+    spec.skeleton.iter().filter(|joint| !is_in(joint.loc)).map(|joint| joint.name.clone()).collect()
 }
 
 /// How far the figure of a mask goes beyond the joints, in sides of the drawing's square: from each of its pixels to the nearest joint.
@@ -65,7 +106,7 @@ pub fn beyond_joints(mask: &Picture, rig: &PlanarRig) -> f64 {
     for row in (0..mask.height).step_by(STEP) {
         for column in (0..mask.width).step_by(STEP) {
             let pixel = mask.pixels[row * mask.width + column];
-            if pixel[0] < FIGURE_FROM || pixel[3] == 0 {
+            if !is_figure(pixel) {
                 continue;
             }
             let at = DVec2::new(column as f64, mask.height as f64 - row as f64) / side;

@@ -82,7 +82,7 @@ pub use arap::{Arap, ArapWorkspace, Precision};
 pub use body_motion::BodyMotion;
 pub use bvh::MotionFile;
 pub use character_spec::{CharacterSpec, JointSpec};
-pub use cutout::beyond_joints;
+pub use cutout::{beyond_joints, joints_outside, mask_parts};
 pub use draw_spec::{
     Compat, DeformWord, DrawSpec, DrawTask, DrawnCamera, DrawnLayer, DrawnOutput, DrawnOutputs, DrawnView, FigureSpec,
     ProjectSpec, Turn, draw_spec_schema, is_draw_document, parse_draw_spec, parse_draw_value,

@@ -9,7 +9,7 @@ use crate::{
     engine::{
         Failure, Knowledge, NamedBytes, WarningView,
         facts::joint_count,
-        flat::joints_of,
+        flat::{DrawingFacts, LookedAt, look_at},
         labels::{ByRole, Labels, OneOrMore},
         load::load,
     },
@@ -29,6 +29,9 @@ pub struct Inspection {
     pub format: &'static str,
     /// How much there is.
     pub counts: InspectionCounts,
+    /// What a drawing holds beside its joints.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drawing: Option<DrawingFacts>,
     /// The largest body; empty where there is no skeleton.
     pub rigs: Vec<RigView>,
     /// The animations, in the file's order.
@@ -192,8 +195,8 @@ pub fn inspect_with(
     limits: &Limits,
     control: &Control,
 ) -> Result<Inspection, Failure> {
-    if let Some(joints) = joints_of(file, limits, control)? {
-        return Ok(inspect_drawing(joints));
+    if let Some(drawing) = look_at(file, limits, control)? {
+        return Ok(inspect_drawing(drawing));
     }
     let mut reporter = Reporter::new();
     let loaded = load(file, "source", limits, control, &mut reporter)?;
@@ -213,6 +216,7 @@ pub fn inspect_with(
     Ok(Inspection {
         format: loaded.format.info().name,
         counts,
+        drawing: None,
         rigs,
         clips: scene.clips.iter().map(inspect_clip).collect(),
         findings: findings.into_iter().map(FindingView::from).collect(),
@@ -221,14 +225,15 @@ pub fn inspect_with(
 }
 
 /// What a drawing holds: joints that rest as they are drawn.
-fn inspect_drawing(joints: Vec<(String, Option<usize>)>) -> Inspection {
-    let joints: Vec<JointView> =
-        joints.into_iter().enumerate().map(|(node, (name, parent))| JointView { name, node, parent }).collect();
+fn inspect_drawing(drawing: LookedAt) -> Inspection {
+    let LookedAt { rig, facts, confidence, warnings } = drawing;
+    let joints = rig.joint_names.into_iter().zip(rig.parents).enumerate();
+    let joints: Vec<JointView> = joints.map(|(node, (name, parent))| JointView { name, node, parent }).collect();
     let count = joints.len();
     let rig = RigView {
         name: "drawing".to_owned(),
         recognised_as: None,
-        confidence: 1.0,
+        confidence,
         kind: "drawing",
         rest_pose: "other",
         measured_pose: "other",
@@ -248,10 +253,11 @@ fn inspect_drawing(joints: Vec<(String, Option<usize>)>) -> Inspection {
     Inspection {
         format: Format::Drawing.info().name,
         counts: InspectionCounts { nodes: count, joints: count, skins: 0, clips: 0 },
+        drawing: Some(facts),
         rigs: vec![rig],
         clips: Vec::new(),
         findings: Vec::new(),
-        warnings: Vec::new(),
+        warnings,
     }
 }
 

@@ -62,6 +62,7 @@ pub use explain::{Contribution, Explanation, JointState, PelvisView, Question, S
 pub use face_fit::FaceFitView;
 pub use facts::RigFacts;
 pub use failure::{Failure, FailureCode, FieldError};
+pub use flat::DrawingFacts;
 pub use inspect::{
     ClipView, FindingView, Inspection, InspectionCounts, JointView, RigView, RoleView, inspect, inspect_with,
 };

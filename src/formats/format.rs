@@ -291,7 +291,7 @@ const DRAWING: FormatInfo = FormatInfo {
     endings: &["zip"],
     media_type: "application/zip",
     writes: false,
-    description: "a drawn character as a target: char_cfg.yaml, texture.png and mask.png in a zip archive",
+    description: "a drawn character as a target: char_cfg.yaml, texture.png and mask.png in a zip archive, or a picture alone (PNG, JPEG, WebP), whose mask and joints are found",
     ..PLAIN
 };
 

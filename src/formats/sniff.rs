@@ -39,6 +39,10 @@ pub fn sniff(bytes: &[u8], file_name: &str) -> Result<Format, FormatError> {
         let has = |key: &str| find(directory, format!("{key}.npy").as_bytes()).is_some();
         return Ok(if body_model::is_parameter_archive(has) { Format::BodyModel } else { Format::PosesNpz });
     }
+    if is_picture(bytes) {
+        // A drawing that is annotated when it is used.
+        return Ok(Format::Drawing);
+    }
     if bytes.starts_with(b"\x93NUMPY") {
         return Ok(Format::JointPositions);
     }
@@ -57,6 +61,13 @@ pub fn sniff(bytes: &[u8], file_name: &str) -> Result<Format, FormatError> {
         return Ok(Format::Fbx);
     }
     Err(unknown(bytes, file_name))
+}
+
+/// Whether a file is a picture alone: PNG, JPEG or WebP.
+#[must_use]
+pub fn is_picture(bytes: &[u8]) -> bool {
+    let is_webp = bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP");
+    bytes.starts_with(b"\x89PNG\r\n\x1a\n") || bytes.starts_with(b"\xff\xd8\xff") || is_webp
 }
 
 /// The name of an archive's first member, from the header before it.
@@ -85,7 +96,7 @@ fn unknown(bytes: &[u8], file_name: &str) -> FormatError {
     } else {
         (
             "the first bytes are of no format that can be read",
-            "send .glb, .gltf, .vrm, .vrma, .fbx, .bvh, .npz, .npy, poses .json or a .zip of one model",
+            "send .glb, .gltf, .vrm, .vrma, .fbx, .bvh, .npz, .npy, poses .json, a .zip of one model, or a picture of a figure",
         )
     };
     FormatError {
@@ -109,6 +120,10 @@ mod tests {
         assert_eq!(sniff(b"\xef\xbb\xbfHIERARCHY\n", ""), Ok(Format::Bvh), "byte order mark");
         assert_eq!(sniff(b"{\"joint_names\": []}", ""), Ok(Format::PosesJson), "pose arrays");
         assert_eq!(sniff(b"{\"asset\": {}}", ""), Ok(Format::Gltf), "glTF");
+        for picture in [&b"\x89PNG\r\n\x1a\n...."[..], b"\xff\xd8\xff\xe0", b"RIFF\0\0\0\0WEBPVP8 "] {
+            assert_eq!(sniff(picture, "hero.bvh"), Ok(Format::Drawing), "a picture is a drawing");
+        }
+        assert!(sniff(b"RIFF\0\0\0\0WAVEfmt ", "hero.webp").is_err(), "a sound is none");
     }
 
     #[test]

@@ -27,21 +27,33 @@ pub(super) struct File {
     file_name: String,
 }
 
-fn media_type(format: &str) -> &'static str {
-    Format::from_name(format).map_or("application/octet-stream", |format| format.info().media_type)
+fn media_type(format: &str, file_name: &str) -> &'static str {
+    let format = Format::from_name(format);
+    if format == Some(Format::Drawing) {
+        // It may be an archive or a picture.
+        let (_, ending) = file_name.rsplit_once('.').unwrap_or_default();
+        return match &*ending.to_ascii_lowercase() {
+            "png" => "image/png",
+            "jpg" | "jpeg" => "image/jpeg",
+            "webp" => "image/webp",
+            "zip" => Format::Drawing.info().media_type,
+            _ => "application/octet-stream",
+        };
+    }
+    format.map_or("application/octet-stream", |format| format.info().media_type)
 }
 
 impl From<AssetRecord> for File {
     fn from(asset: AssetRecord) -> Self {
         let file_name = if asset.file_name.is_empty() { asset.id.to_string() } else { asset.file_name };
-        Self { sha256: asset.sha256, bytes: asset.bytes, media_type: media_type(&asset.format), file_name }
+        Self { sha256: asset.sha256, bytes: asset.bytes, media_type: media_type(&asset.format, &file_name), file_name }
     }
 }
 
 impl From<ResultRecord> for File {
     fn from(result: ResultRecord) -> Self {
         let ResultRecord { sha256, bytes, format, file_name, .. } = result;
-        Self { sha256, bytes, media_type: media_type(&format), file_name }
+        Self { sha256, bytes, media_type: media_type(&format, &file_name), file_name }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write as _};
 
-use crate::engine::{ClipView, FindingView, Inspection, RigView};
+use crate::engine::{ClipView, DrawingFacts, FindingView, Inspection, RigView};
 
 /// Roles that are less sure than this are shown with how sure they are.
 const SURE: f64 = 0.8;
@@ -19,9 +19,16 @@ impl fmt::Display for Inspection {
             number(counts.skins, "skin"),
             number(counts.clips, "clip"),
         )?;
+        if let Some(drawing) = &self.drawing {
+            writeln!(formatter)?;
+            write_drawing(formatter, drawing)?;
+        }
         for rig in &self.rigs {
             writeln!(formatter)?;
-            write_rig(formatter, rig)?;
+            match &self.drawing {
+                Some(_) => write_drawn_joints(formatter, rig)?,
+                None => write_rig(formatter, rig)?,
+            }
         }
         if self.rigs.is_empty() {
             writeln!(formatter, "\nno skeleton")?;
@@ -49,6 +56,31 @@ impl fmt::Display for Inspection {
         }
         Ok(())
     }
+}
+
+fn write_drawing(formatter: &mut fmt::Formatter<'_>, drawing: &DrawingFacts) -> fmt::Result {
+    let [width, height] = drawing.size;
+    let share = 100.0 * drawing.mask_pixels as f64 / (width * height).max(1) as f64;
+    let parts = number(drawing.mask_parts, "part");
+    writeln!(formatter, "drawing: {width} by {height} pixels; the mask covers {share:.0} % of it, in {parts}")?;
+    writeln!(formatter, "  ends: {}", drawing.ends.join(", "))?;
+    if !drawing.joints_outside.is_empty() {
+        writeln!(formatter, "  outside the mask: {}", drawing.joints_outside.join(", "))?;
+    }
+    match drawing.annotated {
+        Some(kind) => writeln!(formatter, "  mask and joints were found in the picture: {kind}"),
+        None => Ok(()),
+    }
+}
+
+/// The joints of a drawing, those that hang on another below it.
+fn write_drawn_joints(formatter: &mut fmt::Formatter<'_>, rig: &RigView) -> fmt::Result {
+    writeln!(formatter, "joints, {:.0} % sure", rig.confidence * 100.0)?;
+    let depth = |joint: usize| std::iter::successors(rig.joints[joint].parent, |&at| rig.joints[at].parent).count();
+    for (index, joint) in rig.joints.iter().enumerate() {
+        writeln!(formatter, "  {}{}", "  ".repeat(depth(index)), joint.name)?;
+    }
+    Ok(())
 }
 
 fn write_rig(formatter: &mut fmt::Formatter<'_>, rig: &RigView) -> fmt::Result {

@@ -2,7 +2,7 @@
 
 use crate::{
     engine::{AnnotationView, Failure, FailureCode, NamedBytes, annotate_drawing},
-    formats::{Limits, unpack_files},
+    formats::{Limits, is_picture, unpack_files},
     model::Control,
 };
 
@@ -24,19 +24,12 @@ impl DrawingFiles {
     /// # Errors
     /// As [`Self::unpack`], and when there is no figure in the picture.
     pub fn read(file: NamedBytes<'_>, limits: &Limits, control: &Control) -> Result<Self, Failure> {
-        if !Self::is_picture(file.bytes) {
+        if !is_picture(file.bytes) {
             return Self::unpack(file.bytes, limits, control);
         }
         let drawing = annotate_drawing(file, None, None, control)?;
         let files = drawing.files()?.into_iter().map(|(name, bytes)| (name.to_owned(), bytes)).collect();
         Ok(Self { files, annotation: Some(drawing.view()) })
-    }
-
-    /// Whether a file is a picture alone: PNG, JPEG or WebP.
-    #[must_use]
-    pub fn is_picture(bytes: &[u8]) -> bool {
-        let is_webp = bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP");
-        bytes.starts_with(b"\x89PNG") || bytes.starts_with(b"\xff\xd8\xff") || is_webp
     }
 
     /// What was found in the picture, where the drawing is one alone.

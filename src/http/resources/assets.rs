@@ -194,6 +194,9 @@ struct SkeletonView {
     /// `nodes`, `joints`, `skins`, `clips`.
     #[schema(value_type = Object)]
     counts: serde_json::Value,
+    /// Of a drawing `size`, `mask_pixels`, `mask_parts`, `ends`, `joints_outside` and `annotated`.
+    #[schema(value_type = Option<Object>)]
+    drawing: Option<serde_json::Value>,
     /// The largest body: `name`, `recognised_as`, `confidence`, `kind`, `rest_pose`, `rest_source`, `forward`, `up`,
     /// `height_meters`, `joints`, `roles`, `role_details` (confidence, alternatives and reasons of each role), `twist_helpers`,
     /// `twists` (the same with segment and place), `props`.

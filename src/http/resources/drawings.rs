@@ -34,9 +34,9 @@ pub(in crate::http) struct DrawingForm {
     /// The file with the motion, of any format that is read. Only with `mvc` it may be left out.
     #[schema(content_media_type = "application/octet-stream")]
     source: Option<String>,
-    /// The drawing as a zip archive: `char_cfg.yaml`, `texture.png` and `mask.png`; of a scene everything that it names. Or instead of it
-    /// the three parts `character`, `texture` and `mask`.
-    #[schema(content_media_type = "application/zip")]
+    /// The drawing as a zip archive: `char_cfg.yaml`, `texture.png` and `mask.png`; of a scene everything that it names. Or a picture alone (PNG,
+    /// JPEG, WebP), whose mask and joints are found. Or instead of it the three parts `character`, `texture` and `mask`.
+    #[schema(content_media_type = "application/octet-stream")]
     drawing: Option<String>,
     /// The character config: width, height and the joints.
     #[schema(content_media_type = "application/yaml")]

@@ -32,6 +32,19 @@ fn a_picture_becomes_a_folder_that_is_drawn() {
         let drawn = run(folder.path(), &["draw", "--drawing", drawing, "--source", "walk.glb", "--output", "hero.npz"]);
         assert!(drawn.status.success() && said(&drawn).contains(told), "{drawing}: {}", said(&drawn));
     }
+    for (drawing, annotated) in [("hero", serde_json::Value::Null), ("hero.png", "humanoid".into())] {
+        let seen = run(folder.path(), &["inspect", drawing, "--json"]);
+        assert!(seen.status.success(), "{drawing}: {}", said(&seen));
+        let view: serde_json::Value = serde_json::from_slice(&seen.stdout).expect("JSON");
+        assert_eq!((&view["format"], &view["drawing"]["annotated"]), (&"drawing".into(), &annotated), "{view}");
+        assert_eq!((&view["counts"]["joints"], &view["drawing"]["mask_parts"]), (&16.into(), &1.into()), "{view}");
+        assert!(view["drawing"]["mask_pixels"].as_u64().is_some_and(|pixels| pixels > 1000), "{view}");
+        let page = run(folder.path(), &["inspect", drawing]);
+        assert!(String::from_utf8_lossy(&page.stdout).contains("right_elbow"), "a page for people");
+    }
+    std::fs::create_dir(folder.path().join("empty")).expect("a folder");
+    let nothing = run(folder.path(), &["inspect", "empty"]);
+    assert!(nothing.status.code() == Some(3) && said(&nothing).contains("char_cfg.yaml"), "{}", said(&nothing));
     let again = run(folder.path(), &["annotate", "hero.png", "--output", "hero", "--no-clobber"]);
     assert_eq!(again.status.code(), Some(2), "{}", said(&again));
     let animal = styles::pig();

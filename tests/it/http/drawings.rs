@@ -149,6 +149,67 @@ async fn a_drawing_is_an_asset_and_a_target_of_jobs_and_batches() {
     assert_eq!(server.terminate(), Some(0), "SIGTERM ends it well");
 }
 
+/// The picture of the sample drawing, cut out: what somebody draws and sends.
+fn picture_alone() -> Vec<u8> {
+    let part = |name: &str| files().into_iter().find(|(own, _)| own.ends_with(name)).expect("a file").1;
+    let mut texture = retargetd::picture::read_picture(&part("texture.png")).expect("a texture");
+    let mask = retargetd::picture::read_picture(&part("mask.png")).expect("a mask");
+    for (pixel, mask) in texture.pixels.iter_mut().zip(&mask.pixels) {
+        if mask[0] < 128 {
+            pixel[3] = 0;
+        }
+    }
+    retargetd::picture::write_png(&texture).expect("a picture")
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_picture_alone_moves_on_every_route() {
+    let data = tempfile::tempdir().expect("a temporary folder");
+    let server = start_service(data.path(), &[]);
+    let picture = picture_alone();
+    let parts = [("source", samples::walk_clip()), ("drawing", picture.clone()), ("config", small(json!({})))];
+    let answer = draw(&server, &parts, "image/gif").await;
+    assert_eq!(answer.status(), StatusCode::OK);
+    assert!(answer.bytes().await.expect("a file").starts_with(b"GIF89a"));
+
+    let walk = upload(&server, "walk.glb", samples::walk_clip()).await;
+    let drawing = upload(&server, "hero.png", picture).await;
+    let asset = format!("{}/v1/assets/{drawing}", server.url);
+    assert_eq!(read(client().get(&asset).send().await.expect("an asset")).await["format"], "drawing");
+    let skeleton = read(client().get(format!("{asset}/skeleton")).send().await.expect("joints")).await;
+    assert_eq!(skeleton["drawing"]["annotated"], "humanoid", "{skeleton}");
+    assert_eq!(skeleton["rigs"][0]["joints"].as_array().map(Vec::len), Some(16), "{skeleton}");
+    let shown = client().get(format!("{asset}/preview.png?size=64")).send().await.expect("a picture");
+    assert_eq!(shown.status(), StatusCode::OK, "what it looks like");
+    let content = client().get(format!("{asset}/content")).send().await.expect("the bytes");
+    assert_eq!(header(&content, "content-type"), "image/png");
+
+    let config = json!({"task": "draw", "edit": {"range": {"frames": [0, 2]}}, "view": {"size": [48, 48]}});
+    let body = json!({"source": {"asset": walk}, "target": {"asset": drawing}, "config": config, "output": ["webp"]});
+    let asked = client().post(format!("{}/v1/jobs", server.url)).header("prefer", "wait=60").json(&body).send().await;
+    let job = read(asked.expect("a job")).await;
+    assert_eq!((&job["state"], &job["kind"]), (&json!("succeeded"), &json!("draw")), "{job}");
+    let batch = json!({
+        "matrix": {"sources": [{"asset": walk}], "targets": [{"asset": drawing}]}, "defaults": {"config": config},
+    });
+    let asked = client().post(format!("{}/v1/batches", server.url)).json(&batch).send().await.expect("a batch");
+    let id = taken(asked).await;
+    let mut batch = json!(null);
+    for _ in 0..300 {
+        batch = read(client().get(format!("{}/v1/batches/{id}", server.url)).send().await.expect("a batch")).await;
+        if batch["counts"]["succeeded"] == 1 || batch["counts"]["failed"] == 1 {
+            break;
+        }
+        tokio::time::sleep(std::time::Duration::from_millis(100)).await;
+    }
+    assert_eq!(batch["counts"]["succeeded"], 1, "{batch}");
+
+    let blank = retargetd::picture::write_png(&retargetd::picture::Picture::filled(90, 90, [255; 4]));
+    let parts = [("source", samples::walk_clip()), ("drawing", blank.expect("a picture"))];
+    problem(draw(&server, &parts, "image/gif").await, 422, "figure_not_found").await;
+    assert_eq!(server.terminate(), Some(0), "SIGTERM ends it well");
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn what_is_wrong_with_a_drawing_is_told_with_its_place() {
     let data = tempfile::tempdir().expect("a temporary folder");
@@ -168,7 +229,9 @@ async fn what_is_wrong_with_a_drawing_is_told_with_its_place() {
         format!("{text}l{line}: &l{line} [{}]\n", nine(&format!("*l{}", line - 1)))
     });
     let many: String = (0..3000).map(|n| format!("- {{loc: [1, 1], name: j{n}, parent: root}}\n")).collect::<String>();
-    let cases: [(&str, Vec<u8>, &str); 7] = [
+    let cases: [(&str, Vec<u8>, &str); 9] = [
+        ("character", character.replace("name: neck", &format!("name: {}", "n".repeat(5000))).into_bytes(), "skeleton"),
+        ("character", character.replace("name: neck", "name: ''").into_bytes(), "skeleton"),
         ("character", character.replace("parent: torso", "parent: tors").into_bytes(), "skeleton"),
         ("character", character.replace("name: root", "name: rot").into_bytes(), "skeleton"),
         ("character", character.replace("width: 360", "width: 361").into_bytes(), "width, height"),
