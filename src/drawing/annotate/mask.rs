@@ -134,20 +134,28 @@ fn drawn_figure(picture: &Picture, is_faint: bool, reporter: &mut Reporter) -> O
         drawn = on_sheet;
         (figure, others) = enclosed_figure(&drawn, CLOSED)?;
     }
-    let area = figure.count() as f64;
-    let strokes_of_figure =
-        figure.cells.iter().zip(&drawn.cells).filter(|(is_in, is_drawn)| **is_in && **is_drawn).count();
-    let is_whole = area > WHOLE * strokes_of_figure as f64;
-    for radius in CLOSED_FURTHER.into_iter().filter(|_| !is_whole) {
-        let Some((closed, rest)) = enclosed_figure(&drawn, radius) else { continue };
-        // What closing itself adds is no gain.
-        let added = drawn.closed(radius).count() as f64 - drawn.closed(CLOSED).count() as f64;
-        if closed.count() as f64 - added.max(0.0) > area * (1.0 + GAINED) {
-            let detail = format!("its outline has gaps of up to {} pixels; they were closed", radius * 2);
-            reporter.warn("outline_open", "image", detail, "close the lines of the drawing, or give a mask");
-            (figure, others) = (closed, rest);
+    let is_whole = |figure: &Bits| {
+        let strokes = figure.cells.iter().zip(&drawn.cells).filter(|(is_in, is_drawn)| **is_in && **is_drawn).count();
+        figure.count() as f64 > WHOLE * strokes as f64
+    };
+    let mut closed_by = None;
+    // A small closing may only join what gaps had parted, and a larger one enclose it.
+    for radius in CLOSED_FURTHER {
+        if is_whole(&figure) {
             break;
         }
+        let Some((closed, rest)) = enclosed_figure(&drawn, radius) else { continue };
+        // What closing itself adds is no gain.
+        let before = drawn.closed(closed_by.unwrap_or(CLOSED)).count() as f64;
+        let added = drawn.closed(radius).count() as f64 - before;
+        if closed.count() as f64 - added.max(0.0) > figure.count() as f64 * (1.0 + GAINED) {
+            closed_by = Some(radius);
+            (figure, others) = (closed, rest);
+        }
+    }
+    if let Some(radius) = closed_by {
+        let detail = format!("its outline has gaps of up to {} pixels; they were closed", radius * 2);
+        reporter.warn("outline_open", "image", detail, "close the lines of the drawing, or give a mask");
     }
     if noise > 6.0 {
         let detail = format!("the picture is noisy: {noise:.0} grays of 255");

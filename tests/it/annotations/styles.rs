@@ -149,6 +149,16 @@ fn with_gaps() -> Drawn {
     figure
 }
 
+/// An outline in pieces, so that no gap alone lets the figure out.
+fn with_many_gaps() -> Drawn {
+    let pose = ARMS_OUT.at([320.0, 60.0], 620.0);
+    let mut figure = outlined("outline_in_pieces", pose, [0.035, 0.045, 0.1], [640, 760], 3.5);
+    for gap in [[-0.1, 0.5], [0.16, 0.33], [0.03, 0.8], [-0.25, 0.4], [0.13, 0.9], [-0.07, 0.13]] {
+        figure.canvas.rub(pose.place(gap), 8.5);
+    }
+    figure
+}
+
 fn outlined_on_lined_paper() -> Drawn {
     let pose = ARMS_OUT.at([330.0, 70.0], 640.0);
     let mut figure = outlined("outlined_on_lined_paper", pose, [0.035, 0.045, 0.1], [680, 800], 3.5);
@@ -158,6 +168,15 @@ fn outlined_on_lined_paper() -> Drawn {
 }
 
 fn tadpole() -> Drawn {
+    tadpole_with("tadpole", [150.0, 230.0], [190.0, 220.0])
+}
+
+/// A tadpole whose arms go up beside its head.
+fn tadpole_cheering() -> Drawn {
+    tadpole_with("tadpole_cheering", [150.0, 130.0], [190.0, 40.0])
+}
+
+fn tadpole_with(name: &'static str, elbow: [f64; 2], hand: [f64; 2]) -> Drawn {
     let mut canvas = Canvas::new(420, 520, 4.0);
     canvas.ellipse([210.0, 190.0], [110.0, 120.0]);
     for sign in [-1.0, 1.0] {
@@ -167,20 +186,27 @@ fn tadpole() -> Drawn {
             [210.0 + sign * 60.0, 470.0],
             [210.0 + sign * 85.0, 472.0],
         ]);
-        canvas.stroke(&[[210.0 + sign * 105.0, 210.0], [210.0 + sign * 150.0, 230.0], [210.0 + sign * 190.0, 220.0]]);
+        let arm = [[105.0, 210.0], elbow, hand];
+        canvas.stroke(&arm.map(|[beside, row]| [210.0 + sign * beside, row]));
         canvas.ellipse([210.0 + sign * 40.0, 160.0], [8.0, 10.0]);
     }
     canvas.arc([210.0, 215.0], [50.0, 35.0], [0.05, 0.45]);
     let side = |sign: f64, name: [&'static str; 6]| {
         let at = |x: f64, y: f64| [210.0 + sign * x, y];
-        let places =
-            [at(105.0, 210.0), at(150.0, 230.0), at(190.0, 220.0), at(45.0, 300.0), at(55.0, 385.0), at(60.0, 465.0)];
+        let places = [
+            at(105.0, 210.0),
+            at(elbow[0], elbow[1]),
+            at(hand[0], hand[1]),
+            at(45.0, 300.0),
+            at(55.0, 385.0),
+            at(60.0, 465.0),
+        ];
         name.into_iter().zip(places)
     };
     let mut joints = vec![("root", [210.0, 295.0]), ("neck", [210.0, 180.0])];
     joints.extend(side(-1.0, ["right_shoulder", "right_elbow", "right_hand", "right_hip", "right_knee", "right_foot"]));
     joints.extend(side(1.0, ["left_shoulder", "left_elbow", "left_hand", "left_hip", "left_knee", "left_foot"]));
-    Drawn { name: "tadpole", canvas, joints }
+    Drawn { name, canvas, joints }
 }
 
 /// Boxes, with lines for limbs.
@@ -307,7 +333,9 @@ pub(crate) fn humans() -> Vec<Drawn> {
         outlined("outlined", ARMS_OUT.at([300.0, 50.0], 600.0), [0.035, 0.045, 0.1], [600, 710], 3.0),
         outlined_on_lined_paper(),
         with_gaps(),
+        with_many_gaps(),
         tadpole(),
+        tadpole_cheering(),
         robot(),
         filled(),
         cut_out(),
