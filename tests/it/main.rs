@@ -16,6 +16,7 @@ mod corpus;
 mod demo;
 mod documents;
 mod drawings;
+mod drawn_guide;
 mod drawn_scenes;
 mod durable;
 mod editing;

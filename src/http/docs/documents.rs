@@ -95,6 +95,8 @@ linked_files![
     "openapi/examples/retarget.mts" as "text/plain; charset=utf-8",
     "openapi/examples/receive.py" as "text/plain; charset=utf-8",
     "docs/pictures/walk_on_mannequin.png" as "image/png",
+    "docs/pictures/drawing_walk.gif" as "image/gif",
+    "docs/pictures/drawing_joints.png" as "image/png",
 ];
 
 /// Groups of the navigation, by the beginning of the path.

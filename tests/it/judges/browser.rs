@@ -145,6 +145,42 @@ fn moving_pictures_play_as_long_in_a_browser() {
     }
 }
 
+#[test]
+fn moving_drawings_play_as_long_in_a_browser() {
+    let Some(script) = browser_script("moving.mjs") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).expect("written");
+    write("child.zip", &samples::drawing());
+    write("walk.glb", &samples::walk_clip());
+    write("wanted.json", br#"{"task": "draw", "view": {"size": [97, 64]}, "edit": {"fps": 24}}"#);
+    let mut names = vec!["child.gif", "child.webp", "child.apng"];
+    if cfg!(feature = "mp4") {
+        names.push("child.mp4");
+    }
+    let mut command = Command::new(env!("CARGO_BIN_EXE_retargetd"));
+    command.args(["draw", "--drawing", "child.zip", "--source", "walk.glb", "--config", "wanted.json"]);
+    for name in names.iter().chain(&["poses.json"]) {
+        command.args(["--output", name]);
+    }
+    let output = command.current_dir(folder.path()).output().expect("the binary runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let poses = std::fs::read(folder.path().join("poses.json")).expect("poses");
+    let poses: Value = serde_json::from_slice(&poses).expect("JSON");
+    let frames = poses["rig_joint_xy"].as_array().expect("frames").len() as f64;
+    assert!(frames > 20.0, "it moves: {frames}");
+    let paths: Vec<_> = names.iter().map(|name| folder.path().join(name)).collect();
+    let output = Command::new("node").arg(script).args(&paths).output().expect("node runs");
+    let answers = super::answers(&output, paths.len()).expect("an answer for each");
+    for ((answer, name), unit) in answers.iter().zip(&names).zip([0.01, 0.001, 0.001, 0.002]) {
+        let seconds = answer["seconds"].as_f64().unwrap_or_else(|| panic!("{name}: {answer}"));
+        assert!((seconds - frames / 24.0).abs() <= unit / 2.0 + 1e-9, "{name}: {seconds} s of {frames} frames");
+        if !name.ends_with("mp4") {
+            assert_eq!(answer["frames"].as_f64(), Some(frames), "{name}: {answer}");
+            assert_eq!(answer["loops"], Value::Null, "for ever: {name}: {answer}");
+        }
+    }
+}
+
 #[cfg(feature = "mp4")]
 #[test]
 fn videos_play_as_long_in_a_browser() {
