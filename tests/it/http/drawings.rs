@@ -36,7 +36,7 @@ async fn draw(server: &ServiceProcess, parts: &[(&'static str, Vec<u8>)], accept
         form.part(*name, Part::bytes(bytes.clone()).file_name(format!("{name}.{ending}")))
     });
     let request = client().post(format!("{}/v1/drawings", server.url)).multipart(form);
-    request.header("accept", accept).send().await.expect("an answer")
+    request.header("accept", accept).header("prefer", "wait=60").send().await.expect("an answer")
 }
 
 async fn upload(server: &ServiceProcess, name: &str, bytes: Vec<u8>) -> String {
