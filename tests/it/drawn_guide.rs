@@ -50,11 +50,13 @@ fn pictures_of_the_guide_are_what_the_commands_make() {
     let draw = "draw --drawing drawing.zip --source walk.glb --config small.json --output drawing_walk.gif";
     run(folder.path(), &draw.split(' ').collect::<Vec<_>>());
     run(folder.path(), &["annotate", "hero.png", "--output", "found"]);
+    #[expect(clippy::disallowed_methods, reason = "tests have no settings")]
+    let update = std::env::var_os("RETARGETD_UPDATE").is_some();
     for (made, shown) in [("drawing_walk.gif", "drawing_walk.gif"), ("found/joint_overlay.png", "drawing_joints.png")] {
         assert!(guide.contains(shown), "the guide shows {shown}");
         let made = std::fs::read(folder.path().join(made)).expect("a picture");
         let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/pictures").join(shown);
-        if std::env::var_os("RETARGETD_UPDATE").is_some() {
+        if update {
             std::fs::write(&place, &made).expect("written");
         }
         let (made, kept) = (frames(&made), frames(&std::fs::read(&place).expect("the picture of the guide")));
