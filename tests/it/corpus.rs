@@ -37,7 +37,7 @@ const JUDGED_OTHERWISE: [(&str, i32, &str); 3] = [
 /// Beginnings of the names of files that are refused for another reason than that they break the rules of their format.
 const OTHER_REASONS: [(&str, FailureCode); 14] = [
     ("hostile/animated-drawings/texture_1x1.png", FailureCode::FigureNotFound),
-    ("hostile/animated-drawings/texture_bomb_12000x12000.png", FailureCode::FigureNotFound),
+    ("hostile/animated-drawings/texture_bomb_12000x12000.png", FailureCode::AssetLimitExceeded),
     ("hostile/animated-drawings/", FailureCode::UnsupportedFormat),
     ("hostile/empty/", FailureCode::UnsupportedFormat),
     ("hostile/gltf-validator/buffer/valid.bin", FailureCode::UnsupportedFormat),

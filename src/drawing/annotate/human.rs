@@ -87,9 +87,6 @@ fn is_foot(feet: Option<[usize; 2]>, tip: usize) -> bool {
     feet.is_some_and(|feet| feet.contains(&tip))
 }
 
-/// What is thin for more than so many half widths of a head, beside it, is no part of its outline.
-const THIN_ON_HEAD: f64 = 1.0;
-
 /// The tip that is most like a head: high, above the trunk, wide.
 fn head_tip(shape: &Shape, feet: Option<[usize; 2]>, axis: f64) -> Option<usize> {
     let (top, height) = (shape.bounds[1], shape.height());
@@ -105,18 +102,9 @@ fn head_tip(shape: &Shape, feet: Option<[usize; 2]>, axis: f64) -> Option<usize>
         let (middle, half_width) = head_of(shape, tip, feet);
         let is_above = middle.y < shape.place(shape.center).y && tip_place(shape, tip).y < middle.y + half_width;
         let is_wide = half_width > MIN_HEAD * height && half_width > MIN_HEAD_OF_TRUNK * trunk;
-        let is_arm = is_arm_on_head(shape, tip, (middle, half_width));
-        !is_foot(feet, tip) && is_above && is_wide && !is_arm && shape.tips[tip].stands_out > MIN_LIMB * height
+        !is_foot(feet, tip) && is_above && is_wide && shape.tips[tip].stands_out > MIN_LIMB * height
     };
     (0..shape.tips.len()).filter(can_be).min_by(|one, other| cost(one).total_cmp(&cost(other)))
-}
-
-/// Whether a tip is the end of something thin and long that comes out of a head on its side: an arm of a figure without a trunk, or a braid.
-fn is_arm_on_head(shape: &Shape, tip: usize, (middle, half_width): (DVec2, f64)) -> bool {
-    let way = &shape.tips[tip].way;
-    let thin = way.iter().take_while(|&&pixel| shape.depth[pixel] < 0.5 * half_width).count();
-    let is_long = shape.length(&way[..thin]) > THIN_ON_HEAD * half_width;
-    is_long && (tip_place(shape, tip).x - middle.x).abs() > half_width
 }
 
 /// The middle of the head that a tip belongs to, and half of its width: the first place on the way from the tip that is wide, and

@@ -27,6 +27,7 @@ impl DrawingFiles {
         if !is_picture(file.bytes) {
             return Self::unpack(file.bytes, limits, control);
         }
+        check_size(file.bytes)?;
         let drawing = annotate_drawing(file, None, None, control)?;
         let files = drawing.files()?.into_iter().map(|(name, bytes)| (name.to_owned(), bytes)).collect();
         Ok(Self { files, annotation: Some(drawing.view()) })
@@ -113,6 +114,19 @@ impl DrawingFiles {
         let detail = format!("the archive has no file {name}");
         Failure::new(FailureCode::UnknownName, detail).in_part("target").with_hint(has)
     }
+}
+
+/// Refuses a PNG with more pixels than are worth looking for a figure in; its other readers hold it row by row.
+fn check_size(bytes: &[u8]) -> Result<(), Failure> {
+    const MOST: u64 = 1 << 25;
+    let side = |at: usize| bytes.get(at..at + 4)?.try_into().ok().map(u32::from_be_bytes).map(u64::from);
+    let is_png = bytes.starts_with(b"\x89PNG");
+    let Some((width, height)) = side(16).zip(side(20)).filter(|_| is_png) else { return Ok(()) };
+    if width * height <= MOST {
+        return Ok(());
+    }
+    let detail = format!("a picture of {width} by {height} pixels is larger than the {MOST} pixels that are read");
+    Err(Failure::new(FailureCode::AssetLimitExceeded, detail).in_part("target").with_hint("make it smaller"))
 }
 
 fn parts(path: &str) -> Vec<&str> {

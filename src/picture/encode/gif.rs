@@ -124,12 +124,10 @@ impl Writer {
             Some(before) => i32::from(self.distances.between(wanted[at], before[at])) <= NEAR,
             None => wanted[at] == NOTHING,
         };
-        let [left, top, right, bottom] = match before {
-            Some(_) => moved(width, height, stays).unwrap_or([0, 0, 1, 1]),
-            // Around the figure there is nothing, as there is everywhere when the frame before is taken away.
-            None if self.is_transparent => moved(width, height, stays).unwrap_or([0, 0, 1, 1]),
-            None => [0, 0, width, height],
-        };
+        // Where the frame before is taken away, there is nothing around the figure already.
+        let is_whole = before.is_none() && !self.is_transparent;
+        let changed = if is_whole { Some([0, 0, width, height]) } else { moved(width, height, stays) };
+        let [left, top, right, bottom] = changed.unwrap_or([0, 0, 1, 1]);
         let places = (top..bottom).flat_map(|row| row * width + left..row * width + right);
         let (mut pixels, mut may_stay) = (Vec::new(), Vec::new());
         for at in places.clone() {

@@ -168,15 +168,6 @@ fn outlined_on_lined_paper() -> Drawn {
 }
 
 fn tadpole() -> Drawn {
-    tadpole_with("tadpole", [150.0, 230.0], [190.0, 220.0])
-}
-
-/// A tadpole whose arms go up beside its head.
-fn tadpole_cheering() -> Drawn {
-    tadpole_with("tadpole_cheering", [150.0, 130.0], [190.0, 40.0])
-}
-
-fn tadpole_with(name: &'static str, elbow: [f64; 2], hand: [f64; 2]) -> Drawn {
     let mut canvas = Canvas::new(420, 520, 4.0);
     canvas.ellipse([210.0, 190.0], [110.0, 120.0]);
     for sign in [-1.0, 1.0] {
@@ -186,7 +177,7 @@ fn tadpole_with(name: &'static str, elbow: [f64; 2], hand: [f64; 2]) -> Drawn {
             [210.0 + sign * 60.0, 470.0],
             [210.0 + sign * 85.0, 472.0],
         ]);
-        let arm = [[105.0, 210.0], elbow, hand];
+        let arm = [[105.0, 210.0], [150.0, 230.0], [190.0, 220.0]];
         canvas.stroke(&arm.map(|[beside, row]| [210.0 + sign * beside, row]));
         canvas.ellipse([210.0 + sign * 40.0, 160.0], [8.0, 10.0]);
     }
@@ -206,7 +197,7 @@ fn tadpole_with(name: &'static str, elbow: [f64; 2], hand: [f64; 2]) -> Drawn {
     let mut joints = vec![("root", [210.0, 295.0]), ("neck", [210.0, 180.0])];
     joints.extend(side(-1.0, ["right_shoulder", "right_elbow", "right_hand", "right_hip", "right_knee", "right_foot"]));
     joints.extend(side(1.0, ["left_shoulder", "left_elbow", "left_hand", "left_hip", "left_knee", "left_foot"]));
-    Drawn { name, canvas, joints }
+    Drawn { name: "tadpole", canvas, joints }
 }
 
 /// Boxes, with lines for limbs.
@@ -335,7 +326,6 @@ pub(crate) fn humans() -> Vec<Drawn> {
         with_gaps(),
         with_many_gaps(),
         tadpole(),
-        tadpole_cheering(),
         robot(),
         filled(),
         cut_out(),
