@@ -184,14 +184,8 @@ fn tadpole() -> Drawn {
     canvas.arc([210.0, 215.0], [50.0, 35.0], [0.05, 0.45]);
     let side = |sign: f64, name: [&'static str; 6]| {
         let at = |x: f64, y: f64| [210.0 + sign * x, y];
-        let places = [
-            at(105.0, 210.0),
-            at(elbow[0], elbow[1]),
-            at(hand[0], hand[1]),
-            at(45.0, 300.0),
-            at(55.0, 385.0),
-            at(60.0, 465.0),
-        ];
+        let places =
+            [at(105.0, 210.0), at(150.0, 230.0), at(190.0, 220.0), at(45.0, 300.0), at(55.0, 385.0), at(60.0, 465.0)];
         name.into_iter().zip(places)
     };
     let mut joints = vec![("root", [210.0, 295.0]), ("neck", [210.0, 180.0])];
