@@ -11,13 +11,13 @@ use clap::ValueEnum;
 
 use crate::{
     engine::{self, AnnotatedDrawing, BodyKind},
-    formats::Limits,
     model::Control,
 };
 
 use super::{
     exit::{BAD_USAGE, Exit, FAILED, print, say, to_json},
     files::{InputFile, StagedFiles},
+    limits::LimitArguments,
     outputs::Overwriting,
     watch::cancel_on_interrupt,
 };
@@ -43,6 +43,8 @@ pub(super) struct Arguments {
     json: bool,
     #[command(flatten)]
     overwriting: Overwriting,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -76,7 +78,7 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 }
 
 fn annotate(arguments: &Arguments) -> Result<(), Exit> {
-    let limits = Limits::default();
+    let limits = arguments.limits.limits;
     let picture = InputFile::read("picture", &arguments.picture, &limits)?;
     let mask = arguments.mask.as_deref().map(|mask| InputFile::read("mask", mask, &limits)).transpose()?;
     let control = Arc::new(Control::new());

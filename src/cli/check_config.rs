@@ -12,6 +12,7 @@ use super::{
     exit::{BAD_USAGE, Exit, print, to_json},
     files::InputFile,
     inputs::{InputFiles, RestPaths},
+    limits::LimitArguments,
     manner::speaks_json,
     user_knowledge::{PresetChoice, RigPaths},
     watch::cancel_on_interrupt,
@@ -35,6 +36,8 @@ pub(super) struct Arguments {
     preset: PresetChoice,
     #[command(flatten)]
     rigs: RigPaths,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
@@ -45,7 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 }
 
 fn check(arguments: &Arguments) -> Result<(), Exit> {
-    let limits = Limits::default();
+    let limits = arguments.limits.limits;
     let Some((source, target)) = arguments.source.as_deref().zip(arguments.target.as_deref()) else {
         if arguments.rests.source_rest.is_some() || arguments.rests.target_rest.is_some() {
             let hint = "give --source and --target too, or leave the rest files out";

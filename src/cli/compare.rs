@@ -4,13 +4,13 @@ use std::{path::PathBuf, process::ExitCode, sync::Arc};
 
 use crate::{
     engine::{self, Layout, PreviewOptions},
-    formats::Limits,
     model::Control,
 };
 
 use super::{
     exit::Exit,
     files::{InputFile, check_place},
+    limits::LimitArguments,
     outputs::Overwriting,
     view::{self, ViewArguments},
     watch::cancel_on_interrupt,
@@ -35,6 +35,8 @@ pub(super) struct Arguments {
     view: ViewArguments,
     #[command(flatten)]
     overwriting: Overwriting,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
@@ -45,7 +47,7 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 }
 
 fn compare(arguments: &Arguments) -> Result<(), Exit> {
-    let limits = Limits::default();
+    let limits = arguments.limits.limits;
     check_place(&arguments.output)?;
     let inputs = [arguments.first.as_path(), arguments.second.as_path()];
     arguments.overwriting.check(inputs, [arguments.output.as_path()])?;

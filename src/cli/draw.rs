@@ -22,6 +22,7 @@ use crate::{
 use super::{
     exit::{BAD_USAGE, Exit, report, say},
     files::InputFile,
+    limits::LimitArguments,
     outputs::{Destinations, tell_warnings, write_results},
     verdict::Judged,
     watch::{ProgressWatch, cancel_on_interrupt},
@@ -63,6 +64,8 @@ pub(super) struct Arguments {
     output: Vec<PathBuf>,
     #[command(flatten)]
     destinations: Destinations,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -92,7 +95,7 @@ struct Given {
 }
 
 fn draw(arguments: &Arguments) -> Result<(), Exit> {
-    let limits = Limits::default();
+    let limits = arguments.limits.limits;
     let control = Arc::new(Control::with_clock(monotonic_seconds));
     cancel_on_interrupt(&control);
     let given = arguments.read(&limits, &control)?;

@@ -4,7 +4,6 @@ use std::{path::PathBuf, process::ExitCode, sync::Arc};
 
 use crate::{
     engine::{self, EditInputs},
-    formats::Limits,
     model::Control,
     telemetry::monotonic_seconds,
 };
@@ -12,6 +11,7 @@ use crate::{
 use super::{
     exit::Exit,
     files::InputFile,
+    limits::LimitArguments,
     outputs::OutputArguments,
     watch::{ProgressWatch, cancel_on_interrupt},
 };
@@ -30,6 +30,8 @@ pub(super) struct Arguments {
     config: PathBuf,
     #[command(flatten)]
     outputs: OutputArguments,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
@@ -42,7 +44,7 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 fn edit(arguments: &Arguments) -> Result<(), Exit> {
     let paths = [Some(&arguments.input), arguments.rest.as_ref(), Some(&arguments.config)];
     let formats = arguments.outputs.check(paths.into_iter().flatten().map(PathBuf::as_path))?;
-    let limits = Limits::default();
+    let limits = arguments.limits.limits;
     let input = InputFile::read("input", &arguments.input, &limits)?;
     let rest = arguments.rest.as_ref().map(|path| InputFile::read("rest", path, &limits)).transpose()?;
     let config = InputFile::read("config", &arguments.config, &limits)?;

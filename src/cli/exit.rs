@@ -8,7 +8,10 @@ use std::{
 
 use serde_json::{Value, json};
 
-use super::manner::{is_quiet, say_aloud, speaks_json};
+use super::{
+    limits::hint_for_command_line,
+    manner::{is_quiet, say_aloud, speaks_json},
+};
 use crate::engine::{Failure, FailureCode};
 
 /// The command line or the environment cannot be used.
@@ -50,7 +53,8 @@ impl Exit {
         });
         // One thing that is wrong is told by the message and the hint; a list is for several.
         let details = if failure.errors.len() > 1 { details.collect() } else { Vec::new() };
-        Self { details, ..Self::new(exit_code(failure), message, failure.hint.clone()) }
+        let hint = hint_for_command_line(&message, &failure.hint);
+        Self { details, ..Self::new(exit_code(failure), message, hint) }
     }
 
     /// Says it on standard error, in three lines at most, and gives the exit code.

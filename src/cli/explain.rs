@@ -4,13 +4,13 @@ use std::{process::ExitCode, sync::Arc};
 
 use crate::{
     engine::{self, Question},
-    formats::Limits,
     model::Control,
 };
 
 use super::{
     exit::{Exit, print, to_json},
     inputs::InputPaths,
+    limits::LimitArguments,
     manner::speaks_json,
     watch::cancel_on_interrupt,
 };
@@ -26,6 +26,8 @@ pub(super) struct Arguments {
     /// The joint of the target, by name or #<node index>
     #[arg(long, value_name = "NAME")]
     joint: String,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
@@ -36,7 +38,7 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 }
 
 fn explain(arguments: &Arguments) -> Result<(), Exit> {
-    let limits = Limits::default();
+    let limits = arguments.limits.limits;
     let (files, knowledge) = arguments.inputs.read(&limits)?;
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);

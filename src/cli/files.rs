@@ -15,6 +15,7 @@ use crate::{
 
 use super::{
     exit::{BAD_USAGE, Exit, FAILED, INPUT_REFUSED, print_bytes},
+    limits::hint_for_command_line,
     manner::speaks_json,
 };
 
@@ -95,7 +96,8 @@ impl InputFile {
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         if formats::may_point_to_others(&bytes, &name) {
             bytes = with_neighbors(bytes, path, limits).map_err(|error| {
-                Exit::new(INPUT_REFUSED, format!("{part} {shown}: {}: {}", error.place, error.detail), &error.hint)
+                let hint = hint_for_command_line(&error.detail, &error.hint);
+                Exit::new(INPUT_REFUSED, format!("{part} {shown}: {}: {}", error.place, error.detail), hint)
             })?;
         }
         Ok(Self { path: path.to_owned(), name, bytes })

@@ -17,6 +17,7 @@ use crate::{
 use super::{
     exit::{Exit, INPUT_REFUSED, one_line, print, report, say, to_json},
     files::InputFile,
+    limits::LimitArguments,
     manner::speaks_json,
     user_knowledge::RigPaths,
     watch::cancel_on_interrupt,
@@ -33,6 +34,8 @@ pub(super) struct Arguments {
     files: Vec<PathBuf>,
     #[command(flatten)]
     rigs: RigPaths,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
@@ -43,7 +46,7 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 }
 
 fn inspect(arguments: &Arguments) -> Result<(), Exit> {
-    let limits = Limits::default();
+    let limits = arguments.limits.limits;
     let knowledge = arguments.rigs.read(&limits)?;
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);

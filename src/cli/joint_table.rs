@@ -10,6 +10,7 @@ use super::{
     exit::{Exit, INPUT_REFUSED, print, report, say, to_json},
     files::{StagedFiles, check_place},
     inputs::InputPaths,
+    limits::LimitArguments,
     manner::speaks_json,
     suggest::propose,
 };
@@ -22,6 +23,8 @@ pub(super) struct Arguments {
     /// Output file: a config if the extension is .json, else CSV. Without it, CSV on standard output
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
@@ -35,7 +38,7 @@ fn joint_table(arguments: &Arguments) -> Result<(), Exit> {
     if let Some(path) = &arguments.output {
         check_place(path)?;
     }
-    let proposal = propose(&arguments.inputs)?;
+    let proposal = propose(&arguments.inputs, &arguments.limits)?;
     let table = JointTable::of(&proposal);
     if table.is_empty() {
         let hint = "name joints or roles in a config; 'retargetd suggest' says why nothing belongs together";

@@ -18,6 +18,7 @@ mod inputs;
 mod inspect;
 mod joint_table;
 mod keys;
+mod limits;
 mod manner;
 mod openapi;
 mod outputs;

@@ -10,7 +10,6 @@ use serde_json::json;
 
 use crate::{
     engine::{self, Knowledge, PoseChoice, PoseInputs, Task},
-    formats::Limits,
     model::Control,
     telemetry::monotonic_seconds,
 };
@@ -18,6 +17,7 @@ use crate::{
 use super::{
     exit::{BAD_USAGE, Exit, FAILED, report, say},
     files::{InputFile, StagedFiles, check_place},
+    limits::LimitArguments,
     outputs::{Overwriting, check_strict, output_format, tell_warnings},
     watch::cancel_on_interrupt,
 };
@@ -45,6 +45,8 @@ pub(super) struct Arguments {
     strict: bool,
     #[command(flatten)]
     overwriting: Overwriting,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
@@ -60,7 +62,7 @@ fn pose(arguments: &Arguments) -> Result<(), Exit> {
     let inputs = [Some(&arguments.input), arguments.rest.as_ref(), arguments.config.as_ref()];
     let inputs = inputs.into_iter().flatten().map(PathBuf::as_path).chain([Path::new(&arguments.to)]);
     arguments.overwriting.check(inputs, [arguments.output.as_path()])?;
-    let limits = Limits::default();
+    let limits = arguments.limits.limits;
     let input = InputFile::read("input", &arguments.input, &limits)?;
     let choices = [("t", PoseChoice::T), ("a", PoseChoice::A), ("rest", PoseChoice::Rest)];
     let choice = choices.into_iter().find(|(name, _)| *name == arguments.to);

@@ -4,13 +4,13 @@ use std::{path::PathBuf, process::ExitCode, sync::Arc};
 
 use crate::{
     engine::{self, Layout, PreviewOptions},
-    formats::Limits,
     model::Control,
 };
 
 use super::{
     exit::Exit,
     files::{InputFile, check_place},
+    limits::LimitArguments,
     outputs::Overwriting,
     view::{self, ViewArguments},
     watch::cancel_on_interrupt,
@@ -32,6 +32,8 @@ pub(super) struct Arguments {
     clip: Option<String>,
     #[command(flatten)]
     overwriting: Overwriting,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
@@ -42,7 +44,7 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 }
 
 fn preview(arguments: &Arguments) -> Result<(), Exit> {
-    let limits = Limits::default();
+    let limits = arguments.limits.limits;
     check_place(&arguments.output)?;
     arguments.overwriting.check([arguments.file.as_path()], [arguments.output.as_path()])?;
     let ending = view::ending(&arguments.output)?;

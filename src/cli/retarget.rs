@@ -6,11 +6,12 @@ use std::{
     sync::Arc,
 };
 
-use crate::{engine, formats::Limits, model::Control, telemetry::monotonic_seconds};
+use crate::{engine, model::Control, telemetry::monotonic_seconds};
 
 use super::{
     exit::Exit,
     inputs::OntoPaths,
+    limits::LimitArguments,
     outputs::OutputArguments,
     rows::Ended,
     verdict::Judged,
@@ -31,6 +32,8 @@ pub(super) struct Arguments {
     onto: OntoPaths,
     #[command(flatten)]
     pub(super) outputs: OutputArguments,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 /// One clip; of many, `batch::run` sees to it.
@@ -48,7 +51,7 @@ pub(super) fn run(arguments: &Arguments) -> ExitCode {
 
 fn retarget(arguments: &Arguments, source: &Path) -> Result<(), Exit> {
     let formats = arguments.outputs.check(arguments.onto.paths_with(source))?;
-    let limits = Limits::default();
+    let limits = arguments.limits.limits;
     let (files, knowledge) = arguments.onto.read(source, &limits)?;
 
     let control = Arc::new(Control::with_clock(monotonic_seconds));
@@ -65,7 +68,7 @@ fn retarget(arguments: &Arguments, source: &Path) -> Result<(), Exit> {
 
 /// One clip of a batch; its results are called after it.
 pub(super) fn retarget_one(arguments: &Arguments, source: &Path, name: &str) -> Result<Ended, Exit> {
-    let limits = Limits::default();
+    let limits = arguments.limits.limits;
     let formats = arguments.outputs.formats()?;
     let (files, knowledge) = arguments.onto.read(source, &limits)?;
     let control = Control::with_clock(monotonic_seconds);

@@ -57,7 +57,7 @@ impl clap::FromArgMatches for Arguments {
 }
 
 /// What stands for the value of a setting in its help.
-fn value_name(setting: &Setting) -> &'static str {
+pub(super) fn value_name(setting: &Setting) -> &'static str {
     match setting.unit {
         Unit::Count => "NUMBER",
         Unit::Bytes => "SIZE",

@@ -4,7 +4,6 @@ use std::{path::PathBuf, process::ExitCode, sync::Arc};
 
 use crate::{
     engine::{self, Proposal},
-    formats::Limits,
     model::Control,
 };
 
@@ -13,6 +12,7 @@ use super::{
     exit::{Exit, say, to_json},
     files::{StagedFiles, check_place},
     inputs::InputPaths,
+    limits::LimitArguments,
     watch::cancel_on_interrupt,
 };
 
@@ -24,6 +24,8 @@ pub(super) struct Arguments {
     /// Output file of the suggested config, as JSON
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 pub(super) fn run(arguments: &Arguments) -> ExitCode {
@@ -37,7 +39,7 @@ fn suggest(arguments: &Arguments) -> Result<(), Exit> {
     if let Some(path) = &arguments.output {
         check_place(path)?;
     }
-    let proposal = propose(&arguments.inputs)?;
+    let proposal = propose(&arguments.inputs, &arguments.limits)?;
     if let Some(path) = &arguments.output {
         StagedFiles::write_one(path, to_json(&proposal.resolved_spec)?.as_bytes())?;
     }
@@ -49,8 +51,8 @@ fn suggest(arguments: &Arguments) -> Result<(), Exit> {
 }
 
 /// What a retarget of the two files would do.
-pub(super) fn propose(inputs: &InputPaths) -> Result<Proposal, Exit> {
-    let limits = Limits::default();
+pub(super) fn propose(inputs: &InputPaths, limits: &LimitArguments) -> Result<Proposal, Exit> {
+    let limits = limits.limits;
     let (files, knowledge) = inputs.read(&limits)?;
     let control = Arc::new(Control::new());
     cancel_on_interrupt(&control);

@@ -70,7 +70,7 @@ pub use one_shot::{ArrivedFiles, Awaited, Awaiting, HandedFile};
 pub use picture_room::ArrivingPicture;
 pub use previews::Pictured;
 pub use refusal::{Full, JobQuota, Refusal};
-pub use service::{JobSnapshot, Jobs};
+pub use service::{JobSnapshot, Jobs, engine_limits};
 pub use state::{JobEvent, next_state};
 pub use stream_tokens::StreamToken;
 pub use submission::{NewJob, Submitted};

@@ -97,7 +97,7 @@ impl std::fmt::Debug for Jobs {
 
 /// The limits that files are read under, from the settings that set them.
 #[must_use]
-pub(super) fn engine_limits(settings: &Settings) -> Limits {
+pub fn engine_limits(settings: &Settings) -> Limits {
     Limits {
         file_bytes: settings.max_file_bytes.0,
         decoded_bytes: settings.max_decoded_bytes.0,

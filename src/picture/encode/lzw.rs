@@ -104,14 +104,14 @@ pub(super) fn pack(pixels: &mut [u8], cost: impl Fn(usize, u8, u8) -> u16) -> Ve
     let (mut strings, mut size) = (Strings::new(), 9);
     bits.push(CLEAR, size);
     let mut string = NONE;
-    for at in 0..pixels.len() {
-        let own = pixels[at];
+    for (at, pixel) in pixels.iter_mut().enumerate() {
+        let own = *pixel;
         if string == NONE {
             string = u16::from(own);
             continue;
         }
         if let Some(longer) = strings.longer(string, |color| cost(at, own, color)) {
-            pixels[at] = strings.color[usize::from(longer)];
+            *pixel = strings.color[usize::from(longer)];
             string = longer;
             continue;
         }
