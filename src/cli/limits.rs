@@ -8,7 +8,7 @@ use crate::{
     jobs::engine_limits,
 };
 
-use super::service::value_name;
+use super::value_name::value_name;
 
 /// What a hint of the engine says to those who ask a service.
 const ASK_OPERATOR: &str = "ask the operator to raise the limit";

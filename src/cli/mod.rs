@@ -35,6 +35,7 @@ mod suggest;
 mod table;
 mod usage;
 mod user_knowledge;
+mod value_name;
 mod verdict;
 mod view;
 mod watch;

@@ -4,9 +4,9 @@ use std::{collections::BTreeMap, process::ExitCode};
 
 use clap::{Arg, ArgMatches, Command, parser::ValueSource};
 
-use super::exit;
+use super::{exit, value_name::value_name};
 use crate::{
-    config::{LogFormat, Setting, Settings, Unit},
+    config::{LogFormat, Setting, Settings},
     jobs, telemetry,
 };
 
@@ -53,20 +53,6 @@ impl clap::FromArgMatches for Arguments {
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         *self = Self::from_arg_matches(matches)?;
         Ok(())
-    }
-}
-
-/// What stands for the value of a setting in its help.
-pub(super) fn value_name(setting: &Setting) -> &'static str {
-    match setting.unit {
-        Unit::Count => "NUMBER",
-        Unit::Bytes => "SIZE",
-        Unit::Seconds => "PERIOD",
-        Unit::None if matches!(setting.default, "on" | "off") => "on|off",
-        Unit::None if setting.name.ends_with("listen") => "ADDRESS",
-        Unit::None if matches!(setting.name, "database" | "otlp_endpoint" | "token_issuer") => "URL",
-        Unit::None if setting.name == "data" => "FOLDER",
-        Unit::None => "VALUE",
     }
 }
 

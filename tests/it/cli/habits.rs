@@ -150,3 +150,31 @@ fn shells_and_manuals_know_the_commands() {
     let page = std::fs::read_to_string(folder.path().join("man/retargetd-retarget.1")).expect("a page");
     assert!(page.contains(".TH") && page.contains("fail"), "the manual of a command");
 }
+
+/// What a command refuses for its size, it can be told to take: by the names that the service has for it.
+#[test]
+fn limits_of_files_can_be_changed() {
+    let folder = folder();
+    let few = ["inspect", "walk.glb", "--max-frames-per-clip", "10"];
+    let refused = retargetd(&few, folder.path());
+    let text = error(&refused);
+    assert_eq!(code(&refused), Some(3), "{text}");
+    assert!(text.contains("'frames_per_clip' is 10"), "which limit: {text}");
+    let fix = "raise the limit: --max-frames-per-clip, or RETARGETD_MAX_FRAMES_PER_CLIP";
+    assert!(text.contains(fix) && !text.contains("operator"), "how to raise it: {text}");
+    assert_eq!(text.lines().count(), 2, "{text}");
+
+    let by_variable = |bytes: &str, more: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_retargetd"));
+        let arguments = [&FILES[..], &["--output", "out.glb", "--force"], more].concat();
+        command.args(arguments).current_dir(folder.path()).env("RETARGETD_MAX_FILE_BYTES", bytes);
+        command.output().expect("the binary runs")
+    };
+    assert_eq!(code(&by_variable("1000", &[])), Some(3), "the variable of the service counts");
+    let raised = by_variable("1000", &["--max-file-bytes", "1GiB"]);
+    assert_eq!(code(&raised), Some(0), "a flag wins: {}", error(&raised));
+    let wrong = by_variable("many", &[]);
+    let text = error(&wrong);
+    assert_eq!(code(&wrong), Some(2), "{text}");
+    assert!(text.contains("RETARGETD_MAX_FILE_BYTES") && text.contains("'many'"), "what is wrong: {text}");
+}
