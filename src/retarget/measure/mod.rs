@@ -145,7 +145,7 @@ pub fn measure(
     let spread = OfSpreadFrames::measure(&performers, &sizes, mapping, spread);
 
     let looked_at = &spread.compared.frames.indices;
-    let (continuity, jumps) = rotation_steps(mapping, source.skeleton(), source_clip, result);
+    let (continuity, jumps) = rotation_steps(mapping, (source.skeleton(), source_clip), (target, result));
     let drift = bone_length_drift(mapping, target.skeleton(), result, looked_at);
     let value = |finding: &Finding| finding.as_ref().map_or(0.0, |reading| rounded(reading.value));
     let all_directions = percentile_finding(&spread.limbs.directions, looked_at, NO_LIMBS);

@@ -6,6 +6,7 @@ use super::metric::{Finding, Reading};
 use crate::{
     model::{Clip, Skeleton, Track},
     retarget::mapping::Mapping,
+    rig::Rig,
 };
 
 /// A change of a local rotation from one frame to the next that counts as a jump: 20°. Half of its cosine, as quaternions have it.
@@ -45,13 +46,13 @@ pub(super) fn bone_length_drift(mapping: &Mapping, skeleton: &Skeleton, result: 
 /// Keys on opposite hemispheres, and jumps that the source does not have.
 pub(super) fn rotation_steps(
     mapping: &Mapping,
-    source: &Skeleton,
-    source_clip: &Clip,
-    result: &Clip,
+    (source, source_clip): (&Skeleton, &Clip),
+    (target, result): (&Rig<'_>, &Clip),
 ) -> (Finding, Finding) {
     let (mut continuity, mut jumps) = (Reading::default(), Reading::default());
     let mut drivers: Option<Vec<Vec<usize>>> = None;
     let mut any = false;
+    let is_visible = visible(mapping, target);
     #[expect(clippy::cast_possible_truncation, reason = "a cosine")]
     let least_cosine = (JUMP_DEGREES / 2.0).to_radians().cos() as f32;
     for (joint, tracks) in result.joints().iter().enumerate() {
@@ -66,7 +67,7 @@ pub(super) fn rotation_steps(
                     continuity.worst.push((frame + 1, joint, String::new(), 1.0));
                 }
             }
-            if cosine.abs() >= least_cosine {
+            if cosine.abs() >= least_cosine || !is_visible[joint] {
                 continue;
             }
             let own = step_degrees(rotations, frame);
@@ -86,6 +87,20 @@ pub(super) fn rotation_steps(
         continuity.value += flips as f64;
     }
     if any { (Ok(continuity), Ok(jumps)) } else { (Err(NO_ROTATIONS), Err(NO_ROTATIONS)) }
+}
+
+/// Joints whose turns show: that a chain drives or that move a skin, and all above these. A helper that follows a hand, seen from
+/// another helper that follows the other hand, turns fast and moves nothing. Where there is no skin, nobody can say, and all count.
+fn visible(mapping: &Mapping, target: &Rig<'_>) -> Vec<bool> {
+    let (skeleton, points) = (target.skeleton(), &target.scene.skin_points);
+    let mut visible = mapping.driven();
+    for joint in (0..skeleton.len()).rev() {
+        visible[joint] |= points.is_empty() || !points.of(joint).is_empty();
+        if let Some(parent) = skeleton.parent(joint).filter(|_| visible[joint]) {
+            visible[parent] = true;
+        }
+    }
+    visible
 }
 
 fn step_degrees(rotations: &[Quat], frame: usize) -> f64 {

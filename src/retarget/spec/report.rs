@@ -301,7 +301,8 @@ const METRICS: [MetricInfo; 26] = [
         absolute_warn_above: None,
         forgives_source: false,
         weight: 2.0,
-        about: "local rotations that change by more than 20° from one frame to the next where the source's do not change half as much",
+        about: "local rotations that change by more than 20° from one frame to the next where the source's do not change half as much; of \
+                a target with a skin, of joints that are driven or move the skin",
     },
     MetricInfo {
         metric: MetricName::QuaternionContinuity,

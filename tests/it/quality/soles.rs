@@ -56,6 +56,42 @@ fn skinned_soles_stay_out_of_the_floor_on_many_figures() {
     judge(&clips, &targets);
 }
 
+/// Figures and clips that nothing was tuned on.
+#[test]
+#[ignore = "long, and for a last look only"]
+fn skinned_soles_of_figures_that_nothing_was_tuned_on() {
+    let targets = [
+        ("mixamo/gltf/Soldier.glb", ORDINARY),
+        ("unreal/makehuman_game_engine_tpose.glb", ORDINARY),
+        ("cmu-rig/makehuman_cmu_names_rest.glb", ORDINARY),
+        ("unreal/m2m_human_male.glb", ORDINARY),
+        ("unreal/m2m_human_zombie.glb", ORDINARY),
+        ("unreal/mannequiny.glb", ORDINARY),
+        ("vrm1/makehuman_body_vrm1.vrm", ORDINARY),
+        ("rigify-blender/gdquest_sophia.glb", ORDINARY),
+        ("odd-transforms/armature_nonuniform_scale.glb", ORDINARY),
+        ("vrm0/godette.vrm", LARGE),
+        ("vrm0/cryptovoxels.vrm", LARGE),
+        ("cc0-stylised/godot_robot.glb", LARGE),
+        ("khronos/CesiumMan.glb", LARGE),
+    ];
+    let clips = [
+        "bvh/cmu/xia_angry_inches.bvh",
+        "bvh/cmu/jumping_jacks_max_names.bvh",
+        "bvh/fair1/wave_hello_zup.bvh",
+        "bvh/misc/walk01_24fps.bvh",
+        "bvh/misc/meredith_8walk_vicon.bvh",
+        "bvh/misc/makehuman_zombie_walk.bvh",
+        "bvh/bandai-namco/dataset-1_bow_active_001.bvh",
+        "mixamo/fbx/zombie_walk_noprefix_noskin.fbx",
+        "mixamo/fbx/turn_left_45_noskin.fbx",
+        "mixamo/bvh/ortiz_salsa.bvh",
+        "poser-daz/pirouette_daz_friendly.bvh",
+        "mixamo/bvh/freebvh_mixamorig.bvh",
+    ];
+    judge(&clips, &targets);
+}
+
 /// A walk on the spot has no contacts, or a toe that rests for a moment: feet keep their roll, and the pelvis its height.
 #[test]
 fn walks_on_the_spot_keep_their_steps() {

@@ -6,7 +6,10 @@ use glam::{DQuat, DVec3, Vec3};
 
 use super::{Measures, Verdict, clip, close, joint, leg, measure, measured, move_root, turn, value, verdict, walker};
 use crate::{
-    model::{Clip, Influence, JointTracks, Reporter, Scene, Skeleton, SkinVertices, Track},
+    model::{
+        Clip, Influence, Joint, JointTracks, Reporter, Scene, Skeleton, SkinPoint, SkinPoints, SkinVertices, Track,
+        Transform,
+    },
     retarget::{
         resolve::resolve,
         spec::{MetricName, ReportChoice, ReportDetail, RetargetSpec},
@@ -233,4 +236,33 @@ fn a_figure_that_rests_in_the_air_is_looked_at_where_its_clip_stands() {
     let measures = measure(&mapping, &source_rig, &target_rig, &still, &still, &detail, &[]);
     let depth = value(&measures, MetricName::FloorPenetration);
     assert!(depth < 0.1, "it stands on the floor: {depth} cm in it");
+}
+
+/// The helpers of Unreal's rigs follow hands and move nothing: seen from each other they turn fast.
+#[test]
+fn helpers_that_move_no_vertex_do_not_jump() {
+    let (source, mut scene) = (walker(), walker());
+    let mut joints = scene.skeleton.joints().to_vec();
+    let node = joints.len();
+    joints.push(Joint { name: "ik_hand_gun".into(), parent: Some(0), rest: Transform::IDENTITY, is_joint: true, node });
+    scene.skeleton = Skeleton::new(joints).expect("valid");
+    let helper = joint(&scene.skeleton, "ik_hand_gun").0;
+    let still = clip(&source.skeleton, 10, |_, _| {});
+    let turned = |frame: usize| DQuat::from_rotation_x(if frame % 2 == 0 { 0.0 } else { 0.8 });
+    let jumping = clip(&scene.skeleton, 10, |frame, pose| turn(pose, &scene.skeleton, "ik_hand_gun", turned(frame)));
+    let mut jumps = |skinned: &[usize]| {
+        let point = SkinPoint { position: Vec3::ZERO, weight: 1.0 };
+        let entries: Vec<(u32, SkinPoint)> =
+            skinned.iter().map(|joint| (u32::try_from(*joint).expect("few joints"), point)).collect();
+        scene.skin_points = SkinPoints::new(scene.skeleton.len(), &entries);
+        let (spec, mut reporter) = (RetargetSpec::default(), Reporter::new());
+        let from = Rig::new("source", &source, None, &spec.source, &mut reporter).expect("a rig");
+        let onto = Rig::new("target", &scene, None, &spec.target, &mut reporter).expect("a rig");
+        let mapping = resolve(&spec, &from, &onto, &still, &mut reporter).expect("it maps").mapping;
+        let choice = ReportChoice::Detail(ReportDetail::Summary);
+        value(&measure(&mapping, &from, &onto, &still, &jumping, &choice, &[]), MetricName::RotationJumps)
+    };
+    close(jumps(&[0]), 0.0, 0.0, "it moves no vertex");
+    close(jumps(&[0, helper]), 9.0, 0.0, "it moves one");
+    close(jumps(&[]), 9.0, 0.0, "nobody knows what it moves");
 }
