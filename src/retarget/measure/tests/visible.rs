@@ -248,7 +248,7 @@ fn helpers_that_move_no_vertex_do_not_jump() {
     scene.skeleton = Skeleton::new(joints).expect("valid");
     let helper = joint(&scene.skeleton, "ik_hand_gun").0;
     let still = clip(&source.skeleton, 10, |_, _| {});
-    let turned = |frame: usize| DQuat::from_rotation_x(if frame % 2 == 0 { 0.0 } else { 0.8 });
+    let turned = |frame: usize| DQuat::from_rotation_x(if frame.is_multiple_of(2) { 0.0 } else { 0.8 });
     let jumping = clip(&scene.skeleton, 10, |frame, pose| turn(pose, &scene.skeleton, "ik_hand_gun", turned(frame)));
     let mut jumps = |skinned: &[usize]| {
         let point = SkinPoint { position: Vec3::ZERO, weight: 1.0 };
