@@ -9,7 +9,7 @@ use crate::{
 };
 
 use super::{
-    exit::{BAD_USAGE, Exit, print, to_json},
+    exit::{BAD_USAGE, Exit, print, say, to_json},
     files::InputFile,
     inputs::{InputFiles, RestPaths},
     limits::LimitArguments,
@@ -73,6 +73,10 @@ fn check_alone(arguments: &Arguments, limits: &Limits) -> Result<(), Exit> {
     let bytes = merged.as_ref().map_or(config.as_named().bytes, String::as_bytes);
     let understood = engine::check_config(NamedBytes { bytes, ..config.as_named() })
         .map_err(|failure| Exit::from_failure(&failure, &format!("config {shown}")))?;
+    if engine::is_empty_config(config.as_named()) {
+        let (code, detail, hint) = engine::EMPTY_CONFIG;
+        say(format_args!("warning: {code}: {detail} ({hint})"));
+    }
     if speaks_json() {
         return print(&to_json(&understood)?);
     }

@@ -44,9 +44,17 @@ fn explain(arguments: &Arguments) -> Result<(), Exit> {
     cancel_on_interrupt(&control);
     let question = Question { frame: arguments.frame, joint: &arguments.joint };
     let explanation = engine::explain_with(&files.inputs(&[]), &question, &knowledge, &limits, &control)
-        .map_err(|failure| files.exit(&failure))?;
+        .map_err(|failure| with_flags(files.exit(&failure)))?;
     if speaks_json() {
         return print(&format!("{}\n", to_json(&explanation)?.trim_end()));
     }
     print(&explanation.to_string())
+}
+
+/// What the question is called here, where no document has it.
+fn with_flags(exit: Exit) -> Exit {
+    let message = ["frame", "joint"].into_iter().fold(exit.message, |message, field| {
+        message.strip_prefix(&format!("/{field}: ")).map(|rest| format!("--{field}: {rest}")).unwrap_or(message)
+    });
+    Exit { message, ..exit }
 }

@@ -40,10 +40,19 @@ pub(super) fn refused(error: &Error) -> Option<Exit> {
             message.push_str(line.strip_prefix("error: ").unwrap_or(line));
         }
     }
+    if hint.is_empty() && is_plain_word(&message) {
+        hint = format!("files follow a flag, such as --source FILE; '{command} --help' lists the flags");
+    }
     if hint.is_empty() {
         hint = format!("'{command} --help' says what it takes");
     }
     Some(Exit::new(BAD_USAGE, message, hint))
+}
+
+/// Whether a word without a flag stands where none belongs.
+fn is_plain_word(message: &str) -> bool {
+    let word = message.strip_prefix("unexpected argument '");
+    word.is_some_and(|word| !word.starts_with('-'))
 }
 
 #[cfg(test)]

@@ -79,7 +79,7 @@ pub use propose::{
 };
 pub use rest_file::RestFileView;
 pub use strict::check_strict;
-pub use task::{Task, TaskKind, edit, retarget, retarget_with, run, task_of};
+pub use task::{EMPTY_CONFIG, Task, TaskKind, edit, is_empty_config, retarget, retarget_with, run, task_of};
 pub use transfer::{Transfer, transfer};
 pub use tune::{TunedParameter, Tuning};
 

@@ -12,6 +12,19 @@ use super::{
     files::read_spec, pose::posed, retarget::retargeted, task_context::TaskContext,
 };
 
+/// The warning of a config file without a word: its code, what is the matter, and what to do.
+pub const EMPTY_CONFIG: (&str, &str, &str) = (
+    "empty_config",
+    "the config is empty; everything is found out, as without a config",
+    "check that the file was written, or send {} where it is meant",
+);
+
+/// Whether a config file is there and says nothing.
+#[must_use]
+pub fn is_empty_config(config: NamedBytes<'_>) -> bool {
+    config.bytes.trim_ascii().is_empty()
+}
+
 /// What is to be made, and of what.
 #[derive(Clone, Copy, Debug)]
 pub enum Task<'a> {
@@ -143,9 +156,9 @@ fn perform<'a>(
         }
     }
     let mut reporter = Reporter::new();
-    if config.is_some_and(|config| config.bytes.trim_ascii().is_empty()) {
-        let detail = "the config is empty; everything is found out, as without a config";
-        reporter.warn("empty_config", "", detail, "check that the file was written, or send {} where it is meant");
+    if config.is_some_and(is_empty_config) {
+        let (code, detail, hint) = EMPTY_CONFIG;
+        reporter.warn(code, "", detail, hint);
     }
     let work = TaskContext { spec, knowledge, limits, control, begin, reporter };
     match task {

@@ -178,3 +178,13 @@ fn limits_of_files_can_be_changed() {
     assert_eq!(code(&wrong), Some(2), "{text}");
     assert!(text.contains("RETARGETD_MAX_FILE_BYTES") && text.contains("'many'"), "what is wrong: {text}");
 }
+
+#[test]
+fn the_check_of_a_config_tells_that_it_is_empty() {
+    let folder = folder();
+    std::fs::write(folder.path().join("empty.json"), b" \n").expect("a file");
+    let checked = retargetd(&["check-config", "empty.json"], folder.path());
+    let text = error(&checked);
+    assert_eq!(code(&checked), Some(0), "{text}");
+    assert!(text.contains("empty_config") && text.contains("{} where it is meant"), "{text}");
+}
