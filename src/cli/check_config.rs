@@ -74,8 +74,8 @@ fn check_alone(arguments: &Arguments, limits: &Limits) -> Result<(), Exit> {
     let understood = engine::check_config(NamedBytes { bytes, ..config.as_named() })
         .map_err(|failure| Exit::from_failure(&failure, &format!("config {shown}")))?;
     if engine::is_empty_config(config.as_named()) {
-        let (code, detail, hint) = engine::EMPTY_CONFIG;
-        say(format_args!("warning: {code}: {detail} ({hint})"));
+        let (detail, hint) = engine::EMPTY_CONFIG;
+        say(format_args!("warning: empty_config: {detail} ({hint})"));
     }
     if speaks_json() {
         return print(&to_json(&understood)?);

@@ -12,9 +12,8 @@ use super::{
     files::read_spec, pose::posed, retarget::retargeted, task_context::TaskContext,
 };
 
-/// The warning of a config file without a word: its code, what is the matter, and what to do.
-pub const EMPTY_CONFIG: (&str, &str, &str) = (
-    "empty_config",
+/// The warning `empty_config`, of a config file without a word: what is the matter, and what to do.
+pub const EMPTY_CONFIG: (&str, &str) = (
     "the config is empty; everything is found out, as without a config",
     "check that the file was written, or send {} where it is meant",
 );
@@ -157,8 +156,8 @@ fn perform<'a>(
     }
     let mut reporter = Reporter::new();
     if config.is_some_and(is_empty_config) {
-        let (code, detail, hint) = EMPTY_CONFIG;
-        reporter.warn(code, "", detail, hint);
+        let (detail, hint) = EMPTY_CONFIG;
+        reporter.warn("empty_config", "", detail, hint);
     }
     let work = TaskContext { spec, knowledge, limits, control, begin, reporter };
     match task {
