@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::{
     engine::{self, Failure, Inspection},
-    formats::{Limits, pack_files},
+    formats::{DRAWING_FILES, Limits, pack_files},
     model::Control,
 };
 
@@ -22,9 +22,6 @@ use super::{
     user_knowledge::RigPaths,
     watch::cancel_on_interrupt,
 };
-
-/// The file by which the folder of a drawing is known.
-const CHARACTER: &str = "char_cfg.yaml";
 
 /// Arguments of `retargetd inspect`.
 #[derive(Debug, clap::Args)]
@@ -68,12 +65,13 @@ fn inspect(arguments: &Arguments) -> Result<(), Exit> {
 
 /// The files of a drawing in a folder, as the archive that they could come in.
 fn drawing_in(folder: &Path, limits: &Limits) -> Result<InputFile, Exit> {
-    if !folder.join(CHARACTER).is_file() {
-        let message = format!("file {}: this is a folder without {CHARACTER}", folder.display());
+    let [character, ..] = DRAWING_FILES;
+    if !folder.join(character).is_file() {
+        let message = format!("file {}: this is a folder without {character}", folder.display());
         return Err(Exit::new(INPUT_REFUSED, message, "name a file, or the folder of a drawing"));
     }
     let read = |name: &str| InputFile::read("file", &folder.join(name), limits);
-    let files = [CHARACTER, "texture.png", "mask.png"].map(|name| read(name).map(|file| (name, file)));
+    let files = DRAWING_FILES.map(|name| read(name).map(|file| (name, file)));
     let files = files.into_iter().collect::<Result<Vec<_>, _>>()?;
     let members = files.iter().map(|(name, file)| (*name, file.as_named().bytes));
     let failed = |error| Exit::from_failure(&Failure::from(error), &format!("file {}", folder.display()));

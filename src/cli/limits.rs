@@ -1,14 +1,14 @@
 //! The limits that files are read under: those of the service, which a command line can raise by the same names.
 
-use clap::{Arg, ArgMatches, Command, error::ErrorKind};
+use clap::{ArgMatches, Command, error::ErrorKind};
 
 use crate::{
-    config::Settings,
+    config::{Setting, Settings},
     formats::{Limit, Limits},
     jobs::engine_limits,
 };
 
-use super::value_name::value_name;
+use super::setting_argument::setting_argument;
 
 /// What a hint of the engine says to those who ask a service.
 const ASK_OPERATOR: &str = "ask the operator to raise the limit";
@@ -19,29 +19,22 @@ pub(super) struct LimitArguments {
     pub(super) limits: Limits,
 }
 
-/// The setting of a limit.
-fn setting_of(limit: Limit) -> String {
-    format!("max_{}", limit.name())
+/// The limit that a setting sets; nothing for a setting that is none of files.
+fn limit_of(setting: &Setting) -> Option<Limit> {
+    let name = setting.name.strip_prefix("max_")?;
+    Limit::ALL.into_iter().find(|limit| limit.name() == name)
 }
 
-fn is_of_files(setting: &str) -> bool {
-    Limit::ALL.into_iter().any(|limit| setting_of(limit) == setting)
+/// The settings of limits of files.
+fn settings() -> impl Iterator<Item = &'static Setting> {
+    Settings::TABLE.iter().filter(|setting| limit_of(setting).is_some())
 }
 
 impl clap::Args for LimitArguments {
     fn augment_args(command: Command) -> Command {
-        let settings = Settings::TABLE.iter().filter(|setting| is_of_files(setting.name));
-        settings.fold(command, |command, setting| {
-            let argument = Arg::new(setting.name)
-                .long(setting.name.replace('_', "-"))
-                .env(setting.variable())
-                .hide_env_values(true)
-                .value_name(value_name(setting))
-                .help_heading("Limits of files")
-                .hide_short_help(true)
-                .help(format!("{} [default: {}]", setting.help.trim(), setting.default));
-            command.arg(argument)
-        })
+        command.args(settings().map(|setting| {
+            setting_argument(setting).hide_env_values(true).help_heading("Limits of files").hide_short_help(true)
+        }))
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -51,8 +44,8 @@ impl clap::Args for LimitArguments {
 
 impl clap::FromArgMatches for LimitArguments {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let given = |name: &str| is_of_files(name).then(|| matches.get_one::<String>(name).cloned()).flatten();
-        match Settings::read(|setting| given(setting.name)) {
+        let given = |setting: &Setting| matches.get_one::<String>(setting.name).cloned();
+        match Settings::read(|setting| limit_of(setting).and_then(|_| given(setting))) {
             Ok(settings) => Ok(Self { limits: engine_limits(&settings) }),
             Err(errors) => Err(clap::Error::raw(ErrorKind::ValueValidation, format!("{errors}\n"))),
         }
@@ -66,11 +59,10 @@ impl clap::FromArgMatches for LimitArguments {
 
 /// A hint of the engine for somebody who is at the command line: nobody else has to be asked. `message` names the limit.
 pub(super) fn hint_for_command_line(message: &str, hint: &str) -> String {
-    let named = |limit: &Limit| message.contains(&format!("'{}'", limit.name()));
-    let Some(limit) = Limit::ALL.into_iter().find(named) else { return hint.to_owned() };
-    let setting = setting_of(limit);
-    let flag = setting.replace('_', "-");
-    hint.replace(ASK_OPERATOR, &format!("raise the limit: --{flag}, or RETARGETD_{}", setting.to_uppercase()))
+    let is_named =
+        |setting: &&Setting| limit_of(setting).is_some_and(|limit| message.contains(&format!("'{}'", limit.name())));
+    let Some(setting) = settings().find(is_named) else { return hint.to_owned() };
+    hint.replace(ASK_OPERATOR, &format!("raise the limit: {}, or {}", setting.flag(), setting.variable()))
 }
 
 #[cfg(test)]
@@ -80,8 +72,7 @@ mod tests {
     #[test]
     fn every_limit_of_files_is_a_setting() {
         for limit in Limit::ALL {
-            let name = setting_of(limit);
-            assert!(Settings::TABLE.iter().any(|setting| setting.name == name), "{name}");
+            assert!(settings().any(|setting| limit_of(setting) == Some(limit)), "{}", limit.name());
         }
         let defaults = Settings::read(|_| None).expect("defaults are good");
         assert_eq!(engine_limits(&defaults), Limits::default(), "the service and the library agree");

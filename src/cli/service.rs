@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, process::ExitCode};
 
 use clap::{Arg, ArgMatches, Command, parser::ValueSource};
 
-use super::{exit, value_name::value_name};
+use super::{exit, setting_argument::setting_argument};
 use crate::{
     config::{LogFormat, Setting, Settings},
     jobs, telemetry,
@@ -22,14 +22,7 @@ const COLLECTOR: &str = "OTEL_EXPORTER_OTLP_ENDPOINT";
 impl clap::Args for Arguments {
     fn augment_args(command: Command) -> Command {
         let collector = Arg::new(COLLECTOR).long("otel-exporter-otlp-endpoint").env(COLLECTOR).hide(true);
-        Settings::TABLE.iter().fold(command.arg(collector), |command, setting| {
-            let argument = Arg::new(setting.name)
-                .long(setting.name.replace('_', "-"))
-                .env(setting.variable())
-                .value_name(value_name(setting))
-                .help(format!("{} [default: {}]", setting.help.trim(), setting.default));
-            command.arg(argument)
-        })
+        command.arg(collector).args(Settings::TABLE.iter().map(setting_argument))
     }
 
     fn augment_args_for_update(command: Command) -> Command {

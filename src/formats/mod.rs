@@ -64,7 +64,7 @@ pub use humanoid::Humanoid;
 pub use json_size::JsonSize;
 pub use named_arrays::{Elements, NamedArray, Numbers, read_numbers, write_arrays};
 pub use pose_frames::{FrameArrays, FrameArraysMut, PoseFrames};
-pub use sniff::{is_picture, sniff};
+pub use sniff::{DRAWING_FILES, is_picture, sniff};
 pub use space::write_in_space;
 
 use glam::{Quat, Vec3};

@@ -5,8 +5,8 @@ use super::{ErrorKind, Format, FormatError, body_model};
 /// The end of an archive that is searched for names; a directory of arrays is far smaller.
 const MAX_DIRECTORY_BYTES: usize = 64 << 10;
 
-/// Files that a drawing consists of.
-const DRAWING_FILES: [&[u8]; 3] = [b"char_cfg.yaml", b"texture.png", b"mask.png"];
+/// Files that a drawing consists of: its joints, its texture and its mask.
+pub const DRAWING_FILES: [&str; 3] = ["char_cfg.yaml", "texture.png", "mask.png"];
 
 /// Keys of pose arrays that no glTF document has.
 const POSE_KEYS: [&[u8]; 3] = [b"\"joint_names\"", b"\"rest_translations\"", b"\"rest_rotations\""];
@@ -33,7 +33,7 @@ pub fn sniff(bytes: &[u8], file_name: &str) -> Result<Format, FormatError> {
         // The directory at the archive's end names its members in clear.
         let directory = &bytes[bytes.len().saturating_sub(MAX_DIRECTORY_BYTES)..];
         if !first_member(bytes).is_some_and(|name| name.ends_with(b".npy")) {
-            let is_drawing = DRAWING_FILES.into_iter().all(|name| find(directory, name).is_some());
+            let is_drawing = DRAWING_FILES.into_iter().all(|name| find(directory, name.as_bytes()).is_some());
             return Ok(if is_drawing { Format::Drawing } else { Format::Zip });
         }
         let has = |key: &str| find(directory, format!("{key}.npy").as_bytes()).is_some();
